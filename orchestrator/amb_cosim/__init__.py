@@ -14,6 +14,7 @@
     linear_controller  make a controller from a law: python-control, scipy, arrays, a dict of speeds, a file
     build        write the FMUs of rotor, actuator and controller, for use in any tool
     build_assembled  write one FMU that holds all three, for masters that could not couple them well
+    verify       run the experiments that an FMU carries, and compare with its reference results
     export_ssp   write a scenario with its FMUs as an SSP archive, for other tools
     identify     identify receptances of the levitated rotor by co-simulation, into a table for ROLAC
     sweep        run a scenario over a grid or a sample of its values, thousands of runs, on Dask
@@ -47,6 +48,7 @@ if TYPE_CHECKING:
     from amb_cosim.cosim.run import simulate as simulate
     from amb_cosim.cosim.system import System as System
     from amb_cosim.cosim.system_file import load_system as load_system
+    from amb_cosim.cosim.verification import verify as verify
     from amb_cosim.linear.linearise import linearise as linearise
     from amb_cosim.packaging.assembled import build_assembled as build_assembled
     from amb_cosim.packaging.build import build as build
@@ -74,6 +76,7 @@ _MODULES = {
     "linear_controller": "controllers.linear_controller",
     "build": "packaging.build",
     "build_assembled": "packaging.assembled",
+    "verify": "cosim.verification",
     "export_ssp": "packaging.exchange",
     "identify": "studies.receptance_identification",
     "sweep": "sweeps.run",

@@ -60,13 +60,16 @@ def test_two_builds_are_the_same_bytes(native, lag, tmp_path):
     assert again.read_bytes() == native(lag).read_bytes()
 
 
-def test_the_archive_holds_description_engine_layout_data_and_documentation(native, lag):
+def test_the_archive_holds_engine_data_documentation_and_an_experiment(native, lag):
     library = f"binaries/{host_platform()}/probe_lag{PLATFORMS[host_platform()][0]}"
+    experiment = ("fmi-ls-manifest.xml", "references.csv", "smoke_test.exp")
     with zipfile.ZipFile(native(lag)) as archive:
         assert archive.namelist() == [
             library,
+            "documentation/fmi-ls-ref.txt",
             "documentation/index.html",
             "documentation/licenses/license.txt",
+            *(f"extra/org.fmi-standard.fmi-ls-ref/{name}" for name in experiment),
             "modelDescription.xml",
             "resources/layout.json",
             "resources/model.bin",

@@ -21,6 +21,7 @@ from amb_files.stages import stage
 from fmi_export import amb_cosim_bootstrap as bootstrap
 from fmi_export.building.description import model_description, xml_file
 from fmi_export.building.documentation import documentation
+from fmi_export.building.experiment import experiment_files
 from fmi_export.building.guard.libraries import check_guarded, guard, guard_key, library_names
 from fmi_export.building.identity import DOCUMENTATION, digests, guid_of, package_folder
 from fmi_export.building.native.compiler import host_platform
@@ -59,7 +60,7 @@ def build_python_fmu(model: Model, constants: Array, folder: Path, platforms: It
     content |= documentation(model, ["pythonfmu"])
     content["modelDescription.xml"] = xml_file(model_description(model, guid, *_tool()))
     content["resources/model.bin"] = _data(model, constants, guid)
-    content |= linear_state_file(model, constants)
+    content |= linear_state_file(model, constants) | experiment_files(model, constants)
     content["resources/python.txt"] = "\n".join(_this_python()).encode()
     folder.mkdir(parents=True, exist_ok=True)
     return write_archive(folder / f"{model.name}.fmu", content)

@@ -24,6 +24,7 @@ from amb_cosim.commands import (
     rotor,
     run,
     sweep,
+    verify,
 )
 from amb_cosim.commands.cli_errors import interrupted
 from amb_cosim.commands.packs import PackCommands
@@ -58,6 +59,7 @@ for command in (
     *compare.COMMANDS,
     *animate.COMMANDS,
     *build.COMMANDS,
+    *verify.COMMANDS,
     *export.COMMANDS,
     *identify.COMMANDS,
     *analysis.COMMANDS,

@@ -25,8 +25,8 @@ def main() -> None:
         signal.signal(signal.SIGTERM, signal.default_int_handler)  # a run puts it off to a safe moment
         assembly, plan, loop, coupling, start, saves = pickle.load(sys.stdin.buffer)
         adopt_orphans()
-        threading.Thread(target=_end_with_parent, daemon=True).start()
-        memory = _limit_memory()
+        threading.Thread(target=end_with_parent, daemon=True).start()
+        memory = limit_memory()
 
         def answer(kind: int, *content: Any) -> None:
             pickle.dump((kind, *content), answers)
@@ -60,7 +60,7 @@ def main() -> None:
     os._exit(0)  # FMUs may have threads, and code that runs when a process ends
 
 
-def _limit_memory() -> float:
+def limit_memory() -> float:
     """Limit this process to a share of the memory, where the system can; return the limit in bytes."""
     if sys.platform == "win32":
         return float("inf")
@@ -74,7 +74,7 @@ def _limit_memory() -> float:
     return limit
 
 
-def _end_with_parent() -> None:
+def end_with_parent() -> None:
     sys.stdin.buffer.read()
     end_descendants(os.getpid())
     if sys.platform != "win32" and os.getpgrp() == os.getpid():

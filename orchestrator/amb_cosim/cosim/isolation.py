@@ -59,8 +59,8 @@ def run_isolated(
 
     An interruption ends the run there at a safe moment, and a second one the process.
     """
-    with deferred() as interruption, _process((assembly, plan, loop, coupling, start, saves)) as process:
-        messages = _messages(process)
+    with deferred() as interruption, own_process("isolated", (assembly, plan, loop, coupling, start, saves)) as process:
+        messages = messages_of(process)
         told, tell_at, latest = False, math.inf, time.monotonic()
         while True:
             if interruption.came and not told:
@@ -69,13 +69,13 @@ def run_isolated(
             if time.monotonic() > tell_at:
                 log.warning("waiting for a step of %s to end; a second Ctrl-C ends it at once", _who(assembly))
                 tell_at = math.inf
-            has_ended = _has_ended(process)
+            has_ended = has_process_ended(process)
             try:
                 kind, *content = messages.get(timeout=POLL_TIME)
             except queue.Empty:
                 if has_ended:
-                    _end_group(process)  # what it started may keep its output open
-                    kind, *content = _last(messages)
+                    end_group(process)  # what it started may keep its output open
+                    kind, *content = last_message(messages)
                 elif time.monotonic() > latest + LONGEST_SILENCE:
                     raise ProcessFailed(
                         f"{_who(assembly)} did not complete a step within {LONGEST_SILENCE:g} s, and the process was "
@@ -90,7 +90,9 @@ def run_isolated(
                 raise content[0]
             if kind == END:
                 interruption.check()
-                raise ProcessFailed(f"the process of {_who(assembly)} {_how(process.wait())}; nothing was recorded")
+                raise ProcessFailed(
+                    f"the process of {_who(assembly)} {how_it_ended(process.wait())}; nothing was recorded"
+                )
             if progress is not None:
                 progress(*content)
 
@@ -101,7 +103,7 @@ def _closed(process: subprocess.Popen[bytes]) -> str:
         code = process.wait(CLOSE_TIME)
     except subprocess.TimeoutExpired:
         return f"had not closed its FMUs after {CLOSE_TIME:g} s, and was ended"
-    return _how(code) if code else ""
+    return how_it_ended(code) if code else ""
 
 
 def _with_warning(recording: Recording, assembly: Assembly, wrong: str) -> Recording:
@@ -115,11 +117,11 @@ def _with_warning(recording: Recording, assembly: Assembly, wrong: str) -> Recor
 
 
 @contextmanager
-def _process(given: tuple[Any, ...]) -> Iterator[subprocess.Popen[bytes]]:
-    """Start a process that runs what is given; afterwards it is gone in any case."""
+def own_process(module: str, given: tuple[Any, ...]) -> Iterator[subprocess.Popen[bytes]]:
+    """Start a process that runs a module beside this with what is given; afterwards it is gone in any case."""
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(str(Path(entry).absolute()) for entry in sys.path)}
     process = subprocess.Popen(
-        [sys.executable, "-P", "-m", "amb_cosim.cosim.isolated"],
+        [sys.executable, "-P", "-m", f"amb_cosim.cosim.{module}"],
         env=environment,
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
@@ -132,14 +134,14 @@ def _process(given: tuple[Any, ...]) -> Iterator[subprocess.Popen[bytes]]:
             process.stdin.flush()
         yield process
     finally:
-        _end_group(process)
+        end_group(process)
         process.kill()
         process.wait()
         with suppress(OSError):
             process.stdin.close()  # type: ignore[union-attr]
 
 
-def _end_group(process: subprocess.Popen[bytes]) -> None:
+def end_group(process: subprocess.Popen[bytes]) -> None:
     """End a process, which leads a group, with all that it has started."""
     end_descendants(process.pid)
     if sys.platform != "win32":
@@ -147,7 +149,7 @@ def _end_group(process: subprocess.Popen[bytes]) -> None:
             os.killpg(process.pid, signal.SIGKILL)
 
 
-def _has_ended(process: subprocess.Popen[bytes]) -> bool:
+def has_process_ended(process: subprocess.Popen[bytes]) -> bool:
     """Return whether a process has ended; its number stays its own, for its group."""
     if sys.platform == "win32":
         return process.poll() is not None
@@ -157,7 +159,7 @@ def _has_ended(process: subprocess.Popen[bytes]) -> bool:
         return True
 
 
-def _messages(process: subprocess.Popen[bytes]) -> Messages:
+def messages_of(process: subprocess.Popen[bytes]) -> Messages:
     """Return what the process says as it says it; the last message is `END`.
 
     The thread that reads closes what it reads: that may be kept open by what an FMU has started, in a group of its own.
@@ -174,7 +176,7 @@ def _messages(process: subprocess.Popen[bytes]) -> Messages:
     return messages
 
 
-def _last(messages: Messages) -> tuple[Any, ...]:
+def last_message(messages: Messages) -> tuple[Any, ...]:
     """Return the next message of a process that has ended, `END` if none comes."""
     try:
         return messages.get(timeout=CLOSE_TIME)
@@ -186,7 +188,7 @@ def _who(assembly: Assembly) -> str:
     return ", ".join(assembly.from_elsewhere or assembly.fmus)
 
 
-def _how(code: int) -> str:
+def how_it_ended(code: int) -> str:
     """In words how a process ended."""
     if code >= 0:
         return f"ended with exit code {code}"

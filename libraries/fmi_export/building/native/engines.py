@@ -87,14 +87,27 @@ def find_or_compile(place: Path, compile_anew: Callable[[], Engine]) -> Engine:
 
     One that is damaged counts as none.
     """
-    kept = _cache() / "engines" / place
-    for folder in (SHIPPED / place, kept):
-        if is_undamaged(folder):
-            return Engine.read(folder)
+    found = _found(place)
+    if found is not None:
+        return found
     compiled = compile_anew()
     with suppress(OSError):  # without a cache the next build takes as long
-        compiled.write(kept)
+        compiled.write(_kept(place))
     return compiled
+
+
+def engine_at_hand(models: Sequence[Kernels], platform: str) -> Engine | None:
+    """Return the engine of models if it is shipped or kept; nothing is compiled."""
+    return _found(engine_place(models, platform))
+
+
+def _found(place: Path) -> Engine | None:
+    whole = (folder for folder in (SHIPPED / place, _kept(place)) if is_undamaged(folder))
+    return next(map(Engine.read, whole), None)
+
+
+def _kept(place: Path) -> Path:
+    return _cache() / "engines" / place
 
 
 def engine_place(models: Sequence[Kernels], platform: str) -> Path:

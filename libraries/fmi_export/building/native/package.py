@@ -13,6 +13,7 @@ from fmi_export.building.arrays import without_arrays
 from fmi_export.building.description import model_description, xml_file
 from fmi_export.building.description3 import model_description3
 from fmi_export.building.documentation import documentation
+from fmi_export.building.experiment import experiment_files
 from fmi_export.building.identity import guid_of
 from fmi_export.building.native.compiler import FOLDERS3, TARGETS, check_platforms, host_platform
 from fmi_export.building.native.data import linear_state_file, model_data
@@ -67,6 +68,7 @@ def build_native_fmu(
     content |= {ICON3 if fmi == 3 and name == ICON else name: file for name, file in documentation(model).items()}
     content["resources/layout.json"] = json.dumps(dict(model.layout), indent=1).encode()
     content |= linear_state_file(model, constants)
+    content |= experiment_files(model, constants, by_slot=fmi == 3)
     folder.mkdir(parents=True, exist_ok=True)
     return write_archive(folder / f"{model.name}.fmu", content)
 

@@ -1,0 +1,164 @@
+"""The experiment with reference results that an FMU carries, for an importer to check that it runs it as here.
+
+It lies where FMI-LS-REF 1.0.0-alpha.1 (github.com/modelica/fmi-ls-ref) has it, in the experiments format of the
+Modelica Association (github.com/modelica/ma-hs-experiments):
+
+    extra/org.fmi-standard.fmi-ls-ref/
+      fmi-ls-manifest.xml    an experiment/smoke-test
+      smoke_test.exp         step size and stop time, and the names of both tables
+      stimuli.csv            inputs, each constant
+      references.csv         all outputs at the start and after each step, with all their digits
+
+Ten usual steps from the start values, where inputs that have a nominal size, displacements, currents and forces, have a
+few per cent of it, each another. The results are those of FMPy with the engine of this machine; other C libraries
+differ in last bits.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Mapping, Sequence
+from typing import Any
+from xml.etree.ElementTree import Element, SubElement, register_namespace
+
+from amb_files.stages import stage
+from fmi_export.building.arrays import slots
+from fmi_export.building.description import model_description, xml_file
+from fmi_export.building.native.compiler import PLATFORMS, host_platform
+from fmi_export.building.native.data import model_data
+from fmi_export.building.native.engines import Engine, engine_at_hand, engine_key
+from fmi_export.building.units import NOMINAL
+from fmi_export.interface import Interface
+from fmi_export.model import Array, Model
+from fmi_export.variables import Variable
+
+FOLDER = "extra/org.fmi-standard.fmi-ls-ref"
+STANDARD = {  # of the manifest, in this namespace
+    "fmi-ls-name": "org.fmi-standard.fmi-ls-ref",
+    "fmi-ls-version": "1.0.0-alpha.1",
+    "fmi-ls-description": "Layered Standard providing information on related files included in an FMU.",
+}
+NAMESPACE = "http://fmi-standard.org/fmi-ls-manifest"
+EXPERIMENTS = "application/x-ma-hs-experiments"  # type of the file
+STEPS = 10
+SHARE = 0.02  # least size of a stimulus, of the nominal one
+TEXT = """This FMU carries an experiment with reference results (FMI-LS-REF, extra/org.fmi-standard.fmi-ls-ref):
+{steps} steps of {h!r} s from the start values, with the inputs of stimuli.csv if it is there, lead to references.csv.
+A tool that runs the FMU as it should has these values, but for last bits where its C library is another.
+`amb-cosim verify {name}.fmu` runs it in FMPy and compares.
+"""
+
+Columns = dict[str, list[Any]]
+
+
+def experiment_files(model: Model, constants: Array, by_slot: bool = False) -> dict[str, bytes]:
+    """Return the files of the experiment by their paths in an FMU.
+
+    There are none where no engine of this machine is at hand, since none is compiled for this, or where the model
+    cannot take these steps.
+
+    Parameters
+    ----------
+    by_slot
+        Whether the FMU has the arrays of FMI 3.0, which are one column each, their values apart by blanks.
+    """
+    try:
+        engine = engine_at_hand(model.compiled, host_platform())
+    except ValueError:  # a machine without platform
+        return {}
+    stimuli = stimuli_of(model.interface)
+    for given in (stimuli, {}):
+        found = None if engine is None else _simulated(model, constants, engine, given)
+        if found is not None:
+            return _files(model, given, found, by_slot)
+    return {}
+
+
+def stimuli_of(table: Interface) -> dict[str, float]:
+    """Return a small value for each Real input whose unit has a nominal size."""
+    inputs = [v for v in table.of("input") if v.type == "Real" and v.unit in NOMINAL]
+    sizes = ((-1) ** k * (1 + k % 5) * SHARE * NOMINAL[v.unit] for k, v in enumerate(inputs))
+    return {v.name: min(max(size, v.minimum), v.maximum) for v, size in zip(inputs, sizes, strict=True)}
+
+
+def _simulated(model: Model, constants: Array, engine: Engine, start: Mapping[str, float]) -> Columns | None:
+    """Return time and outputs by FMPy, or None if the model cannot take these steps."""
+    from fmpy import simulate_fmu
+    from fmpy.fmi1 import FMICallException
+
+    platform, token = host_platform(), "{experiment}"
+    with stage() as folder:
+        library = folder / "binaries" / platform / f"{model.name}{PLATFORMS[platform][0]}"
+        library.parent.mkdir(parents=True)
+        library.write_bytes(engine.library)
+        (folder / "resources").mkdir()
+        data = model_data(model, constants, token, engine_key(model.compiled))
+        (folder / "resources" / "model.bin").write_bytes(data)
+        (folder / "modelDescription.xml").write_bytes(xml_file(model_description(model, token, "", "", False)))
+        names = [v.name for v in model.interface.of("output")]
+        try:
+            found = simulate_fmu(
+                str(folder),
+                validate=False,
+                stop_time=STEPS * model.step_size,
+                output_interval=model.step_size,
+                start_values=dict(start),
+                output=names,
+                logger=lambda *_: None,
+            )
+        except FMICallException:
+            return None
+    return {name: found[name].tolist() for name in ("time", *names)}
+
+
+def _files(model: Model, stimuli: Mapping[str, float], found: Columns, by_slot: bool) -> dict[str, bytes]:
+    outputs, inputs = model.interface.of("output"), [v for v in model.interface.of("input") if v.name in stimuli]
+    times = [found["time"][0], found["time"][-1]]
+    tables = {"references": _table(model, outputs, found, by_slot)}
+    if inputs:
+        given: Columns = {"time": times} | {name: [value] * 2 for name, value in stimuli.items()}
+        tables["stimuli"] = _table(model, inputs, given, by_slot)
+    files = {f"{name}.csv": table for name, table in tables.items()}
+    files["fmi-ls-manifest.xml"], files["smoke_test.exp"] = _manifest(), _experiments(model, bool(inputs))
+    text = TEXT.format(steps=STEPS, h=model.step_size, name=model.name)
+    return {f"{FOLDER}/{name}": file for name, file in files.items()} | {"documentation/fmi-ls-ref.txt": text.encode()}
+
+
+def _manifest() -> bytes:
+    register_namespace("fmi-ls", NAMESPACE)
+    root = Element("fmiReferences", {f"{{{NAMESPACE}}}{name}": value for name, value in STANDARD.items()})
+    role, description = "experiment/smoke-test", "Short run from the start values, with reference results"
+    SubElement(root, "Related", type=EXPERIMENTS, source="smoke_test.exp", role=role, description=description)
+    return xml_file(root)
+
+
+def _experiments(model: Model, has_stimuli: bool) -> bytes:
+    root = Element("Experiments", name="Smoke tests", description=f"{model.name} from its start values")
+    one = SubElement(root, "Experiment", name="smoke_test", description="Constant inputs from the start values")
+    stop, h = repr(STEPS * model.step_size), repr(model.step_size)
+    SubElement(one, "TransientSimulation", startTime="0", stopTime=stop, stepSize=h)
+    if has_stimuli:
+        SubElement(one, "Stimuli", source="stimuli.csv", type="text/csv")
+    SubElement(one, "References", source="references.csv", type="text/csv")
+    return xml_file(root)
+
+
+def _table(model: Model, variables: Sequence[Variable], values: Columns, by_slot: bool) -> bytes:
+    """Return a table of time and variables, arrays in one column if they have one."""
+    names = {v.name for v in variables}
+    groups = {v.name: [v.name] for v in variables}
+    if by_slot:
+        found = [(slot.name, [v.name for v in slot.variables]) for slot in slots(model.interface)]
+        groups = {name: members for name, members in found if names.issuperset(members)}
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(["time", *groups])
+    for n, time in enumerate(values["time"]):
+        row = [" ".join(_text(values[name][n]) for name in members) for members in groups.values()]
+        writer.writerow([_text(time), *row])
+    return text.getvalue().encode()
+
+
+def _text(value: float | bool) -> str:
+    return repr(int(value) if isinstance(value, bool) else value)

@@ -1,0 +1,30 @@
+"""The command that checks an FMU against the reference results that it carries."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from amb_cosim.commands.cli_errors import refusing
+
+
+@click.command()
+@click.argument("fmu", type=click.Path(path_type=Path))
+@click.pass_context
+def verify(ctx: click.Context, fmu: Path) -> None:
+    """Run the experiments that an FMU carries (FMI-LS-REF) in FMPy, and compare with its reference results.
+
+    Exit code 1 if a value is not equal, or an experiment cannot be run.
+    """
+    from amb_cosim.cosim.verification import verify
+
+    with refusing():
+        found = verify(fmu)
+    for one in found:
+        click.echo(one)
+    if not all(one.is_equal for one in found):
+        ctx.exit(1)
+
+
+COMMANDS = (verify,)

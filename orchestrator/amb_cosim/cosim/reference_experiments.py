@@ -1,0 +1,139 @@
+"""Reads the experiments that an FMU carries as FMI-LS-REF lays them out: what is run, and with which reference results.
+
+The manifest names files with role `experiment`; each has experiments in the format of the Modelica Association
+(github.com/modelica/ma-hs-experiments), whose times stand at `Experiment` or, of late, at its `TransientSimulation`.
+Tables are CSV with a column `time`; an array of FMI 3.0 is one column, its values apart by blanks.
+"""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from urllib.parse import unquote, urlsplit
+from xml.etree.ElementTree import Element, ParseError, parse
+
+MANIFEST = Path("extra", "org.fmi-standard.fmi-ls-ref", "fmi-ls-manifest.xml")
+
+OTHER_KINDS = (  # of experiments, which are no simulation over time
+    *("SteadyState", "ParameterOptimization", "SetPointOptimization", "SensitivityAnalysis"),
+    *("TrajectoryOptimization", "Linearization"),
+)
+
+Table = dict[str, list[str]]  # columns by their names, as texts
+
+
+@dataclass(frozen=True)
+class ReferenceExperiment:
+    """What is run: times in s, None where the FMU says them; values as texts, as they stand in the files.
+
+    `unread` says why it cannot be run.
+    """
+
+    name: str
+    start_time: float | None = None
+    stop_time: float | None = None
+    step_size: float | None = None
+    tolerance: float | None = None
+    parameters: dict[str, str] = field(default_factory=dict)
+    stimuli: Table = field(default_factory=dict)
+    references: Table = field(default_factory=dict)
+    unread: str = ""
+
+
+def read_experiments(folder: Path) -> list[ReferenceExperiment]:
+    """Return the experiments of an extracted FMU, none if it carries none.
+
+    Raises
+    ------
+    ValueError
+        If a file that is named is missing or wrong.
+    """
+    manifest = folder / MANIFEST
+    if not manifest.is_file():
+        return []
+    files = [
+        _beside(manifest, related.get("source", ""), folder)
+        for related in _root(manifest).iter("Related")
+        if related.get("role", "").split("/")[0] == "experiment"
+    ]
+    return [_experiment(one, file, folder) for file in files for one in _root(file).iter("Experiment")]
+
+
+def _experiment(one: Element, file: Path, folder: Path) -> ReferenceExperiment:
+    name = one.get("name", file.stem)
+    kinds = ("SteadyState", "ParameterOptimization", "SetPointOptimization", "SensitivityAnalysis")
+    other = next(
+        (kind for kind in (*kinds, "TrajectoryOptimization", "Linearization") if one.find(kind) is not None), ""
+    )
+    times = one.find("TransientSimulation")
+    times = one if times is None else times
+    sources = {kind: one.find(kind) for kind in ("Parameters", "Stimuli", "References")}
+    unread = f"it is no simulation over time but {other}" if other else ""
+    for kind, expected in (("Stimuli", "text/csv"), ("References", "text/csv"), ("Parameters", "parameter-set")):
+        source = sources[kind]
+        if source is not None and expected not in source.get("type", expected):
+            unread = unread or f"its {kind.lower()} are of type {source.get('type')}, which is not read"
+    if sources["References"] is None:
+        unread = unread or "it has no reference results"
+    if unread:
+        return ReferenceExperiment(name, unread=unread)
+    start, stop, step = (_number(times, key, file) for key in ("startTime", "stopTime", "stepSize"))
+    found = {kind: _beside(file, e.get("source", ""), folder) for kind, e in sources.items() if e is not None}
+    return ReferenceExperiment(
+        name,
+        start,
+        stop,
+        step,
+        _number(one, "tolerance", file),
+        dict(_parameters(found["Parameters"])) if "Parameters" in found else {},
+        _table(found["Stimuli"]) if "Stimuli" in found else {},
+        _table(found["References"]),
+    )
+
+
+def _root(file: Path) -> Element:
+    try:
+        return parse(file).getroot()
+    except (OSError, ParseError) as error:
+        raise ValueError(f"cannot read {file.name}: {error}") from error
+
+
+def _beside(file: Path, source: str, folder: Path) -> Path:
+    """Return the file that a URI beside another means; raises ValueError if it is none of the FMU's."""
+    uri = urlsplit(source)
+    path = (file.parent / unquote(uri.path)).resolve()
+    if uri.scheme or uri.netloc or not path.is_relative_to(folder.resolve()):
+        raise ValueError(f"{file.name}: source {source!r} is no file of the FMU")
+    if not path.is_file():
+        raise ValueError(f"{file.name}: there is no file {source!r} in the FMU")
+    return path
+
+
+def _number(element: Element, key: str, file: Path) -> float | None:
+    text = element.get(key)
+    try:
+        return None if text is None else float(text)
+    except ValueError:
+        raise ValueError(f"{file.name}: {key} = {text!r} is no number") from None
+
+
+def _parameters(file: Path) -> Iterator[tuple[str, str]]:
+    """Yield the parameters of a set of SSP, whatever its version, by name."""
+    for parameter in _root(file).iter():
+        if parameter.tag.rpartition("}")[2] == "Parameter":
+            for value in parameter:
+                if "value" in value.attrib:
+                    yield parameter.get("name", ""), value.get("value", "")
+
+
+def _table(file: Path) -> Table:
+    try:
+        header, *rows = list(csv.reader(file.read_text(encoding="utf-8").splitlines()))
+    except (ValueError, csv.Error) as error:
+        raise ValueError(f"{file.name} is no table: {error}") from error
+    header = [name.strip() for name in header]
+    if "time" not in header or not rows or any(len(row) != len(header) for row in rows):
+        raise ValueError(f"{file.name} is no table with a column 'time' and rows of {len(header)} values")
+    return {name: [row[k] for row in rows] for k, name in enumerate(header)}

@@ -1,0 +1,219 @@
+"""FMUs carry an experiment with reference results, as FMI-LS-REF lays it out, and `verify` runs and compares it."""
+
+import csv
+import importlib
+import zipfile
+from dataclasses import replace
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+import amb_cosim
+from amb_cosim.commands.cli import main
+from amb_cosim.cosim.errors import ProcessFailed
+from fmi_export.building.experiment import experiment_files, stimuli_of
+from fmi_export.interface import Interface
+from fmi_export.model import Instance, with_starts
+from fmi_export.variables import FAULT_CODE, input_, output
+
+FOLDER = "extra/org.fmi-standard.fmi-ls-ref"
+
+
+@pytest.fixture(scope="module")
+def matrix():
+    return importlib.import_module("probe_matrix.model").MODEL
+
+
+@pytest.fixture(scope="module")
+def moving(lag):
+    """The lag with a voltage at its input, so that its output moves."""
+    return with_starts(lag, {"u": 1.0})
+
+
+@pytest.fixture
+def changed(native, moving, tmp_path):
+    """`changed(file, old, new)`: the lag's FMU with a text of its experiment replaced, or without the file."""
+
+    def change(name, old="", new=None):
+        with zipfile.ZipFile(native(moving)) as given, zipfile.ZipFile(tmp_path / "changed.fmu", "w") as copy:
+            for entry in given.namelist():
+                content = given.read(entry)
+                if entry == f"{FOLDER}/{name}":
+                    if new is None:
+                        continue
+                    assert old.encode() in content
+                    content = content.replace(old.encode(), new.encode(), 1)
+                copy.writestr(entry, content)
+        return tmp_path / "changed.fmu"
+
+    return change
+
+
+def references(path):
+    with zipfile.ZipFile(path) as fmu:
+        return list(csv.DictReader(fmu.read(f"{FOLDER}/references.csv").decode().splitlines()))
+
+
+def test_the_manifest_and_the_experiment_are_as_the_standard_has_them(native, moving):
+    with zipfile.ZipFile(native(moving)) as fmu:
+        manifest = ElementTree.fromstring(fmu.read(f"{FOLDER}/fmi-ls-manifest.xml"))
+        experiments = ElementTree.fromstring(fmu.read(f"{FOLDER}/smoke_test.exp"))
+        assert "amb-cosim verify probe_lag.fmu" in fmu.read("documentation/fmi-ls-ref.txt").decode()
+        size = sum(entry.compress_size for entry in fmu.infolist() if "ls-ref" in entry.filename)
+    assert size < 3000, "bytes of an archive"
+    space = "{http://fmi-standard.org/fmi-ls-manifest}"
+    assert (manifest.tag, manifest.get(f"{space}fmi-ls-name")) == ("fmiReferences", "org.fmi-standard.fmi-ls-ref")
+    assert manifest.get(f"{space}fmi-ls-version") == "1.0.0-alpha.1"
+    (related,) = manifest
+    assert (related.get("role"), related.get("type")) == ("experiment/smoke-test", "application/x-ma-hs-experiments")
+    assert (related.get("source"), experiments.tag) == ("smoke_test.exp", "Experiments")
+    (one,) = experiments
+    assert one[0].attrib == {"startTime": "0", "stopTime": "0.0025", "stepSize": "0.00025"}
+    assert [e.get("source") for e in one[1:]] == ["references.csv"]
+
+
+def test_inputs_with_a_nominal_size_have_each_another_share_of_it():
+    units = {"force": "N", "x": "m", "i": "A", "speed": "rad/s"}
+    inputs = [input_(name, unit, "An input", minimum=-5e-6) for name, unit in units.items()]
+    mass = Interface((*inputs, output(FAULT_CODE, "1", "Fault", type="Integer")))
+    assert stimuli_of(mass) == pytest.approx({"force": 20.0, "x": -4e-6, "i": 0.06})
+
+
+def test_the_references_are_what_the_core_gives(native, moving):
+    core, rows = Instance(moving, np.zeros(1)), references(native(moving))
+    core.initialise()
+    assert len(rows) == 11
+    for n, row in enumerate(rows):
+        if n:
+            core.step((n - 1) * 250e-6, n * 250e-6 - (n - 1) * 250e-6)
+        assert {name: float(row[name]) for name in row} == {
+            "time": n * 250e-6,
+            **{v.name: core[v.name] for v in moving.interface.of("output")},
+        }
+
+
+def test_a_model_that_cannot_start_so_carries_no_experiment(lag, native):
+    native(lag)  # its engine is at hand
+    assert experiment_files(lag, np.zeros(1))
+    assert experiment_files(with_starts(lag, {"u": 5.0}), np.zeros(1)) == {}
+    assert experiment_files(replace(lag, name="no_engine"), np.zeros(1)) == {}
+
+
+@pytest.mark.parametrize("flavour", ["native", "native 3", "python"])
+def test_each_flavour_verifies_itself_to_the_last_bit(native, moving, flavour, tmp_path):
+    whole = native(moving)
+    if flavour == "python":
+        from fmi_export.building.python_fmu import build_python_fmu
+
+        whole = build_python_fmu(moving, np.zeros(1), tmp_path)
+    (one,) = amb_cosim.verify(whole if flavour != "native 3" else native(moving, None, None, 3))
+    assert (one.largest, one.is_equal, one.n_points) == (None, True, 11)
+    assert str(one).startswith("smoke_test: equal to the last bit, ")
+
+
+def test_arrays_of_fmi_3_are_one_column_each(native, matrix):
+    whole, alone = (references(native(matrix, None, None, fmi)) for fmi in (3, 2))
+    assert whole[-1]["f"].split() == [alone[-1]["f0"], alone[-1]["f1"]]
+    assert len(whole[-1]["z"].split()) == 8
+    (one,) = amb_cosim.verify(native(matrix, None, None, 3))
+    assert one.largest is None
+    assert one.n_values > 100
+
+
+def test_another_value_is_told_with_its_place(changed, native, moving):
+    row = references(native(moving))[4]
+    line = ",".join(row.values())
+    wrong = {**row, "level": "0.375"}
+    path = changed("references.csv", line, ",".join(wrong.values()))
+    done = CliRunner().invoke(main, ["verify", str(path)])
+    assert done.exit_code == 1
+    assert "smoke_test: NOT equal within 1e-06" in done.output
+    assert f"level = {float(row['level'])!r} in place of 0.375 at t = 0.001 s" in done.output
+
+
+def test_last_bits_of_another_machine_are_equal(changed, native, moving):
+    row = references(native(moving))[4]
+    name = next(name for name in row if name != "time" and float(row[name]) not in (0.0, 1.0))
+    other = {**row, name: repr(float(row[name]) * (1.0 + 1e-9))}
+    (one,) = amb_cosim.verify(changed("references.csv", ",".join(row.values()), ",".join(other.values())))
+    assert one.is_equal
+    assert (one.largest.variable, one.largest.time) == (name, 4 * 250e-6)
+    assert one.largest.relative == pytest.approx(1e-9, rel=0.5)
+
+
+def test_a_fault_in_the_experiment_is_told_as_the_fmu_has_it(changed, native, moving):
+    """As an FMU does whose host got a parameter wrong; stimuli replace what the experiment has."""
+    path = changed("smoke_test.exp", "<References", '<Stimuli source="in.csv" /><References')
+    with zipfile.ZipFile(path, "a") as fmu:
+        fmu.writestr(f"{FOLDER}/in.csv", "time,u\n0,1\n0.001,1\n0.002,9\n0.003,9\n")
+    (one,) = amb_cosim.verify(path)
+    assert not one.is_equal
+    assert "NOT equal, the FMU failed: at t = " in str(one)
+    assert "u = " in one.failure
+
+
+@pytest.mark.parametrize(
+    ("file", "old", "new", "sentence"),
+    [
+        ("fmi-ls-manifest.xml", "", None, "carries no experiment with reference results"),
+        ("fmi-ls-manifest.xml", "<Related", "<<Related", "cannot read fmi-ls-manifest.xml: not well-formed"),
+        ("fmi-ls-manifest.xml", 'source="', 'source="../../../../../', "is no file of the FMU"),
+        ("fmi-ls-manifest.xml", 'source="', 'source="https://server/', "is no file of the FMU"),
+        ("smoke_test.exp", "", None, "there is no file 'smoke_test.exp' in the FMU"),
+        ("smoke_test.exp", 'stopTime="', 'stopTime="x', "stopTime = 'x0.0025' is no number"),
+        ("references.csv", "time,", "moment,", "references.csv is no table with a column 'time'"),
+        ("references.csv", "level", "lvel", "the FMU has no variables lvel"),
+        ("references.csv", "\n0.0,", "\n0.0,zero,", "references.csv is no table with a column 'time'"),
+    ],
+)
+def test_what_is_wrong_with_an_experiment_is_an_error_with_its_place(changed, file, old, new, sentence):
+    with pytest.raises(ValueError, match=r"changed\.fmu") as error:
+        amb_cosim.verify(changed(file, old, new))
+    assert sentence in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "sentence"),
+    [
+        ("TransientSimulation", "SteadyState", "it is no simulation over time but SteadyState"),
+        ('type="text/csv"', 'type="application/hdf5"', "are of type application/hdf5, which is not read"),
+    ],
+)
+def test_an_experiment_of_another_kind_is_told_and_not_run(changed, old, new, sentence):
+    (one,) = amb_cosim.verify(changed("smoke_test.exp", old, new))
+    assert sentence in str(one)
+    assert not one.is_equal
+
+
+def test_times_may_stand_at_the_experiment_itself(changed):
+    """The format had them there until June 2026; examples and its text still do."""
+    old = '<TransientSimulation startTime="0" stopTime="0.0025" stepSize="0.00025" />'
+    begin = '<Experiment name="smoke_test" description="Constant inputs from the start values">'
+    times = begin.replace("<Experiment", '<Experiment stopTime="0.0025" stepSize="0.00025"')
+    (one,) = amb_cosim.verify(changed("smoke_test.exp", f"{begin}\n    {old}", times))
+    assert one.largest is None
+
+
+def test_an_fmu_that_crashes_ends_its_own_process_alone(native, moving, changed, cc, tmp_path):
+    (tmp_path / "crash.c").write_text("#include <stdlib.h>\n__attribute__((constructor)) void f(void) { abort(); }\n")
+    cc("-shared", "-o", tmp_path / "crash.so", tmp_path / "crash.c")
+    path = tmp_path / "crashing.fmu"
+    with zipfile.ZipFile(native(moving)) as given, zipfile.ZipFile(path, "w") as copy:
+        for entry in given.namelist():
+            is_library = entry.startswith("binaries/")
+            copy.writestr(entry, (tmp_path / "crash.so").read_bytes() if is_library else given.read(entry))
+    with pytest.raises(ProcessFailed, match=r"crashing.fmu ended with SIGABRT; nothing was verified"):
+        amb_cosim.verify(path)
+
+
+@pytest.mark.slow
+def test_every_model_verifies_itself_to_the_last_bit(tmp_path):
+    for fmi in (2, 3):
+        for path in [*amb_cosim.build(tmp_path, fmi=fmi), amb_cosim.build_assembled(tmp_path, fmi=fmi)]:
+            (one,) = amb_cosim.verify(path)
+            assert one.largest is None, f"{path.name}: {one}"
+            assert one.n_values > 400
+            values = [float(x) for row in references(path) for text in row.values() for x in text.split()]
+            assert len(set(values)) > 50, "the outputs move"
