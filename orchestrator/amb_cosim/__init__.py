@@ -21,6 +21,7 @@
     draw_sweep   draw maps of a sweep into its folder
     assess       whether a machine may run: verdicts by criteria of standards, with figures
     units        units of what is drawn, from now on or in a `with`: units("rpm", "um", "kN")
+    live         the page that runs a scenario in a browser, shown in a notebook: live("my_scenario.toml")
     studies      questions answered by analysis or by many runs: Campbell diagram, sensitivity, recovery, ...
     simulate     run any FMI 2.0 co-simulation FMUs from a system file or an SSP archive
     System       components and connections of one's own
@@ -41,6 +42,7 @@ if TYPE_CHECKING:
     from typing import Any
 
     from amb_cosim import cosim as cosim
+    from amb_cosim import live as live
     from amb_cosim import studies as studies
     from amb_cosim.acceptance.assess import assess as assess
     from amb_cosim.comparison.compare import compare as compare
@@ -83,6 +85,7 @@ _MODULES = {
     "draw_sweep": "sweeps.figures",
     "assess": "acceptance.assess",
     "units": "presentation.units",
+    "live": "live",
     "studies": "studies",
     "simulate": "cosim.run",
     "System": "cosim.system",

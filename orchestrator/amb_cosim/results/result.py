@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import json
 from functools import cached_property
 from pathlib import Path
@@ -64,7 +63,7 @@ class Result(Run):
 
     @property
     def plot(self) -> Plots:
-        """Figures of the run: `plot.orbits()`, and `displacement`, `contact`, `whirl`, `energy`, `touchdown`."""
+        """Figures of the run: `plot.orbits()`, `displacement`, `contact`, `whirl`, `magnets`, ...; `interactive()`."""
         from amb_cosim.results.plots import Plots
 
         return Plots(self.signals)
@@ -86,12 +85,6 @@ class Result(Run):
         return f"<Result of {self.scenario}: {self.outcome}; {len(self.dataset.data_vars)} variables>"
 
     def _repr_html_(self) -> str:
-        from rich.console import Console
+        from amb_cosim.results.notebook import html_of
 
-        from amb_cosim.presentation.text_tables import show_warnings
-
-        console = Console(record=True, file=io.StringIO(), width=100, force_jupyter=False)
-        console.print(self.summary.table())
-        show_warnings(self.summary.warnings, console)
-        console.print(str(self.outcome))
-        return console.export_html(inline_styles=True, code_format="<pre>{code}</pre>")
+        return html_of(self.signals, self.summary, self.outcome)

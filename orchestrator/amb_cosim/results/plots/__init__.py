@@ -7,7 +7,7 @@ from collections.abc import Callable
 from functools import partial
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from amb_cosim.cosim.signals import Signals
 from amb_cosim.results.contact_history import rolling_from
@@ -73,6 +73,17 @@ class Plots:
         """Draw orbits within the clearance, heights, speeds of rotor and races, and temperatures of a touchdown."""
         return figure(self._dataset, "touchdown")
 
+    def interactive(self) -> Any:
+        """Return orbits, radii and contact forces as a figure of plotly, to zoom into (extra `report`)."""
+        from fmi_export.building.extras import require_extra
+
+        require_extra("report", "an interactive figure", "plotly")
+        if not has_motion(self._dataset):
+            raise ValueError("nothing can be drawn: the run recorded no sample of the rotor's motion at its bearings")
+        from amb_cosim.results.plots.interactive import interactive
+
+        return interactive(self._dataset)
+
     def save(self, folder: Path | str) -> list[Path]:
         """Write the figures that suit the run to a folder, and return their paths."""
         return draw_all(self._dataset, Path(folder))
@@ -99,7 +110,7 @@ def figure(dataset: Signals, name: str) -> Figure:
     """
     if name not in MODULES:
         raise ValueError(f"figure = {name!r} is not allowed; it must be one of {', '.join(MODULES)}")
-    if not _has_motion(dataset):
+    if not has_motion(dataset):
         raise ValueError(f"{name} cannot be drawn: the run recorded no sample of the rotor's motion at its bearings")
     if name in ("contact", "whirl") and not places(dataset).sites:
         raise ValueError(f"{name} cannot be drawn: the rotor has no contact site")
@@ -120,7 +131,7 @@ def figure(dataset: Signals, name: str) -> Figure:
 
 def draw_all(dataset: Signals, folder: Path) -> list[Path]:
     """Write the figures that suit a run to a folder, and return their paths: none if it recorded no motion."""
-    if not _has_motion(dataset):
+    if not has_motion(dataset):
         return []
     from amb_cosim.presentation.style import write_png
 
@@ -152,6 +163,6 @@ def _has_magnets(dataset: Signals) -> bool:
     return any(map(partial(is_magnetic, dataset), places(dataset).bearings))
 
 
-def _has_motion(dataset: Signals) -> bool:
+def has_motion(dataset: Signals) -> bool:
     """Return whether the data set has samples of the displacement at every bearing."""
     return bool(dataset.sizes["time"]) and all(radius(dataset, mb) is not None for mb in places(dataset).bearings)

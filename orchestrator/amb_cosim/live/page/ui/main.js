@@ -154,7 +154,8 @@ function open(data) {
   }, () => session);
 
   function share() {
-    history.replaceState(null, "", `#${toHash(session.rig.scenario, session.deed)}`);
+    if (!hasAddress()) { showNotice("In this frame the page has no address of its own; Scenario saves what you did."); return; }
+    remember(toHash(session.rig.scenario, session.deed));
     const refused = () => showNotice("The address now holds the settings: copy it from the bar.");
     const done = () => showNotice("The address now holds the settings, and is in the clipboard.");
     if (navigator.clipboard === undefined) { refused(); } else { navigator.clipboard.writeText(location.href).then(done, refused); }
@@ -202,7 +203,7 @@ function open(data) {
   for (const [id, act] of Object.entries(buttons)) { byId(id, HTMLButtonElement).addEventListener("click", act); }
   chooser.replaceChildren(...rigs.map((rig) => make("option", { value: rig.scenario, text: rig.scenario, title: rig.description })));
   chooser.addEventListener("change", () => {
-    history.replaceState(null, "", `#${toHash(chooser.value, UNTOUCHED)}`);
+    remember(toHash(chooser.value, UNTOUCHED));
     void load(chooser.value);
   });
   addEventListener("hashchange", start);
@@ -221,6 +222,19 @@ function open(data) {
   const wake = () => { rests = performance.now() + SETTLES; };
   for (const name of ["pointerdown", "pointermove", "keydown", "input", "click", "resize", "scroll"]) { addEventListener(name, wake, { passive: true, capture: true }); }
   requestAnimationFrame(picture);
+}
+
+/** Whether the page has an address of its own: not in a frame of a notebook. */
+function hasAddress() {
+  return location.protocol !== "about:";
+}
+
+/**
+ * Put the settings into the address, where there is one.
+ * @param {string} hash
+ */
+function remember(hash) {
+  if (hasAddress()) { history.replaceState(null, "", `#${hash}`); }
 }
 
 /**

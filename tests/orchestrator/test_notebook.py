@@ -1,0 +1,60 @@
+"""What a notebook shows of a result and of the live rig."""
+
+from __future__ import annotations
+
+import re
+from html import unescape
+
+import numpy as np
+import pytest
+
+import amb_cosim
+from amb_cosim.cosim.simulation import Outcome
+from amb_cosim.live.notebook import LivePage
+from amb_cosim.results.result import Result
+
+COMPLETED = Outcome("completed", 0.4, "", "")
+
+
+def shown(dataset, outcome=COMPLETED):
+    return Result(dataset, outcome)._repr_html_()
+
+
+def test_a_result_shows_verdict_orbits_forces_and_key_values(synthetic):
+    """The rotor is free of contact from cycle 12 on, of 20."""
+    html = shown(synthetic())
+    assert "the rotor touched, and is free of contact again" in html
+    assert re.findall('<img alt="([a-z]+) of synthetic"', html) == ["orbits", "contact"]
+    assert html.count("data:image/png;base64,iVBOR") == 2
+    assert "peak contact force" in html
+
+
+def test_a_result_without_samples_shows_how_it_ended(synthetic):
+    html = shown(synthetic().isel(time=slice(0, 0)), Outcome("failed", 0.1, "rotor", "the rotor <left>"))
+    assert "<img" not in html
+    assert "the rotor &lt;left&gt;" in html
+
+
+def test_a_result_can_be_zoomed_into(synthetic):
+    """Orbits of 0.1 to 0.6 mm in clearances of 0.75 mm, and 1.2345 kN at RB1."""
+    pytest.importorskip("plotly")
+    figure = Result(synthetic(), COMPLETED).plot.interactive()
+    curves = {trace.name: trace for trace in figure.data if trace.name}
+    assert {"RB1", "RB2", "N at RB1", "N at RB2"} <= curves.keys()
+    assert np.max(np.hypot(curves["RB2"].x, curves["RB2"].y)) == pytest.approx(0.6)
+    assert np.max(curves["N at RB1"].y) == pytest.approx(1.2345)
+
+
+def test_the_live_rig_is_a_frame_that_holds_its_whole_page(tmp_path):
+    text = '<!doctype html><p title="a & b">rig</p>'
+    found = LivePage("pump <1>", text, 700)
+    frame = found._repr_html_()
+    assert unescape(re.search('srcdoc="([^"]*)"', frame)[1]) == text
+    assert "height: 700px" in frame
+    assert "pump <1>" not in frame
+    assert found.save(tmp_path / "rig.html").read_text(encoding="utf-8") == text
+
+
+def test_the_package_of_the_live_rig_is_a_function():
+    with pytest.raises(ValueError, match="height = 20 px is not allowed"):
+        amb_cosim.live(height=20)
