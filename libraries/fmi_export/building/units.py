@@ -1,7 +1,8 @@
 """Units: FMI base-unit exponents and conversions, by pint.
 
 Importing pint and reading its definitions takes longer than a run or a build, so the units of SI that models use and
-the conversions that values are most often written with are listed here; pint is loaded for all others.
+the conversions that values are most often written with are listed here; pint is loaded for all others, and what it says
+of a pair of units is kept for other starts.
 """
 
 from __future__ import annotations
@@ -42,6 +43,8 @@ UNIT = re.compile(rf"{_NAME}(?:\s*[./*\s]\s*{_NAME})*")
 LONGEST_UNIT = 60  # characters
 LEAST, MOST = 1e-100, 1e100  # sizes of numbers whose squares and products are still numbers
 QUOTIENT = re.compile(r"([^/()]+)(?:/(?:\(([^/()]+)\)|([^/().]+)))?")
+
+PROBES = (math.pi, -1e-3, 7e5)  # numbers at which a conversion must be a factor to be kept as one
 
 # One of the first unit in the second, as pint has it to the last bit.
 COMMON = {
@@ -195,7 +198,15 @@ def _converted(text: str | float, unit: str, name: str) -> float:
         return number
     if (given, unit) in COMMON:
         return number * COMMON[given, unit]
-    return _by_pint(number, given, unit, f"{name} = {text!r}")
+    from fmi_export.building.kept_factors import keep_factor, kept_factor
+
+    kept = kept_factor(given, unit)
+    if kept is not None:
+        return number * kept
+    value, factor = (_by_pint(one, given, unit, f"{name} = {text!r}") for one in (number, 1.0))
+    if all(_by_pint(one, given, unit, name) == one * factor for one in (0.0, number, *PROBES)):  # not of degC
+        keep_factor(given, unit, factor)
+    return value
 
 
 def _by_pint(number: float, given: str, unit: str, what: str) -> float:
