@@ -8,7 +8,8 @@ import pytest
 import amb_cosim
 from amb_cosim.rub.forward_loop import loop_on_springs
 from amb_cosim.rub.freeing import smallest_demand, smallest_freeing
-from amb_cosim.rub.receptances import receptances
+from amb_cosim.rub.own_whirl import own_whirls, pressed
+from amb_cosim.rub.receptances import receptances, receptances_at
 from amb_cosim.rub.rolling import rolling
 from amb_cosim.rub.rubbing_rotor import rubbing_rotor
 from amb_cosim.rub.stability import Dynamics
@@ -153,3 +154,30 @@ def test_runs_that_roll_have_the_computed_frequency_and_forces(case):
         np.testing.assert_allclose(run[f"rotor_contact.{site}.whirl_speed"].values[last], found.frequency, rtol=1e-9)
         force = run[f"rotor_contact.{site}.f_n_mean"].values[last].mean()
         assert force == pytest.approx(found.N[site] + found.swing[site] * np.cos(angle), rel=5e-3)
+
+
+def test_rotor_that_is_relieved_whirls_on_in_contact_at_its_own_frequency():
+    """140 rad/s, 40 g m for ten turns, then 5: no synchronous state, but a whirl in both retainers at 145.4 rad/s.
+
+    At its frequency, which is within the band that the study tells, the run has the computed forces to 2 %.
+    """
+    events = tuple(
+        {"label": label, "cycle": cycle, "set": {"rotor_contact": {"d1.u": u}}}
+        for label, cycle, u in (("step", 2.0, 0.040), ("removal", 12.0, 0.005))
+    )
+    record = {"every": 1, "variables": ["rotor_contact.rb?.?", "rotor_contact.rb?.f_n_mean"]}
+    changes = {"Omega": 140.0, "event": events, "end_cycle": 67, "unbalance_factor": 1.0, "record": record}
+    scenario, start = given_scenario("fig5_6_pid", None).changed(**changes), {"rotor_contact.d1.u": 0.0025}
+    relieved = rubbing_rotor(prepare(scenario, start))
+    run = amb_cosim.run(scenario, set=start, progress=False).dataset
+    time = run["time"].values
+    late = time > 1.0
+    z = run["rotor_contact.rb1.x"].values[late] + 1j * run["rotor_contact.rb1.y"].values[late]
+    frequency = np.polyfit(time[late], np.unwrap(np.angle(z)), 1)[0]
+    assert frequency == pytest.approx(145.4, abs=0.2)
+    bands = [whirl for whirl in own_whirls(relieved, 140.0) if whirl.signs == (1, 1)]
+    assert [whirl.frequencies[0] < frequency < whirl.frequencies[1] for whirl in bands] == [True]
+    at = receptances_at(relieved.loop(140.0), frequency)
+    forces = pressed(at.R[None], (0, 1), (1, 1), relieved.c)[0][0].real
+    means = [run[f"rotor_contact.{site}.f_n_mean"].values[late].mean() for site in relieved.sites]
+    np.testing.assert_allclose(means, forces, rtol=0.02)

@@ -18,6 +18,7 @@ from amb_cosim.presentation.json_data import Layout
 from amb_cosim.presentation.text_tables import TextPart, text_table
 from amb_cosim.results.places import PLANT
 from amb_cosim.rub.freeing import smallest_demand, smallest_freeing
+from amb_cosim.rub.own_whirl import OwnWhirl, own_whirls
 from amb_cosim.rub.rubbing_rotor import RubbingRotor, rubbing_rotor
 from amb_cosim.rub.trap_map import TrapMap, states_at, trap_map
 from amb_cosim.rub.whirl import whirls
@@ -43,7 +44,7 @@ from rotor_analysis.rotor_file import load_rotor
 
 SPEEDS, AMOUNTS, CURVE, LEAST = 200, 50, 400, 500  # points of the map, of the curves, and of unbalance at one speed
 LOWEST = 0.02  # of the highest speed and of the largest unbalance, where the map begins
-SHOWN = 5  # sustained whirls that are printed, the slowest
+SHOWN = 4  # vibrations about a state, and sustained whirls, that are printed
 AT_ONCE = 2  # sites in contact at once on the map and on the curves; at the machine's point all
 
 
@@ -59,6 +60,8 @@ class Traps(MachineResult):
         What it can do at this point.
     states
         All synchronous states there.
+    own
+        Whirls near its speed that last long without unbalance.
     sustained, rolling
         Whirls that need no unbalance, at its speed: with slip, and how sites can roll.
     least_trapping
@@ -88,6 +91,7 @@ class Traps(MachineResult):
     sites: tuple[str, ...]
     kind: str
     states: tuple[SynchronousState, ...]
+    own: tuple[OwnWhirl, ...]
     sustained: tuple[SustainedWhirl, ...]
     rolling: tuple[RollingContact, ...]
     least_trapping: Annotated[float | None, "kg.m"]
@@ -117,11 +121,23 @@ class Traps(MachineResult):
             motion = f"{state.growth:.3g}", f"{state.whirl_frequency:.4g}"
             table.add_row(place, forces, *currents, *motion, state.beyond(self.speed))
         lines: list[TextPart] = [table, f"{self.kind}", *self._freeing()]
-        lasting = [whirl for whirl in self.sustained if whirl.stable and whirl.accurate]
-        for whirl in sorted(lasting, key=lambda whirl: abs(whirl.frequency))[:SHOWN]:
-            forces = ", ".join(f"{name} {force:.4g} N" for name, force in whirl.normal_forces.items())
-            rolling = "" if whirl.slips else "; it rolls before"
-            lines.append(f"a whirl at {whirl.frequency:.4g} rad/s needs no unbalance, and lasts ({forces}{rolling})")
+        for state in (state for state in self.states if state.contact):
+            whirling = [v for v in state.vibrations if abs(v.frequency - self.speed) > 1e-6 * self.speed][:SHOWN]
+            held = ", ".join(f"{v.frequency:.4g} ({100.0 * v.damping_ratio:.2g} %)" for v in whirling)
+            where = "+".join(f"{site} with {force:.4g} N" for site, force in state.normal_forces.items())
+            lines.append(f"held at {where} it vibrates at {held} rad/s (damping ratio)")
+        for own in self.own:
+            slow, fast = (", ".join(f"{site} {N[k]:.4g} N" for site, N in own.N.items()) for k in (0, 1))
+            sides = " on opposite sides" if -1 in own.signs else ""
+            lines.append(
+                f"pressed hard at {'+'.join(own.contact)}{sides} it may whirl for long at its own frequency, "
+                f"{own.frequencies[0]:.4g} rad/s ({slow}) to {own.frequencies[1]:.4g} rad/s ({fast})"
+            )
+        lasting = [found for found in self.sustained if found.stable and found.accurate]
+        for found in sorted(lasting, key=lambda found: abs(found.frequency))[:SHOWN]:
+            forces = ", ".join(f"{name} {force:.4g} N" for name, force in found.normal_forces.items())
+            rolling = "" if found.slips else "; it rolls before"
+            lines.append(f"a whirl at {found.frequency:.4g} rad/s needs no unbalance, and lasts ({forces}{rolling})")
         for contact in {found.frequency: found for found in self.rolling if found.possible}.values():  # the most sites
             slower = [w.frequency for w in self.sustained if w.grows_backward and {*w.contact} <= {*contact.contact}]
             from_there = f"; a backward whirl grows from {max(slower):.4g} rad/s on" if slower else ""
@@ -211,6 +227,7 @@ def traps(
         sites=machine.sites,
         kind=KINDS[kind_of(states)],
         states=states,
+        own=tuple(own_whirls(machine, Omega)),
         sustained=tuple(
             SustainedWhirl(w.contact, w.frequency, w.N, w.slips, w.stable, abs(w.frequency) <= valid_to)
             for w in whirls(machine, Omega)

@@ -16,6 +16,7 @@ from amb_cosim.rub.rolling import rolling
 from amb_cosim.rub.rubbing_rotor import RubbingRotor
 from amb_cosim.rub.trap_map import Kind, State
 
+VIBRATIONS = 6  # about a state that are told, what decays least first
 KINDS = {
     Kind.FREE: "it turns without contact, and no steady contact is stable",
     Kind.BOTH: "it may turn without contact, or stay in contact",
@@ -45,6 +46,15 @@ class BearingCurrent:
 
 
 @dataclass(frozen=True, eq=False)
+class Vibration:
+    """A small vibration about a state: whirl frequency (rad/s, negative backward), growth (1/s), damping ratio (1)."""
+
+    frequency: Annotated[float, "rad/s"]
+    growth: Annotated[float, "1/s"]
+    damping_ratio: float
+
+
+@dataclass(frozen=True, eq=False)
 class SynchronousState:
     """A state in which the rotor turns steadily.
 
@@ -58,6 +68,8 @@ class SynchronousState:
         Of each bearing.
     growth, whirl_frequency, damping_ratio
         Of the small motion about it that decays least: rate (1/s), frequency (rad/s, negative backward), damping (1).
+    vibrations
+        Those of the rotor that is held so, what decays least first.
     stable, settles
         Whether it decays, and within a thousand turns.
     """
@@ -71,6 +83,7 @@ class SynchronousState:
     growth: Annotated[float, "1/s"]
     whirl_frequency: Annotated[float, "rad/s"]
     damping_ratio: float
+    vibrations: tuple[Vibration, ...]
     stable: bool
     settles: bool
 
@@ -182,6 +195,10 @@ def told(state: State, machine: RubbingRotor, Omega: float) -> SynchronousState:
         growth=small.growth,
         whirl_frequency=small.frequency,
         damping_ratio=small.damping,
+        vibrations=tuple(
+            Vibration(float(w), float(rate), float(-rate / math.hypot(rate, w)))
+            for rate, w in zip(small.rates[:VIBRATIONS], small.frequencies[:VIBRATIONS], strict=True)
+        ),
         stable=small.is_stable,
         settles=small.settles(Omega),
     )
