@@ -16,6 +16,9 @@ from amb_files.atomic import check_writable
 VARY = """Values of a variable, NAME=START:STOP:COUNT or NAME=VALUE,VALUE,...; units are understood. What an event sets
 begins with step. or removal.; names joined by & are varied together; NAME=@FILE has a table of settings a label."""
 
+ADAPTIVE = """Run only the points that are needed to know maximum:METRIC, minimum:METRIC or boundary:METRIC=LEVEL
+to --certainty."""
+
 
 @click.command()
 @click.argument("name")
@@ -38,6 +41,8 @@ begins with step. or removal.; names joined by & are varied together; NAME=@FILE
 @click.option(
     "--boundary", metavar="METRIC", help="What is 1 on one side of it: recovered (default), contact, rolling."
 )
+@click.option("--adaptive", metavar="GOAL", help=ADAPTIVE)
+@click.option("--certainty", type=float, metavar="SHARE", help="Of the range of its values; 0.01 by default.")
 @click.option(
     "--scheduler", metavar="ADDRESS", help="Of a Dask scheduler, such as tcp://host:8786, in place of processes here."
 )

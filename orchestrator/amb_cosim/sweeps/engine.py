@@ -127,10 +127,10 @@ def run_missing(client: Client, sweep: str, task: Task, store: SweepStore, repor
         If the cluster is gone, or has no process.
     """
     with deferred() as interruption:
-        _Submission(client, sweep, task, store, report, interruption).run()
+        Submission(client, sweep, task, store, report, interruption).run()
 
 
-class _Submission:
+class Submission:
     """The batches of a sweep that are under way, and the points that wait."""
 
     def __init__(
@@ -163,7 +163,7 @@ class _Submission:
     def _run(self) -> None:
         alive = time.monotonic()
         self._tell()
-        while self._waiting or self._suspects or self._under_way:
+        while self._refill() or self._waiting or self._suspects or self._under_way:
             self._interruption.check()
             if self._client.status == "closed":
                 raise ClusterFailed("the scheduler is gone")
@@ -176,6 +176,16 @@ class _Submission:
             if time.monotonic() > self._written + WRITE_TIME:
                 self._write()  # while the processes are busy
             self._collect()
+
+    def _refill(self) -> bool:
+        """Put more points among those that wait, if there are; return whether some may come later."""
+        return False
+
+    def _take(self, results: Sequence[PointResult]) -> None:
+        """Take what points led to."""
+        self._landed += results
+        self._done += len(results)
+        self._tell()
 
     def _threads(self) -> int:
         """Return how many batches can run at once; none while there is no connection or no answer."""
@@ -213,9 +223,7 @@ class _Submission:
         for future in [future for future in self._under_way if future.done()]:
             results += self._results(future, self._under_way.pop(future))
         if results:
-            self._landed += results
-            self._done += len(results)
-            self._tell()
+            self._take(results)
 
     def _write(self) -> None:
         if self._landed:

@@ -52,7 +52,8 @@ def draw_distribution(swept: Sweep, dataset: xr.Dataset, along: str) -> StyledFi
         if SAMPLE in part.dims:
             ax.plot(phase, part[METRIC].values.ravel(), ".", ms=3.0, color=BLUE)
         else:
-            _draw_band(ax, phase, np.minimum(distribution(part, along), top))
+            is_run = [bool((part["outcome"].isel({along: k}) != "").any()) for k in range(len(phase))]
+            _draw_band(ax, phase[is_run], np.minimum(distribution(part.isel({along: is_run}), along), top))
         mark_failed(ax, part.assign_coords({along: part[along].copy(data=phase)}), [along])
         ax.set_title(panel.title)
         ax.set_xlabel(f"phase of the {along.partition('.')[0]} (deg)")

@@ -19,6 +19,8 @@ class ReadySweep(Table):
     vary: dict[str, Any] = Field(min_length=1)
     sample: str | None = None
     boundary: str | None = None
+    adaptive: str | None = None
+    certainty: float | None = None
     until: float | None = None
 
     @property

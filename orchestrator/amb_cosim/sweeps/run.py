@@ -36,6 +36,8 @@ if TYPE_CHECKING:
     import xarray as xr
     from distributed import Client
 
+    from amb_cosim.sweeps.adaptive import Goal
+
 PACKAGES = ("amb-cosim", "numpy", "scipy", "xarray", "zarr", "dask", "distributed")
 
 
@@ -51,11 +53,14 @@ class Sweep:
         Its points.
     boundary
         Which 0 or 1 of the results its maps draw, and its refinement bisects.
+    sought
+        Group of the store with what an adaptive sweep has found; empty of any other.
     """
 
     folder: Path
     design: Design
     boundary: str = "recovered"
+    sought: str = ""
 
     @property
     def dataset(self) -> xr.Dataset:
@@ -99,6 +104,8 @@ def sweep(
     keep: Sequence[str] = (),
     refine: float | None = None,
     boundary: str = "recovered",
+    adaptive: str | None = None,
+    certainty: float = 0.01,
     scheduler: str | None = None,
     jobs: int | None = None,
     progress: bool | Report | None = None,
@@ -126,6 +133,10 @@ def sweep(
         Outcomes whose full records are kept in the folder `runs`: `trapped`, `failed`, ...; `all` for every run.
     refine, boundary
         To which share of an axis the boundary of `boundary` (recovered, contact, rolling) is bisected on a grid.
+    adaptive, certainty
+        What is sought, `maximum:METRIC`, `minimum:METRIC` or `boundary:METRIC=LEVEL`: of the points those alone are run
+        that are needed to know it to this share of the range of its values, at two standard deviations of a Gaussian
+        process.
     scheduler, jobs
         Address of a Dask scheduler; or the number of processes of a local cluster, one a processor by default. A script
         that starts a local cluster needs `if __name__ == "__main__":`, as for any processes in Python.
@@ -152,6 +163,7 @@ def sweep(
         from amb_cosim.sweeps.refine import check_refinement
 
         check_refinement(design, refine, boundary)
+    goal = None if adaptive is None else _goal(adaptive, certainty, bool(metrics), refine)
     task = Task(scenario, dict(set or {}), until, flavour, tuple(metrics), tuple(keep), varied_labels(design))
     guids, units, described = check_points(task, design)
     design = design.with_units(units)
@@ -162,12 +174,37 @@ def sweep(
         store = SweepStore(folder, design, {**asked, "design": design.as_dict()}, provenance)
         name = hashlib.sha256(json.dumps(asked, sort_keys=True).encode()).hexdigest()
         with sweep_bar(progress) as report:
-            if store.missing or refine is not None:
+            if goal is not None:
+                _seek(goal, scheduler, jobs, name, task, store, report)
+            elif store.missing or refine is not None:
                 with connect(scheduler, jobs) as client:
                     run_missing(client, name, task, store, report)
                     if refine is not None:
                         _refine(client, name, task, store, asked, report, refine, boundary)
-    return Sweep(folder, design, boundary)
+    return Sweep(folder, design, boundary, "" if goal is None else goal.group)
+
+
+def _goal(text: str, certainty: float, has_own_metrics: bool, refine: float | None) -> Goal:
+    require_extra("adaptive", "an adaptive sweep", "sklearn")
+    from amb_cosim.sweeps.adaptive import read_goal
+
+    if refine is not None:
+        raise ValueError("--adaptive chooses points of its own; it may not be given with --refine")
+    return read_goal(text, certainty, has_own_metrics)
+
+
+def _seek(
+    goal: Goal, scheduler: str | None, jobs: int | None, name: str, task: Task, store: SweepStore, report: Report
+) -> None:
+    """Run points until what is sought is known, and write what was found into the store."""
+    from amb_cosim.sweeps.adaptive import Sampler
+    from amb_cosim.sweeps.adaptive_run import run_asked
+
+    sampler = Sampler(store.design, goal, store.dataset())
+    if not sampler.next_points(1)[1]:
+        with connect(scheduler, jobs) as client:
+            run_asked(client, name, task, store, report, sampler)
+    store.replace_group(goal.group, sampler.dataset())
 
 
 def _refine(

@@ -27,7 +27,14 @@ def summarise_sweep(swept: Sweep) -> list[str]:
     dataset = swept.dataset
     parts = panels(swept.design, numeric_axes(swept.design))
     lines = [_of_part(panel.title, dataset.isel(panel.at)) for panel in parts]
-    return [*lines, *_of_branching(dataset), *_of_boundary(swept), *_of_sensitivities(swept), *_of_failures(dataset)]
+    return [
+        *lines,
+        *_of_branching(dataset),
+        *_of_boundary(swept),
+        *_of_goal(swept),
+        *_of_sensitivities(swept),
+        *_of_failures(dataset),
+    ]
 
 
 def _of_part(title: str, part: xr.Dataset) -> str:
@@ -74,6 +81,10 @@ def _of_boundary(swept: Sweep) -> list[str]:
         f"boundary of {swept.boundary}: {found.sizes['point']} places, known to {100.0 * tolerance:.3g} % of an axis "
         f"by {runs} runs more, {design.size + runs} in all; a grid as fine takes {as_fine}"
     ]
+
+
+def _of_goal(swept: Sweep) -> list[str]:
+    return str(open_sweep(swept.folder, swept.sought).attrs["told"]).splitlines() if swept.sought else []
 
 
 def _of_sensitivities(swept: Sweep) -> list[str]:

@@ -1,0 +1,81 @@
+"""Runs the points that a sampler asks for, one by one; while it thinks, processes run what it asked for before."""
+
+from __future__ import annotations
+
+import math
+import time
+from concurrent.futures import Future, ThreadPoolExecutor
+from typing import TYPE_CHECKING, Any
+
+from amb_cosim.cosim.interruption import Interruption, deferred
+from amb_cosim.presentation.progress import SweepReport as Report
+from amb_cosim.sweeps.adaptive import Sampler
+from amb_cosim.sweeps.engine import Submission
+from amb_cosim.sweeps.worker import Task
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+    from amb_cosim.sweeps.store import SweepStore
+
+LONGEST_RESERVE = 20  # points that wait for each process
+
+
+def run_asked(client: Client, sweep: str, task: Task, store: SweepStore, report: Report, sampler: Sampler) -> None:
+    """Run points until a sampler knows what it seeks; errors as of `run_missing`, and those of `Sampler.learn`."""
+    with deferred() as interruption, ThreadPoolExecutor(1) as thinker:
+        _Adaptive(client, sweep, task, store, report, interruption, sampler, thinker).run()
+
+
+class _Adaptive(Submission):
+    """Points that a sampler asks for. So many wait that none is missed until the next thought ends."""
+
+    def __init__(
+        self,
+        client: Client,
+        sweep: str,
+        task: Task,
+        store: SweepStore,
+        report: Report,
+        interruption: Interruption,
+        sampler: Sampler,
+        thinker: ThreadPoolExecutor,
+    ) -> None:
+        super().__init__(client, sweep, task, store, report, interruption)
+        self._waiting.clear()
+        self._total = self._done
+        self._sampler, self._thinker = sampler, thinker
+        self._thought: Future[Any] | None = None
+        self._began = self._took = 0.0  # of a thought (s)
+        self._is_found, self._has_news = False, True
+
+    def _refill(self) -> bool:
+        """Take the points of a thought that has ended; begin the next where fewer wait than may be run meanwhile."""
+        if self._thought is not None and self._thought.done():
+            asked, self._is_found = self._thought.result()
+            self._has_news = self._has_news or bool(asked)
+            self._thought, self._took = None, time.monotonic() - self._began
+            self._waiting.extend(asked)
+            self._total += len(asked)
+        if self._thought is None and self._has_news and not self._is_found:
+            threads = max(1, self._threads())
+            each = self._seconds / self._ran if self._ran else math.inf
+            reserve = threads * min(LONGEST_RESERVE, 1 + math.ceil(self._took / each))
+            if len(self._waiting) < reserve:
+                pending = {*self._waiting, *self._suspects, *(n for points in self._under_way.values() for n in points)}
+                self._began, self._has_news = time.monotonic(), False
+                count = reserve - len(self._waiting)
+                self._thought = self._thinker.submit(self._sampler.next_points, count, pending)
+        return not self._is_found
+
+    def _take(self, results: Any) -> None:
+        super()._take(results)
+        self._has_news = True
+        self._sampler.learn(results)
+
+    def _next_batch(self) -> list[int]:
+        return [self._waiting.popleft()]
+
+    def _tell(self) -> None:
+        """Report among those that were asked for."""
+        self._report(self._done, max(self._total, self._done), str(self._client.dashboard_link or ""))
