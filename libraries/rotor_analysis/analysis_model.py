@@ -41,8 +41,8 @@ def analysis_model(
 
     max |lambda - lambda_full| / |lambda_full| <= accuracy, over `count` modes at both ends of `speeds`
 
-    It keeps the planes of the bearings and more and more modes of the rotor held there (Craig and Bampton 1968); the
-    full model where no reduction is accurate.
+    It keeps the planes of bearings and seals, and more and more modes of the rotor held there (Craig and Bampton
+    1968); the full model where no reduction is accurate.
 
     Parameters
     ----------
@@ -61,7 +61,7 @@ def analysis_model(
     full = on_bearings(free, rotor)
     if not accuracy:
         return AnalysisModel(SupportedRotor(rotor, full, unreduced(full)), 0.0)
-    planes = tuple(sorted(set(rotor.bearing_nodes)))
+    planes = tuple(sorted({*rotor.bearing_nodes, *rotor.seal_nodes}))
     reduced_to = craig_bampton_by_modes(free, planes if len(planes) > 1 else needed_masters(rotor))
     ends = [float(speed) for speed in (np.min(speeds), np.max(speeds))]
     exact = [eigenvalues(full, speed) for speed in ends]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -30,7 +31,7 @@ class Matrices:
     translations
         Node number (from 1) to the rows of its x and y.
     over_speed
-        Bearings on the model whose coefficients depend on the spin speed; `at` adds them to K and C.
+        Bearings and seals on the model whose coefficients depend on the spin speed; `at` adds them to M, K and C.
     """
 
     M: Array
@@ -49,20 +50,27 @@ class Matrices:
         """Return the rows of the translations at `nodes`: x and y of the first, x and y of the next, ..."""
         return [row for node in nodes for row in self.translations[node]]
 
-    def with_bearing(self, node: int, stiffness: Array, damping: Array) -> Matrices:
-        """Add a bearing's 2 x 2 stiffness (N/m) and damping (N s/m) at `node`, which must keep its translations."""
+    def with_bearing(self, node: int, stiffness: Array, damping: Array, mass: Array | None = None) -> Matrices:
+        """Add a bearing's 2 x 2 stiffness (N/m), damping (N s/m) and mass (kg) at `node`, which keeps its translations.
+
+        Raises
+        ------
+        ValueError
+            If the node has no translations here.
+        """
         if node not in self.translations:
             raise ValueError(f"node {node} has no translations here; there are {sorted(self.translations)}")
         at = np.ix_(self.translations[node], self.translations[node])
-        K, C = self.K.copy(), self.C.copy()
+        M, K, C = self.M.copy(), self.K.copy(), self.C.copy()
         K[at] += stiffness
         C[at] += damping
-        return replace(self, C=C, K=K)
+        M[at] += 0.0 if mass is None else mass
+        return replace(self, M=M, C=C, K=K)
 
     def at(self, Omega: float) -> Matrices:
         """Return the model at spin speed Omega (rad/s) as M q'' + (C + Omega G) q' + K q = f, without R.
 
-        C and K hold the damping that turns with the shaft, and what all bearings have at this speed.
+        C and K hold the damping that turns with the shaft, and with M what all bearings and seals have at this speed.
         """
         model = replace(self, over_speed=()) if self.over_speed else self
         if self.R.any():
@@ -138,8 +146,13 @@ def element_matrices(element: Element, mass: MassModel) -> tuple[Array, Array, A
 
 
 def on_bearings(model: Matrices, rotor: Rotor) -> Matrices:
-    """Return `model` of `rotor` with its bearings: those that depend on the spin speed for `Matrices.at`, or added."""
-    for bearing in rotor.bearings:
+    """Return `model` of `rotor` with its bearings and seals; those that depend on speed are for `Matrices.at`."""
+    return with_bearings(model, (*rotor.bearings, *rotor.seals))
+
+
+def with_bearings(model: Matrices, bearings: Iterable[Bearing]) -> Matrices:
+    """Return a model with bearings, at whose nodes it keeps its translations."""
+    for bearing in bearings:
         if bearing.at_speed:
             model = replace(model, over_speed=(*model.over_speed, bearing))
         else:

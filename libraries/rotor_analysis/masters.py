@@ -12,8 +12,8 @@ from rotor_analysis.undamped import undamped_modes
 
 
 def needed_masters(rotor: Rotor) -> tuple[int, ...]:
-    """Return the nodes of discs, bearings, sites and sensors, ascending; the ends of the shaft too if they are one."""
-    nodes = {*rotor.disc_nodes, *rotor.bearing_nodes, *rotor.site_nodes, *rotor.sensor_nodes}
+    """Return the nodes of discs, bearings, seals, sites and sensors, ascending; if they are one, the ends too."""
+    nodes = {*rotor.disc_nodes, *rotor.bearing_nodes, *rotor.seal_nodes, *rotor.site_nodes, *rotor.sensor_nodes}
     ends = {1, len(rotor.shaft.nodes)} if len(nodes) < 2 else set()
     return tuple(sorted(nodes | ends))
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from itertools import pairwise
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, StrictBool, StrictFloat, Tag
@@ -13,6 +13,9 @@ from amb_files.toml import table
 from amb_files.validation_errors import Unit
 from fmi_export.model import Array
 from rotor_analysis.checks import Inertia, Length, Mass, Moderate, Name, Node, Position, Size, Variable, require
+
+if TYPE_CHECKING:
+    from scipy.interpolate import BSpline
 
 Tensor = tuple[tuple[float, float], tuple[float, float]]  # ((xx, xy), (yx, yy))
 
@@ -131,14 +134,18 @@ class AtSpeed:
     """2 x 2 stiffness (N/m) or one number."""
     damping: TensorOrNumber = NO_TENSOR
     """2 x 2 damping (N s/m) or one number."""
+    mass: TensorOrNumber = NO_TENSOR
+    """2 x 2 mass (kg) or one number."""
 
 
 @table
 class Bearing(_Placed):
-    """A linear bearing. The tensors are cross-coupled where they are not diagonal; one number is for both axes.
+    """A linear bearing or seal. The tensors are cross-coupled where they are not diagonal; one number is for both axes.
 
-    The analyses place the rotor on this bearing. In co-simulation the forces of the bearings come from another
-    component, and only the place counts.
+    f = -(K q + C q' + M q''),   q = (x, y) of the shaft there, f the force on it                  (1)
+
+    K = [[k, Q], [-Q, k]] with Q > 0 drives forward whirl: on a forward circle q = (cos, sin) its cross-coupled part is
+    f = Q (-sin, cos), along the velocity.
     """
 
     name: Name
@@ -152,32 +159,39 @@ class Bearing(_Placed):
     z: Position | None = None
     """Position along the shaft, in place of `node`; the shaft then has a node there."""
     at_speed: tuple[AtSpeed, ...] = ()
-    """Coefficients over the spin speed, in place of those above: ascending, a spline between."""
+    """Coefficients over the spin speed, in place of those above: ascending, a spline between; beyond, those of the
+    ends."""
+    mass: TensorOrNumber = NO_TENSOR
+    """2 x 2 mass that moves with the shaft, that of a fluid, or one number (kg)."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
         speeds = [row.speed for row in self.at_speed]
         ascending = all(b > a for a, b in pairwise(speeds))
         require(not speeds or (ascending and len(speeds) > 1), "at_speed", f"{speeds} rad/s", "ascending, two or more")
-        for name in ("stiffness", "damping"):
+        for name in ("stiffness", "damping", "mass"):
             if speeds and getattr(self, name) != NO_TENSOR:
                 raise ValueError(f"{name} is given, but at_speed is too; give one of them")
 
-    def at(self, Omega: float) -> tuple[Array, Array]:
-        """Return stiffness (N/m) and damping (N s/m) at spin speed Omega (rad/s), shape (2, 2) each.
+    def at(self, Omega: float) -> tuple[Array, Array, Array]:
+        """Return K (N/m), C (N s/m) and M (kg) of (1) at spin speed Omega (rad/s), shape (2, 2) each.
 
         Between the speeds of the table by the cubic spline through it (not-a-knot; a parabola through three, a line
         through two), below and beyond it the values at its ends.
         """
         if not self.at_speed:
-            return np.array(self.stiffness), np.array(self.damping)
+            return np.array(self.stiffness), np.array(self.damping), np.array(self.mass)
+        speeds = [row.speed for row in self.at_speed]
+        stiffness, damping, mass = self.spline()(np.clip(Omega, speeds[0], speeds[-1]))
+        return stiffness, damping, mass
+
+    def spline(self) -> BSpline:
+        """Return the spline through the table: K, C and M, shape (3, 2, 2), over the spin speed (rad/s)."""
         from scipy.interpolate import make_interp_spline  # slow to import, and most rotors need none
 
         speeds = [row.speed for row in self.at_speed]
-        rows = np.array([(row.stiffness, row.damping) for row in self.at_speed])
-        spline = make_interp_spline(speeds, rows, k=min(3, len(speeds) - 1))
-        stiffness, damping = spline(np.clip(Omega, speeds[0], speeds[-1]))
-        return stiffness, damping
+        rows = np.array([(row.stiffness, row.damping, row.mass) for row in self.at_speed])
+        return make_interp_spline(speeds, rows, k=min(3, len(speeds) - 1))
 
 
 @table

@@ -36,8 +36,8 @@ def reduced_rotor(rotor: Rotor) -> Reduction:
 
     The translations x and y of the master planes come first, in order, then those of the modes. Unreduced, the
     coordinates are x, y and the slopes x', y' of every node. Where the rotor names no masters, they are the planes of
-    discs, bearings, sites and sensors and, for MSDC, more until the first modes are accurate. Where it names no number
-    of modes for Craig and Bampton's method, there are as many as that takes.
+    discs, bearings, seals, sites and sensors and, for MSDC, more until the first modes are accurate. Where it names no
+    number of modes for Craig and Bampton's method, there are as many as that takes.
 
     Parameters
     ----------

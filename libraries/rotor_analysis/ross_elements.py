@@ -106,6 +106,7 @@ class SavedRotor:
     disks: list[SavedDisk] = field(default_factory=list)
     masses: list[SavedMass] = field(default_factory=list)
     bearings: list[SavedBearing] = field(default_factory=list)
+    seals: list[SavedBearing] = field(default_factory=list)
     others: list[str] = field(default_factory=list)
 
 
@@ -127,7 +128,8 @@ def read_saved(path: Path) -> SavedRotor:
             continue
         what, kind = f"{name}, {key!r}", key.partition("_")[0]
         if isinstance(table, dict) and {"kxx", "cxx"} <= set(table):
-            rotor.bearings.append(validate(table, SavedBearing, what))
+            of_kind = rotor.seals if kind == "SealElement" else rotor.bearings
+            of_kind.append(validate(table, SavedBearing, what))
         elif kind == "ShaftElement":
             rotor.elements.append(validate(table, SavedElement, what))
         elif kind == "DiskElement":
@@ -153,19 +155,18 @@ def _unlike(rotor: SavedRotor) -> Iterator[tuple[str, str]]:
         yield "an element of another kind", key
     yield from _unlike_a_shaft(rotor.elements)
     last = max(element.n for element in rotor.elements) + 1
-    for part in (*rotor.disks, *rotor.masses, *rotor.bearings):
+    for part in (*rotor.disks, *rotor.masses, *rotor.bearings, *rotor.seals):
         if part.n > last:
             yield "a part beside the shaft", part.tag
     for mass in rotor.masses:
         if mass.mx != mass.my:
             yield "a mass that differs between x and y", mass.tag
-    for bearing in rotor.bearings:
+    for bearing in (*rotor.bearings, *rotor.seals):
         if bearing.n_link is not None:
             yield "a bearing that stands on another part", bearing.tag
-        if any(any(getattr(bearing, f"m{axes}")) for axes in AXES):
-            yield "a bearing with inertia", bearing.tag
         count = len(bearing.frequency or [0.0])
-        if any(len(getattr(bearing, f"{letter}{axes}")) != count for letter in "kc" for axes in AXES):
+        given = [getattr(bearing, f"{letter}{axes}") for letter in "kcm" for axes in AXES]
+        if any(len(values) != count for values in given if values):
             yield "coefficients that are not as many as their speeds", bearing.tag
 
 

@@ -47,9 +47,12 @@ def read_ross(path: Path) -> tuple[dict[str, Any], list[str]]:
         {"name": name(mass.tag), "node": mass.n + 1, "mass": mass.mx, "diametral_inertia": 0.0, "polar_inertia": 0.0}
         for mass in saved.masses
     ]
-    bearings = [{"name": name(b.tag), "node": b.n + 1} | _coefficients(b) for b in saved.bearings]
+    bearings, seals = (
+        [{"name": name(b.tag), "node": b.n + 1} | _coefficients(b) for b in of_kind]
+        for of_kind in (saved.bearings, saved.seals)
+    )
     content = {"name": saved.title} | _shaft(saved.elements) | _damping(saved.elements[0])
-    content |= {"bodies": bodies, "bearings": bearings}
+    content |= {"bodies": bodies, "bearings": bearings} | ({"seals": seals} if seals else {})
     validate(content, Rotor, f"ROSS file {path}")
     return content, list(dict.fromkeys(_notes(saved)))
 
@@ -58,14 +61,14 @@ def _notes(saved: SavedRotor) -> Iterator[str]:
     first = saved.elements[0]
     if first.shear_effects and first.shear_method_calc == "hutchinson":
         yield "The shear coefficient is Hutchinson's; that of ROSS lacks a factor 1 + nu."
-    for bearing in saved.bearings:
+    for bearing in (*saved.bearings, *saved.seals):
         if any((*bearing.kzz, *bearing.czz, *bearing.mzz)):
             yield f"{bearing.tag}: its axial coefficients are left out."
         if len(bearing.frequency or ()) > 3:
             yield "Coefficients over speed are those of ROSS's spline, which smooths the saved ones."
         others = sorted(set(bearing.model_extra or {}) - DRAWING)
         if others:
-            yield f"{bearing.tag}: only its stiffness and damping are kept, not {', '.join(others)}."
+            yield f"{bearing.tag}: only its stiffness, damping and mass are kept, not {', '.join(others)}."
 
 
 def _names() -> Callable[[str], str]:
@@ -144,19 +147,21 @@ def _collapsed(values: list[Any]) -> Any:
 
 
 def _coefficients(bearing: SavedBearing) -> dict[str, Any]:
-    """Stiffness and damping, of one speed or of many."""
-    stiffness, damping = _tensors(bearing, "k"), _tensors(bearing, "c")
+    """Stiffness, damping and, where there is any, mass, of one speed or of many."""
+    curves = {"stiffness": _tensors(bearing, "k"), "damping": _tensors(bearing, "c")}
+    if any(any(getattr(bearing, f"m{axes}")) for axes in AXES):
+        curves["mass"] = _tensors(bearing, "m")
+    rows = [dict(zip(curves, row, strict=True)) for row in zip(*curves.values(), strict=True)]
     if len(bearing.frequency or ()) < 2:
-        return {"stiffness": stiffness[0], "damping": damping[0]}
-    rows = zip(bearing.frequency or (), stiffness, damping, strict=True)
-    return {"at_speed": [{"speed": speed, "stiffness": k, "damping": c} for speed, k, c in rows]}
+        return rows[0]
+    return {"at_speed": [{"speed": speed} | row for speed, row in zip(bearing.frequency or (), rows, strict=True)]}
 
 
 def _tensors(bearing: SavedBearing, letter: str) -> list[list[list[float]]]:
     """[[xx, xy], [yx, yy]] at each speed, as ROSS computes them: by scipy's smoothing spline from four speeds on."""
     curves = []
     for axes in AXES:
-        values = getattr(bearing, f"{letter}{axes}")
+        values = getattr(bearing, f"{letter}{axes}") or [0.0] * len(bearing.frequency or [0.0])
         if len(values) > 3:
             from scipy.interpolate import UnivariateSpline  # slow to import
 

@@ -18,12 +18,12 @@ from amb_files.toml import table
 from rotor_analysis.checks import Name, Node, require
 from rotor_analysis.damping import Damping
 from rotor_analysis.element import Element, Material
-from rotor_analysis.parts import Bearing, BodyOrDisc, Part, Sensor, Site
+from rotor_analysis.parts import NO_TENSOR, Bearing, BodyOrDisc, Part, Sensor, Site
 from rotor_analysis.shaft import Shaft, ShaftOrSections
 
 Method = Literal["msdc", "craig_bampton", "none"]
 
-KINDS = ("bodies", "bearings", "sites", "sensors")
+KINDS = ("bodies", "bearings", "seals", "sites", "sensors")
 
 
 @table
@@ -35,7 +35,7 @@ class ReductionOptions:
     rotor held there too, `none` keeps the full model; by default `msdc` where masters are named, else
     `craig_bampton`."""
     masters: tuple[Node, ...] = ()
-    """Nodes whose translations are kept; bearings and sites among them."""
+    """Nodes whose translations are kept; bearings, seals and sites among them."""
     modes: Annotated[StrictInt, Ge(0)] | None = None
     """Modes of the rotor held at its masters."""
     accuracy: Annotated[StrictFloat, Gt(0.0), Lt(1.0)] = 1e-3
@@ -64,7 +64,7 @@ class Mesh:
 
 @table
 class Rotor:
-    """A rotor: its shaft with bodies, bearings, contact sites and sensors, its damping, the materials of the shaft.
+    """A rotor: its shaft with bodies, bearings, seals, contact sites and sensors, its damping, the shaft's materials.
 
     Parts may be placed by `z`; the shaft then has a node there, and the parts and masters their numbers on this mesh.
 
@@ -82,7 +82,8 @@ class Rotor:
     bodies: tuple[BodyOrDisc, ...] = ()
     """Rigid bodies and discs on the shaft."""
     bearings: tuple[Bearing, ...] = ()
-    """Linear bearings, for the analyses; in co-simulation only their places count."""
+    """Linear bearings, for the analyses; in co-simulation only their places count, forces come from another
+    component."""
     sites: tuple[Site, ...] = ()
     """Places where the rotor can touch."""
     sensors: tuple[Sensor, ...] = ()
@@ -95,6 +96,8 @@ class Rotor:
     """How fine the elements are, in place of the nodes as they are."""
     damping: Damping = Damping()
     """Damping of the rotor without its bearings."""
+    seals: tuple[Bearing, ...] = ()
+    """Seals and passive bearings."""
 
     def __post_init__(self) -> None:
         wrong = [*self._misplaced(), *self._misnamed()]
@@ -109,12 +112,12 @@ class Rotor:
             list(self.masters),
             "a list without repetition",
         )
-        missing = sorted({*self.bearing_nodes, *self.site_nodes} - set(self.masters))
+        missing = sorted({*self.bearing_nodes, *self.seal_nodes, *self.site_nodes} - set(self.masters))
         require(
             not self.masters or not missing,
             "reduction.masters",
             list(self.masters),
-            f"a list that includes bearings and sites {missing}",
+            f"a list that includes bearings, seals and sites {missing}",
         )
         require(len(self.masters) != 1, "reduction.masters", list(self.masters), "two nodes or more")
 
@@ -199,7 +202,7 @@ class Rotor:
 
     @property
     def part_nodes(self) -> tuple[int, ...]:
-        """Node numbers of all parts: bodies, bearings, sites and sensors."""
+        """Node numbers of all parts: bodies, bearings, seals, sites and sensors."""
         return _nodes(part for _, part in self._parts())
 
     @property
@@ -213,6 +216,11 @@ class Rotor:
         return _nodes(self.bearings)
 
     @property
+    def seal_nodes(self) -> tuple[int, ...]:
+        """Node numbers of the seals."""
+        return _nodes(self.seals)
+
+    @property
     def site_nodes(self) -> tuple[int, ...]:
         """Node numbers of the contact sites."""
         return _nodes(self.sites)
@@ -223,9 +231,10 @@ class Rotor:
         return _nodes(self.sensors)
 
     def on_equal_bearings(self, stiffness: float, damping: float) -> Rotor:
-        """Return the same rotor on isotropic bearings of the given stiffness (N/m) and damping (N s/m)."""
+        """Return the same rotor, with its seals, on isotropic bearings of this stiffness (N/m) and damping (N s/m)."""
         k, c = ((stiffness, 0.0), (0.0, stiffness)), ((damping, 0.0), (0.0, damping))
-        return replace(self, bearings=tuple(replace(b, stiffness=k, damping=c, at_speed=()) for b in self.bearings))
+        bearings = (replace(b, stiffness=k, damping=c, mass=NO_TENSOR, at_speed=()) for b in self.bearings)
+        return replace(self, bearings=tuple(bearings))
 
     @property
     def mass(self) -> float:

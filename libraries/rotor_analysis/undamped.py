@@ -21,8 +21,8 @@ def natural_frequencies(rotor: Rotor, count: int) -> Array:
 def undamped_modes(model: Matrices, rotor: Rotor, count: int) -> tuple[Array, Array]:
     """Return the first modes of a model of `rotor` on its bearings, K phi = omega^2 M phi.
 
-    K and M are the means over both planes. A rotor that fewer than two bearings hold moves rigidly in one or two of
-    these modes, without a frequency; they are left out.
+    K and M are the means over both planes. A rotor that fewer than two bearings or seals hold moves rigidly in one or
+    two of these modes, without a frequency; they are left out.
 
     Parameters
     ----------
@@ -43,7 +43,8 @@ def undamped_modes(model: Matrices, rotor: Rotor, count: int) -> tuple[Array, Ar
 
     supported = on_bearings(model, rotor).at(0.0)
     M, K = _one_plane(supported.M), _one_plane(supported.K)
-    held = {bearing.node for bearing in rotor.bearings if np.trace(bearing.at(0.0)[0]) != 0.0}
+    holding = (*rotor.bearings, *rotor.seals)
+    held = {bearing.node for bearing in holding if np.trace(bearing.at(0.0)[0]) != 0.0}
     rigid = max(0, 2 - len(held))
     last = len(M) - 1
     for shift in SHIFTS:

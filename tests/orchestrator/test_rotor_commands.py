@@ -30,7 +30,7 @@ def test_imported_rotor_is_a_rotor_file(rotor, tmp_path):
     text = (tmp_path / "compressor_rotor.toml").read_text(encoding="utf-8")
     assert text.startswith("# Imported from compressor.toml, which ROSS saved. SI units.\n# Coefficients over speed")
     found = load_rotor(tmp_path / "compressor_rotor.toml")
-    assert (len(found.bodies), len(found.bearings), len(found.materials)) == (7, 14, 3)
+    assert (len(found.bodies), len(found.bearings), len(found.seals), len(found.materials)) == (7, 2, 12, 3)
 
 
 def test_imported_rotor_can_be_shown_and_drawn(rotor, tmp_path):

@@ -76,11 +76,33 @@ def three_materials() -> Any:
     return ross.Rotor(shaft, [ross.DiskElement(3, 15.0, 0.1, 0.18)], bearings, tag="three_materials")
 
 
+def seals() -> Any:
+    """Two discs in bearings, with a seal over four speeds, cross-coupled and with mass, and one that is unsymmetric."""
+    shaft = [ross.ShaftElement(0.12, 0.0, 0.05, material=STEEL) for _ in range(10)]
+    discs = [ross.DiskElement(n, 12.0, 0.06, 0.11) for n in (3, 7)]
+    bearings = [ross.BearingElement(n, kxx=1.2e7, cxx=2e3) for n in (0, 10)]
+    speeds = np.array([0.0, 300.0, 700.0, 1000.0])  # on a cubic: ROSS's spline, which smooths, changes nothing
+    rising = {
+        "frequency": speeds.tolist(),
+        "kxx": (2e6 + 900.0 * speeds - 1e-3 * speeds**3).tolist(),
+        "kxy": (3e3 * speeds + 0.5 * speeds**2).tolist(),
+        "kyx": (-3e3 * speeds - 0.5 * speeds**2).tolist(),
+        "cxx": (4e3 - 1.5 * speeds).tolist(),
+        "cxy": (0.4 * speeds).tolist(),
+        "cyx": (-0.4 * speeds).tolist(),
+        "mxx": (3.0 - 1e-3 * speeds).tolist(),
+    }
+    unlike = {"kxx": 4e5, "kyy": -2e5, "kxy": 1e5, "kyx": 3e4, "cxx": 800.0, "cyy": 300.0, "mxx": 0.5, "myy": 1.5}
+    found = [ross.SealElement(5, tag="balance piston", **rising), ross.SealElement(2, tag="eye", **unlike)]
+    return ross.Rotor(shaft, discs, [*bearings, *found], tag="seals")
+
+
 ROTORS = {
     "two_discs": (two_discs, (0.0, 200.0, 500.0)),
     "cone": (cone, (0.0, 300.0, 900.0)),
     "three_materials": (three_materials, (0.0, 150.0, 700.0)),
     "compressor": (compressor_example, (450.0, 800.0, 1100.0)),
+    "seals": (seals, (0.0, 250.0, 640.0)),
     "damped": (rotor_example_with_damping, (0.0, 300.0, 900.0)),
 }
 UNBALANCE, PHASES = (2e-3, 1e-3), (0.4, -1.9)  # kg m and rad, at the first disc and at the last

@@ -98,12 +98,8 @@ def test_tags_become_names_that_differ(tmp_path):
     data["PointMass_z"] = {"tag": "Größe", "n": 3, "mx": 2.0, "my": 2.0, "mz": 2.0}
     content, _ = read(tmp_path, data)
     assert [body["name"] for body in content["bodies"]] == ["disk_0", "disk_1", "gr_e"]
-    assert [bearing["name"] for bearing in content["bearings"]] == [
-        "bearing_0",
-        "bearing_1",
-        "disk_0_2",
-        "part_2nd_seal",
-    ]
+    assert [bearing["name"] for bearing in content["bearings"]] == ["bearing_0", "bearing_1", "disk_0_2"]
+    assert [seal["name"] for seal in content["seals"]] == ["part_2nd_seal"]
 
 
 def test_discs_are_planes_of_unbalance_and_point_masses_are_not(tmp_path):
@@ -123,7 +119,6 @@ CANNOT = {
     "some damping": (ELEMENT, {"beta": 1e-5}, "different damping (Shaft Element 2)"),
     "pieces": (ELEMENT, {"n": 7}, "a shaft in pieces (no element at node 2)"),
     "support": (BEARING, {"n_link": 8}, "a bearing that stands on another part (Bearing 1)"),
-    "inertia": (BEARING, {"mxx": [3.0]}, "a bearing with inertia (Bearing 1)"),
     "speeds": (BEARING, {"frequency": [0.0, 1.0]}, "coefficients that are not as many as their speeds (Bearing 1)"),
     "beside": (DISC, {"n": 12}, "a part beside the shaft (Disk 0)"),
     "gear": ("GearElement_g", {"tag": "g"}, "an element of another kind (GearElement_g)"),
@@ -158,7 +153,7 @@ def test_all_that_cannot_be_is_named_at_once(tmp_path):
     ("key", "changes", "note"),
     [
         (BEARING, {"kzz": [1e5]}, "Bearing 1: its axial coefficients are left out."),
-        (BEARING, {"seal_leakage": 0.1}, "Bearing 1: only its stiffness and damping are kept, not seal_leakage."),
+        (BEARING, {"seal_leakage": 0.1}, "Bearing 1: only its stiffness, damping and mass are kept, not seal_leakage."),
     ],
 )
 def test_what_is_left_out_is_told(tmp_path, key, changes, note):

@@ -100,7 +100,10 @@ def in_full(sentence):
         ("[reduction]\nmasters = 4", "reduction.masters = 4! a list"),
         ("[reduction]\nmasters = [1, 7]", "reduction.masters[1] = 7! a node number from 1 to 3"),
         ("[reduction]\nmasters = [1, 1]", "reduction.masters = [1, 1]! a list without repetition"),
-        (OIL + "[reduction]\nmasters = [2]", "reduction.masters = [2]! a list that includes bearings and sites [1]"),
+        (
+            OIL + "[reduction]\nmasters = [2]",
+            "reduction.masters = [2]! a list that includes bearings, seals and sites [1]",
+        ),
     ],
 )
 def test_mistake_in_a_part_is_named_with_its_key(tmp_path, more, sentence):

@@ -44,6 +44,9 @@ def plant_structure(rotor: Rotor) -> tuple[Structure, Planes]:
     """
     if not rotor.bearings:
         raise ValueError(f"rotor {rotor.name!r} has no bearings; a plant needs at least one")
+    if rotor.seals:
+        names = ", ".join(seal.name for seal in rotor.seals)
+        raise ValueError(f"rotor {rotor.name!r} has seals ({names}); the plant has none, the analyses have")
     full, reduction = assemble(rotor), reduced_rotor(rotor)
     reduced = reduction.model
     translations = [row for rows in reduced.translations.values() for row in rows]

@@ -155,8 +155,8 @@ def _plant(rotor: Rotor) -> PlantModel:
 
 
 def _leaner(rotor: Rotor, plant: PlantModel) -> PlantModel | None:
-    """The plant with planes at bearings and sites alone, by its own number of modes, if that has fewer coordinates."""
-    needed = tuple(sorted({*rotor.bearing_nodes, *rotor.site_nodes}))
+    """The plant with planes at bearings, seals and sites alone, by as many modes as it has, if that is smaller."""
+    needed = tuple(sorted({*rotor.bearing_nodes, *rotor.seal_nodes, *rotor.site_nodes}))
     if rotor.reduction.method != "craig_bampton" or len(needed) < 2:
         return None
     try:
@@ -191,11 +191,13 @@ def _parts(rotor: Rotor) -> Iterator[PlacedPart]:
             z[body.node - 1],
             inertia + (", unbalance" if body.unbalance else ""),
         )
-    for bearing in rotor.bearings:
-        K, C = bearing.at(0.0)
+    for kind, bearing in (*(("bearing", b) for b in rotor.bearings), *(("seal", s) for s in rotor.seals)):
+        K, C, _ = bearing.at(0.0)
         stated = f"{number(K[0, 0])} N/m, {number(C[0, 0])} N s/m along x"
+        if K[0, 1] or K[1, 0]:
+            stated += f", cross-coupled {number(K[0, 1])} and {number(K[1, 0])} N/m"
         what = stated + (" at the lowest speed" if bearing.at_speed else "")
-        yield PlacedPart("bearing", bearing.name, bearing.node, z[bearing.node - 1], what)
+        yield PlacedPart(kind, bearing.name, bearing.node, z[bearing.node - 1], what)
     for site in rotor.sites:
         what = f"retainer of {site.bearing}" if site.bearing else "bush"
         yield PlacedPart("contact site", site.name, site.node, z[site.node - 1], what)

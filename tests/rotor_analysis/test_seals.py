@@ -1,0 +1,100 @@
+"""Seals and passive bearings: signs of cross coupling and mass in closed form, and what of them is refused."""
+
+import tomllib
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from analysis_cases import MASS, NOTHING, disc_between, spring, tensor
+
+from amb_files.toml import validate
+from rotor_analysis.modes import modes
+from rotor_analysis.parts import AtSpeed, Bearing
+from rotor_analysis.rotor import Rotor
+from rotor_analysis.rotor_file import load_rotor
+from rotor_analysis.supported_rotor import supported_rotor
+
+HELD = [Bearing(name, node, tensor(1e7)) for name, node in (("left", 1), ("right", 3))]
+Q = 2e4  # N/m
+
+
+def jeffcott_with(**seal):
+    rotor = replace(disc_between(*HELD), seals=(Bearing("labyrinth", 2, **seal),))
+    return modes(supported_rotor(rotor, planes=(2,)).model, 0.0, 2)
+
+
+@pytest.mark.parametrize(("sign", "unstable"), [(1.0, "forward"), (-1.0, "backward")])
+def test_cross_coupling_drives_whirl_of_its_own_sense(sign, unstable):
+    """m s^2 + k - i Q = 0 for x + i y: |zeta| is nearly Q/(2 k)."""
+    found = {mode.whirl: mode for mode in jeffcott_with(stiffness=tensor(0.0, sign * Q))}
+    assert set(found) == {"forward", "backward"}
+    exact = np.sqrt(complex(-spring(), sign * Q) / MASS)
+    for whirl, mode in found.items():
+        growth = abs(exact.real) * (1.0 if whirl == unstable else -1.0)
+        assert mode.eigenvalue == pytest.approx(complex(growth, abs(exact.imag)), rel=1e-6)
+
+
+def test_direct_damping_outweighs_cross_coupling_at_its_threshold():
+    """Forward whirl is stable for c omega > Q."""
+    omega = np.sqrt(spring() / MASS)
+    for ratio in (0.99, 1.01):
+        (forward,) = (
+            mode
+            for mode in jeffcott_with(stiffness=tensor(0.0, Q), damping=tensor(ratio * Q / omega))
+            if mode.whirl == "forward"
+        )
+        assert (forward.damping_ratio > 0.0) == (ratio > 1.0)
+
+
+def test_mass_of_a_seal_lowers_the_frequency():
+    (first, _) = jeffcott_with(mass=tensor(3.0))
+    assert first.frequency == pytest.approx(np.sqrt(spring() / (MASS + 3.0)), rel=1e-9)
+
+
+def test_mass_over_speed_is_that_of_each_speed():
+    rows = tuple(AtSpeed(speed, NOTHING, NOTHING, tensor(mass)) for speed, mass in ((0.0, 1.0), (100.0, 3.0)))
+    seal = Bearing("labyrinth", 2, at_speed=rows)
+    for Omega, mass in ((-10.0, 1.0), (50.0, 2.0), (500.0, 3.0)):
+        np.testing.assert_allclose(seal.at(Omega)[2], tensor(mass), rtol=1e-12, atol=1e-12)
+
+
+def test_planes_of_the_plant_hold_the_seals():
+    rig = load_rotor()
+    with pytest.raises(ValueError, match=r"a list that includes bearings, seals and sites \[8\]"):
+        replace(rig, seals=(Bearing("labyrinth", 8),), reduction=replace(rig.reduction, masters=(1, 4, 5, 11, 13)))
+
+
+SEAL = """
+[[seals]]
+name = "labyrinth"
+node = 2
+"""
+TWO_ROWS = "at_speed = [{speed = %s, stiffness = 1e6}, {speed = %s, stiffness = 2e6}]"
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (
+            "stiffness = [[1e6, 0.0, 0.0], [0.0, 1e6, 0.0]]",
+            r"seals\[0\].stiffness \(labyrinth\) = .* \[\[xx, xy\], \[yx, yy\]\]",
+        ),
+        ("mass = [[1.0, nan], [0.0, 1.0]]", r"seals\[0\].mass \(labyrinth\) = .* finite numbers"),
+        (
+            TWO_ROWS % (300.0, 100.0),
+            r"seals\[0\].at_speed \(labyrinth\) = \[300.0, 100.0\] rad/s .* ascending, two or more",
+        ),
+        ("leakage = 2.0", r"unknown key seals\[0\].leakage \(labyrinth\)"),
+    ],
+)
+def test_seal_that_is_none_is_refused_by_name(text, message):
+    shaft = {
+        "nodes": [0.0, 0.4, 0.8],
+        "diameter": 0.03,
+        "youngs_modulus": 2e11,
+        "density": 7.8e3,
+        "poissons_ratio": 0.3,
+    }
+    data = {"name": "pump", "shaft": shaft, **tomllib.loads(SEAL + text)}
+    with pytest.raises(ValueError, match=message):
+        validate(data, Rotor, "rotor file pump.toml")
