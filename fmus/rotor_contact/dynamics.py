@@ -17,6 +17,7 @@ from fmi_export.model import Array
 from fmi_export.parts import part
 from fmi_export.records import record
 from rotor_contact.products import dot, subtract_products
+from rotor_contact.seals import Seals, add_seals
 from rotor_contact.signals import Inputs, Parameters
 from rotor_contact.structure import REAL, Structure
 
@@ -49,7 +50,7 @@ class Forces(NamedTuple):
 
 
 class Coefficients(NamedTuple):
-    """The columns of K = M^-1 (K - Omega R J - force gradients + passive bearings) and of C = M^-1 (C + R + Omega G).
+    """The columns of K = M^-1 (K - Omega R J - gradients + passive bearings and seals), C = M^-1 (C + R + Omega G).
 
     Shape (n, n) each; row j is column j, so that a product runs along the memory. Omega is that at the beginning of the
     step.
@@ -83,7 +84,9 @@ class Motion(NamedTuple):
     over_speed
         See `Structure`: what of the coefficients changes with the speed within the step, shape (2 n, n).
     is_damped
-        Whether the shaft has damping of its own.
+        Whether the shaft has damping of its own, or there are seals.
+    seals
+        See `Structure`.
     theta, Omega, Omega_dot
         Rotor angle (rad) and spin speed (rad/s) at the beginning of the step, spin acceleration (rad/s^2); where the
         spin is a degree of freedom, the acceleration is 0 here.
@@ -93,6 +96,7 @@ class Motion(NamedTuple):
     bearings: Bearings
     over_speed: Array
     is_damped: bool
+    seals: Seals
     theta: float
     Omega: float
     Omega_dot: float
@@ -131,7 +135,7 @@ def motion_of(
     structure: Structure, rows: Array, bearings: Bearings, theta: float, Omega: float, Omega_dot: float
 ) -> Motion:
     """Return a motion in the memory `rows` and `bearings`; `theta` to `Omega_dot` are those at the beginning."""
-    return Motion(rows, bearings, structure.over_speed, structure.is_damped, theta, Omega, Omega_dot)
+    return Motion(rows, bearings, structure.over_speed, structure.is_damped, structure.seals, theta, Omega, Omega_dot)
 
 
 @kernel_apart
@@ -226,6 +230,7 @@ def collect_coefficients(structure: Structure, motion: Motion) -> None:
                 effect = structure.Minv[i, row]
                 K[row, i] += effect * (bearing.k_b - bearing.gradient[axis])
                 C[row, i] += effect * bearing.c_b
+    add_seals(structure.Minv, motion.seals, motion.Omega, K, C)
     given, caused = forces(motion), accelerations(motion)
     _divide_by_mass(structure.Minv, given.steady, caused.steady)
     _divide_by_mass(structure.Minv, given.cosine, caused.cosine)

@@ -42,6 +42,7 @@ from rotor_contact.propagator import (
     n_free,
     observed,
 )
+from rotor_contact.seals import seal_power
 from rotor_contact.series import build_rows, direct_unbalance, n_axes, n_observed, row_of_axis
 from rotor_contact.site import Site, can_touch
 from rotor_contact.site_in_piece import stays_clear
@@ -125,13 +126,13 @@ def _propagate_piece(w: Workspace, propagator: Propagator, tau: float, h: float,
                 return False
     if in_contact and not find_end_forces(w, propagator, end):
         return False
-    heat = from_spin = 0.0
+    heat = given = 0.0
     if motion.is_damped:
-        heat, from_spin = _shaft_heat_and_work(w, end)
+        heat, given = _shaft_heat_and_work(w, end)
     elif damped:
         heat = _damping_heat(motion, end, n)
     integrals = energy_integrals(z, n)
-    integrals.work += _work(motion, propagator, unbalance, start, end) + h * from_spin
+    integrals.work += _work(motion, propagator, unbalance, start, end) + h * given
     integrals.damping_heat += h * heat
     if in_contact:
         add_contact(w, propagator, z, h)
@@ -171,13 +172,14 @@ def _damping_heat(motion: Motion, end: Array, n: int) -> float:
 
 @kernel_apart
 def _shaft_heat_and_work(w: Workspace, end: Array) -> tuple[float, float]:
-    """Return the mean heat per second of all dampers during a piece, and of it what the spin gives (W)."""
+    """Return the mean heat per second of all dampers during a piece, and what spin and seals give to the rotor (W)."""
     n = w.Minv.shape[0]
     heat = work = 0.0
     for k in range(N_GAUSS):
         q = end[(2 + 2 * k) * n : (3 + 2 * k) * n]
         v = end[(3 + 2 * k) * n : (4 + 2 * k) * n]
         shaft_heat, torque = shaft_damping(w.forms, w.motion.Omega, q, v)
-        heat += GAUSS_WEIGHTS[k] * (shaft_heat + damping_power(w.motion, v))
-        work -= GAUSS_WEIGHTS[k] * w.motion.Omega * torque
+        heat_in_seals, power_of_seals, _ = seal_power(w.motion.seals, w.motion.Omega, q, v)
+        heat += GAUSS_WEIGHTS[k] * (shaft_heat + damping_power(w.motion, v) + heat_in_seals)
+        work -= GAUSS_WEIGHTS[k] * (w.motion.Omega * torque - power_of_seals)
     return heat, work

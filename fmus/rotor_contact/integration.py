@@ -13,6 +13,7 @@ from rotor_contact.contact import apply_contact, project
 from rotor_contact.dynamics import damping_power, free_acceleration, input_power, shaft_damping, unbalance_direction
 from rotor_contact.enumerations import FREE, SLIDING
 from rotor_contact.lobatto import greatest_of_parabola
+from rotor_contact.seals import add_change_of_seals, seal_power
 from rotor_contact.site import is_constrained, race_radius, slip_velocity, tangential_component
 from rotor_contact.workspace import Workspace, energy_integrals, site_integrals, stages_of
 
@@ -49,6 +50,8 @@ def derivative(w: Workspace, tau: float, z: Array, dz: Array) -> bool:
         theta, speed_gain = q[spin.row], Omega - motion.Omega
     unbalance = unbalance_direction(theta, Omega, motion.Omega_dot)
     free_acceleration(motion, speed_gain, unbalance, q, v, a)
+    if speed_gain != 0.0:
+        add_change_of_seals(w.Minv, motion.seals, motion.Omega, motion.Omega + speed_gain, q, v, a)
     shaft_heat = damping_torque = 0.0
     if motion.is_damped:
         shaft_heat, damping_torque = shaft_damping(w.forms, Omega, q, v)
@@ -73,9 +76,10 @@ def _write_rates(
     spin = w.spin[0]
     q = z[:n]
     v = z[n : 2 * n]
-    damping = damping_power(w.motion, v) + shaft_heat
+    heat_in_seals, power_of_seals, _ = seal_power(w.motion.seals, Omega, q, v)
+    damping = damping_power(w.motion, v) + shaft_heat + heat_in_seals
     friction = 0.0
-    work = input_power(w.motion, unbalance if spin.row < 0 else 0j, q, v)
+    work = input_power(w.motion, unbalance if spin.row < 0 else 0j, q, v) + power_of_seals
     if spin.row < 0:
         work -= Omega * damping_torque
     for k in range(w.sites.shape[0]):

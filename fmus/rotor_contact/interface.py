@@ -51,6 +51,19 @@ def _disc_inputs(disc: str) -> list[Variable]:
     ]
 
 
+def _seal_outputs(seal: str) -> list[Variable]:
+    return [
+        output(
+            f"{seal}.beyond_table",
+            "1",
+            f"Whether the speed is beyond the speeds of {seal.upper()}'s coefficients, which are held there",
+            type="Boolean",
+            starts_from=("Omega",),
+            warning=f"the speed is beyond the speeds for which {seal} has coefficients; those of the end are held",
+        )
+    ]
+
+
 def _displacement_output(name: str, what: str, starts_from: tuple[str, ...]) -> list[Variable]:
     return [output(name, "m", what, starts_from=starts_from, field=".", display_unit="um")]
 
@@ -115,6 +128,7 @@ def interface_of(planes: Planes) -> Interface:
         repeated("displacements", displacements, _displacement_output),
         repeated("sensors", sensors, _displacement_output, array=_sensor_array([name for name, *_ in sensors])),
         repeated("sites", [(site.name, planes) for site in sites], site_outputs),
+        repeated("seals", [(seal,) for seal in planes.seals], _seal_outputs),
         _contact_state(planes),
         *_energies(planes),
         output("fault_code", "1", "0 while all is well; the log says what else means", type="Integer", starts_from=()),
@@ -210,13 +224,13 @@ def _energies(planes: Planes) -> list[Variable]:
         output(
             "energy.strain",
             "J",
-            "Strain energy of shaft, passive bearings, mounts and yielding contacts",
+            "Strain energy of shaft, passive bearings, mounts and yielding contacts, without seals",
             starts_from=start_values.strain(planes),
         ),
         output(
             "energy.damping",
             "J",
-            "Heat so far of damping: passive bearings, shaft, mounts, drag of a free spin",
+            "Heat so far of damping: passive bearings, seals, shaft, mounts, drag of a free spin",
             starts_from=(),
         ),
         output("energy.friction", "J", "Heat so far of sliding friction and of the drag on races", starts_from=()),
@@ -227,7 +241,12 @@ def _energies(planes: Planes) -> list[Variable]:
             starts_from=(),
         ),
         output("energy.dissipated", "J", "Heat so far, the sum of the three", starts_from=()),
-        output("energy.work", "J", "Work so far of all inputs, the drive's included", starts_from=()),
+        output(
+            "energy.work",
+            "J",
+            "Work so far of all inputs, the drive's included, and of the seals' stiffness",
+            starts_from=(),
+        ),
         output(
             "energy.balance", "J", "Gain of kinetic + strain + dissipated beyond the work; ideally zero", starts_from=()
         ),
@@ -236,5 +255,5 @@ def _energies(planes: Planes) -> list[Variable]:
 
 # One of each, for the record types of the parts.
 SMALLEST = interface_of(
-    Planes(("d",), ("b",), (ContactSite("s", 1e-3, 0.0),), (SensorPlane("p", "p.x", "p.y"),)),
+    Planes(("d",), ("b",), (ContactSite("s", 1e-3, 0.0),), (SensorPlane("p", "p.x", "p.y"),), seals=("l",)),
 ).with_all_parts()

@@ -19,6 +19,7 @@ from fmi_export.model import Array
 from rotor_contact.dynamics import Motion, accelerations
 from rotor_contact.lobatto import LAGRANGE, LOBATTO_POINTS, N_LOBATTO
 from rotor_contact.products import rotate_row, row_combination
+from rotor_contact.seals import add_seals, seals_are_isotropic
 from rotor_contact.site import Sites
 from rotor_contact.step_matrices import (
     MAX_COORDINATES,
@@ -83,8 +84,14 @@ def choose_levels(structure: Structure, motion: Motion, sites: Sites, key: Matri
     if n > MAX_COORDINATES:
         return
     _write_coefficients(structure, motion, sites, matrices, 0, motion.Omega)
-    sizes.isotropic = 1.0 if _is_isotropic(structure.Minv, coefficients_at(matrices, 0).columns) else 0.0
-    rate = _fastest(coefficients_at(matrices, 0).columns) + abs(motion.Omega)
+    isotropic = seals_are_isotropic(motion.seals)
+    sizes.isotropic = 1.0 if isotropic and _is_isotropic(structure.Minv, coefficients_at(matrices, 0).columns) else 0.0
+    fastest = _fastest(coefficients_at(matrices, 0).columns)
+    if motion.seals.shape[1] > 0:
+        for place in range(motion.seals.shape[0]):
+            _write_coefficients(structure, motion, sites, matrices, 0, motion.seals[place, 0].begin)
+            fastest = max(fastest, _fastest(coefficients_at(matrices, 0).columns))
+    rate = fastest + abs(motion.Omega)
     n_levels, shortest = 1, step_size
     while n_levels < LEAST_LEVELS or shortest * rate > SHORTEST_RATE:
         n_levels += 1
@@ -150,6 +157,7 @@ def _write_coefficients(
             for i in range(m):
                 KC[row, i] += structure.Minv[i, row] * bearing.k_b
                 KC[n + row, i] += structure.Minv[i, row] * bearing.c_b
+    add_seals(structure.Minv, motion.seals, Omega, KC[:n], KC[n:])
     for site in sites:
         if site.housing >= 0:
             x, y = site.housing, site.housing + 1

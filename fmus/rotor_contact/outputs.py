@@ -43,6 +43,9 @@ def write_outputs(
         locate_journal(sites[k], q)
         _write_site(sites[k], v, Omega, outputs.sites[k])
         _write_retainer(sites[k], q, v, x.sites[k], structure.valid_to, outputs.sites[k])
+    for k in range(outputs.seals.shape[0]):
+        seal = structure.seals[0, k]
+        outputs.seals[k].beyond_table = 1.0 if Omega < seal.lowest or Omega > seal.highest else 0.0
     own.contact_state = _contact_state(structure, sites)
     mechanical = write_mechanical_energy(structure, parameters, w, x, own.energy)
     _write_heat_and_work(energy_integrals(x.z, n), mechanical - head.initial_energy, own.energy)

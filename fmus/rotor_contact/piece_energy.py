@@ -1,10 +1,11 @@
-"""Heat and work in one piece, by Lobatto's quadrature; that of damping in the shaft by Hermite's.
+"""Heat and work in one piece, by Lobatto's quadrature; that of damping in the shaft, and of seals, by Hermite's.
 
-What the shaft's damping takes, P, is known at the ends of a piece alone, but with its slope:
+What damping takes of it, P, is known at the ends of a piece alone, but with its slope:
 
     int P dt = h (P_0 + P_1)/2 + h^2 (P_0' - P_1')/12
 
-The slope counts in short pieces, after an impact. Over whole steps one after the other it would cancel.
+The slope counts in short pieces, after an impact. Over whole steps one after the other it would cancel; with seals it
+always counts. The symmetric part of their stiffness takes the difference of q . K q/2, K at the mean speed.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ from rotor_contact.lobatto import LOBATTO_WEIGHTS, N_LOBATTO
 from rotor_contact.node_forces import magnet_force, port_of_bearing, port_of_housing
 from rotor_contact.piece import piece_of, unbalance_velocity, velocity_index
 from rotor_contact.products import dot, row_combination
+from rotor_contact.seals import seal_power, slopes_of_seal_power, stored_by_seals
 from rotor_contact.site import is_constrained
 from rotor_contact.site_in_piece import friction_heat
 from rotor_contact.step_matrices import StepMatrices, coefficients_at, slot_of
@@ -28,14 +30,17 @@ from rotor_contact.workspace import Workspace, energy_integrals, site_integrals,
 
 
 class ShaftDamping(NamedTuple):
-    """Heat per second (W) of the shaft's damping, how fast it changes (W/s), and its torque (N m) on the spin.
+    """Heat per second (W) of damping in shaft and seals, how fast it changes (W/s), and the shaft's torque (N m) on the
+    spin; the power (W) of the seals' skew stiffness, and how fast that changes.
 
-    `has_slope` is whether the second is known.
+    `has_slope` is whether the slopes are known.
     """
 
     heat: float
     slope: float
     torque: float
+    of_skew: float
+    skew_slope: float
     has_slope: bool
 
 
@@ -46,7 +51,7 @@ def damping_of_shaft(w: Workspace, Omega: float, z: Array) -> ShaftDamping:
     With w = v - Omega J q the heat is v . C v + w . R w, the torque (J q) . R w. C v and R w are left in stages.
     """
     if not w.motion.is_damped:
-        return ShaftDamping(0.0, 0.0, 0.0, False)
+        return ShaftDamping(0.0, 0.0, 0.0, 0.0, 0.0, False)
     n, stages = w.Minv.shape[0], stages_of(w.stages)
     q, v = z[:n], z[w.n : w.n + n]
     turned, of_fixed, of_turned = stages.trial[:n], stages.k_3[:n], stages.k_4[:n]
@@ -57,14 +62,15 @@ def damping_of_shaft(w: Workspace, Omega: float, z: Array) -> ShaftDamping:
     torque = 0.0
     for i in range(0, n, 2):
         torque += q[i] * of_turned[i + 1] - q[i + 1] * of_turned[i]
-    return ShaftDamping(dot(v, of_fixed) + dot(turned, of_turned), 0.0, torque, False)
+    in_seals, _, of_skew = seal_power(w.motion.seals, Omega, q, v)
+    return ShaftDamping(dot(v, of_fixed) + dot(turned, of_turned) + in_seals, 0.0, torque, of_skew, 0.0, False)
 
 
 @kernel_apart
 def add_slope(
     w: Workspace, matrices: StepMatrices, z: Array, index: float, theta: float, Omega: float, damping: ShaftDamping
 ) -> ShaftDamping:
-    """Return the same with the slope of the heat, 2 (a . C v + (a - Omega J v) . R w), just after `damping_of_shaft`.
+    """Return the same with its slopes, of the shaft 2 (a . C v + (a - Omega J v) . R w), just after `damping_of_shaft`.
 
     The contact forces at z must be with the sites.
     """
@@ -75,7 +81,8 @@ def add_slope(
     for i in range(0, n, 2):
         slope += a[i] * of_fixed[i] + a[i + 1] * of_fixed[i + 1]
         slope += (a[i] + Omega * v[i + 1]) * of_turned[i] + (a[i + 1] - Omega * v[i]) * of_turned[i + 1]
-    return ShaftDamping(damping.heat, 2.0 * slope, damping.torque, True)
+    in_seals, of_skew = slopes_of_seal_power(w.motion.seals, Omega, z[:n], v, a)
+    return ShaftDamping(damping.heat, 2.0 * slope + in_seals, damping.torque, damping.of_skew, of_skew, True)
 
 
 @kernel
@@ -109,7 +116,7 @@ def _accelerate(
 
 @kernel
 def mean_heat(before: ShaftDamping, after: ShaftDamping, h: float) -> float:
-    """Return the mean heat per second (W) of the shaft's damping in a piece of length h (s)."""
+    """Return the mean heat per second (W) of the damping of shaft and seals in a piece of length h (s)."""
     mean = 0.5 * (before.heat + after.heat)
     if before.has_slope and after.has_slope:
         mean += h * (before.slope - after.slope) / 12.0
@@ -117,16 +124,29 @@ def mean_heat(before: ShaftDamping, after: ShaftDamping, h: float) -> float:
 
 
 @kernel
-def add_energies(w: Workspace, matrices: StepMatrices, h: float, of_shaft: float, torque_of_shaft: float) -> None:
+def mean_skew_power(before: ShaftDamping, after: ShaftDamping, h: float) -> float:
+    """Return the mean power (W) of the seals' skew stiffness in a piece of length h (s)."""
+    mean = 0.5 * (before.of_skew + after.of_skew)
+    if before.has_slope and after.has_slope:
+        mean += h * (before.skew_slope - after.skew_slope) / 12.0
+    return mean
+
+
+@kernel
+def add_energies(w: Workspace, matrices: StepMatrices, h: float, before: ShaftDamping, after: ShaftDamping) -> None:
     """Add heat and work of a piece of length h (s) from z to z_new; note the peaks of the forces.
 
-    Given are the mean heat per second of the shaft's damping (W) and its mean torque on the spin (N m).
+    Given is what the damping of shaft and seals takes at both ends.
     """
     n, stages = w.Minv.shape[0], stages_of(w.stages)
     z, z_new, piece = stages.z, stages.z_new, piece_of(matrices)
     integrals, speeds = energy_integrals(z_new, w.n), piece.spin[0]
-    is_free = w.spin[0].row >= 0
-    steady, damping, friction, work = matrices.key.forces[0], h * of_shaft, 0.0, 0.0
+    is_free, torque = w.spin[0].row >= 0, 0.5 * (before.torque + after.torque)
+    steady, damping, friction, work = matrices.key.forces[0], h * mean_heat(before, after, h), 0.0, 0.0
+    if w.motion.seals.shape[1] > 0:
+        mean_speed = 0.5 * (speeds[0] + speeds[N_LOBATTO - 1])
+        work += h * mean_skew_power(before, after, h) + stored_by_seals(w.motion.seals, mean_speed, z)
+        work -= stored_by_seals(w.motion.seals, mean_speed, z_new)
     for i in range(n):
         work += steady[i] * (z_new[i] - z[i])
     for k in range(w.sites.shape[0]):
@@ -163,7 +183,7 @@ def add_energies(w: Workspace, matrices: StepMatrices, h: float, of_shaft: float
         else:
             cosine, sine = unbalance_velocity(matrices, point)
             direction = unbalance_direction(piece.spin[1, point], Omega, w.motion.Omega_dot)
-            work += share * (direction.real * cosine + direction.imag * sine - torque_of_shaft * Omega)
+            work += share * (direction.real * cosine + direction.imag * sine - torque * Omega)
     integrals.damping_heat += damping
     integrals.friction_heat += friction
     integrals.work += work

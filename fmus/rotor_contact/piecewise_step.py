@@ -20,7 +20,7 @@ from rotor_contact.dynamics import Motion, accelerations, collect_coefficients, 
 from rotor_contact.enumerations import EVENTS, EXACT, PIECES
 from rotor_contact.events import advance
 from rotor_contact.matrix_rows import build_slot, choose_levels, is_complete, share_of
-from rotor_contact.piece_energy import ShaftDamping, add_energies, add_slope, damping_of_shaft, mean_heat
+from rotor_contact.piece_energy import ShaftDamping, add_energies, add_slope, damping_of_shaft
 from rotor_contact.propagator import STEP_TOLERANCE, STEPS_BEFORE_BUILD, is_near
 from rotor_contact.site import Sites
 from rotor_contact.smooth_piece import begin_piece, end_piece, find_contact_forces, is_smooth, solve_piece
@@ -170,7 +170,7 @@ def advance_by_pieces(
             new_theta, new_Omega = angle_and_speed_after(w, stages.z_new, theta, Omega, h)
             holds, after = find_forces_at(w, matrices, stages.z_new, new_theta, new_Omega, level > 0)
             if holds:
-                add_energies(w, matrices, h, mean_heat(damping, after, h), 0.5 * (damping.torque + after.torque))
+                add_energies(w, matrices, h, damping, after)
                 copy(stages.z_new, z)
                 theta, Omega, damping = new_theta, new_Omega, after
                 at += length
@@ -183,7 +183,14 @@ def advance_by_pieces(
             memory.level = level + 1.0
             continue
         part = Motion(
-            w.motion.rows, w.motion.bearings, w.motion.over_speed, w.motion.is_damped, theta, Omega, w.motion.Omega_dot
+            w.motion.rows,
+            w.motion.bearings,
+            w.motion.over_speed,
+            w.motion.is_damped,
+            w.motion.seals,
+            theta,
+            Omega,
+            w.motion.Omega_dot,
         )
         collect_coefficients(structure, part)
         within = Workspace(n, w.forms, w.Minv, part, w.spin, w.sites, w.equations, w.stages, w.n_translations)
@@ -204,10 +211,10 @@ def find_forces_at(
     """Find the contact forces at z; return whether they hold, and what the shaft's damping takes."""
     index = Omega / matrices.sizes[0].spacing
     if not (is_complete(matrices, math.floor(index)) and is_complete(matrices, math.floor(index) + 1.0)):
-        return False, ShaftDamping(0.0, 0.0, 0.0, False)
+        return False, ShaftDamping(0.0, 0.0, 0.0, 0.0, 0.0, False)
     damping = damping_of_shaft(w, Omega, z)
     holds = find_contact_forces(w, matrices, z, index, theta, Omega, damping.torque)
-    if with_slope and w.motion.is_damped:
+    if (with_slope and w.motion.is_damped) or w.motion.seals.shape[1] > 0:
         damping = add_slope(w, matrices, z, index, theta, Omega, damping)
     return holds, damping
 

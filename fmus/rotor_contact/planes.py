@@ -49,7 +49,9 @@ class Planes:
     moved_by
         For a bearing, sensor plane or site, by name: sites whose journal moves it while the rest of the rotor stays.
     mixes_axes
-        Whether a steady load in x deflects the rotor in y, by damping that rotates with the shaft.
+        Whether a steady load in x deflects the rotor in y, by damping that rotates with the shaft or by seals.
+    seals
+        Names of seals and passive bearings with coefficients over the speed.
     """
 
     discs: tuple[str, ...]
@@ -61,6 +63,7 @@ class Planes:
     valid_to: float = 0.0
     moved_by: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     mixes_axes: bool = False
+    seals: tuple[str, ...] = ()
 
     def layout(self) -> dict[str, Any]:
         """Return the same in types of JSON, which an FMU keeps."""

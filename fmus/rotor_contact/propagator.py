@@ -246,7 +246,14 @@ def without_rounding(motion: Motion, key: Key) -> Motion:
         bearing.gradient[0], bearing.gradient[1] = known.gradient[0], known.gradient[1]
     Omega: float = key.step[0].Omega
     return Motion(
-        motion.rows, motion.bearings, motion.over_speed, motion.is_damped, motion.theta, Omega, motion.Omega_dot
+        motion.rows,
+        motion.bearings,
+        motion.over_speed,
+        motion.is_damped,
+        motion.seals,
+        motion.theta,
+        Omega,
+        motion.Omega_dot,
     )
 
 

@@ -22,6 +22,7 @@ AXIS_INPUTS = SMALLEST.element_record("input", "axes")
 DISC_INPUTS = SMALLEST.element_record("input", "discs")
 CORE_INPUTS = SMALLEST.element_record("input", "cores")
 SITE_OUTPUTS = SMALLEST.element_record("output", "sites")
+SEAL_OUTPUTS = SMALLEST.element_record("output", "seals")
 
 N_PARAMETERS, N_INPUTS, N_OUTPUTS = size_of(PARAMETERS), size_of(INPUTS), size_of(OUTPUTS)
 N_SITE_PARAMETERS, N_BEARING_PARAMETERS = size_of(SITE_PARAMETERS), size_of(BEARING_PARAMETERS)
@@ -52,12 +53,13 @@ class Inputs(NamedTuple):
 
 
 class Outputs(NamedTuple):
-    """Record of type `OUTPUTS`, in an array of one; displacements (m) at axes and sensors; records of the sites."""
+    """Record of type `OUTPUTS`, in an array of one; displacements (m) at axes and sensors; records of sites, seals."""
 
     own: Records
     displacements: Array
     sensors: Array
     sites: Records
+    seals: Records
 
 
 @views
@@ -108,9 +110,12 @@ def inputs_of(inputs: Array, structure: Structure) -> Inputs:
 def outputs_of(outputs: Array, structure: Structure) -> Outputs:
     """Return views into the outputs of a plant with this structure."""
     n_axes, n_sensors = 2 * structure.bearings.shape[0], structure.sensors.shape[0]
+    n_sites = structure.sites.shape[0]
+    seals = N_OUTPUTS + n_axes + n_sensors + n_sites * N_SITE_OUTPUTS
     return Outputs(
         part(outputs, 0, OUTPUTS, 1),
         part(outputs, N_OUTPUTS, REAL, n_axes),
         part(outputs, N_OUTPUTS + n_axes, REAL, n_sensors),
-        part(outputs, N_OUTPUTS + n_axes + n_sensors, SITE_OUTPUTS, structure.sites.shape[0]),
+        part(outputs, N_OUTPUTS + n_axes + n_sensors, SITE_OUTPUTS, n_sites),
+        part(outputs, seals, SEAL_OUTPUTS, structure.seals.shape[1]),
     )

@@ -10,6 +10,7 @@ from fmi_export.jit import views
 from fmi_export.model import Array
 from fmi_export.parts import part
 from fmi_export.records import record, size_of
+from rotor_contact.seals import SEAL, Seals
 
 REAL = np.dtype(np.float64)
 
@@ -21,8 +22,10 @@ SIZES = record(
     ("n_bearings", np.float64),
     ("n_sites", np.float64),
     ("n_sensors", np.float64),  # signals, two for each plane
-    ("is_damped", np.float64),  # whether the shaft has damping: C or R is not zero
+    ("is_damped", np.float64),  # whether C or R is not zero, or there are seals
     ("valid_to", np.float64),  # see `Structure`
+    ("n_seals", np.float64),
+    ("n_seal_ranges", np.float64),  # of speeds
 )
 N_SIZES = size_of(SIZES)
 
@@ -53,6 +56,8 @@ class Structure(NamedTuple):
         Row of x of each magnetic bearing and of each contact site; y is the next.
     site_bearings
         Number of the bearing whose retainer a site is, or -1.
+    seals
+        Records of type `seals.SEAL`, shape (ranges of speeds, seals); their mass is in M.
     """
 
     n_translations: int
@@ -70,6 +75,7 @@ class Structure(NamedTuple):
     bearings: Array
     sites: Array
     site_bearings: Array
+    seals: Seals
 
 
 @views
@@ -84,6 +90,7 @@ def structure_of(constants: Array) -> Structure:
     sensors = B_disc + 2 * (n_discs + 1) * n
     bearings = sensors + n_sensors * n
     sites = bearings + n_bearings
+    seals = sites + 2 * n_sites
     return Structure(
         int(sizes.n_translations),
         sizes.is_damped != 0.0,
@@ -100,4 +107,5 @@ def structure_of(constants: Array) -> Structure:
         part(constants, bearings, REAL, n_bearings),
         part(constants, sites, REAL, n_sites),
         part(constants, sites + n_sites, REAL, n_sites),
+        part(constants, seals, SEAL, (int(sizes.n_seal_ranges), int(sizes.n_seals))),
     )

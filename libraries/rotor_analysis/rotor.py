@@ -97,7 +97,7 @@ class Rotor:
     damping: Damping = Damping()
     """Damping of the rotor without its bearings."""
     seals: tuple[Bearing, ...] = ()
-    """Seals and passive bearings."""
+    """Seals and passive bearings, which act in the analyses and in co-simulation alike."""
 
     def __post_init__(self) -> None:
         wrong = [*self._misplaced(), *self._misnamed()]

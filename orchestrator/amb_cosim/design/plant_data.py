@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from fmi_export.model import Array, Model
 from rotor_analysis.assembly import Matrices, assemble, turned
+from rotor_analysis.parts import Bearing
 from rotor_analysis.reduced_rotor import reduced_rotor, valid_to
 from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import load_rotor
 from rotor_contact.planes import ContactSite, Planes, SensorPlane
 from rotor_contact.plant import model_for
+from rotor_contact.seals import SEAL, Seals, add_seals
 from rotor_contact.structure import SIZES, Structure
 
 MAX_SUBSTEP = 250e-6  # s, of a rotor without fast modes
@@ -26,7 +30,8 @@ def plant(rotor: Rotor | None = None) -> tuple[Model, Array]:
     Raises
     ------
     ValueError
-        If the rotor has no bearing, or cannot be reduced as its file says (`reduced_rotor`).
+        If the rotor has no bearing, cannot be reduced as its file says (`reduced_rotor`), or has seals with a mass that
+        the plant cannot have (`constant_mass`).
     """
     structure, planes = plant_structure(rotor or load_rotor())
     return model_for(planes), flat_constants(structure)
@@ -44,9 +49,6 @@ def plant_structure(rotor: Rotor) -> tuple[Structure, Planes]:
     """
     if not rotor.bearings:
         raise ValueError(f"rotor {rotor.name!r} has no bearings; a plant needs at least one")
-    if rotor.seals:
-        names = ", ".join(seal.name for seal in rotor.seals)
-        raise ValueError(f"rotor {rotor.name!r} has seals ({names}); the plant has none, the analyses have")
     full, reduction = assemble(rotor), reduced_rotor(rotor)
     reduced = reduction.model
     translations = [row for rows in reduced.translations.values() for row in rows]
@@ -54,6 +56,12 @@ def plant_structure(rotor: Rotor) -> tuple[Structure, Planes]:
     place = {row: k for k, row in enumerate(order)}
     at, left, right = np.ix_(order, order), reduction.left[order], reduction.right[:, order]
     M, C, R, K, G = (matrix[at] for matrix in (reduced.M, reduced.C, reduced.R, reduced.K, reduced.G))
+    seal_rows = [[place[row] for row in reduced.translations[node]] for node in rotor.seal_nodes]
+    for seal, at_seal in zip(rotor.seals, seal_rows, strict=True):
+        M[np.ix_(at_seal, at_seal)] += constant_mass(seal)
+    if rotor.seals and not np.linalg.eigvalsh(M)[0] > 0.0:
+        raise ValueError(f"rotor {rotor.name!r} with the mass of its seals is not allowed; it must be positive")
+    seals = seal_records(rotor.seals, [rows[0] for rows in seal_rows])
     Minv: Array = np.linalg.inv(M).astype(np.float64)
 
     base_motion = np.zeros((full.size, 2))
@@ -66,7 +74,7 @@ def plant_structure(rotor: Rotor) -> tuple[Structure, Planes]:
     number = {bearing.name: k for k, bearing in enumerate(rotor.bearings)}
     structure = Structure(
         n_translations=len(translations),
-        is_damped=bool(np.any(C) or np.any(R)),
+        is_damped=bool(np.any(C) or np.any(R) or rotor.seals),
         valid_to=valid_to(full, reduced),
         forms=np.concatenate([M, C, R]),
         K=K,
@@ -80,10 +88,13 @@ def plant_structure(rotor: Rotor) -> tuple[Structure, Planes]:
         bearings=first_rows(rotor.bearing_nodes),
         sites=first_rows(rotor.site_nodes),
         site_bearings=np.array([number.get(site.bearing or "", -1) for site in rotor.sites], dtype=np.float64),
+        seals=seals,
     )
     max_substep = float(min(MAX_SUBSTEP, RESOLUTION / _fastest(structure)))
     planes = _planes(rotor, max_substep, _polar_inertia(full), structure.valid_to)
-    return structure, replace(planes, moved_by=_moved_by(planes, structure), mixes_axes=bool(np.any(R)))
+    return structure, replace(
+        planes, moved_by=_moved_by(planes, structure), mixes_axes=bool(np.any(R) or _are_cross_coupled(seals))
+    )
 
 
 def _moved_by(planes: Planes, structure: Structure) -> dict[str, tuple[str, ...]]:
@@ -100,11 +111,17 @@ def _moved_by(planes: Planes, structure: Structure) -> dict[str, tuple[str, ...]
 
 
 def _fastest(structure: Structure) -> float:
-    """Return the largest eigenvalue (rad/s) of the free rotor at rest: of its fastest mode, or of one overdamped."""
+    """Return the largest eigenvalue (rad/s) of the rotor with its seals, else free, without gyroscopic forces."""
     if not structure.is_damped:
         return float(np.sqrt(np.max(np.abs(np.linalg.eigvals(structure.MinvK)))))
     identity, zero = np.eye(len(structure.K)), np.zeros_like(structure.K)
-    return float(np.max(np.abs(np.linalg.eigvals(np.block([[zero, identity], [-structure.MinvK, -structure.MinvC]])))))
+    largest = 0.0
+    for Omega in {0.0, *structure.seals["begin"].ravel().tolist()}:
+        K, C = structure.MinvK.T.copy(), structure.MinvC.T.copy()
+        add_seals(structure.Minv, structure.seals, Omega, K, C)
+        A = np.block([[zero, identity], [-K.T, -C.T]])
+        largest = max(largest, float(np.max(np.abs(np.linalg.eigvals(A)))))
+    return largest
 
 
 def _polar_inertia(full: Matrices) -> float:
@@ -136,6 +153,7 @@ def _planes(rotor: Rotor, max_substep: float, polar_inertia: float, valid_to: fl
         max_substep=max_substep,
         polar_inertia=polar_inertia,
         valid_to=valid_to,
+        seals=tuple(seal.name for seal in rotor.seals),
     )
 
 
@@ -161,8 +179,53 @@ def flat_constants(structure: Structure) -> Array:
                 len(structure.sensors),
                 is_damped,
                 valid_to,
+                structure.seals.shape[1],
+                structure.seals.shape[0],
             )
         ],
         dtype=SIZES,
     )
-    return np.concatenate([sizes.view(np.float64), *(np.ravel(part) for part in arrays)])
+    return np.concatenate([sizes.view(np.float64), *(np.ravel(part).view(np.float64) for part in arrays)])
+
+
+def constant_mass(seal: Bearing) -> Array:
+    """Return the mass (kg) of a seal, shape (2, 2), as the plant needs it.
+
+    Raises
+    ------
+    ValueError
+        If it depends on the speed, or is not symmetric.
+    """
+    masses = [np.array(row.mass) for row in seal.at_speed] or [np.array(seal.mass)]
+    if any(not np.array_equal(mass, masses[0]) for mass in masses):
+        raise ValueError(f"mass of seal {seal.name} over speed is not allowed in the plant; give it the same at all")
+    if masses[0][0, 1] != masses[0][1, 0]:
+        text = masses[0].tolist()
+        raise ValueError(f"mass of seal {seal.name} = {text} kg is not allowed in the plant; it must be symmetric")
+    return masses[0]
+
+
+def seal_records(seals: Sequence[Bearing], rows: Sequence[int]) -> Seals:
+    """Return the records of seals with these rows of x over all ranges between the speeds of their tables."""
+    speeds = sorted({row.speed for seal in seals for row in seal.at_speed})
+    records = np.zeros((len(speeds) + 1 if seals else 0, len(seals)), dtype=SEAL)
+    for k, (seal, row) in enumerate(zip(seals, rows, strict=True)):
+        of_seal = records[:, k]
+        own = [at.speed for at in seal.at_speed]
+        of_seal["begin"] = [speeds[0] if speeds else 0.0, *speeds]
+        of_seal["row"], of_seal["lowest"], of_seal["highest"] = row, min(own, default=-np.inf), max(own, default=np.inf)
+        cubics = of_seal["coefficients"].reshape(len(of_seal), 8, 4)
+        for place, begin in enumerate(of_seal["begin"]):
+            if place and own and own[0] <= begin < own[-1]:
+                spline = seal.spline()
+                for power in range(4):
+                    cubics[place, :, power] = spline(begin, nu=power)[:2].ravel() / math.factorial(power)
+            else:
+                cubics[place, :, 0] = np.ravel(seal.at(begin if place else -np.inf)[:2])
+        of_seal["coefficients"] = cubics.reshape(len(of_seal), 32)
+    return records.view(np.recarray)
+
+
+def _are_cross_coupled(seals: Seals) -> bool:
+    """Return whether the stiffness of a seal couples x and y at some speed."""
+    return bool(np.any(seals["coefficients"][..., 4:12]))

@@ -13,6 +13,7 @@ from amb_actuator.records import AXIS
 from amb_cosim.controllers.laws import Array, Law
 from amb_cosim.design.magnetic_bearing import axis_parameters, linearisation, operating_constants
 from amb_cosim.linear.parts import Part, names_of
+from rotor_contact.seals import add_seals
 from rotor_contact.structure import structure_of
 
 Parameters = Mapping[str, float]
@@ -28,7 +29,7 @@ def rotor_part(name: str, layout: Mapping[str, Any], constants: Array, parameter
     name
         Of the component.
     layout, constants
-        Of the model `rotor_contact`; K_b and C_b are its passive bearings.
+        Of the model `rotor_contact`; K_b and C_b are its passive bearings and, at this speed, its seals.
     parameters
         By name.
     Omega
@@ -42,6 +43,9 @@ def rotor_part(name: str, layout: Mapping[str, Any], constants: Array, parameter
         for i in (row, row + 1):
             K[:, i] += s.Minv[:, i] * parameters[f"{bearing}.k_b"]
             C[:, i] += s.Minv[:, i] * parameters[f"{bearing}.c_b"]
+    K_columns, C_columns = K.T.copy(), C.T.copy()
+    add_seals(s.Minv, s.seals, Omega, K_columns, C_columns)
+    K, C = K_columns.T, C_columns.T
     B = s.Minv @ np.hstack([np.eye(n)[:, at], s.B_disc.T, s.B_base.T])
     rows = [int(row) + k for row in s.sites for k in (0, 1)]
     shown = np.vstack([np.eye(n)[at], s.sensors, np.eye(n)[rows]])
