@@ -12,7 +12,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, model_validator
 
 from amb_cosim.cosim.tables import Table, Value, Values
-from amb_cosim.cosim.values import Raw, quantity
+from amb_cosim.cosim.values import RPM, Raw, quantity
 from amb_cosim.results.places import CONTROLLER
 from amb_cosim.scenario.file import overlaid, read_scenario, with_paths
 from amb_cosim.scenario.scenario import Scenario, make_scenario
@@ -20,7 +20,6 @@ from amb_files.packs import files_of
 from amb_files.suggestions import suggest
 from amb_files.toml import read_toml, validate
 
-RPM = 9.549296585513721  # 1/min of a rad/s
 HIGHEST = 1e5  # rad/s
 
 OF_MACHINE = ("system", "rotor", "gravity", "gravity_angle", "communication_step", "fmu", "parameters")

@@ -11,8 +11,9 @@ from typing import Any
 import numpy as np
 
 from amb_actuator.records import AXIS
-from amb_cosim.acceptance.machine_file import RPM, MachineFile
+from amb_cosim.acceptance.machine_file import MachineFile
 from amb_cosim.cosim.choices import Flavour
+from amb_cosim.cosim.values import RPM
 from amb_cosim.design.magnetic_bearing import axis_parameters
 from amb_cosim.linear.linearisable import Linearisable, of_prepared
 from amb_cosim.linear.loop import Loop

@@ -9,6 +9,7 @@ from amb_cosim.cosim.fmu_interface import Port
 from fmi_export.building.units import to_unit
 
 Raw = bool | int | float | str
+RPM = 30.0 / math.pi  # 1/min of a rad/s
 
 _BOOLEANS = {"true": 1.0, "false": 0.0, "1": 1.0, "0": 0.0}
 

@@ -10,6 +10,7 @@ from pathlib import Path
 from string import Template
 
 from amb_cosim.cosim.choices import Flavour
+from amb_cosim.cosim.values import RPM
 from amb_cosim.starter.levitation import Gains, OperatingPoint, best_gains, candidates, operating_points
 from amb_cosim.starter.sizing import SAMPLE_TIME, SHAFT_SHARE, STEEL, MachineSizes
 from rotor_analysis.assembly import assemble
@@ -17,7 +18,6 @@ from rotor_analysis.damping import free_modes
 from rotor_analysis.rotor_file import load_rotor
 
 TEMPLATES = Path(__file__).parent / "templates"
-RPM = 30.0 / math.pi  # 1/min of a rad/s
 
 
 @dataclass(frozen=True)
