@@ -27,6 +27,20 @@ def test_the_real_coupling_of_a_stage_takes_the_place_of_the_anticipated():
     assert stage.level_two(900.0) == pytest.approx(2e5)
 
 
+def test_real_coefficients_of_a_stage_are_those_of_a_seal_over_speed():
+    rows = [
+        {"speed": Omega, "stiffness": [[1e6, Q], [-Q, 1e6]], "damping": 1e3, "mass": 2.0}
+        for Omega, Q in ((0.0, 0.0), (900.0, 3e5))
+    ]
+    stage = Stage(at="wheel", cross_coupling="1 MN/m", real=rows)
+    assert stage.level_two(450.0) == pytest.approx(1.5e5)
+    K, C, M = stage.coefficients().at(450.0)
+    assert K[0].tolist() == pytest.approx([1e6, 1.5e5])
+    assert (C[0, 0], M[1, 1]) == pytest.approx((1e3, 2.0))
+    constant = Stage(at="wheel", cross_coupling="1 MN/m", real=rows[1:])
+    assert constant.level_two(20.0) == pytest.approx(3e5)
+
+
 def test_trip_and_frequencies_follow_from_the_largest_speed():
     found = machine()
     assert found.speed.tripping == pytest.approx(1.05 * found.speed.highest)
@@ -45,6 +59,7 @@ def test_trip_and_frequencies_follow_from_the_largest_speed():
         ({"stages": [{"at": "wheel", "power": "500 kW"}]}, "either cross_coupling, or power, diameter and width"),
         ({"stages": [{"at": "wheel", "cross_coupling": 1e6, **DATA}]}, "either cross_coupling"),
         ({"stages": [{"at": "wheel", **DATA, "width": "0 mm"}]}, "width of stage at wheel"),
+        ({"stages": [{"at": "wheel", "cross_coupling": 1e6, "real": [{"speed": 2.0}, {"speed": 1.0}]}]}, "ascending"),
         ({"up_to": "0 Hz"}, "up_to = 0 rad/s"),
         ({"tolerances": {"k_i": 1.0}}, "less than 1"),
     ],

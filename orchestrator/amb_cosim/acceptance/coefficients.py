@@ -1,4 +1,4 @@
-"""Stiffness, damping and mass that a place of the rotor feels: seals and stages, cross-coupled, over speed.
+"""Stiffness, damping and mass that a place of the rotor feels beside its own seals: stages, cross-coupled, over speed.
 
     f = -(K(Omega) q + C(Omega) q' + M(Omega) q''),   q = (x, y) at the place                     (1)
 
@@ -16,6 +16,7 @@ import numpy as np
 from amb_cosim.acceptance.subject import Subject
 from fmi_export.model import Array
 from rotor_analysis.assembly import Matrices
+from rotor_analysis.parts import Bearing
 
 WHIRL = np.array([[0.0, 1.0], [-1.0, 0.0]])  # times Q > 0 it drives forward whirl
 
@@ -47,10 +48,32 @@ def cross_coupling(name: str, node: int, Q: float) -> Coefficients:
     return Coefficients(name, node, lambda Omega: (Q * WHIRL, zero, zero))
 
 
-def stages_of(subject: Subject, real: bool, factor: float = 1.0) -> tuple[Coefficients, ...]:
-    """Return the stages at the largest speed: the anticipated coupling times a factor, or the `real` one."""
+def anticipated(subject: Subject, factor: float = 1.0) -> tuple[Coefficients, ...]:
+    """Return the anticipated coupling of the stages at the largest speed times a factor, in place of the rotor's seals.
+
+    So level I has it: rotor, bearings, and one coupling for whatever drives whirl.
+    """
     speed = subject.file.speed.highest
-    return tuple(
-        cross_coupling(s.at, subject.node_of(s.at), factor * (s.level_two(speed) if real else s.anticipated(speed)))
-        for s in subject.file.stages
-    )
+    stages = (cross_coupling(s.at, subject.node_of(s.at), factor * s.anticipated(speed)) for s in subject.file.stages)
+    return (*stages, *(_taken_away(seal) for seal in subject.rotor.seals))
+
+
+def real_coefficients(subject: Subject) -> tuple[Coefficients, ...]:
+    """Return the stages by the better calculation of level II, the anticipated coupling where there is none.
+
+    The rotor's seals are in its own model.
+    """
+    speed, found = subject.file.speed.highest, []
+    for stage in subject.file.stages:
+        node, bearing = subject.node_of(stage.at), stage.coefficients()
+        own = cross_coupling(stage.at, node, stage.level_two(speed)) if bearing is None else None
+        found.append(own or Coefficients(stage.at, node, bearing.at))  # type: ignore[union-attr]
+    return tuple(found)
+
+
+def _taken_away(seal: Bearing) -> Coefficients:
+    def at(Omega: float) -> Triple:
+        K, C, M = seal.at(Omega)
+        return -K, -C, -M
+
+    return Coefficients(seal.name, seal.node, at)

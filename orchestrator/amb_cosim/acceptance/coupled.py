@@ -1,4 +1,4 @@
-"""The sampled loop of a machine with seals and stages, and with other values of its constants."""
+"""The sampled loop of a machine with stages, and with other values of its constants."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from amb_cosim.linear.loop import Loop
 from amb_cosim.linear.parts import Part
 from amb_cosim.results.places import ACTUATOR, PLANT
 from fmi_export.model import Array
+from rotor_analysis.assembly import with_bearings
 from rotor_analysis.reduced_rotor import reduced_rotor
 
 
@@ -97,10 +98,15 @@ def coupled_loop(subject: Subject, others: tuple[Coefficients, ...] = (), variat
 
 
 def _reduced(subject: Subject) -> tuple[Array, Array, Array, Array]:
-    """Return M and K of the free rotor in the plant's coordinates, and `right` and `left` of `Reduction` with them."""
+    """Return M of the plant with its seals, K without, and `right` and `left` of `Reduction` with them."""
     reduction = reduced_rotor(subject.rotor)
     model = reduction.model
     first = [row for rows in model.translations.values() for row in rows]
     order = first + [row for row in range(model.size) if row not in set(first)]
     at = np.ix_(order, order)
-    return model.M[at], model.K[at], reduction.right[:, order], reduction.left[order]
+    return (
+        with_bearings(model, subject.rotor.seals).at(0.0).M[at],
+        model.K[at],
+        reduction.right[:, order],
+        reduction.left[order],
+    )

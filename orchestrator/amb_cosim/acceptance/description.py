@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from amb_cosim.acceptance.criteria import Criterion
 from amb_cosim.acceptance.subject import Subject, rpm
 from amb_cosim.presentation.text_tables import TextPart, labelled_table
+from fmi_export.model import Array
 from rotor_analysis.static_load import carried_masses
 
 
@@ -29,6 +30,12 @@ def description(subject: Subject, criteria: Sequence[Criterion]) -> list[TextPar
     stages = labelled_table("Stages that drive whirl", "at", "anticipated (MN/m)")
     for stage in subject.file.stages:
         stages.add_row(stage.at, f"{1e-6 * stage.anticipated(speed.highest):.4g}")
+    seals = labelled_table(
+        "Seals and passive bearings at the largest speed", "seal", "z (mm)", "K (MN/m)", "C (kN s/m)", "M (kg)"
+    )
+    for seal in rotor.seals:
+        tensors = (scale * of for scale, of in zip((1e-6, 1e-3, 1.0), seal.at(speed.highest), strict=True))
+        seals.add_row(seal.name, f"{1e3 * z[seal.node - 1]:.1f}", *(_tensor(one) for one in tensors))
     facts = (
         f"{subject.file.name}: {rotor.mass:.4g} kg, {rpm(speed.lowest):.0f} to {rpm(speed.highest):.0f} 1/min, trip at "
         f"{rpm(speed.tripping):.0f} 1/min, G {1e3 * subject.file.balancing.speed:g}, "
@@ -37,4 +44,9 @@ def description(subject: Subject, criteria: Sequence[Criterion]) -> list[TextPar
     unread = sum(one.known != "read" and one.known != "own" for one in criteria)
     told = f"{len(criteria)} criteria, {unread} of them of standards that nobody read"
     tables: list[TextPart] = [facts, bearings, sensors, sites]
-    return [*tables, *([stages] if subject.file.stages else []), told]
+    return [*tables, *([seals] if rotor.seals else []), *([stages] if subject.file.stages else []), told]
+
+
+def _tensor(of: Array) -> str:
+    """xx, xy; yx, yy."""
+    return "; ".join(", ".join(f"{number:.4g}" for number in row) for row in of)

@@ -19,6 +19,7 @@ from amb_cosim.scenario.scenario import Scenario, make_scenario
 from amb_files.packs import files_of
 from amb_files.suggestions import suggest
 from amb_files.toml import read_toml, validate
+from rotor_analysis.parts import AtSpeed, Bearing
 
 HIGHEST = 1e5  # rad/s
 
@@ -81,7 +82,8 @@ class Stage(Table):
     cross_coupling
         Anticipated cross-coupled stiffness in their place.
     real
-        Cross-coupled stiffness of the stage by a better calculation, for level II; the anticipated one without.
+        By a better calculation, for level II: cross-coupled stiffness, or stiffness, damping and mass at speeds, as
+        of a seal in a rotor file; the anticipated coupling without.
     """
 
     at: str
@@ -91,14 +93,14 @@ class Stage(Table):
     width: Value | None = None
     density_ratio: Annotated[float, Field(gt=0.0)] = 1.0
     cross_coupling: Value | None = None
-    real: Value | None = None
+    real: Value | tuple[AtSpeed, ...] | None = None
 
     @model_validator(mode="after")
     def _is_complete(self) -> Stage:
         given = [name for name in ("power", "diameter", "width") if getattr(self, name) is not None]
         if (self.cross_coupling is None) != (len(given) == 3):
             raise ValueError(f"stage at {self.at} needs either cross_coupling, or power, diameter and width")
-        _ = self.anticipated(1.0), self.level_two(1.0)
+        _ = self.anticipated(1.0), self.coefficients() or self.level_two(1.0)
         return self
 
     def anticipated(self, Omega: float) -> float:
@@ -117,10 +119,23 @@ class Stage(Table):
         return P * B * 9.55 / (D * H * Omega * RPM)
 
     def level_two(self, Omega: float) -> float:
-        """Return the cross-coupled stiffness (N/m) for level II."""
-        return (
-            self.anticipated(Omega) if self.real is None else quantity(self.real, "N/m", f"real of stage at {self.at}")
-        )
+        """Return the cross-coupled stiffness (N/m) for level II, (K_xy - K_yx)/2 of the `coefficients`."""
+        found = self.coefficients()
+        if found is not None:
+            K = found.at(Omega)[0]
+            return float(0.5 * (K[0, 1] - K[1, 0]))
+        if self.real is None or isinstance(self.real, tuple):
+            return self.anticipated(Omega)
+        return quantity(self.real, "N/m", f"real of stage at {self.at}")
+
+    def coefficients(self) -> Bearing | None:
+        """Return the coefficients for level II over speed, where there are any."""
+        if not isinstance(self.real, tuple) or not self.real:
+            return None
+        if len(self.real) == 1:
+            (only,) = self.real
+            return Bearing("stage", 1, only.stiffness, only.damping, mass=only.mass)
+        return Bearing("stage", 1, at_speed=self.real)
 
 
 class Tolerances(Table):

@@ -17,7 +17,7 @@ from amb_cosim.acceptance.feedback import Complex, bearing_forces
 from amb_cosim.acceptance.subject import Subject
 from amb_cosim.results.places import PLANT
 from fmi_export.model import Array
-from rotor_analysis.assembly import Matrices
+from rotor_analysis.assembly import Matrices, with_bearings
 
 HALF_POWER = 1.0 / np.sqrt(2.0)
 
@@ -41,8 +41,8 @@ class Peak:
 
 
 def passive(subject: Subject, Omega: float, others: tuple[Coefficients, ...] = ()) -> Matrices:
-    """Return the condensed rotor with its passive bearings and with other coefficients, at a spin speed (rad/s)."""
-    model, own = subject.condensed.model.at(Omega), subject.parameters[PLANT]
+    """Return the condensed rotor with its seals, passive bearings and other coefficients, at a spin speed (rad/s)."""
+    model, own = with_bearings(subject.condensed.model, subject.rotor.seals).at(Omega), subject.parameters[PLANT]
     for bearing in subject.rotor.bearings:
         k, c = (own.get(f"{bearing.name}.{name}", 0.0) for name in ("k_b", "c_b"))
         model = model.with_bearing(bearing.node, k * np.eye(2), c * np.eye(2))

@@ -120,7 +120,7 @@ class Subject:
             If it has none of this name.
         """
         rotor = self.rotor
-        parts = {p.name: p.node for p in (*rotor.bodies, *rotor.bearings, *rotor.sites, *rotor.sensors)}
+        parts = {p.name: p.node for p in (*rotor.bodies, *rotor.bearings, *rotor.seals, *rotor.sites, *rotor.sensors)}
         if part not in parts:
             raise ValueError(f"rotor {rotor.name} has no part {part!r}; {suggest(part, parts)}")
         return parts[part]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from amb_cosim.acceptance.coefficients import stages_of
+from amb_cosim.acceptance.coefficients import real_coefficients
 from amb_cosim.acceptance.coupled import coupled_loop
 from amb_cosim.acceptance.findings import Answer, Measured, Table
 from amb_cosim.acceptance.subject import Subject, hertz, rpm
@@ -12,6 +12,7 @@ from amb_cosim.assessment.panels import Panel, curve
 from amb_cosim.linear.loop import Loop
 from amb_cosim.studies.closed_loop_poles import Vibrations, followed, vibrations
 from fmi_export.model import Array
+from rotor_analysis.parts import Bearing
 
 TITLE = "Closed loop over speed: damped frequencies and logarithmic decrements"
 POINTS = 41  # speeds
@@ -21,14 +22,14 @@ LARGEST = 1e3  # decrement that stands for motion that hardly vibrates
 
 def answer(subject: Subject) -> Answer:
     """Return damped frequencies and decrements over speed, and the least decrement over the operating speeds."""
-    loop = coupled_loop(subject, stages_of(subject, real=True))
+    loop = coupled_loop(subject, real_coefficients(subject))
     speed, limit = subject.file.speed, subject.file.highest_frequency
     speeds = np.unique([*np.linspace(0.01 * speed.tripping, speed.tripping, POINTS), speed.lowest, speed.highest])
     found = [_within(vibrations(loop, float(Omega)), limit) for Omega in speeds]
     operating = [k for k, Omega in enumerate(speeds) if speed.lowest <= Omega <= speed.tripping]
     measured = least_decrement("decrement", [(float(speeds[k]), found[k]) for k in operating])
-    ends = (speed.lowest, speed.highest, speed.tripping)
-    everything = least_decrement("decrement_anywhere", [(end, vibrations(loop, end)) for end in ends])
+    edges = (speed.lowest, speed.highest, speed.tripping)
+    everything = least_decrement("decrement_anywhere", [(edge, vibrations(loop, edge)) for edge in edges])
     tracks = followed(found, len(found[0].poles))
     at = int(np.flatnonzero(speeds == speed.highest)[0])
     rows = tuple(
@@ -36,12 +37,21 @@ def answer(subject: Subject) -> Answer:
         for s, sense in zip(found[at].poles, found[at].senses, strict=True)
     )
     table = Table(f"Vibrations at {rpm(speed.highest):.0f} 1/min", ("Hz", "1/min", "decrement", "whirl"), rows)
-    notes = [
+    ends = [f"{s.name} from {s.at_speed[0].speed:g} to {s.at_speed[-1].speed:g} rad/s" for s in _not_covering(subject)]
+    notes = [f"Coefficients of seals are held beyond their tables: {', '.join(ends)}."] if ends else []
+    notes += [
         f"Vibrations up to {hertz(limit):.0f} Hz, of the sampled loop, z = exp(s T); at most half the sample rate."
     ]
     if hertz(limit) > 0.5 / loop.sample_time:
         notes.append(f"Half the sample rate is {0.5 / loop.sample_time:.0f} Hz: what is beyond it appears below.")
     return Answer((measured, everything), _panels(subject, speeds, found, tracks), (table,), tuple(notes))
+
+
+def _not_covering(subject: Subject) -> list[Bearing]:
+    """Return the seals whose tables do not reach from the least to the trip speed."""
+    low, high = subject.file.speed.lowest, subject.file.speed.tripping
+    tabled = [seal for seal in subject.rotor.seals if seal.at_speed]
+    return [seal for seal in tabled if seal.at_speed[0].speed > low or seal.at_speed[-1].speed < high]
 
 
 def least_decrement(quantity: str, found: list[tuple[float, Vibrations]]) -> Measured:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from amb_cosim.acceptance.coefficients import stages_of
+from amb_cosim.acceptance.coefficients import real_coefficients
 from amb_cosim.acceptance.feedback import Complex, bearing_forces, demanded_currents
 from amb_cosim.acceptance.findings import Answer, Measured, Table
 from amb_cosim.acceptance.response import synchronous_response
@@ -24,7 +24,7 @@ def answer(subject: Subject) -> Answer:
     speeds = speeds[speeds <= subject.file.speed.tripping]
     whole = subject.unbalance_of_grade()
     cases = unbalance_cases(subject)
-    q = synchronous_response(subject, speeds, [case.of(whole) for case in cases], stages_of(subject, real=True))
+    q = synchronous_response(subject, speeds, [case.of(whole) for case in cases], real_coefficients(subject))
     forces, currents = _needed(subject, speeds, q)
     measured: list[Measured] = []
     rows: list[tuple[str, ...]] = []

@@ -6,7 +6,7 @@ from itertools import product
 
 import numpy as np
 
-from amb_cosim.acceptance.coefficients import stages_of
+from amb_cosim.acceptance.coefficients import real_coefficients
 from amb_cosim.acceptance.coupled import Variation, coupled_loop
 from amb_cosim.acceptance.findings import Answer, Measured, Table
 from amb_cosim.acceptance.machine_file import Tolerances
@@ -21,7 +21,7 @@ TITLE = "Robustness: worst margins within the tolerances"
 def answer(subject: Subject) -> Answer:
     """Return the least decrement and the largest peak of the sensitivity over all corners of the tolerances."""
     speed, tolerances = subject.file.speed, subject.file.tolerances
-    limit, others = subject.file.highest_frequency, stages_of(subject, real=True)
+    limit, others = subject.file.highest_frequency, real_coefficients(subject)
     rows: list[tuple[str, ...]] = []
     decrements: list[Measured] = []
     peaks: list[Measured] = []

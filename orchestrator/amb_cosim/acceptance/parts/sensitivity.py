@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from amb_cosim.acceptance.coefficients import stages_of
+from amb_cosim.acceptance.coefficients import real_coefficients
 from amb_cosim.acceptance.coupled import coupled_loop
 from amb_cosim.acceptance.findings import Answer, Measured, Table
 from amb_cosim.acceptance.subject import Subject, rpm
@@ -20,7 +20,7 @@ SPEEDS = 4  # from the least to the largest, at which it is computed
 def answer(subject: Subject) -> Answer:
     """Return the peak of each axis over the operating speeds, and as measured at the largest speed."""
     speed = subject.file.speed
-    loop = coupled_loop(subject, stages_of(subject, real=True))
+    loop = coupled_loop(subject, real_coefficients(subject))
     worst: dict[str, tuple[float, float, float]] = {}
     curves: dict[str, tuple[Array, Array]] = {}
     for Omega in np.linspace(speed.lowest, speed.highest, SPEEDS):

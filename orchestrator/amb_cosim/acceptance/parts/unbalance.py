@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from amb_cosim.acceptance.coefficients import stages_of
+from amb_cosim.acceptance.coefficients import real_coefficients
 from amb_cosim.acceptance.findings import Answer, Measured, Table
 from amb_cosim.acceptance.response import Peak, peaks_of, separation_margin, synchronous_response
 from amb_cosim.acceptance.subject import Subject, rpm
@@ -58,7 +58,7 @@ def answer(subject: Subject) -> Answer:
 def _response(subject: Subject, cases: list[UnbalanceCase], whole: float) -> tuple[Array, Array]:
     """Return speeds (rad/s) and major semi-axes (m), shape (speeds, cases, nodes), closer where a response peaks."""
     loads = [case.of(whole) for case in cases]
-    others = stages_of(subject, real=True)
+    others = real_coefficients(subject)
     coarse = response_speeds(subject)
     rough = orbit(synchronous_response(subject, coarse, loads, others))[0]
     step = float(np.median(np.diff(coarse)))

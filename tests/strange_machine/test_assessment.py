@@ -1,0 +1,80 @@
+"""The same assessment for a rotor with three bearings and a gland and for the rig, each by its own names."""
+
+from __future__ import annotations
+
+import json
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from strange_machine import LEVITATION
+
+from amb_cosim.acceptance.assess import assess
+from amb_cosim.acceptance.coefficients import anticipated, real_coefficients
+from amb_cosim.acceptance.coupled import coupled_loop
+from amb_cosim.acceptance.machine_file import MachineFile, load_machine
+from amb_cosim.acceptance.response import passive
+from amb_cosim.acceptance.subject import Subject
+from amb_cosim.design.plant_data import plant
+from amb_cosim.linear.machine import rotor_part
+from amb_cosim.results.places import PLANT
+from rotor_analysis.parts import Bearing
+
+FAST = ["free_modes", "critical_map", "closed_loop", "cross_coupling", "unbalance", "envelope"]
+SPEED = {"minimum": "600 rpm", "maximum": "1200 rpm"}
+MACHINES = {
+    "expander": lambda: load_machine(LEVITATION.parent / "machine.toml"),
+    "rig": lambda: MachineFile(
+        name="rig", scenario="drop", speed=SPEED, stages=[{"at": "d2", "cross_coupling": "1 N/mm"}]
+    ),
+}
+OF_THE_RIG = re.compile(r"\b(mb|rb|eb|d|s)[1-8]\b|bath", re.IGNORECASE)
+
+
+@pytest.fixture(scope="module")
+def expander():
+    return Subject(MACHINES["expander"]())
+
+
+@pytest.mark.parametrize("name", MACHINES)
+def test_fast_parts_answer_by_the_names_of_the_machine(name):
+    found = assess(MACHINES[name](), only=FAST)
+    assert not found.unanswered
+    assert {part.key for part in found.parts if part.findings} == set(FAST)
+    data = found.as_dict()
+    data.pop("machine")
+    assert bool(OF_THE_RIG.search(json.dumps(data))) == (name == "rig")
+
+
+def test_level_one_takes_the_seals_away_and_level_two_has_them(expander):
+    """The rotor's part of the loop is that of a rotor whose seal is nothing, and of the plant itself."""
+    Omega = expander.file.speed.highest
+    rotor = expander.rotor
+    nothing = replace(rotor, seals=tuple(Bearing(seal.name, seal.node) for seal in rotor.seals))
+    model, constants = plant(nothing)
+    bare = rotor_part(PLANT, model.layout, constants, expander.parameters[PLANT], Omega).law.A
+
+    def of_loop(others):
+        (part,) = coupled_loop(expander, others).made.at(Omega).parts([PLANT])
+        return part.law.A
+
+    size = np.abs(bare).max()
+    np.testing.assert_allclose(of_loop(anticipated(expander, 0.0)), bare, atol=1e-9 * size)
+    sealed = of_loop(())
+    assert np.abs(sealed - bare).max() > 1e-6 * size
+
+
+def test_response_has_seals_and_stages_as_the_loop_has_them(expander):
+    Omega, gland = 1000.0, expander.rotor.seals[0]
+    free = expander.condensed.model
+    rows = np.ix_(*2 * [free.translations[gland.node]])
+    K, C, _ = gland.at(Omega)
+    with_seal = passive(expander, Omega)
+    np.testing.assert_allclose((with_seal.K - free.at(Omega).K)[rows], K, rtol=1e-6, atol=1e-3)
+    np.testing.assert_allclose((with_seal.C - free.at(Omega).C)[rows], C, rtol=1e-6, atol=1e-6)
+    (stage,) = real_coefficients(expander)
+    rows = np.ix_(*2 * [free.translations[stage.node]])
+    more = passive(expander, Omega, (stage,))
+    np.testing.assert_allclose((more.K - with_seal.K)[rows], [[250.0, 500.0], [-500.0, 250.0]], atol=1e-3)
+    np.testing.assert_allclose((more.M - with_seal.M)[rows], 0.005 * np.eye(2), atol=1e-9)
