@@ -78,3 +78,16 @@ def test_response_has_seals_and_stages_as_the_loop_has_them(expander):
     more = passive(expander, Omega, (stage,))
     np.testing.assert_allclose((more.K - with_seal.K)[rows], [[250.0, 500.0], [-500.0, 250.0]], atol=1e-3)
     np.testing.assert_allclose((more.M - with_seal.M)[rows], 0.005 * np.eye(2), atol=1e-9)
+
+
+@pytest.mark.slow
+def test_it_comes_back_from_its_retainers_and_a_larger_overload_touches_one():
+    (part,) = assess(MACHINES["expander"](), only=["recovery"]).parts
+    assert not part.reason
+    found = {one.measured.quantity: one.measured for one in part.findings}
+    assert found["relevitation"].value < 75.0
+    assert found["landing_force_change"].value < 20.0
+    assert 1.0 < found["standstill_time"].value < 200.0
+    assert found["retainer_heat"].value < found["heat_to_standstill"].value
+    assert 0.5 < found["overload"].value < 4.0
+    assert found["overload"].where.startswith("catch_")

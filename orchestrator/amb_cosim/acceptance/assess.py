@@ -30,6 +30,7 @@ PARTS = (
     "vibration",
     "faults",
     "landing",
+    "recovery",
 )
 
 Told = Callable[[str, int, int], None]  # title of the part under way, parts done, their number
