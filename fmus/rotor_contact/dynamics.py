@@ -26,6 +26,7 @@ from rotor_contact.structure import REAL, Structure
 BEARING = record(("row", np.int64), ("k_b", np.float64), ("c_b", np.float64), ("gradient", np.float64, (2,)))
 Bearings = np.ndarray[tuple[int], np.dtype[np.record]]
 N_ROWS = 10  # of a motion, beyond its coefficients
+LEAST_SPEED_GAIN = 1e-4  # rad/s, that changes the coefficients; less turns no velocity by 1e-7 in a millisecond
 
 
 class Excitation(NamedTuple):
@@ -272,7 +273,7 @@ def free_acceleration(motion: Motion, speed_gain: float, unbalance: complex, q: 
     for i in range(n):
         a[i] = steady[i] + A * cosine[i] + B * sine[i]
     subtract_products(K, q, C, v, a)
-    if speed_gain != 0.0:
+    if abs(speed_gain) > LEAST_SPEED_GAIN:
         for i in range(n):
             change = dot(motion.over_speed[i], v[:n])
             if motion.is_damped:

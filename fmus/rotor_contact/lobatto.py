@@ -10,6 +10,7 @@ import math
 from fmi_export.jit import kernel
 
 N_LOBATTO = 4
+N_LOOKS = 32  # for where a cubic falls through zero
 LOBATTO_POINTS = (0.0, 0.5 - 0.5 / math.sqrt(5.0), 0.5 + 0.5 / math.sqrt(5.0), 1.0)
 LOBATTO_WEIGHTS = (1.0 / 12.0, 5.0 / 12.0, 5.0 / 12.0, 1.0 / 12.0)
 
@@ -29,6 +30,30 @@ def least_of_cubic(f_0: float, f_1: float, f_2: float, f_3: float) -> float:
     b_1 = (f_3 - 3.0 * f_0 + _FAR * f_1 - _NEAR * f_2) / 3.0
     b_2 = (f_0 - 3.0 * f_3 + _FAR * f_2 - _NEAR * f_1) / 3.0
     return min(min(f_0, f_3), min(b_1, b_2))
+
+
+@kernel
+def positive_share(f_0: float, f_1: float, f_2: float, f_3: float) -> float:
+    """Return up to which share of the interval the cubic through four values is sure to be positive.
+
+    Where it falls through zero is found among `N_LOOKS` places. If it does between none of these, but has a Bezier
+    point below zero, the answer is 0.5.
+    """
+    if least_of_cubic(f_0, f_1, f_2, f_3) > 0.0:
+        return 1.0
+    if not f_0 > 0.0:
+        return 0.0
+    rise = f_3 - 6.0 * f_0 + _FAR * f_1 - _NEAR * f_2
+    bend = 10.0 * f_0 - (_FAR + _CUBIC) * f_1 + (_NEAR + _CUBIC) * f_2 - 5.0 * f_3
+    twist = 5.0 * (f_3 - f_0) + _CUBIC * (f_1 - f_2)
+    before = f_0
+    for look in range(1, N_LOOKS + 1):
+        s = look / N_LOOKS
+        f = f_0 + s * (rise + s * (bend + s * twist))
+        if not f > 0.0:
+            return (look - 1 + before / (before - f)) / N_LOOKS
+        before = f
+    return 0.5
 
 
 @kernel

@@ -20,6 +20,7 @@ from fmi_export.model import Array
 from rotor_contact.site import Site
 
 N_BISECTIONS = 40  # of the interval in which a path touches
+FEW_BISECTIONS = 12  # the same, where it is enough to know in which short piece that is
 ON_CIRCLE = 2e-11  # of the clearance, by which a journal that an event has left on the circle may be beyond it
 
 
@@ -109,3 +110,27 @@ def touch_time(site: Site, z: Array, z_new: Array, dt: float, n: int) -> float:
         else:
             low = s
     return high * dt
+
+
+@kernel
+def share_before_touch(site: Site, begin: Point, end: Point, dt: float) -> float:
+    """Return which share of the time `dt` (s) passes before the path between two points is beyond the retainer.
+
+    0 if it is beyond at the beginning already, or at neither end.
+    """
+    square = site.clearance * site.clearance
+    if not (end.x * end.x + end.y * end.y > square and begin.x * begin.x + begin.y * begin.y < square):
+        return 0.0
+    low, high = 0.0, 1.0
+    for _ in range(FEW_BISECTIONS):
+        s = 0.5 * (low + high)
+        rest = 1.0 - s
+        of_begin, of_end = rest * rest * (1.0 + 2.0 * s), s * s * (3.0 - 2.0 * s)  # Hermite's cubics
+        of_v, of_v_end = rest * rest * s * dt, -s * s * rest * dt
+        x = of_begin * begin.x + of_end * end.x + of_v * begin.v_x + of_v_end * end.v_x
+        y = of_begin * begin.y + of_end * end.y + of_v * begin.v_y + of_v_end * end.v_y
+        if x * x + y * y > square:
+            high = s
+        else:
+            low = s
+    return low

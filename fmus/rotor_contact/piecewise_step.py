@@ -16,6 +16,7 @@ from fmi_export.jit import kernel, kernel_apart
 from fmi_export.model import Array
 from rotor_contact.bodies import RACE_SPEED_SCALE
 from rotor_contact.compliant import is_any_compliant
+from rotor_contact.contact import is_any_constrained
 from rotor_contact.dynamics import Motion, accelerations, collect_coefficients, forces
 from rotor_contact.enumerations import EVENTS, EXACT, PIECES
 from rotor_contact.events import advance
@@ -23,7 +24,7 @@ from rotor_contact.matrix_rows import build_slot, choose_levels, is_complete, sh
 from rotor_contact.piece_energy import ShaftDamping, add_energies, add_slope, damping_of_shaft
 from rotor_contact.propagator import STEP_TOLERANCE, STEPS_BEFORE_BUILD, is_near
 from rotor_contact.site import Sites
-from rotor_contact.smooth_piece import begin_piece, end_piece, find_contact_forces, is_smooth, solve_piece
+from rotor_contact.smooth_piece import begin_piece, end_piece, find_contact_forces, smooth_share, solve_piece
 from rotor_contact.step_matrices import MatricesKey, StepMatrices, is_for, spacing_for
 from rotor_contact.structure import Structure
 from rotor_contact.workspace import Workspace, stages_of
@@ -143,29 +144,32 @@ def advance_by_pieces(
     sizes, stages = matrices.sizes[0], stages_of(w.stages)
     total = 2 ** (int(sizes.n_levels) - 1)
     unit = sizes.step_size / total
-    at = 0
+    at, event = 0, math.inf  # both in units; where the next event is expected
     z, n = stages.z, w.n
     theta, Omega = w.motion.theta, w.motion.Omega
+    known, damping = find_forces_at(w, matrices, z, theta, Omega, memory.method != EXACT)
     memory.method = EXACT
-    known, damping = find_forces_at(w, matrices, z, theta, Omega, memory.level > 0.0)
     while at < total:
-        level = min(int(memory.level), int(sizes.n_levels) - 1)
+        level = _level_at(at, min(event - at, float(total - at)), int(memory.level), int(sizes.n_levels))
         length = total >> level
-        while at % length != 0:
-            level += 1
-            length = total >> level
         h = length * unit
         index = (Omega + 0.5 * h * w.motion.Omega_dot) / sizes.spacing
-        done = False
+        begun = done = False
         if (
-            known
+            at + length <= event
+            and known
             and _is_slow(w, h)
             and is_complete(matrices, math.floor(index))
             and is_complete(matrices, math.floor(index) + 1.0)
         ):
+            begun = True
             begin_piece(w, matrices, level, index)
-            if solve_piece(w, matrices, h, theta, Omega, damping.torque) and is_smooth(w, matrices, h):
-                done = end_piece(w, matrices, level, index, h)
+            share, smooth = 1.0, False
+            if solve_piece(w, matrices, h, theta, Omega, damping.torque):
+                share, smooth = smooth_share(w, matrices, h)
+            done = smooth and end_piece(w, matrices, level, index, h)
+            if share < 1.0:
+                event = at + share * length
         if done:
             new_theta, new_Omega = angle_and_speed_after(w, stages.z_new, theta, Omega, h)
             holds, after = find_forces_at(w, matrices, stages.z_new, new_theta, new_Omega, level > 0)
@@ -174,13 +178,15 @@ def advance_by_pieces(
                 copy(stages.z_new, z)
                 theta, Omega, damping = new_theta, new_Omega, after
                 at += length
-                memory.level = max(level - 1.0, 0.0)
+                if level == int(memory.level):
+                    memory.level = max(level - 1.0, 0.0)
                 if level > 0:
                     memory.method = max(memory.method, PIECES)
                 continue
-            known, damping = find_forces_at(w, matrices, z, theta, Omega, memory.level > 0.0)
-        if level < int(sizes.n_levels) - 1:
-            memory.level = level + 1.0
+            known, damping = find_forces_at(w, matrices, z, theta, Omega, True)
+        if begun and level < int(sizes.n_levels) - 1:
+            if not event < at + length:
+                memory.level = level + 1.0
             continue
         part = Motion(
             w.motion.rows,
@@ -198,10 +204,24 @@ def advance_by_pieces(
         if fault != 0:
             return fault
         memory.method = EVENTS
+        memory.level = sizes.n_levels - 1.0 if is_any_constrained(w.sites) else 0.0
         theta, Omega = angle_and_speed_after(w, z, theta, Omega, h)
-        at += length
-        known, damping = find_forces_at(w, matrices, z, theta, Omega, memory.level > 0.0)
+        at, event = at + length, math.inf
+        known, damping = find_forces_at(w, matrices, z, theta, Omega, True)
     return 0
+
+
+@kernel
+def _level_at(at: int, room: float, level: int, n_levels: int) -> int:
+    """Return the level, at least `level`, of the longest piece from `at` that ends within `room`, in units.
+
+    A piece of 2^k units begins at a multiple of its length. Where none is so short, it is the shortest.
+    """
+    length = 2 ** (n_levels - 1 - level)
+    while length > 1 and (at % length != 0 or length > room):
+        level += 1
+        length = length // 2
+    return level
 
 
 @kernel

@@ -149,8 +149,9 @@ def step(
     w = workspace_of(structure, motion, scratch, n)
     z = stages_of(w.stages).z
     head.tolerance_missed = 0.0
-    head.method = EXACT
-    if n_steps == 0.0 or not propagate(structure, w, scratch.propagator, x.key, x.z, n_steps, step_size):
+    if n_steps > 0.0 and propagate(structure, w, scratch.propagator, x.key, x.z, n_steps, step_size):
+        head.method = EXACT
+    else:
         copy(x.z[: 2 * n + N_INTEGRALS], z)
         z[2 * n + N_INTEGRALS :] = 0.0
         fault = NO_MATRICES_YET

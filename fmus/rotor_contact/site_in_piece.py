@@ -9,8 +9,8 @@ import numpy as np
 from fmi_export.jit import kernel, kernel_apart
 from rotor_contact.enumerations import ROLLING, SLIDING
 from rotor_contact.friction import STICK_SPEED, has_friction, static_coefficient
-from rotor_contact.lobatto import LOBATTO_POINTS, LOBATTO_WEIGHTS, N_LOBATTO, greatest_of_cubic, least_of_cubic
-from rotor_contact.path import Point, leaves_or_stays_within
+from rotor_contact.lobatto import LOBATTO_POINTS, LOBATTO_WEIGHTS, N_LOBATTO, greatest_of_cubic, positive_share
+from rotor_contact.path import Point, leaves_or_stays_within, share_before_touch
 from rotor_contact.site import Site
 
 MAX_DEVIATION = 1e-6  # of the clearance, from the circle at the inner points
@@ -23,20 +23,25 @@ Points = tuple[Point, Point, Point]  # the journal from the centre of its retain
 @kernel
 def keeps_mode(site: Site, nodes: Nodes) -> bool:
     """Return whether a constrained site neither opens nor sticks nor slips in the piece."""
+    return share_in_mode(site, nodes) == 1.0
+
+
+@kernel
+def share_in_mode(site: Site, nodes: Nodes) -> float:
+    """Return up to which share of the piece a constrained site is sure neither to open nor to stick nor to slip."""
     a, b, c, d = nodes[0], nodes[1], nodes[2], nodes[3]
-    if not least_of_cubic(a.f_n, b.f_n, c.f_n, d.f_n) > 0.0:
-        return False
+    share = positive_share(a.f_n, b.f_n, c.f_n, d.f_n)
     if site.mode == ROLLING:
         mu = static_coefficient(site)
         for s in (1.0, -1.0):
-            rest = least_of_cubic(
+            rest = positive_share(
                 mu * a.f_n - s * a.f_t, mu * b.f_n - s * b.f_t, mu * c.f_n - s * c.f_t, mu * d.f_n - s * d.f_t
             )
-            if not rest > 0.0:
-                return False
-        return True
-    s = site.slip_sign
-    return not has_friction(site) or least_of_cubic(s * a.slip, s * b.slip, s * c.slip, s * d.slip) > STICK_SPEED
+            share = min(share, rest)
+    elif has_friction(site):
+        s, v = site.slip_sign, STICK_SPEED
+        share = min(share, positive_share(s * a.slip - v, s * b.slip - v, s * c.slip - v, s * d.slip - v))
+    return share
 
 
 @kernel
@@ -52,13 +57,24 @@ def follows_circle(site: Site, first: Point, second: Point) -> bool:
 @kernel_apart
 def stays_clear(site: Site, begin: Point, points: Points, h: float) -> bool:
     """Return whether the journal of a free site stays clear in a piece of length h (s), by the path between points."""
+    return clear_share(site, begin, points, h) == 1.0
+
+
+@kernel
+def clear_share(site: Site, begin: Point, points: Points, h: float) -> float:
+    """Return up to which share of a piece of length h (s) the journal of a free site stays clear.
+
+    Where it touches is that of the path between points; where it may graze, the last point before is the answer.
+    """
     first, second, last = points
-    span = LOBATTO_POINTS[2] - LOBATTO_POINTS[1]
-    return bool(
-        leaves_or_stays_within(site, begin, first, h * LOBATTO_POINTS[1], CLOSE_MARGIN)
-        and leaves_or_stays_within(site, first, second, h * span, CLOSE_MARGIN)
-        and leaves_or_stays_within(site, second, last, h * (1.0 - LOBATTO_POINTS[2]), CLOSE_MARGIN)
-    )
+    c_1, c_2 = LOBATTO_POINTS[1], LOBATTO_POINTS[2]
+    if not leaves_or_stays_within(site, begin, first, h * c_1, CLOSE_MARGIN):
+        return share_before_touch(site, begin, first, h * c_1) * c_1
+    if not leaves_or_stays_within(site, first, second, h * (c_2 - c_1), CLOSE_MARGIN):
+        return c_1 + share_before_touch(site, first, second, h * (c_2 - c_1)) * (c_2 - c_1)
+    if not leaves_or_stays_within(site, second, last, h * (1.0 - c_2), CLOSE_MARGIN):
+        return c_2 + share_before_touch(site, second, last, h * (1.0 - c_2)) * (1.0 - c_2)
+    return 1.0
 
 
 @kernel

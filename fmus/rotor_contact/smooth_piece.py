@@ -29,7 +29,7 @@ from rotor_contact.path import Point, point_of
 from rotor_contact.piece import advance_rotations, phase_error, piece_of, start_rotations
 from rotor_contact.products import row_combination
 from rotor_contact.site import Site, can_touch, is_constrained, slip_velocity
-from rotor_contact.site_in_piece import follows_circle, keeps_mode, stays_clear
+from rotor_contact.site_in_piece import clear_share, follows_circle, share_in_mode
 from rotor_contact.step_matrices import StepMatrices, level_of, slot_of
 from rotor_contact.workspace import Workspace, stages_of
 
@@ -200,11 +200,14 @@ def _direction(w: Workspace, matrices: StepMatrices, h: float, theta: float) -> 
 
 
 @kernel
-def is_smooth(w: Workspace, matrices: StepMatrices, h: float) -> bool:
-    """Return whether nothing begins, ends, sticks or slips in the piece, and its forces are smooth enough."""
+def smooth_share(w: Workspace, matrices: StepMatrices, h: float) -> tuple[float, bool]:
+    """Return up to which share of the piece, of length h (s), nothing begins, ends, sticks or slips in it.
+
+    It is 1 if a force is not smooth enough, or a journal leaves its circle; then the second, whether all is well, is
+    False.
+    """
     piece, z = piece_of(matrices), stages_of(w.stages).z
-    if not phase_error(piece) <= MAX_PHASE:
-        return False
+    share, is_smooth = 1.0, phase_error(piece) <= MAX_PHASE
     largest = LEAST_FORCE
     for k in range(w.sites.shape[0]):
         if is_constrained(w.sites[k]):
@@ -214,18 +217,16 @@ def is_smooth(w: Workspace, matrices: StepMatrices, h: float) -> bool:
         site = w.sites[k]
         if can_touch(site):
             points = _journal(site, matrices, k, 1), _journal(site, matrices, k, 2), _journal(site, matrices, k, 3)
-            if not stays_clear(site, _journal_at_start(site, z, w.n), points, h):
-                return False
+            share = min(share, clear_share(site, _journal_at_start(site, z, w.n), points, h))
         elif is_constrained(site):
             a, b, c, d = matrices.nodes[k, 0], matrices.nodes[k, 1], matrices.nodes[k, 2], matrices.nodes[k, 3]
             rough_n = abs(5.0 * (d.f_n - a.f_n) + CUBIC * (b.f_n - c.f_n))
             rough_t = abs(5.0 * (d.f_t - a.f_t) + CUBIC * (b.f_t - c.f_t))
-            if not BEND * max(rough_n, rough_t) <= MAX_ROUGHNESS * largest:
-                return False
+            is_smooth = is_smooth and BEND * max(rough_n, rough_t) <= MAX_ROUGHNESS * largest
             first, second = _journal(site, matrices, k, 1), _journal(site, matrices, k, 2)
-            if not (keeps_mode(site, matrices.nodes[k]) and follows_circle(site, first, second)):
-                return False
-    return True
+            is_smooth = is_smooth and follows_circle(site, first, second)
+            share = min(share, share_in_mode(site, matrices.nodes[k]))
+    return share if is_smooth else 1.0, bool(is_smooth and share == 1.0)
 
 
 @kernel

@@ -8,7 +8,7 @@ from rotor_contact.collocation import _find_first_forces, _locate_nodes, _solve_
 from rotor_contact.contact import number_unknowns
 from rotor_contact.enumerations import EVENTS, INTEGRATED
 from rotor_contact.layout import stage_size
-from rotor_contact.lobatto import LAGRANGE, LOBATTO_POINTS, LOBATTO_WEIGHTS, least_of_cubic
+from rotor_contact.lobatto import LAGRANGE, LOBATTO_POINTS, LOBATTO_WEIGHTS, N_LOOKS, least_of_cubic, positive_share
 from rotor_contact.workspace import N_STAGES
 
 UNBALANCE = {f"d{k}.u": 0.16 for k in (1, 2, 3, 4)}
@@ -195,6 +195,20 @@ def test_lobatto_quadrature_is_exact_for_polynomials_of_degree_five():
 def test_lagrange_polynomials_are_one_at_their_own_point_and_zero_at_the_others():
     values = np.array([[np.polyval(c[::-1], s) for s in LOBATTO_POINTS] for c in LAGRANGE])
     np.testing.assert_allclose(values, np.eye(4), atol=1e-14)
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_cubic_is_positive_up_to_where_it_is_said_to_fall_through_zero(seed):
+    coefficients = np.random.default_rng(seed).normal(size=4)
+    coefficients[3] = abs(coefficients[3])
+    share = positive_share(*np.polyval(coefficients, LOBATTO_POINTS))
+    roots = np.roots(coefficients)
+    first = min((r.real for r in roots if abs(r.imag) < 1e-12 and 0.0 < r.real <= 1.0), default=None)
+    if first is None:
+        assert share in (0.5, 1.0)
+        assert share == 0.5 or np.all(np.polyval(coefficients, np.linspace(0.0, 1.0, 101)) > 0.0)
+    else:
+        assert share == pytest.approx(first, abs=0.5 / N_LOOKS)
 
 
 @pytest.mark.parametrize("seed", range(10))

@@ -7,7 +7,7 @@ from rotor_cases import BEARINGS, CLEARANCE, H, plant, run, scratch
 from scipy.interpolate import BPoly, PPoly
 from scipy.optimize import brentq
 
-from rotor_contact.path import Point, leaves_or_stays_within, point_of, stays_within, touch_time
+from rotor_contact.path import Point, leaves_or_stays_within, point_of, share_before_touch, stays_within, touch_time
 from rotor_contact.propagator import STEPS_BEFORE_BUILD
 
 ALONG = np.linspace(0.0, 1.0, 2001)[:, None]
@@ -149,3 +149,12 @@ def test_the_propagator_grows_a_few_rows_a_step_so_that_no_step_is_long():
     n_rows = scratch(x).propagator.P.shape[0]
     assert rows[-1] == rows[STEPS_BEFORE_BUILD] == n_rows
     assert max(np.diff(rows)) <= n_rows / STEPS_BEFORE_BUILD + 1
+
+
+def test_share_before_a_touch_is_where_the_path_reaches_the_retainer(site):
+    begin = Point(0.6 * CLEARANCE, 0.1 * CLEARANCE, 1.5, 0.8)
+    end = Point(1.05 * CLEARANCE, 0.4 * CLEARANCE, 1.7, 0.9)
+    course = cubic(begin, end, H)
+    touch = brentq(lambda t: np.hypot(*course(t)) - CLEARANCE, 0.0, H)
+    assert 0.0 <= touch / H - share_before_touch(site, begin, end, H) <= 1e-3
+    assert share_before_touch(site, end, begin, H) == 0.0
