@@ -71,5 +71,18 @@ def sweep(as_json: bool, quick: bool) -> None:
     show(data, sweeps.as_tables, as_json)
 
 
+@main.command()
+@click.argument("scenarios", nargs=-1)
+@JSON
+@click.option("--rounds", type=click.IntRange(min=1), default=3, help="How often each scenario runs.")
+def steps(scenarios: tuple[str, ...], as_json: bool, rounds: int) -> None:
+    """Measure the longest step of SCENARIOS, of all where none is named."""
+    from benchmarks import step_times
+
+    with refusing(), Console(stderr=True).status("measuring (a first run compiles the models)"):
+        data = step_times.measure(scenarios, rounds)
+    show(data, step_times.as_tables, as_json)
+
+
 if __name__ == "__main__":
     main(prog_name="python -m benchmarks")

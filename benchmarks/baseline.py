@@ -10,6 +10,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, NamedTuple, TypeVar, cast
 
 import numba
@@ -89,9 +90,14 @@ class Baseline:
         self._changes = PiecewiseConstant(events).changes(0, plan.last + 1)
         self._instances: list[tuple[Instance, Array]] = []  # with their outputs
         self._calls: list[KernelCall] = []
+        scenario = prepared.scenario
+        options = {
+            "rotor": scenario.rotor,
+            "receptances": None if scenario.receptances is None else Path(scenario.receptances),
+        }
         first = wiring.n_exogenous
         for component, source in zip(system.components, wiring.sources, strict=True):
-            instance = Instance(*model_source(component.fmu))
+            instance = Instance(*model_source(component.fmu, **options))
             for name, value in plan.parameters[component.name].items():
                 instance[name] = value
             table, written = instance.model.interface, self._values[first : first + len(instance.outputs)]

@@ -8,6 +8,7 @@ from typing import Any
 from rich.table import Table
 
 from amb_cosim.presentation.text_tables import labelled_table
+from benchmarks import step_times
 from benchmarks.measure import AT_MOST, RATIOS, REAL_TIME_FACTOR
 
 RATIO_LABELS = {
@@ -34,7 +35,8 @@ GROWTH_LABELS = {
 
 def as_tables(data: Mapping[str, Any]) -> list[Table | str]:
     """Return what `measure` returns as tables and lines of text."""
-    parts = [_ratios(data), _factors(data), _steps(data), _single_steps(data), _threads(data), _growth(data)]
+    single_steps = step_times.as_table(data["single_steps_us"])
+    parts = [_ratios(data), _factors(data), _steps(data), single_steps, _threads(data), _growth(data)]
     where = data["environment"]
     machine = f"{where['processor']}, {where['cores']} cores, {where['system']}, Python {where['python']}"
     stiff = data["contact"]["cost_ratio_at_equal_accuracy"]
@@ -78,13 +80,6 @@ def _steps(data: Mapping[str, Any]) -> Table:
     rest = {"rest of the baseline": baseline - sum(parts.values()), "FMI": native - baseline}
     for part, us in (parts | rest).items():
         table.add_row(part, f"{us:.2f}", f"{us / native:.0%}")
-    return table
-
-
-def _single_steps(data: Mapping[str, Any]) -> Table:
-    table = labelled_table("Time of single steps, all models (us)", "", "median", "99.9 %", "longest", "sample time")
-    for name, times in (data["single_steps_us"] or {}).items():
-        table.add_row(name, *(f"{times[key]:.2f}" for key in ("median", "percentile_99_9", "maximum", "sample")))
     return table
 
 

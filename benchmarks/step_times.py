@@ -2,30 +2,78 @@
 
 from __future__ import annotations
 
-import numpy as np
+from collections.abc import Sequence
+from typing import Any
 
+import numpy as np
+from rich.table import Table
+
+from amb_cosim.presentation.text_tables import labelled_table
+from amb_cosim.scenario.file import packaged_scenarios
 from amb_cosim.scenario.scenario import load_scenario
 from amb_cosim.scenario.simulation import prepare
 from benchmarks.baseline import Baseline
+from benchmarks.timing import environment
 
 SCENARIOS = ("fig4_9", "fig4_14", "rolling_90")  # impacts and rubbing, sustained contact, rolling
+TITLE = "Time of single steps, all models (us), and how often real time goes into that of all steps"
+COLUMNS = ("median", "percentile_99_9", "maximum", "sample", "real_time")
 
 
-def step_times(rounds: int) -> dict[str, dict[str, float]]:
+def step_times(rounds: int, names: Sequence[str] = SCENARIOS) -> dict[str, dict[str, float]]:
     """Return median, 99.9th percentile and maximum of the time (us) of a step, and its sample time, by scenario.
 
-    The native models of a scenario run in one loop without FMI. A run does the same in every round, so that a step
-    counts with its shortest time: what else the machine did in it is left out.
+    `real_time` is simulated time over the time of all steps. The native models of a scenario run in one loop without
+    FMI. A run does the same in every round, so that a step counts with its shortest time: what else the machine did in
+    it is left out.
+
+    Raises
+    ------
+    ValueError
+        If a scenario has no baseline.
     """
-    return {name: _step_times(name, rounds) for name in SCENARIOS}
+    return {name: _step_times(name, rounds) for name in names}
 
 
 def _step_times(name: str, rounds: int) -> dict[str, float]:
     prepared = prepare(load_scenario(name), flavour="native")
     shortest = 1e6 * np.min([Baseline(prepared).run(profile=True).steps for _ in range(rounds)], axis=0)
+    sample = 1e6 * prepared.plan.step_size
     return {
         "median": float(np.median(shortest)),
         "percentile_99_9": float(np.percentile(shortest, 99.9)),
         "maximum": float(shortest.max()),
-        "sample": 1e6 * prepared.plan.step_size,
+        "sample": sample,
+        "real_time": sample / float(shortest.mean()),
     }
+
+
+def measure(names: Sequence[str], rounds: int) -> dict[str, Any]:
+    """Return `step_times` of scenarios, all that have a baseline where none is named, and why others have none."""
+    found: dict[str, Any] = {"single_steps_us": {}, "missing": {}, "rounds": rounds, "environment": environment()}
+    for name in names or sorted(packaged_scenarios()):
+        try:
+            found["single_steps_us"] |= step_times(rounds, [name])
+        except ValueError as error:
+            if names:
+                raise
+            found["missing"][name] = str(error)
+    return found
+
+
+def as_table(times: dict[str, dict[str, float]] | None) -> Table:
+    """Return what `step_times` returns as a table."""
+    table = labelled_table(TITLE, "", "median", "99.9 %", "longest", "sample time", "times real time")
+    for name, of_steps in (times or {}).items():
+        table.add_row(name, *(f"{of_steps[column]:.3g}" for column in COLUMNS))
+    return table
+
+
+def as_tables(data: dict[str, Any]) -> list[Table | str]:
+    """Return what `measure` returns as a table and lines of text."""
+    where = data["environment"]
+    return [
+        as_table(data["single_steps_us"]),
+        *(f"{name}: {why}" for name, why in data["missing"].items()),
+        f"{where['date']}, {where['processor']}, least of {data['rounds']} rounds, load {where['load_average']}",
+    ]
