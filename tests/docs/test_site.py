@@ -2,11 +2,13 @@
 
 import logging
 import re
+import shutil
 import sys
 from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
+import yaml
 
 pytest.importorskip("mkdocs")
 pytest.importorskip("latex2mathml")
@@ -39,6 +41,36 @@ def test_an_equation_that_cannot_be_rendered_is_a_warning_of_mkdocs(tex, caplog)
     with caplog.at_level(logging.WARNING, logger="mkdocs"):
         equations.mathml(tex, True, "page.md")
     assert any(tex in record.getMessage() and "page.md" in record.getMessage() for record in caplog.records)
+
+
+@pytest.fixture
+def small_site(tmp_path):
+    """A site of one page with theme, search and scripts of this project's."""
+    pytest.importorskip("material")
+    from mkdocs.commands.build import build
+    from mkdocs.config import load_config
+
+    root = Path(__file__).parents[2]
+    ours = yaml.safe_load((root / "mkdocs.yml").read_text(encoding="utf-8"))
+    pages = tmp_path / "pages"
+    for file in ours["extra"]["polyfills"]:
+        (pages / file).parent.mkdir(parents=True)
+        shutil.copy(root / file, pages / file)
+    (pages / "index.md").write_text("# Pump\n\nA retainer catches it.\n", encoding="utf-8")
+    settings = {"site_name": "small", "docs_dir": "pages", "theme": ours["theme"], "extra": ours["extra"]}
+    plugins = [name for name in ours["plugins"] if name in ("offline", "search")]
+    (tmp_path / "mkdocs.yml").write_text(yaml.safe_dump({**settings, "plugins": plugins}), encoding="utf-8")
+    build(load_config(str(tmp_path / "mkdocs.yml")))
+    return tmp_path / "site"
+
+
+def test_a_page_opened_as_a_file_loads_all_its_scripts_from_files(small_site):
+    """So that search works without a network: the index, and the worker that reads it, are files of the site."""
+    page = (small_site / "index.html").read_text(encoding="utf-8")
+    scripts = re.findall('<script src="([^"]*)"', page)
+    assert len(scripts) >= 2
+    assert [name for name in scripts if not (small_site / name).is_file()] == []
+    assert "retainer" in (small_site / "search" / "search_index.js").read_text(encoding="utf-8")
 
 
 def test_keys_of_a_file_have_units_limits_and_defaults():
