@@ -63,7 +63,7 @@ def set_orbit_axes(panel: Axes, title: str, limit: float, unit: str) -> None:
     """Give a panel that shows an orbit its title, and axes of equal scale up to `limit` either way, in `unit`."""
     panel.set(title=title, xlabel=f"$x$ ({unit})", aspect="equal", xlim=(-limit, limit), ylim=(-limit, limit))
     for axis in (panel.xaxis, panel.yaxis):
-        axis.set_major_locator(MaxNLocator(5, symmetric=True))
+        axis.set_major_locator(MaxNLocator(4, symmetric=True))
 
 
 def fitted(text: str, width: float) -> str:

@@ -13,7 +13,7 @@ from matplotlib.patches import Patch
 
 from amb_cosim.presentation.style import BLUE, TITLE_SIZE, StyledFigure, fitted, write_png
 from amb_cosim.sweeps.outcomes import BROKEN_OFF, COLOURS
-from amb_cosim.sweeps.panels import numeric_axes, panels
+from amb_cosim.sweeps.panels import numeric_axes, panels, short
 from amb_cosim.sweeps.refine import boundary_group
 from amb_cosim.sweeps.sampling import SAMPLE
 from amb_cosim.sweeps.store import STORE, open_sweep
@@ -172,7 +172,8 @@ def _draw_boundary(ax: Axes, swept: Sweep, dataset: xr.Dataset, across: list[str
 def _axis_label(dataset: xr.Dataset, name: str) -> str:
     """Return what a coordinate is, in words where its variable has a description, and its unit."""
     unit, described = (dataset[name].attrs.get(key, "") for key in ("units", "description"))
-    words = described.partition(";")[0].partition(" (")[0] or name
-    if name.partition(".")[0] in LABELLED:
-        words += f", from the {name.partition('.')[0]} on"
+    event = name.partition(".")[0]
+    words = described.partition(";")[0].partition(" (")[0] or (short(name) if event in LABELLED else name)
+    if described and event in LABELLED:
+        words += f", from the {event} on"
     return fitted(f"{words} ({unit})" if unit and unit != "1" else words, 3.6)

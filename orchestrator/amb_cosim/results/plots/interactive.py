@@ -11,7 +11,7 @@ from amb_cosim.cosim.signals import Signals
 from amb_cosim.presentation.units import force_unit, length_unit
 from amb_cosim.results.contact_forces import peaks
 from amb_cosim.results.contact_history import touchable
-from amb_cosim.results.plots.axes import COLOURS, clearance, stations, time_values
+from amb_cosim.results.plots.axes import clearance, colour_of, stations, time_values
 from amb_cosim.results.series import speed_changes
 
 MOST_POINTS = 20_000  # of a curve
@@ -32,13 +32,13 @@ def interactive(dataset: Signals) -> Any:
         3,
         columns,
         specs=[[{}] * columns, *([[{"colspan": columns}, *[None] * (columns - 1)]] * 2)],
-        subplot_titles=[*(station.title for station in drawn), "Radius", "Normal contact force"],
+        subplot_titles=[*(station.place.upper() for station in drawn), "Radius", "Normal contact force"],
         row_heights=[0.5, 0.25, 0.25],
     )
     times, turn = time_values(dataset)[every], np.linspace(0.0, 2.0 * np.pi, 181)
     for k, (station, path, gap) in enumerate(zip(drawn, paths, gaps, strict=True), start=1):
         x, y = length.of(path)[:, every]
-        line = {"color": COLOURS[(k - 1) % len(COLOURS)], "width": 1}
+        line = {"color": colour_of(dataset, station.site) if station.site else "black", "width": 1}
         figure.add_scatter(x=x, y=y, line=line, name=station.place.upper(), row=1, col=k)
         if gap:
             dashed = {"color": "grey", "dash": "dash", "width": 1}
@@ -47,11 +47,13 @@ def interactive(dataset: Signals) -> Any:
         figure.add_scatter(x=times, y=np.hypot(x, y), line=line, showlegend=False, row=2, col=1)
         axis = figure.get_subplot(1, k)
         axis.xaxis.title.text = f"x ({length.label})"
-        axis.yaxis.update(scaleanchor=axis.xaxis.anchor.replace("y", "x"), title_text=f"y ({length.label})")
+        axis.yaxis.update(
+            scaleanchor=axis.xaxis.anchor.replace("y", "x"), title_text=f"y ({length.label})" if k == 1 else ""
+        )
     forces: dict[str, NDArray[np.float64]] = {s: f for s in sites if (f := peaks(dataset, s)) is not None}
     unit = force_unit(max((float(force.max(initial=0.0)) for force in forces.values()), default=0.0))
-    for k, (site, force) in enumerate(forces.items()):
-        line = {"color": COLOURS[k % len(COLOURS)], "width": 1}
+    for site, force in forces.items():
+        line = {"color": colour_of(dataset, site), "width": 1}
         figure.add_scatter(x=times, y=unit.of(force)[every], line=line, name=f"N at {site.upper()}", row=3, col=1)
     figure.update_yaxes(title_text=f"radius ({length.label})", row=2, col=1)
     figure.update_yaxes(title_text=f"N ({unit.label})", row=3, col=1)
