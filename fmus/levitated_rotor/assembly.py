@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
-from fmi_export.model import Part, Wiring
+from fmi_export.model import AssemblyPart, Wiring
 from fmi_export.variables import FAULT_CODE, Causality, Variable
 
 IMPULSE = "N.s"  # unit of outputs that are sums over a step
@@ -19,7 +19,7 @@ SAMPLE_TIME = "sample_time"  # parameter of a part that samples
 SLOPE = "_dot"  # ends the name of an input that is the slope of another one over a step
 
 
-def variables(part: Part, causality: Causality) -> list[tuple[str, Variable]]:
+def variables(part: AssemblyPart, causality: Causality) -> list[tuple[str, Variable]]:
     """Return variables of a part by their names in the assembly; without the fault code, which the parts share."""
     found = part.model.interface.of(causality)
     return [(f"{part.name}.{v.name}", v) for v in found if v.name != FAULT_CODE]
@@ -48,7 +48,7 @@ class Composite:
         If a name is that of no variable of this kind, or an input is fed twice.
     """
 
-    parts: tuple[Part, ...]
+    parts: tuple[AssemblyPart, ...]
     connections: Mapping[str, str]
     signals: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     step_size: float = 250e-6
@@ -99,7 +99,7 @@ class Composite:
         sampling = [p.name for p in self.parts if p.every == 1 and SAMPLE_TIME in p.model.interface.position]
         return f"{sampling[0]}.{SAMPLE_TIME}" if len(sampling) == 1 else ""
 
-    def named(self, part: Part, name: str) -> str:
+    def named(self, part: AssemblyPart, name: str) -> str:
         """Return the variable of the assembly that has the value of a variable of a part."""
         full = f"{part.name}.{name}"
         return self.sources.get(full, full)

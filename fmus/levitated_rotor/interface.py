@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from fmi_export.interface import Interface
-from fmi_export.model import STEP_SIZE, Part
+from fmi_export.model import STEP_SIZE, AssemblyPart
 from fmi_export.variables import FAULT_CODE, Array, Variable, output
 from levitated_rotor.assembly import Composite, variables
 
@@ -22,7 +22,7 @@ Needs = dict[str, set[str] | None]  # variables of the assembly that an output n
 FAULT = output(FAULT_CODE, "1", "0 while all is well; the log says what else means", type="Integer", starts_from=())
 
 
-def renamed(composite: Composite, part: Part, sentence: str) -> str:
+def renamed(composite: Composite, part: AssemblyPart, sentence: str) -> str:
     """Return a sentence of a part in which `{name}` names variables of the assembly."""
     return re.sub(
         r"\{([^}]+)\}",
@@ -31,7 +31,7 @@ def renamed(composite: Composite, part: Part, sentence: str) -> str:
     )
 
 
-def _array(composite: Composite, part: Part, v: Variable) -> Array | None:
+def _array(composite: Composite, part: AssemblyPart, v: Variable) -> Array | None:
     return v.array and v.array._replace(name=composite.named(part, v.array.name))
 
 

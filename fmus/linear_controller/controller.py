@@ -9,7 +9,7 @@ from fmi_export.jit import inlined_kernel, kernel
 from fmi_export.model import UNCHANGED, Array, Model
 from linear_controller import PACKAGES, delay, law
 from linear_controller.interface import interface_of
-from linear_controller.matrices import Bracket, Matrices, find_bracket, matrices_of, sizes_of
+from linear_controller.matrices import LawMatrices, TableRows, find_bracket, matrices_of, sizes_of
 from linear_controller.ports import Ports
 from linear_controller.records import (
     Inputs,
@@ -58,8 +58,8 @@ def observe(parameters: Parameters, inputs: Inputs, state: State, work: Work, sa
 
 @inlined_kernel
 def compute(
-    parameters: Parameters, inputs: Inputs, state: State, work: Work, matrices: Matrices, sampling: bool
-) -> Bracket:
+    parameters: Parameters, inputs: Inputs, state: State, work: Work, matrices: LawMatrices, sampling: bool
+) -> TableRows:
     """Compute errors and demands, the latter into `state.last`; return the rows of the table that were used.
 
     `sampling` is false at the initialisation, which is no sample.
@@ -82,7 +82,7 @@ def compute(
 
 
 @inlined_kernel
-def take_sample(parameters: Parameters, inputs: Inputs, state: State, work: Work, matrices: Matrices) -> None:
+def take_sample(parameters: Parameters, inputs: Inputs, state: State, work: Work, matrices: LawMatrices) -> None:
     """Compute one sample: errors, demands, states of the next one."""
     head = state.head[0]
     bracket = compute(parameters, inputs, state, work, matrices, True)
@@ -94,7 +94,7 @@ def take_sample(parameters: Parameters, inputs: Inputs, state: State, work: Work
 
 
 @inlined_kernel
-def write_outputs(matrices: Matrices, state: State, outputs: Outputs) -> None:
+def write_outputs(matrices: LawMatrices, state: State, outputs: Outputs) -> None:
     """Write all outputs but the demands; states in the order in which they were given."""
     head, own = state.head[0], outputs.own[0]
     own.adc_limited = head.adc_limited

@@ -25,13 +25,13 @@ import numpy as np
 from fmi_export.flat import copy
 from fmi_export.jit import inlined_kernel
 from fmi_export.parts import clear
-from linear_controller.matrices import Bracket, Matrices, add_product
+from linear_controller.matrices import LawMatrices, TableRows, add_product
 from linear_controller.records import Inputs, Parameters, State, Work
 from signal_chain.demands import converted, within_converter
 
 
 @inlined_kernel
-def start_states(parameters: Parameters, matrices: Matrices, bracket: Bracket, state: State, work: Work) -> None:
+def start_states(parameters: Parameters, matrices: LawMatrices, bracket: TableRows, state: State, work: Work) -> None:
     """Set the states of the first sample: at rest under its errors, or zero; `work.given` ends with the errors."""
     clear(state.x)
     if parameters.own[0].start_at_rest != 0.0:
@@ -40,7 +40,7 @@ def start_states(parameters: Parameters, matrices: Matrices, bracket: Bracket, s
 
 
 @inlined_kernel
-def reset_slow(matrices: Matrices, bracket: Bracket, state: State, work: Work) -> None:
+def reset_slow(matrices: LawMatrices, bracket: TableRows, state: State, work: Work) -> None:
     """Take the slow part out of the states."""
     slow = work.found[: state.x.shape[0]]
     clear(slow)
@@ -50,7 +50,7 @@ def reset_slow(matrices: Matrices, bracket: Bracket, state: State, work: Work) -
 
 
 @inlined_kernel
-def evaluate(matrices: Matrices, bracket: Bracket, state: State, work: Work) -> None:
+def evaluate(matrices: LawMatrices, bracket: TableRows, state: State, work: Work) -> None:
     """Compute (1), without gain and sums, into `work.found`."""
     copy(state.x, work.given)
     clear(work.found)
@@ -98,7 +98,7 @@ def limit(parameters: Parameters, inputs: Inputs, state: State, work: Work, is_t
 
 
 @inlined_kernel
-def advance(matrices: Matrices, bracket: Bracket, state: State, work: Work) -> None:
+def advance(matrices: LawMatrices, bracket: TableRows, state: State, work: Work) -> None:
     """Take the states of the next sample, with what they learn of limited demands (2)."""
     copy(work.found[: state.x.shape[0]], state.x)
     for i in range(work.excess.shape[0]):

@@ -52,7 +52,7 @@ class Sizes(NamedTuple):
     n_demands: int
 
 
-class Matrices(NamedTuple):
+class LawMatrices(NamedTuple):
     """Views into the constants.
 
     speeds
@@ -74,7 +74,7 @@ class Matrices(NamedTuple):
     values: Array
 
 
-class Bracket(NamedTuple):
+class TableRows(NamedTuple):
     """Two rows of the table, and the weight of the upper one; whether the speed is beyond the table."""
 
     lower: int
@@ -91,7 +91,7 @@ def sizes_of(constants: Array) -> Sizes:
 
 
 @views
-def matrices_of(constants: Array) -> Matrices:
+def matrices_of(constants: Array) -> LawMatrices:
     """Return views into the constants."""
     head = part(constants, 0, SIZES, 1)[0]
     n_speeds, n_states, n_values = int(head.n_speeds), int(head.n_states), int(head.n_values)
@@ -100,7 +100,7 @@ def matrices_of(constants: Array) -> Matrices:
     tracking = law + n_law * N_BLOCK
     rest = tracking + n_tracking * N_BLOCK
     slow = rest + n_rest * N_BLOCK
-    return Matrices(
+    return LawMatrices(
         part(constants, N_SIZES, REAL, n_speeds),
         part(constants, N_SIZES + n_speeds, REAL, n_states),
         part(constants, law, BLOCK, n_law),
@@ -112,20 +112,20 @@ def matrices_of(constants: Array) -> Matrices:
 
 
 @kernel
-def find_bracket(speeds: Array, Omega: float) -> Bracket:
+def find_bracket(speeds: Array, Omega: float) -> TableRows:
     """Return the rows of the table around a speed (rad/s)."""
     last = speeds.shape[0] - 1
     if last == 0:
-        return Bracket(0, 0, 0.0, False)
+        return TableRows(0, 0, 0.0, False)
     if Omega <= speeds[0]:
-        return Bracket(0, 0, 0.0, Omega < speeds[0])
+        return TableRows(0, 0, 0.0, Omega < speeds[0])
     if Omega >= speeds[last]:
-        return Bracket(last, last, 0.0, Omega > speeds[last])
+        return TableRows(last, last, 0.0, Omega > speeds[last])
     lower = 0
     while speeds[lower + 1] <= Omega:
         lower += 1
     weight = (Omega - speeds[lower]) / (speeds[lower + 1] - speeds[lower])
-    return Bracket(lower, lower + 1, weight, False)
+    return TableRows(lower, lower + 1, weight, False)
 
 
 @kernel
@@ -158,7 +158,7 @@ def add_blocks(blocks: Records, values: Array, factor: float, source: Array, tar
 
 
 @inlined_kernel
-def add_product(blocks: Records, values: Array, bracket: Bracket, source: Array, target: Array) -> None:
+def add_product(blocks: Records, values: Array, bracket: TableRows, source: Array, target: Array) -> None:
     """Add a matrix of the table, interpolated, times `source` to `target`."""
     if blocks.shape[0] > 0:
         add_blocks(blocks, values[bracket.lower], 1.0 - bracket.weight, source, target)

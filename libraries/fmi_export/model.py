@@ -84,7 +84,7 @@ class Model:
     variable_step: bool = True
     layout: Mapping[str, Any] = field(default_factory=dict)
     linear_state: Callable[[Array], LinearState] | None = None
-    parts: tuple[Part, ...] = ()
+    parts: tuple[AssemblyPart, ...] = ()
     wiring: Wiring | None = None
 
     def __post_init__(self) -> None:
@@ -101,7 +101,7 @@ class Model:
 
 
 @dataclass(frozen=True, eq=False)
-class Part:
+class AssemblyPart:
     """A component of an assembly: its name, its model with constants, and how many steps one of its own spans."""
 
     name: str

@@ -12,7 +12,7 @@ SAME_PLACE = 1e-9  # m; a position this close to a node is that node's
 
 
 @dataclass(frozen=True)
-class Piece:
+class ElementSection:
     """The section of an element, which may change along it, and its material by name; without its place."""
 
     diameter: float
@@ -31,14 +31,14 @@ class Piece:
             outer, inner = getattr(self, f"diameter{end}"), getattr(self, f"inner_diameter{end}")
             require(inner < outer, f"inner_diameter{end}", f"{inner} m", f">= 0 m and < {outer} m, the diameter")
 
-    def part(self, begin: float, end: float) -> Piece:
+    def part(self, begin: float, end: float) -> ElementSection:
         """Return the part from `begin` to `end`, as shares of the length."""
         outer = [between((self.diameter, self.diameter_end), s) for s in (begin, end)]
         inner = [between((self.inner_diameter, self.inner_diameter_end), s) for s in (begin, end)]
-        return Piece(outer[0], inner[0], outer[1], inner[1], self.material)
+        return ElementSection(outer[0], inner[0], outer[1], inner[1], self.material)
 
 
-PER_ELEMENT = {field.name: "" if field.name == "material" else " m" for field in fields(Piece)}
+PER_ELEMENT = {field.name: "" if field.name == "material" else " m" for field in fields(ElementSection)}
 
 
 @table
@@ -89,9 +89,9 @@ class Sleeve:
         """Return whether it lies on the whole element from `begin` to `end` (m)."""
         return self.begin - SAME_PLACE <= begin and end <= self.end + SAME_PLACE
 
-    def on(self, begin: float, end: float) -> Piece:
+    def on(self, begin: float, end: float) -> ElementSection:
         """Return its part from `begin` to `end` (m)."""
-        whole = Piece(*(getattr(self, name) for name in PER_ELEMENT))
+        whole = ElementSection(*(getattr(self, name) for name in PER_ELEMENT))
         length = self.end - self.begin
         return whole.part((begin - self.begin) / length, (end - self.begin) / length)
 
@@ -101,4 +101,4 @@ def _give_ends(part: ShaftSection | Sleeve) -> None:
     for name in ("diameter", "inner_diameter"):
         if getattr(part, f"{name}_end") is None:
             object.__setattr__(part, f"{name}_end", getattr(part, name))
-    Piece(*(getattr(part, name) for name in PER_ELEMENT)).check()
+    ElementSection(*(getattr(part, name) for name in PER_ELEMENT)).check()

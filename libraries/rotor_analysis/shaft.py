@@ -13,7 +13,7 @@ from pydantic import AfterValidator, BeforeValidator, Discriminator, Tag
 from amb_files.toml import table
 from rotor_analysis.checks import Length, Name, Position, Size, as_tuple, require
 from rotor_analysis.element import Density, Element, Material, PoissonsRatio, Shear, Theory, YoungsModulus
-from rotor_analysis.sections import PER_ELEMENT, SAME_PLACE, Piece, ShaftSection, Sleeve
+from rotor_analysis.sections import PER_ELEMENT, SAME_PLACE, ElementSection, ShaftSection, Sleeve
 
 MassModel = Literal["consistent", "diagonal"]
 
@@ -119,7 +119,7 @@ class Shaft:
         if self.youngs_modulus is not None and self.density is not None and self.poissons_ratio is not None:
             own = Material(self.youngs_modulus, self.density, self.poissons_ratio)
 
-        def element(length: float, piece: Piece) -> Element:
+        def element(length: float, piece: ElementSection) -> Element:
             material = own if piece.material is None else materials[piece.material]
             assert material is not None, "checked when the shaft was made"
             outer, inner = (piece.diameter, piece.diameter_end), (piece.inner_diameter, piece.inner_diameter_end)
@@ -130,15 +130,15 @@ class Shaft:
             for (a, b), piece in zip(pairwise(self.nodes), self._pieces(), strict=True)
         )
 
-    def _pieces(self) -> list[Piece]:
-        return [Piece(*values) for values in zip(*map(self._per_element, PER_ELEMENT), strict=True)]
+    def _pieces(self) -> list[ElementSection]:
+        return [ElementSection(*values) for values in zip(*map(self._per_element, PER_ELEMENT), strict=True)]
 
     def _per_element(self, name: str) -> tuple[Any, ...]:
         """The values of a field, one for each element: those at the other end as at the first unless given."""
         given = getattr(self, name) or ((None,) if name == "material" else getattr(self, name.removesuffix("_end")))
         return given * (len(self.nodes) - 1) if len(given) == 1 else given
 
-    def _piece(self, begin: float, end: float) -> Piece:
+    def _piece(self, begin: float, end: float) -> ElementSection:
         """What the shaft is from `begin` to `end` (m): a part of one element, or several uniform ones alike."""
         pieces = zip(pairwise(self.nodes), self._pieces(), strict=True)
         covered = [(piece, a, b) for (a, b), piece in pieces if a < end and b > begin]

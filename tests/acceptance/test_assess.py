@@ -6,7 +6,7 @@ import pytest
 
 from amb_cosim.acceptance import assess as room
 from amb_cosim.acceptance.assess import assess
-from amb_cosim.acceptance.findings import Verdict
+from amb_cosim.acceptance.findings import Judgement
 from amb_cosim.acceptance.page import write_assessment
 
 pytestmark = pytest.mark.slow
@@ -22,7 +22,7 @@ def compressor():
 def test_the_compressor_meets_every_criterion(compressor):
     assert not compressor.unanswered
     assert [(one.measured.quantity, one.measured.value) for one in compressor.missed] == []
-    assert compressor.counts()[Verdict.MET] > 15
+    assert compressor.counts()[Judgement.MET] > 15
 
 
 def test_linear_response_bounds_vibration_in_co_simulation(compressor):

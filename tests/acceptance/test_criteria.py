@@ -4,7 +4,7 @@ import pytest
 
 from amb_cosim.acceptance.criteria import Criterion, load_criteria
 from amb_cosim.acceptance.expressions import evaluate, names_in
-from amb_cosim.acceptance.findings import Measured, Verdict, judge
+from amb_cosim.acceptance.findings import Judgement, Measured, judge
 
 ABOUT = {"key": "own", "what": "w", "quantity": "q", "source": "me", "known": "own"}
 MACHINE = {"N_min": 7000.0, "N_mc": 9000.0, "N_trip": 9900.0}
@@ -69,8 +69,8 @@ def test_separation_margins_are_those_by_hand(amplification, below, above):
 def test_an_amplification_below_2_5_asks_for_no_margin():
     within = Measured("separation_margin", "here", -5.0, "%", {"AF": 2.4, "N_c": 8000.0})
     sharp = Measured("separation_margin", "here", -5.0, "%", {"AF": 2.6, "N_c": 8000.0})
-    assert [one.verdict for one in judge([within], load_criteria(), MACHINE)] == [Verdict.TOLD]
-    assert [one.verdict for one in judge([sharp], load_criteria(), MACHINE)] == [Verdict.MISSED]
+    assert [one.verdict for one in judge([within], load_criteria(), MACHINE)] == [Judgement.TOLD]
+    assert [one.verdict for one in judge([sharp], load_criteria(), MACHINE)] == [Judgement.MISSED]
 
 
 def test_a_zone_ends_below_its_limit():
@@ -82,13 +82,13 @@ def test_a_zone_ends_below_its_limit():
 
 def test_a_quantity_in_another_unit_is_not_judged():
     (found,) = judge([Measured("q", "here", 1.0, "mm")], [Criterion(**ABOUT, unit="um", limit="25")], {})
-    assert found.verdict is Verdict.UNANSWERED
+    assert found.verdict is Judgement.UNANSWERED
     assert "um" in found.reason
 
 
 def test_a_formula_of_an_unknown_variable_is_not_answered():
     (found,) = judge([Measured("q", "here", 1.0)], [Criterion(**ABOUT, limit="2 * N_mx")], MACHINE)
-    assert found.verdict is Verdict.UNANSWERED
+    assert found.verdict is Judgement.UNANSWERED
     assert "N_mc" in found.reason
 
 
@@ -116,6 +116,6 @@ def test_a_users_own_criteria_are_a_file(tmp_path):
     (criterion,) = load_criteria([path])
     assert criterion.where == "works standard"
     (found,) = judge([Measured("probe_displacement", "here", 11.0, "um")], [criterion], {})
-    assert (found.verdict, found.advice, found.limit_text) == (Verdict.MISSED, "balance", "at most 10 um")
+    assert (found.verdict, found.advice, found.limit_text) == (Judgement.MISSED, "balance", "at most 10 um")
     with pytest.raises(ValueError, match="did you mean api_617"):
         load_criteria(["api_618"])

@@ -13,7 +13,7 @@ from fmpy.fmi2 import FMU2Slave
 import amb_cosim
 from amb_cosim.controllers.laws import Law
 from amb_cosim.cosim.fmus import provide
-from amb_cosim.linear.parts import Part, sampled
+from amb_cosim.linear.parts import LinearPart, sampled
 
 H = 1e-4
 OUTPUTS = [f"{bearing}.{axis}" for bearing in ("mb1", "mb2") for axis in "xy"]
@@ -54,7 +54,7 @@ def test_those_of_the_plant_are_its_linear_model_over_a_step(plant):
     """To 1e-9 of the largest; D of the sampled model at the end of the step is C Gamma."""
     model = amb_cosim.linearise("compressor_levitated", OMEGA, components=["rotor_contact"])
     names = partial(map, "rotor_contact.{}".format)
-    law = sampled(Part(Law(model.A, model.B, model.C, model.D), model.input_names, model.output_names), H)
+    law = sampled(LinearPart(Law(model.A, model.B, model.C, model.D), model.input_names, model.output_names), H)
     part = law.selected(list(names(INPUTS)), list(names(OUTPUTS))).law
     found = derivatives(plant, OUTPUTS, INPUTS)
     expected = part.C @ part.B

@@ -9,14 +9,14 @@ import pytest
 from amb_cosim.controllers.laws import Law
 from amb_cosim.linear.foreign import realised, responses
 from amb_cosim.linear.loop import disk_gain_and_phase, disk_margin
-from amb_cosim.linear.parts import Part, connected, loop_of, sampled, shown_a_step_later
+from amb_cosim.linear.parts import LinearPart, connected, loop_of, sampled, shown_a_step_later
 
 T = 1e-3
 MASS = Law([[0.0, 1.0], [-400.0, -0.6]], [[0.0], [2.0]], [[1.0, 0.0]], [[0.0]])
 
 
 def part(law, name, **options):
-    return Part(law, (f"{name}.u",), (f"{name}.y",), **options)
+    return LinearPart(law, (f"{name}.u",), (f"{name}.y",), **options)
 
 
 def gain(k, time=None):
@@ -61,7 +61,7 @@ def test_share_of_delay_and_whole_delays_meet():
     """As the share tends to one, the loop tends to that of a sample of delay; poles move on without a jump."""
 
     def radius(law, late):
-        parts = [part(MASS, "mass"), Part(law, ("k.u",), ("k.y",), late)]
+        parts = [part(MASS, "mass"), LinearPart(law, ("k.u",), ("k.y",), late)]
         return np.abs(np.linalg.eigvals(loop_of(parts, {"mass.u": "k.y", "k.u": "mass.y"}).law.A)).max()
 
     held = Law([[0.0]], [[1.0]], [[-30.0]], [[0.0]], T)

@@ -17,7 +17,7 @@ from amb_cosim.cosim.component import EntryPoints
 from amb_cosim.cosim.errors import StepFailed
 from amb_cosim.cosim.exchange import Transfer
 from amb_cosim.cosim.loop_library import load_loop
-from amb_cosim.cosim.master import Master, Wiring
+from amb_cosim.cosim.master import Master, SignalMap
 from amb_cosim.cosim.recorder import Recorder
 from amb_cosim.cosim.schedules import PiecewiseConstant, PiecewiseLinear
 from amb_cosim.cosim.stopping import Condition, StopObserver, Stopped
@@ -161,7 +161,7 @@ def both(first, last, coupling="gauss_seidel", every=(1, 1, 1), answers=None, ke
     results = []
     for run in ("plain", "compiled"):
         trace, components = machines(every, answers)
-        wiring = Wiring(NAMES, 4, tuple(np.array(s) for s in SOURCES), ((),) * 16)
+        wiring = SignalMap(NAMES, 4, tuple(np.array(s) for s in SOURCES), ((),) * 16)
         master = Master(components, wiring, H, coupling, start_time=0.1)
         recorder = Recorder([NAMES.index(name) for name in RECORDED], keep, decimation)
         error = None
@@ -304,7 +304,7 @@ def test_a_condition_sees_outputs_that_are_neither_read_nor_recorded():
 
 
 def ticking(**options):
-    wiring = Wiring(NAMES, 4, tuple(np.array(s) for s in SOURCES), ((),) * 16)
+    wiring = SignalMap(NAMES, 4, tuple(np.array(s) for s in SOURCES), ((),) * 16)
     return Master(machines(**options)[1], wiring, H)
 
 
@@ -345,7 +345,7 @@ def test_steps_that_become_slow_end_their_block(monkeypatch):
 
     c_step = DO_STEP(step)
     sleeper.entry_points = lambda: EntryPoints(0, cast(c_step, c_void_p).value, (), ())
-    master = Master([sleeper], Wiring(("a", "b", "c", "d"), 0, (np.array([], dtype=int),), ((),) * 4), H)
+    master = Master([sleeper], SignalMap(("a", "b", "c", "d"), 0, (np.array([], dtype=int),), ((),) * 4), H)
     compiled.run(master, 0, 5150, [], Recorder([0], 0), [lambda n, _: seen.append(n)])
     assert sum(n > 5000 for n in seen) > 3
 
@@ -375,7 +375,7 @@ def test_other_threads_run_while_the_loop_does():
         while not stop.wait(0.002):
             ticks.append(time.perf_counter())
 
-    master = Master([sleeper], Wiring(("a", "b", "c", "d"), 0, (np.array([], dtype=int),), ((),) * 4), H)
+    master = Master([sleeper], SignalMap(("a", "b", "c", "d"), 0, (np.array([], dtype=int),), ((),) * 4), H)
     compiled.run(master, 0, 1, [], Recorder([0], 0))
     thread = threading.Thread(target=tick)
     thread.start()

@@ -9,7 +9,7 @@ from scipy.linalg import expm
 
 from amb_cosim.cosim.errors import StepFailed
 from amb_cosim.cosim.fmu_interface import Port
-from amb_cosim.cosim.master import Master, Wiring
+from amb_cosim.cosim.master import Master, SignalMap
 from amb_cosim.cosim.system import Component, Connection, System
 
 A = np.array([[-1.0, 2.0], [-3.0, -0.5]])
@@ -59,7 +59,7 @@ class Gain(Lag):
 
 def pair(weights=(0.5, 0.5)):
     lags = [Lag("ab"[i], A[i, i], A[i, 1 - i], START[i]) for i in (0, 1)]
-    wiring = Wiring(("a", "b"), 0, (np.array([1]), np.array([0])), ((), ()), tuple(np.array([w]) for w in weights))
+    wiring = SignalMap(("a", "b"), 0, (np.array([1]), np.array([0])), ((), ()), tuple(np.array([w]) for w in weights))
     return lags, wiring
 
 
@@ -112,7 +112,7 @@ def test_what_depends_on_the_inputs_of_the_step_is_passed_on_as_it_is():
     a, k, h, steps = -1.0, -3.0, 0.01, 100
     lag, gain = Lag("lag", a, 1.0, 1.0), Gain("gain", 0.0, k, 1.0 * k)
     weights = (np.array([1.0]), np.array([0.5]))
-    wiring = Wiring(("lag", "gain"), 0, (np.array([1]), np.array([0])), ((), (0,)), weights)
+    wiring = SignalMap(("lag", "gain"), 0, (np.array([1]), np.array([0])), ((), (0,)), weights)
     E, B = np.exp(a * h), np.expm1(a * h) / a * k
     expected = ((E + 0.5 * B) / (1.0 - 0.5 * B)) ** steps
     assert end([lag, gain], wiring, steps)[0] == pytest.approx(expected, rel=1e-8)
@@ -121,7 +121,7 @@ def test_what_depends_on_the_inputs_of_the_step_is_passed_on_as_it_is():
 def test_a_step_that_does_not_settle_fails_and_names_the_source():
     """A gain of -2 around two components without states: each repetition doubles the difference."""
     gains = [Gain(name, 0.0, b, 1.0) for name, b in (("a", -2.0), ("b", 1.0))]
-    wiring = Wiring(("a.y", "b.y"), 0, (np.array([1]), np.array([0])), ((), ()), (np.array([1.0]), np.array([1.0])))
+    wiring = SignalMap(("a.y", "b.y"), 0, (np.array([1]), np.array([0])), ((), ()), (np.array([1.0]), np.array([1.0])))
     with pytest.raises(
         StepFailed, match=r"a failed at t = 0 s: what it gets of b\.y still changes after 30 repetitions"
     ):

@@ -9,7 +9,7 @@ from typing import Annotated
 import numpy as np
 import pytest
 
-from amb_cosim.presentation.json_data import Key, Layout, json_data
+from amb_cosim.presentation.json_data import JsonKey, Layout, json_data
 
 
 @dataclass(frozen=True)
@@ -23,7 +23,7 @@ class Whole:
     name: str
     parts: tuple[Part, ...]
     by_speed: dict[float, Part]
-    planes: Annotated[list[float], Key("planes_z_m")]
+    planes: Annotated[list[float], JsonKey("planes_z_m")]
     absent: Annotated[float | None, "Hz"]
     left_out: Annotated[object, Layout.OMITTED]
     optional: Annotated[float | None, "s", Layout.OMITTED_IF_NONE] = None

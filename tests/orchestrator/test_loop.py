@@ -17,7 +17,7 @@ from amb_cosim.linear.control import pid_part
 from amb_cosim.linear.loop import check_stable, diagonal_response
 from amb_cosim.linear.machine import actuator_part, bearing_slopes, rotor_part
 from amb_cosim.linear.model import LinearModel, linear_model
-from amb_cosim.linear.parts import Part, loop_of
+from amb_cosim.linear.parts import LinearPart, loop_of
 from amb_cosim.studies.injection import multi_sines, schroeder_phases, settling_samples
 from amb_cosim.studies.stability_margin import zone
 from rotor_analysis.assembly import assemble
@@ -43,7 +43,7 @@ def of_packs() -> dict[str, Any]:
 class Loop:
     """Parts of a loop, the output that feeds each input, and parameters by component."""
 
-    parts: dict[str, Part]
+    parts: dict[str, LinearPart]
     feeds: dict[str, str]
     parameters: dict[str, dict[str, float]]
     axes: list[tuple[str, str]]

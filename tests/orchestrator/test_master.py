@@ -10,7 +10,7 @@ import pytest
 from scipy.linalg import expm
 
 from amb_cosim.cosim.errors import StartFailed, StepFailed
-from amb_cosim.cosim.master import Master, Wiring, find_loop
+from amb_cosim.cosim.master import Master, SignalMap, find_loop
 from amb_cosim.cosim.schedules import PiecewiseConstant, PiecewiseLinear
 
 
@@ -54,10 +54,10 @@ class Block:
         self.closed += 1
 
 
-def closed_chain(*names: str) -> Wiring:
+def closed_chain(*names: str) -> SignalMap:
     """Each component is fed by the one before it, the first by the last; every output comes a step later."""
     n = len(names)
-    return Wiring(names, 0, tuple(np.array([(i - 1) % n]) for i in range(n)), ((),) * n)
+    return SignalMap(names, 0, tuple(np.array([(i - 1) % n]) for i in range(n)), ((),) * n)
 
 
 def relay(name: str, x: float = 0.0, **options) -> Block:
@@ -79,7 +79,7 @@ def test_gauss_seidel_passes_new_outputs_on_within_a_step():
 
 
 def test_gauss_seidel_order_is_that_of_the_components():
-    wiring = Wiring(("b", "a"), 0, (np.array([1]), np.array([0])), ((), ()))
+    wiring = SignalMap(("b", "a"), 0, (np.array([1]), np.array([0])), ((), ()))
     assert run(Master([relay("b"), relay("a", x=10.0)], wiring, 0.1), 1) == {"b": [0, 11], "a": [10, 12]}
 
 
@@ -92,7 +92,7 @@ def test_jacobi_passes_the_outputs_at_the_beginning_of_the_step():
 def test_time_is_exact_after_a_million_steps():
     last = []
     clock = Block("clock", n_inputs=0, advance=lambda x, u, t, h: last.append(t) or t)
-    master = Master([clock], Wiring(("clock",), 0, (np.array([], dtype=int),), ((),)), 0.1, start_time=3.0)
+    master = Master([clock], SignalMap(("clock",), 0, (np.array([], dtype=int),), ((),)), 0.1, start_time=3.0)
     clock.trace = _Nothing()
     master.run(0, 1_000_001)
     assert last[-1] == 3.0 + 1_000_000 * 0.1
@@ -171,14 +171,14 @@ def test_outputs_are_propagated_during_initialisation_against_the_order():
     """A chain c <- b <- a whose first link comes last needs a sweep for each link."""
     source = Block("a", n_inputs=0, x=1.0)
     links = [Block(name, output=lambda x, u: 2.0 * u[0]) for name in ("c", "b")]
-    wiring = Wiring(("c", "b", "a"), 0, (np.array([1]), np.array([2]), np.array([], dtype=int)), ((1,), (2,), ()))
+    wiring = SignalMap(("c", "b", "a"), 0, (np.array([1]), np.array([2]), np.array([], dtype=int)), ((1,), (2,), ()))
     master = Master([*links, source], wiring, 0.1)
     master.initialise()
     assert master.values.tolist() == [4.0, 2.0, 1.0]
 
 
 def test_exogenous_inputs_reach_the_components_during_initialisation():
-    wiring = Wiring(("u", "y"), 1, (np.array([0]),), ((), (0,)))
+    wiring = SignalMap(("u", "y"), 1, (np.array([0]),), ((), (0,)))
     master = Master([Block("gain", output=lambda x, u: 3.0 * u[0])], wiring, 0.1)
     master.exogenous[:] = 5.0
     master.initialise(-7)
@@ -188,7 +188,7 @@ def test_exogenous_inputs_reach_the_components_during_initialisation():
 
 def test_an_algebraic_loop_is_reported_with_its_path():
     blocks = [Block(name, output=lambda x, u: 1.0 - 0.5 * u[0]) for name in ("a.y", "b.y")]
-    wiring = Wiring(("a.y", "b.y"), 0, (np.array([1]), np.array([0])), ((1,), (0,)))
+    wiring = SignalMap(("a.y", "b.y"), 0, (np.array([1]), np.array([0])), ((1,), (0,)))
     with pytest.raises(StartFailed, match=r"algebraic loop (a\.y -> b\.y -> a\.y|b\.y -> a\.y -> b\.y)"):
         Master(blocks, wiring, 0.1).initialise()
 
@@ -206,7 +206,7 @@ def test_wiring_that_names_too_few_signals_is_refused():
 
 def test_a_declared_loop_that_settles_is_no_error():
     blocks = [Block(name, output=lambda x, u: min(u[0], 0.0)) for name in ("a.y", "b.y")]
-    wiring = Wiring(("a.y", "b.y"), 0, (np.array([1]), np.array([0])), ((1,), (0,)))
+    wiring = SignalMap(("a.y", "b.y"), 0, (np.array([1]), np.array([0])), ((1,), (0,)))
     Master(blocks, wiring, 0.1).initialise()
 
 
@@ -224,7 +224,7 @@ def test_loop_path_follows_the_signals():
 
 
 def test_events_hold_from_their_point_on():
-    wiring = Wiring(("u", "y"), 1, (np.array([0]),), ((), ()))
+    wiring = SignalMap(("u", "y"), 1, (np.array([0]),), ((), ()))
     follower = Block("follower", advance=lambda x, u, t, h: u[0])
     record = run(Master([follower], wiring, 0.1), 4, [PiecewiseConstant([(1, 0, 7.0), (3, 0, 2.0)])])
     assert record == {"u": [0, 7, 7, 2, 2], "y": [0, 0, 7, 7, 2]}
@@ -265,7 +265,7 @@ def test_a_profile_of_a_long_run_has_no_accumulated_error():
 
 
 def test_schedules_write_before_observers_see_a_point():
-    wiring = Wiring(("slope", "u", "y"), 2, (np.array([1]),), ((), (), ()))
+    wiring = SignalMap(("slope", "u", "y"), 2, (np.array([1]),), ((), (), ()))
     follower = Block("follower", advance=lambda x, u, t, h: u[0])
     events = PiecewiseConstant([(1, 0, 7.0)])
     record = run(Master([follower], wiring, 0.1), 2, [PiecewiseLinear([(0, 1.0), (2, 5.0)], 0.1, 1, 0), events])

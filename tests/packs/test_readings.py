@@ -16,7 +16,15 @@ from amb_cosim.commands.cli import main
 from amb_cosim.cosim.values import quantity
 from amb_cosim.scenario.scenario import load_scenario
 from bath_thesis.studies import reading_cases, thesis_readings, unbalance_fit
-from bath_thesis.studies.reading_cases import Case, Finding, Reading, cases_of, load_readings, statements_of, under
+from bath_thesis.studies.reading_cases import (
+    Case,
+    ReadingCase,
+    ReadingResult,
+    cases_of,
+    load_readings,
+    statements_of,
+    under,
+)
 from bath_thesis.studies.thesis_readings import CHAPTERS
 from rotor_analysis.rotor_file import load_rotor
 from tests.packs import readings_tables
@@ -27,7 +35,7 @@ READINGS = load_readings()
 def test_readings_name_scenarios_and_begin_with_the_scenarios_as_they_are() -> None:
     for chapter in CHAPTERS:
         first, *others = [reading for reading in READINGS if reading.chapter == chapter]
-        assert first == Reading(chapter=chapter, name=first.name)
+        assert first == ReadingCase(chapter=chapter, name=first.name)
         assert len({reading.name for reading in others}) == len(others)
         for reading in others:
             assert reading != first.model_copy(update={"name": reading.name})
@@ -36,17 +44,17 @@ def test_readings_name_scenarios_and_begin_with_the_scenarios_as_they_are() -> N
 
 
 def test_a_reading_changes_the_rotor_of_every_source(tmp_path: Path) -> None:
-    reading = Reading(chapter=4, name="four planes", rotor={"reduction": {"masters": [1, 4, 11, 13]}})
+    reading = ReadingCase(chapter=4, name="four planes", rotor={"reduction": {"masters": [1, 4, 11, 13]}})
     source = under(reading, Source(scenario="fig4_9"))
     prepared = prepare_source(source, tmp_path / "rotor.toml")
     changed, rig = load_rotor(prepared.scenario.rotor or ""), load_rotor()
     assert changed.reduction.masters == (1, 4, 11, 13)
     assert changed.bodies == rig.bodies
-    assert under(Reading(chapter=4, name="plain"), Source(scenario="fig4_9")) == Source(scenario="fig4_9")
+    assert under(ReadingCase(chapter=4, name="plain"), Source(scenario="fig4_9")) == Source(scenario="fig4_9")
 
 
 def test_a_reading_replaces_scenario_values_and_factor() -> None:
-    reading = Reading(
+    reading = ReadingCase(
         chapter=5, name="x", scenarios={"fig4_16": "fig4_16_opposed"}, set={"a.b": 2}, unbalance_factor=1.9
     )
     given = Source(scenario="fig4_16", set={"a.b": 1, "a.c": 3}, unbalance_factor=1.0)
@@ -74,10 +82,11 @@ def test_the_misfit_of_a_reading_is_the_mean_over_all_statements(monkeypatch: py
     """Runs of chapter 6 are replaced: the first reading meets all, the others err by 1 in one statement of each run."""
     first = next(reading for reading in READINGS if reading.chapter == 6)
 
-    def found(case: Case) -> list[Finding]:
+    def found(case: Case) -> list[ReadingResult]:
         misses = case.reading != first
         return [
-            Finding("as stated", float(misses and k == 0), not misses or k > 0) for k in range(len(case.statements))
+            ReadingResult("as stated", float(misses and k == 0), not misses or k > 0)
+            for k in range(len(case.statements))
         ]
 
     monkeypatch.setattr(thesis_readings, "simulate_in_processes", lambda _, cases, __: [found(case) for case in cases])

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from amb_cosim.acceptance.criteria import Criterion, load_criteria
-from amb_cosim.acceptance.findings import Answer, Finding, Table, Verdict, judge
+from amb_cosim.acceptance.findings import Finding, Judgement, PartResult, PartTable, judge
 from amb_cosim.acceptance.machine_file import MachineFile, load_machine
 from amb_cosim.acceptance.subject import Subject
 from amb_cosim.cosim.choices import Flavour
@@ -37,7 +37,7 @@ Told = Callable[[str, int, int], None]  # title of the part under way, parts don
 
 
 @dataclass(frozen=True)
-class Part:
+class AssessmentPart:
     """A part of an assessment.
 
     key, title
@@ -52,7 +52,7 @@ class Part:
 
     key: str
     title: str
-    answer: Answer
+    answer: PartResult
     findings: tuple[Finding, ...]
     reason: str = ""
     wall: float = 0.0
@@ -65,7 +65,7 @@ class Assessment:
     machine: MachineFile
     facts: Mapping[str, float]
     criteria: tuple[Criterion, ...]
-    parts: tuple[Part, ...]
+    parts: tuple[AssessmentPart, ...]
 
     @property
     def findings(self) -> tuple[Finding, ...]:
@@ -75,17 +75,17 @@ class Assessment:
     @property
     def missed(self) -> tuple[Finding, ...]:
         """Verdicts on what is missed."""
-        return tuple(finding for finding in self.findings if finding.verdict is Verdict.MISSED)
+        return tuple(finding for finding in self.findings if finding.verdict is Judgement.MISSED)
 
     @property
     def unanswered(self) -> dict[str, str]:
         """Parts that are not answered, and why."""
         return {part.key: part.reason for part in self.parts if part.reason}
 
-    def counts(self) -> Counter[Verdict]:
+    def counts(self) -> Counter[Judgement]:
         """Return how many verdicts of each kind there are; a part that is not answered is one."""
         counts = Counter(finding.verdict for finding in self.findings)
-        counts[Verdict.UNANSWERED] += len(self.unanswered)
+        counts[Judgement.UNANSWERED] += len(self.unanswered)
         return counts
 
     def as_dict(self) -> dict[str, Any]:
@@ -162,19 +162,19 @@ def check_machine(file: MachineFile, flavour: Flavour = "native") -> Subject:
 
 
 def _answered(
-    name: str, title: str, ask: Callable[[Subject], Answer], subject: Subject, criteria: tuple[Criterion, ...]
-) -> Part:
+    name: str, title: str, ask: Callable[[Subject], PartResult], subject: Subject, criteria: tuple[Criterion, ...]
+) -> AssessmentPart:
     begin = time.perf_counter()
     try:
         answer = ask(subject)
         findings = tuple(judge(answer.measured, criteria, subject.facts))
     except (ValueError, LookupError, ArithmeticError, RuntimeError, StartFailed, FmuError, ProcessFailed) as error:
         reason = str(error) or type(error).__name__
-        return Part(name, title, Answer(), (), reason, time.perf_counter() - begin)
-    return Part(name, title, answer, findings, "", time.perf_counter() - begin)
+        return AssessmentPart(name, title, PartResult(), (), reason, time.perf_counter() - begin)
+    return AssessmentPart(name, title, answer, findings, "", time.perf_counter() - begin)
 
 
-def _part_data(part: Part) -> dict[str, Any]:
+def _part_data(part: AssessmentPart) -> dict[str, Any]:
     return {
         "title": part.title,
         "not_answered_because": part.reason or None,
@@ -185,7 +185,7 @@ def _part_data(part: Part) -> dict[str, Any]:
     }
 
 
-def _table_data(one: Table) -> dict[str, Any]:
+def _table_data(one: PartTable) -> dict[str, Any]:
     return {"title": one.title, "heads": list(one.heads), "rows": [list(row) for row in one.rows]}
 
 

@@ -24,7 +24,7 @@ Triple = tuple[Array, Array, Array]  # K (N/m), C (N s/m), M (kg), shape (2, 2) 
 
 
 @dataclass(frozen=True)
-class Coefficients:
+class SupportCoefficients:
     """What a place of the rotor feels: its name, its node, and K, C and M of (1) over the spin speed (rad/s)."""
 
     name: str
@@ -42,13 +42,13 @@ class Coefficients:
         return replace(model, K=stiff, C=damped, M=heavy)
 
 
-def cross_coupling(name: str, node: int, Q: float) -> Coefficients:
+def cross_coupling(name: str, node: int, Q: float) -> SupportCoefficients:
     """Return a cross-coupled stiffness Q (N/m) that drives forward whirl."""
     zero = np.zeros((2, 2))
-    return Coefficients(name, node, lambda Omega: (Q * WHIRL, zero, zero))
+    return SupportCoefficients(name, node, lambda Omega: (Q * WHIRL, zero, zero))
 
 
-def anticipated(subject: Subject, factor: float = 1.0) -> tuple[Coefficients, ...]:
+def anticipated(subject: Subject, factor: float = 1.0) -> tuple[SupportCoefficients, ...]:
     """Return the anticipated coupling of the stages at the largest speed times a factor, in place of the rotor's seals.
 
     So level I has it: rotor, bearings, and one coupling for whatever drives whirl.
@@ -58,7 +58,7 @@ def anticipated(subject: Subject, factor: float = 1.0) -> tuple[Coefficients, ..
     return (*stages, *(_taken_away(seal) for seal in subject.rotor.seals))
 
 
-def real_coefficients(subject: Subject) -> tuple[Coefficients, ...]:
+def real_coefficients(subject: Subject) -> tuple[SupportCoefficients, ...]:
     """Return the stages by the better calculation of level II, the anticipated coupling where there is none.
 
     The rotor's seals are in its own model.
@@ -67,13 +67,13 @@ def real_coefficients(subject: Subject) -> tuple[Coefficients, ...]:
     for stage in subject.file.stages:
         node, bearing = subject.node_of(stage.at), stage.coefficients()
         own = cross_coupling(stage.at, node, stage.level_two(speed)) if bearing is None else None
-        found.append(own or Coefficients(stage.at, node, bearing.at))  # type: ignore[union-attr]
+        found.append(own or SupportCoefficients(stage.at, node, bearing.at))  # type: ignore[union-attr]
     return tuple(found)
 
 
-def _taken_away(seal: Bearing) -> Coefficients:
+def _taken_away(seal: Bearing) -> SupportCoefficients:
     def at(Omega: float) -> Triple:
         K, C, M = seal.at(Omega)
         return -K, -C, -M
 
-    return Coefficients(seal.name, seal.node, at)
+    return SupportCoefficients(seal.name, seal.node, at)

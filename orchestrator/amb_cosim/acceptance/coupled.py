@@ -7,12 +7,12 @@ from dataclasses import dataclass, field, fields, replace
 
 import numpy as np
 
-from amb_cosim.acceptance.coefficients import Coefficients
+from amb_cosim.acceptance.coefficients import SupportCoefficients
 from amb_cosim.acceptance.subject import Subject
 from amb_cosim.controllers.laws import Law
 from amb_cosim.linear.linearisable import Linearisable
 from amb_cosim.linear.loop import Loop
-from amb_cosim.linear.parts import Part
+from amb_cosim.linear.parts import LinearPart
 from amb_cosim.results.places import ACTUATOR, PLANT
 from fmi_export.model import Array
 from rotor_analysis.assembly import with_bearings
@@ -20,7 +20,7 @@ from rotor_analysis.reduced_rotor import reduced_rotor
 
 
 @dataclass(frozen=True)
-class Variation:
+class MachineVariation:
     """Factors on constants of a machine; 1 leaves them as they are.
 
     k_i, k_s
@@ -34,7 +34,7 @@ class Variation:
     modes: float = 1.0
 
 
-NOMINAL = Variation()
+NOMINAL = MachineVariation()
 
 
 @dataclass(frozen=True)
@@ -46,14 +46,14 @@ class CoupledMachine(Linearisable):
     """
 
     subject: Subject = field(kw_only=True)
-    others: tuple[Coefficients, ...] = field(default=(), kw_only=True)
-    variation: Variation = field(default=NOMINAL, kw_only=True)
+    others: tuple[SupportCoefficients, ...] = field(default=(), kw_only=True)
+    variation: MachineVariation = field(default=NOMINAL, kw_only=True)
 
-    def parts(self, names: Sequence[str]) -> list[Part]:
+    def parts(self, names: Sequence[str]) -> list[LinearPart]:
         """Return the linear parts of components."""
         return [self._changed(name, part) for name, part in zip(names, super().parts(names), strict=True)]
 
-    def _changed(self, name: str, part: Part) -> Part:
+    def _changed(self, name: str, part: LinearPart) -> LinearPart:
         if name == PLANT and (self.others or self.variation.modes != 1.0):
             return replace(part, law=self._coupled_rotor(part.law))
         if name == ACTUATOR and (self.variation.k_i, self.variation.k_s) != (1.0, 1.0):
@@ -77,7 +77,7 @@ class CoupledMachine(Linearisable):
         B[n:] = back @ M @ law.B[n:]
         return Law(A, B, law.C, law.D, law.sample_time)
 
-    def _varied_magnets(self, part: Part) -> Law:
+    def _varied_magnets(self, part: LinearPart) -> Law:
         """Return the actuator with its forces over displacement and over current multiplied."""
         law, v = part.law, self.variation
         C, D = law.C.copy(), law.D.copy()
@@ -90,7 +90,9 @@ class CoupledMachine(Linearisable):
         return Law(law.A, law.B, C, D, law.sample_time)
 
 
-def coupled_loop(subject: Subject, others: tuple[Coefficients, ...] = (), variation: Variation = NOMINAL) -> Loop:
+def coupled_loop(
+    subject: Subject, others: tuple[SupportCoefficients, ...] = (), variation: MachineVariation = NOMINAL
+) -> Loop:
     """Return the sampled loop of a machine with seals and stages, and with factors on its constants."""
     made = subject.made
     kept = {f.name: getattr(made, f.name) for f in fields(Linearisable) if f.init}

@@ -21,7 +21,7 @@ from scipy.linalg import block_diag
 from amb_cosim.acceptance.subject import AXES, Subject
 from amb_cosim.controllers.laws import Law
 from amb_cosim.linear.linearisable import Linearisable
-from amb_cosim.linear.parts import Part
+from amb_cosim.linear.parts import LinearPart
 from amb_cosim.results.places import PLANT
 from fmi_export.model import Array
 
@@ -92,7 +92,7 @@ def _is_force(target: str) -> bool:
     return target.startswith(f"{PLANT}.") and ".f_" in target
 
 
-def _response(part: Part, omega: float) -> Complex:
+def _response(part: LinearPart, omega: float) -> Complex:
     """Return the frequency response of a component, sampled or not."""
     law = part.law
     s = 1j * omega if law.sample_time is None else np.exp(1j * omega * law.sample_time)
@@ -106,7 +106,7 @@ def frequency_response(law: Law, s: complex) -> Complex:
     return np.asarray(law.D + law.C @ np.linalg.solve(s * np.eye(len(law.A)) - law.A, law.B.astype(np.complex128)))
 
 
-def _link(source: Part, target: Part, omega: float) -> complex:
+def _link(source: LinearPart, target: LinearPart, omega: float) -> complex:
     """Return what a connection does: (2) from a sampled component to a continuous one, nothing otherwise."""
     time = source.law.sample_time
     if time is None or target.law.sample_time is not None:

@@ -11,7 +11,7 @@ from amb_cosim.assessment.panels import Panel
 from amb_cosim.assessment.texts import number_text
 
 
-class Verdict(StrEnum):
+class Judgement(StrEnum):
     """What became of a question."""
 
     MET = "met"
@@ -43,7 +43,7 @@ class Measured:
 
 
 @dataclass(frozen=True)
-class Table:
+class PartTable:
     """A table of a part: title, heads, and rows of texts."""
 
     title: str
@@ -52,12 +52,12 @@ class Table:
 
 
 @dataclass(frozen=True)
-class Answer:
+class PartResult:
     """What a part found: quantities, plots, tables, and what a reader must know."""
 
     measured: tuple[Measured, ...] = ()
     panels: tuple[Panel, ...] = ()
-    tables: tuple[Table, ...] = ()
+    tables: tuple[PartTable, ...] = ()
     notes: tuple[str, ...] = ()
 
 
@@ -75,7 +75,7 @@ class Finding:
 
     measured: Measured
     criterion: Criterion | None
-    verdict: Verdict
+    verdict: Judgement
     limit: float | None = None
     zone: str = ""
     reason: str = ""
@@ -83,7 +83,7 @@ class Finding:
     @property
     def advice(self) -> str:
         """What to do, where a criterion is missed."""
-        return self.criterion.advice if self.criterion is not None and self.verdict is Verdict.MISSED else ""
+        return self.criterion.advice if self.criterion is not None and self.verdict is Judgement.MISSED else ""
 
     @property
     def limit_text(self) -> str:
@@ -123,7 +123,7 @@ def judge(measured: Sequence[Measured], criteria: Sequence[Criterion], machine: 
         facts = {**machine, **one.facts}
         asked = [criterion for criterion in criteria if criterion.quantity == one.quantity]
         judged = [verdict for criterion in asked if (verdict := _judged(one, criterion, facts)) is not None]
-        found += judged or [Finding(one, None, Verdict.TOLD)]
+        found += judged or [Finding(one, None, Judgement.TOLD)]
     order = {criterion.key: k for k, criterion in enumerate(criteria)}
     return sorted(found, key=lambda one: len(order) if one.criterion is None else order[one.criterion.key])
 
@@ -133,10 +133,10 @@ def _judged(one: Measured, criterion: Criterion, facts: Mapping[str, float]) -> 
         if not criterion.applies(facts):
             return None
         limit = criterion.limit_of(facts)
-        verdict = Verdict.MET if criterion.is_met(one.value, facts) else Verdict.MISSED
+        verdict = Judgement.MET if criterion.is_met(one.value, facts) else Judgement.MISSED
     except ValueError as error:
-        return Finding(one, criterion, Verdict.UNANSWERED, reason=str(error))
+        return Finding(one, criterion, Judgement.UNANSWERED, reason=str(error))
     if criterion.unit != one.unit:
         reason = f"the criterion is in {criterion.unit or '1'}, the quantity in {one.unit or '1'}"
-        return Finding(one, criterion, Verdict.UNANSWERED, reason=reason)
+        return Finding(one, criterion, Judgement.UNANSWERED, reason=reason)
     return Finding(one, criterion, verdict, limit, criterion.zone_of(one.value))

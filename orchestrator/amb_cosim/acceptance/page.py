@@ -12,9 +12,9 @@ from typing import Any
 
 from markupsafe import Markup
 
-from amb_cosim.acceptance.assess import Assessment, Part
+from amb_cosim.acceptance.assess import Assessment, AssessmentPart
 from amb_cosim.acceptance.criteria import KNOWN
-from amb_cosim.acceptance.findings import Verdict
+from amb_cosim.acceptance.findings import Judgement
 from amb_cosim.assessment.pictures import picture_of
 from amb_cosim.assessment.texts import number_text
 from amb_cosim.presentation.templates import templates_of
@@ -42,7 +42,7 @@ def page(found: Assessment) -> str:
     return environment.get_template("assessment.html.j2").render(
         found=found,
         machine=found.machine,
-        verdicts=list(Verdict),
+        verdicts=list(Judgement),
         counts=found.counts(),
         pictures={part.key: _picture(part) for part in found.parts},
         version=version("amb-cosim"),
@@ -54,7 +54,7 @@ def page(found: Assessment) -> str:
     )
 
 
-def _picture(part: Part) -> str:
+def _picture(part: AssessmentPart) -> str:
     """Return a picture of a part's plots, as a data URL, for print and for pages without scripts."""
     if not part.answer.panels:
         return ""

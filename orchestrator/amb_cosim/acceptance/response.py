@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from amb_cosim.acceptance.coefficients import Coefficients
+from amb_cosim.acceptance.coefficients import SupportCoefficients
 from amb_cosim.acceptance.feedback import Complex, bearing_forces
 from amb_cosim.acceptance.subject import Subject
 from amb_cosim.results.places import PLANT
@@ -40,7 +40,7 @@ class Peak:
     one_sided: bool = False
 
 
-def passive(subject: Subject, Omega: float, others: tuple[Coefficients, ...] = ()) -> Matrices:
+def passive(subject: Subject, Omega: float, others: tuple[SupportCoefficients, ...] = ()) -> Matrices:
     """Return the condensed rotor with its seals, passive bearings and other coefficients, at a spin speed (rad/s)."""
     model, own = with_bearings(subject.condensed.model, subject.rotor.seals).at(Omega), subject.parameters[PLANT]
     for bearing in subject.rotor.bearings:
@@ -81,7 +81,10 @@ def unbalance_vector(model: Matrices, unbalance: Mapping[int, complex]) -> Compl
 
 
 def synchronous_response(
-    subject: Subject, speeds: Array, cases: Sequence[Mapping[int, complex]], others: tuple[Coefficients, ...] = ()
+    subject: Subject,
+    speeds: Array,
+    cases: Sequence[Mapping[int, complex]],
+    others: tuple[SupportCoefficients, ...] = (),
 ) -> Complex:
     """Return the displacements (m) of all nodes at speeds (rad/s) under unbalance, shape (speeds, cases, nodes, 2).
 

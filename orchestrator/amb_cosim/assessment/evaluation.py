@@ -11,7 +11,7 @@ from types import MappingProxyType
 from typing import Any, NamedTuple
 
 from amb_cosim.assessment.requests import QuantityRequest
-from amb_cosim.assessment.sources import Answer, Job, answers, code_digest, job_of
+from amb_cosim.assessment.sources import Job, SourceResult, answers, code_digest, job_of
 from amb_cosim.assessment.statements import Chapter, Reading, Source, Statement, Statements, selected
 from amb_cosim.assessment.verdict import Computed, Verdict, judge, meets, ratios
 from amb_cosim.cosim.simulation import Progress
@@ -71,7 +71,7 @@ class Report:
 
     statements: Statements
     judged: tuple[Judged, ...]
-    answers: Mapping[str, Answer]
+    answers: Mapping[str, SourceResult]
 
     @property
     def failures(self) -> dict[str, str]:
@@ -167,7 +167,7 @@ def jobs_of(statements: Statements, chosen: Iterable[Statement], folder: Path) -
 def judged(
     statement: Statement,
     statements: Statements,
-    found: Mapping[str, Answer],
+    found: Mapping[str, SourceResult],
     outcomes: Mapping[str, StoredOutcome] = MappingProxyType({}),
 ) -> Judged:
     """Return a statement with the verdict that follows from the answers of its sources.

@@ -15,7 +15,7 @@ from typing import Any
 from markupsafe import Markup
 
 from amb_cosim.assessment.evaluation import Judged, Report
-from amb_cosim.assessment.sources import Answer
+from amb_cosim.assessment.sources import SourceResult
 from amb_cosim.assessment.statements import Chapter
 from amb_cosim.assessment.texts import converged_text, ratio_text, remark_text, stated_text, tolerance_text, value_text
 from amb_cosim.assessment.verdict import Verdict
@@ -30,7 +30,7 @@ class Section:
     """Statements that rest on one source, with its answer; without a source, statements that have none."""
 
     name: str
-    answer: Answer | None
+    answer: SourceResult | None
     judged: tuple[Judged, ...]
 
     @property

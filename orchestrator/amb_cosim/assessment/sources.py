@@ -67,7 +67,7 @@ class Job:
 
 
 @dataclass(frozen=True)
-class Answer:
+class SourceResult:
     """What came of a source.
 
     values, failures
@@ -111,7 +111,7 @@ def job_of(
     return Job(name, source, quantities, ordered, folder / FOLDER / f"{name}.json", key)
 
 
-def answers(jobs: Sequence[Job], processes: int | None, progress: Progress) -> dict[str, Answer]:
+def answers(jobs: Sequence[Job], processes: int | None, progress: Progress) -> dict[str, SourceResult]:
     """Return the answer of each job by the name of its source.
 
     An answer that is kept under the job's key is read; the others are worked out in parallel processes and kept.
@@ -242,7 +242,7 @@ def _scenario_data(source: Source) -> Any:
     return read_scenario(source.scenario) if source.scenario else None
 
 
-def _kept(job: Job) -> Answer | None:
+def _kept(job: Job) -> SourceResult | None:
     try:
         data = json.loads(job.file.read_text(encoding="utf-8"))
         return _answer(data) if data["key"] == job.key else None
@@ -250,12 +250,12 @@ def _kept(job: Job) -> Answer | None:
         return None
 
 
-def _read(job: Job) -> Answer:
+def _read(job: Job) -> SourceResult:
     return _answer(json.loads(job.file.read_text(encoding="utf-8")))
 
 
-def _answer(data: dict[str, Any]) -> Answer:
-    return Answer(
+def _answer(data: dict[str, Any]) -> SourceResult:
+    return SourceResult(
         values=data["values"],
         failures=data["failures"],
         title=data["title"],

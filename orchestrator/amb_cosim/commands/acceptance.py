@@ -59,7 +59,7 @@ def assess(
     from rich.console import Console
 
     from amb_cosim.acceptance.assess import assess as answer
-    from amb_cosim.acceptance.findings import Verdict
+    from amb_cosim.acceptance.findings import Judgement
     from amb_cosim.acceptance.machine_file import load_machine
     from amb_cosim.acceptance.page import write_assessment
     from amb_cosim.acceptance.printed import print_page
@@ -85,7 +85,7 @@ def assess(
         what = one.criterion.what if one.criterion else one.measured.quantity
         click.echo(f"missed: {what}: {one.value_text} ({one.limit_text}), {one.measured.where}")
     counts = found.counts()
-    click.echo(", ".join(f"{counts[verdict]} {verdict.value}" for verdict in Verdict))
+    click.echo(", ".join(f"{counts[verdict]} {verdict.value}" for verdict in Judgement))
     click.echo(f"page in {page}" + (f", printed in {printed}" if printed else ""))
     if found.unanswered:
         raise Failed("\n".join(f"{name}: not answered, because {reason}" for name, reason in found.unanswered.items()))

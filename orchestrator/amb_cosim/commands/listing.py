@@ -17,7 +17,7 @@ SWEEPS = "sweeps"  # theme of sweeps
 OTHERS = "others"  # theme of scenarios that tell none
 
 
-class Entry(NamedTuple):
+class ListedItem(NamedTuple):
     """A scenario or a sweep: what is said of it, and by which words it is found."""
 
     name: str
@@ -70,7 +70,7 @@ def list_scenarios(name: str | None, words: str) -> None:
     _line(console, "amb-cosim list NAME tells all of one; amb-cosim run NAME and amb-cosim sweep NAME run it.")
 
 
-def _entries() -> Iterator[Entry]:
+def _entries() -> Iterator[ListedItem]:
     """Give the scenarios and the sweeps of all packs."""
     from amb_cosim.scenario.scenario import load_scenarios
     from amb_cosim.studies.stored_robustness import known_outcomes
@@ -80,10 +80,10 @@ def _entries() -> Iterator[Entry]:
     known, files = known_outcomes(), files_of("scenarios")
     for name, one in load_scenarios().items():
         outcome = f"{known[name].outcome}; {known[name].verdict}" if name in known else ""
-        yield Entry(name, files[name], one.theme or OTHERS, one.description, outcome, one.source)
+        yield ListedItem(name, files[name], one.theme or OTHERS, one.description, outcome, one.source)
     files = files_of("sweeps")
     for name, ready in ready_sweeps().items():
-        yield Entry(name, files[name], SWEEPS, ready.description, "", f"sweep of {ready.scenario}")
+        yield ListedItem(name, files[name], SWEEPS, ready.description, "", f"sweep of {ready.scenario}")
 
 
 def _line(console: Console, text: str, style: str | None = None) -> None:
@@ -94,7 +94,7 @@ def _line(console: Console, text: str, style: str | None = None) -> None:
         click.echo(text)
 
 
-def _tell(entry: Entry) -> None:
+def _tell(entry: ListedItem) -> None:
     """Print all that is said of a scenario or a sweep."""
     for label in ("name", "theme", "description", "outcome", "source", "file"):
         if text := str(getattr(entry, label)):

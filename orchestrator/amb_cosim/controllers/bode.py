@@ -19,7 +19,7 @@ LOWEST, POINTS = 1e-4, 600  # of the frequencies: over half the sampling frequen
 
 
 @dataclass(frozen=True)
-class Connection:
+class LawPath:
     """A signal and a demand that the law connects: responses over frequency, before sampling where that is known."""
 
     signal: str
@@ -41,7 +41,7 @@ def frequencies(controller: LinearController) -> Array:
     return np.asarray(np.geomspace(LOWEST * nyquist, 0.999 * nyquist, POINTS))
 
 
-def connections(controller: LinearController, omega: Array, speed: float, continuous: Law | None) -> list[Connection]:
+def connections(controller: LinearController, omega: Array, speed: float, continuous: Law | None) -> list[LawPath]:
     """Return the connections of a controller at a speed of its table, with that of its continuous law if there is one.
 
     `delay` of the controller is in both: the sampled law's is exp(-j omega delay T).
@@ -50,14 +50,14 @@ def connections(controller: LinearController, omega: Array, speed: float, contin
     found = late * response(controller.laws[speed], omega, controller.sample_time)
     before = None if continuous is None else late * response(continuous, omega, None)
     return [
-        Connection(signal, demand, found[:, i, j], None if before is None else before[:, i, j])
+        LawPath(signal, demand, found[:, i, j], None if before is None else before[:, i, j])
         for i, demand in enumerate(controller.ports.demands)
         for j, signal in enumerate(controller.ports.signals)
         if np.any(np.abs(found[:, i, j]) > 1e-12 * np.abs(found).max())
     ]
 
 
-def draw(found: Sequence[Connection], omega: Array, modes: Sequence[float]) -> Figure:
+def draw(found: Sequence[LawPath], omega: Array, modes: Sequence[float]) -> Figure:
     """Return Bode plots: sampled solid, continuous dashed, modes (rad/s) as lines.
 
     Connections of equal responses share a line.
@@ -86,7 +86,7 @@ def draw(found: Sequence[Connection], omega: Array, modes: Sequence[float]) -> F
     return figure
 
 
-def phase_at(path: Connection, omega: Array, frequency: float) -> float:
+def phase_at(path: LawPath, omega: Array, frequency: float) -> float:
     """Return the phase of the sampled law at a frequency (rad/s), from -180 to 180 degrees."""
     return float((np.interp(frequency, omega, _degrees(path.sampled)) + 180.0) % 360.0 - 180.0)
 
@@ -95,8 +95,8 @@ def _degrees(values: NDArray[np.complex128]) -> Array:
     return np.asarray(np.degrees(np.unwrap(np.angle(values))))
 
 
-def _grouped(found: Sequence[Connection]) -> list[tuple[list[str], Connection]]:
-    groups: list[tuple[list[str], Connection]] = []
+def _grouped(found: Sequence[LawPath]) -> list[tuple[list[str], LawPath]]:
+    groups: list[tuple[list[str], LawPath]] = []
     for path in found:
         name = f"{path.signal} to {path.demand}"
         for names, first in groups:

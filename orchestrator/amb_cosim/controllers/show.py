@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from amb_cosim.controllers.block_file import read_blocks
-from amb_cosim.controllers.bode import Connection, connections, frequencies, phase_at
+from amb_cosim.controllers.bode import LawPath, connections, frequencies, phase_at
 from amb_cosim.controllers.laws import Array, Law
 from amb_cosim.controllers.linear_controller import LinearController, linear_controller
 from amb_cosim.cosim.values import quantity
@@ -24,7 +24,7 @@ class Description:
     controller: LinearController
     speed: float
     omega: Array
-    connections: list[Connection]
+    connections: list[LawPath]
     modes: tuple[float, ...]
 
     def as_dict(self) -> dict[str, Any]:

@@ -45,7 +45,7 @@ P = TypeVar("P", bound=Participant)
 
 
 @dataclass(frozen=True)
-class Wiring:
+class SignalMap:
     """Positions of all signals in the value array, and which inputs read them.
 
     Parameters
@@ -96,7 +96,7 @@ class Master(Generic[P]):
     def __init__(
         self,
         components: Sequence[P],
-        wiring: Wiring,
+        wiring: SignalMap,
         step_size: float,
         coupling: Coupling = "gauss_seidel",
         start_time: float = 0.0,

@@ -29,7 +29,7 @@ from amb_cosim.cosim.experiment import WARM_UP
 from amb_cosim.cosim.fmu_interface import FmuInterface
 from amb_cosim.cosim.fmus import Fmu
 from amb_cosim.cosim.master import Master
-from amb_cosim.cosim.responses import ANGLES, Part, Response, first_harmonic
+from amb_cosim.cosim.responses import ANGLES, MemoryPart, Response, first_harmonic
 from amb_cosim.cosim.schedules import Array, IntArray
 from amb_cosim.cosim.system import MasterLayout
 
@@ -46,14 +46,14 @@ class _OffOrbit(Exception):
 
 
 @dataclass(frozen=True)
-class Loop:
+class SettledLoop:
     """A master at communication point n, its components as parts, and the positions of the signals that move in it.
 
     `signals` move linearly, `angles` are the angle.
     """
 
     master: Master[FmuComponent]
-    parts: Sequence[Part]
+    parts: Sequence[MemoryPart]
     signals: IntArray
     angles: IntArray
     n: int
@@ -153,7 +153,7 @@ def settle(
         If there is no settled motion, or it cannot be solved for.
     """
     n = begin + WARM_UP
-    parts: Sequence[Part] = ()
+    parts: Sequence[MemoryPart] = ()
     try:
         advance(begin, n)
         loop = loop_at(master, layout, fmus, interfaces, n)
@@ -182,7 +182,7 @@ def loop_at(
     fmus: Mapping[str, Fmu],
     interfaces: Mapping[str, FmuInterface],
     n: int,
-) -> Loop:
+) -> SettledLoop:
     """Return the loop of a master at point n as it is after a step from there; arguments as of `settle`.
 
     Raises
@@ -203,15 +203,15 @@ def loop_at(
     for component, sources, slot in zip(master.components, master.wiring.sources, master.slots, strict=True):
         name = component.name
         exchanged, positions = (layout.inputs[name], layout.outputs[name]), (sources, np.arange(len(before))[slot])
-        parts.append(Part(component, interfaces[name], exchanged, positions, fmus[name].linear_state or {}))
+        parts.append(MemoryPart(component, interfaces[name], exchanged, positions, fmus[name].linear_state or {}))
     _refuse_what_is_on(parts)
     used = np.unique(np.concatenate(master.wiring.sources))
     moved = used[(used >= master.wiring.n_exogenous) & (master.values[used] != before[used])]
     is_angle = master.values[moved] == _turning(parts).angle
-    return Loop(master, parts, moved[~is_angle], moved[is_angle], n + 1)
+    return SettledLoop(master, parts, moved[~is_angle], moved[is_angle], n + 1)
 
 
-def solve(loop: Loop, responses: Sequence[Response], skipped: int, corrects: bool = True) -> Orbit:
+def solve(loop: SettledLoop, responses: Sequence[Response], skipped: int, corrects: bool = True) -> Orbit:
     """Solve for the motion (2).
 
     Parameters
@@ -245,7 +245,7 @@ def solve(loop: Loop, responses: Sequence[Response], skipped: int, corrects: boo
     return corrected(orbit, _left(loop, orbit)) if corrects else orbit
 
 
-def _left(loop: Loop, orbit: Orbit) -> Array:
+def _left(loop: SettledLoop, orbit: Orbit) -> Array:
     """Return what a step leaves of an orbit, as its constant, cosine and sine, of shape (n_x, 3)."""
     left = []
     for angle in ANGLES:
@@ -272,7 +272,7 @@ def check_stability(T: Array, step_size: float) -> None:
     )
 
 
-def _turning(parts: Sequence[Part]) -> Part:
+def _turning(parts: Sequence[MemoryPart]) -> MemoryPart:
     """Return the part with an angle; raises CannotSettle unless there is one."""
     turning = [part for part in parts if part.angle is not None]
     if len(turning) != 1:
@@ -280,7 +280,7 @@ def _turning(parts: Sequence[Part]) -> Part:
     return turning[0]
 
 
-def _refuse_what_is_on(parts: Sequence[Part]) -> None:
+def _refuse_what_is_on(parts: Sequence[MemoryPart]) -> None:
     """Raise CannotSettle where a variable of a part says that it does not move linearly."""
     for part in parts:
         for port in (port for pattern in part.unless for port in part.interface.matching(pattern)):
@@ -291,7 +291,7 @@ def _refuse_what_is_on(parts: Sequence[Part]) -> None:
                 raise CannotSettle(f"{part.component.name}.{port.name} = {shown} before cycle 0")
 
 
-def _check(loop: Loop, orbit: Orbit, n: int) -> None:
+def _check(loop: SettledLoop, orbit: Orbit, n: int) -> None:
     """Raise _OffOrbit unless all signals are where the orbit has them at point n."""
     names = [loop.master.wiring.names[position] for position in loop.signals]
     units = [_unit(name, loop.parts) for name in names]
@@ -308,6 +308,6 @@ def _check(loop: Loop, orbit: Orbit, n: int) -> None:
     )
 
 
-def _unit(name: str, parts: Sequence[Part]) -> str | None:
+def _unit(name: str, parts: Sequence[MemoryPart]) -> str | None:
     component, _, variable = name.partition(".")
     return next(part.interface.ports[variable].unit for part in parts if part.component.name == component)

@@ -12,7 +12,7 @@ import numpy as np
 from amb_cosim.cosim.choices import Coupling
 from amb_cosim.cosim.fmu_interface import FmuInterface, Port
 from amb_cosim.cosim.fmus import is_placeholder
-from amb_cosim.cosim.master import Wiring
+from amb_cosim.cosim.master import SignalMap
 from amb_cosim.cosim.values import Raw
 from amb_files.suggestions import suggest
 
@@ -63,7 +63,7 @@ class Signal:
 class MasterLayout(NamedTuple):
     """Where all signals are for the master, and the names of the inputs and outputs that each component exchanges."""
 
-    wiring: Wiring
+    wiring: SignalMap
     inputs: Mapping[str, list[str]]
     outputs: Mapping[str, list[str]]
 
@@ -275,7 +275,7 @@ class System:
             np.array([self._weight(source_of[f"{name}.{u}"], interfaces[name], interfaces) for u in variables])
             for name, variables in inputs.items()
         )
-        wiring = Wiring(tuple(names), len(exogenous), sources, tuple(depends_on), weights)
+        wiring = SignalMap(tuple(names), len(exogenous), sources, tuple(depends_on), weights)
         return MasterLayout(wiring, inputs, outputs)
 
     def _weight(self, source: str, target: FmuInterface, interfaces: Mapping[str, FmuInterface]) -> float:

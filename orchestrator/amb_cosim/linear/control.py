@@ -15,7 +15,7 @@ import numpy as np
 
 from amb_cosim.controllers.laws import Array, Law, in_series, side_by_side
 from amb_cosim.design.sampled_loop import axis_matrix, given_parameters
-from amb_cosim.linear.parts import Part, names_of
+from amb_cosim.linear.parts import LinearPart, names_of
 from linear_controller.matrices import find_bracket, matrices_of, sizes_of
 from rolac_controller.control_loop import ControlLoop, SensorPlane
 from rolac_controller.pid import damping, setpoint_stiffness, stiffness
@@ -25,7 +25,7 @@ from signal_chain.presets import is_on
 NOTE = "limits, noise, converters and faults are not in it"
 
 
-def pid_part(name: str, layout: Mapping[str, Any], parameters: Mapping[str, float]) -> Part:
+def pid_part(name: str, layout: Mapping[str, Any], parameters: Mapping[str, float]) -> LinearPart:
     """Return demanded currents (A) over what the sensors of all planes are shown and over setpoints (m) (5.1 to 5.4).
 
     I = -[k x - k_set x_set + c (z - 1)/((tau + T) z - tau) x + K_I T/(z - 1) (x - x_set)] / K_i
@@ -64,7 +64,7 @@ def pid_part(name: str, layout: Mapping[str, Any], parameters: Mapping[str, floa
 
 def law_part(
     name: str, layout: Mapping[str, Any], constants: Array, parameters: Mapping[str, float], Omega: float
-) -> Part:
+) -> LinearPart:
     """Return demands (A) over signals, setpoints (m) and feedforward (A) of the model `linear_controller` at a speed.
 
     u = gain (C x + D e) + feedforward, e = F scale y - setpoint
@@ -149,6 +149,6 @@ def _control_loop(layout: Mapping[str, Any]) -> ControlLoop:
 
 def _part(
     name: str, law: Law, time: float, inputs: Sequence[str], outputs: Sequence[str], note: str, late: float = 0.0
-) -> Part:
+) -> LinearPart:
     whole = Law(law.A, law.B, law.C, law.D, time)
-    return Part(whole, names_of(name, inputs), names_of(name, outputs), late, (f"{name}: {note}",))
+    return LinearPart(whole, names_of(name, inputs), names_of(name, outputs), late, (f"{name}: {note}",))

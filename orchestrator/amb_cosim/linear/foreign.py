@@ -21,7 +21,7 @@ from amb_cosim.controllers.laws import Array, Law
 from amb_cosim.cosim.component import FmuComponent
 from amb_cosim.cosim.errors import FmuError
 from amb_cosim.cosim.fmu_interface import FmuInterface
-from amb_cosim.linear.parts import Part, held, names_of
+from amb_cosim.linear.parts import LinearPart, held, names_of
 
 STEPS = 240  # communication steps of a response
 RANK = 1e-9  # singular value of the responses' matrix, over the largest, that is no state
@@ -40,7 +40,7 @@ def foreign_part(
     start: Mapping[str, float],
     ends: tuple[Sequence[str], Sequence[str]],
     sample_time: float,
-) -> Part:
+) -> LinearPart:
     """Return the model of an FMU about its start values, at the end of each communication step.
 
     By the directional derivatives of an FMU that gives them of all its states, where these tell what pulses lead to;
@@ -85,7 +85,7 @@ def foreign_part(
     curvature = _relative(bent, markov)
     if curvature > STATED:
         stated += f"; it is not linear, pulses of both signs differ by {curvature:.1g}"
-    return Part(law, names_of(name, inputs), names_of(name, outputs), notes=(f"{name}: {stated}",), at_end=True)
+    return LinearPart(law, names_of(name, inputs), names_of(name, outputs), notes=(f"{name}: {stated}",), at_end=True)
 
 
 def _best(derived: Law | None, markov: Array, sample_time: float) -> tuple[Law, str]:

@@ -20,7 +20,7 @@ from amb_cosim.cosim.values import Raw, convert, quantity
 from amb_cosim.linear.control import law_part, pid_part
 from amb_cosim.linear.foreign import foreign_part
 from amb_cosim.linear.machine import actuator_part, rotor_part
-from amb_cosim.linear.parts import Part
+from amb_cosim.linear.parts import LinearPart
 from amb_cosim.results.places import ACTUATOR, CONTROLLER, PLANT
 from amb_cosim.scenario.plan import SPEED
 from amb_cosim.scenario.scenario import Scenario, given_scenario
@@ -51,18 +51,18 @@ class Linearisable:
         """Return the same at another spin speed (rad/s); an FMU that is no model of ours stays as it is."""
         return replace(self, point={**self.point, SPEED: Omega})
 
-    def parts(self, names: Sequence[str]) -> list[Part]:
+    def parts(self, names: Sequence[str]) -> list[LinearPart]:
         """Return the linear parts of components."""
         return [self._part(name) for name in names]
 
-    def _part(self, name: str) -> Part:
+    def _part(self, name: str) -> LinearPart:
         kind = self._kind(name)
         if kind in (PLANT, LINEAR):
             constants = self.constants(name)
             make = rotor_part if kind == PLANT else law_part
             return make(name, self.layout(name), constants, self.parameters(name), self._speed(name))
         makers = {ACTUATOR: self._actuator, CONTROLLER: self._pid}
-        part: Part = self._keep(name, lambda: makers.get(kind, self._foreign)(name))
+        part: LinearPart = self._keep(name, lambda: makers.get(kind, self._foreign)(name))
         return part
 
     def units(self) -> dict[str, str]:
@@ -90,15 +90,15 @@ class Linearisable:
         given = self._keep("parameters", lambda: self.plan.all_parameters(self.assembly.interfaces))[name]
         return {variable: value or 0.0 for variable, value in given.items()}
 
-    def _actuator(self, name: str) -> Part:
+    def _actuator(self, name: str) -> LinearPart:
         prefix = f"{name}."
         own = {end.removeprefix(prefix): value for end, value in self.point.items() if end.startswith(prefix)}
         return actuator_part(name, self.layout(name), self.parameters(name), own)
 
-    def _pid(self, name: str) -> Part:
+    def _pid(self, name: str) -> LinearPart:
         return pid_part(name, self.layout(name), self.parameters(name))
 
-    def _foreign(self, name: str) -> Part:
+    def _foreign(self, name: str) -> LinearPart:
         system, interface = self.assembly.system, self.assembly.interfaces[name]
         every = next(c.every for c in self.plan.system.components if c.name == name)
         start = dict(self.plan.parameters[name])

@@ -11,7 +11,7 @@ from amb_cosim.cosim.system import System
 from amb_cosim.cosim.values import Raw
 from amb_cosim.linear.linearisable import Linearisable, linearisable
 from amb_cosim.linear.model import LinearModel, linear_model
-from amb_cosim.linear.parts import Part, loop_of, shown_a_step_later
+from amb_cosim.linear.parts import LinearPart, loop_of, shown_a_step_later
 from amb_cosim.scenario.plan import SPEED
 from amb_cosim.scenario.scenario import Scenario
 from amb_files.suggestions import suggest
@@ -99,8 +99,8 @@ def model_of(
 
 
 def in_order(
-    parts: Sequence[Part], feeds: Mapping[str, str], names: Sequence[str]
-) -> tuple[list[Part], dict[str, str]]:
+    parts: Sequence[LinearPart], feeds: Mapping[str, str], names: Sequence[str]
+) -> tuple[list[LinearPart], dict[str, str]]:
     """Return parts and feeds where what an FMU shows at the end of its step reaches those before it a step later."""
     place = {name: k for k, name in enumerate(names)}
     found, changed = list(parts), dict(feeds)

@@ -12,14 +12,16 @@ from amb_actuator.interface import DYNAMIC, NONLINEAR, axes_of
 from amb_actuator.records import AXIS
 from amb_cosim.controllers.laws import Array, Law
 from amb_cosim.design.magnetic_bearing import axis_parameters, linearisation, operating_constants
-from amb_cosim.linear.parts import Part, names_of
+from amb_cosim.linear.parts import LinearPart, names_of
 from rotor_contact.seals import add_seals
 from rotor_contact.structure import structure_of
 
 Parameters = Mapping[str, float]
 
 
-def rotor_part(name: str, layout: Mapping[str, Any], constants: Array, parameters: Parameters, Omega: float) -> Part:
+def rotor_part(
+    name: str, layout: Mapping[str, Any], constants: Array, parameters: Parameters, Omega: float
+) -> LinearPart:
     """Return displacements (m) over forces (N) and accelerations of the base (m/s^2) of a rotor without contact.
 
     q'' = M^-1 (f + B_base a) - (M^-1 (K + K_b) - Omega M^-1 R J) q - (M^-1 (C + R + C_b) + Omega M^-1 G) q'
@@ -83,7 +85,7 @@ def bearing_slopes(
 
 def actuator_part(
     name: str, layout: Mapping[str, Any], parameters: Parameters, point: Mapping[str, float] | None = None
-) -> Part:
+) -> LinearPart:
     """Return forces (N) over displacements (m) and demands (A, V): f = K_s x + K_i i_c, i_c' = omega_b (i + g v - i_c).
 
     With ideal amplifiers i_c = i + g v.
@@ -118,9 +120,9 @@ def actuator_part(
     return _unique(law, name, inputs, outputs, "limits of currents and voltages, and faults, are not in it")
 
 
-def _unique(law: Law, name: str, inputs: list[str], outputs: list[str], note: str) -> Part:
+def _unique(law: Law, name: str, inputs: list[str], outputs: list[str], note: str) -> LinearPart:
     """Return a part whose outputs occur once: a sensor or a retainer may have the names of its bearing."""
     first = list(dict.fromkeys(outputs))
     rows = [outputs.index(output) for output in first]
     once = Law(law.A, law.B, law.C[rows], law.D[rows], law.sample_time)
-    return Part(once, names_of(name, inputs), names_of(name, first), notes=(f"{name}: {note}",))
+    return LinearPart(once, names_of(name, inputs), names_of(name, first), notes=(f"{name}: {note}",))

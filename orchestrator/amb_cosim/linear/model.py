@@ -8,7 +8,7 @@ from typing import Any
 
 import control
 
-from amb_cosim.linear.parts import Part
+from amb_cosim.linear.parts import LinearPart
 
 CONTINUOUS = 0.0  # sample time of a continuous model
 
@@ -54,7 +54,7 @@ class LinearModel(control.StateSpace):  # type: ignore[misc]  # python-control h
         return write_arrays(Path(path), {0.0: Law(self.A, self.B, self.C, self.D)}, facts)
 
 
-def linear_model(part: Part, units: Mapping[str, str], point: Mapping[str, float]) -> LinearModel:
+def linear_model(part: LinearPart, units: Mapping[str, str], point: Mapping[str, float]) -> LinearModel:
     """Return a part as a `LinearModel`; units are by name, and 1 of those that lack."""
     law = part.law
     names: dict[str, Any] = {

@@ -25,7 +25,7 @@ LATE = " (late)"  # ends the name of an input whose samples arrive late
 
 
 @dataclass(frozen=True, eq=False)
-class Part:
+class LinearPart:
     """A linear component.
 
     law
@@ -47,13 +47,13 @@ class Part:
     notes: tuple[str, ...] = ()
     at_end: bool = False
 
-    def selected(self, inputs: Sequence[str], outputs: Sequence[str]) -> Part:
+    def selected(self, inputs: Sequence[str], outputs: Sequence[str]) -> LinearPart:
         """Return the part with these inputs and outputs alone, in this order."""
         columns = [self.inputs.index(name) for name in inputs]
         rows = [self.outputs.index(name) for name in outputs]
         law = self.law
         chosen = Law(law.A, law.B[:, columns], law.C[rows], law.D[np.ix_(rows, columns)], law.sample_time)
-        return Part(chosen, tuple(inputs), tuple(outputs), self.late, self.notes)
+        return LinearPart(chosen, tuple(inputs), tuple(outputs), self.late, self.notes)
 
 
 def names_of(component: str, variables: Sequence[str]) -> tuple[str, ...]:
@@ -61,7 +61,7 @@ def names_of(component: str, variables: Sequence[str]) -> tuple[str, ...]:
     return tuple(f"{component}.{variable}" for variable in variables)
 
 
-def connected(parts: Sequence[Part], feeds: Mapping[str, str]) -> Part:
+def connected(parts: Sequence[LinearPart], feeds: Mapping[str, str]) -> LinearPart:
     """Return parts as one, by (1); its outputs are theirs, and then the sums w at those inputs that are no outputs.
 
     Parameters
@@ -97,7 +97,7 @@ def connected(parts: Sequence[Part], feeds: Mapping[str, str]) -> Part:
         parts[0].law.sample_time,
     )
     notes = tuple(dict.fromkeys(note for part in parts for note in part.notes))
-    return Part(law, inputs, (*outputs, *(inputs[k] for k in own)), notes=notes)
+    return LinearPart(law, inputs, (*outputs, *(inputs[k] for k in own)), notes=notes)
 
 
 def _is_solvable(matrix: Array) -> bool:
@@ -108,7 +108,7 @@ def _is_solvable(matrix: Array) -> bool:
     return bool(sizes.min() > WELL_POSED * sizes.max())
 
 
-def sampled(part: Part, sample_time: float, late: Mapping[str, float] | None = None) -> Part:
+def sampled(part: LinearPart, sample_time: float, late: Mapping[str, float] | None = None) -> LinearPart:
     """Return a continuous part as its samples see it, with inputs that are held over each sample (zero-order hold).
 
     x(n+1) = Phi x(n) + Gamma_1 u(n-1) + Gamma_0 u(n),  Gamma_1 = Phi((1 - f) T) Gamma(f T),  Gamma_0 = Gamma((1 - f) T)
@@ -136,7 +136,7 @@ def sampled(part: Part, sample_time: float, late: Mapping[str, float] | None = N
     D[:, kept] = 0.0
     A = np.block([[Phi, old], [np.zeros((len(kept), n + len(kept)))]])
     B = np.vstack([new, np.eye(m)[kept]])
-    return Part(Law(A, B, np.hstack([law.C, shown]), D, sample_time), part.inputs, part.outputs, notes=part.notes)
+    return LinearPart(Law(A, B, np.hstack([law.C, shown]), D, sample_time), part.inputs, part.outputs, notes=part.notes)
 
 
 def held(A: NDArray[Any], B: NDArray[Any], time: float) -> tuple[NDArray[Any], NDArray[Any]]:
@@ -148,7 +148,7 @@ def held(A: NDArray[Any], B: NDArray[Any], time: float) -> tuple[NDArray[Any], N
     return whole[:n, :n], whole[:n, n:]
 
 
-def shown_a_step_later(part: Part, names: Sequence[str]) -> tuple[Part, dict[str, str]]:
+def shown_a_step_later(part: LinearPart, names: Sequence[str]) -> tuple[LinearPart, dict[str, str]]:
     """Return a sampled part that shows some of its outputs once more, a step later, and the names of these."""
     later = {name: f"{name} (before)" for name in names}
     rows = [part.outputs.index(name) for name in later]
@@ -157,10 +157,10 @@ def shown_a_step_later(part: Part, names: Sequence[str]) -> tuple[Part, dict[str
     C = np.block([[law.C, np.zeros((len(law.C), p))], [np.zeros((p, n)), np.eye(p)]])
     B, D = np.vstack([law.B, law.D[rows]]), np.vstack([law.D, np.zeros((p, law.D.shape[1]))])
     outputs = (*part.outputs, *later.values())
-    return Part(Law(A, B, C, D, law.sample_time), part.inputs, outputs, part.late, part.notes), later
+    return LinearPart(Law(A, B, C, D, law.sample_time), part.inputs, outputs, part.late, part.notes), later
 
 
-def loop_of(parts: Sequence[Part], feeds: Mapping[str, str]) -> Part:
+def loop_of(parts: Sequence[LinearPart], feeds: Mapping[str, str]) -> LinearPart:
     """Return all parts connected; the continuous ones are sampled if there is a sampled one among them.
 
     Raises
@@ -183,7 +183,7 @@ def loop_of(parts: Sequence[Part], feeds: Mapping[str, str]) -> Part:
     shares = {name: part.late for part in discrete if part.late > 0.0 for name in part.outputs}
     inside = {name for part in continuous for name in part.inputs}
     delayed = {target: shares[source] for target, source in feeds.items() if target in inside and source in shares}
-    gates = [Part(Law(*_no_states(), np.eye(1)), (target + LATE,), (f"{target}{LATE}:",)) for target in delayed]
+    gates = [LinearPart(Law(*_no_states(), np.eye(1)), (target + LATE,), (f"{target}{LATE}:",)) for target in delayed]
     through = {target: f"{target}{LATE}:" for target in delayed}
     machine = connected([*continuous, *gates], within([*continuous, *gates], {**feeds, **through}))
     machine = sampled(machine, times[0], {target + LATE: share for target, share in delayed.items()})
@@ -194,7 +194,7 @@ def loop_of(parts: Sequence[Part], feeds: Mapping[str, str]) -> Part:
     return connected(together, within(together, {k: v for k, v in outside.items() if k not in solved}))
 
 
-def within(parts: Sequence[Part], feeds: Mapping[str, str]) -> dict[str, str]:
+def within(parts: Sequence[LinearPart], feeds: Mapping[str, str]) -> dict[str, str]:
     """Return the feeds with both ends among parts."""
     inputs = {name for part in parts for name in part.inputs}
     outputs = {name for part in parts for name in part.outputs}

@@ -92,7 +92,7 @@ def assembled(plan: Plan, made: Mapping[str, Made], coupling: Coupling | None = 
     ValueError
         If the coupling is iterative.
     """
-    from fmi_export.model import Part
+    from fmi_export.model import AssemblyPart
     from levitated_rotor.assembly import Composite
     from levitated_rotor.model import model_for
 
@@ -101,7 +101,7 @@ def assembled(plan: Plan, made: Mapping[str, Made], coupling: Coupling | None = 
     if coupling == "iterative":
         raise ValueError("coupling = 'iterative' is not allowed in an assembly; it must be 'gauss_seidel' or 'jacobi'")
     composite = Composite(
-        tuple(Part(c.name, *made[c.name], c.every) for c in system.components),
+        tuple(AssemblyPart(c.name, *made[c.name], c.every) for c in system.components),
         {link.target: link.source for link in system.connections},
         {signal.name: signal.targets for signal in system.signals},
         plan.step_size,

@@ -55,7 +55,7 @@ class Layout(Enum):
 
 
 @dataclasses.dataclass(frozen=True)
-class Key:
+class JsonKey:
     """A key that does not follow from the field's name and unit."""
 
     name: str
@@ -120,7 +120,7 @@ def _key(name: str, hint: Any) -> tuple[str, frozenset[Layout]]:
     notes = get_args(hint)[1:] if get_origin(hint) is Annotated else ()
     key, layouts = name, frozenset(note for note in notes if isinstance(note, Layout))
     for note in notes:
-        if isinstance(note, Key):
+        if isinstance(note, JsonKey):
             key = note.name
         elif isinstance(note, str):
             if note not in SUFFIXES:

@@ -25,7 +25,7 @@ from amb_cosim.controllers.laws import Array, Law
 from amb_cosim.linear.linearisable import Linearisable
 from amb_cosim.linear.linearise import in_order
 from amb_cosim.linear.machine import rotor_part
-from amb_cosim.linear.parts import Part, connected, loop_of, within
+from amb_cosim.linear.parts import LinearPart, connected, loop_of, within
 from amb_cosim.results.places import ACTUATOR, PLANT
 from rotor_contact.structure import structure_of
 
@@ -139,7 +139,7 @@ def loop_on_springs(
     return ForwardLoop(Omega, plant, None, None, np.zeros(0), tuple(sites), tuple(places), (), rotor.notes)
 
 
-def with_contact_forces(part: Part, layout: Mapping[str, Any], constants: Array) -> Part:
+def with_contact_forces(part: LinearPart, layout: Mapping[str, Any], constants: Array) -> LinearPart:
     """Return the part of a rotor with inputs for forces (N) at its sites too."""
     s = structure_of(constants)
     n = len(s.K)
@@ -148,7 +148,7 @@ def with_contact_forces(part: Part, layout: Mapping[str, Any], constants: Array)
     law = part.law
     B, D = np.hstack([law.B, force]), np.hstack([law.D, np.zeros((len(law.D), len(rows)))])
     inputs = (*part.inputs, *flat([contact_pair(site["name"]) for site in layout["sites"]]))
-    return Part(Law(law.A, B, law.C, D), inputs, part.outputs, notes=part.notes)
+    return LinearPart(Law(law.A, B, law.C, D), inputs, part.outputs, notes=part.notes)
 
 
 def contact_pair(site: str) -> Pair:
@@ -176,7 +176,7 @@ def _reading_pairs(layout: Mapping[str, Any], bearings: Sequence[str], sites: Se
     return list(dict.fromkeys(pairs))
 
 
-def _parts(made: Linearisable, names: Sequence[str]) -> tuple[list[Part], dict[str, str]]:
+def _parts(made: Linearisable, names: Sequence[str]) -> tuple[list[LinearPart], dict[str, str]]:
     """Return the parts of a run, the rotor's with forces at its sites, and what feeds them."""
     layout, constants = made.layout(PLANT), made.constants(PLANT)
     rotor = rotor_part(PLANT, layout, constants, made.parameters(PLANT), made.point["Omega"])
@@ -210,7 +210,7 @@ def _split(matrix: NDArray[Any]) -> tuple[Complex, Complex]:
 
 
 def _forward_control(
-    control: Part, read: Sequence[Pair], demanded: Sequence[Pair], feeds: dict[str, str]
+    control: LinearPart, read: Sequence[Pair], demanded: Sequence[Pair], feeds: dict[str, str]
 ) -> ComplexLaw:
     """Return a controller for forward motion, with the states that it needs for that.
 

@@ -20,8 +20,8 @@ from scipy.linalg import expm
 from amb_cosim.cosim.checkpoint import Checkpoint
 from amb_cosim.cosim.experiment import WARM_UP
 from amb_cosim.cosim.instances import Instances
-from amb_cosim.cosim.responses import Part, Response
-from amb_cosim.cosim.settling import Loop, loop_at, solve
+from amb_cosim.cosim.responses import MemoryPart, Response
+from amb_cosim.cosim.settling import SettledLoop, loop_at, solve
 from amb_cosim.cosim.simulator import Simulator
 from amb_cosim.linear import parts as linear
 from amb_cosim.linear.machine import rotor_part
@@ -88,7 +88,7 @@ def _unbalance(rotor: RubbingRotor) -> dict[str, float]:
     return found
 
 
-def _pressed(rotor: RubbingRotor, state: State, loop: Loop, part: Part, answer: Response) -> Response:
+def _pressed(rotor: RubbingRotor, state: State, loop: SettledLoop, part: MemoryPart, answer: Response) -> Response:
     """Return the response of the plant with the contact forces of a state in its forcing (1)."""
     machine, h = _machine(rotor), loop.master.step_size
     force = [-(N + 1j * state.friction[site]) * np.exp(1j * state.psi[site]) for site, N in state.N.items()]
@@ -102,7 +102,7 @@ def _pressed(rotor: RubbingRotor, state: State, loop: Loop, part: Part, answer: 
     return answer._replace(forcing=answer.forcing + np.stack([0.0 * added.real, added.real, -added.imag], axis=1))
 
 
-def _machine(rotor: RubbingRotor) -> linear.Part:
+def _machine(rotor: RubbingRotor) -> linear.LinearPart:
     """Return the rotor, on the gradient of its magnets where it follows that within a step; its own states first."""
     made = rotor.made.at(rotor.Omega)
     layout, constants = made.layout(PLANT), made.constants(PLANT)

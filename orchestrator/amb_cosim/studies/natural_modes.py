@@ -9,7 +9,7 @@ from typing import Annotated, ClassVar
 
 import numpy as np
 
-from amb_cosim.presentation.json_data import Key, Layout
+from amb_cosim.presentation.json_data import JsonKey, Layout
 from amb_cosim.presentation.text_tables import TextPart, labelled_table, text_table
 from amb_cosim.studies.inputs import Number, RotorSource, rotor_of, spin_speed, spin_speeds
 from amb_cosim.studies.mode_kinds import kind_of
@@ -117,7 +117,7 @@ class ModeShapes(DrawnResult):
 
     frequencies: Annotated[NaturalFrequencies, Layout.MERGED]
     shapes: tuple[ModeShape, ...]
-    z: Annotated[tuple[float, ...], Key("z_m")]
+    z: Annotated[tuple[float, ...], JsonKey("z_m")]
     description: Annotated[Rotor, Layout.OMITTED]
     modes: Annotated[tuple[Mode, ...], Layout.OMITTED]
 

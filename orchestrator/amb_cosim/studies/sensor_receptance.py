@@ -8,7 +8,7 @@ from typing import Annotated, ClassVar
 import numpy as np
 
 from amb_cosim.design.rotor_models import control_loop
-from amb_cosim.presentation.json_data import Key
+from amb_cosim.presentation.json_data import JsonKey
 from amb_cosim.presentation.text_tables import TextPart, labelled_table
 from amb_cosim.studies.inputs import Number, RotorSource, positive, rotor_of, speed_range
 from amb_cosim.studies.result import DrawnResult
@@ -41,7 +41,7 @@ class SensorReceptance(DrawnResult):
     name: ClassVar[str] = "receptance"
 
     rotor: str
-    planes: Annotated[tuple[float, ...], Key("planes_z_m")]
+    planes: Annotated[tuple[float, ...], JsonKey("planes_z_m")]
     speeds: Annotated[Array, "Hz"]
     forces: tuple[str, ...]
     receptance: Annotated[Complex, "m/N"]

@@ -10,7 +10,7 @@ import numpy as np
 from rich.table import Table
 
 from amb_cosim.design.magnetic_bearing import axis_parameters, linear_constants
-from amb_cosim.presentation.json_data import Key, Layout
+from amb_cosim.presentation.json_data import JsonKey, Layout
 from amb_cosim.presentation.text_tables import TextPart, text_table
 from amb_cosim.studies.inputs import Number, RotorSource, node_numbers, rotor_of, speed_range
 from amb_cosim.studies.result import DrawnResult, StudyResult
@@ -48,8 +48,8 @@ class FrequencyTables:
         Frequencies over those of the thesis less one (%) by model, mass matrix and speed; None for any other rotor.
     """
 
-    by_mesh: Annotated[dict[str, ByMassAndSpeed], Key("table_3_1")]
-    condensed: Annotated[dict[str, dict[str, list[float]]], Key("table_3_4")]
+    by_mesh: Annotated[dict[str, ByMassAndSpeed], JsonKey("table_3_1")]
+    condensed: Annotated[dict[str, dict[str, list[float]]], JsonKey("table_3_4")]
     condensation_error: Annotated[dict[float, Array] | None, "%", Layout.OMITTED_IF_NONE]
     deviation_from_thesis: Annotated[dict[str, ByMassAndSpeed] | None, "%", Layout.OMITTED_IF_NONE]
 
@@ -83,7 +83,7 @@ class ThesisTables(StudyResult):
     """The tables of the thesis as the models compute them: frequencies of the rig, constants of its bearings."""
 
     frequencies: Annotated[FrequencyTables, Layout.MERGED]
-    bearing_constants: Annotated[BearingConstants, Key("amb")]
+    bearing_constants: Annotated[BearingConstants, JsonKey("amb")]
 
     def text(self) -> list[TextPart]:
         """Return the tables, and a line with the bearing constants."""

@@ -10,7 +10,7 @@ import numpy as np
 
 from amb_cosim.design.controller_data import SPEEDS, condition_number, inverse_receptance, pack
 from amb_cosim.design.rotor_models import control_loop
-from amb_cosim.presentation.json_data import Key, Layout
+from amb_cosim.presentation.json_data import JsonKey, Layout
 from amb_cosim.presentation.text_tables import TextPart, labelled_table
 from amb_cosim.studies.inputs import Number, RotorSource, rotor_of, speed_range
 from amb_cosim.studies.result import DrawnResult
@@ -67,7 +67,7 @@ class InverseReceptance(DrawnResult):
     name: ClassVar[str] = "h_matrix"
 
     rotor: str
-    planes: Annotated[tuple[float, ...], Key("planes_z_m")]
+    planes: Annotated[tuple[float, ...], JsonKey("planes_z_m")]
     speeds: Annotated[Array, "Hz"]
     table: Annotated[Array, "Hz"]
     forces: tuple[str, ...]

@@ -25,7 +25,7 @@ from bath_thesis.misfit import misfit
 PACK = "bath_thesis"
 
 
-class Reading(Table):
+class ReadingCase(Table):
     """What differs from the scenarios as they are.
 
     set
@@ -47,14 +47,14 @@ class Reading(Table):
 
 
 class _File(Table):
-    reading: tuple[Reading, ...]
+    reading: tuple[ReadingCase, ...]
 
 
 @dataclass(frozen=True)
 class Case:
     """A source under a reading, the statements that it answers, and the folder for the file of its own rotor."""
 
-    reading: Reading
+    reading: ReadingCase
     name: str
     source: Source
     statements: tuple[Statement, ...]
@@ -63,7 +63,7 @@ class Case:
 
 
 @dataclass(frozen=True)
-class Finding:
+class ReadingResult:
     """What a run shows of a statement, how far that is from it, and whether it is within the statement's tolerance."""
 
     found: Computed | None
@@ -71,7 +71,7 @@ class Finding:
     is_met: bool
 
 
-def load_readings() -> tuple[Reading, ...]:
+def load_readings() -> tuple[ReadingCase, ...]:
     """Return all readings; the first of a chapter is that of the scenarios as they are."""
     source = files(__package__) / "readings.toml"
     return validate(parse_toml(source.read_text(encoding="utf-8"), "readings"), _File, "readings").reading
@@ -83,7 +83,7 @@ def statements_of(chapter: int) -> list[Statement]:
     return [s for s in known.named[f"ch{chapter}"] if s.quantity and known.sources[s.source].scenario]
 
 
-def cases_of(reading: Reading, folder: Path, flavour: Flavour = "native") -> list[Case]:
+def cases_of(reading: ReadingCase, folder: Path, flavour: Flavour = "native") -> list[Case]:
     """Return the runs of a reading, one for each source of its chapter's statements."""
     statements, sources = statements_of(reading.chapter), load_statements(PACK).sources
     return [
@@ -99,7 +99,7 @@ def cases_of(reading: Reading, folder: Path, flavour: Flavour = "native") -> lis
     ]
 
 
-def under(reading: Reading, source: Source) -> Source:
+def under(reading: ReadingCase, source: Source) -> Source:
     """Return a source as a reading has it."""
     scenario = reading.scenarios.get(source.scenario, source.scenario)
     return source.model_copy(
@@ -120,7 +120,7 @@ def settings_for(system: str, given: Values) -> Values:
     return {gains.get(name, name): value for name, value in given.items()}
 
 
-def simulate_case(case: Case) -> list[Finding]:
+def simulate_case(case: Case) -> list[ReadingResult]:
     """Simulate a case and return what it shows of each of its statements, in their order.
 
     Raises
@@ -135,12 +135,12 @@ def simulate_case(case: Case) -> list[Finding]:
     return [_finding(statement, result.signals) for statement in case.statements]
 
 
-def mean_misfit(findings: Sequence[Finding]) -> float:
+def mean_misfit(findings: Sequence[ReadingResult]) -> float:
     """Return the mean misfit of findings."""
     return sum(finding.misfit for finding in findings) / len(findings)
 
 
-def _finding(statement: Statement, run: Any) -> Finding:
+def _finding(statement: Statement, run: Any) -> ReadingResult:
     request = QuantityRequest(statement.quantity, tuple(statement.arguments.items()), statement.unit)
     found = evaluate(run, request, quantities_of_runs(load_statements(PACK).quantities))
-    return Finding(found, misfit(statement, found), meets(statement, found))
+    return ReadingResult(found, misfit(statement, found), meets(statement, found))

@@ -23,7 +23,7 @@ from amb_cosim.presentation.text_tables import TextPart, labelled_table, number
 from amb_cosim.studies.processes import simulate_in_processes
 from amb_cosim.studies.result import DrawnResult
 from bath_thesis.studies.reading_cases import (
-    Finding,
+    ReadingResult,
     cases_of,
     load_readings,
     mean_misfit,
@@ -49,7 +49,7 @@ class Row:
 
     key: str
     stated: str
-    findings: dict[str, Finding]
+    findings: dict[str, ReadingResult]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -119,7 +119,7 @@ def readings(
         cases = [case for reading in chosen for case in cases_of(reading, Path(folder), flavour)]
         build_fmus((case.source for case in cases), Path(folder), flavour)
         found = simulate_in_processes(simulate_case, cases, report)
-    findings: dict[int, dict[str, dict[str, Finding]]] = {}
+    findings: dict[int, dict[str, dict[str, ReadingResult]]] = {}
     for case, of_case in zip(cases, found, strict=True):
         of_reading = findings.setdefault(case.reading.chapter, {}).setdefault(case.reading.name, {})
         of_reading |= {statement.key: one for statement, one in zip(case.statements, of_case, strict=True)}
@@ -138,7 +138,7 @@ def _chapters(raw: Sequence[int] | str) -> list[int]:
     return sorted({int(part) for part in parts})
 
 
-def _rows(chapter: int, findings: dict[str, dict[str, Finding]]) -> tuple[Row, ...]:
+def _rows(chapter: int, findings: dict[str, dict[str, ReadingResult]]) -> tuple[Row, ...]:
     """Return a row for each statement of a chapter; findings are by reading and statement."""
     return tuple(
         Row(statement.key, _stated(statement), {name: of[statement.key] for name, of in findings.items()})

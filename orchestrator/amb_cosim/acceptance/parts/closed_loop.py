@@ -6,7 +6,7 @@ import numpy as np
 
 from amb_cosim.acceptance.coefficients import real_coefficients
 from amb_cosim.acceptance.coupled import coupled_loop
-from amb_cosim.acceptance.findings import Answer, Measured, Table
+from amb_cosim.acceptance.findings import Measured, PartResult, PartTable
 from amb_cosim.acceptance.subject import Subject, hertz, rpm
 from amb_cosim.assessment.panels import Panel, curve
 from amb_cosim.linear.loop import Loop
@@ -20,7 +20,7 @@ SHOWN = 10.0  # largest logarithmic decrement in the figure
 LARGEST = 1e3  # decrement that stands for motion that hardly vibrates
 
 
-def answer(subject: Subject) -> Answer:
+def answer(subject: Subject) -> PartResult:
     """Return damped frequencies and decrements over speed, and the least decrement over the operating speeds."""
     loop = coupled_loop(subject, real_coefficients(subject))
     speed, limit = subject.file.speed, subject.file.highest_frequency
@@ -36,7 +36,7 @@ def answer(subject: Subject) -> Answer:
         (f"{hertz(s.imag):.1f}", f"{rpm(s.imag):.0f}", f"{-2.0 * np.pi * s.real / s.imag:.3f}", _sense(sense))
         for s, sense in zip(found[at].poles, found[at].senses, strict=True)
     )
-    table = Table(f"Vibrations at {rpm(speed.highest):.0f} 1/min", ("Hz", "1/min", "decrement", "whirl"), rows)
+    table = PartTable(f"Vibrations at {rpm(speed.highest):.0f} 1/min", ("Hz", "1/min", "decrement", "whirl"), rows)
     ends = [f"{s.name} from {s.at_speed[0].speed:g} to {s.at_speed[-1].speed:g} rad/s" for s in _not_covering(subject)]
     notes = [f"Coefficients of seals are held beyond their tables: {', '.join(ends)}."] if ends else []
     notes += [
@@ -44,7 +44,7 @@ def answer(subject: Subject) -> Answer:
     ]
     if hertz(limit) > 0.5 / loop.sample_time:
         notes.append(f"Half the sample rate is {0.5 / loop.sample_time:.0f} Hz: what is beyond it appears below.")
-    return Answer((measured, everything), _panels(subject, speeds, found, tracks), (table,), tuple(notes))
+    return PartResult((measured, everything), _panels(subject, speeds, found, tracks), (table,), tuple(notes))
 
 
 def _not_covering(subject: Subject) -> list[Bearing]:

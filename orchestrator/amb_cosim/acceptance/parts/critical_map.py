@@ -6,7 +6,7 @@ import numpy as np
 
 from amb_cosim.acceptance.critical_speeds import critical_speeds
 from amb_cosim.acceptance.feedback import Complex, parallel_stiffness
-from amb_cosim.acceptance.findings import Answer, Measured, Table
+from amb_cosim.acceptance.findings import Measured, PartResult, PartTable
 from amb_cosim.acceptance.subject import Subject, rpm
 from amb_cosim.assessment.panels import Curve, Panel, curve
 from fmi_export.model import Array
@@ -18,7 +18,7 @@ POINTS = 41  # stiffnesses, and speeds
 DECADES = (-3.0, 1.5)  # of stiffness, about that at which the first bending mode of half the rotor would stand
 
 
-def answer(subject: Subject) -> Answer:
+def answer(subject: Subject) -> PartResult:
     """Return the critical speed map, and the critical speeds at the bearings' own dynamic stiffness."""
     nodes = {bearing.name: bearing.node for bearing in subject.rotor.bearings if bearing.name in subject.magnets}
     bending = free_modes(subject.free.M[::2, ::2], subject.free.K[::2, ::2])[0][0]
@@ -47,13 +47,15 @@ def answer(subject: Subject) -> Answer:
         for name, k in dynamic.items()
     )
     heads = ("bearing", *(f"{rpm(at):.0f} 1/min" for at in (subject.file.speed.lowest, subject.file.speed.highest)))
-    table = Table("Dynamic stiffness (N/um) and damping (kN s/m) of the bearings at synchronous frequency", heads, rows)
+    table = PartTable(
+        "Dynamic stiffness (N/um) and damping (kN s/m) of the bearings at synchronous frequency", heads, rows
+    )
     notes = (
         "The rotor is undamped and on equal, isotropic supports; forward synchronous whirl. The bearings' stiffness is "
         "the real part of force over displacement, of controller, hold, delay, amplifier and magnet, while the "
         "rotor moves in parallel; where it is negative it is not on the map.",
     )
-    return Answer(measured, (_panel(subject, stiffnesses, lines, swept, dynamic),), (table,), notes)
+    return PartResult(measured, (_panel(subject, stiffnesses, lines, swept, dynamic),), (table,), notes)
 
 
 def bearing_critical_speeds(

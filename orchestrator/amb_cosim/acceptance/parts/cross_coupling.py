@@ -7,7 +7,7 @@ from scipy.optimize import brentq
 
 from amb_cosim.acceptance.coefficients import anticipated
 from amb_cosim.acceptance.coupled import coupled_loop
-from amb_cosim.acceptance.findings import Answer, Measured, Table
+from amb_cosim.acceptance.findings import Measured, PartResult, PartTable
 from amb_cosim.acceptance.parts.closed_loop import decrements, least_decrement, vibrations_within
 from amb_cosim.acceptance.subject import Subject, rpm
 from amb_cosim.assessment.panels import Panel, curve
@@ -17,7 +17,7 @@ MOST = 30.0  # times the anticipated cross coupling, up to which the threshold i
 POINTS = 25  # of the sweep
 
 
-def answer(subject: Subject) -> Answer:
+def answer(subject: Subject) -> PartResult:
     """Return the decrement with the anticipated cross coupling, and the threshold over it, at the largest speed."""
     if not subject.file.stages:
         raise ValueError("the machine file names no stages; give their data, or their cross coupling")
@@ -47,7 +47,7 @@ def answer(subject: Subject) -> Answer:
         (s.at, s.kind, f"{s.anticipated(speed) * 1e-6:.4g}", f"{s.level_two(speed) * 1e-6:.4g}")
         for s in subject.file.stages
     )
-    table = Table("Cross-coupled stiffness", ("stage", "kind", "anticipated (MN/m)", "level II (MN/m)"), rows)
+    table = PartTable("Cross-coupled stiffness", ("stage", "kind", "anticipated (MN/m)", "level II (MN/m)"), rows)
     ends = np.array([0.0, 1e-6 * total * factors[-1]])
     panel = Panel(
         "Least logarithmic decrement",
@@ -63,4 +63,4 @@ def answer(subject: Subject) -> Answer:
         "Each stage acts at its own place, as large a share of the whole as it is of the anticipated coupling; seals "
         "of the rotor file are left out here: level I has one coupling for whatever drives whirl.",
     )
-    return Answer(measured, (panel,), (table,), notes)
+    return PartResult(measured, (panel,), (table,), notes)

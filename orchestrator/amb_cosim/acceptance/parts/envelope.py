@@ -6,7 +6,7 @@ import numpy as np
 
 from amb_cosim.acceptance.coefficients import real_coefficients
 from amb_cosim.acceptance.feedback import Complex, bearing_forces, demanded_currents
-from amb_cosim.acceptance.findings import Answer, Measured, Table
+from amb_cosim.acceptance.findings import Measured, PartResult, PartTable
 from amb_cosim.acceptance.response import synchronous_response
 from amb_cosim.acceptance.subject import AXES, Subject, hertz, rpm
 from amb_cosim.acceptance.unbalance_cases import response_speeds, unbalance_cases
@@ -18,7 +18,7 @@ TITLE = "Envelope: forces, currents, voltages and slew rates needed and availabl
 POINTS = 90  # speeds
 
 
-def answer(subject: Subject) -> Answer:
+def answer(subject: Subject) -> PartResult:
     """Return what the worst case of each axis needs up to the trip speed, with the unbalance of the balancing grade."""
     speeds = response_speeds(subject, POINTS)
     speeds = speeds[speeds <= subject.file.speed.tripping]
@@ -67,7 +67,7 @@ def answer(subject: Subject) -> Answer:
         "placed for each mode as for the response; the worst mode counts at each speed. The current is that which the "
         "controller demands; coils follow it within the voltage limit R I_0 + I |R + j Omega L| <= V.",
     )
-    return Answer(tuple(measured), panels, (Table("Largest demands", heads, tuple(rows)),), notes)
+    return PartResult(tuple(measured), panels, (PartTable("Largest demands", heads, tuple(rows)),), notes)
 
 
 def _needed(subject: Subject, speeds: Array, q: Complex) -> tuple[Array, Array]:

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from amb_cosim.acceptance.findings import Answer, Measured, Table
+from amb_cosim.acceptance.findings import Measured, PartResult, PartTable
 from amb_cosim.acceptance.runs import clearance_used, simulate, unbalance_inputs, worst_case
 from amb_cosim.acceptance.subject import Subject, rpm
 from amb_cosim.assessment.panels import Panel, curve
@@ -21,7 +21,7 @@ SHOCK_TIME = 0.011  # s
 SHOCK_STEPS = 8
 
 
-def answer(subject: Subject) -> Answer:
+def answer(subject: Subject) -> PartResult:
     """Return how near the rotor comes to what it can touch in each run, with the unbalance of the balancing grade."""
     speed = subject.file.speed.highest
     inputs = unbalance_inputs(subject, worst_case(subject, speed))
@@ -43,7 +43,7 @@ def answer(subject: Subject) -> Answer:
         "its retainers hold is at 100 %.",
     )
     panel = Panel("Displacement over clearance, where it is largest", "time (s)", "%", tuple(curves))
-    return Answer(tuple(measured), (panel,), (Table("Runs", heads, tuple(rows)),), notes)
+    return PartResult(tuple(measured), (panel,), (PartTable("Runs", heads, tuple(rows)),), notes)
 
 
 def _runs(subject: Subject) -> dict[str, tuple[str, float, dict[str, Any]]]:

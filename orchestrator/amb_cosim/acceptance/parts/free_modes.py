@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from amb_cosim.acceptance.findings import Answer, Measured, Table
+from amb_cosim.acceptance.findings import Measured, PartResult, PartTable
 from amb_cosim.acceptance.subject import Subject, hertz
 from amb_cosim.assessment.panels import Panel, curve
 from fmi_export.model import Array
@@ -15,7 +15,7 @@ LEAST, MOST = 3, 6  # modes that are shown
 SMALL = 0.02  # share of the largest of a shape below which a place is at a node of it
 
 
-def answer(subject: Subject) -> Answer:
+def answer(subject: Subject) -> PartResult:
     """Return the bending modes of the free rotor at rest up to the frequency that counts, and three at least."""
     frequencies, all_shapes = free_modes(subject.free.M[::2, ::2], subject.free.K[::2, ::2])
     within = int(np.count_nonzero(frequencies <= subject.file.highest_frequency))
@@ -42,7 +42,9 @@ def answer(subject: Subject) -> Answer:
         "magnet acts with the wrong sign on what the sensor sees: this mode wants the opposite phase.",
     )
     title = "Shape at the magnet, and at its sensor"
-    return Answer(tuple(measured), (_panel(subject, shapes, frequencies),), (Table(title, heads, texts),), notes)
+    return PartResult(
+        tuple(measured), (_panel(subject, shapes, frequencies),), (PartTable(title, heads, texts),), notes
+    )
 
 
 def _pairs(subject: Subject) -> list[tuple[str, int, int]]:

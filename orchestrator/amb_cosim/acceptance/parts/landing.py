@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from amb_cosim.acceptance.findings import Answer, Measured, Table
+from amb_cosim.acceptance.findings import Measured, PartResult, PartTable
 from amb_cosim.acceptance.runs import simulate, switched_off, unbalance_inputs, worst_case
 from amb_cosim.acceptance.subject import Subject, rpm
 from amb_cosim.assessment.panels import Panel, curve
@@ -41,7 +41,7 @@ class Landing:
         return (f"{self.friction:g}", f"{self.phase:.0f}", f"{self.force:.4g}", whirl, touch, f"{self.heat:.4g}")
 
 
-def answer(subject: Subject) -> Answer:
+def answer(subject: Subject) -> PartResult:
     """Return peak force, backward whirl, contact elsewhere and heat of landings from the largest speed."""
     retainers = [site.name for site in subject.rotor.sites if site.bearing and site.name in subject.clearances]
     if not retainers:
@@ -80,8 +80,8 @@ def answer(subject: Subject) -> Answer:
         "thousand times the weight say that, not how large they are.",
     )
     panel = Panel("Largest force of each landing", "phase of the power loss (deg)", "over the weight", curves)
-    table = Table("Landings", heads, tuple(one.row for one in landings))
-    return Answer(measured, (panel,), (table,), notes)
+    table = PartTable("Landings", heads, tuple(one.row for one in landings))
+    return PartResult(measured, (panel,), (table,), notes)
 
 
 def _points(landings: list[Landing], weight: float) -> tuple[list[float], list[float]]:

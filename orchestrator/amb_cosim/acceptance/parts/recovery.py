@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import tomli_w
 
-from amb_cosim.acceptance.findings import Answer, Measured, Table
+from amb_cosim.acceptance.findings import Measured, PartResult, PartTable
 from amb_cosim.acceptance.runs import clearance_used, simulate, switched_off, unbalance_inputs, worst_case
 from amb_cosim.acceptance.subject import Subject, rpm
 from amb_cosim.assessment.panels import Panel, curve
@@ -34,7 +34,7 @@ GRAVITY = 9.81  # m/s^2
 OVERLOAD_STEP, OVERLOAD_TIME, MOST = 0.25, 0.02, 8.0  # of the weight, s, of the weight
 
 
-def answer(subject: Subject) -> Answer:
+def answer(subject: Subject) -> PartResult:
     """Return time and heat to rest, how forces change with more modes, relevitation, and the overload that touches."""
     Omega = subject.file.speed.highest
     inputs = unbalance_inputs(subject, worst_case(subject, Omega))
@@ -62,7 +62,7 @@ def answer(subject: Subject) -> Answer:
         f"The overload is an acceleration of the base along y that rises by {OVERLOAD_STEP:g} g every "
         f"{1e3 * OVERLOAD_TIME:g} ms, on top of gravity and unbalance.",
     )
-    return Answer(tuple(measured), panels, (Table(f"{TO_REST:g} s without power", heads, tuple(rows)),), notes)
+    return PartResult(tuple(measured), panels, (PartTable(f"{TO_REST:g} s without power", heads, tuple(rows)),), notes)
 
 
 def _texts(found: Any) -> tuple[str, ...]:

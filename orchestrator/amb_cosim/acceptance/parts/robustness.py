@@ -7,8 +7,8 @@ from itertools import product
 import numpy as np
 
 from amb_cosim.acceptance.coefficients import real_coefficients
-from amb_cosim.acceptance.coupled import Variation, coupled_loop
-from amb_cosim.acceptance.findings import Answer, Measured, Table
+from amb_cosim.acceptance.coupled import MachineVariation, coupled_loop
+from amb_cosim.acceptance.findings import Measured, PartResult, PartTable
 from amb_cosim.acceptance.machine_file import Tolerances
 from amb_cosim.acceptance.parts.closed_loop import least_decrement, vibrations_within
 from amb_cosim.acceptance.parts.sensitivity import sensitivities
@@ -18,7 +18,7 @@ from amb_cosim.linear.loop import Loop
 TITLE = "Robustness: worst margins within the tolerances"
 
 
-def answer(subject: Subject) -> Answer:
+def answer(subject: Subject) -> PartResult:
     """Return the least decrement and the largest peak of the sensitivity over all corners of the tolerances."""
     speed, tolerances = subject.file.speed, subject.file.tolerances
     limit, others = subject.file.highest_frequency, real_coefficients(subject)
@@ -45,18 +45,18 @@ def answer(subject: Subject) -> Answer:
         "K_i by (1 + d)^2 and K_s by (1 + d)^3. Modes are those of the free rotor's bending, all by the same share.",
     )
     heads = ("changed", "least decrement", "of", "largest |S|")
-    return Answer(tuple(measured), (), (Table("Corners of the tolerances", heads, tuple(rows)),), notes)
+    return PartResult(tuple(measured), (), (PartTable("Corners of the tolerances", heads, tuple(rows)),), notes)
 
 
-def variations(tolerances: Tolerances) -> dict[str, Variation]:
+def variations(tolerances: Tolerances) -> dict[str, MachineVariation]:
     """Return the nominal machine and all corners of its tolerances, by what is changed."""
-    found = {"nominal": Variation()}
+    found = {"nominal": MachineVariation()}
     gaps = (-tolerances.gap, tolerances.gap) if tolerances.gap else (0.0,)
     for i, s, g, m in product((-1, 1), (-1, 1), gaps, (-1, 1)):
         k_i, k_s = 1.0 + i * tolerances.k_i, 1.0 + s * tolerances.k_s
         modes = 1.0 + m * tolerances.modes
         name = f"K_i {k_i:.3g}, K_s {k_s:.3g}, gap {1.0 + g:.3g}, modes {modes:.3g}"
-        found[name] = Variation(k_i / (1.0 + g) ** 2, k_s / (1.0 + g) ** 3, modes)
+        found[name] = MachineVariation(k_i / (1.0 + g) ** 2, k_s / (1.0 + g) ** 3, modes)
     return found
 
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from amb_cosim.acceptance.coefficients import real_coefficients
 from amb_cosim.acceptance.coupled import coupled_loop
-from amb_cosim.acceptance.findings import Answer, Measured, Table
+from amb_cosim.acceptance.findings import Measured, PartResult, PartTable
 from amb_cosim.acceptance.subject import Subject, rpm
 from amb_cosim.assessment.panels import Panel, curve
 from amb_cosim.linear.loop import Loop, diagonal_response
@@ -17,7 +17,7 @@ TITLE = "Sensitivity, computed and measured"
 SPEEDS = 4  # from the least to the largest, at which it is computed
 
 
-def answer(subject: Subject) -> Answer:
+def answer(subject: Subject) -> PartResult:
     """Return the peak of each axis over the operating speeds, and as measured at the largest speed."""
     speed = subject.file.speed
     loop = coupled_loop(subject, real_coefficients(subject))
@@ -43,7 +43,7 @@ def answer(subject: Subject) -> Answer:
         measured.append(
             Measured("sensitivity_measured", where, float(axis.measured[top]), "1", {"frequency": hz}, note)
         )
-    return Answer(tuple(measured), (_panel(subject, curves, study),), (_table(study),), _notes(subject, study))
+    return PartResult(tuple(measured), (_panel(subject, curves, study),), (_table(study),), _notes(subject, study))
 
 
 def sensitivities(loop: Loop, Omega: float) -> list[tuple[str, Array, Array]]:
@@ -77,13 +77,13 @@ def _panel(subject: Subject, curves: dict[str, tuple[Array, Array]], study: Stab
     return Panel(title, "Hz", "|S|", tuple(drawn), log="x")
 
 
-def _table(study: StabilityMargin) -> Table:
+def _table(study: StabilityMargin) -> PartTable:
     rows = tuple(
         (place, f"{one.least:.3f}", f"{one.frequency:.1f}", f"{one.gain:.2f}", f"{one.phase:.1f}")
         for place, one in study.disk_margins.items()
     )
     heads = ("broken at", "disk margin", "at Hz", "gain, times or divided by", "phase (deg)")
-    return Table("What all loops together allow, at once and independently", heads, rows)
+    return PartTable("What all loops together allow, at once and independently", heads, rows)
 
 
 def _notes(subject: Subject, study: StabilityMargin) -> tuple[str, ...]:

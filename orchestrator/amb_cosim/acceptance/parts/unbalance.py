@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from amb_cosim.acceptance.coefficients import real_coefficients
-from amb_cosim.acceptance.findings import Answer, Measured, Table
+from amb_cosim.acceptance.findings import Measured, PartResult, PartTable
 from amb_cosim.acceptance.response import Peak, peaks_of, separation_margin, synchronous_response
 from amb_cosim.acceptance.subject import Subject, rpm
 from amb_cosim.acceptance.unbalance_cases import UnbalanceCase, response_speeds, unbalance_cases
@@ -19,7 +19,7 @@ LARGEST_SCALE = 6.0  # S_cc
 FINE = 40  # speeds about each peak
 
 
-def answer(subject: Subject) -> Answer:
+def answer(subject: Subject) -> PartResult:
     """Return the response at probes and clearances under twice the residual unbalance, placed for each mode."""
     cases = unbalance_cases(subject)
     whole = FACTOR * subject.residual_unbalance()
@@ -52,7 +52,7 @@ def answer(subject: Subject) -> Answer:
         "each lobe of a mode's shape has the share of its mass, at its antinode. Speeds up to 1.5 times the largest.",
         "Displacements are peak to peak, along the major axis of the orbit.",
     )
-    return Answer(tuple(measured), tuple(panels), (Table("Critical speeds", heads, tuple(rows)),), notes)
+    return PartResult(tuple(measured), tuple(panels), (PartTable("Critical speeds", heads, tuple(rows)),), notes)
 
 
 def _response(subject: Subject, cases: list[UnbalanceCase], whole: float) -> tuple[Array, Array]:

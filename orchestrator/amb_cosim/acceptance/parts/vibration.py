@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from amb_cosim.acceptance.findings import Answer, Measured
+from amb_cosim.acceptance.findings import Measured, PartResult
 from amb_cosim.acceptance.runs import clearance_used, simulate, unbalance_inputs, worst_case
 from amb_cosim.acceptance.subject import Subject, rpm
 from amb_cosim.assessment.panels import Panel, curve
@@ -14,7 +14,7 @@ CYCLES = 60.0  # of each run
 SPEEDS = 3  # from the least to the largest
 
 
-def answer(subject: Subject) -> Answer:
+def answer(subject: Subject) -> PartResult:
     """Return the largest displacement over the clearance at the retainers, with unbalance of the balancing grade."""
     speed = subject.file.speed
     retainers = [site.name for site in subject.rotor.sites if site.bearing and site.name in subject.clearances]
@@ -32,4 +32,4 @@ def answer(subject: Subject) -> Answer:
         "Unbalance of the balancing grade at the rotor's own planes, as the worst mode has it. Sensors are noisy and "
         "converters step by the start values of the controller, unless the machine says what its signal chain does.",
     )
-    return Answer(tuple(measured), (Panel("Displacement over clearance", "cycle", "%", tuple(curves)),), (), notes)
+    return PartResult(tuple(measured), (Panel("Displacement over clearance", "cycle", "%", tuple(curves)),), (), notes)
