@@ -13,6 +13,7 @@ from amb_cosim.rub.rubbing_rotor import rubbing_rotor
 from amb_cosim.rub.started import checkpoint_in
 from amb_cosim.rub.synchronous_states import all_sets, states_of
 from amb_cosim.rub.trap_map import states_at
+from amb_cosim.rub.whirl import whirls
 from amb_cosim.scenario.scenario import given_scenario
 from amb_cosim.scenario.simulation import prepare
 
@@ -110,6 +111,27 @@ def test_runs_begun_in_states_of_any_sites_leave_or_stay_as_told():
             growth, _ = growth_of(away[first:last], 5e-5, 0.0)
             np.testing.assert_allclose(growth, state.small.growth, rtol=0.01)
     assert {len(contact) for contact in sets} == {0, 1, 2, 3}
+
+
+def test_runs_begun_in_dry_backward_whirls_stay_or_leave_at_their_rate():
+    """With slip and without unbalance: those of labyrinth and shroud are left at 127 and 2578 1/s, and one lasts."""
+    scenario = STEADY.changed(settle_cycles=20, end_cycle=20)
+    settings = {**LINEAR, "rotor_contact.turbine.u": "1 g.mm"}
+    machine = rubbing_rotor(prepare(scenario, settings))
+    found = {(whirl.contact, round(whirl.frequency, -2)): whirl for whirl in whirls(machine, machine.Omega)}
+    for contact, frequency in ((("labyrinth",), -1800.0), (("shroud",), -3700.0), (("catch_n", "catch_s"), -21300.0)):
+        whirl = found[contact, frequency]
+        run = amb_cosim.run(scenario, set=settings, start=checkpoint_in(machine, whirl), progress=False).dataset
+        for site, force in whirl.N.items():
+            away = run[f"rotor_contact.{site}.f_n_mean"].values[1:] / force - 1.0
+            turns = run[f"rotor_contact.{site}.whirl_speed"].values[1]
+            assert abs(away[0]) < 2e-3
+            assert turns == pytest.approx(whirl.frequency, rel=2e-3)
+            if whirl.stable:
+                assert np.abs(away).max() < 0.01
+            else:
+                first, last = (int(np.argmax(np.abs(away) > size)) for size in (2e-3, 1e-2))
+                np.testing.assert_allclose(growth_of(away[first:last], 5e-5, 0.0)[0], whirl.growth, rtol=0.01)
 
 
 @pytest.mark.slow

@@ -211,7 +211,9 @@ def loop_at(
     return SettledLoop(master, parts, moved[~is_angle], moved[is_angle], n + 1)
 
 
-def solve(loop: SettledLoop, responses: Sequence[Response], skipped: int, corrects: bool = True) -> Orbit:
+def solve(
+    loop: SettledLoop, responses: Sequence[Response], skipped: int, corrects: bool = True, advance: float | None = None
+) -> Orbit:
     """Solve for the motion (2).
 
     Parameters
@@ -222,6 +224,8 @@ def solve(loop: SettledLoop, responses: Sequence[Response], skipped: int, correc
         Steps by which the angle of the orbit is ahead of what it is now.
     corrects
         Whether a step corrects it; not where forces are at work that the FMUs do not have in free motion.
+    advance
+        Angle by which the motion turns in a step (rad); that of the rotor by default.
 
     Raises
     ------
@@ -231,7 +235,7 @@ def solve(loop: SettledLoop, responses: Sequence[Response], skipped: int, correc
     turning = _turning(loop.parts)
     T, forcing = loop.one_step(responses)
     check_stability(T, loop.master.step_size)
-    advance = turning.advance(loop.master.time(loop.n), loop.master.step_size)
+    advance = turning.advance(loop.master.time(loop.n), loop.master.step_size) if advance is None else advance
     angle = ((turning.angle or 0.0) + skipped * advance) % (2.0 * math.pi)
     steady, turned = np.eye(len(T)) - T, np.exp(1j * advance) * np.eye(len(T)) - T
 

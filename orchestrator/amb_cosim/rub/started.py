@@ -1,10 +1,11 @@
-"""A co-simulation that begins in a synchronous state, stable or not.
+"""A co-simulation that begins in a synchronous state, or in a whirl without unbalance, stable or not.
 
-The contact forces F of a state turn with the rotor as unbalance does. Under both, and without its sites, the whole loop
-settles to the state, sampled controller included; that motion is solved for as all settled motion is
-(`cosim.settling`). What F does to the rotor in a step h is, with x = Re[X exp(i theta)] of all its states,
+The contact forces F of a state turn with the rotor as unbalance does, omega = Omega; those of a whirl with the whirl.
+Under all of them, and without its sites, the whole loop settles to the state, sampled controller included; that motion
+is solved for as all settled motion is (`cosim.settling`). What F does to the rotor in a step h is, with
+x = Re[X exp(i omega t)] of all its states,
 
-    f = Re[(exp(i Omega h) - exp(A h)) X exp(i theta)],      X = (i Omega - A)^-1 B F                 (1)
+    f = Re[(exp(i omega h) - exp(A h)) X exp(i omega t)],      X = (i omega - A)^-1 B F               (1)
 
 The run goes on from there, and the sites press by themselves. Currents that are held over a sample let N ripple about
 that of the state.
@@ -29,11 +30,12 @@ from amb_cosim.results.places import ACTUATOR, PLANT
 from amb_cosim.rub.forward_loop import Complex, contact_pair, flat, with_contact_forces
 from amb_cosim.rub.rubbing_rotor import RubbingRotor
 from amb_cosim.rub.trap_map import State
+from amb_cosim.rub.whirl import Whirl
 
-SMALL = 1e-3  # share of the unbalance in the steps before, in which nothing may touch
+SMALL = 1e-6  # kg m of unbalance in the steps before, which move all and touch nothing
 
 
-def checkpoint_in(rotor: RubbingRotor, state: State) -> Checkpoint:
+def checkpoint_in(rotor: RubbingRotor, state: State | Whirl) -> Checkpoint:
     """Return a checkpoint at cycle 0 from which the run of a rotor goes on in one of its states (1).
 
     `amb_cosim.run(..., start=checkpoint)` takes it. The unbalance is that of the rotor, until an event changes it.
@@ -43,7 +45,7 @@ def checkpoint_in(rotor: RubbingRotor, state: State) -> Checkpoint:
     rotor
         Of a prepared run, of which some cycles come before cycle 0.
     state
-        At the speed of the run.
+        At the speed of the run; a whirl has no unbalance, whatever the rotor's is.
 
     Raises
     ------
@@ -53,7 +55,9 @@ def checkpoint_in(rotor: RubbingRotor, state: State) -> Checkpoint:
         If too few steps come before cycle 0, or the run has no input for the rotor's unbalance.
     """
     plan, assembly = rotor.made.plan, rotor.made.assembly
-    at_end = {**plan.inputs, **_unbalance(rotor)}
+    is_whirl = isinstance(state, Whirl)
+    omega = state.frequency if isinstance(state, Whirl) else rotor.Omega
+    at_end = {**plan.inputs, **_unbalance(rotor.with_unbalance(0.0 * rotor.unbalance) if is_whirl else rotor)}
     missing = [name for name, value in at_end.items() if name not in plan.inputs and value != 0.0]
     if missing:
         raise ValueError(f"the run has no {missing[0]}; it must be among its inputs, with any value")
@@ -64,15 +68,15 @@ def checkpoint_in(rotor: RubbingRotor, state: State) -> Checkpoint:
         begin, master = simulator.initialise(), simulator.master
         final = np.array([at_end[name] for name in plan.inputs])
         amounts = np.array([name in at_end and name.endswith(".u") for name in plan.inputs], dtype=bool)
-        master.exogenous[:] = np.where(amounts, SMALL, 1.0) * final
+        master.exogenous[:] = np.where(amounts, SMALL, final)
         master.run(begin, -2)
         master.exogenous[:] = final
         loop = loop_at(master, simulator.layout, assembly.fmus, assembly.interfaces, -2)
         responses = [
-            _pressed(rotor, state, loop, part, answer) if part.component.name == PLANT else answer
+            _pressed(rotor, state, omega, loop, part, answer) if part.component.name == PLANT else answer
             for part, answer in zip(loop.parts, loop.responses(), strict=True)
         ]
-        orbit = solve(loop, responses, 0, corrects=False)
+        orbit = solve(loop, responses, 0, corrects=False, advance=omega * plan.step_size)
         loop.put(orbit.at(orbit.angle), orbit.angle)
         loop.step()
         for part in loop.parts:
@@ -88,14 +92,16 @@ def _unbalance(rotor: RubbingRotor) -> dict[str, float]:
     return found
 
 
-def _pressed(rotor: RubbingRotor, state: State, loop: SettledLoop, part: MemoryPart, answer: Response) -> Response:
-    """Return the response of the plant with the contact forces of a state in its forcing (1)."""
+def _pressed(
+    rotor: RubbingRotor, state: State | Whirl, omega: float, loop: SettledLoop, part: MemoryPart, answer: Response
+) -> Response:
+    """Return the response of the plant with contact forces that turn with omega in its forcing (1)."""
     machine, h = _machine(rotor), loop.master.step_size
     force = [-(N + 1j * state.friction[site]) * np.exp(1j * state.psi[site]) for site, N in state.N.items()]
     turning = np.array([F * way for F in force for way in (1.0, -1j)])  # x and y of each
     law = machine.selected(flat([contact_pair(site) for site in state.N]), machine.outputs).law
-    X = np.linalg.solve(1j * rotor.Omega * np.eye(len(law.A)) - law.A, law.B @ turning)
-    moved = np.exp(1j * rotor.Omega * h) * X - expm(law.A * h) @ X
+    X = np.linalg.solve(1j * omega * np.eye(len(law.A)) - law.A, law.B @ turning)
+    moved = np.exp(1j * omega * h) * X - expm(law.A * h) @ X
     shown = dict(zip(machine.outputs, law.C @ moved, strict=True))
     names = [loop.master.wiring.names[at] for at in part.slot[np.isin(part.slot, loop.signals)]]
     added: Complex = np.array([*moved[: len(part.moves)][part.moves], *(shown.get(name, 0.0) for name in names)])

@@ -39,19 +39,26 @@ class Whirl:
         Sites in contact.
     frequency
         Whirl frequency (rad/s), negative backward.
-    N
-        Normal force at each of them (N).
+    N, friction, psi
+        Normal force and friction force (N) and angle (rad) of the journal at each of them.
     slips
         Whether the journals slip forward there, as friction in (1) assumes; otherwise it rolls.
-    stable
-        Whether small motion about it decays, its phase aside, which is free.
+    growth
+        Largest growth rate of small motion about it (1/s), its phase aside, which is free.
     """
 
     contact: tuple[str, ...]
     frequency: Annotated[float, "rad/s"]
     N: Annotated[dict[str, float], "N"]
+    friction: Annotated[dict[str, float], "N"]
+    psi: Annotated[dict[str, float], "rad"]
     slips: bool
-    stable: bool
+    growth: Annotated[float, "1/s"]
+
+    @property
+    def stable(self) -> bool:
+        """Whether small motion about it decays."""
+        return self.growth <= 0.0
 
 
 def whirls(rotor: RubbingRotor, Omega: float, highest: float | None = None) -> list[Whirl]:
@@ -83,13 +90,15 @@ def whirls(rotor: RubbingRotor, Omega: float, highest: float | None = None) -> l
                     others = [k for k in range(len(c)) if k not in contact]
                     if (forces > 0.0).all() and (np.abs(q[others]) < c[others]).all():
                         names = tuple(rotor.sites[k] for k in contact)
-                        N = dict(zip(names, map(float, forces), strict=True))
                         slips = all(Omega * radii[k] + omega * c[k] > 0.0 for k in contact)
                         psi = np.asarray(np.angle(q[list(contact)]), dtype=np.float64)
                         small = Dynamics(loop, omega).about(contact, forces, psi, c, mu)
                         at_rest = int(np.argmin(np.hypot(small.rates, small.frequencies - omega)))
-                        grows = np.delete(small.rates, at_rest).max(initial=-math.inf) > 0.0
-                        found.append(Whirl(names, omega, N, slips, not grows))
+                        growth = float(np.delete(small.rates, at_rest).max(initial=-math.inf))
+                        at_sites = (forces, mu[list(contact)] * forces, psi)
+                        by_name = (dict(zip(names, map(float, values), strict=True)) for values in at_sites)
+                        N, friction, angles = by_name
+                        found.append(Whirl(names, omega, N, friction, angles, slips, growth))
     return sorted(found, key=lambda whirl: whirl.frequency)
 
 
