@@ -218,6 +218,7 @@ def run_once(run_python: Callable[..., Any], create_once: Callable[..., Path]) -
 def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--regenerate", action="store_true", help="write the regression data in tests/regression anew")
     parser.addoption("--long", action="store_true", help="make the campaigns in tests/robustness as long as they get")
+    parser.addoption("--hosts", type=Path, metavar="FILE", help="write down there which hosts ran which FMUs")
     parser.addoption("--absences", type=Path, metavar="FILE", help="fail if a test is skipped for a reason not in it")
 
 
@@ -226,6 +227,10 @@ def pytest_configure(config: pytest.Config) -> None:
         from absences import Absences
 
         config.pluginmanager.register(Absences(file))
+    if file := config.getoption("--hosts"):
+        from tests.compatibility.record import HostRecord
+
+        config.pluginmanager.register(HostRecord(file))
 
 
 @pytest.fixture

@@ -268,6 +268,7 @@ def wine(tmp_path_factory):
 
 
 @pytest.mark.slow
+@pytest.mark.host("a host in C under wine", "wine", platform="Windows x86_64", fmus="rotor_contact", what="within 1e-9")
 def test_the_windows_library_runs_under_wine(
     wine, cc, unpacked, plant, plant_constants, plant_program, lag, lag_program, tmp_path
 ):
@@ -280,6 +281,9 @@ def test_the_windows_library_runs_under_wine(
 
 
 @pytest.mark.slow
+@pytest.mark.host(
+    "a host in C under qemu", "qemu-aarch64", platform="Linux aarch64", fmus="rotor_contact", what="within 1e-9"
+)
 def test_the_arm_library_runs_under_qemu(
     cc, unpacked, plant, plant_constants, plant_program, lag, lag_program, tmp_path
 ):
@@ -294,6 +298,7 @@ def test_the_arm_library_runs_under_qemu(
 
 
 @pytest.mark.slow
+@pytest.mark.host("a host in C under wine", "wine", platform="Windows x86_64", fmus="a probe", what="finds its data")
 def test_the_windows_library_finds_its_data_in_every_form_of_location(wine, cc, unpacked, lag, tmp_path):
     library, guid, _ = other(unpacked, lag, np.zeros(1), "win64")
     place = tmp_path / "a b" / "Größe" / "resources"

@@ -127,6 +127,12 @@ def in_version_3(fmu, stop, h, u: Input):
     return ("finished", time) if fmu.call("Terminate") == 0 else ("failed", time)
 
 
+# None of these programs is run: what a test runs is their calls in their order.
+AS_HOSTS = pytest.mark.host(
+    "calls as FMPy and fmusim, the checker of FMI Library, and fmi4c make them, without these programs",
+    fmus="a probe, FMI 2.0 and 3.0",
+    what="ends at its stop time; a fault is a failure with its reason",
+)
 HOSTS = (with_regular_points, with_a_sum_of_steps, without_a_stop_time, in_version_3)
 
 
@@ -146,6 +152,7 @@ def host(request, library, library3):
         fmu.__exit__()
 
 
+@AS_HOSTS
 @pytest.mark.parametrize("h", [1e-3, 3e-4, 7e-3])
 def test_a_run_ends_at_the_stop_time_whatever_the_last_step(host, h):
     outcome, time, fmu = host(0.05, h, lambda t: 1.0)
@@ -155,6 +162,7 @@ def test_a_run_ends_at_the_stop_time_whatever_the_last_step(host, h):
     assert fmu.log == []
 
 
+@AS_HOSTS
 def test_a_fault_ends_a_run_as_a_failure_with_its_reason(host):
     outcome, time, fmu = host(0.05, 1e-3, lambda t: 5.0 if t > 0.0195 else 1.0)
     assert outcome == "failed"

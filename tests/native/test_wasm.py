@@ -57,6 +57,7 @@ def test_a_module_exports_fmi_and_memory_and_imports_files_alone(host):
     assert set(found["imports"]) <= {f"wasi_snapshot_preview1.{name}" for name in of_wasi}
 
 
+@pytest.mark.host("node", "node", platform="WebAssembly", fmus="a probe", what="the exponential that it is")
 def test_it_follows_the_exponential(host):
     found = host(set={"u": 2.0}, steps=16)
     time = 250e-6 * np.arange(1, 17)

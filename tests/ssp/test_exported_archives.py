@@ -217,6 +217,12 @@ def test_the_python_flavour_is_the_same_run(run_python, run_once, archive):
 
 
 @pytest.mark.slow
+@pytest.mark.host(
+    "libcosim",
+    "libcosimpy",
+    fmus="SSP archive",
+    what="this master's run, to the last bit",
+)
 @pytest.mark.skipif(find_spec("libcosimpy") is None, reason="libcosimpy is not installed (extra: peers)")
 def test_libcosim_runs_the_archive_to_the_same_bits(run_python, run_once, jacobi):
     ours = run_once(tools.with_this_project, scenario=JACOBI, nanoseconds=True)
@@ -230,6 +236,7 @@ def test_libcosim_runs_the_archive_to_the_same_bits(run_python, run_once, jacobi
 
 
 @pytest.mark.slow
+@pytest.mark.host("FMPy", "fmpy", fmus="SSP archive", what="this master's run, to the last bit")
 def test_fmpy_runs_the_archive_to_the_same_bits(run_python, run_once, archive):
     """It ignores the bindings, and begins with inputs of zero, which is right where forces are held."""
     path, ours = archive("held", HELD), run_once(tools.with_this_project, scenario=HELD)
@@ -241,6 +248,7 @@ def test_fmpy_runs_the_archive_to_the_same_bits(run_python, run_once, archive):
 
 
 @pytest.mark.slow
+@pytest.mark.host("ecos", "ecospy", fmus="SSP archive", what="this master's run, to the last bit")
 @pytest.mark.skipif(find_spec("ecospy") is None, reason="ecospy is not installed (extra: peers)")
 def test_ecos_runs_the_archive_to_the_same_bits(run_python, run_once, jacobi):
     ours = run_once(tools.with_this_project, scenario=JACOBI)

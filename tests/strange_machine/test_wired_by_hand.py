@@ -77,6 +77,12 @@ def files(tmp_path_factory):
     return amb_cosim.build(tmp_path_factory.mktemp("by_hand"), scenario=SCENARIO)
 
 
+@pytest.mark.host(
+    "FMPy",
+    "fmpy",
+    fmus="three of a scenario, wired by hand",
+    what="this master's run, to the last bit",
+)
 def test_components_wired_by_hand_give_the_orchestrators_run_to_the_last_bit(files, tmp_path):
     ours = amb_cosim.run(SCENARIO, progress=False)
     prepared = prepare(SCENARIO)

@@ -113,6 +113,12 @@ def test_jacobi_and_gauss_seidel_order_differ(case: str, reference: Reference) -
 
 
 @pytest.mark.slow
+@pytest.mark.host(
+    "libcosim",
+    "libcosimpy",
+    fmus="the three",
+    what="this master's run, to the last bit",
+)
 @needs("libcosimpy")
 @pytest.mark.parametrize("step", [250, pytest.param(125, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("case", CASES)
@@ -126,6 +132,7 @@ def test_libcosim_gives_the_same(case: str, step: float, reference: Reference) -
     assert max(rounded.values()) < 1e-11
 
 
+@pytest.mark.host("ecos", "ecospy", fmus="the three", what="this master's run, to the last bit")
 @needs("ecospy")
 @pytest.mark.parametrize("case", CASES)
 def test_ecos_gives_the_same(case: str, reference: Reference) -> None:
@@ -135,6 +142,12 @@ def test_ecos_gives_the_same(case: str, reference: Reference) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.host(
+    "fmucontainer",
+    "fmu-manipulation-toolbox",
+    fmus="the three in one",
+    what="this master's run, to the last bit",
+)
 @needs("fmu_manipulation_toolbox")
 @pytest.mark.parametrize("coupling", ["gauss_seidel", "jacobi"])
 @pytest.mark.parametrize("case", CASES)
@@ -148,6 +161,8 @@ def test_the_three_in_one_container_give_the_same(
 
 
 @pytest.mark.slow
+@pytest.mark.host("fmutool", "fmu-manipulation-toolbox", fmus="each", what="no fault in the FMU")
+@pytest.mark.host("FMPy", "fmpy", fmus="each", what="no fault in the FMU")
 @pytest.mark.parametrize("flavour", slow_but_first(["native", "python"]))
 @pytest.mark.parametrize("name", ["rotor_contact", "amb_actuator", "rolac_controller", "levitated_rotor"])
 def test_fmutool_and_fmpy_find_no_fault_in_the_fmu(name: str, flavour: Any, tmp_path: Path) -> None:
