@@ -29,6 +29,7 @@ from amb_cosim.studies.contact_traps import Traps
 
 COLOURS = (BLUE, ORANGE, GREEN, PURPLE, SKY_BLUE, YELLOW)
 FREE, BOTH, CONTACT, WHIRL = "#FFFFFF", "#F6D98B", "#E08E5B", "#C9C9D6"
+INSIDE = 6  # entries of a legend that hide no curves
 LABELS = ("free", "free or in contact", "in contact", "unsteady rub")
 
 
@@ -88,7 +89,10 @@ def _draw_forces(panel: Axes, result: Traps) -> None:
     styles = [Line2D([], [], color="black", lw=1.8, label="stable")]
     styles.append(Line2D([], [], color="black", lw=0.8, ls=(0, (3, 1.5)), label="unstable"))
     handles = [*panel.get_legend_handles_labels()[0], *styles]
-    panel.legend(handles=handles, loc="upper left", ncols=2)
+    if len(handles) <= INSIDE:
+        panel.legend(handles=handles, loc="upper left", ncols=2)
+    else:
+        panel.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=4)
     panel.set(xlabel=spin_label(), ylabel="normal forces in contact, sum (N)", xlim=(0.0, speeds[-1]))
 
 
