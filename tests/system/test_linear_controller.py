@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import amb_cosim
+from amb_cosim.linear.linearisable import linearisable
 
 H = 1e-4
 K_S, K_I, K_B, C_B = 1.295e7, 1107.0, 1.3e7, 4e4  # of the scenario compressor_levitated
@@ -42,6 +43,21 @@ def test_pid_as_matrices_gives_the_results_of_the_pid(under_pid, flavour):
     assert run.outcome == under_pid.outcome
     assert np.abs(displacements(under_pid)).max() > 1e-2 * CLEARANCE
     np.testing.assert_allclose(displacements(run), displacements(under_pid), rtol=0.0, atol=1e-12 * CLEARANCE)
+
+
+def test_pid_of_a_rig_written_as_data_gives_its_results_in_contact_too():
+    """Sensors, gains and derivative as the linear model has them, over a rub: 1e-14 of the clearance."""
+    (part,) = linearisable("fig4_7").parts(["rolac_controller"])
+    names = [name.removeprefix("rolac_controller.") for name in (*part.inputs, *part.outputs)]
+    read, demanded = ([n for n in names if n.startswith(start)] for start in ("s", "mb1.i_"))
+    demanded += [n for n in names if n.startswith("mb2.i_")]
+    law = part.selected(*([f"rolac_controller.{n}" for n in some] for some in (read, demanded))).law
+    arrays = (law.A, law.B, law.C, law.D)
+    own = amb_cosim.linear_controller(arrays, read, demanded, law.sample_time, sampled_arrays=True)
+    runs = [amb_cosim.run("fig4_7", fmu=fmu, progress=False) for fmu in (None, {"rolac_controller": own})]
+    assert runs[0].summary.first_contact is not None
+    clearance = linearisable("fig4_7").parameters("rotor_contact")["rb1.clearance"]
+    np.testing.assert_allclose(*map(displacements, runs), rtol=0.0, atol=1e-12 * clearance)
 
 
 def test_controller_from_python_control_levitates_the_compressor(under_pid):
