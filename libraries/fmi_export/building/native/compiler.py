@@ -47,6 +47,7 @@ ZIG_CACHE = "ZIG_GLOBAL_CACHE_DIR"  # environment variable
 
 LIBRARY_OPTIONS = ("-shared",)
 MODULE_OPTIONS = (
+    "-msimd128",  # two numbers at once, as 64-bit processors do; browsers have had it since 2023
     "-mexec-model=reactor",  # a library: no main function
     "-Wl,--export-dynamic,--export=malloc,--export=free",
     "-Wl,--export-table,--growable-table",  # where a host adds its logger
