@@ -6,13 +6,14 @@ The least of many short bursts of fmi2DoStep, called from Python; that of a law 
 from __future__ import annotations
 
 import time
+from ctypes import CFUNCTYPE, c_double, c_int, c_void_p
 
 import control
 import numpy as np
 
 from amb_cosim.controllers.linear_controller import linear_controller
 from amb_cosim.cosim.component import FmuComponent
-from amb_cosim.cosim.fmu_interface import read_interface
+from amb_cosim.cosim.fmu_description import read_interface
 from amb_cosim.cosim.fmus import provide
 
 SAMPLE_TIME = 1e-4  # s
@@ -51,7 +52,8 @@ def measure() -> dict[str, float]:
     least = dict.fromkeys(components, float("inf"))
     for burst in range(BURSTS):
         for name, component in components.items():
-            do_step, instance = component._fmu.dll.fmi2DoStep, component._fmu.component
+            entry = component.entry_points()
+            do_step, instance = CFUNCTYPE(c_int, c_void_p, c_double, c_double, c_int)(entry.do_step), entry.instance
             begin = time.perf_counter()
             for n in range(burst * BURST, (burst + 1) * BURST):
                 do_step(instance, n * SAMPLE_TIME, SAMPLE_TIME, 1)

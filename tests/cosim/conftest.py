@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import platform
 import subprocess
 import sys
 import zipfile
@@ -40,12 +41,65 @@ ODD = """<?xml version="1.0" encoding="UTF-8"?>
 @pytest.fixture(scope="session")
 def odd_fmu(create_once: Callable[..., Path]) -> Path:
     """`Odd.fmu`, which is compiled from C for Linux on this processor."""
+    return create_once("odd-fmu-2", lambda folder: from_c(folder, "odd", ODD, "linux64")) / "Odd.fmu"
 
-    def fill(folder: Path) -> None:
-        compile_it = [sys.executable, "-m", "ziglang", "cc", "-shared", "-fPIC", "-O2", "-o", folder / "odd.so"]
-        subprocess.run([*compile_it, SUPPORT / "odd.c"], check=True, capture_output=True)
-        with zipfile.ZipFile(folder / "Odd.fmu", "w") as archive:
-            archive.writestr("modelDescription.xml", ODD)
-            archive.write(folder / "odd.so", "binaries/linux64/odd.so")
 
-    return create_once("odd-fmu-2", fill) / "Odd.fmu"
+KINDS3 = ("Float64", "Float32", *(f"{u}Int{n}" for n in (8, 16, 32, 64) for u in ("", "U")), "Boolean")
+
+
+def description3() -> str:
+    """The description of `arrays3.c`, whose arrays have two rows, and three columns by a structural parameter."""
+
+    def variable(kind: str, name: str, reference: int, causality: str, more: str = "", inner: str = "") -> str:
+        discrete = "" if kind.startswith("Float") or causality == "parameter" else 'variability="discrete"'
+        attributes = f'name="{name}" valueReference="{reference}" causality="{causality}" {discrete} {more}'
+        return f"<{kind} {attributes}>{inner}</{kind}>"
+
+    pair = '<Dimension start="2"/>'
+    found = []
+    for k, kind in enumerate(KINDS3):
+        start = 'start="false true"' if kind == "Boolean" else 'start="1 2"'
+        found.append(variable(kind, f"{kind}.in", 1 + 2 * k, "input", start, pair))
+        found.append(variable(kind, f"{kind}.out", 2 + 2 * k, "output", "", pair))
+    found += [
+        variable("Int32", "what", 100, "input", 'start="0"'),
+        variable("Float64", "m", 101, "parameter", 'start="1 2 3 4 5 6"', f'{pair}<Dimension valueReference="200"/>'),
+        variable("Float64", "sum", 102, "output"),
+        variable("Enumeration", "choice", 103, "input", 'start="1" declaredType="Choice"'),
+        variable("Enumeration", "chosen", 104, "output", 'declaredType="Choice"'),
+        '<UInt64 name="columns" valueReference="200" causality="structuralParameter" variability="fixed" start="3"/>',
+        '<Float64 name="time" valueReference="201" causality="independent"/>',
+        '<String name="text" valueReference="202" causality="input"><Start value="a"/></String>',
+        '<Clock name="tick" valueReference="203" causality="input" intervalVariability="triggered"/>',
+        '<Float64 name="ticked" valueReference="204" causality="input" variability="discrete" clocks="203" start="0"/>',
+    ]
+    abilities = 'canHandleVariableCommunicationStepSize="true" canGetAndSetFMUState="true" canSerializeFMUState="true"'
+    outputs = "".join(
+        f'<Output valueReference="{r}" dependencies=""/>' for r in (*range(2, 2 + 2 * len(KINDS3), 2), 102, 104)
+    )
+    return f"""<?xml version="1.0" encoding="UTF-8"?>
+<fmiModelDescription fmiVersion="3.0" modelName="Arrays3" instantiationToken="{{a}}">
+<CoSimulation modelIdentifier="arrays3" {abilities}/>
+<TypeDefinitions><EnumerationType name="Choice"><Item name="one" value="1"/><Item name="far" value="70000"/>
+</EnumerationType></TypeDefinitions>
+<ModelVariables>{"".join(found)}</ModelVariables>
+<ModelStructure>{outputs}</ModelStructure>
+</fmiModelDescription>
+"""
+
+
+@pytest.fixture(scope="session")
+def arrays3_fmu(create_once: Callable[..., Path]) -> Path:
+    """`Arrays3.fmu`, of FMI 3.0, compiled from C for Linux on this processor."""
+    where = f"{platform.machine().lower()}-linux"
+    return create_once("arrays3-fmu-1", lambda folder: from_c(folder, "arrays3", description3(), where)) / "Arrays3.fmu"
+
+
+def from_c(folder: Path, name: str, description: str, where: str) -> None:
+    """Compile an FMU from a file of `support`."""
+    library = folder / f"{name}.so"
+    compile_it = [sys.executable, "-m", "ziglang", "cc", "-shared", "-fPIC", "-O2", "-o", library]
+    subprocess.run([*compile_it, SUPPORT / f"{name}.c"], check=True, capture_output=True)
+    with zipfile.ZipFile(folder / f"{name.capitalize()}.fmu", "w") as archive:
+        archive.writestr("modelDescription.xml", description)
+        archive.write(library, f"binaries/{where}/{library.name}")

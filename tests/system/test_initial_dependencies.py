@@ -11,7 +11,7 @@ import pytest
 from machines import machine
 from perturbation import observed_dependencies, random_value
 
-from amb_cosim.cosim.fmu_interface import read_interface
+from amb_cosim.cosim.fmu_description import read_interface
 from amb_cosim.cosim.patterns import expand
 from amb_cosim.cosim.system_file import load_system
 from amb_cosim.design.controller_data import pack

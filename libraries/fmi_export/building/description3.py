@@ -16,7 +16,8 @@ TYPES = {"Real": "Float64", "Integer": "Int32", "Boolean": "Boolean"}
 def model_description3(model: Model, token: str, tool: str, version: str) -> Element:
     """Return the root element of the FMI 3.0 co-simulation description of `model`; `token` is the instantiation token.
 
-    Value references are those of FMI 2.0. Arrays are as `arrays` finds them; `time`, which FMI 3.0 asks for, follows
+    Value references are those of FMI 2.0. Arrays are as `arrays` finds them, annotated with names and descriptions that
+    their elements have in FMI 2.0; `time`, which FMI 3.0 asks for, follows
     the last variable.
     """
     root = Element("fmiModelDescription", fmiVersion="3.0", instantiationToken=token)
@@ -51,9 +52,12 @@ def _variable(slot: Slot) -> Element:
     if v.causality != "output":
         attributes["start"] = " ".join(one.literal(one.start) for one in slot.variables)
     element = Element("Enumeration" if v.enumeration else TYPES[v.type], attributes | range_of(v))
-    if v.warning:
+    if v.warning or slot.shape:
         annotation = SubElement(SubElement(element, "Annotations"), "Annotation", type=TOOL)
-        SubElement(annotation, "Warning", sentence=v.warning)
+        if v.warning:
+            SubElement(annotation, "Warning", sentence=v.warning)
+        for one in slot.variables if slot.shape else ():
+            SubElement(annotation, "Element", name=one.name, description=one.description)
     for size in slot.shape:
         SubElement(element, "Dimension", start=str(size))
     return element

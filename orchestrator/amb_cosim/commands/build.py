@@ -46,7 +46,7 @@ SYSTEM = "levitated"  # what is assembled without a scenario
     type=click.Choice([str(version) for version in FMIS]),
     default="2",
     show_default=True,
-    help="Version of FMI: 2.0, or 3.0 for native FMUs, which has sensors and receptance as arrays; for other tools.",
+    help="Version of FMI: 2.0, or 3.0 for native FMUs, which has sensors and receptance as arrays.",
 )
 @click.option("--no-arrays", is_flag=True, help="FMI 3.0 with a variable for each value, for hosts without arrays.")
 def build(

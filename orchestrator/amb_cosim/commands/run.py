@@ -134,7 +134,7 @@ def _save(result: Result, moment: str, folder: Path) -> str:
 @ISOLATED
 @EXPLAIN
 def simulate(system_file: Path, output: Path | None, explain: bool, **options: Any) -> None:
-    """Run any FMI 2.0 co-simulation FMUs, as a system file (TOML) or an SSP archive says."""
+    """Run any co-simulation FMUs of FMI 2.0 and 3.0, as a system file (TOML) or an SSP archive says."""
     _simulate(system_file, output, explain, **options)
 
 

@@ -1,4 +1,4 @@
-"""Co-simulation of FMI 2.0 FMUs: components, systems, master and recording. It knows FMI and numbers, and no rotor.
+"""Co-simulation of FMUs of FMI 2.0 and 3.0: components, systems, master, recording. It knows FMI and numbers, no rotor.
 
 system          System, Component, Connection, Signal: what is connected with what, checked
 system_file     a system, and what is done with it, from a TOML file
@@ -8,7 +8,8 @@ assignments     values of parameters and inputs, with units
 simulation      assemble, run_plan: from a system and a plan to a recording
 run             simulate a system file: all of the above in one call
 master          the algorithm, in plain Python; compiled: the same in C, by loop.c of fmi_export and loop_library
-component       one FMU instance; fmu_interface: what its modelDescription says
+component       one FMU instance; bindings: the functions of FMI 2.0 (binding2) and 3.0 (binding3); exchange: values
+fmu_interface   what a modelDescription says; fmu_description reads it
 recorder        what is kept; dataset: the same with labels and units, as signals; netcdf: their file
 choices         what a user chooses between; errors: of FMUs and runs; interruption: Ctrl-C and SIGTERM
 """

@@ -9,7 +9,8 @@ from typing import Any
 
 from amb_cosim.cosim.assignments import Assignments
 from amb_cosim.cosim.choices import Flavour
-from amb_cosim.cosim.fmu_interface import FmuInterface, read_interface
+from amb_cosim.cosim.fmu_description import read_interface
+from amb_cosim.cosim.fmu_interface import FmuInterface
 from amb_cosim.cosim.fmu_libraries import check_libraries
 from amb_cosim.cosim.fmus import Fmu, provide
 from amb_cosim.cosim.replacement import fitted
@@ -85,5 +86,5 @@ def assemble(system: System, flavour: Flavour = "native", **options: Any) -> Ass
 def _interface(fmu: Fmu, component: str) -> FmuInterface:
     """Return the interface of an FMU, whose libraries have been checked."""
     interface = read_interface(fmu.folder, component, fmu.path)
-    check_libraries(fmu.folder, interface.identifier, f"{component}: {fmu.path}")
+    check_libraries(fmu.folder, interface, f"{component}: {fmu.path}")
     return interface

@@ -14,7 +14,6 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 from ctypes import Structure, byref, c_bool, c_double, c_ssize_t, c_void_p
-from dataclasses import replace
 from functools import cache
 from typing import Any, NamedTuple, Protocol, TypeVar
 
@@ -31,7 +30,7 @@ from amb_cosim.cosim.recorder import Recorder
 from amb_cosim.cosim.schedules import Array, Changes, IntArray, Schedule
 from amb_cosim.cosim.stopping import StopObserver, Stopped
 
-CALLS = ("fmi2Set", "fmi2DoStep", "fmi2Get")
+CALLS = ("Set", "DoStep", "Get")
 WARNING = 1  # the highest status with which a call has done its work
 BLOCK_TIME = 0.05  # s; Python is asked about that often
 CLOCK = Clock(BLOCK_TIME)
@@ -45,7 +44,7 @@ class Addressable(Participant, Protocol):
 
 
 class Calls(NamedTuple):
-    """The fmi2Set or fmi2Get calls of all components, one after the other.
+    """The calls of all components that set variables, or those that get them, one after the other.
 
     Those of component i are `of[i]` to `of[i + 1]`. Call c moves the variables `first[c]` to `first[c + 1]` between
     their `positions` in the value array and `reals` or `integers`, where the FMU reads or writes them. It gets the
@@ -195,8 +194,8 @@ def program_of(master: Master[C], stops: StopObserver | None = None) -> Program:
 
 def _only(used: NDArray[np.bool_], transfers: Sequence[Transfer]) -> list[Transfer]:
     """Reduce transfers to the outputs that are used."""
-    parts = [replace(t, references=t.references[used[t.where]], where=t.where[used[t.where]]) for t in transfers]
-    return [part for part in parts if len(part.where)]
+    kept = [used[t.where] for t in transfers]
+    return [t if keep.all() else t.only(keep) for t, keep in zip(transfers, kept, strict=True) if keep.any()]
 
 
 def _calls(transfers: Sequence[Sequence[Transfer]], places: Sequence[IntArray], values: Array | None = None) -> Calls:
@@ -207,8 +206,8 @@ def _calls(transfers: Sequence[Sequence[Transfer]], places: Sequence[IntArray], 
     flat = [t for of_one in transfers for t in of_one]
     positions = [place[t.where] for of_one, place in zip(transfers, places, strict=True) for t in of_one]
     references = np.concatenate([np.zeros(0, np.uint32), *(t.references for t in flat)])
-    reals, integers = np.zeros(len(references)), np.zeros(len(references), np.int32)
-    first = _ends([len(t.references) for t in flat])
+    first = _ends([len(t.where) for t in flat])
+    reals, integers = np.zeros(first[-1]), np.zeros(first[-1], np.int32)
     real = np.array([t.real for t in flat], np.bool_)
     values_at = np.where(real, _addresses(reals, first[:-1]), _addresses(integers, first[:-1]))
     direct = np.zeros(len(flat), np.bool_)
@@ -218,7 +217,7 @@ def _calls(transfers: Sequence[Sequence[Transfer]], places: Sequence[IntArray], 
     return Calls(
         of=_ends([len(of_one) for of_one in transfers]),
         function=np.array([t.function for t in flat], np.intp),
-        references_at=_addresses(references, first[:-1]),
+        references_at=_addresses(references, _ends([len(t.references) for t in flat])[:-1]),
         values_at=values_at,
         real=real,
         direct=direct,

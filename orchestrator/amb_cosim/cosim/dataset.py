@@ -31,6 +31,7 @@ if TYPE_CHECKING:
 
 _PACKAGES = ("amb-cosim", "fmpy", "pythonfmu", "numba", "numpy", "xarray")
 _DTYPES = {"Real": np.float64, "Integer": np.int32, "Boolean": np.int8}
+_WIDE_DTYPES = {"UInt32": np.int64, "Int64": np.int64, "UInt64": np.uint64}  # by the FMU's own type
 
 
 class Run:
@@ -107,7 +108,7 @@ def to_signals(recording: Recording) -> SignalTable:
         label = plan.recorded[column]
         component, port = port_of(label, plan.system, recording.interfaces)
         variables[label] = Samples(
-            variable.astype(_DTYPES[port.type]),
+            variable.astype(_WIDE_DTYPES.get(port.stored, _DTYPES[port.type])),
             {
                 "units": port.unit or "1",
                 "description": port.description,

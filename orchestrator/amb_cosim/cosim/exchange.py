@@ -1,25 +1,35 @@
-"""What moves the values of variables to and from an FMU: one FMI call for each type."""
+"""What moves the values of variables to and from an FMU: one FMI call for each type.
+
+`bindings` has the calls themselves, for each version of FMI.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from ctypes import Array as CArray
-from ctypes import c_double, c_int, c_uint, c_void_p, cast
-from dataclasses import dataclass
-from typing import Any
+from ctypes import c_uint
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar, NamedTuple, Protocol
 
 import numpy as np
-from fmpy.fmi1 import FMICallException
 from numpy.typing import NDArray
 
-from amb_cosim.cosim.fmu_interface import Port
+from amb_cosim.cosim.fmu_interface import FmuInterface, Port
+
+
+class Kind(NamedTuple):
+    """How FMI stores the values of a type: as which type of C, and the limits (the upper one excluded) of what fits."""
+
+    ctype: Any
+    limits: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True)
 class Transfer:
-    """One fmi2Set or fmi2Get call: its address, the value references, their positions among the inputs or outputs.
+    """One call that sets or gets values, for compiled code.
 
-    Values are C doubles if `real`, and C ints otherwise.
+    It is called as fmi2SetReal is. `references` is what it gets to know the variables by: their value references, in
+    FMI 2.0. `where` are their positions among the inputs or outputs. Values are C doubles if `real`, C ints otherwise.
     """
 
     function: int
@@ -27,58 +37,101 @@ class Transfer:
     where: NDArray[np.intp]
     real: bool
 
-
-def check_status(function: str, status: int | None) -> None:
-    """Raise for a status below OK as FMPy does for one above Warning; most of its methods return the status."""
-    if status is not None and status < 0:
-        raise FMICallException(function=function, status=status)
+    def only(self, kept: NDArray[np.bool_]) -> Transfer:
+        """Return a transfer of those values alone that are `kept`."""
+        return replace(self, references=self.references[kept], where=self.where[kept])
 
 
-def address(fmu: Any, function: str) -> int:
-    """Return the address of a function of an FMU's library."""
-    return cast(getattr(fmu.dll, function), c_void_p).value or 0
+class Group:
+    """Variables of one type that go in one call.
+
+    Attributes
+    ----------
+    references
+        Value references; an array has one.
+    image
+        Their values as the FMU stores them, those of arrays whole.
+    at, where
+        Positions of the variables that are exchanged, in the image and among all that the exchange moves.
+    """
+
+    def __init__(self, name: str, kind: Kind, ports: Sequence[tuple[int, Port]], interface: FmuInterface) -> None:
+        self.name, self.kind, self._ports, self._interface = name, kind, ports, interface
+        begins: dict[int, int] = {}
+        references, at, size = [], [], 0
+        for _, port in ports:
+            if port.size == 1 or port.reference not in begins:
+                begins[port.reference] = size
+                references.append(port.reference)
+                size += port.size
+            at.append(begins[port.reference] + port.element)
+        arrays = {port.reference: interface.whole(port) for _, port in ports if port.size > 1}
+        elements = ((begins[r] + element.element, element) for r, whole in arrays.items() for element in whole)
+        self._rest = [(k, element) for k, element in elements if k not in at]
+        self.references: CArray[Any] = (c_uint * len(references))(*references)
+        self.image: CArray[Any] = (kind.ctype * size)()
+        self._view: NDArray[Any] = np.ctypeslib.as_array(self.image)
+        self.at = np.array(at, np.intp)
+        self.where = np.array([position for position, _ in ports], np.intp)
+
+    def fill(self, values: Mapping[str, float]) -> None:
+        """Give the elements of arrays that are not exchanged these values, by name, or their start values."""
+        for k, port in self._rest:
+            self._view[k] = values.get(port.name, port.start or 0.0)
+
+    def store(self, values: NDArray[np.float64]) -> float | None:
+        """Put values into the image; return one that the type cannot hold, in place of that."""
+        if self.kind.limits is not None:
+            low, high = self.kind.limits
+            unfit = values[~((values >= low) & (values < high))]
+            if len(unfit):
+                return float(unfit[0])
+        self._view[self.at] = values
+        return None
+
+    def load(self) -> NDArray[Any]:
+        """Return the values of the image that are exchanged."""
+        return self._view[self.at]
+
+    def only(self, kept: NDArray[np.bool_]) -> Group:
+        """Return a group of those variables alone that are `kept`."""
+        ports = [item for item, keep in zip(self._ports, kept, strict=True) if keep]
+        return Group(self.name, self.kind, ports, self._interface)
 
 
-class _Group:
-    """Variables of one FMI type: value references, values as C arrays, positions among all variables."""
+class Exchanging(Protocol):
+    """What an exchange needs of a binding."""
 
-    def __init__(self, kind: str, ports: Sequence[tuple[int, Port]]) -> None:
-        self.kind = kind
-        self.setter, self.getter = f"fmi2Set{kind}", f"fmi2Get{kind}"
-        self.size = len(ports)
-        self.references: CArray[Any] = (c_uint * self.size)(*[port.reference for _, port in ports])
-        self.buffer: CArray[Any] = ((c_double if kind == "Real" else c_int) * self.size)()
-        self.view: NDArray[Any] = np.ctypeslib.as_array(self.buffer)
-        self.where = np.array([position for position, _ in ports], dtype=np.intp)
+    kinds: ClassVar[Mapping[str, Kind]]
 
-    def arguments(self, fmu: Any) -> tuple[Any, ...]:
-        return fmu.component, self.references, self.size, self.buffer
+    def kind_of(self, port: Port) -> str: ...
+    def send(self, group: Group, values: NDArray[np.float64]) -> None: ...
+    def fetch(self, group: Group) -> NDArray[Any]: ...
+    def transfer(self, call: str, group: Group) -> Transfer: ...
 
 
 class Exchange:
     """Variables of an FMU that are set or read together, by one FMI call for each type."""
 
-    def __init__(self, ports: Sequence[Port]) -> None:
+    def __init__(self, fmu: Exchanging, ports: Sequence[Port], interface: FmuInterface) -> None:
         self.values = np.zeros(len(ports))
-        numbered = list(enumerate(ports))
-        kinds = {kind: [item for item in numbered if item[1].type == kind] for kind in _KINDS}
-        self.groups = [_Group(kind, members) for kind, members in kinds.items() if members]
+        of_kind: dict[str, list[tuple[int, Port]]] = {name: [] for name in fmu.kinds}
+        for item in enumerate(ports):
+            of_kind[fmu.kind_of(item[1])].append(item)
+        self.groups = [Group(name, fmu.kinds[name], of_one, interface) for name, of_one in of_kind.items() if of_one]
 
-    def write(self, fmu: Any) -> None:
+    def fill(self, values: Mapping[str, float]) -> None:
+        """Give elements of arrays that are not exchanged these values, by name, or their start values."""
         for group in self.groups:
-            group.view[:] = self.values[group.where]
-            check_status(group.setter, getattr(fmu, group.setter)(*group.arguments(fmu)))
+            group.fill(values)
 
-    def read(self, fmu: Any) -> None:
+    def write(self, fmu: Exchanging) -> None:
         for group in self.groups:
-            check_status(group.getter, getattr(fmu, group.getter)(*group.arguments(fmu)))
-            self.values[group.where] = group.view
+            fmu.send(group, self.values[group.where])
 
-    def transfers(self, fmu: Any, prefix: str) -> tuple[Transfer, ...]:
-        return tuple(
-            Transfer(address(fmu, prefix + g.kind), np.array(g.references, np.uint32), g.where, g.kind == "Real")
-            for g in self.groups
-        )
+    def read(self, fmu: Exchanging) -> None:
+        for group in self.groups:
+            self.values[group.where] = fmu.fetch(group)
 
-
-_KINDS = ("Real", "Integer", "Boolean")
+    def transfers(self, fmu: Exchanging, call: str) -> tuple[Transfer, ...]:
+        return tuple(fmu.transfer(call, group) for group in self.groups)

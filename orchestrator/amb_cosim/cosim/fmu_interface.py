@@ -1,31 +1,26 @@
-"""The part of a modelDescription that wiring, scenarios and results need."""
+"""The part of a modelDescription that wiring, scenarios and results need; `fmu_description` reads it."""
 
 from __future__ import annotations
 
-import fnmatch
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from pathlib import Path
-from typing import Any
-from xml.etree import ElementTree
-
-import fmpy
+from typing import Literal
 
 from amb_files.suggestions import suggest
-from fmi_export.variables import TOOL
+from amb_files.wildcards import matching_names
 
 UnitDefinition = tuple[float, ...]  # exponents of kg, m, s, A, K, mol, cd, rad, then factor and offset
-
-_BASE = ("kg", "m", "s", "A", "K", "mol", "cd", "rad", "factor", "offset")
 
 
 @dataclass(frozen=True)
 class Port:
-    """One scalar variable of an FMU.
+    """One scalar variable of an FMU, or an element of an array.
 
-    `definition` is None where the FMU does not define its unit; `depends_on` of an output names the inputs
+    `type` is Real, Integer or Boolean; `stored` is what the FMU calls it: of FMI 2.0 the same, of FMI 3.0 Float64,
+    Int8, Enumeration ... An array of `size` elements has one value reference, and is exchanged whole; `element` counts
+    them from 0. `definition` is None where the FMU does not define its unit; `depends_on` of an output names the inputs
     that reach it without delay. `warning` is the sentence of an output that is a warning. `items` are the names of the
     values of an Enumeration, which is an Integer otherwise.
     """
@@ -44,6 +39,14 @@ class Port:
     warning: str = ""
     items: Mapping[str, int] = field(default_factory=dict)
     variability: str = "continuous"
+    stored: str = ""
+    element: int = 0
+    size: int = 1
+
+    @property
+    def position(self) -> int:
+        """Where the value is in the memory of an FMU of this project's export: arrays are in it element by element."""
+        return self.reference + self.element
 
     @property
     def shown_unit(self) -> str:
@@ -75,7 +78,8 @@ class FmuInterface:
 
     `takes_any_step` is whether it can handle a communication step other than its own, `saves_state` whether it can go
     back to an earlier state, `serialises_state` whether such a state can be written. `states` are the names of the
-    continuous states and of their derivatives by time, of an FMU that gives directional derivatives and lists them.
+    continuous states and of their derivatives by time, of an FMU of FMI 2.0 that gives directional derivatives and
+    lists them. `fmi` is the version of FMI.
     """
 
     identifier: str
@@ -86,6 +90,7 @@ class FmuInterface:
     saves_state: bool = False
     serialises_state: bool = False
     states: tuple[tuple[str, str], ...] = ()
+    fmi: Literal[2, 3] = 2
 
     def of(self, causality: str) -> tuple[Port, ...]:
         """Return the variables of a causality."""
@@ -99,7 +104,7 @@ class FmuInterface:
     def matching(self, pattern: str) -> tuple[Port, ...]:
         """Return the variables whose names match a pattern with `*` and `?`."""
         if pattern not in self._matching:
-            self._matching[pattern] = tuple(self.ports[name] for name in fnmatch.filter(self.ports, pattern))
+            self._matching[pattern] = tuple(self.ports[name] for name in matching_names(self.ports, pattern))
         return self._matching[pattern]
 
     @cached_property
@@ -118,114 +123,14 @@ class FmuInterface:
             raise ValueError(f"{component} has no variable {name!r}; {suggest(name, self.ports)}")
         return self.ports[name]
 
+    def whole(self, port: Port) -> tuple[Port, ...]:
+        """Return the elements of the array that a variable is of, in order; a scalar alone."""
+        return (port,) if port.size == 1 else self._arrays[port.reference]
 
-def read_interface(folder: Path, name: str, archive: Path | None = None) -> FmuInterface:
-    """Read the interface of an FMU.
-
-    Parameters
-    ----------
-    folder
-        Where it is extracted.
-    name, archive
-        Component and file in messages; the folder by default.
-
-    Raises
-    ------
-    ValueError
-        If it is no FMI 2.0 co-simulation FMU.
-    """
-    source = archive or folder
-    try:
-        description = fmpy.read_model_description(str(folder))
-        return _interface(description, folder, f"{name}: {source}")
-    except NotTaken:
-        raise
-    except Exception as error:  # whatever a damaged description leads to
-        raise ValueError(f"{name}: {source} is no FMU that can be read ({_first_line(error)})") from error
-
-
-class NotTaken(ValueError):
-    """A description that is in order, of an FMU that is not taken."""
-
-
-def _interface(description: Any, folder: Path, what: str) -> FmuInterface:
-    if description.fmiVersion.startswith("3."):
-        raise NotTaken(f"{what} is an FMU of FMI {description.fmiVersion}; this master runs those of FMI 2.0")
-    if not description.fmiVersion.startswith("2.") or description.coSimulation is None:
-        raise NotTaken(f"{what} is no FMI 2.0 co-simulation FMU")
-    definitions = {
-        unit.name: tuple(float(getattr(unit.baseUnit, field)) for field in _BASE)
-        for unit in description.unitDefinitions
-        if unit.baseUnit is not None
-    }
-    inputs = tuple(v.name for v in description.modelVariables if v.causality == "input")
-    depends_on = {
-        unknown.variable.name: inputs
-        if unknown.dependencies is None
-        else tuple(v.name for v in unknown.dependencies if v.causality == "input")
-        for unknown in description.outputs
-    }
-    warnings = _warnings(folder)
-    ports = {
-        v.name: _port(v, definitions, depends_on.get(v.name, ()), warnings.get(v.name, ""))
-        for v in description.modelVariables
-        if v.type != "String"
-    }
-    ability = description.coSimulation
-    return FmuInterface(
-        identifier=ability.modelIdentifier,
-        guid=description.guid,
-        version=description.version or "",
-        ports=ports,
-        takes_any_step=bool(ability.canHandleVariableCommunicationStepSize),
-        saves_state=bool(ability.canGetAndSetFMUstate),
-        serialises_state=bool(ability.canGetAndSetFMUstate and ability.canSerializeFMUstate),
-        states=_states(description) if ability.providesDirectionalDerivative else (),
-    )
-
-
-def _states(description: Any) -> tuple[tuple[str, str], ...]:
-    """Return names of states and of their derivatives; none if a derivative does not say of what."""
-    listed = [unknown.variable for unknown in description.derivatives]
-    pairs = tuple((v.derivative.name, v.name) for v in listed if v is not None and v.derivative is not None)
-    return pairs if len(pairs) == len(listed) else ()
-
-
-def _warnings(folder: Path) -> dict[str, str]:
-    """Return the sentences of the outputs that are warnings, which fmpy leaves out."""
-    content = (folder / "modelDescription.xml").read_bytes()
-    variables = ElementTree.fromstring(content).iterfind("ModelVariables/ScalarVariable[Annotations]")
-    declared = ((v.get("name", ""), v.find(f"Annotations/Tool[@name='{TOOL}']/Warning")) for v in variables)
-    return {variable: warning.get("sentence", "") for variable, warning in declared if warning is not None}
-
-
-def _port(variable: Any, definitions: Mapping[str, UnitDefinition], depends_on: tuple[str, ...], warning: str) -> Port:
-    declared = variable.declaredType
-    unit = variable.unit or (declared.unit if declared is not None else None)
-    items = declared.items if declared is not None and variable.type == "Enumeration" else ()
-    return Port(
-        name=variable.name,
-        type="Integer" if variable.type == "Enumeration" else variable.type,
-        causality=variable.causality or "local",
-        reference=int(variable.valueReference),
-        unit=unit,
-        definition=definitions.get(unit) if unit is not None else None,
-        minimum=-math.inf if variable.min is None else float(variable.min),
-        maximum=math.inf if variable.max is None else float(variable.max),
-        start=_number(variable.start),
-        description=variable.description or "",
-        depends_on=depends_on,
-        warning=warning,
-        items={item.name: int(item.value) for item in items},
-        variability=variable.variability or "continuous",
-    )
-
-
-def _number(start: str | None) -> float | None:
-    if start is None:
-        return None
-    return {"true": 1.0, "false": 0.0}[start] if start in ("true", "false") else float(start)
-
-
-def _first_line(error: Exception) -> str:
-    return (str(error) or type(error).__name__).strip().splitlines()[0]
+    @cached_property
+    def _arrays(self) -> dict[int, tuple[Port, ...]]:
+        found: dict[int, dict[int, Port]] = {}
+        for port in self.ports.values():
+            if port.size > 1:
+                found.setdefault(port.reference, {}).setdefault(port.element, port)
+        return {reference: tuple(of_one.values()) for reference, of_one in found.items()}

@@ -8,19 +8,20 @@ from pathlib import Path
 import fmpy
 
 from amb_cosim.cosim.elf import is_whole
+from amb_cosim.cosim.fmu_interface import FmuInterface
 
 PYTHONFMU = b"slavemodule.txt"  # a name that its library holds: the file that names the script
 
 
-def check_libraries(folder: Path, identifier: str, what: str) -> None:
+def check_libraries(folder: Path, interface: FmuInterface, what: str) -> None:
     """Check that an FMU has a library for this machine, whole, and what that needs when it is loaded.
 
     Parameters
     ----------
     folder
         Where the FMU is extracted.
-    identifier
-        Its model identifier.
+    interface
+        Its interface.
     what
         What messages call it.
 
@@ -29,12 +30,14 @@ def check_libraries(folder: Path, identifier: str, what: str) -> None:
     ValueError
         If it has none, or one that cannot be loaded.
     """
+    identifier = interface.identifier
     if not re.fullmatch(r"[A-Za-z_]\w*", identifier):
         raise ValueError(f"{what}: modelIdentifier = {identifier!r} is not allowed; it must be a name in C")
-    place = folder / "binaries" / fmpy.platform
+    platform = fmpy.platform_tuple if interface.fmi == 3 else fmpy.platform
+    place = folder / "binaries" / platform
     if not (place / f"{identifier}{fmpy.sharedLibraryExtension}").is_file():
         there = sorted(path.name for path in folder.glob("binaries/*"))
-        raise ValueError(f"{what} has no library {identifier} for {fmpy.platform}; it has {', '.join(there) or 'none'}")
+        raise ValueError(f"{what} has no library {identifier} for {platform}; it has {', '.join(there) or 'none'}")
     for library in place.glob(f"*{fmpy.sharedLibraryExtension}"):
         content = library.read_bytes()
         if not is_whole(content):

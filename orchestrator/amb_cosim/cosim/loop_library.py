@@ -1,4 +1,7 @@
-"""The compiled loop as a shared library: shipped in the installed package, or compiled once into the user's cache."""
+"""The compiled loop as a shared library: shipped in the installed package, or compiled once into the user's cache.
+
+In it are the loop (`loop.c`), FMUs of FMI 3.0 as that calls them (`binding3.c`), and batches (`members.c`).
+"""
 
 from __future__ import annotations
 
@@ -13,7 +16,7 @@ from fmi_export.building.native.compiler import PLATFORMS, compile_library, host
 from fmi_export.building.native.sources import digest_of, texts_of
 
 SOURCES = ("loop.c", "loop.h")  # of every engine too
-MEMBERS = Path(__file__).with_name("members.c")
+OWN = ("binding3.c", "members.c")  # beside this file
 SHIPPED = Path(__file__).parent / "loops"  # in an installed package
 
 
@@ -48,7 +51,7 @@ def load_library() -> CDLL | None:
 
 def loop_place(platform: str) -> Path:
     """Return where the library for a platform is, below the folder of all of them."""
-    return Path(platform, f"loop-{digest_of(_members(), *SOURCES)}{PLATFORMS[platform][0]}")
+    return Path(platform, f"loop-{digest_of(_own(), *SOURCES)}{PLATFORMS[platform][0]}")
 
 
 def compile_loop(platform: str) -> bytes:
@@ -59,8 +62,8 @@ def compile_loop(platform: str) -> bytes:
     ValueError
         If there is no such platform, or the compiler is missing.
     """
-    return compile_library("loop", texts_of(SOURCES) | {MEMBERS.name: _members(), "loop_library.h": ""}, platform)
+    return compile_library("loop", texts_of(SOURCES) | _own() | {"loop_library.h": ""}, platform)
 
 
-def _members() -> str:
-    return MEMBERS.read_text(encoding="utf-8")
+def _own() -> dict[str, str]:
+    return {name: Path(__file__).with_name(name).read_text(encoding="utf-8") for name in OWN}

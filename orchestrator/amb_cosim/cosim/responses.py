@@ -75,7 +75,7 @@ class MemoryPart:
         state = len(self.memory) - int(places["size"])
         self._values = state - n_values - n_values % 2  # both begin at multiples of 16 bytes
         self._inputs, self._outputs = (
-            self._values + np.array([interface.ports[name].reference for name in of_one], np.intp) for of_one in names
+            self._values + np.array([interface.ports[name].position for name in of_one], np.intp) for of_one in names
         )
         self.sources, self.slot = positions
         rows = state + np.concatenate([np.arange(begin, end) for begin, end in places["rows"]])
@@ -84,16 +84,16 @@ class MemoryPart:
         self.unless: tuple[str, ...] = tuple(places["unless"])
         self._angle = None if places["angle"] is None else state + int(places["angle"])
         self._energy = [state + int(place) for place in places["energy"] or ()]
-        self._balance = self._values + interface.ports[BALANCE].reference if self._energy else 0
+        self._balance = self._values + interface.ports[BALANCE].position if self._energy else 0
 
     @property
     def angle(self) -> float | None:
         """The angle (rad) when the part was made, if it has one."""
         return None if self._angle is None else float(self.base[self._angle])
 
-    def value(self, reference: int) -> float:
-        """Return the value of a variable, by its value reference."""
-        return float(self.memory[self._values + reference])
+    def value(self, position: int) -> float:
+        """Return the value of a variable, by its position among all."""
+        return float(self.memory[self._values + position])
 
     def advance(self, time: float, step_size: float) -> float:
         """Return by how much the angle grows in a step (rad)."""

@@ -44,7 +44,7 @@ def simulate(
     start: Checkpoint | str | Path | None = None,
     **options: Any,
 ) -> Simulation:
-    """Run a system of FMI 2.0 co-simulation FMUs.
+    """Run a system of co-simulation FMUs, of FMI 2.0 and 3.0.
 
     Parameters
     ----------

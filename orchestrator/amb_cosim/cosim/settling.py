@@ -288,7 +288,7 @@ def _refuse_what_is_on(parts: Sequence[MemoryPart]) -> None:
     """Raise CannotSettle where a variable of a part says that it does not move linearly."""
     for part in parts:
         for port in (port for pattern in part.unless for port in part.interface.matching(pattern)):
-            value = part.value(port.reference)
+            value = part.value(port.position)
             if value != 0.0:
                 names = {number: item for item, number in port.items.items()}
                 shown = "true" if port.type == "Boolean" else names.get(int(value), f"{value:g}{port.shown_unit}")

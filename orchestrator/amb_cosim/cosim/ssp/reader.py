@@ -1,6 +1,6 @@
 """Reads an SSP archive as a system and an experiment.
 
-What it takes: components that are FMI 2.0 co-simulation FMUs, in one system; connections; connectors of the system,
+What it takes: components that are co-simulation FMUs, in one system; connections; connectors of the system,
 each a signal; parameter bindings of components and of the system, in the document or in files; the default experiment.
 The communication step and the order come from annotations (see `structure`), the step else from the FMUs. Parameters of
 a set that no FMU has are left out, as SSP allows.
@@ -19,7 +19,8 @@ import fmpy
 from amb_cosim.cosim.cache import unpacked
 from amb_cosim.cosim.choices import Coupling
 from amb_cosim.cosim.experiment import Experiment
-from amb_cosim.cosim.fmu_interface import FmuInterface, read_interface
+from amb_cosim.cosim.fmu_description import read_interface
+from amb_cosim.cosim.fmu_interface import FmuInterface
 from amb_cosim.cosim.fmus import provide
 from amb_cosim.cosim.ssp.experiment_file import EXPERIMENT
 from amb_cosim.cosim.ssp.parameter_values import Given, read_parameters

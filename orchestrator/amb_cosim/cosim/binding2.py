@@ -1,0 +1,142 @@
+"""FMUs of FMI 2.0."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from contextlib import suppress
+from ctypes import byref, c_double, c_int
+from functools import cache
+from pathlib import Path
+from typing import Any, ClassVar
+
+import numpy as np
+from fmpy import calloc, free
+from fmpy.fmi1 import printLogMessage
+from fmpy.fmi2 import (
+    FMU2Slave,
+    fmi2CallbackAllocateMemoryTYPE,
+    fmi2CallbackFreeMemoryTYPE,
+    fmi2CallbackFunctions,
+    fmi2CallbackLoggerTYPE,
+    fmi2Terminated,
+    fmi2True,
+)
+from fmpy.logging import addLoggerProxy
+from numpy.typing import NDArray
+
+from amb_cosim.cosim.bindings import DISCARD, Binding, Log, address, check_status
+from amb_cosim.cosim.exchange import Group, Kind, Transfer
+from amb_cosim.cosim.fmu_interface import FmuInterface, Port
+
+_logs: dict[str, Log] = {}  # of each instance
+
+
+class Binding2(Binding):
+    """An instance of an FMU of FMI 2.0."""
+
+    kinds: ClassVar[Mapping[str, Kind]] = {"Real": Kind(c_double), "Integer": Kind(c_int), "Boolean": Kind(c_int)}
+
+    def __init__(self, interface: FmuInterface, folder: Path, name: str, log: Log) -> None:
+        self._name = name
+        self.log = _logs[name] = log
+        self.fmu = FMU2Slave(
+            guid=interface.guid,
+            unzipDirectory=str(folder),
+            modelIdentifier=interface.identifier,
+            instanceName=name,
+        )
+        self.prepare()
+        try:
+            self.fmu.instantiate(callbacks=_callbacks(), loggingOn=True)
+        except Exception:
+            _logs.pop(name)
+            raise
+
+    @staticmethod
+    def function(name: str) -> str:
+        """Return what FMI 2.0 calls a function."""
+        return "fmi2" + name.replace("FMUState", "FMUstate").replace("Deserialize", "DeSerialize")
+
+    @property
+    def instance(self) -> int:
+        """Address of the instance."""
+        return int(self.fmu.component)
+
+    @property
+    def do_step(self) -> int:
+        """Address of fmi2DoStep."""
+        return address(self.fmu, "fmi2DoStep")
+
+    def prepare(self) -> None:
+        """Let the logger of fmpy call `_receive`: whoever used fmpy last has his own there, perhaps gone by now."""
+        callbacks = _callbacks()
+        callbacks.logger = _LOGGER
+        addLoggerProxy(byref(callbacks))
+
+    def enter(self, start_time: float) -> None:
+        """Begin initialisation at `start_time` (s)."""
+        check_status("fmi2SetupExperiment", self.fmu.setupExperiment(None, start_time))
+        self.call("EnterInitializationMode")
+
+    def step(self, time: float, step_size: float) -> None:
+        """Advance from `time` by `step_size` (s)."""
+        self.call("DoStep", time, step_size, fmi2True)
+
+    def reasons(self, call: str, status: int) -> list[str]:
+        """Say that an FMU has discarded a step because it wants no other."""
+        if status == DISCARD and call == "fmi2DoStep":
+            with suppress(Exception):  # a question that an FMU need not answer
+                if self.fmu.getBooleanStatus(fmi2Terminated):
+                    return ["with fmi2Terminated the FMU ends the simulation"]
+        return []
+
+    def kind_of(self, port: Port) -> str:
+        """Return the type of a variable in the functions that set and get it."""
+        return port.type
+
+    def send(self, group: Group, values: NDArray[np.float64]) -> None:
+        """Set variables."""
+        group.store(values)
+        self.call(f"Set{group.name}", group.references, len(group.references), group.image)
+
+    def fetch(self, group: Group) -> NDArray[Any]:
+        """Get variables."""
+        self.call(f"Get{group.name}", group.references, len(group.references), group.image)
+        return group.load()
+
+    def transfer(self, call: str, group: Group) -> Transfer:
+        """Return the call that sets or gets variables."""
+        function = address(self.fmu, self.function(call + group.name))
+        return Transfer(function, np.array(group.references, np.uint32), group.where, group.name == "Real")
+
+    def free(self) -> None:
+        """Free the instance and its library."""
+        _logs.pop(self._name, None)
+        super().free()
+
+
+def _receive(environment: Any, instance: bytes, status: int, category: bytes, message: bytes) -> None:
+    """Append a log message to the log of its instance.
+
+    An FMU of PythonFMU hands it to the logger of the instance made last, and names its own instance in the text.
+    """
+    text = message.decode("utf-8", "replace").strip()
+    name, _, rest = text.partition(": ")
+    if name not in _logs:
+        name, rest = (instance or b"").decode("utf-8", "replace"), text
+    if name in _logs:
+        _logs[name].add(status, rest)
+    else:
+        printLogMessage(environment, instance, status, category, message)
+
+
+_LOGGER = fmi2CallbackLoggerTYPE(_receive)
+
+
+@cache
+def _callbacks() -> fmi2CallbackFunctions:
+    """Return the callbacks of all instances; fmpy has one logger a process, so instance names separate messages."""
+    callbacks = fmi2CallbackFunctions()
+    callbacks.allocateMemory = fmi2CallbackAllocateMemoryTYPE(calloc)
+    callbacks.freeMemory = fmi2CallbackFreeMemoryTYPE(free)
+    return callbacks

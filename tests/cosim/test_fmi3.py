@@ -1,0 +1,134 @@
+"""FMUs of FMI 3.0: arrays element by element, every number type, and the same outcomes as of FMI 2.0."""
+
+from __future__ import annotations
+
+import shutil
+import sys
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import amb_cosim
+from amb_cosim.cosim.fmu_description import read_interface
+from amb_cosim.cosim.fmus import provide
+from amb_cosim.cosim.warnings import warnings_of
+
+GOOD, END, EARLY, MINUS_ONE, WARN, FAIL = range(6)
+INTEGERS = [f"{sign}Int{bits}" for bits in (8, 16, 32, 64) for sign in ("", "U")]
+KINDS = ["Float64", "Float32", *INTEGERS, "Boolean"]
+SYSTEM = """
+[[component]]
+name = "one"
+fmu = "Arrays3.fmu"
+[[component]]
+name = "two"
+fmu = "Arrays3.fmu"
+{connections}
+[experiment]
+communication_step = "1 ms"
+stop_time = "10 ms"
+record.variables = ["*"]
+[[experiment.event]]
+time = "5 ms"
+set = {{ {event} }}
+"""
+ALL = """
+[[connect]]
+from = "one"
+to = "two"
+variables = {{ {} }}
+""".format(", ".join(f'"{k}.out[{j}]" = "{k}.in[{j}]"' for k in KINDS for j in (1, 2)))
+
+pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="the FMU is compiled for Linux")
+
+
+@pytest.fixture
+def run(arrays3_fmu, tmp_path):
+    """`run(event, connections)`: what both loops find for two such FMUs, which is the same."""
+    shutil.copy(arrays3_fmu, tmp_path)
+
+    def simulate(event, connections=ALL, **options):
+        (tmp_path / "system.toml").write_text(SYSTEM.format(event=event, connections=connections), encoding="utf-8")
+        path = tmp_path / "system.toml"
+        compiled, plain = (amb_cosim.simulate(path, loop=loop, **options) for loop in ("compiled", "plain"))
+        xr.testing.assert_equal(compiled.dataset, plain.dataset)
+        assert compiled.outcome == plain.outcome
+        assert warnings_of(compiled.dataset) == warnings_of(plain.dataset)
+        return compiled
+
+    return simulate
+
+
+@pytest.fixture(scope="module")
+def ports(arrays3_fmu):
+    return read_interface(provide(str(arrays3_fmu)).folder, "one").ports
+
+
+def test_an_array_is_its_elements_row_by_row(ports):
+    assert [name for name in ports if name.startswith("m[")] == [f"m[{i},{j}]" for i in (1, 2) for j in (1, 2, 3)]
+    found = [ports[f"m[{i},{j}]"] for i in (1, 2) for j in (1, 2, 3)]
+    assert [port.start for port in found] == [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]
+    assert {port.reference for port in found} == {101}
+    assert {port.type for port in ports.values()} == {"Real", "Integer", "Boolean"}
+    assert [ports[f"Boolean.in[{j}]"].start for j in (1, 2)] == [0.0, 1.0]
+
+
+def test_texts_clocks_and_what_they_tick_are_no_variables(ports):
+    assert {"text", "tick", "ticked", "time"}.isdisjoint(ports)
+
+
+def test_every_type_goes_from_fmu_to_fmu(run):
+    values = {"Float64": 0.1, "Float32": 0.1, "Int8": -128, "UInt8": 255, "Int16": -32768, "UInt16": 65535}
+    values |= {"Int32": -(2**31), "UInt32": 2**32 - 1, "Int64": -(2**53), "UInt64": 2**53}
+    event = ", ".join(f'"one.{kind}.in[2]" = {value}' for kind, value in values.items())
+    found = run(event + ', "one.Boolean.in[1]" = true, "one.choice" = 70000').dataset
+    for kind, value in values.items():
+        expected = np.float32(value) if kind == "Float32" else value
+        assert found[f"two.{kind}.out[2]"].values[[4, -1]].tolist() == [2, expected]
+        assert set(found[f"two.{kind}.out[1]"].values[1:]) == {1}, "the other element keeps its start value"
+    assert found["two.Boolean.out[1]"].values[[4, -1]].tolist() == [False, True]
+    assert found["one.chosen"].values[[4, -1]].tolist() == [1, 70000]
+
+
+def test_elements_that_nothing_feeds_keep_the_values_that_were_set(run):
+    half = ALL.replace('"Int8.out[1]" = "Int8.in[1]",', "")
+    settings = {"two.Int8.in[1]": 7, "one.m[2,1]": 0.0}
+    found = run('"one.Int8.in[2]" = 3', half, set=settings).dataset
+    assert found["two.Int8.out[1]"].values[-1] == 7
+    assert found["two.Int8.out[2]"].values[-1] == 3
+    assert found["one.sum"].values[-1] == 1 + 4 + 9 + 25 + 36
+    assert found["two.sum"].values[-1] == 91
+
+
+@pytest.mark.parametrize(
+    ("what", "status", "reason"),
+    [
+        (END, "failed", "fmi3DoStep answered Discard: with terminateSimulation the FMU ends the simulation"),
+        (EARLY, "failed", "fmi3DoStep answered Discard: the FMU returned early from the step, which it was not"),
+        (MINUS_ONE, "failed", "fmi3DoStep answered -1, a status that FMI does not have: the FMU logged nothing"),
+        (FAIL, "failed", "fmi3DoStep answered Error: it is hot"),
+        (WARN, "completed", ""),
+    ],
+)
+def test_what_a_step_answers_ends_the_run_or_is_a_warning(run, what, status, reason):
+    found = run(f'"one.what" = {what}')
+    assert found.outcome.status == status
+    assert found.outcome.reason.startswith(reason)
+    assert [w.sentence for w in warnings_of(found.dataset)] == (["it is warm, 100 %"] if what == WARN else [])
+
+
+def test_a_number_that_its_type_cannot_hold_is_refused(run):
+    narrow = '[[connect]]\nfrom = "one"\nto = "two"\nvariables = { "Int16.out[1]" = "Int8.in[2]" }'
+    outcome = run('"one.Int16.in[1]" = 128', narrow).outcome
+    assert (outcome.status, outcome.component, outcome.time) == ("failed", "two", 0.005)
+    assert outcome.reason == "fmi3Set answered Error: 128 does not fit into the integer type of the variable"
+    with pytest.raises(ValueError, match=r"one\.Int8\.in\[1\] = 128 is not allowed; it must be >= -128 and <= 127"):
+        run('"one.Int8.in[1]" = 128')
+
+
+def test_iterative_coupling_saves_states_of_fmi_3(run, tmp_path):
+    explicit = run('"one.Float64.in[1]" = 3').dataset
+    shutil.copy(tmp_path / "system.toml", tmp_path / "again.toml")
+    iterative = amb_cosim.simulate(tmp_path / "again.toml", coupling="iterative").dataset
+    assert iterative["two.Float64.out[1]"].values[-1] == explicit["two.Float64.out[1]"].values[-1] == 3
