@@ -38,6 +38,7 @@ POLL = 0.1  # s, until an interruption is noticed
 START_TIME = 120  # s, until a process of the cluster is there
 ANSWER_TIME = 10  # s, until a scheduler answers
 POLITE_TIME = 2  # s, for a scheduler that is asked again, or that a client leaves
+IN_PROGRESS = ("waiting", "no-worker", "queued", "processing")  # states of a task that will come to an end
 SETTINGS = {
     "distributed.scheduler.allowed-failures": 1,
     "distributed.scheduler.worker-saturation": 1.0,
@@ -148,6 +149,9 @@ class Submission:
         self._written = -math.inf
         self._done, self._total = store.design.size - len(self._waiting), store.design.size
         self._seconds, self._ran = 0.0, 0
+        self._link = self._dashboard()
+        self._looked = time.monotonic()
+        self._ended: set[Future[Any]] = set()  # what the scheduler knew to have ended when it was asked last
 
     def run(self) -> None:
         try:
@@ -171,6 +175,7 @@ class Submission:
             alive = time.monotonic() if workers else alive
             if time.monotonic() > alive + START_TIME:
                 raise ClusterFailed(f"the scheduler has had no worker, or not answered, for {START_TIME} s")
+            self._check_heard()
             while len(self._under_way) < workers and (self._waiting or self._suspects):
                 self._submit()
             if time.monotonic() > self._written + WRITE_TIME:
@@ -189,12 +194,27 @@ class Submission:
 
     def _threads(self) -> int:
         """Return how many batches can run at once; none while there is no connection or no answer."""
+        return sum(self._asked("ncores").values())  # what `nthreads` calls, which waits for ever
+
+    def _check_heard(self) -> None:
+        """Raise ClusterFailed if the scheduler has known for long that a batch ended, and has not told."""
+        if time.monotonic() < self._looked + START_TIME:
+            return
+        keys = {future.key: future for future in self._under_way}
+        states = self._asked("get_task_status", keys=list(keys))
+        ended = {keys[key] for key, state in states.items() if state not in IN_PROGRESS and not keys[key].done()}
+        if ended & self._ended:
+            raise ClusterFailed(f"the scheduler has not told for {START_TIME} s that points have ended")
+        self._looked, self._ended = time.monotonic(), ended
+
+    def _asked(self, question: str, **arguments: Any) -> dict[Any, Any]:
+        """Return what the scheduler answers; nothing while there is no connection or no answer."""
         scheduler = self._client.scheduler
         if self._client.status == "running" and scheduler is not None:
-            with suppress(OSError, CancelledError):
-                # what `nthreads` calls, which waits for ever
-                return sum(self._client.sync(scheduler.ncores, callback_timeout=POLITE_TIME).values())
-        return 0
+            with suppress(Exception):
+                ask = getattr(scheduler, question)
+                return dict(self._client.sync(ask, callback_timeout=POLITE_TIME, **arguments))
+        return {}
 
     def _submit(self) -> None:
         points = [self._suspects.popleft()] if self._suspects else self._next_batch()
@@ -233,10 +253,9 @@ class Submission:
     def _results(self, future: Future[Any], points: Sequence[int]) -> list[PointResult]:
         """Return what a batch led to; points to try again wait for it."""
         from distributed import KilledWorker
-        from distributed.comm.core import CommClosedError
 
         if future.status == "finished":
-            with suppress(CommClosedError, CancelledError, TimeoutError):  # a scheduler that dies as it answers
+            with suppress(Exception):  # a scheduler that dies as it answers, or answers what is no answer
                 found: list[PointResult] = future.result(timeout=START_TIME)
                 self._seconds += sum(result.seconds for result in found)
                 self._ran += len(found)
@@ -253,4 +272,15 @@ class Submission:
         return [PointResult(points[0], "crashed", "the process that ran it ended, twice")]
 
     def _tell(self) -> None:
-        self._report(self._done, self._total, str(self._client.dashboard_link or ""))
+        self._report(self._done, self._total, self._link)
+
+    def _dashboard(self) -> str:
+        """Return the address of the dashboard, for which Dask asks a scheduler without end, and often."""
+        from distributed.utils import format_dashboard_link
+
+        if self._client.cluster is not None:
+            return str(self._client.dashboard_link or "")
+        scheduler = self._asked("identity")
+        port = scheduler.get("services", {}).get("dashboard")
+        host = str(scheduler.get("address", "")).rpartition("://")[2].rpartition(":")[0]
+        return str(format_dashboard_link(host, port)) if port else ""

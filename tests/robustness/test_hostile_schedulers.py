@@ -1,0 +1,84 @@
+"""Schedulers that accept and never answer, speak another protocol, or leave in the midst of a sweep."""
+
+from __future__ import annotations
+
+import random
+import shutil
+import time
+
+import numpy as np
+import pytest
+from misbehaving import between, served, wrong_protocol
+
+from amb_cosim.sweeps import engine
+from amb_cosim.sweeps.engine import SETTINGS, ClusterFailed, connect, local_cluster, run_missing
+from amb_cosim.sweeps.sampling import make_design
+from amb_cosim.sweeps.store import SweepStore, open_sweep
+from amb_cosim.sweeps.worker import PointResult
+
+pytestmark = pytest.mark.slow
+
+DESIGN = make_design({"Omega": np.linspace(100.0, 200.0, 40)})
+LONGEST = 40.0  # s; those that are given up here are after a few
+
+
+@pytest.fixture
+def impatient(monkeypatch):
+    for name, seconds in (("ANSWER_TIME", 1), ("POLITE_TIME", 1), ("START_TIME", 2)):
+        monkeypatch.setattr(engine, name, seconds)
+
+
+def test_what_is_no_scheduler_is_one_message(impatient, first_seed, rounds):
+    for seed in range(first_seed, first_seed + rounds):
+        begin = time.monotonic()
+        refused = pytest.raises(ValueError, match="no Dask scheduler answers at")
+        with served(wrong_protocol(random.Random(seed))) as address, refused as caught, connect(f"tcp://{address}"):
+            pass
+        assert "\n" not in str(caught.value), f"seed {seed}"
+        assert time.monotonic() < begin + LONGEST, f"seed {seed}"
+
+
+@pytest.fixture(scope="module")
+def scheduler():
+    """Host and port of a scheduler with two workers."""
+    import dask
+
+    with dask.config.set(SETTINGS), local_cluster(2, security=None) as cluster:
+        host, _, port = cluster.scheduler_address.removeprefix("tcp://").rpartition(":")
+        yield host, int(port)
+
+
+def peaks(sweep, task, points):
+    """What a worker does in place of runs."""
+    return [PointResult(n, "recovered", "", {"peak": 1.0 / (n + 3.0)}, 0.2) for n, _ in points]
+
+
+def swept(address, folder):
+    """Run what a store misses; return whether all points are in it."""
+    store = SweepStore(folder, DESIGN, {"a": 1}, {})
+    try:
+        with connect(f"tcp://{address}") as client:
+            run_missing(client, "sweep", None, store, lambda *_: None)
+    except (ValueError, ClusterFailed):
+        return False
+    return True
+
+
+def test_a_sweep_goes_on_after_a_scheduler_that_fails_at_any_byte(
+    impatient, scheduler, tmp_path, monkeypatch, first_seed, rounds
+):
+    """Points that had come are in the store and right; with a scheduler that works the others come too."""
+    monkeypatch.setattr(engine, "run_batch", peaks)
+    host, port = scheduler
+    failed = 0
+    for seed in range(first_seed, first_seed + rounds):
+        begin = time.monotonic()
+        with served(between(host, port, random.Random(seed), 0, 30_000)) as address:
+            whole = swept(address, tmp_path / "out")
+        assert time.monotonic() < begin + LONGEST, f"seed {seed}"
+        failed += not whole
+        assert swept(f"{host}:{port}", tmp_path / "out"), f"seed {seed}"
+        found = open_sweep(tmp_path / "out")["peak"].values
+        np.testing.assert_array_equal(found, 1.0 / (np.arange(40) + 3.0), err_msg=f"seed {seed}")
+        shutil.rmtree(tmp_path / "out")
+    assert failed > rounds / 4
