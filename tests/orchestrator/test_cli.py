@@ -125,6 +125,7 @@ def test_a_run_writes_results_and_prints_the_summary(runner, tmp_path):
     assert sorted(p.name for p in folder.iterdir()) == [
         "contact.png",
         "displacement.png",
+        "magnets.png",
         "orbits.png",
         "result.nc",
         "summary.json",

@@ -41,7 +41,12 @@ def test_compressor_on_its_oil_films_has_the_eigenvalues_of_ross(speed, pairs):
     """Timbo and Ritto's example with the oil films and gas seals that the packaged rotor leaves out."""
     source = validate(read_ross(REFERENCE / "ross" / "compressor.toml")[0], Rotor, "compressor")
     rotor = replace(
-        load_rotor("compressor"), bearings=source.bearings, sites=(), sensors=(), reduction=source.reduction
+        load_rotor("compressor"),
+        bearings=source.bearings,
+        seals=source.seals,
+        sites=(),
+        sensors=(),
+        reduction=source.reduction,
     )
     assert largest_difference(rotor, float(speed), pairs) < 1e-6
 

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from ctypes import c_void_p, cast
-from pathlib import Path
 from typing import Any
 
 from fmpy.fmi1 import FMICallException
 
 from amb_cosim.cosim.exchange import Exchanging
-from amb_cosim.cosim.fmu_interface import FmuInterface
 
 STATUS = ("OK", "Warning", "Discard", "Error", "Fatal", "Pending")
 WARNING, DISCARD, ERROR = (STATUS.index(name) for name in ("Warning", "Discard", "Error"))
@@ -104,11 +102,3 @@ def check_status(function: str, status: int | None) -> None:
 def address(fmu: Any, function: str) -> int:
     """Return the address of a function of an FMU's library."""
     return cast(getattr(fmu.dll, function), c_void_p).value or 0
-
-
-def bind(interface: FmuInterface, folder: Path, name: str, log: Log) -> Binding:
-    """Load an FMU, extracted to a folder, and make an instance of that name; raises whatever fmpy raises."""
-    from amb_cosim.cosim.binding2 import Binding2
-    from amb_cosim.cosim.binding3 import Binding3
-
-    return (Binding3 if interface.fmi == 3 else Binding2)(interface, folder, name, log)

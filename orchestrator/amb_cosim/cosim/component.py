@@ -13,7 +13,9 @@ import numpy as np
 from fmpy.fmi1 import FMICallException
 from numpy.typing import NDArray
 
-from amb_cosim.cosim.bindings import ERROR, STATUS, WARNING, Binding, Log, bind
+from amb_cosim.cosim.binding2 import Binding2
+from amb_cosim.cosim.binding3 import Binding3
+from amb_cosim.cosim.bindings import ERROR, STATUS, WARNING, Binding, Log
 from amb_cosim.cosim.errors import FmuError
 from amb_cosim.cosim.exchange import Exchange, Transfer
 from amb_cosim.cosim.exit_order import release_before_static_destructors
@@ -87,7 +89,8 @@ class FmuComponent:
         self._memories: dict[int, NDArray[np.float64]] = {}  # by the address of a state
         self._exchanges: dict[tuple[str, ...], Exchange] = {}
         try:
-            self._fmu = bind(interface, folder, f"{name}-{next(_serial)}", self._log)
+            binding = Binding3 if interface.fmi == 3 else Binding2
+            self._fmu = binding(interface, folder, f"{name}-{next(_serial)}", self._log)
             if (folder / "resources" / "slavemodule.txt").is_file():  # PythonFMU's, which crashes at exit otherwise
                 release_before_static_destructors(folder / "binaries" / "linux64" / f"{interface.identifier}.so")
             self._set_up(inputs, outputs, start, every)
