@@ -54,7 +54,7 @@ def magnets(dataset: Signals) -> Figure:
         label_time_axis(panel, dataset)
     handles = [Line2D([], [], color=colour, label=axis) for axis, colour in AXES.items()]
     figure.legend(
-        handles=[*handles, Line2D([], [], color="black", ls=DASHED, label="limit")],
+        handles=[*handles, Line2D([], [], color="black", ls=DASHED, label="limit, of a force that in the centre")],
         loc="outside lower center",
         ncols=3,
     )
