@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from ctypes import byref
 from functools import partial
 
 import fmpy
 import numpy as np
 import pytest
-from fmpy.fmi1 import FMICallException
-from fmpy.fmi2 import FMU2Slave
+from fmpy.fmi1 import FMICallException, printLogMessage
+from fmpy.fmi2 import FMU2Slave, defaultCallbacks, fmi2CallbackFunctions, fmi2CallbackLoggerTYPE
+from fmpy.logging import addLoggerProxy
 
 import amb_cosim
 from amb_cosim.controllers.laws import Law
@@ -31,7 +33,12 @@ def plant():
     slave = FMU2Slave(
         guid=described.guid, unzipDirectory=str(fmu.folder), modelIdentifier=identifier, instanceName="plant"
     )
-    slave.instantiate()
+    # Those of fmpy forward to the logger of whoever used it last in this process, which may be gone.
+    callbacks = fmi2CallbackFunctions()
+    callbacks.logger = fmi2CallbackLoggerTYPE(printLogMessage)
+    callbacks.allocateMemory, callbacks.freeMemory = defaultCallbacks.allocateMemory, defaultCallbacks.freeMemory
+    addLoggerProxy(byref(callbacks))
+    slave.instantiate(callbacks=callbacks)
     slave.setupExperiment()
     slave.enterInitializationMode()
     references = {v.name: v.valueReference for v in described.modelVariables}

@@ -42,6 +42,8 @@ pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="the FMU is comp
 
 @pytest.fixture(scope="module")
 def folder(create_once, unpack):
+    pytest.importorskip("ziglang", reason="the FMU is compiled by ziglang: pip install 'amb-cosim[native]'")
+
     def fill(folder: Path) -> None:
         compile_it = [sys.executable, "-m", "ziglang", "cc", "-shared", "-fPIC", "-O2", "-o", folder / "spring.so"]
         subprocess.run([*compile_it, SOURCE], check=True, capture_output=True)

@@ -51,6 +51,7 @@ set = {{{{ "one.u" = 1.0 }}}}
 @pytest.fixture
 def system(create_once, tmp_path):
     """`system(coupling)`: path of a system of the hostile FMU alone."""
+    pytest.importorskip("ziglang", reason="the FMU is compiled by ziglang: pip install 'amb-cosim[native]'")
 
     def fill(folder):
         compile_it = [sys.executable, "-m", "ziglang", "cc", "-shared", "-fPIC", "-O1", "-fno-sanitize=all"]
