@@ -73,9 +73,7 @@ def _verified(folder: Path, one: ReferenceExperiment) -> Verified:
             start_values=parameters | start,
             input=varying,
             output=names,
-            logger=lambda _, __, status, ___, text: (
-                said.append(text.decode("utf-8", "replace")) if status > 1 else None
-            ),
+            logger=log,
         )
     except Exception as error:
         return Verified(one.name, tolerance, failure=said[-1] if said else str(error))

@@ -40,11 +40,10 @@ def build(
     receptances
         Table file that the controller gets its H from; the scenario's, or the rotor model's, by default.
     fmi
-        Version of FMI of native FMUs, 2 or 3; those for 3.0 are for other tools, `run` and `simulate` take none.
+        Version of FMI of native FMUs, 2 or 3; FMUs of flavour python have 2.
     scenario
         Whose parameters and first inputs are the start values: a `Scenario`, a name or the path of a TOML file, or of
         a system file. Each FMU is then called like its component. Events and what changes the speed are not in them.
-
     arrays
         Whether FMUs of FMI 3.0 have array variables; without, each value has a reference of its own.
 
