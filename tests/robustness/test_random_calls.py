@@ -43,6 +43,7 @@ def call_randomly(fmu_folder, first_seed, tmp_path):
         answer = json.loads(output.splitlines()[-1]) if process.returncode in (0, 1) else {"mistakes": [output]}
         said = f"seed {first_seed}, exit code {process.returncode}, {answer['mistakes']}, last calls {last}"
         assert process.returncode == 0, said
+        print(answer["counts"])
         return answer["counts"]
 
     return call
@@ -54,6 +55,8 @@ def test_native_fmu_answers_any_calls_with_finite_numbers_or_errors(call_randoml
     counts = call_randomly(model, "native", 1_000_000 if is_long else 20_000, threads)
     assert counts["DoStep 0"] > 500
     assert counts["DoStep 3"] > 100
+    assert counts["SetFMUstate 0"] > 200
+    assert counts["foreign states refused"] > 20
 
 
 @pytest.mark.slow
@@ -62,3 +65,5 @@ def test_python_fmu_answers_any_calls_with_finite_numbers_or_errors(call_randoml
     counts = call_randomly(model, "python", 100_000 if is_long else 5_000, 2)
     assert counts["DoStep 0"] > 100
     assert counts["DoStep 3"] > 20
+    assert counts["SetFMUstate 0"] > 50
+    assert counts["foreign states refused"] > 5

@@ -2,8 +2,8 @@
 
 The last line that it prints is a count of calls by function and status, in JSON. The process ends with a message if an
 instance gives what is not allowed: a number that is not finite with status OK, a step after a fault, a status that is
-not one of OK, Warning and Error, a call that takes longer than SLOWEST seconds of the processor's time. The file
-JOURNAL holds the last call of each thread, for a process that crashes or hangs.
+not one of OK, Warning and Error, a state that it takes and has not saved, a call that takes longer than SLOWEST seconds
+of the processor's time. The file JOURNAL holds the last call of each thread, for a process that crashes or hangs.
 """
 
 from __future__ import annotations
@@ -94,6 +94,7 @@ class Caller:
         self.strange = [0.0] * 3
         self.faulty = [False] * 3
         self.states: list[c_void_p | None] = [None] * 3
+        self.freed: c_void_p | None = None
         self.counts: collections.Counter[str] = collections.Counter()
         outputs = [v.reference for v in variables if v.causality == "output" and v.type == "Real"]
         self.references = (c_uint * len(outputs))(*outputs)
@@ -215,34 +216,64 @@ class Caller:
                 raise Mistake(f"{', '.join(wrong[:5])} with status {status}")
 
     def state(self, k: int) -> None:
-        chance, instance = self.chance, self.instances[k]
-        assert instance is not None
-        kind = chance.random()
+        kind = self.chance.random()
         if kind < 0.4:
             state = self.states[k] or c_void_p()
             if self.call(k, "GetFMUstate", byref(state)) <= WARNING:
                 self.states[k] = state
-        elif kind < 0.7:
-            other = chance.randrange(3)
-            status = self.call(k, "SetFMUstate", self.states[other], said=f"of instance {other}")
-            if status <= WARNING:
-                self.faulty[k] = False  # or it is that of the state, which the next step says
-                self.read(k)
+        elif kind < 0.6:
+            self.restore(k, self.states[k])
+        elif kind < 0.65:
+            self.foreign_state(k)
         elif self.states[k] is not None:
-            size = c_size_t()
-            self.call(k, "SerializedFMUstateSize", self.states[k], byref(size))
-            text = ctypes.create_string_buffer(max(size.value, 1))
-            if self.call(k, "SerializeFMUstate", self.states[k], text, size) <= WARNING:
-                data = bytearray(text.raw)
-                for _ in range(chance.choice((0, 0, 1, 3))):
-                    data[chance.randrange(len(data))] ^= 1 << chance.randrange(8)
-                length = size.value if chance.random() < 0.9 else chance.randrange(size.value)
-                copy = c_void_p()
-                if self.call(k, "DeSerializeFMUstate", bytes(data), c_size_t(length), byref(copy)) <= WARNING:
-                    if self.call(k, "SetFMUstate", copy) <= WARNING:
-                        self.faulty[k] = False
-                        self.read(k)
-                    self.call(k, "FreeFMUstate", byref(copy))
+            self.state_as_bytes(k)
+
+    def restore(self, k: int, state: c_void_p | None) -> None:
+        if self.call(k, "SetFMUstate", state) <= WARNING:
+            self.faulty[k] = False  # or it is that of the state, which the next step says
+            self.read(k)
+
+    def foreign_state(self, k: int) -> None:
+        """Hand over what is no state of this instance: one of another, one that was freed, or any memory."""
+        given = self.chance.choice([*self.states, self.freed, c_void_p(ctypes.addressof(self.values))])
+        own = self.states[k]
+        if given is None or (own is not None and given.value == own.value):
+            return
+        function = self.chance.choice(("SetFMUstate", "SetFMUstate", "FreeFMUstate", "SerializedFMUstateSize"))
+        size, address = c_size_t(), c_void_p(given.value)
+        arguments = {
+            "SetFMUstate": (address,), "FreeFMUstate": (byref(address),),
+            "SerializedFMUstateSize": (address, byref(size)),
+        }[function]  # fmt: skip
+        if self.call(k, function, *arguments, said="of a foreign state") != ERROR:
+            raise Mistake(f"fmi2{function} took what is no state of the instance")
+        self.counts["foreign states refused"] += 1
+        if self.chance.random() < 0.6:  # or most calls would find the error state
+            self.restart(k)
+
+    def state_as_bytes(self, k: int) -> None:
+        """Hand a state over as bytes, to any instance; such as were changed are refused."""
+        chance, size = self.chance, c_size_t()
+        if self.call(k, "SerializedFMUstateSize", self.states[k], byref(size)) > WARNING:
+            return
+        text = ctypes.create_string_buffer(max(size.value, 1))
+        if self.call(k, "SerializeFMUstate", self.states[k], text, size) > WARNING:
+            return
+        data = bytearray(text.raw)
+        for _ in range(chance.choice((0, 0, 1, 3))):
+            data[chance.randrange(len(data))] ^= 1 << chance.randrange(8)
+        if chance.random() < 0.1:
+            del data[chance.randrange(len(data)) :]
+        k = chance.choice([n for n, instance in enumerate(self.instances) if instance is not None])
+        copy = c_void_p()
+        if self.call(k, "DeSerializeFMUstate", bytes(data), c_size_t(len(data)), byref(copy)) <= WARNING:
+            if data != text.raw:
+                raise Mistake("bytes of a state were taken that had been changed")
+            self.restore(k, copy)
+            self.freed = c_void_p(copy.value)
+            self.call(k, "FreeFMUstate", byref(copy))
+        elif chance.random() < 0.6:
+            self.restart(k)
 
     def anything(self, k: int) -> None:
         """A call that is out of order most of the time."""
@@ -270,7 +301,7 @@ class Caller:
     def free(self, k: int) -> None:
         instance, state = self.instances[k], self.states[k]
         assert instance is not None
-        if state is not None:
+        if state is not None and self.chance.random() < 0.5:  # or it goes with the instance
             self.call(k, "FreeFMUstate", byref(state))
         instance.free()
         self.instances[k] = self.states[k] = None
