@@ -106,20 +106,21 @@ def test_a_switch_is_told_its_values():
 
 
 @pytest.mark.parametrize(
-    ("instance", "text", "kept"),
+    ("environment", "instance", "text", "kept"),
     [
-        (b"other", b"plant: too fast", [(3, "too fast")]),  # PythonFMU names its own instance in the text
-        (b"plant", b"too: fast", [(3, "too: fast")]),
-        (b"other", b"too fast", []),
+        (8, b"other", b"plant: too fast", [(3, "too fast")]),  # PythonFMU names its own instance in the text
+        (8, b"plant", b"too: fast", [(3, "too: fast")]),
+        (7, b"other", b"too fast", [(3, "too fast")]),
+        (7, None, b"trop \xe9lev\xe9", [(3, "trop \ufffdlev\ufffd")]),
+        (8, b"other", b"trop \xe9lev\xe9", []),
+        (None, None, None, []),
     ],
 )
-def test_a_message_reaches_the_log_of_its_instance(monkeypatch, instance, text, kept):
-    printed = []
-    monkeypatch.setattr(binding2, "_logs", {"plant": Log()})
-    monkeypatch.setattr(binding2, "printLogMessage", lambda *message: printed.append(message))
-    binding2._receive(None, instance, ERROR, b"", text)
-    assert binding2._logs["plant"].messages == kept
-    assert bool(printed) != bool(kept)
+def test_a_message_reaches_the_log_of_its_instance(monkeypatch, capsys, environment, instance, text, kept):
+    monkeypatch.setattr(binding2, "_logs", {"plant": (log := Log()), 7: log})
+    binding2._receive(environment, instance, ERROR, b"", text)
+    assert log.messages == kept
+    assert bool(capsys.readouterr().out) != bool(kept)
 
 
 def test_a_log_keeps_all_errors_and_so_many_warnings():

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from contextlib import suppress
 from ctypes import byref, c_double, c_int
-from functools import cache
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -28,7 +27,7 @@ from amb_cosim.cosim.bindings import DISCARD, Binding, Log, address, check_statu
 from amb_cosim.cosim.exchange import Group, Kind, Transfer
 from amb_cosim.cosim.fmu_interface import FmuInterface, Port
 
-_logs: dict[str, Log] = {}  # of each instance
+_logs: dict[str | int | None, Log] = {}  # of each instance, by its name and by what its logger gets as environment
 
 
 class Binding2(Binding):
@@ -37,8 +36,12 @@ class Binding2(Binding):
     kinds: ClassVar[Mapping[str, Kind]] = {"Real": Kind(c_double), "Integer": Kind(c_int), "Boolean": Kind(c_int)}
 
     def __init__(self, interface: FmuInterface, folder: Path, name: str, log: Log) -> None:
-        self._name = name
-        self.log = _logs[name] = log
+        self._names = (name, id(log))
+        self.log = log
+        _logs.update(dict.fromkeys(self._names, log))
+        self._callbacks = fmi2CallbackFunctions(
+            allocateMemory=_ALLOCATE, freeMemory=_FREE, componentEnvironment=id(log)
+        )
         self.fmu = FMU2Slave(
             guid=interface.guid,
             unzipDirectory=str(folder),
@@ -47,9 +50,9 @@ class Binding2(Binding):
         )
         self.prepare()
         try:
-            self.fmu.instantiate(callbacks=_callbacks(), loggingOn=True)
+            self.fmu.instantiate(callbacks=self._callbacks, loggingOn=True)
         except Exception:
-            _logs.pop(name)
+            self._forget()
             raise
 
     @staticmethod
@@ -69,9 +72,8 @@ class Binding2(Binding):
 
     def prepare(self) -> None:
         """Let the logger of fmpy call `_receive`: whoever used fmpy last has his own there, perhaps gone by now."""
-        callbacks = _callbacks()
-        callbacks.logger = _LOGGER
-        addLoggerProxy(byref(callbacks))
+        self._callbacks.logger = _LOGGER
+        addLoggerProxy(byref(self._callbacks))
 
     def enter(self, start_time: float) -> None:
         """Begin initialisation at `start_time` (s)."""
@@ -111,32 +113,30 @@ class Binding2(Binding):
 
     def free(self) -> None:
         """Free the instance and its library."""
-        _logs.pop(self._name, None)
+        self._forget()
         super().free()
 
+    def _forget(self) -> None:
+        for name in self._names:
+            _logs.pop(name, None)
 
-def _receive(environment: Any, instance: bytes, status: int, category: bytes, message: bytes) -> None:
+
+def _receive(environment: Any, instance: bytes | None, status: int, category: bytes, message: bytes | None) -> None:
     """Append a log message to the log of its instance.
 
-    An FMU of PythonFMU hands it to the logger of the instance made last, and names its own instance in the text.
+    fmpy has one logger a process. An FMU of PythonFMU calls that of the instance made last, and names its own instance
+    in the text; others may name no instance, or a wrong one, and are known by the environment.
     """
-    text = message.decode("utf-8", "replace").strip()
-    name, _, rest = text.partition(": ")
-    if name not in _logs:
-        name, rest = (instance or b"").decode("utf-8", "replace"), text
-    if name in _logs:
-        _logs[name].add(status, rest)
-    else:
-        printLogMessage(environment, instance, status, category, message)
+    text = (message or b"").decode("utf-8", "replace").strip()
+    named, _, rest = text.partition(": ")
+    name = (instance or b"").decode("utf-8", "replace")
+    for key, said in ((named, rest), (name, text), (environment, text)):
+        if key in _logs:
+            _logs[key].add(status, said)
+            return
+    printLogMessage(environment, name.encode(), status, category, text.encode())
 
 
 _LOGGER = fmi2CallbackLoggerTYPE(_receive)
-
-
-@cache
-def _callbacks() -> fmi2CallbackFunctions:
-    """Return the callbacks of all instances; fmpy has one logger a process, so instance names separate messages."""
-    callbacks = fmi2CallbackFunctions()
-    callbacks.allocateMemory = fmi2CallbackAllocateMemoryTYPE(calloc)
-    callbacks.freeMemory = fmi2CallbackFreeMemoryTYPE(free)
-    return callbacks
+_ALLOCATE = fmi2CallbackAllocateMemoryTYPE(calloc)
+_FREE = fmi2CallbackFreeMemoryTYPE(free)
