@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from bisect import bisect_right
+from bisect import bisect_left, bisect_right
 from collections.abc import Iterable, Sequence
+from operator import itemgetter
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -52,18 +53,22 @@ class PiecewiseConstant:
     """A schedule of events: from communication point n on, a position has a value."""
 
     def __init__(self, events: Iterable[tuple[int, int, float]]) -> None:
-        self._events: dict[int, list[tuple[int, float]]] = {}
-        for n, position, value in events:
-            self._events.setdefault(n, []).append((position, value))
+        ordered = sorted(events, key=itemgetter(0))
+        self._points, positions, values = map(list, zip(*ordered, strict=True)) if ordered else ([], [], [])
+        self._all = Changes(np.array(self._points, np.intp), np.array(positions, np.intp), np.array(values, np.float64))
 
     def __call__(self, n: int, exogenous: Array) -> None:
-        for position, value in self._events.get(n, ()):
-            exogenous[position] = value
+        due = self._due(n, n + 1)
+        if due.start < due.stop:
+            for position, value in zip(self._all.positions[due], self._all.values[due], strict=True):
+                exogenous[position] = value
 
     def changes(self, first: int, last: int) -> Changes:
-        due = [(n, *event) for n in sorted(self._events) if first <= n < last for event in self._events[n]]
-        points, positions, values = zip(*due, strict=True) if due else ((), (), ())
-        return Changes(np.array(points, np.intp), np.array(positions, np.intp), np.array(values, np.float64))
+        due, (points, positions, values) = self._due(first, last), self._all
+        return Changes(points[due], positions[due], values[due])
+
+    def _due(self, first: int, last: int) -> slice:
+        return slice(bisect_left(self._points, first), bisect_left(self._points, last))
 
 
 class PiecewiseLinear:
