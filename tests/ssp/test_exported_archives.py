@@ -286,3 +286,12 @@ def test_ecos_runs_a_linear_controller_to_the_same_bits(run_python, run_once, ar
     outputs = [name for name in ours if "." in name and not name.endswith("impeller3.u")]
     theirs = run_python(tools.with_ecos, archive=str(path), recorded=outputs, steps=500, step_size=20e-6)
     assert {name for name in outputs if theirs[name] != ours[name]} == set()
+
+
+@pytest.mark.parametrize(("platforms", "message"), [("amiga", "no platform amiga"), ("linux64, wasm64", "wasm64")])
+def test_an_archive_for_an_unknown_platform_is_refused_and_not_written(tmp_path, platforms, message):
+    archive = tmp_path / "case.ssp"
+    done = CliRunner().invoke(main, ["export-ssp", "nelson_mcvaugh_rub", "--platform", platforms, "-o", str(archive)])
+    assert done.exit_code == 2
+    assert message in done.stderr
+    assert not archive.exists()

@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from amb_cosim.commands.cli_errors import refusing
-from amb_cosim.commands.options import FLAVOUR, RECEPTANCES, ROTOR, output
+from amb_cosim.commands.options import FLAVOUR, PLATFORMS, RECEPTANCES, ROTOR, output
 from amb_cosim.cosim.choices import FMIS, Flavour, Fmi
 from amb_files.atomic import check_writable
 
@@ -34,13 +34,7 @@ SYSTEM = "levitated"  # what is assembled without a scenario
     help="The FMUs of a scenario's components (name, TOML or system file), with its parameters and first inputs as "
     "start values, for masters that are wired by hand.",
 )
-@click.option(
-    "--platform",
-    "platforms",
-    metavar="NAMES",
-    help="linux64, win64, and for native FMUs darwin64, aarch64-linux, aarch64-darwin; some with commas, or all of "
-    "these; wasm32, WebAssembly for browsers; this machine's by default.",
-)
+@PLATFORMS
 @click.option(
     "--fmi",
     type=click.Choice([str(version) for version in FMIS]),
@@ -56,7 +50,7 @@ def build(
     flavour: Flavour,
     assembled: str | None,
     scenario: str | None,
-    platforms: str | None,
+    platforms: list[str] | None,
     fmi: str,
     no_arrays: bool,
 ) -> None:
@@ -67,18 +61,16 @@ def build(
     import amb_cosim
 
     version: Fmi = 3 if fmi == "3" else 2
-    chosen = None if platforms is None else [name.strip() for name in platforms.split(",")]
-
     with refusing():
         if assembled is not None and scenario is not None:
             raise ValueError("--assembled and --scenario exclude each other: --assembled SCENARIO is one FMU of all")
         check_writable(output, is_folder=True)
         if assembled is not None:
             whole = None if assembled == SYSTEM else assembled
-            made = amb_cosim.build_assembled(output, whole, flavour, rotor, receptances, chosen, version, not no_arrays)
-            click.echo(made)
+            options = (flavour, rotor, receptances, platforms, version, not no_arrays)
+            click.echo(amb_cosim.build_assembled(output, whole, *options))
             return
-        for path in amb_cosim.build(output, flavour, rotor, receptances, chosen, version, scenario, not no_arrays):
+        for path in amb_cosim.build(output, flavour, rotor, receptances, platforms, version, scenario, not no_arrays):
             click.echo(path)
     if flavour == "python":
         from fmi_export.building.python_fmu import what_it_needs

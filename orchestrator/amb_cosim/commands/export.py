@@ -8,7 +8,7 @@ from typing import Any
 import click
 
 from amb_cosim.commands.cli_errors import refusing
-from amb_cosim.commands.options import FLAVOUR, RECEPTANCES, ROTOR, SETTINGS, UNTIL, output
+from amb_cosim.commands.options import FLAVOUR, PLATFORMS, RECEPTANCES, ROTOR, SETTINGS, UNTIL, output
 from amb_files.atomic import check_writable
 
 
@@ -20,6 +20,7 @@ from amb_files.atomic import check_writable
 @ROTOR
 @RECEPTANCES
 @FLAVOUR
+@PLATFORMS
 @click.option(
     "--connectors",
     is_flag=True,

@@ -57,6 +57,14 @@ FLAVOUR = click.option(
     show_default=True,
     help="Compiled FMUs that need no Python, or ones that PythonFMU runs, in a process that has Python.",
 )
+PLATFORMS = click.option(
+    "--platform",
+    "platforms",
+    metavar="NAMES",
+    callback=lambda _context, _option, text: text and [name.strip() for name in text.split(",")],
+    help="linux64, win64, and for native FMUs darwin64, aarch64-linux, aarch64-darwin; some with commas, or all of "
+    "these; wasm32, WebAssembly for browsers; this machine's by default.",
+)
 RECEPTANCES = click.option(
     "--receptances",
     type=click.Path(path_type=Path),

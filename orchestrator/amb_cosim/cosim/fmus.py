@@ -162,7 +162,14 @@ def build_model(
     return build(model, constants, folder)
 
 
-def build_with_starts(name: str, folder: Path, flavour: Flavour, starts: Mapping[str, float], **options: Any) -> Path:
+def build_with_starts(
+    name: str,
+    folder: Path,
+    flavour: Flavour,
+    starts: Mapping[str, float],
+    platforms: Iterable[str] | None = None,
+    **options: Any,
+) -> Path:
     """Write the FMU of a model whose parameters and inputs have these start values into `folder`; return its path.
 
     Raises
@@ -173,7 +180,7 @@ def build_with_starts(name: str, folder: Path, flavour: Flavour, starts: Mapping
     from fmi_export.model import with_starts
 
     model, constants = model_source(name, **options)
-    build, _ = _flavoured(flavour)
+    build, _ = _flavoured(flavour, platforms)
     return build(with_starts(model, starts), constants, folder)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from amb_cosim.cosim.choices import Flavour
@@ -20,6 +20,7 @@ def export_ssp(
     rotor: str | Path | None = None,
     receptances: str | Path | None = None,
     flavour: Flavour = "native",
+    platforms: Iterable[str] | None = None,
     connectors: bool = False,
     integers: bool = False,
 ) -> Path:
@@ -31,6 +32,8 @@ def export_ssp(
         As for `amb_cosim.run`.
     path
         The archive.
+    platforms
+        What its FMUs are compiled for; this machine without. See `amb_cosim.build`.
     connectors, integers
         Whether signals and inputs that change are connectors of the system, and Enumerations Integers; see
         `cosim.ssp.export_ssp`.
@@ -52,6 +55,7 @@ def export_ssp(
         scenario.coupling or prepared.plan.system.coupling,
         name=scenario.name,
         flavour=flavour,
+        platforms=platforms,
         connectors=connectors,
         integers=integers,
         rotor=scenario.rotor,

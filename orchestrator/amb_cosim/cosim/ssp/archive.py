@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import replace
 from importlib.metadata import version
 from pathlib import Path
@@ -30,6 +31,7 @@ def export_ssp(
     *,
     name: str,
     flavour: Flavour = "native",
+    platforms: Iterable[str] | None = None,
     connectors: bool = False,
     integers: bool = False,
     **options: Any,
@@ -45,8 +47,8 @@ def export_ssp(
         The components, what is run, and in which order.
     name
         Of the system.
-    flavour, options
-        What models are built in and for; see `fmus.model_source`.
+    flavour, platforms, options
+        What models are built in and for; see `fmus.build_models`.
     connectors
         Whether signals and inputs that change are connectors of the system: some tools need them to change inputs,
         others (libcosim) refuse them.
@@ -60,6 +62,7 @@ def export_ssp(
     """
     system = plan.system
     starts = plan.start_values()
+    chosen = None if platforms is None else list(platforms)
     files = {c.name: f"resources/{c.name}" for c in system.components}
     run = Described(
         name=name,
@@ -78,7 +81,7 @@ def export_ssp(
         for c in system.components:
             fmu = assembly.fmus[c.name].path
             if is_model(c.fmu):
-                fmu = build_with_starts(c.fmu, folder, flavour, starts[c.name], **options)
+                fmu = build_with_starts(c.fmu, folder, flavour, starts[c.name], chosen, **options)
             if integers:
                 fmu = with_integers(fmu, folder / f"{c.name} with Integers.fmu")
             content[run.sources[c.name]] = fmu.read_bytes()

@@ -1,0 +1,84 @@
+"""The release command: what it says, checks and writes is the same each time."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from importlib.util import module_from_spec, spec_from_file_location
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+CHANGELOG = (
+    "# All\n\n## Unreleased\n\n- Later.\n\n## 0.2.0 - 2026-01-02\n\n- A shaft.\n- A seal.\n\n## 0.1.0\n\n- First.\n"
+)
+
+
+@pytest.fixture(scope="module")
+def release():
+    spec = spec_from_file_location("release", ROOT / ".ci" / "release.py")
+    assert spec
+    assert spec.loader
+    module = module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_notes_are_those_of_the_version_or_of_what_is_not_released(release):
+    assert release.notes(CHANGELOG, "0.2.0") == "# amb-cosim 0.2.0\n\n- A shaft.\n- A seal.\n"
+    assert release.notes(CHANGELOG, "0.1.0") == "# amb-cosim 0.1.0\n\n- First.\n"
+    assert release.notes(CHANGELOG, "0.2.1.dev3") == "# amb-cosim 0.2.1.dev3\n\n- Later.\n"
+
+
+def test_the_changelog_has_notes_for_the_next_release(release):
+    said = release.notes((ROOT / "CHANGELOG.md").read_text(encoding="utf-8"), "next")
+    assert "\n## " not in said
+    assert said.count("\n- ") > 1
+
+
+def test_an_archive_of_a_folder_hangs_on_its_content_alone(release, tmp_path):
+    for folder, names in (("one", ("a", "b/c")), ("two", ("b/c", "a"))):
+        for name in names:
+            path = tmp_path / folder / name
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(name)
+    os.utime(tmp_path / "two" / "a", (1e9, 1e9))
+    for folder in ("one", "two"):
+        release.archive(tmp_path / folder, tmp_path / f"{folder}.zip")
+    assert (tmp_path / "one.zip").read_bytes() == (tmp_path / "two.zip").read_bytes()
+    assert release.differences(tmp_path / "one", tmp_path / "two") == []
+    (tmp_path / "two" / "a").write_text("other")
+    (tmp_path / "one" / "d").touch()
+    assert release.differences(tmp_path / "one", tmp_path / "two") == ["a", "d"]
+
+
+def test_checksums_name_all_files_but_themselves(release, tmp_path):
+    (tmp_path / "fmus").mkdir()
+    (tmp_path / "fmus" / "rotor.fmu").write_bytes(b"abc")
+    (tmp_path / "SHA256SUMS").write_text(release.checksums(tmp_path))
+    digest = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad"  # of abc, FIPS 180-4
+    assert release.checksums(tmp_path) == f"{digest}  fmus/rotor.fmu\n"
+
+
+def test_the_scenario_of_a_release_is_that_of_the_readme(release):
+    from amb_cosim.scenario.scenario import load_scenario
+
+    assert load_scenario(release.scenario_of((ROOT / "README.md").read_text(encoding="utf-8")))
+
+
+@pytest.mark.slow
+def test_the_source_archive_is_the_same_bytes_from_any_folder(tmp_path):
+    pytest.importorskip("hatch_vcs")
+    if not (ROOT / ".git").exists():
+        pytest.skip("is no clone")
+    made = []
+    for name in ("one", "other/folder"):
+        source = tmp_path / name
+        subprocess.run(["git", "clone", "-q", ROOT, source], check=True)
+        build = [sys.executable, "-m", "hatchling", "build", "-t", "sdist", "-d", tmp_path / f"dist {len(made)}"]
+        subprocess.run(build, cwd=source, env={**os.environ, "SOURCE_DATE_EPOCH": "1700000000"}, check=True)
+        (archive,) = (tmp_path / f"dist {len(made)}").glob("*.tar.gz")
+        made.append(archive.read_bytes())
+    assert made[0] == made[1]
