@@ -17,11 +17,12 @@ typedef int32_t Step(int64_t *fault, void **exception, const double *constants, 
                      double *state, int64_t n_state, double *work, int64_t n_work, double *outputs, int64_t n_outputs,
                      double time, double step_size);
 
-#define DECLARED(model) __attribute__((visibility("hidden"))) Initialise model##_initialise; \
-    __attribute__((visibility("hidden"))) Step model##_step;
+#define DECLARED(model) Initialise model##_initialise; Step model##_step;
 #define ENTRY(model) {model##_initialise, model##_step},
 
+#pragma GCC visibility push(hidden)
 MODELS(DECLARED)
+#pragma GCC visibility pop
 
 static const struct {
     Initialise *initialise;

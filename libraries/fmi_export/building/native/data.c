@@ -9,8 +9,9 @@ enum { VERSION = 5 };
 static const char MAGIC[8] = "ambdata"; /* and a zero */
 static const uint64_t MOST = 1u << 28; /* of anything, so that no size overflows */
 
-_Static_assert(sizeof(Header) % 16 == 0, "the constants follow the header");
-_Static_assert(sizeof ENGINE_KEY == KEY_SIZE + 1, "a key fills its place in the header");
+/* Arrays that compile if the constants, which follow the header, are in place, and if a key fills its own. */
+typedef char header_ends_at_a_multiple[sizeof(Header) % 16 == 0 ? 1 : -1];
+typedef char key_fills_its_place[sizeof ENGINE_KEY == KEY_SIZE + 1 ? 1 : -1];
 
 uint32_t checksum(const void *bytes, size_t size)
 {

@@ -70,12 +70,19 @@ typedef struct {
   intptr_t reached, row, component, call, status, met;
 } End;
 
-#if !__has_include("loop_library.h") /* it is not by itself a library, which has this file */
-#define EXPORT __attribute__((visibility("hidden")))
-#elif defined _WIN32
+#ifdef __has_include
+#if __has_include("loop_library.h") /* which the loop has where it is a library by itself */
+#define IS_LIBRARY
+#endif
+#endif
+#if defined IS_LIBRARY && defined _WIN32
 #define EXPORT __declspec(dllexport)
-#else
+#elif defined IS_LIBRARY
 #define EXPORT __attribute__((visibility("default")))
+#elif defined __GNUC__
+#define EXPORT __attribute__((visibility("hidden")))
+#else
+#define EXPORT
 #endif
 
 /* Processes the points from `begin` to `stop`, the latter excluded, and steps from each but the last of the run.

@@ -9,8 +9,9 @@
 
 #ifdef _WIN32
 #include <windows.h>
-#elif !defined __wasm__
+#elif (defined __unix__ || defined __APPLE__ || defined __QNX__) && !defined __wasm__
 #include <dlfcn.h>
+#define HAS_DLADDR
 #endif
 
 #include "data.h"
@@ -112,10 +113,7 @@ char *resource_folder(const char *location, char *reason)
 
 int own_path(char *path)
 {
-#if defined __wasm__
-    (void)path;
-    return 0;
-#elif defined _WIN32
+#if defined _WIN32
     static const char here;
     wchar_t wide[PATH_SIZE];
     HMODULE self;
@@ -123,10 +121,13 @@ int own_path(char *path)
                               (const wchar_t *)&here, &self) &&
            GetModuleFileNameW(self, wide, PATH_SIZE) < PATH_SIZE &&
            WideCharToMultiByte(CP_UTF8, 0, wide, -1, path, PATH_SIZE, NULL, NULL) > 0;
-#else
+#elif defined HAS_DLADDR
     static const char here;
     Dl_info self;
     return dladdr(&here, &self) && self.dli_fname && snprintf(path, PATH_SIZE, "%s", self.dli_fname) < PATH_SIZE;
+#else
+    (void)path;
+    return 0;
 #endif
 }
 

@@ -39,7 +39,7 @@ struct Host {
 
 /* A saved state; the values and the state of the run follow. */
 typedef struct {
-    _Alignas(16) char guid[GUID_SIZE]; /* first, so that the state of another FMU is known by it */
+    char guid[GUID_SIZE]; /* first, so that the state of another FMU is known by it */
     int32_t state;
     int32_t stale; /* something was set in initialization mode that the outputs do not show yet */
     double time;   /* end of the last successful step (s) */
