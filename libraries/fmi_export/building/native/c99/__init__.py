@@ -1,0 +1,1 @@
+"""Kernels as C99: LLVM assembly read, and written again as C."""

@@ -1,0 +1,71 @@
+"""Calls of LLVM in C: of functions of the module, of C's mathematical library, and of intrinsics."""
+
+from __future__ import annotations
+
+from fmi_export.building.native.c99.assembly import DOUBLE, POINTER, VOID, Line, Type, Value
+from fmi_export.building.native.c99.instructions import FLAGS
+from fmi_export.building.native.c99.values import Body, c_type
+
+SAME = "fabs sqrt exp exp2 log log2 log10 sin cos tan pow floor ceil trunc rint fma nearbyint round copysign"
+MATHEMATICS = {name: name for name in SAME.split()} | {"roundeven": "rint", "minnum": "fmin", "maxnum": "fmax"}
+MEMORY = ("memcpy", "memmove", "memset")
+EXTREMES = {"smax": ">", "smin": "<", "umax": ">", "umin": "<"}
+
+
+def write_call(body: Body, line: Line) -> None:
+    """Write a call, of which the opcode is read.
+
+    Raises
+    ------
+    ValueError
+        If it is of an intrinsic that has no counterpart.
+    """
+    line.skip(*FLAGS)
+    line.attributes()
+    kind, name = line.type(), line.word()
+    values = line.values()
+    if name.startswith("@llvm."):
+        _write_intrinsic(body, name.removeprefix("@llvm."), kind, values, line)
+        return
+    given = [scalar for value in values for scalar in body.scalars(value)]
+    if name not in body.functions:  # of the C library, which takes pointers
+        given = [f"TO_POINTER({g})" if v.type == POINTER else g for g, v in zip(given, values, strict=True)]
+    call = f"{body.functions.get(name, name[1:])}({', '.join(given)})"
+    if kind == VOID or not body.is_read(line.result):
+        body.out(f"{call};" if kind == VOID else f"(void){call};")
+    else:
+        body.set(line.result, kind, [call])
+
+
+def _write_intrinsic(body: Body, name: str, kind: Type, values: list[Value], line: Line) -> None:
+    base = name.split(".")[0]
+    if base not in MEMORY:
+        text = _mathematics(body, base, values) if kind == DOUBLE else _of_integers(body, base, kind, values)
+        if not text:
+            raise ValueError(f"intrinsic llvm.{name} has no counterpart in C here: {line.text}")
+        body.set(line.result, kind, [text])
+        return
+    target, source, size = map(body.scalar, values[:3])
+    source = source if base == "memset" else f"TO_POINTER({source})"
+    body.out(f"{base}(TO_POINTER({target}), {source}, (size_t){size});")
+
+
+def _mathematics(body: Body, base: str, values: list[Value]) -> str:
+    return f"{MATHEMATICS[base]}({', '.join(map(body.scalar, values))})" if base in MATHEMATICS else ""
+
+
+def _of_integers(body: Body, base: str, kind: Type, values: list[Value]) -> str:
+    width = kind.width
+    if not width:
+        return ""
+    a = body.scalar(values[0])
+    if base in EXTREMES:
+        read = body.signed if base[0] == "s" else body.scalar
+        return f"{read(values[0])} {EXTREMES[base]} {read(values[1])} ? {a} : {body.scalar(values[1])}"
+    if base == "abs":
+        return f"{body.signed(values[0])} < 0 ? ({c_type(kind)})(0u - {a}) : {a}"
+    if base in ("ctlz", "cttz"):
+        return f"({c_type(kind)}){'leading' if base == 'ctlz' else 'trailing'}_zeros({a}, {width})"
+    if base == "ctpop":
+        return f"({c_type(kind)})count_ones({a})"
+    return a if base == "expect" else ""
