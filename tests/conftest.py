@@ -111,6 +111,27 @@ def create_once(shared_folder: Path) -> Callable[..., Path]:
 
 
 @pytest.fixture(scope="session")
+def fmu_from_c(create_once: Callable[..., Path]) -> Callable[..., Path]:
+    """`fmu_from_c(source, description, version=2)`: path of the FMU of a file of C, compiled once per test run."""
+    from c_fmus import compile_fmu
+
+    def compile_once(source: Path, description: str, version: int = 2) -> Path:
+        name = f"{source.stem}-fmi{version}"
+        folder = create_once(name, lambda folder: compile_fmu(folder, source, description, version))
+        return folder / f"{source.stem.capitalize()}.fmu"
+
+    return compile_once
+
+
+@pytest.fixture
+def hostile(fmu_from_c: Callable[..., Path], monkeypatch: pytest.MonkeyPatch) -> Any:
+    """`Hostility`: what a hostile FMU will do, and the processes that it has started."""
+    from hostile import Hostility
+
+    return Hostility(fmu_from_c, monkeypatch)
+
+
+@pytest.fixture(scope="session")
 def unpack(create_once: Callable[..., Path]) -> Callable[[Path], Path]:
     """`unpack(fmu)`: the folder of an extracted FMU that lies in a folder of its own, once per test run."""
     return lambda fmu: create_once(f"{fmu.parent.name}-extracted", zipfile.ZipFile(fmu).extractall)

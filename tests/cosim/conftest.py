@@ -1,11 +1,7 @@
-"""FMUs that are not this project's, built once by PythonFMU."""
+"""FMUs that are not this project's, built once by PythonFMU or from C."""
 
 from __future__ import annotations
 
-import platform
-import subprocess
-import sys
-import zipfile
 from collections.abc import Callable
 from pathlib import Path
 
@@ -24,24 +20,6 @@ def foreign_fmus(create_once: Callable[..., Path]) -> Path:
             FmuBuilder.build_FMU(script, dest=folder)
 
     return create_once("foreign-fmus", fill)
-
-
-ODD = """<?xml version="1.0" encoding="UTF-8"?>
-<fmiModelDescription fmiVersion="2.0" modelName="Odd" guid="{odd}">
-<CoSimulation modelIdentifier="odd" canHandleVariableCommunicationStepSize="true"/>
-<ModelVariables>
-<ScalarVariable name="what" valueReference="0" causality="input"><Real start="0"/></ScalarVariable>
-<ScalarVariable name="y" valueReference="1" causality="output"><Real/></ScalarVariable>
-</ModelVariables>
-<ModelStructure><Outputs><Unknown index="2"/></Outputs></ModelStructure>
-</fmiModelDescription>
-"""
-
-
-@pytest.fixture(scope="session")
-def odd_fmu(create_once: Callable[..., Path]) -> Path:
-    """`Odd.fmu`, which is compiled from C for Linux on this processor."""
-    return create_once("odd-fmu-2", lambda folder: from_c(folder, "odd", ODD, "linux64")) / "Odd.fmu"
 
 
 KINDS3 = ("Float64", "Float32", *(f"{u}Int{n}" for n in (8, 16, 32, 64) for u in ("", "U")), "Boolean")
@@ -89,18 +67,6 @@ def description3() -> str:
 
 
 @pytest.fixture(scope="session")
-def arrays3_fmu(create_once: Callable[..., Path]) -> Path:
-    """`Arrays3.fmu`, of FMI 3.0, compiled from C for Linux on this processor."""
-    where = f"{platform.machine().lower()}-linux"
-    return create_once("arrays3-fmu-1", lambda folder: from_c(folder, "arrays3", description3(), where)) / "Arrays3.fmu"
-
-
-def from_c(folder: Path, name: str, description: str, where: str) -> None:
-    """Compile an FMU from a file of `support`."""
-    pytest.importorskip("ziglang", reason="the FMU is compiled by ziglang: pip install 'amb-cosim[native]'")
-    library = folder / f"{name}.so"
-    compile_it = [sys.executable, "-m", "ziglang", "cc", "-shared", "-fPIC", "-O2", "-o", library]
-    subprocess.run([*compile_it, SUPPORT / f"{name}.c"], check=True, capture_output=True)
-    with zipfile.ZipFile(folder / f"{name.capitalize()}.fmu", "w") as archive:
-        archive.writestr("modelDescription.xml", description)
-        archive.write(library, f"binaries/{where}/{library.name}")
+def arrays3_fmu(fmu_from_c: Callable[..., Path]) -> Path:
+    """`Arrays3.fmu`, of FMI 3.0."""
+    return fmu_from_c(SUPPORT / "arrays3.c", description3(), version=3)

@@ -8,6 +8,7 @@ import sys
 import numpy as np
 import pytest
 import xarray as xr
+from fmu_systems import system_text
 
 import amb_cosim
 from amb_cosim.cosim.fmu_description import read_interface
@@ -17,22 +18,6 @@ from amb_cosim.cosim.warnings import warnings_of
 GOOD, END, EARLY, MINUS_ONE, WARN, FAIL = range(6)
 INTEGERS = [f"{sign}Int{bits}" for bits in (8, 16, 32, 64) for sign in ("", "U")]
 KINDS = ["Float64", "Float32", *INTEGERS, "Boolean"]
-SYSTEM = """
-[[component]]
-name = "one"
-fmu = "Arrays3.fmu"
-[[component]]
-name = "two"
-fmu = "Arrays3.fmu"
-{connections}
-[experiment]
-communication_step = "1 ms"
-stop_time = "10 ms"
-record.variables = ["*"]
-[[experiment.event]]
-time = "5 ms"
-set = {{ {event} }}
-"""
 ALL = """
 [[connect]]
 from = "one"
@@ -49,8 +34,9 @@ def run(arrays3_fmu, tmp_path):
     shutil.copy(arrays3_fmu, tmp_path)
 
     def simulate(event, connections=ALL, **options):
-        (tmp_path / "system.toml").write_text(SYSTEM.format(event=event, connections=connections), encoding="utf-8")
         path = tmp_path / "system.toml"
+        two = {"one": "Arrays3.fmu", "two": "Arrays3.fmu"}
+        path.write_text(system_text(two, event, more=connections), encoding="utf-8")
         compiled, plain = (amb_cosim.simulate(path, loop=loop, **options) for loop in ("compiled", "plain"))
         xr.testing.assert_equal(compiled.dataset, plain.dataset)
         assert compiled.outcome == plain.outcome

@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 from command_line import COMMAND
+from fmu_systems import system_text
 
 import amb_cosim
 from amb_cosim.commands.cli import main
@@ -22,18 +23,6 @@ from amb_cosim.cosim import isolation, simulation
 from amb_cosim.cosim.errors import FmuError, ProcessFailed, StartFailed
 
 GOOD, CRASH, HANG, LEAVE, EAT, PRINT = range(6)
-
-SYSTEM = """
-[[component]]
-name = "one"
-fmu = "Unruly.fmu"
-[experiment]
-communication_step = "1 ms"
-stop_time = "{end}"
-[[experiment.event]]
-time = "5 ms"
-set = {{ "one.what" = {what} }}
-"""
 
 
 @pytest.fixture
@@ -43,7 +32,7 @@ def system(foreign_fmus, tmp_path):
 
     def write(what, end="10 ms"):
         path = tmp_path / "system.toml"
-        path.write_text(SYSTEM.format(what=what, end=end), encoding="utf-8")
+        path.write_text(system_text({"one": "Unruly.fmu"}, f'"one.what" = {what}', end), encoding="utf-8")
         return path
 
     return write

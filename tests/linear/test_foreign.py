@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import subprocess
 import sys
-import zipfile
 from pathlib import Path
 
 import numpy as np
@@ -41,17 +39,8 @@ pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="the FMU is comp
 
 
 @pytest.fixture(scope="module")
-def folder(create_once, unpack):
-    pytest.importorskip("ziglang", reason="the FMU is compiled by ziglang: pip install 'amb-cosim[native]'")
-
-    def fill(folder: Path) -> None:
-        compile_it = [sys.executable, "-m", "ziglang", "cc", "-shared", "-fPIC", "-O2", "-o", folder / "spring.so"]
-        subprocess.run([*compile_it, SOURCE], check=True, capture_output=True)
-        with zipfile.ZipFile(folder / "Spring.fmu", "w") as archive:
-            archive.writestr("modelDescription.xml", DESCRIPTION)
-            archive.write(folder / "spring.so", "binaries/linux64/spring.so")
-
-    return unpack(create_once("spring-fmu", fill) / "Spring.fmu")
+def folder(fmu_from_c, unpack):
+    return unpack(fmu_from_c(SOURCE, DESCRIPTION))
 
 
 def spring(folder, **start):

@@ -1,0 +1,82 @@
+"""An FMU that does at one of its calls what no FMU should; `hostile.c` has the deeds."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+SOURCE = Path(__file__).parent / "hostile.c"
+HARMLESS = ("nothing", "fork", "fork_away", "daemon", "eat", "deaf", "latin", "nan")  # after which the run goes on
+DEEDS = (
+    *HARMLESS, "segv", "abort", "leave", "kill", "overflow", "hang", "speak", "close", "term", "free_twice", "error",
+    "fatal", "minus_one", "ninety_nine",
+)  # fmt: skip
+DESCRIPTIONS = {
+    2: """<?xml version="1.0" encoding="UTF-8"?>
+<fmiModelDescription fmiVersion="2.0" modelName="Hostile" guid="{hostile}">
+<CoSimulation modelIdentifier="hostile" canHandleVariableCommunicationStepSize="true" canGetAndSetFMUstate="true"/>
+<ModelVariables>
+<ScalarVariable name="u" valueReference="0" causality="input"><Real start="0"/></ScalarVariable>
+<ScalarVariable name="y" valueReference="1" causality="output"><Real/></ScalarVariable>
+</ModelVariables>
+<ModelStructure><Outputs><Unknown index="2"/></Outputs></ModelStructure>
+</fmiModelDescription>
+""",
+    3: """<?xml version="1.0" encoding="UTF-8"?>
+<fmiModelDescription fmiVersion="3.0" modelName="Hostile" instantiationToken="{hostile}">
+<CoSimulation modelIdentifier="hostile" canHandleVariableCommunicationStepSize="true" canGetAndSetFMUState="true"/>
+<ModelVariables>
+<Float64 name="time" valueReference="2" causality="independent" variability="continuous"/>
+<Float64 name="u" valueReference="0" causality="input" start="0"/>
+<Float64 name="y" valueReference="1" causality="output"/>
+</ModelVariables>
+<ModelStructure><Output valueReference="1"/></ModelStructure>
+</fmiModelDescription>
+""",
+}
+
+
+class Hostility:
+    """What the FMUs of a test will do, and the processes that they have started.
+
+    Attributes
+    ----------
+    fmu
+        `fmu(version)`: path of the FMU.
+    """
+
+    def __init__(self, fmu_from_c: Callable[..., Path], monkeypatch: pytest.MonkeyPatch) -> None:
+        self.fmu = lambda version: fmu_from_c(SOURCE, DESCRIPTIONS[version], version)
+        self._set = monkeypatch.setenv
+        self._mark = ""
+
+    def will(self, deed: str, call: int, function: str | None = None) -> None:
+        """Let FMUs do this at a call, counted from 0: of all functions or of one."""
+        assert deed in DEEDS
+        self._mark = f"{os.getpid()}-{os.urandom(4).hex()}"
+        given = {"DEED": deed, "CALL": call, "MARK": self._mark} | ({"FUNCTION": function} if function else {})
+        for name, value in given.items():
+            self._set(f"HOSTILE_{name}", str(value))
+
+    def processes(self) -> set[int]:
+        """Numbers of the processes that were started since it was said what FMUs will do."""
+        return {int(process.name) for process in _processes() if self._mark in _text(process / "environ")}
+
+    def libraries(self) -> str:
+        """What these processes have loaded, one line for each piece of memory."""
+        return "".join(_text(Path(f"/proc/{number}/maps")) for number in self.processes())
+
+
+def _processes() -> list[Path]:
+    return [process for process in Path("/proc").glob("[0-9]*") if process.name != str(os.getpid())]
+
+
+def _text(file: Path) -> str:
+    """The content of a file of a process; nothing if that has ended."""
+    try:
+        return file.read_text(encoding="utf-8", errors="replace")
+    except OSError:
+        return ""
