@@ -14,12 +14,14 @@ from __future__ import annotations
 import asyncio
 import logging
 import math
+import threading
 import time
 from collections import deque
-from collections.abc import Iterator, Sequence
-from concurrent.futures import CancelledError, ThreadPoolExecutor
+from collections.abc import Callable, Iterator, Sequence
+from concurrent import futures
+from concurrent.futures import CancelledError
 from contextlib import contextmanager, suppress
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from amb_cosim.cosim.interruption import Interruption, deferred
 from amb_cosim.presentation.progress import SweepReport as Report
@@ -30,6 +32,8 @@ if TYPE_CHECKING:
     from distributed import Client, Future, LocalCluster
 
     from amb_cosim.sweeps.store import SweepStore
+
+T = TypeVar("T")
 
 BATCH_TIME = 1.0  # s
 LARGEST_BATCH = 500  # points
@@ -75,7 +79,7 @@ def connect(scheduler: str | None = None, jobs: int | None = None) -> Iterator[C
             return
         try:
             _check_answer(scheduler)
-            client = Client(scheduler, timeout=ANSWER_TIME)
+            client = _within(4 * ANSWER_TIME, lambda: Client(scheduler, timeout=ANSWER_TIME))  # it has so many steps
         except Exception as error:  # each protocol has errors of its own
             why = str(error) or f"it said nothing for {ANSWER_TIME} s"
             raise ValueError(f"no Dask scheduler answers at {scheduler}: {why}") from error
@@ -111,10 +115,25 @@ def _check_answer(scheduler: str) -> None:
         async with rpc(scheduler, connection_args=Security().get_connection_args("client")) as remote:
             await asyncio.wait_for(remote.identity(), ANSWER_TIME)
 
-    # In a thread, since the caller's may have an event loop. Dask's own waits for ever where a client that could not
-    # connect is collected as garbage while it starts.
-    with ThreadPoolExecutor(1) as thread:
-        thread.submit(asyncio.run, ask()).result()
+    _within(4 * ANSWER_TIME, lambda: asyncio.run(ask()))
+
+
+def _within(seconds: float, call: Callable[[], T]) -> T:
+    """Return what a call does, or raise TimeoutError; what waits for ever then does so until this process ends.
+
+    It has a thread, since that of the caller may have an event loop. A client of Dask can wait for ever as it starts,
+    whatever its own time limit: where a scheduler breaks off then, or another client is collected as garbage.
+    """
+    answer: futures.Future[T] = futures.Future()
+
+    def run() -> None:
+        try:
+            answer.set_result(call())
+        except BaseException as error:
+            answer.set_exception(error)
+
+    threading.Thread(target=run, daemon=True).start()
+    return answer.result(seconds)
 
 
 def run_missing(client: Client, sweep: str, task: Task, store: SweepStore, report: Report) -> None:

@@ -7,6 +7,7 @@ import signal
 import socket
 import subprocess
 import sys
+import threading
 
 import pytest
 
@@ -77,6 +78,15 @@ def test_a_scheduler_that_never_answers_is_one_message(silent, monkeypatch, prot
     monkeypatch.setattr(engine, "ANSWER_TIME", 1)
     address = f"{protocol}://{silent}"
     with pytest.raises(ValueError, match=f"no Dask scheduler answers at {address}: {message}"), connect(address):
+        pass
+
+
+def test_a_client_that_waits_for_ever_as_it_starts_is_one_message(monkeypatch):
+    """As Dask's does where the scheduler breaks off in between: its time limit does not hold for that."""
+    monkeypatch.setattr(engine, "ANSWER_TIME", 0.05)
+    monkeypatch.setattr(engine, "_check_answer", lambda _: None)
+    monkeypatch.setattr("distributed.Client", lambda *_, **__: threading.Event().wait(60.0))
+    with pytest.raises(ValueError, match="answers at tcp://there:1: it said nothing"), connect("tcp://there:1"):
         pass
 
 
