@@ -92,9 +92,18 @@ def test_a_formula_of_an_unknown_variable_is_not_answered():
     assert "N_mc" in found.reason
 
 
+def test_a_criterion_without_a_source_is_told_as_such_and_judges_nothing():
+    criteria = load_criteria(["iso_14839"])
+    (found,) = judge([Measured("current_demand", "here", 900.0, "%")], criteria, MACHINE)
+    assert (found.verdict, found.limit_text) == (Judgement.TOLD, "–")
+    assert found.criterion.key == "current_zone"
+    assert "No source" in found.reason
+
+
 @pytest.mark.parametrize(
     ("changes", "said"),
     [
+        ({"known": "missing", "limit": "1"}, "say where they are from"),
         ({}, "needs either limit or zones"),
         ({"limit": "1", "zones": {"A": 1.0}}, "needs either limit or zones"),
         ({"zones": {"A": 1.0}, "accepted": "B", "beyond": "D"}, "accepted, one of"),
@@ -104,7 +113,7 @@ def test_a_formula_of_an_unknown_variable_is_not_answered():
 )
 def test_a_criterion_that_is_not_complete_is_refused(changes, said):
     with pytest.raises(ValueError, match=said):
-        Criterion(**ABOUT, **changes)
+        Criterion(**ABOUT | changes)
 
 
 def test_a_users_own_criteria_are_a_file(tmp_path):

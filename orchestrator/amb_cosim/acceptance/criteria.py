@@ -14,12 +14,13 @@ from amb_files.packs import files_of
 from amb_files.suggestions import suggest
 from amb_files.toml import read_toml, validate
 
-Known = Literal["read", "secondary", "recalled", "own"]
+Known = Literal["read", "secondary", "recalled", "own", "missing"]
 KNOWN: Mapping[Known, str] = {
     "read": "read in the standard",
     "secondary": "from a secondary source; the standard itself was not read",
     "recalled": "recalled; no source was read",
     "own": "own criterion",
+    "missing": "its limits are not known; no source could be read",
 }
 
 
@@ -42,7 +43,8 @@ class Criterion(Table):
     when
         Formula of the cases in which it is asked; always without.
     source, known
-        Where the number is from, and whether it was read there.
+        Where the number is from, and whether it was read there. A criterion of which no source was found is `missing`:
+        it has no limit, and what it is asked of is told beside it.
     advice
         What to do where it is missed.
     """
@@ -66,7 +68,10 @@ class Criterion(Table):
 
     @model_validator(mode="after")
     def _is_complete(self) -> Criterion:
-        if bool(self.limit) == bool(self.zones):
+        if self.known == "missing":
+            if self.limit or self.zones:
+                raise ValueError(f"criterion {self.key} is missing, and has limits; say where they are from")
+        elif bool(self.limit) == bool(self.zones):
             raise ValueError(f"criterion {self.key} needs either limit or zones")
         if self.zones and (self.accepted not in self.zones or not self.beyond):
             raise ValueError(

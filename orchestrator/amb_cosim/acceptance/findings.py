@@ -132,6 +132,8 @@ def _judged(one: Measured, criterion: Criterion, facts: Mapping[str, float]) -> 
     try:
         if not criterion.applies(facts):
             return None
+        if criterion.known == "missing":
+            return Finding(one, criterion, Judgement.TOLD, reason="No source of its limits could be read")
         limit = criterion.limit_of(facts)
         verdict = Judgement.MET if criterion.is_met(one.value, facts) else Judgement.MISSED
     except ValueError as error:
