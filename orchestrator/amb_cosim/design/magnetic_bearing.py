@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from functools import lru_cache
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -28,6 +29,7 @@ from amb_actuator.force import (
 from amb_actuator.interface import LINEAR, MEASURED, NONLINEAR, axes_of, interface_of
 from amb_actuator.records import AXIS
 from fmi_export.model import Array
+from fmi_export.variables import Variable
 
 
 class Linearisation(NamedTuple):
@@ -72,8 +74,7 @@ def axis_parameters(bearing: str = "mb1", axis: str = "x", **changes: float) -> 
     """
     if (bearing, axis) not in axes_of([bearing]):
         raise ValueError(f"no axis {bearing}.{axis}; there are {', '.join(f'{b}.{a}' for b, a in axes_of([bearing]))}")
-    table = interface_of([bearing])
-    variables = {name: table[f"{bearing}.{name}_{axis}"] for name in AXIS.names or ()}
+    variables = _variables_of(bearing, axis)
     for name, value in changes.items():
         if name not in variables:
             raise ValueError(f"no parameter {name!r}; there are {', '.join(variables)}")
@@ -87,6 +88,13 @@ def axis_parameters(bearing: str = "mb1", axis: str = "x", **changes: float) -> 
             f"the first and the sum must be >= 0 A and <= {p.current_limit:g} A"
         )
     return p
+
+
+@lru_cache(maxsize=64)
+def _variables_of(bearing: str, axis: str) -> dict[str, Variable]:
+    """Return the parameters of an axis by their names without bearing and axis; nobody changes them."""
+    table = interface_of([bearing])
+    return {name: table[f"{bearing}.{name}_{axis}"] for name in AXIS.names or ()}
 
 
 def linear_constants(p: np.record) -> tuple[float, float]:

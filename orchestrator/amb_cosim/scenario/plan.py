@@ -71,6 +71,7 @@ def plan_scenario(
     settings: Mapping[str, Raw] | None = None,
     until: float | None = None,
     recorded: Sequence[str] | None = None,
+    first: FirstValues | None = None,
 ) -> ScenarioPlan:
     """Plan a scenario on the time grid of the master.
 
@@ -85,32 +86,18 @@ def plan_scenario(
         which a notice tells.
     recorded
         Patterns of all that is recorded, in place of what the scenario, summary and figures ask for.
-
-    A controller that can predict does so by the delay of Jacobi order, unless a value is given.
+    first
+        The `first_values` of the same scenario and settings, with any events, if they are known.
 
     Raises
     ------
     ValueError
         For names that do not exist, values that are not allowed, and times that do not fit the steps.
     """
-    values = assembly.assignments()
-    values.set(SPEED, scenario.Omega)
-    values.set_defaults_of_signals()
-    given: set[str] = set()
-    for component, variables in scenario.parameters.items():
-        for variable, raw in variables.items():
-            given.update(values.set_or_drop(f"{component}.{variable}", raw, only="parameter"))
-    for name, value in _scaled(scenario.inputs, scenario, values, "input"):
-        values.set_first(name, value)
-    for name, raw in (settings or {}).items():
-        given.update(values.set(name, raw))
-    if scenario.gravity is not None:
-        set_gravity(values, Gravity(scenario.gravity, scenario.gravity_angle), scenario.rotor, given)
+    first = first or first_values(scenario, assembly, settings)
+    values, given = first.values.copy(), first.given
     coupling = scenario.coupling or assembly.system.coupling
     period, h = 2.0 * math.pi / positive_speed(values.inputs[SPEED]), scenario.step_size(coupling)
-    if late := delay(coupling, h):
-        for name in set(predictable(assembly.interfaces)) - given:
-            values.set(name, late)
     events: list[InputChange] = []
     marks: dict[str, int] = {}
     for number, event in enumerate(scenario.event, 1):
@@ -137,6 +124,40 @@ def plan_scenario(
     planned = {f.name: getattr(plan, f.name) for f in fields(Plan)}
     planned["notices"] = (*plan.notices, *_rounded(until, plan))
     return ScenarioPlan(**planned, period=period, marks=marks, idle=tuple(idle_switches(values, given)))
+
+
+@dataclass(frozen=True)
+class FirstValues:
+    """What a scenario begins with, whatever its events: values, and the parameters among them that were given."""
+
+    values: Assignments
+    given: frozenset[str]
+
+
+def first_values(scenario: Scenario, assembly: Assembly, settings: Mapping[str, Raw] | None = None) -> FirstValues:
+    """Return what a scenario begins with; arguments and errors as of `plan_scenario`.
+
+    A controller that can predict does so by the delay of Jacobi order, unless a value is given.
+    """
+    values = assembly.assignments()
+    values.set(SPEED, scenario.Omega)
+    values.set_defaults_of_signals()
+    given: set[str] = set()
+    for component, variables in scenario.parameters.items():
+        for variable, raw in variables.items():
+            given.update(values.set_or_drop(f"{component}.{variable}", raw, only="parameter"))
+    for name, value in _scaled(scenario.inputs, scenario, values, "input"):
+        values.set_first(name, value)
+    for name, raw in (settings or {}).items():
+        given.update(values.set(name, raw))
+    if scenario.gravity is not None:
+        set_gravity(values, Gravity(scenario.gravity, scenario.gravity_angle), scenario.rotor, given)
+    coupling = scenario.coupling or assembly.system.coupling
+    positive_speed(values.inputs[SPEED])  # a wrong speed is told before a wrong step
+    if late := delay(coupling, scenario.step_size(coupling)):
+        for name in set(predictable(assembly.interfaces)) - given:
+            values.set(name, late)
+    return FirstValues(values, frozenset(given))
 
 
 def _rounded(until: float | None, plan: Plan) -> list[str]:

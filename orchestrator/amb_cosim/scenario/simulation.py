@@ -35,7 +35,7 @@ from amb_cosim.results.result import Result
 from amb_cosim.results.stability import LAST_CHANGE
 from amb_cosim.scenario.coupling import PREDICTION, SAMPLE_TIME, coupling_warning
 from amb_cosim.scenario.inner_loop import inner_loop_parameters
-from amb_cosim.scenario.plan import ScenarioPlan, plan_scenario
+from amb_cosim.scenario.plan import FirstValues, ScenarioPlan, plan_scenario
 from amb_cosim.scenario.power import with_power
 from amb_cosim.scenario.scenario import Scenario, given_scenario
 
@@ -193,9 +193,10 @@ def plan_prepared(
     settings: Mapping[str, Raw] | None = None,
     until: float | None = None,
     recorded: Sequence[str] | None = None,
+    first: FirstValues | None = None,
 ) -> Prepared:
     """Plan a scenario whose FMUs have been found; see `plan_scenario` for the arguments and errors."""
-    plan = plan_scenario(scenario, assembly, settings, until, recorded)
+    plan = plan_scenario(scenario, assembly, settings, until, recorded, first)
     table, controller = _table(scenario), _controller(assembly.system)
     if table is not None and controller is not None:
         from amb_cosim.design.rotor_models import check_loop  # a run without a table needs nothing of it

@@ -16,6 +16,7 @@ from amb_cosim.cosim.instances import Instances
 from amb_cosim.cosim.values import Raw
 from amb_cosim.results.places import places_of
 from amb_cosim.results.result import Result
+from amb_cosim.scenario.plan import FirstValues, first_values
 from amb_cosim.scenario.scenario import Event, Scenario, load_scenario
 from amb_cosim.scenario.simulation import (
     Prepared,
@@ -80,6 +81,7 @@ class Runner:
     def __init__(self, task: Task) -> None:
         self.task = task
         self._assemblies: dict[str, tuple[Assembly, Instances, Branches]] = {}
+        self._first: tuple[str, FirstValues | None] = "", None
 
     def prepare(self, settings: Mapping[str, Raw]) -> Prepared:
         """Return a point that is ready to run.
@@ -150,7 +152,11 @@ class Runner:
         assembly, instances, branches = self._assemblies[key]
         recorded = None if self.task.metrics or self.task.keep else needed(places_of(assembly))
         values = {**self.task.settings, **settings}
-        return plan_prepared(scenario, assembly, values, self.task.until, recorded), instances, branches
+        begun = repr({name: raw for name, raw in given.items() if name.partition(".")[0] not in LABELS})
+        if self._first[0] != begun:
+            self._first = begun, first_values(scenario, assembly, values)
+        first = self._first[1]
+        return plan_prepared(scenario, assembly, values, self.task.until, recorded, first), instances, branches
 
 
 def varied(scenario: Scenario, given: Mapping[str, Raw]) -> tuple[Scenario, dict[str, Raw]]:
