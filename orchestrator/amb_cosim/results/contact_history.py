@@ -92,16 +92,7 @@ def recovered(dataset: Signals) -> bool | None:
 
     A rotor that never touched has nothing to recover from, and counts as recovered.
     """
-    return free_after(dataset, contact_cycles(dataset)[1])
-
-
-def free_after(dataset: Signals, last: float | None) -> bool | None:
-    """Return whether the rotor is free after the last contact, in cycle `last`, None without any; see `recovered`."""
-    if signal(dataset, "contact_state") is None or not len(cycles(dataset)):
-        return None
-    if last is not None and cycles(dataset)[-1] - last < RECOVERY_CYCLES:
-        return False
-    return not is_unstable(dataset, last)
+    return freed_after(dataset, contact_cycles(dataset)[1])[0]
 
 
 def recovery(dataset: Signals) -> Recovery | None:
@@ -110,19 +101,22 @@ def recovery(dataset: Signals) -> Recovery | None:
     `unstable` is a rotor that diverges without contact, see `stability`, whether there is a step or not; `trapped`
     is any other that has not `recovered`. Of the rest, `prevented` is one that never touches after the step.
     """
-    return recovery_after(dataset, contact_cycles(dataset)[1])
+    return freed_after(dataset, contact_cycles(dataset)[1])[1]
 
 
-def recovery_after(dataset: Signals, last: float | None) -> Recovery | None:
-    """Find what the step led to from the last contact, in cycle `last`, None without any; see `recovery`."""
-    free, step = free_after(dataset, last), dataset.attrs.get("step_cycle")
-    if free is False and is_unstable(dataset, last):
-        return "unstable"
-    if free is None or step is None:
-        return None
+def freed_after(dataset: Signals, last: float | None) -> tuple[bool | None, Recovery | None]:
+    """Return `recovered` and `recovery` after the last contact, in cycle `last`, None without any."""
+    if signal(dataset, "contact_state") is None or not len(cycles(dataset)):
+        return None, None
+    step = dataset.attrs.get("step_cycle")
+    if is_unstable(dataset, last):
+        return False, "unstable"
+    free = last is None or bool(cycles(dataset)[-1] - last >= RECOVERY_CYCLES)
+    if step is None:
+        return free, None
     if not free:
-        return "trapped"
-    return "prevented" if last is None or last <= step else "recovered"
+        return free, "trapped"
+    return free, "prevented" if last is None or last <= step else "recovered"
 
 
 def whirl_at_the_end(dataset: Signals, site: str) -> float | None:

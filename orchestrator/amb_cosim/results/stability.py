@@ -29,10 +29,15 @@ def is_unstable(dataset: Signals, last_contact: float | None = None) -> bool:
     begin = max(0.0, last_contact or 0.0, *(event for event in events if event <= end))
     if end - begin < MIN_CYCLES:
         return False
-    return orbit_grows(dataset, cycle > begin) or is_limited(dataset, cycle > end - MIN_CYCLES)
+    return orbit_grows(dataset, _after(cycle, begin)) or is_limited(dataset, _after(cycle, end - MIN_CYCLES))
 
 
-def orbit_grows(dataset: Signals, within: NDArray[np.bool_]) -> bool:
+def _after(cycle: NDArray[np.float64], begin: float) -> slice:
+    """Return the samples after a cycle."""
+    return slice(int(np.searchsorted(cycle, begin, "right")), len(cycle))
+
+
+def orbit_grows(dataset: Signals, within: slice) -> bool:
     """Return whether the motion at the bearings grows, and ever faster, as the modes of an unstable loop do.
 
         s_k = mean(|z(t) - z_1|^2) over third k of the time, z_1 = mean(z) over the first,    summed over the bearings
@@ -43,10 +48,9 @@ def orbit_grows(dataset: Signals, within: NDArray[np.bool_]) -> bool:
     Parameters
     ----------
     within
-        Samples that are judged, shape (samples,); without events, contact and test forces.
+        Samples that are judged, without events, contact and test forces.
     """
-    thirds = [part for part in np.array_split(np.flatnonzero(within), 3) if len(part)]
-    if len(thirds) < 3:
+    if within.stop - within.start < 3:
         return False
     Omega = speed(dataset) if speed_changes(dataset) else signal(dataset, "speed")
     if Omega is not None and np.ptp(Omega[within]) > STEADY_SPEED * np.abs(Omega[within]).max():
@@ -58,17 +62,19 @@ def orbit_grows(dataset: Signals, within: NDArray[np.bool_]) -> bool:
         motion = displacements(dataset, f"{bearing}.x", f"{bearing}.y")
         if motion is not None:
             z = motion[0] + 1j * motion[1]
-            squares += [np.mean(np.abs(z[part] - z[thirds[0]].mean()) ** 2) for part in thirds]
+            thirds = np.array_split(z[within], 3)
+            squares += [np.mean(np.abs(third - thirds[0].mean()) ** 2) for third in thirds]
     first, second, third = squares
     grows = third - second > second - first > 0.0 and third > GROWTH * first
     return bool(grows and third > (NOTICEABLE * _least_clearance(dataset)) ** 2)
 
 
-def is_limited(dataset: Signals, within: NDArray[np.bool_]) -> bool:
+def is_limited(dataset: Signals, within: slice) -> bool:
     """Return whether an axis is cut to its limits in more than half of the samples, all amplifiers being on."""
 
     def share(label: str) -> float:
-        return float(np.mean(np.asarray(dataset[label].values)[within] != 0)) if label in dataset else 0.0
+        samples = np.asarray(dataset[label].values)[within] if label in dataset else np.zeros(1)
+        return np.count_nonzero(samples) / len(samples)
 
     axes = [f"{ACTUATOR}.{bearing}.{{}}_{axis}" for bearing in places(dataset).bearings for axis in "xy"]
     if any(share(axis.format(fault)) > 0.0 for axis in axes for fault in ("amplifier_off", "stuck")):

@@ -39,7 +39,7 @@ def evaluate(signals: Signals) -> tuple[Recovery | None, dict[str, float]]:
     """
     _, last = contact_history.contact_cycles(signals)
     rolls = contact_history.rolling_from(signals)
-    free = contact_history.free_after(signals, last)
+    free, recovery = contact_history.freed_after(signals, last)
     shares = contact_history.contact_share(signals)
     sites = places(signals).sites
     values = {
@@ -59,7 +59,7 @@ def evaluate(signals: Signals) -> tuple[Recovery | None, dict[str, float]]:
         numbers = [_nan(value) for value in of_place.values()]
         values[name] = max((v for v in numbers if not math.isnan(v)), default=math.nan)
         values |= {f"{name}.{place}": v for place, v in zip(of_place, numbers, strict=True)}
-    return contact_history.recovery_after(signals, last), values
+    return recovery, values
 
 
 def outcome_of(outcome: Outcome, recovery: Recovery | None) -> tuple[str, str]:
