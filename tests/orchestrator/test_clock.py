@@ -35,7 +35,7 @@ def clocks() -> set[threading.Thread]:
 
 
 def test_runs_share_a_thread_that_ends_after_the_last():
-    clock, before = Clock(0.5), clocks()
+    clock, before = Clock(0.05), clocks()
     with clock.flag():
         (thread,) = clocks() - before
     for _ in range(20):

@@ -12,9 +12,11 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from ctypes import c_bool
 
+PATIENCE = 10  # periods without a flag; a thread takes long to start where runs are short
+
 
 class Clock:
-    """Sets flags to true every `period` (s), in a thread that ends soon after the last of them is given back."""
+    """Sets flags to true every `period` (s), in a thread that ends a while after the last of them is given back."""
 
     def __init__(self, period: float) -> None:
         self._period = period
@@ -44,11 +46,13 @@ class Clock:
         self._flags, self._ticking = [], False
 
     def _tick(self) -> None:
+        idle = 0
         while True:
             time.sleep(self._period)
             with self._lock:
                 for flag in self._flags:
                     flag.value = True
-                if not self._flags:
+                idle = 0 if self._flags else idle + 1
+                if idle == PATIENCE:
                     self._ticking = False
                     return

@@ -33,6 +33,7 @@ from amb_cosim.cosim.stopping import StopObserver, Stopped
 CALLS = ("Set", "DoStep", "Get")
 WARNING = 1  # the highest status with which a call has done its work
 BLOCK_TIME = 0.05  # s; Python is asked about that often
+FIRST = 1024  # steps of the first block, which ends earlier if they are slow
 CLOCK = Clock(BLOCK_TIME)
 
 
@@ -102,7 +103,7 @@ def run(
     recorder: Recorder,
     observers: Sequence[Observer] = (),
     stops: StopObserver | None = None,
-    program: Program | None = None,
+    program: Structure | None = None,
     stop: int | None = None,
 ) -> None:
     """Advance from communication point `first` to `last` as `Master.run` does.
@@ -139,8 +140,8 @@ def run(
     conditions = (stops or StopObserver()).conditions
     program = program or program_of(master, stops)
     buffer, row = recorder.buffer(first, last), len(recorder.points)
-    given, kept, judged = structure_of(program), structure_of(buffer), structure_of(conditions)
-    begin, size, stopped = first, 64, End()
+    kept, judged = structure_of(buffer), structure_of(conditions)
+    begin, size, stopped = first, FIRST, End()
     until = last + 1 if stop is None else stop
     with CLOCK.flag() as pause:
         while begin < until:
@@ -149,7 +150,7 @@ def run(
             changes = merged([schedule.changes(begin, end) for schedule in schedules])
             recorder.see(begin)
             started, pause.value = time.perf_counter(), False
-            structures = (byref(structure) for structure in (given, structure_of(changes), kept, judged))
+            structures = (byref(structure) for structure in (program, structure_of(changes), kept, judged))
             advance(*structures, *map(c_ssize_t, (row, begin, end, last)), byref(pause), byref(stopped))
             row, reached = stopped.row, stopped.reached
             recorder.fill(row)
@@ -167,8 +168,8 @@ def run(
             begin = reached + 1
 
 
-def program_of(master: Master[C], stops: StopObserver | None = None) -> Program:
-    """Return the data of a master whose run judges these stops."""
+def program_of(master: Master[C], stops: StopObserver | None = None) -> Structure:
+    """Return the data of a master whose run judges these stops, as a C structure."""
     conditions = (stops or StopObserver()).conditions
     entries = [component.entry_points() for component in master.components]
     every = [component.every for component in master.components]
@@ -177,7 +178,7 @@ def program_of(master: Master[C], stops: StopObserver | None = None) -> Program:
     used = np.zeros(len(master.values), np.bool_)
     for positions in (*master.wiring.sources, conditions.positions):
         used[positions] = True
-    return Program(
+    program = Program(
         instance=np.array([entry.instance for entry in entries], np.intp),
         do_step=np.array([entry.do_step for entry in entries], np.intp),
         every=np.array(every, np.intp),
@@ -190,6 +191,7 @@ def program_of(master: Master[C], stops: StopObserver | None = None) -> Program:
         step_size=float(master.step_size),
         jacobi=master.coupling == "jacobi",
     )
+    return structure_of(program)
 
 
 def _only(used: NDArray[np.bool_], transfers: Sequence[Transfer]) -> list[Transfer]:
@@ -248,16 +250,18 @@ def merged(changes: Sequence[Changes]) -> Changes:
 def structure_of(data: Any) -> Structure:
     """Return a NamedTuple as a C structure: arrays as their addresses, last the length of the first array.
 
-    It holds no references to the arrays, which must live as long as it.
+    The arrays live as long as it.
     """
     size = next(len(value) for value in data if isinstance(value, np.ndarray))
     members = [_member(value) for value in (*data, size)]
     record: Any = type(data)
-    return _structure_type(record, tuple(type(member) for member in members))(*members)
+    structure = _structure_type(record, tuple(type(member) for member in members))(*members)
+    structure.data = data
+    return structure
 
 
 @cache
-def _structure_type(record: Any, types: tuple[type[Any], ...]) -> type[Structure]:
+def _structure_type(record: Any, types: tuple[type[Any], ...]) -> Any:
     fields = list(zip((*record._fields, "size"), types, strict=True))
     return type(record.__name__, (Structure,), {"_fields_": fields})
 

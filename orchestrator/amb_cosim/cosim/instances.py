@@ -3,10 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from ctypes import Structure
 from pathlib import Path
+from typing import Any
 
+import numpy as np
+
+from amb_cosim.cosim.compiled import program_of
 from amb_cosim.cosim.component import FmuComponent, HeldState
 from amb_cosim.cosim.fmu_interface import FmuInterface
+from amb_cosim.cosim.master import Master
+from amb_cosim.cosim.schedules import Array
+from amb_cosim.cosim.stopping import StopObserver
 
 
 class Instances:
@@ -19,6 +27,23 @@ class Instances:
         self.generation = 0
         self._expired = False
         self._kept: dict[str, tuple[Path, FmuComponent]] = {}
+        self._values: dict[tuple[str, ...], Array] = {}
+        self._programs: dict[tuple[Any, ...], Structure] = {}
+
+    def values(self, names: tuple[str, ...]) -> Array:
+        """Return an array, all zero, for the values of signals of these names: that of the run before with the same."""
+        values = self._values.setdefault(names, np.zeros(len(names)))
+        values[:] = 0.0
+        return values
+
+    def program(self, master: Master[FmuComponent], stops: StopObserver) -> Structure:
+        """Return the `program_of` a master of these instances; of one that differs in nothing it is the same."""
+        every = tuple(component.every for component in master.components)
+        judged = tuple(stops.conditions.positions.tolist())
+        key = master.values.ctypes.data, master.wiring.names, master.coupling, master.step_size, every, judged
+        if key not in self._programs:
+            self._programs[key] = program_of(master, stops)
+        return self._programs[key]
 
     def take(
         self,
@@ -29,17 +54,22 @@ class Instances:
         outputs: Sequence[str],
         start: Mapping[str, float],
         every: int,
+        resumes: bool = False,
     ) -> FmuComponent:
-        """Return the instance of a component as new; see `FmuComponent` for the arguments and errors."""
+        """Return the instance of a component as new, or as it is if it `resumes` a state that it holds.
+
+        See `FmuComponent` for the other arguments and errors.
+        """
         if self._expired:
             self.close()
         kept_folder, component = self._kept.get(name, (None, None))
         if component is not None and kept_folder == folder:
-            component.reset(inputs, outputs, start, every)
+            component.reset(inputs, outputs, start, every, resumes)
             return component
         if component is not None:
             self.generation += 1
             component.close()
+            self._programs.clear()
         component = FmuComponent(name, folder, interface, inputs, outputs, start, every)
         self._kept[name] = (folder, component)
         return component
@@ -59,6 +89,7 @@ class Instances:
         """Free all instances; they are loaded again when they are asked for."""
         self._expired = False
         self.generation += 1
+        self._programs.clear()
         while self._kept:
             _, (_, component) = self._kept.popitem()
             component.close()

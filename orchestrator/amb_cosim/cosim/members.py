@@ -27,7 +27,7 @@ from amb_cosim.cosim.experiment import Plan, cannot_settle, told_as_simulated
 from amb_cosim.cosim.instances import Instances
 from amb_cosim.cosim.interruption import deferred
 from amb_cosim.cosim.loop_library import load_members
-from amb_cosim.cosim.schedules import Array, IntArray
+from amb_cosim.cosim.schedules import Array, Changes, IntArray
 from amb_cosim.cosim.settling import CannotSettle
 from amb_cosim.cosim.simulator import Simulator
 
@@ -92,7 +92,7 @@ class Members:
         self._kept: list[Any] = []  # what C structures point to
         try:
             self._runs = self._started(assembly, plans, coupling)
-            self._programs = self._pointers([structure_of(run.program()) for run in self._runs])
+            self._programs = self._pointers([run.program() for run in self._runs])
             self._changes = self._pointers([structure_of(self._changes_of(run)) for run in self._runs])
             self.start = self.save()
         except BaseException:
@@ -137,10 +137,9 @@ class Members:
                 raise ValueError(cannot_settle(str(error))) from error
             return run(told_as_simulated(str(error)))
 
-    def _changes_of(self, run: Simulator) -> Any:
-        changes = merged([schedule.changes(0, run.plan.last + 1) for schedule in run.schedules])
-        self._kept.append(changes)
-        return changes
+    @staticmethod
+    def _changes_of(run: Simulator) -> Changes:
+        return merged([schedule.changes(0, run.plan.last + 1) for schedule in run.schedules])
 
     def _pointers(self, structures: Sequence[Structure]) -> Any:
         self._kept.append(structures)

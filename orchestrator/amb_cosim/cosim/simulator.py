@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from ctypes import Structure
 from dataclasses import replace
 from typing import Any
 
@@ -40,6 +41,8 @@ class Simulator:
         Why the motion before point 0 is simulated, where it might have been solved for.
     values
         Array for the values of all signals, all zero, where it is part of another.
+    start
+        What `resume` will be given, if it is.
 
     Raises
     ------
@@ -58,6 +61,7 @@ class Simulator:
         instances: Instances,
         notice: str = "",
         values: Array | None = None,
+        start: Checkpoint | None = None,
     ) -> None:
         self.assembly, self._asked = assembly, plan
         self.notice = notice
@@ -68,6 +72,8 @@ class Simulator:
         self._is_compiled = loop == "compiled" and self.coupling != "iterative" and load_loop() is not None
         self.layout = assembly.wiring(plan.inputs, plan.recorded)
         wiring = self.layout.wiring
+        self._instances = instances
+        resumes = start is not None and start.is_held and self._is_own
         self._at = {name: position for position, name in enumerate(wiring.names)}
         self.components = [
             instances.take(
@@ -78,14 +84,15 @@ class Simulator:
                 self.layout.outputs[c.name],
                 plan.parameters[c.name],
                 c.every,
+                resumes,
             )
             for c in plan.system.components
         ]
+        values = instances.values(wiring.names) if values is None else values
         self.master = Master(self.components, wiring, plan.step_size, self.coupling, values=values)
         self.recorder = Recorder([self._at[name] for name in plan.recorded], plan.record_from, plan.record_every)
         self.schedules = plan.schedules(wiring.names)
         self._stops = StopObserver(plan.stops, [self._at[condition.signal] for condition in plan.stops])
-        self._program: compiled.Program | None = None
         self.master.exogenous[:] = list(plan.inputs.values())
 
     @property
@@ -133,15 +140,18 @@ class Simulator:
         """
         given = self.master, first, self.plan.last, self.schedules
         if self._is_compiled:
-            program = self.program()
-            compiled.run(*given, self.recorder, observers, self._stops, program, stop)
+            compiled.run(*given, self.recorder, observers, self._stops, self.program(), stop)
         else:
             self.master.run(*given[1:], [self.recorder, self._stops, *observers], stop)
 
-    def program(self) -> compiled.Program:
+    def program(self) -> Structure:
         """Return the data of the master for the compiled loop."""
-        self._program = self._program or compiled.program_of(self.master, self._stops)
-        return self._program
+        return self._instances.program(self.master, self._stops)
+
+    @property
+    def _is_own(self) -> bool:
+        """Whether all FMUs are of this project, and so take a state without having been initialised."""
+        return all(fmu.layout is not None for fmu in self.assembly.fmus.values())
 
     def checkpoint(self, point: int, held: bool = False) -> Checkpoint:
         """Return the state before a point that the run has come to, serialised, or held in the memory of the FMUs."""
@@ -168,8 +178,7 @@ class Simulator:
     def resume(self, start: Checkpoint) -> int:
         """Bring a run that has not begun to a checkpoint, and return its point.
 
-        Whoever gives a state that is held has compared the past. FMUs of this project take a state without having been
-        initialised.
+        Whoever gives a state that is held has compared the past.
 
         Raises
         ------
@@ -184,7 +193,7 @@ class Simulator:
             raise ValueError(f"the run ends at {end:.9g} s, before the checkpoint at t = {start.time:.9g} s")
         if not start.is_held:
             start.check_past(past_of(self.assembly, self._asked, self.coupling, start.point))
-        if not start.is_held or any(fmu.layout is None for fmu in self.assembly.fmus.values()):
+        if not (start.is_held and self._is_own):
             self.initialise()
         for component in self.components:
             component.put(start.states[component.name], start.warnings[component.name])
