@@ -19,6 +19,7 @@ import { numberText } from "./format.js";
  * @property {string} title
  * @property {string} unit as it is shown
  * @property {number} scale from the signal's unit to that
+ * @property {string} limits what bounds the curves, in words
  * @property {Curve[]} curves
  * @property {() => number[]} levels drawn across, in the unit shown
  * @property {number} least half-height that is always shown, in the unit shown
@@ -52,7 +53,7 @@ export function makeChart(place, spec, palette) {
     cursor: { y: false, points: { size: 6 } }, legend: { show: false },
     scales: { x: { time: false, range: () => window }, y: { range: () => [spec.positive ? 0 : -half, half] } },
     axes: [{ ...axis, size: 24, space: 70, values: (_, ticks) => ticks.map((t) => numberText(t, 6)) },
-           { ...axis, size: 46, space: 26, values: (_, ticks) => ticks.map((t) => numberText(t, 3)) }],
+           { ...axis, size: 46, space: 18, values: (_, ticks) => ticks.map((t) => numberText(t, 3)) }],
     series: [{ label: "t" }, ...spec.curves.map((curve) => ({
       label: curve.label, stroke: palette.series[curve.series % palette.series.length], width: 1.5,
       dash: curve.dashed ? [5, 3] : undefined, points: { show: false }, spanGaps: false,

@@ -6,6 +6,7 @@
  * @property {string} soft
  * @property {string} line
  * @property {string} ground
+ * @property {string} panel
  * @property {string} metal
  * @property {string} touch colour of contact
  * @property {string} push colour of a force applied by hand
@@ -24,7 +25,7 @@ export function readPalette(element = document.documentElement) {
   const style = getComputedStyle(element);
   const value = (/** @type {string} */ name) => style.getPropertyValue(name).trim();
   return {
-    ink: value("--ink"), soft: value("--soft"), line: value("--line"), ground: value("--ground"), metal: value("--metal"),
+    ink: value("--ink"), soft: value("--soft"), line: value("--line"), ground: value("--ground"), panel: value("--panel"), metal: value("--metal"),
     touch: value("--touch"), push: value("--push"), font: value("--font"), series: SERIES.map(value),
   };
 }

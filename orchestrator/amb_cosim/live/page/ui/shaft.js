@@ -271,7 +271,7 @@ function drawFloor(context, z0, z1, level, project, palette) {
   for (let z = Math.ceil(z0 / step - 1e-9) * step; z <= z1 + 1e-9; z += step) {
     line(project(z, -half, level), project(z, half, level));
     const [x, y] = project(z, half, level);
-    context.fillText(`${Number(z.toFixed(2))} m`, x, y + 5);
+    context.fillText(`${Number(z.toFixed(2))} m`, x, y + 14);
   }
 }
 
@@ -293,14 +293,30 @@ function drawLabels(context, scene, place, project, palette) {
     const { u, v } = place(one.z), [x, y] = project(one.z, u, v + one.radius), text = one.name.toUpperCase();
     const half = 0.5 * context.measureText(text).width;
     if (x - half < free && x > free - 2 * half) { continue; }
-    context.fillText(text, x, y - 4);
+    write(context, text, x, y - 4, palette);
     free = x + half + 4;
   }
   geometry.bearings.forEach((bearing, k) => {
     const [x, y] = project(bearing.z, 0, -journalRadius(geometry, bearing.z) - gapOf(bearing, scene) - 0.045);
     context.fillStyle = palette.series[k % palette.series.length];
-    context.fillText(bearing.name.toUpperCase(), x, y + 16);
+    write(context, bearing.name.toUpperCase(), x, y + 16, palette);
   });
+}
+
+/**
+ * Write a name with a border in the colour of the ground, so that it can be read over what lies behind.
+ * @param {CanvasRenderingContext2D} context
+ * @param {string} text
+ * @param {number} x
+ * @param {number} y
+ * @param {import("./palette.js").Palette} palette
+ */
+function write(context, text, x, y, palette) {
+  context.lineJoin = "round";
+  context.lineWidth = 4;
+  context.strokeStyle = palette.panel;
+  context.strokeText(text, x, y);
+  context.fillText(text, x, y);
 }
 
 /**

@@ -2,7 +2,7 @@
 
 import { makeChart } from "./charts.js";
 import { make } from "./dom.js";
-import { numberText } from "./format.js";
+import { currentLimits, forceLimits, limitsText } from "./limits.js";
 import { seriesOfSite } from "./palette.js";
 import { whetherSeen } from "./seen.js";
 import { settingOf } from "./session.js";
@@ -27,19 +27,17 @@ export function chartSpecs(current) {
   const length = isSmall ? { unit: "µm", scale: 1e6, least: 1 } : { unit: "mm", scale: 1e3, least: 0.01 };
   const clearances = () => inPlane.flatMap((site) => {
     const c = length.scale * settingOf(current(), `rotor_contact.${site.name}.clearance`);
-    return [c, -c];
+    return [-c, c];
   });
-  const currents = [...new Set(bearings.flatMap(({ name }) => ["x", "y"].flatMap((axis) => ["i_min", "i_max"].map((limit) => `rolac_controller.${name}.${limit}_${axis}`))))]
-    .filter((name) => session.variables.has(name));
-  const limits = () => [...new Set(currents.map((name) => Number(settingOf(current(), name).toPrecision(4))))].filter(Number.isFinite).sort((a, b) => a - b);
+  const currents = () => currentLimits(current()), forces = () => forceLimits(current()).map((force) => 1e-3 * force);
   /** @type {ChartSpec[]} */
   const specs = [
-    { key: "displacement", title: `Displacement (${length.unit})`, ...length, curves: axes((name, axis) => `rotor_contact.${name}.${axis}`, true), levels: clearances, positive: false },
-    { key: "contact", title: "Contact force N, largest in a step (kN)", unit: "kN", scale: 1e-3, levels: () => [], least: 0.1, positive: true,
+    { key: "displacement", title: `Displacement (${length.unit})`, limits: limitsText("clearance", clearances()), ...length, curves: axes((name, axis) => `rotor_contact.${name}.${axis}`, true), levels: clearances, positive: false },
+    { key: "contact", title: "Contact force N, largest in a step (kN)", limits: "", unit: "kN", scale: 1e-3, levels: () => [], least: 0.1, positive: true,
       curves: sites.filter((site) => settingOf(session, `rotor_contact.${site.name}.enabled`) !== 0).map((site) => ({
         signal: `rotor_contact.${site.name}.f_n_peak`, label: site.name.toUpperCase(), series: seriesOfSite(session.rig.geometry, site), dashed: false })) },
-    { key: "current", title: `Control current (A)${limits().length > 0 ? `, limits ${limits().map((one) => numberText(one, 3)).join(", ")}` : ""}`, unit: "A", scale: 1, curves: axes((name, axis) => `rolac_controller.${name}.i_${axis}`), levels: limits, least: 0.1, positive: false },
-    { key: "force", title: "Magnet force (kN)", unit: "kN", scale: 1e-3, curves: axes((name, axis) => `amb_actuator.${name}.f_${axis}`), levels: () => [], least: 0.05, positive: false },
+    { key: "current", title: "Control current (A)", limits: limitsText("limits", currents()), unit: "A", scale: 1, curves: axes((name, axis) => `rolac_controller.${name}.i_${axis}`), levels: currents, least: 0.1, positive: false },
+    { key: "force", title: "Magnet force (kN)", limits: limitsText("limits", forces()), unit: "kN", scale: 1e-3, curves: axes((name, axis) => `amb_actuator.${name}.f_${axis}`), levels: forces, least: 0.05, positive: false },
   ];
   return specs.map((spec) => ({ ...spec, curves: spec.curves.filter((curve) => session.columns.has(curve.signal)) })).filter((spec) => spec.curves.length > 0);
 }
@@ -75,8 +73,8 @@ export function makeSignals(panel, current, palette) {
     const keys = spec.curves.map((curve) => make("button", {
       type: "button", class: `key${curve.dashed ? " dashed" : ""}`, "aria-pressed": "true", title: "Show or hide", text: curve.label,
       style: `--key: var(--series-${(curve.series % 6) + 1})` }));
-    const plot = make("div", { class: "plot", role: "img", "aria-label": `${spec.title} over time: ${spec.curves.map((curve) => curve.label).join(", ")}` });
-    const element = make("div", { class: "chart", "data-chart": spec.key }, [make("header", {}, [make("b", { text: spec.title }), ...keys]), plot]);
+    const plot = make("div", { class: "plot", role: "img", "aria-label": `${spec.title} over time, ${spec.limits}: ${spec.curves.map((curve) => curve.label).join(", ")}` });
+    const element = make("div", { class: "chart", "data-chart": spec.key }, [make("header", {}, [make("b", { text: spec.title }), make("span", { class: "limits", text: spec.limits }), ...keys]), plot]);
     return { element, keys, plot };
   });
   panel.replaceChildren(...places.map((place) => place.element));

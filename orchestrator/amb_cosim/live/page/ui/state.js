@@ -49,9 +49,9 @@ export function makeFacts(panel, session) {
     ["control", (now) => controlText(now, names), (now) => isOff(now)],
     ["synchronous force", (now) => quantityText(valueOf(now, "rolac_controller.harmonic1.force"), "N"), (now) => valueOf(now, "rolac_controller.rolac_limited") === 1],
     ["limits", (now) => limitsText(now), (now) => limitsText(now) !== "none reached"],
-    ["largest contact force of late", (now) => quantityText(largestForce(now), "N"), () => false],
+    ["recent contact force", (now) => quantityText(largestForce(now), "N"), () => false],
   ];
-  const shown = facts.filter(([name]) => session.rig.components.some((one) => one.name === "rolac_controller") || name === "speed" || name === "largest contact force of late");
+  const shown = facts.filter(([name]) => session.rig.components.some((one) => one.name === "rolac_controller") || name === "speed" || name === "recent contact force");
   const rows = shown.map(([name, text, isAlarm]) => ({ term: make("dt", { text: name }), value: make("dd"), text, isAlarm }));
   panel.replaceChildren(...rows.flatMap((row) => [row.term, row.value]));
   return (now) => {
@@ -64,7 +64,12 @@ export function makeFacts(panel, session) {
 
 /** @param {number} speed rad/s */
 function speedText(speed) {
-  return `${numberText(speed * 30 / Math.PI, 4)} rpm, ${numberText(speed, 4)} rad/s, ${numberText(speed / (2 * Math.PI), 4)} Hz`;
+  return [quantityOf(speed * 30 / Math.PI, "rpm"), quantityOf(speed, "rad/s"), quantityOf(speed / (2 * Math.PI), "Hz")].join(", ");
+}
+
+/** @param {number} value @param {string} unit @returns {string} which no line breaks */
+function quantityOf(value, unit) {
+  return `${numberText(value, 4)}\u00a0${unit}`;
 }
 
 /** @param {Session} session */
@@ -103,7 +108,7 @@ function largestForce(session) {
 }
 
 const ENERGIES = /** @type {const} */ ([
-  ["kinetic", "energy.kinetic", 0, "of the lateral motion, now"], ["strain", "energy.strain", 0, "of shaft and mounts, now"],
+  ["kinetic", "energy.kinetic", 0, "of the lateral motion, housings, races and a free spin, now"], ["strain", "energy.strain", 0, "of shaft and mounts, now"],
   ["friction", "energy.friction", 1, "heat so far"], ["impacts", "energy.impact", 1, "heat so far"], ["damping", "energy.damping", 2, "heat so far"],
   ["balance", "energy.balance", 3, "gain beyond the work; ideally zero"],
 ]);
@@ -117,7 +122,8 @@ export function makeEnergies(panel) {
   const rows = ENERGIES.map(([name, signal, series, hint]) => {
     const fill = make("i"), value = make("span", { class: "value" });
     const bar = make("span", { class: "bar", style: `--key: var(--series-${series + 1})` }, [fill]);
-    return { signal: `rotor_contact.${signal}`, fill, value, parts: [make("span", { text: name, title: hint }), bar, value] };
+    const term = make("span", { text: name, title: hint });
+    return { signal: `rotor_contact.${signal}`, name, fill, value, term, parts: [term, bar, value] };
   });
   panel.replaceChildren(...rows.flatMap((row) => row.parts), make("span", { class: "hint", style: "grid-column: 1 / -1", text: "Bars: logarithmic, 0.1 mJ to 1 kJ" }));
   return (session) => {
@@ -125,6 +131,7 @@ export function makeEnergies(panel) {
       const energy = valueOf(session, row.signal), share = (Math.log10(Math.max(Math.abs(energy), 1e-4)) + 4) / 7;
       row.fill.style.transform = `scaleX(${Math.min(share || 0, 1)})`;
       setText(row.value, quantityText(energy, "J"));
+      if (row.name === "kinetic") { setText(row.term, settingOf(session, "rotor_contact.spin.free") === 1 ? "kinetic, with spin" : "kinetic"); }
     }
   };
 }
