@@ -16,7 +16,7 @@ from fmi_export.jit import kernel, kernel_apart, views
 from fmi_export.model import Array
 from fmi_export.parts import part
 from fmi_export.records import record
-from rotor_contact.products import dot, subtract_products
+from rotor_contact.products import dot, quadratic_form, subtract_products
 from rotor_contact.seals import Seals, add_seals
 from rotor_contact.signals import Inputs, Parameters
 from rotor_contact.structure import REAL, Structure
@@ -314,47 +314,47 @@ def shaft_damping(forms: Array, Omega: float, q: Array, v: Array) -> tuple[float
     """Return the heat per second (W) of the shaft's damping and its torque (N m) on the spin.
 
     With the velocity seen from the rotor, w = v - Omega J q:  heat = v . C v + w . R w,  torque = (J q) . R w.
-    C and R are symmetric: their rows are read in place of columns, eight sums of each at once.
+    C and R are symmetric: their rows are read in place of columns, eight sums at once.
     """
     n = forms.shape[1]
-    heat = torque = 0.0
+    heat = quadratic_form(forms[n : 2 * n], v) if is_damped_to_ground(forms) else 0.0
+    torque = 0.0
     i = 0
     while i + 8 <= n:
         a = b = c = d = e = f = g = h = 0.0
-        k = m = o = p = r = s = t = u = 0.0
         for j in range(n):
-            x, y = v[j], v[j] - Omega * _turned(q, j)
-            C, R = part(forms, (n + j) * n + i, REAL, 8), part(forms, (2 * n + j) * n + i, REAL, 8)
-            a += C[0] * x
-            b += C[1] * x
-            c += C[2] * x
-            d += C[3] * x
-            e += C[4] * x
-            f += C[5] * x
-            g += C[6] * x
-            h += C[7] * x
-            k += R[0] * y
-            m += R[1] * y
-            o += R[2] * y
-            p += R[3] * y
-            r += R[4] * y
-            s += R[5] * y
-            t += R[6] * y
-            u += R[7] * y
+            w, R = v[j] - Omega * _turned(q, j), part(forms, (2 * n + j) * n + i, REAL, 8)
+            a += R[0] * w
+            b += R[1] * w
+            c += R[2] * w
+            d += R[3] * w
+            e += R[4] * w
+            f += R[5] * w
+            g += R[6] * w
+            h += R[7] * w
         x, y = part(v, i, REAL, 8), part(q, i, REAL, 8)
-        heat += (x[0] * (a + k) + x[1] * (b + m)) + (x[2] * (c + o) + x[3] * (d + p))
-        heat += (x[4] * (e + r) + x[5] * (f + s)) + (x[6] * (g + t) + x[7] * (h + u))
-        torque += (y[0] * m - y[1] * k) + (y[2] * p - y[3] * o) + (y[4] * s - y[5] * r) + (y[6] * u - y[7] * t)
+        heat += (x[0] * a + x[1] * b) + (x[2] * c + x[3] * d)
+        heat += (x[4] * e + x[5] * f) + (x[6] * g + x[7] * h)
+        torque += (y[0] * b - y[1] * a) + (y[2] * d - y[3] * c) + (y[4] * f - y[5] * e) + (y[6] * h - y[7] * g)
         i += 8
     while i < n:
-        fixed = rotating = 0.0
+        rotating = 0.0
         for j in range(n):
-            fixed += forms[n + j, i] * v[j]
             rotating += forms[2 * n + j, i] * (v[j] - Omega * _turned(q, j))
-        heat += v[i] * (fixed + rotating)
+        heat += v[i] * rotating
         torque += _turned(q, i) * rotating
         i += 1
     return heat - Omega * torque, torque
+
+
+@kernel
+def is_damped_to_ground(forms: Array) -> bool:
+    """Return whether there is any damping that does not turn with the shaft: C is not negative, so by its diagonal."""
+    n = forms.shape[1]
+    for i in range(n):
+        if forms[n + i, i] != 0.0:
+            return True
+    return False
 
 
 @kernel

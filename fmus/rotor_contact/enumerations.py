@@ -35,7 +35,10 @@ METHOD = Enumeration(  # how a step was computed
         ("exact", "the whole step by its matrices"),
         ("pieces", "its half, its quarter and so on by theirs"),
         ("events", "by substeps where something begins or ends in it, or its forces are not smooth"),
-        ("no_matrices", "by substeps: not 32 steps alike yet, a speed that changes too fast, or four substeps at most"),
+        (
+            "no_matrices",
+            "by substeps: not 32 steps alike yet, speed or modes too fast for matrices, or four substeps at most",
+        ),
         ("yielding", "by substeps: a contact law that yields"),
         ("integrated", "by substeps: solver.exact_motion is false"),
     ),

@@ -24,6 +24,8 @@ from rotor_contact.site import Sites
 from rotor_contact.step_matrices import (
     MAX_COORDINATES,
     MAX_LEVELS,
+    MOST_LEVELS,
+    PORT_COLUMNS,
     MatricesKey,
     StepMatrices,
     begin,
@@ -33,9 +35,11 @@ from rotor_contact.step_matrices import (
     is_for,
     level_of,
     n_rows,
+    place_index,
     port_of,
     slot_of,
     spacing_for,
+    velocity_index,
 )
 from rotor_contact.structure import Structure
 
@@ -64,16 +68,17 @@ def choose_levels(structure: Structure, motion: Motion, sites: Sites, key: Matri
     n = structure.K.shape[0]
     n_sites, n_bearings = sites.shape[0], motion.bearings.shape[0]
     first = matrices.ports.shape[0] - 2 * n_sites - n_bearings
-    sizes.n, sizes.n_ports, sizes.n_levels = n, 0.0, 0.0
+    sizes.n, sizes.n_ports, sizes.n_levels, sizes.n_built = n, 0.0, 0.0, 0.0
     for k in range(n_sites):
         matrices.ports[first + k] = port_of(matrices, sites[k].row)
         matrices.ports[first + n_sites + k] = -1.0
-    for b in range(n_bearings):
-        matrices.ports[first + 2 * n_sites + b] = port_of(matrices, motion.bearings[b].row)
     for k in range(n_sites):
         if sites[k].housing >= 0:
             sizes.n += 2.0
             matrices.ports[first + n_sites + k] = port_of(matrices, sites[k].housing)
+    sizes.n_site_ports = sizes.n_ports
+    for b in range(n_bearings):
+        matrices.ports[first + 2 * n_sites + b] = port_of(matrices, motion.bearings[b].row)
     copy(accelerations(motion).cosine, matrices.effects[0])
     copy(accelerations(motion).sine, matrices.effects[1])
     steady = matrices.effects[2]
@@ -92,13 +97,13 @@ def choose_levels(structure: Structure, motion: Motion, sites: Sites, key: Matri
             _write_coefficients(structure, motion, sites, matrices, 0, motion.seals[place, 0].begin)
             fastest = max(fastest, _fastest(coefficients_at(matrices, 0).columns))
     rate = fastest + abs(motion.Omega)
-    n_levels, shortest = 1, step_size
-    while n_levels < LEAST_LEVELS or shortest * rate > SHORTEST_RATE:
-        n_levels += 1
+    n_built, shortest = LEAST_LEVELS, step_size * 0.5 ** (LEAST_LEVELS - 1)
+    while shortest * rate > SHORTEST_RATE:
+        n_built += 1
         shortest *= 0.5
-    if n_levels > MAX_LEVELS:
+    if n_built > MOST_LEVELS:
         return
-    sizes.n_levels, sizes.n_terms = n_levels, 0.0
+    sizes.n_built, sizes.n_levels, sizes.n_terms = n_built, min(n_built, MAX_LEVELS), 0.0
     term = 1.0
     while term > SMALLEST_TERM or sizes.n_terms < N_LOBATTO:
         sizes.n_terms += 1.0
@@ -179,11 +184,11 @@ def build_slot(
         _write_coefficients(structure, motion, sites, matrices, which, Omega)
     x = matrices.pieces[:rows]
     room = matrices.pieces[rows:]
-    while slot.n_rows < share * rows * sizes.n_levels:
+    while slot.n_rows < share * rows * sizes.n_built:
         done = int(slot.n_rows)
-        level, row = int(sizes.n_levels) - 1 - done // rows, done % rows
+        level, row = int(sizes.n_built) - 1 - done // rows, done % rows
         _write_acceleration(structure, sites, matrices, which, level, row)
-        if level == int(sizes.n_levels) - 1:
+        if level == int(sizes.n_built) - 1:
             _integrate_row(structure, sites, matrices, which, level, row, Omega, room)
         else:
             _double_row(matrices, which, level, row, Omega, x)
@@ -210,7 +215,7 @@ def share_of(matrices: StepMatrices, index: float) -> float:
     sizes, slot = matrices.sizes[0], matrices.slots[slot_of(index)]
     if slot.index != index:
         return 0.0
-    share: float = slot.n_rows / (n_rows(int(sizes.n), int(sizes.n_ports)) * sizes.n_levels)
+    share: float = slot.n_rows / (n_rows(int(sizes.n), int(sizes.n_ports)) * sizes.n_built)
     return share
 
 
@@ -218,7 +223,14 @@ def share_of(matrices: StepMatrices, index: float) -> float:
 def is_complete(matrices: StepMatrices, index: float) -> bool:
     """Return whether all levels for the speed at a place of the grid are built."""
     sizes, slot = matrices.sizes[0], matrices.slots[slot_of(index)]
-    return bool(slot.index == index and slot.n_rows == n_rows(int(sizes.n), int(sizes.n_ports)) * sizes.n_levels)
+    return bool(slot.index == index and slot.n_rows == n_rows(int(sizes.n), int(sizes.n_ports)) * sizes.n_built)
+
+
+@kernel
+def are_complete(matrices: StepMatrices, index: float) -> bool:
+    """Return whether all levels for the speeds around a place of the grid are built."""
+    low = math.floor(index)
+    return is_complete(matrices, low) and (index == low or is_complete(matrices, low + 1.0))
 
 
 @kernel
@@ -278,34 +290,37 @@ def _write_acceleration(
         a[i] = -KC[row, i] if row < 2 * n else 0.0
     if row < 2 * n + 3 + 2 * int(matrices.sizes[0].n_ports):  # later forces begin at zero
         _add_force(structure, sites, matrices, row, 1.0, 0.0, a)
-    _observe(matrices, a, S[row])
+    _observe(matrices, a, S[row], 0, 2, 2)
 
 
 @kernel
-def _observe(matrices: StepMatrices, x: Array, observed: Array) -> None:
-    """Write what is observed of displacements, velocities or accelerations to the beginning of `observed`."""
+def _observe(matrices: StepMatrices, x: Array, observed: Array, unbalance: int, first: int, stride: int) -> None:
+    """Write what is observed of displacements, velocities or accelerations x to `observed`.
+
+    Unbalance goes to its columns from `unbalance` on, port k to those from first + stride k on.
+    """
     n_ports, given = int(matrices.sizes[0].n_ports), matrices.key.forces
     for port in range(n_ports):
-        row = int(matrices.ports[port])
-        observed[2 * port], observed[2 * port + 1] = x[row], x[row + 1]
+        row, at = int(matrices.ports[port]), first + stride * port
+        observed[at], observed[at + 1] = x[row], x[row + 1]
     cosine = sine = 0.0
     for i in range(given.shape[1]):
         cosine += given[1, i] * x[i]
         sine += given[2, i] * x[i]
-    observed[2 * n_ports], observed[2 * n_ports + 1] = cosine, sine
+    observed[unbalance], observed[unbalance + 1] = cosine, sine
 
 
 @kernel
 def _observe_row(matrices: StepMatrices, slot: int, level: int, row: int) -> None:
     """Write what S observes at the Lobatto points after the first."""
     P, S = level_of(matrices, slot, level)
-    n, m = P.shape[1] // 2, 2 * int(matrices.sizes[0].n_ports) + 2
+    n, n_ports = P.shape[1] // 2, int(matrices.sizes[0].n_ports)
     inner = inner_motion(matrices, slot, level)
     for point in range(N_LOBATTO - 1):
         motion = P[row] if point == N_LOBATTO - 2 else (inner.first if point == 0 else inner.second)[row]
-        at = m + 2 * m * point
-        _observe(matrices, motion[:n], S[row, at : at + m])
-        _observe(matrices, motion[n:], S[row, at + m : at + 2 * m])
+        place, velocity = place_index(n_ports, point + 1, 0), velocity_index(n_ports, point + 1, 0)
+        _observe(matrices, motion[:n], S[row], place - PORT_COLUMNS, place, PORT_COLUMNS)
+        _observe(matrices, motion[n:], S[row], velocity - PORT_COLUMNS, velocity, PORT_COLUMNS)
 
 
 @kernel

@@ -17,10 +17,9 @@ from rotor_contact.friction import friction_ratio
 from rotor_contact.linear_solver import solve
 from rotor_contact.lobatto import N_LOBATTO
 from rotor_contact.path import Point
-from rotor_contact.piece import INTEGRALS, Piece, piece_of, place_index, velocity_index
-from rotor_contact.products import row_combination
+from rotor_contact.piece import INTEGRALS, Piece, piece_of
 from rotor_contact.site import Site, is_constrained, race_radius
-from rotor_contact.step_matrices import StepMatrices
+from rotor_contact.step_matrices import PORT_COLUMNS, StepMatrices, place_index
 from rotor_contact.workspace import Workspace, stages_of
 
 
@@ -49,6 +48,31 @@ def first_port_number(matrices: StepMatrices) -> int:
 
 
 @kernel
+def magnets_act(w: Workspace) -> bool:
+    """Return whether any bearing exerts a force beside its stiffness, or damps."""
+    given = forces(w.motion)
+    for bearing in w.motion.bearings:
+        if bearing.c_b != 0.0:
+            return True
+        for axis in range(2):
+            row = bearing.row + axis
+            if bearing.gradient[axis] != 0.0 or given.steady[row] != given.without_magnets[row]:
+                return True
+    return False
+
+
+@kernel
+def columns_in_use(w: Workspace, matrices: StepMatrices) -> tuple[int, int]:
+    """Return the first column of S after those of accelerations, and how many of them are of ports that matter.
+
+    What bearings see that exert no force is not asked for.
+    """
+    sizes = matrices.sizes[0]
+    n_ports = sizes.n_ports if magnets_act(w) else sizes.n_site_ports
+    return 2 * (1 + int(sizes.n_ports)), PORT_COLUMNS * (1 + int(n_ports))
+
+
+@kernel
 def magnet_force(w: Workspace, b: int, axis: int, displacement: float) -> float:
     """Return the force (N) of a magnetic bearing at a displacement (m) along an axis."""
     bearing, given = w.motion.bearings[b], forces(w.motion)
@@ -68,7 +92,7 @@ def set_magnet_forces(w: Workspace, matrices: StepMatrices, point: int) -> float
             if point == 0:
                 displacement = z[w.motion.bearings[b].row + axis]
             else:
-                displacement = piece.observed[6, place_index(n_ports, point) + 2 * port + axis]
+                displacement = piece.observed[6, place_index(n_ports, point, port) + axis]
             unit = 2 * (n_ports * point + port) + axis
             force = magnet_force(w, b, axis, displacement)
             change = max(change, abs(force - piece.known[unit]))
@@ -77,39 +101,52 @@ def set_magnet_forces(w: Workspace, matrices: StepMatrices, point: int) -> float
 
 
 @kernel
-def observe(matrices: StepMatrices, A: float, B: float) -> None:
+def observe(w: Workspace, matrices: StepMatrices, A: float, B: float) -> None:
     """Observe the ports under the forces at the nodes, and under unbalance in the direction A + i B."""
     piece = piece_of(matrices)
-    observed = piece.observed
-    columns, axes = observed.shape[1], piece.known.shape[0] // N_LOBATTO
-    row_combination(piece.known, piece.of_forces, observed[4], columns)
-    row_combination(piece.contact[:axes], piece.of_forces, observed[1], columns)
-    row_combination(piece.contact[axes:], piece.of_forces[axes:], observed[5], columns)
+    observed, axes = piece.observed, piece.known.shape[0] // N_LOBATTO
+    first, columns = columns_in_use(w, matrices)
+    of_state, of_A, of_B = observed[0, first:], observed[2, first:], observed[3, first:]
+    of_known, of_contact, of_all = observed[4, first:], observed[5, first:], observed[6, first:]
     for c in range(columns):
-        known = observed[0, c] + observed[1, c] + A * observed[2, c] + B * observed[3, c] + observed[4, c]
-        observed[4, c] = known
-        observed[6, c] = known + observed[5, c]
+        of_known[c] = of_state[c] + A * of_A[c] + B * of_B[c]
+        of_contact[c] = 0.0
+    for unit in range(0, piece.known.shape[0], 2):
+        _add_force(piece, unit, piece.known, first, columns, of_known)
+        _add_force(piece, unit, piece.contact, first, columns, of_known if unit < axes else of_contact)
+    for c in range(columns):
+        of_all[c] = of_known[c] + of_contact[c]
+
+
+@kernel
+def _add_force(piece: Piece, unit: int, force: Array, first: int, columns: int, target: Array) -> None:
+    """Add what S sees of the force at x and y of a port, in its columns from `first` on, to `target`."""
+    f_x, f_y = force[unit], force[unit + 1]
+    if f_x != 0.0 or f_y != 0.0:
+        of_x, of_y = piece.of_forces[unit, first:], piece.of_forces[unit + 1, first:]
+        for c in range(columns):
+            target[c] += f_x * of_x[c] + f_y * of_y[c]
 
 
 @kernel
 def observed_journal(site: Site, matrices: StepMatrices, observed: Array, k: int, point: int) -> Point:
     """Return what is observed of the journal of site k, from its housing, at a Lobatto point after the first."""
     n_ports = int(matrices.sizes[0].n_ports)
-    housing = 2 * port_of_housing(matrices, k) if site.housing >= 0 else -1
-    return _observed_from(observed, n_ports, point, 2 * port_of_site(matrices, k), housing)
+    housing = port_of_housing(matrices, k) if site.housing >= 0 else -1
+    return _observed_from(observed, n_ports, point, port_of_site(matrices, k), housing)
 
 
 @kernel
 def _observed_from(observed: Array, n_ports: int, point: int, port: int, housing: int) -> Point:
-    """Return the observed plane with columns from `port`, as the housing with those from `housing` >= 0 sees it."""
-    place, velocity = place_index(n_ports, point), velocity_index(n_ports, point)
-    x, y = observed[place + port], observed[place + port + 1]
-    v_x, v_y = observed[velocity + port], observed[velocity + port + 1]
+    """Return what is observed of a port, as that of a housing sees it, if `housing` >= 0."""
+    at = place_index(n_ports, point, port)
+    x, y, v_x, v_y = observed[at], observed[at + 1], observed[at + 2], observed[at + 3]
     if housing >= 0:
-        x -= observed[place + housing]
-        y -= observed[place + housing + 1]
-        v_x -= observed[velocity + housing]
-        v_y -= observed[velocity + housing + 1]
+        at = place_index(n_ports, point, housing)
+        x -= observed[at]
+        y -= observed[at + 1]
+        v_x -= observed[at + 2]
+        v_y -= observed[at + 3]
     return Point(x, y, v_x, v_y)
 
 
@@ -197,7 +234,7 @@ def _write_equations(w: Workspace, matrices: StepMatrices, k: int, point: int, s
     if rolling:
         b[row + 1] = n_y * of_known.v_x - n_x * of_known.v_y - _surface_speed(w, matrices, piece, k, point, h)
     n_ports = int(matrices.sizes[0].n_ports)
-    port, housing = 2 * port_of_site(matrices, k), 2 * port_of_housing(matrices, k) if site.housing >= 0 else -1
+    port, housing = port_of_site(matrices, k), port_of_housing(matrices, k) if site.housing >= 0 else -1
     for other in range(w.sites.shape[0]):
         if not is_constrained(w.sites[other]):
             continue

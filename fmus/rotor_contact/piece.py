@@ -22,7 +22,7 @@ from fmi_export.parts import part
 from rotor_contact.bodies import drive_torque, race_drag
 from rotor_contact.lobatto import LAGRANGE, LOBATTO_POINTS, N_LOBATTO
 from rotor_contact.site import Site, is_constrained, race_radius
-from rotor_contact.step_matrices import StepMatrices, n_columns, n_rows
+from rotor_contact.step_matrices import StepMatrices, n_columns, n_rows, velocity_index
 from rotor_contact.structure import REAL
 from rotor_contact.workspace import Workspace, stages_of
 
@@ -41,10 +41,11 @@ class Piece(NamedTuple):
     x
         As `step_matrices` says, shape (n_x,).
     ends
-        Its end by the matrices of both speeds, shape (2, 2 N).
+        Its end, and room for as many numbers, shape (2, 2 N).
     observed
-        What S sees, shape (7, n_columns): by state and steady forces, by contact at the first point, by A = 1 and
-        B = 1, by these and the magnets together, by contact at the other points, and by all.
+        What S sees, shape (7, n_columns): by state and steady forces, nothing (room for products), by A = 1 and B = 1,
+        by these, the magnets and contact at the first point together, by contact at the other points, and by all. What
+        bearings see is not there while they exert no force.
     of_forces
         What S sees of unit forces at the ports, shape (8 n_ports, n_columns); these are ordered as in x.
     known, contact
@@ -86,18 +87,6 @@ def piece_of(matrices: StepMatrices) -> Piece:
     )
 
 
-@views
-def place_index(n_ports: int, point: int) -> int:
-    """Return the column of S from which the displacements at a Lobatto point after the first are."""
-    return (2 * n_ports + 2) * (2 * point - 1)
-
-
-@views
-def velocity_index(n_ports: int, point: int) -> int:
-    """Return the column of S from which the velocities there are."""
-    return (2 * n_ports + 2) * (2 * point)
-
-
 @kernel
 def start_rotations(w: Workspace, matrices: StepMatrices, theta: float, Omega: float) -> None:
     """Guess that spin and races go on as they are, and the unbalance: what an earlier piece has left is no guess."""
@@ -116,7 +105,7 @@ def start_rotations(w: Workspace, matrices: StepMatrices, theta: float, Omega: f
     piece.spin[4, 0], piece.spin[4, 1] = cosine, sine
     n_ports = int(matrices.sizes[0].n_ports)
     for point in range(1, N_LOBATTO):
-        at = velocity_index(n_ports, point) + 2 * n_ports
+        at = velocity_index(n_ports, point, -1)
         piece.observed[6, at], piece.observed[6, at + 1] = cosine, sine
 
 
@@ -193,7 +182,7 @@ def unbalance_velocity(matrices: StepMatrices, point: int) -> tuple[float, float
     piece, n_ports = piece_of(matrices), int(matrices.sizes[0].n_ports)
     if point == 0:
         return piece.spin[4, 0], piece.spin[4, 1]
-    at = velocity_index(n_ports, point) + 2 * n_ports
+    at = velocity_index(n_ports, point, -1)
     return piece.observed[6, at], piece.observed[6, at + 1]
 
 

@@ -13,19 +13,19 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from fmi_export.flat import copy
+from fmi_export.flat import copy, same_bits
 from fmi_export.jit import kernel, kernel_apart
 from fmi_export.model import Array
 from rotor_contact.bodies import drive_torque, race_drag
-from rotor_contact.dynamics import unbalance_direction
+from rotor_contact.dynamics import is_damped_to_ground, unbalance_direction
 from rotor_contact.lobatto import LOBATTO_WEIGHTS, N_LOBATTO
-from rotor_contact.node_forces import magnet_force, port_of_bearing, port_of_housing
-from rotor_contact.piece import piece_of, unbalance_velocity, velocity_index
+from rotor_contact.node_forces import magnet_force, magnets_act, port_of_bearing, port_of_housing
+from rotor_contact.piece import piece_of, unbalance_velocity
 from rotor_contact.products import dot, row_combination
 from rotor_contact.seals import seal_power, slopes_of_seal_power, stored_by_seals
 from rotor_contact.site import is_constrained
 from rotor_contact.site_in_piece import friction_heat
-from rotor_contact.step_matrices import StepMatrices, coefficients_at, slot_of
+from rotor_contact.step_matrices import StepMatrices, coefficients_at, slot_of, velocity_index
 from rotor_contact.workspace import Workspace, energy_integrals, site_integrals, stages_of
 
 
@@ -44,7 +44,7 @@ class ShaftDamping(NamedTuple):
     has_slope: bool
 
 
-@kernel
+@kernel_apart
 def damping_of_shaft(w: Workspace, Omega: float, z: Array) -> ShaftDamping:
     """Return what the shaft's damping takes at z (see `dynamics`), without its slope.
 
@@ -55,7 +55,9 @@ def damping_of_shaft(w: Workspace, Omega: float, z: Array) -> ShaftDamping:
     n, stages = w.Minv.shape[0], stages_of(w.stages)
     q, v = z[:n], z[w.n : w.n + n]
     turned, of_fixed, of_turned = stages.trial[:n], stages.k_3[:n], stages.k_4[:n]
-    row_combination(v, w.forms[n : 2 * n], of_fixed, n)
+    of_fixed[:] = 0.0
+    if is_damped_to_ground(w.forms):
+        row_combination(v, w.forms[n : 2 * n], of_fixed, n)
     for i in range(0, n, 2):
         turned[i], turned[i + 1] = v[i] + Omega * q[i + 1], v[i + 1] - Omega * q[i]
     row_combination(turned, w.forms[2 * n : 3 * n], of_turned, n)
@@ -64,6 +66,22 @@ def damping_of_shaft(w: Workspace, Omega: float, z: Array) -> ShaftDamping:
         torque += q[i] * of_turned[i + 1] - q[i + 1] * of_turned[i]
     in_seals, _, of_skew = seal_power(w.motion.seals, Omega, q, v)
     return ShaftDamping(dot(v, of_fixed) + dot(turned, of_turned) + in_seals, 0.0, torque, of_skew, 0.0, False)
+
+
+@kernel
+def known_damping(w: Workspace, matrices: StepMatrices, Omega: float, z: Array) -> ShaftDamping:
+    """Return what `damping_of_shaft` does; it is kept for the next step, which begins at this z.
+
+    C v and R w are not left in stages.
+    """
+    n, known = w.Minv.shape[0], matrices.damping
+    if known[0] == Omega and same_bits(z[:n], known[4 : 4 + n]) and same_bits(z[w.n : w.n + n], known[4 + n :]):
+        return ShaftDamping(known[1], 0.0, known[2], known[3], 0.0, False)
+    damping = damping_of_shaft(w, Omega, z)
+    known[0], known[1], known[2], known[3] = Omega, damping.heat, damping.torque, damping.of_skew
+    copy(z[:n], known[4:])
+    copy(z[w.n : w.n + n], known[4 + n :])
+    return damping
 
 
 @kernel_apart
@@ -167,10 +185,11 @@ def add_energies(w: Workspace, matrices: StepMatrices, h: float, before: ShaftDa
                 damping += share * (site.mount_damping_x * v_x * v_x + site.mount_damping_y * v_y * v_y)
         friction += heat
         of_site.heat += heat
+    n_bearings = w.motion.bearings.shape[0] if magnets_act(w) else 0
     for point in range(N_LOBATTO):
         share = h * LOBATTO_WEIGHTS[point]
         Omega = speeds[point]
-        for b in range(w.motion.bearings.shape[0]):
+        for b in range(n_bearings):
             port = port_of_bearing(matrices, b)
             for axis in range(2):
                 velocity = _velocity(w, matrices, port, point, axis)
@@ -195,7 +214,6 @@ def _velocity(w: Workspace, matrices: StepMatrices, port: int, point: int, axis:
     if point == 0:
         at_start: float = stages_of(w.stages).z[w.n + int(matrices.ports[port]) + axis]
         return at_start
-    velocity: float = piece_of(matrices).observed[
-        6, velocity_index(int(matrices.sizes[0].n_ports), point) + 2 * port + axis
-    ]
+    at = velocity_index(int(matrices.sizes[0].n_ports), point, port) + axis
+    velocity: float = piece_of(matrices).observed[6, at]
     return velocity

@@ -20,12 +20,12 @@ from rotor_contact.contact import is_any_constrained
 from rotor_contact.dynamics import Motion, accelerations, collect_coefficients, forces
 from rotor_contact.enumerations import EVENTS, EXACT, PIECES
 from rotor_contact.events import advance
-from rotor_contact.matrix_rows import build_slot, choose_levels, is_complete, share_of
-from rotor_contact.piece_energy import ShaftDamping, add_energies, add_slope, damping_of_shaft
+from rotor_contact.matrix_rows import are_complete, build_slot, choose_levels, is_complete, share_of
+from rotor_contact.piece_energy import ShaftDamping, add_energies, add_slope, damping_of_shaft, known_damping
 from rotor_contact.propagator import STEP_TOLERANCE, STEPS_BEFORE_BUILD, is_near
 from rotor_contact.site import Sites
 from rotor_contact.smooth_piece import begin_piece, end_piece, find_contact_forces, smooth_share, solve_piece
-from rotor_contact.step_matrices import MatricesKey, StepMatrices, is_for, spacing_for
+from rotor_contact.step_matrices import MatricesKey, StepMatrices, is_for, place_on_grid, spacing_for
 from rotor_contact.structure import Structure
 from rotor_contact.workspace import Workspace, stages_of
 
@@ -36,15 +36,18 @@ FASTEST_DRIVE = 0.3  # of a piece, times how fast drive and drag change the spee
 
 
 @kernel
-def steps_with_matrices(motion: Motion, sites: Sites, step_size: float, key: MatricesKey, memory: np.record) -> float:
+def steps_with_matrices(
+    motion: Motion, sites: Sites, step_size: float, origin: float, key: MatricesKey, memory: np.record
+) -> float:
     """Return for how many steps what the matrices are for has not changed, at most a few more than STEPS_BEFORE_BUILD.
 
-    `key` is updated. Each speed of the grid that is passed counts against `STEPS_PER_SPEED` steps, so that a speed that
-    changes fast is integrated: to build the matrices costs as much as some thirty steps.
+    `key` is updated; `origin` is a speed (rad/s) that is to be on the grid. Each speed of the grid that is passed
+    counts against `STEPS_PER_SPEED` steps, so that a speed that changes fast is integrated: to build the matrices costs
+    as much as some thirty steps.
     """
-    same = is_near(step_size, key.step_size[0], STEP_TOLERANCE)
+    same = is_near(step_size, key.step_size[0], STEP_TOLERANCE) and key.origin[0] == origin
     if not same:
-        key.step_size[0] = step_size
+        key.step_size[0], key.origin[0] = step_size, origin
     given = forces(motion)
     for k in range(motion.bearings.shape[0]):
         bearing = motion.bearings[k]
@@ -58,7 +61,7 @@ def steps_with_matrices(motion: Motion, sites: Sites, step_size: float, key: Mat
         if not same_bits(force, key.forces[i]):
             same = False
             copy(force, key.forces[i])
-    place = math.floor(motion.Omega / spacing_for(key.step_size[0]))
+    place = math.floor((motion.Omega - origin) / spacing_for(key.step_size[0]))
     moved = abs(place - float(memory.place))
     memory.place = place
     n_steps = 0.0
@@ -103,17 +106,18 @@ def update_matrices(
     sizes = matrices.sizes[0]
     if sizes.n_levels == 0.0:
         return False
-    index = motion.Omega / sizes.spacing
+    index = place_on_grid(matrices, motion.Omega)
     low = math.floor(index)
-    for i in range(2):
-        part_of_it = min(max(2.0 * share - i, 0.0), 1.0)
+    n_slots = 1 if index == low else 2
+    for i in range(n_slots):
+        part_of_it = min(max(n_slots * share - i, 0.0), 1.0)
         if part_of_it > 0.0 and not is_complete(matrices, low + i):
             build_slot(structure, motion, sites, matrices, low + i, part_of_it)
     if share < 1.0:
         return False
     beyond = index - low - 0.5
     ahead = low + 2.0 if beyond > 0.0 else low - 1.0
-    if abs(beyond) > 0.1 and not is_complete(matrices, ahead):
+    if index != low and abs(beyond) > 0.1 and not is_complete(matrices, ahead):
         share = min(2.5 * abs(beyond) - 0.25, share_of(matrices, ahead) + 1.0 / STEPS_BEFORE_BUILD)
         build_slot(structure, motion, sites, matrices, ahead, min(share, 1.0))
     copy(matrices.effects[0], accelerations(motion).cosine)
@@ -130,15 +134,19 @@ def advance_by_pieces(
     solver: np.record,
     law: int,
     step_size: float,
+    is_steady: bool,
     memory: np.record,
 ) -> int:
     """Advance z over a communication step; return a fault code, or NO_MATRICES_YET with z as it was.
+
+    `is_steady` is whether the speed is given and stays: then it is on the grid.
 
     `memory.method` tells whether the step was one piece, several, or in part integrated.
     """
     if step_size <= FEW_SUBSTEPS * solver.max_substep or is_any_compliant(w.sites):
         return NO_MATRICES_YET
-    share = steps_with_matrices(w.motion, w.sites, step_size, key, memory) / STEPS_BEFORE_BUILD
+    origin = w.motion.Omega if is_steady else 0.0
+    share = steps_with_matrices(w.motion, w.sites, step_size, origin, key, memory) / STEPS_BEFORE_BUILD
     if share == 0.0 or not update_matrices(structure, w.motion, w.sites, key, matrices, min(share, 1.0)):
         return NO_MATRICES_YET
     sizes, stages = matrices.sizes[0], stages_of(w.stages)
@@ -153,15 +161,9 @@ def advance_by_pieces(
         level = _level_at(at, min(event - at, float(total - at)), int(memory.level), int(sizes.n_levels))
         length = total >> level
         h = length * unit
-        index = (Omega + 0.5 * h * w.motion.Omega_dot) / sizes.spacing
+        index = place_on_grid(matrices, Omega + 0.5 * h * w.motion.Omega_dot)
         begun = done = False
-        if (
-            at + length <= event
-            and known
-            and _is_slow(w, h)
-            and is_complete(matrices, math.floor(index))
-            and is_complete(matrices, math.floor(index) + 1.0)
-        ):
+        if at + length <= event and known and _is_slow(w, h) and are_complete(matrices, index):
             begun = True
             begin_piece(w, matrices, level, index)
             share, smooth = 1.0, False
@@ -229,12 +231,13 @@ def find_forces_at(
     w: Workspace, matrices: StepMatrices, z: Array, theta: float, Omega: float, with_slope: bool
 ) -> tuple[bool, ShaftDamping]:
     """Find the contact forces at z; return whether they hold, and what the shaft's damping takes."""
-    index = Omega / matrices.sizes[0].spacing
-    if not (is_complete(matrices, math.floor(index)) and is_complete(matrices, math.floor(index) + 1.0)):
+    index = place_on_grid(matrices, Omega)
+    if not are_complete(matrices, index):
         return False, ShaftDamping(0.0, 0.0, 0.0, 0.0, 0.0, False)
-    damping = damping_of_shaft(w, Omega, z)
+    needs_slope = (with_slope and w.motion.is_damped) or w.motion.seals.shape[1] > 0
+    damping = damping_of_shaft(w, Omega, z) if needs_slope else known_damping(w, matrices, Omega, z)
     holds = find_contact_forces(w, matrices, z, index, theta, Omega, damping.torque)
-    if (with_slope and w.motion.is_damped) or w.motion.seals.shape[1] > 0:
+    if needs_slope:
         damping = add_slope(w, matrices, z, index, theta, Omega, damping)
     return holds, damping
 

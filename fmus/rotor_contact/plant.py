@@ -39,7 +39,7 @@ from rotor_contact.modes import FAULT_MODES, FAULT_SINGULAR, resolve_modes
 from rotor_contact.outputs import energy_error, write_mechanical_energy, write_outputs
 from rotor_contact.piecewise_step import NO_MATRICES_YET, advance_by_pieces, angle_and_speed_after
 from rotor_contact.planes import Planes
-from rotor_contact.propagator import STEPS_BEFORE_BUILD, steps_unchanged, without_rounding
+from rotor_contact.propagator import STEPS_BEFORE_BUILD, is_left_to_pieces, steps_unchanged, without_rounding
 from rotor_contact.signals import inputs_of, outputs_of, parameters_of
 from rotor_contact.site import Sites
 from rotor_contact.start import clamp_to_clearance, start_on_orbit
@@ -154,11 +154,13 @@ def step(
     else:
         copy(x.z[: 2 * n + N_INTEGRALS], z)
         z[2 * n + N_INTEGRALS :] = 0.0
-        fault = NO_MATRICES_YET
-        if n_steps == 0.0 and solver.exact_motion != 0.0:
-            fault = advance_by_pieces(structure, w, scratch.matrices, x.matrices_key, solver, law, step_size, head)
+        fault, by_series = NO_MATRICES_YET, n_steps > 0.0 and not is_left_to_pieces(scratch.propagator)
+        if solver.exact_motion != 0.0 and not by_series:
+            is_steady = n_steps > 0.0
+            key = x.matrices_key
+            fault = advance_by_pieces(structure, w, scratch.matrices, key, solver, law, step_size, is_steady, head)
         if fault == NO_MATRICES_YET:
-            head.method = _method(solver, scratch.sites, n_steps)
+            head.method = _method(solver, scratch.sites, by_series and n_steps >= STEPS_BEFORE_BUILD)
             collect_coefficients(structure, motion)
             if spin.row >= 0 and spin.inertia <= least_inertia(motion):
                 return FAULT_INERTIA
@@ -183,13 +185,13 @@ def step(
 
 
 @kernel
-def _method(solver: np.record, sites: Sites, n_steps: float) -> float:
-    """Return why a step is integrated; `n_steps` is for how many all was alike."""
+def _method(solver: np.record, sites: Sites, is_built: bool) -> float:
+    """Return why a step is integrated; `is_built` is whether there are matrices for the whole of it."""
     if solver.exact_motion == 0.0:
         return float(INTEGRATED)
     if is_any_compliant(sites):
         return float(YIELDING)
-    return float(EVENTS if n_steps >= STEPS_BEFORE_BUILD else NO_MATRICES)
+    return float(EVENTS if is_built else NO_MATRICES)
 
 
 @kernel

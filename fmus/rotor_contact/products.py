@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from fmi_export.jit import kernel
+from fmi_export.jit import kernel, kernel_apart
 from fmi_export.model import Array
 from fmi_export.parts import part
 from rotor_contact.structure import REAL
@@ -29,6 +29,77 @@ def row_combination(x: Array, A: Array, y: Array, size: int) -> None:
         for i in range(size):
             y[i] += v * a[i]
         j += 1
+
+
+@kernel_apart
+def combination_between(x: Array, A: Array, B: Array, share: float, y: Array, first: int, size: int) -> None:
+    """Write x [(1 - share) A + share B], of which the columns from `first` on, into y: `size` numbers.
+
+    As in `row_combination` four rows are read at once, and those with weight zero are left out.
+    """
+    rest = 1.0 - share
+    for i in range(size):
+        y[i] = 0.0
+    j = 0
+    while j + 4 <= x.shape[0]:
+        v, w, p, q = x[j], x[j + 1], x[j + 2], x[j + 3]
+        if v != 0.0 or w != 0.0 or p != 0.0 or q != 0.0:
+            a, b, c, d = A[j, first:], A[j + 1, first:], A[j + 2, first:], A[j + 3, first:]
+            e, f, g, h = B[j, first:], B[j + 1, first:], B[j + 2, first:], B[j + 3, first:]
+            v_a, w_a, p_a, q_a = rest * v, rest * w, rest * p, rest * q
+            v_b, w_b, p_b, q_b = share * v, share * w, share * p, share * q
+            for i in range(size):
+                of_A = (v_a * a[i] + w_a * b[i]) + (p_a * c[i] + q_a * d[i])
+                of_B = (v_b * e[i] + w_b * f[i]) + (p_b * g[i] + q_b * h[i])
+                y[i] += of_A + of_B
+        j += 4
+    while j < x.shape[0]:
+        v, w, a, b = rest * x[j], share * x[j], A[j, first:], B[j, first:]
+        for i in range(size):
+            y[i] += v * a[i] + w * b[i]
+        j += 1
+
+
+@kernel_apart
+def isotropic_combination_between(
+    x: Array, single: int, A: Array, B: Array, share: float, y: Array, turned: Array, first: int, size: int
+) -> None:
+    """Write the same where rows are answers to x and y in turn, but for row `single`, a multiple of two.
+
+    Those to y are not read: the answer to (v, w) is v times that to x, and w times the same turned by a right angle.
+    `turned` is room for as many numbers as y.
+    """
+    rest = 1.0 - share
+    for i in range(size):
+        y[i] = x[single] * (rest * A[single, first + i] + share * B[single, first + i])
+        turned[i] = 0.0
+    j = 0
+    while j + 8 <= single:
+        a, b, c, d = A[j, first:], A[j + 2, first:], A[j + 4, first:], A[j + 6, first:]
+        e, f, g, h = B[j, first:], B[j + 2, first:], B[j + 4, first:], B[j + 6, first:]
+        v_1, w_1, v_2, w_2 = x[j], x[j + 1], x[j + 2], x[j + 3]
+        v_3, w_3, v_4, w_4 = x[j + 4], x[j + 5], x[j + 6], x[j + 7]
+        for i in range(size):
+            r_1, r_2 = rest * a[i] + share * e[i], rest * b[i] + share * f[i]
+            r_3, r_4 = rest * c[i] + share * g[i], rest * d[i] + share * h[i]
+            y[i] += (v_1 * r_1 + v_2 * r_2) + (v_3 * r_3 + v_4 * r_4)
+            turned[i] += (w_1 * r_1 + w_2 * r_2) + (w_3 * r_3 + w_4 * r_4)
+        j += 8
+    while j < x.shape[0]:
+        if j == single:
+            j += 1
+            continue
+        v, w = x[j], x[j + 1]
+        if v != 0.0 or w != 0.0:
+            a, b = A[j, first:], B[j, first:]
+            for i in range(size):
+                r = rest * a[i] + share * b[i]
+                y[i] += v * r
+                turned[i] += w * r
+        j += 2
+    for i in range(0, size, 2):
+        y[i] -= turned[i + 1]
+        y[i + 1] += turned[i]
 
 
 @kernel

@@ -264,6 +264,12 @@ def is_near(value: float, known: float, tolerance: float) -> bool:
 
 
 @kernel
+def is_left_to_pieces(propagator: Propagator) -> bool:
+    """Return whether the series of a step would take too many pieces."""
+    return bool(propagator.built[0].n_pieces == 0.0)
+
+
+@kernel
 def is_begun(propagator: Propagator, key: Key) -> bool:
     """Return whether what there is of P is for this key."""
     return same_bits(propagator.key.values, key.values)

@@ -14,8 +14,10 @@ from rotor_contact.enumerations import ROLLING
 from rotor_contact.friction import static_coefficient
 from rotor_contact.lobatto import LOBATTO_WEIGHTS, N_LOBATTO
 from rotor_contact.node_forces import (
+    columns_in_use,
     locate_nodes,
     magnet_force,
+    magnets_act,
     observe,
     observed_journal,
     port_of_bearing,
@@ -27,10 +29,10 @@ from rotor_contact.node_forces import (
 )
 from rotor_contact.path import Point, point_of
 from rotor_contact.piece import advance_rotations, phase_error, piece_of, start_rotations
-from rotor_contact.products import row_combination
+from rotor_contact.products import combination_between, isotropic_combination_between
 from rotor_contact.site import Site, can_touch, is_constrained, slip_velocity
 from rotor_contact.site_in_piece import clear_share, follows_circle, share_in_mode
-from rotor_contact.step_matrices import StepMatrices, level_of, slot_of
+from rotor_contact.step_matrices import LevelsAround, StepMatrices, levels_around
 from rotor_contact.workspace import Workspace, stages_of
 
 MAX_SWEEPS = 8
@@ -54,18 +56,14 @@ def find_contact_forces(
     piece = piece_of(matrices)
     n, n_ports, level = int(matrices.sizes[0].n), int(matrices.sizes[0].n_ports), int(matrices.sizes[0].n_levels) - 1
     observed, m = piece.observed, 2 * n_ports + 2
-    low = math.floor(index)
-    share = index - low
+    around = levels_around(matrices, level, index)
     direction = unbalance_direction(theta, Omega, w.motion.Omega_dot)
     x = piece.x[: 2 * n + 3]
     copy(z[:n], x)
     copy(z[w.n : w.n + n], x[n:])
     x[2 * n], x[2 * n + 1], x[2 * n + 2] = 1.0, direction.real, direction.imag
-    row_combination(x, level_of(matrices, slot_of(low), level).S, observed[0], m)
-    row_combination(x, level_of(matrices, slot_of(low + 1.0), level).S, observed[1], m)
-    S = level_of(matrices, slot_of(low), level).S
-    for c in range(m):
-        observed[0, c] += share * (observed[1, c] - observed[0, c])
+    S = around.low.S
+    _combine(matrices, x, S, around.high.S, around.share, observed[0], observed[1], 0, m)
     for b in range(w.motion.bearings.shape[0]):
         port, row = port_of_bearing(matrices, b), w.motion.bearings[b].row
         for axis in range(2):
@@ -76,14 +74,14 @@ def find_contact_forces(
     a = stages_of(w.stages).k_1[w.n :]
     for k in range(w.sites.shape[0]):
         site, port = w.sites[k], 2 * port_of_site(matrices, k)
-        a[site.row], a[site.row + 1] = observed[0, port], observed[0, port + 1]
+        a[site.row], a[site.row + 1] = observed[0, 2 + port], observed[0, 3 + port]
         if site.housing >= 0:
             port = 2 * port_of_housing(matrices, k)
-            a[site.housing], a[site.housing + 1] = observed[0, port], observed[0, port + 1]
+            a[site.housing], a[site.housing + 1] = observed[0, 2 + port], observed[0, 3 + port]
         if site.race >= 0:
             a[site.race] = -race_drag(site, z[w.n + site.race]) / site.race_inertia
     if w.spin[0].row >= 0:
-        _accelerate_spin(w, n_ports, observed[0], theta, Omega, torque, a)
+        _accelerate_spin(w, observed[0], theta, Omega, torque, a)
     if not find_multipliers(w, z[: w.n], z[w.n : 2 * w.n], Omega, a):
         return False
     for site in w.sites:
@@ -96,14 +94,35 @@ def find_contact_forces(
 
 
 @kernel
-def _accelerate_spin(
-    w: Workspace, n_ports: int, observed: Array, theta: float, Omega: float, torque: float, a: Array
+def _combine(
+    matrices: StepMatrices,
+    x: Array,
+    low: Array,
+    high: Array,
+    share: float,
+    y: Array,
+    room: Array,
+    first: int,
+    columns: int,
 ) -> None:
+    """Write x times a matrix between those of two speeds into y: `columns` numbers, of its columns from `first` on.
+
+    `room` is for as many numbers.
+    """
+    sizes = matrices.sizes[0]
+    if sizes.isotropic != 0.0:
+        isotropic_combination_between(x, 2 * int(sizes.n), low, high, share, y, room, first, columns)
+    else:
+        combination_between(x, low, high, share, y, first, columns)
+
+
+@kernel
+def _accelerate_spin(w: Workspace, observed: Array, theta: float, Omega: float, torque: float, a: Array) -> None:
     """Write the free spin's acceleration, and add its effect on the shaft at the sites, as `bodies` does."""
     spin = w.spin[0]
     couple_spin(w.motion, spin, theta)
     torque += drive_torque(spin, Omega) - spin.drag * Omega
-    torque -= math.cos(theta) * observed[2 * n_ports + 1] - math.sin(theta) * observed[2 * n_ports]
+    torque -= math.cos(theta) * observed[1] - math.sin(theta) * observed[0]
     a[spin.row] = torque * spin.scale * spin.scale
     s = spin_coupling(w.motion).s
     for k in range(w.sites.shape[0]):
@@ -121,25 +140,42 @@ def begin_piece(w: Workspace, matrices: StepMatrices, level: int, index: float) 
     """Observe the motion from z and that of unit forces, by matrices between the two speeds around `index`."""
     piece, z = piece_of(matrices), stages_of(w.stages).z
     n = int(matrices.sizes[0].n)
-    observed, of_forces, columns = piece.observed, piece.of_forces, piece.observed.shape[1]
+    observed = piece.observed
+    first, columns = columns_in_use(w, matrices)
     x = piece.x[: 2 * n + 1]
     copy(z[:n], x)
     copy(z[w.n : w.n + n], x[n:])
     x[2 * n] = 1.0
-    low = math.floor(index)
-    share = index - low
-    S_low, S_high = level_of(matrices, slot_of(low), level).S, level_of(matrices, slot_of(low + 1.0), level).S
-    row_combination(x, S_low, observed[0], columns)
-    row_combination(x, S_high, observed[1], columns)
-    for c in range(columns):
-        observed[0, c] += share * (observed[1, c] - observed[0, c])
-        for direction in range(2):
-            row = 2 * n + 1 + direction
-            observed[2 + direction, c] = S_low[row, c] + share * (S_high[row, c] - S_low[row, c])
-    for row in range(of_forces.shape[0]):
-        at = 2 * n + 3 + row
+    around = levels_around(matrices, level, index)
+    S, S_high, share = around.low.S, around.high.S, around.share
+    _combine(matrices, x, S, S_high, share, observed[0, first:], observed[5], first, columns)
+    for direction in range(2):
+        row = 2 * n + 1 + direction
+        low, high, seen = S[row, first:], S_high[row, first:], observed[2 + direction, first:]
         for c in range(columns):
-            of_forces[row, c] = S_low[at, c] + share * (S_high[at, c] - S_low[at, c])
+            seen[c] = low[c] + share * (high[c] - low[c])
+    for k in range(w.sites.shape[0]):
+        if is_constrained(w.sites[k]):
+            _observe_units(matrices, around, port_of_site(matrices, k), first, columns)
+            if w.sites[k].housing >= 0:
+                _observe_units(matrices, around, port_of_housing(matrices, k), first, columns)
+    if magnets_act(w):
+        for b in range(w.motion.bearings.shape[0]):
+            _observe_units(matrices, around, port_of_bearing(matrices, b), first, columns)
+
+
+@kernel
+def _observe_units(matrices: StepMatrices, around: LevelsAround, port: int, first: int, columns: int) -> None:
+    """Observe the motion of unit forces at a port."""
+    sizes, of_forces = matrices.sizes[0], piece_of(matrices).of_forces
+    n_ports = int(sizes.n_ports)
+    for point in range(N_LOBATTO):
+        for axis in range(2):
+            unit = 2 * (n_ports * point + port) + axis
+            at = 2 * int(sizes.n) + 3 + unit
+            low, high, seen = around.low.S[at, first:], around.high.S[at, first:], of_forces[unit, first:]
+            for c in range(columns):
+                seen[c] = low[c] + around.share * (high[c] - low[c])
 
 
 @kernel
@@ -161,26 +197,29 @@ def solve_piece(w: Workspace, matrices: StepMatrices, h: float, theta: float, Om
                 node.f_n, node.f_t = site.f_n, site.f_t
     set_contact_forces(w, matrices)
     start_rotations(w, matrices, theta, Omega)
-    set_magnet_forces(w, matrices, 0)
-    axes = 2 * int(matrices.sizes[0].n_ports)
-    for unit in range(axes):
-        for point in range(1, N_LOBATTO):
-            piece.known[axes * point + unit] = piece.known[unit]
+    with_magnets, axes = magnets_act(w), 2 * int(matrices.sizes[0].n_ports)
+    piece.known[:] = 0.0
+    if with_magnets:
+        set_magnet_forces(w, matrices, 0)
+        for unit in range(axes):
+            for point in range(1, N_LOBATTO):
+                piece.known[axes * point + unit] = piece.known[unit]
     largest = change = 0.0
     for sweep in range(MAX_SWEEPS):
         advance_rotations(w, matrices, h, torque)
         direction = _direction(w, matrices, h, theta)
         piece.x[piece.x.shape[0] - piece.known.shape[0] - 2] = direction.real
         piece.x[piece.x.shape[0] - piece.known.shape[0] - 1] = direction.imag
-        observe(matrices, direction.real, direction.imag)
+        observe(w, matrices, direction.real, direction.imag)
         if sweep > 0 and change <= SETTLED * largest + 1e-300:
             locate_nodes(w, matrices)
             return True
         change = largest = 0.0
-        for point in range(1, N_LOBATTO):
-            change = max(change, set_magnet_forces(w, matrices, point))
-        for unit in range(axes):
-            largest = max(largest, abs(piece.known[unit]))
+        if with_magnets:
+            for point in range(1, N_LOBATTO):
+                change = max(change, set_magnet_forces(w, matrices, point))
+            for unit in range(axes):
+                largest = max(largest, abs(piece.known[unit]))
         if in_contact:
             locate_nodes(w, matrices)
             solved, of_contact, force = solve_nodes(w, matrices, size, h)
@@ -254,14 +293,11 @@ def end_piece(w: Workspace, matrices: StepMatrices, level: int, index: float, h:
     first = piece.x.shape[0] - units
     for unit in range(units):
         piece.x[first + unit] = piece.known[unit] + piece.contact[unit]
-    low = math.floor(index)
-    share = index - low
-    row_combination(piece.x, level_of(matrices, slot_of(low), level).P, ends[0], 2 * n)
-    row_combination(piece.x, level_of(matrices, slot_of(low + 1.0), level).P, ends[1], 2 * n)
+    around = levels_around(matrices, level, index)
+    _combine(matrices, piece.x, around.low.P, around.high.P, around.share, ends[0], ends[1], 0, 2 * n)
     copy(stages.z, z_new)
-    for i in range(n):
-        z_new[i] = ends[0, i] + share * (ends[1, i] - ends[0, i])
-        z_new[w.n + i] = ends[0, n + i] + share * (ends[1, n + i] - ends[0, n + i])
+    copy(ends[0, :n], z_new)
+    copy(ends[0, n:], z_new[w.n :])
     for k in range(w.sites.shape[0]):
         race = w.sites[k].race
         if race >= 0:

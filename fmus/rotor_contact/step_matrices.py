@@ -8,11 +8,12 @@ length h, through values F_j at its Lobatto points, a state follows from the pre
 
 as in `exact_motion`; 1 goes with the steady forces that no magnet makes, A + i B is the direction of the unbalance.
 Besides the ports S observes cosine . q and sine . q, of which the unbalance's work and its torque on a free spin
-follow. Those of level l are for a piece of h/2^l; `matrix_rows` builds them.
+follow. Those of level l are for a piece of h/2^l; `matrix_rows` builds them, from that of a piece so short that the
+series converges fast. What is shorter than h/2^(MAX_LEVELS - 1) is not kept.
 
 P and S depend on the speed through gyroscopic terms, rotating damping and the course of the unbalance. Between speeds
 on a grid of spacing d they are interpolated, which errs by (g d h)^2/8, where g <= 2 is how much of their velocity
-gyroscopic terms turn per unit of speed and time (a thin disc has 2).
+gyroscopic terms turn per unit of speed and time (a thin disc has 2). A given speed that does not change is on the grid.
 """
 
 from __future__ import annotations
@@ -34,15 +35,20 @@ from rotor_contact.structure import REAL
 
 INTERPOLATION_ERROR = 1e-6  # of the velocities, by speeds between those on the grid
 GYROSCOPIC = 2.0  # largest g, see above
-MAX_LEVELS = 6
+MAX_LEVELS = 6  # that are kept
+MOST_LEVELS = 14  # that are built: beyond it rounding would count
 MAX_COORDINATES = 128  # of a shaft; memory and time to build grow with their square and cube
 N_SLOTS = 3  # of speeds: those around the present one, and the next
+PORT_COLUMNS = 4 * (N_LOBATTO - 1)  # of S: x and y of q and v at each Lobatto point after the first
 
-# Coordinates N of shaft and housings, ports, levels, terms of the series; length of a step (s), spacing of the speeds.
+# Coordinates N of shaft and housings, ports (those of bearings alone come last, after `n_site_ports`), levels (those
+# built, `n_built`, and those kept), terms of the series; length of a step (s), spacing of the speeds.
 SIZES = record(
     ("n", np.float64),
     ("n_ports", np.float64),
+    ("n_site_ports", np.float64),
     ("n_levels", np.float64),
+    ("n_built", np.float64),
     ("n_terms", np.float64),
     ("step_size", np.float64),
     ("spacing", np.float64),
@@ -68,12 +74,13 @@ Records = np.ndarray[tuple[int], np.dtype[np.record]]
 class MatricesKey(NamedTuple):
     """What the matrices depend on but for the speed: all numbers, and the views into them that have names.
 
-    `step_size` in an array of one, of each bearing k_b and c_b, records of type `SITE_KEY`, and the forces (N) that go
-    with 1, A and B, shape (3, n).
+    `step_size` and `origin`, a speed on the grid (rad/s), in arrays of one, of each bearing k_b and c_b, records of
+    type `SITE_KEY`, and the forces (N) that go with 1, A and B, shape (3, n).
     """
 
     values: Array
     step_size: Array
+    origin: Array
     bearings: Array
     sites: Records
     forces: Array
@@ -92,6 +99,8 @@ class StepMatrices(NamedTuple):
         Matrices of all slots, see `level_of`.
     effects
         Accelerations by the forces that go with A, with B and with 1, shape (3, n).
+    damping
+        Speed and state at which `piece_energy` found last what damping takes, and that; shape (2 n + 4,).
     pieces
         Scratch of one piece, see `piece`.
     nodes
@@ -106,6 +115,7 @@ class StepMatrices(NamedTuple):
     ports: Array
     memory: Array
     effects: Array
+    damping: Array
     pieces: Array
     nodes: Nodes
     equations: Equations
@@ -116,6 +126,14 @@ class Level(NamedTuple):
 
     P: Array
     S: Array
+
+
+class LevelsAround(NamedTuple):
+    """The matrices of a level at the speeds of the grid below and above a speed, which is `share` of the way."""
+
+    low: Level
+    high: Level
+    share: float
 
 
 class SlotCoefficients(NamedTuple):
@@ -139,11 +157,27 @@ def n_rows(n: int, n_ports: int) -> int:
 
 @views
 def n_columns(n_ports: int) -> int:
-    """Return the number of columns of S: accelerations first, then q and v at each Lobatto point after the first.
+    """Return the number of columns of S: accelerations first, then of unbalance and ports q and v at the Lobatto
+    points after the first (`place_index`).
 
     It is rounded up to eights, which products take at once.
     """
-    return ((2 * n_ports + 2) * (2 * N_LOBATTO - 1) + 7) // 8 * 8
+    return ((1 + n_ports) * (2 + PORT_COLUMNS) + 7) // 8 * 8
+
+
+@views
+def place_index(n_ports: int, point: int, port: int) -> int:
+    """Return the column of S from which the displacements at a Lobatto point after the first are.
+
+    Before those of the first port are those of the unbalance, which count as port -1.
+    """
+    return 2 * (1 + n_ports) + PORT_COLUMNS * (1 + port) + 4 * (point - 1)
+
+
+@views
+def velocity_index(n_ports: int, point: int, port: int) -> int:
+    """Return the column of S from which the velocities there are."""
+    return place_index(n_ports, point, port) + 2
 
 
 @views
@@ -159,11 +193,15 @@ def slot_size(n: int, n_ports: int) -> int:
 
 @views
 def level_of(matrices: StepMatrices, slot: int, level: int) -> Level:
-    """Return the matrices of a level at the speed of a slot."""
+    """Return the matrices of a level at the speed of a slot.
+
+    Levels beyond those kept are in the places of the last two in turn, which are built after them.
+    """
     sizes = matrices.sizes[0]
     n, n_ports = int(sizes.n), int(sizes.n_ports)
     rows = n_rows(n, n_ports)
-    at = slot * slot_size(n, n_ports) + 2 * n * n + level * level_size(n, n_ports)
+    place = level if level < MAX_LEVELS else MAX_LEVELS - 2 + level % 2
+    at = slot * slot_size(n, n_ports) + 2 * n * n + place * level_size(n, n_ports)
     return Level(
         part(matrices.memory, at, REAL, (rows, 2 * n)),
         part(matrices.memory, at + rows * 2 * n, REAL, (rows, n_columns(n_ports))),
@@ -210,6 +248,7 @@ def matrices_key_of(array: Array, at: int, n: int, n_bearings: int, n_sites: int
     return MatricesKey(
         part(array, at, REAL, matrices_key_size(n, n_bearings, n_sites)),
         part(array, at, REAL, 1),
+        part(array, at + 1, REAL, 1),
         part(array, bearings, REAL, (n_bearings, 2)),
         part(array, sites, SITE_KEY, n_sites),
         part(array, sites + N_SITE_KEY * n_sites, REAL, (3, n)),
@@ -230,7 +269,7 @@ def matrices_size(n: int, n_bearings: int, n_sites: int) -> int:
     n_ports, n_equations = most_ports(n_bearings, n_sites), 2 * (N_LOBATTO - 1) * n_sites
     size = N_SIZES + matrices_key_size(n, n_bearings, n_sites) + N_SLOTS * N_SLOT
     size += 2 * (n_ports + n_bearings + 2 * n_sites) + 2 * pieces_size(n, n_bearings, n_sites)
-    size += 4 * n + n_sites * N_LOBATTO * N_NODE + n_equations * (n_equations + 1)
+    size += 6 * n + 4 + n_sites * N_LOBATTO * N_NODE + n_equations * (n_equations + 1)
     return size + (N_SLOTS * slot_size(n + 2 * n_sites, n_ports) if n <= MAX_COORDINATES else 0)
 
 
@@ -243,7 +282,8 @@ def step_matrices_of(work: Array, at: int, n: int, n_bearings: int, n_sites: int
     slots = key + matrices_key_size(n, n_bearings, n_sites)
     ports = slots + N_SLOTS * N_SLOT
     effects = ports + 2 * (n_ports + n_bearings + 2 * n_sites)
-    pieces = effects + 4 * n
+    damping = effects + 4 * n
+    pieces = damping + 2 * n + 4
     nodes = pieces + n_pieces
     equations = nodes + n_sites * N_LOBATTO * N_NODE
     memory = equations + n_equations * (n_equations + 1)
@@ -254,6 +294,7 @@ def step_matrices_of(work: Array, at: int, n: int, n_bearings: int, n_sites: int
         part(work, ports, REAL, 2 * n_ports),
         part(work, memory, REAL, N_SLOTS * slot_size(n + 2 * n_sites, n_ports) if n <= MAX_COORDINATES else 0),
         part(work, effects, REAL, (3, n)),
+        part(work, damping, REAL, 2 * n + 4),
         part(work, pieces, REAL, n_pieces),
         part(work, nodes, NODE, (n_sites, N_LOBATTO)),
         equations_of(work, equations, n_equations),
@@ -269,8 +310,24 @@ def spacing_for(step_size: float) -> float:
 @kernel
 def grid_speed(matrices: StepMatrices, index: float) -> float:
     """Return the speed (rad/s) at a place of the grid."""
-    speed: float = index * matrices.sizes[0].spacing
+    speed: float = matrices.key.origin[0] + index * matrices.sizes[0].spacing
     return speed
+
+
+@kernel
+def place_on_grid(matrices: StepMatrices, Omega: float) -> float:
+    """Return the place of a speed (rad/s) on the grid."""
+    place: float = (Omega - matrices.key.origin[0]) / matrices.sizes[0].spacing
+    return place
+
+
+@views
+def levels_around(matrices: StepMatrices, level: int, index: float) -> LevelsAround:
+    """Return the matrices of a level around a place of the grid."""
+    low = math.floor(index)
+    share = index - low
+    high = low + 1.0 if share > 0.0 else low
+    return LevelsAround(level_of(matrices, slot_of(low), level), level_of(matrices, slot_of(high), level), share)
 
 
 @kernel

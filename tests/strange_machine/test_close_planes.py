@@ -1,0 +1,63 @@
+"""A gland close to the labyrinth: planes so close have modes too fast for the series of a step, but not for pieces."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from rotor_cases import run
+from strange_machine import RUB
+
+from amb_cosim.design import plant_data
+from fmi_export.model import Instance
+from rotor_analysis.rotor_file import load_rotor
+from rotor_contact.enumerations import EXACT, NO_MATRICES, PIECES
+
+SITES = ("catch_n", "catch_s", "labyrinth", "shroud")
+ORBITS = [f"{site}.{axis}" for site in SITES for axis in "xy"]
+FORCES = [f"{site}.f_n" for site in SITES]
+WATCHED = [*ORBITS, *FORCES, "energy.balance", "energy.dissipated", "solver.method"]
+CLEARANCE = 0.1e-3
+STEP = 50e-6
+SPEED = 900.0  # rad/s
+
+
+@pytest.fixture(scope="module")
+def rotor(tmp_path_factory):
+    text = (RUB.parent / "expander.toml").read_text(encoding="utf-8")
+    apart, close = 'name = "gland"\nz = 0.06', 'name = "gland"\nz = 0.065'
+    assert apart in text
+    path = tmp_path_factory.mktemp("close") / "expander.toml"
+    path.write_text(text.replace(apart, close), encoding="utf-8")
+    return load_rotor(path)
+
+
+def recorded(rotor, steps, **values):
+    x = Instance(*plant_data.plant(rotor))
+    for name, value in ({"Omega": SPEED} | values).items():
+        x[name] = value
+    x.initialise()
+    return run(x, steps, WATCHED, STEP)
+
+
+def assert_alike(ours, integrated):
+    orbits, forces = slice(len(ORBITS)), slice(len(ORBITS), len(ORBITS) + len(FORCES))
+    peak = max(integrated[:, forces].max(), 1.0)
+    np.testing.assert_allclose(ours[:, orbits], integrated[:, orbits], atol=1e-4 * CLEARANCE)
+    np.testing.assert_allclose(ours[:, forces], integrated[:, forces], atol=1e-3 * peak)
+    assert np.max(np.abs(ours[:, -3])) < 1e-6 * np.max(integrated[:, -2])
+
+
+def test_a_machine_with_close_planes_flies_exactly_at_constant_speed(rotor):
+    given = {"turbine.u": 2e-6, "gravity": 9.81}
+    ours = recorded(rotor, 400, **given)
+    assert_alike(ours, recorded(rotor, 400, **given, **{"solver.exact_motion": 0}))
+    assert set(ours[:33, -1]) == {NO_MATRICES}
+    assert set(ours[40:, -1]) == {EXACT}
+
+
+def test_a_machine_with_close_planes_rubs_exactly_at_constant_speed(rotor):
+    given = {"turbine.u": 6e-5, "gravity": 9.81}
+    ours = recorded(rotor, 400, **given)
+    assert_alike(ours, recorded(rotor, 400, **given, **{"solver.exact_motion": 0}))
+    assert ours[:, len(ORBITS)].max() > 1.0
+    assert np.mean(np.isin(ours[40:, -1], (EXACT, PIECES))) > 0.5
