@@ -93,23 +93,7 @@ def leaves_or_stays_within(site: Site, begin: Point, end: Point, dt: float, marg
 @kernel
 def touch_time(site: Site, z: Array, z_new: Array, dt: float, n: int) -> float:
     """Return the time (s) at which a path that ends beyond its retainer crosses it; arguments as for `stays_within`."""
-    row = site.row
-    low, high = 0.0, 1.0
-    for _ in range(N_BISECTIONS):
-        s = 0.5 * (low + high)
-        rest = 1.0 - s
-        of_z, of_z_new = rest * rest * (1.0 + 2.0 * s), s * s * (3.0 - 2.0 * s)  # Hermite's cubics
-        of_v, of_v_new = rest * rest * s * dt, -s * s * rest * dt
-        square = 0.0
-        for axis in range(2):
-            i = row + axis
-            position = of_z * z[i] + of_z_new * z_new[i] + of_v * z[n + i] + of_v_new * z_new[n + i]
-            square += (position - (site.offset_x if axis == 0 else site.offset_y)) ** 2
-        if square > site.clearance**2:
-            high = s
-        else:
-            low = s
-    return high * dt
+    return _crossing(site.clearance, point_of(site, z, n), point_of(site, z_new, n), dt, N_BISECTIONS)[1] * dt
 
 
 @kernel
@@ -121,16 +105,22 @@ def share_before_touch(site: Site, begin: Point, end: Point, dt: float) -> float
     square = site.clearance * site.clearance
     if not (end.x * end.x + end.y * end.y > square and begin.x * begin.x + begin.y * begin.y < square):
         return 0.0
+    return _crossing(site.clearance, begin, end, dt, FEW_BISECTIONS)[0]
+
+
+@kernel
+def _crossing(clearance: float, begin: Point, end: Point, dt: float, n_bisections: int) -> tuple[float, float]:
+    """Return between which shares of the time `dt` (s) a path that ends beyond a clearance (m) crosses it."""
     low, high = 0.0, 1.0
-    for _ in range(FEW_BISECTIONS):
+    for _ in range(n_bisections):
         s = 0.5 * (low + high)
         rest = 1.0 - s
         of_begin, of_end = rest * rest * (1.0 + 2.0 * s), s * s * (3.0 - 2.0 * s)  # Hermite's cubics
         of_v, of_v_end = rest * rest * s * dt, -s * s * rest * dt
         x = of_begin * begin.x + of_end * end.x + of_v * begin.v_x + of_v_end * end.v_x
         y = of_begin * begin.y + of_end * end.y + of_v * begin.v_y + of_v_end * end.v_y
-        if x * x + y * y > square:
+        if x * x + y * y > clearance * clearance:
             high = s
         else:
             low = s
-    return low
+    return low, high

@@ -135,19 +135,21 @@ def _accelerate(
 @kernel
 def mean_heat(before: ShaftDamping, after: ShaftDamping, h: float) -> float:
     """Return the mean heat per second (W) of the damping of shaft and seals in a piece of length h (s)."""
-    mean = 0.5 * (before.heat + after.heat)
-    if before.has_slope and after.has_slope:
-        mean += h * (before.slope - after.slope) / 12.0
-    return mean
+    return _mean(before.heat, after.heat, before.slope - after.slope, before.has_slope and after.has_slope, h)
 
 
 @kernel
 def mean_skew_power(before: ShaftDamping, after: ShaftDamping, h: float) -> float:
     """Return the mean power (W) of the seals' skew stiffness in a piece of length h (s)."""
-    mean = 0.5 * (before.of_skew + after.of_skew)
-    if before.has_slope and after.has_slope:
-        mean += h * (before.skew_slope - after.skew_slope) / 12.0
-    return mean
+    bent = before.skew_slope - after.skew_slope
+    return _mean(before.of_skew, after.of_skew, bent, before.has_slope and after.has_slope, h)
+
+
+@kernel
+def _mean(before: float, after: float, bent: float, has_slope: bool, h: float) -> float:
+    """Return the mean of the cubic through two values a time h apart whose slopes differ by `bent`, where known."""
+    mean = 0.5 * (before + after)
+    return mean + h * bent / 12.0 if has_slope else mean
 
 
 @kernel

@@ -101,6 +101,50 @@ def add_change_of_seals(Minv: Array, seals: Seals, before: float, Omega: float, 
 
 
 @kernel
+def add_missed_between_speeds(
+    Minv: Array, seals: Seals, low: float, high: float, Omega: float, h: float, z: Array, z_new: Array, n: int
+) -> None:
+    """Add to z_new what the coefficients at a speed give in a time h (s) beyond those between the speeds low and high.
+
+        a = -M^-1 (dK (q + q_new)/2 + dC (v + v_new)/2),  v_new += h a,  q_new += h^2 a/2            (2)
+
+    with dK = K(Omega) - (1 - s) K(low) - s K(high) at the share s from low to high, likewise dC. What it leaves out is
+    of the order of (omega h)^2/12 of this, at a frequency omega of the motion.
+
+    Parameters
+    ----------
+    Minv, seals
+        M^-1 of the shaft (1/kg), shape (m, m), and the seals.
+    low, high, Omega
+        Speeds (rad/s); the last is between the others.
+    h
+        Time from z to z_new (s).
+    z, z_new, n
+        States that begin with displacements (m), with velocities (m/s) from n on.
+    """
+    s = (Omega - low) / (high - low)
+    for k in range(seals.shape[1]):
+        at, a, b = seal_at(seals, k, Omega), seal_at(seals, k, low), seal_at(seals, k, high)
+        x, y = at.row, at.row + 1
+        q_x, q_y = 0.5 * (z[x] + z_new[x]), 0.5 * (z[y] + z_new[y])
+        v_x, v_y = 0.5 * (z[n + x] + z_new[n + x]), 0.5 * (z[n + y] + z_new[n + y])
+        f_x = _missed(at.k_xx, a.k_xx, b.k_xx, s) * q_x + _missed(at.k_xy, a.k_xy, b.k_xy, s) * q_y
+        f_x += _missed(at.c_xx, a.c_xx, b.c_xx, s) * v_x + _missed(at.c_xy, a.c_xy, b.c_xy, s) * v_y
+        f_y = _missed(at.k_yx, a.k_yx, b.k_yx, s) * q_x + _missed(at.k_yy, a.k_yy, b.k_yy, s) * q_y
+        f_y += _missed(at.c_yx, a.c_yx, b.c_yx, s) * v_x + _missed(at.c_yy, a.c_yy, b.c_yy, s) * v_y
+        for i in range(Minv.shape[0]):
+            gain = -h * (Minv[x, i] * f_x + Minv[y, i] * f_y)
+            z_new[n + i] += gain
+            z_new[i] += 0.5 * h * gain
+
+
+@kernel
+def _missed(value: float, low: float, high: float, share: float) -> float:
+    """Return by how much a value differs from that on the line between two others."""
+    return value - low - share * (high - low)
+
+
+@kernel
 def seal_power(seals: Seals, Omega: float, q: Array, v: Array) -> tuple[float, float, float]:
     """Return the heat per second v . C v of all seals, the power -v . K q of their stiffness, and of it what its skew
     part gives (W).

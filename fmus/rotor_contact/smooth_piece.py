@@ -30,9 +30,10 @@ from rotor_contact.node_forces import (
 from rotor_contact.path import Point, point_of
 from rotor_contact.piece import advance_rotations, phase_error, piece_of, start_rotations
 from rotor_contact.products import combination_between, isotropic_combination_between
+from rotor_contact.seals import add_missed_between_speeds
 from rotor_contact.site import Site, can_touch, is_constrained, slip_velocity
 from rotor_contact.site_in_piece import clear_share, follows_circle, share_in_mode
-from rotor_contact.step_matrices import LevelsAround, StepMatrices, levels_around
+from rotor_contact.step_matrices import LevelsAround, StepMatrices, grid_speed, levels_around
 from rotor_contact.workspace import Workspace, stages_of
 
 MAX_SWEEPS = 8
@@ -298,6 +299,11 @@ def end_piece(w: Workspace, matrices: StepMatrices, level: int, index: float, h:
     copy(stages.z, z_new)
     copy(ends[0, :n], z_new)
     copy(ends[0, n:], z_new[w.n :])
+    if around.share > 0.0:
+        low = math.floor(index)
+        below, above = grid_speed(matrices, low), grid_speed(matrices, low + 1.0)
+        Omega = grid_speed(matrices, index)
+        add_missed_between_speeds(w.Minv, w.motion.seals, below, above, Omega, h, stages.z, z_new, w.n)
     for k in range(w.sites.shape[0]):
         race = w.sites[k].race
         if race >= 0:

@@ -152,6 +152,7 @@ def with_contact_forces(part: LinearPart, layout: Mapping[str, Any], constants: 
 
 
 def contact_pair(site: str) -> Pair:
+    """Return the names of the contact forces (N) at a site along x and y."""
     return _pair(PLANT, f"{site} (contact).f_{{}}")
 
 
@@ -160,6 +161,7 @@ def _pair(component: str, variable: str) -> Pair:
 
 
 def flat(pairs: Sequence[Pair]) -> list[str]:
+    """Return the names of all pairs, x before y."""
     return [name for pair in pairs for name in pair]
 
 
