@@ -80,6 +80,16 @@ def test_response_has_seals_and_stages_as_the_loop_has_them(expander):
     np.testing.assert_allclose((more.M - with_seal.M)[rows], 0.005 * np.eye(2), atol=1e-9)
 
 
+def test_the_co_simulated_rotor_has_the_stages_as_the_loop_has_them(expander):
+    Omega = expander.file.speed.highest
+    (of_loop,) = coupled_loop(expander, real_coefficients(expander)).made.at(Omega).parts([PLANT])
+    (of_run,) = Subject(expander.co_simulated).made.at(Omega).parts([PLANT])
+    (bare,) = expander.made.at(Omega).parts([PLANT])
+    size = np.abs(bare.law.A).max()
+    np.testing.assert_allclose(of_run.law.A, of_loop.law.A, atol=1e-9 * size)
+    assert np.abs(of_run.law.A - bare.law.A).max() > 1e-6 * size
+
+
 @pytest.mark.slow
 def test_it_comes_back_from_its_retainers_and_a_larger_overload_touches_one():
     (part,) = assess(MACHINES["expander"](), only=["recovery"]).parts

@@ -75,7 +75,7 @@ def simulate(
     given: dict[str, Any] = {"settle_cycles": SETTLING, "parameters": parameters, **fields}
     if inputs:
         given["inputs"] = {PLANT: dict(inputs)}
-    scenario = subject.file.as_scenario(Omega, **given)
+    scenario = subject.co_simulated.as_scenario(Omega, **given)
     result = run_prepared(prepare(scenario, None, flavour=subject.flavour))
     if result.outcome.status == "interrupted":
         raise KeyboardInterrupt

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -12,6 +13,7 @@ import numpy as np
 
 from amb_actuator.records import AXIS
 from amb_cosim.acceptance.machine_file import MachineFile
+from amb_cosim.acceptance.with_stages import machine_with_stages
 from amb_cosim.cosim.choices import Flavour
 from amb_cosim.cosim.values import RPM
 from amb_cosim.design.magnetic_bearing import axis_parameters
@@ -22,6 +24,7 @@ from amb_cosim.scenario.simulation import Prepared, prepare
 from amb_files.suggestions import suggest
 from fmi_export.model import Array
 from rotor_analysis.assembly import Matrices, assemble
+from rotor_analysis.reduced_rotor import reduced_rotor
 from rotor_analysis.reduction import Reduction, craig_bampton
 from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import load_rotor
@@ -47,6 +50,34 @@ class Subject:
     def prepared(self) -> Prepared:
         """The machine's run at its largest speed, ready to start."""
         return prepare(self.file.as_scenario(self.file.speed.highest), None, flavour=self.flavour)
+
+    @cached_property
+    def co_simulated(self) -> MachineFile:
+        """The machine as it is co-simulated: stages at planes of the plant act on the rotor as seals do."""
+        left_out = self.stages_left_out
+        stages = [stage for stage in self.file.stages if stage.at not in left_out]
+        return machine_with_stages(self.file, stages, self.prepared.scenario.rotor, self._folder)
+
+    @cached_property
+    def stages_left_out(self) -> tuple[str, ...]:
+        """Parts with stages that are not in co-simulation, because the plant has no plane there.
+
+        More planes would add modes far above those that the reduction of the rotor file keeps, which nothing damps.
+        """
+        planes = reduced_rotor(self.rotor).model.translations
+        return tuple(stage.at for stage in self.file.stages if self.node_of(stage.at) not in planes)
+
+    @property
+    def note_on_stages(self) -> tuple[str, ...]:
+        """What a reader of a co-simulation must know of the stages."""
+        if not self.stages_left_out:
+            return ()
+        places = ", ".join(self.stages_left_out)
+        return (f"Stages that are not in co-simulation, because the rotor's reduction has no plane there: {places}.",)
+
+    @cached_property
+    def _folder(self) -> tempfile.TemporaryDirectory[str]:
+        return tempfile.TemporaryDirectory()
 
     @cached_property
     def made(self) -> Linearisable:

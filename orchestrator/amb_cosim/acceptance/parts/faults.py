@@ -36,11 +36,12 @@ def answer(subject: Subject) -> PartResult:
         rows.append((name, site, f"{largest:.3g}", f"{end:.3g}", result.summary.recovery or "no contact"))
         if quantity == "clearance_used_running":
             curves.append(curve(name, np.linspace(0.0, RAMP, len(used[site])), 100.0 * used[site]))
-    heads = ("run", "nearest at", "largest (% of clearance)", "at the end (%)", "outcome")
+    heads = ("run", "nearest at", "largest (% of clearance)", "at the end (%)", "contact at the end")
     notes = (
         f"Run-up and run-down between {rpm(SLOW * speed):.0f} and {rpm(speed):.0f} 1/min in {RAMP:g} s: faster than "
         "machines do, which passes critical speeds with less vibration. Faults are at the largest speed; a rotor that "
         "its retainers hold is at 100 %.",
+        *subject.note_on_stages,
     )
     panel = Panel("Displacement over clearance, where it is largest", "time (s)", "%", tuple(curves))
     return PartResult(tuple(measured), (panel,), (PartTable("Runs", heads, tuple(rows)),), notes)

@@ -78,6 +78,7 @@ def answer(subject: Subject) -> PartResult:
         "converges where peaks within an impact do not. The drive goes on.",
         "Retainers without mounts are rigid: a rotor that rolls backward in them has no bound, and forces beyond a "
         "thousand times the weight say that, not how large they are.",
+        *subject.note_on_stages,
     )
     panel = Panel("Largest force of each landing", "phase of the power loss (deg)", "over the weight", curves)
     table = PartTable("Landings", heads, tuple(one.row for one in landings))

@@ -61,6 +61,7 @@ def answer(subject: Subject) -> PartResult:
         "drag (`race_drag`) turns on with the rotor and takes hardly any.",
         f"The overload is an acceleration of the base along y that rises by {OVERLOAD_STEP:g} g every "
         f"{1e3 * OVERLOAD_TIME:g} ms, on top of gravity and unbalance.",
+        *subject.note_on_stages,
     )
     return PartResult(tuple(measured), panels, (PartTable(f"{TO_REST:g} s without power", heads, tuple(rows)),), notes)
 

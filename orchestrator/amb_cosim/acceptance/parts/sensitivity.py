@@ -34,12 +34,14 @@ def answer(subject: Subject) -> PartResult:
         Measured("sensitivity_peak", f"{name}, {hz:.1f} Hz at {rpm(Omega):.0f} 1/min", peak, "1", {"frequency": hz})
         for name, (peak, hz, Omega) in worst.items()
     ]
-    study = sensitivity(subject.file.as_scenario(speed.highest), flavour=subject.flavour)
+    study = sensitivity(subject.co_simulated.as_scenario(speed.highest), flavour=subject.flavour)
     for name, axis in study.axes.items():
         top = int(axis.measured.argmax())
         hz = float(axis.measured_frequencies[top])
         where = f"{name}, {hz:.1f} Hz at {rpm(speed.highest):.0f} 1/min"
-        note = f"{100.0 * axis.largest_difference:.2g} % from the computed curve without stages, at most"
+        note = (
+            f"{100.0 * axis.largest_difference:.2g} % from the curve that is computed of what is co-simulated, at most"
+        )
         measured.append(
             Measured("sensitivity_measured", where, float(axis.measured[top]), "1", {"frequency": hz}, note)
         )
@@ -90,6 +92,4 @@ def _notes(subject: Subject, study: StabilityMargin) -> tuple[str, ...]:
     first = (
         f"Amplifiers are {study.amplifier}, demands {study.delay:g} samples late. Up to 2 kHz, or half the sample rate."
     )
-    if not subject.file.stages:
-        return (first,)
-    return (first, "Computed with the stages' cross coupling; measured without, since the co-simulated rotor has none.")
+    return (first, *subject.note_on_stages)

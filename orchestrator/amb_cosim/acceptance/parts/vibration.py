@@ -31,5 +31,6 @@ def answer(subject: Subject) -> PartResult:
     notes = (
         "Unbalance of the balancing grade at the rotor's own planes, as the worst mode has it. Sensors are noisy and "
         "converters step by the start values of the controller, unless the machine says what its signal chain does.",
+        *subject.note_on_stages,
     )
     return PartResult(tuple(measured), (Panel("Displacement over clearance", "cycle", "%", tuple(curves)),), (), notes)
