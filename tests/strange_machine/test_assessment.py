@@ -6,6 +6,7 @@ import json
 import re
 from dataclasses import replace
 
+import control
 import numpy as np
 import pytest
 from strange_machine import LEVITATION
@@ -13,10 +14,15 @@ from strange_machine import LEVITATION
 from amb_cosim.acceptance.assess import assess
 from amb_cosim.acceptance.coefficients import anticipated, real_coefficients
 from amb_cosim.acceptance.coupled import coupled_loop
+from amb_cosim.acceptance.feedback import bearing_forces
 from amb_cosim.acceptance.machine_file import MachineFile, load_machine
-from amb_cosim.acceptance.response import passive
+from amb_cosim.acceptance.parts.envelope import largest_needed
+from amb_cosim.acceptance.parts.sensitivity import sensitivities
+from amb_cosim.acceptance.response import passive, synchronous_response
 from amb_cosim.acceptance.subject import Subject
 from amb_cosim.design.plant_data import plant
+from amb_cosim.linear.linearise import model_of
+from amb_cosim.linear.loop import Loop
 from amb_cosim.linear.machine import rotor_part
 from amb_cosim.results.places import PLANT
 from rotor_analysis.parts import Bearing
@@ -88,6 +94,46 @@ def test_the_co_simulated_rotor_has_the_stages_as_the_loop_has_them(expander):
     size = np.abs(bare.law.A).max()
     np.testing.assert_allclose(of_run.law.A, of_loop.law.A, atol=1e-9 * size)
     assert np.abs(of_run.law.A - bare.law.A).max() > 1e-6 * size
+
+
+@pytest.mark.parametrize("Omega", [400.0, 1500.0])
+def test_all_forces_on_the_rotor_are_the_change_of_its_momentum(expander, Omega):
+    """Newton's law along x, of a response under unbalance: magnets, passive bearing, gland, and Omega^2 u.
+
+    The mass of each node is without what the shaft's slopes add to it, 2e-3 at the higher speed.
+    """
+    unbalance = {1: 2e-6, len(expander.z): 1e-6}
+    q = synchronous_response(expander, np.array([Omega]), [unbalance])
+    motion, s = q[0, 0], 1j * Omega
+    magnets = (bearing_forces(expander, Omega, Omega) @ motion.ravel())[::2]
+    force = magnets.sum() + Omega**2 * sum(unbalance.values())
+    for bearing in expander.rotor.bearings:
+        k, c = (expander.parameters[PLANT].get(f"{bearing.name}.{name}", 0.0) for name in ("k_b", "c_b"))
+        force -= (k + s * c) * motion[bearing.node - 1, 0]
+    for seal in expander.rotor.seals:
+        K, C, M = seal.at(Omega)
+        force -= ((K + s * C + s**2 * M) @ motion[seal.node - 1])[0]
+    rows = [expander.free.translations[node][0] for node in sorted(expander.free.translations)]
+    mass = expander.free.M[rows].sum(axis=0)[rows]
+    assert mass.sum() == pytest.approx(expander.rotor.mass)
+    assert abs(force - s**2 * (mass @ motion[:, 0])) < 4e-3 * abs(force)
+    needed = largest_needed(expander, np.array([Omega]), q)[0][0]
+    nodes = {bearing.name: bearing.node for bearing in expander.rotor.bearings}
+    along_x = [abs(magnets[nodes[name] - 1]) for name, axis in expander.loop.axes if axis == "x"]
+    np.testing.assert_allclose(needed[::2], along_x)
+
+
+def test_sensitivity_is_that_of_python_control(expander):
+    Omega = expander.file.speed.highest
+    loop = Loop(expander.made.at(Omega))
+    L = model_of(loop.made, loop.demands, loop.sources, opened=loop.demands)
+    n = len(loop.axes)
+    S = control.feedback(control.ss([], [], [], np.eye(n), L.dt), L, sign=1)
+    for k, (name, frequencies, values) in enumerate(sensitivities(expander.loop, Omega)):
+        assert name == loop.axis_names[k]
+        some = frequencies[::40]
+        theirs = [abs(S(np.exp(2j * np.pi * hz * L.dt))[k, k]) for hz in some]
+        np.testing.assert_allclose(values[::40], theirs, rtol=1e-6)
 
 
 @pytest.mark.slow

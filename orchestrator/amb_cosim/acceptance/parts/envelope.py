@@ -25,7 +25,7 @@ def answer(subject: Subject) -> PartResult:
     whole = subject.unbalance_of_grade()
     cases = unbalance_cases(subject)
     q = synchronous_response(subject, speeds, [case.of(whole) for case in cases], real_coefficients(subject))
-    forces, currents = _needed(subject, speeds, q)
+    forces, currents = largest_needed(subject, speeds, q)
     measured: list[Measured] = []
     rows: list[tuple[str, ...]] = []
     in_force, in_current = [], []
@@ -70,7 +70,7 @@ def answer(subject: Subject) -> PartResult:
     return PartResult(tuple(measured), panels, (PartTable("Largest demands", heads, tuple(rows)),), notes)
 
 
-def _needed(subject: Subject, speeds: Array, q: Complex) -> tuple[Array, Array]:
+def largest_needed(subject: Subject, speeds: Array, q: Complex) -> tuple[Array, Array]:
     """Return amplitudes of force (N) and current (A) of each axis in the worst case, shape (speeds, axes) each."""
     n_axes, nodes = len(subject.loop.axes), {b.name: b.node for b in subject.rotor.bearings}
     forces, currents = np.zeros((len(speeds), n_axes)), np.zeros((len(speeds), n_axes))
