@@ -16,11 +16,12 @@ Without it kernels are right while the disk is.
 `numba.np.arrayobj`). Slices, `view` and `reshape` do the same with divisions and branches. Without it a step takes
 longer, and is the same to the last bit.
 
-**Assembly without machine code** (`compile_nothing`, methods of `numba.core.codegen`, and the names that numba gives to
-its own functions in the assembly, see `building.native.lowering`). By itself numba links a function with all that it
-calls, optimises that and compiles it, for each function anew: one at the bottom of a deep tree of calls is compiled
-once for every level above it. It has no code that Python or C calls a function by, either. Without it lowering takes
-twice as long.
+**Machine code of nothing, or of what Python calls alone** (`compile_nothing`, `compile_entries`, methods of
+`numba.core.codegen`, and the names that numba gives to its own functions in the assembly, see
+`building.native.lowering`). By itself numba links a function with all that it calls, optimises that and compiles it,
+for each function anew: one at the bottom of a deep tree of calls is compiled once for every level above it. What is
+left out has no code that Python or C calls it by, either. Without it lowering, and compiling for the tests, takes
+twice as long; the bits of results are the same.
 
 **Types of calls** (`type_calls_once`, `get_call_type` of `numba.core.types.functions`). numba infers the type of an
 operator anew at every call. Without it lowering takes longer; the machine code is the same.
@@ -35,7 +36,7 @@ from __future__ import annotations
 
 import ctypes
 import importlib
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from contextlib import contextmanager, suppress
 from hashlib import sha256
 from io import BytesIO
@@ -209,6 +210,44 @@ def compile_nothing() -> None:
     cpu.CPUContext.create_cfunc_wrapper = lambda context, *arguments: None
 
 
+def compile_entries(entries: Collection[str]) -> None:
+    """Let numba make and keep machine code of `entries` alone (`module.function`), of each once with all that it calls.
+
+    For a process that compiles kernels for others, before it loads any. A call of others from Python is a MemoryError
+    there: what they have in place of machine code is the function of Python that raises one.
+    """
+    caching: Any = importlib.import_module("numba.core.caching")
+    codegen: Any = importlib.import_module("numba.core.codegen")
+    make_function: Any = importlib.import_module("numba._dynfunc").make_function
+    context: Any = importlib.import_module("numba.core.cpu").CPUContext
+    wrap, load, save = context.create_cpython_wrapper, context.get_executable, caching.Cache.save_overload
+    refuse = ctypes.cast(ctypes.pythonapi.PyErr_NoMemory, ctypes.c_void_p).value
+
+    def is_entry(described: Any) -> bool:
+        return f"{described.modname}.{described.qualname}" in entries
+
+    def wrap_entry(context: Any, library: Any, described: Any, *arguments: Any, **options: Any) -> None:
+        if is_entry(described):
+            wrap(context, library, described, *arguments, **options)
+
+    def load_entry(context: Any, library: Any, described: Any, environment: Any) -> Any:
+        if not is_entry(described):
+            return make_function(described.lookup_module(), described.qualname, "", refuse, environment, (library,))
+        if not library.codegen._engine.is_symbol_defined(described.llvm_cpython_wrapper_name):  # nor from the cache
+            library._final_module = _linked_whole(library)
+            library._optimize_final_module()
+            library._finalize_final_module()
+        return load(context, library, described, environment)
+
+    def save_entry(cache_on_disk: Any, signature: Any, result: Any) -> None:
+        if is_entry(result.fndesc):
+            save(cache_on_disk, signature, result)
+
+    codegen.CPUCodeLibrary.finalize = _finalize
+    context.create_cpython_wrapper, context.get_executable = wrap_entry, load_entry
+    caching.Cache.save_overload = save_entry
+
+
 def type_calls_once() -> None:
     """Let numba infer the type of a call of its own functions once for each types of arguments, not at every call."""
     functions: Any = importlib.import_module("numba.core.types.functions")
@@ -244,6 +283,22 @@ def _linked(library: Any) -> Any:
             if not function.is_declaration and function.linkage == llvm.Linkage.external:
                 function.linkage = "linkonce_odr"  # more than one may bring it along
         module.link_in(part)
+    return module
+
+
+def _linked_whole(library: Any) -> Any:
+    """Return the same where some libraries are optimised already: what those have inlined, others may call later."""
+    llvm: Any = importlib.import_module("llvmlite.binding")
+    module = library._final_module.clone()
+    for other in _needed(library):
+        part = other._get_module_for_linking().clone()
+        for function in part.functions:
+            if not function.is_declaration and function.linkage == llvm.Linkage.linkonce_odr:
+                function.linkage = "weak_odr"  # linked whether called yet or not
+        module.link_in(part)
+    for function in module.functions:
+        if not function.is_declaration and function.linkage == llvm.Linkage.weak_odr:
+            function.linkage = "linkonce_odr"  # left out where nothing calls it
     return module
 
 
