@@ -101,6 +101,10 @@ def test_fmus_without_arrays_are_of_fmi_3(refuses):
     refuses("FMUs without arrays are of FMI 3.0 (--fmi 3); FMI 2.0 has no arrays", "build", "--no-arrays", "-o", "fmus")
 
 
+def test_fmus_of_flavour_python_have_no_c_code(refuses):
+    refuses("C code is of native FMUs alone (--sources)", "build", "--sources", "--flavour", "python", "-o", "fmus")
+
+
 def test_build_takes_a_rotor_of_ones_own(runner, tmp_path):
     rig = rotor_path().read_text(encoding="utf-8")
     (tmp_path / "heavy.toml").write_text(rig.replace("mass = 10.0", "mass = 12.0"), encoding="utf-8")

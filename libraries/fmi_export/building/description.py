@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 from fmi_export.building.units import DISPLAYED, NOMINAL, base_unit, display_unit
@@ -11,17 +11,23 @@ from fmi_export.model import Model
 from fmi_export.variables import LARGEST, TOOL, Variable
 
 
-def model_description(model: Model, guid: str, tool: str, version: str, needs_tool: bool = True) -> Element:
+def model_description(
+    model: Model, guid: str, tool: str, version: str, needs_tool: bool = True, sources: Sequence[str] = ()
+) -> Element:
     """Return the root element of the FMI 2.0 co-simulation description of `model`.
 
     Variables come in table order with value reference = position; outputs are `calculated`, listed with the
     inputs they depend on without delay. They are the initial unknowns, with what their initial
-    values depend on as far as the table declares it.
+    values depend on as far as the table declares it. `sources` are the C files that the FMU is compiled from.
     """
     root = Element("fmiModelDescription", fmiVersion="2.0", guid=guid)
     states = ("canNotUseMemoryManagementFunctions", "canGetAndSetFMUstate", "canSerializeFMUstate")
     abilities = (*states, "providesDirectionalDerivative")
     describe(root, model, tool, version, needs_tool, abilities, _enumeration)
+    if sources:
+        files = SubElement(root[0], "SourceFiles")  # of CoSimulation
+        for name in sources:
+            SubElement(files, "File", name=name)
     variables = SubElement(root, "ModelVariables")
     for reference, variable in enumerate(model.interface.variables):
         variables.append(_scalar_variable(reference, variable))

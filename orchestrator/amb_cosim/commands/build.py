@@ -43,6 +43,11 @@ SYSTEM = "levitated"  # what is assembled without a scenario
     help="Version of FMI: 2.0, or 3.0 for native FMUs, which has sensors and receptance as arrays.",
 )
 @click.option("--no-arrays", is_flag=True, help="FMI 3.0 with a variable for each value, for hosts without arrays.")
+@click.option(
+    "--sources",
+    is_flag=True,
+    help="Native FMUs that hold their C code too, which any C99 compiler builds, for other targets.",
+)
 def build(
     output: Path,
     rotor: str | None,
@@ -53,6 +58,7 @@ def build(
     platforms: list[str] | None,
     fmi: str,
     no_arrays: bool,
+    sources: bool,
 ) -> None:
     """Build the FMUs into a folder.
 
@@ -67,10 +73,11 @@ def build(
         check_writable(output, is_folder=True)
         if assembled is not None:
             whole = None if assembled == SYSTEM else assembled
-            options = (flavour, rotor, receptances, platforms, version, not no_arrays)
-            click.echo(amb_cosim.build_assembled(output, whole, *options))
+            how = (flavour, rotor, receptances, platforms, version, not no_arrays, sources)
+            click.echo(amb_cosim.build_assembled(output, whole, *how))
             return
-        for path in amb_cosim.build(output, flavour, rotor, receptances, platforms, version, scenario, not no_arrays):
+        options = (flavour, rotor, receptances, platforms, version, scenario, not no_arrays, sources)
+        for path in amb_cosim.build(output, *options):
             click.echo(path)
     if flavour == "python":
         from fmi_export.building.python_fmu import what_it_needs

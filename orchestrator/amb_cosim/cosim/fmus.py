@@ -132,6 +132,7 @@ def build_models(
     platforms: Iterable[str] | None = None,
     fmi: Fmi = 2,
     arrays: bool = True,
+    sources: bool = False,
     **options: Any,
 ) -> list[Path]:
     """Write the FMUs of models into `folder` and return their paths; nothing is written unless all can be made.
@@ -140,12 +141,13 @@ def build_models(
     ----------
     names, options
         The models and what they are made for, as for `model_source`.
-    flavour, platforms, fmi, arrays
-        Which flavour, what it runs on, for which version of FMI, and whether that of 3.0 has arrays; see
-        `build_native_fmu` and `build_python_fmu`.
+    flavour, platforms, fmi, arrays, sources
+        Which flavour, what it runs on, for which version of FMI, whether that of 3.0 has arrays, and whether it holds
+        its C code; see `build_native_fmu` and `build_python_fmu`.
     """
     made = [model_source(name, **options) for name in names]
-    return [build_model(model, constants, folder, flavour, platforms, fmi, arrays) for model, constants in made]
+    how = (flavour, platforms, fmi, arrays, sources)
+    return [build_model(model, constants, folder, *how) for model, constants in made]
 
 
 def build_model(
@@ -156,9 +158,10 @@ def build_model(
     platforms: Iterable[str] | None = None,
     fmi: Fmi = 2,
     arrays: bool = True,
+    sources: bool = False,
 ) -> Path:
     """Write the FMU of a model with its constants into `folder` and return its path; options as for `build_models`."""
-    build, _ = _flavoured(flavour, platforms, fmi, arrays)
+    build, _ = _flavoured(flavour, platforms, fmi, arrays, sources)
     return build(model, constants, folder)
 
 
@@ -275,7 +278,11 @@ def _code(package: str) -> bytes:
 
 
 def _flavoured(
-    flavour: Flavour, platforms: Iterable[str] | None = None, fmi: Fmi = 2, arrays: bool = True
+    flavour: Flavour,
+    platforms: Iterable[str] | None = None,
+    fmi: Fmi = 2,
+    arrays: bool = True,
+    sources: bool = False,
 ) -> tuple[Build, Guid]:
     """Return the functions that build an FMU of that flavour and give its guid."""
     if fmi == 2 and not arrays:
@@ -283,9 +290,13 @@ def _flavoured(
     if flavour == "python":
         if fmi != 2:
             raise ValueError("FMI 3.0 is for native FMUs alone; PythonFMU writes those of flavour python for FMI 2.0")
+        if sources:
+            raise ValueError(
+                "C code is of native FMUs alone (--sources); those of flavour python hold their Python code"
+            )
         from fmi_export.building.python_fmu import build_python_fmu, python_guid
 
         return partial(build_python_fmu, platforms=platforms), python_guid
     from fmi_export.building.native.package import build_native_fmu, native_guid
 
-    return partial(build_native_fmu, platforms=platforms, fmi=fmi, arrays=arrays), native_guid
+    return partial(build_native_fmu, platforms=platforms, fmi=fmi, arrays=arrays, sources=sources), native_guid

@@ -35,6 +35,7 @@ def build_assembled(
     platforms: Iterable[str] | None = None,
     fmi: Fmi = 2,
     arrays: bool = True,
+    sources: bool = False,
 ) -> Path:
     """Write one FMU with all components of a system into a folder and return its path.
 
@@ -47,7 +48,7 @@ def build_assembled(
         `Scenario`, a name or the path of a TOML file; the path of a system file; the system `levitated` by default.
     rotor, receptances
         In place of the scenario's; see `build`.
-    folder, flavour, platforms, fmi, arrays
+    folder, flavour, platforms, fmi, arrays, sources
         As for `build`.
 
     Raises
@@ -57,7 +58,7 @@ def build_assembled(
         cannot be built.
     """
     options = {"scenario": scenario, "rotor": rotor, "receptances": receptances}
-    (path,) = build_models((NAME,), Path(folder), flavour, platforms, fmi, arrays, **options)
+    (path,) = build_models((NAME,), Path(folder), flavour, platforms, fmi, arrays, sources, **options)
     return path
 
 

@@ -25,6 +25,7 @@ def build(
     fmi: Fmi = 2,
     scenario: str | Path | Scenario | None = None,
     arrays: bool = True,
+    sources: bool = False,
 ) -> list[Path]:
     """Write the FMUs of the three models, or of a scenario's components, into a folder and return their paths.
 
@@ -46,6 +47,8 @@ def build(
         a system file. Each FMU is then called like its component. Events and what changes the speed are not in them.
     arrays
         Whether FMUs of FMI 3.0 have array variables; without, each value has a reference of its own.
+    sources
+        Whether native FMUs hold their C code too, for targets that none is compiled for here.
 
     Raises
     ------
@@ -54,9 +57,10 @@ def build(
         component of the scenario is no model, or the platforms or the compiler are not what they must be.
     """
     if scenario is not None:
-        return _build_planned(Path(folder), flavour, scenario, rotor, receptances, platforms, fmi, arrays)
+        return _build_planned(Path(folder), flavour, scenario, rotor, receptances, platforms, fmi, arrays, sources)
     table = None if receptances is None else Path(receptances)
-    return build_models(MODELS, Path(folder), flavour, platforms, fmi, arrays, rotor=rotor, receptances=table)
+    how = (flavour, platforms, fmi, arrays, sources)
+    return build_models(MODELS, Path(folder), *how, rotor=rotor, receptances=table)
 
 
 def _build_planned(
@@ -68,6 +72,7 @@ def _build_planned(
     platforms: Iterable[str] | None,
     fmi: Fmi,
     arrays: bool,
+    sources: bool,
 ) -> list[Path]:
     """Write the FMU of each component of a scenario, with its values to start with."""
     from fmi_export.model import with_starts
@@ -78,7 +83,7 @@ def _build_planned(
     models = {name: (with_starts(model, starts[name]), constants) for name, (model, constants) in planned.made.items()}
     with stage() as temporary:
         built = {
-            name: build_model(model, constants, temporary / name, flavour, platforms, fmi, arrays)
+            name: build_model(model, constants, temporary / name, flavour, platforms, fmi, arrays, sources)
             for name, (model, constants) in models.items()
         }
         folder.mkdir(parents=True, exist_ok=True)

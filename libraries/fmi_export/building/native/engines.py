@@ -30,11 +30,12 @@ SLAVE = (  # an instance as hosts of FMI 2.0 run it, without the kernels
     *("assembly.c", "data.c", "derivative.c", "fmi2.c", "instance.c", "loop.c", "resources.c", "saved.c"),
     *("slave.c", "values.c"),
 )
-C_SOURCES = (
-    *SLAVE,
+SLAVE3 = (
     *(f"{HEADERS}/fmi3{part}.h" for part in ("Functions", "FunctionTypes", "PlatformTypes")),
-    *("compiled.c", "fmi3.c", "fmi3_absent.c"),
+    "fmi3.c",
+    "fmi3_absent.c",
 )
+C_SOURCES = (*SLAVE, *SLAVE3, "compiled.c")
 LOWERING = ("lowering.py", "runtime.ll")
 COMPILING = ("compiler.py", "universal.py")
 LIBRARY, MADE_BY, KERNELS = "library", "made_by.txt", "kernels.ll"  # file names
@@ -117,10 +118,18 @@ def engine_place(models: Sequence[Kernels], platform: str) -> Path:
 
 def engine_sources(models: Sequence[Kernels]) -> dict[str, str]:
     """Return the sources of an engine by file name: the slave, the key, the lowered kernels of each model."""
-    sources = texts_of(C_SOURCES)
+    return texts_of(C_SOURCES) | key_header(models) | {f"{m.name}.ll": lowered_kernels(m) for m in models}
+
+
+def key_header(models: Sequence[Kernels]) -> dict[str, str]:
+    """Return the header with an engine's key and the names of its models."""
     named = "".join(f" M({model.name})" for model in models)
-    sources["engine_key.h"] = f'#define ENGINE_KEY "{engine_key(models)}"\n#define MODELS(M){named}\n'
-    return sources | {f"{m.name}.ll": _lowered(m).replace(ENTRY, f"@{m.name}_") for m in models}
+    return {"engine_key.h": f'#define ENGINE_KEY "{engine_key(models)}"\n#define MODELS(M){named}\n'}
+
+
+def lowered_kernels(model: Kernels) -> str:
+    """Return the LLVM assembly of a model's kernels, `<name>_initialise` and `<name>_step`."""
+    return _lowered(model).replace(ENTRY, f"@{model.name}_")
 
 
 def _name(models: Sequence[Kernels]) -> str:

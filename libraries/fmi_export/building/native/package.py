@@ -18,6 +18,7 @@ from fmi_export.building.identity import guid_of
 from fmi_export.building.native.compiler import FOLDERS3, TARGETS, check_platforms, host_platform
 from fmi_export.building.native.data import linear_state_file, model_data
 from fmi_export.building.native.engines import engine, engine_key
+from fmi_export.building.native.portable import build_description, compiled_files, portable_sources
 from fmi_export.model import Array, Model
 
 Fmi = Literal[2, 3]  # version
@@ -31,6 +32,7 @@ def build_native_fmu(
     platforms: Iterable[str] | None = None,
     fmi: Fmi = 2,
     arrays: bool = True,
+    sources: bool = False,
 ) -> Path:
     """Write `<model.name>.fmu` into `folder` and return its path; the file appears complete or not at all.
 
@@ -48,6 +50,8 @@ def build_native_fmu(
         Version of FMI: 2.0 or 3.0. Engine and data are the same but for the guid, and so are the results.
     arrays
         Whether an FMU of FMI 3.0 has array variables; without, each element is a variable, as in FMI 2.0.
+    sources
+        Whether it holds its C code too, for platforms that it has no library for; see `portable`.
 
     Raises
     ------
@@ -61,7 +65,11 @@ def build_native_fmu(
     data = model_data(model, constants, guid, engine_key(model.compiled))
     engines = {platform: engine(model.compiled, platform) for platform in chosen}
     made_by = sorted({one.made_by for one in engines.values()})
-    content = {"modelDescription.xml": _description(model, guid, made_by, fmi), "resources/model.bin": data}
+    code = portable_sources(model, fmi) if sources else {}
+    content = {"modelDescription.xml": _description(model, guid, made_by, fmi, code), "resources/model.bin": data}
+    content |= {f"sources/{name}": text.encode() for name, text in code.items()}
+    if code and fmi == 3:
+        content["sources/buildDescription.xml"] = build_description(model, code)
     for platform, one in engines.items():
         for place in FOLDERS3[platform] if fmi == 3 else (platform,):
             content[f"binaries/{place}/{model.name}{TARGETS[platform][0]}"] = one.library
@@ -78,9 +86,9 @@ def native_guid(model: Model, constants: Array, fmi: Fmi = 2) -> str:
     return guid_of(model, constants, f"native {'FMI 3.0 ' if fmi == 3 else ''}{engine_key(model.compiled)}")
 
 
-def _description(model: Model, guid: str, made_by: list[str], fmi: Fmi) -> bytes:
+def _description(model: Model, guid: str, made_by: list[str], fmi: Fmi, code: Iterable[str]) -> bytes:
     version = importlib.metadata.version("amb-cosim")
     tool = f"amb-cosim {version} with {'; '.join(made_by)}"
     if fmi == 3:
         return xml_file(model_description3(model, guid, tool, version))
-    return xml_file(model_description(model, guid, tool, version, needs_tool=False))
+    return xml_file(model_description(model, guid, tool, version, needs_tool=False, sources=compiled_files(code)))

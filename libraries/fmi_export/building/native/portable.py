@@ -1,0 +1,86 @@
+"""The C code of an FMU, which any C99 compiler builds: for targets that no library is shipped for.
+
+It is that of the engine with the kernels translated to C (`c99`), in the folder `sources`, and makes the same FMU with
+the same resources. Names of functions begin with the model identifier, as FMI asks of source code, so that FMUs of
+several models can be linked into one program; who makes a shared library defines FMI2_OVERRIDE_FUNCTION_PREFIX, or
+FMI3_OVERRIDE_FUNCTION_PREFIX.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from typing import Literal
+from xml.etree.ElementTree import Element, SubElement
+
+from fmi_export.building.description import xml_file
+from fmi_export.building.native.c99.translation import HEADER, to_c
+from fmi_export.building.native.engines import SLAVE, SLAVE3, key_header, lowered_kernels
+from fmi_export.building.native.sources import texts_of
+from fmi_export.model import Model
+
+NAMES = "names.h"  # which every file begins with
+DECLARED = re.compile(r"^(?!static|typedef)(?:\w+ )+\**(\w+)\((?=[^;{]*;)", re.MULTILINE)  # functions in a header
+OPTIONS = "-std=c99 -ffp-contract=off"  # of GCC and Clang: a product and a sum are rounded apart on every processor
+
+
+def portable_sources(model: Model, fmi: Literal[2, 3]) -> dict[str, str]:
+    """Return the C files and headers of a model's FMU by file name.
+
+    Raises
+    ------
+    ValueError
+        If the kernels must be lowered and numba is missing, or they hold what has no counterpart in C.
+    """
+    if fmi == 3:
+        files = [name for name in (*SLAVE, *SLAVE3) if "fmi2" not in name]
+    else:
+        files = list(SLAVE)
+    own = texts_of([*files, "compiled.c"])
+    kernels = {f"{m.name}.c": to_c(lowered_kernels(m)) for m in model.compiled}
+    entries = [f"{m.name}_{entry}" for m in model.compiled for entry in ("initialise", "step")]
+    code = {name: f'#include "{NAMES}"\n\n{text}' for name, text in (own | kernels).items() if name.endswith(".c")}
+    headers = {name: text for name, text in own.items() if name.endswith(".h")}
+    names = {NAMES: _names(model.name, fmi, [*_functions(headers), *entries])}
+    return code | headers | key_header(model.compiled) | texts_of([f"c99/{HEADER}"]) | names
+
+
+def compiled_files(code: Iterable[str]) -> list[str]:
+    """Return which files a compiler is given."""
+    return sorted(name for name in code if name.endswith(".c"))
+
+
+def build_description(model: Model, code: Iterable[str]) -> bytes:
+    """Return buildDescription.xml of FMI 3.0, which says how the files are compiled."""
+    root = Element("fmiBuildDescription", fmiVersion="3.0")
+    configuration = SubElement(root, "BuildConfiguration", modelIdentifier=model.name)
+    files = SubElement(configuration, "SourceFileSet", language="C99", compilerOptions=OPTIONS)
+    for name in compiled_files(code):
+        SubElement(files, "SourceFile", name=name)
+    SubElement(
+        files,
+        "PreprocessorDefinition",
+        name="FMI3_OVERRIDE_FUNCTION_PREFIX",
+        optional="true",
+        value="",
+        description="For a shared library: names of functions do not begin with the model identifier",
+    )
+    SubElement(configuration, "Library", name="m", external="true", description="C's mathematical library")
+    return xml_file(root)
+
+
+def _functions(headers: dict[str, str]) -> list[str]:
+    """Return the functions that files of the slave share."""
+    return sorted({f for name, text in headers.items() if not name.startswith("fmi") for f in DECLARED.findall(text)})
+
+
+def _names(model: str, fmi: Literal[2, 3], functions: Iterable[str]) -> str:
+    prefix = f"FMI{fmi}_FUNCTION_PREFIX"
+    renamed = "".join(f"#define {name} {model}_own_{name}\n" for name in functions)
+    return (
+        f"/* Names that begin with the model identifier, so that other FMUs can be in the same program. For a shared\n"
+        f"   library, whose functions have the names of FMI alone, define FMI{fmi}_OVERRIDE_FUNCTION_PREFIX. */\n\n"
+        f"#ifndef AMB_NAMES_H\n#define AMB_NAMES_H\n\n"
+        f"#if !defined {prefix} && !defined FMI{fmi}_OVERRIDE_FUNCTION_PREFIX\n#define {prefix} {model}_\n#endif\n\n"
+        f"{renamed}\n#endif\n"
+    )

@@ -1,0 +1,186 @@
+"""FMUs built from their own C code: the same bits as the shipped library, in other tools, and on other processors."""
+
+import shutil
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+from raw import Library, Library3
+
+from fmi_export.building.native.compiler import host_platform
+from fmi_export.building.native.package import build_native_fmu
+from fmi_export.building.native.portable import OPTIONS, compiled_files
+
+needs_gcc = pytest.mark.skipif(not shutil.which("gcc") or sys.platform != "linux", reason="needs gcc on Linux")
+STRICT = ("-pedantic", "-Wall", "-Wextra", "-Werror")
+SUPPORT = Path(__file__).parent / "support"
+H = 250e-6  # s
+LIBRARIES = {2: Library, 3: Library3}
+
+
+@pytest.fixture(scope="module")
+def with_sources(compiler, create_once):
+    """`with_sources(model, constants, fmi)`: the folder of an FMU that holds its C code."""
+
+    def build(model, constants, fmi):
+        def fill(folder):
+            fmu = build_native_fmu(model, constants, folder, None, fmi, sources=True)
+            zipfile.ZipFile(fmu).extractall(folder / "extracted")
+
+        return create_once(f"{model.name}-sources-{fmi}", fill) / "extracted"
+
+    return build
+
+
+def compile_sources(folder, target, *options):
+    files = [folder / "sources" / name for name in compiled_files(path.name for path in (folder / "sources").iterdir())]
+    command = ["gcc", *OPTIONS.split(), *STRICT, "-O2", "-fPIC", *options, *files, "-o", target, "-lm"]
+    process = subprocess.run(list(map(str, command)), capture_output=True, text=True, check=False)
+    assert process.returncode == 0, process.stderr[-3000:]
+
+
+def rebuilt(folder, fmi, place):
+    """A copy of an FMU whose library is compiled from its C code."""
+    shutil.copytree(folder, place)
+    (library,) = place.glob("binaries/*/*.so")
+    library.unlink()
+    compile_sources(place, library, "-shared", f"-DFMI{fmi}_OVERRIDE_FUNCTION_PREFIX")
+    return place
+
+
+def outputs_of(library, start, change, steps):
+    """All outputs of an FMU at every step; `change(n)` returns the inputs of step n."""
+    root = ElementTree.parse(library.path.parents[2] / "modelDescription.xml").getroot()
+    names = [v.get("name") for v in root.iterfind("ModelVariables/*") if v.get("causality") == "output"]
+    with library.instantiate().begin(**start) as slave:
+        rows = []
+        for n in range(steps):
+            assert slave.set(**change(n)) == 0
+            assert slave.step(n) == 0, slave.log
+            rows.append(slave.get(*names))
+    return np.array(rows)
+
+
+@needs_gcc
+@pytest.mark.parametrize("fmi", [2, 3])
+def test_a_library_from_the_c_code_gives_the_bits_of_the_shipped_one(with_sources, lag, fmi, tmp_path):
+    shipped = with_sources(lag, np.zeros(1), fmi)
+    places = (shipped, rebuilt(shipped, fmi, tmp_path / "rebuilt"))
+    given = np.random.default_rng(2006).uniform(-4.0, 4.0, 200)
+    start = {"gain": 3.0, "offset": -2}
+    theirs, ours = (outputs_of(LIBRARIES[fmi](p), start, lambda n: {"u": given[n]}, len(given)) for p in places)
+    assert ours.tobytes() == theirs.tobytes()
+    assert np.ptp(ours[:, 0]) > 0.1
+
+
+@needs_gcc
+@pytest.mark.parametrize("fmi", [2, 3])
+def test_in_one_program_with_others_every_name_begins_with_that_of_the_model(with_sources, lag, fmi, tmp_path):
+    compile_sources(with_sources(lag, np.zeros(1), fmi), tmp_path / "all.so", "-shared")
+    listed = subprocess.run(
+        ["nm", "-g", "--defined-only", tmp_path / "all.so"], capture_output=True, text=True, check=True
+    )
+    names = [line.split()[2] for line in listed.stdout.splitlines()]
+    assert len(names) > 30
+    assert {name for name in names if not name.startswith("probe_lag_")} == set()
+
+
+@pytest.mark.parametrize("fmi", [2, 3])
+def test_the_descriptions_say_what_is_compiled(with_sources, lag, fmi):
+    fmpy = pytest.importorskip("fmpy")
+    folder = with_sources(lag, np.zeros(1), fmi)
+    (configuration,) = fmpy.read_model_description(str(folder), validate=True).buildConfigurations
+    (files,) = configuration.sourceFileSets
+    assert configuration.modelIdentifier == "probe_lag"
+    assert files.sourceFiles == sorted(path.name for path in (folder / "sources").glob("*.c"))
+    assert "probe_lag.c" in files.sourceFiles
+    included = "".join((folder / "sources" / name).read_text() for name in files.sourceFiles)
+    assert f"fmi{5 - fmi}" not in included
+
+
+def test_an_fmu_holds_no_c_code_unless_it_is_asked_for(native, lag):
+    with zipfile.ZipFile(native(lag)) as fmu:
+        assert not [name for name in fmu.namelist() if name.startswith("sources")]
+        assert b"SourceFiles" not in fmu.read("modelDescription.xml")
+
+
+PLANT = {"Omega": 260.0, "d1__u": 0.3, "rb1__mu": 0.3, "rb2__mu": 0.3}
+CASES = {  # what each model starts with, and inputs that move, with their size
+    "rotor_contact": (PLANT, {"d2__f_x": 80.0, "d2__f_y": 80.0}),
+    "amb_actuator": ({"mb1__x": 1e-4}, {"mb1__x": 1e-4, "mb1__i_x": 2.0, "mb2__i_y": 1.0}),
+    "rolac_controller": ({"Omega": 400.0, "rolac_enable": 1.0}, {f"s{k}": 1e-5 for k in range(1, 9)}),
+}
+
+
+@pytest.mark.slow
+@needs_gcc
+@pytest.mark.parametrize("name", CASES)
+def test_the_fmus_from_their_c_code_give_the_bits_of_the_shipped_ones(with_sources, name, tmp_path):
+    from amb_cosim.cosim.fmus import model_source
+
+    start, moving = CASES[name]
+    shipped = with_sources(*model_source(name), 2)
+    places = (shipped, rebuilt(shipped, 2, tmp_path / "rebuilt"))
+    given = np.random.default_rng(7).standard_normal((4000, len(moving)))
+
+    def change(n):
+        return {key: float(size * x) for (key, size), x in zip(moving.items(), given[n], strict=True)}
+
+    theirs, ours = (outputs_of(Library(place), start, change, len(given)) for place in places)
+    assert ours.tobytes() == theirs.tobytes()
+    if name == "rotor_contact":
+        assert np.abs(ours).max() > 1e4, "there must be contact"
+
+
+@pytest.mark.slow
+@pytest.mark.host("FMPy", "fmpy", fmus="a lag, from its C code", what="builds the library and runs it")
+@pytest.mark.skipif(not shutil.which("cmake"), reason="needs cmake")
+@needs_gcc
+@pytest.mark.parametrize("fmi", [2, 3])
+def test_fmpy_builds_the_library_from_the_c_code_and_runs_it(with_sources, lag, fmi, tmp_path):
+    build = pytest.importorskip("fmpy.build")
+    import fmpy
+
+    place = tmp_path / "rebuilt"
+    shutil.copytree(with_sources(lag, np.zeros(1), fmi), place)
+    shutil.rmtree(place / "binaries")
+    options = {"CMAKE_C_FLAGS:STRING": "-DFMI2_OVERRIDE_FUNCTION_PREFIX"} if fmi == 2 else {}
+    build.build_platform_binary(place, cmake_options=options)
+    result = fmpy.simulate_fmu(str(place), stop_time=0.01, output_interval=H, start_values={"u": 1.0}, output=["y"])
+    assert np.ptp(result["y"]) > 0.0
+
+
+def linked_statically(command, folder, target):
+    """Compile an FMU's C code and a host to one program; return its name."""
+    sources = sorted((folder / "sources").glob("*.c"))
+    given = [*command, *OPTIONS.split(), "-O2", f"-I{folder / 'sources'}", *sources, SUPPORT / "static_host.c"]
+    subprocess.run(
+        [*map(str, given), "-static", "-o", str(target), "-lm"], check=True, capture_output=True, timeout=500
+    )
+    return target
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not shutil.which("qemu-riscv64") or host_platform() != "linux64", reason="needs qemu-riscv64")
+@needs_gcc
+def test_on_risc_v_the_c_code_gives_the_numbers_of_this_machine(with_sources, lag, tmp_path):
+    """RISC-V has a multiplication with addition, and rounds, where told, as this machine does."""
+    folder = with_sources(lag, np.zeros(1), 2)
+    zig = (sys.executable, "-m", "ziglang", "cc", "-target", "riscv64-linux-musl")
+    there = linked_statically(zig, folder, tmp_path / "riscv")
+    here = linked_statically(("gcc",), folder, tmp_path / "here")
+    root = ElementTree.parse(folder / "modelDescription.xml").getroot()
+    names = [v.get("name") for v in root.iterfind("ModelVariables/*")]
+    given = [root.get("guid"), (folder / "resources").as_uri(), names.index("u"), names.index("y"), 200]
+    rows = []
+    for program in (["qemu-riscv64", there], [here]):
+        command = [*map(str, program), *map(str, given)]
+        process = subprocess.run(command, capture_output=True, text=True, check=False, timeout=100)
+        assert process.returncode == 0, process.stderr
+        rows.append(np.array([float.fromhex(line) for line in process.stdout.splitlines()]))
+    np.testing.assert_allclose(rows[0], rows[1], rtol=1e-14)
+    assert np.ptp(rows[0]) > 0.01
