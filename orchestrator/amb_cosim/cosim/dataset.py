@@ -18,7 +18,7 @@ from amb_cosim.cosim import warnings
 from amb_cosim.cosim.checkpoint import Checkpoint
 from amb_cosim.cosim.experiment import port_of
 from amb_cosim.cosim.fmu_interface import Port
-from amb_cosim.cosim.netcdf import netcdf
+from amb_cosim.cosim.netcdf import check, netcdf
 from amb_cosim.cosim.schedules import Array, nearest_point
 from amb_cosim.cosim.signals import Samples, Signals, SignalTable
 from amb_cosim.cosim.simulation import Outcome, Recording
@@ -171,6 +171,7 @@ def load(path: Path) -> xr.Dataset:
     import h5py
     import xarray as xr
 
+    check(path)
     h5py.File(path).close()  # h5netcdf prints a traceback where there is no file of HDF5
     with xr.open_dataset(path, engine="h5netcdf") as dataset:
         return dataset.load()

@@ -37,7 +37,9 @@ def files(folder):
     lambda content: b"",
     lambda content: content[:20] + bytes([content[20] ^ 4]) + content[21:],
 ])  # fmt: skip
-@pytest.mark.parametrize("name", ["peak/0.0", "outcome/0.0", "reason/0.0", "seconds/0.0", "Omega/0", "peak/.zarray"])
+@pytest.mark.parametrize(
+    "name", ["peak/0.0", "outcome/0.0", "reason/0.0", "seconds/0.0", "Omega/0", "peak/.zarray", ".zgroup"]
+)
 def test_a_damaged_file_is_told_when_read_and_on_resume(tmp_path, name, damage):
     file = fill(tmp_path) / "sweep.zarr" / name
     file.write_bytes(damage(file.read_bytes()))
