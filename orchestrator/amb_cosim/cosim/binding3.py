@@ -129,7 +129,6 @@ class Binding3(Binding):
 
     def enter(self, start_time: float) -> None:
         """Begin initialisation at `start_time` (s)."""
-        self._kept.clear()
         self.call("EnterInitializationMode", False, 0.0, start_time, False, 0.0)
 
     def step(self, time: float, step_size: float) -> None:
@@ -168,7 +167,7 @@ class Binding3(Binding):
         return group.load()
 
     def transfer(self, call: str, group: Group) -> Transfer:
-        """Return the call that sets or gets variables; valid until the next initialisation."""
+        """Return the call that sets or gets variables; valid until the instance is freed."""
         structure = _Group(
             call=address(self.fmu, self.function(call + group.name)),
             references=addressof(group.references),
