@@ -136,6 +136,8 @@ def _draw_panel(ax: Axes, dataset: xr.Dataset, across: list[str], name: str, sca
 def mark_failed(ax: Axes, dataset: xr.Dataset, across: Sequence[str]) -> None:
     """Draw a cross at each point of a map whose run failed; with one coordinate across, above the highest value."""
     failed = dataset["outcome"].isin(BROKEN_OFF)
+    if not failed.any():
+        return  # the layout would leave room for a line without points
     places = [dataset[name].broadcast_like(failed).transpose(*failed.dims).values[failed.values] for name in across]
     if len(places) == 1:
         ax.plot(places[0], np.ones_like(places[0]), transform=ax.get_xaxis_transform(), clip_on=False, **FAILED)

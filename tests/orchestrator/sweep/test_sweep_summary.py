@@ -68,6 +68,9 @@ def test_a_distribution_has_the_quantiles_over_all_other_axes(tmp_path):
     figure = draw_distribution(swept, swept.dataset, "step.cycle")
     assert [ax.get_title() for ax in figure.axes] == ["PID", "ROLAC"]
     assert figure.axes[0].get_xlabel() == "phase of the step (deg)"
+    figure.draw_without_rendering()
+    widths = [ax.get_position().width for ax in figure.axes]
+    assert sum(widths) > 0.5, "most of the figure is its panels"
     assert draw_sweep(swept) == ["outcome.png", "peak_contact_force.png", "phase.png"]
 
 
