@@ -183,7 +183,10 @@ def _outputs(declare: Declare, b: str, a: str) -> list[Variable]:
     reference = "Displacement where the force was evaluated, {}"
     clipped = f"the demanded current is cut to what the coils allow, 0 to {{{b}.current_limit_{a}}} A each"
     saturated = "The flux density of a coil pair is beyond the knee, where force_law 2 limits it, {}"
-    beyond = f"a coil pair saturates at {{{b}.b_sat_{a}}} T, which force_law 2 alone knows of"
+    beyond = (
+        f"a coil pair saturates at {{{b}.b_sat_{a}}} T, which force_law 2 (nonlinear) alone counts with: others pull "
+        "too hard"
+    )
     at_limit = f"an amplifier is at its voltage limit, {{{b}.voltage_limit_{a}}} V"
     return [
         declare(
