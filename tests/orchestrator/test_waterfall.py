@@ -7,6 +7,7 @@ import json
 import numpy as np
 import pytest
 
+import amb_cosim
 from amb_cosim import studies
 from amb_cosim.cosim.simulation import Outcome
 from amb_cosim.results.result import Result
@@ -52,6 +53,19 @@ def test_peak_of_a_sweep_is_its_resonance(make):
     assert found.bearings["mb1"].resonances == pytest.approx([30.0], abs=1.5)
     assert found.bearings["mb1"].resonance_amplitudes == pytest.approx([5e-4], rel=0.2)
     assert found.speeds == pytest.approx(10.0 + 10.0 * found.times)
+
+
+def test_spectra_over_speed_are_drawn_in_the_units_asked_for(make):
+    """From 10 to 50 Hz: the map begins in the middle of the first window, at 11.25 Hz or 675 rpm."""
+    sweep = lambda t: 2e-4 * np.exp(2j * np.pi * (10.0 * t + 5.0 * t**2))  # noqa: E731
+    profile = json.dumps([(0.0, 20.0 * np.pi), (4.0, 100.0 * np.pi)])
+    found = studies.waterfall(make(sweep, speed_profile=profile), window="0.25 s")
+    for chosen, unit, size, length in ("", "Hz", 1.0, "mm"), ("rpm,um", "rpm", 60.0, "\N{MICRO SIGN}m"):
+        with amb_cosim.units(chosen):
+            stacked, _, held = studies.figure(found).axes[:3]
+        assert stacked.get_ylabel() == f"spin speed ({unit})"
+        assert stacked.get_ylim()[0] == pytest.approx(size * found.speeds[0])
+        assert held.get_ylabel() == f"largest amplitude ({length})"
 
 
 def test_saved_result_gives_figure_and_data(make, runner, check_picture, tmp_path):

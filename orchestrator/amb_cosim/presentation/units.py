@@ -97,9 +97,9 @@ def parse_units(text: str) -> dict[str, str]:
     return found
 
 
-def speed_unit() -> ShownUnit:
-    """Return the unit of spin speeds and frequencies: rad/s unless another was chosen."""
-    return _unit("speed", lambda: "rad/s")
+def speed_unit(usual: str = "rad/s") -> ShownUnit:
+    """Return the unit of spin speeds and frequencies: the usual one unless another was chosen."""
+    return _unit("speed", lambda: usual)
 
 
 def length_unit(largest: float) -> ShownUnit:

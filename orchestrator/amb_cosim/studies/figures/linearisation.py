@@ -6,6 +6,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from amb_cosim.presentation.style import BLUE, ORANGE, TITLE_SIZE, StyledFigure
+from amb_cosim.presentation.units import force_unit, length_unit
 from amb_cosim.studies.bearing_axis import BearingAxis, LoadCurves
 from fmi_export.model import Array
 
@@ -28,35 +29,47 @@ def draw(result: BearingAxis) -> Figure:
 
 def _draw_map(axes: Axes, result: BearingAxis, values: Array, symbol: str, unit: str) -> None:
     """Draw a property over displacement and control current, with the limits of the linear range."""
-    x, current = 1e3 * result.map.x, result.map.i_c
+    unit_of_x = length_unit(float(result.map.x.max()))
+    x, current = unit_of_x.of(result.map.x), result.map.i_c
     filled = axes.contourf(x, current, values, levels=14, cmap="cividis")
     axes.figure.colorbar(filled, ax=axes, label=f"${symbol}$ ({unit})")
     edge = axes.contour(x, current, result.map.linear_error, levels=[result.tolerance], colors="white", linewidths=1.3)
     axes.clabel(edge, fmt=lambda level: f"{100 * level:g} %", fontsize=8)
     axes.plot(0.0, 0.0, "+", color="white", ms=8)
-    axes.set(xlabel="displacement $x$ (mm)", ylabel="control current $I_c$ (A)")
+    axes.set(xlabel=f"displacement $x$ ({unit_of_x.label})", ylabel="control current $I_c$ (A)")
     axes.set_title(f"${symbol}$; white: limit of the linear law")
 
 
 def _draw_load_capacity(axes: Axes, load: LoadCurves) -> None:
     """Draw the control force left over the static load."""
-    axes.plot(load.static_load, load.up, color=BLUE, label="up, against the load")
-    axes.plot(load.static_load, load.down, color=ORANGE, label="down")
+    unit = force_unit(float(load.static_load[-1]))
+    loads = unit.of(load.static_load)
+    axes.plot(loads, unit.of(load.up), color=BLUE, label="up, against the load")
+    axes.plot(loads, unit.of(load.down), color=ORANGE, label="down")
     own = load.own.static_load
-    axes.axvline(own, color="0.45", lw=0.8, ls=":")
-    axes.text(own, 0.03, f" {own:.0f} N, at this static current", transform=axes.get_xaxis_transform(), fontsize=8)
-    axes.set(xlabel="static load of the axis (N)", ylabel="control force left (N)", ylim=(0.0, None))
-    axes.set_xlim(0.0, load.static_load[-1])
+    axes.axvline(own / unit.size, color="0.45", lw=0.8, ls=":")
+    axes.text(
+        own / unit.size,
+        0.03,
+        f" {unit.text(own)}, at this static current",
+        transform=axes.get_xaxis_transform(),
+        fontsize=8,
+    )
+    axes.set(
+        xlabel=f"static load of the axis ({unit.label})", ylabel=f"control force left ({unit.label})", ylim=(0.0, None)
+    )
+    axes.set_xlim(0.0, loads[-1])
     axes.set_title("Load capacity")
     axes.legend(loc="center right")
 
 
 def _draw_bandwidth(axes: Axes, result: BearingAxis) -> None:
     """Draw the largest sine of the force over frequency, and the bandwidth of three sines."""
-    frequencies, amplitudes = result.bandwidth.frequencies, result.bandwidth.force_amplitude
+    unit = force_unit(max(result.bandwidth.force_amplitude))
+    frequencies, amplitudes = result.bandwidth.frequencies, unit.of(result.bandwidth.force_amplitude)
     axes.loglog(frequencies, amplitudes, color=BLUE)
     for swing in result.full_swing:
-        point = (swing.bandwidth, swing.force)
+        point = (swing.bandwidth, swing.force / unit.size)
         axes.plot(*point, "o", color=BLUE, ms=3.5)
         label = f"{swing.i_c:.2f} A to {point[0]:.0f} Hz"
         axes.annotate(label, point, (-7, -10), textcoords="offset points", ha="right", fontsize=8)
@@ -65,6 +78,6 @@ def _draw_bandwidth(axes: Axes, result: BearingAxis) -> None:
     text = f"{bandwidth:g} Hz, small signals "
     axes.text(bandwidth, 0.03, text, transform=axes.get_xaxis_transform(), ha="right", fontsize=8)
     top = 2.5 * max(amplitudes)
-    axes.set(xlabel="frequency (Hz)", ylabel="amplitude of the force (N)", ylim=(top / 1000.0, top))
+    axes.set(xlabel="frequency (Hz)", ylabel=f"amplitude of the force ({unit.label})", ylim=(top / 1000.0, top))
     axes.set_xlim(frequencies[0], frequencies[-1])
     axes.set_title("Largest sine of the force, at the voltage limit")

@@ -7,6 +7,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MultipleLocator
 
 from amb_cosim.presentation.style import DASHED, TITLE_SIZE, StyledFigure
+from amb_cosim.presentation.units import SIZES, speed_unit
 from amb_cosim.studies.figures.sensors import PLANE_COLOURS, add_sensor_legend
 from amb_cosim.studies.sensor_receptance import SensorReceptance
 from fmi_export.model import Array
@@ -16,7 +17,8 @@ def draw(result: SensorReceptance) -> Figure:
     """Draw magnitude over speed of the sensors in x and y, and phase in x, for forces in x at both bearings."""
     figure = StyledFigure(figsize=(8.4, 6.0), layout="constrained")
     panels = figure.subplots(2, 2, sharex=True, sharey="row", height_ratios=(3, 2))
-    speeds, R = result.speeds, result.receptance
+    unit = speed_unit("Hz")
+    speeds, R = unit.of(SIZES["speed"]["Hz"] * result.speeds), result.receptance
     for column, force in enumerate((0, 2)):
         top, bottom = panels[:, column]
         for plane, colour in enumerate(PLANE_COLOURS):
@@ -25,7 +27,7 @@ def draw(result: SensorReceptance) -> Figure:
             top.semilogy(speeds, 1e6 * np.abs(across), color=colour, ls=DASHED, lw=0.7)
             bottom.plot(speeds, _without_wraps(np.degrees(np.angle(along))), color=colour)
         top.set_title(f"force at {result.forces[force]}")
-        bottom.set(xlabel="speed (Hz)", xlim=(speeds[0], speeds[-1]), ylim=(-180.0, 180.0))
+        bottom.set(xlabel=f"speed ({unit.label})", xlim=(speeds[0], speeds[-1]), ylim=(-180.0, 180.0))
         bottom.yaxis.set_major_locator(MultipleLocator(90.0))
         for axes in (top, bottom):
             axes.grid(color="0.9", lw=0.5)

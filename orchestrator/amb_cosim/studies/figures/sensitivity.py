@@ -11,6 +11,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter
 
 from amb_cosim.presentation.style import BLUE, DASHED, ORANGE, TITLE_SIZE, StyledFigure
+from amb_cosim.presentation.units import spin_text
 from amb_cosim.studies.stability_margin import StabilityMargin
 
 ZONE_SHADES = {"A": "1.0", "B": "0.95", "C": "0.89", "D": "0.82"}
@@ -36,7 +37,7 @@ def draw(result: StabilityMargin) -> Figure:
     ]
     figure.legend(handles=handles, loc="outside lower center", ncols=2)
     figure.suptitle(
-        f"{result.rotor}: sensitivity at {result.speed:g} rad/s, sampled every {1e6 * result.sample_time:g} us, "
+        f"{result.rotor}: sensitivity at {spin_text(result.speed)}, sampled every {1e6 * result.sample_time:g} us, "
         f"{result.amplifier} amplifiers{delay}",
         fontsize=TITLE_SIZE,
     )

@@ -23,7 +23,7 @@ from amb_cosim.presentation.style import (
     YELLOW,
     StyledFigure,
 )
-from amb_cosim.presentation.units import speed_unit, spin_label
+from amb_cosim.presentation.units import force_unit, speed_unit, spin_label
 from amb_cosim.rub.branches import branches
 from amb_cosim.studies.contact_traps import Traps
 
@@ -67,12 +67,14 @@ def _draw_orbits(panel: Axes, result: Traps) -> None:
 def _draw_forces(panel: Axes, result: Traps) -> None:
     """Draw the sum of normal forces of every state in contact: stable thick, unstable thin and dashed."""
     speeds, at = speed_unit().of(result.curves.speeds), result.speed / speed_unit().size
+    totals = [found.N.sum(axis=1) for found in result.curves.states[1:]]
+    unit = force_unit(max((float(total.max()) for total in totals if len(total)), default=0.0))
     colours = cycle(COLOURS)
-    for found in result.curves.states[1:]:
+    for found, total_force in zip(result.curves.states[1:], totals, strict=True):
         colour = next(colours)
         if not len(found.speed):
             continue
-        total, stable = found.N.sum(axis=1), found.stable
+        total, stable = unit.of(total_force), found.stable
         for branch in branches(found, len(speeds)):
             for piece, is_stable in _pieces(branch, stable):
                 line = {"lw": 1.8} if is_stable else {"lw": 0.8, "ls": (0, (3, 1.5))}
@@ -82,7 +84,7 @@ def _draw_forces(panel: Axes, result: Traps) -> None:
     for state in result.states:
         if state.contact:
             fill = "black" if state.stable else "white"
-            panel.plot(at, sum(state.normal_forces.values()), "o", ms=4, mec="black", mfc=fill, zorder=4)
+            panel.plot(at, sum(state.normal_forces.values()) / unit.size, "o", ms=4, mec="black", mfc=fill, zorder=4)
     panel.axvline(result.speed / speed_unit().size, color="0.6", lw=0.7)
     if any(len(found.speed) for found in result.curves.states[1:]):
         panel.set_yscale("log")
@@ -93,7 +95,7 @@ def _draw_forces(panel: Axes, result: Traps) -> None:
         panel.legend(handles=handles, loc="upper left", ncols=2)
     else:
         panel.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=4)
-    panel.set(xlabel=spin_label(), ylabel="normal forces in contact, sum (N)", xlim=(0.0, speeds[-1]))
+    panel.set(xlabel=spin_label(), ylabel=f"normal forces in contact, sum ({unit.label})", xlim=(0.0, speeds[-1]))
 
 
 def _pieces(branch: list[int], stable: np.ndarray) -> list[tuple[list[int], bool]]:

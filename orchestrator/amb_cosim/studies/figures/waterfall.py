@@ -8,6 +8,7 @@ from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 
 from amb_cosim.presentation.style import BLUE, DASHED, TITLE_SIZE, StyledFigure
+from amb_cosim.presentation.units import SIZES, length_unit, speed_unit
 from amb_cosim.studies.run_spectra import Waterfall
 
 HEIGHT = 0.22  # of the axis, of the largest amplitude of the stacked lines
@@ -18,12 +19,15 @@ def draw(result: Waterfall) -> Figure:
     """Draw for each bearing the spectra above each other, as a map of colours, and their peak hold."""
     figure = StyledFigure(figsize=(11.0, 3.6 * len(result.bearings) + 0.4), layout="constrained")
     rows = figure.subplots(len(result.bearings), 3, squeeze=False, sharex=True)
-    place, label = (result.speeds, "spin speed (Hz)") if result.changing_speed else (result.times, "time (s)")
+    spin, hertz = speed_unit("Hz"), SIZES["speed"]["Hz"]
+    spins = spin.of(hertz * result.speeds)
+    place, label = (spins, f"spin speed ({spin.label})") if result.changing_speed else (result.times, "time (s)")
     # A speed that rises and falls again has no order: then time is the axis.
     if result.changing_speed and not np.all(np.diff(place) >= 0.0):
         place, label = result.times, "time (s)"
+    unit = length_unit(max(float(found.amplitude.max()) for found in result.bearings.values()))
     for (stacked, coloured, held), (name, found) in zip(rows, result.bearings.items(), strict=True):
-        amplitude = 1e3 * found.amplitude
+        amplitude = unit.of(found.amplitude)
         _stack(stacked, result.frequencies, place, amplitude)
         floor = DECADES * float(amplitude.max())
         shown = coloured.pcolormesh(
@@ -34,9 +38,9 @@ def draw(result: Waterfall) -> Figure:
             cmap="viridis",
             rasterized=True,
         )
-        figure.colorbar(shown, ax=coloured, label="amplitude (mm)")
-        held.semilogy(result.frequencies, 1e3 * found.peak_hold, color=BLUE)
-        held.set(ylabel="largest amplitude (mm)", ylim=(floor, None))
+        figure.colorbar(shown, ax=coloured, label=f"amplitude ({unit.label})")
+        held.semilogy(result.frequencies, unit.of(found.peak_hold), color=BLUE)
+        held.set(ylabel=f"largest amplitude ({unit.label})", ylim=(floor, None))
         held.grid(color="0.9", lw=0.5)
         for axes in (stacked, coloured):
             for sign in (1.0, -1.0):
