@@ -1,9 +1,13 @@
 """A machine file says what is wrong with it, and what it refers to is relative to it."""
 
+import math
+
 import pytest
 
+from amb_cosim.acceptance.description import magnet_numbers
 from amb_cosim.acceptance.machine_file import MachineFile, Stage, load_machine
 from amb_cosim.acceptance.parts.robustness import variations
+from amb_cosim.design.magnetic_bearing import axis_parameters
 
 SPEED = {"minimum": "7000 rpm", "maximum": "9000 rpm"}
 DATA = {"power": "500 kW", "diameter": "0.5 m", "width": "20 mm"}
@@ -105,3 +109,15 @@ def test_all_corners_of_the_tolerances_are_varied():
     assert len(corners) == 17
     assert min(v.k_i for v in corners.values()) == pytest.approx(0.9 / 1.05**2)
     assert max(v.k_s for v in corners.values()) == pytest.approx(1.15 / 0.95**3)
+
+
+def test_magnets_of_a_machine_are_told_by_numbers_of_algebra():
+    """F = mu_0 N^2 A cos(phi) (I_upper^2 - I_lower^2)/s^2 with all control current, which one coil pair alone has."""
+    values = {"turns": 50.0, "pole_area": 4e-4, "gap": 5e-4, "half_angle": 0.3, "b_sat": 900.0, "inductance": 6e-3}
+    p = axis_parameters(**values, bias_current=3.0, static_current=1.0, current_limit=8.0)
+    gap, static, least, most, _, _, given, of_gap = magnet_numbers(p, 0)
+    assert (gap, static, given) == pytest.approx((0.5, 1.0, 6.0))
+    c = 4e-7 * math.pi * 50.0**2 * 4e-4 * math.cos(0.3) / 5e-4**2
+    assert most == pytest.approx(c * (7.0**2 - 0.0**2), rel=1e-6)
+    assert least == pytest.approx(c * (0.0**2 - 7.0**2), rel=1e-6)
+    assert of_gap == pytest.approx(2e3 * 4e-7 * math.pi * 50.0**2 * 4e-4 / 5e-4)

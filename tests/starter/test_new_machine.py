@@ -7,6 +7,7 @@ import pytest
 from click.testing import CliRunner
 
 import amb_cosim
+from amb_cosim.acceptance.machine_file import load_machine
 from amb_cosim.commands.cli import main
 from amb_cosim.design.magnetic_bearing import axis_parameters, load_capacity
 from amb_cosim.scenario.scenario import load_scenario
@@ -104,8 +105,19 @@ def test_a_folder_that_exists_is_left_alone(tmp_path):
 @pytest.mark.slow
 def test_the_command_takes_units_and_says_what_levitates(tmp_path):
     asked = ("new", str(tmp_path / "fan"), "--mass", "60000 g", "--length", "1200 mm", "--speed", "200 Hz")
-    done = CliRunner().invoke(main, [*asked, "--bearings", "0.25m 0.95m"])
+    done = CliRunner().invoke(main, [*asked, "--bearings", "0.25 m, 950mm"])
     assert done.exit_code == 0, done.output
     assert "levitates with K_b" in done.output
     assert (tmp_path / "fan" / "landing.toml").is_file()
-    assert "two positions" in CliRunner().invoke(main, [*asked, "--bearings", "0.2m"]).stderr
+
+
+@pytest.mark.parametrize("given", ["0.2 m", "0.2m 0.5 m, 0.9"])
+def test_bearings_are_two_positions(tmp_path, given):
+    asked = ("new", str(tmp_path / "fan"), "--mass", "60 kg", "--length", "1.2 m", "--speed", "200 Hz")
+    assert "two positions" in CliRunner().invoke(main, [*asked, "--bearings", given]).stderr
+
+
+def test_the_machine_to_assess_lands_in_the_retainers_of_its_landing(pump):
+    landing = load_scenario(str(pump.folder / "landing.toml")).parameters["rotor_contact"]
+    machine = load_machine(pump.folder / "machine.toml").parameters["rotor_contact"]
+    assert {name: landing[name] for name in machine} == machine

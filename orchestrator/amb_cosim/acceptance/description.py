@@ -4,11 +4,28 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
+from scipy.constants import mu_0
+
+from amb_actuator.force import static_pull
 from amb_cosim.acceptance.criteria import Criterion
 from amb_cosim.acceptance.subject import Subject, rpm
+from amb_cosim.design.magnetic_bearing import current_range, linearisation, operating_constants
 from amb_cosim.presentation.text_tables import TextPart, labelled_table
+from amb_cosim.results.places import ACTUATOR, PLANT
 from fmi_export.model import Array
 from rotor_analysis.static_load import carried_masses
+
+MAGNET_HEADS = (
+    "gap (mm)",
+    "static (A)",
+    "least (N)",
+    "largest (N)",
+    "K_s (MN/m)",
+    "K_i (N/A)",
+    "L (mH)",
+    "L of the gap (mH)",
+)
 
 
 def description(subject: Subject, criteria: Sequence[Criterion]) -> list[TextPart]:
@@ -21,6 +38,10 @@ def description(subject: Subject, criteria: Sequence[Criterion]) -> list[TextPar
         bias = f"{subject.axis(bearing.name, 'x').bias_current:.4g}" if has_magnet else "-"
         row = (f"{1e3 * z[bearing.node - 1]:.1f}", f"{carried[bearing.name]:.4g}", "yes" if has_magnet else "no", bias)
         bearings.add_row(bearing.name, *row)
+    magnets = labelled_table("Magnets at rest", "axis", *MAGNET_HEADS)
+    for name, axis in subject.loop.axes:
+        numbers = magnet_numbers(subject.axis(name, axis), int(subject.parameters[ACTUATOR]["force_law"]))
+        magnets.add_row(f"{name}.{axis}", *(f"{number:.4g}" for number in numbers))
     sensors = labelled_table("Sensors", "plane", "z (mm)")
     for name, node in subject.probes.items():
         sensors.add_row(name, f"{1e3 * z[node - 1]:.1f}")
@@ -43,8 +64,28 @@ def description(subject: Subject, criteria: Sequence[Criterion]) -> list[TextPar
     )
     unread = sum(one.known != "read" and one.known != "own" for one in criteria)
     told = f"{len(criteria)} criteria, {unread} of them of standards that nobody read"
-    tables: list[TextPart] = [facts, bearings, sensors, sites]
+    if not subject.parameters[PLANT]["gravity"]:
+        told += "; the machine has no gravity, without which nothing lands"
+    tables: list[TextPart] = [facts, bearings, magnets, sensors, sites]
     return [*tables, *([seals] if rotor.seals else []), *([stages] if subject.file.stages else []), told]
+
+
+def magnet_numbers(p: np.record, law: int) -> tuple[float, ...]:
+    """Return gap (mm), static current (A), force without and with all control current (N), K_s (MN/m), K_i (N/A), and
+    inductance as given and by the gap (mH).
+
+    L = 2 mu_0 N^2 A/s_0 of a coil pair with N turns a pole, without leakage and iron.
+
+    Parameters
+    ----------
+    p, law
+        Parameters of an axis, and the force law of the actuator.
+    """
+    k_s, k_i = operating_constants(p, law)
+    least, most = (float(linearisation(p, 0.0, i_c).force + static_pull(p)) for i_c in current_range(p))
+    of_gap = 2.0 * mu_0 * p.turns**2 * p.pole_area / p.gap
+    numbers = (1e3 * p.gap, p.static_current, least, most, 1e-6 * k_s, k_i, 1e3 * p.inductance, 1e3 * of_gap)
+    return tuple(map(float, numbers))
 
 
 def _tensor(of: Array) -> str:

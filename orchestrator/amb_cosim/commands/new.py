@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import click
@@ -16,7 +17,7 @@ from amb_cosim.cosim.choices import Flavour
 @click.option("--mass", prompt=True, help="Mass of the rotor, such as '60 kg'.")
 @click.option("--length", prompt=True, help="Its length, such as '1.2 m'.")
 @click.option("--speed", prompt=True, help="Its highest speed in operation, such as '12000 rpm'.")
-@click.option("--bearings", metavar="'Z Z'", help="Positions of the two magnetic bearings, such as '0.2m 1.0m'.")
+@click.option("--bearings", metavar="'Z Z'", help="Positions of the two magnetic bearings, such as '0.2 m 1.0 m'.")
 @FLAVOUR
 def new(folder: Path, mass: str, length: str, speed: str, bearings: str | None, flavour: Flavour) -> None:
     """Write a first design of a machine into a new FOLDER: rotor, magnets, a controller that levitates it, scenarios.
@@ -28,9 +29,9 @@ def new(folder: Path, mass: str, length: str, speed: str, bearings: str | None, 
     from amb_cosim.starter.sizing import machine_sizes
 
     with refusing():
-        places = None if bearings is None else [quantity(z, "m", "bearings") for z in bearings.split()]
+        places = None if bearings is None else [quantity(z, "m", "bearings") for z in _positions(bearings)]
         if places is not None and len(places) != 2:
-            raise ValueError(f"bearings = {bearings!r} is not allowed; it must be two positions, such as '0.2m 1.0m'")
+            raise ValueError(f"bearings = {bearings!r} is not allowed; it must be two positions, such as '0.2 m 1.0 m'")
         sizes = machine_sizes(
             quantity(mass, "kg", "mass"),
             quantity(length, "m", "length"),
@@ -49,6 +50,11 @@ def new(folder: Path, mass: str, length: str, speed: str, bearings: str | None, 
         f"of {gains.in_range:.2g} and more within the range of speed, {gains.beyond:.2g} and more beyond"
     )
     click.echo(f"wrote {folder}; next: amb-cosim run {folder / 'landing.toml'}")
+
+
+def _positions(text: str) -> list[str]:
+    """Return the positions in a text such as '0.2m 1.0m', '0.2 m, 1.0 m' or '0.2 1.0'."""
+    return re.sub(r"\s+(?=[A-Za-z])", "", text.replace(",", " ")).split()
 
 
 COMMANDS = (new,)

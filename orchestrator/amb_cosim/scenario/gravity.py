@@ -10,6 +10,8 @@ from amb_cosim.cosim.assignments import Assignments
 from amb_cosim.cosim.values import Raw
 from amb_cosim.results.places import ACTUATOR, CONTROLLER, PLANT
 
+OF_MAGNET = (("gap", "m"), ("turns", ""), ("pole_area", "m2"), ("bias_current", "A"), ("current_limit", "A"))
+
 
 @dataclass(frozen=True)
 class Gravity:
@@ -83,7 +85,10 @@ def _carry(missing: _MissingParameters, bearing: str, axis: str, load: float) ->
         try:
             missing.set(static, static_current_for(load, axis_parameters(bearing, axis, **without), law))
         except ValueError as error:
-            raise ValueError(f"gravity: {bearing}.{axis} cannot carry its share of the weight: {error}") from error
+            magnet = ", ".join(f"{name}_{axis} = {without[name]:g} {unit}".rstrip() for name, unit in OF_MAGNET)
+            raise ValueError(
+                f"gravity: {bearing}.{axis} cannot carry its share of the weight: {error}; {bearing} has {magnet}"
+            ) from error
     if CONTROLLER in values.interfaces:
         p = axis_parameters(bearing, axis, **_parameters_of(values, bearing, axis))
         k_s, k_i = operating_constants(p, law)
