@@ -198,13 +198,13 @@ def wait_for_kernels(
 
 
 def called_kernels() -> list[str]:
-    """Return the kernels that modules of other packages have loaded, `module.function`: Python calls those."""
+    """Return the kernels that modules outside their packages have loaded, `module.function`: Python calls those."""
     from numba.extending import is_jitted
 
     kernels = (
         value.py_func
         for name, module in list(sys.modules.items())
-        if name.partition(".")[0] not in (*MODELS, *ALONE)
+        if name.partition(".")[0] not in (*MODELS, *ALONE, "signal_chain", "fmi_export")
         for value in list(getattr(module, "__dict__", {}).values())
         if is_jitted(value)
     )
