@@ -11,8 +11,8 @@
     SHA256SUMS                           of all of these
 
 It needs git, Python and a package index; versions are those of constraints.txt. The wheel is tried in an environment of
-its own, where it must install and run without compiling, within PROCESSOR_TIME. `--twice` makes everything a second
-time, elsewhere and with nothing kept, and fails if a byte differs.
+its own, where it must install and run without compiling; how long that takes is told. `--twice` makes everything
+a second time, elsewhere and with nothing kept, and fails if a byte differs.
 """
 
 from __future__ import annotations
@@ -30,7 +30,6 @@ import zipfile
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
-PROCESSOR_TIME = 40.0  # s, of an installation from the wheel and the first run
 NO_TIME = (1980, 1, 1, 0, 0, 0)
 
 
@@ -96,8 +95,6 @@ def make(target: Path) -> None:
         print(f"   installed in {installed:.1f} s, with the first run {used:.1f} s of processor time, {since(began)}")
         if compiled := sorted(path.name for path in kept.glob("amb-cosim/*") if is_compiled(path)):
             raise SystemExit(f"the wheel compiled at its first run: {', '.join(compiled)}")
-        if used > PROCESSOR_TIME:
-            raise SystemExit(f"it must be {PROCESSOR_TIME:g} s or less")
 
         say("FMUs, and the scenario as a system")
         every = ["--platform", "all"]
