@@ -107,7 +107,7 @@ def update_matrices(
     if sizes.n_levels == 0.0:
         return False
     index = place_on_grid(matrices, motion.Omega)
-    low = math.floor(index)
+    low = float(math.floor(index))  # the type of `ahead`: for two types all that follows is compiled twice
     n_slots = 1 if index == low else 2
     for i in range(n_slots):
         part_of_it = min(max(n_slots * share - i, 0.0), 1.0)
