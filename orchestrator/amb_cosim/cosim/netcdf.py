@@ -36,10 +36,7 @@ def check(path: Path) -> None:
     """Raise ValueError if what follows the end of a NetCDF-4 file is not its checksum; other programs write none."""
     with path.open("rb") as file:
         begin = file.read(36)
-        if begin[8:9] not in (
-            b"\2",
-            b"\3",
-        ):  # those of before HDF5 1.8, as 0.2.0 wrote them, say elsewhere how long they are
+        if begin[8:9] not in (b"\2", b"\3"):  # the formats before, which 0.2.0 wrote, say elsewhere how long they are
             return
         left = int.from_bytes(begin[28:36], "little")
         file.seek(0)
