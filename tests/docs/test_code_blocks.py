@@ -31,6 +31,10 @@ NEEDS = {
     "the pack installed": None,  # tests/packs/test_own_pack.py has it
     "ecospy": None,  # tests/ssp/test_tool_pages.py runs it
     "libcosimpy": None,  # tests/ssp/test_tool_pages.py runs it
+    "numba": None,  # tests/native/test_sources.py builds them
+    "gcc": None,  # likewise
+    "cmake": None,  # likewise
+    "a cross compiler": None,
     "pyfmi": find_spec("pyfmi"),
     "fmusim": shutil.which("fmusim"),
     "OMSimulator": shutil.which("OMSimulator"),
