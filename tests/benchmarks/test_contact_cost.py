@@ -23,6 +23,7 @@ def test_constraint_converges_to_a_rigid_retainer(data):
     assert all(row["penetration"] < 1e-12 for row in data["constraint"])
 
 
+@pytest.mark.slow
 def test_stiffer_springs_come_closer_to_the_rigid_retainer(data):
     rows = data["rigid_retainer"]
     for key in ("orbit_error", "penetration"):

@@ -183,6 +183,7 @@ def test_without_the_name_of_its_python_an_fmu_takes_another_one(spoilt, host):
     assert answers == [["0"]] * 5, log
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("failing", "answers", "sentence"),
     [

@@ -53,6 +53,7 @@ def test_kernel_is_compiled_again_when_a_kernel_that_it_calls_changed(run_python
     assert hits == 1, "unchanged code comes from the cache"
 
 
+@pytest.mark.slow
 def test_kernel_is_compiled_again_when_one_of_another_package_changed(run_python, tmp_path):
     """The package of the caller names those that its kernels need."""
     results = []

@@ -39,11 +39,13 @@ def test_a_second_start_converts_without_pint_to_the_same_bits(convert):
     assert other == pytest.approx(0.3 * 4.4482216152605, rel=1e-15)
 
 
+@pytest.mark.slow
 def test_a_scale_with_an_offset_is_no_factor(convert):
     for _ in range(2):
         assert convert("20 degC", "K") == (pytest.approx(293.15), True)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("content", ["{", '{"pint": "0.0", "factors": {"lbf N": "0x1p+9"}}', '{"factors": 3}'])
 def test_a_cache_that_is_damaged_or_of_another_pint_is_not_used(convert, tmp_path, content):
     (tmp_path / "amb-cosim").mkdir()

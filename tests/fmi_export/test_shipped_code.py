@@ -121,6 +121,7 @@ def test_without_numba_the_same_numbers_come_from_plain_python(build_fmu, lag, r
     assert rows == installed_run[0]
 
 
+@pytest.mark.slow
 def test_an_fmu_of_other_code_runs_its_own_where_nothing_is_loaded(build_fmu, lag, run_python, installed_run, tmp_path):
     changed = changed_copy(build_fmu(lag), tmp_path)
     rows, file, _ = run_python(run_lag, path=changed, inputs=inputs(), hidden=[])
@@ -128,6 +129,7 @@ def test_an_fmu_of_other_code_runs_its_own_where_nothing_is_loaded(build_fmu, la
     assert rows == installed_run[0]
 
 
+@pytest.mark.slow
 def test_fmu_of_other_code_than_is_loaded_is_refused(build_fmu, lag, run_python, tmp_path):
     def host(path: str, changed: str) -> list:
         import fmpy
@@ -160,6 +162,7 @@ def test_fmu_of_other_code_than_is_loaded_is_refused(build_fmu, lag, run_python,
     assert "rebuild the FMU or run it in a process of its own" in log[0]
 
 
+@pytest.mark.slow
 def test_an_fmu_runs_again_after_the_folder_of_its_first_run_was_deleted(build_fmu, lag, run_python):
     def host(path: str) -> list:
         from hide import hide

@@ -24,6 +24,7 @@ def test_an_instance_begins_with_them(lag):
     assert core["time_constant"] == 1e-3
 
 
+@pytest.mark.slow
 def test_the_fmu_of_flavour_python_has_them(lag, build_fmu, run_python):
     changed = with_starts(lag, STARTS)
     path = build_fmu(changed)

@@ -30,7 +30,10 @@ def cases(tmp_path):
     return lambda rotor: list(varied_cases(base_of(rotor), tmp_path))
 
 
-@pytest.mark.parametrize(("rotor", "modes"), [("bath_rig_thesis", [3, 6]), ("bath_rig", [6, 12, 48])])
+@pytest.mark.parametrize(
+    ("rotor", "modes"),
+    [("bath_rig_thesis", [3, 6]), pytest.param("bath_rig", [6, 12, 48], marks=pytest.mark.slow)],
+)
 def test_modes_are_halved_and_doubled(cases, rotor, modes):
     """A rotor condensed to six planes gets as many modes."""
     found = [case for case in cases(rotor) if case.varied == "modes"]
@@ -97,6 +100,7 @@ def study(monkeypatch):
     return run
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("with_all", "verdict"), [(1040.0, "converged: "), (900.0, "not converged: ")])
 def test_force_has_converged_if_twice_as_many_modes_change_it_little(study, with_all, verdict):
     result = study(lambda case: with_all if case.label == "48 modes" else 1000.0)
@@ -130,6 +134,7 @@ def test_no_starts_say_nothing_of_chaos(study):
     assert "chaotic" not in str(result)
 
 
+@pytest.mark.slow
 def test_run_that_fails_is_a_row_and_the_scenarios_own_failure_an_error(study, monkeypatch):
     result = study(lambda case: 1000.0)
 

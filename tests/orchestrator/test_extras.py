@@ -32,6 +32,9 @@ def test_a_plain_run_needs_no_extra(run_python, tmp_path):
     assert (tmp_path / "results" / "fig4_9" / "orbits.png").is_file()
 
 
+NATIVE = "it needs ziglang, not installed: pip install 'amb-cosim[native]'"
+
+
 @pytest.mark.parametrize(
     ("command", "said"),
     [
@@ -40,8 +43,8 @@ def test_a_plain_run_needs_no_extra(run_python, tmp_path):
             "sweep fig4_9 --vary Omega=200:260:2",
             "distributed, zarr, SALib, not installed: pip install 'amb-cosim[sweep]'",
         ),
-        ("build --platform aarch64-linux", "it needs ziglang, not installed: pip install 'amb-cosim[native]'"),
-        ("build --flavour python --platform win64", "it needs ziglang, not installed: pip install 'amb-cosim[native]'"),
+        pytest.param("build --platform aarch64-linux", NATIVE, marks=pytest.mark.slow),
+        pytest.param("build --flavour python --platform win64", NATIVE, marks=pytest.mark.slow),
     ],
 )
 def test_a_command_names_the_extra_that_it_needs(run_python, tmp_path, monkeypatch, command, said):

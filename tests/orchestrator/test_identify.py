@@ -62,6 +62,7 @@ def runs(monkeypatch):
     return script
 
 
+@pytest.mark.slow
 def test_speeds_that_succeed_are_kept_when_others_fail(runner, runs, tmp_path):
     ends = [
         completed(outputs(receptance(1))),

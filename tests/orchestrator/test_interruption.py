@@ -189,6 +189,7 @@ def test_a_signal_during_a_run_keeps_what_was_recorded(start, tmp_path, number):
     assert sorted(path.name for path in tmp_path.iterdir()) == ["long.toml", "out"]
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="the processes are found in /proc")
 @pytest.mark.parametrize("number", [signal.SIGKILL, *slow_but_first(CODES)])
 def test_the_processes_of_a_study_end_with_it(start, number):

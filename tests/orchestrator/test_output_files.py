@@ -45,6 +45,7 @@ def test_a_summary_goes_through_links_and_to_devices(runner, tmp_path):
     assert null.is_char_device()
 
 
+@pytest.mark.slow
 def test_a_full_disk_is_one_sentence_and_keeps_the_old_result(cosim, small_disk):
     disk = small_disk("1500k")
     assert cosim(*SHORT, "-o", "disk").returncode == 0

@@ -68,6 +68,7 @@ def test_spectra_over_speed_are_drawn_in_the_units_asked_for(make):
         assert held.get_ylabel() == f"largest amplitude ({length})"
 
 
+@pytest.mark.slow
 def test_saved_result_gives_figure_and_data(make, runner, check_picture, tmp_path):
     make(whirl(0.3e-3, 50.0)).save(tmp_path / "run", plots=False)
     result = runner("study", "waterfall", "run", "--up-to", "80 Hz", "-o", "out")

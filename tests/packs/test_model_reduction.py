@@ -35,6 +35,7 @@ def test_condensed_model_follows_the_full_one_where_the_coarse_mesh_does_not(res
     np.testing.assert_allclose(condensed.critical_speeds, full.critical_speeds, rtol=1e-3)
 
 
+@pytest.mark.slow
 def test_meshes_with_consistent_mass_err_little_and_the_coarsest_most(result):
     errors = [result.mean_errors[model]["consistent"].computed for model in ("19_node", "13_node", "6_node")]
     assert errors == sorted(errors)

@@ -65,16 +65,22 @@ def test_the_commands_of_the_page_work(amb_cosim, project):
     assert "What is required of the pump, and what is computed" in page
 
 
+# File of a pack, its text, a command, and what this says.
+MISTAKES = [
+    ("rotors/bath_rig.toml", "", "rotor show pump", "packs bath_thesis and my_pump both have rotors/bath_rig.toml"),
+    ("pack.toml", 'life = ["x"]', "modes", "pack.toml of pack my_pump: unknown key life; did you mean live?"),
+]
+SLOW = [
+    ("scenarios/drop.toml", "", "run drop", "packs bath_thesis and my_pump both have scenarios/drop.toml"),
+    ("systems/passive.toml", "", "run drop", "packs amb_cosim and my_pump both have systems/passive.toml"),
+    ("pack.toml", 'rotor = "pump"', "modes", "packs bath_thesis and my_pump both say which rotor is taken"),
+    ("statements.toml", "", "report --pack my_pump", "statements.toml of pack my_pump: title is missing"),
+]
+
+
 @pytest.mark.parametrize(
     ("file", "text", "command", "message"),
-    [
-        ("rotors/bath_rig.toml", "", "rotor show pump", "packs bath_thesis and my_pump both have rotors/bath_rig.toml"),
-        ("scenarios/drop.toml", "", "run drop", "packs bath_thesis and my_pump both have scenarios/drop.toml"),
-        ("systems/passive.toml", "", "run drop", "packs amb_cosim and my_pump both have systems/passive.toml"),
-        ("pack.toml", 'rotor = "pump"', "modes", "packs bath_thesis and my_pump both say which rotor is taken"),
-        ("pack.toml", 'life = ["x"]', "modes", "pack.toml of pack my_pump: unknown key life; did you mean live?"),
-        ("statements.toml", "", "report --pack my_pump", "statements.toml of pack my_pump: title is missing"),
-    ],
+    [*MISTAKES, *(pytest.param(*mistake, marks=pytest.mark.slow) for mistake in SLOW)],
 )
 def test_a_clash_and_a_mistake_name_the_packs(amb_cosim, project, file, text, command, message):
     path = project / "my_pump" / file

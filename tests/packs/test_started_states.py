@@ -39,6 +39,7 @@ def run_from(case, state):
     return np.array([data[f"rotor_contact.{site}.f_n_mean"].values[1:] for site in rotor.sites])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("Omega", "u", "mu", "contact"),
     [
@@ -58,6 +59,7 @@ def test_run_begun_in_a_stable_state_stays_there(Omega, u, mu, contact):
         assert np.abs(N - force).max() <= 2e-3 * force
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("Omega", "u", "mu", "contact", "growth", "cycles"),
     [

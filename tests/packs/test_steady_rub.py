@@ -124,6 +124,7 @@ def test_without_friction_and_rotating_damping_no_slow_whirl_lasts(rig):
     assert [whirl for whirl in whirls(rig, rig.Omega) if abs(whirl.frequency) < 1000.0] == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("u", "stays"), [(0.01775, False), (0.0179, True)])
 def test_run_is_released_where_its_state_ends(rig, u, stays):
     """The trap of 16 Hz ends in a fold at 17.81 g m; unloaded in steps, a run leaves it within 0.1 g m of that."""

@@ -40,6 +40,7 @@ def test_scenarios_and_pages_call_fragile_what_is_fragile(cases):
             assert all("fragile" in row for row in rows)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [*QUICK, *(pytest.param(name, marks=pytest.mark.slow) for name in SLOW)])
 def test_what_is_kept_is_what_runs_lead_to(cases, name):
     assert outcome_of_case(cases[name]) == known_outcomes()[name]

@@ -50,7 +50,7 @@ def call_randomly(fmu_folder, first_seed, tmp_path):
 
 
 @pytest.mark.parametrize("threads", slow_but_first([3, 1]))
-@pytest.mark.parametrize("model", MODELS)
+@pytest.mark.parametrize("model", slow_but_first(MODELS))
 def test_native_fmu_answers_any_calls_with_finite_numbers_or_errors(call_randomly, is_long, model, threads):
     counts = call_randomly(model, "native", 1_000_000 if is_long else 20_000, threads)
     assert counts["DoStep 0"] > 500

@@ -144,6 +144,7 @@ def test_connectors_of_the_system_feed_the_same_inputs(archive, sequential):
     assert with_connectors[1:] == without[1:]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("integers", "kind"), [(False, "Enumeration"), (True, "Integer")])
 def test_switches_are_enumerations_or_integers_throughout(sequential, jacobi, integers, kind):
     path = jacobi if integers else sequential

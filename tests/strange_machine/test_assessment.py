@@ -9,6 +9,7 @@ from dataclasses import replace
 import control
 import numpy as np
 import pytest
+from slow import slow_but_first
 from strange_machine import LEVITATION
 
 from amb_cosim.acceptance.assess import assess
@@ -43,7 +44,7 @@ def expander():
     return Subject(MACHINES["expander"]())
 
 
-@pytest.mark.parametrize("name", MACHINES)
+@pytest.mark.parametrize("name", slow_but_first(MACHINES))
 def test_fast_parts_answer_by_the_names_of_the_machine(name):
     found = assess(MACHINES[name](), only=FAST)
     assert not found.unanswered

@@ -45,6 +45,7 @@ def test_points_that_share_a_past_lead_to_the_same_bits(vary):
     assert min(share for share in shared.values() if share > 0.0) > 0.7
 
 
+@pytest.mark.slow
 def test_whatever_the_order_points_lead_to_the_same_bits():
     vary = {REMOVED: [9, 8.5], SIZE: ["90 g.mm", "110 g.mm"]}
     labels, points = varied_labels(make_design(vary)), range(4)

@@ -60,6 +60,7 @@ def test_sweep_varies_the_gain_of_its_demands(levitation):
     assert found[0].metrics == found[2].metrics != found[1].metrics
 
 
+@pytest.mark.slow
 def test_archive_of_it_is_the_same_run(levitation, tmp_path):
     path = amb_cosim.export_ssp(levitation, tmp_path / "expander.ssp") or tmp_path / "expander.ssp"
     runs = [amb_cosim.run(levitation, progress=False), amb_cosim.simulate(path)]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from growing_vibration import growth_of
+from slow import slow_but_first
 from strange_machine import LEVITATION
 
 import amb_cosim
@@ -39,6 +40,7 @@ def test_receptances_of_the_loop_are_those_of_a_co_simulation(expander):
         assert abs(orbit / (P[k] @ expander.unbalance * expander.Omega**2) - 1.0) < 1e-3
 
 
+@pytest.mark.slow
 def test_every_set_of_the_four_sites_is_solved_in_equilibrium(expander):
     """Sixteen sets at six unbalances, beyond the gaps of all; forces and motions obey the receptances."""
     Omega = expander.Omega
@@ -68,7 +70,7 @@ LINEAR = {
 }
 
 
-@pytest.mark.parametrize("u", [60.0, 110.0])  # g mm
+@pytest.mark.parametrize("u", slow_but_first([60.0, 110.0]))  # g mm
 def test_co_simulation_that_is_knocked_into_contact_stays_with_the_force_of_its_stable_state(u):
     """A knock of six turns leaves it in the labyrinth with friction, though it can turn free: N to 1e-5."""
     events = ({"label": "step", "cycle": 2.0, "set": {"rotor_contact": {"turbine.u": f"{2.2 * u} g.mm"}}},)
@@ -88,6 +90,7 @@ def test_co_simulation_that_is_knocked_into_contact_stays_with_the_force_of_its_
     np.testing.assert_allclose(-friction, stable["labyrinth",].friction["labyrinth"], rtol=1e-3)
 
 
+@pytest.mark.slow
 def test_runs_begun_in_states_of_any_sites_leave_or_stay_as_told():
     """One, two and three of the four sites in contact, with friction: N to 1e-3 in the first step; one is stable.
 
@@ -113,6 +116,7 @@ def test_runs_begun_in_states_of_any_sites_leave_or_stay_as_told():
     assert {len(contact) for contact in sets} == {0, 1, 2, 3}
 
 
+@pytest.mark.slow
 def test_runs_begun_in_dry_backward_whirls_stay_or_leave_at_their_rate():
     """With slip and without unbalance: those of labyrinth and shroud are left at 127 and 2578 1/s, and one lasts."""
     scenario = STEADY.changed(settle_cycles=20, end_cycle=20)

@@ -161,7 +161,7 @@ def test_held_force_converges_with_first_order(cosimulate: Any, regression: Any)
     assert errors[0] / errors[1] == pytest.approx(2.0, rel=0.05)
 
 
-@pytest.mark.parametrize("step", [250, 125])
+@pytest.mark.parametrize("step", slow_but_first([250, 125]))
 def test_force_with_gradient_is_followed_exactly(cosimulate: Any, step: float) -> None:
     orbit, _ = cosimulate(FREE, 4, step=step)
     exact = free_orbit(FREE, len(orbit) - 1)
@@ -173,6 +173,7 @@ def rubbing() -> tuple[np.ndarray, np.ndarray]:
     return orbit_with_contact(RUBBING, 550)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("step", slow_but_first([250, 125]))
 def test_contact_phases_agree_with_the_whole_system(
     cosimulate: Any, rubbing: tuple[np.ndarray, np.ndarray], step: float

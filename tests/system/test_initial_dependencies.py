@@ -112,6 +112,7 @@ def cases():
         yield pytest.param(short, name, scenes_of_controller, 200, 300, id=f"controller-{name}", marks=marks)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("build", "rotor", "scenes", "count", "n_edges"), list(cases()))
 def test_initial_outputs_depend_on_what_is_declared(build, rotor, scenes, count, n_edges):
     model, constants = build(load_rotor(rotor) if isinstance(rotor, str) else rotor)
@@ -127,6 +128,7 @@ def test_initial_outputs_depend_on_what_is_declared(build, rotor, scenes, count,
     assert {name: declared[name] - found[name] for name in declared if declared[name] - found[name]} == {}
 
 
+@pytest.mark.slow
 def test_a_plant_with_many_modes_depends_on_no_more_than_declared():
     model, constants = plant(load_rotor("bath_rig"))
     rng = np.random.default_rng(7)

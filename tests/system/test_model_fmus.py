@@ -67,6 +67,7 @@ def test_serialised_state_brings_back_the_run(name: str, fmu_of: Callable[[Case]
     other.close()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", slow_but_first(["amb_actuator", "rolac_controller", "rotor_contact"]))
 def test_plain_python_gives_what_compiled_kernels_give(name: str, run_python: Callable[..., Any]) -> None:
     """To the last bit where both call the same C library for sine, exponential and so on."""

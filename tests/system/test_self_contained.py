@@ -40,6 +40,7 @@ def simulated(path: str, start: dict[str, float], hidden: list[str]) -> list[lis
     return [[float(row[name]) for name in names] for row in result]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", START)
 def test_an_fmu_gives_the_same_numbers_with_numpy_alone(
     name: str, fmus: dict[str, Path], run_python: Callable[..., Any]

@@ -94,6 +94,7 @@ def hills(at, rng):
     return sum(shares)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("vary", "tries", "most", "runs"),
     [

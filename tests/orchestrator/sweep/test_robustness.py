@@ -73,6 +73,7 @@ def test_h_of_a_run_up_is_identified_every_hertz_of_it():
     assert len(identification_speeds(of("fig5_6")[0])) == 1
 
 
+@pytest.mark.slow
 def test_outcome_that_rests_on_h_is_told_as_fragile():
     """The rotor of Fig. 5.6 recovers with H of the continuous loop, and not with that of its sampled one."""
     found = studies.robustness("fig5_6", progress=False)

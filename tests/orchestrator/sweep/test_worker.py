@@ -125,6 +125,7 @@ def test_a_value_that_is_not_allowed_is_an_invalid_point():
     assert "rotor_contact.rb1.clearance = -0.001 m" in found.reason
 
 
+@pytest.mark.slow
 def test_a_record_is_kept_where_its_outcome_is_asked_for():
     assert Runner(Task(SCENARIO, until=UNTIL, keep=("completed",))).run(0, {}).record
     assert Runner(Task(SCENARIO, until=UNTIL, keep=("trapped",))).run(0, {}).record is None
