@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Mapping, Sequence
-from ctypes import Structure, byref, c_char, c_double, c_size_t, c_ssize_t, c_uint, c_void_p
+from ctypes import byref, c_char, c_double, c_size_t, c_uint, c_void_p
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,13 +15,11 @@ from numpy.typing import NDArray
 
 from amb_cosim.cosim.binding2 import Binding2
 from amb_cosim.cosim.binding3 import Binding3
-from amb_cosim.cosim.bindings import ERROR, STATUS, WARNING, Binding, Log, address
+from amb_cosim.cosim.bindings import ERROR, STATUS, WARNING, Binding, Log
 from amb_cosim.cosim.errors import FmuError
 from amb_cosim.cosim.exchange import Exchange, Transfer
 from amb_cosim.cosim.exit_order import release_before_static_destructors
 from amb_cosim.cosim.fmu_interface import FmuInterface
-from amb_cosim.cosim.loop_library import load_library
-from amb_cosim.cosim.schedules import Array, IntArray
 
 _serial = itertools.count()
 
@@ -34,15 +32,6 @@ class EntryPoints:
     do_step: int
     sends: tuple[Transfer, ...]
     fetches: tuple[Transfer, ...]
-
-
-class Stepped(Structure):
-    """An FMU as `answers.c` steps it."""
-
-    _fields_ = [
-        *((name, c_void_p) for name in ("instance", "stepped", "restore", "do_step", "save", "memory", "after")),
-        *((name, c_double) for name in ("time", "step_size")),
-    ]
 
 
 @dataclass(frozen=True, eq=False)
@@ -237,33 +226,6 @@ class FmuComponent:
         self.step(time, step_size)
         self._call("GetFMUState", byref(self._after))
         return self._numbers(self._after)
-
-    def answers(
-        self, changed: IntArray, changes: Array, shown: IntArray, time: float, step_size: float
-    ) -> NDArray[np.float64]:
-        """Return what of the memory is `shown` after an `answer` to each change alone, shape (changes, shown).
-
-        The numbers that change are 0 in `memory` before and afterwards.
-        """
-        found, library, call = np.zeros((len(changed), len(shown))), load_library(), c_ssize_t()
-        if library is None:
-            memory = self.memory()
-            for place, change, row in zip(changed, changes, found, strict=True):
-                memory[place] = change
-                row[:] = self.answer(time, step_size)[shown]
-                memory[place] = 0.0
-            return found
-        fmu = self._binding
-        restore, save = (address(fmu.fmu, fmu.function(name)) for name in ("SetFMUState", "GetFMUState"))
-        states = self._state.value, self._after.value
-        stepped = Stepped(fmu.fmu.component, fmu.instance, restore, fmu.do_step, save, *states, time, step_size)
-        arrays = (c_void_p(a.ctypes.data) for a in (changed, changes, shown, found))
-        places, sizes, rows, table = arrays
-        given = byref(stepped), places, sizes, c_ssize_t(len(changed)), rows, c_ssize_t(len(shown)), table
-        status = library.answer_changes(*given, byref(call))
-        if not 0 <= status <= WARNING:
-            raise self._refusal(fmu.function(("SetFMUState", "DoStep", "GetFMUState")[call.value]), status)
-        return found
 
     def _size_of(self, state: c_void_p) -> int:
         size = c_size_t()

@@ -1,7 +1,6 @@
 """The compiled loop as a shared library: shipped in the installed package, or compiled once into the user's cache.
 
-In it are the loop (`loop.c`), FMUs of FMI 3.0 as that calls them (`binding3.c`), batches (`members.c`), and an FMU's
-answers to changes of its state (`answers.c`).
+In it are the loop (`loop.c`), FMUs of FMI 3.0 as that calls them (`binding3.c`), and batches (`members.c`).
 """
 
 from __future__ import annotations
@@ -17,7 +16,7 @@ from fmi_export.building.native.compiler import PLATFORMS, compile_library, host
 from fmi_export.building.native.sources import digest_of, texts_of
 
 SOURCES = ("loop.c", "loop.h")  # of every engine too
-OWN = ("answers.c", "binding3.c", "members.c")  # beside this file
+OWN = ("binding3.c", "members.c")  # beside this file
 SHIPPED = Path(__file__).parent / "loops"  # in an installed package
 
 

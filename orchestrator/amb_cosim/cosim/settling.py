@@ -29,7 +29,7 @@ from amb_cosim.cosim.experiment import WARM_UP
 from amb_cosim.cosim.fmu_interface import FmuInterface
 from amb_cosim.cosim.fmus import Fmu
 from amb_cosim.cosim.master import Master
-from amb_cosim.cosim.responses import ANGLES, MemoryPart, Response, among, first_harmonic
+from amb_cosim.cosim.responses import ANGLES, MemoryPart, Response, first_harmonic
 from amb_cosim.cosim.schedules import Array, IntArray
 from amb_cosim.cosim.system import MasterLayout
 
@@ -93,8 +93,8 @@ class SettledLoop:
         after = before.copy()
         for part, response in zip(self.parts, responses, strict=True):
             rows = np.arange(row, row + len(part.rows))
-            fed = n_states + np.searchsorted(self.signals, part.sources[among(part.sources, self.signals)])
-            shown = n_states + np.flatnonzero(among(self.signals, part.slot))
+            fed = n_states + np.searchsorted(self.signals, part.sources[np.isin(part.sources, self.signals)])
+            shown = n_states + np.flatnonzero(np.isin(self.signals, part.slot))
             seen = before if self.master.coupling == "jacobi" else after
             answer = response.matrix @ np.vstack([before[rows], seen[fed]])
             answer[:, size:] += response.forcing
