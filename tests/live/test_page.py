@@ -305,9 +305,9 @@ def test_speed_is_reached_at_the_rate_that_is_given(open_rig):
     found.page.fill("#speed-field", "110")
     found.page.press("#speed-field", "Enter")
     found.go(0.1)
-    assert "100.5 rad/s" not in found.page.inner_text("#control-state")
+    assert "100.5\u00a0rad/s" not in found.page.inner_text("#control-state")
     found.go(0.3)
-    assert "110 rad/s" in found.page.inner_text("#control-state")
+    assert "110\u00a0rad/s" in found.page.inner_text("#control-state")
 
 
 @pytest.mark.parametrize("theme", ["dark", "light"])

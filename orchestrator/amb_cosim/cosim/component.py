@@ -100,17 +100,8 @@ class FmuComponent:
                 raise
             raise FmuError("loading", "Error", [*self._log.said(), str(error)]) from error
 
-    def reset(
-        self,
-        inputs: Sequence[str],
-        outputs: Sequence[str],
-        start: Mapping[str, float],
-        every: int = 1,
-        resumes: bool = False,
-    ) -> None:
+    def reset(self, inputs: Sequence[str], outputs: Sequence[str], start: Mapping[str, float], every: int = 1) -> None:
         """Reset the FMU for another run; the arguments are those of the constructor.
-
-        A run that `resumes` a state which the FMU holds, of the same start values, needs no reset and has none.
 
         Raises
         ------
@@ -118,12 +109,11 @@ class FmuComponent:
             If the FMU refuses to be reset, or a start value.
         """
         self._binding.prepare()
-        if not resumes:
-            self._free_states(self._binding)
-            self._running = False
-            self._call("Reset")
+        self._free_states(self._binding)
+        self._running = False
+        self._call("Reset")
         self._log.messages.clear()
-        self._set_up(inputs, outputs, start, every, resumes)
+        self._set_up(inputs, outputs, start, every)
 
     def enter(self, start_time: float) -> None:
         """Begin initialisation at `start_time` (s)."""
@@ -275,24 +265,14 @@ class FmuComponent:
         assert self._fmu is not None, "it is closed"
         return self._fmu
 
-    def _set_up(
-        self,
-        inputs: Sequence[str],
-        outputs: Sequence[str],
-        start: Mapping[str, float],
-        every: int,
-        resumes: bool = False,
-    ) -> None:
-        """Say what a run exchanges, and set its start values, unless it `resumes` a state that has them."""
+    def _set_up(self, inputs: Sequence[str], outputs: Sequence[str], start: Mapping[str, float], every: int) -> None:
+        """Set the start values of a run, and say what it exchanges."""
         self.every = every
-        self._in, self._out = self._exchange(tuple(inputs)), self._exchange(tuple(outputs))
+        self._in, self._out, initial = (self._exchange(tuple(names)) for names in (inputs, outputs, start))
         self.inputs, self.outputs = self._in.values, self._out.values
-        self._in.fill(start)
-        if resumes:
-            return
-        initial = self._exchange(tuple(start))
         initial.values[:] = list(start.values())
-        initial.fill(start)
+        for exchange in (initial, self._in):
+            exchange.fill(start)
         self._guard("Set", initial.write, self._binding)
 
     def _exchange(self, names: tuple[str, ...]) -> Exchange:

@@ -54,17 +54,13 @@ class Instances:
         outputs: Sequence[str],
         start: Mapping[str, float],
         every: int,
-        resumes: bool = False,
     ) -> FmuComponent:
-        """Return the instance of a component as new, or as it is if it `resumes` a state that it holds.
-
-        See `FmuComponent` for the other arguments and errors.
-        """
+        """Return the instance of a component as new; see `FmuComponent` for the arguments and errors."""
         if self._expired:
             self.close()
         kept_folder, component = self._kept.get(name, (None, None))
         if component is not None and kept_folder == folder:
-            component.reset(inputs, outputs, start, every, resumes)
+            component.reset(inputs, outputs, start, every)
             return component
         if component is not None:
             self.generation += 1

@@ -140,7 +140,7 @@ def run_plan(
         stack.callback(living.close)
 
         def run(notice: str) -> Recording:
-            simulator = Simulator(assembly, plan, coupling, loop, living, notice, start=start)
+            simulator = Simulator(assembly, plan, coupling, loop, living, notice)
             return _run(simulator, progress, interruption, start, saves)
 
         try:

@@ -41,8 +41,6 @@ class Simulator:
         Why the motion before point 0 is simulated, where it might have been solved for.
     values
         Array for the values of all signals, all zero, where it is part of another.
-    start
-        What `resume` will be given, if it is.
 
     Raises
     ------
@@ -61,7 +59,6 @@ class Simulator:
         instances: Instances,
         notice: str = "",
         values: Array | None = None,
-        start: Checkpoint | None = None,
     ) -> None:
         self.assembly, self._asked = assembly, plan
         self.notice = notice
@@ -73,7 +70,6 @@ class Simulator:
         self.layout = assembly.wiring(plan.inputs, plan.recorded)
         wiring = self.layout.wiring
         self._instances = instances
-        resumes = start is not None and start.is_held and self._is_own
         self._at = {name: position for position, name in enumerate(wiring.names)}
         self.components = [
             instances.take(
@@ -84,7 +80,6 @@ class Simulator:
                 self.layout.outputs[c.name],
                 plan.parameters[c.name],
                 c.every,
-                resumes,
             )
             for c in plan.system.components
         ]
@@ -148,11 +143,6 @@ class Simulator:
         """Return the data of the master for the compiled loop."""
         return self._instances.program(self.master, self._stops)
 
-    @property
-    def _is_own(self) -> bool:
-        """Whether all FMUs are of this project, and so take a state without having been initialised."""
-        return all(fmu.layout is not None for fmu in self.assembly.fmus.values())
-
     def checkpoint(self, point: int, held: bool = False) -> Checkpoint:
         """Return the state before a point that the run has come to, serialised, or held in the memory of the FMUs."""
         plan = self.plan
@@ -178,7 +168,8 @@ class Simulator:
     def resume(self, start: Checkpoint) -> int:
         """Bring a run that has not begun to a checkpoint, and return its point.
 
-        Whoever gives a state that is held has compared the past.
+        Whoever gives a state that is held has compared the past. FMUs of this project take a state without having been
+        initialised.
 
         Raises
         ------
@@ -193,7 +184,7 @@ class Simulator:
             raise ValueError(f"the run ends at {end:.9g} s, before the checkpoint at t = {start.time:.9g} s")
         if not start.is_held:
             start.check_past(past_of(self.assembly, self._asked, self.coupling, start.point))
-        if not (start.is_held and self._is_own):
+        if not start.is_held or any(fmu.layout is None for fmu in self.assembly.fmus.values()):
             self.initialise()
         for component in self.components:
             component.put(start.states[component.name], start.warnings[component.name])
