@@ -294,5 +294,5 @@ def test_an_archive_for_an_unknown_platform_is_refused_and_not_written(tmp_path,
     archive = tmp_path / "case.ssp"
     done = CliRunner().invoke(main, ["export-ssp", "nelson_mcvaugh_rub", "--platform", platforms, "-o", str(archive)])
     assert done.exit_code == 2
-    assert message in done.stderr
+    assert message in done.output
     assert not archive.exists()
