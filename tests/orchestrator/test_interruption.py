@@ -191,7 +191,7 @@ def test_a_signal_during_a_run_keeps_what_was_recorded(start, tmp_path, number):
 
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="the processes are found in /proc")
-@pytest.mark.parametrize("number", [signal.SIGKILL, *slow_but_first(CODES)])
+@pytest.mark.parametrize("number", [signal.SIGKILL, *CODES])
 def test_the_processes_of_a_study_end_with_it(start, number):
     process = start("study", "recovery", "--instants", "16")
     until(lambda: sum("spawn_main" in text for text in commands_of(children(process))) >= min(2, os.cpu_count()))

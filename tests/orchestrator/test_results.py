@@ -321,7 +321,7 @@ def test_netcdf_round_trip_keeps_data_and_figures(synthetic, tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("of", slow_but_first(["signals", "dataset"]))
+@pytest.mark.parametrize("of", ["signals", "dataset"])
 def test_turned_bits_of_a_result_are_harmless_or_an_error(synthetic, tmp_path, of):
     dataset = synthetic(outcome=json.dumps(["completed", 1.0, None, ""]))
     groups = ({n: Samples(v.values, v.attrs) for n, v in g.items()} for g in (dataset.data_vars, dataset.coords))

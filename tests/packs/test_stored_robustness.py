@@ -14,8 +14,10 @@ from amb_files.packs import packs
 
 ROOT = Path(__file__).parents[2]
 PACKS = ("bath_thesis", "rotor_literature")
-QUICK = ("fig4_15", "fig5_5", "nelson_mcvaugh_rub", "compressor_levitated_touchdown")
-SLOW = ("fig4_9", "fig4_14", "fig4_20", "fig4_9_newton", "fig5_6", "fig5_5_matched", "fig6_15", "relevitation")
+RUN = (
+    *("fig4_15", "fig5_5", "nelson_mcvaugh_rub", "compressor_levitated_touchdown"),
+    *("fig4_9", "fig4_14", "fig4_20", "fig4_9_newton", "fig5_6", "fig5_5_matched", "fig6_15", "relevitation"),
+)
 
 
 @pytest.fixture(scope="module")
@@ -41,7 +43,7 @@ def test_scenarios_and_pages_call_fragile_what_is_fragile(cases):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", [*QUICK, *(pytest.param(name, marks=pytest.mark.slow) for name in SLOW)])
+@pytest.mark.parametrize("name", RUN)
 def test_what_is_kept_is_what_runs_lead_to(cases, name):
     assert outcome_of_case(cases[name]) == known_outcomes()[name]
 

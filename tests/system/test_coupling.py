@@ -174,7 +174,7 @@ def rubbing() -> tuple[np.ndarray, np.ndarray]:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("step", slow_but_first([250, 125]))
+@pytest.mark.parametrize("step", [250, 125])
 def test_contact_phases_agree_with_the_whole_system(
     cosimulate: Any, rubbing: tuple[np.ndarray, np.ndarray], step: float
 ) -> None:

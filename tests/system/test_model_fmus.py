@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 from drive import Fmu
 from model_cases import CASES, Case, core_outputs
-from slow import slow_but_first
 
 from rolac_controller.enumerations import ADAPTING, IDENTIFYING, NO_WINDOW, NOT_STARTED, SENSOR_SUSPECT, SLOT_BEFORE
 
@@ -68,7 +67,7 @@ def test_serialised_state_brings_back_the_run(name: str, fmu_of: Callable[[Case]
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", slow_but_first(["amb_actuator", "rolac_controller", "rotor_contact"]))
+@pytest.mark.parametrize("name", ["amb_actuator", "rolac_controller", "rotor_contact"])
 def test_plain_python_gives_what_compiled_kernels_give(name: str, run_python: Callable[..., Any]) -> None:
     """To the last bit where both call the same C library for sine, exponential and so on."""
     pytest.importorskip("numba")

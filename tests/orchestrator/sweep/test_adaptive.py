@@ -99,8 +99,8 @@ def hills(at, rng):
     ("vary", "tries", "most", "runs"),
     [
         ({"a.x": "0:1:200"}, 12, 1, 20),
-        pytest.param({"a.x": "0:1:200"}, 60, 4, 20, marks=pytest.mark.slow),
-        pytest.param({"a.x": "0:1:31", "a.y": "0:1:31"}, 40, 6, 30, marks=pytest.mark.slow),
+        ({"a.x": "0:1:200"}, 60, 4, 20),
+        ({"a.x": "0:1:31", "a.y": "0:1:31"}, 40, 6, 30),
     ],
 )
 def test_no_more_is_left_than_promised_among_random_hills(seek, vary, tries, most, runs):
