@@ -34,7 +34,7 @@ NEEDS = {
     "numba": None,  # tests/native/test_sources.py builds them
     "gcc": None,  # likewise
     "cmake": None,  # likewise
-    "a cross compiler": None,
+    "a cross compiler": None,  # likewise, for RISC-V
     "pyfmi": find_spec("pyfmi"),
     "fmusim": shutil.which("fmusim"),
     "OMSimulator": shutil.which("OMSimulator"),
@@ -121,7 +121,7 @@ def test_the_code_of_a_page_runs(page, folder):
 )
 def test_code_runs_where_what_it_needs_is_here(page, block, folder):
     if NEEDS[block.needs] is None:
-        pytest.skip(f"needs {block.needs}")
+        pytest.skip(f"code that needs {block.needs}")
     if block.language == "lua":
         (folder / "program.lua").write_text(block.code, encoding="utf-8")
         block = block._replace(language="sh", code="OMSimulator program.lua")
