@@ -108,7 +108,12 @@ def _line() -> str:
 
 
 def _ratio(explanation: str) -> float | None:
-    """Return smaller over larger side of an inequality between positive numbers; None of anything else."""
+    """Return smaller over larger side of an inequality between positive numbers; None of anything else.
+
+    Text is no number, and where pytest shortens it a backslash may be cut from its letter, which Python warns of.
+    """
+    if "'" in explanation or '"' in explanation:
+        return None
     try:
         tree = ast.parse(NUMPY_SCALAR.sub(r"\1", explanation), mode="eval").body
         if not isinstance(tree, ast.Compare) or len(tree.ops) != 1:
