@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import gc
+import io
+import logging
 import random
 import shutil
 import time
@@ -38,6 +41,16 @@ def test_what_is_no_scheduler_is_one_message(impatient, first_seed, rounds):
         assert time.monotonic() < begin + LONGEST, f"seed {seed}"
 
 
+@pytest.fixture
+def log():
+    """What a user would see of Dask's log."""
+    text, logger = io.StringIO(), logging.getLogger("distributed")
+    handler = logging.StreamHandler(text)
+    logger.addHandler(handler)
+    yield text
+    logger.removeHandler(handler)
+
+
 @pytest.fixture(scope="module")
 def scheduler():
     """Host and port of a scheduler with two workers."""
@@ -64,10 +77,11 @@ def swept(address, folder):
     return True
 
 
+@pytest.mark.filterwarnings("error::pytest.PytestUnraisableExceptionWarning")
 def test_a_sweep_goes_on_after_a_scheduler_that_fails_at_any_byte(
-    impatient, scheduler, tmp_path, monkeypatch, first_seed, rounds
+    impatient, scheduler, log, tmp_path, monkeypatch, first_seed, rounds
 ):
-    """Points that had come are in the store and right; with a scheduler that works the others come too."""
+    """Points that had come are in the store and right; with a scheduler that works the others come too, in silence."""
     monkeypatch.setattr(engine, "run_batch", peaks)
     host, port = scheduler
     failed = 0
@@ -81,4 +95,6 @@ def test_a_sweep_goes_on_after_a_scheduler_that_fails_at_any_byte(
         found = open_sweep(tmp_path / "out")["peak"].values
         np.testing.assert_array_equal(found, 1.0 / (np.arange(40) + 3.0), err_msg=f"seed {seed}")
         shutil.rmtree(tmp_path / "out")
+        gc.collect()
+        assert "Traceback" not in log.getvalue(), f"seed {seed}"
     assert failed > rounds / 4

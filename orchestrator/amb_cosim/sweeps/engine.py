@@ -67,12 +67,13 @@ def connect(scheduler: str | None = None, jobs: int | None = None) -> Iterator[C
     """
     import dask
     from distributed import Client
+    from distributed.utils import silence_logging_cmgr
 
     if scheduler is not None and jobs is not None:
         raise ValueError("--jobs is for a local cluster; the scheduler's workers are as many as were started")
     if jobs is not None and jobs < 1:
         raise ValueError(f"--jobs {jobs} is not allowed; it must be 1 or more")
-    with dask.config.set(SETTINGS):
+    with dask.config.set(SETTINGS), silence_logging_cmgr(logging.CRITICAL):  # what fails is told as one message
         if scheduler is None:
             with local_cluster(jobs) as cluster, Client(cluster) as client:
                 yield client
@@ -87,8 +88,10 @@ def connect(scheduler: str | None = None, jobs: int | None = None) -> Iterator[C
             with client.as_current():  # else Dask waits in the event loop of a client that the caller has
                 yield client
         finally:
-            with suppress(Exception):  # a scheduler that is gone
+            try:
                 client.close(timeout=POLITE_TIME)
+            except Exception:  # a scheduler that is gone, or whose last words were none
+                client.status = "closed"  # else it is tried again as garbage, where the error is a traceback
 
 
 def local_cluster(jobs: int | None, security: bool | None = True) -> LocalCluster:
