@@ -234,7 +234,7 @@ def compile_entries(entries: Collection[str]) -> None:
         if not is_entry(described):
             return make_function(described.lookup_module(), described.qualname, "", refuse, environment, (library,))
         if not library.codegen._engine.is_symbol_defined(described.llvm_cpython_wrapper_name):  # nor from the cache
-            library._final_module = _linked_whole(library)
+            library._final_module = _linked(library)
             library._optimize_final_module()
             library._finalize_final_module()
         return load(context, library, described, environment)
@@ -274,32 +274,24 @@ def _address(library: Any, name: str) -> int:
 
 
 def _linked(library: Any) -> Any:
-    """Return the module of a library, linked with those of all libraries that it needs."""
-    llvm: Any = importlib.import_module("llvmlite.binding")
-    module = library._final_module.clone()
-    for other in _needed(library):
-        part = other._final_module.clone()
-        for function in part.functions:
-            if not function.is_declaration and function.linkage == llvm.Linkage.external:
-                function.linkage = "linkonce_odr"  # more than one may bring it along
-        module.link_in(part)
-    return module
+    """Return the module of a library, linked with those of all libraries that it needs, optimised already or not.
 
-
-def _linked_whole(library: Any) -> Any:
-    """Return the same where some libraries are optimised already: what those have inlined, others may call later."""
+    What one of those has inlined, another may call later: all of it is linked, and what nothing calls may then go.
+    """
     llvm: Any = importlib.import_module("llvmlite.binding")
     module = library._final_module.clone()
     for other in _needed(library):
         part = other._get_module_for_linking().clone()
-        for function in part.functions:
-            if not function.is_declaration and function.linkage == llvm.Linkage.linkonce_odr:
-                function.linkage = "weak_odr"  # linked whether called yet or not
+        _replace_linkage(part, llvm.Linkage.linkonce_odr, llvm.Linkage.weak_odr)
         module.link_in(part)
-    for function in module.functions:
-        if not function.is_declaration and function.linkage == llvm.Linkage.weak_odr:
-            function.linkage = "linkonce_odr"  # left out where nothing calls it
+    _replace_linkage(module, llvm.Linkage.weak_odr, llvm.Linkage.linkonce_odr)
     return module
+
+
+def _replace_linkage(module: Any, given: Any, wanted: Any) -> None:
+    for function in module.functions:
+        if not function.is_declaration and function.linkage == given:
+            function.linkage = wanted
 
 
 def _needed(library: Any) -> list[Any]:
