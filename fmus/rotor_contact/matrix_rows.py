@@ -1,4 +1,4 @@
-"""The levels of the matrices: the shortest by Taylor series in time, each of the others by doubling.
+"""Rows of the matrices: those of the shortest level by Taylor series in time, of each of the others by doubling.
 
 A piece of twice the length is two pieces one after the other. The cubic force over it is a cubic over either half, so
 with Y_i, the motion up to Lobatto point c_i of a piece of length T,
@@ -16,37 +16,24 @@ import math
 from fmi_export.flat import copy
 from fmi_export.jit import kernel, kernel_apart
 from fmi_export.model import Array
-from rotor_contact.dynamics import Motion, accelerations
+from rotor_contact.dynamics import Motion
 from rotor_contact.lobatto import LAGRANGE, LOBATTO_POINTS, N_LOBATTO
+from rotor_contact.matrix_levels import write_coefficients
 from rotor_contact.products import rotate_row, row_combination
-from rotor_contact.seals import add_seals, seals_are_isotropic
 from rotor_contact.site import Sites
 from rotor_contact.step_matrices import (
-    MAX_COORDINATES,
-    MAX_LEVELS,
-    MOST_LEVELS,
     PORT_COLUMNS,
-    MatricesKey,
     StepMatrices,
-    begin,
     coefficients_at,
     grid_speed,
     inner_motion,
-    is_for,
     level_of,
     n_rows,
     place_index,
-    port_of,
     slot_of,
-    spacing_for,
     velocity_index,
 )
 from rotor_contact.structure import Structure
-
-SHORTEST_RATE = 1.2  # longest the shortest piece may be, times how fast anything can change
-LEAST_LEVELS = 4
-ISOTROPY_TOLERANCE = 1e-10  # of the largest: by how much x and y may differ
-SMALLEST_TERM = 1e-20  # of the series, as in `series`
 
 
 def _lagrange(s: float) -> tuple[float, float, float, float]:
@@ -56,118 +43,6 @@ def _lagrange(s: float) -> tuple[float, float, float, float]:
 
 FIRST_HALF = tuple(_lagrange(0.5 * c) for c in LOBATTO_POINTS)
 SECOND_PART = tuple(tuple(_lagrange(0.5 * (c + s)) for s in LOBATTO_POINTS) for c in LOBATTO_POINTS[1:])
-
-
-@kernel_apart
-def choose_levels(structure: Structure, motion: Motion, sites: Sites, key: MatricesKey, matrices: StepMatrices) -> None:
-    """Let the matrices be for `key`: find its sizes and ports; the coefficients of the motion must be collected."""
-    if is_for(matrices, key):
-        return
-    begin(matrices, key)
-    sizes = matrices.sizes[0]
-    n = structure.K.shape[0]
-    n_sites, n_bearings = sites.shape[0], motion.bearings.shape[0]
-    first = matrices.ports.shape[0] - 2 * n_sites - n_bearings
-    sizes.n, sizes.n_ports, sizes.n_levels, sizes.n_built = n, 0.0, 0.0, 0.0
-    for k in range(n_sites):
-        matrices.ports[first + k] = port_of(matrices, sites[k].row)
-        matrices.ports[first + n_sites + k] = -1.0
-    for k in range(n_sites):
-        if sites[k].housing >= 0:
-            sizes.n += 2.0
-            matrices.ports[first + n_sites + k] = port_of(matrices, sites[k].housing)
-    sizes.n_site_ports = sizes.n_ports
-    for b in range(n_bearings):
-        matrices.ports[first + 2 * n_sites + b] = port_of(matrices, motion.bearings[b].row)
-    copy(accelerations(motion).cosine, matrices.effects[0])
-    copy(accelerations(motion).sine, matrices.effects[1])
-    steady = matrices.effects[2]
-    row_combination(key.forces[0], structure.Minv, steady, n)
-    step_size: float = key.step_size[0]
-    sizes.step_size = step_size
-    sizes.spacing = spacing_for(step_size)
-    if n > MAX_COORDINATES:
-        return
-    _write_coefficients(structure, motion, sites, matrices, 0, motion.Omega)
-    isotropic = seals_are_isotropic(motion.seals)
-    sizes.isotropic = 1.0 if isotropic and _is_isotropic(structure.Minv, coefficients_at(matrices, 0).columns) else 0.0
-    fastest = _fastest(coefficients_at(matrices, 0).columns)
-    if motion.seals.shape[1] > 0:
-        for place in range(motion.seals.shape[0]):
-            _write_coefficients(structure, motion, sites, matrices, 0, motion.seals[place, 0].begin)
-            fastest = max(fastest, _fastest(coefficients_at(matrices, 0).columns))
-    rate = fastest + abs(motion.Omega)
-    n_built, shortest = LEAST_LEVELS, step_size * 0.5 ** (LEAST_LEVELS - 1)
-    while shortest * rate > SHORTEST_RATE:
-        n_built += 1
-        shortest *= 0.5
-    if n_built > MOST_LEVELS:
-        return
-    sizes.n_built, sizes.n_levels, sizes.n_terms = n_built, min(n_built, MAX_LEVELS), 0.0
-    term = 1.0
-    while term > SMALLEST_TERM or sizes.n_terms < N_LOBATTO:
-        sizes.n_terms += 1.0
-        term *= rate * shortest / sizes.n_terms
-
-
-@kernel
-def _is_isotropic(Minv: Array, KC: Array) -> bool:
-    """Return whether the rotor is isotropic: whether what y does is what x does, turned by a right angle."""
-    n = KC.shape[1]
-    largest = unlike = 0.0
-    for j in range(0, 2 * n, 2):
-        for i in range(0, n, 2):
-            largest = max(largest, abs(KC[j, i]))
-            unlike = max(unlike, max(abs(KC[j, i] - KC[j + 1, i + 1]), abs(KC[j, i + 1] + KC[j + 1, i])))
-        if j + 2 == n or j + 2 == 2 * n:  # stiffness and damping are of other sizes
-            if not unlike <= ISOTROPY_TOLERANCE * largest:
-                return False
-            largest = unlike = 0.0
-    for j in range(0, Minv.shape[0], 2):
-        for i in range(0, Minv.shape[0], 2):
-            largest = max(largest, abs(Minv[j, i]))
-            unlike = max(unlike, max(abs(Minv[j, i] - Minv[j + 1, i + 1]), abs(Minv[j, i + 1] + Minv[j + 1, i])))
-    return bool(unlike <= ISOTROPY_TOLERANCE * largest)
-
-
-@kernel
-def _fastest(KC: Array) -> float:
-    """Return a bound (1/s) of how fast anything can change, by the largest row sums."""
-    n = KC.shape[1]
-    elastic = viscous = 0.0
-    for i in range(n):
-        row_of_K = row_of_C = 0.0
-        for j in range(n):
-            row_of_K += abs(KC[j, i])
-            row_of_C += abs(KC[n + j, i])
-        elastic, viscous = max(elastic, row_of_K), max(viscous, row_of_C)
-    return math.sqrt(elastic) + viscous
-
-
-@kernel
-def _write_coefficients(
-    structure: Structure, motion: Motion, sites: Sites, matrices: StepMatrices, slot: int, Omega: float
-) -> None:
-    """Write K and C without magnets at a speed, as columns, those of housings included."""
-    KC = coefficients_at(matrices, slot).columns
-    n, m = KC.shape[1], structure.K.shape[0]
-    KC[:, :] = 0.0
-    for i in range(m):
-        for j in range(m):
-            KC[j, i] = structure.MinvK[i, j] - Omega * structure.over_speed[m + i, j]
-            KC[n + j, i] = structure.MinvC[i, j] + Omega * structure.over_speed[i, j]
-    for bearing in motion.bearings:
-        for axis in range(2):
-            row = bearing.row + axis
-            for i in range(m):
-                KC[row, i] += structure.Minv[i, row] * bearing.k_b
-                KC[n + row, i] += structure.Minv[i, row] * bearing.c_b
-    add_seals(structure.Minv, motion.seals, Omega, KC[:n], KC[n:])
-    for site in sites:
-        if site.housing >= 0:
-            x, y = site.housing, site.housing + 1
-            KC[x, x], KC[y, y] = site.mobility * site.mount_stiffness_x, site.mobility * site.mount_stiffness_y
-            KC[n + x, x], KC[n + y, y] = site.mobility * site.mount_damping_x, site.mobility * site.mount_damping_y
 
 
 @kernel_apart
@@ -181,7 +56,7 @@ def build_slot(
     rows = n_rows(n, int(sizes.n_ports))
     if slot.index != index:
         slot.index, slot.n_rows = index, 0.0
-        _write_coefficients(structure, motion, sites, matrices, which, Omega)
+        write_coefficients(structure, motion, sites, matrices, which, Omega)
     x = matrices.pieces[:rows]
     room = matrices.pieces[rows:]
     while slot.n_rows < share * rows * sizes.n_built:

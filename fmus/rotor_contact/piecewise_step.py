@@ -20,7 +20,8 @@ from rotor_contact.contact import is_any_constrained
 from rotor_contact.dynamics import Motion, accelerations, collect_coefficients, forces
 from rotor_contact.enumerations import EVENTS, EXACT, PIECES
 from rotor_contact.events import advance
-from rotor_contact.matrix_rows import are_complete, build_slot, choose_levels, is_complete, share_of
+from rotor_contact.matrix_levels import choose_levels
+from rotor_contact.matrix_rows import are_complete, build_slot, is_complete, share_of
 from rotor_contact.piece_energy import ShaftDamping, add_energies, add_slope, damping_of_shaft, known_damping
 from rotor_contact.propagator import STEP_TOLERANCE, STEPS_BEFORE_BUILD, is_near
 from rotor_contact.site import Sites

@@ -23,7 +23,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fmi_export.flat import copy, same_bits
+from fmi_export.flat import same_bits
 from fmi_export.jit import kernel, views
 from fmi_export.model import Array
 from fmi_export.parts import part
@@ -340,24 +340,3 @@ def slot_of(index: float) -> int:
 def is_for(matrices: StepMatrices, key: MatricesKey) -> bool:
     """Return whether the matrices are for this key."""
     return same_bits(matrices.key.values, key.values)
-
-
-@kernel
-def port_of(matrices: StepMatrices, row: int) -> int:
-    """Return the port with the coordinate `row` of its x; add it where there is none."""
-    sizes = matrices.sizes[0]
-    for port in range(int(sizes.n_ports)):
-        if matrices.ports[port] == row:
-            return port
-    matrices.ports[int(sizes.n_ports)] = row
-    sizes.n_ports += 1.0
-    return int(sizes.n_ports) - 1
-
-
-@kernel
-def begin(matrices: StepMatrices, key: MatricesKey) -> None:
-    """Let the matrices be for this key, with no row built."""
-    copy(key.values, matrices.key.values)
-    for slot in matrices.slots:
-        slot.index = math.nan
-        slot.n_rows = 0.0
