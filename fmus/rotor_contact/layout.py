@@ -15,7 +15,7 @@ from rotor_contact.bodies import SPIN, place_bodies
 from rotor_contact.contact import MAX_UNKNOWNS
 from rotor_contact.dynamics import BEARING, N_ROWS, Bearings, Motion
 from rotor_contact.linear_solver import Equations, equations_of
-from rotor_contact.propagator import Key, Propagator, key_of, key_size, propagator_of, propagator_size
+from rotor_contact.propagator import N_BEARING, Key, Propagator, key_of, key_size, propagator_of, propagator_size
 from rotor_contact.signals import Inputs, Parameters
 from rotor_contact.site import SITE, Sites
 from rotor_contact.step_cache import StepCache, step_cache_of, step_cache_size
@@ -55,7 +55,7 @@ HEAD = record(
 SITE_STATE = record(("mode", np.float64), ("slip_sign", np.float64), ("temperature", np.float64), ("heat", np.float64))
 N_HEAD, N_SITE_STATE = size_of(HEAD), size_of(SITE_STATE)
 
-N_SITE, N_BEARING, N_SPIN = size_of(SITE), size_of(BEARING), size_of(SPIN)
+N_SITE, N_SPIN = size_of(SITE), size_of(SPIN)
 
 Records = np.ndarray[tuple[int], np.dtype[np.record]]
 

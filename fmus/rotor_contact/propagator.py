@@ -12,17 +12,16 @@ import numpy as np
 from fmi_export.flat import same_bits
 from fmi_export.jit import kernel, views
 from fmi_export.model import Array
-from fmi_export.parts import part
+from fmi_export.parts import copy_all, part
 from fmi_export.records import record, size_of
-from rotor_contact.dynamics import Motion
+from rotor_contact.dynamics import BEARING, Bearings, Motion
 from rotor_contact.linear_solver import Equations, equations_of
 from rotor_contact.lobatto import N_LOBATTO
 from rotor_contact.structure import REAL
 
-# What P and V depend on: step size (s) and speed (rad/s); stiffness, damping and force gradients of each bearing.
+# What P and V depend on, besides the bearings: step size (s) and speed (rad/s).
 STEP_KEY = record(("step_size", np.float64), ("Omega", np.float64))
-BEARING_KEY = record(("k_b", np.float64), ("c_b", np.float64), ("gradient", np.float64, (2,)))
-N_STEP_KEY, N_BEARING_KEY = size_of(STEP_KEY), size_of(BEARING_KEY)
+N_STEP_KEY, N_BEARING = size_of(STEP_KEY), size_of(BEARING)
 
 STEPS_BEFORE_BUILD = 32  # in which P is built, row by row; altogether that costs as much as they do
 STEP_TOLERANCE = 1e-9  # relative; a master that subtracts times rounds in the last digits of the step
@@ -56,12 +55,12 @@ Nodes = np.ndarray[tuple[int, int], np.dtype[np.record]]
 
 class Key(NamedTuple):
     """What a propagator is for: all its numbers, of which a record of type `STEP_KEY`, in an array of one, and records
-    of type `BEARING_KEY` are views.
+    of type `BEARING` are views.
     """
 
     values: Array
     step: np.ndarray[tuple[int], np.dtype[np.record]]
-    bearings: np.ndarray[tuple[int], np.dtype[np.record]]
+    bearings: Bearings
 
 
 class Propagator(NamedTuple):
@@ -111,8 +110,8 @@ class Propagator(NamedTuple):
 
 @views
 def key_size(n_bearings: int) -> int:
-    """Return how many float64 a `Key` takes."""
-    return N_STEP_KEY + n_bearings * N_BEARING_KEY
+    """Return how many float64 a `Key` takes, an even number."""
+    return N_STEP_KEY + (n_bearings * N_BEARING + 1) // 2 * 2
 
 
 @views
@@ -121,7 +120,7 @@ def key_of(array: Array, start: int, n_bearings: int) -> Key:
     return Key(
         part(array, start, REAL, key_size(n_bearings)),
         part(array, start, STEP_KEY, 1),
-        part(array, start + N_STEP_KEY, BEARING_KEY, n_bearings),
+        part(array, start + N_STEP_KEY, BEARING, n_bearings),
     )
 
 
@@ -203,7 +202,8 @@ def steps_unchanged(motion: Motion, step_size: float, key: Key, memory: np.recor
     """
     same = _is_for(key, motion, step_size)
     if not same:
-        _set_key(key, motion, step_size)
+        key.step[0].step_size, key.step[0].Omega = step_size, motion.Omega
+        copy_all(motion.bearings, key.bearings)
     memory.n_steps = min(memory.n_steps + 1.0, float(STEPS_BEFORE_BUILD)) if same else 0.0
     n_steps: float = memory.n_steps
     return n_steps
@@ -224,26 +224,12 @@ def _is_for(key: Key, motion: Motion, step_size: float) -> bool:
 
 
 @kernel
-def _set_key(key: Key, motion: Motion, step_size: float) -> None:
-    """Write the key of a step."""
-    step = key.step[0]
-    step.Omega, step.step_size = motion.Omega, step_size
-    for k in range(motion.bearings.shape[0]):
-        bearing, known = motion.bearings[k], key.bearings[k]
-        known.k_b, known.c_b = bearing.k_b, bearing.c_b
-        known.gradient[0], known.gradient[1] = bearing.gradient[0], bearing.gradient[1]
-
-
-@kernel
 def without_rounding(motion: Motion, key: Key) -> Motion:
     """Return a motion with the speed, and with the bearings, of the key that it has but for rounding.
 
     So P is the same to the last bit, whichever step it is built at.
     """
-    for k in range(motion.bearings.shape[0]):
-        bearing, known = motion.bearings[k], key.bearings[k]
-        bearing.k_b, bearing.c_b = known.k_b, known.c_b
-        bearing.gradient[0], bearing.gradient[1] = known.gradient[0], known.gradient[1]
+    copy_all(key.bearings, motion.bearings)
     Omega: float = key.step[0].Omega
     return Motion(
         motion.rows,
