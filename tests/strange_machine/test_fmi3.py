@@ -7,6 +7,7 @@ import xarray as xr
 from strange_machine import LEVITATION, RUB
 
 import amb_cosim
+from amb_cosim.cosim.build_target import BuildTarget
 from amb_cosim.cosim.fmus import build_models
 from amb_cosim.scenario.scenario import Scenario
 from amb_cosim.sweeps.worker import Runner, Task
@@ -18,7 +19,9 @@ MODELS = ("rolac_controller", "amb_actuator", "rotor_contact")
 def fmus3(tmp_path_factory):
     """Path of the FMU of FMI 3.0 of each component."""
     folder = tmp_path_factory.mktemp("fmi3")
-    return dict(zip(MODELS, build_models(MODELS, folder, fmi=3, rotor=RUB.parent / "expander.toml"), strict=True))
+    return dict(
+        zip(MODELS, build_models(MODELS, folder, BuildTarget(fmi=3), rotor=RUB.parent / "expander.toml"), strict=True)
+    )
 
 
 def run_with(base, fmus, folder, **changes):

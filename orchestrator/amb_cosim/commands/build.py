@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import click
 
 from amb_cosim.commands.cli_errors import refusing
-from amb_cosim.commands.options import FLAVOUR, PLATFORMS, RECEPTANCES, ROTOR, output
-from amb_cosim.cosim.choices import FMIS, Flavour, Fmi
+from amb_cosim.commands.options import FLAVOUR, FMI, PLATFORMS, RECEPTANCES, ROTOR, output
+from amb_cosim.cosim.choices import Flavour
 from amb_files.atomic import check_writable
 
 SYSTEM = "levitated"  # what is assembled without a scenario
@@ -35,13 +36,7 @@ SYSTEM = "levitated"  # what is assembled without a scenario
     "start values, for masters that are wired by hand.",
 )
 @PLATFORMS
-@click.option(
-    "--fmi",
-    type=click.Choice([str(version) for version in FMIS]),
-    default="2",
-    show_default=True,
-    help="Version of FMI: 2.0, or 3.0 for native FMUs, which has sensors and receptance as arrays.",
-)
+@FMI
 @click.option("--no-arrays", is_flag=True, help="FMI 3.0 with a variable for each value, for hosts without arrays.")
 @click.option(
     "--sources",
@@ -49,16 +44,7 @@ SYSTEM = "levitated"  # what is assembled without a scenario
     help="Native FMUs that hold their C code too, which any C99 compiler builds, for other targets.",
 )
 def build(
-    output: Path,
-    rotor: str | None,
-    receptances: Path | None,
-    flavour: Flavour,
-    assembled: str | None,
-    scenario: str | None,
-    platforms: list[str] | None,
-    fmi: str,
-    no_arrays: bool,
-    sources: bool,
+    output: Path, flavour: Flavour, assembled: str | None, scenario: str | None, no_arrays: bool, **options: Any
 ) -> None:
     """Build the FMUs into a folder.
 
@@ -66,18 +52,16 @@ def build(
     imports them, or on the machine as a shared library."""
     import amb_cosim
 
-    version: Fmi = 3 if fmi == "3" else 2
+    options |= {"flavour": flavour, "arrays": not no_arrays}
     with refusing():
         if assembled is not None and scenario is not None:
             raise ValueError("--assembled and --scenario exclude each other: --assembled SCENARIO is one FMU of all")
         check_writable(output, is_folder=True)
         if assembled is not None:
             whole = None if assembled == SYSTEM else assembled
-            how = (flavour, rotor, receptances, platforms, version, not no_arrays, sources)
-            click.echo(amb_cosim.build_assembled(output, whole, *how))
+            click.echo(amb_cosim.build_assembled(output, whole, **options))
             return
-        options = (flavour, rotor, receptances, platforms, version, scenario, not no_arrays, sources)
-        for path in amb_cosim.build(output, *options):
+        for path in amb_cosim.build(output, scenario=scenario, **options):
             click.echo(path)
     if flavour == "python":
         from fmi_export.building.python_fmu import what_it_needs

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import click
 
 from amb_cosim.commands.cli_errors import refusing
-from amb_cosim.commands.options import FLAVOUR, JSON, ROTOR, output
+from amb_cosim.commands.options import FLAVOUR, FMI, JSON, PLATFORMS, ROTOR, output
 from amb_cosim.commands.printing import show as print_data
-from amb_cosim.cosim.choices import FMIS, Flavour, Fmi
 from amb_files.atomic import check_writable
 
 FILE = click.argument("file", type=click.Path(path_type=Path))
@@ -50,19 +50,15 @@ def show(file: Path, output: Path | None, rotor: str | None, speed: str, as_json
 @FILE
 @output("Folder for the FMU.", "build")
 @FLAVOUR
-@click.option("--platform", "platforms", metavar="NAMES", help="As of amb-cosim build.")
-@click.option(
-    "--fmi", type=click.Choice([str(v) for v in FMIS]), default="2", show_default=True, help="Version of FMI."
-)
-def build(file: Path, output: Path, flavour: Flavour, platforms: str | None, fmi: str) -> None:
+@PLATFORMS
+@FMI
+def build(file: Path, output: Path, **options: Any) -> None:
     """Build linear_controller.fmu of a controller file."""
     import amb_cosim
 
-    version: Fmi = 3 if fmi == "3" else 2
-    chosen = None if platforms is None else [name.strip() for name in platforms.split(",")]
     with refusing():
         check_writable(output, is_folder=True)
-        click.echo(amb_cosim.linear_controller(file).build(output, flavour, chosen, version))
+        click.echo(amb_cosim.linear_controller(file).build(output, **options))
 
 
 @controller.command("import")

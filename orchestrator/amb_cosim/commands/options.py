@@ -8,7 +8,7 @@ from pathlib import Path
 import click
 
 from amb_cosim.commands.cli_errors import refusing
-from amb_cosim.cosim.choices import FLAVOURS, LOOPS
+from amb_cosim.cosim.choices import FLAVOURS, FMIS, LOOPS
 
 Option = Callable[[Callable[..., None]], Callable[..., None]]
 
@@ -64,6 +64,14 @@ PLATFORMS = click.option(
     callback=lambda _context, _option, text: text and [name.strip() for name in text.split(",")],
     help="linux64, win64, and for native FMUs darwin64, aarch64-linux, aarch64-darwin; some with commas, or all of "
     "these; wasm32, WebAssembly for browsers; this machine's by default.",
+)
+FMI = click.option(
+    "--fmi",
+    type=click.Choice([str(version) for version in FMIS]),
+    default="2",
+    show_default=True,
+    callback=lambda _context, _option, text: int(text),
+    help="Version of FMI: 2.0, or 3.0 for native FMUs, which has sensors and receptance as arrays.",
 )
 RECEPTANCES = click.option(
     "--receptances",

@@ -76,9 +76,9 @@ class LinearController:
         fmi: Fmi = 2,
     ) -> Path:
         """Write `linear_controller.fmu` into a folder and return its path; options as of `amb_cosim.build`."""
-        from amb_cosim.cosim.fmus import build_model
+        from amb_cosim.cosim.build_target import BuildTarget
 
-        return build_model(*self.model_and_constants, Path(folder), flavour, platforms, fmi)
+        return BuildTarget(flavour, platforms, fmi).build(*self.model_and_constants, Path(folder))
 
     def save(self, path: str | Path) -> Path:
         """Write it as plain arrays (`.npz`, `.mat`), from which `linear_controller` makes it again; return the path."""

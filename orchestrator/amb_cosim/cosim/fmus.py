@@ -19,7 +19,7 @@ import logging
 import sysconfig
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
-from functools import cache, cached_property, partial
+from functools import cache, cached_property
 from importlib.metadata import EntryPoint, entry_points, version
 from importlib.util import find_spec
 from pathlib import Path
@@ -28,8 +28,9 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from amb_cosim.cosim.build_target import BuildTarget
 from amb_cosim.cosim.cache import cache_folder, note_use, unpacked
-from amb_cosim.cosim.choices import Flavour, Fmi
+from amb_cosim.cosim.choices import Flavour
 from amb_files.archive import is_unpacked, unpack
 from amb_files.atomic import create_atomically
 from amb_files.suggestions import suggest
@@ -50,8 +51,6 @@ CODE = (".py", ".c", ".h", ".ll", ".toml", ".md", ".svg", ".png")
 
 Constants = NDArray[np.float64]
 Source = Callable[..., "tuple[Model, Constants]"]
-Build = Callable[["Model", Constants, Path], Path]
-Guid = Callable[["Model", Constants], str]
 S = TypeVar("S", bound=Source)
 
 
@@ -128,49 +127,22 @@ def model_source(name: str, **options: Any) -> tuple[Model, Constants]:
 def build_models(
     names: Iterable[str],
     folder: Path,
-    flavour: Flavour = "native",
-    platforms: Iterable[str] | None = None,
-    fmi: Fmi = 2,
-    arrays: bool = True,
-    sources: bool = False,
+    target: BuildTarget,
     **options: Any,
 ) -> list[Path]:
-    """Write the FMUs of models into `folder` and return their paths; nothing is written unless all can be made.
+    """Write the FMUs of models, made as by `model_source`, into `folder` and return their paths.
 
-    Parameters
-    ----------
-    names, options
-        The models and what they are made for, as for `model_source`.
-    flavour, platforms, fmi, arrays, sources
-        Which flavour, what it runs on, for which version of FMI, whether that of 3.0 has arrays, and whether it holds
-        its C code; see `build_native_fmu` and `build_python_fmu`.
+    Nothing is written unless all can be made.
     """
     made = [model_source(name, **options) for name in names]
-    how = (flavour, platforms, fmi, arrays, sources)
-    return [build_model(model, constants, folder, *how) for model, constants in made]
-
-
-def build_model(
-    model: Model,
-    constants: Constants,
-    folder: Path,
-    flavour: Flavour = "native",
-    platforms: Iterable[str] | None = None,
-    fmi: Fmi = 2,
-    arrays: bool = True,
-    sources: bool = False,
-) -> Path:
-    """Write the FMU of a model with its constants into `folder` and return its path; options as for `build_models`."""
-    build, _ = _flavoured(flavour, platforms, fmi, arrays, sources)
-    return build(model, constants, folder)
+    return [target.build(model, constants, folder) for model, constants in made]
 
 
 def build_with_starts(
     name: str,
     folder: Path,
-    flavour: Flavour,
+    target: BuildTarget,
     starts: Mapping[str, float],
-    platforms: Iterable[str] | None = None,
     **options: Any,
 ) -> Path:
     """Write the FMU of a model whose parameters and inputs have these start values into `folder`; return its path.
@@ -183,8 +155,7 @@ def build_with_starts(
     from fmi_export.model import with_starts
 
     model, constants = model_source(name, **options)
-    build, _ = _flavoured(flavour, platforms)
-    return build(with_starts(model, starts), constants, folder)
+    return target.build(with_starts(model, starts), constants, folder)
 
 
 def provide(fmu: str, flavour: Flavour = "native", **options: Any) -> Fmu:
@@ -221,8 +192,8 @@ def ensure_built(name: str, flavour: Flavour = "native", **options: Any) -> Fmu:
     home = cache_folder() / f"{name}-{_key(_source(name), flavour, options)}"
 
     def fill(stage: Path) -> None:
-        build, _ = _flavoured(flavour)
-        unpack(build(*model_source(name, **options), stage), stage / "extracted", f"the FMU of {name}")
+        built = BuildTarget(flavour).build(*model_source(name, **options), stage)
+        unpack(built, stage / "extracted", f"the FMU of {name}")
 
     def is_whole(folder: Path) -> bool:
         return any(is_unpacked(archive, folder / "extracted") for archive in folder.glob("*.fmu"))
@@ -244,8 +215,7 @@ def _key(source: Source, flavour: Flavour, options: Mapping[str, Any]) -> str:
     """Return an identifier that changes with everything that an FMU is made from."""
     packages: tuple[str, ...] | None = getattr(source, "packages", None)
     if packages is None:
-        _, guid = _flavoured(flavour)
-        return guid(*source(**options)).strip("{}")
+        return BuildTarget(flavour).guid(*source(**options)).strip("{}")
     known = {name: options.get(name) for name in inspect.signature(source).parameters}
     facts = [source.__qualname__, flavour, sysconfig.get_platform(), version("numpy"), version("scipy")]
     sha = hashlib.sha256(repr(facts).encode() + _content(Path(inspect.getfile(source)), "source"))
@@ -275,28 +245,3 @@ def _code(package: str) -> bytes:
         if file.suffix in CODE:
             sha.update(file.relative_to(folder).as_posix().encode() + b"\0" + file.read_bytes() + b"\0")
     return sha.digest()
-
-
-def _flavoured(
-    flavour: Flavour,
-    platforms: Iterable[str] | None = None,
-    fmi: Fmi = 2,
-    arrays: bool = True,
-    sources: bool = False,
-) -> tuple[Build, Guid]:
-    """Return the functions that build an FMU of that flavour and give its guid."""
-    if fmi == 2 and not arrays:
-        raise ValueError("FMUs without arrays are of FMI 3.0 (--fmi 3); FMI 2.0 has no arrays")
-    if flavour == "python":
-        if fmi != 2:
-            raise ValueError("FMI 3.0 is for native FMUs alone; PythonFMU writes those of flavour python for FMI 2.0")
-        if sources:
-            raise ValueError(
-                "C code is of native FMUs alone (--sources); those of flavour python hold their Python code"
-            )
-        from fmi_export.building.python_fmu import build_python_fmu, python_guid
-
-        return partial(build_python_fmu, platforms=platforms), python_guid
-    from fmi_export.building.native.package import build_native_fmu, native_guid
-
-    return partial(build_native_fmu, platforms=platforms, fmi=fmi, arrays=arrays, sources=sources), native_guid

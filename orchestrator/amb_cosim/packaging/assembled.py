@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from amb_cosim.cosim.build_target import BuildTarget
 from amb_cosim.cosim.choices import Coupling, Flavour, Fmi
 from amb_cosim.cosim.experiment import Plan
 from amb_cosim.cosim.fmus import build_models
@@ -58,8 +59,8 @@ def build_assembled(
         cannot be built.
     """
     options = {"scenario": scenario, "rotor": rotor, "receptances": receptances}
-    (path,) = build_models((NAME,), Path(folder), flavour, platforms, fmi, arrays, sources, **options)
-    return path
+    target = BuildTarget(flavour, platforms, fmi, arrays, sources)
+    return build_models((NAME,), Path(folder), target, **options)[0]
 
 
 def levitated_rotor(

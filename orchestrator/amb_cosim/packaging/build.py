@@ -7,8 +7,9 @@ from collections.abc import Iterable
 from functools import partial
 from pathlib import Path
 
+from amb_cosim.cosim.build_target import BuildTarget
 from amb_cosim.cosim.choices import Flavour, Fmi
-from amb_cosim.cosim.fmus import build_model, build_models
+from amb_cosim.cosim.fmus import build_models
 from amb_cosim.packaging.models import MODELS
 from amb_cosim.packaging.planned import plan_models
 from amb_cosim.scenario.scenario import Scenario
@@ -56,38 +57,30 @@ def build(
         If a file is wrong, or has not what the plant's interface shows, if the table is of another rotor, if a
         component of the scenario is no model, or the platforms or the compiler are not what they must be.
     """
+    target = BuildTarget(flavour, platforms, fmi, arrays, sources)
     if scenario is not None:
-        return _build_planned(Path(folder), flavour, scenario, rotor, receptances, platforms, fmi, arrays, sources)
+        return _build_planned(Path(folder), target, scenario, rotor, receptances)
     table = None if receptances is None else Path(receptances)
-    how = (flavour, platforms, fmi, arrays, sources)
-    return build_models(MODELS, Path(folder), *how, rotor=rotor, receptances=table)
+    return build_models(MODELS, Path(folder), target, rotor=rotor, receptances=table)
 
 
 def _build_planned(
     folder: Path,
-    flavour: Flavour,
+    target: BuildTarget,
     scenario: str | Path | Scenario,
     rotor: str | Path | None,
     receptances: str | Path | None,
-    platforms: Iterable[str] | None,
-    fmi: Fmi,
-    arrays: bool,
-    sources: bool,
 ) -> list[Path]:
     """Write the FMU of each component of a scenario, with its values to start with."""
     from fmi_export.model import with_starts
 
     planned = plan_models(scenario, rotor, receptances)
-    platforms = None if platforms is None else list(platforms)
     starts = planned.plan.start_values()
     models = {name: (with_starts(model, starts[name]), constants) for name, (model, constants) in planned.made.items()}
     with stage() as temporary:
-        built = {
-            name: build_model(model, constants, temporary / name, flavour, platforms, fmi, arrays, sources)
-            for name, (model, constants) in models.items()
-        }
+        built = {name: target.build(model, constants, temporary / name) for name, (model, constants) in models.items()}
         folder.mkdir(parents=True, exist_ok=True)
-        targets = {name: folder / f"{name}.fmu" for name in built}
-        for name, target in targets.items():
-            write_atomically(target, partial(shutil.copyfile, built[name]))
-    return list(targets.values())
+        paths = {name: folder / f"{name}.fmu" for name in built}
+        for name, path in paths.items():
+            write_atomically(path, partial(shutil.copyfile, built[name]))
+    return list(paths.values())

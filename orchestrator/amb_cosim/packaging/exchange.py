@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
+from amb_cosim.cosim.build_target import BuildTarget
 from amb_cosim.cosim.choices import Flavour
 from amb_cosim.cosim.values import Raw
 from amb_cosim.scenario.scenario import Scenario, given_scenario
@@ -54,8 +55,7 @@ def export_ssp(
         prepared.plan,
         scenario.coupling or prepared.plan.system.coupling,
         name=scenario.name,
-        flavour=flavour,
-        platforms=platforms,
+        target=BuildTarget(flavour, platforms),
         connectors=connectors,
         integers=integers,
         rotor=scenario.rotor,

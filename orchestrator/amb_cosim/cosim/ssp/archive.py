@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import replace
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 from amb_cosim.cosim.assembly import Assembly
-from amb_cosim.cosim.choices import Flavour
+from amb_cosim.cosim.build_target import BuildTarget
 from amb_cosim.cosim.experiment import Plan
 from amb_cosim.cosim.fmu_interface import FmuInterface
 from amb_cosim.cosim.fmus import build_with_starts, is_model
@@ -30,8 +29,7 @@ def export_ssp(
     coupling: str,
     *,
     name: str,
-    flavour: Flavour = "native",
-    platforms: Iterable[str] | None = None,
+    target: BuildTarget,
     connectors: bool = False,
     integers: bool = False,
     **options: Any,
@@ -47,8 +45,8 @@ def export_ssp(
         The components, what is run, and in which order.
     name
         Of the system.
-    flavour, platforms, options
-        What models are built in and for; see `fmus.build_models`.
+    target, options
+        What models are built for; see `fmus.build_models`.
     connectors
         Whether signals and inputs that change are connectors of the system: some tools need them to change inputs,
         others (libcosim) refuse them.
@@ -62,7 +60,6 @@ def export_ssp(
     """
     system = plan.system
     starts = plan.start_values()
-    chosen = None if platforms is None else list(platforms)
     files = {c.name: f"resources/{c.name}" for c in system.components}
     run = Described(
         name=name,
@@ -81,7 +78,7 @@ def export_ssp(
         for c in system.components:
             fmu = assembly.fmus[c.name].path
             if is_model(c.fmu):
-                fmu = build_with_starts(c.fmu, folder, flavour, starts[c.name], chosen, **options)
+                fmu = build_with_starts(c.fmu, folder, target, starts[c.name], **options)
             if integers:
                 fmu = with_integers(fmu, folder / f"{c.name} with Integers.fmu")
             content[run.sources[c.name]] = fmu.read_bytes()
