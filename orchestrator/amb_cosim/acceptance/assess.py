@@ -30,6 +30,7 @@ PARTS = (
     "vibration",
     "faults",
     "landing",
+    "rest",
     "recovery",
 )
 

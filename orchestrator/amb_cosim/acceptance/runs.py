@@ -16,6 +16,7 @@ from amb_cosim.scenario.simulation import prepare, run_prepared
 from fmi_export.model import Array
 
 SETTLING = 20.0  # cycles
+FRICTION = 0.15  # of a landing that is followed
 CHAIN = "chain.preset"
 NOISY = {"chain.noise": True, "chain.adc": True, "chain.dac": True, "chain.filter": False, "chain.delay": False}
 

@@ -1,0 +1,63 @@
+"""What becomes of a rotor after its power is lost."""
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from amb_cosim.acceptance.assess import assess
+from amb_cosim.acceptance.parts.rest import coast_down
+
+TIMES = np.linspace(0.0, 1.0, 201)
+J = 0.5  # kg m^2
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_friction_of_constant_force_stops_the_spin_when_its_momentum_is_used(sense):
+    """J Omega' = -M: t = J Omega/M, of either sense of rotation; what was at the beginning does not count."""
+    speeds = 400.0 - 8.0 * TIMES
+    speeds[:20] += 5.0
+    on = coast_down(TIMES, sense * speeds, J, 0.0)
+    assert on.time == pytest.approx(50.0)
+    assert on.heat == pytest.approx(0.5 * J * 392.0**2)
+
+
+def test_gas_and_friction_share_the_energy_of_the_spin():
+    """J Omega' = -M - d Omega, integrated to standstill; the heat at the retainers is what the gas does not take."""
+    M, d = 4.0, 0.1
+
+    def still(t, y):
+        return y[0]
+
+    still.terminal = True
+    found = solve_ivp(
+        lambda t, y: [-(M + d * y[0]) / J, d * y[0] ** 2],
+        (0.0, 100.0),
+        [400.0, 0.0],
+        events=still,
+        dense_output=True,
+        rtol=1e-10,
+        atol=1e-10,
+    )
+    on = coast_down(TIMES, found.sol(TIMES)[0], J, d)
+    at_end, of_gas = found.sol(1.0)
+    assert on.time == pytest.approx(found.t[-1], rel=1e-6)
+    assert on.heat == pytest.approx(0.5 * J * at_end**2 - (found.y[1, -1] - of_gas), rel=1e-6)
+
+
+@pytest.mark.parametrize("gain", [0.0, 3.0])
+def test_a_spin_that_friction_takes_no_speed_from_never_stands_still(gain):
+    assert coast_down(TIMES, 400.0 + gain * TIMES, J, 0.0) is None
+    assert coast_down(TIMES, 400.0 * np.exp(-0.2 * TIMES), J, 0.2 * J) is None
+
+
+@pytest.mark.slow
+def test_the_compressor_is_followed_to_standstill_in_its_retainers():
+    (part,) = assess("compressor", only=["rest"]).parts
+    assert not part.reason
+    found = {one.measured.quantity: one.measured for one in part.findings}
+    assert found["standstill_time"].where == "followed to its end"
+    assert 0.0 < found["rest_time"].value <= found["standstill_time"].value < 20.0
+    of_spin = 0.5 * 0.8767 * (9000.0 * np.pi / 30.0) ** 2
+    assert 0.01 * of_spin < found["retainer_heat"].value < 0.05 * of_spin  # the gas takes the rest
+    half = 0.5 * found["retainer_heat"].value / 2000.0
+    assert found["retainer_temperature"].value == pytest.approx(293.15 + half, abs=0.2)
