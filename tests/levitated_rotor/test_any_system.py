@@ -12,7 +12,7 @@ from assembled_rotor import differing, in_one, separate, series
 
 from amb_cosim import build_assembled
 from amb_cosim.cosim.assembly import assemble
-from amb_cosim.cosim.experiment import plan_experiment
+from amb_cosim.cosim.planning import plan_experiment
 from amb_cosim.cosim.system_file import load_experiment, load_system
 
 SYSTEM = """

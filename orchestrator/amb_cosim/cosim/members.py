@@ -23,10 +23,11 @@ from amb_cosim.cosim.checkpoint import Checkpoint
 from amb_cosim.cosim.choices import Coupling
 from amb_cosim.cosim.compiled import CALLS, WARNING, End, merged, structure_of
 from amb_cosim.cosim.component import HeldState
-from amb_cosim.cosim.experiment import Plan, cannot_settle, told_as_simulated
+from amb_cosim.cosim.experiment import Plan
 from amb_cosim.cosim.instances import Instances
 from amb_cosim.cosim.interruption import deferred
 from amb_cosim.cosim.loop_library import load_members
+from amb_cosim.cosim.planning import cannot_settle, told_as_simulated
 from amb_cosim.cosim.schedules import Array, Changes, IntArray
 from amb_cosim.cosim.settling import CannotSettle
 from amb_cosim.cosim.simulator import Simulator

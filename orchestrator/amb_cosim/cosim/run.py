@@ -10,7 +10,8 @@ from amb_cosim.cosim.assembly import assemble
 from amb_cosim.cosim.checkpoint import Checkpoint
 from amb_cosim.cosim.choices import Flavour, Loop
 from amb_cosim.cosim.dataset import Run, to_signals
-from amb_cosim.cosim.experiment import Experiment, plan_experiment
+from amb_cosim.cosim.experiment import Experiment
+from amb_cosim.cosim.planning import plan_experiment
 from amb_cosim.cosim.saving import Saves, save_points
 from amb_cosim.cosim.simulation import Progress, run_plan
 from amb_cosim.cosim.system import System

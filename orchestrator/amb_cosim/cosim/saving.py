@@ -14,9 +14,9 @@ from amb_cosim.cosim.choices import Coupling
 from amb_cosim.cosim.experiment import Plan
 from amb_cosim.cosim.master import Observer
 from amb_cosim.cosim.past import past_of
-from amb_cosim.cosim.schedules import nearest_point
 from amb_cosim.cosim.simulator import Simulator
 from amb_cosim.cosim.tables import moment_of
+from amb_cosim.cosim.time_grid import nearest_point
 from amb_cosim.cosim.values import Raw
 
 log = logging.getLogger(__name__)

@@ -14,23 +14,6 @@ Array = NDArray[np.float64]
 IntArray = NDArray[np.intp]
 
 
-MOST_STEPS = 10**12  # of a run, which would take a month
-
-
-def nearest_point(name: str, time: float, h: float) -> int:
-    """Return the communication point nearest to a time (s), for communication steps of h (s).
-
-    Raises
-    ------
-    ValueError
-        If it is no time, or more than `MOST_STEPS` steps away.
-    """
-    if not abs(time / h) <= MOST_STEPS:
-        limit = f"{MOST_STEPS * h:g} s, {MOST_STEPS:.0e} steps of {h:g} s"
-        raise ValueError(f"{name} = {time:g} s is not allowed; it must be within {limit}")
-    return round(time / h)
-
-
 class Changes(NamedTuple):
     """Values that positions take at communication points, ascending in time; of several, the last one counts."""
 

@@ -15,12 +15,13 @@ from amb_cosim.cosim.assembly import Assembly
 from amb_cosim.cosim.checkpoint import Checkpoint
 from amb_cosim.cosim.choices import Coupling, Loop
 from amb_cosim.cosim.errors import StepFailed
-from amb_cosim.cosim.experiment import Plan, cannot_settle, told_as_simulated
+from amb_cosim.cosim.experiment import Plan
 from amb_cosim.cosim.fmu_interface import FmuInterface
 from amb_cosim.cosim.instances import Instances
 from amb_cosim.cosim.interruption import Interruption, deferred
 from amb_cosim.cosim.isolation import run_isolated
 from amb_cosim.cosim.master import Observer
+from amb_cosim.cosim.planning import cannot_settle, told_as_simulated
 from amb_cosim.cosim.recorder import Recorder
 from amb_cosim.cosim.saving import Saves, run_saving
 from amb_cosim.cosim.schedules import Array

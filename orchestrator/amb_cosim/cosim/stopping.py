@@ -12,7 +12,8 @@ from typing import NamedTuple
 import numpy as np
 
 from amb_cosim.cosim.fmu_interface import Port
-from amb_cosim.cosim.schedules import Array, IntArray, nearest_point
+from amb_cosim.cosim.schedules import Array, IntArray
+from amb_cosim.cosim.time_grid import nearest_point
 from amb_cosim.cosim.values import Raw, convert
 
 

@@ -12,8 +12,9 @@ from amb_cosim.controllers.laws import Array
 from amb_cosim.cosim.assembly import Assembly, assemble
 from amb_cosim.cosim.assignments import Assignments
 from amb_cosim.cosim.choices import Flavour
-from amb_cosim.cosim.experiment import Experiment, Plan, plan_experiment
+from amb_cosim.cosim.experiment import Experiment, Plan
 from amb_cosim.cosim.fmus import MADE_FROM_FILE, model_source
+from amb_cosim.cosim.planning import plan_experiment
 from amb_cosim.cosim.system import System
 from amb_cosim.cosim.system_file import is_system, load_experiment, load_system
 from amb_cosim.cosim.values import Raw, convert, quantity

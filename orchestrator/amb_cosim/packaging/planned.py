@@ -10,10 +10,11 @@ from xml.etree import ElementTree
 
 from amb_cosim.cosim.assembly import Assembly
 from amb_cosim.cosim.choices import Coupling
-from amb_cosim.cosim.experiment import Experiment, Plan, plan_experiment
+from amb_cosim.cosim.experiment import Experiment, Plan
 from amb_cosim.cosim.fmu_description import read_interface
 from amb_cosim.cosim.fmu_interface import FmuInterface
 from amb_cosim.cosim.fmus import is_model, model_source, models
+from amb_cosim.cosim.planning import plan_experiment
 from amb_cosim.cosim.replacement import fitted
 from amb_cosim.cosim.system import System
 from amb_cosim.cosim.system_file import is_system, load_experiment, load_system

@@ -9,16 +9,9 @@ from typing import Any
 
 from amb_cosim.cosim.assembly import Assembly
 from amb_cosim.cosim.assignments import Assignments
-from amb_cosim.cosim.experiment import (
-    Experiment,
-    InputChange,
-    Plan,
-    Profile,
-    is_on_grid,
-    nearest_steps,
-    plan_experiment,
-)
-from amb_cosim.cosim.schedules import nearest_point
+from amb_cosim.cosim.experiment import Experiment, InputChange, Plan, Profile
+from amb_cosim.cosim.planning import plan_experiment
+from amb_cosim.cosim.time_grid import is_on_grid, nearest_point, nearest_steps
 from amb_cosim.cosim.values import Raw, convert
 from amb_cosim.results.places import Places, places_of
 from amb_cosim.scenario.coupling import delay, predictable

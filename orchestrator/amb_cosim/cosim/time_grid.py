@@ -1,0 +1,47 @@
+"""Times on the grid of a master, whose steps all have one length."""
+
+from __future__ import annotations
+
+import math
+
+MOST_STEPS = 10**12  # of a run, which would take a month
+ROUNDING = 1e-9  # relative, of times that are whole numbers of steps
+
+
+def nearest_point(name: str, time: float, h: float) -> int:
+    """Return the communication point nearest to a time (s), for communication steps of h (s).
+
+    Raises
+    ------
+    ValueError
+        If it is no time, or more than `MOST_STEPS` steps away.
+    """
+    if not abs(time / h) <= MOST_STEPS:
+        limit = f"{MOST_STEPS * h:g} s, {MOST_STEPS:.0e} steps of {h:g} s"
+        raise ValueError(f"{name} = {time:g} s is not allowed; it must be within {limit}")
+    return round(time / h)
+
+
+def nearest_steps(name: str, time: float, h: float) -> int:
+    """Return the number of communication steps h (s) nearest to a time (s); raises ValueError if that is none."""
+    if not 0.0 < time < math.inf:
+        raise ValueError(f"{name} = {time:g} s is not allowed; it must be > 0 s")
+    n = nearest_point(name, time, h)
+    if n < 1:
+        raise ValueError(f"{name} = {time:.12g} s is not allowed; it must be at least the communication step {h:g} s")
+    return n
+
+
+def is_on_grid(n: int, time: float, h: float) -> bool:
+    """Return whether n communication steps h (s) take a time (s), but for rounding."""
+    return math.isclose(n * h, time, rel_tol=ROUNDING)
+
+
+def whole_steps(name: str, time: float, h: float) -> int:
+    """Return how many communication steps h (s) a time (s) takes; raises ValueError if it is no whole number."""
+    n = nearest_steps(name, time, h)
+    if not is_on_grid(n, time, h):
+        raise ValueError(
+            f"{name} = {time:.12g} s is not allowed; it must be a whole multiple of the communication step {h:g} s"
+        )
+    return n
