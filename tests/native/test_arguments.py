@@ -1,0 +1,128 @@
+"""What calls of the slave are given: references, values and other arguments, right and wrong."""
+
+import math
+from ctypes import byref, c_char_p, c_double, c_int, c_size_t, c_uint, c_void_p
+
+import pytest
+from raw import DISCARD, ERROR, OK
+
+REAL, INTEGER, BOOLEAN, STRING = range(4)
+NULL = None
+
+
+@pytest.mark.parametrize(
+    ("way", "kind", "references", "values", "sentence"),
+    [
+        ("Get", REAL, NULL, [0.0], "references is NULL"),
+        ("Set", REAL, NULL, [0.0], "references is NULL"),
+        ("Get", REAL, [0], NULL, "values is NULL"),
+        ("Set", INTEGER, [2], NULL, "values is NULL"),
+        ("Get", REAL, [1000], [0.0], "there is no value reference 1000"),
+        ("Set", REAL, [2**32 - 1], [0.0], "there is no value reference 4294967295"),
+        ("Get", REAL, [2], [0.0], "offset is of type Integer"),
+        ("Get", INTEGER, [5], [0], "y is of type Real"),
+        ("Set", BOOLEAN, [2], [0], "offset is of type Integer"),
+        ("Get", STRING, [0], [b""], "time_constant is of type Real"),
+        ("Set", STRING, [3], [b"1"], "u is of type Real"),
+        ("Set", REAL, [0], [2e-3], "time_constant is a fixed parameter and cannot be set now"),
+        ("Set", REAL, [5], [1.0], "y is a continuous output and cannot be set now"),
+    ],
+)
+def test_a_wrong_reference_is_refused_with_the_reason(library, way, kind, references, values, sentence):
+    names = ("Real", "Integer", "Boolean", "String")
+    name = library.function(names[kind])[4:]
+    with library.instantiate() as fmu:
+        fmu.begin()
+        assert fmu.transfer(way, name, references, values) == ERROR
+        check_refusal(fmu, f"{library.function(way + names[kind])}: {sentence}")
+
+
+@pytest.mark.parametrize(
+    ("function", "call", "sentence"),
+    [
+        ("SetFMUstate", lambda f: f.restore(None), "state is NULL"),
+        ("GetFMUstate", lambda f: f.call("GetFMUstate", None), "state is NULL"),
+        (
+            "SerializedFMUstateSize",
+            lambda f: f.call("SerializedFMUstateSize", None, byref(c_size_t())),
+            "state is NULL",
+        ),
+        ("SerializedFMUstateSize", lambda f: f.call("SerializedFMUstateSize", f.save(), None), "size is NULL"),
+        ("SerializeFMUstate", lambda f: f.call("SerializeFMUstate", None, byref(c_double()), c_size_t(8)), "state is "),
+        ("SerializeFMUstate", lambda f: f.call("SerializeFMUstate", f.save(), None, c_size_t(10_000)), "bytes is NULL"),
+        (
+            "DeSerializeFMUstate",
+            lambda f: f.call("DeSerializeFMUstate", None, c_size_t(8), byref(c_void_p())),
+            "bytes is NULL",
+        ),
+        (
+            "DeSerializeFMUstate",
+            lambda f: f.call("DeSerializeFMUstate", byref(c_double()), c_size_t(8), None),
+            "state is NULL",
+        ),
+        ("DoStep", lambda f: f.step(math.nan), "time = nan s is not allowed; it must be a finite number"),
+    ],
+)
+def test_a_wrong_argument_is_refused_with_the_reason(library, function, call, sentence):
+    with library.instantiate() as fmu:
+        fmu.begin()
+        assert call(fmu) == ERROR
+        check_refusal(fmu, f"{library.function(function)}: {sentence}")
+
+
+def check_refusal(fmu, sentence):
+    """Check a refusal for good, which was the first."""
+    assert (fmu.log[0][:2], fmu.log[0][2].startswith(sentence)) == ((ERROR, "logStatusError"), True), fmu.log
+    assert fmu.get("fault_code", "time_constant") == [998, 1e-3]
+    assert fmu.step(0) == ERROR
+    assert fmu.log[1][2].endswith(f"; stopped by an earlier fault: {fmu.log[0][2]}")
+    if fmu.library.version == 2:
+        assert fmu.reason() == fmu.log[0][2]
+    assert (fmu.call("Reset"), fmu.begin().step(0)) == (OK, OK)
+
+
+def test_one_wrong_reference_among_right_ones_sets_none(library):
+    with library.instantiate() as fmu:
+        fmu.begin(u=1.0)
+        u, kind, _ = library.variables["u"]
+        assert fmu.transfer("Set", kind, [u, 999], [3.0, 3.0]) == ERROR
+        assert fmu.get("u") == [1.0]
+
+
+@pytest.mark.parametrize("names", [["y", "level"], ["level", "y"], [], ["y", "level", "u"] * 10])
+def test_reals_are_read_and_set_in_any_order_and_number(library, names):
+    """Lists of neighbours, of others, empty ones and those longer than there are variables, each twice."""
+    with library.instantiate() as fmu:
+        fmu.begin(u=2.0)
+        fmu.step(0)
+        (u, kind, _), expected = library.variables["u"], fmu.get(*names)
+        for _ in range(2):
+            values = [0.0] * len(names)
+            assert fmu.transfer("Get", kind, [library.variables[name][0] for name in names], values) == OK
+            assert values == expected
+        for last in (1.0, 2.5):
+            assert fmu.transfer("Set", kind, [u] * 30, [0.0] * 29 + [last]) == OK
+            assert fmu.get("u") == [last]
+
+
+def test_a_question_of_another_kind_or_without_room_for_the_answer_is_discarded(library2):
+    right = {"GetRealStatus": (2, c_double()), "GetBooleanStatus": (3, c_int()), "GetStringStatus": (1, c_char_p())}
+    with library2.instantiate() as fmu:
+        fmu.begin()
+        for function, (kind, room) in right.items():
+            assert fmu.call(function, kind, byref(room)) == OK
+            assert fmu.call(function, kind + 1, byref(room)) == DISCARD
+            assert fmu.call(function, kind, None) == DISCARD
+
+
+def test_what_the_standard_leaves_optional_is_refused_without_harm(library2):
+    with library2.instantiate() as fmu:
+        fmu.begin()
+        one, value = byref(c_uint(0)), byref(c_double())
+        assert fmu.call("SetRealInputDerivatives", one, c_size_t(1), byref(c_int(1)), value) == ERROR
+        assert fmu.call("GetRealOutputDerivatives", one, c_size_t(1), byref(c_int(1)), value) == ERROR
+        assert fmu.call("CancelStep") == ERROR
+        for function in ("GetStatus", "GetRealStatus", "GetIntegerStatus", "GetBooleanStatus", "GetStringStatus"):
+            assert fmu.call(function, 0, byref(c_double())) == DISCARD
+        assert len(fmu.log) == 8
+        assert fmu.step(0) == OK

@@ -1,0 +1,114 @@
+"""What the slave writes to its log: by category, by instance, and errors always."""
+
+from ctypes import c_size_t
+
+import pytest
+from raw import ERROR, OK, WARNING
+
+from fmi_export.log_categories import LOG_CATEGORIES
+
+
+@pytest.mark.parametrize(
+    ("category", "sentence"),
+    [
+        (b"logNonsense", "there is no category logNonsense; there are "),
+        (None, "there is no category NULL; there are logStatusWarning, "),
+        ((), "categories is NULL"),
+    ],
+)
+def test_a_wrong_log_category_is_refused_and_nothing_else_changes(library, category, sentence):
+    sentence = f"{library.function('SetDebugLogging')}: {sentence}"
+    with library.instantiate() as fmu:
+
+        def choose():
+            return fmu.call("SetDebugLogging", 0, c_size_t(1), None) if category == () else fmu.debug(False, category)
+
+        assert choose() == ERROR
+        fmu.begin(u=1.0)
+        assert choose() == ERROR
+        assert [(status, text[: len(sentence)]) for status, _, text in fmu.log] == 2 * [(ERROR, sentence)]
+        assert fmu.get("fault_code") == [0]
+        if library.version == 2:
+            assert (fmu.reason(), fmu.step(0), fmu.reason()) == (fmu.log[1][2], OK, "")
+        fmu.set(u=5.0)
+        assert fmu.step(1) == ERROR
+        assert len(fmu.log) == 3, "it still logs"
+
+
+@pytest.mark.parametrize(
+    ("switched", "heard"),
+    [
+        ([(True, ())], (True, True)),
+        ([(False, ())], (False, False)),
+        ([(False, (b"logAll",))], (False, False)),
+        ([(False, ()), (True, (b"logAll",))], (True, True)),
+        ([(False, ()), (True, (b"logStatusWarning", b"logStatusFatal"))], (True, True)),
+        ([(False, ()), (True, (b"logStatusDiscard", b"logStatusError"))], (False, False)),
+        ([(False, ()), (True, (b"logStatusFatal",)), (True, (b"logStatusWarning",))], (True, True)),
+        ([(False, (b"logStatusWarning",))], (False, False)),
+        # of FMI 3.0 each call switches the categories that it names, of FMI 2.0 all
+        ([(False, (b"logStatusError", b"logStatusFatal"))], (False, True)),
+        ([(True, (b"logStatusWarning",)), (True, (b"logStatusFatal",))], (False, True)),
+    ],
+)
+def test_warnings_go_by_category_and_errors_always(library, switched, heard):
+    with library.instantiate() as fmu:
+        fmu.begin()
+        assert [fmu.debug(on, *names) for on, names in switched] == [OK] * len(switched)
+        fmu.set(u=4.0)
+        fmu.step(0)
+        fmu.set(u=5.0)
+        fmu.step(1)
+        warned = ["logStatusWarning"] * heard[library.version - 2]
+        assert [category for _, category, _ in fmu.log] == [*warned, "logStatusError"]
+
+
+def test_every_declared_category_can_be_chosen(library):
+    with library.instantiate() as fmu:
+        assert fmu.debug(True, *(name.encode() for name in LOG_CATEGORIES)) == OK
+
+
+def test_without_logging_a_fault_alone_is_in_the_log(library2):
+    with library2.instantiate(logging=0) as fmu:
+        fmu.begin()
+        fmu.set(u=4.0)
+        assert (fmu.step(0), fmu.log) == (OK, [])
+        fmu.set(u=5.0)
+        assert fmu.step(1) == ERROR
+        assert [(status, category) for status, category, _ in fmu.log] == [(ERROR, "logStatusError")]
+        assert fmu.reason() == "u = 5 V is 100 % too much (%s %n)", "a host that asks is told too"
+        assert fmu.get("fault_code") == [1]
+
+
+@pytest.mark.parametrize("flavour", ["native", "python"])
+def test_fmpy_that_is_not_asked_to_log_tells_why_a_run_ended(native, build_fmu, lag, flavour):
+    from fmpy import simulate_fmu
+    from fmpy.fmi1 import FMICallException
+
+    heard = []
+    fmu = native(lag) if flavour == "native" else build_fmu(lag)
+    with pytest.raises(FMICallException):
+        simulate_fmu(
+            str(fmu),
+            stop_time=1e-3,
+            output_interval=250e-6,
+            start_values={"u": 5.0},
+            logger=lambda *told: heard.append(told[2:]),
+            debug_logging=False,
+        )
+    (_, category, reason), *_ = heard
+    assert category == b"logStatusError"
+    assert b"u = 5 V is 100 %" in reason
+
+
+def test_an_instance_logs_warnings_that_it_is_asked_for(library):
+    with library.instantiate(b"one") as one, library.instantiate(b"two") as two:
+        for fmu, unwanted in ((one, (b"logStatusWarning",)), (two, ())):
+            fmu.begin()
+            if unwanted:
+                fmu.debug(False)
+                fmu.debug(True, b"logStatusError")
+            fmu.set(u=4.0)
+            assert fmu.step(0) == OK
+        warning = "at t = 0.00025 s: high: u = 4 V is above 3 V, half of what is allowed (100 %)"
+        assert (one.log, two.log) == ([], [(WARNING, "logStatusWarning", library.escaped(warning))])
