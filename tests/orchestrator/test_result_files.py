@@ -1,0 +1,69 @@
+"""Files of results: what is read is what was written, and damage is found."""
+
+from __future__ import annotations
+
+import json
+import random
+
+import numpy as np
+import pytest
+import xarray as xr
+from slow import slow_but_first
+
+from amb_cosim.cosim.dataset import load, save
+from amb_cosim.cosim.signals import Samples, SignalTable
+from amb_cosim.results.result import Result
+from amb_cosim.results.summary import summarise
+
+
+def test_netcdf_round_trip_keeps_data_and_figures(synthetic, tmp_path):
+    dataset = synthetic()
+    save(dataset, tmp_path / "result.nc")
+    again = load(tmp_path / "result.nc")
+    xr.testing.assert_identical(again, dataset)
+    assert summarise(again).as_dict() == summarise(dataset).as_dict()
+    assert [p.name for p in tmp_path.iterdir()] == ["result.nc"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("of", ["signals", "dataset"])
+def test_turned_bits_of_a_result_are_harmless_or_an_error(synthetic, tmp_path, of):
+    dataset = synthetic(outcome=json.dumps(["completed", 1.0, None, ""]))
+    groups = ({n: Samples(v.values, v.attrs) for n, v in g.items()} for g in (dataset.data_vars, dataset.coords))
+    save(SignalTable(*groups, dataset.attrs) if of == "signals" else dataset, file := tmp_path / "result.nc")
+    whole, chance, refused = file.read_bytes(), random.Random(1), 0
+    for _ in range(25):
+        content = bytearray(whole)
+        content[chance.randrange(len(content))] ^= 1 << chance.randrange(8)
+        file.write_bytes(content)
+        try:
+            assert Result.load(file).dataset.equals(dataset)
+        except ValueError:
+            refused += 1
+    assert refused == 25
+    at = whole.index(b"TREE") + 24  # a list of chunks, of which HDF5 has no checksum
+    file.write_bytes(whole[:at] + bytes([whole[at] ^ 1]) + whole[at + 1 :])
+    with pytest.raises(ValueError, match="its checksum is not that of its content"):
+        Result.load(file)
+    file.write_bytes(whole[:-4])  # as another program leaves it
+    assert Result.load(file).dataset.equals(dataset)
+    file.write_bytes(whole[: len(whole) // 4])
+    with pytest.raises(ValueError, match="is no result of a run, or damaged"):
+        Result.load(file)
+
+
+@pytest.mark.parametrize("samples", slow_but_first([None, 0]))
+def test_the_file_of_signals_is_that_which_xarray_writes(synthetic, tmp_path, samples):
+    dataset = synthetic(plot_cycles=[4, 16], description="Ω, ½", failure="").isel(time=slice(samples))
+    flags = {"flag_values": np.array([0, 1], np.int32), "flag_meanings": "held free"}
+    dataset["rotor_contact.free"] = ("time", np.zeros(dataset.sizes["time"], np.int8), {"units": "1", **flags})
+    groups = ({n: Samples(v.values, v.attrs) for n, v in g.items()} for g in (dataset.data_vars, dataset.coords))
+    signals = SignalTable(*groups, dataset.attrs)
+    xr.testing.assert_identical(signals.to_dataset(), dataset)
+    for name, content in (("signals", signals), ("dataset", dataset)):
+        save(content, tmp_path / name)
+    found, expected = load(tmp_path / "signals"), load(tmp_path / "dataset")
+    xr.testing.assert_identical(found, expected)
+    assert list(found.variables) == list(expected.variables)
+    assert {n: v.dtype for n, v in found.variables.items()} == {n: v.dtype for n, v in expected.variables.items()}
+    assert [(n, type(v)) for n, v in found.attrs.items()] == [(n, type(v)) for n, v in expected.attrs.items()]
