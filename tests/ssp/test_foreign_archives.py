@@ -169,13 +169,13 @@ def test_units_go_with_the_value():
         '<ssv:Parameter name="on"><ssv:Boolean value="false"/></ssv:Parameter>',
     )
     root = parse(text.encode(), PARAMETERS, "set")
-    assert read_parameters(root, "set") == {"gap": ("0.6", "mm"), "law": "newton", "n": 3, "on": False}
+    assert read_parameters(root, "set") == {"gap": [("0.6", "mm")], "law": ["newton"], "n": [3], "on": [False]}
 
 
 def test_text_is_no_value_of_a_parameter():
     parameters = '<ssv:Parameter name="file"><ssv:String value="a.txt"/></ssv:Parameter>'
     root = parse(SET.format(namespaces=NAMESPACES, parameters=parameters).encode(), PARAMETERS, "set")
-    with pytest.raises(ValueError, match="parameter file is a String; there are Real, Integer, Boolean"):
+    with pytest.raises(ValueError, match="parameter file is of type String; there are Real, Float64, "):
         read_parameters(root, "set")
 
 

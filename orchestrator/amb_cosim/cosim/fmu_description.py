@@ -151,8 +151,12 @@ def _names(variable: Any, notes: _Notes) -> tuple[tuple[str, str], ...]:
         return ((variable.name, text),)
     if len(notes.elements) == math.prod(shape):
         return notes.elements
-    places = itertools.product(*(range(1, n + 1) for n in shape))
-    return tuple((f"{variable.name}[{','.join(map(str, place))}]", text) for place in places)
+    return tuple((f"{variable.name}[{','.join(map(str, place))}]", text) for place in _places(shape))
+
+
+def _places(shape: Sequence[int]) -> Iterator[tuple[int, ...]]:
+    """Return the indices of the elements of an array, row by row."""
+    return itertools.product(*(range(1, n + 1) for n in shape))
 
 
 def _ports(
@@ -189,8 +193,10 @@ def _ports(
         return
     starts = [None] if variable.start is None else variable.start.split()
     starts = starts * len(names) if len(starts) == 1 else starts
-    for k, ((name, text), start) in enumerate(zip(names, starts, strict=True)):
-        yield replace(first, name=name, description=text, start=_number(start), element=k, size=len(names))
+    places = _places(variable.shape)
+    for k, ((name, text), start, place) in enumerate(zip(names, starts, places, strict=True)):
+        number, array = _number(start), (variable.name, *place)
+        yield replace(first, name=name, description=text, start=number, element=k, size=len(names), array=array)
 
 
 def _number(start: str | None) -> float | None:

@@ -20,9 +20,10 @@ class Port:
 
     `type` is Real, Integer or Boolean; `stored` is what the FMU calls it: of FMI 2.0 the same, of FMI 3.0 Float64,
     Int8, Enumeration ... An array of `size` elements has one value reference, and is exchanged whole; `element` counts
-    them from 0. `definition` is None where the FMU does not define its unit; `depends_on` of an output names the inputs
-    that reach it without delay. `warning` is the sentence of an output that is a warning. `items` are the names of the
-    values of an Enumeration, which is an Integer otherwise.
+    them from 0, and `array` is its name with the indices of the element, from 1. `definition` is None where the FMU
+    does not define its unit; `depends_on` of an output names the inputs that reach it without delay. `warning` is the
+    sentence of an output that is a warning. `items` are the names of the values of an Enumeration, which is an Integer
+    otherwise.
     """
 
     name: str
@@ -42,6 +43,7 @@ class Port:
     stored: str = ""
     element: int = 0
     size: int = 1
+    array: tuple[str | int, ...] = ()
 
     @property
     def position(self) -> int:
@@ -100,6 +102,12 @@ class FmuInterface:
     def _by_causality(self) -> dict[str, tuple[Port, ...]]:
         kinds = dict.fromkeys(port.causality for port in self.ports.values())
         return {kind: tuple(port for port in self.ports.values() if port.causality == kind) for kind in kinds}
+
+    def elements(self, name: str, place: tuple[int, ...] = ()) -> tuple[Port, ...]:
+        """Return the variable called `name`, or the elements of the array, row by row, or the one at a place in it."""
+        if name in self.ports and not place:
+            return (self.ports[name],)
+        return tuple(p for p in self.ports.values() if p.array[:1] == (name,) and place in ((), p.array[1:]))
 
     def matching(self, pattern: str) -> tuple[Port, ...]:
         """Return the variables whose names match a pattern with `*` and `?`."""

@@ -1,4 +1,4 @@
-"""System Structure and Parameterization (SSP 1.0): a planned run as an archive, and archives as systems.
+"""System Structure and Parameterization: a planned run as an archive (1.0), and archives (1.0, 2.0) as systems.
 
     export_ssp   write a planned run: FMUs, wiring, parameters, default experiment
     load_ssp     read an archive, of this package or of another tool, as a system and an experiment

@@ -2,16 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 from lxml import etree
 
 from amb_cosim.cosim.fmu_interface import Port
 from amb_cosim.cosim.ssp.schema import NAMESPACES, PARAMETERS, VERSION, document, tag
+from amb_cosim.cosim.ssp.version_2 import FLOATS, INTEGERS, texts_of
 from amb_cosim.cosim.values import Raw
 
 Given = Raw | tuple[str, str]  # a number or truth value, an enumerator's name, or number and unit
+READERS: dict[str, Callable[[str], Raw]] = {
+    **dict.fromkeys(("Real", *FLOATS), float),
+    **dict.fromkeys(("Integer", *INTEGERS), int),
+    "Boolean": {"true": True, "1": True, "false": False, "0": False}.__getitem__,
+    "Enumeration": str,
+}
 
 
 def parameter_set(name: str, values: Mapping[str, float], ports: Mapping[str, Port]) -> bytes:
@@ -79,27 +86,27 @@ def add_units(parent: Any, ports: Iterable[Port]) -> None:
         etree.SubElement(unit, tag("ssc:BaseUnit"), base)
 
 
-def read_parameters(root: Any, what: str) -> dict[str, Given]:
-    """Return the values of a parameter set by name.
+def read_parameters(root: Any, what: str) -> dict[str, list[Given]]:
+    """Return the values of a parameter set by name: one, or those of an array row by row.
 
     Raises
     ------
     ValueError
-        For a type that FMI 2.0 co-simulation has no numbers for.
+        For a type that co-simulation here has no numbers for, and for a value that is not of its type.
     """
-    found: dict[str, Given] = {}
+    found: dict[str, list[Given]] = {}
     for parameter in root.iterfind("ssv:Parameters/ssv:Parameter", NAMESPACES):
         name, element = parameter.get("name"), parameter[0]
-        kind, text = etree.QName(element).localname, element.get("value")
-        if kind == "Real":
-            unit = element.get("unit")
-            found[name] = float(text) if unit is None else (text, unit)
-        elif kind == "Integer":
-            found[name] = int(text)
-        elif kind == "Boolean":
-            found[name] = text.strip() in ("true", "1")
-        elif kind == "Enumeration":
-            found[name] = text
-        else:
-            raise ValueError(f"{what}: parameter {name} is a {kind}; there are Real, Integer, Boolean and Enumeration")
+        kind = etree.QName(element).localname
+        try:
+            found[name] = [_value(kind, text.strip(), element.get("unit")) for text in texts_of(element)]
+        except (KeyError, ValueError) as error:
+            said = f"= {element.get('value')!r} is no value" if kind in READERS else "is"
+            allowed = ", ".join(READERS)
+            raise ValueError(f"{what}: parameter {name} {said} of type {kind}; there are {allowed}") from error
     return found
+
+
+def _value(kind: str, text: str, unit: str | None) -> Given:
+    value = READERS[kind](text)
+    return (text, unit) if unit is not None else value

@@ -3,7 +3,8 @@
 What it takes: components that are co-simulation FMUs, in one system; connections; connectors of the system,
 each a signal; parameter bindings of components and of the system, in the document or in files; the default experiment.
 The communication step and the order come from annotations (see `structure`), the step else from the FMUs. Parameters of
-a set that no FMU has are left out, as SSP allows.
+a set that no FMU has are left out, as SSP allows. Of SSP 2.0 arrays are taken too: a connection of
+two is one of each element, row by row, and indices count from 1, as FMI 3.0 names elements.
 """
 
 from __future__ import annotations
@@ -20,11 +21,11 @@ from amb_cosim.cosim.cache import unpacked
 from amb_cosim.cosim.choices import Coupling
 from amb_cosim.cosim.experiment import Experiment
 from amb_cosim.cosim.fmu_description import read_interface
-from amb_cosim.cosim.fmu_interface import FmuInterface
+from amb_cosim.cosim.fmu_interface import FmuInterface, Port
 from amb_cosim.cosim.fmus import provide
 from amb_cosim.cosim.ssp.experiment_file import EXPERIMENT
 from amb_cosim.cosim.ssp.parameter_values import Given, read_parameters
-from amb_cosim.cosim.ssp.schema import NAMESPACES, PARAMETERS, STRUCTURE, parse, tag
+from amb_cosim.cosim.ssp.schema import NAMESPACES, PARAMETERS, STRUCTURE, check, parse, tag
 from amb_cosim.cosim.ssp.structure import OWN, TOOLS
 from amb_cosim.cosim.system import Component, Connection, Signal, System
 from amb_cosim.cosim.system_tables import ExperimentTable
@@ -50,7 +51,7 @@ def load_ssp(
     Raises
     ------
     ValueError
-        If it is no SSP 1.0 archive, holds what is not taken, or lacks a step or a stop time.
+        If it is no archive of SSP 1.0 or 2.0, holds what is not taken, or lacks a step or a stop time.
     """
     what = f"archive {path}"
     if not Path(path).is_file():
@@ -120,9 +121,12 @@ class _Reader:
         """Return connections between components."""
         for link in self._links():
             if link.get("startElement") and link.get("endElement"):
-                source = f"{link.get('startElement')}.{link.get('startConnector')}"
-                target = f"{link.get('endElement')}.{link.get('endConnector')}"
-                yield Connection(*self._directed(source, target))
+                sources, targets = self._ends(link, "start"), self._ends(link, "end")
+                if len(sources) != len(targets):
+                    said = f"{sources[0]} ({len(sources)} values) and {targets[0]} ({len(targets)})"
+                    raise ValueError(f"{self.what}: a connection joins {said}, which must be as many")
+                for source, target in zip(sources, targets, strict=True):
+                    yield Connection(*self._directed(source, target))
 
     def signals(self) -> tuple[Signal, ...]:
         """Connectors of the system that feed inputs, and signals that this package's annotation names."""
@@ -132,11 +136,12 @@ class _Reader:
         }
         annotated = frozenset(targets)
         for link in self._links():
-            ends = [(link.get(f"{side}Element"), link.get(f"{side}Connector")) for side in ("start", "end")]
-            own = [variable for element, variable in ends if element is None]
-            inner = [f"{element}.{variable}" for element, variable in ends if element is not None]
-            if own and inner and own[0] not in annotated and self._causality(inner[0]) != "output":
-                targets.setdefault(own[0], []).append(inner[0])
+            own = [self._ends(link, side)[0] for side in ("start", "end") if not link.get(f"{side}Element")]
+            inner = [self._ends(link, side) for side in ("start", "end") if link.get(f"{side}Element")]
+            if own and inner and own[0] not in annotated and self._causality(inner[0][0]) != "output":
+                for k, end in enumerate(inner[0], 1):
+                    name = own[0] if len(inner[0]) == 1 else f"{own[0]}[{k}]"
+                    targets.setdefault(name, []).append(end)
         return tuple(Signal(name, tuple(ends)) for name, ends in targets.items())
 
     def values(self) -> tuple[dict[str, dict[str, Raw]], dict[str, Raw], tuple[str, ...]]:
@@ -147,18 +152,21 @@ class _Reader:
         fed = {link.target for link in self.connections()}
         given = [(f"{name}.", element) for name, element in self.elements.items()] + [("", self.system)]
         for prefix, element in given:  # what the system says of a component counts more
-            for name, value in self._bound(element):
+            for name, values in self._bound(element):
                 component, _, variable = f"{prefix}{name}".partition(".")
-                port = self.interfaces[component].ports.get(variable) if component in self.interfaces else None
-                if port is None:
+                ports = self.interfaces[component].elements(variable) if component in self.interfaces else ()
+                if not ports:
                     unknown[f"{prefix}{name}"] = None
-                if port is None or f"{component}.{variable}" in fed:
-                    continue
-                number = self._number(component, variable, value)
-                if port.causality == "input":
-                    inputs[f"{component}.{variable}"] = number
-                else:
-                    parameters[component][variable] = number
+                elif len(ports) != len(values):
+                    said = f"{len(values)} values for {prefix}{name}, which has {len(ports)}"
+                    raise ValueError(f"{self.what}: a parameter set has {said}")
+                for port, value in zip(ports, values, strict=False):
+                    if f"{component}.{port.name}" in fed:
+                        continue
+                    if port.causality == "input":
+                        inputs[f"{component}.{port.name}"] = _number_of(port, value)
+                    else:
+                        parameters[component][port.name] = _number_of(port, value)
         return parameters, inputs, tuple(unknown)
 
     def experiment(self, step_size: float | None, stop_time: float | None) -> Experiment:
@@ -194,7 +202,7 @@ class _Reader:
             for element in link:
                 if element.tag == tag("ssc:LinearTransformation"):
                     same = float(element.get("factor", 1.0)) == 1.0 and float(element.get("offset", 0.0)) == 0.0
-                elif element.tag == tag("ssd:ConnectionGeometry"):
+                elif element.tag in (tag("ssd:ConnectionGeometry"), tag("ssd:Annotations")):
                     same = True
                 else:
                     same = False
@@ -204,6 +212,17 @@ class _Reader:
                         f"{self.what}: the connection from {ends} transforms its value, which is not taken"
                     )
             yield link
+
+    def _ends(self, link: Any, side: str) -> list[str]:
+        """Return the variables that an end of a connection is: one, or the elements of an array."""
+        element, name = link.get(f"{side}Element"), link.get(f"{side}Connector")
+        if not element:
+            return [name]
+        place = tuple(map(int, link.get(f"{side}Indices", "").split()))
+        ports = self.interfaces[element].elements(name, place) if element in self.interfaces else ()
+        if place and not ports:
+            raise ValueError(f"{self.what}: {element}.{name} has no element [{','.join(map(str, place))}]")
+        return [f"{element}.{port.name}" for port in ports] or [f"{element}.{name}"]
 
     def _directed(self, source: str, target: str) -> tuple[str, str]:
         """Return output and input of a connection; SSP does not say in which order they stand."""
@@ -216,7 +235,7 @@ class _Reader:
         port = None if interface is None else interface.ports.get(variable)
         return None if port is None else port.causality
 
-    def _bound(self, element: Any) -> Iterator[tuple[str, Given]]:
+    def _bound(self, element: Any) -> Iterator[tuple[str, list[Given]]]:
         """Return names and values of the parameter sets that an element is bound to."""
         for binding in element.iterfind("ssd:ParameterBindings/ssd:ParameterBinding", NAMES):
             if binding.find("ssd:ParameterMapping", NAMES) is not None:
@@ -224,6 +243,8 @@ class _Reader:
             source = binding.get("source")
             if source is None:
                 found = binding.find("ssd:ParameterValues/ssv:ParameterSet", NAMES)
+                if found is not None:  # of which the schema of structures knows nothing
+                    check(found, PARAMETERS, f"{self.what}: the parameter set of {element.get('name')}")
             else:
                 base = self.folder
                 if binding.get("sourceBase") == "component":
@@ -233,13 +254,13 @@ class _Reader:
             for name, value in read_parameters(found, self.what).items() if found is not None else ():
                 yield f"{prefix}{name}", value
 
-    def _number(self, component: str, variable: str, value: Given) -> Raw:
-        """Return a value as the system takes it: with its unit where the FMU's variable has another one."""
-        port = self.interfaces[component].ports[variable]
-        if isinstance(value, tuple):
-            text, unit = value
-            return float(text) if port.unit in (None, unit) else f"{text} {unit}"
-        return value
+
+def _number_of(port: Port, value: Given) -> Raw:
+    """Return a value as the system takes it: with its unit where the FMU's variable has another one."""
+    if isinstance(value, tuple):
+        text, unit = value
+        return float(text) if port.unit in (None, unit) else f"{text} {unit}"
+    return value
 
 
 def _coupling(root: Any, what: str) -> Coupling:

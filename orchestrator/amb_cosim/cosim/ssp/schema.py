@@ -1,4 +1,4 @@
-"""Names of SSP 1.0 in XML, and the check of a document against its schema, which FMPy carries."""
+"""Names of SSP in XML, and the check of a document against the schema of SSP 1.0, which FMPy carries."""
 
 from __future__ import annotations
 
@@ -8,6 +8,8 @@ from typing import Any
 
 import fmpy
 from lxml import etree
+
+from amb_cosim.cosim.ssp import version_2
 
 VERSION = "1.0"
 STRUCTURE, PARAMETERS = "SystemStructureDescription.xsd", "SystemStructureParameterValues.xsd"
@@ -55,11 +57,12 @@ def parse(content: bytes, schema: str, what: str) -> Any:
 
 
 def check(root: Any, schema: str, what: str) -> None:
-    """Raise a ValueError, which begins with `what`, unless a document follows a schema of SSP 1.0."""
-    loaded = _schema(schema)
-    if not loaded.validate(root):
+    """Raise a ValueError, which begins with `what`, unless a document follows a schema of its version of SSP."""
+    loaded, version = _schema(schema), root.get("version")
+    if not loaded.validate(version_2.as_version_1(root) if version == version_2.VERSION else root):
         first = loaded.error_log[0]
-        raise ValueError(f"{what} does not follow SSP 1.0, line {first.line}: {first.message}")
+        named = version if version == version_2.VERSION else VERSION
+        raise ValueError(f"{what} does not follow SSP {named}, line {first.line}: {first.message}")
 
 
 @cache

@@ -1,0 +1,104 @@
+"""Archives of SSP 2.0: arrays are connected and bound whole or element by element, in every number type of FMI 3.0."""
+
+from __future__ import annotations
+
+import sys
+import zipfile
+
+import pytest
+import xarray as xr
+from fmu_systems import system_text
+
+import amb_cosim
+
+pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="the FMU is compiled for Linux")
+
+NAMESPACES = " ".join(
+    f'xmlns:{prefix}="http://ssp-standard.org/SSP1/SystemStructure{name}"'
+    for prefix, name in (("ssd", "Description"), ("ssc", "Common"), ("ssv", "ParameterValues"))
+)
+PAIR = '<ssc:Dimension size="2"/>'
+NOTE = '<ssc:MetaData kind="general" type="text/plain"><ssc:Content>of a test</ssc:Content></ssc:MetaData>'
+WHOLE = '<ssd:Connection startElement="one" startConnector="{0}" endElement="two" endConnector="{1}"/>'
+ONE = WHOLE.replace(" endElement", ' startIndices="{2}" endElement').replace('"/>', '" endIndices="{3}"/>')
+PUSH = '<ssd:Connection startConnector="push" endElement="one" endConnector="Float64.in"/>'
+LINKS = [WHOLE.format("Float64.out", "Float64.in"), ONE.format("Int8.out", "UInt64.in", 2, 1), PUSH]
+VALUES = f"""
+<ssv:Parameter name="one.m"><ssv:Float64 value="6 5 4 3 2 1"/>{PAIR}<ssc:Dimension size="3"/></ssv:Parameter>
+<ssv:Parameter name="one.Int8.in"><ssv:Int8 value="-7 9"/>{PAIR}</ssv:Parameter>
+<ssv:Parameter name="one.Boolean.in"><ssv:Boolean value="true 0"/>{PAIR}</ssv:Parameter>
+<ssv:Parameter name="two.UInt32.in"><ssv:UInt32 value="4294967295 0"/>{PAIR}</ssv:Parameter>
+<ssv:Parameter name="two.choice"><ssv:Enumeration><ssv:Value value="far"/></ssv:Enumeration></ssv:Parameter>"""
+AS_SYSTEM = """
+[[connect]]
+from = "one"
+to = "two"
+variables = { "Float64.out[1]" = "Float64.in[1]", "Float64.out[2]" = "Float64.in[2]", "Int8.out[2]" = "UInt64.in[1]" }
+"""
+AS_SETTINGS = {f"one.m[{i},{j}]": 10.0 - 3 * i - j for i in (1, 2) for j in (1, 2, 3)} | {
+    "one.Int8.in[1]": -7, "one.Int8.in[2]": 9, "one.Boolean.in[1]": True, "one.Boolean.in[2]": False,
+    "two.UInt32.in[1]": 4294967295, "two.UInt32.in[2]": 0, "two.choice": "far",
+    "one.Float64.in[1]": 1, "one.Float64.in[2]": 2,  # what a signal has at first is sent
+}  # fmt: skip
+
+
+def component(name):
+    connectors = "".join(
+        f'<ssd:Connector name="{kind}.{way}" kind="{way}put"><ssc:{kind}/>{PAIR}</ssd:Connector>'
+        for kind in ("Float64", "Int8", "UInt64")
+        for way in ("in", "out")
+    )
+    fixed = '<ssd:Connector name="columns" kind="structuralParameter"><ssc:UInt64/></ssd:Connector>'
+    source = 'source="resources/Arrays3.fmu" implementation="CoSimulation"'
+    inner = f"<ssd:Connectors>{connectors}{fixed}</ssd:Connectors>{NOTE}"
+    return f'<ssd:Component name="{name}" {source}>{inner}</ssd:Component>'
+
+
+def structure(links=LINKS, values=VALUES):
+    bound = f'<ssv:ParameterSet version="2.0" name="set"><ssv:Parameters>{values}</ssv:Parameters></ssv:ParameterSet>'
+    return f"""<ssd:SystemStructureDescription {NAMESPACES} version="2.0" name="two"><ssd:System name="two">
+<ssd:Connectors><ssd:Connector name="push" kind="input"><ssc:Float64/>{PAIR}</ssd:Connector></ssd:Connectors>
+<ssd:ParameterBindings><ssd:ParameterBinding><ssd:ParameterValues>{bound}</ssd:ParameterValues>
+</ssd:ParameterBinding></ssd:ParameterBindings>
+<ssd:Elements>{component("one")}{component("two")}</ssd:Elements>
+<ssd:Connections>{"".join(links)}</ssd:Connections></ssd:System>
+<ssd:DefaultExperiment startTime="0" stopTime="0.01"/></ssd:SystemStructureDescription>"""
+
+
+@pytest.fixture
+def run(arrays3_fmu, tmp_path):
+    """`run(**parts)`: what an archive of two such FMUs leads to."""
+
+    def simulate(**parts):
+        with zipfile.ZipFile(tmp_path / "two.ssp", "w") as content:
+            content.writestr("SystemStructure.ssd", structure(**parts))
+            content.write(arrays3_fmu, "resources/Arrays3.fmu")
+        return amb_cosim.simulate(tmp_path / "two.ssp", step_size=1e-3)
+
+    return simulate
+
+
+def test_arrays_of_an_archive_are_those_of_a_system_file(run, arrays3_fmu, tmp_path):
+    path = tmp_path / "system.toml"
+    path.write_text(system_text(dict.fromkeys(("one", "two"), str(arrays3_fmu)), more=AS_SYSTEM), encoding="utf-8")
+    ours, theirs = amb_cosim.simulate(path, set=AS_SETTINGS).dataset, run().dataset
+    names = [name for name in theirs if name.startswith(("one.", "two."))]
+    xr.testing.assert_equal(ours[names], theirs[names])
+    assert theirs["two.UInt64.out[1]"].values[-1] == 9
+    assert theirs["one.sum"].values[-1] == 6 + 10 + 12 + 12 + 10 + 6
+    assert theirs["two.chosen"].values[-1] == 70000
+    assert {"push[1]", "push[2]"} <= set(theirs)
+
+
+@pytest.mark.parametrize(("parts", "message"), [
+    ({"links": [WHOLE.format("Int8.out", "choice")]}, r"joins one\.Int8\.out\[1\] \(2 values\) and two\.choice \(1\)"),
+    ({"links": [ONE.format("Int8.out", "Int8.in", 3, 1)]}, r"one\.Int8\.out has no element \[3\]"),
+    ({"values": VALUES.replace("6 5 4", "6 5")}, r"has 5 values for one\.m, which has 6"),
+    ({"values": VALUES.replace("-7 9", "-7 9.5")}, r"parameter one\.Int8\.in = '-7 9\.5' is no value of type Int8"),
+    ({"values": VALUES.replace("true 0", "true no")}, r"= 'true no' is no value of type Boolean"),
+    ({"values": VALUES.replace("Float64", "Float16")}, r"does not follow SSP 2\.0, line \d+: .*Float16"),
+    ({"values": VALUES.replace('value="6 5 4 3 2 1"', "")}, r"does not follow SSP 2\.0, line \d+"),
+])  # fmt: skip
+def test_what_does_not_fit_an_array_is_refused_with_its_place(run, parts, message):
+    with pytest.raises(ValueError, match=message):
+        run(**parts)
