@@ -1,0 +1,61 @@
+"""FMUs with Python inside: continued runs, branched points and members of a batch of the expander are plain runs."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from strange_machine import RUB
+
+import amb_cosim
+from amb_cosim.scenario.scenario import Scenario
+from amb_cosim.sweeps.worker import Runner, Task
+
+SHORT = Scenario.load(RUB).changed(end_cycle=6, settle_cycles=2)
+SIZE = "step.rotor_contact.turbine.u"
+PLACES = [f"rotor_contact.{place}.{axis}" for place in ("north", "south", "labyrinth") for axis in "xy"]
+
+pytestmark = pytest.mark.slow  # without compiled kernels it takes minutes
+
+
+@pytest.fixture(scope="module")
+def plain():
+    run = amb_cosim.run(SHORT, flavour="python")
+    assert run.outcome.status == "completed"
+    assert max(run.signals["rotor_contact.shroud.f_n"].values) > 0.0, "it rubs"
+    return run
+
+
+def test_a_continued_run_is_the_whole_run(plain, tmp_path):
+    file = amb_cosim.run(SHORT, flavour="python", save_at=["cycle 5"]).checkpoint().save(tmp_path / "rub.npz")
+    found = amb_cosim.run(SHORT, flavour="python", start=file)
+    for name, samples in plain.signals.variables.items():
+        assert found.signals[name].values.tobytes() == samples.values.tobytes(), name
+    assert found.outcome == plain.outcome
+
+
+def test_points_that_share_a_past_lead_to_the_same_bits():
+    told = []
+    for labels in ((), ("step",)):
+        runner = Runner(Task(SHORT, flavour="python", labels=labels))
+        results = [runner.run(n, {SIZE: size}) for n, size in enumerate(("90 g.mm", "110 g.mm"))]
+        runner.close()
+        shared = [result.metrics.pop("shared", 0.0) for result in results]
+        told.append([(r.outcome, r.reason, str(r.metrics)) for r in results])
+    assert told[0] == told[1]
+    assert told[0][0] != told[0][1], "the points differ"
+    assert shared[0] == 0.0 < shared[1]
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_members_of_a_batch_are_runs_alone(plain, threads):
+    alone = np.array([plain.signals[name].values for name in PLACES])
+    with amb_cosim.Batch(SHORT, 2, variables=["rotor_contact.*"], flavour="python", threads=threads) as batch:
+        for n in (1, 8, 400):
+            batch.step(n - round(batch.time[0] / batch.step_size))
+            for member in range(2):
+                assert [batch.get(name)[member] for name in PLACES] == alone[:, n].tolist()
+        states = batch.save()
+        batch.step(60)
+        batch.restore(states)
+        batch.step(60)
+        assert [batch.get(name)[1] for name in PLACES] == alone[:, 460].tolist()

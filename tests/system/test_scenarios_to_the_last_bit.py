@@ -1,0 +1,96 @@
+"""All scenarios of the packs, of both flavours: continued, branched and in a batch they are what they are alone."""
+
+from __future__ import annotations
+
+import zlib
+
+import numpy as np
+import pytest
+
+import amb_cosim
+from amb_cosim.cosim.checkpoint import Checkpoint
+from amb_cosim.cosim.saving import Saves
+from amb_cosim.scenario.file import packaged_scenarios
+from amb_cosim.scenario.scenario import load_scenario
+from amb_cosim.scenario.simulation import prepare, record_prepared
+from amb_cosim.sweeps.worker import Runner, Task
+
+CYCLES, FEW_CYCLES = 15, 7  # of a run at most; the first events come before the sixth
+FLAVOURS = pytest.mark.parametrize("flavour", ["native", "python"])
+pytestmark = pytest.mark.slow
+
+
+def first_label(name):
+    """Return the label of the first event that has one."""
+    return next((event.label for event in load_scenario(name).event if event.label), None)
+
+
+def shortened(name):
+    """Return a scenario that settles for a cycle at most."""
+    scenario = load_scenario(name)
+    return scenario.changed(settle_cycles=min(scenario.settle_cycles, 1.0))
+
+
+def prepared_for(scenario, cycles, flavour):
+    prepared, until = prepare(scenario, flavour=flavour), cycles * scenario.period
+    if prepared.plan.last * prepared.plan.step_size > until:
+        prepared = prepare(scenario, until=until, flavour=flavour)
+    return prepared
+
+
+@FLAVOURS
+@pytest.mark.parametrize("name", packaged_scenarios())
+def test_a_continued_scenario_has_the_same_bits(name, flavour, tmp_path):
+    prepared = prepared_for(load_scenario(name), CYCLES, flavour)
+    middle = prepared.plan.last // 2
+    plain = record_prepared(prepared, saves=Saves((0, middle)))
+    for n, state in plain.checkpoints.items():
+        start = Checkpoint.load(state.save(tmp_path / f"{n}.npz"))
+        continued = record_prepared(prepared, start=start)
+        assert continued.recorder.points.tobytes() == plain.recorder.points.tobytes()
+        assert continued.recorder.table.tobytes() == plain.recorder.table.tobytes()
+        assert continued.outcome == plain.outcome
+
+
+@FLAVOURS
+@pytest.mark.parametrize("name", packaged_scenarios())
+def test_members_of_a_batch_have_the_bits_of_a_scenario(name, flavour):
+    """At the last point, at which events have not come yet, all outputs of the plant are those of a run alone."""
+    scenario = shortened(name)
+    prepared = prepared_for(scenario, FEW_CYCLES, flavour)
+    alone = record_prepared(prepared).recorder
+    columns = [k for k, signal in enumerate(prepared.plan.recorded) if signal.startswith("rotor_contact.")]
+    columns = [k for k in columns if prepared.plan.recorded[k] not in prepared.plan.inputs]
+    with amb_cosim.Batch(scenario, 3, flavour=flavour, threads=2) as batch:
+        for row in (len(alone.points) // 3, len(alone.points) - 1):
+            batch.step(int(alone.points[row]) - round(batch.time[0] / batch.step_size))
+            members = np.array([batch.get(prepared.plan.recorded[k]) for k in columns])
+            assert [member.tobytes() for member in members.T] == 3 * [alone.table[row, columns].tobytes()]
+
+
+def bits(result):
+    """Return a number that tells the bits of all signals of a run."""
+    return {"bits": float(zlib.crc32(b"".join(found.values.tobytes() for found in result.signals.variables.values())))}
+
+
+@FLAVOURS
+@pytest.mark.parametrize("name", [name for name in packaged_scenarios() if first_label(name)])
+def test_points_that_share_a_past_have_the_bits_of_a_scenario(name, flavour):
+    scenario, label = shortened(name), first_label(name)
+    event = next(event for event in scenario.event if event.label == label)
+    if event.cycle is not None:
+        points = [{f"{label}.cycle": event.cycle + late} for late in (0.0, 0.5)]
+    else:
+        points = [{f"{label}.time": late * scenario.period} for late in (1.0, 1.5)]
+    found, shared = [], []
+    for labels in ((), (label,)):
+        task = Task(scenario, until=FEW_CYCLES * scenario.period, flavour=flavour, metrics=(bits,), labels=labels)
+        runner = Runner(task)
+        results = [runner.run(n, settings) for n, settings in enumerate(points)]
+        runner.close()
+        shared.append([result.metrics.get("shared", 0.0) for result in results])
+        found.append([(result.outcome, result.reason, result.metrics.get("bits")) for result in results])
+    assert found[0] == found[1]
+    assert found[0][0][2] != found[0][1][2], "the points differ"
+    assert shared[0] == [0.0, 0.0]
+    assert shared[1][0] == 0.0 < shared[1][1]
