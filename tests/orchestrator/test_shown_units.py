@@ -10,8 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import amb_cosim
+from amb_cosim.assessment.panels import Panel, curve
 from amb_cosim.presentation.style import spread
-from amb_cosim.presentation.units import force_unit, length_unit, parse_units, speed_unit, spin_text
+from amb_cosim.presentation.units import force_unit, length_unit, parse_units, relabelled, retold, speed_unit, spin_text
 from amb_cosim.results import plots
 
 
@@ -41,6 +42,35 @@ def test_a_figure_shows_the_speed_in_the_unit_asked_for(synthetic):
     with amb_cosim.units("Hz"):
         title = plots.Plots(synthetic()).displacement().get_suptitle()
     assert f"{Omega / (2.0 * math.pi):.4g} Hz" in title
+
+
+@pytest.mark.parametrize(
+    ("label", "told", "factor"),
+    [
+        ("speed (1/min)", "speed (Hz)", 1.0 / 60.0),
+        ("N", "kN", 1e-3),
+        ("peak to peak (um)", "peak to peak (um)", 1.0),
+        ("stiffness (N/m)", "stiffness (N/m)", 1.0),
+        ("r / C_r", "r / C_r", 1.0),
+    ],
+)
+def test_an_axis_of_a_page_has_the_unit_asked_for(label, told, factor):
+    with amb_cosim.units("Hz", "kN"):
+        assert relabelled(label, "speed", "force", "length") == (told, pytest.approx(factor))
+
+
+def test_values_within_a_title_have_the_unit_asked_for():
+    with amb_cosim.units("rpm"):
+        assert retold("|S| at 250 Hz, 3 N") == "|S| at 15000 rpm, 3 N"
+    assert retold("|S| at 250 Hz") == "|S| at 250 Hz"
+
+
+def test_places_along_the_shaft_keep_their_unit_where_orbits_have_another():
+    drawn = Panel("Shape", "z (mm)", "x (mm)", (curve("at 50 Hz", [100.0], [0.5]),))
+    with amb_cosim.units("um", "rpm"):
+        shown = drawn.in_chosen_units()
+    assert (shown.x, shown.y, shown.curves[0].name) == ("z (mm)", "x (\N{MICRO SIGN}m)", "at 3000 rpm")
+    assert (shown.curves[0].x[0], shown.curves[0].y[0]) == (100.0, pytest.approx(500.0))
 
 
 def test_a_command_refuses_a_unit_that_is_none(runner):

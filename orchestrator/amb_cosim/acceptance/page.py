@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import json
+from collections.abc import Sequence
 from datetime import UTC, datetime
 from importlib.metadata import version
 from importlib.resources import files
@@ -12,9 +13,10 @@ from typing import Any
 
 from markupsafe import Markup
 
-from amb_cosim.acceptance.assess import Assessment, AssessmentPart
+from amb_cosim.acceptance.assess import Assessment
 from amb_cosim.acceptance.criteria import KNOWN
 from amb_cosim.acceptance.findings import Judgement
+from amb_cosim.assessment.panels import Panel
 from amb_cosim.assessment.pictures import picture_of
 from amb_cosim.assessment.texts import number_text
 from amb_cosim.presentation.templates import templates_of
@@ -38,27 +40,25 @@ def page(found: Assessment) -> str:
 
     environment = templates_of("amb_cosim.acceptance", "template")
     environment.globals.update(badge=lambda verdict: verdict.name.lower(), number=number_text, known=KNOWN)
-    drawn = {part.key: [panel.as_data() for panel in part.answer.panels] for part in found.parts}
+    panels = {part.key: [panel.in_chosen_units() for panel in part.answer.panels] for part in found.parts}
     return environment.get_template("assessment.html.j2").render(
         found=found,
         machine=found.machine,
         verdicts=list(Judgement),
         counts=found.counts(),
-        pictures={part.key: _picture(part) for part in found.parts},
+        pictures={key: _picture(drawn) for key, drawn in panels.items()},
         version=version("amb-cosim"),
         date=datetime.now(UTC).strftime("%Y-%m-%d"),
         style=_asset("amb_cosim.assessment", "report.css") + _asset("amb_cosim.acceptance", "assessment.css"),
         script=_asset("amb_cosim.assessment", "report.js"),
         plotly=Markup(get_plotlyjs().replace("</script", "<\\/script")),
-        plots=_in_script(drawn),
+        plots=_in_script({key: [panel.as_data() for panel in drawn] for key, drawn in panels.items()}),
     )
 
 
-def _picture(part: AssessmentPart) -> str:
+def _picture(panels: Sequence[Panel]) -> str:
     """Return a picture of a part's plots, as a data URL, for print and for pages without scripts."""
-    if not part.answer.panels:
-        return ""
-    return f"data:image/png;base64,{base64.b64encode(picture_of(part.answer.panels)).decode('ascii')}"
+    return f"data:image/png;base64,{base64.b64encode(picture_of(panels)).decode('ascii')}" if panels else ""
 
 
 def _asset(package: str, name: str) -> Markup:

@@ -75,7 +75,7 @@ def page(report: Report) -> str:
     )
     chapters = [(chapter, tuple(sections(report, chapter))) for chapter in report.chapters]
     shown = {part.name: part.answer for _, parts in chapters for part in parts if part.answer is not None}
-    drawn = {name: [panel.as_data() for panel in answer.panels] for name, answer in shown.items()}
+    drawn = {name: [panel.in_chosen_units().as_data() for panel in answer.panels] for name, answer in shown.items()}
     return environment.get_template("report.html.j2").render(
         report=report,
         statements=report.statements,

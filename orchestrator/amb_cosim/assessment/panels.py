@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import base64
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
 
@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from amb_cosim.cosim.signals import Signals
+from amb_cosim.presentation.units import relabelled, retold
 from amb_cosim.results.contact_forces import peaks
 from amb_cosim.results.contact_history import ROLLING, rolling_from, touchable
 from amb_cosim.results.orbits import path, radius, support
@@ -53,6 +54,15 @@ class Panel:
             "log": self.log,
             "curves": [{"name": c.name, "style": c.style, "x": _packed(c.x), "y": _packed(c.y)} for c in self.curves],
         }
+
+    def in_chosen_units(self) -> Panel:
+        """Return the plot with speeds, lengths and forces in the units that were chosen (`presentation.units`).
+
+        Places along the shaft, lengths on the horizontal axis, keep theirs.
+        """
+        (x, of_x), (y, of_y) = relabelled(self.x, "speed"), relabelled(self.y, "speed", "length", "force")
+        curves = (replace(c, name=retold(c.name), x=of_x * c.x, y=of_y * c.y) for c in self.curves)
+        return replace(self, title=retold(self.title), x=x, y=y, curves=tuple(curves))
 
 
 RunPanels = Callable[[Signals], Iterable[Panel]]

@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from amb_cosim.commands.cli_errors import refusing
-from amb_cosim.commands.options import FLAVOUR, output
+from amb_cosim.commands.options import FLAVOUR, UNITS, output
 from amb_cosim.cosim.choices import Flavour
 from amb_files.atomic import check_writable
 from fmi_export.building.extras import require_extra
@@ -48,6 +48,7 @@ def check(file: str, flavour: Flavour) -> None:
     help="Criteria in place of those of the machine file; may be repeated.",
 )
 @click.option("--pdf/--no-pdf", default=True, help="Whether a browser prints the page as PDF, where there is one.")
+@UNITS
 @FLAVOUR
 def assess(
     file: str, output: Path | None, only: tuple[str, ...], criteria: tuple[str, ...], pdf: bool, flavour: Flavour

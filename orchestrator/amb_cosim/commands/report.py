@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from amb_cosim.commands.cli_errors import Failed, refusing
-from amb_cosim.commands.options import output
+from amb_cosim.commands.options import UNITS, output
 from amb_files.atomic import check_writable
 from fmi_export.building.extras import require_extra
 
@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 )
 @click.option("--only", multiple=True, metavar="NAME", help="A chapter, figure, table: ch4, table3_1; may be repeated.")
 @click.option("--jobs", type=click.IntRange(1, 256), help="Most processes at a time; by default one for a processor.")
+@UNITS
 def report(output: Path, packs: tuple[str, ...], only: tuple[str, ...], jobs: int | None) -> None:
     """Compute what packs state, and write one page with the verdicts; of several packs each in a folder of its own."""
     from amb_cosim.assessment.statements import load_statements, packs_with_statements

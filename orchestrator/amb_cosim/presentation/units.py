@@ -24,6 +24,10 @@ SYMBOLS = {"rad/s": r"$\Omega$ (rad/s)", "Hz": r"$\Omega/2\pi$ (Hz)", "rpm": r"$
 SMALL, LARGE = 1e-4, 1e3  # m, below which lengths are in um; N, from which on forces are in kN
 
 _chosen: dict[str, str] = {}
+_OTHER_NAMES = {"1/min": "rpm"}  # of the same unit
+_LABEL = re.compile(r"^(.*\()?([^()]*)(\))?$")
+_NAMES = "|".join(map(re.escape, [*_OTHER_NAMES, *QUANTITIES]))
+_VALUE = re.compile(rf"(?<![\w.])(-?\d[\d.]*(?:e[-+]?\d+)?) ({_NAMES})(?![\w/])")
 
 
 @dataclass(frozen=True)
@@ -44,7 +48,12 @@ class ShownUnit:
 
     def text(self, value: float, digits: int = 4) -> str:
         """Return a value of the SI unit in this one, with its name."""
-        return f"{value / self.size:.{digits}g} {self.label}"
+        return f"{self.number(value, digits)} {self.label}"
+
+    def number(self, value: float, digits: int = 4) -> str:
+        """Return a value of the SI unit in this one, as a number to be read: 15000, not 1.5e+04."""
+        shown = value / self.size
+        return f"{shown:.0f}" if 10.0**digits <= abs(shown) < 1e7 else f"{shown:.{digits}g}"
 
 
 class units:  # used as a function, and in `with`
@@ -112,6 +121,35 @@ def force_unit(largest: float) -> ShownUnit:
     return _unit("force", lambda: "kN" if largest >= LARGE else "N")
 
 
+def relabelled(label: str, *quantities: str) -> tuple[str, float]:
+    """Return the label of an axis with the chosen unit in place of the one it ends with, and the factor of its values.
+
+    A label is a unit alone, or ends with one in brackets; one without a unit of these quantities that was chosen stays,
+    with factor 1.
+    """
+    head, name, tail = _LABEL.match(label).groups("")  # type: ignore[union-attr]  # it matches any text
+    unit = chosen_for(name)
+    if unit is None or QUANTITIES[unit.name] not in quantities:
+        return label, 1.0
+    return f"{head}{unit.label}{tail}", _size(name) / unit.size
+
+
+def retold(text: str) -> str:
+    """Return a text with the values of chosen quantities in it, a number and its unit, in the chosen units."""
+
+    def value(found: re.Match[str]) -> str:
+        unit = chosen_for(found[2])
+        return unit.text(float(found[1]) * _size(found[2])) if unit else found[0]
+
+    return _VALUE.sub(value, text)
+
+
+def chosen_for(name: str) -> ShownUnit | None:
+    """Return the unit that was chosen for the quantity of a unit, if one was."""
+    quantity = QUANTITIES.get(_OTHER_NAMES.get(name, name), "")
+    return _unit(quantity, lambda: "") if quantity in _chosen else None
+
+
 def spin_label() -> str:
     """Return the label of an axis of spin speeds."""
     return f"spin speed {SYMBOLS[speed_unit().name]}"
@@ -121,7 +159,12 @@ def spin_text(*speeds: float) -> str:
     """Return one spin speed (rad/s), or the first and the last of several, as a title says it."""
     unit = speed_unit()
     symbol = SYMBOLS[unit.name].partition(" ")[0]
-    return f"{symbol} = {' to '.join(f'{speed / unit.size:.4g}' for speed in speeds)} {unit.label}"
+    return f"{symbol} = {' to '.join(map(unit.number, speeds))} {unit.label}"
+
+
+def _size(name: str) -> float:
+    name = _OTHER_NAMES.get(name, name)
+    return SIZES[QUANTITIES[name]][name]
 
 
 def _unit(quantity: str, usual: Callable[[], str]) -> ShownUnit:

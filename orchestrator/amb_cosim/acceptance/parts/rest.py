@@ -65,8 +65,8 @@ def answer(subject: Subject) -> PartResult:
         f"From {rpm(Omega):.0f} 1/min with friction {FRICTION:g}, the drive off and the spin free. At rest means that "
         "the rotor lies in its retainers within 5 % of the clearance until the run ends; it may turn on. The run ends "
         f"where it turns at {100.0 * STOPPED:g} % of its speed, else after {_longest(subject):.4g} s.",
-        "Besides friction, what the machine says brakes it: `spin.drag` (gas, windage), `race_drag` and "
-        "`race_viscous_drag` (balls). A race without drag turns on with the rotor for minutes and takes hardly any "
+        "Besides friction, what the machine says brakes it: spin.drag (gas, windage), race_drag and "
+        "race_viscous_drag (balls). A race without drag turns on with the rotor for minutes and takes hardly any "
         "heat.",
         *subject.note_on_stages,
     )

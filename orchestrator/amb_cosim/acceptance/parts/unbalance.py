@@ -104,5 +104,5 @@ def _panel(subject: Subject, case: UnbalanceCase, speeds: Array, at_probes: dict
     for at in (speed.lowest, speed.highest):
         curves.append(curve(f"{rpm(at):.0f} 1/min", rpm(np.array([at, at])), [0.0, max(top, limit)], "dashed"))
     return Panel(
-        f"Response to unbalance for {case.name.split(',')[0]}", "speed (1/min)", "um peak to peak", tuple(curves)
+        f"Response to unbalance for {case.name.split(',')[0]}", "speed (1/min)", "peak to peak (um)", tuple(curves)
     )

@@ -1,8 +1,11 @@
 "use strict";
-// Plots are drawn when they come into view. Colours: Okabe and Ito.
+// Plots are drawn when they come into view, and again where light turns dark. Colours: Okabe and Ito.
 (function () {
-  const COLOURS = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#999999"];
+  const COLOURS = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "--ink", "#999999"];
   const data = JSON.parse(document.getElementById("plots").textContent);
+
+  const ofPage = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+  const colour = (k) => COLOURS[k % COLOURS.length].replace(/^--.*/, ofPage);
 
   // A dashed curve is a reference and takes no colour of its own.
   function traces(panel) {
@@ -12,14 +15,14 @@
       k += isReference ? 0 : 1;
       return {
         name: curve.name, x: curve.x, y: curve.y, type: "scatter", mode: curve.style === "dots" ? "markers" : "lines",
-        line: { color: isReference ? "#777777" : COLOURS[k % COLOURS.length], width: 1.3, dash: isReference ? "dash" : "solid" },
-        marker: { color: COLOURS[Math.max(k, 0) % COLOURS.length], size: 7, symbol: Math.max(k, 0) % 8 },
+        line: { color: isReference ? "#777777" : colour(k), width: 1.3, dash: isReference ? "dash" : "solid" },
+        marker: { color: colour(Math.max(k, 0)), size: 7, symbol: Math.max(k, 0) % 8 },
       };
     });
   }
 
   function layout(panel) {
-    const axis = (title) => ({ title: { text: title, standoff: 6 }, gridcolor: "#e6e6e6", zeroline: false,
+    const axis = (title) => ({ title: { text: title, standoff: 6 }, gridcolor: ofPage("--grid"), zeroline: false,
                                linecolor: "#999999", ticks: "outside", ticklen: 3, automargin: true });
     const x = axis(panel.x), y = axis(panel.y);
     if (panel.log.includes("x")) { x.type = "log"; }
@@ -29,8 +32,8 @@
              title: { text: panel.title, font: { size: 14 }, x: 0, xref: "container", xanchor: "left", pad: { l: 8, b: 6 },
                       yref: "paper", y: 1, yanchor: "bottom" },
              xaxis: x, yaxis: y,
-             margin: { l: 10, r: 10, t: 60, b: 10 }, font: { size: 12, color: "#1b1f24" }, showlegend: panel.curves.length > 1,
-             legend: { orientation: "h", y: -0.22 }, paper_bgcolor: "#ffffff", plot_bgcolor: "#ffffff",
+             margin: { l: 10, r: 10, t: 60, b: 10 }, font: { size: 12, color: ofPage("--ink") }, showlegend: panel.curves.length > 1,
+             legend: { orientation: "h", yref: "container", y: 0, yanchor: "bottom" }, paper_bgcolor: ofPage("--ground"), plot_bgcolor: ofPage("--ground"),
              hovermode: "closest" };
   }
 
@@ -62,11 +65,17 @@
 
   const sizes = new ResizeObserver((entries) => entries.forEach((entry) => Plotly.Plots.resize(entry.target)));
 
+  const drawn = new Map();
+  matchMedia("screen and (prefers-color-scheme: dark)").addEventListener("change", () => {
+    drawn.forEach((panel, plot) => Plotly.react(plot, traces(panel), layout(panel)));
+  });
+
   function draw(place, panels) {
     const plots = panels.map(() => document.createElement("div"));
     place.append(...plots);
     plots.forEach((plot, k) => {
       plot.className = "plot";
+      plot.style.setProperty("--curves", panels[k].curves.length);
       plot.tabIndex = 0;
       plot.setAttribute("role", "img");
       plot.setAttribute("aria-label", panels[k].title + ": " + panels[k].curves.map((curve) => curve.name).join(", "));
@@ -76,6 +85,7 @@
       Plotly.newPlot(plot, traces(panels[k]), layout(panels[k]),
                      { displaylogo: false, modeBarButtonsToRemove: ["select2d", "lasso2d"] })
         .then(() => sizes.observe(plot));
+      drawn.set(plot, panels[k]);
     });
   }
 

@@ -22,7 +22,7 @@ def draw(diagram: CampbellDiagram) -> Figure:
         colour, _ = WHIRL_STYLES[critical.whirl]
         at = critical.speed / unit.size
         top.plot(at, at, "o", ms=3.5, color=colour)
-        points.append((at, at, f"{critical.mode}: {at:.4g}", colour))
+        points.append((at, at, f"{critical.mode}: {unit.number(critical.speed)}", colour))
     label_points(top, points)
     bottom.set_ylabel(r"damping ratio $\zeta$")
     draw_zones(bottom, [mode.damping_ratios for mode in diagram.modes], is_decrement=False)
