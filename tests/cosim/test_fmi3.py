@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shutil
 import sys
+import zipfile
 
 import numpy as np
 import pytest
@@ -118,3 +119,17 @@ def test_iterative_coupling_saves_states_of_fmi_3(run, tmp_path):
     shutil.copy(tmp_path / "system.toml", tmp_path / "again.toml")
     iterative = amb_cosim.simulate(tmp_path / "again.toml", coupling="iterative").dataset
     assert iterative["two.Float64.out[1]"].values[-1] == explicit["two.Float64.out[1]"].values[-1] == 3
+
+
+def test_results_without_an_experiment_are_those_of_the_default_one(arrays3_fmu, tmp_path):
+    """As FMUs carry them that are not this project's: a table alone, with texts in it, which are no numbers."""
+    shutil.copy(arrays3_fmu, path := tmp_path / "Arrays3.fmu")
+    with zipfile.ZipFile(path, "a") as fmu:
+        place = "extra/org.fmi-standard.fmi-ls-ref"
+        related = '<Related type="text/csv" source="out.csv" role="result"/>'
+        fmu.writestr(f"{place}/fmi-ls-manifest.xml", f"<fmiReferences>{related}</fmiReferences>")
+        rows = (f"{time},1 2 3 4 5 6,{total},a" for time, total in ((0, 0), (0.1, 91), (0.2, 90)))
+        fmu.writestr(f"{place}/out.csv", "\n".join(("time,m,sum,text", *rows)))
+    (one,) = amb_cosim.verify(path)
+    assert (one.experiment, one.n_points, one.n_values) == ("out", 3, 3 * 7)
+    assert (one.largest.variable, one.largest.time, one.largest.expected, one.largest.found) == ("sum", 0.2, 90.0, 91.0)

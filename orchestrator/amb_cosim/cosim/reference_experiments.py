@@ -2,7 +2,8 @@
 
 The manifest names files with role `experiment`; each has experiments in the format of the Modelica Association
 (github.com/modelica/ma-hs-experiments), whose times stand at `Experiment` or, of late, at its `TransientSimulation`.
-Tables are CSV with a column `time`; an array of FMI 3.0 is one column, its values apart by blanks.
+Tables are CSV with a column `time`; an array of FMI 3.0 is one column, its values apart by blanks. Where there is no
+experiment, files with role `result` are what the FMU's default experiment leads to, as in the Reference-FMUs.
 """
 
 from __future__ import annotations
@@ -53,20 +54,21 @@ def read_experiments(folder: Path) -> list[ReferenceExperiment]:
     manifest = folder / MANIFEST
     if not manifest.is_file():
         return []
-    files = [
-        _beside(manifest, related.get("source", ""), folder)
-        for related in _root(manifest).iter("Related")
-        if related.get("role", "").split("/")[0] == "experiment"
-    ]
+    related = list(_root(manifest).iter("Related"))
+
+    def named(role: str) -> list[Path]:
+        of_role = [one for one in related if one.get("role", "").split("/")[0] == role]
+        return [_beside(manifest, one.get("source", ""), folder) for one in of_role]
+
+    if not (files := named("experiment")):
+        results = [file for file in named("result") if file.suffix == ".csv"]
+        return [ReferenceExperiment(file.stem, references=_table(file)) for file in results]
     return [_experiment(one, file, folder) for file in files for one in _root(file).iter("Experiment")]
 
 
 def _experiment(one: Element, file: Path, folder: Path) -> ReferenceExperiment:
     name = one.get("name", file.stem)
-    kinds = ("SteadyState", "ParameterOptimization", "SetPointOptimization", "SensitivityAnalysis")
-    other = next(
-        (kind for kind in (*kinds, "TrajectoryOptimization", "Linearization") if one.find(kind) is not None), ""
-    )
+    other = next((kind for kind in OTHER_KINDS if one.find(kind) is not None), "")
     times = one.find("TransientSimulation")
     times = one if times is None else times
     sources = {kind: one.find(kind) for kind in ("Parameters", "Stimuli", "References")}

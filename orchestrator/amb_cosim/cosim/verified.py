@@ -22,6 +22,7 @@ from amb_cosim.cosim.reference_experiments import ReferenceExperiment, Table, re
 from amb_cosim.cosim.verification import TOLERANCE, Deviation, Verified
 
 Numbers = NDArray[np.float64]
+NO_NUMBERS = ("String", "Binary", "Clock")
 
 
 def main() -> None:
@@ -54,6 +55,7 @@ def _verified(folder: Path, one: ReferenceExperiment) -> Verified:
     unknown = sorted({*names, *one.stimuli, *one.parameters} - {*variables, "time"})
     if unknown:
         raise ValueError(f"{one.name}: the FMU has no variables {', '.join(unknown)}")
+    names = [name for name in names if variables[name].type not in NO_NUMBERS]
     said: list[str] = []
 
     def log(_: Any, __: Any, status: int, ___: Any, text: bytes) -> None:
@@ -68,7 +70,7 @@ def _verified(folder: Path, one: ReferenceExperiment) -> Verified:
             validate=False,
             start_time=one.start_time,
             stop_time=one.stop_time,
-            output_interval=one.step_size,
+            output_interval=one.step_size or _spacing(one.references["time"]),
             relative_tolerance=one.tolerance,
             start_values=parameters | start,
             input=varying,
@@ -77,7 +79,14 @@ def _verified(folder: Path, one: ReferenceExperiment) -> Verified:
         )
     except Exception as error:
         return Verified(one.name, tolerance, failure=said[-1] if said else str(error))
-    return _compared(one, tolerance, {name: np.asarray(found[name]) for name in ("time", *names)})
+    compared = {name: one.references[name] for name in ("time", *names)}
+    return _compared(one, tolerance, compared, {name: np.asarray(found[name]) for name in compared})
+
+
+def _spacing(texts: list[str]) -> float | None:
+    """Return the time between two rows (s), None where it changes or there is but one."""
+    steps = np.diff([_number(text) for text in texts])
+    return float(np.mean(steps)) if len(steps) and np.allclose(steps, steps[0], rtol=1e-6) else None
 
 
 def _inputs(stimuli: Table) -> tuple[dict[str, str], NDArray[Any] | None]:
@@ -103,15 +112,17 @@ def _number(text: str) -> float:
     return float({"true": "1", "false": "0"}.get(text.strip().lower(), text))
 
 
-def _compared(one: ReferenceExperiment, tolerance: float, found: Mapping[str, NDArray[Any]]) -> Verified:
+def _compared(
+    one: ReferenceExperiment, tolerance: float, references: Table, found: Mapping[str, NDArray[Any]]
+) -> Verified:
     """Compare results with references, those between two points of the results by a straight line between these."""
-    times = np.array([float(text) for text in one.references["time"]])
+    times = np.array([float(text) for text in references["time"]])
     points = found["time"]
     nearest = np.abs(points[:, None] - times[None, :]).argmin(axis=0)
     on_points = np.allclose(points[nearest], times, rtol=1e-9, atol=1e-12)
     largest: Deviation | None = None
     n_values = 0
-    for name, column in one.references.items():
+    for name, column in references.items():
         if name == "time":
             continue
         expected = np.array([[_number(item) for item in text.split()] for text in column])
