@@ -143,37 +143,43 @@ def test_the_command_line_saves_a_state_and_goes_on_from_it(tmp_path):
 
 
 LONG = "base = '{rub}'\nend_cycle = {cycles}\nrecord.every = 1000\n"
-CYCLES_FOR_A_KILL = 1500  # more than go by in a tenth of a second
+CYCLES_FOR_A_KILL = 500  # more than go by in a tenth of a second
 
 
 def killed_runs(folder, cycles, moments, autosave):
-    """Run a long rub, killed at moments (s) after its next automatic checkpoint; return how often it went on."""
+    """Run a long rub, killed at moments (s) after its next automatic checkpoint, where negative after its start.
+
+    Return what each process said.
+    """
     (folder / "long.toml").write_text(LONG.format(rub=RUB, cycles=cycles))
     command = [*COMMAND, "run", "long.toml", "--no-plots", "-o", "out", "--autosave", str(autosave)]
-    file, resumed = folder / "out" / "autosave.npz", 0
+    file, told = folder / "out" / "autosave.npz", []
     for moment in [*moments, None]:
         before = file.stat().st_mtime_ns if file.exists() else 0
         process = subprocess.Popen(command, cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
         if moment is not None:
-            while process.poll() is None and not (file.exists() and file.stat().st_mtime_ns > before):
+            while moment > 0.0 and process.poll() is None and not (file.exists() and file.stat().st_mtime_ns > before):
                 time.sleep(0.005)
-            time.sleep(moment)
+            time.sleep(abs(moment))
             process.kill()
-        _, errors = process.communicate(timeout=300)
-        assert process.returncode == (0 if moment is None else -signal.SIGKILL), errors
-        resumed += "the run goes on from" in errors
-    return resumed
+        told.append(process.communicate(timeout=600)[1])
+        assert process.returncode == (0 if moment is None else -signal.SIGKILL), told[-1]
+    return told
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("kills", [1, 30])
 def test_a_killed_run_goes_on_to_the_same_bits(tmp_path, kills, first_seed):
-    """Checkpoints come so fast that many a kill comes while one is written."""
-    moments = 0.1 * np.random.default_rng(first_seed).random(kills)
-    cycles = CYCLES_FOR_A_KILL * (kills + 1)
-    assert killed_runs(tmp_path, cycles, moments, 0.02) == kills
+    """Checkpoints come so fast that many a kill comes while one is written; every third comes while a run begins."""
+    random = np.random.default_rng(first_seed)
+    moments = [-random.random() if k % 3 == 2 else 0.1 * random.random() for k in range(kills)]
+    told = killed_runs(tmp_path, CYCLES_FOR_A_KILL * (kills + 1), moments, 0.02)
+    went_on = ["the run goes on from" in errors for errors in told]
+    assert not went_on[0]
+    assert all(went_on[k] for k, moment in enumerate([*moments, 0.0]) if k and moment >= 0.0), told
+    assert not any("begins anew" in errors for errors in told), told
     (tmp_path / "whole").mkdir()
-    assert killed_runs(tmp_path / "whole", cycles, [], 0) == 0
+    assert "goes on" not in killed_runs(tmp_path / "whole", CYCLES_FOR_A_KILL * (kills + 1), [], 0)[0]
     found, whole = (amb_cosim.Result.load(folder / "out").dataset for folder in (tmp_path, tmp_path / "whole"))
     assert found.sizes == whole.sizes
     assert all(found[name].values.tobytes() == whole[name].values.tobytes() for name in whole)
