@@ -32,7 +32,7 @@ TAGS = {
 }
 
 
-class Kernels(NamedTuple):
+class ModelKernels(NamedTuple):
     """What an engine is compiled from."""
 
     name: str
@@ -41,7 +41,7 @@ class Kernels(NamedTuple):
     packages: tuple[str, ...]
 
     @classmethod
-    def in_module(cls, name: str, module: str) -> Kernels:
+    def in_module(cls, name: str, module: str) -> ModelKernels:
         code = importlib.import_module(module)
         package = importlib.import_module(module.partition(".")[0])
         return cls(name, code.initialise, code.step, getattr(package, "PACKAGES", (package.__name__, "fmi_export")))
@@ -68,12 +68,12 @@ class EngineBuildHook(BuildHookInterface[Any]):
             return  # there is no native FMU for this machine
         machines = [platform for platform in platforms if platform != WASM]
         targets = list(TARGETS) if machines == list(PLATFORMS) else platforms
-        models = [Kernels.in_module(name, module) for name, module in sorted(self.config["kernels"].items())]
+        models = [ModelKernels.in_module(name, module) for name, module in sorted(self.config["kernels"].items())]
         self._stage = tempfile.TemporaryDirectory(prefix="engines-")
 
         engines, loops = Path(self._stage.name, "engines"), Path(self._stage.name, "loops")
 
-        def add(*together: Kernels) -> None:
+        def add(*together: ModelKernels) -> None:
             for platform in targets:
                 engine(together, platform).write(engines / engine_place(together, platform))
 

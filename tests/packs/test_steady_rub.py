@@ -14,7 +14,7 @@ from amb_cosim.rub.rolling import rolling
 from amb_cosim.rub.rubbing_rotor import rubbing_rotor
 from amb_cosim.rub.stability import Dynamics
 from amb_cosim.rub.synchronous_states import all_sets, states_of
-from amb_cosim.rub.trap_map import Kind, states_at, trap_map
+from amb_cosim.rub.trap_map import Regime, states_at, trap_map
 from amb_cosim.rub.whirl import whirls
 from amb_cosim.scenario.scenario import given_scenario
 from amb_cosim.scenario.simulation import prepare
@@ -105,19 +105,19 @@ def test_opposite_currents_of_the_same_size_free_nothing(rig):
 @pytest.mark.parametrize(
     ("Omega", "u", "kind"),
     [
-        (60.0, 0.020, Kind.FREE),
-        (SPEED, 0.005, Kind.FREE),
-        (SPEED, 0.025, Kind.BOTH),
-        (SPEED, 0.03125, Kind.CONTACT),
-        (140.0, 0.010, Kind.BOTH),
-        (170.0, 0.010, Kind.FREE),
-        (170.0, 0.030, Kind.WHIRL),
+        (60.0, 0.020, Regime.FREE),
+        (SPEED, 0.005, Regime.FREE),
+        (SPEED, 0.025, Regime.BOTH),
+        (SPEED, 0.03125, Regime.CONTACT),
+        (140.0, 0.010, Regime.BOTH),
+        (170.0, 0.010, Regime.FREE),
+        (170.0, 0.030, Regime.WHIRL),
     ],
 )
 def test_map_has_what_runs_of_the_rig_do(rig, Omega, u, kind):
     """Points within the areas that runs over speed and unbalance show."""
     found = trap_map(on_d1(rig, u), np.array([Omega]), np.ones(1))
-    assert found.kinds()[0, 0] == kind
+    assert found.regimes()[0, 0] == kind
 
 
 def test_without_friction_and_rotating_damping_no_slow_whirl_lasts(rig):

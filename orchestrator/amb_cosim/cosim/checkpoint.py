@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from amb_cosim.cosim.component import State
+from amb_cosim.cosim.component import FmuState
 from amb_cosim.cosim.differences import told_differences
 from amb_cosim.cosim.schedules import Array, IntArray
 from amb_files.atomic import write_atomically
@@ -55,7 +55,7 @@ class Checkpoint:
     points: IntArray
     table: Array
     since: Mapping[str, int]
-    states: Mapping[str, State]
+    states: Mapping[str, FmuState]
     warnings: Mapping[str, Sequence[str]]
 
     @property

@@ -41,7 +41,7 @@ class HeldState:
     pointer: c_void_p
 
 
-State = bytes | HeldState  # serialised, for any instance of the same FMU, or held for the one that it is of
+FmuState = bytes | HeldState  # serialised, for any instance of the same FMU, or held for the one that it is of
 
 
 class FmuComponent:
@@ -186,7 +186,7 @@ class FmuComponent:
         finally:
             self.forget(state)
 
-    def put(self, state: State, warnings: Sequence[str] = ()) -> None:
+    def put(self, state: FmuState, warnings: Sequence[str] = ()) -> None:
         """Bring the FMU into a state, held or serialised; `warnings` are what it had logged as such until then."""
         if isinstance(state, HeldState):
             self._call("SetFMUState", state.pointer)

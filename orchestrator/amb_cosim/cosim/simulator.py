@@ -14,7 +14,7 @@ from amb_cosim.cosim import compiled
 from amb_cosim.cosim.assembly import Assembly
 from amb_cosim.cosim.checkpoint import Checkpoint
 from amb_cosim.cosim.choices import Coupling, Loop
-from amb_cosim.cosim.component import FmuComponent, State
+from amb_cosim.cosim.component import FmuComponent, FmuState
 from amb_cosim.cosim.experiment import Plan
 from amb_cosim.cosim.instances import Instances
 from amb_cosim.cosim.loop_library import load_loop
@@ -147,7 +147,7 @@ class Simulator:
         """Return the state before a point that the run has come to, serialised, or held in the memory of the FMUs."""
         plan = self.plan
 
-        def state(component: FmuComponent) -> State:
+        def state(component: FmuComponent) -> FmuState:
             return component.hold() if held else component.serialise()
 
         return Checkpoint(

@@ -29,13 +29,13 @@ from amb_cosim.linear.machine import rotor_part
 from amb_cosim.results.places import ACTUATOR, PLANT
 from amb_cosim.rub.forward_loop import Complex, contact_pair, flat, with_contact_forces
 from amb_cosim.rub.rubbing_rotor import RubbingRotor
-from amb_cosim.rub.trap_map import State
+from amb_cosim.rub.trap_map import SolvedState
 from amb_cosim.rub.whirl import Whirl
 
 SMALL = 1e-6  # kg m of unbalance in the steps before, which move all and touch nothing
 
 
-def checkpoint_in(rotor: RubbingRotor, state: State | Whirl) -> Checkpoint:
+def checkpoint_in(rotor: RubbingRotor, state: SolvedState | Whirl) -> Checkpoint:
     """Return a checkpoint at cycle 0 from which the run of a rotor goes on in one of its states (1).
 
     `amb_cosim.run(..., start=checkpoint)` takes it. The unbalance is that of the rotor, until an event changes it.
@@ -93,7 +93,7 @@ def _unbalance(rotor: RubbingRotor) -> dict[str, float]:
 
 
 def _pressed(
-    rotor: RubbingRotor, state: State | Whirl, omega: float, loop: SettledLoop, part: MemoryPart, answer: Response
+    rotor: RubbingRotor, state: SolvedState | Whirl, omega: float, loop: SettledLoop, part: MemoryPart, answer: Response
 ) -> Response:
     """Return the response of the plant with contact forces that turn with omega in its forcing (1)."""
     machine, h = _machine(rotor), loop.master.step_size

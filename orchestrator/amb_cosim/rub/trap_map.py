@@ -22,7 +22,7 @@ from amb_cosim.rub.stability import Dynamics, SmallMotion
 from amb_cosim.rub.synchronous_states import States, all_sets, states_of
 
 
-class Kind(IntEnum):
+class Regime(IntEnum):
     """What a rotor can do at a speed and an unbalance."""
 
     FREE, BOTH, CONTACT, WHIRL = range(4)
@@ -76,20 +76,22 @@ class TrapMap:
     factors: Array
     states: tuple[StatesOfSet, ...]
 
-    def kinds(self) -> NDArray[np.int64]:
-        """Return the `Kind` of each point, shape (n, k)."""
+    def regimes(self) -> NDArray[np.int64]:
+        """Return the `Regime` of each point, shape (n, k)."""
         shape = len(self.speeds), len(self.factors)
         free, trapped, rests = (np.zeros(shape, dtype=bool) for _ in range(3))
         for found in self.states:
             (trapped if found.contact else free)[found.speed[found.stable], found.amount[found.stable]] = True
             if found.contact:
                 rests[found.speed[found.settles], found.amount[found.settles]] = True
-        kinds = np.where(free, np.where(trapped, Kind.BOTH, Kind.FREE), np.where(rests, Kind.CONTACT, Kind.WHIRL))
-        return np.asarray(kinds, dtype=np.int64)
+        regimes = np.where(
+            free, np.where(trapped, Regime.BOTH, Regime.FREE), np.where(rests, Regime.CONTACT, Regime.WHIRL)
+        )
+        return np.asarray(regimes, dtype=np.int64)
 
     def least_trapping(self) -> Array:
         """Return the smallest factor with which a stable state in contact exists at each speed, NaN where none has."""
-        trapped = np.isin(self.kinds(), (Kind.BOTH, Kind.CONTACT))
+        trapped = np.isin(self.regimes(), (Regime.BOTH, Regime.CONTACT))
         first = np.argmax(trapped, axis=1)
         return np.where(trapped.any(axis=1), self.factors[first], np.nan)
 
@@ -144,7 +146,7 @@ def _joined(contact: tuple[int, ...], speeds: Array, found: list[tuple[States, l
 
 
 @dataclass(frozen=True, eq=False)
-class State:
+class SolvedState:
     """One synchronous state with all that is known of it.
 
     contact
@@ -170,7 +172,7 @@ class State:
     small: SmallMotion
 
 
-def states_at(rotor: RubbingRotor, Omega: float, injected: Complex | None = None) -> list[State]:
+def states_at(rotor: RubbingRotor, Omega: float, injected: Complex | None = None) -> list[SolvedState]:
     """Return all synchronous states of a rotor at a speed (rad/s), of all sets of sites.
 
     Parameters
@@ -191,7 +193,7 @@ def states_at(rotor: RubbingRotor, Omega: float, injected: Complex | None = None
             currents = R_i @ states.force[n] + P_i @ force + S_i @ added
             N = dict(zip(names, map(float, states.N[n]), strict=True))
             found.append(
-                State(
+                SolvedState(
                     names,
                     N,
                     dict(zip(names, map(float, states.psi[n]), strict=True)),

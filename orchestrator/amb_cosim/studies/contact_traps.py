@@ -34,7 +34,7 @@ from amb_cosim.studies.trap_states import (
     SynchronousState,
     allowed_current,
     currents_of,
-    kind_of,
+    regime_of,
     rolling_contacts,
     told,
 )
@@ -225,7 +225,7 @@ def traps(
         speed=Omega,
         unbalance=amount,
         sites=machine.sites,
-        kind=KINDS[kind_of(states)],
+        kind=KINDS[regime_of(states)],
         states=states,
         own=tuple(own_whirls(machine, Omega)),
         sustained=tuple(
@@ -238,7 +238,7 @@ def traps(
         control=control_of(machine, Omega, states, demands),
         speeds=speeds,
         unbalances=factors * amount,
-        kinds=whole.kinds(),
+        kinds=whole.regimes(),
         least_trapping_over_speed=whole.least_trapping() * amount,
         curves=curves,
         orbits=_orbits(machine, curves.speeds),

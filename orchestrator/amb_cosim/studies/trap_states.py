@@ -14,14 +14,14 @@ from amb_actuator.interface import DYNAMIC
 from amb_cosim.results.places import ACTUATOR, CONTROLLER, PLANT
 from amb_cosim.rub.rolling import rolling
 from amb_cosim.rub.rubbing_rotor import RubbingRotor
-from amb_cosim.rub.trap_map import Kind, State
+from amb_cosim.rub.trap_map import Regime, SolvedState
 
 VIBRATIONS = 6  # about a state that are told, what decays least first
 KINDS = {
-    Kind.FREE: "it turns without contact, and no steady contact is stable",
-    Kind.BOTH: "it may turn without contact, or stay in contact",
-    Kind.CONTACT: "no orbit misses all sites; it comes to rest in contact",
-    Kind.WHIRL: "no orbit misses all sites, and it comes to rest in no steady contact: it rubs unsteadily",
+    Regime.FREE: "it turns without contact, and no steady contact is stable",
+    Regime.BOTH: "it may turn without contact, or stay in contact",
+    Regime.CONTACT: "no orbit misses all sites; it comes to rest in contact",
+    Regime.WHIRL: "no orbit misses all sites, and it comes to rest in no steady contact: it rubs unsteadily",
 }
 
 
@@ -156,12 +156,12 @@ class RollingContact:
         )
 
 
-def kind_of(states: tuple[SynchronousState, ...]) -> Kind:
+def regime_of(states: tuple[SynchronousState, ...]) -> Regime:
     """Return what a rotor can do that has these states."""
     free = any(not state.contact and state.stable for state in states)
     trapped = any(state.contact and state.stable for state in states)
     rests = any(state.contact and state.settles for state in states)
-    return (Kind.BOTH if trapped else Kind.FREE) if free else (Kind.CONTACT if rests else Kind.WHIRL)
+    return (Regime.BOTH if trapped else Regime.FREE) if free else (Regime.CONTACT if rests else Regime.WHIRL)
 
 
 def rolling_contacts(machine: RubbingRotor, Omega: float, valid_to: float) -> tuple[RollingContact, ...]:
@@ -182,7 +182,7 @@ def rolling_contacts(machine: RubbingRotor, Omega: float, valid_to: float) -> tu
     )
 
 
-def told(state: State, machine: RubbingRotor, Omega: float) -> SynchronousState:
+def told(state: SolvedState, machine: RubbingRotor, Omega: float) -> SynchronousState:
     """Return a state at a speed (rad/s) as it is told."""
     small = state.small
     return SynchronousState(
