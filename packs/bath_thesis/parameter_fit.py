@@ -30,7 +30,7 @@ from rich.table import Table
 from scipy.optimize import least_squares
 
 from amb_cosim.presentation.text_tables import text_table
-from bath_thesis.printed import printed
+from bath_thesis.printed import table_of
 from bath_thesis.studies.frequency_tables import MASSES
 from fmi_export.model import Array
 from rotor_analysis.checks import require
@@ -81,7 +81,7 @@ START_D2 = (0.25 * MB1, 0.75 * MB1)  # m
 START_D3 = (0.75 * MB1 + 0.25 * MB2, 0.25 * MB1 + 0.75 * MB2)
 NAMES = tuple(parameter.name for parameter in PARAMETERS)
 THESIS_FREQUENCIES: dict[MassModel, dict[str, Array]] = {
-    mass: {speed: np.array(row) for speed, row in printed("frequencies")["13_node"][mass].items()} for mass in MASSES
+    mass: {speed: np.array(row) for speed, row in table_of("frequencies")["13_node"][mass].items()} for mass in MASSES
 }
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 
-def printed(name: str) -> dict[str, Any]:
+def table_of(name: str) -> dict[str, Any]:
     """Return the tables of a file: damped natural `frequencies` (rad/s), those of a `reduction`, or H at 10 Hz."""
     tables = tomllib.loads((Path(__file__).parent / f"printed_{name}.toml").read_text(encoding="utf-8"))
     return {key: table for key, table in tables.items() if key != "source"}

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from amb_cosim import studies
-from bath_thesis.printed import printed
+from bath_thesis.printed import table_of
 from bath_thesis.studies.reduced_models import ModelReduction
 from rotor_analysis.rigid_body import rigid_body
 from rotor_analysis.rotor_file import load_rotor
@@ -19,10 +19,10 @@ def result() -> ModelReduction:
 
 def test_printed_errors_follow_from_the_printed_frequencies():
     """Table 3.4 against the 23 nodes of Table 3.1 at 90 rad/s has about the 20.44 % of section 3.4."""
-    finest = np.array(printed("frequencies")["23_node"]["consistent"]["90"])
-    coarse = np.array(printed("reduction")["6_node"]["diagonal"]["90"])
+    finest = np.array(table_of("frequencies")["23_node"]["consistent"]["90"])
+    coarse = np.array(table_of("reduction")["6_node"]["diagonal"]["90"])
     mean = 100.0 * np.mean(np.abs(coarse / finest - 1.0))
-    assert mean == pytest.approx(printed("reduction")["mean_error"]["6_node"]["diagonal"], abs=0.3)
+    assert mean == pytest.approx(table_of("reduction")["mean_error"]["6_node"]["diagonal"], abs=0.3)
 
 
 @pytest.mark.slow

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from bath_thesis.parameter_fit import NAMES, PARAMETERS, deviations, fit, fit_from_all_starts, rotor_of, values_of
-from bath_thesis.printed import printed
+from bath_thesis.printed import table_of
 from rotor_analysis.rotor_file import load_rotor
 
 THESIS = json.loads((Path(__file__).parents[1] / "reference" / "thesis.json").read_text(encoding="utf-8"))
@@ -15,7 +15,7 @@ RIG = values_of(load_rotor())
 
 
 def test_package_and_reference_hold_the_same_printed_numbers():
-    tabulated = printed("frequencies")
+    tabulated = table_of("frequencies")
     for mesh in ("13_node", "23_node"):
         assert tabulated[mesh] == THESIS["table_3_1"][mesh]
     assert tabulated["condensed"]["diagonal"]["90"] == THESIS["table_3_4"]["condensed"]

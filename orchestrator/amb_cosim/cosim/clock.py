@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from ctypes import c_bool
 
-PATIENCE = 10  # periods without a flag; a thread takes long to start where runs are short
+MOST_IDLE_PERIODS = 10  # periods without a flag; a thread takes long to start where runs are short
 
 
 class Clock:
@@ -53,6 +53,6 @@ class Clock:
                 for flag in self._flags:
                     flag.value = True
                 idle = 0 if self._flags else idle + 1
-                if idle == PATIENCE:
+                if idle == MOST_IDLE_PERIODS:
                     self._ticking = False
                     return

@@ -39,7 +39,7 @@ log = logging.getLogger(__name__)
 LONGEST_SILENCE = 300.0  # s without a step, after which the process is ended
 POLL_TIME = 0.1  # s between two looks at whether a signal has come
 CLOSE_TIME = 10.0  # s in which the FMUs have to be closed after the run, and what the process had said, to come
-PATIENCE = 0.3  # s after an interruption, until it is said what it waits for
+NOTICE_DELAY = 0.3  # s after an interruption, until it is said what it waits for
 
 PROGRESS, RECORDING, ERROR, END = range(4)  # kinds of messages
 
@@ -65,7 +65,7 @@ def run_isolated(
         while True:
             if interruption.came and not told:
                 process.terminate()
-                told, tell_at = True, time.monotonic() + PATIENCE
+                told, tell_at = True, time.monotonic() + NOTICE_DELAY
             if time.monotonic() > tell_at:
                 log.warning("waiting for a step of %s to end; a second Ctrl-C ends it at once", _who(assembly))
                 tell_at = math.inf

@@ -21,7 +21,7 @@ from amb_cosim.controllers.laws import Array, Law
 from amb_cosim.cosim.component import FmuComponent
 from amb_cosim.cosim.errors import FmuError
 from amb_cosim.cosim.fmu_interface import FmuInterface
-from amb_cosim.linear.parts import LinearPart, held, names_of
+from amb_cosim.linear.parts import LinearPart, names_of, zoh
 
 STEPS = 240  # communication steps of a response
 RANK = 1e-9  # singular value of the responses' matrix, over the largest, that is no state
@@ -138,7 +138,7 @@ def by_derivatives(
     if not np.isfinite(J).all():
         return None
     C, D = J[n:, :n], J[n:, n:]
-    Phi, Gamma = held(J[:n, :n], J[:n, n:], sample_time)
+    Phi, Gamma = zoh(J[:n, :n], J[:n, n:], sample_time)
     return Law(Phi, Gamma, C @ Phi, C @ Gamma + D, sample_time)
 
 

@@ -124,12 +124,12 @@ def sampled(part: LinearPart, sample_time: float, late: Mapping[str, float] | No
     """
     law, fractions = part.law, {name: f for name, f in (late or {}).items() if f > 0.0}
     n, m = law.B.shape
-    Phi, new = held(law.A, law.B, sample_time)
+    Phi, new = zoh(law.A, law.B, sample_time)
     kept = [part.inputs.index(name) for name in fractions]
     old = np.zeros((n, len(kept)))
     new, D = new.copy(), law.D.copy()
     for k, (j, f) in enumerate(zip(kept, fractions.values(), strict=True)):
-        before, after = held(law.A, law.B, f * sample_time), held(law.A, law.B, (1.0 - f) * sample_time)
+        before, after = zoh(law.A, law.B, f * sample_time), zoh(law.A, law.B, (1.0 - f) * sample_time)
         old[:, k] = after[0] @ before[1][:, j]
         new[:, j] = after[1][:, j]
     shown = D[:, kept].copy()
@@ -139,7 +139,7 @@ def sampled(part: LinearPart, sample_time: float, late: Mapping[str, float] | No
     return LinearPart(Law(A, B, np.hstack([law.C, shown]), D, sample_time), part.inputs, part.outputs, notes=part.notes)
 
 
-def held(A: NDArray[Any], B: NDArray[Any], time: float) -> tuple[NDArray[Any], NDArray[Any]]:
+def zoh(A: NDArray[Any], B: NDArray[Any], time: float) -> tuple[NDArray[Any], NDArray[Any]]:
     """Return Phi and Gamma of a time (s): the states after it, from those before it and from held inputs."""
     n, m = B.shape
     block = np.zeros((n + m, n + m), dtype=np.result_type(A, B))

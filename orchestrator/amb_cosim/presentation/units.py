@@ -21,7 +21,7 @@ SIZES = {  # of each unit in the SI unit of its quantity, the first; a frequency
 }
 QUANTITIES = {name: quantity for quantity, sizes in SIZES.items() for name in sizes}
 SYMBOLS = {"rad/s": r"$\Omega$ (rad/s)", "Hz": r"$\Omega/2\pi$ (Hz)", "rpm": r"$n$ (rpm)"}  # of the spin speed
-SMALL, LARGE = 1e-4, 1e3  # m, below which lengths are in um; N, from which on forces are in kN
+LENGTH_IN_UM, FORCE_IN_KN = 1e-4, 1e3  # m, below which lengths are in um; N, from which on forces are in kN
 
 _chosen: dict[str, str] = {}
 _OTHER_NAMES = {"1/min": "rpm"}  # of the same unit
@@ -113,12 +113,12 @@ def speed_unit(usual: str = "rad/s") -> ShownUnit:
 
 def length_unit(largest: float) -> ShownUnit:
     """Return the unit for lengths up to `largest` (m): um for less than 0.1 mm, or mm, unless one was chosen."""
-    return _unit("length", lambda: "um" if largest < SMALL else "mm")
+    return _unit("length", lambda: "um" if largest < LENGTH_IN_UM else "mm")
 
 
 def force_unit(largest: float) -> ShownUnit:
     """Return the unit for forces up to `largest` (N): kN from 1 kN on, or N, unless one was chosen."""
-    return _unit("force", lambda: "kN" if largest >= LARGE else "N")
+    return _unit("force", lambda: "kN" if largest >= FORCE_IN_KN else "N")
 
 
 def relabelled(label: str, *quantities: str) -> tuple[str, float]:

@@ -29,10 +29,10 @@ def is_unstable(dataset: Signals, last_contact: float | None = None) -> bool:
     begin = max(0.0, last_contact or 0.0, *(event for event in events if event <= end))
     if end - begin < MIN_CYCLES:
         return False
-    return orbit_grows(dataset, _after(cycle, begin)) or is_limited(dataset, _after(cycle, end - MIN_CYCLES))
+    return orbit_grows(dataset, _since(cycle, begin)) or is_limited(dataset, _since(cycle, end - MIN_CYCLES))
 
 
-def _after(cycle: NDArray[np.float64], begin: float) -> slice:
+def _since(cycle: NDArray[np.float64], begin: float) -> slice:
     """Return the samples after a cycle."""
     return slice(int(np.searchsorted(cycle, begin, "right")), len(cycle))
 

@@ -24,7 +24,7 @@ from amb_cosim.rub.receptances import receptances_at
 from amb_cosim.rub.rubbing_rotor import RubbingRotor
 
 NEAR, POINTS = (0.5, 2.0), 600  # frequencies that are searched, over the speed
-SMALL = 0.1  # of N, what damping and friction may ask for
+MAX_FORCE_RATIO = 0.1  # of N, what damping and friction may ask for
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,7 +55,7 @@ def own_whirls(rotor: RubbingRotor, Omega: float) -> list[OwnWhirl]:
             at, signs = list(contact), (1, *others)
             forces, q = pressed(R, contact, signs, rotor.c)
             apart = [k for k in range(len(rotor.c)) if k not in contact]
-            valid = (forces.real > 0.0) & (np.abs(forces.imag + mu[at] * forces.real) < SMALL * forces.real)
+            valid = (forces.real > 0.0) & (np.abs(forces.imag + mu[at] * forces.real) < MAX_FORCE_RATIO * forces.real)
             lasts = valid.all(axis=1) & (np.abs(q[:, apart]) < rotor.c[apart]).all(axis=1)
             ends = np.flatnonzero(np.diff(np.concatenate([[False], lasts, [False]]).astype(int)))
             for first, last in zip(ends[::2], ends[1::2] - 1, strict=True):

@@ -20,7 +20,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from amb_cosim.linear.parts import held
+from amb_cosim.linear.parts import zoh
 from amb_cosim.rub.forward_loop import Complex, ComplexLaw, ForwardLoop
 
 
@@ -104,11 +104,11 @@ def held_steps(loop: ForwardLoop) -> tuple[Complex, Complex, Complex]:
     """Return Phi, Gamma_1, Gamma_0 of x(n+1) = Phi x(n) + Gamma_1 u(n-1) + Gamma_0 u(n), currents u held (2)."""
     assert loop.sample_time is not None
     A, B = loop.plant.A, loop.plant.B[:, loop.columns[2]]
-    Phi, new = held(A, B, loop.sample_time)
+    Phi, new = zoh(A, B, loop.sample_time)
     old = np.zeros_like(new)
     for k, f in enumerate(loop.late):
         if f > 0.0:
-            before, after = held(A, B, f * loop.sample_time), held(A, B, (1.0 - f) * loop.sample_time)
+            before, after = zoh(A, B, f * loop.sample_time), zoh(A, B, (1.0 - f) * loop.sample_time)
             old[:, k], new[:, k] = (after[0] @ before[1])[:, k], after[1][:, k]
     return Phi, old, new
 

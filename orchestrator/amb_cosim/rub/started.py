@@ -32,7 +32,7 @@ from amb_cosim.rub.rubbing_rotor import RubbingRotor
 from amb_cosim.rub.trap_map import SolvedState
 from amb_cosim.rub.whirl import Whirl
 
-SMALL = 1e-6  # kg m of unbalance in the steps before, which move all and touch nothing
+PROBE_UNBALANCE = 1e-6  # kg m of unbalance in the steps before, which move all and touch nothing
 
 
 def checkpoint_in(rotor: RubbingRotor, state: SolvedState | Whirl) -> Checkpoint:
@@ -68,7 +68,7 @@ def checkpoint_in(rotor: RubbingRotor, state: SolvedState | Whirl) -> Checkpoint
         begin, master = simulator.initialise(), simulator.master
         final = np.array([at_end[name] for name in plan.inputs])
         amounts = np.array([name in at_end and name.endswith(".u") for name in plan.inputs], dtype=bool)
-        master.exogenous[:] = np.where(amounts, SMALL, final)
+        master.exogenous[:] = np.where(amounts, PROBE_UNBALANCE, final)
         master.run(begin, -2)
         master.exogenous[:] = final
         loop = loop_at(master, simulator.layout, assembly.fmus, assembly.interfaces, -2)

@@ -68,8 +68,8 @@ class _Adaptive(Submission):
                 self._thought = self._thinker.submit(self._sampler.next_points, count, pending)
         return not self._is_found
 
-    def _take(self, results: Any) -> None:
-        super()._take(results)
+    def _store_results(self, results: Any) -> None:
+        super()._store_results(results)
         self._has_news = True
         self._sampler.learn(results)
 

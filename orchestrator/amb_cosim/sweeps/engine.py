@@ -208,7 +208,7 @@ class Submission:
         """Put more points among those that wait, if there are; return whether some may come later."""
         return False
 
-    def _take(self, results: Sequence[PointResult]) -> None:
+    def _store_results(self, results: Sequence[PointResult]) -> None:
         """Take what points led to."""
         self._landed += results
         self._done += len(results)
@@ -265,7 +265,7 @@ class Submission:
         for future in [future for future in self._under_way if future.done()]:
             results += self._results(future, self._under_way.pop(future))
         if results:
-            self._take(results)
+            self._store_results(results)
 
     def _write(self) -> None:
         if self._landed:

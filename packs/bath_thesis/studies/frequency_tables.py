@@ -14,7 +14,7 @@ from amb_cosim.presentation.json_data import JsonKey, Layout
 from amb_cosim.presentation.text_tables import TextPart, text_table
 from amb_cosim.studies.inputs import Number, RotorSource, node_numbers, rotor_of, speed_range
 from amb_cosim.studies.result import DrawnResult, StudyResult
-from bath_thesis.printed import printed
+from bath_thesis.printed import table_of
 from fmi_export.model import Array
 from rotor_analysis.condensation_error import condensation_error
 from rotor_analysis.meshes import mesh_family
@@ -204,7 +204,7 @@ def _deviations(computed: dict[str, ByMassAndSpeed]) -> dict[str, ByMassAndSpeed
             for mass, rows in masses.items()
             for found in (computed[model][mass],)
         }
-        for model, masses in printed("frequencies").items()
+        for model, masses in table_of("frequencies").items()
     }
 
 

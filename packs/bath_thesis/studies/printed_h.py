@@ -8,7 +8,7 @@ from typing import Annotated
 import numpy as np
 
 from amb_cosim.presentation.text_tables import TextPart, labelled_table
-from bath_thesis.printed import printed
+from bath_thesis.printed import table_of
 from fmi_export.model import Array
 from rotor_analysis.modes import Complex
 
@@ -85,7 +85,7 @@ def compare_with_print(H: Complex, forces: tuple[str, ...]) -> PrintedH:
 
 def printed_h() -> Complex:
     """Return the printed H (N/m), shape (4, 8), with positive real and imaginary parts throughout."""
-    data = printed("h_10_hz")
+    data = table_of("h_10_hz")
     return 1e6 * (np.array(data["real"]) + 1j * np.array(data["imaginary"])).T
 
 

@@ -11,7 +11,7 @@ from amb_cosim.presentation.json_data import Layout
 from amb_cosim.presentation.text_tables import TextPart, labelled_table, number
 from amb_cosim.studies.inputs import Number, positive, speed_range
 from amb_cosim.studies.result import DrawnResult
-from bath_thesis.printed import printed
+from bath_thesis.printed import table_of
 from bath_thesis.studies.frequency_tables import COUNT, MASSES, SPEEDS
 from fmi_export.model import Array
 from rotor_analysis.assembly import Matrices
@@ -155,7 +155,7 @@ def reduction(*, up_to: Number = "500 rad/s", unbalance: Number = "0.5 g.m") -> 
         If an argument is out of range.
     """
     u, speeds = positive(unbalance, "kg.m", "unbalance"), speed_range(up_to, POINTS)[1:]
-    rotor, stated = load_rotor("bath_rig_thesis"), printed("reduction")
+    rotor, stated = load_rotor("bath_rig_thesis"), table_of("reduction")
     meshes = {f"{count}_node": mesh for count, mesh in mesh_family(rotor).items()}
     built = {model: {mass: supported_rotor(mesh, mass) for mass in MASSES} for model, mesh in meshes.items()} | {
         CONDENSED: {mass: supported_rotor(rotor, mass, rotor.masters) for mass in MASSES}
@@ -180,7 +180,7 @@ def reduction(*, up_to: Number = "500 rad/s", unbalance: Number = "0.5 g.m") -> 
         model: {mass: _beside(rows[model][mass], by_speed) for mass, by_speed in stated[model].items()}
         for model in ("19_node", COARSE)
     }
-    change = 100.0 * (beside[COARSE]["diagonal"]["90"].thesis / printed("frequencies")[FULL]["diagonal"]["90"] - 1.0)
+    change = 100.0 * (beside[COARSE]["diagonal"]["90"].thesis / table_of("frequencies")[FULL]["diagonal"]["90"] - 1.0)
     return ModelReduction(u, rotor.masters[0], speeds, models, response_errors, errors, beside, change)
 
 

@@ -24,7 +24,7 @@ from amb_cosim.results.plots.axes import (
 )
 from amb_cosim.results.series import cycles, speed, switched_on
 
-SMALL = 0.25  # share of the clearance; a smaller motion is drawn in its own size
+SMALL_MOTION = 0.25  # share of the clearance; a smaller motion is drawn in its own size
 MOST_COLUMNS = 4  # of orbits side by side
 
 # Colours of the parts of a run.
@@ -108,7 +108,7 @@ def displacement(dataset: Signals) -> Figure:
 
 def _is_small(reach: float, clearance: float) -> bool:
     """Return whether a motion is too small to be seen within its clearance, or has none."""
-    return reach < SMALL * clearance or clearance == 0.0
+    return reach < SMALL_MOTION * clearance or clearance == 0.0
 
 
 def _write(panel: Axes, text: str) -> None:
