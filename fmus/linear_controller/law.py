@@ -27,7 +27,7 @@ from fmi_export.jit import inlined_kernel
 from fmi_export.parts import clear
 from linear_controller.matrices import LawMatrices, TableRows, add_product
 from linear_controller.records import Inputs, Parameters, State, Work
-from signal_chain.demands import converted, within_converter
+from signal_chain.demands import converted, dac_of, within_converter
 
 
 @inlined_kernel
@@ -81,7 +81,7 @@ def limit(parameters: Parameters, inputs: Inputs, state: State, work: Work, is_t
         `found` as from `evaluate`; `excess` is written.
     """
     own, is_on, n = parameters.own[0], inputs.own[0].enable != 0.0, state.x.shape[0]
-    is_limited = False
+    is_limited, chain, dac = False, own.chain, dac_of(own.chain)
     for i in range(state.last.shape[0]):
         demand = parameters.demands[i]
         given = demand.offset + inputs.feedforward[i]
@@ -89,11 +89,11 @@ def limit(parameters: Parameters, inputs: Inputs, state: State, work: Work, is_t
         if is_transfer:
             state.jump[i] = state.last[i] - law if own.transfer_time > 0.0 else 0.0
         asked = law + state.jump[i] if is_on else given
-        limits = within_converter(demand.lower, demand.upper, own.chain)
+        limits = within_converter(demand.lower, demand.upper, chain, dac)
         limited = min(max(asked, limits.low), limits.high)
         is_limited = is_limited or limited != asked
         work.excess[i] = (limited - asked) / demand.gain if is_on and demand.gain != 0.0 else 0.0
-        state.last[i] = converted(limited, own.chain)
+        state.last[i] = converted(limited, chain, dac)
     return is_limited
 
 

@@ -28,7 +28,7 @@ from rolac_controller.sensor_check import suspect_sensor
 from rolac_controller.sizes import Records, sizes_of
 from rolac_controller.state import State, Work, linear_state, n_state, n_work, state_of, state_size, work_of
 from rolac_controller.synchronous import permitted_status, update_forces
-from signal_chain.demands import converted, within_converter
+from signal_chain.demands import converted, dac_of, within_converter
 from signal_chain.presets import is_on
 from signal_chain.sampling import is_due, is_too_long
 
@@ -111,7 +111,7 @@ def control(
     `sample_time` (s) is 0 at the initialisation, which integrates nothing.
     """
     own, head, theta = parameters.own[0], state.head[0], inputs.own[0].theta
-    chain, direct = own.chain, own.pid.direct
+    chain, direct, dac = own.chain, own.pid.direct, dac_of(own.chain)
     delayed = is_on(chain.preset, chain.delay) and sample_time > 0.0
     head.current_limited = 0.0
     forces_at(state.U, parameters.harmonics, theta, work.u)
@@ -123,10 +123,11 @@ def control(
             memory.displacement = displacement
         differentiate(memory, displacement, own.derivative_time, own.sample_time)
         demand = pid_current(gains, direct, memory, setpoint) + work.u[k] / gains.k_i
-        limits = within_converter(gains.i_min, gains.i_max, chain)
+        limits = within_converter(gains.i_min, gains.i_max, chain, dac)
         if not limits.low <= demand <= limits.high:
             head.current_limited = 1.0
-        current = converted(limit_and_integrate(gains, memory, setpoint, demand, limits, sample_time), chain)
+        limited = limit_and_integrate(gains, memory, setpoint, demand, limits, sample_time)
+        current = converted(limited, chain, dac)
         outputs.axes[k].current = state.currents[k] if delayed else current
         state.currents[k] = current
     outputs.own[0].current_limited = head.current_limited

@@ -3,20 +3,27 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 from fmi_export.jit import kernel
 
 
-@kernel
-def resolution(bits: float, reach: float) -> float:
-    """Return the least significant bit (V) of a converter of -reach to reach volts."""
-    return 2.0 * reach / 2.0**bits
+class Converter(NamedTuple):
+    """Least significant bit (V) of a converter, and how many levels it has below zero, one less above."""
+
+    step: float
+    half: float
 
 
 @kernel
-def quantised(volts: float, bits: float, reach: float) -> float:
-    """Return the nearest of the 2^bits levels -reach, .., reach - 1 bit (V)."""
-    step = resolution(bits, reach)
-    half = 2.0 ** (bits - 1.0)
+def converter_of(bits: float, reach: float) -> Converter:
+    """Return the converter of 2^bits levels from -reach to reach - 1 bit (V)."""
+    return Converter(2.0 * reach / 2.0**bits, 2.0 ** (bits - 1.0))
+
+
+@kernel
+def quantised(volts: float, converter: Converter) -> float:
+    """Return the nearest level of a converter (V)."""
+    step, half = converter
     level = min(max(volts / step, -half), half - 1.0)
     return math.floor(level + 0.5) * step

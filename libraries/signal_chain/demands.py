@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fmi_export.jit import kernel
-from signal_chain.converters import quantised, resolution
+from signal_chain.converters import Converter, converter_of, quantised
 from signal_chain.presets import is_on
 
 
@@ -19,19 +19,27 @@ class Limits(NamedTuple):
 
 
 @kernel
-def within_converter(low: float, high: float, chain: np.record) -> Limits:
-    """Return the limits of a demand: its own, and those of the DAC where that is on."""
+def dac_of(chain: np.record) -> Converter:
+    """Return the DAC, whose step is 0 where it is off; one serves all demands of a sample."""
     if not is_on(chain.preset, chain.dac):
+        return Converter(0.0, 0.0)
+    return converter_of(chain.dac_bits, chain.dac_range)
+
+
+@kernel
+def within_converter(low: float, high: float, chain: np.record, dac: Converter) -> Limits:
+    """Return the limits of a demand: its own, and those of the DAC where that is on."""
+    if dac.step == 0.0:
         return Limits(low, high)
     lowest = -chain.amplifier_gain * chain.dac_range
-    highest = chain.amplifier_gain * (chain.dac_range - resolution(chain.dac_bits, chain.dac_range))
+    highest = chain.amplifier_gain * (chain.dac_range - dac.step)
     return Limits(max(low, lowest), min(high, highest))
 
 
 @kernel
-def converted(demand: float, chain: np.record) -> float:
+def converted(demand: float, chain: np.record, dac: Converter) -> float:
     """Return the demand that the amplifier gets: the nearest level of the DAC where that is on."""
-    if not is_on(chain.preset, chain.dac):
+    if dac.step == 0.0:
         return demand
-    shown: float = chain.amplifier_gain * quantised(demand / chain.amplifier_gain, chain.dac_bits, chain.dac_range)
+    shown: float = chain.amplifier_gain * quantised(demand / chain.amplifier_gain, dac)
     return shown

@@ -16,7 +16,7 @@ from fmi_export.jit import inlined_kernel, views
 from fmi_export.model import Array
 from fmi_export.parts import part
 from fmi_export.records import record, size_of
-from signal_chain.converters import quantised
+from signal_chain.converters import converter_of, quantised
 from signal_chain.lowpass import FILTER, coefficients, filter_sample, start_at_rest
 from signal_chain.noise import STREAM, normal_pair, start_stream
 from signal_chain.presets import is_on
@@ -99,8 +99,9 @@ def read(own: np.record, faults: Records, memory: SensorMemory, started: bool, s
             start_at_rest(sensor.filter, shown)
     beyond_range = False
     if is_on(chain.preset, chain.adc):
+        adc = converter_of(chain.adc_bits, chain.adc_range)
         for s in range(signals.shape[0]):
             volts = chain.sensitivity * signals[s]
             beyond_range = beyond_range or abs(volts) > chain.adc_range
-            signals[s] = quantised(volts, chain.adc_bits, chain.adc_range) / chain.sensitivity
+            signals[s] = quantised(volts, adc) / chain.sensitivity
     return beyond_range

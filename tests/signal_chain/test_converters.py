@@ -7,30 +7,32 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from signal_chain.converters import quantised, resolution
+from signal_chain.converters import converter_of, quantised
 
 
 def test_sixteen_bits_over_ten_volts_either_way_are_steps_of_0_305_mv():
-    assert resolution(16.0, 10.0) == pytest.approx(20.0 / 65536.0, rel=1e-15)
-    assert resolution(14.0, 10.0) == pytest.approx(1.2207e-3, rel=1e-4)
+    assert converter_of(16.0, 10.0).step == pytest.approx(20.0 / 65536.0, rel=1e-15)
+    assert converter_of(14.0, 10.0).step == pytest.approx(1.2207e-3, rel=1e-4)
 
 
 @given(st.floats(-10.0, 9.9), st.integers(8, 24))
 def test_level_is_the_nearest_one(volts, bits):
-    step = resolution(float(bits), 10.0)
-    level = quantised(volts, float(bits), 10.0)
-    assert abs(level - volts) <= step * (0.5 + 1e-9)
-    assert level / step == round(level / step)
+    converter = converter_of(float(bits), 10.0)
+    level = quantised(volts, converter)
+    assert abs(level - volts) <= converter.step * (0.5 + 1e-9)
+    assert level / converter.step == round(level / converter.step)
 
 
 @pytest.mark.parametrize("volts", [10.0, 11.0, 1e300])
 def test_range_ends_a_bit_below_its_top(volts):
-    assert quantised(volts, 16.0, 10.0) == 10.0 - 20.0 / 65536.0
-    assert quantised(-volts, 16.0, 10.0) == -10.0
+    converter = converter_of(16.0, 10.0)
+    assert quantised(volts, converter) == 10.0 - 20.0 / 65536.0
+    assert quantised(-volts, converter) == -10.0
 
 
 def test_error_of_a_vibration_has_the_deviation_of_a_uniform_one():
     x = 3.0 * np.cos(np.arange(100_000) * 0.7391)
-    error = np.array([quantised(v, 12.0, 10.0) for v in x]) - x
-    assert error.std() == pytest.approx(resolution(12.0, 10.0) / np.sqrt(12.0), rel=0.01)
-    assert abs(error.mean()) < 0.01 * resolution(12.0, 10.0)
+    converter = converter_of(12.0, 10.0)
+    error = np.array([quantised(v, converter) for v in x]) - x
+    assert error.std() == pytest.approx(converter.step / np.sqrt(12.0), rel=0.01)
+    assert abs(error.mean()) < 0.01 * converter.step
