@@ -3,7 +3,9 @@
 Tests say what they run by a marker, which this turns into lines of a JSON file: the outcome is that of the test, the
 version that of the distribution or program that is installed.
 
-    @pytest.mark.host("libcosim", "libcosimpy", fmus="the three", what="equal to the last bit")
+    @pytest.mark.host("a host in C under wine", "wine", platform="Windows x86_64", fmus="a probe", what="its data")
+
+`host_marks.py` in tests/support has the mark of the tools that are distributions of Python.
 """
 
 from __future__ import annotations

@@ -9,6 +9,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from host_marks import in_host
 
 import amb_cosim
 from amb_cosim.commands.cli import main
@@ -101,7 +102,7 @@ def test_a_model_that_cannot_start_so_carries_no_experiment(lag, native):
     assert experiment_files(replace(lag, name="no_engine"), np.zeros(1)) == {}
 
 
-@pytest.mark.host("FMPy", "fmpy", fmus="a probe, FMI 2.0, 3.0, both flavours", what="its experiment, to the last bit")
+@in_host("FMPy", "a probe, FMI 2.0, 3.0, both flavours", "its experiment, to the last bit")
 @pytest.mark.parametrize("flavour", ["native", "native 3", "python"])
 def test_each_flavour_verifies_itself_to_the_last_bit(native, moving, flavour, tmp_path):
     whole = native(moving)
@@ -210,7 +211,7 @@ def test_an_fmu_that_crashes_ends_its_own_process_alone(native, moving, changed,
 
 
 @pytest.mark.slow
-@pytest.mark.host("FMPy", "fmpy", fmus="each, FMI 2.0 and 3.0", what="its experiment, to the last bit")
+@in_host("FMPy", "each, FMI 2.0 and 3.0", "its experiment, to the last bit")
 def test_every_model_verifies_itself_to_the_last_bit(tmp_path):
     for fmi in (2, 3):
         for path in [*amb_cosim.build(tmp_path, fmi=fmi), amb_cosim.build_assembled(tmp_path, fmi=fmi)]:

@@ -9,6 +9,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+from host_marks import in_host
 from raw import Library, Library3
 
 from fmi_export.building.native.compiler import host_platform
@@ -137,7 +138,7 @@ def test_the_fmus_from_their_c_code_give_the_bits_of_the_shipped_ones(with_sourc
 
 
 @pytest.mark.slow
-@pytest.mark.host("FMPy", "fmpy", fmus="a lag, from its C code", what="builds the library and runs it")
+@in_host("FMPy", "a lag, from its C code", "builds the library and runs it")
 @pytest.mark.skipif(not shutil.which("cmake"), reason="needs cmake")
 @needs_gcc
 @pytest.mark.parametrize("fmi", [2, 3])
@@ -165,6 +166,13 @@ def linked_statically(command, folder, target):
 
 
 @pytest.mark.slow
+@pytest.mark.host(
+    "a host in C under qemu",
+    "qemu-riscv64",
+    platform="Linux riscv64",
+    fmus="a lag, from its C code",
+    what="within 1e-14",
+)
 @pytest.mark.skipif(not shutil.which("qemu-riscv64") or host_platform() != "linux64", reason="needs qemu-riscv64")
 @needs_gcc
 def test_on_risc_v_the_c_code_gives_the_numbers_of_this_machine(with_sources, lag, tmp_path):

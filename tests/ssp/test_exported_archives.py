@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import tempfile
 import zipfile
-from importlib.util import find_spec
 from pathlib import Path
 
 import fmpy.ssp
@@ -13,6 +12,7 @@ import tools
 import xmlschema
 from click.testing import CliRunner
 from fmpy.ssp.ssd import read_ssd
+from host_marks import in_host
 from lxml import etree
 from slow import slow_but_first
 
@@ -218,13 +218,7 @@ def test_the_python_flavour_is_the_same_run(run_python, run_once, archive):
 
 
 @pytest.mark.slow
-@pytest.mark.host(
-    "libcosim",
-    "libcosimpy",
-    fmus="SSP archive",
-    what="this master's run, to the last bit",
-)
-@pytest.mark.skipif(find_spec("libcosimpy") is None, reason="libcosimpy is not installed (extra: peers)")
+@in_host("libcosim", "SSP archive")
 def test_libcosim_runs_the_archive_to_the_same_bits(run_python, run_once, jacobi):
     ours = run_once(tools.with_this_project, scenario=JACOBI, nanoseconds=True)
     outputs = [name for name in ours if "." in name and not name.endswith(("d1.u", "rolac_enable"))]
@@ -237,7 +231,7 @@ def test_libcosim_runs_the_archive_to_the_same_bits(run_python, run_once, jacobi
 
 
 @pytest.mark.slow
-@pytest.mark.host("FMPy", "fmpy", fmus="SSP archive", what="this master's run, to the last bit")
+@in_host("FMPy", "SSP archive")
 def test_fmpy_runs_the_archive_to_the_same_bits(run_python, run_once, archive):
     """It ignores the bindings, and begins with inputs of zero, which is right where forces are held."""
     path, ours = archive("held", HELD), run_once(tools.with_this_project, scenario=HELD)
@@ -249,8 +243,7 @@ def test_fmpy_runs_the_archive_to_the_same_bits(run_python, run_once, archive):
 
 
 @pytest.mark.slow
-@pytest.mark.host("ecos", "ecospy", fmus="SSP archive", what="this master's run, to the last bit")
-@pytest.mark.skipif(find_spec("ecospy") is None, reason="ecospy is not installed (extra: peers)")
+@in_host("ecos", "SSP archive")
 def test_ecos_runs_the_archive_to_the_same_bits(run_python, run_once, jacobi):
     ours = run_once(tools.with_this_project, scenario=JACOBI)
     outputs = [name for name in ours if "." in name and not name.endswith(("d1.u", "rolac_enable"))]
@@ -265,8 +258,8 @@ def under_linear_controller(archive, file):
 
 
 @pytest.mark.slow
+@in_host("libcosim", "SSP archive with a controller of a file")
 @pytest.mark.parametrize("file", LINEAR)
-@pytest.mark.skipif(find_spec("libcosimpy") is None, reason="libcosimpy is not installed (extra: peers)")
 def test_libcosim_runs_a_linear_controller_to_the_same_bits(run_python, run_once, archive, file):
     scenario, path = under_linear_controller(archive, file)
     ours = run_once(tools.with_this_project, scenario=scenario, nanoseconds=True)
@@ -279,8 +272,8 @@ def test_libcosim_runs_a_linear_controller_to_the_same_bits(run_python, run_once
 
 
 @pytest.mark.slow
+@in_host("ecos", "SSP archive with a controller of a file")
 @pytest.mark.parametrize("file", LINEAR)
-@pytest.mark.skipif(find_spec("ecospy") is None, reason="ecospy is not installed (extra: peers)")
 def test_ecos_runs_a_linear_controller_to_the_same_bits(run_python, run_once, archive, file):
     scenario, path = under_linear_controller(archive, file)
     ours = run_once(tools.with_this_project, scenario=scenario)

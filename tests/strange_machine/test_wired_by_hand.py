@@ -9,6 +9,7 @@ import fmpy
 import pytest
 from click.testing import CliRunner
 from fmpy.fmi2 import FMU2Slave
+from host_marks import in_host
 from strange_machine import LEVITATION, SYSTEM
 
 import amb_cosim
@@ -78,12 +79,7 @@ def files(tmp_path_factory):
     return amb_cosim.build(tmp_path_factory.mktemp("by_hand"), scenario=SCENARIO)
 
 
-@pytest.mark.host(
-    "FMPy",
-    "fmpy",
-    fmus="three of a scenario, wired by hand",
-    what="this master's run, to the last bit",
-)
+@in_host("FMPy", "three of a scenario, wired by hand")
 def test_components_wired_by_hand_give_the_orchestrators_run_to_the_last_bit(files, tmp_path):
     ours = amb_cosim.run(SCENARIO, progress=False)
     prepared = prepare(SCENARIO)

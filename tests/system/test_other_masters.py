@@ -22,13 +22,13 @@ import re
 import subprocess
 import sys
 from collections.abc import Callable
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 import peers
 import pytest
 from fmpy.validation import validate_fmu
+from host_marks import in_host
 from slow import slow_but_first
 
 from amb_cosim.cosim.fmus import ensure_built
@@ -63,10 +63,6 @@ CASES = {
 }
 
 Reference = Callable[..., dict[str, Any]]
-
-
-def needs(package: str) -> pytest.MarkDecorator:
-    return pytest.mark.skipif(find_spec(package) is None, reason=f"{package} is not installed (extra: peers)")
 
 
 @pytest.fixture(scope="module")
@@ -113,13 +109,7 @@ def test_jacobi_and_gauss_seidel_order_differ(case: str, reference: Reference) -
 
 
 @pytest.mark.slow
-@pytest.mark.host(
-    "libcosim",
-    "libcosimpy",
-    fmus="the three",
-    what="this master's run, to the last bit",
-)
-@needs("libcosimpy")
+@in_host("libcosim", "the three")
 @pytest.mark.parametrize("step", [250, pytest.param(125, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("case", CASES)
 def test_libcosim_gives_the_same(case: str, step: float, reference: Reference) -> None:
@@ -132,8 +122,7 @@ def test_libcosim_gives_the_same(case: str, step: float, reference: Reference) -
     assert max(rounded.values()) < 1e-11
 
 
-@pytest.mark.host("ecos", "ecospy", fmus="the three", what="this master's run, to the last bit")
-@needs("ecospy")
+@in_host("ecos", "the three")
 @pytest.mark.parametrize("case", CASES)
 def test_ecos_gives_the_same(case: str, reference: Reference) -> None:
     ours = reference(case, "jacobi")
@@ -142,13 +131,7 @@ def test_ecos_gives_the_same(case: str, reference: Reference) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.host(
-    "fmucontainer",
-    "fmu-manipulation-toolbox",
-    fmus="the three in one",
-    what="this master's run, to the last bit",
-)
-@needs("fmu_manipulation_toolbox")
+@in_host("fmucontainer", "the three in one")
 @pytest.mark.parametrize("coupling", ["gauss_seidel", "jacobi"])
 @pytest.mark.parametrize("case", CASES)
 def test_the_three_in_one_container_give_the_same(
@@ -161,15 +144,14 @@ def test_the_three_in_one_container_give_the_same(
 
 
 @pytest.mark.slow
-@pytest.mark.host("fmutool", "fmu-manipulation-toolbox", fmus="each", what="no fault in the FMU")
-@pytest.mark.host("FMPy", "fmpy", fmus="each", what="no fault in the FMU")
+@in_host("fmutool", "each", "no fault in the FMU")
+@in_host("FMPy", "each", "no fault in the FMU")
 @pytest.mark.parametrize("flavour", slow_but_first(["native", "python"]))
 @pytest.mark.parametrize("name", ["rotor_contact", "amb_actuator", "rolac_controller", "levitated_rotor"])
 def test_fmutool_and_fmpy_find_no_fault_in_the_fmu(name: str, flavour: Any, tmp_path: Path) -> None:
     """Schema, names, causality against variability, initial and start, model structure."""
     fmu = ensure_built(name, flavour).path
     assert validate_fmu(str(fmu)) == []
-    pytest.importorskip("fmu_manipulation_toolbox", reason="fmutool is not installed (extra: peers)")
     command = [sys.executable, "-m", "fmu_manipulation_toolbox.cli.fmutool", "-input", str(fmu), "-check"]
     check = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=60, check=False)
     said = check.stdout + check.stderr
