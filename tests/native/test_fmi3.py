@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from raw import ERROR, OK, Library3
 
+from amb_cosim.cosim.fmu_description import read_interface
 from fmi_export.building.arrays import lengths, slots
 from fmi_export.building.description3 import model_description3
 from fmi_export.building.native.package import build_native_fmu, native_guid
@@ -206,18 +207,16 @@ def test_the_arrays_of_the_rig_are_its_sensors_and_receptance():
     }
 
 
-def test_elements_of_arrays_are_annotated_with_their_names_in_fmi_2(tmp_path, matrix):
-    from xml.etree import ElementTree
-
-    from amb_cosim.cosim.fmu_description import read_interface
-
-    root = model_description3(matrix, "{}", "a tool", "1")
-    (tmp_path / "modelDescription.xml").write_bytes(ElementTree.tostring(root))
-    ports = read_interface(tmp_path, "matrix").ports
-    table = matrix.interface.variables
-    assert [(p.name, p.description, p.position) for p in ports.values()] == [
-        (v.name, v.description, k) for k, v in enumerate(table)
-    ]
+def test_warnings_and_names_of_elements_stand_beside_a_description_without_annotations(unpacked, lag, matrix):
+    """FMI Library calls the element Annotation of FMI 3.0 unknown."""
+    for model in (lag, matrix):
+        folder = unpacked(model, None, None, 3)
+        assert b"Annotation" not in (folder / "modelDescription.xml").read_bytes()
+        ports = read_interface(folder, model.name).ports
+        assert [(p.name, p.description, p.warning, p.position) for p in ports.values()] == [
+            (v.name, v.description, v.warning, k) for k, v in enumerate(model.interface.variables)
+        ]
+    assert any(v.warning for v in lag.interface.variables)
 
 
 def test_an_output_array_depends_on_what_its_elements_depend_on(matrix):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from xml.etree.ElementTree import Element, SubElement
 
 from fmi_export.building.arrays import Slot, slots
@@ -10,14 +11,14 @@ from fmi_export.interface import Interface
 from fmi_export.model import Model
 from fmi_export.variables import TOOL
 
+NOTES = f"extra/{TOOL}/variables.json"
 TYPES = {"Real": "Float64", "Integer": "Int32", "Boolean": "Boolean"}
 
 
 def model_description3(model: Model, token: str, tool: str, version: str) -> Element:
     """Return the root element of the FMI 3.0 co-simulation description of `model`; `token` is the instantiation token.
 
-    Value references are those of FMI 2.0. Arrays are as `arrays` finds them, annotated with names and descriptions that
-    their elements have in FMI 2.0; `time`, which FMI 3.0 asks for, follows
+    Value references are those of FMI 2.0. Arrays are as `arrays` finds them; `time`, which FMI 3.0 asks for, follows
     the last variable.
     """
     root = Element("fmiModelDescription", fmiVersion="3.0", instantiationToken=token)
@@ -42,6 +43,20 @@ def model_description3(model: Model, token: str, tool: str, version: str) -> Ele
     return root
 
 
+def variable_notes(table: Interface) -> bytes:
+    """Return the file `NOTES`: warnings, and names and descriptions that elements of arrays have in FMI 2.0, by name.
+
+    Annotations of variables would say so too, but FMI Library calls those of FMI 3.0 unknown.
+    """
+    found: dict[str, dict[str, object]] = {}
+    for slot in slots(table):
+        if sentence := slot.variables[0].warning:
+            found.setdefault(slot.name, {})["warning"] = sentence
+        if slot.shape:
+            found.setdefault(slot.name, {})["elements"] = [[one.name, one.description] for one in slot.variables]
+    return json.dumps(found, indent=1).encode()
+
+
 def _enumeration(types: Element, name: str) -> Element:
     return SubElement(types, "EnumerationType", name=name)
 
@@ -52,12 +67,6 @@ def _variable(slot: Slot) -> Element:
     if v.causality != "output":
         attributes["start"] = " ".join(one.literal(one.start) for one in slot.variables)
     element = Element("Enumeration" if v.enumeration else TYPES[v.type], attributes | range_of(v))
-    if v.warning or slot.shape:
-        annotation = SubElement(SubElement(element, "Annotations"), "Annotation", type=TOOL)
-        if v.warning:
-            SubElement(annotation, "Warning", sentence=v.warning)
-        for one in slot.variables if slot.shape else ():
-            SubElement(annotation, "Element", name=one.name, description=one.description)
     for size in slot.shape:
         SubElement(element, "Dimension", start=str(size))
     return element

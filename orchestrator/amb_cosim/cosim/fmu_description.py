@@ -8,6 +8,7 @@ here too. Of an array whose size is a parameter there are as many as by the star
 from __future__ import annotations
 
 import itertools
+import json
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -29,6 +30,8 @@ _TYPES = {
     **{f"{sign}Int{bits}": "Integer" for sign in ("", "U") for bits in (8, 16, 32, 64)},
     "Boolean": "Boolean",
 }
+
+NOTES = f"extra/{TOOL}/variables.json"  # as description3.py has it, whose import loads a compiler
 
 # Limits of types that hold less than an Integer of FMI 2.0 does, or other numbers.
 _LIMITS = {
@@ -125,17 +128,16 @@ def _states(description: Any) -> tuple[tuple[str, str], ...]:
 
 
 def _notes(folder: Path) -> dict[str, _Notes]:
-    """Return what variables are annotated with by this project's export, which fmpy leaves out."""
+    """Return what this project's export says of variables besides: in annotations of FMI 2.0, in a file of FMI 3.0."""
+    if (file := folder / NOTES).is_file():
+        said = json.loads(file.read_bytes())
+        return {v: _Notes(s.get("warning", ""), tuple(map(tuple, s.get("elements", ())))) for v, s in said.items()}
     content = (folder / "modelDescription.xml").read_bytes()
     found = {}
-    for variable in ElementTree.fromstring(content).iterfind("ModelVariables/*[Annotations]"):
-        for kind in (f"Annotations/Tool[@name='{TOOL}']", f"Annotations/Annotation[@type='{TOOL}']"):
-            note = variable.find(kind)
-            if note is not None:
-                warning = note.find("Warning")
-                elements = tuple((e.get("name", ""), e.get("description", "")) for e in note.iterfind("Element"))
-                said = "" if warning is None else warning.get("sentence", "")
-                found[variable.get("name", "")] = _Notes(said, elements)
+    for variable in ElementTree.fromstring(content).iterfind("ModelVariables/ScalarVariable[Annotations]"):
+        warning = variable.find(f"Annotations/Tool[@name='{TOOL}']/Warning")
+        if warning is not None:
+            found[variable.get("name", "")] = _Notes(warning.get("sentence", ""))
     return found
 
 

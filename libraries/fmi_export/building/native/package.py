@@ -11,7 +11,7 @@ from typing import Literal
 from amb_files.archive import write_archive
 from fmi_export.building.arrays import without_arrays
 from fmi_export.building.description import model_description, xml_file
-from fmi_export.building.description3 import model_description3
+from fmi_export.building.description3 import NOTES, model_description3, variable_notes
 from fmi_export.building.documentation import documentation
 from fmi_export.building.experiment import experiment_files
 from fmi_export.building.identity import guid_of
@@ -75,6 +75,7 @@ def build_native_fmu(
             content[f"binaries/{place}/{model.name}{TARGETS[platform][0]}"] = one.library
     content |= {ICON3 if fmi == 3 and name == ICON else name: file for name, file in documentation(model).items()}
     content["resources/layout.json"] = json.dumps(dict(model.layout), indent=1).encode()
+    content |= {NOTES: variable_notes(model.interface)} if fmi == 3 else {}
     content |= linear_state_file(model, constants)
     content |= experiment_files(model, constants, by_slot=fmi == 3)
     folder.mkdir(parents=True, exist_ok=True)
