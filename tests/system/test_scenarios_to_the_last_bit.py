@@ -81,7 +81,7 @@ def test_points_that_share_a_past_have_the_bits_of_a_scenario(name, flavour):
     if event.cycle is not None:
         points = [{f"{label}.cycle": event.cycle + late} for late in (0.0, 0.5)]
     else:
-        points = [{f"{label}.time": late * scenario.period} for late in (1.0, 1.5)]
+        points = [{f"{label}.time": late * scenario.period} for late in (0.5, 1.0)]
     found, shared = [], []
     for labels in ((), (label,)):
         task = Task(scenario, until=FEW_CYCLES * scenario.period, flavour=flavour, metrics=(bits,), labels=labels)
@@ -91,6 +91,7 @@ def test_points_that_share_a_past_have_the_bits_of_a_scenario(name, flavour):
         shared.append([result.metrics.get("shared", 0.0) for result in results])
         found.append([(result.outcome, result.reason, result.metrics.get("bits")) for result in results])
     assert found[0] == found[1]
+    assert None not in (found[0][0][2], found[0][1][2]), found
     assert found[0][0][2] != found[0][1][2], "the points differ"
     assert shared[0] == [0.0, 0.0]
     assert shared[1][0] == 0.0 < shared[1][1]
