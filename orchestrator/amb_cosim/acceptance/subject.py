@@ -62,7 +62,8 @@ class Subject:
     def stages_left_out(self) -> tuple[str, ...]:
         """Parts with stages that are not in co-simulation, because the plant has no plane there.
 
-        More planes would add modes far above those that the reduction of the rotor file keeps, which nothing damps.
+        More planes would add modes far above those that the reduction of the rotor file keeps: nothing damps them, and
+        sampled control may drive them.
         """
         planes = reduced_rotor(self.rotor).model.translations
         return tuple(stage.at for stage in self.file.stages if self.node_of(stage.at) not in planes)

@@ -3,33 +3,28 @@
 from __future__ import annotations
 
 import math
-import tempfile
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
-from pathlib import Path
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import tomli_w
 
 from amb_cosim.acceptance.findings import Measured, PartResult, PartTable
+from amb_cosim.acceptance.finer import kept_modes, with_modes
 from amb_cosim.acceptance.runs import FRICTION, clearance_used, simulate, switched_off, unbalance_inputs, worst_case
 from amb_cosim.acceptance.subject import Subject, rpm
 from amb_cosim.assessment.panels import Panel, curve
 from amb_cosim.results.places import PLANT
 from amb_cosim.results.result import Result
 from amb_cosim.results.touchdown import STANDSTILL, Retainer, Touchdown
-from amb_files.toml import read_toml
 from fmi_export.model import Array
-from rotor_analysis.packaged_rotors import rotor_path
-from rotor_analysis.reduced_rotor import reduced_rotor
-from rotor_analysis.rotor_file import load_rotor
 
 TITLE = "Way to rest after a landing"
 LONGEST, MOST_STEPS = 40.0, 1_000_000  # s, and steps, after which a landing is not followed any more
 RECORDS = 50_000
 STOPPED = 0.9 * STANDSTILL  # of the first speed, at which the run ends
 CONVERGENCE = 0.2  # s, over which forces are compared with those of more modes
+FEWEST = 4  # modes of the finer rotor
 ROUNDING = 1e-9  # of the speed, by which it may differ without being lost
 
 
@@ -177,21 +172,11 @@ def _convergence(
     subject: Subject, Omega: float, inputs: Mapping[str, float], lost: Mapping[str, Any]
 ) -> list[Measured]:
     """Return by how much the largest averaged force changes with twice the modes; nothing where there are no more."""
-    source = rotor_path(subject.prepared.scenario.rotor)
-    rotor = load_rotor(source)
-    model = reduced_rotor(rotor).model
-    planes = len(model.translations)
-    kept, inner = model.size // 2 - planes, 2 * len(rotor.shaft.nodes) - planes
-    more = min(2 * kept or planes, inner)
-    if rotor.reduction.method == "none" or more <= kept:
+    kept, most = kept_modes(subject)
+    more = min(max(2 * kept, FEWEST), most)
+    if subject.rotor.reduction.method == "none" or more <= kept:
         return []
-    content = read_toml(source, "rotor file")
-    masters = {key: value for key, value in content.get("reduction", {}).items() if key == "masters"}
-    content["reduction"] = masters | {"method": "craig_bampton", "modes": more}
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / f"{rotor.name}.toml"
-        path.write_text(tomli_w.dumps(content), encoding="utf-8")
-        finer = replace(subject, file=subject.file.model_copy(update={"rotor": str(path)}))
+    with with_modes(subject, more) as finer:
         forces = [_largest(simulate(one, Omega, inputs, end_time=CONVERGENCE, **lost)) for one in (subject, finer)]
     change = 100.0 * abs(forces[1] / forces[0] - 1.0)
     note = (
