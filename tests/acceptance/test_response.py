@@ -9,6 +9,7 @@ from ross_numbers import REFERENCE, complex_numbers
 
 from amb_cosim.acceptance.coefficients import WHIRL
 from amb_cosim.acceptance.critical_speeds import antinodes, critical_speeds, lobe_masses
+from amb_cosim.acceptance.parts.free_modes import _pair_text
 from amb_cosim.acceptance.response import dynamic_stiffness, peaks_of, separation_margin, unbalance_vector
 from amb_files.toml import validate
 from rotor_analysis.assembly import assemble
@@ -115,3 +116,12 @@ def test_response_in_bearings_over_frequency_is_that_of_ross(name):
         found = np.linalg.solve(dynamic_stiffness(free, forces, Omega), Omega**2 * load)[rows][seen]
         theirs = complex_numbers(expected["response"][k])
         np.testing.assert_allclose(found, theirs, atol=EXACT * np.abs(theirs).max())
+
+
+@pytest.mark.parametrize(
+    ("magnet", "sensor", "text"),
+    [(0, 1, "+1.00, +0.40"), (0, 3, "+1.00, -0.60: non-collocated"), (0, 2, "+1.00, +0.01: at a node")],
+)
+def test_a_node_between_magnet_and_sensor_is_told(magnet, sensor, text):
+    shape = np.array([1.0, 0.4, 0.01, -0.6])
+    assert _pair_text(shape, magnet + 1, sensor + 1) == text
