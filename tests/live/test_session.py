@@ -44,7 +44,7 @@ def test_bad_values_are_refused_in_the_words_of_the_fmu(session):
     assert "rotor_contact.d9.f_x cannot be set" in said[4]
     assert "rb1.clearance = -1 m is not allowed; it must be >= 1e-06 and <= 0.1 m" in said[5]
     assert "there is no parameter and no free input rotor_contact.nonsense" in said[6]
-    assert answers.of("deed")[-1]["deed"] == {"settings": {}, "changes": []}
+    assert answers.of("userChanges")[-1]["userChanges"] == {"settings": {}, "changes": []}
 
 
 def test_what_was_refused_leaves_no_trace(session):
@@ -75,7 +75,9 @@ def test_going_back_forgets_or_keeps_what_came_after(session):
 
 def test_a_change_takes_effect_where_it_is_made_and_is_recorded(session):
     answers = session("fig4_9", WATCHED, run(0.05), {"type": "set", "values": {UNBALANCE: 0.002}}, run(0.06))
-    assert answers.of("deed")[-1]["deed"]["changes"] == [{"point": 200, "time": 0.05, "values": {UNBALANCE: 0.002}}]
+    assert answers.of("userChanges")[-1]["userChanges"]["changes"] == [
+        {"point": 200, "time": 0.05, "values": {UNBALANCE: 0.002}}
+    ]
     assert list(answers.rows[199:202, 0]) == pytest.approx([0.04975, 0.05, 0.05025])
     assert list(answers.column(UNBALANCE)[199:202]) == [0.0005, 0.002, 0.002]
 
@@ -134,7 +136,7 @@ def test_a_step_that_fails_says_why_and_the_way_back_is_open(session):
 
 
 def test_a_saved_scenario_is_the_run_that_was_seen(session, tmp_path):
-    deeds = (
+    requests = (
         run(0.1),
         {"type": "set", "values": {UNBALANCE: 0.04, "rolac_controller.rolac_enable": 0}},
         run(0.2),
@@ -149,7 +151,7 @@ def test_a_saved_scenario_is_the_run_that_was_seen(session, tmp_path):
         {"type": "save", "name": "mine"},
     )
     values = {"rotor_contact.rb1.clearance": 0.6e-3, "rotor_contact.rb2.mu": 0.05, "Omega": 95.0}
-    answers = session("fig5_6", WATCHED, {"type": "reset", "settings": {"values": values}}, *deeds)
+    answers = session("fig5_6", WATCHED, {"type": "reset", "settings": {"values": values}}, *requests)
     file = tmp_path / "mine.toml"
     file.write_text(answers.of("saved")[0]["toml"], encoding="utf-8")
     dataset = amb_cosim.run(file, progress=False).dataset
@@ -174,14 +176,14 @@ def test_a_scenario_saved_untouched_is_the_scenario(name, session, tmp_path):
 
 
 def test_a_deed_done_again_is_the_same_run(session):
-    deeds = (
+    requests = (
         run(0.05),
         {"type": "set", "values": {UNBALANCE: 0.01}},
         {"type": "speed", "speed": 250, "acceleration": 100},
     )
-    first = session("fig4_9", WATCHED, *deeds, run(0.3))
-    deed = first.of("deed")[-1]["deed"]
-    again = session("fig4_9", WATCHED, run(0.3), deed=deed)
+    first = session("fig4_9", WATCHED, *requests, run(0.3))
+    changes = first.of("userChanges")[-1]["userChanges"]
+    again = session("fig4_9", WATCHED, run(0.3), userChanges=changes)
     np.testing.assert_array_equal(again.rows, first.rows)
 
 

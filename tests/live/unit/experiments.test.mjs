@@ -14,11 +14,11 @@ const OFF = "amb_actuator.north.amplifier_off_x";
 const variables = new Map([["rotor_contact.wheel.u", { unit: "kg.m", start: 0 }], ["rotor_contact.catch.clearance", { unit: "m", start: CLEARANCE }], [OFF, { unit: "", start: 0 }]]);
 const at = (time, values = {}, more = {}) => ({
   rig: { geometry, events, stepSize: 1e-3, inputs: {}, components: [] }, variables, columns: new Map(names.map((name, k) => [name, k])),
-  values: Float64Array.from(names, (name) => values[name.split(".").slice(1).join(".")] ?? 0), contacts: [], deed: { settings: {}, changes: [] },
+  values: Float64Array.from(names, (name) => values[name.split(".").slice(1).join(".")] ?? 0), contacts: [], userChanges: { settings: {}, changes: [] },
   status: "playing", time, speed: 2, ...more,
 });
 const contact = (time, mode) => ({ time, mode, site: "catch", point: Math.round(time * 1000) });
-const off = (value) => ({ deed: { settings: { values: { [OFF]: value } }, changes: [] } });
+const off = (value) => ({ userChanges: { settings: { values: { [OFF]: value } }, changes: [] } });
 
 test("contact is told when it begins, and its end when it is over for good", () => {
   const narrator = newNarrator();

@@ -13,7 +13,7 @@ const rig = {
 /** A session that has been answered `ready` and some frames. */
 function session(...frames) {
   const one = newSession(rig);
-  absorb(one, { type: "ready", signals: ["c.u", "c.y"], watched: ["c.y"], deed: { settings: {}, changes: [] } });
+  absorb(one, { type: "ready", signals: ["c.u", "c.y"], watched: ["c.y"], userChanges: { settings: {}, changes: [] } });
   for (const frame of frames) { absorb(one, { type: "frame", status: "paused", anew: false, contacts: [], pace: 0, speed: 1, point: 0, ...frame }); }
   return one;
 }
@@ -23,13 +23,13 @@ const FRAME = { time: 0.5, from: 0, rows: Float64Array.of(0, 10, 0.25, 11, 0.5, 
 test("what a variable is set to: by hand, by the scenario, or as the FMU starts", () => {
   const one = session(FRAME);
   assert.deepEqual(["c.u", "c.gain", "c.mu"].map((name) => settingOf(one, name)), [3, 7, 0.1]);
-  absorb(one, { type: "deed", deed: { settings: { values: { "c.mu": 0.3 } }, changes: [{ point: 1, time: 0.25, values: { "c.gain": 9 } }, { point: 9, time: 2.25, values: { "c.gain": 1 } }] } });
+  absorb(one, { type: "userChanges", userChanges: { settings: { values: { "c.mu": 0.3 } }, changes: [{ point: 1, time: 0.25, values: { "c.gain": 9 } }, { point: 9, time: 2.25, values: { "c.gain": 1 } }] } });
   assert.deepEqual(["c.mu", "c.gain"].map((name) => settingOf(one, name)), [0.3, 9]);
 });
 
 test("a change that waits for the next step is shown already", () => {
   const one = session(FRAME);
-  absorb(one, { type: "deed", deed: { settings: {}, changes: [{ point: 2, time: 0.5, values: { "c.u": 8 } }] } });
+  absorb(one, { type: "userChanges", userChanges: { settings: {}, changes: [{ point: 2, time: 0.5, values: { "c.u": 8 } }] } });
   assert.deepEqual([settingOf(one, "c.u"), valueOf(one, "c.u")], [8, 3]);
 });
 

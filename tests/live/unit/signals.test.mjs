@@ -15,7 +15,7 @@ const components = ["rotor_contact", "rolac_controller", "amb_actuator"].map((co
   name: component, parameters: Object.fromEntries(sites.map(({ name }, k) => [`${name}.clearance`, (k + 1) * 1e-4])),
   variables: outputs.filter(([one]) => one === component).map(([, name]) => ({ name, causality: "output" })) }));
 const session = { rig: { geometry, components, inputs: {}, stepSize: 1e-4 }, columns: new Map(outputs.map((name, k) => [name.join("."), k])),
-  values: [], variables: new Map(), deed: { changes: [], settings: {} }, time: 0 };
+  values: [], variables: new Map(), userChanges: { changes: [], settings: {} }, time: 0 };
 const specs = Object.fromEntries(chartSpecs(() => session).map((spec) => [spec.key, spec]));
 
 test("a bearing without magnets has displacements, and no current or force", () => {

@@ -140,7 +140,7 @@
 
 /**
  * All that distinguishes the run from the scenario; what links and saved scenarios hold.
- * @typedef {object} Deed
+ * @typedef {object} UserChanges
  * @property {Settings} settings
  * @property {Change[]} changes in order of time
  */
@@ -150,8 +150,8 @@
 // All but `load` are refused before `ready`. Changes take place at the next communication point, not before point 0.
 
 /**
- * @typedef {{ type: "load", rig: Rig, parts: Parts, deed?: Deed, watched?: string[] }} Load
- * Compile the modules, start, settle, and stop at point 0. `deed` of a link or another page is done again: its settings hold
+ * @typedef {{ type: "load", rig: Rig, parts: Parts, userChanges?: UserChanges, watched?: string[] }} Load
+ * Compile the modules, start, settle, and stop at point 0. `userChanges` of a link or another page is done again: its settings hold
  * from the start, and its changes take place when their time comes. `watched` are the signals of frames, all by default.
  *
  * @typedef {{ type: "watch", signals: string[] }} Watch columns of the frames from now on
@@ -204,12 +204,12 @@
  * @property {"ready"} type
  * @property {string[]} signals names of all signals: inputs that nothing is connected to, then outputs
  * @property {string[]} watched columns of rows after time
- * @property {Deed} deed
+ * @property {UserChanges} userChanges
  */
 
 /**
  * @typedef {{ type: "columns", watched: string[] }} Columns before the first frame with other columns
- * @typedef {{ type: "deed", deed: Deed }} DeedChanged the record changed: settings, and what was set, pushed, sped up
+ * @typedef {{ type: "userChanges", userChanges: UserChanges }} UserChangesUpdated the record changed: settings, and what was set, pushed, sped up
  * @typedef {{ type: "warning", component: string, time: number, text: string }} Warning that an FMU logged
  * @typedef {{ type: "refused", request: string, text: string }} Refused a request that changed nothing, with the reason: the
  * FMU's own message where it was the FMU's to judge
@@ -219,7 +219,7 @@
  * scenario's end, by its condition, or where `run` was to lead; play goes on
  * @typedef {{ type: "saved", name: string, toml: string }} Saved
  *
- * @typedef {Ready | Frame | Columns | DeedChanged | Warning | Refused | Failed | Ended | Saved} Answer
+ * @typedef {Ready | Frame | Columns | UserChangesUpdated | Warning | Refused | Failed | Ended | Saved} Answer
  */
 
 export {};

@@ -1,11 +1,11 @@
 // Settings and changes in the hash of a link: the name of the scenario, =, and JSON in base64url.
 
-/** @typedef {import("../protocol.js").Deed} Deed */
+/** @typedef {import("../protocol.js").UserChanges} UserChanges */
 
 /**
  * Return the hash of a link, without `#`.
  * @param {string} scenario
- * @param {Deed} deed
+ * @param {UserChanges} userChanges
  * @returns {string}
  */
 export function toHash(scenario, { settings, changes }) {
@@ -19,18 +19,18 @@ export function toHash(scenario, { settings, changes }) {
  * Return what `toHash` made a hash of.
  * @param {string} hash with or without `#`
  * @param {number} stepSize s
- * @returns {{ scenario: string, deed: Deed }}
+ * @returns {{ scenario: string, userChanges: UserChanges }}
  * @throws {Error} if it is damaged
  */
 export function fromHash(hash, stepSize) {
   const text = hash.replace(/^#/, ""), dot = text.indexOf("=");
   const name = dot < 0 ? text : text.slice(0, dot), scenario = decodeURIComponent(name);
-  if (dot < 0) { return { scenario, deed: { settings: {}, changes: [] } }; }
+  if (dot < 0) { return { scenario, userChanges: { settings: {}, changes: [] } }; }
   try {
     const bytes = Uint8Array.from(atob(text.slice(dot + 1).replaceAll("-", "+").replaceAll("_", "/")), (one) => one.charCodeAt(0));
     const [values, events, changes] = JSON.parse(new TextDecoder().decode(bytes));
-    const deed = { settings: { values: numbers(values), events: events !== false }, changes: changes.map(changeOf) };
-    return { scenario, deed };
+    const userChanges = { settings: { values: numbers(values), events: events !== false }, changes: changes.map(changeOf) };
+    return { scenario, userChanges };
   } catch {
     throw new Error("the link is damaged: what follows the name of the scenario is no record of settings");
   }

@@ -1,7 +1,7 @@
 // A run as a scenario in TOML, which `amb-cosim run` repeats: every value stands in it, whatever it came from.
 
 /** @typedef {import("../protocol.js").Rig} Rig */
-/** @typedef {import("../protocol.js").Deed} Deed */
+/** @typedef {import("../protocol.js").UserChanges} UserChanges */
 /** @typedef {import("../protocol.js").Variable} Variable */
 /** @typedef {Map<string, Record<string, number>>} ByComponent values of variables */
 
@@ -10,7 +10,7 @@ const SPEED = "Omega";
 /**
  * Return a run as a scenario.
  * @param {Rig} rig
- * @param {Deed} deed
+ * @param {UserChanges} userChanges
  * @param {readonly [point: number, value: number][]} speeds points of the speed, the first of which is at point 0
  * @param {number} end point
  * @param {string} [description]

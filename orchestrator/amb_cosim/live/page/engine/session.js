@@ -1,16 +1,17 @@
 // A session: requests in, answers out, and work in slices between them. It knows no clock and no worker; see `worker.js`.
 
 import { startLibrary } from "../fmi/library.js";
+import { record, runOf, show, userChangesOf, watch, watchedOf } from "./frames.js";
+import { goalOf, measure, stepsIn } from "./pace.js";
 import { scenarioToml } from "./scenario.js";
 import {
-  addPiece, arrive, change, componentOf, endRun, FmuError, goBackTo, startRun, stepRun, stopsBy, takeWarnings, tryOut, speedsOf,
-  valueAt,
+  addPiece, arrive, change, componentOf, endRun, FmuError, goBackTo, startRun, stepRun, stopsBy, tryOut, speedsOf, valueAt,
 } from "./run.js";
 
 /** @typedef {import("../protocol.js").Request} Request */
 /** @typedef {import("../protocol.js").Answer} Answer */
 /** @typedef {import("../protocol.js").Rig} Rig */
-/** @typedef {import("../protocol.js").Deed} Deed */
+/** @typedef {import("../protocol.js").UserChanges} UserChanges */
 /** @typedef {import("../protocol.js").ContactEvent} ContactEvent */
 /** @typedef {import("./run.js").Run} Run */
 
@@ -20,7 +21,7 @@ import {
  * @property {"settling" | "playing"} status
  * @property {number} to point; may be infinite
  * @property {number} pace simulated seconds in a second
- * @property {boolean} tells whether its end is answered
+ * @property {boolean} notifyAtEnd whether its end is answered
  */
 
 /**
@@ -36,7 +37,7 @@ import {
  * @property {Rows} rows
  * @property {ContactEvent[]} contacts
  * @property {boolean} anew
- * @property {boolean} deedChanged
+ * @property {boolean} userChangesUpdated
  * @property {{ goal: number, rate: number, until: number } | null} ramp of the speed that the user asked for
  * @property {{ speed: number, pace: number, point: number, now: number, shown: number, steps: number, busy: number }} measured
  * `speed` and `pace` as in frames; since `now` (ms) and `point`, after so many steps in so many ms of work
@@ -45,10 +46,7 @@ import {
 /** Samples that no frame has shown yet. @typedef {{ data: Float64Array, length: number, from: number }} Rows */
 
 const SLICE = 8; // ms of work at a time
-const BATCH = 16; // most steps between two looks at the clock
-const ENOUGH = 5; // ms of work that tell how fast it is; clocks of browsers are coarse
 const FRAME = 15; // ms between frames
-const BEHIND = 250; // ms that it may be late before it gives them up
 const PIECE = 0.1; // s, of a ramp of the speed
 
 /**
@@ -59,7 +57,7 @@ export function openSession(post) {
   return {
     post, libraries: new Map(), run: null, course: null, failed: false, start: { point: 0, now: 0 }, watched: null,
     columns: new Int32Array(), rows: { data: new Float64Array(4096), length: 0, from: 0 }, contacts: [], anew: false,
-    deedChanged: false, ramp: null, measured: { speed: NaN, pace: 0, point: 0, now: 0, shown: -Infinity, steps: 0, busy: 0 },
+    userChangesUpdated: false, ramp: null, measured: { speed: NaN, pace: 0, point: 0, now: 0, shown: -Infinity, steps: 0, busy: 0 },
   };
 }
 
@@ -105,15 +103,15 @@ export function work(session, now, clock) {
  * @param {Extract<Request, { type: "load" }>} request
  * @param {number} now
  */
-function load(session, { rig, parts, deed, watched }, now) {
+function load(session, { rig, parts, userChanges, watched }, now) {
   const { libraries } = session;
   if (!libraries.has(rig.module)) {
     libraries.set(rig.module, startLibrary(new WebAssembly.Module(bytesOf(parts, rig.module))));
   }
-  begin(session, { ...rig, data: base64(bytesOf(parts, rig.data)) }, deed ?? { settings: {}, changes: [] }, now);
+  begin(session, { ...rig, data: base64(bytesOf(parts, rig.data)) }, userChanges ?? { settings: {}, changes: [] }, now);
   watch(session, runOf(session), watched ?? null);
   const run = runOf(session), { names } = run.assembly;
-  session.post({ type: "ready", signals: [...names], watched: watchedOf(session, run), deed: deedOf(run) });
+  session.post({ type: "ready", signals: [...names], watched: watchedOf(session, run), userChanges: userChangesOf(run) });
   show(session, now);
 }
 
@@ -121,7 +119,7 @@ function load(session, { rig, parts, deed, watched }, now) {
  * Start a run in place of the present one, and settle.
  * @param {Session} session
  * @param {Rig} rig
- * @param {Deed} deed
+ * @param {UserChanges} userChanges
  * @param {number} now
  */
 function begin(session, rig, { settings, changes }, now) {
@@ -140,10 +138,10 @@ function begin(session, rig, { settings, changes }, now) {
  * @param {number} now
  */
 function seek(session, point, now) {
-  Object.assign(session, { failed: false, ramp: null, anew: true, contacts: [], deedChanged: true });
+  Object.assign(session, { failed: false, ramp: null, anew: true, contacts: [], userChangesUpdated: true });
   session.rows.length = 0;
   session.rows.from = point;
-  pursue(session, { status: "settling", to: point, pace: Infinity, tells: false }, now);
+  startCourse(session, { status: "settling", to: point, pace: Infinity, notifyAtEnd: false }, now);
 }
 
 /**
@@ -151,7 +149,7 @@ function seek(session, point, now) {
  * @param {Course} course
  * @param {number} now
  */
-function pursue(session, course, now) {
+function startCourse(session, course, now) {
   const run = runOf(session);
   if (session.failed) { throw new Error("the run has failed; go back in time, or start anew"); }
   session.course = course;
@@ -176,17 +174,17 @@ function answer(session, run, request, now) {
     case "play":
       if (!(request.pace > 0)) { throw new Error(`pace = ${request.pace} is not allowed; it must be > 0`); }
       whenSettled(session);
-      return pursue(session, { status: "playing", to: Infinity, pace: request.pace, tells: false }, now);
+      return startCourse(session, { status: "playing", to: Infinity, pace: request.pace, notifyAtEnd: false }, now);
     case "pause":
       whenSettled(session);
       session.course = null;
       return show(session, now);
     case "step":
       whenSettled(session);
-      return pursue(session, { status: "playing", to: present + (request.points ?? 1), pace: Infinity, tells: false }, now);
+      return startCourse(session, { status: "playing", to: present + (request.points ?? 1), pace: Infinity, notifyAtEnd: false }, now);
     case "run":
       whenSettled(session);
-      return pursue(session, { status: "playing", to: Math.round(request.to / rig.stepSize), pace: Infinity, tells: true }, now);
+      return startCourse(session, { status: "playing", to: Math.round(request.to / rig.stepSize), pace: Infinity, notifyAtEnd: true }, now);
     case "reset":
       begin(session, rig, { settings: request.settings ?? run.settings, changes: [] }, now);
       return show(session, now);
@@ -206,10 +204,10 @@ function answer(session, run, request, now) {
       return show(session, now);
     }
     case "save":
-      session.post({ type: "saved", name: request.name, toml: scenarioToml(rig, deedOf(run), speedsOf(run), present, request.description) });
+      session.post({ type: "saved", name: request.name, toml: scenarioToml(rig, userChangesOf(run), speedsOf(run), present, request.description) });
       return;
   }
-  session.deedChanged = true;
+  session.userChangesUpdated = true;
   if (!session.course) { show(session, now); }
 }
 
@@ -257,7 +255,7 @@ function speedUp(session, run, speed, acceleration) {
  */
 function nextPiece(session, run, { goal, rate }) {
   const until = addPiece(run, goal, rate, Math.round(PIECE * run.rig.rate));
-  session.deedChanged = true;
+  session.userChangesUpdated = true;
   return { goal, rate, until };
 }
 
@@ -313,135 +311,12 @@ function look(session, run, course) {
  */
 function finish(session, run, course) {
   session.course = null;
-  if (!course.tells) { return; }
+  if (!course.notifyAtEnd) { return; }
   session.course = course;
   look(session, run, course);
   const time = run.assembly.point * run.rig.stepSize;
   if (session.course === course) { session.post({ type: "ended", reason: "reached", time, text: "" }); }
   session.course = null;
-}
-
-/**
- * Return the point up to which a course leads now.
- * @param {Session} session
- * @param {Run} run
- * @param {Course} course
- * @param {number} now
- * @returns {number}
- */
-function goalOf({ start }, { assembly, rig }, { pace, to }, now) {
-  if (pace === Infinity) { return to; }
-  const goal = start.point + Math.floor((now - start.now) / 1000 * pace * rig.rate);
-  const late = (goal - assembly.point) / rig.rate / pace * 1000;
-  if (late > BEHIND) { start.now += late - BEHIND; }
-  return Math.min(goal, to);
-}
-
-/**
- * Return how many steps take about a millisecond.
- * @param {Session} session
- * @param {Run} run
- * @returns {number}
- */
-function stepsIn({ measured }, { rig }) {
-  return Math.min(Math.max(Math.floor(measured.speed * rig.rate / 1000), 1), BATCH) || 1;
-}
-
-/**
- * Note how fast it is.
- * @param {Session} session
- * @param {Run} run
- * @param {number} begin
- * @param {number} taken ms
- */
-function measure({ measured }, { assembly, rig }, begin, taken) {
-  measured.steps += assembly.point - begin;
-  measured.busy += taken;
-  if (measured.busy < ENOUGH) { return; }
-  const speed = measured.steps * rig.stepSize / (measured.busy / 1000);
-  Object.assign(measured, { steps: 0, busy: 0 });
-  measured.speed = Number.isFinite(measured.speed) ? 0.8 * measured.speed + 0.2 * speed : speed;
-}
-
-/**
- * @param {Session} session
- * @param {Run} run
- */
-function record({ rows, columns }, { assembly, rig }) {
-  const width = columns.length + 1, needed = rows.length + width, { values, point } = assembly;
-  if (needed > rows.data.length) {
-    const larger = new Float64Array(2 * needed);
-    larger.set(rows.data);
-    rows.data = larger;
-  }
-  if (rows.length === 0) { rows.from = point; }
-  rows.data[rows.length] = point * rig.stepSize;
-  for (let k = 0; k < columns.length; k++) { rows.data[rows.length + 1 + k] = values[columns[k]]; }
-  rows.length = needed;
-}
-
-/**
- * Post a frame.
- * @param {Session} session
- * @param {number} now
- */
-function show(session, now) {
-  const run = runOf(session), { rows, measured, contacts, course, anew } = session, { point } = run.assembly;
-  for (const warning of takeWarnings(run)) {
-    session.post({ type: "warning", ...warning, time: point * run.rig.stepSize });
-  }
-  if (session.deedChanged) { session.post({ type: "deed", deed: deedOf(run) }); }
-  if (now > measured.now + 200) {
-    measured.pace = (point - measured.point) * run.rig.stepSize / ((now - measured.now) / 1000);
-    Object.assign(measured, { point, now });
-  }
-  measured.shown = now;
-  const data = rows.data.slice(0, rows.length), values = run.assembly.values.slice();
-  session.post({
-    type: "frame", point, time: point * run.rig.stepSize, status: session.failed ? "failed" : course?.status ?? "paused", anew,
-    from: rows.length > 0 ? rows.from : anew ? rows.from : point, rows: data, values, contacts, speed: measured.speed,
-    pace: course ? measured.pace : 0,
-  }, [data.buffer, values.buffer]);
-  Object.assign(session, { anew: false, contacts: [], deedChanged: false });
-  rows.length = 0;
-}
-
-/**
- * @param {Session} session
- * @param {Run} run
- * @param {string[] | null} signals
- */
-function watch(session, run, signals) {
-  const { position } = run.assembly, unknown = (signals ?? []).find((name) => !position.has(name));
-  if (unknown !== undefined) { throw new Error(`there is no signal ${unknown}`); }
-  session.watched = signals;
-  session.columns = Int32Array.from(watchedOf(session, run), (name) => position.get(name) ?? 0);
-}
-
-/**
- * @param {Session} session
- * @param {Run} run
- * @returns {string[]}
- */
-function watchedOf({ watched }, { rig }) {
-  return [...watched ?? rig.recorded];
-}
-
-/**
- * @param {Run} run
- * @returns {Deed}
- */
-function deedOf({ settings, changes }) {
-  return { settings, changes: [...changes] };
-}
-
-/**
- * @param {Session} session
- * @returns {Run}
- */
-function runOf({ run }) {
-  if (!run) { throw new Error("no rig is loaded"); }
-  return run;
 }
 
 /**

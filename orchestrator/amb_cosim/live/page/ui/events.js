@@ -87,10 +87,10 @@ function calmText(site, mode) {
  * @param {number} after s
  * @returns {Told[]}
  */
-function planned({ rig, deed, time, variables }, after) {
+function planned({ rig, userChanges, time, variables }, after) {
   /** @type {Map<number, string[]>} */
   const found = new Map();
-  for (const { point, variable, value, label } of deed.settings.events === false ? [] : rig.events) {
+  for (const { point, variable, value, label } of userChanges.settings.events === false ? [] : rig.events) {
     const at = point * rig.stepSize;
     if (at <= after || at > time || at < 0) { continue; }
     const [, place, name] = /^[^.]*\.(?:(.*)\.)?([^.]*)$/.exec(variable) ?? ["", "", "", variable];

@@ -21,10 +21,10 @@ import { columnsOf } from "./traces.js";
 import { makeTransport } from "./transport.js";
 import { chooseWindow, makeView } from "./view.js";
 
-/** @typedef {import("../protocol.js").Deed} Deed */
+/** @typedef {import("../protocol.js").UserChanges} UserChanges */
 /** @typedef {import("../protocol.js").Answer} Answer */
 
-const SETTLES = 1000; // ms that the page is drawn after anything happened
+const REDRAW_MS = 1000; // ms that the page is drawn after anything happened
 const UNTOUCHED = { settings: {}, changes: [] };
 
 /**
@@ -58,9 +58,9 @@ function open(data) {
   /**
    * Start a scenario, with what was done if a link says so.
    * @param {string} scenario
-   * @param {Deed} [deed]
+   * @param {UserChanges} [userChanges]
    */
-  async function load(scenario, deed) {
+  async function load(scenario, userChanges) {
     engine?.end();
     view?.end();
     [engine, view, planned, waits] = [null, null, {}, true];
@@ -78,7 +78,7 @@ function open(data) {
     const parts = await partsOf(data, rig);
     if (session === loaded) {
       engine = startEngine(script, hear, showFailure);
-      engine.send({ type: "load", rig, parts, deed, watched: watchedSignals(rig) });
+      engine.send({ type: "load", rig, parts, userChanges, watched: watchedSignals(rig) });
     }
   }
 
@@ -105,7 +105,7 @@ function open(data) {
   /** Make the view anew, in the colours that are in force. */
   function rebuild() {
     palette = readPalette();
-    rests = performance.now() + SETTLES;
+    rests = performance.now() + REDRAW_MS;
     shown = sitesShown();
     if (session.status !== "loading") {
       view?.end();
@@ -122,7 +122,7 @@ function open(data) {
 
   /** Start anew as the controls stand. */
   function reset() {
-    const { settings, changes: done } = session.deed;
+    const { settings, changes: done } = session.userChanges;
     restart({ ...settings, values: { ...settings.values, ...lasting(done), ...planned } });
   }
 
@@ -155,7 +155,7 @@ function open(data) {
 
   function share() {
     if (!hasAddress()) { showNotice("In this frame the page has no address of its own; Scenario saves what you did."); return; }
-    remember(toHash(session.rig.scenario, session.deed));
+    remember(toHash(session.rig.scenario, session.userChanges));
     const refused = () => showNotice("The address now holds the settings: copy it from the bar.");
     const done = () => showNotice("The address now holds the settings, and is in the clipboard.");
     if (navigator.clipboard === undefined) { refused(); } else { navigator.clipboard.writeText(location.href).then(done, refused); }
@@ -173,8 +173,8 @@ function open(data) {
   /** Start what the address holds, or the first scenario. */
   function start() {
     try {
-      const { scenario, deed } = fromHash(location.hash, session.rig.stepSize);
-      void load(scenario || rigs[0].scenario, deed);
+      const { scenario, userChanges } = fromHash(location.hash, session.rig.stepSize);
+      void load(scenario || rigs[0].scenario, userChanges);
     } catch (error) {
       void load(rigs[0].scenario).then(() => showFailure(error instanceof Error ? error.message : String(error)));
     }
@@ -211,7 +211,7 @@ function open(data) {
 
   /** @param {number} now ms */
   function picture(now) {
-    if (session.heard !== drawn) { [drawn, rests] = [session.heard, now + SETTLES]; }
+    if (session.heard !== drawn) { [drawn, rests] = [session.heard, now + REDRAW_MS]; }
     if (now < rests) {
       view?.draw(now);
       transport.draw(session, palette, now);
@@ -219,7 +219,7 @@ function open(data) {
     endNotice(now);
     requestAnimationFrame(picture);
   }
-  const wake = () => { rests = performance.now() + SETTLES; };
+  const wake = () => { rests = performance.now() + REDRAW_MS; };
   for (const name of ["pointerdown", "pointermove", "keydown", "input", "click", "resize", "scroll"]) { addEventListener(name, wake, { passive: true, capture: true }); }
   requestAnimationFrame(picture);
 }

@@ -14,7 +14,7 @@ import { append, emptyTraces, truncate } from "./traces.js";
  * @property {Float64Array} values
  * @property {import("./traces.js").Traces} traces
  * @property {import("../protocol.js").ContactEvent[]} contacts
- * @property {import("../protocol.js").Deed} deed
+ * @property {import("../protocol.js").UserChanges} userChanges
  * @property {import("../protocol.js").Frame["status"] | "loading"} status
  * @property {number} time s
  * @property {number} reached latest time computed since the run began (s)
@@ -35,7 +35,7 @@ export function newSession(rig) {
     component.variables.map((variable) => /** @type {const} */ ([`${component.name}.${variable.name}`, variable]))));
   return {
     rig, variables, columns: new Map(), values: new Float64Array(0), traces: emptyTraces([], 1), contacts: [],
-    deed: { settings: {}, changes: [] }, status: "loading", time: 0, reached: 0, pace: 0, speed: NaN, heard: 0,
+    userChanges: { settings: {}, changes: [] }, status: "loading", time: 0, reached: 0, pace: 0, speed: NaN, heard: 0,
   };
 }
 
@@ -50,12 +50,12 @@ export function absorb(session, answer) {
     session.columns = new Map(answer.signals.map((name, k) => [name, k]));
     session.traces = emptyTraces(answer.watched, HELD);
     session.contacts = [];
-    session.deed = answer.deed;
+    session.userChanges = answer.userChanges;
     session.status = "settling";
   } else if (answer.type === "columns") {
     session.traces = emptyTraces(answer.watched, HELD);
-  } else if (answer.type === "deed") {
-    session.deed = answer.deed;
+  } else if (answer.type === "userChanges") {
+    session.userChanges = answer.userChanges;
   } else if (answer.type === "frame") {
     absorbFrame(session, answer);
   }
@@ -97,13 +97,13 @@ export function valueOf(session, name) {
  */
 export function settingOf(session, name) {
   const shown = valueOf(session, name), half = 0.5 * session.rig.stepSize;
-  for (let k = session.deed.changes.length - 1; k >= 0; k--) {
-    const { time, values } = session.deed.changes[k];
+  for (let k = session.userChanges.changes.length - 1; k >= 0; k--) {
+    const { time, values } = session.userChanges.changes[k];
     const isDue = time > session.time - half; // at this point, but no step has been done with it
     if (time < session.time + half && name in values && (isDue || !Number.isFinite(shown))) { return values[name]; }
   }
   if (Number.isFinite(shown)) { return shown; }
-  const given = session.deed.settings.values?.[name] ?? session.rig.inputs[name];
+  const given = session.userChanges.settings.values?.[name] ?? session.rig.inputs[name];
   if (given !== undefined) { return given; }
   const [component, variable] = split(name);
   const own = session.rig.components.find((one) => one.name === component)?.parameters[variable];

@@ -114,8 +114,8 @@ function drawTicks(context, end, at, base, palette) {
  * @param {import("./palette.js").Palette} palette
  */
 function drawEvents(context, session, at, base, width, palette) {
-  const mine = session.deed.changes.map((change) => ({ time: change.time, text: "", own: true }));
-  const planned = session.deed.settings.events === false ? [] : plannedEvents(session.rig).map((event) => ({ ...event, own: false }));
+  const mine = session.userChanges.changes.map((change) => ({ time: change.time, text: "", own: true }));
+  const planned = session.userChanges.settings.events === false ? [] : plannedEvents(session.rig).map((event) => ({ ...event, own: false }));
   let free = -Infinity;
   for (const mark of [...planned, ...mine]) {
     const x = at(mark.time), colour = mark.own ? palette.push : palette.ink;
