@@ -1,21 +1,29 @@
-"""Rigs as folders of files, written once, and sessions in node; tests are skipped where node is not installed."""
+"""Rigs as folders of files, written once, sessions in node, and Debian's Chromium; tests of what is not installed are
+skipped.
+"""
 
 from __future__ import annotations
 
+import functools
+import http.server
 import json
 import shutil
 import subprocess
-from collections.abc import Callable, Sequence
+import threading
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
 import pytest
 from live_answers import Answers
+from live_browser import Rig
 
+from amb_cosim.live.page import write_page
 from amb_cosim.live.rig import rig
 from amb_cosim.scenario.scenario import load_scenario
 
 HERE = Path(__file__).parent
+ON_PAGE = ("fig5_6_pid", "drop")  # scenarios
 
 
 @pytest.fixture(scope="session")
@@ -44,7 +52,7 @@ def rig_folder(create_once: Callable[..., Path]) -> Callable[[str], Path]:
 
 @pytest.fixture
 def session(node: str, rig_folder: Callable[[str], Path]) -> Callable[..., Answers]:
-    """`session(scenario, watched, *requests, deed=None)`: answers to these requests, and to `load` before them."""
+    """`session(scenario, watched, *requests, userChanges=None)`: answers to `load` and to these requests."""
 
     def call(name: str, watched: Sequence[str], *requests: dict[str, Any], **load: Any) -> Answers:
         text = json.dumps([{"type": "load", "watched": list(watched), **load}, *requests])
@@ -54,3 +62,76 @@ def session(node: str, rig_folder: Callable[[str], Path]) -> Callable[..., Answe
         return Answers(json.loads(ended.stdout))
 
     return call
+
+
+@pytest.fixture(scope="module")
+def chromium() -> Iterator[Any]:
+    """The browser."""
+    sync_api = pytest.importorskip("playwright.sync_api", reason="playwright, which drives a browser, is not installed")
+    found = shutil.which("chromium")
+    if found is None:
+        pytest.skip("chromium, the browser of Debian, is not installed")
+    with sync_api.sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=found, args=["--no-sandbox"])
+        yield browser
+        browser.close()
+
+
+@pytest.fixture
+def serve() -> Iterator[Callable[[Path], str]]:
+    """`serve(folder)`: address at which a server hands out the files of a folder."""
+
+    class Quiet(http.server.SimpleHTTPRequestHandler):
+        def log_message(self, *_: Any) -> None:
+            pass
+
+    running: list[http.server.ThreadingHTTPServer] = []
+
+    def start(folder: Path) -> str:
+        handler = functools.partial(Quiet, directory=str(folder))
+        running.append(server := http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler))
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        return f"http://127.0.0.1:{server.server_port}"
+
+    yield start
+    for server in running:
+        server.shutdown()
+
+
+@pytest.fixture(scope="session")
+def page_file(create_once: Callable[..., Path]) -> Path:
+    """The page of the live rig with two scenarios."""
+
+    def fill(folder: Path) -> None:
+        write_page([rig(load_scenario(name)) for name in ON_PAGE], folder / "rig.html", "docs")
+
+    return create_once("live-page", fill) / "rig.html"
+
+
+@pytest.fixture
+def open_rig(chromium: Any, page_file: Path) -> Iterator[Callable[..., Rig]]:
+    """`open_rig(address, **context)`: a page in a window of its own, without any error at the end."""
+    opened: list[tuple[Any, Rig]] = []
+
+    def make(address: str | None = None, settle: bool = True, **options: Any) -> Rig:
+        settings = {"viewport": {"width": 1440, "height": 900}, "reduced_motion": "reduce", **options}
+        context = chromium.new_context(**settings)
+        page, problems = context.new_page(), []
+        page.on(
+            "console", lambda message: problems.append(message.text) if message.type in ("error", "warning") else None
+        )
+        page.on("pageerror", lambda error: problems.append(str(error)))
+        page.on(
+            "request", lambda r: None if r.url.split(":")[0] in ("file", "blob", "data") else problems.append(r.url)
+        )
+        page.goto(address or page_file.as_uri())
+        found = Rig(page, problems)
+        opened.append((context, found))
+        if settle:
+            found.settled()
+        return found
+
+    yield make
+    for context, found in opened:
+        context.close()
+        assert found.problems == []

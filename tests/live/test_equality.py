@@ -2,12 +2,8 @@
 
 from __future__ import annotations
 
-import functools
-import http.server
 import json
-import shutil
-import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -61,32 +57,17 @@ def in_node(session) -> Play:
 
 
 @pytest.fixture
-def in_chromium(rig_folder, tmp_path) -> Iterator[Play]:
-    sync_api = pytest.importorskip("playwright.sync_api", reason="playwright, which drives a browser, is not installed")
-    chromium = shutil.which("chromium")
-    if chromium is None:
-        pytest.skip("chromium, the browser of Debian, is not installed")
-
-    class Quiet(http.server.SimpleHTTPRequestHandler):
-        def log_message(self, *_: Any) -> None:
-            pass
-
+def in_chromium(chromium, serve, rig_folder, tmp_path) -> Play:
     (tmp_path / "index.html").write_text("<!doctype html><title>Run</title>", encoding="utf-8")
     (tmp_path / "page").symlink_to(Path(amb_cosim.live.__file__).parent / "page")
-    server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), functools.partial(Quiet, directory=str(tmp_path)))
-    threading.Thread(target=server.serve_forever, daemon=True).start()
-    with sync_api.sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
 
-        def play(name: str, end: float) -> Answers:
-            (tmp_path / "rig").symlink_to(rig_folder(name))
-            page = browser.new_page()
-            page.goto(f"http://127.0.0.1:{server.server_port}/")
-            return Answers(json.loads(page.evaluate(RUN_IN_WORKER, [WATCHED, end])))
+    def play(name: str, end: float) -> Answers:
+        (tmp_path / "rig").symlink_to(rig_folder(name))
+        page = chromium.new_page()
+        page.goto(f"{serve(tmp_path)}/")
+        return Answers(json.loads(page.evaluate(RUN_IN_WORKER, [WATCHED, end])))
 
-        yield play
-        browser.close()
-    server.shutdown()
+    return play
 
 
 def compare(name, play, record_property, capsys):

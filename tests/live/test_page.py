@@ -2,90 +2,16 @@
 
 from __future__ import annotations
 
-import functools
-import http.server
-import shutil
-import threading
-from collections.abc import Callable, Iterator
-from pathlib import Path
-from typing import Any
-
 import numpy as np
 import pytest
-from live_browser import FASTEST, Rig
+from live_browser import FASTEST
 
 import amb_cosim
-from amb_cosim.live.page import write_page
-from amb_cosim.live.rig import rig
 from amb_cosim.scenario.scenario import load_scenario
 
-sync_api = pytest.importorskip("playwright.sync_api", reason="playwright, which drives a browser, is not installed")
 pytestmark = pytest.mark.slow  # the engine is compiled as WebAssembly first
 
-SCENARIOS = ("fig5_6_pid", "drop")
 END = 2.5  # s, of fig5_6_pid
-
-
-@pytest.fixture(scope="session")
-def page_file(create_once: Callable[..., Path]) -> Path:
-    def fill(folder: Path) -> None:
-        write_page([rig(load_scenario(name)) for name in SCENARIOS], folder / "rig.html", "docs")
-
-    return create_once("live-page", fill) / "rig.html"
-
-
-@pytest.fixture(scope="module")
-def chromium() -> Iterator[Any]:
-    found = shutil.which("chromium")
-    if found is None:
-        pytest.skip("chromium, the browser of Debian, is not installed")
-    with sync_api.sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=found, args=["--no-sandbox"])
-        yield browser
-        browser.close()
-
-
-@pytest.fixture
-def open_rig(chromium: Any, page_file: Path) -> Iterator[Callable[..., Rig]]:
-    """`open_rig(address, **context)`: a page in a window of its own, without any error at the end."""
-    opened: list[tuple[Any, Rig]] = []
-
-    def make(address: str | None = None, settle: bool = True, **options: Any) -> Rig:
-        settings = {"viewport": {"width": 1440, "height": 900}, "reduced_motion": "reduce", **options}
-        context = chromium.new_context(**settings)
-        page, problems = context.new_page(), []
-        page.on(
-            "console", lambda message: problems.append(message.text) if message.type in ("error", "warning") else None
-        )
-        page.on("pageerror", lambda error: problems.append(str(error)))
-        page.on(
-            "request", lambda r: None if r.url.split(":")[0] in ("file", "blob", "data") else problems.append(r.url)
-        )
-        page.goto(address or page_file.as_uri())
-        found = Rig(page, problems)
-        opened.append((context, found))
-        if settle:
-            found.settled()
-        return found
-
-    yield make
-    for context, found in opened:
-        context.close()
-        assert found.problems == []
-
-
-@pytest.fixture
-def server(page_file: Path) -> Iterator[str]:
-    class Quiet(http.server.SimpleHTTPRequestHandler):
-        def log_message(self, *_: Any) -> None:
-            pass
-
-    handler = functools.partial(Quiet, directory=str(page_file.parent))
-    with http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler) as running:
-        thread = threading.Thread(target=running.serve_forever, daemon=True)
-        thread.start()
-        yield f"http://127.0.0.1:{running.server_port}/{page_file.name}"
-        running.shutdown()
 
 
 def test_it_is_smaller_than_two_megabytes(page_file):
@@ -104,8 +30,8 @@ def test_opened_from_a_file_it_runs_and_draws(open_rig):
         assert colours > 5, canvas
 
 
-def test_it_runs_from_a_server_too(open_rig, server):
-    found = open_rig(server)
+def test_it_runs_from_a_server_too(open_rig, page_file, serve):
+    found = open_rig(f"{serve(page_file.parent)}/{page_file.name}")
     assert [url for url in found.problems if not url.startswith("http://127.0.0.1")] == []
     found.problems.clear()  # the page itself
     found.go(0.1)
