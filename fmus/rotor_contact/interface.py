@@ -8,7 +8,7 @@ from fmi_export.interface import Interface, interface, repeated
 from fmi_export.variables import Array, Variable, input_, one_of, output, parameter
 from rotor_contact import start_values
 from rotor_contact.enumerations import IMPACT_LAW, METHOD, NEWTON
-from rotor_contact.planes import ContactSite, Planes, SensorPlane
+from rotor_contact.planes import ContactSite, MeasuredPlane, Planes
 from rotor_contact.site_variables import site_outputs, site_parameters
 
 
@@ -255,5 +255,5 @@ def _energies(planes: Planes) -> list[Variable]:
 
 # One of each, for the record types of the parts.
 SMALLEST = interface_of(
-    Planes(("d",), ("b",), (ContactSite("s", 1e-3, 0.0),), (SensorPlane("p", "p.x", "p.y"),), seals=("l",)),
+    Planes(("d",), ("b",), (ContactSite("s", 1e-3, 0.0),), (MeasuredPlane("p", "p.x", "p.y"),), seals=("l",)),
 ).with_all_parts()

@@ -22,7 +22,7 @@ class ContactSite:
 
 
 @dataclass(frozen=True)
-class SensorPlane:
+class MeasuredPlane:
     """A plane where displacements are measured; `x` and `y` are the names of the two variables."""
 
     name: str
@@ -57,7 +57,7 @@ class Planes:
     discs: tuple[str, ...]
     bearings: tuple[str, ...]
     sites: tuple[ContactSite, ...]
-    sensors: tuple[SensorPlane, ...]
+    sensors: tuple[MeasuredPlane, ...]
     max_substep: float = 250e-6
     polar_inertia: float = 1.0
     valid_to: float = 0.0

@@ -14,7 +14,7 @@ from rotor_analysis.parts import Bearing
 from rotor_analysis.reduced_rotor import reduced_rotor, valid_to
 from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import load_rotor
-from rotor_contact.planes import ContactSite, Planes, SensorPlane
+from rotor_contact.planes import ContactSite, MeasuredPlane, Planes
 from rotor_contact.plant import model_for
 from rotor_contact.seals import SEAL, Seals, add_seals
 from rotor_contact.structure import SIZES, Structure
@@ -149,7 +149,7 @@ def _planes(rotor: Rotor, max_substep: float, polar_inertia: float, valid_to: fl
         discs=tuple(body.name for body in rotor.discs),
         bearings=tuple(bearing.name for bearing in rotor.bearings),
         sites=tuple(sites),
-        sensors=tuple(SensorPlane(s.name, s.x, s.y) for s in rotor.sensors),
+        sensors=tuple(MeasuredPlane(s.name, s.x, s.y) for s in rotor.sensors),
         max_substep=max_substep,
         polar_inertia=polar_inertia,
         valid_to=valid_to,

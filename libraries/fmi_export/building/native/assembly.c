@@ -242,7 +242,7 @@ void close_assembly(Run *run)
 /* Stepping it ------------------------------------------------------------------------------------------------------ */
 
 /* Hand the parameters to the parts, and the inputs to the loop; both have been checked, and what stopped a part is over. */
-static void give(Run *run)
+static void copy_inputs(Run *run)
 {
     struct Assembly *assembly = run->assembly;
     const double *parameters = run->values;
@@ -292,7 +292,7 @@ int64_t initialise_assembly(Run *run)
         assembly->do_step[k] = initialise_part;
         assembly->every[k] = 1;
     }
-    give(run);
+    copy_inputs(run);
     int64_t sweeps = 0;
     do {
         if (sweeps++ > assembly->wiring->n_sources + 1)
@@ -394,7 +394,7 @@ int64_t step_assembly(Run *run, double time, double step_size)
                  step_size, MOST_SAMPLES, sample_time);
         return run_stop(run, FAULT_STEP_SIZE, reason);
     }
-    give(run);
+    copy_inputs(run);
     while (left > 0.0) {
         double size = piece(next_instant(clock, at, sample_time), at, left, sample_time);
         int is_whole = fabs(size - sample_time) <= SAME * sample_time + ROUNDING * fabs(at);
