@@ -8,7 +8,7 @@ from fmi_export.slave import ModelSlave
 from linear_controller import controller
 
 
-class LinearController(ModelSlave):
+class LinearControllerSlave(ModelSlave):
     """The controller as an FMI slave."""
 
     model = controller

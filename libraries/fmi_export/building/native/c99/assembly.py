@@ -106,7 +106,7 @@ class Function:
 
 
 @dataclass(frozen=True)
-class Variable:
+class GlobalVariable:
     """A constant of the module, whose scalars lie one after another."""
 
     name: str
@@ -247,7 +247,7 @@ class Line:
         return found
 
 
-def read_module(assembly: str) -> tuple[list[Variable], list[Function]]:
+def read_module(assembly: str) -> tuple[list[GlobalVariable], list[Function]]:
     """Return the constants and the functions of a module.
 
     Raises
@@ -265,12 +265,12 @@ def read_module(assembly: str) -> tuple[list[Variable], list[Function]]:
     return variables, functions
 
 
-def _variable(text: str) -> Variable:
+def _variable(text: str) -> GlobalVariable:
     line = Line(re.sub(r", (align|comdat|section).*$", "", text))
     line.skip("internal", "private", "unnamed_addr", "local_unnamed_addr", "dso_local", "hidden")
     if not line.take("constant"):
         raise ValueError(f"a variable that can be written has no counterpart in C here: {text}")
-    return Variable(line.result, line.typed())
+    return GlobalVariable(line.result, line.typed())
 
 
 def _function(head: str, lines: Iterator[str]) -> Function:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from fmi_export.building.native.c99.assembly import DOUBLE, POINTER, VOID, Line, Type, Value
 from fmi_export.building.native.c99.instructions import FLAGS
-from fmi_export.building.native.c99.values import Body, c_type
+from fmi_export.building.native.c99.values import FunctionBody, c_type
 
 SAME = "fabs sqrt exp exp2 log log2 log10 sin cos tan pow floor ceil trunc rint fma nearbyint round copysign"
 MATHEMATICS = {name: name for name in SAME.split()} | {"roundeven": "rint", "minnum": "fmin", "maxnum": "fmax"}
@@ -12,7 +12,7 @@ MEMORY = ("memcpy", "memmove", "memset")
 EXTREMES = {"smax": ">", "smin": "<", "umax": ">", "umin": "<"}
 
 
-def write_call(body: Body, line: Line) -> None:
+def write_call(body: FunctionBody, line: Line) -> None:
     """Write a call, of which the opcode is read.
 
     Raises
@@ -37,7 +37,7 @@ def write_call(body: Body, line: Line) -> None:
         body.set(line.result, kind, [call])
 
 
-def _write_intrinsic(body: Body, name: str, kind: Type, values: list[Value], line: Line) -> None:
+def _write_intrinsic(body: FunctionBody, name: str, kind: Type, values: list[Value], line: Line) -> None:
     base = name.split(".")[0]
     if base not in MEMORY:
         text = _mathematics(body, base, values) if kind == DOUBLE else _of_integers(body, base, kind, values)
@@ -50,11 +50,11 @@ def _write_intrinsic(body: Body, name: str, kind: Type, values: list[Value], lin
     body.out(f"{base}(TO_POINTER({target}), {source}, (size_t){size});")
 
 
-def _mathematics(body: Body, base: str, values: list[Value]) -> str:
+def _mathematics(body: FunctionBody, base: str, values: list[Value]) -> str:
     return f"{MATHEMATICS[base]}({', '.join(map(body.scalar, values))})" if base in MATHEMATICS else ""
 
 
-def _of_integers(body: Body, base: str, kind: Type, values: list[Value]) -> str:
+def _of_integers(body: FunctionBody, base: str, kind: Type, values: list[Value]) -> str:
     width = kind.width
     if not width:
         return ""

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from fmi_export.building.native.c99.assembly import DOUBLE, POINTER, Line, Type, Value
-from fmi_export.building.native.c99.values import Body, c_type
+from fmi_export.building.native.c99.values import FunctionBody, c_type
 
 BIT = Type("i1")
 REAL = {"fadd": "+", "fsub": "-", "fmul": "*", "fdiv": "/"}
@@ -24,7 +24,7 @@ OF_REALS = ("fast", "nnan", "ninf", "nsz", "arcp", "contract", "afn", "reassoc")
 FLAGS = OF_INTEGERS + OF_REALS
 
 
-def write(body: Body, opcode: str, line: Line) -> None:
+def write(body: FunctionBody, opcode: str, line: Line) -> None:
     """Write an instruction of which the opcode and flags are read.
 
     Raises
@@ -58,7 +58,7 @@ def _pair(line: Line) -> tuple[Value, Value]:
 # Numbers ----------------------------------------------------------------------------------------------------------
 
 
-def _integer(body: Body, opcode: str, line: Line) -> None:
+def _integer(body: FunctionBody, opcode: str, line: Line) -> None:
     left, right = _pair(line)
     width, a, b = left.type.width, body.scalar(left), body.scalar(right)
     if opcode in SIGNED:
@@ -75,11 +75,11 @@ def _integer(body: Body, opcode: str, line: Line) -> None:
     body.set(line.result, left.type, [text])
 
 
-def _negate(body: Body, line: Line) -> None:
+def _negate(body: FunctionBody, line: Line) -> None:
     body.set(line.result, DOUBLE, [f"-{body.scalar(line.typed())}"])
 
 
-def _compare(body: Body, line: Line) -> None:
+def _compare(body: FunctionBody, line: Line) -> None:
     line.skip(*FLAGS)
     order = line.word()
     left, right = _pair(line)
@@ -87,7 +87,7 @@ def _compare(body: Body, line: Line) -> None:
     body.set(line.result, BIT, [f"{read(left)} {ORDERS[order[-2:]]} {read(right)}"])
 
 
-def _compare_reals(body: Body, line: Line) -> None:
+def _compare_reals(body: FunctionBody, line: Line) -> None:
     """Where an operand is no number, ordered comparisons are false, unordered true, and those of C false but for !=."""
     line.skip(*FLAGS)
     order = line.word()
@@ -108,7 +108,7 @@ def _compare_reals(body: Body, line: Line) -> None:
     body.set(line.result, BIT, [special[order]])
 
 
-def _select(body: Body, line: Line) -> None:
+def _select(body: FunctionBody, line: Line) -> None:
     condition = body.scalar(line.typed())
     line.take(",")
     yes = line.typed()
@@ -117,21 +117,21 @@ def _select(body: Body, line: Line) -> None:
     body.set(line.result, yes.type, [f"{condition} ? {a} : {b}" for a, b in pairs])
 
 
-def _cast(body: Body, value: Value, kind: Type) -> str:
+def _cast(body: FunctionBody, value: Value, kind: Type) -> str:
     return f"({c_type(kind)}){body.scalar(value)}"
 
 
-def _truncated(body: Body, value: Value, kind: Type) -> str:
+def _truncated(body: FunctionBody, value: Value, kind: Type) -> str:
     return f"{body.scalar(value)} & 1" if kind == BIT else _cast(body, value, kind)
 
 
-def _bits(body: Body, value: Value, kind: Type) -> str:
+def _bits(body: FunctionBody, value: Value, kind: Type) -> str:
     if (kind == DOUBLE) == (value.type == DOUBLE):
         return body.scalar(value)
     return f"{'from' if kind == DOUBLE else 'to'}_bits({body.scalar(value)})"
 
 
-CONVERSIONS: dict[str, Callable[[Body, Value, Type], str]] = {
+CONVERSIONS: dict[str, Callable[[FunctionBody, Value, Type], str]] = {
     "trunc": _truncated,
     "zext": _cast,
     "ptrtoint": _cast,
@@ -148,7 +148,7 @@ CONVERSIONS: dict[str, Callable[[Body, Value, Type], str]] = {
 # Memory -----------------------------------------------------------------------------------------------------------
 
 
-def _address_of_element(body: Body, line: Line) -> None:
+def _address_of_element(body: FunctionBody, line: Line) -> None:
     """Address a + i size + ..., where the first index counts whole elements and the next ones lead into one."""
     kind = line.type()
     line.take(",")
@@ -177,7 +177,7 @@ def _known(index: Value) -> int | None:
     return number - 2 * half if number >= half else number
 
 
-def _room(body: Body, line: Line) -> None:
+def _room(body: FunctionBody, line: Line) -> None:
     kind = line.type()
     if line.take(",") and line.next != "align":
         raise ValueError(f"room for a number of elements has no counterpart in C here: {line.text}")
@@ -187,7 +187,7 @@ def _room(body: Body, line: Line) -> None:
         body.out(f"{name} = TO_ADDRESS({name}_room);")
 
 
-def _load(body: Body, line: Line) -> None:
+def _load(body: FunctionBody, line: Line) -> None:
     _refuse_shared(line)
     kind = line.type()
     line.take(",")
@@ -195,7 +195,7 @@ def _load(body: Body, line: Line) -> None:
     body.set(line.result, kind, [f"load_{_kept(leaf)}({_plus(at, offset)})" for offset, leaf in kind.leaves()])
 
 
-def _store(body: Body, line: Line) -> None:
+def _store(body: FunctionBody, line: Line) -> None:
     _refuse_shared(line)
     value = line.typed()
     line.take(",")
@@ -221,13 +221,13 @@ def _plus(at: str, offset: int) -> str:
 # Arrays and structures that are values ----------------------------------------------------------------------------
 
 
-def _extract(body: Body, line: Line) -> None:
+def _extract(body: FunctionBody, line: Line) -> None:
     whole = line.typed()
     start, kind = _part(whole.type, line)
     body.know(line.result, kind, body.scalars(whole)[start : start + len(list(kind.leaves()))])
 
 
-def _insert(body: Body, line: Line) -> None:
+def _insert(body: FunctionBody, line: Line) -> None:
     whole = line.typed()
     line.take(",")
     new = body.scalars(line.typed())
@@ -246,12 +246,12 @@ def _part(kind: Type, line: Line) -> tuple[int, Type]:
     return start, kind
 
 
-def _same(body: Body, line: Line) -> None:
+def _same(body: FunctionBody, line: Line) -> None:
     value = line.typed()
     body.know(line.result, value.type, body.scalars(value))
 
 
-OPCODES: dict[str, Callable[[Body, Line], None]] = {
+OPCODES: dict[str, Callable[[FunctionBody, Line], None]] = {
     "fneg": _negate,
     "icmp": _compare,
     "fcmp": _compare_reals,

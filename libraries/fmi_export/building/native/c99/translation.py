@@ -22,15 +22,15 @@ from fmi_export.building.native.c99.assembly import (
     VOID,
     Block,
     Function,
+    GlobalVariable,
     Line,
     Type,
     Value,
-    Variable,
     read_module,
 )
 from fmi_export.building.native.c99.calls import write_call
 from fmi_export.building.native.c99.instructions import FLAGS, write
-from fmi_export.building.native.c99.values import Body, c_type, constant
+from fmi_export.building.native.c99.values import FunctionBody, c_type, constant
 
 HEADER = "translated.h"
 Phi = tuple[str, Type, dict[str, Value]]  # name, type, the value for each block that control comes from
@@ -56,7 +56,7 @@ def to_c(assembly: str) -> str:
     return "\n\n".join([f'#include "{HEADER}"', *tables, *(f"{head};" for head in heads), bodies]) + "\n"
 
 
-def _table(variable: Variable, name: str) -> str:
+def _table(variable: GlobalVariable, name: str) -> str:
     kinds = [leaf for _, leaf in variable.value.type.leaves()]
     numbers = variable.value.constants
     if all(isinstance(n, int | float) and n == 0 and math.copysign(1.0, n) > 0.0 for n in numbers):
@@ -86,7 +86,7 @@ class _Translation:
     """One function: its parameters, then its blocks, with what leads from one to another."""
 
     def __init__(self, function: Function, names: Mapping[str, str]) -> None:
-        self._function, self._body = function, Body(function, names)
+        self._function, self._body = function, FunctionBody(function, names)
         self._labels = {block.name: f"b{k}" for k, block in enumerate(function.blocks)}
         self._phis = {block.name: list(_phis(block)) for block in function.blocks}
 

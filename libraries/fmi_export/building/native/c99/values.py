@@ -37,7 +37,7 @@ def constant(kind: Type, number: Scalar) -> str:
     return f"{int(number or 0)}{suffix}"
 
 
-class Body:
+class FunctionBody:
     """The lines of a function, the variables that they use, and which of them are read at all."""
 
     def __init__(self, function: Function, functions: Mapping[str, str]) -> None:
