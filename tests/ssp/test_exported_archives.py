@@ -66,6 +66,7 @@ every = 2
 """
 JACOBI = SCENARIO.format(settle=0, coupling="jacobi", unbalance=25.5, gradient="true")
 HELD = SCENARIO.format(settle=0, coupling="jacobi", unbalance=25.5, gradient="false")
+LEAVING = JACOBI.replace('"rb?.mu" = 0.1', '"rb?.enabled" = false')  # no retainer keeps it within the air gap
 SEQUENTIAL = SCENARIO.format(settle=1.5, coupling="gauss_seidel", unbalance=0.5, gradient="true") + EVENTS
 EXAMPLES = Path(__file__).parents[2] / "examples" / "controllers"
 CONTROLLED = """
@@ -250,6 +251,24 @@ def test_ecos_runs_the_archive_to_the_same_bits(run_python, run_once, jacobi):
     steps = len(ours["rotor_contact.mb1.x"]) - 1
     theirs = run_python(tools.with_ecos, archive=str(jacobi), recorded=outputs, steps=steps, step_size=250e-6)
     assert {name for name in outputs if theirs[name] != ours[name]} == set()
+
+
+@pytest.mark.slow
+@in_host("libcosim", "SSP archive", "a fault ends the run with an error")
+def test_libcosim_ends_with_an_error_at_a_fault(run_python, archive):
+    path = archive("leaving", LEAVING, integers=True)
+    assert run_python(tools.ends_in_libcosim, archive=str(path), steps=10) == {"goes_on": True, "is_error": False}
+    assert run_python(tools.ends_in_libcosim, archive=str(path), steps=2000) == {"goes_on": False, "is_error": True}
+
+
+@pytest.mark.slow
+@in_host("ecos", "SSP archive", "it goes on through a fault, which fault_code tells")
+def test_ecos_goes_on_through_a_fault_that_fault_code_tells(run_python, archive):
+    path, codes = archive("leaving", LEAVING, integers=True), "amb_actuator.fault_code"
+    theirs = run_python(tools.with_ecos, archive=str(path), recorded=[codes], steps=2000, step_size=250e-6)[codes]
+    first = next(n for n, code in enumerate(theirs) if code)
+    assert first > 10
+    assert set(theirs[first:]) == {theirs[first]}
 
 
 def under_linear_controller(archive, file):

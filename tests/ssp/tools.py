@@ -56,6 +56,16 @@ def with_libcosim(archive: str, recorded: list[str], steps: int) -> dict[str, li
     return outputs_by_libcosim(CosimExecution.from_ssp_file(archive), recorded, steps)
 
 
+def ends_in_libcosim(archive: str, steps: int) -> dict[str, bool]:
+    """Return whether libcosim takes so many steps, and whether it tells an error then."""
+    from libcosimpy.CosimEnums import CosimExecutionState
+    from libcosimpy.CosimExecution import CosimExecution
+
+    execution = CosimExecution.from_ssp_file(archive)
+    goes_on = bool(execution.step(steps))
+    return {"goes_on": goes_on, "is_error": execution.status().state == CosimExecutionState.ERROR.value}
+
+
 def with_fmpy(archive: str, stop_time: float, step_size: float) -> dict[str, list[Any]]:
     """Return the outputs that are connectors, by FMPy, which ignores parameter bindings."""
     from fmpy.ssp.simulation import simulate_ssp
