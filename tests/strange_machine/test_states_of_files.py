@@ -1,0 +1,84 @@
+"""States of FMUs that are given as files: of one that serialises, and of one that keeps them in its memory alone."""
+
+from __future__ import annotations
+
+import zipfile
+
+import numpy as np
+import pytest
+from strange_machine import RUB
+
+import amb_cosim
+from amb_cosim.scenario.scenario import Scenario
+from amb_cosim.scenario.simulation import prepare
+from amb_cosim.sweeps.worker import Runner, Task
+
+SHORT = Scenario.load(RUB).changed(end_cycle=6, settle_cycles=1)
+SIZE = "step.rotor_contact.turbine.u"
+PLACE = "rotor_contact.labyrinth.x"
+
+
+@pytest.fixture(scope="module")
+def made():
+    """The FMU of the actuators."""
+    return prepare(SHORT).fmus["amb_actuator"].path
+
+
+@pytest.fixture(scope="module")
+def in_memory(made, tmp_path_factory):
+    """The scenario with that FMU as one that does not say that it serialises."""
+    file = tmp_path_factory.mktemp("memory") / "Actuator.fmu"
+    with zipfile.ZipFile(made) as before, zipfile.ZipFile(file, "w") as after:
+        for name in before.namelist():
+            content = before.read(name)
+            if name == "modelDescription.xml":
+                assert b'canSerializeFMUstate="true"' in content
+                content = content.replace(b'canSerializeFMUstate="true"', b'canSerializeFMUstate="false"')
+            after.writestr(name, content)
+    return SHORT.changed(fmu={"amb_actuator": str(file)})
+
+
+@pytest.fixture(scope="module")
+def plain(in_memory):
+    return amb_cosim.run(in_memory, isolated=False)
+
+
+def test_an_fmu_of_a_file_that_serialises_goes_on_to_the_same_bits(made, plain, tmp_path):
+    scenario = SHORT.changed(fmu={"amb_actuator": str(made)})
+    state = amb_cosim.run(scenario, isolated=False, save_at=["cycle 5"]).checkpoint().save(tmp_path / "rub.npz")
+    found = amb_cosim.run(scenario, isolated=False, start=state)
+    for name, samples in plain.signals.variables.items():
+        assert found.signals[name].values.tobytes() == samples.values.tobytes(), name
+
+
+def test_of_an_fmu_that_does_not_serialise_no_file_is_made(in_memory, plain, tmp_path):
+    with pytest.raises(ValueError, match=r"no checkpoint can be made of amb_actuator: .* canSerializeFMUstate"):
+        amb_cosim.run(in_memory, isolated=False, save_at=["cycle 5"])
+    file = tmp_path / "auto.npz"
+    found = amb_cosim.run(in_memory, isolated=False, autosave=file, autosave_every=1e-3)
+    assert not file.exists()
+    assert found.signals[PLACE].values.tobytes() == plain.signals[PLACE].values.tobytes()
+
+
+def test_points_share_what_an_fmu_keeps_in_memory(in_memory):
+    told = []
+    for labels in ((), ("step",)):
+        runner = Runner(Task(in_memory, labels=labels))
+        results = [runner.run(n, {SIZE: size}) for n, size in enumerate(("90 g.mm", "110 g.mm"))]
+        runner.close()
+        shared = [result.metrics.pop("shared", 0.0) for result in results]
+        told.append([(r.outcome, r.reason, str(r.metrics)) for r in results])
+    assert told[0] == told[1]
+    assert told[0][0] != told[0][1], "the points differ"
+    assert shared[0] == 0.0 < shared[1]
+
+
+def test_members_of_a_batch_have_states_in_memory(in_memory, plain):
+    alone = plain.signals[PLACE].values
+    with amb_cosim.Batch(in_memory, 2, variables=[PLACE]) as batch:
+        batch.step(300)
+        states = batch.save()
+        batch.step(100)
+        batch.restore(states)
+        batch.step(150)
+        assert np.array_equal(batch.get(PLACE), 2 * [alone[450]])
