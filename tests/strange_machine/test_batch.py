@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+import sys
+import threading
+import time
+from ctypes import c_bool
+
 import numpy as np
 import pytest
 from strange_machine import RUB
@@ -53,6 +58,31 @@ def test_the_number_of_threads_changes_no_bit(batch, threads):
     with batch_of(threads=threads) as other:
         other.step(STEPS)
         assert np.array_equal(motion(other), motion(batch))
+
+
+def test_members_step_without_the_lock_of_the_interpreter(batch, monkeypatch):
+    """Another thread runs while the loop does: else it would wait for the lock until a step ends."""
+    advance, within = batch._members._advance, threading.Event()
+
+    def watched(*arguments):
+        within.set()
+        advance(*arguments)
+        within.clear()
+
+    batch.reset()
+    monkeypatch.setattr(batch._members, "_advance", watched)
+    before, looked = sys.getswitchinterval(), 0
+    sys.setswitchinterval(10.0)  # s; who has the lock keeps it until it waits
+    try:
+        stepping = threading.Thread(target=batch._members._step, args=((0, 5), STEPS, c_bool(False)))
+        stepping.start()
+        while stepping.is_alive():
+            looked += within.is_set()
+            time.sleep(1e-4)
+    finally:
+        sys.setswitchinterval(before)
+    stepping.join()
+    assert looked > 2
 
 
 def test_members_that_are_reset_begin_again_by_themselves(batch, alone):
