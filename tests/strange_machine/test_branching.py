@@ -16,6 +16,7 @@ SIZE, MOMENT, REMOVED = "step.rotor_contact.turbine.u", "step.cycle", "removal.c
 DESIGNS = {
     "what it sets": {SIZE: "60 g.mm:110 g.mm:3"},
     "its moment": {MOMENT: "4:3:4"},
+    "a tunable parameter": {"step.rolac_controller.north.c_b_x": [300.0, 600.0]},
     "both events": {REMOVED: [9, 8.5], SIZE: ["90 g.mm", "110 g.mm"], "rotor_contact.shroud.mu": [0.08, 0.1]},
 }
 

@@ -4,19 +4,25 @@ from __future__ import annotations
 
 import importlib.util
 import math
+import threading
+from concurrent.futures import ThreadPoolExecutor, wait
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import amb_cosim
+from amb_cosim.scenario.scenario import load_scenario
+from amb_cosim.sweeps.engine import Submission
 from amb_cosim.sweeps.sampling import make_design
-from amb_cosim.sweeps.store import open_sweep
-from amb_cosim.sweeps.worker import PointResult
+from amb_cosim.sweeps.store import SweepStore, open_sweep
+from amb_cosim.sweeps.worker import PointResult, Task
 from tests.orchestrator.sweep.conftest import UNTIL, filled
 
 pytest.importorskip("sklearn")
 
 from amb_cosim.sweeps.adaptive import Goal, Sampler, read_goal  # after it is known that sklearn is there
+from amb_cosim.sweeps.adaptive_run import _Adaptive
 
 TURN = {"step.cycle": [k / 360.0 for k in range(360)]}
 
@@ -207,6 +213,45 @@ def test_the_extra_is_named_where_it_is_missing(tmp_path, small, monkeypatch):
     monkeypatch.setattr("fmi_export.building.extras.find_spec", lambda name: found(name) if name != "sklearn" else None)
     with pytest.raises(ValueError, match=r"needs sklearn, not installed: pip install 'amb-cosim\[adaptive\]'"):
         amb_cosim.sweep(small, {"Omega": "1:2:3"}, output=tmp_path, adaptive="maximum:contact")
+
+
+class Thinks:
+    """A sampler whose thoughts take until they are allowed to end."""
+
+    def __init__(self):
+        self.may_end, self.pending = threading.Semaphore(0), []
+
+    def next_points(self, count, pending):
+        self.pending.append(set(pending))
+        assert self.may_end.acquire(timeout=30.0)
+        return [10 * len(self.pending) + k for k in range(count)], False
+
+
+def test_points_are_run_while_the_sampler_thinks(tmp_path, monkeypatch):
+    """The second thought begins as soon as fewer points wait than there are processes, which take those meanwhile."""
+    store = SweepStore(tmp_path, make_design(TURN), {"scenario": {"name": "made up"}}, {})
+    client, task = SimpleNamespace(cluster="own", dashboard_link=""), Task(load_scenario("fig4_9"))
+    monkeypatch.setattr(Submission, "_threads", lambda _: 3)
+    with ThreadPoolExecutor(1) as thinker:
+        sampler = Thinks()
+        search = _Adaptive(client, "", task, store, lambda *_: None, None, sampler, thinker)
+        assert search._refill()
+        sampler.may_end.release()
+        wait([search._thought])
+        search._refill()
+        assert search._next_batch() == [10]
+        search._refill()
+        thought = search._thought
+        assert [search._next_batch() for _ in range(2)] == [[11], [12]]
+        assert search._refill()
+        assert thought is search._thought
+        assert not thought.done()
+        sampler.may_end.release()
+        wait([thought])
+        search._refill()
+        assert search._next_batch() == [20]
+        sampler.may_end.release()
+    assert sampler.pending[:2] == [set(), {11, 12}]
 
 
 @pytest.mark.slow

@@ -56,6 +56,11 @@ def test_a_summary_compares_the_boundary_with_a_grid_as_fine(tmp_path):
     )
 
 
+def test_a_summary_tells_what_points_shared(tmp_path):
+    swept = filled(tmp_path, {"a.x": "1:4:4"}, lambda s: {"shared": 0.0 if s["a.x"] == 1.0 else 0.5})
+    assert swept.summary.splitlines()[-1] == "37.5 % of all steps were those of a point before, until an event"
+
+
 def test_a_phase_is_an_angle_within_the_turn_of_the_first(tmp_path):
     np.testing.assert_allclose(phase_of(np.array([5.0, 5.25, 6.0])), [0.0, 90.0, 360.0])
 

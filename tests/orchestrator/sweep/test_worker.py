@@ -92,6 +92,20 @@ def test_points_do_not_depend_on_those_before_them():
     runner.close()
 
 
+def test_a_further_point_reads_no_file_and_builds_no_dataset(monkeypatch):
+    runner = Runner(Task(SCENARIO, until=UNTIL))
+    before = runner.run(0, HIT)
+
+    def refuse(*_, **__):
+        raise AssertionError
+
+    for name in ("tomllib.loads", "tomllib.load", "xarray.Dataset.__init__"):
+        monkeypatch.setattr(name, refuse)
+    assert runner.run(0, HIT).metrics == before.metrics
+    assert runner.run(1, {"rotor_contact.d1.u": "50 g.m"}).outcome == before.outcome
+    runner.close()
+
+
 def test_own_metrics_are_added_and_see_the_whole_record():
     task = Task(SCENARIO, until=UNTIL, metrics=(lambda result: {"largest": float(result.dataset["theta_true"].size)},))
     assert Runner(task).run(0, {}).outcome == "failed"
