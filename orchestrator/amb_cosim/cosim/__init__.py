@@ -2,8 +2,8 @@
 
 system          System, Component, Connection, Signal: what is connected with what, checked
 system_file     a system, and what is done with it, from a TOML file
-fmus            FMUs of models and files, built and extracted once, into the cache; fmu_libraries and elf check them
-experiment      Experiment: times, events, profiles, stop conditions, recording; in seconds
+fmus            FMUs of models and files, built for a build_target, once, into the cache; fmu_libraries and elf check them
+experiment      Experiment: times, events, profiles, stop conditions, recording, in seconds; planning: on the time_grid
 assignments     values of parameters and inputs, with units
 simulation      assemble, run_plan: from a system and a plan to a recording
 run             simulate a system file: all of the above in one call
