@@ -14,7 +14,7 @@ from rotor_contact.path import Point, leaves_or_stays_within, share_before_touch
 from rotor_contact.site import Site
 
 MAX_DEVIATION = 1e-6  # of the clearance, from the circle at the inner points
-CLOSE_MARGIN = 4e-6  # of the clearance, within which the path between Lobatto points is not trusted
+CLOSE_MARGIN = 4e-6  # of the clearance, within which the path between Lobatto points is not trusted over a step
 
 Nodes = np.ndarray[tuple[int], np.dtype[np.record]]  # of type `propagator.NODE`, those of one site
 Points = tuple[Point, Point, Point]  # the journal from the centre of its retainer, at the points after the first
@@ -57,22 +57,33 @@ def follows_circle(site: Site, first: Point, second: Point) -> bool:
 @kernel_apart
 def stays_clear(site: Site, begin: Point, points: Points, h: float) -> bool:
     """Return whether the journal of a free site stays clear in a piece of length h (s), by the path between points."""
-    return clear_share(site, begin, points, h) == 1.0
+    return clear_share(site, begin, points, h, CLOSE_MARGIN) == 1.0
 
 
 @kernel
-def clear_share(site: Site, begin: Point, points: Points, h: float) -> float:
+def close_margin(share: float) -> float:
+    """Return within which fraction of the clearance the path is not trusted over a piece of this share of a step.
+
+    It errs by the fourth power of the piece's length; the square is enough for a journal that has just left its circle
+    slowly to be clear of it within the next few short pieces.
+    """
+    return CLOSE_MARGIN * share * share
+
+
+@kernel
+def clear_share(site: Site, begin: Point, points: Points, h: float, margin: float) -> float:
     """Return up to which share of a piece of length h (s) the journal of a free site stays clear.
 
-    Where it touches is that of the path between points; where it may graze, the last point before is the answer.
+    Where it touches is that of the path between points; where it may graze, within the fraction `margin` of the
+    clearance, the last point before is the answer.
     """
     first, second, last = points
     c_1, c_2 = LOBATTO_POINTS[1], LOBATTO_POINTS[2]
-    if not leaves_or_stays_within(site, begin, first, h * c_1, CLOSE_MARGIN):
+    if not leaves_or_stays_within(site, begin, first, h * c_1, margin):
         return share_before_touch(site, begin, first, h * c_1) * c_1
-    if not leaves_or_stays_within(site, first, second, h * (c_2 - c_1), CLOSE_MARGIN):
+    if not leaves_or_stays_within(site, first, second, h * (c_2 - c_1), margin):
         return c_1 + share_before_touch(site, first, second, h * (c_2 - c_1)) * (c_2 - c_1)
-    if not leaves_or_stays_within(site, second, last, h * (1.0 - c_2), CLOSE_MARGIN):
+    if not leaves_or_stays_within(site, second, last, h * (1.0 - c_2), margin):
         return c_2 + share_before_touch(site, second, last, h * (1.0 - c_2)) * (1.0 - c_2)
     return 1.0
 

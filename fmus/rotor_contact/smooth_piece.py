@@ -32,7 +32,7 @@ from rotor_contact.piece import advance_rotations, phase_error, piece_of, start_
 from rotor_contact.products import combination_between, isotropic_combination_between
 from rotor_contact.seals import add_missed_between_speeds
 from rotor_contact.site import Site, can_touch, is_constrained, slip_velocity
-from rotor_contact.site_in_piece import clear_share, follows_circle, share_in_mode
+from rotor_contact.site_in_piece import clear_share, close_margin, follows_circle, share_in_mode
 from rotor_contact.step_matrices import LevelsAround, StepMatrices, grid_speed, levels_around
 from rotor_contact.workspace import Workspace, stages_of
 
@@ -248,6 +248,7 @@ def smooth_share(w: Workspace, matrices: StepMatrices, h: float) -> tuple[float,
     """
     piece, z = piece_of(matrices), stages_of(w.stages).z
     share, is_smooth = 1.0, phase_error(piece) <= MAX_PHASE
+    margin: float = close_margin(h / matrices.sizes[0].step_size)
     largest = LEAST_FORCE
     for k in range(w.sites.shape[0]):
         if is_constrained(w.sites[k]):
@@ -257,7 +258,7 @@ def smooth_share(w: Workspace, matrices: StepMatrices, h: float) -> tuple[float,
         site = w.sites[k]
         if can_touch(site):
             points = _journal(site, matrices, k, 1), _journal(site, matrices, k, 2), _journal(site, matrices, k, 3)
-            share = min(share, clear_share(site, _journal_at_start(site, z, w.n), points, h))
+            share = min(share, clear_share(site, _journal_at_start(site, z, w.n), points, h, margin))
         elif is_constrained(site):
             a, b, c, d = matrices.nodes[k, 0], matrices.nodes[k, 1], matrices.nodes[k, 2], matrices.nodes[k, 3]
             rough_n = abs(5.0 * (d.f_n - a.f_n) + CUBIC * (b.f_n - c.f_n))

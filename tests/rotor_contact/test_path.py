@@ -7,8 +7,10 @@ from rotor_cases import BEARINGS, CLEARANCE, H, plant, run, scratch
 from scipy.interpolate import BPoly, PPoly
 from scipy.optimize import brentq
 
+from rotor_contact.lobatto import LOBATTO_POINTS
 from rotor_contact.path import Point, leaves_or_stays_within, point_of, share_before_touch, stays_within, touch_time
 from rotor_contact.propagator import STEPS_BEFORE_BUILD
+from rotor_contact.site_in_piece import clear_share, close_margin
 
 ALONG = np.linspace(0.0, 1.0, 2001)[:, None]
 
@@ -158,3 +160,17 @@ def test_share_before_a_touch_is_where_the_path_reaches_the_retainer(site):
     touch = brentq(lambda t: np.hypot(*course(t)) - CLEARANCE, 0.0, H)
     assert 0.0 <= touch / H - share_before_touch(site, begin, end, H) <= 1e-3
     assert share_before_touch(site, end, begin, H) == 0.0
+
+
+def test_a_journal_that_lifts_off_slowly_is_clear_a_short_piece_later(site):
+    """It would have to be integrated for as long as it is within what a whole step leaves in doubt."""
+    h, inwards = H / 32, 1.0
+
+    def at(t):
+        return Point(CLEARANCE - 0.5 * inwards * t * t, 0.0, -inwards * t, 0.0)
+
+    points = tuple(at(h + c * h) for c in LOBATTO_POINTS[1:])
+    assert clear_share(site, at(h), points, h, close_margin(h / H)) == 1.0
+    assert clear_share(site, at(h), points, h, close_margin(1.0)) == 0.0
+    approach = tuple(Point(CLEARANCE + 2e-9 * (c - 0.5), 0.0, 2e-9 / h, 0.0) for c in LOBATTO_POINTS)
+    assert clear_share(site, approach[0], approach[1:], h, close_margin(h / H)) == pytest.approx(0.5, abs=1e-3)
