@@ -33,6 +33,8 @@ _KINDS = {
 }
 _BOUNDS = {annotated_types.Gt: ">", annotated_types.Ge: ">=", annotated_types.Lt: "<", annotated_types.Le: "<="}
 _LONGEST = 60  # characters of a value in a message
+_UNKNOWN = ("extra_forbidden", "unexpected_keyword_argument")
+_MANY = 3  # unknown keys of a table that are told in one sentence
 
 
 @dataclass(frozen=True)
@@ -78,7 +80,17 @@ def sentences(error: ValidationError, form: type[Any], data: object) -> list[str
     for keys, found in list(by_place.items()):  # a list is too short where its items are wrong
         if found[0]["type"] == "too_short" and any(other[: len(keys)] == keys != other for other in by_place):
             del by_place[keys]
-    return [line for found in by_place.values() for line in _sentence(found, form, data).splitlines()]
+    unknown: dict[Location, list[Location]] = {}
+    for keys, found in by_place.items():
+        if found[0]["type"] in _UNKNOWN:
+            unknown.setdefault(keys[:-1], []).append(keys)
+    together = []
+    for strangers in unknown.values():
+        if len(strangers) >= _MANY:  # no slip of the pen, but a file of another kind
+            found = [by_place.pop(keys)[0] for keys in strangers]
+            names = ", ".join(_place(keys, data) for keys in strangers)
+            together.append(f"unknown keys {names}; {suggest(names, _options(form, found[0]))}")
+    return [*together, *(line for found in by_place.values() for line in _sentence(found, form, data).splitlines())]
 
 
 def _sentence(errors: list[ErrorDetails], form: type[Any], data: object) -> str:
@@ -87,9 +99,8 @@ def _sentence(errors: list[ErrorDetails], form: type[Any], data: object) -> str:
     place = _place(keys, data)
     if kind == "missing" and isinstance(keys[-1], str):
         return f"{place} is missing"
-    if kind in ("extra_forbidden", "unexpected_keyword_argument"):
-        options = [key for declared in _declared(form, first["loc"][:-1]) for key in _fields(declared.hint)]
-        return f"unknown key {place}; {suggest(str(keys[-1]), options)}"
+    if kind in _UNKNOWN:
+        return f"unknown key {place}; {suggest(str(keys[-1]), _options(form, first))}"
     metadata = [extra for declared in _declared(form, first["loc"]) for extra in declared.metadata]
     if kind == "value_error":
         message = message.removeprefix("Value error, ")
@@ -102,6 +113,11 @@ def _sentence(errors: list[ErrorDetails], form: type[Any], data: object) -> str:
     value = _at(data, keys)
     unit = _unit(metadata) if isinstance(value, int | float) and not isinstance(value, bool) else ""
     return f"{place or 'it'} = {_shown(value)}{unit} is not allowed; it must be {allowed}"
+
+
+def _options(form: type[Any], unknown: ErrorDetails) -> list[str]:
+    """Return the keys that could stand in the place of an unknown one."""
+    return [key for declared in _declared(form, unknown["loc"][:-1]) for key in _fields(declared.hint)]
 
 
 def _at_place(sentence: str, keys: Location, data: object) -> str:

@@ -118,6 +118,12 @@ def test_sentences_of_a_form_carry_its_place():
     assert refused(double, Model) == ["pump: two discs are at one node"]
 
 
+def test_a_file_of_another_kind_is_told_in_one_sentence():
+    assert refused("diameter = 1\nspeed = 1\nstages = []\nscenario = 'drop'") == [
+        "unknown keys speed, stages, scenario; there are diameter, discs, theory, inputs"
+    ]
+
+
 def test_pydantic_models_are_checked_alike():
     assert refused("pump.diameter = -1\nwidht = 3\nwidth = 1.5", Model) == [
         "pump.diameter = -1 m is not allowed; it must be > 0 m",

@@ -148,7 +148,7 @@ def _of_file(source: str | Path) -> list[Criterion]:
     path = known.get(str(source), Path(source))
     if not path.is_file():
         raise ValueError(f"no file of criteria {str(source)!r}; {suggest(str(source), known)}")
-    name = f"criteria {path.stem}"
+    name = f"criteria {path.name}"
     file = validate(read_toml(path, name), CriteriaFile, name)
     about = {"standard": file.standard, "edition": file.edition}
     return [one.model_copy(update={k: v for k, v in about.items() if not getattr(one, k)}) for one in file.criterion]

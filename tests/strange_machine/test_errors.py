@@ -1,0 +1,103 @@
+"""Bad input for a machine without a name of the rig's: one sentence with the value and what is allowed."""
+
+from __future__ import annotations
+
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+import tomllib
+
+import pytest
+import tomli_w
+from click.testing import CliRunner
+from strange_machine import FOLDER, ROTOR
+
+from amb_cosim.commands.cli import main
+
+OF_THE_RIG = re.compile(r"\b([mr]b[12]|d[1-4]|fig\d\w*|bath|abulrub|thesis|the rig)\b", re.IGNORECASE)
+
+WITHOUT = {"bare.toml": "sites", "loose.toml": "bearings", "blind.toml": "sensors"}  # rotor files, and what they lack
+
+COMMANDS = {
+    "run levitation.toml --set rotor_contact.turbin.u=1": "no variable 'turbin.u'; did you mean turbine.u",
+    "run levitation.toml --set amb_actuator.nort.gap_x='1 mm'": "no variable 'nort.gap_x'; did you mean north.gap_x",
+    "run levitation.toml --set amb_actuator.north.gap_x='1 A'": "has unit A, which cannot be converted to m",
+    "run levitation.toml --set rotor_contact.catch_n.clearance='-1 mm'": "it must be >= 1e-06 and <= 0.1 m",
+    "run levitation.toml --rotor bare.toml": "rotor_contact has no parameter or input '*.mu'; there are ",
+    "run levitation.toml --rotor loose.toml": "(catch_n) = 'north' is not the name of a bearing; there are none",
+    "run levitation.toml --rotor expandor": "no rotor 'expandor'; did you mean turbo_expander?",
+    "run expander.toml": "unknown keys shaft, materials, bodies, ",
+    "run machine.toml": "Omega is missing",
+    "rotor show levitation.toml": "unknown keys description, system, rotor, ",
+    "machine check expander.toml": "bearings, seals, sites, sensors, damping, reduction; there are name, ",
+    "machine check wrong.toml": "rotor expander has no part 'turbin'; did you mean turbine?",
+    "assess machine.toml --only closed_lop": "no part 'closed_lop'; did you mean closed_loop?",
+    "assess machine.toml --criteria text.toml": "criteria text.toml is not valid TOML",
+    "assess machine.toml --units furlong": "units = 'furlong' is not allowed; it must be one of rad/s, Hz, rpm",
+    "assess machine.toml -o text.toml": "it is a file, and the output must be a folder",
+    "report --units m/s": "units = 'm/s' is not allowed",
+    "modes --rotor text.toml": "is not valid TOML",
+    "study campbell --rotor expander.toml --speed fast": "speed = 'fast' is no number",
+    "study modes --rotor expander.toml --speed 3kg": "speed = '3kg' has unit kg, which cannot be converted to rad/s",
+    "study unbalance_response --rotor expander.toml --node 99": "node = 99 is not allowed; it must be a node",
+    "study h_matrix --rotor blind.toml": "bearing 'north' has no sensors",
+    "study poles levitation.toml --up-to 1kg": "up-to = '1kg' has unit kg",
+    "study traps levitation.toml --set rotor_contact.catch_n.mew=1": "did you mean catch_n.m",
+    "identify --rotor blind.toml": "bearing 'north' has no sensors",
+    "linearise text.toml": "is not valid TOML",
+    "live levitation.toml --rotor nope.toml": "rotor file nope.toml cannot be read: No such file",
+    "export-ssp text.toml -o a.ssp": "is not valid TOML",
+    "build --rotor text.toml -o fmus": "is not valid TOML",
+    "verify text.toml": "cannot be unpacked: it is no zip archive",
+    "simulate text.toml": "is not valid TOML",
+    "sweep levitation.toml --vary Omega=1kg:2kg:3": "Omega = '1.0 kg' has unit kg",
+    "sweep levitation.toml --vary rotor_contact.turbine.u=1m,2m": "has unit m, which cannot be converted to kg.m",
+    "compare levitation.toml levitation.toml --set 2:rotor_contact.turbin.u=1": "did you mean turbine.u",
+    "animate levitation.toml": "levitation.toml is no result of a run, or damaged",
+    "list --filter nothing_like_it": "no scenario and no sweep has the words 'nothing_like_it'",
+}
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """The files of the machine, rotors that lack something, a machine with a wrong name, and a text."""
+    made = tmp_path_factory.mktemp("machine")
+    rotor, machine = (path.read_text(encoding="utf-8") for path in (ROTOR, FOLDER / "machine.toml"))
+    for file in FOLDER.glob("*.toml"):
+        shutil.copy(file, made)
+    for name, lacks in WITHOUT.items():
+        (made / name).write_text(tomli_w.dumps({key: of for key, of in tomllib.loads(rotor).items() if key != lacks}))
+    (made / "wrong.toml").write_text(machine.replace('"turbine"', '"turbin"'))
+    (made / "text.toml").write_text("hello")
+    return made
+
+
+@pytest.mark.parametrize(("command", "message"), COMMANDS.items())
+def test_bad_input_is_told_in_the_words_of_the_machine(folder, monkeypatch, command, message):
+    monkeypatch.chdir(folder)
+    before = sorted(folder.iterdir())
+    ended = CliRunner().invoke(main, shlex.split(command))
+    assert (ended.exit_code, type(ended.exception)) == (2, SystemExit), ended.output
+    assert message in ended.output
+    assert all(line.startswith("amb-cosim: ") for line in ended.output.splitlines())
+    assert not OF_THE_RIG.search(ended.output)
+    assert sorted(folder.iterdir()) == before
+
+
+def test_help_of_commands_of_any_machine_has_no_word_of_the_rig():
+    shown = """
+import click
+from amb_cosim.commands.cli import main
+def show(command, path):
+    if isinstance(command, click.Group):  # whose whole help would have the packs add commands
+        for name, inner in command.commands.items():
+            show(inner, f"{path} {name}")
+    else:
+        print(path, command.get_help(click.Context(command, info_name=path)).replace(chr(10), " "))
+show(main, "amb-cosim")
+"""
+    told = subprocess.run([sys.executable, "-c", shown], capture_output=True, text=True, check=True).stdout.splitlines()
+    assert len(told) > 30
+    assert [line for line in told if OF_THE_RIG.search(line)] == []
