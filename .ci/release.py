@@ -59,6 +59,8 @@ def make(target: Path) -> None:
     with tempfile.TemporaryDirectory(prefix="release-") as work:
         source, tools, clean = (Path(work, name) for name in ("source", "tools", "clean"))
         run("git", "clone", "-q", ROOT, source)
+        for kept in ("NUMBA_CACHE_DIR", "PYTHONPATH", "ZIG_GLOBAL_CACHE_DIR"):  # of who makes the release
+            os.environ.pop(kept, None)
         epoch = run("git", "log", "-1", "--format=%ct", cwd=source).strip()
         os.environ.update(
             AMB_COSIM_PLATFORMS="all",
