@@ -2,7 +2,7 @@
 
 system          System, Component, Connection, Signal: what is connected with what, checked
 system_file     a system, and what is done with it, from a TOML file
-fmus            FMUs of models and files, built for a build_target, once, into the cache; fmu_libraries and elf check them
+fmus            FMUs of models and files, built for a build_target into the cache; fmu_libraries, elf: checks
 experiment      Experiment: times, events, profiles, stop conditions, recording, in seconds; planning: on the time_grid
 assignments     values of parameters and inputs, with units
 simulation      assemble, run_plan: from a system and a plan to a recording
