@@ -13,6 +13,7 @@ from raw import Library
 
 from amb_cosim.design import plant_data
 from fmi_export.model import Instance
+from rotor_analysis.parts import AtSpeed, Bearing
 
 H = 250e-6
 
@@ -115,6 +116,38 @@ def test_a_machine_of_another_size_runs_on_the_same_engine(unpacked, plant, plan
     names = [v.name for v in model.interface.of("output")]
     closed = record[:, [names.index(f"{site}.mode") for site in SITES]] > 0.0
     assert np.max(np.sum(closed, axis=1)) == 6
+
+
+def seals():
+    """A gland that drives whirl, over speed, and a passive bearing unlike in both directions, with mass."""
+    speeds = ((60.0, 3e5, 1e5), (75.0, 5e5, 6e5), (110.0, 4e5, 2e6))
+    tables = tuple(
+        AtSpeed(speed, ((k, Q), (-Q, k)), ((300.0, 40.0), (-40.0, 300.0)), ((2.0, 0.0), (0.0, 2.0)))
+        for speed, k, Q in speeds
+    )
+    unlike = Bearing("ring", 20, ((3e5, 5e4), (2e4, -1e5)), ((400.0, 30.0), (10.0, 200.0)))
+    return (Bearing("gland", 12, at_speed=tables), unlike)
+
+
+@pytest.mark.parametrize("exact", [1.0, 0.0], ids=["pieces", "substeps"])
+def test_a_machine_with_seals_agrees_while_its_speed_runs_through_a_table(unpacked, exact):
+    """Before its first speed, between the others and beyond the last; touching, and free again."""
+    model, constants = plant_data.plant(machine(seals=seals()))
+    given = held(3) | {"Omega": 50.0, "impeller5.u": 2e-3, "seal2.mu": 0.2, "solver.exact_motion": exact}
+    native, core = both(unpacked(model, constants), model, constants, given | {"gravity": 9.81})
+    steps, faster = 120, 2500.0
+
+    def change(n):
+        pushed = 2.5e4 if 20 < n < 50 else 0.0
+        return {"Omega": 50.0 + faster * n * H, "Omega_dot": faster, "impeller9.f_y": pushed}
+
+    difference, record = largest_difference(native, core, steps, change)
+    assert difference == 0.0
+    names = [v.name for v in model.interface.of("output")]
+    beyond = record[:, names.index("gland.beyond_table")]
+    assert beyond[0] == 1.0 == beyond[-1]
+    assert np.count_nonzero(beyond == 0.0) > 70
+    assert np.any(record[:, names.index("seal2.mode")] > 0.0)
 
 
 @pytest.mark.slow
