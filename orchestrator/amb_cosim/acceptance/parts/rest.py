@@ -63,6 +63,7 @@ def answer(subject: Subject) -> PartResult:
         "Besides friction, what the machine says brakes it: spin.drag (gas, windage), race_drag and "
         "race_viscous_drag (balls). A race without drag turns on with the rotor for minutes and takes hardly any "
         "heat.",
+        *_without_temperature(touchdown),
         *subject.note_on_stages,
     )
     return PartResult(measured, panels, (PartTable(f"{times[-1]:.4g} s without power", heads, rows),), notes)
@@ -157,6 +158,14 @@ def _at_most(subject: Subject, touchdown: Touchdown, site: str, more: float) -> 
     if found.temperature is None or not capacity or not all_of:
         return 0.0
     return found.temperature + more * (found.heat or 0.0) / all_of / capacity
+
+
+def _without_temperature(touchdown: Touchdown) -> tuple[str, ...]:
+    """Say which retainers have no temperature, because nothing is known of their heat capacity."""
+    names = [site for site, found in touchdown.retainers.items() if found.temperature is None]
+    if not names:
+        return ()
+    return (f"No temperature of {', '.join(names)}: give `heat_capacity` (J/K) and `heat_transfer` (W/K).",)
 
 
 def _texts(found: Retainer) -> tuple[str, ...]:
