@@ -9,6 +9,7 @@ from dataclasses import replace
 import control
 import numpy as np
 import pytest
+from click.testing import CliRunner
 from slow import slow_but_first
 from strange_machine import LEVITATION
 
@@ -17,11 +18,13 @@ from amb_cosim.acceptance.coefficients import anticipated, real_coefficients
 from amb_cosim.acceptance.coupled import coupled_loop
 from amb_cosim.acceptance.feedback import bearing_forces
 from amb_cosim.acceptance.machine_file import MachineFile, load_machine
+from amb_cosim.acceptance.page import page
 from amb_cosim.acceptance.parts import rest
 from amb_cosim.acceptance.parts.envelope import largest_needed
 from amb_cosim.acceptance.parts.sensitivity import sensitivities
 from amb_cosim.acceptance.response import passive, synchronous_response
 from amb_cosim.acceptance.subject import Subject
+from amb_cosim.commands.cli import main
 from amb_cosim.design.plant_data import plant
 from amb_cosim.linear.linearise import model_of
 from amb_cosim.linear.loop import Loop
@@ -30,6 +33,7 @@ from amb_cosim.results.places import PLANT
 from rotor_analysis.parts import Bearing
 
 FAST = ["free_modes", "critical_map", "closed_loop", "cross_coupling", "unbalance", "envelope"]
+CO_SIMULATED = ["sensitivity", "vibration", "faults", "landing", "rest", "recovery"]
 SPEED = {"minimum": "600 rpm", "maximum": "1200 rpm"}
 MACHINES = {
     "expander": lambda: load_machine(LEVITATION.parent / "machine.toml"),
@@ -53,6 +57,20 @@ def test_fast_parts_answer_by_the_names_of_the_machine(name):
     data = found.as_dict()
     data.pop("machine")
     assert bool(OF_THE_RIG.search(json.dumps(data))) == (name == "rig")
+
+
+def test_commands_describe_the_machine_and_write_its_page(tmp_path):
+    pytest.importorskip("plotly")
+    file, run = str(LEVITATION.parent / "machine.toml"), CliRunner()
+    told = run.invoke(main, ["machine", "check", file])
+    assert told.exit_code == 0, told.output
+    assert {"north", "gland", "catch_n", "turbine"} <= set(re.findall(r"\w+", told.output))
+    assert not OF_THE_RIG.search(told.output)
+    given = ["assess", file, "--only", "free_modes", "--no-pdf", "-o", str(tmp_path / "page")]
+    done = run.invoke(main, given)
+    assert done.exit_code == 0, done.output
+    assert "0 not answered" in done.output
+    assert sorted(path.name for path in (tmp_path / "page").iterdir()) == ["assessment.html", "assessment.json"]
 
 
 def test_level_one_takes_the_seals_away_and_level_two_has_them(expander):
@@ -138,25 +156,57 @@ def test_sensitivity_is_that_of_python_control(expander):
         np.testing.assert_allclose(values[::40], theirs, rtol=1e-6)
 
 
+@pytest.fixture(scope="module")
+def co_simulated():
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(rest, "LONGEST", 1.0)
+        found = assess(MACHINES["expander"](), only=CO_SIMULATED)
+    assert not found.unanswered
+    return found
+
+
 @pytest.mark.slow
-def test_it_comes_back_from_its_retainers_and_a_larger_overload_touches_one():
-    (part,) = assess(MACHINES["expander"](), only=["recovery"]).parts
-    assert not part.reason
-    found = {one.measured.quantity: one.measured for one in part.findings}
+def test_parts_with_co_simulation_answer_by_the_names_of_the_machine(co_simulated):
+    """Verdicts, tables and notes; plots; and the page."""
+    assert [part.key for part in co_simulated.parts] == CO_SIMULATED
+    shown = [*co_simulated.as_dict()["parts"].values()]
+    panels = [panel for part in co_simulated.parts for panel in part.answer.panels]
+    shown += [[panel.title, panel.x, panel.y, *(one.name for one in panel.curves)] for panel in panels]
+    assert not OF_THE_RIG.search(json.dumps(shown))
+    assert {"north", "catch_n"} <= set(re.findall(r"\w+", json.dumps(shown)))
+
+
+@pytest.mark.slow
+def test_the_page_says_no_name_of_the_rig(co_simulated):
+    pytest.importorskip("plotly")
+    text = re.sub(r"<(script|style)\b.*?</\1>", "", page(co_simulated), flags=re.DOTALL)
+    words = re.sub(r"data:[^\"]*", "", text)
+    assert "catch_n" in words
+    assert not OF_THE_RIG.search(words)
+
+
+@pytest.mark.slow
+def test_it_comes_back_from_its_retainers_and_a_larger_overload_touches_one(co_simulated):
+    found = measured_in(co_simulated, "recovery")
     assert found["relevitation"].value < 75.0
     assert 0.5 < found["overload"].value < 4.0
     assert found["overload"].where.startswith("catch_")
 
 
 @pytest.mark.slow
-def test_a_way_to_rest_that_takes_too_long_is_extrapolated_and_says_so(monkeypatch):
-    monkeypatch.setattr(rest, "LONGEST", 1.0)
-    (part,) = assess(MACHINES["expander"](), only=["rest"]).parts
-    assert not part.reason
-    found = {one.measured.quantity: one.measured for one in part.findings}
+def test_a_way_to_rest_that_takes_too_long_is_extrapolated_and_says_so(co_simulated):
+    found = measured_in(co_simulated, "rest")
     assert found["landing_force_change"].value < 20.0
     assert found["rest_time"].note.startswith("not at rest within 1 s")
     assert found["standstill_time"].where == "extrapolated"
     assert found["standstill_time"].note.startswith("extrapolated from 97")
     assert 20.0 < found["standstill_time"].value < 80.0
     assert found["retainer_heat"].value < found["heat_to_standstill"].value
+    assert "retainer_temperature" not in found
+    (part,) = (part for part in co_simulated.parts if part.key == "rest")
+    assert any(note.startswith("No temperature of catch_n, catch_s") for note in part.answer.notes)
+
+
+def measured_in(found, key):
+    (part,) = (part for part in found.parts if part.key == key)
+    return {one.measured.quantity: one.measured for one in part.findings}
