@@ -9,22 +9,16 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-import numpy as np
-
 from fmi_export.flat import copy
 from fmi_export.jit import kernel, kernel_apart, views
 from fmi_export.model import Array
 from fmi_export.parts import part
-from fmi_export.records import record
+from rotor_contact.passive_bearings import Bearings, add_bearings, heat_per_second, set_passive
 from rotor_contact.products import dot, quadratic_form, subtract_products
 from rotor_contact.seals import Seals, add_seals
 from rotor_contact.signals import Inputs, Parameters
 from rotor_contact.structure import REAL, Structure
 
-# A magnetic bearing during a step: row of its x, passive stiffness (N/m) and damping (N s/m), and the gradients (N/m)
-# of its force in x and y.
-BEARING = record(("row", np.int64), ("k_b", np.float64), ("c_b", np.float64), ("gradient", np.float64, (2,)))
-Bearings = np.ndarray[tuple[int], np.dtype[np.record]]
 N_ROWS = 10  # of a motion, beyond its coefficients
 LEAST_SPEED_GAIN = 1e-4  # rad/s, that changes the coefficients; less turns no velocity by 1e-7 in a millisecond
 
@@ -186,10 +180,7 @@ def set_bearings(parameters: Parameters, motion: Motion) -> None:
     given = forces(motion)
     copy(given.without_magnets, given.steady)
     for k in range(motion.bearings.shape[0]):
-        bearing = motion.bearings[k]
-        bearing.k_b = parameters.bearings[k].k_b
-        bearing.c_b = parameters.bearings[k].c_b
-        bearing.gradient[0] = bearing.gradient[1] = 0.0
+        set_passive(motion.bearings[k], parameters.bearings[k])
 
 
 @kernel
@@ -224,13 +215,7 @@ def collect_coefficients(structure: Structure, motion: Motion) -> None:
         for j in range(n):
             K[j, i] = structure.MinvK[i, j] - motion.Omega * structure.over_speed[n + i, j]
             C[j, i] = structure.MinvC[i, j] + motion.Omega * structure.over_speed[i, j]
-    for bearing in motion.bearings:
-        for axis in range(2):
-            row = bearing.row + axis
-            for i in range(n):
-                effect = structure.Minv[i, row]
-                K[row, i] += effect * (bearing.k_b - bearing.gradient[axis])
-                C[row, i] += effect * bearing.c_b
+    add_bearings(structure.Minv, motion.bearings, True, K, C)
     add_seals(structure.Minv, motion.seals, motion.Omega, K, C)
     given, caused = forces(motion), accelerations(motion)
     _divide_by_mass(structure.Minv, given.steady, caused.steady)
@@ -301,11 +286,11 @@ def input_power(motion: Motion, unbalance: complex, q: Array, v: Array) -> float
 
 @kernel
 def damping_power(motion: Motion, v: Array) -> float:
-    """Return the heat per second from the passive bearings, the sum of c_b |v|^2 (W)."""
+    """Return the heat per second from the passive bearings, at the velocities v (m/s) (W)."""
     power = 0.0
     for bearing in motion.bearings:
         row = bearing.row
-        power += bearing.c_b * (v[row] * v[row] + v[row + 1] * v[row + 1])
+        power += heat_per_second(bearing, v[row], v[row + 1])
     return power
 
 

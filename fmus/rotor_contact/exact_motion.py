@@ -30,6 +30,7 @@ from rotor_contact.collocation import add_contact, find_end_forces, find_forces
 from rotor_contact.compliant import is_any_compliant
 from rotor_contact.contact import is_any_constrained
 from rotor_contact.dynamics import Motion, collect_coefficients, damping_power, forces, shaft_damping
+from rotor_contact.passive_bearings import heat_per_second, is_damping
 from rotor_contact.path import Point, point_of, stays_within
 from rotor_contact.products import dot, row_combination
 from rotor_contact.propagator import (
@@ -114,7 +115,7 @@ def _propagate_piece(w: Workspace, propagator: Propagator, tau: float, h: float,
         start = propagator.start
     damped = motion.is_damped
     for bearing in motion.bearings:
-        damped = damped or bearing.c_b != 0.0
+        damped = damped or is_damping(bearing)
     row_combination(start, propagator.P, end, 2 * n + (N_GAUSS * n_observed(motion) if damped else 0))
     for k in range(w.sites.shape[0]):
         site = w.sites[k]
@@ -164,9 +165,9 @@ def _damping_heat(motion: Motion, end: Array, n: int) -> float:
     """Return the mean heat per second (W) of the passive bearings during a piece, by Gauss's quadrature."""
     heat = 0.0
     for k in range(N_GAUSS):
-        for b in range(n_axes(motion)):
-            velocity = end[2 * n + k * n_axes(motion) + b]
-            heat += GAUSS_WEIGHTS[k] * motion.bearings[b // 2].c_b * velocity * velocity
+        for b in range(motion.bearings.shape[0]):
+            at = 2 * n + k * n_axes(motion) + 2 * b
+            heat += GAUSS_WEIGHTS[k] * heat_per_second(motion.bearings[b], end[at], end[at + 1])
     return heat
 
 

@@ -13,9 +13,10 @@ from fmi_export.parts import part
 from fmi_export.records import record, size_of
 from rotor_contact.bodies import SPIN, place_bodies
 from rotor_contact.contact import MAX_UNKNOWNS
-from rotor_contact.dynamics import BEARING, N_ROWS, Bearings, Motion
+from rotor_contact.dynamics import N_ROWS, Motion
 from rotor_contact.linear_solver import Equations, equations_of
-from rotor_contact.propagator import N_BEARING, Key, Propagator, key_of, key_size, propagator_of, propagator_size
+from rotor_contact.passive_bearings import BEARING, N_BEARING, Bearings
+from rotor_contact.propagator import Key, Propagator, key_of, key_size, propagator_of, propagator_size
 from rotor_contact.signals import Inputs, Parameters
 from rotor_contact.site import SITE, Sites
 from rotor_contact.step_cache import StepCache, step_cache_of, step_cache_size

@@ -9,6 +9,7 @@ from fmi_export.jit import kernel, kernel_apart
 from fmi_export.model import Array
 from rotor_contact.dynamics import Motion, accelerations
 from rotor_contact.lobatto import N_LOBATTO
+from rotor_contact.passive_bearings import add_bearings
 from rotor_contact.products import row_combination
 from rotor_contact.seals import add_seals, seals_are_isotropic
 from rotor_contact.site import Sites
@@ -149,12 +150,7 @@ def write_coefficients(
         for j in range(m):
             KC[j, i] = structure.MinvK[i, j] - Omega * structure.over_speed[m + i, j]
             KC[n + j, i] = structure.MinvC[i, j] + Omega * structure.over_speed[i, j]
-    for bearing in motion.bearings:
-        for axis in range(2):
-            row = bearing.row + axis
-            for i in range(m):
-                KC[row, i] += structure.Minv[i, row] * bearing.k_b
-                KC[n + row, i] += structure.Minv[i, row] * bearing.c_b
+    add_bearings(structure.Minv, motion.bearings, False, KC[:n], KC[n:])
     add_seals(structure.Minv, motion.seals, Omega, KC[:n], KC[n:])
     for site in sites:
         if site.housing >= 0:

@@ -16,6 +16,7 @@ from rotor_contact.enumerations import ROLLING
 from rotor_contact.friction import friction_ratio
 from rotor_contact.linear_solver import solve
 from rotor_contact.lobatto import N_LOBATTO
+from rotor_contact.passive_bearings import is_damping
 from rotor_contact.path import Point
 from rotor_contact.piece import INTEGRALS, Piece, piece_of
 from rotor_contact.site import Site, is_constrained, race_radius
@@ -52,7 +53,7 @@ def magnets_act(w: Workspace) -> bool:
     """Return whether any bearing exerts a force beside its stiffness, or damps."""
     given = forces(w.motion)
     for bearing in w.motion.bearings:
-        if bearing.c_b != 0.0:
+        if is_damping(bearing):
             return True
         for axis in range(2):
             row = bearing.row + axis

@@ -11,6 +11,7 @@ from rotor_contact.compliant import is_compliant, stored_energy
 from rotor_contact.enumerations import FREE, ROLLING, SLIDING
 from rotor_contact.friction import is_below_slip_scale
 from rotor_contact.layout import State
+from rotor_contact.passive_bearings import stored_in_bearing
 from rotor_contact.products import dot, quadratic_form
 from rotor_contact.signals import Outputs, Parameters
 from rotor_contact.site import Site, Sites, locate_journal, slip_velocity, tangential_component
@@ -121,7 +122,7 @@ def write_mechanical_energy(
     strain = 0.5 * quadratic_form(structure.K, q)
     for k in range(parameters.bearings.shape[0]):
         row = int(structure.bearings[k])
-        strain += 0.5 * parameters.bearings[k].k_b * (q[row] * q[row] + q[row + 1] * q[row + 1])
+        strain += stored_in_bearing(parameters.bearings[k], q[row], q[row + 1])
     for site in sites:
         if is_compliant(site):
             strain += stored_energy(site, max(locate_journal(site, q) - site.clearance, 0.0))

@@ -20,6 +20,7 @@ from rotor_contact.bodies import drive_torque, race_drag
 from rotor_contact.dynamics import is_damped_to_ground, unbalance_direction
 from rotor_contact.lobatto import LOBATTO_WEIGHTS, N_LOBATTO
 from rotor_contact.node_forces import magnet_force, magnets_act, port_of_bearing, port_of_housing
+from rotor_contact.passive_bearings import heat_per_second
 from rotor_contact.piece import piece_of, unbalance_velocity
 from rotor_contact.products import dot, row_combination
 from rotor_contact.seals import seal_power, slopes_of_seal_power, stored_by_seals
@@ -193,11 +194,11 @@ def add_energies(w: Workspace, matrices: StepMatrices, h: float, before: ShaftDa
         Omega = speeds[point]
         for b in range(n_bearings):
             port = port_of_bearing(matrices, b)
+            v = _velocity(w, matrices, port, point, 0), _velocity(w, matrices, port, point, 1)
+            damping += share * heat_per_second(w.motion.bearings[b], v[0], v[1])
             for axis in range(2):
-                velocity = _velocity(w, matrices, port, point, axis)
-                damping += share * w.motion.bearings[b].c_b * velocity * velocity
                 unit = 2 * (int(matrices.sizes[0].n_ports) * point + port) + axis
-                work += share * piece.known[unit] * velocity
+                work += share * piece.known[unit] * v[axis]
         if is_free:
             damping += share * w.spin[0].drag * Omega * Omega
             work += share * drive_torque(w.spin[0], Omega) * Omega

@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from fmi_export.flat import copy, same_bits
+from fmi_export.flat import copy, is_near, same_bits
 from fmi_export.jit import kernel, kernel_apart
 from fmi_export.model import Array
 from rotor_contact.bodies import RACE_SPEED_SCALE
@@ -22,8 +22,9 @@ from rotor_contact.enumerations import EVENTS, EXACT, PIECES
 from rotor_contact.events import advance
 from rotor_contact.matrix_levels import choose_levels
 from rotor_contact.matrix_rows import are_complete, build_slot, is_complete, share_of
+from rotor_contact.passive_bearings import same_passive, set_passive
 from rotor_contact.piece_energy import ShaftDamping, add_energies, add_slope, damping_of_shaft, known_damping
-from rotor_contact.propagator import STEP_TOLERANCE, STEPS_BEFORE_BUILD, is_near
+from rotor_contact.propagator import STEP_TOLERANCE, STEPS_BEFORE_BUILD
 from rotor_contact.site import Sites
 from rotor_contact.smooth_piece import begin_piece, end_piece, find_contact_forces, smooth_share, solve_piece
 from rotor_contact.step_matrices import MatricesKey, StepMatrices, is_for, place_on_grid, spacing_for
@@ -51,10 +52,9 @@ def steps_with_matrices(
         key.step_size[0], key.origin[0] = step_size, origin
     given = forces(motion)
     for k in range(motion.bearings.shape[0]):
-        bearing = motion.bearings[k]
-        if key.bearings[k, 0] != bearing.k_b or key.bearings[k, 1] != bearing.c_b:
+        if not same_passive(motion.bearings[k], key.bearings[k], 0.0):
             same = False
-            key.bearings[k, 0], key.bearings[k, 1] = bearing.k_b, bearing.c_b
+            set_passive(key.bearings[k], motion.bearings[k])
     for k in range(sites.shape[0]):
         same = _housing_is_unchanged(sites[k], key.sites[k]) and same
     for i in range(3):

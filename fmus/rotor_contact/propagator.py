@@ -9,19 +9,20 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fmi_export.flat import same_bits
+from fmi_export.flat import is_near, same_bits
 from fmi_export.jit import kernel, views
 from fmi_export.model import Array
 from fmi_export.parts import copy_all, part
 from fmi_export.records import record, size_of
-from rotor_contact.dynamics import BEARING, Bearings, Motion
+from rotor_contact.dynamics import Motion
 from rotor_contact.linear_solver import Equations, equations_of
 from rotor_contact.lobatto import N_LOBATTO
+from rotor_contact.passive_bearings import BEARING, N_BEARING, Bearings, same_passive
 from rotor_contact.structure import REAL
 
 # What P and V depend on, besides the bearings: step size (s) and speed (rad/s).
 STEP_KEY = record(("step_size", np.float64), ("Omega", np.float64))
-N_STEP_KEY, N_BEARING = size_of(STEP_KEY), size_of(BEARING)
+N_STEP_KEY = size_of(STEP_KEY)
 
 STEPS_BEFORE_BUILD = 32  # in which P is built, row by row; altogether that costs as much as they do
 STEP_TOLERANCE = 1e-9  # relative; a master that subtracts times rounds in the last digits of the step
@@ -217,7 +218,7 @@ def _is_for(key: Key, motion: Motion, step_size: float) -> bool:
     same = same and is_near(step_size, step.step_size, STEP_TOLERANCE)
     for k in range(motion.bearings.shape[0]):
         bearing, known = motion.bearings[k], key.bearings[k]
-        same = same and is_near(bearing.k_b, known.k_b, ROUNDING) and is_near(bearing.c_b, known.c_b, ROUNDING)
+        same = same and same_passive(bearing, known, ROUNDING)
         for axis in range(2):
             same = same and is_near(bearing.gradient[axis], known.gradient[axis], ROUNDING)
     return same
@@ -241,12 +242,6 @@ def without_rounding(motion: Motion, key: Key) -> Motion:
         Omega,
         motion.Omega_dot,
     )
-
-
-@kernel
-def is_near(value: float, known: float, tolerance: float) -> bool:
-    """Return whether a value differs from a known one by no more than `tolerance` of that; NaN does."""
-    return abs(value - known) <= tolerance * abs(known)
 
 
 @kernel

@@ -30,6 +30,7 @@ from fmi_export.parts import part
 from fmi_export.records import record, size_of
 from rotor_contact.linear_solver import Equations, equations_of
 from rotor_contact.lobatto import N_LOBATTO
+from rotor_contact.passive_bearings import BEARING, N_BEARING, Bearings
 from rotor_contact.propagator import NODE, Nodes
 from rotor_contact.structure import REAL
 
@@ -57,7 +58,7 @@ SIZES = record(
 )
 # What is kept for a speed: its number on the grid, and how many rows of all levels are built.
 SLOT = record(("index", np.float64), ("n_rows", np.float64))
-# What motion depends on, per site: 1/m, stiffness and damping in x and y, base acceleration; per bearing: k_b, c_b.
+# What motion depends on, per site: 1/m, stiffness and damping in x and y, base acceleration.
 SITE_KEY = record(
     ("mobility", np.float64),
     ("stiffness", np.float64, 2),
@@ -74,14 +75,14 @@ Records = np.ndarray[tuple[int], np.dtype[np.record]]
 class MatricesKey(NamedTuple):
     """What the matrices depend on but for the speed: all numbers, and the views into them that have names.
 
-    `step_size` and `origin`, a speed on the grid (rad/s), in arrays of one, of each bearing k_b and c_b, records of
-    type `SITE_KEY`, and the forces (N) that go with 1, A and B, shape (3, n).
+    `step_size` and `origin`, a speed on the grid (rad/s), in arrays of one, records of
+    types `BEARING`, without magnets and rows, and `SITE_KEY`, and the forces (N) that go with 1, A and B, shape (3, n).
     """
 
     values: Array
     step_size: Array
     origin: Array
-    bearings: Array
+    bearings: Bearings
     sites: Records
     forces: Array
 
@@ -237,19 +238,19 @@ def most_ports(n_bearings: int, n_sites: int) -> int:
 @views
 def matrices_key_size(n: int, n_bearings: int, n_sites: int) -> int:
     """Return how many float64 a `MatricesKey` takes, an even number."""
-    return 2 + 2 * n_bearings + N_SITE_KEY * n_sites + 4 * n
+    return 2 + (n_bearings * N_BEARING + 1) // 2 * 2 + N_SITE_KEY * n_sites + 4 * n
 
 
 @views
 def matrices_key_of(array: Array, at: int, n: int, n_bearings: int, n_sites: int) -> MatricesKey:
     """Return a `MatricesKey` in an array from `at` on."""
     bearings = at + 2
-    sites = bearings + 2 * n_bearings
+    sites = bearings + (n_bearings * N_BEARING + 1) // 2 * 2
     return MatricesKey(
         part(array, at, REAL, matrices_key_size(n, n_bearings, n_sites)),
         part(array, at, REAL, 1),
         part(array, at + 1, REAL, 1),
-        part(array, bearings, REAL, (n_bearings, 2)),
+        part(array, bearings, BEARING, n_bearings),
         part(array, sites, SITE_KEY, n_sites),
         part(array, sites + N_SITE_KEY * n_sites, REAL, (3, n)),
     )

@@ -1,4 +1,4 @@
-"""Copies of flat arrays of kernels, and their comparison."""
+"""Copies and comparisons of numbers and flat arrays of kernels."""
 
 from __future__ import annotations
 
@@ -9,6 +9,12 @@ from fmi_export.model import Array
 from fmi_export.parts import part
 
 BITS = np.dtype(np.int64)
+
+
+@kernel
+def is_near(value: float, known: float, tolerance: float) -> bool:
+    """Return whether a value differs from a known one by no more than `tolerance` of that; NaN does."""
+    return abs(value - known) <= tolerance * abs(known)
 
 
 @kernel

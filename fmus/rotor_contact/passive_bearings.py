@@ -1,0 +1,67 @@
+"""The passive parts of the bearings: all that knows their coefficients, which `interface` declares.
+
+    f = -(k_b q + c_b q'),   q = (x, y) of the shaft there, f the force on it            (1)
+
+They store k_b |q|^2/2 and take c_b |q'|^2.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fmi_export.flat import is_near
+from fmi_export.jit import kernel
+from fmi_export.model import Array
+from fmi_export.records import record, size_of
+
+# A magnetic bearing during a step: row of its x, passive stiffness (N/m) and damping (N s/m), and the gradients (N/m)
+# of its force in x and y.
+BEARING = record(("row", np.int64), ("k_b", np.float64), ("c_b", np.float64), ("gradient", np.float64, (2,)))
+N_BEARING = size_of(BEARING)
+Bearings = np.ndarray[tuple[int], np.dtype[np.record]]
+
+
+@kernel
+def set_passive(bearing: np.record, given: np.record) -> None:
+    """Give a bearing the coefficients of another one, or of parameters, and a magnet without force."""
+    bearing.k_b = given.k_b
+    bearing.c_b = given.c_b
+    bearing.gradient[0] = bearing.gradient[1] = 0.0
+
+
+@kernel
+def same_passive(bearing: np.record, known: np.record, tolerance: float) -> bool:
+    """Return whether coefficients are those of a known bearing but for `tolerance`, relative."""
+    return is_near(bearing.k_b, known.k_b, tolerance) and is_near(bearing.c_b, known.c_b, tolerance)
+
+
+@kernel
+def is_damping(bearing: np.record) -> bool:
+    """Return whether a bearing takes energy."""
+    return bool(bearing.c_b != 0.0)
+
+
+@kernel
+def add_bearings(Minv: Array, bearings: Bearings, with_magnets: bool, K: Array, C: Array) -> None:
+    """Add bearings (1), and the gradients of their magnets if asked, to the columns of M^-1 K and M^-1 C."""
+    for bearing in bearings:
+        for axis in range(2):
+            row = bearing.row + axis
+            gradient = bearing.gradient[axis] if with_magnets else 0.0
+            for i in range(Minv.shape[0]):
+                K[row, i] += Minv[i, row] * (bearing.k_b - gradient)
+                C[row, i] += Minv[i, row] * bearing.c_b
+
+
+@kernel
+def heat_per_second(bearing: np.record, v_x: float, v_y: float) -> float:
+    """Return what a bearing takes at a velocity (m/s): c_b |v|^2 (W)."""
+    heat: float = bearing.c_b * (v_x * v_x + v_y * v_y)
+    return heat
+
+
+@kernel
+def stored_in_bearing(given: np.record, x: float, y: float) -> float:
+    """Return the strain energy (J) of a bearing whose shaft is at x and y (m), from its parameters."""
+    energy: float = 0.5 * given.k_b * (x * x + y * y)
+    return energy
