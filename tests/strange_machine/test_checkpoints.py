@@ -22,10 +22,10 @@ SHORT = Scenario.load(RUB).changed(end_cycle=12)
 
 def assert_same(found, expected):
     """The same signals to the last bit, and all that is said of them but the time that it took."""
-    assert list(found.signals.variables) == list(expected.signals.variables)
-    for name, samples in expected.signals.variables.items():
-        assert found.signals[name].values.tobytes() == samples.values.tobytes(), name
-    assert {**found.signals.attrs, "wall_s": 0} == {**expected.signals.attrs, "wall_s": 0}
+    assert list(found.dataset.variables) == list(expected.dataset.variables)
+    for name, samples in expected.dataset.variables.items():
+        assert found.dataset[name].values.tobytes() == samples.values.tobytes(), name
+    assert {**found.dataset.attrs, "wall_s": 0} == {**expected.dataset.attrs, "wall_s": 0}
     assert found.outcome == expected.outcome
 
 
