@@ -1,10 +1,13 @@
 """A first design of a machine: its sizes, its files, and that it levitates, lands and is lifted off again."""
 
 import math
+import tomllib
 
 import numpy as np
 import pytest
+import tomli_w
 from click.testing import CliRunner
+from strange_machine import ROTOR as EXPANDER
 
 import amb_cosim
 from amb_cosim.acceptance.machine_file import load_machine
@@ -13,39 +16,60 @@ from amb_cosim.design.magnetic_bearing import axis_parameters, load_capacity
 from amb_cosim.scenario.scenario import load_scenario
 from amb_cosim.starter.files import TEMPLATES, new_machine
 from amb_cosim.starter.levitation import operating_points
+from amb_cosim.starter.rotor_text import plain_shaft, supports
 from amb_cosim.starter.sizing import CAPACITY, machine_sizes
+from rotor_analysis.packaged_rotors import rotor_path
 from rotor_analysis.rigid_body import rigid_body
 from rotor_analysis.rotor_file import load_rotor
 
 RPM = math.pi / 30.0
 MACHINES = {"blower": (12.0, 0.6, 30000.0), "pump": (60.0, 1.2, 12000.0), "turbine": (1500.0, 3.2, 6000.0)}
 SCENARIOS = ("levitation", "runup", "landing", "relevitation", "sensor_loss", "shock")
+PASSIVE = ('[[bearings]]\nname = "guide"', '[[seals]]\nname = "guide"')  # a bearing without a magnet is a seal
+
+
+def shaft_of(name):
+    """Rotor file of a machine's plain shaft, and its speed."""
+    mass, length, rpm = MACHINES[name]
+    return plain_shaft(name, mass, length, rpm * RPM), rpm * RPM
+
+
+def sizes_of(tmp_path, name, bearings=None):
+    text, speed = shaft_of(name)
+    file = tmp_path / "rotor.toml"
+    file.write_text(text)
+    file.write_text(text + supports(load_rotor(file), bearings))
+    return machine_sizes(load_rotor(file), speed)
 
 
 @pytest.fixture(scope="module")
 def pump(tmp_path_factory):
-    mass, length, rpm = MACHINES["pump"]
-    return new_machine(tmp_path_factory.mktemp("new") / "pump", machine_sizes(mass, length, rpm * RPM))
+    return new_machine(tmp_path_factory.mktemp("new") / "pump", *shaft_of("pump"))
+
+
+@pytest.fixture(scope="module")
+def expander(tmp_path_factory):
+    """The expander with magnets by `new`; its guide is passive."""
+    drawing = EXPANDER.read_text(encoding="utf-8").replace(*PASSIVE)
+    return new_machine(tmp_path_factory.mktemp("new") / "expander", drawing, 15000.0 * RPM)
 
 
 @pytest.mark.parametrize("name", MACHINES)
-def test_magnets_carry_the_weight_with_force_to_spare(name):
-    mass, length, rpm = MACHINES[name]
-    sizes = machine_sizes(mass, length, rpm * RPM)
-    assert math.hypot(sum(sizes.load), sum(sizes.load)) == pytest.approx(9.81 * mass)
-    for load, point in zip(sizes.load, operating_points(sizes), strict=True):
+def test_magnets_carry_the_weight_with_force_to_spare(tmp_path, name):
+    sizes = sizes_of(tmp_path, name)
+    assert math.sqrt(2.0) * sum(sizes.loads.values()) == pytest.approx(9.81 * MACHINES[name][0], rel=1e-4)
+    for bearing, point in operating_points(sizes).items():
         names = ("turns", "pole_area", "gap", "bias_current", "current_limit")
         axis = axis_parameters(**{name: getattr(sizes, name) for name in names}, static_current=0.0)
+        load = sizes.loads[bearing]
         assert load_capacity(axis, np.array([load])).up[0] > (CAPACITY - 1.0) * load
         assert 0.0 < point.static_current < sizes.bias_current
 
 
-def test_bearings_share_the_weight_by_the_levers_of_statics():
-    sizes = machine_sizes(60.0, 1.2, 1000.0, (0.2, 0.9))
-    left, right = sizes.load
-    z_left, z_right = sizes.bearings
-    centre = (left * z_left + right * z_right) / (left + right)
-    assert centre == pytest.approx(0.7 * 0.6 + 0.3 * sizes.wheel)
+def test_bearings_share_the_weight_by_the_levers_of_statics(tmp_path):
+    left, right = sizes_of(tmp_path, "pump", (0.2, 0.9)).loads.values()
+    centre = (left * 0.2 + right * 0.9) / (left + right)
+    assert centre == pytest.approx(0.7 * 0.6 + 0.3 * 0.45 * 1.2, rel=1e-4)
 
 
 def test_the_rotor_file_has_the_mass_that_was_asked_for(pump):
@@ -54,7 +78,7 @@ def test_the_rotor_file_has_the_mass_that_was_asked_for(pump):
 
 
 def test_every_file_of_a_new_machine_can_be_read(pump):
-    assert {file.name for file in pump.folder.iterdir()} == {file.name for file in TEMPLATES.iterdir()}
+    assert {file.name for file in pump.folder.iterdir()} == {"rotor.toml", *(file.name for file in TEMPLATES.iterdir())}
     for name in SCENARIOS:
         scenario = load_scenario(str(pump.folder / f"{name}.toml"))
         assert "pump" in scenario.description
@@ -69,11 +93,62 @@ def test_a_new_machine_levitates_with_room_to_its_retainers(pump):
     assert all(orbit < 0.1e3 * pump.sizes.clearance for orbit in result.summary.orbit_largest.values())
 
 
+def test_a_drawing_gets_magnets_in_its_own_bearings_and_levitates(expander):
+    """Its own names, places and clearances stay; a run holds the unbalance within a tenth of the clearance."""
+    rotor = load_rotor(expander.folder / "rotor.toml")
+    assert (expander.folder / "rotor.toml").read_text() == EXPANDER.read_text(encoding="utf-8").replace(*PASSIVE)
+    assert list(expander.points) == [bearing.name for bearing in rotor.bearings] == ["north", "south"]
+    assert expander.sizes.gap == pytest.approx(2.0 * rotor.sites[0].clearance)
+    assert expander.gains.quality > 0.5
+    result = amb_cosim.run(
+        load_scenario(str(expander.folder / "levitation.toml")).changed(settle_cycles=20, end_time=0.02)
+    )
+    assert result.outcome.status == "completed"
+    assert 0.0 < max(result.summary.orbit_largest.values()) < 0.1e3 * expander.sizes.clearance
+
+
+def test_the_scenarios_of_a_drawing_act_on_its_own_parts(expander):
+    inputs = {name: load_scenario(str(expander.folder / f"{name}.toml")) for name in SCENARIOS}
+    assert inputs["levitation"].inputs["rotor_contact"]["turbine.u"]
+    assert inputs["sensor_loss"].event[0].set["rolac_controller"] == {"north_east.fault_dead": True}
+    races = {"catch_n.race_inertia", "catch_s.race_inertia", "catch_n.race_drag", "catch_s.race_drag"}
+    assert set(load_machine(expander.folder / "machine.toml").parameters["rotor_contact"]) == races
+
+
+@pytest.mark.slow
+def test_the_drawing_of_a_compressor_lands_and_is_lifted_off(tmp_path):
+    drawing = rotor_path("compressor").read_text(encoding="utf-8")
+    made = new_machine(tmp_path / "compressor", drawing, 9000.0 * RPM)
+    assert amb_cosim.run(str(made.folder / "relevitation.toml")).summary.recovery == "recovered"
+
+
+LACKING = {"sensors": "a sensor", "sites": "a retainer", "bodies": "a plane of unbalance"}
+
+
+@pytest.mark.parametrize("key", LACKING)
+def test_a_drawing_without_a_part_is_told_what_its_file_needs(tmp_path, key):
+    drawing = tomllib.loads(EXPANDER.read_text(encoding="utf-8"))
+    del drawing[key]
+    with pytest.raises(ValueError, match=f"rotor 'expander' has not {LACKING[key]}; its file needs"):
+        new_machine(tmp_path / "fan", tomli_w.dumps(drawing), 1000.0)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_rotor_that_no_gains_hold_is_told_its_vibration(tmp_path):
+    """A shaft without damping whose sensors stand beyond nodes of its bending modes."""
+    text = shaft_of("pump")[0].replace("modal = [0.003, 0.005, 0.01]", "modal = 0.0")
+    places = "".join(f'[[bearings]]\nname = "{b}"\nz = {z}\nstiffness = 1e6\n' for b, z in (("a", 0.1), ("b", 1.1)))
+    sites = "".join(f'[[sites]]\nname = "r{b}"\nz = {z}\nbearing = "{b}"\n' for b, z in (("a", 0.15), ("b", 1.05)))
+    sensors = '[[sensors]]\nname = "sa"\nz = 0.34\n[[sensors]]\nname = "sb"\nz = 0.86\n'
+    with pytest.raises(ValueError, match=r"the vibration at \d+ Hz at \d+ rpm.* of critical damping; it bends"):
+        new_machine(tmp_path / "fan", "\n".join((text, places, sites, sensors)), 12000.0 * RPM)
+    assert list(tmp_path.iterdir()) == []
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["blower", "pump"])
 def test_a_new_machine_lands_and_is_lifted_off_again(tmp_path, name):
-    mass, length, rpm = MACHINES[name]
-    made = new_machine(tmp_path / name, machine_sizes(mass, length, rpm * RPM))
+    made = new_machine(tmp_path / name, *shaft_of(name))
     landed = amb_cosim.run(str(made.folder / "relevitation.toml"))
     assert landed.summary.recovery == "recovered"
     shaken = amb_cosim.run(str(made.folder / "shock.toml"))
@@ -81,24 +156,24 @@ def test_a_new_machine_lands_and_is_lifted_off_again(tmp_path, name):
 
 
 @pytest.mark.parametrize(
-    ("given", "message"),
+    ("given", "bearings", "message"),
     [
-        ((0.0, 1.0, 100.0), "mass = 0 kg"),
-        ((60.0, math.nan, 100.0), "length = nan m"),
-        ((60.0, 0.5, 60000.0 * RPM), "the surface of the shaft"),
-        ((600.0, 0.5, 100.0), "thicker than a quarter"),
-        ((60.0, 1.2, 100.0, (0.9, 0.2)), "bearings = 0.9 m, 0.2 m"),
+        ((0.0, 1.0, 100.0), None, "mass = 0 kg"),
+        ((60.0, math.nan, 100.0), None, "length = nan m"),
+        ((60.0, 1.2, -1.0), None, "speed = -1 rad/s"),
+        ((60.0, 0.5, 60000.0 * RPM), None, r"speed = 6283 rad/s is not allowed; it must be <= 3\d+ rad/s: the surface"),
+        ((600.0, 0.5, 100.0), None, "thicker than a quarter"),
+        ((60.0, 1.2, 100.0), (0.9, 0.2), "bearings = 0.9 m, 0.2 m"),
     ],
 )
-def test_numbers_of_which_no_machine_can_be_made_are_refused(given, message):
+def test_numbers_of_which_no_machine_can_be_made_are_refused(tmp_path, given, bearings, message):
     with pytest.raises(ValueError, match=message):
-        machine_sizes(*given)
+        new_machine(tmp_path / "fan", plain_shaft("fan", *given), given[2], bearings)
 
 
 def test_a_folder_that_exists_is_left_alone(tmp_path):
-    sizes = machine_sizes(60.0, 1.2, 1000.0)
     with pytest.raises(ValueError, match="exists"):
-        new_machine(tmp_path, sizes)
+        new_machine(tmp_path, *shaft_of("pump"))
     assert list(tmp_path.iterdir()) == []
 
 
@@ -121,3 +196,22 @@ def test_the_machine_to_assess_lands_in_the_retainers_of_its_landing(pump):
     landing = load_scenario(str(pump.folder / "landing.toml")).parameters["rotor_contact"]
     machine = load_machine(pump.folder / "machine.toml").parameters["rotor_contact"]
     assert {name: landing[name] for name in machine} == machine
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        (("--mass", "60 kg"), "mass = '60 kg' is given, but the rotor file has its own"),
+        (
+            ("--bearings", "0.1 m 0.3 m"),
+            "the rotor file has its own: north at 0.11 m, guide at 0.22 m, south at 0.32 m",
+        ),
+        (("--speed", "1e6 rpm"), "speed = 104720 rad/s is not allowed; it must be > 0 rad/s and <= 20000 rad/s"),
+        (("--rotor", "expandor"), "no rotor 'expandor'; did you mean turbo_expander?"),
+    ],
+)
+def test_what_does_not_go_with_a_rotor_file_is_refused(tmp_path, given, message):
+    asked = ("new", str(tmp_path / "fan"), "--rotor", str(EXPANDER), "--speed", "15000 rpm", *given)
+    done = CliRunner().invoke(main, asked)
+    assert (done.exit_code, message in done.stderr) == (2, True), done.stderr
+    assert list(tmp_path.iterdir()) == []

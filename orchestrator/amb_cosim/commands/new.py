@@ -14,42 +14,74 @@ from amb_cosim.cosim.choices import Flavour
 
 @click.command()
 @click.argument("folder", type=click.Path(path_type=Path))
-@click.option("--mass", prompt=True, help="Mass of the rotor, such as '60 kg'.")
-@click.option("--length", prompt=True, help="Its length, such as '1.2 m'.")
+@click.option("--rotor", metavar="NAME|FILE", help="Rotor file of the drawing (TOML), or a rotor of a pack.")
+@click.option("--mass", help="Mass of the rotor, such as '60 kg', where there is no drawing yet.")
+@click.option("--length", help="Its length, such as '1.2 m'.")
 @click.option("--speed", prompt=True, help="Its highest speed in operation, such as '12000 rpm'.")
-@click.option("--bearings", metavar="'Z Z'", help="Positions of the two magnetic bearings, such as '0.2 m 1.0 m'.")
+@click.option(
+    "--bearings",
+    metavar="'Z Z'",
+    help="Positions of the two magnetic bearings, such as '0.2 m 1.0 m', unless the rotor file has its own.",
+)
 @FLAVOUR
-def new(folder: Path, mass: str, length: str, speed: str, bearings: str | None, flavour: Flavour) -> None:
+def new(
+    folder: Path,
+    rotor: str | None,
+    mass: str | None,
+    length: str | None,
+    speed: str,
+    bearings: str | None,
+    flavour: Flavour,
+) -> None:
     """Write a first design of a machine into a new FOLDER: rotor, magnets, a controller that levitates it, scenarios.
 
-    What is not given is asked for.
+    The rotor is that of a file, or a plain shaft of a mass and a length. What is not given is asked for.
     """
     from amb_cosim.cosim.values import quantity
     from amb_cosim.starter.files import new_machine
-    from amb_cosim.starter.sizing import machine_sizes
 
     with refusing():
+        Omega = quantity(speed, "rad/s", "speed")
+        text = _rotor_text(folder.name, rotor, mass, length, Omega)
         places = None if bearings is None else [quantity(z, "m", "bearings") for z in _positions(bearings)]
         if places is not None and len(places) != 2:
             raise ValueError(f"bearings = {bearings!r} is not allowed; it must be two positions, such as '0.2 m 1.0 m'")
-        sizes = machine_sizes(
-            quantity(mass, "kg", "mass"),
-            quantity(length, "m", "length"),
-            quantity(speed, "rad/s", "speed"),
-            None if places is None else (places[0], places[1]),
-        )
-        made = new_machine(folder, sizes, flavour)
-    for side, load, point in zip(("left", "right"), sizes.load, made.points, strict=True):
+        made = new_machine(folder, text, Omega, None if places is None else (places[0], places[1]), flavour)
+    for bearing, point in made.points.items():
         click.echo(
-            f"{side:5} bearing, each axis: {load:.4g} N of the weight by {point.static_current:.3g} A; "
-            f"K_s {point.k_s:.4g} N/m, K_i {point.k_i:.4g} N/A"
+            f"bearing {bearing}, each axis: {made.sizes.loads[bearing]:.4g} N of the weight by "
+            f"{point.static_current:.3g} A; K_s {point.k_s:.4g} N/m, K_i {point.k_i:.4g} N/A"
         )
+        if bearing not in {site.bearing for site in made.sizes.retainers}:
+            click.echo(
+                f"bearing {bearing} has no retainer; were it passive, its place is under [[seals]] of the rotor file"
+            )
     gains = made.gains
     click.echo(
         f"levitates with K_b = {gains.k_b:.3g} N/m, C_b = {gains.c_b:.3g} N s/m: damping ratios "
-        f"of {gains.in_range:.2g} and more within the range of speed, {gains.beyond:.2g} and more beyond"
+        f"of {gains.in_range:.2g} and more within the range of speed, {gains.beyond:.2g} and more beyond; "
+        f"least damped is {gains.least_damped}"
     )
     click.echo(f"wrote {folder}; next: amb-cosim run {folder / 'landing.toml'}")
+
+
+def _rotor_text(name: str, rotor: str | None, mass: str | None, length: str | None, Omega: float) -> str:
+    """Return the text of the rotor file that is named, or of a plain shaft."""
+    from amb_cosim.cosim.values import quantity
+    from amb_cosim.starter.rotor_text import plain_shaft
+    from amb_files.toml import read_text
+    from rotor_analysis.packaged_rotors import rotor_path
+    from rotor_analysis.rotor_file import load_rotor
+
+    if rotor is None:
+        m = quantity(mass or click.prompt("Mass"), "kg", "mass")
+        return plain_shaft(name, m, quantity(length or click.prompt("Length"), "m", "length"), Omega)
+    for key, given in (("mass", mass), ("length", length)):
+        if given is not None:
+            raise ValueError(f"{key} = {given!r} is given, but the rotor file has its own; give one of them")
+    path = rotor_path(rotor)
+    load_rotor(path)  # what is wrong with it names this file
+    return read_text(path, f"rotor file {path}")
 
 
 def _positions(text: str) -> list[str]:

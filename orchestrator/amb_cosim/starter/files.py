@@ -12,9 +12,11 @@ from string import Template
 from amb_cosim.cosim.choices import Flavour
 from amb_cosim.cosim.values import RPM
 from amb_cosim.starter.levitation import Gains, OperatingPoint, best_gains, candidates, operating_points
-from amb_cosim.starter.sizing import SAMPLE_TIME, SHAFT_SHARE, STEEL, MachineSizes
+from amb_cosim.starter.rotor_text import supports
+from amb_cosim.starter.sizing import SAMPLE_TIME, MachineSizes, machine_sizes
 from rotor_analysis.assembly import assemble
 from rotor_analysis.damping import free_modes
+from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import load_rotor
 
 TEMPLATES = Path(__file__).parent / "templates"
@@ -22,45 +24,66 @@ TEMPLATES = Path(__file__).parent / "templates"
 
 @dataclass(frozen=True)
 class NewMachine:
-    """What was written: the folder, the sizes, the operating points of the bearings, and the gains that levitate it."""
+    """What was written: the folder, the sizes, the operating points by bearing, and the gains that levitate it."""
 
     folder: Path
     sizes: MachineSizes
-    points: tuple[OperatingPoint, OperatingPoint]
+    points: dict[str, OperatingPoint]
     gains: Gains
 
 
-def new_machine(folder: Path, sizes: MachineSizes, flavour: Flavour = "native") -> NewMachine:
+def new_machine(
+    folder: Path, rotor: str, speed: float, bearings: tuple[float, float] | None = None, flavour: Flavour = "native"
+) -> NewMachine:
     """Write rotor, scenarios, machine file and a page about them into a new folder, with gains that levitate it.
 
     Parameters
     ----------
     folder
         Where; its name is that of the machine.
-    sizes
-        Of `machine_sizes`.
+    rotor
+        Text of a rotor file: of `plain_shaft`, or of a drawing.
+    speed
+        Its highest speed in operation (rad/s).
+    bearings
+        Positions of two magnetic bearings (m), where the rotor file has none; `supports` places them without.
     flavour
         Flavour of the FMUs that are asked for their linear model.
 
     Raises
     ------
     ValueError
-        If the folder exists, its name is none for a rotor, or no gains levitate the rotor.
+        If the folder exists, the rotor file is not valid, it has bearings and positions are given, it lacks what
+        `machine_sizes` needs, or no gains levitate the rotor.
     """
     if folder.exists():
         raise ValueError(f"{folder} exists; a new machine needs a new folder")
-    points = operating_points(sizes)
     with tempfile.TemporaryDirectory() as place:
         draft = Path(place) / folder.name
         draft.mkdir()
-        k_b, c_b = candidates(sizes)[0]
-        _fill(draft, _values(folder.name, sizes, points, Gains(k_b, c_b, 0.0, 0.0)) | {"first_bending": "0"})
+        file = draft / "rotor.toml"
+        bare = _rotor_of(file, rotor)
+        if bare.bearings and bearings:
+            there = ", ".join(f"{b.name} at {bare.shaft.nodes[b.node - 1]:g} m" for b in bare.bearings)
+            raise ValueError(f"bearings are given, but the rotor file has its own: {there}; leave one of the two out")
+        if not bare.bearings:
+            _rotor_of(file, rotor + supports(bare, bearings))
+        sizes = machine_sizes(load_rotor(file), speed)
+        points = operating_points(sizes)
+        _fill(draft, _values(folder.name, sizes, points, Gains(*candidates(sizes)[0], 0.0, 0.0)))
         gains = best_gains(draft / "levitation.toml", sizes, flavour)
-        bending = {"first_bending": f"{_first_bending(draft / 'rotor.toml'):.0f}"}
-        _fill(draft, _values(folder.name, sizes, points, gains) | bending)
+        if not bare.bearings:
+            _rotor_of(file, rotor + supports(bare, bearings, gains.k_b, gains.c_b))
+        _fill(draft, _values(folder.name, sizes, points, gains))
         folder.parent.mkdir(parents=True, exist_ok=True)
         shutil.move(draft, folder)
     return NewMachine(folder, sizes, points, gains)
+
+
+def _rotor_of(file: Path, text: str) -> Rotor:
+    """Write a rotor file, and return its rotor."""
+    file.write_text(text, encoding="utf-8")
+    return load_rotor(file)
 
 
 def _fill(folder: Path, values: dict[str, str]) -> None:
@@ -69,50 +92,42 @@ def _fill(folder: Path, values: dict[str, str]) -> None:
         (folder / template.name).write_text(text, encoding="utf-8")
 
 
-def _first_bending(file: Path) -> float:
+def _first_bending(rotor: Rotor) -> float:
     """First bending frequency of the free rotor (Hz)."""
-    full = assemble(load_rotor(file))
+    full = assemble(rotor)
     return float(free_modes(full.M[::2, ::2], full.K[::2, ::2])[0][0] / (2.0 * math.pi))
 
 
-def _values(
-    name: str, sizes: MachineSizes, points: tuple[OperatingPoint, OperatingPoint], gains: Gains
-) -> dict[str, str]:
+def _values(name: str, sizes: MachineSizes, points: dict[str, OperatingPoint], gains: Gains) -> dict[str, str]:
     """The texts that the templates ask for."""
     r = 0.5 * sizes.diameter
-    race_mass = 0.01 * sizes.mass
-    per_side = {
-        f"{what}_{side}": f"{value:.4g}"
-        for what, pair in {
-            "bearing": sizes.bearings,
-            "sensor": sizes.sensors,
-            "retainer": sizes.retainers,
-            "load": sizes.load,
-            "static": [point.static_current for point in points],
-            "k_s": [point.k_s for point in points],
-            "k_i": [point.k_i for point in points],
-        }.items()
-        for side, value in zip(("left", "right"), pair, strict=True)
+    race_inertia, race_drag = 0.01 * sizes.mass * r**2, 0.0015 * 0.5 * sizes.mass * 9.81 * r
+    races = [
+        f'"{site.name}.race_inertia" = "{race_inertia:.5g} kg.m2"\n"{site.name}.race_drag" = "{race_drag:.5g} N.m"'
+        for site in sizes.retainers
+    ]
+    rows = [
+        f"| {bearing} | {sizes.loads[bearing]:.4g} N | {p.static_current:.4g} A | {p.k_s:.4g} N/m | {p.k_i:.4g} N/A |"
+        for bearing, p in points.items()
+    ]
+    texts = {
+        "name": name,
+        "plane": sizes.plane.name,
+        "sensor": sizes.rotor.sensors[0].x,
+        "races": "\n".join(races),
+        "bearing_rows": "\n".join(rows),
+        "first_bending": f"{_first_bending(sizes.rotor):.0f}",
     }
     numbers = {
         "mass": sizes.mass,
-        "length": float(sizes.length),
         "rpm": sizes.speed * RPM,
         "slow_rpm": 0.05 * sizes.speed * RPM,
         "least_rpm": 0.8 * sizes.speed * RPM,
-        "shaft_share": SHAFT_SHARE,
-        "diameter": sizes.diameter,
-        "density": STEEL,
-        "wheel": sizes.wheel,
-        "wheel_mass": sizes.wheel_mass,
-        "wheel_radius": sizes.wheel_radius,
-        "wheel_width": sizes.wheel_width,
         "k_b": gains.k_b,
         "c_b": gains.c_b,
         "cross_coupling": 0.01 * gains.k_b,
         "in_range": gains.in_range,
         "beyond": gains.beyond,
-        "clearance": sizes.clearance,
         "clearance_mm": 1e3 * sizes.clearance,
         "sample_time": 1e6 * SAMPLE_TIME,
         "turns": sizes.turns,
@@ -126,7 +141,5 @@ def _values(
         "unbalance": 1e6 * sizes.unbalance,
         "drive_gain": 1e-3 * sizes.mass * sizes.diameter,
         "drive_torque": 0.1 * sizes.mass * sizes.diameter,
-        "race_inertia": race_mass * r**2,
-        "race_drag": 0.0015 * 0.5 * sizes.mass * 9.81 * r,
     }
-    return {"name": name} | {key: f"{value:.5g}" for key, value in numbers.items()} | per_side
+    return texts | {key: f"{value:.5g}" for key, value in numbers.items()}

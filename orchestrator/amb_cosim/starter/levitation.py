@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Annotated
 
 from amb_cosim.cosim.choices import Flavour
+from amb_cosim.cosim.values import RPM
 from amb_cosim.design.magnetic_bearing import axis_parameters, linearisation, static_current_for
 from amb_cosim.linear.linearisable import of_prepared
 from amb_cosim.linear.loop import Loop
@@ -18,7 +19,7 @@ from amb_cosim.starter.sizing import MachineSizes
 from amb_cosim.studies.closed_loop_poles import vibrations
 
 STIFFNESSES = (0.3, 0.5, 0.75, 1.0, 1.5)  # over K_s
-DAMPING_RATIOS = (0.2, 0.35, 0.5, 0.75)  # of half the rotor on a bearing
+DAMPING_RATIOS = (0.2, 0.35, 0.5, 0.75)  # of the rotor's share on a bearing
 SPEEDS = (0.02, 0.35, 0.7, 1.0)  # over the highest
 RANGE = 1.2  # of the highest speed
 WANTED_IN_RANGE, WANTED_BEYOND = 0.1, 0.002  # damping ratios
@@ -39,12 +40,21 @@ class Gains:
 
     in_range, beyond
         Of those up to 1.2 times the highest speed, which unbalance excites, and of those above.
+    frequency, speed
+        Of the vibration that is damped least for what is wanted of it, and the speed at which it is.
     """
 
     k_b: Annotated[float, "N/m"]
     c_b: Annotated[float, "N.s/m"]
     in_range: float
     beyond: float
+    frequency: Annotated[float, "rad/s"] = math.nan
+    speed: Annotated[float, "rad/s"] = math.nan
+
+    @property
+    def least_damped(self) -> str:
+        """Words for the vibration that is damped least."""
+        return f"the vibration at {self.frequency / (2.0 * math.pi):.0f} Hz at {self.speed * RPM:.0f} rpm"
 
     @property
     def quality(self) -> float:
@@ -52,9 +62,9 @@ class Gains:
         return min(self.in_range / WANTED_IN_RANGE, self.beyond / WANTED_BEYOND)
 
 
-def operating_points(sizes: MachineSizes) -> tuple[OperatingPoint, OperatingPoint]:
-    """Return the operating points of the axes of the left and the right bearing."""
-    return _point(sizes, sizes.load[0]), _point(sizes, sizes.load[1])
+def operating_points(sizes: MachineSizes) -> dict[str, OperatingPoint]:
+    """Return the operating points of the axes of each bearing."""
+    return {bearing: _point(sizes, load) for bearing, load in sizes.loads.items()}
 
 
 def _point(sizes: MachineSizes, load: float) -> OperatingPoint:
@@ -66,10 +76,10 @@ def _point(sizes: MachineSizes, load: float) -> OperatingPoint:
 
 
 def candidates(sizes: MachineSizes) -> list[tuple[float, float]]:
-    """Return stiffnesses K_b (N/m) and damping C_b (N s/m) to try: K_b over K_s, and C_b = 2 zeta sqrt(K_b m/2)."""
-    k_s = max(point.k_s for point in operating_points(sizes))
+    """Return stiffnesses K_b (N/m) and damping C_b (N s/m) to try: K_b over K_s, and C_b = 2 zeta sqrt(K_b m/n)."""
+    k_s, share = max(point.k_s for point in operating_points(sizes).values()), sizes.mass / len(sizes.loads)
     return [
-        (ratio * k_s, 2.0 * zeta * math.sqrt(ratio * k_s * sizes.mass / 2.0))
+        (ratio * k_s, 2.0 * zeta * math.sqrt(ratio * k_s * share))
         for ratio, zeta in product(STIFFNESSES, DAMPING_RATIOS)
     ]
 
@@ -86,13 +96,15 @@ def gains_of(scenario: Path, k_b: float, c_b: float, speed: float, flavour: Flav
     """
     values = {"rolac_controller.*.k_b_?": k_b, "rolac_controller.*.c_b_?": c_b}
     loop = Loop(of_prepared(prepare(load_scenario(str(scenario)).machine(), values, flavour=flavour)))
-    in_range, beyond = [1.0], [1.0]
-    for share in SPEEDS:
-        found = vibrations(loop, share * speed)
-        is_low = found.poles.imag <= RANGE * speed
-        in_range += found.ratios()[is_low].tolist()
-        beyond += found.ratios()[~is_low].tolist()
-    return Gains(k_b, c_b, min(in_range), min(beyond))
+    found = []
+    for Omega in (share * speed for share in SPEEDS):
+        at = vibrations(loop, Omega)
+        found += [
+            (zeta, omega, Omega) for zeta, omega in zip(at.ratios().tolist(), at.poles.imag.tolist(), strict=True)
+        ]
+    low, high = ([v for v in found if (v[1] <= RANGE * speed) == is_low] for is_low in (True, False))
+    worst = min(found, key=lambda v: v[0] / (WANTED_IN_RANGE if v in low else WANTED_BEYOND))
+    return Gains(k_b, c_b, min(low, default=(1.0,))[0], min(high, default=(1.0,))[0], *worst[1:])
 
 
 def best_gains(scenario: Path, sizes: MachineSizes, flavour: Flavour) -> Gains:
@@ -106,9 +118,16 @@ def best_gains(scenario: Path, sizes: MachineSizes, flavour: Flavour) -> Gains:
     found = [gains_of(scenario, k_b, c_b, sizes.speed, flavour) for k_b, c_b in candidates(sizes)]
     best = max(found, key=lambda gains: gains.quality)
     if best.quality <= 0.0:
-        ratio = min(best.in_range, best.beyond)
         raise ValueError(
-            f"no PID of {len(found)} levitates this rotor at {sizes.speed:g} rad/s: the least damped vibration grows, "
-            f"{ratio:.2g} of critical damping; make it shorter or heavier, or move the bearings inwards"
+            f"no PID of {len(found)} levitates rotor {sizes.rotor.name!r} up to {sizes.speed * RPM:.0f} rpm: with the "
+            f"best, K_b = {best.k_b:.3g} N/m and C_b = {best.c_b:.3g} N s/m, {best.least_damped}, "
+            f"{min(best.in_range, best.beyond):.2g} of critical damping; {_advice(best.frequency, sizes.speed)}"
         )
     return best
+
+
+def _advice(frequency: float, speed: float) -> str:
+    """What an engineer would change where a vibration (rad/s) of a machine of this speed (rad/s) grows."""
+    if frequency <= RANGE * speed:
+        return "move sensors to their bearings and bearings apart, or lower the speed"
+    return "it bends: give the rotor its measured [damping], and move sensors to their bearings, away from its nodes"

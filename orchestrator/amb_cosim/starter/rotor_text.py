@@ -1,0 +1,117 @@
+"""The text of a rotor file for a start: a plain shaft with a wheel, and supports for a rotor that has none.
+
+A drawing's rotor file takes the place of the first, and where it has bearings, retainers and sensors of both.
+"""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from string import Template
+
+from rotor_analysis.checks import require
+from rotor_analysis.rotor import Rotor
+
+STEEL = 7850.0  # kg/m3
+SHAFT_SHARE = 0.7  # of the mass that is shaft; the rest is one wheel
+WHEEL_PLACE = 0.45  # of the length
+RIM_SPEED = 400.0  # m/s that the wheel may have
+BEARING_PLACES = (0.18, 0.82)  # of the length
+SENSOR_OFFSET, RETAINER_OFFSET = 0.02, -0.05  # of the length, towards the middle
+TEMPLATES = Path(__file__).parent / "rotor_templates"
+
+
+def plain_shaft(name: str, mass: float, length: float, speed: float) -> str:
+    """Return a rotor file of one steel cylinder and one wheel, without supports.
+
+    d = sqrt(4 m_shaft/(pi rho L)),  m_shaft = 0.7 m;  the wheel's rim has 400 m/s at most    (1)
+
+    Parameters
+    ----------
+    name
+        Of the rotor.
+    mass, length, speed
+        Of the rotor (kg, m), and its highest speed in operation (rad/s).
+
+    Raises
+    ------
+    ValueError
+        If a number is not positive, or the shaft would be thicker than a quarter of its length.
+    """
+    for key, value, unit, most in (("mass", mass, "kg", 1e5), ("length", length, "m", 50.0)):
+        require(0.0 < value <= most, key, f"{value:g} {unit}", f"> 0 {unit} and <= {most:g} {unit}")
+    require_speed(speed)
+    diameter = math.sqrt(4.0 * SHAFT_SHARE * mass / (math.pi * STEEL * length))
+    thin = "less for this length: the shaft would be thicker than a quarter of it"
+    require(diameter <= length / 4.0, "mass", f"{mass:g} kg", thin)
+    wheel_mass, radius = (1.0 - SHAFT_SHARE) * mass, min(2.0 * diameter, RIM_SPEED / speed)
+    return _filled(
+        "shaft.toml",
+        name=name,
+        mass=mass,
+        length=float(length),
+        shaft_share=SHAFT_SHARE,
+        diameter=diameter,
+        density=STEEL,
+        wheel=WHEEL_PLACE * length,
+        wheel_mass=wheel_mass,
+        wheel_radius=radius,
+        wheel_width=wheel_mass / (STEEL * math.pi * radius**2),
+    )
+
+
+def supports(rotor: Rotor, places: tuple[float, float] | None, k_b: float | None = None, c_b: float = 0.0) -> str:
+    """Return the text of bearings, retainers and sensors for a rotor file that has none of them.
+
+    s_0 = d/250, 0.3 to 1 mm,  clearance = s_0/2,  d of the shaft in the bearings    (2)
+
+    Parameters
+    ----------
+    rotor
+        The rotor without them.
+    places
+        Positions of the two bearings along the shaft (m); 0.18 and 0.82 of the length without.
+    k_b, c_b
+        Stiffness (N/m) and damping (N s/m) of the bearings in analyses without a controller; as stiff without that
+        the weight sags by half the clearance.
+
+    Raises
+    ------
+    ValueError
+        If the bearings are not on the shaft one after the other.
+    """
+    begin, end = rotor.shaft.nodes[0], rotor.shaft.nodes[-1]
+    length = end - begin
+    left, right = places or (begin + BEARING_PLACES[0] * length, begin + BEARING_PLACES[1] * length)
+    lowest, highest = begin + 0.08 * length, begin + 0.92 * length
+    require(
+        lowest <= left and right <= highest and right - left >= 0.2 * length,
+        "bearings",
+        f"{left:g} m, {right:g} m",
+        f"ascending, from {lowest:g} m to {highest:g} m, a fifth of the length apart",
+    )
+    diameter = max(diameter_at(rotor, z) for z in (left, right))
+    gap = min(max(round(diameter / 250.0, 4), 0.3e-3), 1e-3)
+    clearance = 0.5 * gap
+    k_b = rotor.mass * 9.81 / clearance if k_b is None else k_b
+    offsets = {"bearing": 0.0, "sensor": SENSOR_OFFSET * length, "retainer": RETAINER_OFFSET * length}
+    values = {f"{part}_left": left + offset for part, offset in offsets.items()}
+    values |= {f"{part}_right": right - offset for part, offset in offsets.items()}
+    return _filled("supports.toml", clearance=clearance, k_b=k_b, c_b=c_b, **values)
+
+
+def diameter_at(rotor: Rotor, z: float) -> float:
+    """Return the diameter of the shaft (m) at a position (m), the larger one at a step."""
+    nodes, elements = rotor.shaft.nodes, rotor.elements
+    near = [k for k in range(len(elements)) if nodes[k] - 1e-9 <= z <= nodes[k + 1] + 1e-9]
+    return max(elements[k][0].diameters_at(min(max((z - nodes[k]) / elements[k][0].length, 0.0), 1.0))[0] for k in near)
+
+
+def require_speed(speed: float) -> None:
+    """Raise a ValueError unless a speed (rad/s) is one of a machine."""
+    require(0.0 < speed <= 2e4, "speed", f"{speed:g} rad/s", "> 0 rad/s and <= 20000 rad/s")
+
+
+def _filled(template: str, **values: float | str) -> str:
+    text = Template((TEMPLATES / template).read_text(encoding="utf-8"))
+    return text.substitute({key: v if isinstance(v, str) else f"{v:.5g}" for key, v in values.items()})
