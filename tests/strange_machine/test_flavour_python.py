@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from shared_past import assert_shared_past_changes_nothing
 from strange_machine import RUB
 
 import amb_cosim
 from amb_cosim.scenario.scenario import Scenario
-from amb_cosim.sweeps.worker import Runner, Task
 
 SHORT = Scenario.load(RUB).changed(end_cycle=6, settle_cycles=2)
 SIZE = "step.rotor_contact.turbine.u"
@@ -34,16 +34,7 @@ def test_a_continued_run_is_the_whole_run(plain, tmp_path):
 
 
 def test_points_that_share_a_past_lead_to_the_same_bits():
-    told = []
-    for labels in ((), ("step",)):
-        runner = Runner(Task(SHORT, flavour="python", labels=labels))
-        results = [runner.run(n, {SIZE: size}) for n, size in enumerate(("90 g.mm", "110 g.mm"))]
-        runner.close()
-        shared = [result.metrics.pop("shared", 0.0) for result in results]
-        told.append([(r.outcome, r.reason, str(r.metrics)) for r in results])
-    assert told[0] == told[1]
-    assert told[0][0] != told[0][1], "the points differ"
-    assert shared[0] == 0.0 < shared[1]
+    assert_shared_past_changes_nothing(SHORT, SIZE, "python")
 
 
 @pytest.mark.parametrize("threads", [1, 2])

@@ -6,12 +6,12 @@ import zipfile
 
 import numpy as np
 import pytest
+from shared_past import assert_shared_past_changes_nothing
 from strange_machine import RUB
 
 import amb_cosim
 from amb_cosim.scenario.scenario import Scenario
 from amb_cosim.scenario.simulation import prepare
-from amb_cosim.sweeps.worker import Runner, Task
 
 SHORT = Scenario.load(RUB).changed(end_cycle=6, settle_cycles=1)
 SIZE = "step.rotor_contact.turbine.u"
@@ -61,16 +61,7 @@ def test_of_an_fmu_that_does_not_serialise_no_file_is_made(in_memory, plain, tmp
 
 
 def test_points_share_what_an_fmu_keeps_in_memory(in_memory):
-    told = []
-    for labels in ((), ("step",)):
-        runner = Runner(Task(in_memory, labels=labels))
-        results = [runner.run(n, {SIZE: size}) for n, size in enumerate(("90 g.mm", "110 g.mm"))]
-        runner.close()
-        shared = [result.metrics.pop("shared", 0.0) for result in results]
-        told.append([(r.outcome, r.reason, str(r.metrics)) for r in results])
-    assert told[0] == told[1]
-    assert told[0][0] != told[0][1], "the points differ"
-    assert shared[0] == 0.0 < shared[1]
+    assert_shared_past_changes_nothing(in_memory, SIZE)
 
 
 def test_members_of_a_batch_have_states_in_memory(in_memory, plain):
