@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from fmi_export.flat import is_near
-from fmi_export.jit import kernel
+from fmi_export.jit import kernel, views
 from fmi_export.model import Array
 from fmi_export.records import record, size_of
 
@@ -19,6 +19,12 @@ from fmi_export.records import record, size_of
 BEARING = record(("row", np.int64), ("k_b", np.float64), ("c_b", np.float64), ("gradient", np.float64, (2,)))
 N_BEARING = size_of(BEARING)
 Bearings = np.ndarray[tuple[int], np.dtype[np.record]]
+
+
+@views
+def bearings_size(count: int) -> int:
+    """Return how many float64 `count` bearings take in a record of several things, an even number."""
+    return (count * N_BEARING + 1) // 2 * 2
 
 
 @kernel

@@ -17,7 +17,7 @@ from fmi_export.records import record, size_of
 from rotor_contact.dynamics import Motion
 from rotor_contact.linear_solver import Equations, equations_of
 from rotor_contact.lobatto import N_LOBATTO
-from rotor_contact.passive_bearings import BEARING, N_BEARING, Bearings, same_passive
+from rotor_contact.passive_bearings import BEARING, Bearings, bearings_size, same_passive
 from rotor_contact.structure import REAL
 
 # What P and V depend on, besides the bearings: step size (s) and speed (rad/s).
@@ -112,7 +112,7 @@ class Propagator(NamedTuple):
 @views
 def key_size(n_bearings: int) -> int:
     """Return how many float64 a `Key` takes, an even number."""
-    return N_STEP_KEY + (n_bearings * N_BEARING + 1) // 2 * 2
+    return N_STEP_KEY + bearings_size(n_bearings)
 
 
 @views

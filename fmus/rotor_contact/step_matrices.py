@@ -30,7 +30,7 @@ from fmi_export.parts import part
 from fmi_export.records import record, size_of
 from rotor_contact.linear_solver import Equations, equations_of
 from rotor_contact.lobatto import N_LOBATTO
-from rotor_contact.passive_bearings import BEARING, N_BEARING, Bearings
+from rotor_contact.passive_bearings import BEARING, Bearings, bearings_size
 from rotor_contact.propagator import NODE, Nodes
 from rotor_contact.structure import REAL
 
@@ -238,14 +238,14 @@ def most_ports(n_bearings: int, n_sites: int) -> int:
 @views
 def matrices_key_size(n: int, n_bearings: int, n_sites: int) -> int:
     """Return how many float64 a `MatricesKey` takes, an even number."""
-    return 2 + (n_bearings * N_BEARING + 1) // 2 * 2 + N_SITE_KEY * n_sites + 4 * n
+    return 2 + bearings_size(n_bearings) + N_SITE_KEY * n_sites + 4 * n
 
 
 @views
 def matrices_key_of(array: Array, at: int, n: int, n_bearings: int, n_sites: int) -> MatricesKey:
     """Return a `MatricesKey` in an array from `at` on."""
     bearings = at + 2
-    sites = bearings + (n_bearings * N_BEARING + 1) // 2 * 2
+    sites = bearings + bearings_size(n_bearings)
     return MatricesKey(
         part(array, at, REAL, matrices_key_size(n, n_bearings, n_sites)),
         part(array, at, REAL, 1),
