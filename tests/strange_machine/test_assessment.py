@@ -10,6 +10,7 @@ import control
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from scipy.optimize import brentq
 from slow import slow_but_first
 from strange_machine import LEVITATION
 
@@ -17,9 +18,9 @@ from amb_cosim.acceptance.assess import assess
 from amb_cosim.acceptance.coefficients import anticipated, real_coefficients
 from amb_cosim.acceptance.coupled import coupled_loop
 from amb_cosim.acceptance.feedback import bearing_forces
-from amb_cosim.acceptance.machine_file import MachineFile, load_machine
+from amb_cosim.acceptance.machine_file import MachineFile, Stage, load_machine
 from amb_cosim.acceptance.page import page
-from amb_cosim.acceptance.parts import rest
+from amb_cosim.acceptance.parts import cross_coupling, rest
 from amb_cosim.acceptance.parts.envelope import largest_needed
 from amb_cosim.acceptance.parts.sensitivity import sensitivities
 from amb_cosim.acceptance.response import passive, synchronous_response
@@ -141,6 +142,37 @@ def test_all_forces_on_the_rotor_are_the_change_of_its_momentum(expander, Omega)
     nodes = {bearing.name: bearing.node for bearing in expander.rotor.bearings}
     along_x = [abs(magnets[nodes[name] - 1]) for name, axis in expander.loop.axes if axis == "x"]
     np.testing.assert_allclose(needed[::2], along_x)
+
+
+def test_the_threshold_of_cross_coupling_is_that_of_the_receptance_without(expander):
+    """A coupling Q pushes by f = -Q W q, and q = H f: at its threshold I + Q H(i omega) W is singular.
+
+    H is the receptance at the stage of the closed loop without coupling, W = [[0, 1], [-1, 0]]: on a forward circle the
+    force is along the velocity. So -1/Q is an eigenvalue of H W.
+    """
+    stage = Stage(at="turbine", cross_coupling="20 N/mm")
+    machine = Subject(expander.file.model_copy(update={"stages": (stage,)}))
+    Omega, limit = machine.file.speed.highest, machine.file.highest_frequency
+    model = passive(machine, Omega, anticipated(machine, 0.0))
+    nodes = sorted(model.translations)
+    at = [row for node in nodes for row in model.translations[node]]
+    kept = [2 * (node - 1) + k for node in nodes for k in (0, 1)]
+    here = list(model.translations[machine.node_of(stage.at)])
+
+    def coupling(omega):
+        """Return the complex Q of forward whirl, whose imaginary part is 0 at a threshold."""
+        stiffness = model.K - omega**2 * model.M + 1j * omega * (model.C + Omega * model.G)
+        stiffness[np.ix_(at, at)] -= bearing_forces(machine, omega, Omega)[np.ix_(kept, kept)]
+        H = np.linalg.solve(stiffness, np.eye(model.size)[:, here])[here]
+        return max(-1.0 / np.linalg.eigvals(H @ [[0.0, 1.0], [-1.0, 0.0]]), key=lambda Q: Q.real)
+
+    grid = np.linspace(0.02, 1.0, 200) * limit
+    imaginary = np.array([coupling(omega).imag for omega in grid])
+    passed = np.flatnonzero(imaginary[:-1] * imaginary[1:] < 0.0)
+    at_zero = [brentq(lambda omega: coupling(omega).imag, grid[k], grid[k + 1]) for k in passed]
+    threshold = min(Q for Q in (coupling(omega).real for omega in at_zero) if Q > 0.0)
+    (ratio,) = (m.value for m in cross_coupling.answer(machine).measured if m.quantity == "cross_coupling_ratio")
+    assert ratio * 20e3 == pytest.approx(threshold, rel=5e-4)
 
 
 def test_sensitivity_is_that_of_python_control(expander):
