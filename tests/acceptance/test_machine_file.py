@@ -52,6 +52,11 @@ def test_trip_and_frequencies_follow_from_the_largest_speed():
     assert machine(up_to="700 Hz").highest_frequency == pytest.approx(4398.23, rel=1e-6)
 
 
+@pytest.mark.parametrize("grade", ["2.5 mm/s", "G 2.5", "G2.5", 0.0025])
+def test_a_balancing_grade_is_written_as_the_standard_or_with_its_unit(grade):
+    assert machine(balancing={"grade": grade}).balancing.speed == pytest.approx(2.5e-3)
+
+
 @pytest.mark.parametrize(
     ("changes", "said"),
     [
@@ -60,6 +65,8 @@ def test_trip_and_frequencies_follow_from_the_largest_speed():
         ({"speed": {"minimum": "0 rpm", "maximum": "7 krpm"}}, "must ascend, from above 0"),
         ({"balancing": {"grade": "-1 mm/s"}}, "balancing.grade = -0.001 m/s"),
         ({"balancing": {"grade": "2.5 kg"}}, "balancing.grade"),
+        ({"balancing": {"grade": 2.5}}, "balancing.grade = 2.5 m/s is not allowed; .* such as 'G 2.5'"),
+        ({"balancing": {"grade": "G 2.5.1"}}, "balancing.grade"),
         ({"stages": [{"at": "wheel", "power": "500 kW"}]}, "either cross_coupling, or power, diameter and width"),
         ({"stages": [{"at": "wheel", "cross_coupling": 1e6, **DATA}]}, "either cross_coupling"),
         ({"stages": [{"at": "wheel", **DATA, "width": "0 mm"}]}, "width of stage at wheel"),

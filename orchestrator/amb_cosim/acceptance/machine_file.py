@@ -6,6 +6,7 @@ controller file, the parameters of the components as a scenario has them, or a s
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -22,6 +23,7 @@ from amb_files.toml import read_toml, validate
 from rotor_analysis.parts import AtSpeed, Bearing
 
 HIGHEST = 1e5  # rad/s
+GRADE = re.compile(r"G ?(\d+(?:\.\d+)?)")  # as ISO 21940-11 writes it, in mm/s
 
 OF_MACHINE = ("system", "rotor", "gravity", "gravity_angle", "communication_step", "fmu", "parameters")
 KEPT = (*OF_MACHINE, "gradient", "inputs")  # of the scenario whose machine it is
@@ -60,16 +62,19 @@ class Speeds(Table):
 
 
 class Balancing(Table):
-    """Balancing grade, e Omega at the largest speed (ISO 21940-11), 2.5 mm/s by default."""
+    """Balancing grade, e Omega at the largest speed (ISO 21940-11): 2.5 mm/s by default, which is "G 2.5"."""
 
     grade: Value = "2.5 mm/s"
 
     @property
     def speed(self) -> float:
         """Product of eccentricity and speed (m/s)."""
-        value = quantity(self.grade, "m/s", "balancing.grade")
+        letter = isinstance(self.grade, str) and GRADE.fullmatch(self.grade.strip())
+        value = quantity(f"{letter[1]} mm/s" if letter else self.grade, "m/s", "balancing.grade")
         if not 0.0 < value < 1.0:
-            raise ValueError(f"balancing.grade = {value:g} m/s is not allowed; it must be > 0 m/s and < 1 m/s")
+            raise ValueError(
+                f"balancing.grade = {value:g} m/s is not allowed; it must be > 0 m/s and < 1 m/s, such as 'G 2.5'"
+            )
         return value
 
 
