@@ -4,10 +4,10 @@ import math
 
 import pytest
 
-from amb_cosim.acceptance.description import magnet_numbers
+from amb_cosim.acceptance.description import inductance_doubt, magnet_numbers
 from amb_cosim.acceptance.machine_file import MachineFile, Stage, load_machine
 from amb_cosim.acceptance.parts.robustness import variations
-from amb_cosim.design.magnetic_bearing import axis_parameters
+from amb_cosim.design.magnetic_bearing import axis_parameters, static_current_for
 
 SPEED = {"minimum": "7000 rpm", "maximum": "9000 rpm"}
 DATA = {"power": "500 kW", "diameter": "0.5 m", "width": "20 mm"}
@@ -122,9 +122,26 @@ def test_magnets_of_a_machine_are_told_by_numbers_of_algebra():
     """F = mu_0 N^2 A cos(phi) (I_upper^2 - I_lower^2)/s^2 with all control current, which one coil pair alone has."""
     values = {"turns": 50.0, "pole_area": 4e-4, "gap": 5e-4, "half_angle": 0.3, "b_sat": 900.0, "inductance": 6e-3}
     p = axis_parameters(**values, bias_current=3.0, static_current=1.0, current_limit=8.0)
-    gap, static, least, most, _, _, given, of_gap = magnet_numbers(p, 0)
-    assert (gap, static, given) == pytest.approx((0.5, 1.0, 6.0))
+    gap, upper, lower, least, most, _, _, given, of_gap = magnet_numbers(p, 0)
+    assert (gap, upper, lower, given) == pytest.approx((0.5, 4.0, 3.0, 6.0))
     c = 4e-7 * math.pi * 50.0**2 * 4e-4 * math.cos(0.3) / 5e-4**2
     assert most == pytest.approx(c * (7.0**2 - 0.0**2), rel=1e-6)
     assert least == pytest.approx(c * (0.0**2 - 7.0**2), rel=1e-6)
     assert of_gap == pytest.approx(2e3 * 4e-7 * math.pi * 50.0**2 * 4e-4 / 5e-4)
+
+
+def test_differential_drive_keeps_k_i_whatever_the_load():
+    """Upper coils i_0 + F/K_i and lower coils i_0 - F/K_i carry F, for F = K_i (I_upper - I_lower)/2."""
+    constants = {"turns": 50.0, "pole_area": 4e-4, "gap": 5e-4, "half_angle": 0.3, "b_sat": 900.0, "current_limit": 8.0}
+    unloaded = axis_parameters(**constants, bias_current=4.0, static_current=0.0)
+    k_i = magnet_numbers(unloaded, 2)[6]
+    shift = 50.0 / k_i
+    loaded = axis_parameters(**constants, bias_current=4.0 - shift, static_current=2.0 * shift)
+    assert magnet_numbers(loaded, 2)[6] == pytest.approx(k_i, rel=1e-9)
+    assert static_current_for(50.0, loaded, 2) == pytest.approx(2.0 * shift, rel=1e-6)
+
+
+@pytest.mark.parametrize(("given", "told"), [(22.0, False), (14.0, False), (22e3, True), (0.022, True)])
+def test_an_inductance_without_its_unit_is_told(given, told):
+    found = inductance_doubt("left.x", given, 14.0)
+    assert [("inductance_x = " in line, "check its unit" in line) for line in found] == [(True, True)] * told

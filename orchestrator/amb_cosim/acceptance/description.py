@@ -18,7 +18,8 @@ from rotor_analysis.static_load import carried_masses
 
 MAGNET_HEADS = (
     "gap (mm)",
-    "static (A)",
+    "upper coils (A)",
+    "lower coils (A)",
     "least (N)",
     "largest (N)",
     "K_s (MN/m)",
@@ -26,22 +27,23 @@ MAGNET_HEADS = (
     "L (mH)",
     "L of the gap (mH)",
 )
+LEAKAGE = 4.0
 
 
 def description(subject: Subject, criteria: Sequence[Criterion]) -> list[TextPart]:
     """Return tables of bearings, sensors, retainers and stages of a machine, and lines on its speeds and criteria."""
     rotor, z, speed = subject.rotor, subject.z, subject.file.speed
     carried = carried_masses(rotor)
-    bearings = labelled_table(f"Bearings of {rotor.name}", "bearing", "z (mm)", "carries (kg)", "magnet", "bias (A)")
+    bearings = labelled_table(f"Bearings of {rotor.name}", "bearing", "z (mm)", "carries (kg)", "magnet")
     for bearing in rotor.bearings:
-        has_magnet = bearing.name in subject.magnets
-        bias = f"{subject.axis(bearing.name, 'x').bias_current:.4g}" if has_magnet else "-"
-        row = (f"{1e3 * z[bearing.node - 1]:.1f}", f"{carried[bearing.name]:.4g}", "yes" if has_magnet else "no", bias)
-        bearings.add_row(bearing.name, *row)
+        magnet = "yes" if bearing.name in subject.magnets else "no"
+        bearings.add_row(bearing.name, f"{1e3 * z[bearing.node - 1]:.1f}", f"{carried[bearing.name]:.4g}", magnet)
     magnets = labelled_table("Magnets at rest", "axis", *MAGNET_HEADS)
+    doubts: list[str] = []
     for name, axis in subject.loop.axes:
         numbers = magnet_numbers(subject.axis(name, axis), int(subject.parameters[ACTUATOR]["force_law"]))
         magnets.add_row(f"{name}.{axis}", *(f"{number:.4g}" for number in numbers))
+        doubts += inductance_doubt(f"{name}.{axis}", *numbers[-2:])
     sensors = labelled_table("Sensors", "plane", "z (mm)")
     for name, node in subject.probes.items():
         sensors.add_row(name, f"{1e3 * z[node - 1]:.1f}")
@@ -66,13 +68,13 @@ def description(subject: Subject, criteria: Sequence[Criterion]) -> list[TextPar
     told = f"{len(criteria)} criteria, {unread} of them of standards that nobody read"
     if not subject.parameters[PLANT]["gravity"]:
         told += "; the machine has no gravity, without which nothing lands"
-    tables: list[TextPart] = [facts, bearings, magnets, sensors, sites]
+    tables: list[TextPart] = [facts, bearings, magnets, *doubts, sensors, sites]
     return [*tables, *([seals] if rotor.seals else []), *([stages] if subject.file.stages else []), told]
 
 
 def magnet_numbers(p: np.record, law: int) -> tuple[float, ...]:
-    """Return gap (mm), static current (A), force without and with all control current (N), K_s (MN/m), K_i (N/A), and
-    inductance as given and by the gap (mH).
+    """Return gap (mm), currents of the upper and the lower coils (A), force without and with all control current (N),
+    K_s (MN/m), K_i (N/A), and inductance as given and by the gap (mH).
 
     L = 2 mu_0 N^2 A/s_0 of a coil pair with N turns a pole, without leakage and iron.
 
@@ -84,8 +86,20 @@ def magnet_numbers(p: np.record, law: int) -> tuple[float, ...]:
     k_s, k_i = operating_constants(p, law)
     least, most = (float(linearisation(p, 0.0, i_c).force + static_pull(p)) for i_c in current_range(p))
     of_gap = 2.0 * mu_0 * p.turns**2 * p.pole_area / p.gap
-    numbers = (1e3 * p.gap, p.static_current, least, most, 1e-6 * k_s, k_i, 1e3 * p.inductance, 1e3 * of_gap)
+    currents = (p.bias_current + p.static_current, p.bias_current)
+    numbers = (1e3 * p.gap, *currents, least, most, 1e-6 * k_s, k_i, 1e3 * p.inductance, 1e3 * of_gap)
     return tuple(map(float, numbers))
+
+
+def inductance_doubt(axis: str, given: float, of_gap: float) -> list[str]:
+    """Return a line where an inductance is not that of its gap within a factor of LEAKAGE, and none elsewhere.
+
+    Leakage and the iron's path change it by less; a unit that was left out, or another magnet, by more.
+    """
+    if of_gap / LEAKAGE <= given <= of_gap * LEAKAGE:
+        return []
+    told = f"inductance_{axis[-1]} = {given:.4g} mH, where turns, area and gap give {of_gap:.4g} mH: check its unit"
+    return [f"{axis}: {told}"]
 
 
 def _tensor(of: Array) -> str:
