@@ -30,6 +30,23 @@ def test_the_compressor_misses_only_what_its_reduction_leaves_out(compressor):
     assert compressor.counts()[Judgement.MET] > 15
 
 
+def test_unbalance_of_each_mode_is_told_with_its_place_and_sums_to_the_whole(compressor):
+    (part,) = (part for part in compressor.parts if part.key == "unbalance")
+    (table,) = (table for table in part.answer.tables if table.title == "Unbalance of each mode")
+    whole = 2.0 * 6350.0 * compressor.facts["mass"] / compressor.facts["N_mc"]
+    for _, places in table.rows:
+        amounts = [float(place.split(" at ")[0]) for place in places.split(", ")]
+        assert sum(map(abs, amounts)) == pytest.approx(whole, rel=0.01)
+
+
+def test_a_curve_of_decrements_is_that_of_frequencies_of_the_same_name(compressor):
+    (part,) = (part for part in compressor.parts if part.key == "closed_loop")
+    frequency, damping = ([one for one in of.curves if one.style == "lines"] for of in part.answer.panels)
+    assert [one.name for one in damping] == [one.name for one in frequency[: len(damping)]]
+    for one in frequency:
+        assert float(one.name.split(" Hz ")[0]) == pytest.approx(one.y[-1], abs=0.5)
+
+
 def test_linear_response_bounds_vibration_in_co_simulation(compressor):
     found = {part.key: part for part in compressor.parts}
     used = [one.measured.value for one in found["vibration"].findings]

@@ -80,6 +80,15 @@ def test_a_zone_ends_below_its_limit():
     assert not zones.is_met(4.0, {})
 
 
+@pytest.mark.parametrize(
+    ("value", "told"), [(100.04, "100.04 %"), (104.0, "104 %"), (99.99, "99.99 %"), (99.999, "100 %")]
+)
+def test_a_value_that_misses_its_limit_is_told_apart_from_it(value, told):
+    """100 % (at most 100 %) would say that it is met; a value that meets it may be rounded to it."""
+    (found,) = judge([Measured("q", "here", value, "%")], [Criterion(**ABOUT, unit="%", limit="100")], {})
+    assert (found.verdict is Judgement.MISSED, found.value_text) == (value > 100.0, told)
+
+
 def test_a_quantity_in_another_unit_is_not_judged():
     (found,) = judge([Measured("q", "here", 1.0, "mm")], [Criterion(**ABOUT, unit="um", limit="25")], {})
     assert found.verdict is Judgement.UNANSWERED

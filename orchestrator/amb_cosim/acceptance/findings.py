@@ -97,8 +97,12 @@ class Finding:
 
     @property
     def value_text(self) -> str:
-        """The value with unit and zone."""
-        text = _with_unit(self.measured.value, self.measured.unit)
+        """The value with unit and zone, in as many digits as tell it from a limit that it misses."""
+        value, unit, limit = self.measured.value, self.measured.unit, self.limit
+        number = number_text(value)
+        if self.verdict is Judgement.MISSED and limit is not None and number == number_text(limit):
+            number = next(told for n in range(5, 18) if (told := f"{value:.{n}g}") != f"{limit:.{n}g}")
+        text = number if unit in ("", "1") else f"{number} {unit}"
         return f"{text}, zone {self.zone}" if self.zone else text
 
 

@@ -12,7 +12,7 @@ from amb_cosim.acceptance.coupled import coupled_loop
 from amb_cosim.acceptance.findings import Measured, PartResult, PartTable
 from amb_cosim.acceptance.finer import kept_modes, with_modes
 from amb_cosim.acceptance.subject import MODES, Subject, hertz, rpm
-from amb_cosim.assessment.panels import Panel, curve
+from amb_cosim.assessment.panels import Curve, Panel, curve
 from amb_cosim.linear.loop import Loop
 from amb_cosim.studies.closed_loop_poles import Vibrations, followed, vibrations
 from fmi_export.model import Array
@@ -20,7 +20,7 @@ from rotor_analysis.parts import Bearing
 
 TITLE = "Closed loop over speed: damped frequencies and logarithmic decrements"
 POINTS = 41  # speeds
-SHOWN = 10.0  # largest logarithmic decrement in the figure
+SHOWN = 3.0  # largest logarithmic decrement in the figure
 LARGEST = 1e3  # decrement that stands for motion that hardly vibrates
 
 
@@ -111,13 +111,21 @@ def _sense(sense: float) -> str:
 def _panels(
     subject: Subject, speeds: Array, found: list[Vibrations], tracks: list[list[int | None]]
 ) -> tuple[Panel, ...]:
-    frequency, damping = [], []
-    for number, track in enumerate(tracks, 1):
+    frequency: list[Curve] = []
+    damping: list[Curve] = []
+    beyond: list[Curve] = []
+    for track in tracks:
         alive = [k for k, n in enumerate(track) if n is not None]
-        chosen = [(k, track[k]) for k in alive]
+        chosen = [(k, n) for k, n in enumerate(track) if n is not None]
         s = np.array([found[k].poles[n] for k, n in chosen])
-        frequency.append(curve(f"{number}", rpm(speeds[alive]), hertz(s.imag)))
-        damping.append(curve(f"{number}", rpm(speeds[alive]), np.minimum(-2.0 * np.pi * s.real / s.imag, SHOWN)))
+        last, number = chosen[-1]
+        name = f"{hertz(s[-1].imag):.0f} Hz {_sense(found[last].senses[number])}"
+        decrement = -2.0 * np.pi * s.real / s.imag
+        shown = decrement.min() < SHOWN
+        (frequency if shown else beyond).append(curve(name, rpm(speeds[alive]), hertz(s.imag)))
+        if shown:
+            damping.append(curve(name, rpm(speeds[alive]), np.minimum(decrement, SHOWN)))
+    frequency += beyond  # last, so that the others have the same colours in both figures
     ends = rpm(np.array([0.0, subject.file.speed.tripping]))
     frequency.append(curve("once per turn", ends, ends / 60.0, "dashed"))
     damping.append(curve("0.1", ends, [0.1, 0.1], "dashed"))

@@ -47,12 +47,28 @@ def answer(subject: Subject) -> PartResult:
             measured.append(Measured("clearance_share", f"{site}, {case.name}", share, "%", {"S_cc": scale}, note))
         panels.append(_panel(subject, case, speeds, at_probes))
     heads = ("case", "probe", "critical speed (1/min)", "amplification", "margin (%)")
+    placed = PartTable(
+        "Unbalance of each mode", ("case", "g mm, with its sign, at z (mm)"), _placed(subject, cases, whole)
+    )
     notes = (
         f"Unbalance: {FACTOR:g} U_r = {1e6 * whole:.4g} g mm in all, U_r = 6350 m/N g mm with the whole mass m in kg; "
         "each lobe of a mode's shape has the share of its mass, at its antinode. Speeds up to 1.5 times the largest.",
         "Displacements are peak to peak, along the major axis of the orbit.",
     )
-    return PartResult(tuple(measured), tuple(panels), (PartTable("Critical speeds", heads, tuple(rows)),), notes)
+    return PartResult(tuple(measured), tuple(panels), (PartTable("Critical speeds", heads, tuple(rows)), placed), notes)
+
+
+def _placed(subject: Subject, cases: list[UnbalanceCase], whole: float) -> tuple[tuple[str, ...], ...]:
+    """Return the unbalance of each mode, place by place."""
+    return tuple(
+        (
+            case.name.split(",")[0],
+            ", ".join(
+                f"{1e6 * share * whole:+.3g} at {1e3 * subject.z[node - 1]:.0f}" for node, share in case.shares.items()
+            ),
+        )
+        for case in cases
+    )
 
 
 def _response(subject: Subject, cases: list[UnbalanceCase], whole: float) -> tuple[Array, Array]:
