@@ -10,10 +10,12 @@ from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap, LogNorm, Normalize
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
+from matplotlib.ticker import MaxNLocator
 
 from amb_cosim.presentation.style import BLUE, TITLE_SIZE, StyledFigure, fitted, write_png
+from amb_cosim.presentation.units import force_unit, length_unit
 from amb_cosim.sweeps.outcomes import BROKEN_OFF, COLOURS
-from amb_cosim.sweeps.panels import numeric_axes, panels, short
+from amb_cosim.sweeps.panels import EVENTS, descriptions, numeric_axes, panels, words_of
 from amb_cosim.sweeps.refine import boundary_group
 from amb_cosim.sweeps.sampling import SAMPLE
 from amb_cosim.sweeps.store import STORE, open_sweep
@@ -25,15 +27,15 @@ if TYPE_CHECKING:
 
 SPREAD = 100.0  # of the largest value over the smallest, beyond which colours are logarithmic
 DRAWN = ("contact_share", "peak_contact_force", "orbit_largest", "rolling")
-LABELLED = ("step", "removal")  # events that set what is varied
 LABELS = {
     "contact_share": "share of contact between step and removal",
-    "peak_contact_force": "peak contact force (N)",
-    "orbit_largest": "largest radius in bearings and retainers (mm)",
+    "peak_contact_force": "peak contact force",
+    "orbit_largest": "largest radius in bearings and retainers",
     "rolling": "rolling (1) or not (0)",
     "outcome": "outcome",
 }
-MOST_PANELS = 8
+UNITS = {"peak_contact_force": (force_unit, 1.0), "orbit_largest": (length_unit, 1e-3)}  # and that of the store in SI
+MOST_PANELS, MOST_TICKS = 8, 6
 FAILED: dict[str, Any] = {"marker": "x", "color": "k", "ms": 4.0, "mew": 0.8, "ls": ""}  # of points without a value
 
 
@@ -58,7 +60,8 @@ def draw_maps(swept: Sweep) -> list[str]:
 def draw_map(swept: Sweep, dataset: xr.Dataset, name: str) -> StyledFigure:
     """Draw one variable of a sweep."""
     across = _across(swept)
-    parts = panels(swept.design, {*across, SAMPLE})[:MOST_PANELS]
+    dataset, label = in_shown_unit(dataset, name)
+    parts = panels(swept.design, {*across, SAMPLE}, descriptions(dataset))[:MOST_PANELS]
     width = 3.4 * len(parts) + 1.0
     figure = StyledFigure(figsize=(max(4.6, width), 3.6), layout="constrained")
     axes: Sequence[Axes] = figure.subplots(1, len(parts), squeeze=False, sharey=True)[0]
@@ -71,19 +74,30 @@ def draw_map(swept: Sweep, dataset: xr.Dataset, name: str) -> StyledFigure:
         if name != "outcome":
             mark_failed(ax, part, across)
         _draw_boundary(ax, swept, part, across)
-        ax.set_title(panel.title)
+        ax.set_title(fitted(panel.title, 3.2))
         ax.set_xlabel(_axis_label(dataset, across[0]))
-    axes[0].set_ylabel(_axis_label(dataset, across[1]) if len(across) > 1 else LABELS[name])
+        if dataset[across[0]].dtype.kind in "if":
+            ax.xaxis.set_major_locator(MaxNLocator(MOST_TICKS, steps=[1, 2, 2.5, 5, 10]))
+    axes[0].set_ylabel(_axis_label(dataset, across[1]) if len(across) > 1 else label)
     if name == "outcome":
         found = [outcome for outcome in COLOURS if (dataset["outcome"] == outcome).any()]
         handles = [Patch(color=COLOURS[outcome], label=outcome or "not run") for outcome in found]
         figure.legend(handles=handles, loc="outside right upper", frameon=False)
     else:
         if drawn is not None:
-            figure.colorbar(drawn, ax=list(axes), label=LABELS[name])
+            figure.colorbar(drawn, ax=list(axes), label=label)
         explain_failed(figure, dataset)
     figure.suptitle(swept.name, fontsize=TITLE_SIZE)
     return figure
+
+
+def in_shown_unit(dataset: xr.Dataset, name: str) -> tuple[xr.Dataset, str]:
+    """Return a sweep with a metric in the unit in which it is shown, and its label."""
+    if name not in UNITS:
+        return dataset, LABELS[name]
+    unit_for, size = UNITS[name]
+    unit = unit_for(size * float(dataset[name].max()))
+    return dataset.assign({name: dataset[name] * (size / unit.size)}), f"{LABELS[name]} ({unit.label})"
 
 
 def _across(swept: Sweep) -> list[str]:
@@ -174,8 +188,5 @@ def _draw_boundary(ax: Axes, swept: Sweep, dataset: xr.Dataset, across: list[str
 def _axis_label(dataset: xr.Dataset, name: str) -> str:
     """Return what a coordinate is, in words where its variable has a description, and its unit."""
     unit, described = (dataset[name].attrs.get(key, "") for key in ("units", "description"))
-    event = name.partition(".")[0]
-    words = described.partition(";")[0].partition(" (")[0] or (short(name) if event in LABELLED else name)
-    if described and event in LABELLED:
-        words += f", from the {event} on"
+    words = words_of(name, described) if described or name.partition(".")[0] in EVENTS else name
     return fitted(f"{words} ({unit})" if unit and unit != "1" else words, 3.6)

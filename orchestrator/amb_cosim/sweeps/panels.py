@@ -2,14 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+import re
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from itertools import takewhile
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from amb_cosim.sweeps.axes import Axis
 from amb_cosim.sweeps.sampling import SAMPLE, Design
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+PREPOSITIONS = ("at", "of", "in", "on", "to")
+EVENTS = ("step", "removal")  # that set what is varied
+NOTHING: Mapping[str, str] = MappingProxyType({})
 
 
 @dataclass(frozen=True)
@@ -25,31 +35,56 @@ def numeric_axes(design: Design) -> list[str]:
     return [axis.name for axis in design.axes if axis.name == SAMPLE or (axis.columns[0].numeric and len(axis) > 1)]
 
 
-def panels(design: Design, across: Collection[str]) -> list[MapPanel]:
-    """Return a panel for each combination of values of the axes that do not go across it."""
+def panels(design: Design, across: Collection[str], described: Mapping[str, str] = NOTHING) -> list[MapPanel]:
+    """Return a panel for each combination of values of the axes that do not go across it.
+
+    Its title has the words of `described`, descriptions by name, or else names.
+    """
     others = [axis for axis in design.axes if axis.name not in across]
     found = []
     for index in np.ndindex(*(len(axis) for axis in others)):
-        values = [_titled(axis, axis.columns[0].values[k]) for axis, k in zip(others, index, strict=True)]
+        values = [_titled(axis, axis.columns[0].values[k], described) for axis, k in zip(others, index, strict=True)]
         at = {axis.name: int(k) for axis, k in zip(others, index, strict=True)}
         found.append(MapPanel(", ".join(values), at))
     return found
 
 
-def shown(name: str, value: Any, unit: str) -> str:
-    """Return the value of a variable as text, `u = 25 g.m`."""
+def descriptions(dataset: xr.Dataset) -> dict[str, str]:
+    """Return the descriptions of what a sweep varies, by name, where there are any."""
+    return {str(name): str(c.attrs["description"]) for name, c in dataset.coords.items() if "description" in c.attrs}
+
+
+def common_words(descriptions: Sequence[str]) -> str:
+    """Return the words with which all descriptions begin, without a preposition at the end: `Friction`, not `at A`."""
+    at_each_place = zip(*(text.split() for text in descriptions), strict=False)  # as many as the shortest has
+    words = [words[0] for words in takewhile(lambda words: len(set(words)) == 1, at_each_place)]
+    return " ".join(words[:-1] if words and words[-1] in PREPOSITIONS else words)
+
+
+def shown(name: str, value: Any, unit: str, described: str = "") -> str:
+    """Return the value of a variable as text, `u = 25 g.m`, or `Unbalance of D1: 25 g.m` where it is described."""
     number = value if isinstance(value, str) else format(value, ".4g")
-    return f"{short(name)} = {number} {unit if unit != '1' else ''}".rstrip()
+    begin = f"{words_of(name, described)}:" if described else f"{short(name)} ="
+    return f"{begin} {number} {unit if unit != '1' else ''}".rstrip()
+
+
+def words_of(name: str, described: str) -> str:
+    """Return what a variable is, by the first words of its description and the event that sets it, or `short`."""
+    words = re.split(r"; | \(| at the beginning", described)[0]
+    event = name.partition(".")[0]
+    if not words:
+        return short(name)
+    return f"{words}, from the {event} on" if event in EVENTS else words
 
 
 def short(name: str) -> str:
     """Return the last part of the name of a variable, with the event that sets it."""
     label, _, rest = name.partition(".")
     last = name.rpartition(".")[2]
-    return f"{last} of the {label}" if rest and label in ("step", "removal") else last
+    return f"{last} of the {label}" if rest and label in EVENTS else last
 
 
-def _titled(axis: Axis, value: Any) -> str:
+def _titled(axis: Axis, value: Any, described: Mapping[str, str]) -> str:
     if axis.alternatives or axis.name == "scenario":
         return str(value)
-    return shown(axis.name, value, axis.columns[0].unit)
+    return shown(axis.name, value, axis.columns[0].unit, described.get(axis.name, ""))

@@ -8,10 +8,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
-from amb_cosim.presentation.style import BLUE, ORANGE, TITLE_SIZE, StyledFigure, write_png
-from amb_cosim.sweeps.maps import LABELS, MOST_PANELS, explain_failed, mark_failed
+from amb_cosim.presentation.style import BLUE, ORANGE, TITLE_SIZE, StyledFigure, fitted, write_png
+from amb_cosim.sweeps.maps import MOST_PANELS, explain_failed, in_shown_unit, mark_failed
 from amb_cosim.sweeps.outcomes import BROKEN_OFF
-from amb_cosim.sweeps.panels import numeric_axes, panels
+from amb_cosim.sweeps.panels import descriptions, numeric_axes, panels
 from amb_cosim.sweeps.sampling import SAMPLE
 
 if TYPE_CHECKING:
@@ -42,9 +42,10 @@ def draw_distribution(swept: Sweep, dataset: xr.Dataset, along: str) -> StyledFi
     All other numbers that are varied make the distribution; alternatives have panels side by side. Of a sample each
     point is drawn.
     """
-    parts = panels(swept.design, numeric_axes(swept.design))[:MOST_PANELS]
+    parts = panels(swept.design, numeric_axes(swept.design), descriptions(dataset))[:MOST_PANELS]
     figure = StyledFigure(figsize=(max(4.6, 3.0 * len(parts) + 0.8), 3.2), layout="constrained")
     axes = figure.subplots(1, len(parts), squeeze=False, sharey=True)[0]
+    dataset, label = in_shown_unit(dataset, METRIC)
     top = 1.05 * float(dataset[METRIC].max()) or 1.0  # where what is infinite is drawn
     for ax, panel in zip(axes, parts, strict=True):
         part = dataset.isel(panel.at)
@@ -55,11 +56,11 @@ def draw_distribution(swept: Sweep, dataset: xr.Dataset, along: str) -> StyledFi
             is_run = [bool((part["outcome"].isel({along: k}) != "").any()) for k in range(len(phase))]
             _draw_band(ax, phase[is_run], np.minimum(distribution(part.isel({along: is_run}), along), top))
         mark_failed(ax, part.assign_coords({along: part[along].copy(data=phase)}), [along])
-        ax.set_title(panel.title)
+        ax.set_title(fitted(panel.title, 2.8))
         ax.set_xlabel(f"phase of the {along.partition('.')[0]} (deg)")
         ax.set_xticks(np.arange(0.0, phase.max() + 1.0, 90.0))
     axes[0].set_ylim(0.0, top)
-    axes[0].set_ylabel(LABELS[METRIC])
+    axes[0].set_ylabel(label)
     handles, labels = axes[0].get_legend_handles_labels()
     if handles:
         figure.legend(handles, labels, loc="outside right upper", frameon=False)

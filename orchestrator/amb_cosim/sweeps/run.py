@@ -27,6 +27,7 @@ from amb_cosim.sweeps import outcomes
 from amb_cosim.sweeps.axes import Vary
 from amb_cosim.sweeps.branching import LABELS, varied_labels
 from amb_cosim.sweeps.engine import connect, run_missing
+from amb_cosim.sweeps.panels import common_words
 from amb_cosim.sweeps.sampling import Design, make_design
 from amb_cosim.sweeps.store import SweepStore, open_sweep
 from amb_cosim.sweeps.worker import Metric, Runner, Task
@@ -250,28 +251,28 @@ def check_points(task: Task, design: Design) -> tuple[dict[str, str], dict[str, 
         if not set(guids) >= {fmu.path.stem for fmu in prepared.fmus.values()}:
             guids |= {prepared.fmus[c].path.stem: interface.guid for c, interface in prepared.interfaces.items()}
         for name in settings:
-            port = _port_of(prepared, name)
-            if port is not None and port.unit:
-                units.setdefault(name, port.unit)
-            if port is not None and port.description:
-                described.setdefault(name, port.description)
+            ports = _ports_of(prepared, name)
+            if ports and ports[0].unit:
+                units.setdefault(name, ports[0].unit)
+            if words := common_words([port.description for port in ports]):
+                described.setdefault(name, words)
     return guids, units, described
 
 
 def unit_of(prepared: Prepared, name: str) -> str:
     """Return the unit of what is varied under a name; empty where it has none or is no variable."""
-    port = _port_of(prepared, name)
-    return "" if port is None else port.unit or ""
+    ports = _ports_of(prepared, name)
+    return (ports[0].unit or "") if ports else ""
 
 
-def _port_of(prepared: Prepared, name: str) -> Port | None:
-    """Return the first variable that is varied under a name; None where it is none."""
+def _ports_of(prepared: Prepared, name: str) -> list[Port]:
+    """Return the variables that are varied under a name; none where it is none."""
     label, _, rest = name.partition(".")
     values = prepared.assembly.assignments()
     try:
-        return values.port(values.matching(rest if label in LABELS else name)[0])
+        return [values.port(found) for found in values.matching(rest if label in LABELS else name)]
     except ValueError:
-        return None
+        return []
 
 
 def _request(task: Task) -> dict[str, Any]:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from amb_cosim.sweeps.outcomes import BROKEN_OFF, COLOURS
-from amb_cosim.sweeps.panels import numeric_axes, panels, shown
+from amb_cosim.sweeps.panels import descriptions, numeric_axes, panels, shown
 from amb_cosim.sweeps.refine import boundary_group, refined_axes
 from amb_cosim.sweeps.sampling import SAMPLE
 from amb_cosim.sweeps.store import STORE, open_sweep
@@ -25,7 +25,7 @@ PEAK = "peak_contact_force"
 def summarise_sweep(swept: Sweep) -> list[str]:
     """Return a line for each alternative, then lines on boundary, sensitivities and failures where there are any."""
     dataset = swept.dataset
-    parts = panels(swept.design, numeric_axes(swept.design))
+    parts = panels(swept.design, numeric_axes(swept.design), descriptions(dataset))
     lines = [_of_part(panel.title, dataset.isel(panel.at)) for panel in parts]
     return [
         *lines,

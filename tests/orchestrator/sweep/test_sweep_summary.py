@@ -9,6 +9,7 @@ import xarray as xr
 
 from amb_cosim.sweeps.figures import draw_sweep
 from amb_cosim.sweeps.maps import draw_map
+from amb_cosim.sweeps.panels import common_words
 from amb_cosim.sweeps.phases import distribution, draw_distribution, draw_phases, phase_of
 from amb_cosim.sweeps.refine import Refinement
 from amb_cosim.sweeps.run import Sweep
@@ -87,9 +88,10 @@ def test_a_sampled_phase_is_drawn_and_a_sweep_without_one_is_not(tmp_path):
 
 def test_maps_say_what_is_varied_in_words_and_tell_failed_runs(tmp_path):
     """A name without a description stays; the largest unbalance failed."""
-    vary = {"Omega": "200:260:3", "step.rotor_contact.turbine.u": "5 g.mm:60 g.mm:3"}
+    vary = {"Omega": "200:260:3", "step.rotor_contact.turbine.u": "5 g.mm:60 g.mm:3", "a.aware": ["true"]}
     design = make_design(vary).with_units({"Omega": "rad/s"})
-    words = {"descriptions": {"step.rotor_contact.turbine.u": "Unbalance of turbine (3.20); a fixed one"}}
+    unbalance = {"step.rotor_contact.turbine.u": "Unbalance of turbine (3.20); a fixed one"}
+    words = {"descriptions": unbalance | {"a.aware": "Adapts to contact; else to orbits"}}
     store = SweepStore(tmp_path, design, {"scenario": {"name": "made up"}}, words)
     ends = ["recovered"] * 8 + ["failed"]
     store.add([PointResult(n, ends[n], "", {"contact_share": 0.1 * n} if n < 8 else {}) for n in range(9)])
@@ -98,3 +100,13 @@ def test_maps_say_what_is_varied_in_words_and_tell_failed_runs(tmp_path):
     assert figure.axes[0].get_xlabel() == "Omega (rad/s)"
     assert figure.axes[0].get_ylabel().replace("\n", " ") == "Unbalance of turbine, from the step on (g.mm)"
     assert [text.get_text() for text in figure.legends[0].get_texts()] == ["failed: 1 of 9"]
+    assert figure.axes[0].get_title() == "Adapts to contact: true"
+
+
+def test_what_several_variables_share_is_described_by_the_words_they_share():
+    assert (
+        common_words(["Coefficient of friction at SEAL", "Coefficient of friction at SHROUD"])
+        == "Coefficient of friction"
+    )
+    assert common_words(["Unbalance of turbine; a fixed one"]) == "Unbalance of turbine; a fixed one"
+    assert common_words(["Clearance at SEAL", "Gap of north"]) == common_words([]) == ""
