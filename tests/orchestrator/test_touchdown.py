@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 from falls import CLEARANCE, END, LANDED, OMEGA, RELEASE, WHIRL, WHIRLED, H, fall
 
+from amb_cosim.results.contact_history import ROLLING
 from amb_cosim.results.summary import summarise
-from amb_cosim.results.touchdown import touchdown
+from amb_cosim.results.touchdown import SLIDING, touchdown
 
 
 @pytest.fixture(scope="module")
@@ -91,6 +92,12 @@ def test_a_race_is_at_speed_at_95_percent_of_its_largest(found):
     assert found.retainers["rb1"].race_spin_up == pytest.approx(0.19, abs=2 * H)
     still = touchdown(fall(**{"rb1.race_speed": np.zeros(fall().sizes["time"])}))
     assert still.retainers["rb1"].race_spin_up is None
+
+
+def test_a_race_that_the_rotor_slides_on_to_the_end_is_not_at_speed():
+    mode = fall()["rotor_contact.rb1.mode"].values
+    sliding = touchdown(fall(**{"rb1.mode": np.where(mode == ROLLING, SLIDING, mode)}))
+    assert sliding.retainers["rb1"].race_spin_up is None
 
 
 def test_the_rotor_rests_when_its_whirl_has_ended(found):

@@ -107,6 +107,19 @@ def test_a_drawing_gets_magnets_in_its_own_bearings_and_levitates(expander):
     assert 0.0 < max(result.summary.orbit_largest.values()) < 0.1e3 * expander.sizes.clearance
 
 
+def test_damping_that_a_drawing_does_not_tell_is_assumed_and_said(tmp_path):
+    """Without it sampled control drives the high bending modes of many a rotor; damping that is given stays."""
+    lines = EXPANDER.read_text(encoding="utf-8").replace(*PASSIVE).split("\n")
+    begin = lines.index("[damping]")
+    after = next((k for k in range(begin + 1, len(lines)) if lines[k].startswith("[")), len(lines))
+    undamped = tmp_path / "undamped.toml"
+    undamped.write_text("\n".join(lines[:begin] + lines[after:]))
+    assert not any(load_rotor(undamped).damping.ratios(3))
+    done = CliRunner().invoke(main, ["new", str(tmp_path / "made"), "--rotor", str(undamped), "--speed", "15000 rpm"])
+    assert "damping of the bending modes is assumed" in done.output
+    assert load_rotor(tmp_path / "made/rotor.toml").damping.ratios(3).tolist() == [0.003, 0.005, 0.01]
+
+
 def test_the_scenarios_of_a_drawing_act_on_its_own_parts(expander):
     inputs = {name: load_scenario(str(expander.folder / f"{name}.toml")) for name in SCENARIOS}
     assert inputs["levitation"].inputs["rotor_contact"]["turbine.u"]

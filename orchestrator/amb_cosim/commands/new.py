@@ -39,6 +39,7 @@ def new(
     """
     from amb_cosim.cosim.values import quantity
     from amb_cosim.starter.files import new_machine
+    from amb_cosim.starter.levitation import WANTED_BEYOND, WANTED_IN_RANGE
 
     with refusing():
         Omega = quantity(speed, "rad/s", "speed")
@@ -56,11 +57,15 @@ def new(
             click.echo(
                 f"bearing {bearing} has no retainer; were it passive, its place is under [[seals]] of the rotor file"
             )
+    if "bearings" in made.assumed:
+        click.echo("retainers and sensors stand beside the bearings; move them in rotor.toml where they are elsewhere")
+    if "damping" in made.assumed:
+        click.echo("damping of the bending modes is assumed, 0.3, 0.5, then 1 %; put what you measure into rotor.toml")
     gains = made.gains
     click.echo(
-        f"levitates with K_b = {gains.k_b:.3g} N/m, C_b = {gains.c_b:.3g} N s/m: damping ratios "
-        f"of {gains.in_range:.2g} and more within the range of speed, {gains.beyond:.2g} and more beyond; "
-        f"least damped is {gains.least_damped}"
+        f"levitates with K_b = {gains.k_b:.3g} N/m, C_b = {gains.c_b:.3g} N s/m: damping ratios are at least "
+        f"{gains.in_range:.3g} within the range of speed ({WANTED_IN_RANGE:g} is wanted) and {gains.beyond:.3g} beyond "
+        f"({WANTED_BEYOND:g}); nearest to what is wanted is {gains.least_damped}"
     )
     click.echo(f"wrote {folder}; next: amb-cosim run {folder / 'landing.toml'}")
 

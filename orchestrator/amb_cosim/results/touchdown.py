@@ -60,7 +60,8 @@ class Retainer:
     heat
         Heat of friction, race drag and impacts (J).
     race_spin_up
-        Time from the first contact until the race turns at 95 % of its largest speed (s); None if it does not turn.
+        Time from the first contact until the race turns at 95 % of its largest speed (s); None if it does not turn, or
+        if the rotor still slides on it.
     temperature
         Largest temperature (K); None where the retainer has no heat capacity.
     """
@@ -250,7 +251,10 @@ def _race_spin_up(dataset: Signals, site: str, start: int) -> float | None:
     if race is None or mode is None or not race.any() or not (mode != FREE).any():
         return None
     times, speed = _times(dataset, start), np.abs(race)
-    return float(times[np.argmax(speed >= SPUN_UP * speed.max())] - times[np.argmax(mode != FREE)])
+    n = int(np.argmax(speed >= SPUN_UP * speed.max()))
+    if not (mode[n:] == ROLLING).any():  # a race that the rotor still slides on is not at its speed
+        return None
+    return float(times[n] - times[np.argmax(mode != FREE)])
 
 
 def _rest(dataset: Signals, start: int, given: Mapping[str, Any], contact: NDArray[np.bool_]) -> float | None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import shutil
 import tempfile
+import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 from string import Template
@@ -12,7 +13,7 @@ from string import Template
 from amb_cosim.cosim.choices import Flavour
 from amb_cosim.cosim.values import RPM
 from amb_cosim.starter.levitation import Gains, OperatingPoint, best_gains, candidates, operating_points
-from amb_cosim.starter.rotor_text import supports
+from amb_cosim.starter.rotor_text import damping, supports
 from amb_cosim.starter.sizing import SAMPLE_TIME, MachineSizes, machine_sizes
 from rotor_analysis.assembly import assemble
 from rotor_analysis.damping import free_modes
@@ -24,9 +25,14 @@ TEMPLATES = Path(__file__).parent / "templates"
 
 @dataclass(frozen=True)
 class NewMachine:
-    """What was written: the folder, the sizes, the operating points by bearing, and the gains that levitate it."""
+    """What was written: the folder, the sizes, the operating points by bearing, and the gains that levitate it.
+
+    assumed
+        Parts of the rotor file that it did not have: `bearings`, with retainers and sensors, and `damping`.
+    """
 
     folder: Path
+    assumed: tuple[str, ...]
     sizes: MachineSizes
     points: dict[str, OperatingPoint]
     gains: Gains
@@ -42,7 +48,7 @@ def new_machine(
     folder
         Where; its name is that of the machine.
     rotor
-        Text of a rotor file: of `plain_shaft`, or of a drawing.
+        Text of a rotor file: of `plain_shaft`, or of a drawing. Damping is assumed where it has no `[damping]`.
     speed
         Its highest speed in operation (rad/s).
     bearings
@@ -62,6 +68,8 @@ def new_machine(
         draft = Path(place) / folder.name
         draft.mkdir()
         file = draft / "rotor.toml"
+        has_damping = "damping" in tomllib.loads(rotor)
+        rotor = rotor if has_damping else rotor + damping()
         bare = _rotor_of(file, rotor)
         if bare.bearings and bearings:
             there = ", ".join(f"{b.name} at {bare.shaft.nodes[b.node - 1]:g} m" for b in bare.bearings)
@@ -77,7 +85,8 @@ def new_machine(
         _fill(draft, _values(folder.name, sizes, points, gains))
         folder.parent.mkdir(parents=True, exist_ok=True)
         shutil.move(draft, folder)
-    return NewMachine(folder, sizes, points, gains)
+    assumed = {"bearings": not bare.bearings, "damping": not has_damping}
+    return NewMachine(folder, tuple(part for part, is_so in assumed.items() if is_so), sizes, points, gains)
 
 
 def _rotor_of(file: Path, text: str) -> Rotor:

@@ -1,6 +1,6 @@
-"""The text of a rotor file for a start: a plain shaft with a wheel, and supports for a rotor that has none.
+"""The text of a rotor file for a start: a plain shaft with a wheel; supports and damping for a rotor that has none.
 
-A drawing's rotor file takes the place of the first, and where it has bearings, retainers and sensors of both.
+A drawing's rotor file takes the place of the first, and where it has bearings, retainers and sensors of the second too.
 """
 
 from __future__ import annotations
@@ -98,6 +98,11 @@ def supports(rotor: Rotor, places: tuple[float, float] | None, k_b: float | None
     values = {f"{part}_left": left + offset for part, offset in offsets.items()}
     values |= {f"{part}_right": right - offset for part, offset in offsets.items()}
     return _filled("supports.toml", clearance=clearance, k_b=k_b, c_b=c_b, **values)
+
+
+def damping() -> str:
+    """Return the text of the damping that is assumed of a rotor file without any."""
+    return _filled("damping.toml")
 
 
 def diameter_at(rotor: Rotor, z: float) -> float:

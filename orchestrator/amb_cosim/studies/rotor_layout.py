@@ -95,7 +95,8 @@ class RotorLayout(DrawnResult):
         parts = text_table("Parts", ("kind", "name", "node", "z (m)", "what"), left=("kind", "name", "what"))
         for part in self.parts:
             parts.add_row(part.kind, part.name, str(part.node), f"{part.z:.4f}", part.what)
-        modes = text_table("Undamped, at rest on its bearings", ("mode", "frequency (rad/s)", "(Hz)", "plant (%)"))
+        where = "at rest on its bearings" if self.description.bearings else "free, without bearings"
+        modes = text_table(f"Undamped, {where}", ("mode", "frequency (rad/s)", "(Hz)", "plant (%)"))
         for k, (frequency, error) in enumerate(zip(self.frequencies, self.error, strict=True), start=1):
             shown = "-" if math.isnan(error) else f"{error:+.4f}"
             hertz = f"{frequency / (2.0 * math.pi):.3f}" if frequency > 0.0 else "diverges"
