@@ -1,0 +1,190 @@
+"""Search for a controller that damps a machine: PD with roll-off and a shelf for each bearing, on its linear model.
+
+    u = -(k_p + k_d s/(1 + s/omega_r)) (s^2 + 2 d zeta omega s + omega^2)/(s^2 + 2 zeta omega s + omega^2) y        (1)
+
+sampled by Tustin's rule and a sample late. At all speeds given, vibrations near the speeds shall have a logarithmic
+decrement of 1.6, which is an amplification of about 2, others up to twice the largest speed 0.2, those beyond 0.03;
+|S| of each axis 2.8 at most; and the noise of the sensors shall move no demand by more than is said.
+
+    python search.py levitation.toml --speeds "9000 rpm, 17600 rpm" --pairs left=probe_left,right=probe_right
+
+The last line it prints is how far the best is from all that: 0 has all of it. `amb-cosim assess` judges.
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+import numpy as np
+from scipy.linalg import block_diag
+from scipy.optimize import differential_evolution
+from scipy.signal import bilinear, cont2discrete, lfilter, tf2ss
+
+import amb_cosim
+from amb_cosim.cosim.values import quantity
+
+WANTED, ENOUGH, ABOVE_ZERO = 1.6, 0.2, 0.03  # decrements: near the speeds, up to twice the largest, beyond
+LARGEST = 2.8  # |S|, in zone A of ISO 14839-3 as it is remembered
+UNSTABLE = 1e3
+BOUNDS = (  # of each bearing
+    (1.3, 6.0),  # k_p over K_s/K_i
+    (-4.3, -2.0),  # power of ten of k_d/k_p in s
+    (-1.6, -0.4),  # power of ten of the roll-off over the sample rate
+    (-1.7, -0.9),  # the same of the shelf
+    (0.1, 1.0),  # its damping zeta
+    (0.2, 2.5),  # its depth d
+)
+
+
+class Search:
+    """A machine at some speeds, and how far a controller is from what is wanted there."""
+
+    def __init__(self, scenario, speeds, pairs, sample_time, noise=0.0, most_noise=1.0):
+        self.pairs, self.step, self.noise, self.most_noise = pairs, sample_time, noise, most_noise
+        self.Omega = [quantity(speed, "rad/s", "speeds") for speed in speeds]
+        magnets = [_magnet(scenario, bearing) for bearing in pairs]
+        self.k_p = [k_s / k_i for k_i, k_s in magnets]
+        rate = 1.0 / sample_time
+        hertz = np.concatenate([np.geomspace(1e-4, 0.03, 120), np.linspace(0.03, 0.2, 80)[1:]]) * rate
+        self.z = np.exp(2j * np.pi * hertz * sample_time)
+        demands = [f"amb_actuator.{b}.i_{axis}" for b in pairs for axis in "xy"]
+        shown = [f"rotor_contact.{sensor}.{axis}" for sensor in pairs.values() for axis in "xy"]
+        machine = ["rotor_contact", "amb_actuator"]
+        self.plants = []
+        for speed in speeds:
+            model = amb_cosim.linearise(scenario, speed, demands, shown, components=machine)
+            A, B, C, _, _ = cont2discrete((model.A, model.B, model.C, model.D), sample_time, "zoh")
+            n, m = B.shape
+            A, B = np.block([[A, B], [np.zeros((m, n + m))]]), np.vstack([np.zeros((n, m)), np.eye(m)])
+            C = np.hstack([C, np.zeros((len(C), m))])
+            response = np.stack([C @ np.linalg.solve(z * np.eye(n + m) - A, B) for z in self.z])
+            self.plants.append((A, B, C, response))
+
+    def coefficients(self, x):
+        """Return for each bearing k_p (A/m), k_d (A s/m), roll-off (Hz), shelf (Hz), zeta and d."""
+        rate = 1.0 / self.step
+        return [
+            (c * k, c * k * 10**lead, rate * 10**roll_off, rate * 10**shelf, zeta, d)
+            for (c, lead, roll_off, shelf, zeta, d), k in zip(np.reshape(x, (-1, len(BOUNDS))), self.k_p, strict=True)
+        ]
+
+    def cost(self, x):
+        """Return how far it is from what is wanted."""
+        ratios = [bilinear(*_ratio(*of), 1.0 / self.step) for of in self.coefficients(x)]
+        total = sum(5.0 * max(0.0, self.noise * _of_noise(*ratio) / self.most_noise - 1.0) for ratio in ratios)
+        gain = np.repeat([np.polyval(b, self.z) / np.polyval(a, self.z) for b, a in ratios], 2, axis=0)
+        law = _law(ratios)
+        for plant in self.plants:
+            poles = _poles(plant, law, self.step)
+            if (fastest := poles.real.max()) > 0.0:
+                return UNSTABLE + min(fastest, UNSTABLE)
+            total += self._of_decrements(poles)
+            S = np.linalg.inv(np.eye(len(gain)) - gain.T[:, :, None] * plant[3])
+            peaks = np.abs(np.diagonal(S, axis1=1, axis2=2)).max(axis=0)
+            total += 3.0 * np.maximum(peaks - LARGEST, 0.0).sum()
+        return float(total)
+
+    def _of_decrements(self, poles):
+        vibrations = poles[poles.imag > 1.0]
+        omega, decrement = vibrations.imag, -2.0 * np.pi * vibrations.real / vibrations.imag
+        near = (omega > 0.8 * min(self.Omega)) & (omega < 1.3 * max(self.Omega))
+        low = omega < 2.0 * max(self.Omega)
+        asked = ((near, WANTED, 4.0), (low, ENOUGH, 10.0), (~low, ABOVE_ZERO, 60.0))
+        return sum(weight * max(0.0, least - decrement[of].min(initial=least)) for of, least, weight in asked)
+
+    def best(self, generations, seed=1):
+        """Return coefficients and cost of the best that is found."""
+        bounds = BOUNDS * len(self.pairs)
+        found = differential_evolution(
+            self.cost,
+            bounds,
+            maxiter=generations,
+            popsize=5,
+            seed=seed,
+            polish=False,
+            callback=lambda intermediate_result: intermediate_result.fun <= 0.0,
+        )
+        return self.coefficients(found.x), found.fun
+
+    def text(self, coefficients):
+        """Return the controller file."""
+        signals = [f"{sensor}.{axis}" for sensor in self.pairs.values() for axis in "xy"]
+        demands = [f"{bearing}.i_{axis}" for bearing in self.pairs for axis in "xy"]
+        lines = [f"inputs = {signals}", f"outputs = {demands}", f'sample_time = "{1e6 * self.step:g} us"']
+        lines.append("delay = 1  # sample; leave it out where chain.delay is on")
+        for (bearing, sensor), (k_p, k_d, roll_off, shelf, zeta, d) in zip(
+            self.pairs.items(), coefficients, strict=True
+        ):
+            lines += [
+                "",
+                "[[channel]]",
+                f'from = ["{sensor}.x", "{sensor}.y"]',
+                f'to = ["{bearing}.i_x", "{bearing}.i_y"]',
+                "gain = -1",
+                "blocks = [",
+                f'  {{ type = "pid", kp = "{k_p:.5g} A/m", kd = "{k_d:.5g} A.s/m", roll_off = "{roll_off:.5g} Hz" }},',
+                f'  {{ type = "notch", frequency = "{shelf:.5g} Hz", damping = {zeta:.4g}, depth = {d:.4g} }},',
+                "]",
+            ]
+        return "\n".join(lines) + "\n"
+
+
+def _magnet(scenario, bearing):
+    """Return K_i (N/A) and K_s (N/m) of the x axis of a bearing."""
+    inputs, force = [f"amb_actuator.{bearing}.i_x", f"amb_actuator.{bearing}.x"], [f"amb_actuator.{bearing}.f_x"]
+    return amb_cosim.linearise(scenario, None, inputs, force, components=["amb_actuator"]).dcgain()[0]
+
+
+def _ratio(k_p, k_d, roll_off, shelf, zeta, d):
+    """Return numerator and denominator of (1), with its minus."""
+    omega_r, omega = 2.0 * np.pi * roll_off, 2.0 * np.pi * shelf
+    top = np.polymul([k_d + k_p / omega_r, k_p], [1.0, 2.0 * d * zeta * omega, omega**2])
+    return -top, np.polymul([1.0 / omega_r, 1.0], [1.0, 2.0 * zeta * omega, omega**2])
+
+
+def _law(ratios):
+    """Return A, B, C, D of the sampled law, each ratio on both axes of its bearing."""
+    of_axes = [tf2ss(*ratio) for ratio in ratios for _ in "xy"]
+    return [block_diag(*matrices) for matrices in zip(*of_axes, strict=True)]
+
+
+def _of_noise(top, bottom):
+    """Return the standard deviation of a sampled law's demand under white noise of standard deviation 1."""
+    impulse = np.zeros(2000)
+    impulse[0] = 1.0
+    return float(np.linalg.norm(lfilter(top, bottom, impulse)))
+
+
+def _poles(plant, law, step):
+    """Return s = ln(z)/T of the closed loop, u = K y; poles at z = 0 are left out."""
+    A, B, C, _ = plant
+    a, b, c, d = law
+    z = np.linalg.eigvals(np.block([[A + B @ d @ C, B @ c], [b @ C, a]]))
+    return np.log(z[np.abs(z) > 1e-6]) / step
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("scenario", help="of the machine at rest in its bearings: a file, or the name of one of a pack")
+    parser.add_argument("--speeds", required=True, help='least, largest or trip speed: "9000 rpm, 17600 rpm"')
+    parser.add_argument("--pairs", required=True, help="bearing=sensor plane, separated by commas")
+    parser.add_argument("--sample-time", default="50 us")
+    parser.add_argument("--noise", default="0.4 um", help="of a sensor, rms")
+    parser.add_argument("--most-noise", default="0.35 A", help="in a demand, rms")
+    parser.add_argument("--generations", type=int, default=60)
+    parser.add_argument("--seed", type=int, default=1, help="another one may find better")
+    parser.add_argument("-o", "--output", type=Path, default=Path("found.toml"))
+    given = parser.parse_args()
+    pairs = dict(pair.strip().split("=") for pair in given.pairs.split(","))
+    speeds = [speed.strip() for speed in given.speeds.split(",")]
+    step = quantity(given.sample_time, "s", "sample-time")
+    noise = quantity(given.noise, "m", "noise"), quantity(given.most_noise, "A", "most-noise")
+    search = Search(given.scenario, speeds, pairs, step, *noise)
+    coefficients, cost = search.best(given.generations, given.seed)
+    given.output.write_text(search.text(coefficients), encoding="utf-8")
+    print(f"{given.output}: {cost:.3g} from what is wanted")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,62 @@
+"""The search for a controller sees the poles that the sampled loop has, and asks for the damping that it says."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.signal import bilinear
+
+import amb_cosim
+
+EXAMPLES = Path(__file__).parents[2] / "examples" / "controllers"
+pytestmark = pytest.mark.slow
+
+MACHINE, STEP = "compressor_levitated", 1e-4
+LAWS = [(2.34e4, 36.0, 1500.0, 900.0, 0.5, 1.5), (2.5e4, 30.0, 1200.0, 700.0, 0.3, 0.8)]
+
+
+@pytest.fixture(scope="module")
+def room():
+    sys.path.insert(0, str(EXAMPLES))
+    try:
+        import search
+
+        yield search
+    finally:
+        sys.path.remove(str(EXAMPLES))
+
+
+@pytest.fixture(scope="module")
+def machine(room):
+    return room.Search(MACHINE, ["9000 rpm"], {"mb1": "mb1", "mb2": "mb2"}, STEP, 1e-6, 1.0)
+
+
+def test_poles_of_the_search_are_those_of_the_loop_with_its_file(room, machine, tmp_path):
+    file = tmp_path / "law.toml"
+    file.write_text(machine.text(LAWS), encoding="utf-8")
+    loop = amb_cosim.linearise(MACHINE, "9000 rpm", fmu={"rolac_controller": file})
+    z = loop.poles()
+    expected = np.log(z[np.abs(z) > 1e-6]) / STEP
+    ratios = [bilinear(*room._ratio(*of), 1.0 / STEP) for of in LAWS]
+    found = room._poles(machine.plants[0], room._law(ratios), STEP)
+    slow = [np.sort_complex(s[(s.imag > 1.0) & (s.imag < 8e3)]) for s in (found, expected)]
+    assert len(slow[0]) > 8
+    np.testing.assert_allclose(slow[0], slow[1], rtol=1e-6)
+
+
+def test_noise_of_a_demand_is_that_of_a_first_order_filter(room):
+    """b/(1 - a/z) under white noise has the variance b^2/(1 - a^2)."""
+    assert room._of_noise([0.5, 0.0], [1.0, -0.8]) == pytest.approx(0.5 / np.sqrt(1.0 - 0.8**2), rel=1e-9)
+
+
+def test_a_vibration_near_the_speeds_costs_what_it_lacks_of_damping(machine):
+    def cost(omega, decrement):
+        return machine._of_decrements(np.array([omega * (1j - decrement / (2.0 * np.pi))]))
+
+    assert cost(942.0, 0.1) == pytest.approx(4.0 * 1.5 + 10.0 * 0.1)
+    assert cost(300.0, 0.1) == pytest.approx(10.0 * 0.1)
+    assert cost(5000.0, 0.04) == 0.0
+    assert cost(5000.0, -0.01) == pytest.approx(60.0 * 0.04)
