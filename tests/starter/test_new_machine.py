@@ -1,6 +1,7 @@
 """A first design of a machine: its sizes, its files, and that it levitates, lands and is lifted off again."""
 
 import math
+import re
 import tomllib
 
 import numpy as np
@@ -83,6 +84,13 @@ def test_every_file_of_a_new_machine_can_be_read(pump):
         scenario = load_scenario(str(pump.folder / f"{name}.toml"))
         assert "pump" in scenario.description
         assert load_rotor(scenario.rotor).name == "pump"
+
+
+def test_bandwidth_and_signal_chain_of_a_new_machine_are_in_its_file():
+    text = (TEMPLATES / "levitation.toml").read_text(encoding="utf-8")
+    parameters = tomllib.loads(re.sub(r"\$\w+", "1", text).replace('# "chain.', '"chain.'))["parameters"]
+    assert parameters["amb_actuator"]["*.bandwidth_?"] == "1.4 kHz"
+    assert {"chain.noise", "chain.adc", "chain.delay", "chain.sensitivity"} <= {*parameters["rolac_controller"]}
 
 
 def test_a_new_machine_levitates_with_room_to_its_retainers(pump):
