@@ -29,7 +29,7 @@
     if (panel.log.includes("y")) { y.type = "log"; }
     if (panel.round) { y.scaleanchor = "x"; y.scaleratio = 1; }
     return { autosize: true,
-             title: { text: panel.title, font: { size: 14 }, x: 0, xref: "container", xanchor: "left", pad: { l: 8, b: 6 },
+             title: { text: innerWidth < 704 ? panel.title.replace(", ", ",<br>") : panel.title, font: { size: 14 }, x: 0, xref: "container", xanchor: "left", pad: { l: 8, b: 6 },
                       yref: "paper", y: 1, yanchor: "bottom" },
              xaxis: x, yaxis: y,
              margin: { l: 10, r: 10, t: 60, b: 10 }, font: { size: 12, color: ofPage("--ink") }, showlegend: panel.curves.length > 1,
