@@ -107,6 +107,8 @@ def make(target: Path) -> None:
             "assembled": ["--assembled", scenario, *every],
         }.items():
             run(command, "build", *options, "-o", target / "fmus" / kind)
+        for fmu in sorted((target / "fmus" / "python").glob("*.fmu")):
+            leave_out(fmu, "resources/python.txt")  # names folders of this machine, which are others each time
         run(command, "export-ssp", scenario, *every, "-o", target / f"{scenario}.ssp")
 
         say("site")
@@ -145,6 +147,15 @@ def archive(folder: Path, target: Path) -> None:
             entry = zipfile.ZipInfo(path.relative_to(folder).as_posix(), NO_TIME)
             entry.compress_type, entry.create_system, entry.external_attr = zipfile.ZIP_DEFLATED, 3, 0o100644 << 16
             whole.writestr(entry, path.read_bytes(), compresslevel=6)
+
+
+def leave_out(fmu: Path, name: str) -> None:
+    """Take a file out of an FMU; the others keep their order and their bytes."""
+    with zipfile.ZipFile(fmu) as made:
+        kept = [(entry, made.read(entry)) for entry in made.infolist() if entry.filename != name]
+    with zipfile.ZipFile(fmu, "w") as written:
+        for entry, content in kept:
+            written.writestr(entry, content)
 
 
 def checksums(folder: Path) -> str:
