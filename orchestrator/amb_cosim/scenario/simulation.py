@@ -243,9 +243,21 @@ def run_prepared(
     saves: Saves | None = None,
 ) -> Result:
     """Run a prepared scenario; see `cosim.simulation.run_plan` for the arguments and errors."""
+    return labelled(prepared, record_prepared(prepared, progress, loop, isolated, instances, start, saves))
+
+
+def record_prepared(
+    prepared: Prepared,
+    progress: Progress | None = None,
+    loop: Loop = "compiled",
+    isolated: bool | None = None,
+    instances: Instances | None = None,
+    start: Checkpoint | None = None,
+    saves: Saves | None = None,
+) -> Recording:
+    """Run a prepared scenario, and return what was recorded without labels; arguments as for `run_prepared`."""
     coupling = prepared.scenario.coupling
-    recording = run_plan(prepared.assembly, prepared.plan, progress, loop, coupling, isolated, instances, start, saves)
-    return labelled(prepared, recording)
+    return run_plan(prepared.assembly, prepared.plan, progress, loop, coupling, isolated, instances, start, saves)
 
 
 def bare_signals(prepared: Prepared, recording: Recording) -> SignalTable:

@@ -13,13 +13,19 @@ from amb_cosim.cosim.assembly import Assembly
 from amb_cosim.cosim.choices import Flavour
 from amb_cosim.cosim.errors import FmuError, ProcessFailed, StartFailed
 from amb_cosim.cosim.instances import Instances
-from amb_cosim.cosim.simulation import run_plan
 from amb_cosim.cosim.values import Raw
 from amb_cosim.results.places import places_of
 from amb_cosim.results.result import Result
 from amb_cosim.scenario.plan import FirstValues, first_values
 from amb_cosim.scenario.scenario import Event, Scenario, load_scenario
-from amb_cosim.scenario.simulation import Prepared, assemble_scenario, bare_signals, labelled, plan_prepared
+from amb_cosim.scenario.simulation import (
+    Prepared,
+    assemble_scenario,
+    bare_signals,
+    labelled,
+    plan_prepared,
+    record_prepared,
+)
 from amb_cosim.sweeps.branching import LABELS, Branches
 from amb_cosim.sweeps.metrics import evaluate, needed, outcome_of
 from amb_files.suggestions import suggest
@@ -95,10 +101,10 @@ class Runner:
             plan = prepared.plan
             start = branches.start_of(plan)
             saves = branches.saves_of(plan, start)
-            # not isolated: this process is expendable
-            recording = run_plan(
-                prepared.assembly, plan, None, "compiled", prepared.scenario.coupling, False, instances, start, saves
-            )
+            # in this process, which is expendable
+            recording = record_prepared(
+                prepared, None, "compiled", False, instances, start, saves
+            )  # expendable process
         except ValueError as error:
             return PointResult(point, "invalid", str(error), seconds=time.perf_counter() - began)
         except (StartFailed, FmuError, ProcessFailed) as error:
