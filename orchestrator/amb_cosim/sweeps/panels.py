@@ -62,7 +62,7 @@ def common_words(descriptions: Sequence[str]) -> str:
 
 
 def shown(name: str, value: Any, unit: str, described: str = "") -> str:
-    """Return the value of a variable as text, `u = 25 g.m`, or `Unbalance of the wheel: 25 g.m` where it is described."""
+    """Return the value of a variable as text, `u = 25 g.m`, or `Unbalance: 25 g.m` where it is described."""
     number = value if isinstance(value, str) else format(value, ".4g")
     begin = f"{words_of(name, described)}:" if described else f"{short(name)} ="
     return f"{begin} {number} {unit if unit != '1' else ''}".rstrip()
