@@ -20,6 +20,7 @@ from amb_cosim.results.places import Places
 PERIOD = 0.02
 SAMPLES = 100  # per cycle
 CLEARANCE, JOURNAL = 0.75e-3, 0.025
+PLACES = Places({"mb1": "rb1", "mb2": "rb2"}, ("rb1", "rb2", "eb1", "eb2"), magnetic=("mb1", "mb2"))
 
 
 @pytest.fixture
@@ -73,7 +74,7 @@ def make_run(end: float = 20, **attributes) -> xr.Dataset:
             "simulated_s": end * PERIOD,
             "wall_s": 0.1,
             "speed_rad_s": 2 * np.pi / PERIOD,
-            "places": Places({"mb1": "rb1", "mb2": "rb2"}, ("rb1", "rb2", "eb1", "eb2")).to_json(),
+            "places": PLACES.to_json(),
             "period_s": PERIOD,
             "step_cycle": 5.0,
             "removal_cycle": 10.0,

@@ -140,6 +140,8 @@ def test_a_retainer_is_apart_where_another_plane_carries_it(node, apart):
     sites = (Site("catcher", node, CLEARANCE, bearing="drive_end"),)
     model, _ = plant(machine(bearings=bearings, sites=sites, sensors=(Sensor("probe", 5),)))
     fmu = SimpleNamespace(layout=json.loads(json.dumps(model.layout)))
-    assembly = SimpleNamespace(interfaces={PLANT: None}, fmus={PLANT: fmu})
-    assert places_of(assembly).apart == apart
-    assert places_of(assembly).bearings == {"drive_end": "catcher", "thrust": ""}
+    system = SimpleNamespace(fed=lambda: {f"{PLANT}.drive_end.f_x", f"{PLANT}.speed"})
+    found = places_of(SimpleNamespace(interfaces={PLANT: None}, fmus={PLANT: fmu}, system=system))
+    assert found.apart == apart
+    assert found.bearings == {"drive_end": "catcher", "thrust": ""}
+    assert found.magnetic == ("drive_end",)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 
 import numpy as np
@@ -99,6 +100,32 @@ def test_a_rotor_that_never_touches_after_the_step_was_prevented_from_it(synthet
 def test_a_rotor_in_contact_within_the_last_five_cycles_is_trapped(synthetic):
     assert contact_history.recovery(synthetic(17)) == "recovered"
     assert contact_history.recovery(synthetic(16)) == "trapped"
+
+
+def without_amplifiers(dataset, axes, begin, end=np.inf):
+    """The run with the amplifiers of some axes off within cycles [begin, end)."""
+    cycle = dataset["cycle"].values
+    for bearing, axis in itertools.product(("mb1", "mb2"), "xy"):
+        off = (cycle >= begin) & (cycle < end) & (f"{bearing}.{axis}" in axes)
+        dataset[f"amb_actuator.{bearing}.amplifier_off_{axis}"] = ("time", off)
+    return dataset
+
+
+@pytest.mark.parametrize(
+    ("axes", "end", "outcome"),
+    [
+        (("mb1.x", "mb1.y", "mb2.x", "mb2.y"), np.inf, "landed"),
+        (("mb1.x", "mb1.y", "mb2.x", "mb2.y"), 12.0, "trapped"),
+        (("mb1.x", "mb1.y", "mb2.x"), np.inf, "trapped"),
+    ],
+    ids=["power gone", "power back", "one axis left"],
+)
+def test_a_rotor_on_its_retainers_has_landed_where_nothing_can_lift_it(synthetic, axes, end, outcome):
+    dataset = without_amplifiers(synthetic(16), axes, 5.0, end)
+    assert contact_history.recovery(dataset) == outcome
+    assert contact_history.recovered(dataset) is False
+    unrecorded = dataset.drop_vars("amb_actuator.mb2.amplifier_off_y")
+    assert contact_history.recovery(unrecorded) == "trapped"
 
 
 def test_a_run_without_a_step_has_no_outcome(synthetic, without):

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from strange_machine import RUB
+import pytest
+from strange_machine import RUB, TOUCHDOWN
 
 import amb_cosim
 from amb_cosim.results.places import places
+from amb_cosim.scenario.scenario import Scenario
 from rotor_analysis.rotor_file import load_rotor
 
 RIG, EXPANDER = load_rotor(), load_rotor(RUB.parent / "expander.toml")
@@ -43,8 +45,16 @@ def test_it_levitates_off_its_retainers_at_20_khz(levitation):
 
 
 def test_it_falls_onto_both_retainers_and_stays_there(touchdown):
-    assert touchdown.summary.recovery == "trapped"
+    assert touchdown.summary.recovery == "landed"
     assert set(touchdown.summary.touchdown.retainers) == {"catch_n", "catch_s"}
+
+
+@pytest.mark.parametrize(("lost", "outcome"), [(("north", "south"), "landed"), (("north",), "trapped")])
+def test_it_has_landed_where_both_magnets_have_lost_their_power(lost, outcome):
+    off = {f"{magnet}.amplifier_off_?": True for magnet in lost}
+    event = {"label": "step", "cycle": 2, "set": {"amb_actuator": off}}
+    result = amb_cosim.run(Scenario.load(TOUCHDOWN).changed(end_cycle=8, event=[event]))
+    assert result.summary.recovery == outcome
 
 
 def test_it_rubs_hardest_where_no_bearing_is(rub):

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from strange_machine import LEVITATION
 
-from amb_cosim.live.rig import magnetic_bearings
+from amb_cosim.results.places import places_of
 from amb_cosim.scenario.scenario import Scenario
 from amb_cosim.scenario.simulation import prepare
 
 
 def test_a_passive_bearing_has_no_magnets():
-    assert magnetic_bearings(prepare(Scenario.load(LEVITATION))) == ("north", "south")
+    assert places_of(prepare(Scenario.load(LEVITATION)).assembly).magnetic == ("north", "south")

@@ -64,7 +64,7 @@ def fall(gravity=9.81, **replaced) -> xr.Dataset:
             "wall_s": 0.1,
             "speed_rad_s": OMEGA,
             "period_s": PERIOD,
-            "places": Places({"mb1": "rb1", "mb2": "rb2"}, ("rb1", "rb2")).to_json(),
+            "places": Places({"mb1": "rb1", "mb2": "rb2"}, ("rb1", "rb2"), magnetic=("mb1",)).to_json(),
             "parameters": json.dumps({"rotor_contact": parameters}),
         },
     )

@@ -131,7 +131,7 @@ def states_seen(run: Signals, begin: float = 0.0, end: float = np.inf) -> str:
 
 
 def outcome(run: Signals) -> str | None:
-    """Return what the step led to: `prevented`, `recovered` or `trapped`."""
+    """Return what the step led to: `prevented`, `recovered`, `landed` or `trapped`."""
     return contact_history.recovery(run)
 
 

@@ -97,7 +97,10 @@ def rig(scenario: Scenario, source: Callable[..., Made] = model_source) -> Rig:
         "stops": [condition._asdict() for condition in plan.stops],
         "recorded": [name for name in plan.recorded if name in names],
         "geometry": geometry(
-            scenario.rotor, prepared.fmus[PLANT].layout or {}, _gravity_angle(prepared), magnetic_bearings(prepared)
+            scenario.rotor,
+            prepared.fmus[PLANT].layout or {},
+            _gravity_angle(prepared),
+            places_of(prepared.assembly).magnetic,
         ),
     }
     return Rig(data, parts)
@@ -134,12 +137,6 @@ def _events(plan: ScenarioPlan) -> list[dict[str, Any]]:
         {"point": point, "variable": variable, "value": value, "label": labels.get(point, "")}
         for point, variable, value in plan.events
     ]
-
-
-def magnetic_bearings(prepared: Prepared) -> tuple[str, ...]:
-    """Return the bearings that get a force: what controller and actuator have for others pulls nothing."""
-    fed = prepared.plan.system.fed()
-    return tuple(bearing for bearing in places_of(prepared.assembly).bearings if f"{PLANT}.{bearing}.f_x" in fed)
 
 
 def _gravity_angle(prepared: Prepared) -> float:

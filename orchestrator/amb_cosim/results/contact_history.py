@@ -13,13 +13,14 @@ from numpy.typing import NDArray
 from amb_cosim.cosim.signals import Signals
 from amb_cosim.results.contact_forces import peak_force
 from amb_cosim.results.places import places
+from amb_cosim.results.power import without_power
 from amb_cosim.results.series import cycles, signal
 from amb_cosim.results.stability import is_unstable
 
 RECOVERY_CYCLES = 5.0
 FREE, ROLLING = 0, 2  # values of a site's mode
 
-Recovery = Literal["prevented", "recovered", "trapped", "unstable"]
+Recovery = Literal["prevented", "recovered", "landed", "trapped", "unstable"]
 
 
 def peak(dataset: Signals, name: str) -> float | None:
@@ -98,8 +99,9 @@ def recovered(dataset: Signals) -> bool | None:
 def recovery(dataset: Signals) -> Recovery | None:
     """Find what the step led to; None without a step, or where contact was not recorded.
 
-    `unstable` is a rotor that diverges without contact, see `stability`, whether there is a step or not; `trapped`
-    is any other that has not `recovered`. Of the rest, `prevented` is one that never touches after the step.
+    `unstable` is a rotor that diverges without contact, see `stability`, whether there is a step or not. Of the others
+    that have not `recovered`, one whose magnets have no power at the end has `landed` on its retainers, where it
+    belongs then, and any other is `trapped`. Of the rest, `prevented` is one that never touches after the step.
     """
     return freed_after(dataset, contact_cycles(dataset)[1])[1]
 
@@ -115,7 +117,7 @@ def freed_after(dataset: Signals, last: float | None) -> tuple[bool | None, Reco
     if step is None:
         return free, None
     if not free:
-        return free, "trapped"
+        return free, "landed" if without_power(dataset)[-1] else "trapped"
     return free, "prevented" if last is None or last <= step else "recovered"
 
 

@@ -18,10 +18,17 @@ SHOWN = ("touchdown", "orbits", "displacement", "contact", "magnets")  # figures
 VERDICTS = {
     "prevented": "the step led to no contact",
     "recovered": "the rotor touched, and is free of contact again",
+    "landed": "the rotor lies or turns on its retainers: no magnet has power",
     "trapped": "the rotor stays in contact",
     "unstable": "the rotor is unstable: its orbit grows, or its amplifiers stay at their limits",
 }
-COLOURS = {"prevented": "#009e73", "recovered": "#009e73", "trapped": "#d55e00", "unstable": "#d55e00"}
+COLOURS = {
+    "prevented": "#009e73",
+    "recovered": "#009e73",
+    "landed": "#0072b2",
+    "trapped": "#d55e00",
+    "unstable": "#d55e00",
+}
 
 
 def html_of(dataset: Signals, summary: Summary, outcome: Outcome) -> str:

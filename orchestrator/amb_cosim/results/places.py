@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from itertools import zip_longest
 from typing import Any
@@ -31,6 +31,8 @@ class Places:
         The retainers that do not lie in the plane of their bearing, whose motion there is another.
     valid_to
         Frequency up to which the reduced rotor is accurate (rad/s); None where it does not say.
+    magnetic
+        The bearings that get a force: what controller and actuator have for others pulls nothing.
     """
 
     bearings: Mapping[str, str]
@@ -38,6 +40,7 @@ class Places:
     measured: Mapping[str, tuple[str, str]] = field(default_factory=dict)
     apart: tuple[str, ...] = ()
     valid_to: float | None = None
+    magnetic: tuple[str, ...] = ()
 
     @property
     def retainers(self) -> dict[str, str]:
@@ -77,6 +80,7 @@ def _read(text: str) -> Places:
         measured,
         tuple(stored.get("apart", ())),
         stored.get("valid_to"),
+        tuple(stored.get("magnetic", stored["bearings"])),
     )
 
 
@@ -87,6 +91,12 @@ def places_of(assembly: Assembly) -> Places:
     """
     if PLANT not in assembly.interfaces:
         return Places({}, ())
+    found, fed = _named_places(assembly), assembly.system.fed()
+    return replace(found, magnetic=tuple(name for name in found.bearings if f"{PLANT}.{name}.f_x" in fed))
+
+
+def _named_places(assembly: Assembly) -> Places:
+    """Return the places without what the wiring tells."""
     fmu, plant = assembly.fmus.get(PLANT), assembly.interfaces[PLANT]
     layout = None if fmu is None else fmu.layout
     if layout is not None:

@@ -62,9 +62,9 @@ class Summary:
         Whether the rotor is stable and free of contact for good; None of a run that broke off, and where there was no
         step and no contact to recover from.
     recovery
-        What the step led to: contact `prevented`, `recovered` from, or the rotor `trapped` in it; `unstable` where its
-        orbit grows or its amplifiers stay at their limits, see `stability`, with a step or without. None of any other
-        run without a step, or that broke off.
+        What the step led to: contact `prevented`, `recovered` from, or the rotor `trapped` in it, or `landed` where no
+        magnet has power at the end; `unstable` where its orbit grows or its amplifiers stay at their limits, see
+        `stability`, with a step or without. None of any other run without a step, or that broke off.
     rolling_from
         Cycle from which the rotor rolls on a site through a turn of its whirl or more.
     whirl_speed

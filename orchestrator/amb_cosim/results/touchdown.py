@@ -17,6 +17,7 @@ from amb_cosim.results.contact_forces import received_impulse
 from amb_cosim.results.contact_history import FREE, ROLLING, in_contact, touchable
 from amb_cosim.results.orbits import moving_places, path, path_at_rest, radius
 from amb_cosim.results.places import places
+from amb_cosim.results.power import amplifiers_off
 from amb_cosim.results.series import cycles, parameters, signal
 
 SLIDING = 1
@@ -134,12 +135,7 @@ def touchdown(dataset: Signals) -> Touchdown | None:
 
 def _release(dataset: Signals, contact: NDArray[np.bool_]) -> int:
     """Return the first sample from cycle 0 on in which an amplifier is off or the rotor in contact."""
-    released = contact.copy()
-    for bearing in places(dataset).bearings:
-        for axis in "xy":
-            label = f"amb_actuator.{bearing}.amplifier_off_{axis}"
-            if label in dataset:
-                released |= np.asarray(dataset[label].values, bool)
+    released = np.any([contact, *amplifiers_off(dataset).values()], axis=0)
     return int(np.argmax(released & (cycles(dataset) >= 0.0)))
 
 

@@ -9,7 +9,8 @@ import numpy as np
 
 from amb_cosim.cosim.signals import Signals
 from amb_cosim.cosim.warnings import WarningRecord
-from amb_cosim.results.places import ACTUATOR, CONTROLLER, places
+from amb_cosim.results.places import CONTROLLER
+from amb_cosim.results.power import without_power
 
 DEMAND = (CONTROLLER, "current_limited")
 
@@ -27,13 +28,11 @@ def with_power(warned: Iterable[WarningRecord], dataset: Signals) -> list[Warnin
 
 
 def _heard(warned: WarningRecord, dataset: Signals) -> list[WarningRecord]:
-    axes = [f"{ACTUATOR}.{bearing}.amplifier_off_{axis}" for bearing in places(dataset).bearings for axis in "xy"]
-    label = ".".join(DEMAND)
-    if label not in dataset or not any(axis in dataset for axis in axes):
+    label, silent = ".".join(DEMAND), without_power(dataset)
+    if label not in dataset or not silent.any():
         return [warned]
-    off = [np.asarray(dataset[axis].values, bool) for axis in axes if axis in dataset]
     times = np.asarray(dataset["time"].values, np.float64)
-    true = (np.asarray(dataset[label].values) != 0) & ~(np.all(off, axis=0) & (len(off) == len(axes)))
+    true = (np.asarray(dataset[label].values) != 0) & ~silent
     if warned.first is not None and len(times) and warned.first < times[0]:
         return [warned]
     if not true.any():

@@ -65,8 +65,8 @@ def evaluate(signals: Signals) -> tuple[Recovery | None, dict[str, float]]:
 def outcome_of(outcome: Outcome, recovery: Recovery | None) -> tuple[str, str]:
     """Return what a run led to, and why it ended before its time.
 
-    `prevented`, `recovered` or `trapped` where the scenario has a step, `unstable` with or without; otherwise how it
-    ended: `completed`, `stopped`, `failed`.
+    `prevented`, `recovered`, `landed` or `trapped` where the scenario has a step, `unstable` with or without; otherwise
+    how it ended: `completed`, `stopped`, `failed`.
     """
     if outcome.failure is not None:
         return "failed", outcome.failure

@@ -11,6 +11,7 @@ COLOURS = {  # of all outcomes, the worst first; empty: not run yet
     "invalid": PURPLE,
     "unstable": "#882255",
     "trapped": ORANGE,
+    "landed": "#b8a878",
     "stopped": YELLOW,
     "completed": SKY_BLUE,
     "recovered": GREEN,

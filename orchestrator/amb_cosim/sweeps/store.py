@@ -37,7 +37,7 @@ CHUNK = 16384  # points at most that are written together
 LONGEST = 400  # characters of a reason
 PARTIAL = re.compile(r"\.[0-9a-f]{32}\.partial$")  # what Zarr writes before a chunk appears whole
 DESCRIPTIONS = {
-    "outcome": "unstable, trapped, recovered, prevented; completed, stopped; failed, invalid, crashed; empty: not run",
+    "outcome": "unstable, trapped, landed, recovered, prevented; completed, stopped; failed, invalid, crashed; empty",
     "reason": "Why a run failed or stopped",
     "seconds": "Wall-clock time of the run",
     "shared": "Share of the steps of the run whose result was restored from another point",
