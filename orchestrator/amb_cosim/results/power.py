@@ -10,7 +10,7 @@ from amb_cosim.results.places import ACTUATOR, places
 
 
 def amplifiers_off(dataset: Signals) -> dict[str, NDArray[np.bool_]]:
-    """Return the samples in which the amplifier of an axis, `mb1.x`, is off, for the axes that a run switches."""
+    """Return the samples in which the amplifier of an axis, `BEARING.x`, is off, for the axes that a run switches."""
     axes = [f"{bearing}.{{}}{axis}" for bearing in places(dataset).magnetic for axis in "xy"]
     labels = {axis.format(""): f"{ACTUATOR}.{axis.format('amplifier_off_')}" for axis in axes}
     return {axis: np.asarray(dataset[label].values, bool) for axis, label in labels.items() if label in dataset}
