@@ -135,7 +135,7 @@ def touchdown(dataset: Signals) -> Touchdown | None:
 
 def _release(dataset: Signals, contact: NDArray[np.bool_]) -> int:
     """Return the first sample from cycle 0 on in which an amplifier is off or the rotor in contact."""
-    released = np.any([contact, *amplifiers_off(dataset).values()], axis=0)
+    released = np.any([contact, *amplifiers_off(dataset)], axis=0)
     return int(np.argmax(released & (cycles(dataset) >= 0.0)))
 
 
