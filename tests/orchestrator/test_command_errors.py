@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from pump import LEVITATED, SHAFT, sensors
 
-from amb_cosim.cosim.simulation import Outcome
+from amb_cosim.cosim.recording import Outcome
 from amb_cosim.results.result import Result
 from rotor_analysis.packaged_rotors import rotor_path
 

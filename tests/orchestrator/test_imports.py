@@ -10,10 +10,10 @@ PROJECT = tomllib.loads((Path(__file__).parents[2] / "pyproject.toml").read_text
 
 
 def test_no_circle_of_files_is_left():
-    """Imports inside functions count; those under TYPE_CHECKING do not: they are for types, and never executed."""
+    """Imports inside functions count, and so do those for types alone."""
     grimp = pytest.importorskip("grimp", reason="comes with import-linter (extra: dev)")
     packages = PROJECT["tool"]["importlinter"]["root_packages"]
-    graph = grimp.build_graph(*packages, cache_dir=None, exclude_type_checking_imports=True)
+    graph = grimp.build_graph(*packages, cache_dir=None)
     imported = {file: graph.find_modules_directly_imported_by(file) for file in graph.modules}
     assert len(imported) > 300
     TopologicalSorter(imported).prepare()  # a CycleError names the files of a circle

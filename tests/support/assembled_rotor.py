@@ -15,7 +15,8 @@ from raw import Library, Slave
 from amb_cosim.cosim.assembly import assemble
 from amb_cosim.cosim.experiment import Plan
 from amb_cosim.cosim.fmu_description import read_interface
-from amb_cosim.cosim.simulation import Recording, run_plan
+from amb_cosim.cosim.recording import Recording
+from amb_cosim.cosim.simulation import run_plan
 from amb_cosim.cosim.system import Component, Connection, Signal, System
 from amb_cosim.scenario.simulation import Prepared
 

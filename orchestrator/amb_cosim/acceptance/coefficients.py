@@ -10,18 +10,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from amb_cosim.acceptance.machine_file import WHIRL
+from amb_cosim.acceptance.subject import Subject
 from fmi_export.model import Array
 from rotor_analysis.assembly import Matrices
 from rotor_analysis.parts import Bearing
-
-if TYPE_CHECKING:
-    from amb_cosim.acceptance.subject import Subject
-
-WHIRL = np.array([[0.0, 1.0], [-1.0, 0.0]])  # times Q > 0 it drives forward whirl
 
 Triple = tuple[Array, Array, Array]  # K (N/m), C (N s/m), M (kg), shape (2, 2) each
 

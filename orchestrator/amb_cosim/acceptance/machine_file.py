@@ -10,6 +10,7 @@ import re
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
+import numpy as np
 from pydantic import Field, model_validator
 
 from amb_cosim.cosim.tables import Table, Value, Values
@@ -23,6 +24,7 @@ from amb_files.toml import read_toml, validate
 from rotor_analysis.parts import AtSpeed, Bearing
 
 HIGHEST = 1e5  # rad/s
+WHIRL = np.array([[0.0, 1.0], [-1.0, 0.0]])  # a stiffness Q WHIRL with Q > 0 drives forward whirl
 GRADE = re.compile(r"G ?(\d+(?:\.\d+)?)")  # as ISO 21940-11 writes it, in mm/s
 
 OF_MACHINE = ("system", "rotor", "gravity", "gravity_angle", "communication_step", "fmu", "parameters")

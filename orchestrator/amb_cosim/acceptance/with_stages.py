@@ -12,8 +12,7 @@ from typing import Any
 
 import tomli_w
 
-from amb_cosim.acceptance.coefficients import WHIRL
-from amb_cosim.acceptance.machine_file import MachineFile, Stage
+from amb_cosim.acceptance.machine_file import WHIRL, MachineFile, Stage
 from amb_files.toml import read_toml
 from rotor_analysis.packaged_rotors import rotor_path
 

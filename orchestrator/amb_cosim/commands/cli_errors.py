@@ -13,7 +13,7 @@ from amb_cosim.cosim.errors import FmuError, ProcessFailed, StartFailed
 from amb_cosim.cosim.interruption import was_terminated
 
 if TYPE_CHECKING:
-    from amb_cosim.cosim.simulation import Outcome
+    from amb_cosim.cosim.recording import Outcome
 
 
 class Failed(click.ClickException):

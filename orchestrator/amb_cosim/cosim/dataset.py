@@ -19,9 +19,9 @@ from amb_cosim.cosim.checkpoint import Checkpoint
 from amb_cosim.cosim.experiment import port_of
 from amb_cosim.cosim.fmu_interface import Port
 from amb_cosim.cosim.netcdf import check, netcdf
+from amb_cosim.cosim.recording import Outcome, Recording
 from amb_cosim.cosim.schedules import Array
 from amb_cosim.cosim.signals import Samples, Signals, SignalTable
-from amb_cosim.cosim.simulation import Outcome, Recording
 from amb_cosim.cosim.tables import moment_of
 from amb_cosim.cosim.time_grid import nearest_point
 from amb_cosim.cosim.values import Raw

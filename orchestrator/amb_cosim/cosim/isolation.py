@@ -20,19 +20,17 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
-from typing import IO, TYPE_CHECKING, Any
+from typing import IO, Any
 
+from amb_cosim.cosim.assembly import Assembly
+from amb_cosim.cosim.checkpoint import Checkpoint
 from amb_cosim.cosim.choices import Coupling, Loop
 from amb_cosim.cosim.descendants import end_descendants
 from amb_cosim.cosim.errors import ProcessFailed
+from amb_cosim.cosim.experiment import Plan
 from amb_cosim.cosim.interruption import deferred
-
-if TYPE_CHECKING:
-    from amb_cosim.cosim.assembly import Assembly
-    from amb_cosim.cosim.checkpoint import Checkpoint
-    from amb_cosim.cosim.experiment import Plan
-    from amb_cosim.cosim.saving import Saves
-    from amb_cosim.cosim.simulation import Recording
+from amb_cosim.cosim.recording import Recording
+from amb_cosim.cosim.saving import Saves
 
 log = logging.getLogger(__name__)
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from amb_cosim.cosim.dataset import Run, load
-from amb_cosim.cosim.simulation import Outcome
+from amb_cosim.cosim.recording import Outcome
 from amb_files.atomic import write_atomically
 
 if TYPE_CHECKING:

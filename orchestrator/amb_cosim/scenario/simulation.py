@@ -19,10 +19,11 @@ from amb_cosim.cosim.fmu_interface import FmuInterface
 from amb_cosim.cosim.fmus import Fmu
 from amb_cosim.cosim.instances import Instances
 from amb_cosim.cosim.recorder import Recorder
+from amb_cosim.cosim.recording import Recording
 from amb_cosim.cosim.saving import AUTOSAVE_TIME, Saves, resumed, save_points
 from amb_cosim.cosim.schedules import Array
 from amb_cosim.cosim.signals import Samples, SignalTable
-from amb_cosim.cosim.simulation import Progress, Recording, run_plan
+from amb_cosim.cosim.simulation import Progress, run_plan
 from amb_cosim.cosim.system import System
 from amb_cosim.cosim.system_file import load_system
 from amb_cosim.cosim.values import Raw

@@ -78,7 +78,7 @@ class Sweep:
         """What the runs led to, a line for each alternative."""
         from amb_cosim.sweeps.summary import summarise_sweep
 
-        return "\n".join(summarise_sweep(self))
+        return "\n".join(summarise_sweep(self.dataset, self.design, self.folder, self.boundary, self.sought))
 
     @property
     def outcomes(self) -> dict[str, int]:

@@ -10,15 +10,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from amb_cosim.sweeps.sampling import SAMPLE, unit_problem
+from amb_cosim.sweeps.sampling import SAMPLE, Design, unit_problem
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from amb_cosim.sweeps.run import Sweep
 
-
-def sensitivity(swept: Sweep, metric: str = "peak_contact_force") -> xr.Dataset:
+def sensitivity(design: Design, results: xr.Dataset, metric: str = "peak_contact_force") -> xr.Dataset:
     """Return the first and total index of each range of a Saltelli sample, with 95 % confidence.
 
     Raises
@@ -29,7 +27,6 @@ def sensitivity(swept: Sweep, metric: str = "peak_contact_force") -> xr.Dataset:
     import xarray as xr
     from SALib.analyze import sobol
 
-    design, results = swept.design, swept.dataset
     if not design.sampling.startswith("saltelli:") or len(design.axes) > 1:
         raise ValueError(f"a sensitivity needs one sample of saltelli:N, not {design.sampling} and other axes")
     if metric not in results:

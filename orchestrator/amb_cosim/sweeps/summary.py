@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,29 +11,32 @@ import numpy as np
 from amb_cosim.sweeps.outcomes import BROKEN_OFF, COLOURS
 from amb_cosim.sweeps.panels import descriptions, numeric_axes, panels, shown
 from amb_cosim.sweeps.refine import boundary_group, refined_axes
-from amb_cosim.sweeps.sampling import SAMPLE
+from amb_cosim.sweeps.sampling import SAMPLE, Design
 from amb_cosim.sweeps.store import STORE, open_sweep
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from amb_cosim.sweeps.run import Sweep
-
 MOST_REASONS = 5
 PEAK = "peak_contact_force"
 
 
-def summarise_sweep(swept: Sweep) -> list[str]:
-    """Return a line for each alternative, then lines on boundary, sensitivities and failures where there are any."""
-    dataset = swept.dataset
-    parts = panels(swept.design, numeric_axes(swept.design), descriptions(dataset))
+def summarise_sweep(dataset: xr.Dataset, design: Design, folder: Path, boundary: str, sought: str) -> list[str]:
+    """Return a line for each alternative, then lines on boundary, sensitivities and failures where there are any.
+
+    Parameters
+    ----------
+    dataset, design, folder, boundary, sought
+        Those of a `Sweep`.
+    """
+    parts = panels(design, numeric_axes(design), descriptions(dataset))
     lines = [_of_part(panel.title, dataset.isel(panel.at)) for panel in parts]
     return [
         *lines,
         *_of_branching(dataset),
-        *_of_boundary(swept),
-        *_of_goal(swept),
-        *_of_sensitivities(swept),
+        *_of_boundary(folder, design, boundary),
+        *_of_goal(folder, sought),
+        *_of_sensitivities(design, dataset),
         *_of_failures(dataset),
     ]
 
@@ -69,31 +73,31 @@ def _of_branching(dataset: xr.Dataset) -> list[str]:
     ]
 
 
-def _of_boundary(swept: Sweep) -> list[str]:
-    group = boundary_group(swept.boundary)
-    if not (swept.folder / STORE / group).is_dir():
+def _of_boundary(folder: Path, design: Design, boundary: str) -> list[str]:
+    group = boundary_group(boundary)
+    if not (folder / STORE / group).is_dir():
         return []
-    found, design = open_sweep(swept.folder, group), swept.design
+    found = open_sweep(folder, group)
     tolerance, runs = float(found.attrs["tolerance"]), int(found.attrs["runs"])
     finer = {axis.name for axis in refined_axes(design)}
     as_fine = math.prod(math.ceil(1.0 / tolerance) + 1 if a.name in finer else len(a) for a in design.axes)
     return [
-        f"boundary of {swept.boundary}: {found.sizes['point']} places, known to {100.0 * tolerance:.3g} % of an axis "
+        f"boundary of {boundary}: {found.sizes['point']} places, known to {100.0 * tolerance:.3g} % of an axis "
         f"by {runs} runs more, {design.size + runs} in all; a grid as fine takes {as_fine}"
     ]
 
 
-def _of_goal(swept: Sweep) -> list[str]:
-    return str(open_sweep(swept.folder, swept.sought).attrs["told"]).splitlines() if swept.sought else []
+def _of_goal(folder: Path, sought: str) -> list[str]:
+    return str(open_sweep(folder, sought).attrs["told"]).splitlines() if sought else []
 
 
-def _of_sensitivities(swept: Sweep) -> list[str]:
-    if not swept.design.sampling.startswith("saltelli:") or [a.name for a in swept.design.axes] != [SAMPLE]:
+def _of_sensitivities(design: Design, dataset: xr.Dataset) -> list[str]:
+    if not design.sampling.startswith("saltelli:") or [a.name for a in design.axes] != [SAMPLE]:
         return []
     from amb_cosim.sweeps.sensitivity import sensitivity
 
     try:
-        indices = sensitivity(swept)
+        indices = sensitivity(design, dataset)
     except ValueError as error:
         return [f"no sensitivities: {error}"]
     lines = []

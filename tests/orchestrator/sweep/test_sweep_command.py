@@ -105,17 +105,18 @@ def test_sensitivities_are_those_of_a_known_function(tmp_path):
         return {"peak_contact_force": 3.0 * settings["a.x"] + 1.0 * settings["a.y"]}
 
     swept = filled(tmp_path, {"a.x": "0:1", "a.y": "0:1", "a.z": "0:1"}, linear, "saltelli:512")
-    found = indices.sensitivity(swept)
+    found = indices.sensitivity(swept.design, swept.dataset)
     np.testing.assert_allclose(found["S1"], [0.9, 0.1, 0.0], atol=0.02)
     np.testing.assert_allclose(found["ST"], [0.9, 0.1, 0.0], atol=0.02)
 
 
 def test_a_sensitivity_needs_its_sample_and_its_metric(tmp_path):
+    grid = filled(tmp_path / "grid", {"a.x": "1:2:3"}, lambda _: {"m": 1.0})
     with pytest.raises(ValueError, match="needs one sample of saltelli:N, not grid"):
-        indices.sensitivity(filled(tmp_path / "grid", {"a.x": "1:2:3"}, lambda _: {"m": 1.0}))
+        indices.sensitivity(grid.design, grid.dataset)
     swept = filled(tmp_path / "sample", {"a.x": "1:2"}, lambda _: {"m": 1.0}, "saltelli:4")
     with pytest.raises(ValueError, match="no metric 'peak_contact_force'"):
-        indices.sensitivity(swept)
+        indices.sensitivity(swept.design, swept.dataset)
 
 
 @pytest.mark.parametrize(("text", "message"), [
