@@ -16,7 +16,10 @@ MEASURED_AT = "5 Hz,10 Hz,15 Hz,16 Hz,20 Hz,25 Hz,30 Hz,35 Hz,45 Hz"
 @main.command()
 @JSON
 def tables(as_json: bool) -> None:
-    """Print the thesis's tables 3.1 to 3.4 and the bearing constants, computed from the models."""
+    """Print the thesis's tables 3.1 to 3.4 and constants.
+
+    They are computed from the models.
+    """
     print_result(studies.thesis_tables(), as_json)
 
 

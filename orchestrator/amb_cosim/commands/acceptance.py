@@ -15,14 +15,17 @@ from fmi_export.building.extras import require_extra
 
 @click.group()
 def machine() -> None:
-    """Look at a machine file."""
+    """Check machine files."""
 
 
 @machine.command("check")
 @click.argument("file")
 @FLAVOUR
 def check(file: str, flavour: Flavour) -> None:
-    """Check a machine FILE, or the machine of a pack, and print what it describes."""
+    """Check a machine FILE and print what it describes.
+
+    In place of a FILE, the name of a machine of a pack may be given.
+    """
     from amb_cosim.acceptance.assess import check_machine
     from amb_cosim.acceptance.criteria import load_criteria
     from amb_cosim.acceptance.description import description
@@ -53,7 +56,9 @@ def check(file: str, flavour: Flavour) -> None:
 def assess(
     file: str, output: Path | None, only: tuple[str, ...], criteria: tuple[str, ...], pdf: bool, flavour: Flavour
 ) -> None:
-    """Say whether the machine of a FILE, or of a pack, may run: one page of verdicts by criteria, and what to do.
+    """Assess a machine against API 617 and ISO 14839.
+
+    One page has the verdicts by criteria, and what to change. The machine is that of a FILE, or of a pack.
 
     Exit code 0 says that all parts are answered, whatever the verdicts.
     """

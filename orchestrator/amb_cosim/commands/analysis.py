@@ -42,7 +42,10 @@ CLOSED_BEARINGS = (
 @COUNT
 @JSON
 def modes(as_json: bool, **options: Any) -> None:
-    """Print the damped natural frequencies, damping ratios and whirl directions of a rotor."""
+    """Print the damped natural frequencies of a rotor.
+
+    Damping ratios and whirl directions stand beside them.
+    """
     with refusing():
         result = studies.natural_frequencies(**options)
     print_result(result, as_json)
@@ -50,7 +53,7 @@ def modes(as_json: bool, **options: Any) -> None:
 
 @click.group(cls=PackCommands)
 def study() -> None:
-    """Analyse a rotor, its bearings or its co-simulation: draw figures and write their data."""
+    """Analyse a machine: draw figures and write data."""
 
 
 def add_study(name: str, *options: Option, shows_progress: bool = False) -> None:
@@ -208,7 +211,10 @@ add_study(
 @FLAVOUR
 @output("File to write, .mat or .npz.", "linear_model.mat")
 def linearise(scenario: str | None, controller: str | None, output: Path, **options: Any) -> None:
-    """Write the linear model of a machine, of a part of it, or of its sampled loop: A, B, C, D with names and units."""
+    """Write the linear model of a machine or a part.
+
+    The file has A, B, C, D with names and units, of the machine, a part of it, or its sampled loop.
+    """
     import amb_cosim
     from amb_cosim.results.places import CONTROLLER as COMPONENT
 

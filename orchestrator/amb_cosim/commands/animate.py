@@ -21,7 +21,10 @@ from amb_files.atomic import check_writable
 @click.option("--frames-per-second", type=int, default=25, show_default=True, help="Pictures shown in a second.")
 @click.option("--trail", type=float, default=1.0, show_default=True, metavar="CYCLES", help="Length of the trail.")
 def animate(result: Path, output: Path | None, **options: Any) -> None:
-    """Write an animation of the orbits of a saved run, from its folder or its file .nc."""
+    """Write an animation of the orbits of a saved run.
+
+    The run is given by its folder or its file .nc.
+    """
     from rich.console import Console
 
     import amb_cosim

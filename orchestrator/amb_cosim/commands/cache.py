@@ -12,7 +12,10 @@ from amb_cosim.commands.cli_errors import refusing
 @click.command()
 @click.option("--clear", is_flag=True, help="Remove all of it; what is needed again is built again.")
 def cache(clear: bool) -> None:
-    """Show what was built and unpacked once, and when it was used last."""
+    """Show or empty the cache of what was built.
+
+    The list says when each was used last.
+    """
     from amb_cosim.cosim.cache import LIMIT, cache_entries, cache_folder, remove_entries
 
     with refusing():

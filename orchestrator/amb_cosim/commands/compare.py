@@ -43,7 +43,7 @@ def compare(
     output: Path | None,
     no_plots: bool,
 ) -> None:
-    """Run scenarios or read saved results, and put them side by side.
+    """Compare runs or saved results side by side.
 
     A, B, ... are names of scenarios, their TOML files, or folders (or files .nc) of saved results. A number in front,
     as in --set 2:rotor_contact.*.law=hertz, is that of the run that an option is for.

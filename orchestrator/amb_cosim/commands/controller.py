@@ -18,7 +18,10 @@ SPEED = click.option("--speed", default="0 rpm", metavar="SPEED", help="Speed of
 
 @click.group()
 def controller() -> None:
-    """Show a controller file of blocks (TOML) or arrays (.npz, .mat), build its FMU, or import one."""
+    """Show, build or import a controller file.
+
+    It consists of blocks (TOML) or of arrays (.npz, .mat).
+    """
 
 
 @controller.command("show")
@@ -28,7 +31,7 @@ def controller() -> None:
 @SPEED
 @JSON
 def show(file: Path, output: Path | None, rotor: str | None, speed: str, as_json: bool) -> None:
-    """Print what connects signals and demands, as it is sampled; draw Bode plots.
+    """Print a sampled controller and draw its Bode plots.
 
     With --rotor the phase at each of its modes on the bearings of its file: from -180 to 0 degrees the demand damps a
     mode that moves sensor and bearing alike."""
@@ -53,7 +56,7 @@ def show(file: Path, output: Path | None, rotor: str | None, speed: str, as_json
 @PLATFORMS
 @FMI
 def build(file: Path, output: Path, **options: Any) -> None:
-    """Build linear_controller.fmu of a controller file."""
+    """Build linear_controller.fmu from a controller file."""
     import amb_cosim
 
     with refusing():
@@ -70,7 +73,10 @@ def build(file: Path, output: Path, **options: Any) -> None:
 def import_arrays(
     file: Path, output: Path | None, inputs: str | None, outputs: str | None, sample_time: str | None
 ) -> None:
-    """Check the arrays A, B, C, D of FILE (.mat, .npz), sample and name them, and write a controller file."""
+    """Make a controller file of arrays A, B, C, D.
+
+    The arrays of FILE (.mat, .npz) are checked, sampled and named.
+    """
     import amb_cosim
     from amb_cosim.cosim.tables import time_of
 

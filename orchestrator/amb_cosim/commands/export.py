@@ -28,7 +28,10 @@ from amb_files.atomic import check_writable
 )
 @click.option("--integers", is_flag=True, help="Describe Enumerations as Integers, for libcosim and ecos.")
 def export_ssp(name: str, output: Path | None, **options: Any) -> None:
-    """Write the scenario NAME, or the one in a TOML file, with its FMUs as an SSP 1.0 archive for other tools."""
+    """Write a scenario with its FMUs as an SSP archive.
+
+    NAME is a scenario or its TOML file; the archive is SSP 1.0, for other tools.
+    """
     import amb_cosim
 
     path = output or Path(f"{Path(name).stem}.ssp")

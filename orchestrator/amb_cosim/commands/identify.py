@@ -26,7 +26,9 @@ from amb_files.atomic import check_writable
 @FLAVOUR
 @click.option("--computed", is_flag=True, help="From the linear model of the sampled loop; nothing is simulated.")
 def identify(output: Path, **options: Any) -> None:
-    """Identify the receptances of the levitated rotor, as its controller does, and keep them in a table.
+    """Identify receptances of the levitated rotor.
+
+    The controller identifies them in a co-simulation, into a table.
 
     Give the table to `run` or `build` with --receptances. It is written after each speed.
     """

@@ -37,7 +37,7 @@ class ListedItem(NamedTuple):
 @click.argument("name", required=False)
 @click.option("--filter", "words", metavar="WORDS", default="", help="Only those that have all these words.")
 def list_scenarios(name: str | None, words: str) -> None:
-    """List the scenarios and the ready sweeps, a line each, or tell all of the one called NAME."""
+    """List scenarios and sweeps, or show all of NAME."""
     from rich.console import Console
 
     from amb_files.pack_file import pack_files

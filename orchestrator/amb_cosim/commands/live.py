@@ -19,7 +19,10 @@ from amb_files.atomic import check_writable
 @click.option("--docs", default="", metavar="ADDRESS", help="Folder docs of the documentation, for links to theory.")
 @click.option("--open/--no-open", "opens", default=True, help="Whether the page is opened in a browser.")
 def live(scenario: str | None, rotor: str | None, output: Path, only: bool, docs: str, opens: bool) -> None:
-    """Write one page that runs SCENARIO in a browser, by hand if you like, and open it. It needs no network."""
+    """Write and open a page that runs a scenario live.
+
+    The page runs the FMUs in a browser, where you can push the rotor. It needs no network.
+    """
     from rich.console import Console
 
     from amb_cosim.live.choice import rigs_of

@@ -33,7 +33,9 @@ def new(
     bearings: str | None,
     flavour: Flavour,
 ) -> None:
-    """Write a first design of a machine into a new FOLDER: rotor, magnets, a controller that levitates it, scenarios.
+    """Write a first design of a machine into a new FOLDER.
+
+    The folder has rotor, magnets, a controller that levitates the rotor, and scenarios.
 
     The rotor is that of a file, or a plain shaft of a mass and a length. What is not given is asked for.
     """

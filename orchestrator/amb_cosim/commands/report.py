@@ -30,7 +30,10 @@ if TYPE_CHECKING:
 @click.option("--jobs", type=click.IntRange(1, 256), help="Most processes at a time; by default one for a processor.")
 @UNITS
 def report(output: Path, packs: tuple[str, ...], only: tuple[str, ...], jobs: int | None) -> None:
-    """Compute what packs state, and write one page with the verdicts; of several packs each in a folder of its own."""
+    """Check what packs state and write a page of verdicts.
+
+    Each of several packs gets a folder of its own.
+    """
     from amb_cosim.assessment.statements import load_statements, packs_with_statements
 
     with refusing():

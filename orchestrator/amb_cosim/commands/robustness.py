@@ -30,7 +30,9 @@ class OutcomeCase:
 @click.option("--only", multiple=True, metavar="NAME", help="A scenario, or a source of statements; may be repeated.")
 @click.option("--jobs", type=click.IntRange(1, 256), help="Most processes at a time; by default one for a processor.")
 def robustness(pack: str, only: tuple[str, ...], jobs: int | None) -> None:
-    """Repeat the runs of a pack with H identified and 1 % more and less, and keep which outcomes are robust in it.
+    """Check and store which outcomes of a pack are robust.
+
+    Its runs are repeated with H identified and with 1 % more and less of each quantity.
 
     The report and pages show what is kept. `study robustness` shows one scenario with all figures.
     """

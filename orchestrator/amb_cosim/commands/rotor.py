@@ -21,7 +21,10 @@ def rotor() -> None:
 @click.argument("model", type=click.Path(path_type=Path))
 @output("Rotor file; MODEL_rotor.toml by default.")
 def import_model(model: Path, output: Path | None) -> None:
-    """Make a rotor file of MODEL, a rotor that ROSS saved as TOML. ROSS need not be installed."""
+    """Make a rotor file of a rotor that ROSS saved.
+
+    MODEL is the TOML file that ROSS saved. ROSS need not be installed.
+    """
     import tomli_w
 
     from amb_files.atomic import write_atomically
@@ -44,7 +47,10 @@ def import_model(model: Path, output: Path | None) -> None:
 @output("Picture to write.", metavar="PNG")
 @JSON
 def show(name: str, output: Path | None, as_json: bool) -> None:
-    """Print parts, mass, modes and the plant's model of the rotor NAME, or of a rotor file; draw it."""
+    """Show and draw parts, mass and modes of a rotor.
+
+    NAME is a rotor of a pack or a rotor file; the plant's model of it is shown, too.
+    """
     from amb_cosim import studies
     from rotor_analysis.packaged_rotors import rotor_path
     from rotor_analysis.rotor_file import load_rotor

@@ -63,7 +63,7 @@ def run(
     autosave: float,
     **options: Any,
 ) -> None:
-    """Run the scenario NAME, the one in a TOML file, or an SSP archive."""
+    """Run a scenario, its TOML file or an SSP archive."""
     if Path(name).suffix == ".ssp":
         from amb_cosim.cosim.tables import time_of
 
@@ -134,7 +134,10 @@ def _save(result: Result, moment: str, folder: Path) -> str:
 @ISOLATED
 @EXPLAIN
 def simulate(system_file: Path, output: Path | None, explain: bool, **options: Any) -> None:
-    """Run any co-simulation FMUs of FMI 2.0 and 3.0, as a system file (TOML) or an SSP archive says."""
+    """Run FMUs as a system file or an SSP archive says.
+
+    They are any co-simulation FMUs of FMI 2.0 and 3.0.
+    """
     _simulate(system_file, output, explain, **options)
 
 

@@ -50,7 +50,7 @@ to --certainty."""
 @NO_PLOTS
 @UNITS
 def sweep(name: str, vary: tuple[str, ...], output: Path | None, no_plots: bool, **options: Any) -> None:
-    """Run the scenario NAME thousands of times, over a grid or a sample of its values.
+    """Run a scenario over a grid or a sample of values.
 
     What runs lead to is in OUTPUT/sweep.zarr as soon as they end, and the same command goes on with a sweep that was
     ended. In place of a scenario NAME may be a ready sweep, such as `amb-cosim list` shows; options go over what it

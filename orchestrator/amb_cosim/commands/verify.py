@@ -13,7 +13,9 @@ from amb_cosim.commands.cli_errors import refusing
 @click.argument("fmu", type=click.Path(path_type=Path))
 @click.pass_context
 def verify(ctx: click.Context, fmu: Path) -> None:
-    """Run the experiments that an FMU carries (FMI-LS-REF) in FMPy, and compare with its reference results.
+    """Check an FMU against its reference results.
+
+    FMPy runs the experiments that the FMU carries (FMI-LS-REF).
 
     Exit code 1 if a value is not equal, or an experiment cannot be run.
     """

@@ -51,48 +51,48 @@ class Study(NamedTuple):
 _OWN = {
     "natural_frequencies": Study(
         ".natural_modes",
-        "Damped natural frequencies, damping ratios and whirl directions at some spin speeds.",
+        "Compute damped natural frequencies at spin speeds, with damping ratios and whirl directions.",
     ),
-    "layout": Study(".rotor_layout", "Parts, mass and modes of a rotor, the plant's model of it, and a picture."),
-    "campbell": Study(".campbell_diagram", "Frequencies and damping ratios over speed, critical speeds."),
-    "modes": Study(".natural_modes", "Mode shapes with their orbits."),
-    "unbalance_response": Study(".unbalance_over_speed", "Amplitude and phase over speed under unbalance at a node."),
+    "layout": Study(".rotor_layout", "Show parts, mass and modes of a rotor, the plant's model of it, and a picture."),
+    "campbell": Study(".campbell_diagram", "Draw the Campbell diagram of a rotor."),
+    "modes": Study(".natural_modes", "Draw mode shapes with their orbits."),
+    "unbalance_response": Study(".unbalance_over_speed", "Compute the unbalance response over speed."),
     "coupling": Study(
         ".coupling_order",
-        "What the order of the master and its communication step do to orbit, outcome and cost of a scenario.",
+        "Compare orders and steps of the master. It compares orbit, outcome and cost of a scenario.",
     ),
     "convergence": Study(
         ".contact_convergence",
-        "Peak force, impulse and outcome of a scenario over the modes kept, mesh, substep and perturbed starts.",
+        "Check the convergence of contact forces. The study varies modes kept, mesh, substep and start.",
     ),
     "sensitivity": Study(
         ".stability_margin",
-        "Stability margin of the levitated rotor (ISO 14839-3), computed and measured in a co-simulation.",
+        "Compute the stability margin (ISO 14839-3). A co-simulation measures it, too.",
     ),
     "poles": Study(
         ".closed_loop_poles",
-        "Frequencies and damping of the levitated rotor under its controller over speed: its Campbell diagram.",
+        "Draw the Campbell diagram of the levitated rotor.",
     ),
     "traps": Study(
         ".contact_traps",
-        "Where a rotor can stay in contact over speed and unbalance, how stable that is, and what force frees it.",
+        "Find states of lasting contact over the speed. Each has its stability and the force that frees it.",
     ),
     "robustness": Study(
         "amb_cosim.sweeps.robustness",  # stands on the sweeps, and so above this package
-        "Whether a scenario's outcome stays with H identified, and with 1 % more and less of its gains and the like.",
+        "Check whether an outcome is robust. H is identified, gains and the like get 1 % more and less.",
     ),
     "linearisation": Study(
         ".bearing_axis",
-        "K_s and K_i off the centre, range of the linear law, load capacity, slew rate and bandwidth of an axis.",
+        "Linearise an axis of a magnetic bearing. It prints K_s, K_i, load capacity, slew rate and bandwidth.",
     ),
-    "receptance": Study(".sensor_receptance", "Synchronous response of the sensors to the bearing forces over speed."),
+    "receptance": Study(".sensor_receptance", "Compute synchronous responses to bearing forces."),
     "waterfall": Study(
         ".run_spectra",
-        "Spectra of the orbits of a run, such as a run-up, or of a saved result, over its time.",
+        "Draw spectra over the time of a run or saved result.",
     ),
     "identify": Study(
         ".receptance_identification",
-        "Receptances of the levitated rotor, identified by its controller, in a table for later runs.",
+        "Identify receptances of the levitated rotor, as its controller does.",
     ),
 }
 

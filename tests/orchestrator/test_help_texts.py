@@ -1,0 +1,34 @@
+"""Each command and study is described in a line that `--help` shows whole."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import click
+import pytest
+from click.testing import CliRunner
+
+from amb_cosim.commands.cli import main
+
+WIDTH, LONGEST = 78, 60  # characters; click leaves two of a terminal of 80
+
+
+def _groups(group: click.Group, path: tuple[str, ...] = ()) -> Iterator[tuple[str, ...]]:
+    yield path
+    for name, command in group.commands.items():
+        if isinstance(command, click.Group):
+            yield from _groups(command, (*path, name))
+
+
+@pytest.mark.parametrize("path", [*_groups(main)], ids=" ".join)
+def test_help_shows_each_command_in_one_whole_line(path):
+    group: click.Command = main
+    for name in path:
+        group = group.get_command(click.Context(group), name)
+    shown = CliRunner().invoke(main, [*path, "--help"], terminal_width=WIDTH).output
+    listed = shown[shown.index("Commands:") :]
+    context = click.Context(group)
+    texts = {name: group.get_command(context, name).get_short_help_str(1000) for name in group.list_commands(context)}
+    assert [name for name, text in texts.items() if not text[:1].isupper() or len(text) >= LONGEST] == []
+    assert "..." not in listed
+    assert [name for name, text in texts.items() if text not in listed] == []
