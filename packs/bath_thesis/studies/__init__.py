@@ -36,6 +36,6 @@ STUDIES = {
     ),
     "rig_unbalance": Study(
         ".unbalance_fit",
-        "Fit the unbalances of the rig's discs (Figs 6.6-6.10).",
+        "Fit unbalances of the rig's discs (Figs 6.6-6.10).",
     ),
 }
