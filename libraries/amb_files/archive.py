@@ -5,7 +5,7 @@ from __future__ import annotations
 import errno
 import zipfile
 import zlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path, PurePosixPath
 
 from amb_files.atomic import write_atomically
@@ -50,14 +50,14 @@ def unpack(archive: Path, folder: Path, name: str) -> None:
     ------
     ValueError
         If it is no zip file, damaged, encrypted, packed in an unknown way, has more than `MOST_ENTRIES` entries,
-        unpacks to more than `MOST_UNPACKED` bytes, or has entries that lie outside of it or occur twice.
+        unpacks to more than `MOST_UNPACKED` bytes, or has entries that lie outside of it, or two of a name that differ.
     """
     folder.mkdir(parents=True, exist_ok=True)
     try:
         if not zipfile.is_zipfile(archive):
             raise ValueError("it is no zip archive")
         with zipfile.ZipFile(archive) as content:
-            _check(content.infolist())
+            _check(content)
             content.extractall(folder)
     except OSError as error:
         if error.errno in OF_THE_DISK:
@@ -67,8 +67,9 @@ def unpack(archive: Path, folder: Path, name: str) -> None:
         raise ValueError(f"{name} cannot be unpacked: {_shown(error)}") from error
 
 
-def _check(entries: Sequence[zipfile.ZipInfo]) -> None:
+def _check(archive: zipfile.ZipFile) -> None:
     """Raise ValueError for entries that are not to be unpacked."""
+    entries = archive.infolist()
     size = sum(entry.file_size for entry in entries)
     if size > MOST_UNPACKED:
         raise ValueError(
@@ -76,14 +77,16 @@ def _check(entries: Sequence[zipfile.ZipInfo]) -> None:
         )
     if len(entries) > MOST_ENTRIES:
         raise ValueError(f"it has {len(entries)} entries, which is not allowed; it must have <= {MOST_ENTRIES}")
-    seen: set[str] = set()
+    seen: dict[str, zipfile.ZipInfo] = {}
     for entry in entries:
         path = PurePosixPath(entry.filename)
         if entry.flag_bits & ENCRYPTED:
             raise ValueError(f"{entry.filename} is encrypted, which is not allowed")
-        if path.is_absolute() or ".." in path.parts or entry.filename in seen:
-            raise ValueError(f"the entry {entry.filename} is not allowed; its path must lie in the archive, once")
-        seen.add(entry.filename)
+        if path.is_absolute() or ".." in path.parts:
+            raise ValueError(f"the entry {entry.filename} is not allowed; its path must lie in the archive")
+        first = seen.setdefault(entry.filename, entry)
+        if first is not entry and archive.read(first) != archive.read(entry):
+            raise ValueError(f"there are two entries {entry.filename} that differ, which is not allowed")
 
 
 def _shown(error: Exception) -> str:

@@ -88,6 +88,18 @@ def test_an_entry_outside_of_the_archive_is_refused(whole, tmp_path):
         assembled(path)
 
 
+def test_entries_that_occur_twice_are_read_if_they_are_equal(whole, tmp_path):
+    """As those in `extra` of Roberts.fmu, one of the Reference-FMUs."""
+    path = write_archive(tmp_path / "mass.fmu", entries(whole) | {"extra/note": b"same"})
+    for content, added in ((b"same", "read"), (b"other", "refused")):
+        with zipfile.ZipFile(path, "a") as archive, pytest.warns(UserWarning, match="Duplicate name"):
+            archive.writestr("extra/note", content)
+        if added == "read":
+            assembled(path)
+    with pytest.raises(ValueError, match=r"there are two entries extra/note that differ"):
+        assembled(path)
+
+
 @pytest.mark.parametrize(("changes", "message"), [
     ({LIBRARY: lambda content: content[: len(content) // 2]}, f"{LIBRARY} is damaged: its end is missing"),
     ({LIBRARY: lambda content: content[:40]}, f"{LIBRARY} is damaged: its end is missing"),
@@ -96,7 +108,7 @@ def test_an_entry_outside_of_the_archive_is_refused(whole, tmp_path):
     ({"resources/mass.py": None}, "its script resources/mass.py is missing"),
     ({DESCRIPTION: None}, "is no FMU that can be read"),
     ({DESCRIPTION: lambda content: content[:-100]}, "is no FMU that can be read"),
-    ({DESCRIPTION: lambda content: content.replace(b"guid=", b"name=")}, "is no FMU that can be read"),
+    ({DESCRIPTION: lambda content: content.replace(b"guid=", b"name=")}, r"modelDescription.xml: .*'guid'"),
     ({DESCRIPTION: lambda content: content.replace(b'Identifier="', b'Identifier="../')}, "must be a name in C"),
 ])  # fmt: skip
 @pytest.mark.skipif(fmpy.system != "linux", reason="the checks of libraries are of those of Linux")

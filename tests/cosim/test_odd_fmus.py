@@ -54,13 +54,26 @@ def test_a_message_that_is_not_utf8_is_kept(run):
     assert warned == "Temp\ufffdrature trop \ufffdlev\ufffde"
 
 
-def test_a_value_that_is_no_number_is_a_warning_with_name_and_time(run):
+def test_a_value_that_is_no_number_fails_the_run_and_keeps_its_record(run):
     result = run("nan")
+    assert result.outcome.failure == "one failed at t = 0.006 s: one.y = nan, which is no finite number"
+    assert result.dataset.sizes["time"] == 11
+
+
+def test_an_infinite_value_is_a_warning_with_name_and_time(run):
+    result = run("inf")
     assert result.outcome.status == "completed"
     assert [w.sentence for w in warnings_of(result.dataset)] == [
-        "one.y = nan at t = 0.006 s, which is no finite number"
+        "one.y = inf at t = 0.006 s, which is no finite number"
     ]
     assert not warnings_of(run("nothing").dataset)
+
+
+@pytest.mark.parametrize("loop", ["compiled", "plain"])
+def test_a_discarded_step_says_how_far_it_came(run, loop):
+    outcome = run("discard", loop=loop).outcome
+    assert (outcome.status, outcome.time) == ("failed", 0.005)
+    assert outcome.reason.endswith("DoStep answered Discard: its lastSuccessfulTime is 0.00525 s")
 
 
 @pytest.mark.parametrize("deed", ["fork", "fork_away", "daemon"])

@@ -52,7 +52,7 @@ def test_whatever_an_fmu_does_is_an_outcome_or_one_message(system, hostile, monk
         outcomes.add(ended)
         assert "\n" not in said, told
         assert ended == "completed" or deed not in HARMLESS, f"{told}: {said}"
-        if ended == "completed" and deed != "nan":
+        if ended == "completed" and deed not in ("nan", "inf"):
             assert result.dataset["one.y"].values[1:].tolist() == [n * 1e-3 + 1e-3 for n in range(STEPS)], told
         assert time.monotonic() < begin + LONGEST, told
         end = time.monotonic() + 10.0

@@ -21,7 +21,7 @@ typedef void (*Logger)(void *, int, const char *, const char *);
 #define N_VALUES
 typedef void (*Logger)(void *, const char *, int, const char *, const char *, ...);
 #endif
-struct Instance { double u, y; Logger log; void *environment; };
+struct Instance { double u, y, reached; Logger log; void *environment; };
 
 static void say(Instance *self, const char *text) {
   if (!self) return;
@@ -60,7 +60,8 @@ static int done(const char *deed, Instance *self) {
   if (IS(deaf)) { signal(SIGTERM, SIG_IGN); signal(SIGINT, SIG_IGN); }
   if (IS(nan) && self) self->y = NAN;
   if (IS(latin)) say(self, "Temp\xe9rature trop \xe9lev\xe9" "e");
-  return IS(error) ? ERROR : IS(fatal) ? FATAL : IS(minus_one) ? -1 : IS(ninety_nine) ? 99 : OK;
+  if (IS(inf) && self) self->y = INFINITY;
+  return IS(discard) ? DISCARD : IS(error) ? ERROR : IS(fatal) ? FATAL : IS(minus_one) ? -1 : IS(ninety_nine) ? 99 : OK;
 }
 
 /* Counts a call; returns its status. */
@@ -73,7 +74,7 @@ static int called(const char *function, Instance *self) {
 
 static Instance *made(Logger log, void *environment) {
   Instance *self = malloc(sizeof *self);
-  *self = (Instance){0.0, 0.0, log, environment};
+  *self = (Instance){0.0, 0.0, 0.0, log, environment};
   return called("Instantiate", self) ? NULL : self;
 }
 
@@ -84,7 +85,7 @@ Instance *fmi3InstantiateCoSimulation(const char *name, const char *token, const
                                       Logger log, void *update) { return made(log, environment); }
 int fmi3DoStep(Instance *self, double time, double step, bool no_way_back, bool *event, bool *end, bool *early,
                double *reached) {
-  *event = *end = *early = false, *reached = time + step;
+  *event = *end = *early = false, *reached = time + step / 4;
 #else
 typedef struct { Logger log; void *allocate, *release, *finished, *environment; } Callbacks;
 const char *fmi2GetTypesPlatform(void) { return "default"; }
@@ -97,7 +98,7 @@ int fmi2DoStep(Instance *self, double time, double step, int no_way_back) {
 #define fmi2SetFMUState fmi2SetFMUstate
 #define fmi2FreeFMUState fmi2FreeFMUstate
 #endif
-  self->y = time + step;
+  self->y = time + step, self->reached = time + step / 4;
   return called("DoStep", self);
 }
 void FMI(FreeInstance)(Instance *self) { called("FreeInstance", self); free(self); }
@@ -140,6 +141,10 @@ CALL3(GetEventIndicators, GetContinuousStates, ActivateModelPartition)
 CALL3(GetNominalsOfContinuousStates, GetNumberOfEventIndicators, GetNumberOfContinuousStates)
 #else
 CALL3(SetupExperiment, GetInteger, SetInteger) CALL3(SerializedFMUstateSize, SerializeFMUstate, DeSerializeFMUstate)
-CALL3(SetRealInputDerivatives, GetRealOutputDerivatives, CancelStep) CALL3(GetStatus, GetRealStatus, GetIntegerStatus)
+CALL3(SetRealInputDerivatives, GetRealOutputDerivatives, CancelStep) CALL(GetStatus) CALL(GetIntegerStatus)
+int fmi2GetRealStatus(Instance *self, int kind, double *value) {
+  *value = self->reached;
+  return called("GetRealStatus", self);
+}
 CALL(GetBooleanStatus) CALL(GetStringStatus)
 #endif

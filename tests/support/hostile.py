@@ -9,10 +9,10 @@ from pathlib import Path
 import pytest
 
 SOURCE = Path(__file__).parent / "hostile.c"
-HARMLESS = ("nothing", "fork", "fork_away", "daemon", "eat", "deaf", "latin", "nan")  # after which the run goes on
+HARMLESS = ("nothing", "fork", "fork_away", "daemon", "eat", "deaf", "latin", "inf")  # after which the run goes on
 DEEDS = (
     *HARMLESS, "segv", "abort", "leave", "kill", "overflow", "hang", "speak", "close", "term", "free_twice", "error",
-    "fatal", "minus_one", "ninety_nine",
+    "fatal", "discard", "nan", "minus_one", "ninety_nine",
 )  # fmt: skip
 DESCRIPTIONS = {
     2: """<?xml version="1.0" encoding="UTF-8"?>

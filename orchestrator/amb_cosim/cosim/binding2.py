@@ -17,13 +17,14 @@ from fmpy.fmi2 import (
     fmi2CallbackFreeMemoryTYPE,
     fmi2CallbackFunctions,
     fmi2CallbackLoggerTYPE,
+    fmi2LastSuccessfulTime,
     fmi2Terminated,
     fmi2True,
 )
 from fmpy.logging import addLoggerProxy
 from numpy.typing import NDArray
 
-from amb_cosim.cosim.bindings import DISCARD, Binding, Log, address, check_status
+from amb_cosim.cosim.bindings import DISCARD, Binding, Log, address, check_status, reached_text
 from amb_cosim.cosim.exchange import Group, Kind, Transfer
 from amb_cosim.cosim.fmu_interface import FmuInterface, Port
 
@@ -85,12 +86,15 @@ class Binding2(Binding):
         self.call("DoStep", time, step_size, fmi2True)
 
     def reasons(self, call: str, status: int) -> list[str]:
-        """Say that an FMU has discarded a step because it wants no other."""
+        """Say that an FMU has discarded a step because it wants no other, and how far it got."""
+        found = []
         if status == DISCARD and call == "fmi2DoStep":
-            with suppress(Exception):  # a question that an FMU need not answer
+            with suppress(Exception):  # questions that an FMU need not answer
                 if self.fmu.getBooleanStatus(fmi2Terminated):
-                    return ["with fmi2Terminated the FMU ends the simulation"]
-        return []
+                    found.append("with fmi2Terminated the FMU ends the simulation")
+            with suppress(Exception):
+                found.append(reached_text(self.fmu.getRealStatus(fmi2LastSuccessfulTime)))
+        return found
 
     def kind_of(self, port: Port) -> str:
         """Return the type of a variable in the functions that set and get it."""

@@ -20,7 +20,7 @@ typedef struct {
   void *instance;
   DoStep3 *do_step;
   intptr_t why;
-  double unfit;
+  double number; /* time that a step reached (s), or what does not fit */
 } Instance;
 
 typedef struct {
@@ -42,6 +42,7 @@ int step_fmi3(Instance *fmu, double time, double step_size, int no_way_back) {
   double reached = time;
   int status = fmu->do_step(fmu->instance, time, step_size, no_way_back != 0, &event, &ends, &early, &reached);
   fmu->why = NOTHING;
+  fmu->number = reached;
   if (status < 0 || status > LOOP_WARNING || !(ends || early)) return status;
   fmu->why = ends ? ENDS : EARLY;
   return DISCARD;
@@ -99,7 +100,7 @@ int send_fmi3(Instance *fmu, const uint32_t *place, size_t n, const double *valu
   const Group *group = group_at(place);
   for (size_t k = 0; k < n; k++)
     if (!store(group, group->at[k], values[k])) {
-      fmu->why = UNFIT, fmu->unfit = values[k];
+      fmu->why = UNFIT, fmu->number = values[k];
       return LOOP_ERROR;
     }
   return exchange(fmu, group);

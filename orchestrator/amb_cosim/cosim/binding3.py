@@ -35,7 +35,7 @@ from fmpy.fmi1 import FMICallException
 from fmpy.fmi3 import FMU3Slave
 from numpy.typing import NDArray
 
-from amb_cosim.cosim.bindings import DISCARD, ERROR, Binding, Log, address
+from amb_cosim.cosim.bindings import DISCARD, ERROR, Binding, Log, address, reached_text
 from amb_cosim.cosim.exchange import Group, Kind, Transfer
 from amb_cosim.cosim.fmu_interface import FmuInterface, Port
 from amb_cosim.cosim.loop_library import load_library
@@ -64,7 +64,7 @@ KINDS = {
 
 
 class _Instance(Structure):
-    _fields_ = [("instance", c_void_p), ("do_step", c_void_p), ("why", c_ssize_t), ("unfit", c_double)]
+    _fields_ = [("instance", c_void_p), ("do_step", c_void_p), ("why", c_ssize_t), ("number", c_double)]
 
 
 class _Group(Structure):
@@ -135,19 +135,23 @@ class Binding3(Binding):
         """Advance from `time` by `step_size` (s)."""
         event, ends, early, reached = c_bool(), c_bool(), c_bool(), c_double()
         self._state.why = NOTHING
-        self.call("DoStep", time, step_size, True, byref(event), byref(ends), byref(early), byref(reached))
+        try:
+            self.call("DoStep", time, step_size, True, byref(event), byref(ends), byref(early), byref(reached))
+        finally:
+            self._state.number = reached.value
         if ends or early:
             self._state.why = ENDS if ends else EARLY
             raise FMICallException(self.function("DoStep"), DISCARD)
 
     def reasons(self, call: str, status: int) -> list[str]:
         """Say what the FMU has answered besides a status, or which value cannot be sent to it."""
-        return {
+        said = {
             NOTHING: [],
             ENDS: ["with terminateSimulation the FMU ends the simulation"],
             EARLY: ["the FMU returned early from the step, which it was not allowed to"],
-            UNFIT: [f"{self._state.unfit:.17g} does not fit into the integer type of the variable"],
+            UNFIT: [f"{self._state.number:.17g} does not fit into the integer type of the variable"],
         }[self._state.why]
+        return [*said, reached_text(self._state.number)] if status == DISCARD and call == "fmi3DoStep" else said
 
     def kind_of(self, port: Port) -> str:
         """Return the type of a variable in the functions that set and get it."""
@@ -157,7 +161,7 @@ class Binding3(Binding):
         """Set variables."""
         unfit = group.store(values)
         if unfit is not None:
-            self._state.why, self._state.unfit = UNFIT, unfit
+            self._state.why, self._state.number = UNFIT, unfit
             raise FMICallException(self.function(f"Set{group.name}"), ERROR)
         self._exchange("Set", group)
 

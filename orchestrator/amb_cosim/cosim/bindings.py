@@ -99,6 +99,11 @@ def check_status(function: str, status: int | None) -> None:
         raise FMICallException(function=function, status=status)
 
 
+def reached_text(time: float) -> str:
+    """Return a phrase on the time (s) that an FMU came to in a step that it discarded."""
+    return f"its lastSuccessfulTime is {time:.9g} s"
+
+
 def address(fmu: Any, function: str) -> int:
     """Return the address of a function of an FMU's library."""
     return cast(getattr(fmu.dll, function), c_void_p).value or 0

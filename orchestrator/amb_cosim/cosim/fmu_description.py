@@ -73,7 +73,7 @@ def read_interface(folder: Path, name: str, archive: Path | None = None) -> FmuI
     except NotTaken:
         raise
     except Exception as error:  # whatever a damaged description leads to
-        raise ValueError(f"{name}: {source} is no FMU that can be read ({_first_line(error)})") from error
+        raise ValueError(f"{name}: {source} is no FMU that can be read ({_in_one_line(error)})") from error
 
 
 class NotTaken(ValueError):
@@ -207,5 +207,5 @@ def _number(start: str | None) -> float | None:
     return {"true": 1.0, "false": 0.0}[start] if start in ("true", "false") else float(start)
 
 
-def _first_line(error: Exception) -> str:
-    return (str(error) or type(error).__name__).strip().splitlines()[0]
+def _in_one_line(error: Exception) -> str:
+    return " ".join((str(error) or type(error).__name__).split())

@@ -124,18 +124,25 @@ def _run(
         outcome = Outcome("interrupted", recorder.reached * plan.step_size)
     assembly = simulator.assembly
     warnings = {component.name: component.warnings for component in simulator.components}
-    _warn_of_not_finite(assembly, plan, recorder, warnings)
+    nan = _first_nan(assembly, plan, recorder, warnings)
+    outcome = outcome if nan is None or outcome.failure else nan
     return Recording(plan, assembly.interfaces, recorder, outcome, assembly.flavour, warnings, checkpoints)
 
 
-def _warn_of_not_finite(assembly: Assembly, plan: Plan, recorder: Recorder, warnings: dict[str, list[str]]) -> None:
-    """Add to the warnings of FMUs from elsewhere which outputs were recorded as NaN or infinite, and since when."""
+def _first_nan(assembly: Assembly, plan: Plan, recorder: Recorder, warnings: dict[str, list[str]]) -> Outcome | None:
+    """Return the failure of the first FMU from elsewhere of which NaN was recorded; infinite outputs are warnings."""
+    failures = []
     for name, samples in zip(plan.recorded, recorder.table.T, strict=True):
         component = name.partition(".")[0]
-        if component in assembly.from_elsewhere and not np.isfinite(samples).all():
-            row = int(np.argmin(np.isfinite(samples)))
-            time = recorder.points[row] * plan.step_size
+        if component not in assembly.from_elsewhere or np.isfinite(samples).all():
+            continue
+        row = int(np.argmin(np.isfinite(samples)))
+        time = recorder.points[row] * plan.step_size
+        if np.isnan(samples).any():
+            failures.append(Outcome("failed", time, component, f"{name} = {samples[row]:g}, which is no finite number"))
+        else:
             warnings[component].append(f"{name} = {samples[row]:g} at t = {time:.9g} s, which is no finite number")
+    return min(failures, key=lambda outcome: outcome.time, default=None)
 
 
 def _reporting(progress: Progress, plan: Plan) -> Observer:

@@ -179,8 +179,8 @@ class _Reader:
         step = step_size or self._step()
         end = stop if stop_time is None else stop_time
         if step is None or end is None:
-            missing = "communication step" if step is None else "stop time"
-            raise ValueError(f"{self.what} says no {missing}; it must be given")
+            missing = "communication step; give --step" if step is None else "stop time; give --until"
+            raise ValueError(f"{self.what} says no {missing}")
         return _on_the_grid(Experiment(step_size=step, stop_time=end, start_time=start or 0.0))
 
     def _step(self) -> float | None:
