@@ -17,7 +17,7 @@ try:
     import numba
     import numba.extending
 
-    from fmi_export.numba_internals import KERNEL_OPTIONS, keep_cache_sound, keep_stores
+    from fmi_export.numba_internals import KERNEL_OPTIONS, compile_once, keep_cache_sound, keep_stores
 
     keep_stores()
     COMPILED = not cast(Any, numba.config).DISABLE_JIT
@@ -62,7 +62,7 @@ def _compiled(function: F, **options: bool) -> F:
     with _cache_of(function.__module__.split(".")[0]):
         settings: dict[str, Any] = {"error_model": "numpy", **KERNEL_OPTIONS, **options}
         try:
-            return cast(F, keep_cache_sound(numba.njit(cache=True, **settings)(function)))
+            return cast(F, compile_once(keep_cache_sound(numba.njit(cache=True, **settings)(function))))
         except RuntimeError:  # no folder can be written, neither the package's nor the user's
             return cast(F, numba.njit(**settings)(function))
 

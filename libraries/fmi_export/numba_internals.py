@@ -8,9 +8,10 @@ what has to change.
 arrays. Without it kernels are right, and several times slower; `building.native` refuses them, since they call that
 system. Without the second, compiling takes an eighth longer.
 
-**The cache on disk** (`keep_cache_sound`, `dispatcher._cache` and the `_cache_file` in it). numba reads machine code
-from its cache as it is: a wrong bit would crash the process, a file cut short is a traceback, and so is a full disk.
-Without it kernels are right while the disk is.
+**The cache on disk** (`keep_cache_sound`, `compile_once`; `compile` and `_cache` of a dispatcher, its `_cache_file`).
+numba reads machine code from its cache as it is: a wrong bit would crash the process, a file cut short is a traceback,
+and so is a full disk. Processes that begin together all compile the same. Without it kernels are right while the disk
+is.
 
 **Code for arrays at places that are known only in a kernel** (`lower_array_functions`, of `numba.core` and
 `numba.np.arrayobj`). Slices, `view` and `reshape` do the same with divisions and branches. Without it a step takes
@@ -43,6 +44,8 @@ from io import BytesIO
 from pathlib import Path
 from typing import Any
 
+from fmi_export.compiling import compiling
+
 KERNEL_OPTIONS = {"_nrt": False, "no_cfunc_wrapper": True}  # options of `njit`
 
 DIGEST_SIZE = sha256().digest_size
@@ -71,6 +74,39 @@ def keep_cache_sound(dispatcher: Any) -> Any:
 
     cache_on_disk.load_overload, cache_on_disk.save_overload = load_overload, save_overload
     return dispatcher
+
+
+def compile_once(dispatcher: Any) -> Any:
+    """Let one process compile a function with all that it calls, while others wait for what that keeps on disk.
+
+    A process has one such lock at a time, that of the function which Python calls. Returns the function.
+    """
+    held: Any = importlib.import_module("numba.core.compiler_lock").global_compiler_lock
+    on_disk, compile_it = dispatcher._cache, dispatcher.compile
+    place, name = Path(on_disk._cache_file._index_path), f"{dispatcher.py_func.__module__}.{dispatcher.__name__}"
+
+    def is_kept(signature: Any) -> bool:
+        with suppress(Exception):  # whatever reading a damaged file leads to
+            return on_disk._index_key(signature, dispatcher.targetctx.codegen()) in on_disk._cache_file._load_index()
+        return False
+
+    def compile_alone(signature: Any) -> Any:
+        global _compiles
+        with held:
+            if _compiles or is_kept(signature):
+                return compile_it(signature)
+            _compiles = True
+            try:
+                with compiling(place, name):
+                    return compile_it(signature)
+            finally:
+                _compiles = False
+
+    dispatcher.compile = compile_alone
+    return dispatcher
+
+
+_compiles = False  # whether this process has a lock
 
 
 def _sign_files(files: Any) -> None:

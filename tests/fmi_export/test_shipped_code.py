@@ -15,8 +15,9 @@ from rig import ACTUATOR
 from fmi_export import amb_cosim_bootstrap as bootstrap
 from fmi_export.building.python_fmu import build_python_fmu
 
-# What an FMU may import besides its own packages; slave.py imports the description only when the FMU is built.
-RUNTIME = {"numpy", "numba", "pythonfmu", "amb_cosim_bootstrap", *sys.stdlib_module_names}
+# What an FMU may import besides its own packages, numba and filelock where they are there; slave.py imports the
+# description only when the FMU is built.
+RUNTIME = {"filelock", "numpy", "numba", "pythonfmu", "amb_cosim_bootstrap", *sys.stdlib_module_names}
 ONLY_BUILDS = ("code/fmi_export/slave.py", "fmi_export.building.description")
 
 

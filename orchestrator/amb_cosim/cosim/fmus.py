@@ -18,6 +18,7 @@ import json
 import logging
 import sysconfig
 from collections.abc import Callable, Iterable, Mapping
+from contextlib import nullcontext
 from dataclasses import dataclass
 from functools import cache, cached_property
 from importlib.metadata import EntryPoint, entry_points, version
@@ -35,6 +36,7 @@ from amb_files.archive import is_unpacked, unpack
 from amb_files.atomic import create_atomically
 from amb_files.suggestions import suggest
 from amb_files.toml import read_bytes
+from fmi_export.compiling import compiling
 
 if TYPE_CHECKING:
     from fmi_export.model import Model
@@ -199,7 +201,8 @@ def ensure_built(name: str, flavour: Flavour = "native", **options: Any) -> Fmu:
         return any(is_unpacked(archive, folder / "extracted") for archive in folder.glob("*.fmu"))
 
     is_new = not home.is_dir()
-    create_atomically(home, fill, is_whole)
+    with compiling(home, f"the FMU of {name}") if is_new else nullcontext():
+        create_atomically(home, fill, is_whole)
     note_use(home, is_new)
     return Fmu(next(home.glob("*.fmu")), home / "extracted", flavour)
 

@@ -14,6 +14,7 @@ from amb_cosim.cosim.cache import cache_folder
 from amb_files.kept import keep
 from fmi_export.building.native.compiler import PLATFORMS, compile_library, host_platform
 from fmi_export.building.native.sources import digest_of, texts_of
+from fmi_export.compiling import compiling
 
 SOURCES = ("loop.c", "loop.h")  # of every engine too
 OWN = ("binding3.c", "members.c")  # beside this file
@@ -40,7 +41,8 @@ def load_library() -> CDLL | None:
         path = SHIPPED / place
         if not path.is_file():
             folder = cache_folder() / "loops" / place.with_suffix("")
-            keep(folder, lambda stage: (stage / place.name).write_bytes(compile_loop(host_platform())))
+            with compiling(folder, "the loop"):
+                keep(folder, lambda stage: (stage / place.name).write_bytes(compile_loop(host_platform())))
             path = folder / place.name
         library = CDLL(str(path))
     except (OSError, ValueError):

@@ -21,6 +21,7 @@ from fmi_export.building.identity import digests
 from fmi_export.building.native.compiler import check_compiler, compile_library
 from fmi_export.building.native.lowering import Kernels, lower
 from fmi_export.building.native.sources import FOLDER, digest_of, texts_of
+from fmi_export.compiling import compiling
 
 SHIPPED = FOLDER / "engines"  # in an installed package
 HEADERS = "fmi_headers"  # folder of the FMI standard's own, unchanged
@@ -91,10 +92,13 @@ def find_or_compile(place: Path, compile_anew: Callable[[], Engine]) -> Engine:
     found = _found(place)
     if found is not None:
         return found
-    compiled = compile_anew()
-    with suppress(OSError):  # without a cache the next build takes as long
-        compiled.write(_kept(place))
-    return compiled
+    with compiling(_kept(place), f"engine {place.name}"):
+        found = _found(place)
+        if found is None:
+            found = compile_anew()
+            with suppress(OSError):  # without a cache the next build takes as long
+                found.write(_kept(place))
+    return found
 
 
 def engine_at_hand(models: Sequence[Kernels], platform: str) -> Engine | None:
@@ -148,11 +152,12 @@ def _lowered(model: Kernels) -> str:
     """Return the lowered kernels, from the user's cache where they are there: all platforms share them."""
     facts = [_kernels(model), _versions("numba", "llvmlite"), machine()]
     kept = _cache() / f"kernels-{model.name}-{digest_of(facts, *LOWERING)}"
-    if is_undamaged(kept):
-        return (kept / KERNELS).read_bytes().decode()
-    assembly = lower(model)
-    with suppress(OSError):
-        keep(kept, lambda stage: (stage / KERNELS).write_bytes(assembly.encode()))
+    with compiling(kept, f"the kernels of {model.name}"):
+        if is_undamaged(kept):
+            return (kept / KERNELS).read_bytes().decode()
+        assembly = lower(model)
+        with suppress(OSError):
+            keep(kept, lambda stage: (stage / KERNELS).write_bytes(assembly.encode()))
     return assembly
 
 

@@ -1,0 +1,97 @@
+"""What several processes need at the same time, one of them compiles."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import time
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import pytest
+
+from fmi_export.building.native import engines
+from fmi_export.building.native.engines import Engine, find_or_compile
+
+KERNELS = """
+from fmi_export.jit import kernel
+
+@kernel
+def two():
+    return 2.0
+
+@kernel
+def doubled(x):
+    return two() * x
+"""
+CALLER = """
+import pathlib, sys, time
+sys.path.insert(0, {folder!r})
+from shared.kernels import doubled
+pathlib.Path({folder!r}, "ready-{k}").touch()
+while len(list(pathlib.Path({folder!r}).glob("ready-*"))) < {n}:
+    time.sleep(0.01)
+print(doubled(3.0), sum(doubled.stats.cache_hits.values()))
+"""
+HOLDER = """
+import pathlib, time
+from fmi_export import compiling
+compiling.UNTOLD = 0.1
+with compiling.compiling(pathlib.Path({place!r}), "the thing"):
+    print("in", flush=True)
+    time.sleep({seconds})
+"""
+
+
+def started(program: str) -> subprocess.Popen[str]:
+    return subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+
+def test_kernels_are_compiled_by_one_process_of_those_that_begin_together(tmp_path):
+    (tmp_path / "shared").mkdir()
+    (tmp_path / "shared" / "__init__.py").touch()
+    (tmp_path / "shared" / "kernels.py").write_text(KERNELS)
+    processes = [started(CALLER.format(folder=str(tmp_path), k=k, n=3)) for k in range(3)]
+    answers = sorted(process.communicate(timeout=120)[0].strip() for process in processes)
+    assert answers == ["6.0 0", "6.0 1", "6.0 1"], "one compiles, the others read what it has kept"
+    assert not list(tmp_path.rglob("*.lock"))
+
+
+def test_a_process_that_is_killed_frees_the_one_that_waits(tmp_path):
+    place = str(tmp_path / "thing")
+    first = started(HOLDER.format(place=place, seconds=1000))
+    assert first.stdout is not None
+    assert first.stdout.readline() == "in\n"
+    second = started(HOLDER.format(place=place, seconds=0))
+    assert second.stderr is not None
+    assert second.stderr.readline() == "waiting for another process, which makes the thing\n"
+    first.kill()
+    assert second.communicate(timeout=60)[0] == "in\n"
+    first.communicate()
+
+
+def test_an_engine_is_compiled_once_by_those_that_begin_together(tmp_path, monkeypatch):
+    monkeypatch.setattr(engines, "_cache", lambda: tmp_path)
+    compiled = []
+
+    def compile_slowly() -> Engine:
+        compiled.append(1)
+        time.sleep(0.3)
+        return Engine(b"code", "a compiler")
+
+    with ThreadPoolExecutor(4) as threads:
+        found = list(threads.map(lambda _: find_or_compile(Path("linux64", "one"), compile_slowly), range(4)))
+    assert found == [Engine(b"code", "a compiler")] * 4
+    assert len(compiled) == 1
+
+
+@pytest.mark.parametrize("error", [PermissionError("a folder of others"), NotImplementedError("no locks here")])
+def test_where_there_can_be_no_lock_nobody_waits(tmp_path, monkeypatch, error):
+    from fmi_export import compiling
+
+    def refuse(_):
+        raise error
+
+    monkeypatch.setattr(compiling, "FileLock", refuse)
+    with compiling.compiling(tmp_path / "thing", "the thing"):
+        pass
