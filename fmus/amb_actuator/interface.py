@@ -220,7 +220,7 @@ def _outputs(declare: Declare, b: str, a: str) -> list[Variable]:
         flag("saturated", saturated, beyond, starts_from=iron, **by_force),
         flag(
             "voltage_limited",
-            "An amplifier was at its voltage limit during the step, {}",
+            "An amplifier was at its voltage limit during the last communication step, {}",
             at_limit,
             **(by_current | {"starts_from": ()}),
         ),

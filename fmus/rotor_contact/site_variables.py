@@ -143,13 +143,14 @@ def site_outputs(site: str, planes: Planes) -> list[Variable]:
         output(
             f"{site}.f_n_peak",
             "N",
-            f"Largest normal contact force {at} during the last step, the impulses of impacts aside",
+            f"Largest normal contact force {at} during the last communication step, the impulses of impacts aside",
             starts_from=forces,
         ),
         output(
             f"{site}.f_n_mean",
             "N",
-            f"Mean of the normal contact force {at} over the last step, the impulses of impacts included",
+            f"Mean of the normal contact force {at} over the last communication step, the impulses of impacts "
+            "included, which are larger means of shorter steps",
             starts_from=(),
         ),
         output(
@@ -161,7 +162,8 @@ def site_outputs(site: str, planes: Planes) -> list[Variable]:
         output(
             f"{site}.impulse",
             "N.s",
-            f"Normal impulse of the impacts {at} during the last step, such that momentum is conserved",
+            f"Normal impulse of the impacts {at} during the last communication step, such that momentum is conserved; "
+            "their sum over steps is that of any steps",
             starts_from=(),
         ),
         output(
