@@ -2,7 +2,7 @@
 
 LOG_CATEGORIES = {
     "logStatusWarning": "Something was limited or ignored.",
-    "logStatusDiscard": "A step was refused.",
+    "logStatusDiscard": "A question was refused, and nothing has changed.",
     "logStatusError": "The model stopped; fault_code says why.",
     "logStatusFatal": "The FMU cannot be used any more.",
     "logAll": "Everything.",

@@ -8,8 +8,11 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from raw import ERROR, OK, Library, Library3
+from raw import DISCARD, OK, Library, Library3
 from rig import ACTUATOR, ACTUATOR_CONSTANTS
+from slow import slow_but_first
+
+from amb_cosim.cosim.fmus import model_source
 
 H = 250e-6
 SHARE = 1.0 - math.exp(-H / 1e-3)  # of the input's change that the lag follows in a step
@@ -76,7 +79,7 @@ def test_what_has_no_derivative_is_refused_without_harm(library, unknowns, known
     with library.instantiate() as fmu:
         fmu.begin()
         fmu.step(0)
-        assert derivative(fmu, unknowns, knowns, [1.0])[0] == ERROR
+        assert derivative(fmu, unknowns, knowns, [1.0])[0] == DISCARD
         assert "Real outputs by Real inputs" in fmu.log[-1][2] or "Float64 variables" in fmu.log[-1][2]
         assert fmu.step(1) == OK
 
@@ -84,10 +87,40 @@ def test_what_has_no_derivative_is_refused_without_harm(library, unknowns, known
 def test_before_the_first_step_its_size_is_not_known(library):
     with library.instantiate() as fmu:
         fmu.begin()
-        assert derivative(fmu, ["y"], ["u"], [1.0])[0] == ERROR
+        assert derivative(fmu, ["y"], ["u"], [1.0])[0] == DISCARD
         assert "the size of the last one; there was none" in fmu.log[-1][2]
         assert fmu.step(0) == OK
         assert derivative(fmu, ["y"], ["u"], [0.0]) == (OK, [0.0])
+
+
+def test_at_a_bound_of_an_input_differences_are_to_one_side(library):
+    with library.instantiate() as fmu:
+        fmu.begin(u=-10.0, gain=3.0)
+        fmu.step(0)
+        status, found = derivative(fmu, ["y", "level"], ["u"], [1.0])
+        assert status == OK
+        np.testing.assert_allclose(found, [3.0 * SHARE, 2.0], rtol=1e-10)
+
+
+def made(name):
+    return (ACTUATOR, ACTUATOR_CONSTANTS) if name == "amb_actuator" else model_source(name)
+
+
+@pytest.mark.parametrize("name", slow_but_first(["amb_actuator", "rolac_controller", "rotor_contact"]))
+def test_outputs_have_derivatives_by_all_inputs_unless_they_bend(unpacked, name):
+    """A clearance bends where the journal is in its centre, and the angle jumps where it turns backward from zero."""
+    model, constants = made(name)
+    inputs, outputs = ([v.name for v in model.interface.of(kind) if v.type == "Real"] for kind in ("input", "output"))
+    with Library(unpacked(model, constants)).instantiate() as fmu:
+        fmu.begin()
+        for n in range(50):
+            assert fmu.step(n) == OK
+            if n not in (0, 49):
+                continue
+            answers = {(y, u): derivative(fmu, [y], [u], [1.0]) for y in outputs for u in inputs}
+            refused = {pair for pair, (status, _) in answers.items() if status != OK}
+            assert not [pair for pair in refused if not pair[0].endswith((".gap", "theta"))]
+            assert all(np.isfinite(found[0]) for pair, (_, found) in answers.items() if pair not in refused)
 
 
 def test_at_the_edge_of_what_is_allowed_there_is_none(library):
@@ -95,10 +128,10 @@ def test_at_the_edge_of_what_is_allowed_there_is_none(library):
     with library.instantiate() as fmu:
         fmu.begin(u=6.0)
         fmu.step(0)
-        assert derivative(fmu, ["level"], ["u"], [1.0])[0] == ERROR
-        assert "level has no derivative here" in fmu.log[-1][2]
+        assert derivative(fmu, ["level"], ["u"], [1.0])[0] == DISCARD
+        assert "level has no derivative by u here" in fmu.log[-1][2]
         fmu.set(u=5.0)
-        assert derivative(fmu, ["level"], ["u"], [1.0])[0] == ERROR
+        assert derivative(fmu, ["level"], ["u"], [1.0])[0] == DISCARD
         assert "the next step cannot be taken: u = 5 V is 100 % too much" in fmu.log[-1][2].replace("%%", "%")
         fmu.set(u=5.85)
         assert derivative(fmu, ["level"], ["u"], [1.0])[0] == OK
@@ -120,8 +153,8 @@ def test_actuator_has_its_constants_until_its_current_is_limited(actuator):
             fmu.step(2 + n)
             low, high = (middle, high) if fmu.get("mb1.f_x")[0] > by_i * middle * (1.0 - 1e-9) else (low, middle)
         fmu.set(**{"mb1.i_x": high})
-        assert derivative(fmu, ["mb1.f_x"], ["mb1.i_x"], [1.0])[0] == ERROR
-        assert "mb1.f_x has no derivative here, which differs to both sides" in fmu.log[-1][2]
+        assert derivative(fmu, ["mb1.f_x"], ["mb1.i_x"], [1.0])[0] == DISCARD
+        assert "mb1.f_x has no derivative by mb1.i_x here, which differs to both sides" in fmu.log[-1][2]
         fmu.set(**{"mb1.i_x": high + 1.0})
         assert derivative(fmu, ["mb1.f_x"], ["mb1.i_x"], [1.0]) == (OK, [0.0])
 

@@ -6,13 +6,17 @@
 
        D(d) = (y+ - y-) / 2d = y' v + d^2 y'''.. + ..                                           (Ridders)
 
-   d begins at a tenth of the nominal size of the inputs and becomes 8 times finer, level by level; of two levels that agree
-   best, D + (D - D_before) / 63 has no error of second order. C. J. F. Ridders, Accurate computation of F'(x) and
-   F'(x)F''(x), Advances in Engineering Software 4 (1982) 75-76. A step that is linear in its inputs is exact but for
-   rounding.
+   Where an input stands at an end of its range, d is a change away from that, y1 and y2 are what d and 2d show, and
+
+       D(d) = (4 y1 - y2 - 3 y0) / 2d                                                         (one-sided)
+
+   has errors of the same orders. d begins at a tenth of the nominal size of the inputs and becomes 8 times finer, level by
+   level; of two levels that agree best, D + (D - D_before) / 63 has no error of second order. C. J. F. Ridders, Accurate
+   computation of F'(x) and F'(x)F''(x), Advances in Engineering Software 4 (1982) 75-76. A step that is linear in its inputs
+   is exact but for rounding.
 
    Where no two levels agree, or the differences to both sides do not approach each other, there is no derivative, as where a
-   rotor begins to touch: the question is refused, and the instance is as it was. */
+   rotor begins to touch: the question is left without an answer, and the instance is as it was. */
 
 #include "slave.h"
 
@@ -21,14 +25,14 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { LEVELS = 8 };
+enum { LEVELS = 8, FEWEST = 3 }; /* FEWEST: that must lie within the range of an input */
 static const double LARGEST_SHARE = 0.1; /* of the nominal size of an input */
 static const double FINER = 8.0;
 static const double AGREEMENT = 1e-6; /* of two levels, relative */
 static const double KINK = 1e-2;      /* of the differences to both sides, relative, that may be one of a bent curve */
 static const double ROUNDINGS = 256.0; /* by which a step's output may be wrong */
 
-/* Room for the answers to a direction: y0, and y+ and y- of each level, each of `n` outputs. */
+/* Room for the answers to a direction: y0, and the two others of each level, each of `n` outputs. */
 typedef struct {
     Instance *instance;
     void *before; /* the saved state of the instance */
@@ -36,11 +40,13 @@ typedef struct {
     size_t n, n_knowns;
     double *answers;
     int valid[LEVELS];
+    double places[2];  /* where the others are, in units of d: -1 and 1, or 1 and 2, or -1 and -2 */
+    const char *input; /* the first of the direction, for messages */
 } Question;
 
-static double *answer(const Question *question, int level, int up)
+static double *answer(const Question *question, int level, int other)
 {
-    return question->answers + question->n * (size_t)(1 + 2 * level + up);
+    return question->answers + question->n * (size_t)(1 + 2 * level + other);
 }
 
 /* Take a step with inputs changed by `share` times the seed, and keep its outputs; 0, or its fault. */
@@ -67,34 +73,70 @@ static double first_share(const Question *question, const double *seed)
     return isfinite(share) ? share : 0.0;
 }
 
+/* Choose where the others are, by how far the inputs can go against the direction and in it. */
+static void choose_places(Question *question, const double *seed, double share)
+{
+    const Data *data = &question->instance->run.data;
+    double room[2] = {INFINITY, INFINITY};
+    question->input = NULL;
+    for (size_t i = 0; i < question->n_knowns; i++) {
+        uint32_t known = question->knowns[i];
+        double value = question->instance->run.values[known];
+        if (seed[i] == 0.0)
+            continue;
+        question->input = question->input ? question->input : name_of(data, known);
+        room[seed[i] > 0.0] = fmin(room[seed[i] > 0.0], (data->maxima[known] - value) / fabs(seed[i]));
+        room[seed[i] < 0.0] = fmin(room[seed[i] < 0.0], (value - data->minima[known]) / fabs(seed[i]));
+    }
+    double sense = room[1] >= room[0] ? 1.0 : -1.0;
+    int one_sided = fmin(room[0], room[1]) < share * pow(FINER, FEWEST - LEVELS);
+    question->places[0] = one_sided ? sense : -1.0;
+    question->places[1] = one_sided ? 2.0 * sense : 1.0;
+}
+
+/* The difference quotient of the change d; `one` and `other` are the answers there. */
+static double quotient(const Question *question, double y, double one, double other, double d)
+{
+    if (question->places[1] == 1.0)
+        return (other - one) / (2.0 * d);
+    return question->places[0] * (4.0 * (one - y) - (other - y)) / (2.0 * d);
+}
+
+/* How far the slopes of the two intervals between the three answers are apart. */
+static double slopes_apart(const Question *question, double y, double one, double other, double d)
+{
+    return fabs(question->places[1] == 1.0 ? other - 2.0 * y + one : other - 2.0 * one + y) / d;
+}
+
 /* The derivative of an output, or a refusal with the reason. */
 static Status settle_one(const Question *question, const char *call, double share, size_t j, double *result)
 {
-    double central[LEVELS], gap[LEVELS], noise[LEVELS], least = INFINITY, y = question->answers[j];
+    double found[LEVELS], gap[LEVELS], noise[LEVELS], least = INFINITY, y = question->answers[j];
     int best = -1;
     for (int k = 0; k < LEVELS; k++, share /= FINER) {
-        double up = answer(question, k, 1)[j], down = answer(question, k, 0)[j];
-        central[k] = (up - down) / (2.0 * share);
-        gap[k] = fabs(up - 2.0 * y + down) / share;
-        noise[k] = ROUNDINGS * DBL_EPSILON * fmax(fabs(y), fmax(fabs(up), fabs(down))) / share;
+        double one = answer(question, k, 0)[j], other = answer(question, k, 1)[j];
+        found[k] = quotient(question, y, one, other, share);
+        gap[k] = slopes_apart(question, y, one, other, share);
+        noise[k] = ROUNDINGS * DBL_EPSILON * fmax(fabs(y), fmax(fabs(one), fabs(other))) / share;
         if (!k || !question->valid[k] || !question->valid[k - 1])
             continue;
-        double change = fabs(central[k] - central[k - 1]);
+        double change = fabs(found[k] - found[k - 1]);
         if (change < least) {
             least = change;
             best = k;
         }
     }
     const char *name = name_of(&question->instance->run.data, question->unknowns[j]);
-    if (best < 0 || least > AGREEMENT * fabs(central[best]) + noise[best])
-        return reject(question->instance, "%s: %s has no derivative here, differences over ever smaller changes do not agree",
-                      call, name);
+    if (best < 0 || least > AGREEMENT * fabs(found[best]) + noise[best])
+        return decline(question->instance,
+                       "%s: %s has no derivative by %s here, differences over ever smaller changes do not agree", call,
+                       name, question->input);
     int next = best + 1 < LEVELS && question->valid[best + 1];
     double finer = next ? gap[best + 1] : gap[best], coarser = next ? gap[best] : gap[best - 1];
-    if (gap[best] > KINK * fabs(central[best]) + noise[best] && finer > 0.5 * coarser)
-        return reject(question->instance, "%s: %s has no derivative here, which differs to both sides by %g of %g", call,
-                      name, gap[best], central[best]);
-    *result = central[best] + (central[best] - central[best - 1]) / (FINER * FINER - 1.0);
+    if (gap[best] > KINK * fabs(found[best]) + noise[best] && finer > 0.5 * coarser)
+        return decline(question->instance, "%s: %s has no derivative by %s here, which differs to both sides by %g of %g",
+                       call, name, question->input, gap[best], found[best]);
+    *result = found[best] + (found[best] - found[best - 1]) / (FINER * FINER - 1.0);
     return STATUS_OK;
 }
 
@@ -109,16 +151,17 @@ static Status ask(Question *question, const char *call, const double *seed, doub
             results[j] = 0.0;
         return STATUS_OK;
     }
+    choose_places(question, seed, share);
     int64_t fault = probe(question, seed, 0.0, question->answers);
     for (int k = 0; k < LEVELS && !fault; k++, finer /= FINER) {
-        int64_t down = probe(question, seed, -finer, answer(question, k, 0));
-        question->valid[k] = !down && !probe(question, seed, finer, answer(question, k, 1));
+        int64_t first = probe(question, seed, question->places[0] * finer, answer(question, k, 0));
+        question->valid[k] = !first && !probe(question, seed, question->places[1] * finer, answer(question, k, 1));
     }
     char reason[TEXT_SIZE];
     memcpy(reason, instance->now->outcome.reason, TEXT_SIZE);
     memcpy(instance->now, question->before, instance->saved_size);
     if (fault)
-        return reject(instance, "%s: the next step cannot be taken: %s", call, reason);
+        return decline(instance, "%s: the next step cannot be taken: %s", call, reason);
     for (size_t j = 0; j < question->n && status == STATUS_OK; j++)
         status = settle_one(question, call, share, j, results + j);
     return status;
@@ -144,9 +187,9 @@ static Status prepare(Question *question, const char *call, char **block)
     if ((question->n && !question->unknowns) || (question->n_knowns && !question->knowns))
         return fail(instance, "%s: references is NULL", call);
     if (!are_of(instance, question->unknowns, question->n, 1) || !are_of(instance, question->knowns, question->n_knowns, 0))
-        return reject(instance, "%s: there are derivatives of Real outputs by Real inputs alone", call);
+        return decline(instance, "%s: there are derivatives of Real outputs by Real inputs alone", call);
     if (!(instance->run.step_size > 0.0))
-        return reject(instance, "%s: derivatives are those over a step of the size of the last one; there was none", call);
+        return decline(instance, "%s: derivatives are those over a step of the size of the last one; there was none", call);
     size_t saved = (instance->saved_size + 15) / 16 * 16, own = question->n + question->n_knowns;
     *block = malloc(saved + ((1 + 2 * LEVELS) * question->n + own) * sizeof(double));
     if (!*block)

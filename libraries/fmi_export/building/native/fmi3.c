@@ -324,7 +324,7 @@ static Status derivatives(Instance *instance, const char *call,
     const Derivatives values = {of_unknowns, of_knowns, n_of_unknowns, n_of_knowns};
     Status status = of_unknowns && of_knowns
                         ? find(instance, call, &values, seed, results)
-                        : reject(instance, "%s: seed and sensitivity must have a value for each of Float64 variables", call);
+                        : decline(instance, "%s: seed and sensitivity must have a value for each of Float64 variables", call);
     free(of_unknowns);
     free(of_knowns);
     return status;

@@ -72,17 +72,32 @@ Status slave_categories(Instance *instance, const char *call, const char *const 
 
 /* Refusals ------------------------------------------------------------------------------------------------------- */
 
-Status reject(Instance *instance, const char *format, ...)
+static Status refuse(Instance *instance, Status status, const char *format, va_list arguments)
 {
     char text[TEXT_SIZE];
-    va_list arguments;
-    va_start(arguments, format);
     vsnprintf(text, sizeof text, format, arguments);
-    va_end(arguments);
     if (!instance->now->outcome.fault)
         snprintf(instance->now->outcome.reason, TEXT_SIZE, "%s", text);
-    log_status(instance, STATUS_ERROR, "%s", text);
-    return STATUS_ERROR;
+    log_status(instance, status, "%s", text);
+    return status;
+}
+
+Status reject(Instance *instance, const char *format, ...)
+{
+    va_list arguments;
+    va_start(arguments, format);
+    Status status = refuse(instance, STATUS_ERROR, format, arguments);
+    va_end(arguments);
+    return status;
+}
+
+Status decline(Instance *instance, const char *format, ...)
+{
+    va_list arguments;
+    va_start(arguments, format);
+    Status status = refuse(instance, STATUS_DISCARD, format, arguments);
+    va_end(arguments);
+    return status;
 }
 
 Status fail(Instance *instance, const char *format, ...)

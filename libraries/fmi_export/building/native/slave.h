@@ -3,9 +3,9 @@
 
    Functions get the name of the FMI call for their messages. Every call that is refused answers STATUS_ERROR and logs the
    reason. A fault of a step and a wrong call put the instance into the error state, from which a reset and a state from
-   before lead; `reject` and `unsupported` leave it as it was. No step is answered with STATUS_DISCARD, and no fault is an
-   end that the model wants: FMI 3.0 promises with the former the state from before the step, and hosts take the latter for
-   success. */
+   before lead; `reject` and `unsupported` leave it as it was. A question without an answer is answered STATUS_DISCARD,
+   after which FMI 3.0 lets a host go on. No step is: FMI 3.0 would promise the state from before it. No fault is an end that
+   the model wants, which hosts take for success. */
 
 #ifndef AMB_SLAVE_H
 #define AMB_SLAVE_H
@@ -78,6 +78,9 @@ Status fail(Instance *instance, const char *format, ...);
 
 /* Refuse a call that changed nothing, and live on. */
 Status reject(Instance *instance, const char *format, ...);
+
+/* Leave a question without an answer, and live on. */
+Status decline(Instance *instance, const char *format, ...);
 
 /* A question that the standards leave optional: refused, and the instance lives on. */
 Status unsupported(const Instance *instance, Status status, const char *call, const char *why);
