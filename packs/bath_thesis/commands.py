@@ -7,7 +7,7 @@ import click
 from amb_cosim import studies
 from amb_cosim.commands.analysis import CLOSED_BEARINGS, UP_TO, UP_TO_50_HZ, add_study
 from amb_cosim.commands.cli import main
-from amb_cosim.commands.options import FLAVOUR, JSON, ROTOR
+from amb_cosim.commands.options import FLAVOUR, JSON, ROTOR, SPEED
 from amb_cosim.commands.printing import print_result
 
 MEASURED_AT = "5 Hz,10 Hz,15 Hz,16 Hz,20 Hz,25 Hz,30 Hz,35 Hz,45 Hz"
@@ -31,7 +31,7 @@ add_study(
 )
 add_study(
     "reduction",
-    click.option("--up-to", default="500 rad/s", show_default=True, help="Highest spin speed; also in Hz."),
+    click.option("--up-to", type=SPEED, default="500 rad/s", show_default=True, help="Highest spin speed."),
     click.option("--unbalance", default="0.5 g.m", show_default=True, help="Unbalance on D1."),
 )
 add_study("coupling_error", FLAVOUR)
@@ -47,7 +47,7 @@ add_study(
     "synchronous_response",
     ROTOR,
     UP_TO_50_HZ,
-    click.option("--at", default=MEASURED_AT, show_default=True, help="Speeds of the identifications."),
+    click.option("--at", type=SPEED, default=MEASURED_AT, show_default=True, help="Speeds of the identifications."),
     *CLOSED_BEARINGS,
     FLAVOUR,
     shows_progress=True,

@@ -77,7 +77,7 @@ def test_critical_speeds_are_on_the_synchronous_line(runner, tmp_path):
 @pytest.mark.slow
 def test_more_planes_condense_with_smaller_errors(runner, tmp_path):
     for planes in ("1,4,11,13", "1,3,4,6,8,10,11,12,13"):
-        assert runner("study", "tables", "--planes", planes, "-o", planes, "--up-to", "145").exit_code == 0
+        assert runner("study", "tables", "--planes", planes, "-o", planes, "--up-to", "145 rad/s").exit_code == 0
     few, many = (
         json.loads((tmp_path / planes / "tables.json").read_text())["condensation"]
         for planes in ("1,4,11,13", "1,3,4,6,8,10,11,12,13")

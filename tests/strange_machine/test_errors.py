@@ -40,6 +40,9 @@ COMMANDS = {
     "report --units m/s": "units = 'm/s' is not allowed",
     "modes --rotor text.toml": "is not valid TOML",
     "study campbell --rotor expander.toml --speed fast": "speed = 'fast' is no number",
+    "modes --rotor expander.toml --speeds '100 Hz, 12000'": "--speeds 12000 has no unit; write for example '12000 rpm'",
+    "study poles levitation.toml --up-to 12000": "--up-to 12000 has no unit; write for example '12000 rpm'",
+    "new fan --mass 60kg --length 1m --speed 12000": "--speed 12000 has no unit; write for example '12000 rpm'",
     "study modes --rotor expander.toml --speed 3kg": "speed = '3kg' has unit kg, which cannot be converted to rad/s",
     "study unbalance_response --rotor expander.toml --node 99": "node = 99 is not allowed; it must be a node",
     "study h_matrix --rotor blind.toml": "bearing 'north' has no sensors",
@@ -54,6 +57,9 @@ COMMANDS = {
     "simulate text.toml": "is not valid TOML",
     "sweep levitation.toml --vary Omega=1kg:2kg:3": "Omega = '1.0 kg' has unit kg",
     "sweep levitation.toml --vary rotor_contact.turbine.u=1m,2m": "has unit m, which cannot be converted to kg.m",
+    "sweep levitation.toml --vary step.rotor_contact.turbine.u=5:40:5": (
+        "write the unit that is meant, such as step.rotor_contact.turbine.u='5 kg.m'"
+    ),
     "compare levitation.toml levitation.toml --set 2:rotor_contact.turbin.u=1": "did you mean turbine.u",
     "animate levitation.toml": "levitation.toml is no result of a run, or damaged",
     "list --filter nothing_like_it": "no scenario and no sweep has the words 'nothing_like_it'",

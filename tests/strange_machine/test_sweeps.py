@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
+
 import numpy as np
 import pytest
+from click.testing import CliRunner
 from strange_machine import RUB
 
+from amb_cosim.commands.cli import main
 from amb_cosim.scenario.scenario import Scenario
 from amb_cosim.sweeps.maps import draw_map
 from amb_cosim.sweeps.phases import distribution, draw_distribution
@@ -52,6 +57,26 @@ def at(labyrinth: float, catch: float) -> dict[str, float]:
 def test_the_summary_tells_at_which_site_the_largest_force_is(tmp_path):
     swept = filled(tmp_path, {"a.x": "1:3:3"}, [at(3.0, 4.0), at(9.0, 4.0), at(2.0, 5.0)])
     assert swept.summary == "3 runs, 3 recovered; peak contact force up to 9 N at LABYRINTH, with x = 2"
+
+
+def test_a_sweep_without_a_run_that_succeeded_ends_with_exit_code_1(tmp_path, monkeypatch):
+    swept = filled(tmp_path / "store", {"a.x": "1:3:3"}, [None, None, None])
+    monkeypatch.setattr("amb_cosim.sweeps.run.sweep", lambda *_, **__: swept)
+    arguments = ["sweep", str(RUB), "--vary", "a.x=1:3:3", "--no-plots", "-o", str(tmp_path)]
+    ended = CliRunner().invoke(main, arguments)
+    assert (ended.exit_code, ended.stdout.splitlines()[0]) == (1, "3 runs, 3 failed")
+    assert "no run of the sweep succeeded" in ended.stderr
+
+
+@pytest.mark.slow
+def test_a_script_without_a_main_guard_is_told_to_have_one(tmp_path):
+    script = tmp_path / "script.py"
+    call = f"amb_cosim.sweep({str(RUB)!r}, {{'Omega': ['300 rad/s']}}, output='out', until='1 ms', jobs=1)"
+    script.write_text(f"import amb_cosim\n{call}\n")
+    ended = subprocess.run([sys.executable, script], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert ended.returncode == 1
+    assert 'if __name__ == "__main__":' in ended.stderr.splitlines()[-1]
+    assert ended.stderr.count("Traceback") == 1
 
 
 def test_the_summary_begins_with_runs_that_failed(tmp_path):

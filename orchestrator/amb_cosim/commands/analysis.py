@@ -11,7 +11,7 @@ import click
 
 from amb_cosim import studies
 from amb_cosim.commands.cli_errors import refusing
-from amb_cosim.commands.options import FLAVOUR, JSON, ROTOR, SETTINGS, UNITS, Option, output
+from amb_cosim.commands.options import FLAVOUR, JSON, ROTOR, SETTINGS, SPEED, UNITS, Option, output
 from amb_cosim.commands.packs import PackCommands
 from amb_cosim.commands.printing import print_result
 from amb_files.atomic import check_writable
@@ -24,8 +24,8 @@ MASS = click.option(
 )
 SCENARIO = click.argument("scenario", required=False)
 COUNT = click.option("--count", type=int, default=8, show_default=True, help="Number of modes, the lowest first.")
-UP_TO = click.option("--up-to", default="628 rad/s", show_default=True, help="Highest spin speed; also in Hz.")
-UP_TO_50_HZ = click.option("--up-to", default="50 Hz", show_default=True, help="Highest speed; also in rad/s.")
+UP_TO = click.option("--up-to", type=SPEED, default="628 rad/s", show_default=True, help="Highest spin speed.")
+UP_TO_50_HZ = click.option("--up-to", type=SPEED, default="50 Hz", show_default=True, help="Highest speed.")
 CONTROLLER = click.option(
     "--controller", metavar="FILE", help="Controller file (TOML, .npz, .mat) or FMU in place of the scenario's."
 )
@@ -38,7 +38,7 @@ CLOSED_BEARINGS = (
 @click.command()
 @ROTOR
 @MASS
-@click.option("--speeds", default="90,120,145", show_default=True, help="Spin speeds in rad/s, or with their unit.")
+@click.option("--speeds", type=SPEED, default="90 rad/s,120 rad/s,145 rad/s", show_default=True, help="Spin speeds.")
 @COUNT
 @JSON
 def modes(as_json: bool, **options: Any) -> None:
@@ -101,14 +101,14 @@ add_study(
     MASS,
     UP_TO,
     COUNT,
-    click.option("--speed", help="Speed of the machine, which the figure marks; also in Hz."),
+    click.option("--speed", type=SPEED, help="Speed of the machine, which the figure marks."),
     click.option("--full", is_flag=True, help="Analyse the full model, not the smallest one within 1e-5."),
 )
 add_study(
     "modes",
     ROTOR,
     MASS,
-    click.option("--speed", default="90 rad/s", show_default=True, help="Spin speed; also in Hz."),
+    click.option("--speed", type=SPEED, default="90 rad/s", show_default=True, help="Spin speed."),
     COUNT,
 )
 add_study(
@@ -137,7 +137,7 @@ add_study(
     SCENARIO,
     ROTOR,
     CONTROLLER,
-    click.option("--speed", help="Spin speed; that of the scenario by default."),
+    click.option("--speed", type=SPEED, help="Spin speed; that of the scenario by default."),
     click.option("--amplifier", is_flag=True, help="Amplifiers with bandwidth and voltage limit."),
     click.option("--delay", is_flag=True, help="Delay currents by one sample."),
     click.option("--sample-time", help="Sample time of the controller; that of the scenario by default."),
@@ -149,7 +149,7 @@ add_study(
     SCENARIO,
     ROTOR,
     CONTROLLER,
-    click.option("--up-to", help="Highest spin speed; 1.5 times that of the scenario by default."),
+    click.option("--up-to", type=SPEED, help="Highest spin speed; 1.5 times that of the scenario by default."),
     COUNT,
     SETTINGS,
     FLAVOUR,
@@ -159,10 +159,10 @@ add_study(
     SCENARIO,
     ROTOR,
     CONTROLLER,
-    click.option("--speed", help="Spin speed of the machine; that of the scenario by default."),
+    click.option("--speed", type=SPEED, help="Spin speed of the machine; that of the scenario by default."),
     click.option("--unbalance", help="Its unbalance; that at the end of the scenario by default."),
     click.option("--place", metavar="DISC", help="Where the unbalance is; as in the scenario by default."),
-    click.option("--up-to", help="Highest spin speed of the map; twice that of the machine by default."),
+    click.option("--up-to", type=SPEED, help="Highest spin speed of the map; twice that of the machine by default."),
     click.option("--unbalance-up-to", help="Largest unbalance of the map; twice that of the machine by default."),
     SETTINGS,
     FLAVOUR,
@@ -189,7 +189,7 @@ add_study("receptance", ROTOR, UP_TO_50_HZ, *CLOSED_BEARINGS)
 add_study(
     "waterfall",
     click.argument("source", required=False),
-    click.option("--up-to", default="60 Hz", show_default=True, help="Highest frequency; also in rad/s."),
+    click.option("--up-to", type=SPEED, default="60 Hz", show_default=True, help="Highest frequency."),
     click.option("--window", help="Length of a window; 1 s, or an eighth of a shorter run, by default."),
     ROTOR,
     SETTINGS,
@@ -202,7 +202,7 @@ add_study(
 @SCENARIO
 @ROTOR
 @CONTROLLER
-@click.option("--at", metavar="SPEED", help="Spin speed; that of the scenario by default.")
+@click.option("--at", type=SPEED, help="Spin speed; that of the scenario by default.")
 @click.option("--input", "inputs", multiple=True, metavar="PATTERN", help="component.variable; free ones by default.")
 @click.option("--shown", "outputs", multiple=True, metavar="PATTERN", help="component.variable; all by default.")
 @click.option("--component", "components", multiple=True, metavar="NAME", help="Of the model; all by default.")

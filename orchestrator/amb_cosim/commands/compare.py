@@ -39,7 +39,7 @@ def compare(
     settings: tuple[str, ...],
     rotors: tuple[str, ...],
     flavours: tuple[str, ...],
-    until: float | None,
+    until: str | None,
     output: Path | None,
     no_plots: bool,
 ) -> None:

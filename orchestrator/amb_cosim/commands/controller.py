@@ -8,12 +8,12 @@ from typing import Any
 import click
 
 from amb_cosim.commands.cli_errors import refusing
-from amb_cosim.commands.options import FLAVOUR, FMI, JSON, PLATFORMS, ROTOR, output
+from amb_cosim.commands.options import FLAVOUR, FMI, JSON, PLATFORMS, ROTOR, SPEED, output
 from amb_cosim.commands.printing import show as print_data
 from amb_files.atomic import check_writable
 
 FILE = click.argument("file", type=click.Path(path_type=Path))
-SPEED = click.option("--speed", default="0 rpm", metavar="SPEED", help="Speed of the law and of the rotor's modes.")
+AT_SPEED = click.option("--speed", type=SPEED, default="0 rpm", help="Speed of the law and of the rotor's modes.")
 
 
 @click.group()
@@ -28,7 +28,7 @@ def controller() -> None:
 @FILE
 @output("Bode plots to write.", metavar="PNG")
 @ROTOR
-@SPEED
+@AT_SPEED
 @JSON
 def show(file: Path, output: Path | None, rotor: str | None, speed: str, as_json: bool) -> None:
     """Print a sampled controller and draw its Bode plots.

@@ -9,15 +9,16 @@ import click
 
 from amb_cosim import studies
 from amb_cosim.commands.cli_errors import Failed, interrupted, refusing
-from amb_cosim.commands.options import FLAVOUR, ROTOR, SETTINGS, output
+from amb_cosim.commands.options import FLAVOUR, ROTOR, SETTINGS, SPEED, output
 from amb_files.atomic import check_writable
 
 
 @click.command()
 @click.option(
     "--speeds",
+    type=SPEED,
     metavar="LIST",
-    help="Spin speeds with commas, each in rad/s or with its unit (5 Hz,10 Hz); twelve from 5 to 35 Hz by default.",
+    help="Spin speeds with commas, each with its unit (5 Hz,10 Hz); twelve from 5 to 35 Hz by default.",
 )
 @output("Table of receptances; what it holds of other speeds stays.", "receptances.toml")
 @click.option("--scenario", metavar="NAME|FILE", help="Scenario whose machine and parameters are taken.")

@@ -8,7 +8,7 @@ from pathlib import Path
 import click
 
 from amb_cosim.commands.cli_errors import refusing
-from amb_cosim.commands.options import FLAVOUR
+from amb_cosim.commands.options import FLAVOUR, SPEED
 from amb_cosim.cosim.choices import Flavour
 
 
@@ -17,7 +17,7 @@ from amb_cosim.cosim.choices import Flavour
 @click.option("--rotor", metavar="NAME|FILE", help="Rotor file of the drawing (TOML), or a rotor of a pack.")
 @click.option("--mass", help="Mass of the rotor, such as '60 kg', where there is no drawing yet.")
 @click.option("--length", help="Its length, such as '1.2 m'.")
-@click.option("--speed", prompt=True, help="Its highest speed in operation, such as '12000 rpm'.")
+@click.option("--speed", type=SPEED, prompt=True, help="Its highest speed in operation, such as '12000 rpm'.")
 @click.option(
     "--bearings",
     metavar="'Z Z'",

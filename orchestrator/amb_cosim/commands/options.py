@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from pathlib import Path
 
@@ -34,6 +35,31 @@ def _choose_units(context: click.Context, _: click.Parameter, text: str) -> None
             context.with_resource(units(text))
 
 
+def _is_number(text: str) -> bool:
+    try:
+        return math.isfinite(float(text))
+    except ValueError:
+        return False
+
+
+class Speed(click.ParamType):
+    """One speed or several with commas, each with its unit: a number alone could be rpm as well as rad/s."""
+
+    name = "speed"
+
+    def convert(self, value: str, param: click.Parameter | None, ctx: click.Context | None) -> str:
+        """Return the text, or refuse a number other than 0 without a unit."""
+        option = "" if param is None else param.opts[0]
+        with refusing():
+            for part in value.split(","):
+                if _is_number(part) and float(part):
+                    raise ValueError(
+                        f"{option} {part.strip()} has no unit; write for example '12000 rpm', '200 Hz', '1257 rad/s'"
+                    )
+        return value
+
+
+SPEED = Speed()
 JSON = click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 NO_PLOTS = click.option("--no-plots", is_flag=True, help="Draw no figures.")
 UNITS: Option = click.option(
@@ -46,7 +72,7 @@ UNITS: Option = click.option(
     help="Units of figures: rpm, Hz or rad/s; mm, um or m; N or kN. By default rad/s, others by their size.",
 )
 EXPLAIN = click.option("--explain", is_flag=True, help="Print warnings whole, not cut to a line of the terminal.")
-UNTIL = click.option("--until", type=float, metavar="SECONDS", help="End of a run, from the beginning of cycle 0.")
+UNTIL = click.option("--until", metavar="TIME", help="End of a run, 0.3 (s) or 300ms, from the beginning of cycle 0.")
 ROTOR = click.option(
     "--rotor", metavar="NAME|FILE", help="Rotor of a pack, or rotor file (TOML); the packs' default without."
 )

@@ -66,6 +66,7 @@ def run(
     """Run a scenario, its TOML file or an SSP archive."""
     if Path(name).suffix == ".ssp":
         from amb_cosim.cosim.tables import time_of
+        from amb_cosim.cosim.values import quantity
 
         fixed = {f"--{option}": options.pop(option) for option in ("rotor", "receptances")}
         fixed |= {"--save-at": options.pop("save_at") or None, "--from": options.pop("start")}
@@ -75,7 +76,9 @@ def run(
             if unused:
                 raise ValueError(f"{' and '.join(unused)} cannot be used with an SSP archive, which has its FMUs in it")
             step_size = None if step is None else time_of(step, "--step")
-        _simulate(Path(name), output, explain, stop_time=options.pop("until"), step_size=step_size, **options)
+            until = options.pop("until")
+            stop_time = None if until is None else quantity(until, "s", "--until")
+        _simulate(Path(name), output, explain, stop_time=stop_time, step_size=step_size, **options)
         return
     from rich.console import Console
 

@@ -64,6 +64,7 @@ def sweep(name: str, vary: tuple[str, ...], output: Path | None, no_plots: bool,
         options["metrics"] = [_function(text) for text in options["metrics"]]
         scenario, merged = _request(name, options | {"vary": parse_vary(vary)})
         from amb_cosim.sweeps.engine import ClusterFailed
+        from amb_cosim.sweeps.outcomes import BROKEN_OFF
         from amb_cosim.sweeps.run import sweep as run_sweep
 
         try:
@@ -78,6 +79,8 @@ def sweep(name: str, vary: tuple[str, ...], output: Path | None, no_plots: bool,
             draw_sweep(swept)
     click.echo(swept.summary)
     click.echo(f"results in {folder}")
+    if not {*swept.outcomes} - {*BROKEN_OFF, ""}:
+        raise Failed(f"no run of the sweep succeeded; reasons are above and in {folder}")
 
 
 def _request(name: str, given: Mapping[str, Any]) -> tuple[str, dict[str, Any]]:

@@ -130,7 +130,7 @@ def compare(
     set: Mapping[str, Raw] | Sequence[Mapping[str, Raw] | None] | None = None,
     rotor: str | Path | Sequence[str | Path | None] | None = None,
     flavour: Flavour | Sequence[Flavour] = "native",
-    until: float | None = None,
+    until: Raw | None = None,
     progress: bool | Progress | None = None,
 ) -> Comparison:
     """Run scenarios, or read results, and return them side by side.
@@ -149,7 +149,7 @@ def compare(
     flavour
         `native` or `python`.
     until
-        End of the runs in s from the beginning of cycle 0.
+        End of the runs from the beginning of cycle 0, in s or as a text with a unit.
     progress
         As in `run`.
 

@@ -17,7 +17,7 @@ def export_ssp(
     path: str | Path,
     *,
     set: Mapping[str, Raw] | None = None,
-    until: float | None = None,
+    until: Raw | None = None,
     rotor: str | Path | None = None,
     receptances: str | Path | None = None,
     flavour: Flavour = "native",

@@ -12,7 +12,7 @@ from amb_cosim.cosim.assignments import Assignments
 from amb_cosim.cosim.experiment import Experiment, InputChange, Plan, Profile
 from amb_cosim.cosim.planning import plan_experiment
 from amb_cosim.cosim.time_grid import is_on_grid, nearest_point, nearest_steps
-from amb_cosim.cosim.values import Raw, convert
+from amb_cosim.cosim.values import Raw, convert, quantity
 from amb_cosim.results.places import Places, places_of
 from amb_cosim.scenario.coupling import delay, predictable
 from amb_cosim.scenario.gravity import Gravity, set_gravity
@@ -62,7 +62,7 @@ def plan_scenario(
     scenario: Scenario,
     assembly: Assembly,
     settings: Mapping[str, Raw] | None = None,
-    until: float | None = None,
+    until: Raw | None = None,
     recorded: Sequence[str] | None = None,
     first: FirstValues | None = None,
 ) -> ScenarioPlan:
@@ -75,8 +75,8 @@ def plan_scenario(
     settings
         Values by `component.variable`, or by a signal's name, that replace the scenario's first values.
     until
-        End of the run in s from the beginning of cycle 0, in place of the scenario's. It is rounded to whole steps,
-        which a notice tells.
+        End of the run from the beginning of cycle 0, in s or with its unit, in place of the scenario's. It is rounded
+        to whole steps, which a notice tells.
     recorded
         Patterns of all that is recorded, in place of what the scenario, summary and figures ask for.
     first
@@ -91,6 +91,7 @@ def plan_scenario(
     values, given = first.values.copy(), first.given
     coupling = scenario.coupling or assembly.system.coupling
     period, h = 2.0 * math.pi / positive_speed(values.inputs[SPEED]), scenario.step_size(coupling)
+    end = None if until is None else quantity(until, "s", "until")
     events: list[InputChange] = []
     marks: dict[str, int] = {}
     for number, event in enumerate(scenario.event, 1):
@@ -100,7 +101,7 @@ def plan_scenario(
         events += [InputChange(moment, name, value, told) for name, value in _scaled(event.set, scenario, values)]
     experiment = Experiment(
         step_size=h,
-        stop_time=scenario.end(period) if until is None else nearest_steps("until", until, h) * h,
+        stop_time=scenario.end(period) if end is None else nearest_steps("until", end, h) * h,
         start_time=-scenario.settle_cycles * period,
         events=tuple(events),
         profiles=_speed_profile(scenario, values, period, h),
@@ -115,7 +116,7 @@ def plan_scenario(
     )
     plan = plan_experiment(experiment, values)
     planned = {f.name: getattr(plan, f.name) for f in fields(Plan)}
-    planned["notices"] = (*plan.notices, *_rounded(until, plan))
+    planned["notices"] = (*plan.notices, *_rounded(end, plan))
     return ScenarioPlan(**planned, period=period, marks=marks, idle=tuple(idle_switches(values, given)))
 
 

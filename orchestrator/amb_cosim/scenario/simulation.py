@@ -45,7 +45,7 @@ def run(
     scenario: str | Path | Scenario,
     *,
     set: Mapping[str, Raw] | None = None,
-    until: float | None = None,
+    until: Raw | None = None,
     rotor: str | Path | None = None,
     receptances: str | Path | None = None,
     fmu: Mapping[str, str | PathLike[str]] | None = None,
@@ -68,7 +68,7 @@ def run(
         Values by `component.variable` that replace the scenario's: `{"rotor_contact.seal.clearance": "0.6 mm"}`. A
         number is in the unit of the variable.
     until
-        End of the run in s from the beginning of cycle 0.
+        End of the run from the beginning of cycle 0, in s or as a text with a unit.
     rotor, receptances
         Name of a rotor of a pack, or rotor file, and table of receptances for the controller's H, in
         place of the scenario's.
@@ -150,7 +150,7 @@ class Prepared:
 def prepare(
     scenario: Scenario,
     settings: Mapping[str, Raw] | None = None,
-    until: float | None = None,
+    until: Raw | None = None,
     flavour: Flavour = "native",
 ) -> Prepared:
     """Find the FMUs of a scenario, check its system and plan it; see `plan_scenario` for the arguments.
@@ -192,7 +192,7 @@ def plan_prepared(
     scenario: Scenario,
     assembly: Assembly,
     settings: Mapping[str, Raw] | None = None,
-    until: float | None = None,
+    until: Raw | None = None,
     recorded: Sequence[str] | None = None,
     first: FirstValues | None = None,
 ) -> Prepared:

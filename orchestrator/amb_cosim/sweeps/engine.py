@@ -14,6 +14,7 @@ from __future__ import annotations
 import asyncio
 import logging
 import math
+import multiprocessing
 import threading
 import time
 from collections import deque
@@ -94,19 +95,40 @@ def connect(scheduler: str | None = None, jobs: int | None = None) -> Iterator[C
                 client.status = "closed"  # else it is tried again as garbage, where the error is a traceback
 
 
+def end_if_imported_anew() -> None:
+    """End a new process of a local cluster that has come here by importing the user's script, which has no main guard.
+
+    The process that started it raises the error of `local_cluster`.
+    """
+    if getattr(multiprocessing.current_process(), "_inheriting", False):
+        raise SystemExit(1)
+
+
 def local_cluster(jobs: int | None, security: bool | None = True) -> LocalCluster:
-    """Start processes with one thread each, which let nobody in without their certificates if `security` is true."""
+    """Start processes with one thread each, which let nobody in without their certificates if `security` is true.
+
+    Raises
+    ------
+    ClusterFailed
+        If the processes end as they start.
+    """
     from distributed import LocalCluster
 
-    return LocalCluster(
-        n_workers=jobs,
-        threads_per_worker=1,
-        dashboard_address="127.0.0.1:0",
-        memory_limit=0,
-        preload=["amb_cosim.sweeps.local_worker"],
-        silence_logs=logging.CRITICAL,  # the death of a process is told as the outcome of its points
-        security=security,
-    )
+    try:
+        return LocalCluster(
+            n_workers=jobs,
+            threads_per_worker=1,
+            dashboard_address="127.0.0.1:0",
+            memory_limit=0,
+            preload=["amb_cosim.sweeps.local_worker"],
+            silence_logs=logging.CRITICAL,  # the death of a process is told as the outcome of its points
+            security=security,
+        )
+    except RuntimeError as error:
+        raise ClusterFailed(
+            f"no process of the sweep started ({error.__cause__ or error}); a script must call sweep below "
+            'if __name__ == "__main__":, since each process imports it'
+        ) from None
 
 
 def _check_answer(scheduler: str) -> None:

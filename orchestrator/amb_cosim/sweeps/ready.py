@@ -6,7 +6,7 @@ from typing import Any
 
 from pydantic import Field
 
-from amb_cosim.cosim.tables import Table
+from amb_cosim.cosim.tables import Table, Value
 from amb_files.packs import files_of
 from amb_files.toml import read_toml, validate
 
@@ -21,7 +21,7 @@ class ReadySweep(Table):
     boundary: str | None = None
     adaptive: str | None = None
     certainty: float | None = None
-    until: float | None = None
+    until: Value | None = None
 
     @property
     def options(self) -> dict[str, Any]:

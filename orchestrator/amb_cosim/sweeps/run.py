@@ -17,20 +17,18 @@ from typing import TYPE_CHECKING, Any
 
 from amb_cosim.cosim.choices import Flavour
 from amb_cosim.cosim.dataset import git_revision
-from amb_cosim.cosim.fmu_interface import Port
-from amb_cosim.cosim.values import Raw
+from amb_cosim.cosim.values import Raw, quantity
 from amb_cosim.presentation.progress import SweepReport as Report
 from amb_cosim.presentation.progress import sweep_bar
 from amb_cosim.scenario.scenario import Scenario, given_scenario
-from amb_cosim.scenario.simulation import Prepared
 from amb_cosim.sweeps import outcomes
 from amb_cosim.sweeps.axes import Vary
-from amb_cosim.sweeps.branching import LABELS, varied_labels
-from amb_cosim.sweeps.engine import connect, run_missing
-from amb_cosim.sweeps.panels import common_words
+from amb_cosim.sweeps.branching import varied_labels
+from amb_cosim.sweeps.check import check_points
+from amb_cosim.sweeps.engine import connect, end_if_imported_anew, run_missing
 from amb_cosim.sweeps.sampling import Design, make_design
 from amb_cosim.sweeps.store import SweepStore, open_sweep
-from amb_cosim.sweeps.worker import Metric, Runner, Task
+from amb_cosim.sweeps.worker import Metric, Task
 from fmi_export.building.extras import require_extra
 
 if TYPE_CHECKING:
@@ -97,7 +95,7 @@ def sweep(
     sample: str = "grid",
     seed: int = 0,
     set: Mapping[str, Raw] | None = None,
-    until: float | None = None,
+    until: Raw | None = None,
     rotor: str | Path | None = None,
     receptances: str | Path | None = None,
     flavour: Flavour = "native",
@@ -139,8 +137,8 @@ def sweep(
         that are needed to know it to this share of the range of its values, at two standard deviations of a Gaussian
         process.
     scheduler, jobs
-        Address of a Dask scheduler; or the number of processes of a local cluster, one a processor by default. A script
-        that starts a local cluster needs `if __name__ == "__main__":`, as for any processes in Python.
+        Address of a Dask scheduler; or the number of processes of a local cluster, one per processor by default. A
+        script that starts a local cluster must do so under `if __name__ == "__main__":`.
     progress
         Whether a bar is shown, or a function that is called with the points done, their number, and the address of the
         dashboard.
@@ -154,6 +152,7 @@ def sweep(
     KeyboardInterrupt
         If it was interrupted; what had come until then is kept.
     """
+    end_if_imported_anew()
     require_extra("sweep", "a sweep", "cryptography", "dask", "distributed", "zarr", "SALib")
     scenario = given_scenario(scenario, rotor, receptances)
     unknown = [name for name in keep if name not in (*outcomes.RUN, "all")]
@@ -165,6 +164,7 @@ def sweep(
 
         check_refinement(design, refine, boundary)
     goal = None if adaptive is None else _goal(adaptive, certainty, bool(metrics), refine)
+    until = None if until is None else quantity(until, "s", "until")
     task = Task(scenario, dict(set or {}), until, flavour, tuple(metrics), tuple(keep), varied_labels(design))
     guids, units, described = check_points(task, design)
     design = design.with_units(units)
@@ -228,51 +228,6 @@ def _refine(
         run_missing(client, name, task, of_round, report)
         refinement.learn(of_round.dataset())
     refinement.save(store)
-
-
-def check_points(task: Task, design: Design) -> tuple[dict[str, str], dict[str, str], dict[str, str]]:
-    """Check the values of a sweep one by one; return the guids of its FMUs, and units and descriptions of what varies.
-
-    FMUs are built if need be.
-
-    Raises
-    ------
-    ValueError
-        If a name or a value is wrong.
-    """
-    runner = Runner(task)
-    guids: dict[str, str] = {}
-    units: dict[str, str] = {}
-    described: dict[str, str] = {}
-    sampled = design.sampling != "grid" and len(design.axes) == 1
-    for point in (0, design.size - 1) if sampled else design.corners():
-        settings = design.settings(point)
-        prepared = runner.prepare(settings)
-        if not set(guids) >= {fmu.path.stem for fmu in prepared.fmus.values()}:
-            guids |= {prepared.fmus[c].path.stem: interface.guid for c, interface in prepared.interfaces.items()}
-        for name in settings:
-            ports = _ports_of(prepared, name)
-            if ports and ports[0].unit:
-                units.setdefault(name, ports[0].unit)
-            if words := common_words([port.description for port in ports]):
-                described.setdefault(name, words)
-    return guids, units, described
-
-
-def unit_of(prepared: Prepared, name: str) -> str:
-    """Return the unit of what is varied under a name; empty where it has none or is no variable."""
-    ports = _ports_of(prepared, name)
-    return (ports[0].unit or "") if ports else ""
-
-
-def _ports_of(prepared: Prepared, name: str) -> list[Port]:
-    """Return the variables that are varied under a name; none where it is none."""
-    label, _, rest = name.partition(".")
-    values = prepared.assembly.assignments()
-    try:
-        return [values.port(found) for found in values.matching(rest if label in LABELS else name)]
-    except ValueError:
-        return []
 
 
 def _request(task: Task) -> dict[str, Any]:

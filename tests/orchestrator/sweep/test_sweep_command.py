@@ -12,10 +12,10 @@ import amb_cosim
 from amb_cosim.commands.sweep import _function
 from amb_cosim.scenario.simulation import prepare
 from amb_cosim.sweeps import sensitivity as indices
+from amb_cosim.sweeps.check import check_points
 from amb_cosim.sweeps.maps import draw_map
 from amb_cosim.sweeps.ready import ready_sweeps
 from amb_cosim.sweeps.refine import Refinement
-from amb_cosim.sweeps.run import check_points
 from amb_cosim.sweeps.sampling import make_design
 from amb_cosim.sweeps.store import open_sweep
 from amb_cosim.sweeps.worker import Task

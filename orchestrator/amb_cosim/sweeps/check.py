@@ -1,0 +1,93 @@
+"""Checks what a sweep varies, value by value, before anything is run."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+
+from amb_cosim.cosim.fmu_interface import Port
+from amb_cosim.cosim.values import Raw, quantity
+from amb_cosim.scenario.plan import SPEED
+from amb_cosim.scenario.simulation import Prepared
+from amb_cosim.sweeps.branching import LABELS
+from amb_cosim.sweeps.panels import common_words
+from amb_cosim.sweeps.sampling import Design
+from amb_cosim.sweeps.worker import Runner, Task
+
+FAR = 100.0  # times the scenario's own value
+
+
+def check_points(task: Task, design: Design) -> tuple[dict[str, str], dict[str, str], dict[str, str]]:
+    """Check the values of a sweep one by one; return the guids of its FMUs, and units and descriptions of what varies.
+
+    FMUs are built if need be.
+
+    Raises
+    ------
+    ValueError
+        If a name or a value is wrong, or a number without a unit is far from the scenario's.
+    """
+    runner = Runner(task)
+    guids: dict[str, str] = {}
+    units: dict[str, str] = {}
+    described: dict[str, str] = {}
+    sampled = design.sampling != "grid" and len(design.axes) == 1
+    for point in (0, design.size - 1) if sampled else design.corners():
+        settings = design.settings(point)
+        prepared = runner.prepare(settings)
+        if not set(guids) >= {fmu.path.stem for fmu in prepared.fmus.values()}:
+            guids |= {prepared.fmus[c].path.stem: interface.guid for c, interface in prepared.interfaces.items()}
+        for name in settings:
+            ports = _ports_of(prepared, name)
+            if ports and ports[0].unit:
+                units.setdefault(name, ports[0].unit)
+                _refuse_far(task, prepared, name, settings[name])
+            if words := common_words([port.description for port in ports]):
+                described.setdefault(name, words)
+    return guids, units, described
+
+
+def unit_of(prepared: Prepared, name: str) -> str:
+    """Return the unit of what is varied under a name; empty where it has none or is no variable."""
+    ports = _ports_of(prepared, name)
+    return (ports[0].unit or "") if ports else ""
+
+
+def _ports_of(prepared: Prepared, name: str) -> list[Port]:
+    """Return the variables that are varied under a name; none where it is none."""
+    label, _, rest = name.partition(".")
+    values = prepared.assembly.assignments()
+    try:
+        return [values.port(found) for found in values.matching(rest if label in LABELS else name)]
+    except ValueError:
+        return []
+
+
+def _refuse_far(task: Task, prepared: Prepared, name: str, value: Raw) -> None:
+    """Refuse a number without a unit that is more than `FAR` times the scenario's: it may be meant in another unit."""
+    own, unit = _own_value(task, prepared, name), unit_of(prepared, name)
+    if isinstance(value, int | float) and unit != "1" and 0.0 < FAR * own < abs(value):
+        raise ValueError(
+            f"{name} = {value:g} {unit} is {abs(value) / own:.3g} times the scenario's {own:.4g} {unit}; write the "
+            f"unit that is meant, such as {name}='{value:g} {unit}'"
+        )
+
+
+def _own_value(task: Task, prepared: Prepared, name: str) -> float:
+    """Return the largest magnitude that a scenario itself gives what is varied, or its start value; 0 without."""
+    label, _, rest = name.partition(".")
+    scenario, values = task.scenario, prepared.assembly.assignments()
+    tables = [event.set for event in scenario.event if event.label == label] or [scenario.parameters, scenario.inputs]
+    given = {
+        f"{component}.{variable}": raw
+        for table in tables
+        for component, of in table.items()
+        for variable, raw in of.items()
+    }
+    if label not in LABELS:
+        given |= {SPEED: scenario.Omega, **task.settings}
+    varied, found = {*values.matching(rest if label in LABELS else name)}, []
+    for known, raw in given.items():
+        with suppress(ValueError):  # it names nothing of this machine
+            if varied & {*values.matching(known)}:
+                found.append(abs(quantity(raw, unit_of(prepared, name), known)))
+    return max(found) if found else max(abs(port.start or 0.0) for port in _ports_of(prepared, name))

@@ -1,0 +1,20 @@
+"""The end of a run is a number of seconds or a time with its unit, wherever it is given."""
+
+from __future__ import annotations
+
+import pytest
+from strange_machine import LEVITATION
+
+from amb_cosim.scenario.scenario import Scenario
+from amb_cosim.scenario.simulation import prepare
+
+
+@pytest.mark.parametrize("until", ["10 ms", "0.01s", "0.01", "10000 us"])
+def test_a_run_ends_at_a_time_given_with_its_unit(until):
+    scenario = Scenario.load(LEVITATION)
+    assert prepare(scenario, until=until).plan.last == prepare(scenario, until=0.01).plan.last
+
+
+def test_what_is_no_time_does_not_end_a_run():
+    with pytest.raises(ValueError, match="until = '3 mm' has unit mm, which cannot be converted to s"):
+        prepare(Scenario.load(LEVITATION), until="3 mm")
