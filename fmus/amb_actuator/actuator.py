@@ -159,6 +159,7 @@ def model_for(bearings: Sequence[str]) -> Model:
     return Model(
         name="amb_actuator",
         description="Radial active magnetic bearings: force laws with gradient, saturation, amplifiers, faults",
+        author="The amb-cosim authors",
         interface=interface_of(bearings),
         initialise=initialise,
         step=step,

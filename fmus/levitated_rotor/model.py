@@ -29,6 +29,7 @@ def model_for(composite: Composite, name: str, description: str) -> Model:
     return Model(
         name=name,
         description=description,
+        author="The amb-cosim authors",
         interface=interface,
         initialise=no_kernel,
         step=no_kernel,

@@ -220,6 +220,7 @@ def model_for(loop: ControlLoop) -> Model:
     return Model(
         name="rolac_controller",
         description="Sampled PID of magnetic bearings with adaptive control (ROLAC) of synchronous vibration",
+        author="The amb-cosim authors",
         interface=interface_of(loop),
         initialise=initialise,
         step=step,

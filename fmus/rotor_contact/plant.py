@@ -219,6 +219,7 @@ def model_for(planes: Planes) -> Model:
     return Model(
         name="rotor_contact",
         description="Flexible rotor with unbalance that can touch its retainer bearings and other sites",
+        author="The amb-cosim authors",
         interface=interface_of(planes),
         initialise=initialise,
         step=step,

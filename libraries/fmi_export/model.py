@@ -62,6 +62,8 @@ class Model:
         kernels do not depend on it: sizes that do are among the constants.
     linear_state
         What of the state of a model with these constants moves linearly; None where that is not known.
+    author
+        Who made the model; empty where it is not said.
     parts, wiring
         Of an assembly: what is stepped together in place of kernels of its own, and how.
 
@@ -84,6 +86,7 @@ class Model:
     variable_step: bool = True
     layout: Mapping[str, Any] = field(default_factory=dict)
     linear_state: Callable[[Array], LinearState] | None = None
+    author: str = ""
     parts: tuple[AssemblyPart, ...] = ()
     wiring: Wiring | None = None
 

@@ -9,6 +9,8 @@ import pytest
 from fmpy.validation import validate_fmu
 from rig import ACTUATOR
 
+from fmi_export.building.description import model_description
+from fmi_export.building.description3 import model_description3
 from fmi_export.building.integers import with_integers
 from fmi_export.building.python_fmu import build_python_fmu, python_guid
 from fmi_export.building.units import base_unit
@@ -37,6 +39,16 @@ def test_two_builds_have_the_same_guid_and_the_same_description(model, fmu, tmp_
     again = build_python_fmu(model, np.zeros(1), tmp_path)
     assert xml_of(again) == xml_of(fmu)
     assert python_guid(model, np.zeros(1)) in xml_of(again).decode()
+
+
+@pytest.mark.parametrize(("epoch", "told"), [("1700000000", "2023-11-14T22:13:20Z"), (None, None)])
+def test_an_fmu_tells_its_author_and_the_time_that_its_build_is_told(monkeypatch, epoch, told):
+    """SOURCE_DATE_EPOCH is the time of what is built, so that the same commit makes the same bytes."""
+    monkeypatch.delenv("SOURCE_DATE_EPOCH", raising=False)
+    if epoch:
+        monkeypatch.setenv("SOURCE_DATE_EPOCH", epoch)
+    for describe in (model_description(ACTUATOR, "", "", ""), model_description3(ACTUATOR, "", "", "")):
+        assert (describe.get("author"), describe.get("generationDateAndTime")) == ("The amb-cosim authors", told)
 
 
 def test_other_constants_give_another_guid(model):

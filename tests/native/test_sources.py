@@ -101,6 +101,10 @@ def test_the_descriptions_say_what_is_compiled(with_sources, lag, fmi):
     assert "probe_lag.c" in files.sourceFiles
     included = "".join((folder / "sources" / name).read_text() for name in files.sourceFiles)
     assert f"fmi{5 - fmi}" not in included
+    if fmi == 3:
+        build = ElementTree.parse(folder / "sources" / "buildDescription.xml").getroot()
+        (files,) = build.iterfind("BuildConfiguration/SourceFileSet")
+        assert (files.get("compiler"), files.get("compilerOptions")) == ("gcc", OPTIONS), "options are of a compiler"
 
 
 def test_an_fmu_holds_no_c_code_unless_it_is_asked_for(native, lag):

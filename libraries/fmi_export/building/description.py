@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Mapping, Sequence
+from datetime import UTC, datetime
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 from fmi_export.building.units import DISPLAYED, NOMINAL, base_unit, display_unit
 from fmi_export.log_categories import LOG_CATEGORIES
 from fmi_export.model import Model
 from fmi_export.variables import LARGEST, TOOL, Variable
+
+EPOCH = "SOURCE_DATE_EPOCH"  # environment variable: s since 1970, the time that a build tells; without, it tells none
 
 
 def model_description(
@@ -82,6 +86,10 @@ def describe(
         "generationTool": tool,
         "variableNamingConvention": "structured",
     }
+    if model.author:
+        root.set("author", model.author)
+    if epoch := os.environ.get(EPOCH):
+        root.set("generationDateAndTime", datetime.fromtimestamp(int(epoch), UTC).strftime("%Y-%m-%dT%H:%M:%SZ"))
     SubElement(
         root,
         "CoSimulation",

@@ -17,7 +17,7 @@ DOCUMENTATION = "documentation"  # folder of a package with the pictures of its 
 
 DESCRIBING = (  # files here that decide what an archive holds, beside code and data
     *("python_fmu.py", "description.py", "description3.py", "arrays.py"),
-    *("units.py", "documentation.py", "interface_page.py", "experiment.py"),
+    *("units.py", "documentation.py", "interface_page.py", "experiment.py", "terminals.py"),
 )
 
 

@@ -19,6 +19,8 @@ from fmi_export.building.native.compiler import FOLDERS3, TARGETS, check_platfor
 from fmi_export.building.native.data import linear_state_file, model_data
 from fmi_export.building.native.engines import engine, engine_key
 from fmi_export.building.native.portable import build_description, compiled_files, portable_sources
+from fmi_export.building.terminals import FILE as TERMINALS
+from fmi_export.building.terminals import terminals
 from fmi_export.model import Array, Model
 
 Fmi = Literal[2, 3]  # version
@@ -75,7 +77,8 @@ def build_native_fmu(
             content[f"binaries/{place}/{model.name}{TARGETS[platform][0]}"] = one.library
     content |= {ICON3 if fmi == 3 and name == ICON else name: file for name, file in documentation(model).items()}
     content["resources/layout.json"] = json.dumps(dict(model.layout), indent=1).encode()
-    content |= {NOTES: variable_notes(model.interface)} if fmi == 3 else {}
+    if fmi == 3:
+        content |= {NOTES: variable_notes(model.interface), TERMINALS: terminals(model.interface)}
     content |= linear_state_file(model, constants)
     content |= experiment_files(model, constants, by_slot=fmi == 3)
     folder.mkdir(parents=True, exist_ok=True)

@@ -21,6 +21,7 @@ from fmi_export.model import Model
 
 NAMES = "names.h"  # which every file begins with
 DECLARED = re.compile(r"^(?!static|typedef)(?:\w+ )+\**(\w+)\((?=[^;{]*;)", re.MULTILINE)  # functions in a header
+COMPILER = "gcc"
 OPTIONS = "-std=c99 -ffp-contract=off"  # of GCC and Clang: a product and a sum are rounded apart on every processor
 
 
@@ -54,7 +55,7 @@ def build_description(model: Model, code: Iterable[str]) -> bytes:
     """Return buildDescription.xml of FMI 3.0, which says how the files are compiled."""
     root = Element("fmiBuildDescription", fmiVersion="3.0")
     configuration = SubElement(root, "BuildConfiguration", modelIdentifier=model.name)
-    files = SubElement(configuration, "SourceFileSet", language="C99", compilerOptions=OPTIONS)
+    files = SubElement(configuration, "SourceFileSet", language="C99", compiler=COMPILER, compilerOptions=OPTIONS)
     for name in compiled_files(code):
         SubElement(files, "SourceFile", name=name)
     SubElement(

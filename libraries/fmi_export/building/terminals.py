@@ -1,0 +1,35 @@
+"""terminalsAndIcons.xml of FMI 3.0: what an importer connects at once."""
+
+from __future__ import annotations
+
+from xml.etree.ElementTree import Element, SubElement
+
+from fmi_export.building.arrays import slots
+from fmi_export.building.description import xml_file
+from fmi_export.interface import Interface
+from fmi_export.variables import FAULT_CODE
+
+FILE = "terminalsAndIcons/terminalsAndIcons.xml"
+NAME = "signals"
+
+
+def terminals(table: Interface) -> bytes:
+    """Return the file with one terminal, a bus of all inputs and outputs by their names.
+
+    Outputs of this project's models have the names of the inputs that they feed: of two such buses those members are
+    connected which both have, an output to an input.
+    """
+    root = Element("fmiTerminalsAndIcons", fmiVersion="3.0")
+    bus = SubElement(
+        SubElement(root, "Terminals"),
+        "Terminal",
+        name=NAME,
+        matchingRule="bus",
+        description="Inputs and outputs; an output feeds the inputs of its name",
+    )
+    for slot in slots(table):
+        if slot.variables[0].causality != "parameter" and slot.name != FAULT_CODE:
+            SubElement(
+                bus, "TerminalMemberVariable", variableName=slot.name, memberName=slot.name, variableKind="signal"
+            )
+    return xml_file(root)
