@@ -67,9 +67,9 @@ def statements() -> str:
 
 
 def names_of(module: str) -> Iterator[str]:
-    """The directives of mkdocstrings for the functions and classes that a module offers by `__dir__`."""
+    """The directives of mkdocstrings for the functions and classes that a module offers, by `__all__` or `__dir__`."""
     offered = import_module(module)
-    for name in dir(offered):
+    for name in getattr(offered, "__all__", dir(offered)):
         one = getattr(offered, name)
         if isfunction(one) or isclass(one):
             package = module if one.__module__.startswith(f"{module}.") else one.__module__  # of a pack, or of sweeps

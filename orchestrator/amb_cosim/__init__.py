@@ -92,6 +92,7 @@ _MODULES = {
     "load_system": "cosim.system_file",
     "cosim": "cosim",
 }
+__all__ = list(_MODULES)
 
 
 def __getattr__(name: str) -> Any:

@@ -42,7 +42,7 @@ def _is_number(text: str) -> bool:
         return False
 
 
-class Speed(click.ParamType):
+class Speed(click.ParamType):  # type: ignore[type-arg]  # generic in later versions alone
     """One speed or several with commas, each with its unit: a number alone could be rpm as well as rad/s."""
 
     name = "speed"

@@ -1,0 +1,64 @@
+"""The reference page on Python: each parameter has the type and the default of the signature."""
+
+from __future__ import annotations
+
+import inspect
+import sys
+from importlib import import_module
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("griffe", reason="renders the site (extra: docs)")
+sys.path.insert(0, str(Path(__file__).parents[2] / "docs" / "mkdocs"))
+
+import declarations
+import griffe
+
+ROOT = Path(__file__).parents[2]
+
+MODULES = ("amb_cosim", "amb_cosim.studies", "amb_cosim.cosim")
+EXTENSION = str(ROOT / "docs" / "mkdocs" / "own_types.py")
+
+
+@pytest.fixture(scope="module")
+def documented():
+    """The objects that the page shows, by their paths."""
+    loader = griffe.GriffeLoader(
+        extensions=griffe.load_extensions(EXTENSION),
+        search_paths=[ROOT / name for name in ("orchestrator", "libraries", "fmus", "packs")],
+        docstring_parser="numpy",
+    )
+    paths = [line.removeprefix("::: ") for module in MODULES for line in declarations.names_of(module)]
+    for package in {path.partition(".")[0] for path in paths}:
+        loader.load(package)
+    loader.resolve_aliases()
+    found = {}
+    for path in paths:
+        module, _, name = path.rpartition(".")
+        one = getattr(import_module(module), name)
+        found[path] = (one, loader.modules_collection[f"{one.__module__}.{one.__qualname__}"])
+    return found
+
+
+def _rows(shown):
+    sections = [] if shown.docstring is None else shown.docstring.parse("numpy", warnings=False)
+    return [row for section in sections if section.kind.value == "parameters" for row in section.value]
+
+
+def test_each_parameter_has_the_type_and_default_of_its_signature(documented):
+    rows, wrong = 0, []
+    for path, (one, shown) in documented.items():
+        declared = inspect.signature(one).parameters
+        for row in _rows(shown):
+            rows += 1
+            own = declared[row.name]
+            required = own.default is own.empty and own.kind not in (own.VAR_POSITIONAL, own.VAR_KEYWORD)
+            if str(row.annotation) != str(own.annotation).strip("'\"") or (row.value is None) != required:
+                wrong.append(f"{path}({row.name}: {row.annotation} = {row.value}), not {own}")
+    assert rows > 200
+    assert wrong == []
+
+
+def test_the_page_begins_with_run():
+    assert next(declarations.names_of("amb_cosim")) == "::: amb_cosim.run"
