@@ -169,27 +169,38 @@ def linked_statically(command, folder, target):
     return target
 
 
+def on_processor(emulator, target, platform):
+    """The emulator and the target of a processor, skipped where it cannot be emulated."""
+    missing = not shutil.which(emulator) or host_platform() != "linux64"
+    given = {"platform": platform, "what": "within 1e-14"}
+    marks = [
+        pytest.mark.host("a host in C under qemu", emulator, fmus="a lag, from its C code", **given),
+        pytest.mark.skipif(missing, reason=f"needs {emulator}"),
+    ]
+    return pytest.param(emulator, target, marks=marks, id=platform)
+
+
 @pytest.mark.slow
-@pytest.mark.host(
-    "a host in C under qemu",
-    "qemu-riscv64",
-    platform="Linux riscv64",
-    fmus="a lag, from its C code",
-    what="within 1e-14",
-)
-@pytest.mark.skipif(not shutil.which("qemu-riscv64") or host_platform() != "linux64", reason="needs qemu-riscv64")
 @needs_gcc
-def test_on_risc_v_the_c_code_gives_the_numbers_of_this_machine(with_sources, lag, tmp_path):
-    """RISC-V has a multiplication with addition, and rounds, where told, as this machine does."""
+@pytest.mark.parametrize(
+    ("emulator", "target"),
+    [
+        on_processor("qemu-riscv64", "riscv64-linux-musl", "Linux riscv64"),
+        on_processor("qemu-arm", "arm-linux-musleabihf", "Linux armv7"),
+        on_processor("qemu-i386", "x86-linux-musl", "Linux i686"),
+    ],
+)
+def test_on_other_processors_the_c_code_gives_the_numbers_of_this_one(with_sources, lag, tmp_path, emulator, target):
+    """RISC-V has a multiplication with addition, and rounds, where told, as this machine does; two have 32 bits."""
     folder = with_sources(lag, np.zeros(1), 2)
-    zig = (sys.executable, "-m", "ziglang", "cc", "-target", "riscv64-linux-musl")
-    there = linked_statically(zig, folder, tmp_path / "riscv")
+    zig = (sys.executable, "-m", "ziglang", "cc", "-target", target)
+    there = linked_statically(zig, folder, tmp_path / "there")
     here = linked_statically(("gcc",), folder, tmp_path / "here")
     root = ElementTree.parse(folder / "modelDescription.xml").getroot()
     names = [v.get("name") for v in root.iterfind("ModelVariables/*")]
     given = [root.get("guid"), (folder / "resources").as_uri(), names.index("u"), names.index("y"), 200]
     rows = []
-    for program in (["qemu-riscv64", there], [here]):
+    for program in ([emulator, there], [here]):
         command = [*map(str, program), *map(str, given)]
         process = subprocess.run(command, capture_output=True, text=True, check=False, timeout=100)
         assert process.returncode == 0, process.stderr
