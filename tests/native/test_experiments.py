@@ -132,7 +132,7 @@ def test_another_value_is_told_with_its_place(changed, native, moving):
     done = CliRunner().invoke(main, ["verify", str(path)])
     assert done.exit_code == 1
     assert "smoke_test: NOT equal within 1e-06" in done.output
-    assert f"level = {float(row['level'])!r} in place of 0.375 at t = 0.001 s" in done.output
+    assert f"level = {float(row['level'])!r}, reference 0.375, at t = 0.001 s" in done.output
 
 
 def test_last_bits_of_another_machine_are_equal(changed, native, moving):
@@ -168,6 +168,7 @@ def test_a_fault_in_the_experiment_is_told_as_the_fmu_has_it(changed, native, mo
         ("references.csv", "time,", "moment,", "references.csv is no table with a column 'time'"),
         ("references.csv", "level", "lvel", "the FMU has no variables lvel"),
         ("references.csv", "\n0.0,", "\n0.0,zero,", "references.csv is no table with a column 'time'"),
+        ("references.csv", "level", "time", "references.csv has two columns 'time'"),
     ],
 )
 def test_what_is_wrong_with_an_experiment_is_an_error_with_its_place(changed, file, old, new, sentence):
@@ -187,6 +188,65 @@ def test_an_experiment_of_another_kind_is_told_and_not_run(changed, old, new, se
     (one,) = amb_cosim.verify(changed("smoke_test.exp", old, new))
     assert sentence in str(one)
     assert not one.is_equal
+
+
+def with_cell(line: str, column: int, text: str) -> str:
+    cells = line.split(",")
+    cells[column] = text
+    return ",".join(cells)
+
+
+@pytest.mark.parametrize("text", ["nan", "inf", "-inf"])
+def test_references_that_are_not_finite_verify_nothing(changed, native, moving, text):
+    line = ",".join(references(native(moving))[4].values())
+    (one,) = amb_cosim.verify(changed("references.csv", line, with_cell(line, 1, text)))
+    assert not one.is_equal
+    assert "not run, its reference results of " in str(one)
+    assert "are not all finite" in str(one)
+
+
+def test_references_beyond_the_run_verify_nothing(changed, native, moving):
+    line = ",".join(references(native(moving))[-1].values())
+    (one,) = amb_cosim.verify(changed("references.csv", line, with_cell(line, 0, "0.0031")))
+    assert not one.is_equal
+    assert "from 0 s to 0.0031 s, reach beyond the run from 0 s to 0.0025 s" in str(one)
+
+
+def test_a_stop_time_at_the_start_verifies_nothing(changed):
+    (one,) = amb_cosim.verify(changed("smoke_test.exp", 'stopTime="0.0025"', 'stopTime="0"'))
+    assert not one.is_equal
+    assert "its stop time of 0 s is not after its start at 0 s" in str(one)
+
+
+def test_references_with_times_alone_verify_nothing(changed, native, moving):
+    with zipfile.ZipFile(native(moving)) as fmu:
+        table = fmu.read(f"{FOLDER}/references.csv").decode()
+    times = "\n".join(line.split(",")[0] for line in table.splitlines())
+    (one,) = amb_cosim.verify(changed("references.csv", table, times))
+    assert not one.is_equal
+    assert "no numbers to compare with" in str(one)
+
+
+def test_a_tolerance_that_an_fmu_grants_itself_is_capped(changed, native, moving):
+    row = references(native(moving))[4]
+    path = changed("references.csv", ",".join(row.values()), ",".join({**row, "level": "0.375"}.values()))
+    path = path.rename(path.with_name("wrong.fmu"))
+    with zipfile.ZipFile(path) as given, zipfile.ZipFile(path.with_name("lenient.fmu"), "w") as copy:
+        for entry in given.namelist():
+            content = given.read(entry)
+            if entry.endswith("smoke_test.exp"):
+                content = content.replace(b"<Experiment ", b'<Experiment tolerance="1e9" ', 1)
+            copy.writestr(entry, content)
+    (one,) = amb_cosim.verify(path.with_name("lenient.fmu"))
+    assert not one.is_equal
+    assert "NOT equal within 0.001 (the experiment allows 1e+09, which is too much)" in str(one)
+
+
+def test_a_name_with_a_line_break_forges_no_line(changed):
+    path = changed("smoke_test.exp", 'name="smoke_test"', 'name="a&#10;smoke_test: equal"')
+    (one,) = amb_cosim.verify(path)
+    assert "\n" not in str(one)
+    assert str(one).startswith("a\\nsmoke_test: equal: ")
 
 
 def test_times_may_stand_at_the_experiment_itself(changed):

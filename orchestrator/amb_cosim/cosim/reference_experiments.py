@@ -9,6 +9,7 @@ experiment, files with role `result` are what the FMU's default experiment leads
 from __future__ import annotations
 
 import csv
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -116,9 +117,12 @@ def _beside(file: Path, source: str, folder: Path) -> Path:
 def _number(element: Element, key: str, file: Path) -> float | None:
     text = element.get(key)
     try:
-        return None if text is None else float(text)
+        number = None if text is None else float(text)
     except ValueError:
-        raise ValueError(f"{file.name}: {key} = {text!r} is no number") from None
+        number = math.nan
+    if number is not None and not math.isfinite(number):
+        raise ValueError(f"{file.name}: {key} = {text!r} is no number")
+    return number
 
 
 def _parameters(file: Path) -> Iterator[tuple[str, str]]:
@@ -138,4 +142,6 @@ def _table(file: Path) -> Table:
     header = [name.strip() for name in header]
     if "time" not in header or not rows or any(len(row) != len(header) for row in rows):
         raise ValueError(f"{file.name} is no table with a column 'time' and rows of {len(header)} values")
+    if twice := sorted({name for name in header if header.count(name) > 1}):
+        raise ValueError(f"{file.name} has two columns {twice[0]!r}; each must have a name of its own")
     return {name: [row[k] for row in rows] for k, name in enumerate(header)}

@@ -19,7 +19,7 @@ from amb_cosim.cosim.descendants import adopt_orphans, end_descendants
 from amb_cosim.cosim.isolated import end_with_parent, limit_memory
 from amb_cosim.cosim.isolation import ERROR, RECORDING
 from amb_cosim.cosim.reference_experiments import ReferenceExperiment, Table, read_experiments
-from amb_cosim.cosim.verification import TOLERANCE, Deviation, Verified
+from amb_cosim.cosim.verification import MOST_TOLERANCE, TOLERANCE, Deviation, Verified
 
 Numbers = NDArray[np.float64]
 NO_NUMBERS = ("String", "Binary", "Clock")
@@ -46,16 +46,30 @@ def main() -> None:
 
 def _verified(folder: Path, one: ReferenceExperiment) -> Verified:
     """Run an experiment and compare its results with the references."""
-    tolerance = max(TOLERANCE, one.tolerance or 0.0)
+    allowed = one.tolerance or 0.0
+    tolerance = min(max(TOLERANCE, allowed), MOST_TOLERANCE)
     if one.unread:
         return Verified(one.name, tolerance, unread=one.unread)
     description = read_model_description(str(folder), validate=False)
+    default = description.defaultExperiment
+    start_time, stop_time = (
+        float(own if own is not None else getattr(default, name, None) or fallback)
+        for own, name, fallback in ((one.start_time, "startTime", 0.0), (one.stop_time, "stopTime", 1.0))
+    )
+    if wrong := _wrong_times(one.references["time"], start_time, stop_time):
+        return Verified(one.name, tolerance, unread=wrong)
     variables = {v.name: v for v in description.modelVariables}
     names = [name for name in one.references if name != "time"]
     unknown = sorted({*names, *one.stimuli, *one.parameters} - {*variables, "time"})
     if unknown:
         raise ValueError(f"{one.name}: the FMU has no variables {', '.join(unknown)}")
     names = [name for name in names if variables[name].type not in NO_NUMBERS]
+    references = {name: _numbers(name, one.references[name]) for name in names}
+    if not names:
+        return Verified(one.name, tolerance, unread="its reference results have no numbers to compare with")
+    infinite = next((name for name in names if not np.isfinite(references[name]).all()), None)
+    if infinite is not None:
+        return Verified(one.name, tolerance, unread=f"its reference results of {infinite} are not all finite")
     said: list[str] = []
 
     def log(_: Any, __: Any, status: int, ___: Any, text: bytes) -> None:
@@ -68,10 +82,10 @@ def _verified(folder: Path, one: ReferenceExperiment) -> Verified:
         found = simulate_fmu(
             str(folder),
             validate=False,
-            start_time=one.start_time,
-            stop_time=one.stop_time,
+            start_time=start_time,
+            stop_time=stop_time,
             output_interval=one.step_size or _spacing(one.references["time"]),
-            relative_tolerance=one.tolerance,
+            relative_tolerance=min(allowed, MOST_TOLERANCE) or None,
             start_values=parameters | start,
             input=varying,
             output=names,
@@ -79,8 +93,23 @@ def _verified(folder: Path, one: ReferenceExperiment) -> Verified:
         )
     except Exception as error:
         return Verified(one.name, tolerance, failure=said[-1] if said else str(error))
-    compared = {name: one.references[name] for name in ("time", *names)}
-    return _compared(one, tolerance, compared, {name: np.asarray(found[name]) for name in compared})
+    times = np.array([_number(text) for text in one.references["time"]])
+    largest = _largest_deviation(times, references, {name: np.asarray(found[name]) for name in ("time", *names)})
+    n_values = sum(column.size for column in references.values())
+    return Verified(one.name, tolerance, len(times), n_values, largest, allowed=allowed)
+
+
+def _wrong_times(texts: list[str], start_time: float, stop_time: float) -> str:
+    """Return what is wrong with the times of reference results (s), nothing where they lie in the run."""
+    if not stop_time > start_time:
+        return f"its stop time of {stop_time:g} s is not after its start at {start_time:g} s"
+    times, margin = np.array([_number(text) for text in texts]), 1e-9 * (stop_time - start_time)
+    if not np.isfinite(times).all() or (np.diff(times) < 0.0).any():
+        return "the times of its reference results do not ascend"
+    if times[0] < start_time - margin or times[-1] > stop_time + margin:
+        run = f"the run from {start_time:g} s to {stop_time:g} s"
+        return f"its reference results, from {times[0]:g} s to {times[-1]:g} s, reach beyond {run}"
+    return ""
 
 
 def _spacing(texts: list[str]) -> float | None:
@@ -112,23 +141,34 @@ def _number(text: str) -> float:
     return float({"true": "1", "false": "0"}.get(text.strip().lower(), text))
 
 
-def _compared(
-    one: ReferenceExperiment, tolerance: float, references: Table, found: Mapping[str, NDArray[Any]]
-) -> Verified:
+def _numbers(name: str, column: list[str]) -> Numbers:
+    """Return the values of a variable, rows by its elements.
+
+    Raises
+    ------
+    ValueError
+        If a value is no number, or rows differ in their number of elements.
+    """
+    try:
+        return np.array([[_number(item) for item in text.split()] for text in column], dtype=np.float64)
+    except ValueError as error:
+        raise ValueError(f"the reference results of {name} are no numbers, the same count in each row") from error
+
+
+def _largest_deviation(
+    times: Numbers, references: Mapping[str, Numbers], found: Mapping[str, NDArray[Any]]
+) -> Deviation | None:
     """Compare results with references, those between two points of the results by a straight line between these."""
-    times = np.array([float(text) for text in references["time"]])
     points = found["time"]
     nearest = np.abs(points[:, None] - times[None, :]).argmin(axis=0)
     on_points = np.allclose(points[nearest], times, rtol=1e-9, atol=1e-12)
     largest: Deviation | None = None
-    n_values = 0
-    for name, column in references.items():
-        if name == "time":
-            continue
-        expected = np.array([[_number(item) for item in text.split()] for text in column])
+    for name, expected in references.items():
         values = found[name].astype(float).reshape(len(points), -1)
         values = values[nearest] if on_points else _between(times, points, values)
-        n_values += expected.size
+        if values.shape != expected.shape:
+            sizes = f"{expected.shape[1]} values in a row, the variable has {values.shape[1]}"
+            raise ValueError(f"the reference results of {name} have {sizes}")
         gaps = np.where(expected == values, 0.0, np.abs(values - expected))
         scale = np.abs(expected).max() or 1.0
         relative = np.where(np.isfinite(gaps), gaps / scale, np.inf)
@@ -137,7 +177,7 @@ def _compared(
             element = f"{name}[{item}]" if expected.shape[1] > 1 else name
             pair = float(expected[row, item]), float(values[row, item])
             largest = Deviation(element, float(times[row]), *pair, float(relative[row, item]))
-    return Verified(one.name, tolerance, len(times), n_values, largest)
+    return largest
 
 
 def _between(times: Numbers, points: Numbers, values: Numbers) -> Numbers:
