@@ -2,7 +2,7 @@
 
 import pytest
 
-from amb_cosim.acceptance.criteria import Criterion, load_criteria
+from amb_cosim.acceptance.criteria import Criterion, check_formulas, load_criteria
 from amb_cosim.acceptance.expressions import evaluate, names_in
 from amb_cosim.acceptance.findings import Judgement, Measured, judge
 
@@ -38,11 +38,30 @@ def test_a_formula_has_the_value_of_algebra(formula, value):
         ("N.real", "are allowed"),
         ("1 +", "is no formula"),
         ("(" * 300, "is no formula"),
+        ("min()", "min with 0 arguments is not allowed; it takes 2 arguments or more"),
+        ("max(1)", "max with 1 arguments is not allowed"),
+        ("sqrt(1, 2)", "sqrt with 2 arguments is not allowed; it takes one argument"),
+        ("(0 - N) ** 0.5", "-1 \\*\\* 0.5 is no real number"),
+        ("sqrt(0 - N)", "formula .*: "),
+        ("10 ** 64 * 10 ** 64 * 10 ** 64 * 10 ** 64 * 10 ** 64", "has no finite value"),
+        ("1e308 * 10", "has no finite value"),
     ],
 )
 def test_a_wrong_formula_says_what_is_wrong(formula, said):
     with pytest.raises(ValueError, match=said.replace("?", r"\?")):
         evaluate(formula, {"N": 1.0})
+
+
+def test_powers_of_powers_are_computed_in_floating_point():
+    """As integers these have millions of digits: a level more takes hours."""
+    with pytest.raises(ValueError, match="has no finite value"):
+        evaluate("(((((9 ** 64) ** 64) ** 64) ** 64) ** 64) ** 64", {})
+
+
+def test_each_operand_of_a_formula_is_evaluated_once():
+    """A second evaluation at every level would double the time sixty times."""
+    assert evaluate("**".join("1" * 60), {}) == 1.0
+    assert evaluate("2 ** 3 ** 2", {}) == 512.0
 
 
 def test_no_packaged_criterion_claims_that_a_standard_was_read():
@@ -71,6 +90,14 @@ def test_an_amplification_below_2_5_asks_for_no_margin():
     sharp = Measured("separation_margin", "here", -5.0, "%", {"AF": 2.6, "N_c": 8000.0})
     assert [one.verdict for one in judge([within], load_criteria(), MACHINE)] == [Judgement.TOLD]
     assert [one.verdict for one in judge([sharp], load_criteria(), MACHINE)] == [Judgement.MISSED]
+
+
+def test_formulas_of_the_machine_alone_are_evaluated_by_a_check():
+    check_formulas(load_criteria(), MACHINE)
+    for formula in ({"limit": "sqrt(0 - N_mc)"}, {"limit": "1", "when": "N_mc / 0 > 1"}):
+        with pytest.raises(ValueError, match="criterion own: formula"):
+            check_formulas([Criterion(**ABOUT, **formula)], MACHINE)
+    check_formulas([Criterion(**ABOUT, limit="1 / AF")], MACHINE)  # AF is that of a mode
 
 
 def test_a_zone_ends_below_its_limit():

@@ -127,6 +127,23 @@ class CriteriaFile(Table):
         return self
 
 
+def check_formulas(criteria: Sequence[Criterion], facts: Mapping[str, float]) -> None:
+    """Evaluate each formula that the machine's own variables decide.
+
+    Raises
+    ------
+    ValueError
+        If one has no value; the message names its criterion.
+    """
+    for criterion in criteria:
+        for formula in filter(None, (criterion.limit, criterion.when)):
+            if names_in(formula) <= facts.keys():
+                try:
+                    evaluate(formula, facts)
+                except ValueError as error:
+                    raise ValueError(f"criterion {criterion.key}: {error}") from error
+
+
 def packaged_criteria() -> dict[str, Path]:
     """Return the files of criteria that come with this package and with packs, by name."""
     return files_of("criteria", amb_cosim=Path(__file__).parent)

@@ -13,19 +13,18 @@ from amb_files.suggestions import suggest
 LONGEST = 400  # characters of a formula
 LARGEST_POWER = 64.0
 
-FUNCTIONS: Mapping[str, Callable[..., float]] = {
-    "min": min,
-    "max": max,
-    "sqrt": math.sqrt,
-    "abs": abs,
-    "log10": math.log10,
+FUNCTIONS: Mapping[str, tuple[Callable[..., float], int, float]] = {  # with the least and most of their arguments
+    "min": (min, 2, math.inf),
+    "max": (max, 2, math.inf),
+    "sqrt": (math.sqrt, 1, 1),
+    "abs": (abs, 1, 1),
+    "log10": (math.log10, 1, 1),
 }
 OPERATORS: Mapping[type[ast.AST], Callable[..., Any]] = {
     ast.Add: operator.add,
     ast.Sub: operator.sub,
     ast.Mult: operator.mul,
     ast.Div: operator.truediv,
-    ast.Pow: operator.pow,
     ast.USub: operator.neg,
     ast.UAdd: operator.pos,
     ast.Not: operator.not_,
@@ -57,18 +56,22 @@ def evaluate(formula: str, values: Mapping[str, float]) -> float:
     values
         Quantities by name.
 
+    Every operand is evaluated once, in floating point.
+
     Raises
     ------
     ValueError
         If it is no formula, names what there is not, or has no finite value.
     """
     try:
-        value = float(_value(_parsed(formula).body, values, formula))
+        value = _value(_parsed(formula).body, values)
+    except OverflowError:
+        value = math.inf
     except (ArithmeticError, ValueError) as error:
         raise ValueError(f"formula {formula!r}: {error}") from error
     if not math.isfinite(value):
         raise ValueError(f"formula {formula!r} has no finite value here")
-    return value
+    return float(value)
 
 
 def _parsed(formula: str) -> ast.Expression:
@@ -80,19 +83,19 @@ def _parsed(formula: str) -> ast.Expression:
         raise ValueError(f"{formula!r} is no formula") from error
 
 
-def _value(node: ast.AST, values: Mapping[str, float], formula: str) -> Any:
+def _value(node: ast.AST, values: Mapping[str, float]) -> Any:
     def of(inner: ast.AST) -> Any:
-        return _value(inner, values, formula)
+        return _value(inner, values)
 
     match node:
         case ast.Constant(value=int() | float() as number) if not isinstance(number, bool):
-            return number
+            return float(number)
         case ast.Name(id=name) if name in values:
-            return values[name]
+            return float(values[name])
         case ast.Name(id=name):
             raise ValueError(f"there is no {name!r}; {suggest(name, values)}")
-        case ast.BinOp(op=ast.Pow()) if not abs(of(node.right)) <= LARGEST_POWER:
-            raise ValueError(f"a power beyond {LARGEST_POWER:g} is not allowed")
+        case ast.BinOp(left=left, op=ast.Pow(), right=right):
+            return _power(of(left), of(right))
         case ast.BinOp(left=left, op=op, right=right) if type(op) in OPERATORS:
             return OPERATORS[type(op)](of(left), of(right))
         case ast.UnaryOp(op=op, operand=operand) if type(op) in OPERATORS:
@@ -104,5 +107,18 @@ def _value(node: ast.AST, values: Mapping[str, float], formula: str) -> Any:
         case ast.Compare(left=left, ops=[op], comparators=[right]) if type(op) in OPERATORS:
             return OPERATORS[type(op)](of(left), of(right))
         case ast.Call(func=ast.Name(id=name), args=arguments, keywords=[]) if name in FUNCTIONS:
-            return FUNCTIONS[name](*(of(argument) for argument in arguments))
+            function, least, most = FUNCTIONS[name]
+            if not least <= len(arguments) <= most:
+                count = f"{least} arguments or more" if most > least else "one argument"
+                raise ValueError(f"{name} with {len(arguments)} arguments is not allowed; it takes {count}")
+            return function(*(of(argument) for argument in arguments))
     raise ValueError("only numbers, names, + - * / **, a comparison, and, or, not, and functions are allowed")
+
+
+def _power(base: float, exponent: float) -> float:
+    if not abs(exponent) <= LARGEST_POWER:
+        raise ValueError(f"a power beyond {LARGEST_POWER:g} is not allowed")
+    if base < 0.0 and not exponent.is_integer():
+        raise ValueError(f"{base:g} ** {exponent:g} is no real number")
+    power: float = base**exponent
+    return power

@@ -27,7 +27,7 @@ def check(file: str, flavour: Flavour) -> None:
     In place of a FILE, the name of a machine of a pack may be given.
     """
     from amb_cosim.acceptance.assess import check_machine
-    from amb_cosim.acceptance.criteria import load_criteria
+    from amb_cosim.acceptance.criteria import check_formulas, load_criteria
     from amb_cosim.acceptance.description import description
     from amb_cosim.acceptance.machine_file import load_machine
     from amb_cosim.presentation.text_tables import print_parts
@@ -36,6 +36,7 @@ def check(file: str, flavour: Flavour) -> None:
         found = load_machine(file)
         criteria = load_criteria(found.criteria)
         subject = check_machine(found, flavour)
+        check_formulas(criteria, subject.facts)
         parts = description(subject, criteria)
     print_parts(parts)
 
