@@ -1,6 +1,6 @@
 """Tune the damping of a controller over 64 rotors at once, whose friction and restitution nobody knows exactly.
 
-    pip install 'amb-cosim[gym]'
+    pip install '.[gym]'
     python examples/tune_damping.py [SCENARIO]
 
 The scenario is the packs' default without.

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from fmi_export.building.extras import install_command
 from fmi_export.building.guard.libraries import SYSTEMS, guard_place
 from fmi_export.building.native import engines
 from fmi_export.building.native.compiler import PLATFORMS, WASM, host_platform
@@ -100,7 +101,7 @@ def test_without_engine_and_compiler_the_build_says_what_to_install(run_python, 
     said = run_python(without_compilers, folder=tmp_path, shipped=tmp_path / "nothing")
     assert said == (
         f"there is no engine of probe_lag for {host_platform()} yet (flavour python takes none); compiling it needs "
-        "numba, ziglang, not installed: pip install 'amb-cosim[native]'"
+        f"numba, ziglang, not installed: {install_command('native')}"
     )
 
 

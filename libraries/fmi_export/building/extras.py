@@ -2,7 +2,14 @@
 
 from __future__ import annotations
 
+import json
+from importlib.metadata import PackageNotFoundError, distribution
 from importlib.util import find_spec
+from pathlib import Path
+from urllib.parse import urlparse
+from urllib.request import url2pathname
+
+DISTRIBUTION = "amb-cosim"
 
 
 def require_extra(extra: str, purpose: str, *packages: str) -> None:
@@ -15,4 +22,17 @@ def require_extra(extra: str, purpose: str, *packages: str) -> None:
     """
     missing = [name for name in packages if find_spec(name) is None]
     if missing:
-        raise ValueError(f"{purpose} needs {', '.join(missing)}, not installed: pip install 'amb-cosim[{extra}]'")
+        raise ValueError(f"{purpose} needs {', '.join(missing)}, not installed: {install_command(extra)}")
+
+
+def install_command(extra: str) -> str:
+    """Return the command that installs an extra, from the clone where this package was installed from one (PEP 610)."""
+    try:
+        source = json.loads(distribution(DISTRIBUTION).read_text("direct_url.json") or "{}")
+    except PackageNotFoundError:
+        source = {}
+    if "dir_info" not in source:
+        return f"pip install '{DISTRIBUTION}[{extra}]'"
+    clone = Path(url2pathname(urlparse(source["url"]).path))
+    place = "." if clone == Path.cwd() else clone
+    return f"pip install {'-e ' if source['dir_info'].get('editable') else ''}'{place}[{extra}]'"

@@ -1,0 +1,45 @@
+"""What the README installs is what its pages and the commands on them need."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+EXTRAS = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["optional-dependencies"]
+
+
+def within(extra: str) -> set[str]:
+    """An extra, and those that it consists of."""
+    inner = re.findall(r"amb-cosim\[(.*?)\]", " ".join(EXTRAS[extra]))
+    return {extra}.union(*(within(name) for names in inner for name in names.split(",")))
+
+
+def named(pattern: str, files: list[Path]) -> set[str]:
+    return {name for file in files for name in re.findall(pattern, file.read_text(encoding="utf-8"))}
+
+
+def installed() -> set[str]:
+    (extra,) = re.findall(
+        r"pip install '\.\[(\w+)\]' && amb-cosim run", (ROOT / "README.md").read_text(encoding="utf-8")
+    )
+    return within(extra)
+
+
+def test_the_readme_installs_every_extra_that_a_command_asks_for():
+    folders = ("orchestrator", "libraries", "fmus", "packs")
+    asked = named(r'require_extra\(\s*"(\w+)"', [file for folder in folders for file in (ROOT / folder).rglob("*.py")])
+    assert asked >= {"adaptive", "native", "report", "sweep"}
+    assert asked <= installed()
+
+
+def test_the_readme_installs_every_extra_that_a_page_names():
+    pages = [*(ROOT / "docs/tutorials").glob("*.md"), *(ROOT / "docs/how-to").glob("*.md")]
+    found = named(r"extra `(\w+)`", pages)
+    assert found >= {"gym", "native", "report", "sweep"}
+    assert found <= installed()
+
+
+def test_the_site_is_built_with_a_compiler_for_its_live_rig():
+    assert "native" in within("docs")
