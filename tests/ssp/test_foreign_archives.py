@@ -154,6 +154,30 @@ def test_a_foreign_archive_runs(archive):
     np.testing.assert_allclose(left + right, 0.01, atol=1e-12)
 
 
+def transformed(text, ends, law):
+    """The structure with a linear transformation of the connection to these ends."""
+    before = 'endElement="{}" endConnector="{}"'.format(*ends)
+    assert text.count(f"{before}/>") == 1
+    return text.replace(f"{before}/>", f"{before}><ssc:LinearTransformation {law}/></ssd:Connection>")
+
+
+def test_factor_and_offset_of_a_connection_act_on_what_it_carries(archive):
+    """Half the stiffness with twice the forces is the same to the last bit; an offset is the spring's length."""
+
+    def run(k, force, length):
+        values = f"<ssd:ParameterValues>{parameter_set(spring_dot_k=k)}</ssd:ParameterValues>"
+        text = structure(system_binding=BOUND.format(attributes="", content=values))
+        for mass in ("left", "right"):
+            text = transformed(text, (mass, "force"), f'factor="{force}"')
+        return amb_cosim.simulate(archive(transformed(text, ("spring", "left"), f'offset="{length}"')), step_size=STEP)
+
+    plain, doubled, long = run(400.0, 1.0, 0.0), run(200.0, 2.0, 0.0), run(400.0, 1.0, 0.02)
+    assert plain.dataset["left.x"].values.tolist() == doubled.dataset["left.x"].values.tolist()
+    time, distance = long.dataset["time"].values, (long.dataset["right.x"] - long.dataset["left.x"]).values
+    growth = np.exp(0.25 * OMEGA**2 * STEP * 0.5)
+    np.testing.assert_allclose(distance, 0.02 - 0.03 * np.cos(OMEGA * time), atol=0.03 * (growth - 1.0) * 1.2)
+
+
 def test_first_values_of_inputs_are_bound_too(archive):
     sets = {"left.ssv": parameter_set(start=0.01, push=2.0, force=9.0)}
     _, _, inputs = load_ssp(archive(structure(), sets), STEP)
@@ -180,8 +204,9 @@ def test_text_is_no_value_of_a_parameter():
 
 
 EXCHANGED = component("left", "resources/Mass.fmu", MASS, attributes='implementation="ModelExchange"')
-TWICE = """<ssd:Connection startElement="left" startConnector="x" endElement="right" endConnector="push">
+TURNED = """<ssd:Connection startElement="left" startConnector="push" endElement="right" endConnector="x">
 <ssc:LinearTransformation factor="2"/></ssd:Connection>"""
+DOUBLED_SIGNAL = PUSH.format("right").replace("/>", '><ssc:LinearTransformation factor="2"/></ssd:Connection>')
 MAPPED = BOUND.format(
     attributes='source="resources/left.ssv"', content='<ssd:ParameterMapping source="resources/left.ssm"/>'
 )
@@ -207,9 +232,13 @@ INNER = '<ssd:System name="inner"/>'
             "asks for",
         ),
         (structure(experiment=""), "says no stop time; give --until$"),
-        (structure(extra_link=TWICE), r"the connection from left\.x transforms its value"),
+        (
+            structure(extra_link=TURNED),
+            r"the connection from left\.push transforms its value, which is taken from a Real",
+        ),
         (structure(system_binding=MAPPED), "has a mapping"),
         (structure(system_binding=IN_FMU), r"left\.ssv lies in an FMU, where it is not read"),
+        (structure().replace(PUSH.format("right"), DOUBLED_SIGNAL), "transforms its value, which is not taken"),
         (structure(extra_link=SWITCHED), r"the connection from left\.x transforms its value"),
     ],
 )

@@ -137,6 +137,11 @@ class FmuComponent:
         """Send `inputs` to the FMU."""
         self._guard("Set", self._in.write, self._binding)
 
+    def transform(self, laws: Sequence[tuple[float, float]]) -> None:
+        """Send factor times value plus offset for each of `inputs`, until the next reset; compiled code does not."""
+        factors, offsets = np.array(laws).T
+        self._in.law = factors, offsets
+
     def read(self) -> None:
         """Fetch `outputs` from the FMU."""
         self._guard("Get", self._out.read, self._binding)
@@ -273,6 +278,7 @@ class FmuComponent:
         initial.values[:] = list(start.values())
         for exchange in (initial, self._in):
             exchange.fill(start)
+            exchange.law = None
         self._guard("Set", initial.write, self._binding)
 
     def _exchange(self, names: tuple[str, ...]) -> Exchange:

@@ -115,6 +115,7 @@ class Exchange:
 
     def __init__(self, fmu: Exchanging, ports: Sequence[Port], interface: FmuInterface) -> None:
         self.values = np.zeros(len(ports))
+        self.law: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None  # factors and offsets of what is set
         of_kind: dict[str, list[tuple[int, Port]]] = {name: [] for name in fmu.kinds}
         for item in enumerate(ports):
             of_kind[fmu.kind_of(item[1])].append(item)
@@ -126,8 +127,9 @@ class Exchange:
             group.fill(values)
 
     def write(self, fmu: Exchanging) -> None:
+        values = self.values if self.law is None else self.law[0] * self.values + self.law[1]
         for group in self.groups:
-            fmu.send(group, self.values[group.where])
+            fmu.send(group, values[group.where])
 
     def read(self, fmu: Exchanging) -> None:
         for group in self.groups:

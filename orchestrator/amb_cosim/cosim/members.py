@@ -79,6 +79,8 @@ class Members:
             raise ValueError(f"no batch is possible with {', '.join(unable)}: an FMU must have canGetAndSetFMUstate")
         if (coupling or plans[0].system.coupling) == "iterative":
             raise ValueError("no batch is possible in iterative coupling")
+        if plans[0].system.transformed:
+            raise ValueError("no batch is possible where a connection transforms its value")
         self._advance = advance
         self.names = assembly.wiring(plans[0].inputs, plans[0].recorded).wiring.names
         n = len(plans)

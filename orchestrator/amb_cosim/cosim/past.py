@@ -20,7 +20,7 @@ def past_of(assembly: Assembly, plan: Plan, coupling: Coupling, n: int) -> dict[
     return {
         "fmus": {c: fmus[c].folder.name if c in assembly.from_elsewhere else interfaces[c].guid for c in fmus},
         "parameters": plan.all_parameters(interfaces),
-        "connections": {link.target: link.source for link in plan.system.connections},
+        "connections": {link.target: link.text for link in plan.system.connections},
         "signals": {signal.name: list(signal.targets) for signal in plan.system.signals},
         "every": {c.name: c.every for c in plan.system.components},
         "coupling": coupling,

@@ -22,7 +22,7 @@ from amb_cosim.cosim.master import Master, Observer
 from amb_cosim.cosim.past import name_of, past_of
 from amb_cosim.cosim.recorder import Recorder
 from amb_cosim.cosim.schedules import Array
-from amb_cosim.cosim.settling import settle
+from amb_cosim.cosim.settling import CannotSettle, settle
 from amb_cosim.cosim.stopping import StopObserver
 
 
@@ -66,7 +66,10 @@ class Simulator:
         self.coupling = coupling or plan.system.coupling
         if self.coupling == "iterative":
             _check_states(assembly)
-        self._is_compiled = loop == "compiled" and self.coupling != "iterative" and load_loop() is not None
+        transformed = plan.system.transformed
+        self._is_compiled = (
+            not transformed and loop == "compiled" and self.coupling != "iterative" and load_loop() is not None
+        )
         self.layout = assembly.wiring(plan.inputs, plan.recorded)
         wiring = self.layout.wiring
         self._instances = instances
@@ -83,6 +86,10 @@ class Simulator:
             )
             for c in plan.system.components
         ]
+        for component in self.components if transformed else ():
+            names = [f"{component.name}.{v}" for v in self.layout.inputs[component.name]]
+            if transformed.keys() & set(names):
+                component.transform([transformed.get(name, (1.0, 0.0)) for name in names])
         values = instances.values(wiring.names) if values is None else values
         self.master = Master(self.components, wiring, plan.step_size, self.coupling, values=values)
         self.recorder = Recorder([self._at[name] for name in plan.recorded], plan.record_from, plan.record_every)
@@ -113,6 +120,8 @@ class Simulator:
         plan = self.plan
         if plan.settling == "simulated":
             return plan.begin
+        if plan.system.transformed:
+            raise CannotSettle("a connection transforms its value")
         fmus, interfaces = self.assembly.fmus, self.assembly.interfaces
         return settle(self.master, self.layout, fmus, interfaces, self._step, plan.first, plan.begin)
 

@@ -38,7 +38,8 @@ class Connection:
     """An output carried to an input of another component; both ends are written `component.variable`.
 
     `option` names a group of connections that the system can do without, all of them or none. An `inherited` one was
-    made for an FMU that another has replaced. A pattern leaves alone the inputs that `but` names, patterns too.
+    made for an FMU that another has replaced. A pattern leaves alone the inputs that `but` names, patterns too. The
+    input gets factor times the output plus offset.
     """
 
     source: str
@@ -46,6 +47,14 @@ class Connection:
     option: str | None = None
     inherited: bool = False
     but: tuple[str, ...] = ()
+    factor: float = 1.0
+    offset: float = 0.0
+
+    @property
+    def text(self) -> str:
+        """What the input gets."""
+        is_same = (self.factor, self.offset) == (1.0, 0.0)
+        return self.source if is_same else f"{self.factor!r} {self.source} + {self.offset!r}"
 
     def touches(self, component: str) -> bool:
         """Return whether an end belongs to a component."""
@@ -144,6 +153,12 @@ class System:
     def source_of(self, target: str) -> str | None:
         """Return the output that feeds an input, if one does."""
         return next((link.source for link in self.connections if link.target == target), None)
+
+    @property
+    def transformed(self) -> dict[str, tuple[float, float]]:
+        """Factor and offset of the inputs that get another value than that of the output which feeds them."""
+        laws = {link.target: (link.factor, link.offset) for link in self.connections}
+        return {target: law for target, law in laws.items() if law != (1.0, 0.0)}
 
     def check(self, interfaces: Mapping[str, FmuInterface]) -> None:
         """Check the system against the interfaces of its components.

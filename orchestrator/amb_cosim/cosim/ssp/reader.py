@@ -1,10 +1,11 @@
 """Reads an SSP archive as a system and an experiment.
 
-What it takes: components that are co-simulation FMUs, in one system; connections; connectors of the system,
-each a signal; parameter bindings of components and of the system, in the document or in files; the default experiment.
-The communication step and the order come from annotations (see `structure`), the step else from the FMUs. Parameters of
-a set that no FMU has are left out, as SSP allows. Of SSP 2.0 arrays are taken too: a connection of
-two is one of each element, row by row, and indices count from 1, as FMI 3.0 names elements.
+What it takes: components that are co-simulation FMUs, in one system; connections, with linear transformations of Reals,
+by which the loop in Python runs; connectors of the system, each a signal; parameter bindings of components and of the
+system, in the document or in files; the default experiment. The communication step and the order come from annotations
+(see `structure`), the step else from the FMUs. Parameters of a set that no FMU has are left out, as SSP allows. Of SSP
+2.0 arrays are taken too: a connection of two is one of each element, row by row, and indices count from 1, as FMI
+3.0 names elements.
 """
 
 from __future__ import annotations
@@ -34,6 +35,7 @@ from amb_files.toml import parse_toml, validate
 
 FMU_TYPES = (None, "application/x-fmu-sharedlibrary")
 NAMES = {**NAMESPACES, **TOOLS}
+UNCHANGED = (1.0, 0.0)  # factor and offset
 
 
 def load_ssp(
@@ -125,8 +127,15 @@ class _Reader:
                 if len(sources) != len(targets):
                     said = f"{sources[0]} ({len(sources)} values) and {targets[0]} ({len(targets)})"
                     raise ValueError(f"{self.what}: a connection joins {said}, which must be as many")
+                factor, offset = law = _law(link)
                 for source, target in zip(sources, targets, strict=True):
-                    yield Connection(*self._directed(source, target))
+                    output, input_ = self._directed(source, target)
+                    if law != UNCHANGED and not (output == source and self._is_real(source) and self._is_real(target)):
+                        raise ValueError(
+                            f"{self.what}: the connection from {source} transforms its value, which is taken from a "
+                            "Real output to a Real input alone"
+                        )
+                    yield Connection(output, input_, factor=factor, offset=offset)
 
     def signals(self) -> tuple[Signal, ...]:
         """Connectors of the system that feed inputs, and signals that this package's annotation names."""
@@ -198,19 +207,12 @@ class _Reader:
         return min(steps, default=None)
 
     def _links(self) -> Iterator[Any]:
+        harmless = [tag(name) for name in ("ssd:ConnectionGeometry", "ssd:Annotations", "ssc:LinearTransformation")]
         for link in self.system.iterfind("ssd:Connections/ssd:Connection", NAMES):
-            for element in link:
-                if element.tag == tag("ssc:LinearTransformation"):
-                    same = float(element.get("factor", 1.0)) == 1.0 and float(element.get("offset", 0.0)) == 0.0
-                elif element.tag in (tag("ssd:ConnectionGeometry"), tag("ssd:Annotations")):
-                    same = True
-                else:
-                    same = False
-                if not same:
-                    ends = f"{link.get('startElement')}.{link.get('startConnector')}"
-                    raise ValueError(
-                        f"{self.what}: the connection from {ends} transforms its value, which is not taken"
-                    )
+            is_inner = link.get("startElement") and link.get("endElement")
+            if any(element.tag not in harmless for element in link) or (_law(link) != UNCHANGED and not is_inner):
+                ends = f"{link.get('startElement')}.{link.get('startConnector')}"
+                raise ValueError(f"{self.what}: the connection from {ends} transforms its value, which is not taken")
             yield link
 
     def _ends(self, link: Any, side: str) -> list[str]:
@@ -230,10 +232,17 @@ class _Reader:
         return (target, source) if turned else (source, target)
 
     def _causality(self, end: str) -> str | None:
+        port = self._port(end)
+        return None if port is None else port.causality
+
+    def _is_real(self, end: str) -> bool:
+        port = self._port(end)
+        return port is not None and port.type == "Real"
+
+    def _port(self, end: str) -> Port | None:
         component, _, variable = end.partition(".")
         interface: FmuInterface | None = self.interfaces.get(component)
-        port = None if interface is None else interface.ports.get(variable)
-        return None if port is None else port.causality
+        return None if interface is None else interface.ports.get(variable)
 
     def _bound(self, element: Any) -> Iterator[tuple[str, list[Given]]]:
         """Return names and values of the parameter sets that an element is bound to."""
@@ -253,6 +262,12 @@ class _Reader:
             prefix = binding.get("prefix") or ""
             for name, value in read_parameters(found, self.what).items() if found is not None else ():
                 yield f"{prefix}{name}", value
+
+
+def _law(link: Any) -> tuple[float, float]:
+    """Return factor and offset of a connection."""
+    element = link.find("ssc:LinearTransformation", NAMES)
+    return UNCHANGED if element is None else (float(element.get("factor", 1.0)), float(element.get("offset", 0.0)))
 
 
 def _number_of(port: Port, value: Given) -> Raw:
