@@ -7,11 +7,6 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
-try:
-    from filelock import FileLock, Timeout
-except ImportError:  # in the host of an FMU, which has what it has: there every process compiles
-    FileLock = None  # type: ignore[assignment,misc]
-
 UNTOLD = 1.0  # s that nobody is told of
 
 log = logging.getLogger(__name__)
@@ -32,16 +27,18 @@ def compiling(place: Path, what: str) -> Iterator[None]:
     """
     lock = Path(f"{place}.lock")
     with ExitStack() as stack:
-        with suppress(OSError, NotImplementedError):
+        with suppress(ImportError, OSError, NotImplementedError):  # the host of an FMU has what it has
             lock.parent.mkdir(parents=True, exist_ok=True)
-            if FileLock is not None:
-                stack.enter_context(_told(FileLock(lock), what))
-                stack.callback(_remove, lock)
+            stack.enter_context(_told(lock, what))
+            stack.callback(_remove, lock)
         yield
 
 
 @contextmanager
-def _told(lock: FileLock, what: str) -> Iterator[None]:
+def _told(path: Path, what: str) -> Iterator[None]:
+    from filelock import FileLock, Timeout  # takes 0.1 s to load, and is needed seldom
+
+    lock = FileLock(path)
     try:
         lock.acquire(timeout=UNTOLD)
     except Timeout:

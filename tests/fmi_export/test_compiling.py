@@ -92,6 +92,6 @@ def test_where_there_can_be_no_lock_nobody_waits(tmp_path, monkeypatch, error):
     def refuse(_):
         raise error
 
-    monkeypatch.setattr(compiling, "FileLock", refuse)
+    monkeypatch.setattr("filelock.FileLock", refuse)
     with compiling.compiling(tmp_path / "thing", "the thing"):
         pass

@@ -6,12 +6,13 @@ In it are the loop (`loop.c`), FMUs of FMI 3.0 as that calls them (`binding3.c`)
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import nullcontext
 from ctypes import CDLL
 from functools import cache
 from pathlib import Path
 
 from amb_cosim.cosim.cache import cache_folder
-from amb_files.kept import keep
+from amb_files.kept import is_undamaged, keep
 from fmi_export.building.native.compiler import PLATFORMS, compile_library, host_platform
 from fmi_export.building.native.sources import digest_of, texts_of
 from fmi_export.compiling import compiling
@@ -41,7 +42,7 @@ def load_library() -> CDLL | None:
         path = SHIPPED / place
         if not path.is_file():
             folder = cache_folder() / "loops" / place.with_suffix("")
-            with compiling(folder, "the loop"):
+            with nullcontext() if is_undamaged(folder) else compiling(folder, "the loop"):
                 keep(folder, lambda stage: (stage / place.name).write_bytes(compile_loop(host_platform())))
             path = folder / place.name
         library = CDLL(str(path))
