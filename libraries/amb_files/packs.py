@@ -12,6 +12,7 @@ is in modules whose names say what they are for: `studies`, `commands`.
 
 from __future__ import annotations
 
+import sys
 from functools import cache
 from importlib import import_module
 from importlib.metadata import entry_points
@@ -24,14 +25,14 @@ GROUP = "amb_cosim.packs"
 
 @cache
 def packs() -> dict[str, Path]:
-    """Return the folders of the installed packs, by name.
-
-    Raises
-    ------
-    ValueError
-        If the package of a pack is missing.
-    """
-    return {point.name: _folder(point.name, point.value) for point in sorted(entry_points(group=GROUP))}
+    """Return the folders of the installed packs, by name; a pack without a package is left out with a warning."""
+    folders: dict[str, Path] = {}
+    for point in sorted(entry_points(group=GROUP)):
+        try:
+            folders[point.name] = _folder(point.value)
+        except Exception:  # whatever the import of a parent package raises
+            print(f"warning: pack {point.name!r} is left out; there is no package {point.value!r}", file=sys.stderr)
+    return folders
 
 
 def files_of(kind: str, **own: Path) -> dict[str, Path]:
@@ -69,8 +70,8 @@ def modules_of(name: str) -> dict[str, ModuleType]:
     }
 
 
-def _folder(pack: str, package: str) -> Path:
+def _folder(package: str) -> Path:
     spec = find_spec(package)
     if spec is None or not spec.submodule_search_locations:
-        raise ValueError(f"pack {pack}: there is no package {package}")
+        raise ImportError(package)
     return Path(spec.submodule_search_locations[0])
