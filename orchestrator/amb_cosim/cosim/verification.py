@@ -116,7 +116,7 @@ def verify(fmu: str | Path) -> list[Verified]:
                 if time.monotonic() > start + LONGEST_SILENCE:
                     raise ProcessFailed(f"{fmu} did not get through its experiments in {LONGEST_SILENCE:g} s") from None
         if kind == ERROR:
-            raise ValueError(f"{fmu}: {content[0]}") from content[0]
+            raise ValueError(_printable(f"{fmu}: {content[0]}")) from content[0]
         if kind != RECORDING:
             raise ProcessFailed(f"the process of {fmu} {how_it_ended(process.wait())}; nothing was verified")
     found: list[Verified] = content[0]
