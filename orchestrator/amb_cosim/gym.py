@@ -74,6 +74,13 @@ class RotorVectorEnv(VectorEnv[Array, Array, Any]):
         low, high = np.array([*actions.values()], np.float64).reshape(-1, 2).T
         if not np.all((low < high) & np.isfinite(low) & np.isfinite(high)):
             raise ValueError(f"actions {dict(actions)} are not allowed; each must have a lowest and a highest value")
+        for name, number in (("decision_steps", decision_steps), ("decisions", decisions)):
+            if not (isinstance(number, int | np.integer) and number >= 1):
+                raise ValueError(f"{name} = {number!r} is not allowed; it must be a whole number, 1 or more")
+        if not (np.isfinite(current_weight) and current_weight >= 0.0):
+            raise ValueError(f"current_weight = {current_weight} 1/A^2 is not allowed; it must be finite, 0 or more")
+        if not np.isfinite(failure_reward):
+            raise ValueError(f"failure_reward = {failure_reward} is not allowed; it must be finite")
         variables = (*observations, CONTACT, *CURRENTS)
         self.batch = Batch(scenario, num_envs, inputs=list(actions), variables=variables, **options)
         self._actions, self._seen = list(actions), [self.batch.get(name) for name in observations]
@@ -100,7 +107,10 @@ class RotorVectorEnv(VectorEnv[Array, Array, Any]):
 
     def step(self, actions: Array) -> tuple[Array, Array, NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]]:
         """Set actions, shape (members, actions), and make the steps of a decision."""
-        for name, column in zip(self._actions, np.asarray(actions, np.float64).T, strict=True):
+        given, shape = np.asarray(actions, np.float64), (self.num_envs, len(self._actions))
+        if given.shape != shape:
+            raise ValueError(f"actions of shape {given.shape} are not allowed; it must be {shape}: members, actions")
+        for name, column in zip(self._actions, given.T, strict=True):
             self.batch.set(name, column)
         self.batch.step(self._decision_steps)
         self._made += 1

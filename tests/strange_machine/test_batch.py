@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import gc
+import pickle
+import signal
 import sys
 import threading
 import time
-from ctypes import c_bool
+from contextlib import suppress
 
 import numpy as np
 import pytest
@@ -74,7 +77,7 @@ def test_members_step_without_the_lock_of_the_interpreter(batch, monkeypatch):
     before, looked = sys.getswitchinterval(), 0
     sys.setswitchinterval(10.0)  # s; who has the lock keeps it until it waits
     try:
-        stepping = threading.Thread(target=batch._members._step, args=((0, 5), STEPS, c_bool(False)))
+        stepping = threading.Thread(target=batch._members._step, args=((0, 5), STEPS))
         stepping.start()
         while stepping.is_alive():
             looked += within.is_set()
@@ -140,3 +143,106 @@ def test_a_member_that_fails_rests_and_says_why(batch):
     batch.reset([False, False, True, False, False])
     batch.step(1)
     assert not batch.failed.any()
+
+
+def held(batch):
+    return sum(len(c._held) for run in batch._members._runs for c in run.components)
+
+
+def test_two_threads_step_one_batch_in_turn(batch):
+    batch.reset()
+    before = batch.time.copy()
+    threads = [threading.Thread(target=lambda: [batch.step(3) for _ in range(40)]) for _ in range(2)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert batch.time == pytest.approx(before + 240 * batch.step_size)
+    alternating = motion(batch)
+    batch.reset()
+    batch.step(240)
+    assert np.array_equal(motion(batch), alternating)
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_a_closed_batch_says_so(threads):
+    batch = batch_of(2, threads=threads)
+    states = batch.save()
+
+    def step():
+        with suppress(ValueError):  # closed before it began
+            batch.step(20000)
+
+    stepping = threading.Thread(target=step)
+    stepping.start()
+    batch.close()  # waits for the step where that began first
+    batch.close()
+    stepping.join()
+    calls = (
+        lambda: batch.step(1),
+        lambda: batch.get(PLACES[0]),
+        lambda: batch.set(UNBALANCE, 0.0),
+        lambda: batch.reason(0),
+        lambda: batch.time,
+        lambda: batch.failed,
+        lambda: batch.restore(states),
+        batch.save,
+        batch.reset,
+    )
+    for call in calls:
+        with pytest.raises(ValueError, match="the batch is closed"):
+            call()
+
+
+@pytest.mark.parametrize("k", [0, -1, 2**31, 2**63, 1.5, "1", None])
+def test_a_number_of_steps_is_a_whole_number(batch, k):
+    with pytest.raises(ValueError, match=r"steps are not allowed; it must be a whole number from 1 to 2147483647"):
+        batch.step(k)
+
+
+@pytest.mark.parametrize("mask", [[True], [1, 0, 0, 0, 0], [[True] * 5], True, "TTTTT"])
+def test_a_mask_has_an_element_for_each_member(batch, mask):
+    for call in (lambda: batch.reset(mask), lambda: batch.set(UNBALANCE, 0.0, mask)):
+        with pytest.raises(ValueError, match=r"is not allowed; it must have 5 elements, each True or False"):
+            call()
+
+
+def test_values_are_one_or_one_for_each_member(batch):
+    for values in ([0.0], [0.0] * 4, [[0.0] * 5], "x", [None] * 4):
+        with pytest.raises(ValueError, match=r"takes a number, or a number for each of 5 members"):
+            batch.set(UNBALANCE, values)
+
+
+def test_states_that_are_dropped_are_freed(batch):
+    batch.reset()
+    first = batch.save()
+    count = held(batch)
+    for _ in range(5):
+        batch.save()
+    gc.collect()
+    del first
+    gc.collect()
+    last = batch.save()
+    assert held(batch) == count
+    batch.restore(last)
+
+
+def test_states_of_another_batch_are_refused(batch):
+    with batch_of(5) as other, pytest.raises(ValueError, match="no states of this batch"):
+        batch.restore(other.save())
+    with pytest.raises(ValueError, match="no states of this batch"):
+        batch.restore({})
+
+
+def test_ctrl_c_ends_a_long_step_with_all_members_at_one_point(batch):
+    batch.reset()
+    threading.Timer(0.3, signal.raise_signal, (signal.SIGINT,)).start()
+    with pytest.raises(KeyboardInterrupt):
+        batch.step(2**31 - 1)
+    assert np.ptp(batch.time) == 0.0
+    batch.step(1)
+
+
+def test_a_batch_that_is_pickled_says_why_it_cannot_be(batch):
+    with pytest.raises(TypeError, match="its FMUs live in this process"):
+        pickle.dumps(batch)

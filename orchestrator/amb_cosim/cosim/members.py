@@ -8,10 +8,13 @@ the number of threads. FMUs with Python inside take the lock for each of their c
 from __future__ import annotations
 
 import os
+import time
+import weakref
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
 from ctypes import POINTER, Structure, byref, c_bool, c_ssize_t, c_void_p, cast, pointer
+from functools import partial
 from itertools import pairwise
 from typing import Any
 
@@ -32,9 +35,18 @@ from amb_cosim.cosim.schedules import Array, Changes, IntArray
 from amb_cosim.cosim.settling import CannotSettle
 from amb_cosim.cosim.simulator import Simulator
 
-States = dict[int, tuple[int, Array, dict[str, HeldState]]]  # point, values, and states of the FMUs, by member
+HeldStates = dict[int, tuple[int, Array, dict[str, HeldState]]]  # point, values, and states of the FMUs, by member
 
 SHARES = 4  # parts of a batch for each thread, so that those with little to do take more of them
+FIRST_BLOCK, BLOCK_TIME = 64, 0.05  # steps, s: an interruption waits for a block of steps
+
+
+class States:
+    """States of all members, held in the memory of their FMUs until the object is dropped."""
+
+    def __init__(self, owner: Members, held: HeldStates, dropped: list[HeldStates]) -> None:
+        self.owner, self.held = owner, held
+        weakref.finalize(self, dropped.append, held).atexit = False
 
 
 class Members:
@@ -93,6 +105,7 @@ class Members:
         self._threads = min(n, threads or os.cpu_count() or 1)
         self._stack = ExitStack()
         self._kept: list[Any] = []  # what C structures point to
+        self._dropped: list[HeldStates] = []  # which nobody can restore; a finaliser may run in any thread
         try:
             self._runs = self._started(assembly, plans, coupling)
             self._programs = self._pointers([run.program() for run in self._runs])
@@ -154,21 +167,26 @@ class Members:
         Raises
         ------
         KeyboardInterrupt
-            If a signal came; members may then be at different points.
+            If a signal came; all members are then at the same, earlier point.
         """
         n, shares = len(self.points), SHARES * self._threads if self._pool else 1
+        bounds = [k * n // shares for k in range(shares + 1)]
+        parts = [(a, b) for a, b in pairwise(bounds) if b > a]
+        size = FIRST_BLOCK
         with deferred() as interruption:
-            pause = c_bool(False)
-            bounds = [k * n // shares for k in range(shares + 1)]
-            parts = [(a, b) for a, b in pairwise(bounds) if b > a]
-            list((self._pool.map if self._pool else map)(lambda part: self._step(part, steps, pause), parts))
-            np.logical_or(self._status < 0, self._status > WARNING, out=self.failed)
-            interruption.check()
+            while steps > 0:
+                block, begin = min(size, steps), time.perf_counter()
+                list((self._pool.map if self._pool else map)(partial(self._step, steps=block), parts))
+                np.logical_or(self._status < 0, self._status > WARNING, out=self.failed)
+                interruption.check()
+                steps -= block
+                taken = time.perf_counter() - begin
+                size = 4 * size if taken < BLOCK_TIME / 4 else max(1, size // 2) if taken > BLOCK_TIME else size
 
-    def _step(self, part: tuple[int, int], steps: int, pause: c_bool) -> None:
+    def _step(self, part: tuple[int, int], steps: int) -> None:
         points, rests = (cast(array.ctypes.data, c_void_p) for array in (self.points, self.failed))
         bounds = (c_ssize_t(number) for number in (*part, steps))
-        self._advance(self._programs, self._changes, points, rests, *bounds, byref(pause), self._ends)
+        self._advance(self._programs, self._changes, points, rests, *bounds, byref(c_bool(False)), self._ends)
 
     def reason(self, member: int) -> str:
         """Return why a member failed; empty where it did not."""
@@ -179,27 +197,37 @@ class Members:
         reason = component.refusal(CALLS[end.call], end.status)
         return f"{component.name} failed at t = {run.master.time(end.reached):.9g} s: {reason}"
 
-    def save(self, members: Sequence[int] | None = None) -> States:
-        """Return the states of members, all by default, held in the memory of their FMUs, by their numbers."""
-        chosen = range(len(self.points)) if members is None else members
-        return {
-            i: (int(self.points[i]), self.values[i].copy(), {c.name: c.hold() for c in self._runs[i].components})
-            for i in chosen
+    def save(self) -> States:
+        """Return the states of all members."""
+        self.free_dropped()
+        held = {
+            i: (int(self.points[i]), self.values[i].copy(), {c.name: c.hold() for c in run.components})
+            for i, run in enumerate(self._runs)
         }
+        return States(self, held, self._dropped)
 
     def restore(self, states: States, members: Sequence[int]) -> None:
-        """Bring members back to states that `save` returned."""
+        """Bring members back to states that `save` returned.
+
+        Raises
+        ------
+        ValueError
+            If the states are not of these members.
+        """
+        if not isinstance(states, States) or states.owner is not self:
+            raise ValueError("these are no states of this batch; restore takes what save returned")
         for i in members:
-            self.points[i], self.values[i], held = states[i]
+            self.points[i], self.values[i], held = states.held[i]
             for component in self._runs[i].components:
                 component.put(held[component.name])
             self.failed[i], self._status[i] = False, 0
 
-    def forget(self, states: States) -> None:
-        """Free states that `save` returned."""
-        for i, (_, _, held) in states.items():
-            for component in self._runs[i].components:
-                component.forget(held[component.name])
+    def free_dropped(self) -> None:
+        """Free the states that nobody can restore any more."""
+        while self._dropped:
+            for i, (_, _, held) in self._dropped.pop().items():
+                for component in self._runs[i].components:
+                    component.forget(held[component.name])
 
     def close(self) -> None:
         """Free all FMUs."""

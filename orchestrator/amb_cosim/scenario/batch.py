@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import operator
+import threading
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from types import TracebackType
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -23,13 +25,31 @@ from amb_files.suggestions import suggest
 
 Mask = NDArray[np.bool_] | Sequence[bool] | None
 
+MOST_STEPS = 2**31 - 1  # of one call
+
+
+class _OpenLock:
+    """A lock of a batch that is open; `with` raises ValueError once it is closed."""
+
+    def __init__(self) -> None:
+        self.lock, self.is_closed = threading.RLock(), False
+
+    def __enter__(self) -> None:
+        self.lock.acquire()
+        if self.is_closed:
+            self.lock.release()
+            raise ValueError("the batch is closed; make another one")
+
+    def __exit__(self, *_: object) -> None:
+        self.lock.release()
+
 
 class Batch:
     """Members of a scenario, which begin at cycle 0, settled.
 
     A member has the bits of a run alone: the scenario's events come at their points, and what `set` writes holds until
     an event writes it. After the end of the scenario members go on without events; conditions that end a run are
-    not judged.
+    not judged. Threads may share a batch: its methods run one at a time.
 
     Parameters
     ----------
@@ -45,7 +65,7 @@ class Batch:
     variables
         Patterns of what `get` reads, by default what the scenario records.
     threads
-        That step members; one a processor by default. They change no bit.
+        Number of threads; one per processor by default. Results do not depend on it.
 
     Raises
     ------
@@ -68,6 +88,7 @@ class Batch:
         flavour: Flavour = "native",
         threads: int | None = None,
     ) -> None:
+        self._open = _OpenLock()
         if n < 1 or (threads is not None and threads < 1):
             raise ValueError(f"a batch of {n} members in {threads} threads is not allowed; it must be 1 or more")
         scenario = given_scenario(scenario, rotor, receptances)
@@ -105,22 +126,26 @@ class Batch:
     @property
     def time(self) -> Array:
         """Time of each member (s), shape (n,); what happens then has not happened yet."""
-        return np.asarray(self._members.points * self.step_size, np.float64)
+        with self._open:
+            return np.asarray(self._members.points * self.step_size, np.float64)
 
     @property
     def failed(self) -> NDArray[np.bool_]:
         """Which members did not complete a step, shape (n,); they rest until they are reset."""
-        return self._members.failed
+        with self._open:
+            return self._members.failed
 
     def reason(self, member: int) -> str:
         """Return why a member failed; empty where it did not."""
-        return self._members.reason(member)
+        with self._open:
+            return self._members.reason(member)
 
     def get(self, name: str) -> Array:
         """Return the values of a variable, shape (n,): a live view of what the members work with, not a copy."""
         if name not in self._at:
             raise ValueError(f"the batch has no variable {name!r}; {suggest(name, list(self._at))}")
-        return self._members.values[:, self._at[name]]
+        with self._open:
+            return self._members.values[:, self._at[name]]
 
     def set(self, name: str, values: ArrayLike, mask: Mask = None) -> None:
         """Give an input a value for all members, or those of a mask, from the next step on.
@@ -134,36 +159,74 @@ class Batch:
             raise ValueError(
                 f"the batch has no input {name!r}; {suggest(name, self.inputs)}; argument inputs adds some"
             )
-        given = np.broadcast_to(np.asarray(values, np.float64), (len(self),))
-        chosen = np.ones(len(self), np.bool_) if mask is None else np.asarray(mask, np.bool_)
+        given, chosen = self._column(name, values), self._chosen(mask)
         port = self._assembly.assignments().port(name)
         wrong = given[chosen & ~((given >= port.minimum) & (given <= port.maximum) & np.isfinite(given))]
         if len(wrong):
             raise ValueError(f"{name} = {wrong[0]:.9g}{port.shown_unit} is not allowed; it must be {port.allowed()}")
-        np.copyto(self.get(name), given, where=chosen)
+        with self._open:
+            np.copyto(self.get(name), given, where=chosen)
 
     def step(self, k: int = 1) -> None:
-        """Step all members that have not failed by k communication steps; `failed` tells which failed."""
-        if k < 1:
-            raise ValueError(f"{k} steps are not allowed; it must be 1 or more")
-        self._members.step(k)
+        """Step all members that have not failed by k communication steps; `failed` tells which failed.
+
+        Raises
+        ------
+        ValueError
+            If k is no whole number from 1 to 2**31 - 1.
+        KeyboardInterrupt
+            If Ctrl-C was pressed; all members are then at the same, earlier point.
+        """
+        try:
+            steps = operator.index(k)
+        except TypeError:
+            steps = 0
+        if not 1 <= steps <= MOST_STEPS:
+            raise ValueError(f"{k!r} steps are not allowed; it must be a whole number from 1 to {MOST_STEPS}")
+        with self._open:
+            self._members.step(steps)
 
     def reset(self, mask: Mask = None) -> None:
         """Bring all members, or those of a mask, back to cycle 0."""
         self.restore(self._members.start, mask)
 
     def save(self) -> States:
-        """Return the states of all members, which `restore` takes, until the batch is closed."""
-        return self._members.save()
+        """Return the states of all members, which `restore` takes; dropping the object frees them."""
+        with self._open:
+            return self._members.save()
 
     def restore(self, states: States, mask: Mask = None) -> None:
         """Bring all members, or those of a mask, back to states that `save` returned."""
-        chosen = range(len(self)) if mask is None else np.flatnonzero(np.asarray(mask, np.bool_)).tolist()
-        self._members.restore(states, chosen)
+        chosen = np.flatnonzero(self._chosen(mask)).tolist()
+        with self._open:
+            self._members.restore(states, chosen)
 
     def close(self) -> None:
-        """Free the FMUs."""
-        self._members.close()
+        """Free the FMUs, once a step in another thread has ended."""
+        with self._open.lock:
+            self._open.is_closed = True
+            self._members.close()
+
+    def _chosen(self, mask: Mask) -> NDArray[np.bool_]:
+        """Return which members a mask chooses, shape (n,)."""
+        chosen = np.ones(len(self), np.bool_) if mask is None else np.asarray(mask)
+        if chosen.dtype != np.bool_ or chosen.shape != (len(self),):
+            what = f"a mask of type {chosen.dtype} and shape {chosen.shape}"
+            raise ValueError(f"{what} is not allowed; it must have {len(self)} elements, each True or False")
+        return chosen
+
+    def _column(self, name: str, values: ArrayLike) -> Array:
+        """Return values for all members, shape (n,)."""
+        try:
+            given = np.asarray(values, np.float64)
+        except (TypeError, ValueError):
+            given = np.zeros((0, 0))
+        if given.shape not in ((), (len(self),)):
+            raise ValueError(f"{name} takes a number, or a number for each of {len(self)} members")
+        return np.broadcast_to(given, (len(self),))
+
+    def __reduce__(self) -> NoReturn:
+        raise TypeError("a batch cannot be pickled, since its FMUs live in this process; make one in each process")
 
     def __enter__(self) -> Batch:
         return self
