@@ -10,9 +10,8 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-import platformdirs
-
 from amb_files.atomic import write_atomically
+from amb_files.user_cache import user_cache
 
 FILE = "unit_factors.json"
 MOST = 500  # factors that are kept
@@ -46,7 +45,7 @@ def _kept() -> dict[str, float]:
 
 
 def _path() -> Path:
-    return platformdirs.user_cache_path("amb-cosim", appauthor=False) / FILE
+    return user_cache() / FILE
 
 
 def _version() -> str:

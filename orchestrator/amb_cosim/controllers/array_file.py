@@ -127,7 +127,7 @@ def _content(path: Path) -> dict[str, Any]:
         return _load_npz(path)
     with stage() as folder:
         target = folder / "arrays.npz"
-        command = [sys.executable, "-c", READ_MAT, str(path), str(target), *KEYS]
+        command = [sys.executable, "-P", "-c", READ_MAT, str(path), str(target), *KEYS]
         process = subprocess.run(command, capture_output=True, text=True, check=False)
         if process.returncode:
             lines = process.stderr.strip().splitlines() if process.returncode > 0 else []

@@ -10,16 +10,14 @@ import hashlib
 import os
 import re
 import time
-from contextlib import ExitStack, suppress
+from contextlib import suppress
 from dataclasses import dataclass
-from functools import cache
 from pathlib import Path
-
-import platformdirs
 
 from amb_files.archive import is_unpacked, unpack
 from amb_files.atomic import create_atomically
 from amb_files.stages import stage
+from amb_files.user_cache import user_cache
 
 LONGEST_NAME = 60  # characters of a file's name that the name of its folder takes over
 
@@ -27,8 +25,6 @@ LIMIT = 2 * 2**30  # bytes
 IN_USE = 24 * 3600.0  # s since its last use, within which a process may have something of the cache loaded
 COMPILED = ("engines", "loops")  # small, and minutes to make: they go only where everything does, with `over` = 0
 OWN = re.compile(r".+-[0-9a-f]{32}")  # names of the others
-
-_own = ExitStack()
 
 
 @dataclass(frozen=True)
@@ -42,12 +38,7 @@ class CacheEntry:
 
 def cache_folder() -> Path:
     """Return the folder of built and unpacked FMUs."""
-    folder = platformdirs.user_cache_path("amb-cosim", appauthor=False)
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError:
-        return _of_this_process()
-    return folder if os.access(folder, os.W_OK) else _of_this_process()
+    return user_cache()
 
 
 def unpacked(archive: Path, name: str) -> tuple[Path, bool]:
@@ -109,12 +100,3 @@ def _entry(path: Path) -> CacheEntry:
         used = path.stat().st_mtime
         size = sum(file.lstat().st_size for file in path.rglob("*") if not file.is_dir())
     return CacheEntry(path, size, used)
-
-
-@cache
-def _of_this_process() -> Path:
-    """Return a temporary folder that goes with the process."""
-    import atexit
-
-    atexit.register(_own.close)
-    return _own.enter_context(stage())

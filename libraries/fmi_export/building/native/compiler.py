@@ -17,6 +17,7 @@ from pathlib import Path
 import platformdirs
 
 from amb_files.stages import stage
+from amb_files.user_cache import is_private
 from fmi_export.building.extras import require_extra
 from fmi_export.building.native.universal import universal
 
@@ -149,7 +150,7 @@ def check_compiler() -> str:
 
 def _zig(arguments: list[str], folder: Path) -> str:
     process = subprocess.run(
-        [sys.executable, "-m", "ziglang", "cc", *arguments],
+        [sys.executable, "-P", "-m", "ziglang", "cc", *arguments],
         cwd=folder,
         env=os.environ | _cache(folder),
         capture_output=True,
@@ -162,10 +163,10 @@ def _zig(arguments: list[str], folder: Path) -> str:
 
 
 def _cache(folder: Path) -> dict[str, str]:
-    """Return zig's setting of its cache: none if it can write the usual one, and a place in `folder` otherwise."""
+    """Return zig's setting of its cache: none if the usual one is private, and a place in `folder` otherwise."""
     usual = platformdirs.user_cache_path("zig", appauthor=False)
     with suppress(OSError):
         usual.mkdir(parents=True, exist_ok=True)
-    if ZIG_CACHE in os.environ or os.access(usual, os.W_OK):
+    if ZIG_CACHE in os.environ or (os.access(usual, os.W_OK) and is_private(usual)):
         return {}
     return {ZIG_CACHE: str(folder / "cache")}

@@ -13,9 +13,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from platform import machine
 
-import platformdirs
-
 from amb_files.kept import is_undamaged, keep
+from amb_files.user_cache import user_cache
 from fmi_export.building.extras import require_extra
 from fmi_export.building.identity import digests
 from fmi_export.building.native.compiler import check_compiler, compile_library
@@ -172,4 +171,4 @@ def _versions(*names: str) -> dict[str, str]:
 
 
 def _cache() -> Path:
-    return platformdirs.user_cache_path("amb-cosim", appauthor=False)
+    return user_cache()

@@ -77,7 +77,7 @@ def lower(model: Kernels) -> str:
         environment["PYTHONPATH"] = os.pathsep.join(str(Path(entry).absolute()) for entry in sys.path)
         target = folder / "kernels.ll"
         process = subprocess.run(
-            [sys.executable, "-m", __name__, json.dumps(places), str(target)],
+            [sys.executable, "-P", "-m", __name__, json.dumps(places), str(target)],
             cwd=folder,
             env=environment,
             capture_output=True,

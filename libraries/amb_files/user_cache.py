@@ -1,0 +1,79 @@
+"""The user's cache folder, or a temporary one of this process where others could write to the user's."""
+
+from __future__ import annotations
+
+import atexit
+import logging
+import os
+import stat
+from contextlib import ExitStack
+from functools import cache
+from pathlib import Path
+
+import platformdirs
+
+from amb_files.stages import stage
+
+OTHERS = stat.S_IWOTH | stat.S_IWGRP
+
+log = logging.getLogger(__name__)
+_own = ExitStack()
+
+
+def user_cache(name: str = "amb-cosim") -> Path:
+    """Return the user's cache folder of a program, made if it is missing.
+
+    It holds machine code that is loaded. Where it cannot be written, or somebody else owns it or may write to it, it is
+    a temporary folder that goes with this process; the second is logged once.
+    """
+    folder = platformdirs.user_cache_path(name, appauthor=False)
+    try:
+        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+    except OSError:
+        return _of_this_process("")
+    if not os.access(folder, os.W_OK):
+        return _of_this_process("")
+    if not is_private(folder):
+        return _of_this_process(f"{folder} is not used as a cache, because other users own it or may write to it")
+    return folder
+
+
+def is_private(folder: Path) -> bool:
+    """Return whether a folder is this user's and nobody but root may change it or put another in its place.
+
+    A group of which the user is the only member counts as the user; a folder like /tmp, where only owners may rename,
+    may be among the parents.
+    """
+    if not hasattr(os, "geteuid"):  # Windows: the profile is the user's
+        return True
+    user = os.geteuid()
+    for path in (folder := folder.resolve(), *folder.parents):
+        status = path.stat()
+        if status.st_uid != user and (path == folder or status.st_uid != 0):
+            return False
+        writable = status.st_mode & OTHERS
+        if writable == stat.S_IWGRP and _is_group_of_one(status.st_gid):
+            writable = 0
+        if writable and (path == folder or not status.st_mode & stat.S_ISVTX):
+            return False
+    return True
+
+
+def _is_group_of_one(number: int) -> bool:
+    import grp
+    import pwd
+
+    try:
+        user, group = pwd.getpwuid(os.geteuid()), grp.getgrgid(number)
+    except KeyError:
+        return False
+    return user.pw_gid == number and group.gr_name == user.pw_name and not {*group.gr_mem} - {user.pw_name}
+
+
+@cache
+def _of_this_process(reason: str) -> Path:
+    """Return a temporary folder, and log why it is needed."""
+    if reason:
+        log.warning("%s; this process compiles what it needs anew", reason)
+    atexit.register(_own.close)
+    return _own.enter_context(stage())
