@@ -13,7 +13,6 @@ from command_line import COMMAND, run_command
 from strange_machine import RUB, TOUCHDOWN
 
 import amb_cosim
-from amb_cosim.cosim.checkpoint import Checkpoint
 from amb_cosim.scenario.scenario import Scenario
 
 WITHIN_CONTACT = "cycle 6"  # the rotor rubs then, and has had its step of unbalance
@@ -97,22 +96,6 @@ def test_a_state_of_another_past_is_refused(file, changes, settings, told):
 def test_a_state_of_other_fmus_is_refused(file):
     with pytest.raises(ValueError, match=r"fmus.rotor_contact: .* there, .* now"):
         amb_cosim.run(SHORT, start=file, flavour="python")
-
-
-def test_a_damaged_state_is_refused(file, tmp_path):
-    content = file.read_bytes()
-    for number, damaged in enumerate((b"", content[:-100], content[:9000] + b"x" + content[9001:], b"PK" + content)):
-        (tmp_path / f"{number}.npz").write_bytes(damaged)
-        with pytest.raises(ValueError, match="is no checkpoint, or damaged"):
-            Checkpoint.load(tmp_path / f"{number}.npz")
-    with pytest.raises(ValueError, match=r"no checkpoint .*missing"):
-        Checkpoint.load(tmp_path / "missing")
-
-
-def test_a_state_of_another_version_is_refused(file, tmp_path, monkeypatch):
-    monkeypatch.setattr("amb_cosim.cosim.checkpoint.VERSION", 2)
-    with pytest.raises(ValueError, match="is a checkpoint of form 1; it must be 2"):
-        Checkpoint.load(file)
 
 
 def test_a_moment_without_a_state_is_told(saved):

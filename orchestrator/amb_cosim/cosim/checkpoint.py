@@ -1,12 +1,15 @@
 """The state of a run before a communication point, from which it, or another with the same past, goes on.
 
 In a file it is an archive of numpy (`.npz`): `head`, JSON text with the version of the form, the point, the past and
-names; `signals`, `points`, `table`; and the states of the FMUs, `state_0` and so on, as they serialise them.
+names; `signals`, `points`, `table`; the states of the FMUs, `state_0` and so on, as they serialise them; and
+`checksum`, the SHA-256 of all other arrays with their names, types and shapes.
 """
 
 from __future__ import annotations
 
+import hashlib
 import json
+import zipfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,7 +22,7 @@ from amb_cosim.cosim.differences import told_differences
 from amb_cosim.cosim.schedules import Array, IntArray
 from amb_files.atomic import write_atomically
 
-VERSION = 1
+VERSION = 2
 HEAD = ("point", "step_size", "past", "notice", "names", "recorded", "since", "components", "warnings")
 
 
@@ -100,7 +103,7 @@ class Checkpoint:
 
         def write(temporary: Path) -> None:
             with temporary.open("wb") as file:
-                np.savez(file, allow_pickle=False, **arrays)
+                np.savez(file, allow_pickle=False, **arrays, checksum=_checksum(arrays))
 
         write_atomically(Path(path), write)
         return Path(path)
@@ -115,18 +118,22 @@ class Checkpoint:
         Raises
         ------
         ValueError
-            If there is none, it is damaged, or of another version.
+            If there is none, it is damaged or changed, or of another version.
         """
+        if not Path(path).is_file():
+            raise ValueError(f"no checkpoint {path}; it must be a file that --save-at wrote")
         try:
-            with np.load(path, allow_pickle=False) as file:
-                head = json.loads(file["head"].tobytes())
-                version = head["version"]
-                if version == VERSION:
-                    return cls._read(head, {name: file[name] for name in file.files})
-        except FileNotFoundError:
-            raise ValueError(f"no checkpoint {path}; it must be a file that --save-at wrote") from None
+            arrays = _read_arrays(Path(path))
+            head = json.loads(arrays["head"].tobytes())
+            version = int(head["version"])
+            if version == VERSION:
+                if arrays.pop("checksum").tobytes() != _checksum(arrays).tobytes():
+                    raise ValueError("checksum")
+                return cls._read(head, arrays)
         except Exception as error:  # numpy, zipfile and json have each their own
-            raise ValueError(f"{path} is no checkpoint, or damaged: {error or type(error).__name__}") from error
+            raise ValueError(
+                f"{path} is no checkpoint, or damaged; it must be a file that --save-at wrote, unchanged"
+            ) from error
         raise ValueError(f"{path} is a checkpoint of form {version}; it must be {VERSION}, as this version writes it")
 
     @classmethod
@@ -145,3 +152,21 @@ class Checkpoint:
             states={name: arrays[f"state_{k}"].tobytes() for k, name in enumerate(head["components"])},
             warnings=head["warnings"],
         )
+
+
+def _read_arrays(path: Path) -> dict[str, Any]:
+    """Return the arrays of an archive by name; one whose content is larger than its file was not written here."""
+    with zipfile.ZipFile(path) as archive:
+        if sum(entry.file_size for entry in archive.infolist()) > path.stat().st_size:
+            raise ValueError("size")
+    with np.load(path, allow_pickle=False) as file:
+        return {name: file[name] for name in file.files}
+
+
+def _checksum(arrays: Mapping[str, Any]) -> Any:
+    """Return the SHA-256 of arrays with their names, types and shapes, as an array of 32 bytes."""
+    content = hashlib.sha256()
+    for name, array in sorted(arrays.items()):
+        content.update(f"{name} {array.dtype.str} {array.shape}\n".encode())
+        content.update(array.tobytes())
+    return np.frombuffer(content.digest(), np.uint8)

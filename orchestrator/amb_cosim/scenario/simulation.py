@@ -107,10 +107,10 @@ def run(
     if fmu:
         scenario = scenario.changed(fmu={component: fspath(file) for component, file in fmu.items()})
     with progress_bar(progress) as report:
+        given = Checkpoint.load(start) if isinstance(start, str | Path) else start
         prepared = prepare(scenario, set, until, flavour)
         file = None if autosave is None else Path(autosave)
         saves = Saves(save_points(save_at, prepared.plan, prepared.plan.period), file, autosave_every)
-        given = Checkpoint.load(start) if isinstance(start, str | Path) else start
         start = resumed(file, prepared.assembly, prepared.plan, scenario.coupling) or given
         return run_prepared(prepared, report, loop, isolated, start=start, saves=saves)
 

@@ -1,0 +1,137 @@
+"""Files of checkpoints: what they hold comes back, and any other file is refused in one sentence."""
+
+from __future__ import annotations
+
+import json
+import os
+import zipfile
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from strange_machine import RUB
+
+from amb_cosim.commands.cli import main
+from amb_cosim.cosim.checkpoint import Checkpoint
+
+CHECKPOINT = Checkpoint(
+    point=24,
+    step_size=1e-3,
+    past={"inputs": {"a.u": 1.0}},
+    notice="",
+    signals={"a.x": 0.5, "b.x": -0.0},
+    scales=np.array([1.0, 2.0]),
+    recorded=("a.x",),
+    points=np.array([0, 12, 24]),
+    table=np.array([[0.0], [np.nan], [0.5]]),
+    since={"stop": 3},
+    states={"a": b"state of a", "b": b""},
+    warnings={"a": ["limit"], "b": []},
+)
+REFUSED = r"is no checkpoint, or damaged; it must be a file that --save-at wrote, unchanged$"
+
+
+@pytest.fixture
+def file(tmp_path):
+    return CHECKPOINT.save(tmp_path / "state.npz")
+
+
+def forge(file, **changed):
+    """Write the file again, valid but with other arrays and its old checksum; those that are None are left out."""
+    with np.load(file) as given:
+        arrays = {**given, **changed}
+    np.savez(file, **{name: array for name, array in arrays.items() if array is not None})
+
+
+def test_a_file_has_the_whole_checkpoint(file):
+    found = Checkpoint.load(file)
+    assert found.save(file.with_name("again.npz")).read_bytes() == file.read_bytes()
+    assert (found.point, found.states, found.signals) == (24, CHECKPOINT.states, CHECKPOINT.signals)
+    assert found.table.tobytes() == CHECKPOINT.table.tobytes()
+
+
+@pytest.mark.parametrize("name", ["head", "signals", "scales", "points", "table", "state_0", "checksum"])
+def test_one_changed_bit_of_any_array_is_refused(file, name):
+    with np.load(file) as given:
+        array = given[name].copy()
+    array.view(np.uint8).flat[-2 if name == "head" else -1] ^= 1
+    forge(file, **{name: array})
+    with pytest.raises(ValueError, match=REFUSED):
+        Checkpoint.load(file)
+
+
+@pytest.mark.parametrize(
+    "changed",
+    [
+        {"point": 12},
+        {"past": {}},
+        {"names": ["b.x", "a.x"]},
+        {"since": {}},
+        {"components": ["b", "a"]},
+        {"step_size": 2e-3},
+    ],
+)
+def test_a_changed_head_is_refused(file, changed):
+    with np.load(file) as given:
+        head = {**json.loads(given["head"].tobytes()), **changed}
+    forge(file, head=np.frombuffer(json.dumps(head).encode(), np.uint8))
+    with pytest.raises(ValueError, match=REFUSED):
+        Checkpoint.load(file)
+
+
+@pytest.mark.parametrize(
+    "changed",
+    [
+        {"checksum": None},
+        {"head": None},
+        {"table": np.zeros((1, 3))},
+        {"extra": np.zeros(1)},
+        {"table": np.array([[None]])},
+        {"signals": np.array([0.5, -0.0], np.float32)},
+    ],
+    ids=str,
+)
+def test_missing_added_and_other_arrays_are_refused(file, changed):
+    forge(file, **changed)
+    with pytest.raises(ValueError, match=REFUSED):
+        Checkpoint.load(file)
+
+
+def test_damaged_files_and_other_files_are_refused(file, tmp_path):
+    content = file.read_bytes()
+    np.save(tmp_path / "objects.npy", np.array([None]))
+    np.savez_compressed(tmp_path / "bomb.npz", head=np.zeros(10**8, np.uint8))
+    with zipfile.ZipFile(tmp_path / "text.npz", "w") as archive:
+        archive.writestr("head", "no array")
+    for number, damaged in enumerate((b"", b"no archive", content[:-100], content[:900] + b"x" + content[901:])):
+        (tmp_path / f"{number}.npz").write_bytes(damaged)
+    for path in tmp_path.glob("[!s]*.np?"):
+        with pytest.raises(ValueError, match=REFUSED):
+            Checkpoint.load(path)
+
+
+def test_a_checkpoint_of_another_form_is_refused(file, monkeypatch):
+    monkeypatch.setattr("amb_cosim.cosim.checkpoint.VERSION", 1)
+    CHECKPOINT.save(file)
+    monkeypatch.undo()
+    with pytest.raises(ValueError, match=r"is a checkpoint of form 1; it must be 2, as this version writes it$"):
+        Checkpoint.load(file)
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="the system has no named pipes")
+def test_what_is_no_file_is_refused_at_once(tmp_path):
+    os.mkfifo(tmp_path / "pipe")
+    for path in (tmp_path / "pipe", tmp_path, "/dev/zero", tmp_path / "missing"):
+        with pytest.raises(ValueError, match=r"^no checkpoint .*; it must be a file that --save-at wrote$"):
+            Checkpoint.load(path)
+
+
+def test_a_run_from_another_file_ends_with_code_2_and_one_sentence(file, tmp_path):
+    """Before anything is built."""
+    forge(file, table=np.ones((3, 1)))
+    for start in (file, tmp_path):
+        done = CliRunner().invoke(main, ["run", str(RUB), "--from", str(start), "-o", str(tmp_path / "out")])
+        assert done.exit_code == 2
+        assert "it must be a file that --save-at wrote" in " ".join(done.stderr.split())
+        assert len(done.stderr.strip().splitlines()) == 1
+        assert not (tmp_path / "out").exists()
