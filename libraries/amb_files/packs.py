@@ -61,13 +61,21 @@ def files_of(kind: str, **own: Path) -> dict[str, Path]:
     return found
 
 
+@cache
 def modules_of(name: str) -> dict[str, ModuleType]:
-    """Return the module of that name of each pack that has one, imported, by pack."""
-    return {
-        pack: import_module(f"{folder.name}.{name}")
-        for pack, folder in packs().items()
-        if (folder / f"{name}.py").is_file() or (folder / name / "__init__.py").is_file()
-    }
+    """Return the module of that name of each pack that has one, imported, by pack.
+
+    One that cannot be imported is left out with a warning.
+    """
+    found: dict[str, ModuleType] = {}
+    for pack, folder in packs().items():
+        if (folder / f"{name}.py").is_file() or (folder / name / "__init__.py").is_file():
+            try:
+                found[pack] = import_module(f"{folder.name}.{name}")
+            except (Exception, SystemExit) as error:  # whatever its code raises
+                why = f"{type(error).__name__}: {error}"
+                print(f"warning: pack {pack!r} is without its {name}, which fail on import: {why!r}", file=sys.stderr)
+    return found
 
 
 def _folder(package: str) -> Path:
