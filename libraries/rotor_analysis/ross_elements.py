@@ -1,7 +1,8 @@
 """The elements in a file that ROSS saved, and what of them a rotor file cannot hold.
 
-ROSS (ross-rotordynamics, 2.3) counts nodes from 0 and gives a shaft element by its node, several at one node where
-sleeves bend with the shaft. Its elements have six degrees of freedom a node; a rotor file has the four of bending.
+ROSS (ross-rotordynamics, 2.3 to 3.1) counts nodes from 0 and gives a shaft element by its node, several at one node
+where sleeves bend with the shaft. Its elements have six degrees of freedom per node; a rotor file has the four of
+bending.
 """
 
 from __future__ import annotations
@@ -74,11 +75,16 @@ class SavedMass(SavedPart):
 
 
 class SavedBearing(SavedPart):
-    """A bearing or seal: coefficients at one speed, or at each of `frequency` (rad/s)."""
+    """A bearing or seal: coefficients of one value, or over `speed`, or over the whirl `frequency` (rad/s).
+
+    Before version 3 ROSS called the speed `frequency`; read here, it is `speed`.
+    """
 
     model_config = ConfigDict(strict=True, allow_inf_nan=False, extra="allow")
 
     n_link: int | None = None
+    interpolation: str = "pchip"
+    speed: list[float] | None = None
     frequency: list[float] | None = None
     kxx: list[float]
     kxy: list[float]
@@ -99,7 +105,13 @@ class SavedBearing(SavedPart):
 
 @dataclass
 class SavedRotor:
-    """What a file holds, in its order; `others` are tables that are none of these."""
+    """What a file holds, in its order.
+
+    others
+        Tables that are none of these.
+    over_both
+        Bearings and seals with coefficients over speed and frequency.
+    """
 
     title: str
     elements: list[SavedElement] = field(default_factory=list)
@@ -108,10 +120,11 @@ class SavedRotor:
     bearings: list[SavedBearing] = field(default_factory=list)
     seals: list[SavedBearing] = field(default_factory=list)
     others: list[str] = field(default_factory=list)
+    over_both: list[str] = field(default_factory=list)
 
 
-def read_saved(path: Path) -> SavedRotor:
-    """Read the elements of a rotor that ROSS saved as TOML.
+def read_saved(path: Path, frequency: float | None = None) -> SavedRotor:
+    """Read the elements of a rotor that ROSS saved as TOML; coefficients over frequency need a `frequency` (rad/s).
 
     Raises
     ------
@@ -120,6 +133,7 @@ def read_saved(path: Path) -> SavedRotor:
     """
     name = f"ROSS file {path}"
     data = read_toml(path, name)
+    is_old = str(data.get("ross_version", "2")).partition(".")[0] < "3"
     parameters = data.get("parameters")
     title = parameters.get("tag") if isinstance(parameters, dict) else None
     rotor = SavedRotor(str(title or path.stem))
@@ -129,6 +143,11 @@ def read_saved(path: Path) -> SavedRotor:
         what, kind = f"{name}, {key!r}", key.partition("_")[0]
         if isinstance(table, dict) and {"kxx", "cxx"} <= set(table):
             of_kind = rotor.seals if kind == "SealElement" else rotor.bearings
+            if table.get("speed") and table.get("frequency"):
+                rotor.over_both.append(str(table.get("tag", key)))
+                continue
+            if is_old and "g0" not in table:
+                table = {**table, "speed": table.get("frequency"), "frequency": None, "interpolation": "spline"}
             of_kind.append(validate(table, SavedBearing, what))
         elif kind == "ShaftElement":
             rotor.elements.append(validate(table, SavedElement, what))
@@ -141,7 +160,7 @@ def read_saved(path: Path) -> SavedRotor:
     if not rotor.elements:
         raise ValueError(f"{name} has no table such as ['ShaftElement_1']; it must be a rotor saved by ROSS as TOML")
     by_reason: dict[str, list[str]] = {}
-    for reason, tag in _unlike(rotor):
+    for reason, tag in _unlike(rotor, frequency):
         by_reason.setdefault(reason, []).append(tag)
     wrong = [f"{name}: {reason} ({_few(tags)}); a rotor file has none" for reason, tags in by_reason.items()]
     if wrong:
@@ -149,8 +168,10 @@ def read_saved(path: Path) -> SavedRotor:
     return rotor
 
 
-def _unlike(rotor: SavedRotor) -> Iterator[tuple[str, str]]:
+def _unlike(rotor: SavedRotor, frequency: float | None) -> Iterator[tuple[str, str]]:
     """What a rotor file cannot hold, and the part that has it."""
+    for tag in rotor.over_both:
+        yield "coefficients over speed and frequency", tag
     for key in rotor.others:
         yield "an element of another kind", key
     yield from _unlike_a_shaft(rotor.elements)
@@ -164,7 +185,9 @@ def _unlike(rotor: SavedRotor) -> Iterator[tuple[str, str]]:
     for bearing in (*rotor.bearings, *rotor.seals):
         if bearing.n_link is not None:
             yield "a bearing that stands on another part", bearing.tag
-        count = len(bearing.frequency or [0.0])
+        if bearing.frequency and frequency is None:
+            yield "coefficients over the whirl frequency, which --frequency freezes at one value", bearing.tag
+        count = len(bearing.speed or bearing.frequency or [0.0])
         given = [getattr(bearing, f"{letter}{axes}") for letter in "kcm" for axes in AXES]
         if any(len(values) != count for values in given if values):
             yield "coefficients that are not as many as their speeds", bearing.tag

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable, Iterator
 from itertools import accumulate
@@ -21,17 +22,24 @@ from rotor_analysis.ross_elements import (
 from rotor_analysis.rotor import Rotor
 
 
-def read_ross(path: Path) -> tuple[dict[str, Any], list[str]]:
+def read_ross(path: Path, frequency: float | None = None) -> tuple[dict[str, Any], list[str]]:
     """Return a rotor that ROSS saved as the content of a rotor file, and notes on what differs from ROSS.
 
     Its discs are planes of unbalance; contact sites and sensors it has none.
+
+    Parameters
+    ----------
+    path
+        The file.
+    frequency
+        Whirl frequency (rad/s) at which coefficients over frequency are taken; a rotor file has them over speed alone.
 
     Raises
     ------
     ValueError
         If the file cannot be read, is none of ROSS's, or holds what a rotor file cannot; the message names all of it.
     """
-    saved, name = read_saved(path), _names()
+    saved, name = read_saved(path, frequency), _names()
     bodies: list[dict[str, Any]] = [
         {
             "name": name(disk.tag),
@@ -48,24 +56,29 @@ def read_ross(path: Path) -> tuple[dict[str, Any], list[str]]:
         for mass in saved.masses
     ]
     bearings, seals = (
-        [{"name": name(b.tag), "node": b.n + 1} | _coefficients(b) for b in of_kind]
+        [{"name": name(b.tag), "node": b.n + 1} | _coefficients(b, frequency) for b in of_kind]
         for of_kind in (saved.bearings, saved.seals)
     )
     content = {"name": saved.title} | _shaft(saved.elements) | _damping(saved.elements[0])
     content |= {"bodies": bodies, "bearings": bearings} | ({"seals": seals} if seals else {})
     validate(content, Rotor, f"ROSS file {path}")
-    return content, list(dict.fromkeys(_notes(saved)))
+    return content, list(dict.fromkeys(_notes(saved, frequency)))
 
 
-def _notes(saved: SavedRotor) -> Iterator[str]:
+def _notes(saved: SavedRotor, frequency: float | None) -> Iterator[str]:
     first = saved.elements[0]
     if first.shear_effects and first.shear_method_calc == "hutchinson":
         yield "The shear coefficient is Hutchinson's; that of ROSS lacks a factor 1 + nu."
     for bearing in (*saved.bearings, *saved.seals):
         if any((*bearing.kzz, *bearing.czz, *bearing.mzz)):
             yield f"{bearing.tag}: its axial coefficients are left out."
-        if len(bearing.frequency or ()) > 3:
+        if bearing.frequency and frequency is not None:
+            at = f"{frequency:.6g} rad/s ({frequency / math.tau:.4g} Hz)"
+            yield f"{bearing.tag}: its coefficients over the whirl frequency are those at {at}; modes elsewhere differ."
+        if len(bearing.speed or ()) > 3 and bearing.interpolation == "spline":
             yield "Coefficients over speed are those of ROSS's spline, which smooths the saved ones."
+        elif len(bearing.speed or ()) > 2 and bearing.interpolation != "spline":
+            yield "Between the speeds of a table ROSS interpolates by monotone cubics, a rotor file by a spline."
         others = sorted(set(bearing.model_extra or {}) - DRAWING)
         if others:
             yield f"{bearing.tag}: only its stiffness, damping and mass are kept, not {', '.join(others)}."
@@ -146,25 +159,48 @@ def _collapsed(values: list[Any]) -> Any:
     return values[0] if len(set(values)) == 1 else values
 
 
-def _coefficients(bearing: SavedBearing) -> dict[str, Any]:
+def _coefficients(bearing: SavedBearing, frequency: float | None) -> dict[str, Any]:
     """Stiffness, damping and, where there is any, mass, of one speed or of many."""
+    if bearing.frequency and frequency is not None:
+        bearing = _frozen(bearing, frequency)
     curves = {"stiffness": _tensors(bearing, "k"), "damping": _tensors(bearing, "c")}
     if any(any(getattr(bearing, f"m{axes}")) for axes in AXES):
         curves["mass"] = _tensors(bearing, "m")
     rows = [dict(zip(curves, row, strict=True)) for row in zip(*curves.values(), strict=True)]
-    if len(bearing.frequency or ()) < 2:
+    if len(bearing.speed or ()) < 2:
         return rows[0]
-    return {"at_speed": [{"speed": speed} | row for speed, row in zip(bearing.frequency or (), rows, strict=True)]}
+    return {"at_speed": [{"speed": speed} | row for speed, row in zip(bearing.speed or (), rows, strict=True)]}
+
+
+def _frozen(bearing: SavedBearing, frequency: float) -> SavedBearing:
+    """The bearing with its coefficients at a whirl frequency (rad/s), by monotone cubics as in ROSS.
+
+    Raises
+    ------
+    ValueError
+        If its table does not reach there.
+    """
+    from scipy.interpolate import PchipInterpolator  # slow to import
+
+    table = bearing.frequency or []
+    if not table[0] <= frequency <= table[-1]:
+        span = f"{table[0]:.6g} to {table[-1]:.6g} rad/s"
+        raise ValueError(f"frequency = {frequency:.6g} rad/s is not allowed; {bearing.tag} has those from {span}")
+    names = [f"{letter}{axes}" for letter in "kcm" for axes in AXES]
+    curves = {name: values for name in names if (values := getattr(bearing, name))}
+    if len(table) > 1:
+        curves = {name: [float(PchipInterpolator(table, values)(frequency))] for name, values in curves.items()}
+    return bearing.model_copy(update={"frequency": None, **curves})
 
 
 def _tensors(bearing: SavedBearing, letter: str) -> list[list[list[float]]]:
-    """[[xx, xy], [yx, yy]] at each speed, as ROSS computes them: by scipy's smoothing spline from four speeds on."""
+    """[[xx, xy], [yx, yy]] at each speed, as ROSS has them: before version 3 by a smoothing spline from four on."""
     curves = []
     for axes in AXES:
-        values = getattr(bearing, f"{letter}{axes}") or [0.0] * len(bearing.frequency or [0.0])
-        if len(values) > 3:
+        values = getattr(bearing, f"{letter}{axes}") or [0.0] * len(bearing.speed or [0.0])
+        if len(values) > 3 and bearing.interpolation == "spline":
             from scipy.interpolate import UnivariateSpline  # slow to import
 
-            values = UnivariateSpline(bearing.frequency, values)(bearing.frequency).tolist()
+            values = UnivariateSpline(bearing.speed, values)(bearing.speed).tolist()
         curves.append(values)
     return [[[xx, xy], [yx, yy]] for xx, xy, yx, yy in zip(*curves, strict=True)]

@@ -20,20 +20,24 @@ def rotor() -> None:
 @rotor.command("import")
 @click.argument("model", type=click.Path(path_type=Path))
 @output("Rotor file; MODEL_rotor.toml by default.")
-def import_model(model: Path, output: Path | None) -> None:
+@click.option("--frequency", help="Whirl frequency to freeze coefficients over frequency at, 100 Hz or 628 rad/s.")
+def import_model(model: Path, output: Path | None, frequency: str | None) -> None:
     """Make a rotor file of a rotor that ROSS saved.
 
-    MODEL is the TOML file that ROSS saved. ROSS need not be installed.
+    MODEL is the TOML file that ROSS saved. ROSS need not be installed. Coefficients over the whirl frequency, such as
+    those of ROSS's magnetic bearings, need --frequency: a rotor file has coefficients over the spin speed.
     """
     import tomli_w
 
+    from amb_cosim.cosim.values import quantity
     from amb_files.atomic import write_atomically
     from rotor_analysis.ross_file import read_ross
 
     path = output or Path(f"{model.stem}_rotor.toml")
     with refusing():
         check_writable(path, is_folder=False)
-        content, notes = read_ross(model)
+        at = None if frequency is None else quantity(frequency, "rad/s", "--frequency")
+        content, notes = read_ross(model, at)
         head = "".join(f"# {line}\n" for line in (f"Imported from {model.name}, which ROSS saved. SI units.", *notes))
         text = head + "\n" + tomli_w.dumps(content)
         write_atomically(path, lambda temporary: temporary.write_text(text, encoding="utf-8"))
