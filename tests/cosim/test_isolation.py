@@ -109,10 +109,11 @@ def test_fmus_given_as_files_are_isolated_unless_it_is_said(system, monkeypatch,
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="processes are found in /proc")
-@pytest.mark.parametrize(("number", "code"), [
-    (signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGKILL, -signal.SIGKILL),
+@pytest.mark.parametrize(("number", "code", "is_stopped"), [
+    (signal.SIGINT, 130, False), (signal.SIGTERM, 143, False),
+    (signal.SIGKILL, -signal.SIGKILL, False), (signal.SIGKILL, -signal.SIGKILL, True),
 ])  # fmt: skip
-def test_a_signal_ends_the_process_of_the_fmus_too(system, tmp_path, number, code):
+def test_a_signal_ends_the_process_of_the_fmus_too(system, tmp_path, number, code, is_stopped):
     process = subprocess.Popen(
         [*COMMAND, "simulate", system(GOOD, "1e5 s"), "-o", "out"], cwd=tmp_path, stderr=subprocess.PIPE, text=True
     )
@@ -123,6 +124,8 @@ def test_a_signal_ends_the_process_of_the_fmus_too(system, tmp_path, number, cod
         time.sleep(0.05)
     (child,) = listed.read_text().split()
     time.sleep(0.5)
+    if is_stopped:
+        os.kill(int(child), signal.SIGSTOP)
     os.kill(process.pid, number)
     _, errors = process.communicate(timeout=60)
     assert process.returncode == code

@@ -9,7 +9,7 @@ import sys
 import threading
 from typing import Any
 
-from amb_cosim.cosim.descendants import adopt_orphans, end_descendants
+from amb_cosim.cosim.descendants import adopt_orphans, continue_without_parent, end_descendants
 from amb_cosim.cosim.errors import ProcessFailed
 from amb_cosim.cosim.instances import Instances
 from amb_cosim.cosim.isolation import ERROR, PROGRESS, RECORDING
@@ -24,8 +24,7 @@ def main() -> None:
         os.dup2(2, 1)  # what FMUs print does not go among the answers
         signal.signal(signal.SIGTERM, signal.default_int_handler)  # a run puts it off to a safe moment
         assembly, plan, loop, coupling, start, saves = pickle.load(sys.stdin.buffer)
-        adopt_orphans()
-        threading.Thread(target=end_with_parent, daemon=True).start()
+        end_with_parent()
         memory = limit_memory()
 
         def answer(kind: int, *content: Any) -> None:
@@ -75,6 +74,13 @@ def limit_memory() -> float:
 
 
 def end_with_parent() -> None:
+    """Have a thread end this process, with all that it starts, when its parent has ended."""
+    adopt_orphans()
+    continue_without_parent()
+    threading.Thread(target=_wait_and_end, daemon=True).start()
+
+
+def _wait_and_end() -> None:
     sys.stdin.buffer.read()
     end_descendants(os.getpid())
     if sys.platform != "win32" and os.getpgrp() == os.getpid():

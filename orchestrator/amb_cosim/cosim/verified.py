@@ -6,7 +6,6 @@ import os
 import pickle
 import signal
 import sys
-import threading
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -15,7 +14,7 @@ import numpy as np
 from fmpy import read_model_description, simulate_fmu
 from numpy.typing import NDArray
 
-from amb_cosim.cosim.descendants import adopt_orphans, end_descendants
+from amb_cosim.cosim.descendants import end_descendants
 from amb_cosim.cosim.isolated import end_with_parent, limit_memory
 from amb_cosim.cosim.isolation import ERROR, RECORDING
 from amb_cosim.cosim.reference_experiments import ReferenceExperiment, Table, read_experiments
@@ -31,8 +30,7 @@ def main() -> None:
         os.dup2(2, 1)  # what FMUs print does not go among the answers
         signal.signal(signal.SIGTERM, signal.default_int_handler)
         (folder,) = pickle.load(sys.stdin.buffer)
-        adopt_orphans()
-        threading.Thread(target=end_with_parent, daemon=True).start()
+        end_with_parent()
         limit_memory()
         try:
             answer: tuple[Any, ...] = (RECORDING, [_verified(folder, one) for one in read_experiments(folder)])
