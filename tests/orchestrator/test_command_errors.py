@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import json
 import shlex
+import sys
 from pathlib import Path
 
 import pytest
+from command_line import run_command
 from pump import LEVITATED, SHAFT, sensors
 
 from amb_cosim.cosim.recording import Outcome
@@ -209,3 +211,11 @@ RESULTS = {
 @pytest.mark.parametrize(("command", "message"), (RUN | ANALYSES | CONTROL | RESULTS).items())
 def test_bad_input_ends_with_one_message_and_nothing_written(folder, refuses, command, message):
     refuses(message, *shlex.split(command))
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="names of files are bytes")
+@pytest.mark.parametrize("arguments", [["run"], ["rotor", "show"], ["new"], ["list"], ["sweep", "a.toml", "-o"]])
+def test_names_of_files_that_are_not_utf_8_are_refused(arguments, tmp_path):
+    done = run_command(*arguments, "a\udcff.toml", cwd=tmp_path, code=2)
+    assert done.stderr == "amb-cosim: argument 'a\\udcff.toml' is not UTF-8; rename the file or folder\n"
+    assert [*tmp_path.iterdir()] == []

@@ -26,13 +26,20 @@ from amb_cosim.commands import (
     sweep,
     verify,
 )
-from amb_cosim.commands.cli_errors import interrupted
+from amb_cosim.commands.cli_errors import Refused, interrupted
 from amb_cosim.commands.packs import PackCommands
 from amb_cosim.cosim.interruption import interruptible, was_interrupted
 
 
 class Commands(PackCommands):
     """Commands that Ctrl-C and SIGTERM end with a message and an exit code of their own."""
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Refuse what is not UTF-8: results, pages and figures hold the names of files as text."""
+        for argument in args:
+            if argument != argument.encode("utf-8", "replace").decode():
+                raise Refused(f"argument {argument!r} is not UTF-8; rename the file or folder")
+        return super().parse_args(ctx, args)
 
     def invoke(self, ctx: click.Context) -> Any:
         try:
