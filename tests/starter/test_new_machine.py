@@ -236,3 +236,14 @@ def test_what_does_not_go_with_a_rotor_file_is_refused(tmp_path, given, message)
     done = CliRunner().invoke(main, asked)
     assert (done.exit_code, message in done.stderr) == (2, True), done.stderr
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("name", ['a"b', "a\nb", "a\\b", 'a"\n[materials]', "a\x7f"])
+def test_a_name_that_a_file_cannot_hold_is_refused(name, tmp_path):
+    from_mass = ["--mass", "60 kg", "--length", "1 m"]
+    for given in (from_mass, ["--rotor", str(EXPANDER)]):
+        done = CliRunner().invoke(main, ["new", str(tmp_path / name), *given, "--speed", "9000 rpm"])
+        assert done.exit_code == 2
+        allowed = "it must be printable, without quotation marks and backslashes"
+        assert done.stderr == f"amb-cosim: name = {name!r} is not allowed; {allowed}\n"
+    assert [*tmp_path.iterdir()] == []

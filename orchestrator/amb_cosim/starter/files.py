@@ -13,7 +13,7 @@ from string import Template
 from amb_cosim.cosim.choices import Flavour
 from amb_cosim.cosim.values import RPM
 from amb_cosim.starter.levitation import Gains, OperatingPoint, best_gains, candidates, operating_points
-from amb_cosim.starter.rotor_text import damping, supports
+from amb_cosim.starter.rotor_text import damping, require_name, supports
 from amb_cosim.starter.sizing import SAMPLE_TIME, MachineSizes, machine_sizes
 from rotor_analysis.assembly import assemble
 from rotor_analysis.damping import free_modes
@@ -59,9 +59,10 @@ def new_machine(
     Raises
     ------
     ValueError
-        If the folder exists, the rotor file is not valid, it has bearings and positions are given, it lacks what
-        `machine_sizes` needs, or no gains levitate the rotor.
+        If the folder exists, its name cannot stand in a TOML file, the rotor file is not valid, it has bearings and
+        positions are given, it lacks what `machine_sizes` needs, or no gains levitate the rotor.
     """
+    require_name(folder.name)
     if folder.exists():
         raise ValueError(f"{folder} exists; a new machine needs a new folder")
     with tempfile.TemporaryDirectory() as place:

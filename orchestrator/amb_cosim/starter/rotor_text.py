@@ -36,8 +36,10 @@ def plain_shaft(name: str, mass: float, length: float, speed: float) -> str:
     Raises
     ------
     ValueError
-        If a number is not positive, or the shaft would be thicker than a quarter of its length.
+        If the name cannot stand in a TOML file, a number is not positive, or the shaft would be thicker than a quarter
+        of its length.
     """
+    require_name(name)
     for key, value, unit, most in (("mass", mass, "kg", 1e5), ("length", length, "m", 50.0)):
         require(0.0 < value <= most, key, f"{value:g} {unit}", f"> 0 {unit} and <= {most:g} {unit}")
     require_speed(speed)
@@ -110,6 +112,12 @@ def diameter_at(rotor: Rotor, z: float) -> float:
     nodes, elements = rotor.shaft.nodes, rotor.elements
     near = [k for k in range(len(elements)) if nodes[k] - 1e-9 <= z <= nodes[k + 1] + 1e-9]
     return max(elements[k][0].diameters_at(min(max((z - nodes[k]) / elements[k][0].length, 0.0), 1.0))[0] for k in near)
+
+
+def require_name(name: str) -> None:
+    """Raise a ValueError unless a name can stand between quotes in a TOML file."""
+    is_plain = name.isprintable() and not set(name) & {'"', "\\"}
+    require(is_plain, "name", repr(name), "printable, without quotation marks and backslashes")
 
 
 def require_speed(speed: float) -> None:
