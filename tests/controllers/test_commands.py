@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import tracemalloc
 
 import numpy as np
 import pytest
@@ -12,6 +13,8 @@ from scipy.io import savemat
 
 from amb_cosim import linear_controller
 from amb_cosim.commands.cli import main
+from amb_cosim.controllers.bode import response
+from amb_cosim.controllers.laws import Law
 
 FILE = """
 inputs = ["mb1.x", "mb2.x"]
@@ -84,3 +87,15 @@ def test_import_samples_names_and_writes_arrays(command, tmp_path):
 )
 def test_bad_input_is_one_message(command, arguments, sentence):
     assert sentence in command(*arguments, code=2)
+
+
+def test_memory_of_a_bode_plot_does_not_grow_with_its_frequencies():
+    """A law of 600 states asked for 3.2 GiB: a matrix for each frequency."""
+    n, points = 100, 400
+    law = Law(np.diag(np.linspace(0.1, 0.9, n)), np.ones((n, 1)), np.ones((1, n)), np.zeros((1, 1)))
+    tracemalloc.start()
+    found = response(law, np.linspace(1.0, 3e4, points), 1e-4)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert found.shape == (points, 1, 1)
+    assert peak < 10 * 16 * n**2  # bytes: ten complex matrices

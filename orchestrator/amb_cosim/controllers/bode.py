@@ -31,8 +31,8 @@ class LawPath:
 def response(law: Law, omega: Array, sample_time: float | None) -> NDArray[np.complex128]:
     """Return C (p 1 - A)^-1 B + D with p = exp(j omega T), or j omega without T; shape (n, n_demands, n_signals)."""
     p = 1j * omega if sample_time is None else np.exp(1j * omega * sample_time)
-    resolvent = p[:, None, None] * np.eye(len(law.A)) - law.A
-    return np.asarray(law.C @ np.linalg.solve(resolvent, np.broadcast_to(law.B, (len(p), *law.B.shape))) + law.D)
+    one = np.eye(len(law.A))  # of all frequencies at once, the matrices of a large law would fill the memory
+    return np.asarray([law.C @ np.linalg.solve(point * one - law.A, law.B) + law.D for point in p])
 
 
 def frequencies(controller: LinearController) -> Array:
