@@ -219,3 +219,8 @@ def test_names_of_files_that_are_not_utf_8_are_refused(arguments, tmp_path):
     done = run_command(*arguments, "a\udcff.toml", cwd=tmp_path, code=2)
     assert done.stderr == "amb-cosim: argument 'a\\udcff.toml' is not UTF-8; rename the file or folder\n"
     assert [*tmp_path.iterdir()] == []
+
+
+def test_a_pack_without_scenarios_has_no_robustness(refuses, tmp_path, monkeypatch):
+    monkeypatch.setattr("amb_files.packs.packs", lambda: {"mine": tmp_path})
+    refuses("pack 'mine' has no scenarios and no statements of one", "robustness", "mine")

@@ -98,6 +98,8 @@ def outcome_cases(pack: str, folder: Path, only: tuple[str, ...] = ()) -> list[O
     unknown = [name for name in only if name not in {case.name for case in cases}]
     if unknown:
         raise ValueError(f"--only {unknown[0]} is not allowed; {suggest(unknown[0], [case.name for case in cases])}")
+    if not cases:
+        raise ValueError(f"pack {pack!r} has no scenarios and no statements of one")
     return [case for case in cases if not only or case.name in only]
 
 
