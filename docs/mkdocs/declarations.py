@@ -69,7 +69,7 @@ def statements() -> str:
 def names_of(module: str) -> Iterator[str]:
     """The directives of mkdocstrings for the functions and classes that a module offers, by `__all__` or `__dir__`."""
     offered = import_module(module)
-    for name in getattr(offered, "__all__", dir(offered)):
+    for name in getattr(offered, "__all__", offered.__dir__()):
         one = getattr(offered, name)
         if isfunction(one) or isclass(one):
             package = module if one.__module__.startswith(f"{module}.") else one.__module__  # of a pack, or of sweeps

@@ -92,7 +92,6 @@ _MODULES = {
     "load_system": "cosim.system_file",
     "cosim": "cosim",
 }
-__all__ = list(_MODULES)
 
 
 def __getattr__(name: str) -> Any:
@@ -103,4 +102,4 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    return sorted(_MODULES)
+    return [*_MODULES]

@@ -9,7 +9,7 @@ import fmpy
 import pytest
 from slow import slow_but_first
 
-from amb_cosim.cosim import cache, fmus
+from amb_cosim.cosim import fmus
 from amb_cosim.cosim.assembly import assemble
 from amb_cosim.cosim.system import Component, System
 from amb_files.archive import write_archive
@@ -128,7 +128,7 @@ def test_an_fmu_with_damaged_content_is_refused_before_it_is_loaded(whole, tmp_p
 @pytest.mark.parametrize("damage", slow_but_first(["changed", "cut", "missing", "no archive"]))
 def test_a_damaged_entry_of_the_cache_is_made_anew(tmp_path, monkeypatch, whole, damage):
     """The FMU of flavour python, which is made without a compiler."""
-    monkeypatch.setattr(cache.platformdirs, "user_cache_path", lambda name, *_, **__: tmp_path / name)
+    monkeypatch.setattr("platformdirs.user_cache_path", lambda name, *_, **__: tmp_path / name)
     given = (lambda: fmus.ensure_built("amb_actuator", "python"), lambda: fmus.provide(str(whole)))
     for get in given[: 1 if damage == "no archive" else 2]:
         fmu = get()

@@ -37,7 +37,7 @@ def test_all_stands_for_every_platform_and_repetition_for_nothing():
 
 def test_a_missing_compiler_says_what_to_install(monkeypatch):
     monkeypatch.setattr("fmi_export.building.extras.find_spec", lambda name: None)
-    with pytest.raises(ValueError, match=r"needs ziglang, not installed: pip install 'amb-cosim\[native\]'"):
+    with pytest.raises(ValueError, match=r"needs ziglang, not installed: pip install .*\[native\]'"):
         compiler.check_compiler()
 
 

@@ -10,7 +10,6 @@ from pathlib import Path
 
 import pytest
 
-from fmi_export.building.extras import install_command
 from fmi_export.building.guard.libraries import SYSTEMS, guard_place
 from fmi_export.building.native import engines
 from fmi_export.building.native.compiler import PLATFORMS, WASM, host_platform
@@ -99,10 +98,11 @@ def test_a_build_with_a_shipped_engine_needs_no_compiler(lag, native, run_python
 
 def test_without_engine_and_compiler_the_build_says_what_to_install(run_python, tmp_path):
     said = run_python(without_compilers, folder=tmp_path, shipped=tmp_path / "nothing")
-    assert said == (
+    assert said.startswith(
         f"there is no engine of probe_lag for {host_platform()} yet (flavour python takes none); compiling it needs "
-        f"numba, ziglang, not installed: {install_command('native')}"
+        "numba, ziglang, not installed: pip install "
     )
+    assert said.endswith("[native]'")
 
 
 # The wheel ---------------------------------------------------------------------------------------------------------

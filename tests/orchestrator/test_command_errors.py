@@ -118,7 +118,7 @@ ANALYSES = {
     **{
         f"study {study} --up-to {speed}": "up-to = "
         for study in ("campbell", "tables", "unbalance_response", "receptance", "test_force", "h_matrix")
-        for speed in ("1e308", "1e15")
+        for speed in ("1e308Hz", "1e15Hz")
     },
 }
 

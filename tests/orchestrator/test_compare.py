@@ -107,7 +107,7 @@ def test_options_are_for_all_runs_or_for_one(runner, runs):
     assert (first["set"], second["set"]) == ({"a.b": "1"}, {"a.b": "1", "a.c": "2 mm"})
     assert (first["rotor"], second["rotor"]) == ("bath_rig", None)
     assert (first["flavour"], second["flavour"]) == ("native", "python")
-    assert first["until"] == second["until"] == 0.1
+    assert first["until"] == second["until"] == "0.1"
     labels = [run["label"] for run in json.loads(Path("results/comparison/comparison.json").read_text())["runs"]]
     assert labels == ["fig4_9, a.b=1, bath_rig, native", "fig4_9, a.b=1, a.c=2 mm, python"]
 
