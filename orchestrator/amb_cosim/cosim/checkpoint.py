@@ -22,7 +22,7 @@ from amb_cosim.cosim.differences import told_differences
 from amb_cosim.cosim.schedules import Array, IntArray
 from amb_files.atomic import write_atomically
 
-VERSION = 2
+VERSION, MOST_VERSION = 2, 1000
 HEAD = ("point", "step_size", "past", "notice", "names", "recorded", "since", "components", "warnings")
 
 
@@ -130,6 +130,8 @@ class Checkpoint:
                 if arrays.pop("checksum").tobytes() != _checksum(arrays).tobytes():
                     raise ValueError("checksum")
                 return cls._read(head, arrays)
+            if not 0 < version < MOST_VERSION:
+                raise ValueError("version")
         except Exception as error:  # numpy, zipfile and json have each their own
             raise ValueError(
                 f"{path} is no checkpoint, or damaged; it must be a file that --save-at wrote, unchanged"
@@ -146,7 +148,7 @@ class Checkpoint:
             signals=dict(zip(head["names"], arrays["signals"].tolist(), strict=True)),
             scales=arrays["scales"],
             recorded=tuple(head["recorded"]),
-            points=arrays["points"].astype(np.intp),
+            points=arrays["points"].astype(np.intp, casting="same_kind"),
             table=arrays["table"],
             since=head["since"],
             states={name: arrays[f"state_{k}"].tobytes() for k, name in enumerate(head["components"])},

@@ -82,7 +82,12 @@ def _value(chance: random.Random) -> Any:
 
 def changed_table(text: str, chance: random.Random) -> str:
     """TOML with one to three values replaced, taken away, exchanged or added."""
-    data = copy.deepcopy(tomllib.loads(text))
+    return tomli_w.dumps(changed_data(tomllib.loads(text), chance))
+
+
+def changed_data(data: Any, chance: random.Random) -> Any:
+    """Tables and lists with one to three values replaced, taken away, exchanged or added."""
+    data = copy.deepcopy(data)
     for _ in range(chance.randint(1, 3)):
         places = list(_places(data))
         if not places:
@@ -103,7 +108,7 @@ def changed_table(text: str, chance: random.Random) -> str:
             container[chance.choice(TEXTS)] = _value(chance)
         else:
             container.append(_value(chance))
-    return tomli_w.dumps(data)
+    return data
 
 
 def changed_toml(text: str, chance: random.Random) -> bytes:
