@@ -19,8 +19,8 @@ from llvmlite import ir  # type: ignore[import-untyped]
 from numba.core import types
 from numba.extending import intrinsic
 
-from amb_cosim.cosim.fmus import model_source
-from amb_cosim.cosim.schedules import Changes, IntArray, PiecewiseConstant
+from amb_cosim.cosim.basics.schedules import Changes, IntArray, PiecewiseConstant
+from amb_cosim.cosim.fmu.fmus import model_source
 from amb_cosim.scenario.simulation import Prepared
 from benchmarks.kernels import step_kernel
 from fmi_export.model import UNCHANGED, Array, Instance

@@ -13,7 +13,7 @@ from functools import partial
 from importlib.resources import files
 from typing import Any
 
-from amb_cosim.cosim.choices import Flavour, Loop
+from amb_cosim.cosim.basics.choices import Flavour, Loop
 from amb_cosim.scenario.simulation import Prepared, run_prepared
 from benchmarks import cases, peers
 from benchmarks.baseline import Baseline

@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 
-from amb_cosim.cosim.choices import Flavour
+from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.scenario.scenario import Scenario, load_scenario, make_scenario
 from amb_cosim.scenario.simulation import Prepared, prepare
 from fmi_export.model import Array

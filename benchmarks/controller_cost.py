@@ -12,9 +12,9 @@ import control
 import numpy as np
 
 from amb_cosim.controllers.linear_controller import linear_controller
-from amb_cosim.cosim.component import FmuComponent
-from amb_cosim.cosim.fmu_description import read_interface
-from amb_cosim.cosim.fmus import provide
+from amb_cosim.cosim.fmu.component import FmuComponent
+from amb_cosim.cosim.fmu.fmu_description import read_interface
+from amb_cosim.cosim.fmu.fmus import provide
 
 SAMPLE_TIME = 1e-4  # s
 BURST, BURSTS = 10, 3000

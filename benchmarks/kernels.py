@@ -7,7 +7,7 @@ import tempfile
 from functools import cache
 from pathlib import Path
 
-from amb_cosim.cosim.fmus import model_source
+from amb_cosim.cosim.fmu.fmus import model_source
 from fmi_export.building.native.compiler import PLATFORMS, compile_library, host_platform
 from fmi_export.building.native.engines import engine_sources
 

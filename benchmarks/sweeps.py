@@ -20,7 +20,7 @@ import numpy as np
 from rich.table import Table
 
 import amb_cosim
-from amb_cosim.cosim.loop_library import load_loop
+from amb_cosim.cosim.basics.loop_library import load_loop
 from amb_cosim.presentation.text_tables import labelled_table
 from amb_cosim.scenario.scenario import load_scenario
 from amb_cosim.sweeps.engine import connect
@@ -102,7 +102,7 @@ def overhead(runs: int) -> dict[str, Any]:
 
     design, runner = _design(runs), Runner(Task(load_scenario(SCENARIO)))
     steps, besides = [], []
-    with patch("amb_cosim.cosim.compiled.load_loop", return_value=timed):
+    with patch("amb_cosim.cosim.master.compiled.load_loop", return_value=timed):
         for point in (0, *range(runs)):
             began, stepping = time.perf_counter(), 0.0
             runner.run(point, design.settings(point))

@@ -12,7 +12,7 @@ from typing import Any
 
 from llvmlite.binding import get_host_cpu_name  # type: ignore[import-untyped]
 
-from amb_cosim.cosim.dataset import git_revision
+from amb_cosim.cosim.run.dataset import git_revision
 
 Candidate = Callable[[], float]
 Times = Mapping[str, list[float]]

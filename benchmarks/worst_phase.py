@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from amb_cosim.cosim.values import Raw
+from amb_cosim.cosim.system.values import Raw
 from amb_cosim.scenario.scenario import load_scenario
 from amb_cosim.sweeps.adaptive import Goal, Sampler
 from amb_cosim.sweeps.sampling import Design, make_design

@@ -22,7 +22,7 @@ from scipy.optimize import differential_evolution
 from scipy.signal import bilinear, cont2discrete, lfilter, tf2ss
 
 import amb_cosim
-from amb_cosim.cosim.values import quantity
+from amb_cosim.cosim.system.values import quantity
 
 WANTED, ENOUGH, ABOVE_ZERO = 1.6, 0.2, 0.03  # decrements: near the speeds, up to twice the largest, beyond
 LARGEST = 2.8  # |S|, in zone A of ISO 14839-3 as it is remembered

@@ -47,10 +47,10 @@ if TYPE_CHECKING:
     from amb_cosim.acceptance.assess import assess as assess
     from amb_cosim.comparison.compare import compare as compare
     from amb_cosim.controllers.linear_controller import linear_controller as linear_controller
-    from amb_cosim.cosim.run import simulate as simulate
-    from amb_cosim.cosim.system import System as System
-    from amb_cosim.cosim.system_file import load_system as load_system
-    from amb_cosim.cosim.verification import verify as verify
+    from amb_cosim.cosim.run.simulate import simulate as simulate
+    from amb_cosim.cosim.system.system import System as System
+    from amb_cosim.cosim.system.system_file import load_system as load_system
+    from amb_cosim.cosim.verify.verification import verify as verify
     from amb_cosim.linear.linearise import linearise as linearise
     from amb_cosim.packaging.assembled import build_assembled as build_assembled
     from amb_cosim.packaging.build import build as build
@@ -78,7 +78,7 @@ _MODULES = {
     "linear_controller": "controllers.linear_controller",
     "build": "packaging.build",
     "build_assembled": "packaging.assembled",
-    "verify": "cosim.verification",
+    "verify": "cosim.verify.verification",
     "export_ssp": "packaging.exchange",
     "identify": "studies.receptance_identification",
     "sweep": "sweeps.run",
@@ -87,9 +87,9 @@ _MODULES = {
     "units": "presentation.units",
     "live": "live",
     "studies": "studies",
-    "simulate": "cosim.run",
-    "System": "cosim.system",
-    "load_system": "cosim.system_file",
+    "simulate": "cosim.run.simulate",
+    "System": "cosim.system.system",
+    "load_system": "cosim.system.system_file",
     "cosim": "cosim",
 }
 

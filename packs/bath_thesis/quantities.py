@@ -12,7 +12,7 @@ from amb_cosim.assessment.panels import Curve, Panel, curve, horizontal_axis
 from amb_cosim.assessment.run_quantities import parameter, sensor_amplitude
 from amb_cosim.assessment.study_quantities import ModelInputs
 from amb_cosim.assessment.study_quantities import parameter as start_of
-from amb_cosim.cosim.signals import Signals
+from amb_cosim.cosim.record.signals import Signals
 from amb_cosim.results.contact_history import contact_cycles
 from amb_cosim.results.places import places
 from amb_cosim.results.series import signal

@@ -12,7 +12,7 @@ import pytest
 import xarray as xr
 
 import amb_cosim
-from amb_cosim.cosim.recording import Outcome
+from amb_cosim.cosim.run.recording import Outcome
 
 SUPPORT = Path(__file__).parent / "support"
 OMEGA = np.sqrt(2.0 * 400.0)  # of two masses of 1 kg against each other

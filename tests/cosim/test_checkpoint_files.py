@@ -12,7 +12,7 @@ from click.testing import CliRunner
 from strange_machine import RUB
 
 from amb_cosim.commands.cli import main
-from amb_cosim.cosim.checkpoint import Checkpoint
+from amb_cosim.cosim.run.checkpoint import Checkpoint
 
 CHECKPOINT = Checkpoint(
     point=24,
@@ -111,7 +111,7 @@ def test_damaged_files_and_other_files_are_refused(file, tmp_path):
 
 
 def test_a_checkpoint_of_another_form_is_refused(file, monkeypatch):
-    monkeypatch.setattr("amb_cosim.cosim.checkpoint.VERSION", 1)
+    monkeypatch.setattr("amb_cosim.cosim.run.checkpoint.VERSION", 1)
     CHECKPOINT.save(file)
     monkeypatch.undo()
     with pytest.raises(ValueError, match=r"is a checkpoint of form 1; it must be 2, as this version writes it$"):

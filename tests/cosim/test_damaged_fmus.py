@@ -9,9 +9,9 @@ import fmpy
 import pytest
 from slow import slow_but_first
 
-from amb_cosim.cosim import fmus
-from amb_cosim.cosim.assembly import assemble
-from amb_cosim.cosim.system import Component, System
+from amb_cosim.cosim.fmu import fmus
+from amb_cosim.cosim.system.assembly import assemble
+from amb_cosim.cosim.system.system import Component, System
 from amb_files.archive import write_archive
 
 LIBRARY = f"binaries/{fmpy.platform}/Mass{fmpy.sharedLibraryExtension}"
@@ -150,7 +150,7 @@ def test_a_cache_that_cannot_be_written_is_one_of_this_process(run_python, tmp_p
         import os
 
         os.environ.update(HOME="/dev/null", XDG_CACHE_HOME="/dev/null")
-        from amb_cosim.cosim.fmus import ensure_built
+        from amb_cosim.cosim.fmu.fmus import ensure_built
 
         return [str(ensure_built("amb_actuator", "python").folder), os.environ["TMPDIR"]]
 

@@ -12,9 +12,9 @@ import xarray as xr
 from fmu_systems import system_text
 
 import amb_cosim
-from amb_cosim.cosim.fmu_description import read_interface
-from amb_cosim.cosim.fmus import provide
-from amb_cosim.cosim.warnings import warnings_of
+from amb_cosim.cosim.fmu.fmu_description import read_interface
+from amb_cosim.cosim.fmu.fmus import provide
+from amb_cosim.cosim.record.warnings import warnings_of
 
 GOOD, END, EARLY, MINUS_ONE, WARN, FAIL = range(6)
 INTEGERS = [f"{sign}Int{bits}" for bits in (8, 16, 32, 64) for sign in ("", "U")]

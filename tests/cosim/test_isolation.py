@@ -19,8 +19,9 @@ from fmu_systems import system_text
 
 import amb_cosim
 from amb_cosim.commands.cli import main
-from amb_cosim.cosim import isolation, simulation
-from amb_cosim.cosim.errors import FmuError, ProcessFailed, StartFailed
+from amb_cosim.cosim.basics.errors import FmuError, ProcessFailed, StartFailed
+from amb_cosim.cosim.run import isolation
+from amb_cosim.cosim.run import run_plan as simulation
 
 GOOD, CRASH, HANG, LEAVE, EAT, PRINT = range(6)
 

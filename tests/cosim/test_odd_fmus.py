@@ -14,8 +14,8 @@ from fmu_systems import system_text
 from slow import slow_but_first
 
 import amb_cosim
-from amb_cosim.cosim import isolation
-from amb_cosim.cosim.warnings import warnings_of
+from amb_cosim.cosim.record.warnings import warnings_of
+from amb_cosim.cosim.run import isolation
 
 COMMAND = [sys.executable, "-c", "from amb_cosim.start import main; main()"]
 

@@ -18,7 +18,7 @@ import declarations
 import equations
 
 from amb_cosim.assessment.statements import Statements
-from amb_cosim.cosim.system_tables import SystemTable
+from amb_cosim.cosim.system.system_tables import SystemTable
 from amb_cosim.scenario.scenario import Scenario
 from rotor_analysis.rotor import Rotor
 

@@ -10,7 +10,7 @@ import fmpy
 import pytest
 from lxml import etree
 
-from amb_cosim.cosim.fmus import model_source
+from amb_cosim.cosim.fmu.fmus import model_source
 from fmi_export.building.arrays import slots
 from fmi_export.building.terminals import terminals
 

@@ -11,9 +11,9 @@ import pytest
 from assembled_rotor import differing, in_one, separate, series
 
 from amb_cosim import build_assembled
-from amb_cosim.cosim.assembly import assemble
-from amb_cosim.cosim.planning import plan_experiment
-from amb_cosim.cosim.system_file import load_experiment, load_system
+from amb_cosim.cosim.system.assembly import assemble
+from amb_cosim.cosim.system.planning import plan_experiment
+from amb_cosim.cosim.system.system_file import load_experiment, load_system
 
 SYSTEM = """
 description = "A rotor on springs and two actuators, each of one bearing, without a controller"

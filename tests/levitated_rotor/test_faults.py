@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 from assembled_rotor import Host, T, in_one, separate
 
-from amb_cosim.cosim.errors import StartFailed
+from amb_cosim.cosim.basics.errors import StartFailed
 from amb_cosim.scenario.scenario import load_scenario
 from amb_cosim.scenario.simulation import Prepared, prepare
 

@@ -14,7 +14,7 @@ from fmpy.logging import addLoggerProxy
 
 import amb_cosim
 from amb_cosim.controllers.laws import Law
-from amb_cosim.cosim.fmus import provide
+from amb_cosim.cosim.fmu.fmus import provide
 from amb_cosim.linear.parts import LinearPart, sampled
 
 H = 1e-4

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from amb_cosim.cosim.fmu_description import read_interface
+from amb_cosim.cosim.fmu.fmu_description import read_interface
 from amb_cosim.linear.foreign import foreign_part
 
 SOURCE = Path(__file__).parent / "support" / "spring.c"

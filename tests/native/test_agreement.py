@@ -153,7 +153,7 @@ def test_a_machine_with_seals_agrees_while_its_speed_runs_through_a_table(unpack
 @pytest.mark.slow
 @pytest.mark.parametrize("name", START)
 def test_each_model_agrees_with_its_core(unpacked, name):
-    from amb_cosim.cosim.fmus import model_source
+    from amb_cosim.cosim.fmu.fmus import model_source
 
     model, constants = model_source(name)
     native, core = both(unpacked(model, constants), model, constants, START[name])
@@ -174,7 +174,7 @@ def test_each_model_agrees_with_its_core(unpacked, name):
 
 def test_the_controller_agrees_at_steps_within_a_sample(unpacked):
     """Also from a state saved between two samples: what holds until the next one comes back with it."""
-    from amb_cosim.cosim.fmus import model_source
+    from amb_cosim.cosim.fmu.fmus import model_source
 
     model, constants = model_source("rolac_controller")
     native, core = both(unpacked(model, constants), model, constants, START["rolac_controller"])

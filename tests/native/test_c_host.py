@@ -149,7 +149,7 @@ def test_sanitizers_find_nothing_in_the_plant(sanitized, plant, plant_constants,
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["amb_actuator", "rolac_controller", "levitated_rotor"])
 def test_sanitizers_find_nothing_in_calls_of_actuator_controller_and_assembly(sanitized, name):
-    from amb_cosim.cosim.fmus import model_source
+    from amb_cosim.cosim.fmu.fmus import model_source
 
     host, *fmu = sanitized(*model_source(name))
     run([host], *fmu, program=[f"fuzz {seed} 50000" for seed in range(1, 4)])

@@ -108,7 +108,7 @@ def test_data_for_another_engine_are_refused(library, content, lag):
 def test_data_of_another_model_are_refused(unpacked, library, content):
     from raw import Library
 
-    from amb_cosim.cosim.fmus import model_source
+    from amb_cosim.cosim.fmu.fmus import model_source
 
     actuator = Library(unpacked(*model_source("amb_actuator")))
     theirs = (actuator.path.parents[2] / "resources" / "model.bin").read_bytes()

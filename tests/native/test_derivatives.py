@@ -12,7 +12,7 @@ from raw import DISCARD, OK, Library, Library3
 from rig import ACTUATOR, ACTUATOR_CONSTANTS
 from slow import slow_but_first
 
-from amb_cosim.cosim.fmus import model_source
+from amb_cosim.cosim.fmu.fmus import model_source
 
 H = 250e-6
 SHARE = 1.0 - math.exp(-H / 1e-3)  # of the input's change that the lag follows in a step

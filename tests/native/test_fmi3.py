@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from raw import ERROR, OK, Library3
 
-from amb_cosim.cosim.fmu_description import read_interface
+from amb_cosim.cosim.fmu.fmu_description import read_interface
 from fmi_export.building.arrays import lengths, slots
 from fmi_export.building.description3 import model_description3
 from fmi_export.building.native.package import build_native_fmu, native_guid
@@ -170,7 +170,7 @@ def test_the_description_is_valid_and_an_importer_finds_nothing_wrong(name, tmp_
     from fmpy import read_model_description
     from fmpy.validation import validate_model_description
 
-    from amb_cosim.cosim.fmus import model_source
+    from amb_cosim.cosim.fmu.fmus import model_source
 
     model = {"probe_matrix": matrix, "probe_lag": lag}.get(name) or model_source(name)[0]
     path = tmp_path / "modelDescription.xml"
@@ -190,7 +190,7 @@ def test_the_description_is_valid_and_an_importer_finds_nothing_wrong(name, tmp_
 
 
 def test_the_arrays_of_the_rig_are_its_sensors_and_receptance():
-    from amb_cosim.cosim.fmus import model_source
+    from amb_cosim.cosim.fmu.fmus import model_source
 
     def arrays(name):
         return {slot.name: slot.shape for slot in slots(model_source(name)[0].interface) if slot.shape}

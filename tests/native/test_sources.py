@@ -125,7 +125,7 @@ CASES = {  # what each model starts with, and inputs that move, with their size
 @needs_gcc
 @pytest.mark.parametrize("name", CASES)
 def test_the_fmus_from_their_c_code_give_the_bits_of_the_shipped_ones(with_sources, name, tmp_path):
-    from amb_cosim.cosim.fmus import model_source
+    from amb_cosim.cosim.fmu.fmus import model_source
 
     start, moving = CASES[name]
     shipped = with_sources(*model_source(name), 2)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from amb_cosim.cosim.recording import Outcome
+from amb_cosim.cosim.run.recording import Outcome
 from amb_cosim.results.animation import Scene, frame_cycles
 from amb_cosim.results.result import Result
 

@@ -8,7 +8,7 @@ import zipfile
 
 import pytest
 
-from amb_cosim.cosim import cache
+from amb_cosim.cosim.basics import cache
 from amb_files.archive import unpack
 
 DAY = 24 * 3600.0

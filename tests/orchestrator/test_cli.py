@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 from command_line import COMMAND
 
-from amb_cosim.cosim.dataset import load
-from amb_cosim.cosim.fmus import model_source
+from amb_cosim.cosim.fmu.fmus import model_source
+from amb_cosim.cosim.run.dataset import load
 from amb_cosim.design.plant_data import plant
 from amb_cosim.results.summary import summarise
 from amb_cosim.scenario.scenario import packaged_scenarios

@@ -10,7 +10,7 @@ from ctypes import c_bool
 
 import pytest
 
-from amb_cosim.cosim.clock import Clock
+from amb_cosim.cosim.basics.clock import Clock
 
 
 def is_raised(flag: c_bool, within: float = 10.0) -> bool:

@@ -11,7 +11,7 @@ import pytest
 from command_line import run_command
 from pump import LEVITATED, SHAFT, sensors
 
-from amb_cosim.cosim.recording import Outcome
+from amb_cosim.cosim.run.recording import Outcome
 from amb_cosim.results.result import Result
 from rotor_analysis.packaged_rotors import rotor_path
 

@@ -10,7 +10,7 @@ import pytest
 
 import amb_cosim
 from amb_cosim.comparison import compare as comparison
-from amb_cosim.cosim.recording import Outcome
+from amb_cosim.cosim.run.recording import Outcome
 from amb_cosim.results.result import Result
 
 DONE = Outcome("completed", 0.4)

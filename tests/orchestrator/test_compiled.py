@@ -13,14 +13,15 @@ import numpy as np
 import pytest
 from c_component import DO_STEP, CComponent
 
-from amb_cosim.cosim import compiled
-from amb_cosim.cosim.component import EntryPoints
-from amb_cosim.cosim.errors import StepFailed
-from amb_cosim.cosim.loop_library import load_loop
-from amb_cosim.cosim.master import Master, SignalMap
-from amb_cosim.cosim.recorder import Recorder
-from amb_cosim.cosim.schedules import PiecewiseConstant, PiecewiseLinear
-from amb_cosim.cosim.stopping import Condition, StopObserver, Stopped
+from amb_cosim.cosim.basics.errors import StepFailed
+from amb_cosim.cosim.basics.loop_library import load_loop
+from amb_cosim.cosim.basics.schedules import PiecewiseConstant, PiecewiseLinear
+from amb_cosim.cosim.fmu.component import EntryPoints
+from amb_cosim.cosim.master import compiled
+from amb_cosim.cosim.master.master import Master
+from amb_cosim.cosim.record.recorder import Recorder
+from amb_cosim.cosim.system.signal_map import SignalMap
+from amb_cosim.cosim.system.stopping import Condition, StopObserver, Stopped
 
 
 @pytest.fixture(scope="module", autouse=True)

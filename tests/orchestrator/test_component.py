@@ -6,12 +6,12 @@ from types import SimpleNamespace
 
 import pytest
 
-from amb_cosim.cosim import binding2, fmus
-from amb_cosim.cosim.bindings import ERROR, MOST_WARNINGS, WARNING, Log
-from amb_cosim.cosim.choices import FLAVOURS
-from amb_cosim.cosim.elf import ELF, is_whole
-from amb_cosim.cosim.fmu_description import read_interface
-from amb_cosim.cosim.fmu_interface import Port
+from amb_cosim.cosim.basics.choices import FLAVOURS
+from amb_cosim.cosim.fmu import binding2, fmus
+from amb_cosim.cosim.fmu.bindings import ERROR, MOST_WARNINGS, WARNING, Log
+from amb_cosim.cosim.fmu.elf import ELF, is_whole
+from amb_cosim.cosim.fmu.fmu_description import read_interface
+from amb_cosim.cosim.fmu.fmu_interface import Port
 from amb_files.suggestions import suggest
 from rotor_analysis.packaged_rotors import rotor_path
 
@@ -19,9 +19,9 @@ PREPARE = """
 from contextlib import redirect_stdout
 from io import StringIO
 from pathlib import Path
-from amb_cosim.cosim.errors import FmuError
-from amb_cosim.cosim.component import FmuComponent
-from amb_cosim.cosim.fmu_description import read_interface
+from amb_cosim.cosim.basics.errors import FmuError
+from amb_cosim.cosim.fmu.component import FmuComponent
+from amb_cosim.cosim.fmu.fmu_description import read_interface
 folder = Path({folder!r})
 interface = read_interface(folder, "actuator")
 def load(start={{}}, name="actuator"):

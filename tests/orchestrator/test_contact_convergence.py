@@ -12,7 +12,7 @@ import pytest
 import tomli_w
 
 from amb_cosim import studies
-from amb_cosim.cosim.signals import Samples, SignalTable
+from amb_cosim.cosim.record.signals import Samples, SignalTable
 from amb_cosim.scenario.scenario import load_scenario
 from amb_cosim.studies import contact_convergence, convergence_runs
 from amb_cosim.studies.convergence_runs import CaseResult, Contact, ConvergenceCase, varied_cases

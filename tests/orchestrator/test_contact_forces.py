@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from amb_cosim.assessment import run_quantities
-from amb_cosim.cosim.signals import Samples, SignalTable
+from amb_cosim.cosim.record.signals import Samples, SignalTable
 from amb_cosim.results import contact_forces, contact_history, orbits
 from amb_cosim.results.places import PLANT, Places, places_of
 from amb_cosim.results.plots.axes import stations

@@ -13,7 +13,7 @@ import xarray as xr
 from rig import AXES, DONE, FAILED, SENSOR_NAMES
 from rig import LOOP as RIG_LOOP
 
-from amb_cosim.cosim.recording import Outcome
+from amb_cosim.cosim.run.recording import Outcome
 from amb_cosim.design.receptance_file import empty_table, loop_parameters, read_table
 from amb_cosim.design.rotor_models import check_loop
 from amb_cosim.results.result import Result

@@ -16,9 +16,9 @@ from command_line import COMMAND
 from slow import slow_but_first
 
 from amb_cosim.commands import cli
-from amb_cosim.cosim.dataset import load
-from amb_cosim.cosim.interruption import deferred
-from amb_cosim.cosim.master import Master
+from amb_cosim.cosim.basics.interruption import deferred
+from amb_cosim.cosim.master.master import Master
+from amb_cosim.cosim.run.dataset import load
 
 CODES = {signal.SIGINT: 130, signal.SIGTERM: 143}
 

@@ -7,10 +7,11 @@ import pytest
 from interfaces import interface
 from scipy.linalg import expm
 
-from amb_cosim.cosim.errors import StepFailed
-from amb_cosim.cosim.fmu_interface import Port
-from amb_cosim.cosim.master import Master, SignalMap
-from amb_cosim.cosim.system import Component, Connection, System
+from amb_cosim.cosim.basics.errors import StepFailed
+from amb_cosim.cosim.fmu.fmu_interface import Port
+from amb_cosim.cosim.master.master import Master
+from amb_cosim.cosim.system.signal_map import SignalMap
+from amb_cosim.cosim.system.system import Component, Connection, System
 
 A = np.array([[-1.0, 2.0], [-3.0, -0.5]])
 START = np.array([1.0, 0.5])

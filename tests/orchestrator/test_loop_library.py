@@ -8,7 +8,9 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 
-from amb_cosim.cosim import compiled, loop_library, simulator
+from amb_cosim.cosim.basics import loop_library
+from amb_cosim.cosim.master import compiled
+from amb_cosim.cosim.run import plan_session as simulator
 from amb_cosim.scenario.scenario import parse_scenario
 from amb_cosim.scenario.simulation import prepare, run_prepared
 from fmi_export.building.native.compiler import PLATFORMS

@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from amb_cosim.cosim.errors import StartFailed, StepFailed
-from amb_cosim.cosim.master import Master, SignalMap, find_loop
-from amb_cosim.cosim.schedules import PiecewiseConstant, PiecewiseLinear
+from amb_cosim.cosim.basics.errors import StartFailed, StepFailed
+from amb_cosim.cosim.basics.schedules import PiecewiseConstant, PiecewiseLinear
+from amb_cosim.cosim.master.master import Master, find_loop
+from amb_cosim.cosim.system.signal_map import SignalMap
 
 
 class Block:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import amb_cosim
-from amb_cosim.cosim.recording import Outcome
+from amb_cosim.cosim.run.recording import Outcome
 from amb_cosim.live.notebook import LivePage
 from amb_cosim.results.result import Result
 

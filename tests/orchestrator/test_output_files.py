@@ -9,7 +9,7 @@ import sys
 
 import pytest
 
-from amb_cosim.cosim.dataset import load
+from amb_cosim.cosim.run.dataset import load
 from fmi_export.building.native import engines
 
 SHORT = ("run", "fig4_9", "--until", "0.02", "--no-plots")

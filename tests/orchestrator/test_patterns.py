@@ -5,8 +5,8 @@ from dataclasses import replace
 import pytest
 from interfaces import of_reals
 
-from amb_cosim.cosim.patterns import expand
-from amb_cosim.cosim.system import Component, Connection, Signal, System
+from amb_cosim.cosim.system.patterns import expand
+from amb_cosim.cosim.system.system import Component, Connection, Signal, System
 
 
 def interfaces(bearings):

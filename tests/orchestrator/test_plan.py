@@ -11,10 +11,10 @@ from dataclasses import replace
 import pytest
 from interfaces import interface
 
-from amb_cosim.cosim.assembly import Assembly
-from amb_cosim.cosim.fmu_interface import Port
-from amb_cosim.cosim.interruption import deferred
-from amb_cosim.cosim.system import Component, Connection, Signal, System
+from amb_cosim.cosim.basics.interruption import deferred
+from amb_cosim.cosim.fmu.fmu_interface import Port
+from amb_cosim.cosim.system.assembly import Assembly
+from amb_cosim.cosim.system.system import Component, Connection, Signal, System
 from amb_cosim.scenario.plan import parse_settings, plan_scenario
 from amb_cosim.scenario.scenario import parse_scenario
 

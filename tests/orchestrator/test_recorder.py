@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from amb_cosim.cosim.recorder import Recorder
+from amb_cosim.cosim.record.recorder import Recorder
 
 
 def test_recorder_decimates_and_skips_settling():

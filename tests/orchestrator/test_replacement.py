@@ -3,11 +3,11 @@
 import pytest
 from interfaces import of_reals
 
-from amb_cosim.cosim.fmu_interface import FmuInterface, Port
-from amb_cosim.cosim.patterns import expand
-from amb_cosim.cosim.replacement import missing_ports, notices, original, with_units, without_lacking
-from amb_cosim.cosim.system import Component, Connection, Signal, System
-from amb_cosim.cosim.system_file import load_system
+from amb_cosim.cosim.fmu.fmu_interface import FmuInterface, Port
+from amb_cosim.cosim.system.patterns import expand
+from amb_cosim.cosim.system.replacement import missing_ports, notices, original, with_units, without_lacking
+from amb_cosim.cosim.system.system import Component, Connection, Signal, System
+from amb_cosim.cosim.system.system_file import load_system
 
 FIRST = {
     "control": of_reals(["mb1.x", "mb2.x", "Omega"], ["mb1.i", "mb2.i"]),

@@ -10,8 +10,8 @@ import pytest
 import xarray as xr
 from slow import slow_but_first
 
-from amb_cosim.cosim.dataset import load, save
-from amb_cosim.cosim.signals import Samples, SignalTable
+from amb_cosim.cosim.record.signals import Samples, SignalTable
+from amb_cosim.cosim.run.dataset import load, save
 from amb_cosim.results.result import Result
 from amb_cosim.results.summary import summarise
 

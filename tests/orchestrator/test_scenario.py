@@ -6,8 +6,8 @@ import math
 
 import pytest
 
-from amb_cosim.cosim.fmu_interface import Port
-from amb_cosim.cosim.values import convert
+from amb_cosim.cosim.fmu.fmu_interface import Port
+from amb_cosim.cosim.system.values import convert
 from amb_cosim.scenario.scenario import load_scenario, packaged_scenarios, parse_scenario
 from amb_cosim.scenario.simulation import prepare
 

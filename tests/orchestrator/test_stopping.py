@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from amb_cosim.cosim.stopping import Condition, StopObserver, Stopped
+from amb_cosim.cosim.system.stopping import Condition, StopObserver, Stopped
 
 
 def met(values, *conditions, start=0):

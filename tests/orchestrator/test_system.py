@@ -8,10 +8,10 @@ from fnmatch import fnmatchcase
 import pytest
 from interfaces import interface
 
-from amb_cosim.cosim.fmu_interface import Port
-from amb_cosim.cosim.system import Component, Connection, Signal, System
-from amb_cosim.cosim.system_file import load_experiment, load_system
-from amb_cosim.cosim.tables import time_of
+from amb_cosim.cosim.fmu.fmu_interface import Port
+from amb_cosim.cosim.system.system import Component, Connection, Signal, System
+from amb_cosim.cosim.system.system_file import load_experiment, load_system
+from amb_cosim.cosim.system.tables import time_of
 
 METRE = (0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0)
 MILLIMETRE = (*METRE[:8], 1e-3, 0.0)

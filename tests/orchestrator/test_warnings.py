@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from amb_cosim.cosim.fmu_interface import Port
-from amb_cosim.cosim.warnings import WarningRecord, of_component, sentences, to_json, warnings_of
+from amb_cosim.cosim.fmu.fmu_interface import Port
+from amb_cosim.cosim.record.warnings import WarningRecord, of_component, sentences, to_json, warnings_of
 from amb_cosim.presentation.text_tables import show_warnings
 
 TIMES = np.arange(-2.0, 8.0)
@@ -129,7 +129,7 @@ def run_magnets(path: str, flavour: str) -> list:
     import dataclasses
 
     import amb_cosim
-    from amb_cosim.cosim.warnings import warnings_of
+    from amb_cosim.cosim.record.warnings import warnings_of
 
     runs = [warnings_of(amb_cosim.simulate(path, flavour=flavour, loop=loop).signals) for loop in ("compiled", "plain")]
     assert runs[0] == runs[1]
@@ -164,8 +164,8 @@ def beside_another_user_of_fmpy(path: str) -> list:
     import fmpy
 
     import amb_cosim
-    from amb_cosim.cosim.fmus import ensure_built
-    from amb_cosim.cosim.warnings import warnings_of
+    from amb_cosim.cosim.fmu.fmus import ensure_built
+    from amb_cosim.cosim.record.warnings import warnings_of
 
     counts = [len(warnings_of(amb_cosim.simulate(path).signals))]
     fmpy.simulate_fmu(str(ensure_built("amb_actuator").path), stop_time=0.002, logger=lambda *message: None)

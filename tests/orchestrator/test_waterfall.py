@@ -9,7 +9,7 @@ import pytest
 
 import amb_cosim
 from amb_cosim import studies
-from amb_cosim.cosim.recording import Outcome
+from amb_cosim.cosim.run.recording import Outcome
 from amb_cosim.results.result import Result
 
 PERIOD = 0.02  # s, of the synthetic run

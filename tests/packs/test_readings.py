@@ -13,7 +13,7 @@ from amb_cosim import studies
 from amb_cosim.assessment.source_runs import prepare_source
 from amb_cosim.assessment.statements import Source
 from amb_cosim.commands.cli import main
-from amb_cosim.cosim.values import quantity
+from amb_cosim.cosim.system.values import quantity
 from amb_cosim.scenario.scenario import load_scenario
 from bath_thesis.studies import reading_cases, thesis_readings, unbalance_fit
 from bath_thesis.studies.reading_cases import (

@@ -16,7 +16,7 @@ sys.path.insert(0, str(Path(__file__).parent / "support"))
 @pytest.fixture(scope="session")
 def fmu_folder() -> Callable[[str, Any], Path]:
     """`fmu_folder(model, flavour)`: where the FMU is extracted."""
-    from amb_cosim.cosim.fmus import ensure_built
+    from amb_cosim.cosim.fmu.fmus import ensure_built
 
     return lambda model, flavour: ensure_built(model, flavour).folder
 

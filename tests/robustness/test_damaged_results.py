@@ -10,7 +10,7 @@ import pytest
 import xarray as xr
 from damage import damaged
 
-from amb_cosim.cosim.dataset import save
+from amb_cosim.cosim.run.dataset import save
 from amb_cosim.results.result import Result
 from amb_cosim.sweeps.sampling import make_design
 from amb_cosim.sweeps.store import SweepStore, open_sweep

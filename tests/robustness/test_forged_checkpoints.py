@@ -13,8 +13,8 @@ import pytest
 from damage import damaged
 from mutations import changed_archive, changed_data
 
-from amb_cosim.cosim import checkpoint
-from amb_cosim.cosim.checkpoint import Checkpoint
+from amb_cosim.cosim.run import checkpoint
+from amb_cosim.cosim.run.checkpoint import Checkpoint
 
 WHOLE = Checkpoint(
     point=24,

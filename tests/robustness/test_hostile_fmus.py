@@ -10,8 +10,8 @@ from fmu_systems import system_text
 from hostile import DEEDS, HARMLESS
 
 import amb_cosim
-from amb_cosim.cosim import isolation
-from amb_cosim.cosim.errors import FmuError, ProcessFailed, StartFailed
+from amb_cosim.cosim.basics.errors import FmuError, ProcessFailed, StartFailed
+from amb_cosim.cosim.run import isolation
 
 pytestmark = [pytest.mark.slow, pytest.mark.skipif(sys.platform != "linux", reason="the FMU is compiled for Linux")]
 

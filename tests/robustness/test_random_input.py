@@ -11,7 +11,7 @@ from click.testing import CliRunner
 from commands import TIME, run
 from mutations import changed_archive, changed_toml, command_line
 
-from amb_cosim.cosim.system_file import packaged_systems
+from amb_cosim.cosim.system.system_file import packaged_systems
 from amb_files.packs import files_of
 from rotor_analysis.packaged_rotors import rotor_path
 
@@ -61,7 +61,7 @@ def prepared(loaded, tmp_path_factory):
     from rig import LOOP
 
     from amb_cosim.commands.cli import main
-    from amb_cosim.cosim.fmus import ensure_built
+    from amb_cosim.cosim.fmu.fmus import ensure_built
     from amb_cosim.design.receptance_file import empty_table, loop_parameters
 
     folder = tmp_path_factory.mktemp("prepared")

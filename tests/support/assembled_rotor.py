@@ -12,12 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 from raw import Library, Slave
 
-from amb_cosim.cosim.assembly import assemble
-from amb_cosim.cosim.experiment import Plan
-from amb_cosim.cosim.fmu_description import read_interface
-from amb_cosim.cosim.recording import Recording
-from amb_cosim.cosim.simulation import run_plan
-from amb_cosim.cosim.system import Component, Connection, Signal, System
+from amb_cosim.cosim.fmu.fmu_description import read_interface
+from amb_cosim.cosim.run.recording import Recording
+from amb_cosim.cosim.run.run_plan import run_plan
+from amb_cosim.cosim.system.assembly import assemble
+from amb_cosim.cosim.system.experiment import Plan
+from amb_cosim.cosim.system.system import Component, Connection, Signal, System
 from amb_cosim.scenario.simulation import Prepared
 
 RIG = "rig"  # name of the component

@@ -6,8 +6,8 @@ from ctypes import CFUNCTYPE, POINTER, c_double, c_int, c_size_t, c_uint, c_void
 
 import numpy as np
 
-from amb_cosim.cosim.component import EntryPoints
-from amb_cosim.cosim.exchange import Transfer
+from amb_cosim.cosim.fmu.component import EntryPoints
+from amb_cosim.cosim.fmu.exchange import Transfer
 
 KINDS = {"Real": c_double, "Integer": c_int, "Boolean": c_int}
 DO_STEP = CFUNCTYPE(c_int, c_void_p, c_double, c_double, c_int)

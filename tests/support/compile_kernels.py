@@ -18,7 +18,7 @@ type_calls_once()  # as for native FMUs: a quarter less to do, for the same mach
 warnings.simplefilter("ignore")  # numba's own checks of what is inlined more than once
 
 from amb_cosim import linear_controller  # noqa: E402
-from amb_cosim.cosim.fmus import model_source  # noqa: E402
+from amb_cosim.cosim.fmu.fmus import model_source  # noqa: E402
 from fmi_export.model import Instance  # noqa: E402
 
 law = linear_controller(1.0, ["y"], ["u"], 1e-3) if name == "linear_controller" else None  # made from a file

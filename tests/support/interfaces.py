@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from amb_cosim.cosim.fmu_interface import FmuInterface, Port
+from amb_cosim.cosim.fmu.fmu_interface import FmuInterface, Port
 
 
 def interface(*ports: Port, **options: bool) -> FmuInterface:

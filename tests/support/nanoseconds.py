@@ -11,7 +11,7 @@ def step_between_nanoseconds() -> None:
     A point is a whole number of nanoseconds, and a step the difference of two points, which deviates from a constant
     in the last bits.
     """
-    from amb_cosim.cosim.component import FmuComponent
+    from amb_cosim.cosim.fmu.component import FmuComponent
 
     step = FmuComponent.step
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from amb_cosim.cosim.choices import Flavour
+from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.scenario.scenario import Scenario
 from amb_cosim.sweeps.worker import Runner, Task
 

@@ -44,7 +44,7 @@ def command_for(of):
 @pytest.mark.slow
 def test_removed_settings_are_gone_and_a_new_parameter_holds(folder):
     execute(command_for("stiffer.toml"), folder)
-    from amb_cosim.cosim.dataset import load
+    from amb_cosim.cosim.run.dataset import load
 
     data = load(folder / "results" / "stiffer" / "result.nc")
     parameters = json.loads(data.attrs["parameters"])

@@ -85,7 +85,7 @@ def orders() -> list[dict[str, Any]]:
 
     At 50 and 250 us the controller does not predict, at last it does.
     """
-    from amb_cosim.cosim.system_tables import Record
+    from amb_cosim.cosim.system.system_tables import Record
     from amb_cosim.scenario.scenario import load_scenario
     from amb_cosim.scenario.simulation import prepare, run_prepared
 

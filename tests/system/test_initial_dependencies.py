@@ -11,9 +11,9 @@ import pytest
 from machines import machine
 from perturbation import observed_dependencies, random_value
 
-from amb_cosim.cosim.fmu_description import read_interface
-from amb_cosim.cosim.patterns import expand
-from amb_cosim.cosim.system_file import load_system
+from amb_cosim.cosim.fmu.fmu_description import read_interface
+from amb_cosim.cosim.system.patterns import expand
+from amb_cosim.cosim.system.system_file import load_system
 from amb_cosim.design.controller_data import pack
 from amb_cosim.design.plant_data import plant
 from amb_cosim.design.rotor_models import actuator, control_loop, controller

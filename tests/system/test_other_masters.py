@@ -31,7 +31,7 @@ from fmpy.validation import validate_fmu
 from host_marks import in_host
 from slow import slow_but_first
 
-from amb_cosim.cosim.fmus import ensure_built
+from amb_cosim.cosim.fmu.fmus import ensure_built
 from benchmarks import peers as masters
 from benchmarks.process import run_function
 

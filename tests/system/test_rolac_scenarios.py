@@ -271,7 +271,7 @@ FORCES_N = {
 
 @pytest.mark.parametrize("name", FORCES_N)
 def test_unbalances_at_the_bearings_are_the_forces_of_the_thesis(name: str) -> None:
-    from amb_cosim.cosim.values import quantity
+    from amb_cosim.cosim.system.values import quantity
     from amb_cosim.scenario.scenario import load_scenario
 
     scenario = load_scenario(name)

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import amb_cosim
-from amb_cosim.cosim.checkpoint import Checkpoint
-from amb_cosim.cosim.saving import Saves
+from amb_cosim.cosim.run.checkpoint import Checkpoint
+from amb_cosim.cosim.run.saving import Saves
 from amb_cosim.scenario.file import packaged_scenarios
 from amb_cosim.scenario.scenario import load_scenario
 from amb_cosim.scenario.simulation import prepare, record_prepared

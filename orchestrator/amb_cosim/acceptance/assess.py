@@ -14,8 +14,8 @@ from amb_cosim.acceptance.criteria import Criterion, load_criteria
 from amb_cosim.acceptance.findings import Finding, Judgement, PartResult, PartTable, judge
 from amb_cosim.acceptance.machine_file import MachineFile, load_machine
 from amb_cosim.acceptance.subject import Subject
-from amb_cosim.cosim.choices import Flavour
-from amb_cosim.cosim.errors import FmuError, ProcessFailed, StartFailed
+from amb_cosim.cosim.basics.choices import Flavour
+from amb_cosim.cosim.basics.errors import FmuError, ProcessFailed, StartFailed
 from amb_files.suggestions import suggest
 
 PARTS = (

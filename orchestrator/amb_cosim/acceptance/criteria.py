@@ -9,7 +9,7 @@ from typing import Literal
 from pydantic import Field, model_validator
 
 from amb_cosim.acceptance.expressions import evaluate, names_in
-from amb_cosim.cosim.tables import Table
+from amb_cosim.cosim.system.tables import Table
 from amb_files.packs import files_of
 from amb_files.suggestions import suggest
 from amb_files.toml import read_toml, validate

@@ -13,8 +13,8 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
-from amb_cosim.cosim.tables import Table, Value, Values
-from amb_cosim.cosim.values import RPM, Raw, quantity
+from amb_cosim.cosim.system.tables import Table, Value, Values
+from amb_cosim.cosim.system.values import RPM, Raw, quantity
 from amb_cosim.results.places import CONTROLLER
 from amb_cosim.scenario.file import overlaid, read_scenario, with_paths
 from amb_cosim.scenario.scenario import Scenario, make_scenario

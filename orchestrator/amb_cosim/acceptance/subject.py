@@ -14,8 +14,8 @@ import numpy as np
 from amb_actuator.records import AXIS
 from amb_cosim.acceptance.machine_file import MachineFile
 from amb_cosim.acceptance.with_stages import machine_with_stages
-from amb_cosim.cosim.choices import Flavour
-from amb_cosim.cosim.values import RPM
+from amb_cosim.cosim.basics.choices import Flavour
+from amb_cosim.cosim.system.values import RPM
 from amb_cosim.design.magnetic_bearing import axis_parameters
 from amb_cosim.linear.linearisable import Linearisable, of_prepared
 from amb_cosim.linear.loop import Loop

@@ -14,7 +14,7 @@ from amb_cosim.assessment.requests import QuantityRequest
 from amb_cosim.assessment.sources import Job, SourceResult, answers, code_digest, job_of
 from amb_cosim.assessment.statements import Chapter, Reading, Source, Statement, Statements, selected
 from amb_cosim.assessment.verdict import Computed, Verdict, judge, meets, ratios
-from amb_cosim.cosim.simulation import Progress
+from amb_cosim.cosim.run.run_plan import Progress
 from amb_cosim.scenario.scenario import load_scenario
 from amb_cosim.studies.stored_robustness import StoredOutcome
 from amb_files.atomic import write_atomically

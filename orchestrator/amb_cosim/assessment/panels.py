@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from amb_cosim.cosim.signals import Signals
+from amb_cosim.cosim.record.signals import Signals
 from amb_cosim.presentation.units import relabelled, retold
 from amb_cosim.results.contact_forces import peaks
 from amb_cosim.results.contact_history import ROLLING, rolling_from, touchable

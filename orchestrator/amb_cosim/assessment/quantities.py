@@ -15,7 +15,7 @@ from typing import Any, NamedTuple, get_args, get_type_hints
 
 from amb_cosim.assessment import run_quantities, study_panels, study_quantities
 from amb_cosim.assessment.panels import Panel, run_panels
-from amb_cosim.cosim.signals import Signals
+from amb_cosim.cosim.record.signals import Signals
 
 Quantities = Mapping[str, tuple[Callable[..., Any], str]]
 """Functions and the units of their numbers, by name."""

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from amb_cosim.assessment.verdict import Computed
-from amb_cosim.cosim.values import quantity
+from amb_cosim.cosim.system.values import quantity
 from amb_cosim.presentation.json_data import json_data
 
 

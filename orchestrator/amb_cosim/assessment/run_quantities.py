@@ -11,7 +11,7 @@ from typing import Annotated
 import numpy as np
 from numpy.typing import NDArray
 
-from amb_cosim.cosim.signals import Signals
+from amb_cosim.cosim.record.signals import Signals
 from amb_cosim.results import contact_forces, contact_history
 from amb_cosim.results.orbits import When, radius, settled_amplitude, support
 from amb_cosim.results.places import places

@@ -10,7 +10,7 @@ from typing import Any
 import tomli_w
 
 from amb_cosim.assessment.statements import Source
-from amb_cosim.cosim.choices import Flavour
+from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.scenario.scenario import Scenario, load_scenario
 from amb_cosim.scenario.simulation import Prepared, prepare
 from amb_files.atomic import write_atomically

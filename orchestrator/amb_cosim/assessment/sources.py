@@ -24,7 +24,7 @@ from amb_cosim.assessment.source_runs import build_fmus, prepare_source
 from amb_cosim.assessment.statements import FILE, Source
 from amb_cosim.assessment.study_quantities import compute
 from amb_cosim.assessment.verdict import Computed
-from amb_cosim.cosim.simulation import Progress
+from amb_cosim.cosim.run.run_plan import Progress
 from amb_cosim.scenario.file import read_scenario
 from amb_cosim.scenario.scenario import load_scenario
 from amb_cosim.scenario.simulation import run_prepared

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, StrictBool, StrictFloat, StrictInt, StrictStr, model_validator
 
-from amb_cosim.cosim.tables import Table, Values
+from amb_cosim.cosim.system.tables import Table, Values
 from amb_files.packs import packs
 from amb_files.suggestions import suggest
 from amb_files.toml import read_toml, validate

@@ -9,7 +9,7 @@ from typing import Annotated, Any
 import numpy as np
 
 from amb_cosim import studies
-from amb_cosim.cosim.values import quantity
+from amb_cosim.cosim.system.values import quantity
 from amb_cosim.studies.bearing_axis import BearingAxis
 from amb_cosim.studies.campbell_diagram import CampbellDiagram
 from amb_cosim.studies.natural_modes import ModeShapes

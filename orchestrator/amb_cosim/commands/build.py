@@ -9,7 +9,7 @@ import click
 
 from amb_cosim.commands.cli_errors import refusing
 from amb_cosim.commands.options import FLAVOUR, FMI, PLATFORMS, RECEPTANCES, ROTOR, output
-from amb_cosim.cosim.choices import Flavour
+from amb_cosim.cosim.basics.choices import Flavour
 from amb_files.atomic import check_writable
 
 SYSTEM = "levitated"  # what is assembled without a scenario

@@ -16,7 +16,7 @@ def cache(clear: bool) -> None:
 
     The list says when each was used last.
     """
-    from amb_cosim.cosim.cache import LIMIT, cache_entries, cache_folder, remove_entries
+    from amb_cosim.cosim.basics.cache import LIMIT, cache_entries, cache_folder, remove_entries
 
     with refusing():
         entries = remove_entries() if clear else cache_entries()

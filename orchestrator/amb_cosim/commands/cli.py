@@ -28,7 +28,7 @@ from amb_cosim.commands import (
 )
 from amb_cosim.commands.cli_errors import Refused, interrupted
 from amb_cosim.commands.packs import PackCommands
-from amb_cosim.cosim.interruption import interruptible, was_interrupted
+from amb_cosim.cosim.basics.interruption import interruptible, was_interrupted
 
 
 class Commands(PackCommands):

@@ -9,11 +9,11 @@ from typing import IO, TYPE_CHECKING, Any
 
 import click
 
-from amb_cosim.cosim.errors import FmuError, ProcessFailed, StartFailed
-from amb_cosim.cosim.interruption import was_terminated
+from amb_cosim.cosim.basics.errors import FmuError, ProcessFailed, StartFailed
+from amb_cosim.cosim.basics.interruption import was_terminated
 
 if TYPE_CHECKING:
-    from amb_cosim.cosim.recording import Outcome
+    from amb_cosim.cosim.run.recording import Outcome
 
 
 class Failed(click.ClickException):

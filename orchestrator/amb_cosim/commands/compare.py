@@ -11,7 +11,7 @@ import click
 
 from amb_cosim.commands.cli_errors import Failed, interrupted, refuse_nothing, refusing
 from amb_cosim.commands.options import NO_PLOTS, UNITS, UNTIL, output
-from amb_cosim.cosim.choices import Flavour
+from amb_cosim.cosim.basics.choices import Flavour
 from amb_files.atomic import check_writable
 
 ONE = re.compile(r"(\d{1,3}):(.*)", re.DOTALL)

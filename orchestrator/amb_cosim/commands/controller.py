@@ -78,7 +78,7 @@ def import_arrays(
     The arrays of FILE (.mat, .npz) are checked, sampled and named.
     """
     import amb_cosim
-    from amb_cosim.cosim.tables import time_of
+    from amb_cosim.cosim.system.tables import time_of
 
     signals, demands = (None if names is None else [n.strip() for n in names.split(",")] for names in (inputs, outputs))
     path = output or Path(f"{file.stem}_controller.npz")

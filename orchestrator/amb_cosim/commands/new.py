@@ -9,7 +9,7 @@ import click
 
 from amb_cosim.commands.cli_errors import refusing
 from amb_cosim.commands.options import FLAVOUR, SPEED
-from amb_cosim.cosim.choices import Flavour
+from amb_cosim.cosim.basics.choices import Flavour
 
 
 @click.command()
@@ -39,7 +39,7 @@ def new(
 
     The rotor is that of a file, or a plain shaft of a mass and a length. What is not given is asked for.
     """
-    from amb_cosim.cosim.values import quantity
+    from amb_cosim.cosim.system.values import quantity
     from amb_cosim.starter.files import new_machine
     from amb_cosim.starter.levitation import WANTED_BEYOND, WANTED_IN_RANGE
 
@@ -74,7 +74,7 @@ def new(
 
 def _rotor_text(name: str, rotor: str | None, mass: str | None, length: str | None, Omega: float) -> str:
     """Return the text of the rotor file that is named, or of a plain shaft."""
-    from amb_cosim.cosim.values import quantity
+    from amb_cosim.cosim.system.values import quantity
     from amb_cosim.starter.rotor_text import plain_shaft
     from amb_files.toml import read_text
     from rotor_analysis.packaged_rotors import rotor_path

@@ -9,7 +9,7 @@ from pathlib import Path
 import click
 
 from amb_cosim.commands.cli_errors import refusing
-from amb_cosim.cosim.choices import FLAVOURS, FMIS, LOOPS
+from amb_cosim.cosim.basics.choices import FLAVOURS, FMIS, LOOPS
 
 Option = Callable[[Callable[..., None]], Callable[..., None]]
 

@@ -11,7 +11,7 @@ import click
 from amb_cosim.commands.cli_errors import Failed, refusing
 
 if TYPE_CHECKING:
-    from amb_cosim.cosim.values import Raw
+    from amb_cosim.cosim.system.values import Raw
     from amb_cosim.scenario.scenario import Scenario
     from amb_cosim.studies.stored_robustness import StoredOutcome
 

@@ -29,7 +29,7 @@ def import_model(model: Path, output: Path | None, frequency: str | None) -> Non
     """
     import tomli_w
 
-    from amb_cosim.cosim.values import quantity
+    from amb_cosim.cosim.system.values import quantity
     from amb_files.atomic import write_atomically
     from rotor_analysis.ross_file import read_ross
 

@@ -65,8 +65,8 @@ def run(
 ) -> None:
     """Run a scenario, its TOML file or an SSP archive."""
     if Path(name).suffix == ".ssp":
-        from amb_cosim.cosim.tables import time_of
-        from amb_cosim.cosim.values import quantity
+        from amb_cosim.cosim.system.tables import time_of
+        from amb_cosim.cosim.system.values import quantity
 
         fixed = {f"--{option}": options.pop(option) for option in ("rotor", "receptances")}
         fixed |= {"--save-at": options.pop("save_at") or None, "--from": options.pop("start")}
@@ -147,7 +147,7 @@ def simulate(system_file: Path, output: Path | None, explain: bool, **options: A
 def _simulate(system_file: Path, output: Path | None, explain: bool, **options: Any) -> None:
     """Run a system file or an SSP archive, save what was recorded, and tell how it ended."""
     import amb_cosim
-    from amb_cosim.cosim.warnings import sentences, warnings_of
+    from amb_cosim.cosim.record.warnings import sentences, warnings_of
     from amb_cosim.presentation.progress import progress_bar
     from amb_cosim.presentation.text_tables import show_notices, show_warnings
 

@@ -19,7 +19,7 @@ def verify(ctx: click.Context, fmu: Path) -> None:
 
     Exit code 1 if a value is not equal, or an experiment cannot be run.
     """
-    from amb_cosim.cosim.verification import verify
+    from amb_cosim.cosim.verify.verification import verify
 
     with refusing():
         found = verify(fmu)

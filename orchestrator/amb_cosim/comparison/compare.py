@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any
 
 from amb_cosim.comparison.signals import SignalComparison, compare_signals
 from amb_cosim.comparison.table import ComparedValue, rows_of, table_of
-from amb_cosim.cosim.choices import FLAVOURS, Flavour
-from amb_cosim.cosim.simulation import Progress
-from amb_cosim.cosim.values import Raw
+from amb_cosim.cosim.basics.choices import FLAVOURS, Flavour
+from amb_cosim.cosim.run.run_plan import Progress
+from amb_cosim.cosim.system.values import Raw
 from amb_cosim.presentation.json_data import json_data
 from amb_cosim.presentation.text_tables import TextPart, rendered
 from amb_cosim.results.result import Result

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from amb_cosim.cosim.signals import Signals
+from amb_cosim.cosim.record.signals import Signals
 from amb_cosim.presentation.style import DASHED, STYLE, StyledFigure, fitted, set_orbit_axes
 from amb_cosim.presentation.units import force_unit, length_unit
 from amb_cosim.results.contact_forces import peaks

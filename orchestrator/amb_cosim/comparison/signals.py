@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from amb_cosim.cosim.signals import Signals, SignalTable
+from amb_cosim.cosim.record.signals import Signals, SignalTable
 from amb_cosim.results.series import cycles
 
 SHOWN = 6  # names of a list that is printed

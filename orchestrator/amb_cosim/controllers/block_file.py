@@ -41,8 +41,8 @@ from pydantic import Field
 from amb_cosim.controllers.blocks import Block, Warp, schedule
 from amb_cosim.controllers.discretisation import check_sample_time, sampled
 from amb_cosim.controllers.laws import Array, Law, in_series, law_of, side_by_side
-from amb_cosim.cosim.tables import Table, Value
-from amb_cosim.cosim.values import quantity
+from amb_cosim.cosim.system.tables import Table, Value
+from amb_cosim.cosim.system.values import quantity
 from amb_files.suggestions import suggest
 from amb_files.toml import read_toml, validate
 

@@ -22,8 +22,8 @@ import numpy as np
 from pydantic import Field
 
 from amb_cosim.controllers.laws import Law, law_of, series_of_sections
-from amb_cosim.cosim.tables import Table, Value
-from amb_cosim.cosim.values import quantity
+from amb_cosim.cosim.system.tables import Table, Value
+from amb_cosim.cosim.system.values import quantity
 
 Points = Annotated[tuple[tuple[Value, Value], ...], Field(min_length=1, max_length=1000)]  # of (speed, value)
 ValueOf = Callable[[Value, str], float]

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from amb_cosim.controllers.discretisation import check_sample_time, sampled
 from amb_cosim.controllers.laws import Law, law_of
-from amb_cosim.cosim.choices import Flavour, Fmi
+from amb_cosim.cosim.basics.choices import Flavour, Fmi
 from linear_controller.ports import Ports
 
 if TYPE_CHECKING:
@@ -76,7 +76,7 @@ class LinearController:
         fmi: Fmi = 2,
     ) -> Path:
         """Write `linear_controller.fmu` into a folder and return its path; options as of `amb_cosim.build`."""
-        from amb_cosim.cosim.build_target import BuildTarget
+        from amb_cosim.cosim.basics.build_target import BuildTarget
 
         return BuildTarget(flavour, platforms, fmi).build(*self.model_and_constants, Path(folder))
 
@@ -97,7 +97,7 @@ class LinearController:
 
     def __fspath__(self) -> str:
         """Return the path of a file of it in the user's cache: in a scenario it stands for the FMU."""
-        from amb_cosim.cosim.cache import cache_folder
+        from amb_cosim.cosim.basics.cache import cache_folder
 
         model, constants = self.model_and_constants
         digest = hashlib.sha256(model.interface.canonical() + constants.tobytes()).hexdigest()[:32]

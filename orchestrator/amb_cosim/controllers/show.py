@@ -13,7 +13,7 @@ from amb_cosim.controllers.block_file import read_blocks
 from amb_cosim.controllers.bode import LawPath, connections, frequencies, phase_at
 from amb_cosim.controllers.laws import Array, Law
 from amb_cosim.controllers.linear_controller import LinearController, linear_controller
-from amb_cosim.cosim.values import quantity
+from amb_cosim.cosim.system.values import quantity
 from amb_cosim.presentation.text_tables import TextPart, number, text_table
 
 

@@ -18,9 +18,9 @@ from pathlib import Path
 import numpy as np
 
 from amb_cosim.controllers.laws import Array, Law
-from amb_cosim.cosim.component import FmuComponent
-from amb_cosim.cosim.errors import FmuError
-from amb_cosim.cosim.fmu_interface import FmuInterface
+from amb_cosim.cosim.basics.errors import FmuError
+from amb_cosim.cosim.fmu.component import FmuComponent
+from amb_cosim.cosim.fmu.fmu_interface import FmuInterface
 from amb_cosim.linear.parts import LinearPart, names_of, zoh
 
 STEPS = 240  # communication steps of a response

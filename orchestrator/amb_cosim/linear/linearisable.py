@@ -9,15 +9,15 @@ from pathlib import Path
 from typing import Any
 
 from amb_cosim.controllers.laws import Array
-from amb_cosim.cosim.assembly import Assembly, assemble
-from amb_cosim.cosim.assignments import Assignments
-from amb_cosim.cosim.choices import Flavour
-from amb_cosim.cosim.experiment import Experiment, Plan
-from amb_cosim.cosim.fmus import MADE_FROM_FILE, model_source
-from amb_cosim.cosim.planning import plan_experiment
-from amb_cosim.cosim.system import System
-from amb_cosim.cosim.system_file import is_system, load_experiment, load_system
-from amb_cosim.cosim.values import Raw, convert, quantity
+from amb_cosim.cosim.basics.choices import Flavour
+from amb_cosim.cosim.fmu.fmus import MADE_FROM_FILE, model_source
+from amb_cosim.cosim.system.assembly import Assembly, assemble
+from amb_cosim.cosim.system.assignments import Assignments
+from amb_cosim.cosim.system.experiment import Experiment, Plan
+from amb_cosim.cosim.system.planning import plan_experiment
+from amb_cosim.cosim.system.system import System
+from amb_cosim.cosim.system.system_file import is_system, load_experiment, load_system
+from amb_cosim.cosim.system.values import Raw, convert, quantity
 from amb_cosim.linear.control import law_part, pid_part
 from amb_cosim.linear.foreign import foreign_part
 from amb_cosim.linear.machine import actuator_part, rotor_part

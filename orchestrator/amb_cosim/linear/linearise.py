@@ -6,9 +6,9 @@ from collections.abc import Mapping, Sequence
 from os import PathLike
 from pathlib import Path
 
-from amb_cosim.cosim.choices import Flavour
-from amb_cosim.cosim.system import System
-from amb_cosim.cosim.values import Raw
+from amb_cosim.cosim.basics.choices import Flavour
+from amb_cosim.cosim.system.system import System
+from amb_cosim.cosim.system.values import Raw
 from amb_cosim.linear.linearisable import Linearisable, linearisable
 from amb_cosim.linear.model import LinearModel, linear_model
 from amb_cosim.linear.parts import LinearPart, loop_of, shown_a_step_later

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import cache
 
-from amb_cosim.cosim.fmus import model_source
+from amb_cosim.cosim.fmu.fmus import model_source
 from amb_cosim.live.rig import Rig, rig
 from amb_cosim.scenario.scenario import given_scenario, load_scenario
 from amb_files.pack_file import pack_files

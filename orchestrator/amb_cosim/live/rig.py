@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from amb_cosim.cosim.fmu_interface import FmuInterface, Port
-from amb_cosim.cosim.fmus import model_source
+from amb_cosim.cosim.fmu.fmu_interface import FmuInterface, Port
+from amb_cosim.cosim.fmu.fmus import model_source
 from amb_cosim.live.geometry import geometry
 from amb_cosim.packaging.assembled import assembled
 from amb_cosim.packaging.models import Made

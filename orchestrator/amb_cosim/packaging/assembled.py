@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from amb_cosim.cosim.build_target import BuildTarget
-from amb_cosim.cosim.choices import Coupling, Flavour, Fmi
-from amb_cosim.cosim.experiment import Plan
-from amb_cosim.cosim.fmus import build_models
+from amb_cosim.cosim.basics.build_target import BuildTarget
+from amb_cosim.cosim.basics.choices import Coupling, Flavour, Fmi
+from amb_cosim.cosim.fmu.fmus import build_models
+from amb_cosim.cosim.system.experiment import Plan
 from amb_cosim.packaging.models import Made
 from amb_cosim.packaging.planned import plan_models
 from amb_cosim.results.places import ACTUATOR, CONTROLLER, PLANT

@@ -7,9 +7,9 @@ from collections.abc import Iterable
 from functools import partial
 from pathlib import Path
 
-from amb_cosim.cosim.build_target import BuildTarget
-from amb_cosim.cosim.choices import Flavour, Fmi
-from amb_cosim.cosim.fmus import build_models
+from amb_cosim.cosim.basics.build_target import BuildTarget
+from amb_cosim.cosim.basics.choices import Flavour, Fmi
+from amb_cosim.cosim.fmu.fmus import build_models
 from amb_cosim.packaging.models import MODELS
 from amb_cosim.packaging.planned import plan_models
 from amb_cosim.scenario.scenario import Scenario

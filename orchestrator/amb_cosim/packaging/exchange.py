@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
-from amb_cosim.cosim.build_target import BuildTarget
-from amb_cosim.cosim.choices import Flavour
-from amb_cosim.cosim.values import Raw
+from amb_cosim.cosim.basics.build_target import BuildTarget
+from amb_cosim.cosim.basics.choices import Flavour
+from amb_cosim.cosim.system.values import Raw
 from amb_cosim.scenario.scenario import Scenario, given_scenario
 from amb_cosim.scenario.simulation import prepare
 

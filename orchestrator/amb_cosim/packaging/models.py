@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from amb_cosim.cosim.fmus import made_from
+from amb_cosim.cosim.fmu.fmus import made_from
 from amb_cosim.results.places import ACTUATOR, CONTROLLER, PLANT
 from amb_files.pack_file import rotor_path
 

@@ -8,16 +8,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from xml.etree import ElementTree
 
-from amb_cosim.cosim.assembly import Assembly
-from amb_cosim.cosim.choices import Coupling
-from amb_cosim.cosim.experiment import Experiment, Plan
-from amb_cosim.cosim.fmu_description import read_interface
-from amb_cosim.cosim.fmu_interface import FmuInterface
-from amb_cosim.cosim.fmus import is_model, model_source, models
-from amb_cosim.cosim.planning import plan_experiment
-from amb_cosim.cosim.replacement import fitted
-from amb_cosim.cosim.system import System
-from amb_cosim.cosim.system_file import is_system, load_experiment, load_system
+from amb_cosim.cosim.basics.choices import Coupling
+from amb_cosim.cosim.fmu.fmu_description import read_interface
+from amb_cosim.cosim.fmu.fmu_interface import FmuInterface
+from amb_cosim.cosim.fmu.fmus import is_model, model_source, models
+from amb_cosim.cosim.system.assembly import Assembly
+from amb_cosim.cosim.system.experiment import Experiment, Plan
+from amb_cosim.cosim.system.planning import plan_experiment
+from amb_cosim.cosim.system.replacement import fitted
+from amb_cosim.cosim.system.system import System
+from amb_cosim.cosim.system.system_file import is_system, load_experiment, load_system
 from amb_cosim.packaging.models import Made
 from amb_cosim.results.places import CONTROLLER
 from amb_cosim.scenario.inner_loop import inner_loop_parameters

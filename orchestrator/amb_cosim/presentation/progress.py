@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
-from amb_cosim.cosim.simulation import Progress as Report
+from amb_cosim.cosim.run.run_plan import Progress as Report
 
 SweepReport = Callable[[int, int, str], None]  # points done, their number, address of the dashboard
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from amb_cosim.cosim.signals import Signals
+from amb_cosim.cosim.record.signals import Signals
 from amb_cosim.presentation.units import force_unit, length_unit, spin_text
 from amb_cosim.results.contact_forces import peaks
 from amb_cosim.results.orbits import radius

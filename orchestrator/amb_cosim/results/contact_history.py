@@ -10,7 +10,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from amb_cosim.cosim.signals import Signals
+from amb_cosim.cosim.record.signals import Signals
 from amb_cosim.results.contact_forces import peak_force
 from amb_cosim.results.places import places
 from amb_cosim.results.power import without_power

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from amb_cosim.cosim.signals import Signals
+from amb_cosim.cosim.record.signals import Signals
 from amb_cosim.results.places import ACTUATOR, CONTROLLER
 from amb_cosim.results.series import parameters_of
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from amb_cosim.cosim.signals import Signals
+from amb_cosim.cosim.record.signals import Signals
 from amb_cosim.results.series import cycles, flags, signal
 
 

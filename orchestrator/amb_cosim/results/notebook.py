@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 from amb_cosim.results.plots import chosen, figure, has_motion
 
 if TYPE_CHECKING:
-    from amb_cosim.cosim.recording import Outcome
-    from amb_cosim.cosim.signals import Signals
+    from amb_cosim.cosim.record.signals import Signals
+    from amb_cosim.cosim.run.recording import Outcome
     from amb_cosim.results.summary import Summary
 
 SHOWN = ("touchdown", "orbits", "displacement", "contact", "magnets")  # figures, the first three for what moved

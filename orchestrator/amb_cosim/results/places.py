@@ -9,9 +9,9 @@ from functools import lru_cache
 from itertools import zip_longest
 from typing import Any
 
-from amb_cosim.cosim.assembly import Assembly
-from amb_cosim.cosim.fmu_interface import FmuInterface
-from amb_cosim.cosim.signals import Signals
+from amb_cosim.cosim.fmu.fmu_interface import FmuInterface
+from amb_cosim.cosim.record.signals import Signals
+from amb_cosim.cosim.system.assembly import Assembly
 
 PLANT, ACTUATOR, CONTROLLER = "rotor_contact", "amb_actuator", "rolac_controller"  # models, and components of systems
 ATTRIBUTE = "places"  # of a data set

@@ -7,8 +7,8 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from amb_cosim.cosim.dataset import Run, load
-from amb_cosim.cosim.recording import Outcome
+from amb_cosim.cosim.run.dataset import Run, load
+from amb_cosim.cosim.run.recording import Outcome
 from amb_files.atomic import write_atomically
 
 if TYPE_CHECKING:

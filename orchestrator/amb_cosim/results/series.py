@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from amb_cosim.cosim.signals import Signals
+from amb_cosim.cosim.record.signals import Signals
 
 Path = NDArray[np.float64]  # x and y of a motion over time, shape (2, n)
 

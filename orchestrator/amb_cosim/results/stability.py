@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from amb_cosim.cosim.signals import Signals
+from amb_cosim.cosim.record.signals import Signals
 from amb_cosim.results.places import ACTUATOR, CONTROLLER, PLANT, places
 from amb_cosim.results.series import cycles, displacements, parameters, signal, speed, speed_changes
 

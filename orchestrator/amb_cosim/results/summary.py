@@ -8,8 +8,8 @@ from typing import Any
 
 from rich.table import Table
 
-from amb_cosim.cosim.signals import Signals
-from amb_cosim.cosim.warnings import sentences, warnings_of
+from amb_cosim.cosim.record.signals import Signals
+from amb_cosim.cosim.record.warnings import sentences, warnings_of
 from amb_cosim.presentation.json_data import json_data
 from amb_cosim.presentation.text_tables import number
 from amb_cosim.results import contact_forces, contact_history, energies

@@ -12,7 +12,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from amb_cosim.cosim.signals import Signals
+from amb_cosim.cosim.record.signals import Signals
 from amb_cosim.results.contact_forces import received_impulse
 from amb_cosim.results.contact_history import FREE, ROLLING, in_contact, touchable
 from amb_cosim.results.orbits import moving_places, path, path_at_rest, radius

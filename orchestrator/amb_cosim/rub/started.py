@@ -2,7 +2,7 @@
 
 The contact forces F of a state turn with the rotor as unbalance does, omega = Omega; those of a whirl with the whirl.
 Under all of them, and without its sites, the whole loop settles to the state, sampled controller included; that motion
-is solved for as all settled motion is (`cosim.settling`). What F does to the rotor in a step h is, with
+is solved for as all settled motion is (`cosim.master.settling`). What F does to the rotor in a step h is, with
 x = Re[X exp(i omega t)] of all its states,
 
     f = Re[(exp(i omega h) - exp(A h)) X exp(i omega t)],      X = (i omega - A)^-1 B F               (1)
@@ -18,12 +18,12 @@ from contextlib import closing
 import numpy as np
 from scipy.linalg import expm
 
-from amb_cosim.cosim.checkpoint import Checkpoint
-from amb_cosim.cosim.experiment import WARM_UP
-from amb_cosim.cosim.instances import Instances
-from amb_cosim.cosim.responses import MemoryPart, Response
-from amb_cosim.cosim.settling import SettledLoop, loop_at, solve
-from amb_cosim.cosim.simulator import Simulator
+from amb_cosim.cosim.master.instances import Instances
+from amb_cosim.cosim.master.responses import MemoryPart, Response
+from amb_cosim.cosim.master.settling import SettledLoop, loop_at, solve
+from amb_cosim.cosim.run.checkpoint import Checkpoint
+from amb_cosim.cosim.run.plan_session import Simulator
+from amb_cosim.cosim.system.experiment import WARM_UP
 from amb_cosim.linear import parts as linear
 from amb_cosim.linear.machine import rotor_part
 from amb_cosim.results.places import ACTUATOR, PLANT

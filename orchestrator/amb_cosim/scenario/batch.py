@@ -13,11 +13,11 @@ from typing import Any, NoReturn
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from amb_cosim.cosim.assembly import Assembly
-from amb_cosim.cosim.choices import Flavour
-from amb_cosim.cosim.members import Members, States
-from amb_cosim.cosim.schedules import Array
-from amb_cosim.cosim.values import Raw
+from amb_cosim.cosim.basics.choices import Flavour
+from amb_cosim.cosim.basics.schedules import Array
+from amb_cosim.cosim.run.batch_runner import Members, States
+from amb_cosim.cosim.system.assembly import Assembly
+from amb_cosim.cosim.system.values import Raw
 from amb_cosim.scenario.plan import ScenarioPlan
 from amb_cosim.scenario.scenario import Scenario, given_scenario
 from amb_cosim.scenario.simulation import assemble_scenario, plan_prepared

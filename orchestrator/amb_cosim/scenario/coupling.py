@@ -11,8 +11,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from amb_cosim.cosim.choices import Coupling
-from amb_cosim.cosim.fmu_interface import FmuInterface
+from amb_cosim.cosim.basics.choices import Coupling
+from amb_cosim.cosim.fmu.fmu_interface import FmuInterface
 
 DEFAULT_STEPS: Mapping[Coupling, float] = {"gauss_seidel": 250e-6, "jacobi": 25e-6, "iterative": 250e-6}  # s
 LARGEST_SHARE = 0.2  # of the controller's sample time, for a step in Jacobi order; see `longest_jacobi_step`

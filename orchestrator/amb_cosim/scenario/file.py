@@ -13,9 +13,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from amb_cosim.cosim.fmus import models
-from amb_cosim.cosim.system_file import packaged_systems
-from amb_cosim.cosim.tables import check_bases
+from amb_cosim.cosim.fmu.fmus import models
+from amb_cosim.cosim.system.system_file import packaged_systems
+from amb_cosim.cosim.system.tables import check_bases
 from amb_files.packs import files_of
 from amb_files.suggestions import suggest
 from amb_files.toml import read_toml

@@ -6,8 +6,8 @@ import math
 from collections.abc import Collection
 from dataclasses import dataclass
 
-from amb_cosim.cosim.assignments import Assignments
-from amb_cosim.cosim.values import Raw
+from amb_cosim.cosim.system.assignments import Assignments
+from amb_cosim.cosim.system.values import Raw
 from amb_cosim.results.places import ACTUATOR, CONTROLLER, PLANT
 
 OF_MAGNET = (("gap", "m"), ("turns", ""), ("pole_area", "m2"), ("bias_current", "A"), ("current_limit", "A"))

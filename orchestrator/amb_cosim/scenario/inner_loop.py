@@ -6,8 +6,8 @@ import zlib
 from collections.abc import Mapping
 from pathlib import Path
 
-from amb_cosim.cosim.fmus import MADE_FROM_FILE, model_source
-from amb_cosim.cosim.system import System
+from amb_cosim.cosim.fmu.fmus import MADE_FROM_FILE, model_source
+from amb_cosim.cosim.system.system import System
 
 # Names, and endings of names of signals and demands.
 _PARAMETERS = ("delay", "chain.preset", "chain.filter", "chain.delay", "chain.cutoff")

@@ -7,12 +7,12 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from typing import Any
 
-from amb_cosim.cosim.assembly import Assembly
-from amb_cosim.cosim.assignments import Assignments
-from amb_cosim.cosim.experiment import Experiment, InputChange, Plan, Profile
-from amb_cosim.cosim.planning import plan_experiment
-from amb_cosim.cosim.time_grid import is_on_grid, nearest_point, nearest_steps
-from amb_cosim.cosim.values import Raw, convert, quantity
+from amb_cosim.cosim.basics.time_grid import is_on_grid, nearest_point, nearest_steps
+from amb_cosim.cosim.system.assembly import Assembly
+from amb_cosim.cosim.system.assignments import Assignments
+from amb_cosim.cosim.system.experiment import Experiment, InputChange, Plan, Profile
+from amb_cosim.cosim.system.planning import plan_experiment
+from amb_cosim.cosim.system.values import Raw, convert, quantity
 from amb_cosim.results.places import Places, places_of
 from amb_cosim.scenario.coupling import delay, predictable
 from amb_cosim.scenario.gravity import Gravity, set_gravity

@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from amb_cosim.cosim.signals import Signals
-from amb_cosim.cosim.warnings import WarningRecord
+from amb_cosim.cosim.record.signals import Signals
+from amb_cosim.cosim.record.warnings import WarningRecord
 from amb_cosim.results.places import CONTROLLER
 from amb_cosim.results.power import without_power
 

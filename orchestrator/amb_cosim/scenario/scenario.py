@@ -9,11 +9,11 @@ from typing import Any, ClassVar, Literal
 import tomli_w
 from pydantic import Field
 
-from amb_cosim.cosim.choices import Coupling, Settling
-from amb_cosim.cosim.stopping import StopCondition
-from amb_cosim.cosim.system_tables import Record, stop_condition
-from amb_cosim.cosim.tables import Cycles, Table, Value, Values, time_of
-from amb_cosim.cosim.values import quantity
+from amb_cosim.cosim.basics.choices import Coupling, Settling
+from amb_cosim.cosim.system.stopping import StopCondition
+from amb_cosim.cosim.system.system_tables import Record, stop_condition
+from amb_cosim.cosim.system.tables import Cycles, Table, Value, Values, time_of
+from amb_cosim.cosim.system.values import quantity
 from amb_cosim.scenario.coupling import DEFAULT_STEPS
 from amb_cosim.scenario.file import overlaid, packaged_scenarios, read_scenario, relative_to, with_paths
 from amb_files.atomic import write_atomically

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
-from amb_cosim.cosim.assignments import Assignments
+from amb_cosim.cosim.system.assignments import Assignments
 from amb_cosim.results.places import CONTROLLER
 
 PRESET, CUSTOM = "chain.preset", "custom"

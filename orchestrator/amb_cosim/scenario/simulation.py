@@ -11,24 +11,24 @@ from typing import Any
 
 import numpy as np
 
-from amb_cosim.cosim.assembly import Assembly, assemble
-from amb_cosim.cosim.checkpoint import Checkpoint
-from amb_cosim.cosim.choices import Flavour, Loop
-from amb_cosim.cosim.dataset import to_signals
-from amb_cosim.cosim.fmu_interface import FmuInterface
-from amb_cosim.cosim.fmus import Fmu
-from amb_cosim.cosim.instances import Instances
-from amb_cosim.cosim.recorder import Recorder
-from amb_cosim.cosim.recording import Recording
-from amb_cosim.cosim.saving import AUTOSAVE_TIME, Saves, resumed, save_points
-from amb_cosim.cosim.schedules import Array
-from amb_cosim.cosim.signals import Samples, SignalTable
-from amb_cosim.cosim.simulation import Progress, run_plan
-from amb_cosim.cosim.system import System
-from amb_cosim.cosim.system_file import load_system
-from amb_cosim.cosim.values import Raw
-from amb_cosim.cosim.warnings import ATTRIBUTE as WARNINGS
-from amb_cosim.cosim.warnings import WarningRecord, to_json, warnings_of
+from amb_cosim.cosim.basics.choices import Flavour, Loop
+from amb_cosim.cosim.basics.schedules import Array
+from amb_cosim.cosim.fmu.fmu_interface import FmuInterface
+from amb_cosim.cosim.fmu.fmus import Fmu
+from amb_cosim.cosim.master.instances import Instances
+from amb_cosim.cosim.record.recorder import Recorder
+from amb_cosim.cosim.record.signals import Samples, SignalTable
+from amb_cosim.cosim.record.warnings import ATTRIBUTE as WARNINGS
+from amb_cosim.cosim.record.warnings import WarningRecord, to_json, warnings_of
+from amb_cosim.cosim.run.checkpoint import Checkpoint
+from amb_cosim.cosim.run.dataset import to_signals
+from amb_cosim.cosim.run.recording import Recording
+from amb_cosim.cosim.run.run_plan import Progress, run_plan
+from amb_cosim.cosim.run.saving import AUTOSAVE_TIME, Saves, resumed, save_points
+from amb_cosim.cosim.system.assembly import Assembly, assemble
+from amb_cosim.cosim.system.system import System
+from amb_cosim.cosim.system.system_file import load_system
+from amb_cosim.cosim.system.values import Raw
 from amb_cosim.presentation.progress import progress_bar
 from amb_cosim.results.places import ATTRIBUTE as PLACES
 from amb_cosim.results.places import CONTROLLER, places_of

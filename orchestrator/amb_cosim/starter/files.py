@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from string import Template
 
-from amb_cosim.cosim.choices import Flavour
-from amb_cosim.cosim.values import RPM
+from amb_cosim.cosim.basics.choices import Flavour
+from amb_cosim.cosim.system.values import RPM
 from amb_cosim.starter.levitation import Gains, OperatingPoint, best_gains, candidates, operating_points
 from amb_cosim.starter.rotor_text import damping, require_name, supports
 from amb_cosim.starter.sizing import SAMPLE_TIME, MachineSizes, machine_sizes

@@ -8,8 +8,8 @@ from itertools import product
 from pathlib import Path
 from typing import Annotated
 
-from amb_cosim.cosim.choices import Flavour
-from amb_cosim.cosim.values import RPM
+from amb_cosim.cosim.basics.choices import Flavour
+from amb_cosim.cosim.system.values import RPM
 from amb_cosim.design.magnetic_bearing import axis_parameters, linearisation, static_current_for
 from amb_cosim.linear.linearisable import of_prepared
 from amb_cosim.linear.loop import Loop

@@ -10,7 +10,7 @@ from typing import Annotated, ClassVar
 import numpy as np
 
 from amb_actuator.force import pull
-from amb_cosim.cosim.values import Raw, quantity
+from amb_cosim.cosim.system.values import Raw, quantity
 from amb_cosim.design import magnetic_bearing
 from amb_cosim.presentation.text_tables import TextPart, text_table
 from amb_cosim.results.places import PLANT

@@ -12,8 +12,8 @@ from typing import Annotated, ClassVar
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from amb_cosim.cosim.choices import Flavour
-from amb_cosim.cosim.values import Raw
+from amb_cosim.cosim.basics.choices import Flavour
+from amb_cosim.cosim.system.values import Raw
 from amb_cosim.linear.linearisable import of_prepared
 from amb_cosim.linear.linearise import model_of
 from amb_cosim.linear.loop import Complex, Loop

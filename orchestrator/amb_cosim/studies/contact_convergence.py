@@ -16,9 +16,9 @@ from typing import Annotated, ClassVar
 
 import numpy as np
 
-from amb_cosim.cosim.choices import Flavour
-from amb_cosim.cosim.simulation import Progress
-from amb_cosim.cosim.values import Raw
+from amb_cosim.cosim.basics.choices import Flavour
+from amb_cosim.cosim.run.run_plan import Progress
+from amb_cosim.cosim.system.values import Raw
 from amb_cosim.presentation.progress import progress_bar
 from amb_cosim.presentation.text_tables import TextPart, labelled_table, number, text_table
 from amb_cosim.results.contact_forces import WINDOW

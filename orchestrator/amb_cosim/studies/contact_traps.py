@@ -12,8 +12,8 @@ from typing import Annotated, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from amb_cosim.cosim.choices import Flavour
-from amb_cosim.cosim.values import Raw
+from amb_cosim.cosim.basics.choices import Flavour
+from amb_cosim.cosim.system.values import Raw
 from amb_cosim.presentation.json_data import Layout
 from amb_cosim.presentation.text_tables import TextPart, text_table
 from amb_cosim.results.places import PLANT

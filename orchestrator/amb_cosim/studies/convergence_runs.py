@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 import tomli_w
 
-from amb_cosim.cosim.choices import Flavour
-from amb_cosim.cosim.signals import Signals
-from amb_cosim.cosim.values import Raw
+from amb_cosim.cosim.basics.choices import Flavour
+from amb_cosim.cosim.record.signals import Signals
+from amb_cosim.cosim.system.values import Raw
 from amb_cosim.results.contact_forces import largest_averaged_force, peak_force, received_impulse
 from amb_cosim.results.contact_history import peak, touchable
 from amb_cosim.results.places import PLANT

@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, ClassVar
 
-from amb_cosim.cosim.choices import Coupling, Flavour, Loop
-from amb_cosim.cosim.system_tables import Record
-from amb_cosim.cosim.values import Raw
+from amb_cosim.cosim.basics.choices import Coupling, Flavour, Loop
+from amb_cosim.cosim.system.system_tables import Record
+from amb_cosim.cosim.system.values import Raw
 from amb_cosim.presentation.text_tables import TextPart, labelled_table
 from amb_cosim.results.contact_history import contact_cycles, recovery
 from amb_cosim.results.orbits import orbit_after, orbit_before

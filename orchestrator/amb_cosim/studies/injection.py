@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from amb_actuator.interface import DYNAMIC
-from amb_cosim.cosim.choices import Flavour
-from amb_cosim.cosim.signals import Signals
-from amb_cosim.cosim.values import Raw
+from amb_cosim.cosim.basics.choices import Flavour
+from amb_cosim.cosim.record.signals import Signals
+from amb_cosim.cosim.system.values import Raw
 from amb_cosim.linear.linearisable import of_prepared
 from amb_cosim.linear.loop import Loop
 from amb_cosim.results.contact_history import in_contact

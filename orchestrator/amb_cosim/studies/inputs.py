@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from amb_cosim.cosim.values import quantity
+from amb_cosim.cosim.system.values import quantity
 from amb_cosim.results.places import CONTROLLER
 from amb_cosim.scenario.scenario import Scenario, given_scenario
 from fmi_export.model import Array

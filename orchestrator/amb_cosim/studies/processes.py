@@ -12,8 +12,8 @@ from contextlib import suppress
 from multiprocessing.connection import Connection
 from typing import TypeVar
 
-from amb_cosim.cosim.interruption import deferred
-from amb_cosim.cosim.simulation import Progress
+from amb_cosim.cosim.basics.interruption import deferred
+from amb_cosim.cosim.run.run_plan import Progress
 
 Case = TypeVar("Case")
 CaseResult = TypeVar("CaseResult")

@@ -12,8 +12,8 @@ from typing import Annotated, NamedTuple
 import numpy as np
 from rich.console import Console
 
-from amb_cosim.cosim.choices import Flavour
-from amb_cosim.cosim.values import Raw
+from amb_cosim.cosim.basics.choices import Flavour
+from amb_cosim.cosim.system.values import Raw
 from amb_cosim.design.controller_data import SPEEDS, condition_number
 from amb_cosim.design.receptance_file import ReceptanceTable
 from amb_cosim.presentation.json_data import Layout

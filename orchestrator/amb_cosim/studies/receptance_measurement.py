@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING, Annotated
 import numpy as np
 from numpy.typing import NDArray
 
-from amb_cosim.cosim.choices import Flavour
-from amb_cosim.cosim.simulation import Progress
-from amb_cosim.cosim.values import Raw
+from amb_cosim.cosim.basics.choices import Flavour
+from amb_cosim.cosim.run.run_plan import Progress
+from amb_cosim.cosim.system.values import Raw
 from amb_cosim.design.controller_data import MAX_CONDITION, condition_number
 from amb_cosim.design.receptance_file import ReceptanceTable, empty_table, loop_parameters, read_table
 from amb_cosim.design.sampled_loop import given_parameters

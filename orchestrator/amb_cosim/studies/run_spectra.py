@@ -11,9 +11,9 @@ import numpy as np
 from scipy.signal import find_peaks, stft
 
 from amb_cosim.comparison.compare import Source, load
-from amb_cosim.cosim.choices import Flavour
-from amb_cosim.cosim.signals import Signals
-from amb_cosim.cosim.values import Raw, quantity
+from amb_cosim.cosim.basics.choices import Flavour
+from amb_cosim.cosim.record.signals import Signals
+from amb_cosim.cosim.system.values import Raw, quantity
 from amb_cosim.presentation.text_tables import TextPart, labelled_table
 from amb_cosim.results.places import places
 from amb_cosim.results.result import Result

@@ -9,8 +9,8 @@ from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 
-from amb_cosim.cosim.choices import Flavour
-from amb_cosim.cosim.values import Raw, quantity
+from amb_cosim.cosim.basics.choices import Flavour
+from amb_cosim.cosim.system.values import Raw, quantity
 from amb_cosim.linear.linearisable import of_prepared
 from amb_cosim.linear.loop import (
     Complex,

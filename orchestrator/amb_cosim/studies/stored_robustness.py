@@ -9,7 +9,7 @@ from pathlib import Path
 import tomli_w
 from pydantic import Field
 
-from amb_cosim.cosim.tables import Table
+from amb_cosim.cosim.system.tables import Table
 from amb_files.atomic import write_atomically
 from amb_files.packs import packs
 from amb_files.toml import read_toml, validate

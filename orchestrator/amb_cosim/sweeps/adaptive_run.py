@@ -7,7 +7,7 @@ import time
 from concurrent.futures import Future, ThreadPoolExecutor
 from typing import TYPE_CHECKING, Any
 
-from amb_cosim.cosim.interruption import Interruption, deferred
+from amb_cosim.cosim.basics.interruption import Interruption, deferred
 from amb_cosim.presentation.progress import SweepReport as Report
 from amb_cosim.sweeps.adaptive import Sampler
 from amb_cosim.sweeps.engine import Submission

@@ -24,7 +24,7 @@ from typing import Any
 
 import numpy as np
 
-from amb_cosim.cosim.values import Raw
+from amb_cosim.cosim.system.values import Raw
 from fmi_export.building.units import to_unit
 
 MOST_POINTS = 10_000_000  # of a sweep

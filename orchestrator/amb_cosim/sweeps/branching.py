@@ -10,12 +10,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from amb_cosim.cosim.assembly import Assembly
-from amb_cosim.cosim.checkpoint import Checkpoint
-from amb_cosim.cosim.instances import Instances
-from amb_cosim.cosim.past import plan_past
-from amb_cosim.cosim.saving import Saves
-from amb_cosim.cosim.values import Raw
+from amb_cosim.cosim.master.instances import Instances
+from amb_cosim.cosim.run.checkpoint import Checkpoint
+from amb_cosim.cosim.run.saving import Saves
+from amb_cosim.cosim.run.state_fingerprint import plan_past
+from amb_cosim.cosim.system.assembly import Assembly
+from amb_cosim.cosim.system.values import Raw
 from amb_cosim.scenario.plan import ScenarioPlan
 from amb_cosim.sweeps.axes import Axis
 from amb_cosim.sweeps.sampling import Design

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from contextlib import suppress
 
-from amb_cosim.cosim.fmu_interface import Port
-from amb_cosim.cosim.values import Raw, quantity
+from amb_cosim.cosim.fmu.fmu_interface import Port
+from amb_cosim.cosim.system.values import Raw, quantity
 from amb_cosim.scenario.plan import SPEED
 from amb_cosim.scenario.simulation import Prepared
 from amb_cosim.sweeps.branching import LABELS

@@ -24,7 +24,7 @@ from concurrent.futures import CancelledError
 from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from amb_cosim.cosim.interruption import Interruption, deferred
+from amb_cosim.cosim.basics.interruption import Interruption, deferred
 from amb_cosim.presentation.progress import SweepReport as Report
 from amb_cosim.sweeps.branching import branching_order
 from amb_cosim.sweeps.worker import PointResult, Task, run_batch

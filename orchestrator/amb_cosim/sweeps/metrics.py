@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
-from amb_cosim.cosim.recording import Outcome
-from amb_cosim.cosim.signals import Signals
+from amb_cosim.cosim.record.signals import Signals
+from amb_cosim.cosim.run.recording import Outcome
 from amb_cosim.results import contact_forces, contact_history, stability
 from amb_cosim.results.contact_history import Recovery
 from amb_cosim.results.orbits import orbit_largest

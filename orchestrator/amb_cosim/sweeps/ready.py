@@ -6,7 +6,7 @@ from typing import Any
 
 from pydantic import Field
 
-from amb_cosim.cosim.tables import Table, Value
+from amb_cosim.cosim.system.tables import Table, Value
 from amb_files.packs import files_of
 from amb_files.toml import read_toml, validate
 

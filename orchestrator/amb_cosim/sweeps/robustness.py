@@ -11,9 +11,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, ClassVar
 
-from amb_cosim.cosim.choices import Flavour
-from amb_cosim.cosim.simulation import Progress
-from amb_cosim.cosim.values import Raw
+from amb_cosim.cosim.basics.choices import Flavour
+from amb_cosim.cosim.run.run_plan import Progress
+from amb_cosim.cosim.system.values import Raw
 from amb_cosim.presentation.progress import progress_bar
 from amb_cosim.presentation.text_tables import TextPart, number, text_table
 from amb_cosim.scenario.scenario import Scenario, given_scenario

@@ -15,9 +15,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from amb_cosim.cosim.choices import Flavour
-from amb_cosim.cosim.dataset import git_revision
-from amb_cosim.cosim.values import Raw, quantity
+from amb_cosim.cosim.basics.choices import Flavour
+from amb_cosim.cosim.run.dataset import git_revision
+from amb_cosim.cosim.system.values import Raw, quantity
 from amb_cosim.presentation.progress import SweepReport as Report
 from amb_cosim.presentation.progress import sweep_bar
 from amb_cosim.scenario.scenario import Scenario, given_scenario

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from amb_cosim.cosim.values import Raw
+from amb_cosim.cosim.system.values import Raw
 from amb_cosim.sweeps.axes import MOST_POINTS, Axis, Column, Range, Vary, read_variations
 
 SAMPLE = "sample"  # name of the axis of sampled points

@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from amb_cosim.cosim.differences import told_differences
+from amb_cosim.cosim.basics.differences import told_differences
 from amb_cosim.sweeps.metrics import UNITS
 from amb_cosim.sweeps.sampling import Design
 from amb_cosim.sweeps.worker import PointResult

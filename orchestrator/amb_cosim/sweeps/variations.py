@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from amb_cosim.cosim.values import Raw
+from amb_cosim.cosim.system.values import Raw
 from amb_cosim.results.places import CONTROLLER, PLANT
 from amb_cosim.scenario.plan import UNBALANCE
 from amb_cosim.scenario.simulation import Prepared

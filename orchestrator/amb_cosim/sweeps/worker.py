@@ -9,11 +9,11 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from amb_cosim.cosim.assembly import Assembly
-from amb_cosim.cosim.choices import Flavour
-from amb_cosim.cosim.errors import FmuError, ProcessFailed, StartFailed
-from amb_cosim.cosim.instances import Instances
-from amb_cosim.cosim.values import Raw
+from amb_cosim.cosim.basics.choices import Flavour
+from amb_cosim.cosim.basics.errors import FmuError, ProcessFailed, StartFailed
+from amb_cosim.cosim.master.instances import Instances
+from amb_cosim.cosim.system.assembly import Assembly
+from amb_cosim.cosim.system.values import Raw
 from amb_cosim.results.places import places_of
 from amb_cosim.results.result import Result
 from amb_cosim.scenario.plan import FirstValues, first_values
@@ -212,7 +212,7 @@ def _checked(name: str) -> str:
 
 
 def _netcdf(result: Result) -> bytes:
-    from amb_cosim.cosim.netcdf import netcdf
+    from amb_cosim.cosim.record.netcdf import netcdf
 
     return bytes(netcdf(result.dataset))
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from amb_actuator.interface import DYNAMIC, IDEAL, MEASURED, NONLINEAR
-from amb_cosim.cosim.choices import Coupling, Flavour
+from amb_cosim.cosim.basics.choices import Coupling, Flavour
 from amb_cosim.scenario.coupling import delay
 from amb_cosim.scenario.scenario import Scenario, make_scenario
 from amb_cosim.scenario.simulation import prepare, run_prepared

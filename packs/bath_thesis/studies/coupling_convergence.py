@@ -13,7 +13,7 @@ from typing import Annotated, ClassVar
 
 import numpy as np
 
-from amb_cosim.cosim.choices import Flavour
+from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.design.magnetic_bearing import axis_parameters, linear_constants
 from amb_cosim.presentation.text_tables import TextPart, labelled_table
 from amb_cosim.studies.result import DrawnResult

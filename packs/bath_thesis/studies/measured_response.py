@@ -8,8 +8,8 @@ from typing import Annotated, ClassVar
 
 import numpy as np
 
-from amb_cosim.cosim.choices import Flavour
-from amb_cosim.cosim.values import quantity
+from amb_cosim.cosim.basics.choices import Flavour
+from amb_cosim.cosim.system.values import quantity
 from amb_cosim.design.rotor_models import control_loop
 from amb_cosim.presentation.text_tables import TextPart, labelled_table
 from amb_cosim.studies.inputs import Number, RotorFile, rotor_of, speed_range, spin_speeds

@@ -15,8 +15,8 @@ from amb_cosim.assessment.requests import QuantityRequest, evaluate
 from amb_cosim.assessment.source_runs import prepare_source
 from amb_cosim.assessment.statements import Source, Statement, load_statements
 from amb_cosim.assessment.verdict import Computed, meets
-from amb_cosim.cosim.choices import Flavour
-from amb_cosim.cosim.tables import Table, Values
+from amb_cosim.cosim.basics.choices import Flavour
+from amb_cosim.cosim.system.tables import Table, Values
 from amb_cosim.scenario.scenario import load_scenario
 from amb_cosim.scenario.simulation import run_prepared
 from amb_files.toml import parse_toml, validate

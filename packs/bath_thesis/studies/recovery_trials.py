@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from amb_cosim.cosim.choices import Flavour
-from amb_cosim.cosim.simulation import Progress
-from amb_cosim.cosim.system_tables import Record
-from amb_cosim.cosim.values import Raw, quantity
+from amb_cosim.cosim.basics.choices import Flavour
+from amb_cosim.cosim.run.run_plan import Progress
+from amb_cosim.cosim.system.system_tables import Record
+from amb_cosim.cosim.system.values import Raw, quantity
 from amb_cosim.results.contact_history import contact_cycles, recovered
 from amb_cosim.scenario.scenario import Event, Scenario, load_scenario
 from amb_cosim.scenario.simulation import Prepared, prepare, run_prepared

@@ -16,8 +16,8 @@ from typing import ClassVar
 from amb_cosim.assessment.source_runs import build_fmus
 from amb_cosim.assessment.statements import Expected, Statement
 from amb_cosim.assessment.verdict import Computed
-from amb_cosim.cosim.choices import Flavour
-from amb_cosim.cosim.simulation import Progress
+from amb_cosim.cosim.basics.choices import Flavour
+from amb_cosim.cosim.run.run_plan import Progress
 from amb_cosim.presentation.progress import progress_bar
 from amb_cosim.presentation.text_tables import TextPart, labelled_table, number
 from amb_cosim.studies.processes import simulate_in_processes

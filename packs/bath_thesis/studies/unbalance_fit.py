@@ -18,9 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from amb_cosim.cosim.choices import Flavour
-from amb_cosim.cosim.simulation import Progress
-from amb_cosim.cosim.values import Raw
+from amb_cosim.cosim.basics.choices import Flavour
+from amb_cosim.cosim.run.run_plan import Progress
+from amb_cosim.cosim.system.values import Raw
 from amb_cosim.presentation.progress import progress_bar
 from amb_cosim.presentation.text_tables import TextPart, labelled_table
 from amb_cosim.scenario.scenario import Scenario, load_scenario

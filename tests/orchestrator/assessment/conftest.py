@@ -7,7 +7,7 @@ import json
 import numpy as np
 import pytest
 
-from amb_cosim.cosim.signals import Samples, SignalTable
+from amb_cosim.cosim.record.signals import Samples, SignalTable
 from amb_cosim.results.places import Places
 
 PERIOD, SAMPLES, END = 0.02, 100, 20.0  # s, of a cycle, cycles

@@ -7,7 +7,7 @@ import pytest
 from amb_cosim.assessment.panels import MOST_POINTS, curve, panel_of, run_panels
 from amb_cosim.assessment.quantities import quantities_of_runs
 from amb_cosim.assessment.requests import QuantityRequest, evaluate
-from amb_cosim.cosim.signals import Samples, SignalTable
+from amb_cosim.cosim.record.signals import Samples, SignalTable
 from amb_cosim.results.places import Places
 
 SAMPLE = 0.011  # cycles; what a begin or an end can be off

@@ -7,7 +7,7 @@ import sys
 import numpy as np
 import pytest
 
-from amb_cosim.cosim.instances import Instances
+from amb_cosim.cosim.master.instances import Instances
 from amb_cosim.scenario.scenario import load_scenario
 from amb_cosim.scenario.simulation import prepare, run_prepared
 from amb_cosim.sweeps.worker import Runner, Task, varied
@@ -75,7 +75,7 @@ def test_a_point_has_the_key_values_of_the_summary():
 
 def test_an_fmu_that_is_a_file_runs_in_the_process_of_the_sweep(monkeypatch):
     file = str(prepare(SCENARIO).fmus["rolac_controller"].path)
-    monkeypatch.setattr("amb_cosim.cosim.simulation.run_isolated", None)
+    monkeypatch.setattr("amb_cosim.cosim.run.run_plan.run_isolated", None)
     runner = Runner(Task(SCENARIO, until=UNTIL))
     points = [runner.run(0, {**HIT, **fmu}) for fmu in ({}, {"fmu.rolac_controller": file})]
     assert [point.outcome for point in points] == ["completed", "completed"]

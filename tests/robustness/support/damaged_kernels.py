@@ -22,7 +22,7 @@ ENTRIES = ("actuator.initialise-", "actuator.step-", "model.")  # what Python ca
 
 def stepped(answer: Path) -> None:
     """Write all values of an actuator after some steps to a file."""
-    from amb_cosim.cosim.fmus import model_source
+    from amb_cosim.cosim.fmu.fmus import model_source
     from fmi_export.model import Instance
 
     instance = Instance(*model_source("amb_actuator"))

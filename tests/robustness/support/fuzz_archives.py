@@ -16,8 +16,8 @@ from pathlib import Path
 import atheris
 
 with atheris.instrument_imports(include=["amb_files", "amb_cosim", "fmpy.model_description"]):
-    from amb_cosim.cosim import cache
-    from amb_cosim.cosim.fmu_description import read_interface
+    from amb_cosim.cosim.basics import cache
+    from amb_cosim.cosim.fmu.fmu_description import read_interface
     from amb_cosim.cosim.ssp.reader import load_ssp
     from amb_files.archive import unpack
 

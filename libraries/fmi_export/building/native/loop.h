@@ -1,7 +1,7 @@
-/* The loop of the master, in a library of its own for the orchestrator (`amb_cosim/cosim/compiled.py`, which says what the
+/* The loop of the master, in a library of its own for the orchestrator (`amb_cosim/cosim/master/compiled.py`, which says what the
  * data mean), and in every engine for assemblies.
  *
- * It does what the loop in `amb_cosim/cosim/master.py` does, operation by operation. Structures are the NamedTuples of the
+ * It does what the loop in `amb_cosim/cosim/master/master.py` does, operation by operation. Structures are the NamedTuples of the
  * same name; `size` is the length of their first array. Products and sums are rounded apart (-ffp-contract=off), as in
  * Python.
  */

@@ -7,14 +7,14 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from amb_cosim.cosim.assembly import Assembly
-from amb_cosim.cosim.build_target import BuildTarget
-from amb_cosim.cosim.experiment import Plan
-from amb_cosim.cosim.fmu_interface import FmuInterface
-from amb_cosim.cosim.fmus import build_with_starts, is_model
+from amb_cosim.cosim.basics.build_target import BuildTarget
+from amb_cosim.cosim.fmu.fmu_interface import FmuInterface
+from amb_cosim.cosim.fmu.fmus import build_with_starts, is_model
 from amb_cosim.cosim.ssp.experiment_file import EXPERIMENT, NOTES, experiment_table, notes
 from amb_cosim.cosim.ssp.parameter_values import parameter_set
 from amb_cosim.cosim.ssp.structure import Described, system_structure
+from amb_cosim.cosim.system.assembly import Assembly
+from amb_cosim.cosim.system.experiment import Plan
 from amb_files.archive import write_archive
 from amb_files.stages import stage
 from fmi_export.building.integers import with_integers

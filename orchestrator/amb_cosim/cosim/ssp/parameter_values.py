@@ -7,10 +7,10 @@ from typing import Any
 
 from lxml import etree
 
-from amb_cosim.cosim.fmu_interface import Port
+from amb_cosim.cosim.fmu.fmu_interface import Port
 from amb_cosim.cosim.ssp.schema import NAMESPACES, PARAMETERS, VERSION, document, tag
 from amb_cosim.cosim.ssp.version_2 import FLOATS, INTEGERS, texts_of
-from amb_cosim.cosim.values import Raw
+from amb_cosim.cosim.system.values import Raw
 
 Given = Raw | tuple[str, str]  # a number or truth value, an enumerator's name, or number and unit
 READERS: dict[str, Callable[[str], Raw]] = {

@@ -18,19 +18,19 @@ from urllib.parse import unquote, urlsplit
 
 import fmpy
 
-from amb_cosim.cosim.cache import unpacked
-from amb_cosim.cosim.choices import Coupling
-from amb_cosim.cosim.experiment import Experiment
-from amb_cosim.cosim.fmu_description import read_interface
-from amb_cosim.cosim.fmu_interface import FmuInterface, Port
-from amb_cosim.cosim.fmus import provide
+from amb_cosim.cosim.basics.cache import unpacked
+from amb_cosim.cosim.basics.choices import Coupling
+from amb_cosim.cosim.fmu.fmu_description import read_interface
+from amb_cosim.cosim.fmu.fmu_interface import FmuInterface, Port
+from amb_cosim.cosim.fmu.fmus import provide
 from amb_cosim.cosim.ssp.experiment_file import EXPERIMENT
 from amb_cosim.cosim.ssp.parameter_values import Given, read_parameters
 from amb_cosim.cosim.ssp.schema import NAMESPACES, PARAMETERS, STRUCTURE, check, parse, tag
 from amb_cosim.cosim.ssp.structure import OWN, TOOLS
-from amb_cosim.cosim.system import Component, Connection, Signal, System
-from amb_cosim.cosim.system_tables import ExperimentTable
-from amb_cosim.cosim.values import Raw
+from amb_cosim.cosim.system.experiment import Experiment
+from amb_cosim.cosim.system.system import Component, Connection, Signal, System
+from amb_cosim.cosim.system.system_tables import ExperimentTable
+from amb_cosim.cosim.system.values import Raw
 from amb_files.toml import parse_toml, validate
 
 FMU_TYPES = (None, "application/x-fmu-sharedlibrary")

@@ -17,10 +17,10 @@ from typing import Any
 
 from lxml import etree
 
-from amb_cosim.cosim.experiment import Plan
-from amb_cosim.cosim.fmu_interface import FmuInterface, Port
+from amb_cosim.cosim.fmu.fmu_interface import FmuInterface, Port
 from amb_cosim.cosim.ssp.parameter_values import add_enumerations, add_units, type_of
 from amb_cosim.cosim.ssp.schema import NAMESPACES, STRUCTURE, VERSION, document, tag
+from amb_cosim.cosim.system.experiment import Plan
 
 TOOL = "amb-cosim"
 TOOLS = {

@@ -9,7 +9,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from amb_cosim.cosim.signals import Signals
+from amb_cosim.cosim.record.signals import Signals
 from amb_cosim.results.contact_history import rolling_from
 from amb_cosim.results.energies import energies
 from amb_cosim.results.magnet_limits import is_magnetic

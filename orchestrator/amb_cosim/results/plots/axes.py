@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from amb_cosim.cosim.signals import Signals
+from amb_cosim.cosim.record.signals import Signals
 from amb_cosim.presentation.style import BLUE, GREEN, ORANGE, PURPLE, SKY_BLUE, TITLE_SIZE, YELLOW
 from amb_cosim.presentation.units import spin_text
 from amb_cosim.results.contact_history import touchable

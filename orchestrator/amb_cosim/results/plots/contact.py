@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from amb_cosim.cosim.signals import Signals
+from amb_cosim.cosim.record.signals import Signals
 from amb_cosim.presentation.style import DASHED, GREY, StyledFigure
 from amb_cosim.presentation.units import force_unit, speed_unit
 from amb_cosim.results.contact_forces import averaged_force, is_sampled, peaks

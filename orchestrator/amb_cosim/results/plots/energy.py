@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from matplotlib.figure import Figure
 
-from amb_cosim.cosim.signals import Signals
+from amb_cosim.cosim.record.signals import Signals
 from amb_cosim.presentation.style import BLUE, GREEN, ORANGE, PURPLE, StyledFigure
 from amb_cosim.results.energies import energies
 from amb_cosim.results.plots.axes import (

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from amb_cosim.cosim.signals import Signals
+from amb_cosim.cosim.record.signals import Signals
 from amb_cosim.presentation.units import force_unit, length_unit
 from amb_cosim.results.contact_forces import peaks
 from amb_cosim.results.contact_history import touchable

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from amb_cosim.cosim.signals import Signals
+from amb_cosim.cosim.record.signals import Signals
 from amb_cosim.presentation.style import BLUE, DASHED, ORANGE, StyledFigure
 from amb_cosim.presentation.units import force_unit
 from amb_cosim.results.magnet_limits import (

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from amb_cosim.cosim.signals import Signals
+from amb_cosim.cosim.record.signals import Signals
 from amb_cosim.presentation.style import BLUE, DASHED, GREY, ORANGE, StyledFigure, fitted, set_orbit_axes
 from amb_cosim.presentation.units import SYMBOLS, length_unit, speed_unit
 from amb_cosim.results.plots.axes import (

@@ -1,0 +1,72 @@
+"""The compiled loop as a shared library: shipped in the installed package, or compiled once into the user's cache.
+
+In it are the loop (`loop.c`), FMUs of FMI 3.0 as that calls them (`binding3.c`), and batches (`members.c`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import nullcontext
+from ctypes import CDLL
+from functools import cache
+from pathlib import Path
+
+from amb_cosim.cosim.basics.cache import cache_folder
+from amb_files.kept import is_undamaged, keep
+from fmi_export.building.native.compiler import PLATFORMS, compile_library, host_platform
+from fmi_export.building.native.sources import digest_of, texts_of
+from fmi_export.compiling import compiling
+
+SOURCES = ("loop.c", "loop.h")  # of every engine too
+OWN = ("binding3.c", "members.c")  # beside this file
+SHIPPED = Path(__file__).parent / "loops"  # in an installed package
+
+
+def load_loop() -> Callable[..., None] | None:
+    """Return the library's function `advance`, or None where there is no library and no compiler for it."""
+    library = load_library()
+    return None if library is None else library.advance
+
+
+def load_members() -> Callable[..., None] | None:
+    """Return the library's function `advance_members`, or None as `load_loop`."""
+    library = load_library()
+    return None if library is None else library.advance_members
+
+
+@cache
+def load_library() -> CDLL | None:
+    """Return the library, or None where there is none and no compiler for it."""
+    try:
+        place = loop_place(host_platform())
+        path = SHIPPED / place
+        if not path.is_file():
+            folder = cache_folder() / "loops" / place.with_suffix("")
+            with nullcontext() if is_undamaged(folder) else compiling(folder, "the loop"):
+                keep(folder, lambda stage: (stage / place.name).write_bytes(compile_loop(host_platform())))
+            path = folder / place.name
+        library = CDLL(str(path))
+    except (OSError, ValueError):
+        return None
+    library.advance.restype = library.advance_members.restype = None
+    return library
+
+
+def loop_place(platform: str) -> Path:
+    """Return where the library for a platform is, below the folder of all of them."""
+    return Path(platform, f"loop-{digest_of(_own(), *SOURCES)}{PLATFORMS[platform][0]}")
+
+
+def compile_loop(platform: str) -> bytes:
+    """Compile the loop for a platform.
+
+    Raises
+    ------
+    ValueError
+        If there is no such platform, or the compiler is missing.
+    """
+    return compile_library("loop", texts_of(SOURCES) | _own() | {"loop_library.h": ""}, platform)
+
+
+def _own() -> dict[str, str]:
+    return {name: Path(__file__).with_name(name).read_text(encoding="utf-8") for name in OWN}

@@ -1,0 +1,146 @@
+"""FMUs of FMI 2.0."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from contextlib import suppress
+from ctypes import byref, c_double, c_int
+from pathlib import Path
+from typing import Any, ClassVar
+
+import numpy as np
+from fmpy import calloc, free
+from fmpy.fmi1 import printLogMessage
+from fmpy.fmi2 import (
+    FMU2Slave,
+    fmi2CallbackAllocateMemoryTYPE,
+    fmi2CallbackFreeMemoryTYPE,
+    fmi2CallbackFunctions,
+    fmi2CallbackLoggerTYPE,
+    fmi2LastSuccessfulTime,
+    fmi2Terminated,
+    fmi2True,
+)
+from fmpy.logging import addLoggerProxy
+from numpy.typing import NDArray
+
+from amb_cosim.cosim.fmu.bindings import DISCARD, Binding, Log, address, check_status, reached_text
+from amb_cosim.cosim.fmu.exchange import Group, Kind, Transfer
+from amb_cosim.cosim.fmu.fmu_interface import FmuInterface, Port
+
+_logs: dict[str | int | None, Log] = {}  # of each instance, by its name and by what its logger gets as environment
+
+
+class Binding2(Binding):
+    """An instance of an FMU of FMI 2.0."""
+
+    kinds: ClassVar[Mapping[str, Kind]] = {"Real": Kind(c_double), "Integer": Kind(c_int), "Boolean": Kind(c_int)}
+
+    def __init__(self, interface: FmuInterface, folder: Path, name: str, log: Log) -> None:
+        self._names = (name, id(log))
+        self.log = log
+        _logs.update(dict.fromkeys(self._names, log))
+        self._callbacks = fmi2CallbackFunctions(
+            allocateMemory=_ALLOCATE, freeMemory=_FREE, componentEnvironment=id(log)
+        )
+        self.fmu = FMU2Slave(
+            guid=interface.guid,
+            unzipDirectory=str(folder),
+            modelIdentifier=interface.identifier,
+            instanceName=name,
+        )
+        self.prepare()
+        try:
+            self.fmu.instantiate(callbacks=self._callbacks, loggingOn=True)
+        except Exception:
+            self._forget()
+            raise
+
+    @staticmethod
+    def function(name: str) -> str:
+        """Return what FMI 2.0 calls a function."""
+        return "fmi2" + name.replace("FMUState", "FMUstate").replace("Deserialize", "DeSerialize")
+
+    @property
+    def instance(self) -> int:
+        """Address of the instance."""
+        return int(self.fmu.component)
+
+    @property
+    def do_step(self) -> int:
+        """Address of fmi2DoStep."""
+        return address(self.fmu, "fmi2DoStep")
+
+    def prepare(self) -> None:
+        """Let the logger of fmpy call `_receive`: whoever used fmpy last has his own there, perhaps gone by now."""
+        self._callbacks.logger = _LOGGER
+        addLoggerProxy(byref(self._callbacks))
+
+    def enter(self, start_time: float) -> None:
+        """Begin initialisation at `start_time` (s)."""
+        check_status("fmi2SetupExperiment", self.fmu.setupExperiment(None, start_time))
+        self.call("EnterInitializationMode")
+
+    def step(self, time: float, step_size: float) -> None:
+        """Advance from `time` by `step_size` (s)."""
+        self.call("DoStep", time, step_size, fmi2True)
+
+    def reasons(self, call: str, status: int) -> list[str]:
+        """Say that an FMU has discarded a step because it wants no other, and how far it got."""
+        found = []
+        if status == DISCARD and call == "fmi2DoStep":
+            with suppress(Exception):  # questions that an FMU need not answer
+                if self.fmu.getBooleanStatus(fmi2Terminated):
+                    found.append("with fmi2Terminated the FMU ends the simulation")
+            with suppress(Exception):
+                found.append(reached_text(self.fmu.getRealStatus(fmi2LastSuccessfulTime)))
+        return found
+
+    def kind_of(self, port: Port) -> str:
+        """Return the type of a variable in the functions that set and get it."""
+        return port.type
+
+    def send(self, group: Group, values: NDArray[np.float64]) -> None:
+        """Set variables."""
+        group.store(values)
+        self.call(f"Set{group.name}", group.references, len(group.references), group.image)
+
+    def fetch(self, group: Group) -> NDArray[Any]:
+        """Get variables."""
+        self.call(f"Get{group.name}", group.references, len(group.references), group.image)
+        return group.load()
+
+    def transfer(self, call: str, group: Group) -> Transfer:
+        """Return the call that sets or gets variables."""
+        function = address(self.fmu, self.function(call + group.name))
+        return Transfer(function, np.array(group.references, np.uint32), group.where, group.name == "Real")
+
+    def free(self) -> None:
+        """Free the instance and its library."""
+        self._forget()
+        super().free()
+
+    def _forget(self) -> None:
+        for name in self._names:
+            _logs.pop(name, None)
+
+
+def _receive(environment: Any, instance: bytes | None, status: int, category: bytes, message: bytes | None) -> None:
+    """Append a log message to the log of its instance.
+
+    fmpy has one logger a process. An FMU of PythonFMU calls that of the instance made last, and names its own instance
+    in the text; others may name no instance, or a wrong one, and are known by the environment.
+    """
+    text = (message or b"").decode("utf-8", "replace").strip()
+    named, _, rest = text.partition(": ")
+    name = (instance or b"").decode("utf-8", "replace")
+    for key, said in ((named, rest), (name, text), (environment, text)):
+        if key in _logs:
+            _logs[key].add(status, said)
+            return
+    printLogMessage(environment, name.encode(), status, category, text.encode())
+
+
+_LOGGER = fmi2CallbackLoggerTYPE(_receive)
+_ALLOCATE = fmi2CallbackAllocateMemoryTYPE(calloc)
+_FREE = fmi2CallbackFreeMemoryTYPE(free)

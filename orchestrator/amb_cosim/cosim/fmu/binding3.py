@@ -1,0 +1,196 @@
+"""FMUs of FMI 3.0 for co-simulation: scalars and arrays, without event mode, early return and clocks.
+
+The compiled loop calls functions of FMI 2.0. Those of `binding3.c` have the same arguments, and call an FMU of FMI 3.0:
+they get an `_Instance` in place of an instance, and the address of a `_Group` in place of value references.
+"""
+
+from __future__ import annotations
+
+from ctypes import (
+    Structure,
+    addressof,
+    byref,
+    c_bool,
+    c_double,
+    c_float,
+    c_int8,
+    c_int16,
+    c_int32,
+    c_int64,
+    c_size_t,
+    c_ssize_t,
+    c_uint8,
+    c_uint16,
+    c_uint32,
+    c_uint64,
+    c_void_p,
+    cast,
+)
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from fmpy.fmi1 import FMICallException
+from fmpy.fmi3 import FMU3Slave
+from numpy.typing import NDArray
+
+from amb_cosim.cosim.basics.loop_library import load_library
+from amb_cosim.cosim.fmu.bindings import DISCARD, ERROR, Binding, Log, address, reached_text
+from amb_cosim.cosim.fmu.exchange import Group, Kind, Transfer
+from amb_cosim.cosim.fmu.fmu_interface import FmuInterface, Port
+
+NOTHING, ENDS, EARLY, UNFIT = range(4)  # why a call did not succeed that the FMU itself has not refused
+
+
+def _integers(ctype: Any, bits: int, signed: bool) -> Kind:
+    return Kind(ctype, (-(2.0 ** (bits - 1)), 2.0 ** (bits - 1)) if signed else (0.0, 2.0**bits))
+
+
+# In the order of `binding3.c`.
+KINDS = {
+    "Float64": Kind(c_double),
+    "Float32": Kind(c_float),
+    "Int8": _integers(c_int8, 8, True),
+    "UInt8": _integers(c_uint8, 8, False),
+    "Int16": _integers(c_int16, 16, True),
+    "UInt16": _integers(c_uint16, 16, False),
+    "Int32": _integers(c_int32, 32, True),
+    "UInt32": _integers(c_uint32, 32, False),
+    "Int64": _integers(c_int64, 64, True),
+    "UInt64": _integers(c_uint64, 64, False),
+    "Boolean": Kind(c_bool),
+}
+
+
+class _Instance(Structure):
+    _fields_ = [("instance", c_void_p), ("do_step", c_void_p), ("why", c_ssize_t), ("number", c_double)]
+
+
+class _Group(Structure):
+    _fields_ = [
+        ("call", c_void_p),
+        ("references", c_void_p),
+        ("n_references", c_size_t),
+        ("image", c_void_p),
+        ("n_values", c_size_t),
+        ("at", c_void_p),
+        ("kind", c_ssize_t),
+    ]
+
+
+@dataclass(frozen=True, eq=False)
+class _GroupTransfer(Transfer):
+    """A transfer of a group, which is another group if fewer values are wanted."""
+
+    binding: Binding3
+    call: str
+    group: Group
+
+    def only(self, kept: NDArray[np.bool_]) -> Transfer:
+        return self.binding.transfer(self.call, self.group.only(kept))
+
+
+class Binding3(Binding):
+    """An instance of an FMU of FMI 3.0."""
+
+    kinds = KINDS
+
+    def __init__(self, interface: FmuInterface, folder: Path, name: str, log: Log) -> None:
+        self.log = log
+        self._kept: list[Any] = []  # what C structures point to
+        self.fmu = FMU3Slave(
+            guid=interface.guid,
+            unzipDirectory=str(folder),
+            modelIdentifier=interface.identifier,
+            instanceName=name,
+        )
+
+        def receive(environment: Any, status: int, category: bytes | None, message: bytes | None) -> None:
+            log.add(status, (message or b"").decode("utf-8", "replace").strip())
+
+        self.fmu.instantiate(loggingOn=True, logMessage=receive)
+        self._state = _Instance(self.fmu.component, address(self.fmu, "fmi3DoStep"))
+
+    @staticmethod
+    def function(name: str) -> str:
+        """Return what FMI 3.0 calls a function."""
+        return f"fmi3{name}"
+
+    @property
+    def instance(self) -> int:
+        """Address of what the functions of `binding3.c` get as instance."""
+        return addressof(self._state)
+
+    @property
+    def do_step(self) -> int:
+        """Address of the function of `binding3.c` that steps."""
+        return _address_of("step_fmi3")
+
+    def enter(self, start_time: float) -> None:
+        """Begin initialisation at `start_time` (s)."""
+        self.call("EnterInitializationMode", False, 0.0, start_time, False, 0.0)
+
+    def step(self, time: float, step_size: float) -> None:
+        """Advance from `time` by `step_size` (s)."""
+        event, ends, early, reached = c_bool(), c_bool(), c_bool(), c_double()
+        self._state.why = NOTHING
+        try:
+            self.call("DoStep", time, step_size, True, byref(event), byref(ends), byref(early), byref(reached))
+        finally:
+            self._state.number = reached.value
+        if ends or early:
+            self._state.why = ENDS if ends else EARLY
+            raise FMICallException(self.function("DoStep"), DISCARD)
+
+    def reasons(self, call: str, status: int) -> list[str]:
+        """Say what the FMU has answered besides a status, or which value cannot be sent to it."""
+        said = {
+            NOTHING: [],
+            ENDS: ["with terminateSimulation the FMU ends the simulation"],
+            EARLY: ["the FMU returned early from the step, which it was not allowed to"],
+            UNFIT: [f"{self._state.number:.17g} does not fit into the integer type of the variable"],
+        }[self._state.why]
+        return [*said, reached_text(self._state.number)] if status == DISCARD and call == "fmi3DoStep" else said
+
+    def kind_of(self, port: Port) -> str:
+        """Return the type of a variable in the functions that set and get it."""
+        return "Int64" if port.stored == "Enumeration" else port.stored
+
+    def send(self, group: Group, values: NDArray[np.float64]) -> None:
+        """Set variables."""
+        unfit = group.store(values)
+        if unfit is not None:
+            self._state.why, self._state.number = UNFIT, unfit
+            raise FMICallException(self.function(f"Set{group.name}"), ERROR)
+        self._exchange("Set", group)
+
+    def fetch(self, group: Group) -> NDArray[Any]:
+        """Get variables."""
+        self._exchange("Get", group)
+        return group.load()
+
+    def transfer(self, call: str, group: Group) -> Transfer:
+        """Return the call that sets or gets variables; valid until the instance is freed."""
+        structure = _Group(
+            call=address(self.fmu, self.function(call + group.name)),
+            references=addressof(group.references),
+            n_references=len(group.references),
+            image=addressof(group.image),
+            n_values=len(group.image),
+            at=group.at.ctypes.data,
+            kind=list(KINDS).index(group.name),
+        )
+        self._kept += [structure, group]
+        references = np.array([addressof(structure)], np.uintp).view(np.uint32)
+        function = _address_of("send_fmi3" if call == "Set" else "fetch_fmi3")
+        return _GroupTransfer(function, references, group.where, True, self, call, group)
+
+    def _exchange(self, call: str, group: Group) -> None:
+        self._state.why = NOTHING
+        self.call(call + group.name, group.references, len(group.references), group.image, len(group.image))
+
+
+def _address_of(function: str) -> int:
+    """Return the address of a function of `binding3.c`, for the compiled loop, which is in the same library."""
+    return cast(getattr(load_library(), function), c_void_p).value or 0

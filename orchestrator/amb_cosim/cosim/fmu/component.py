@@ -1,0 +1,313 @@
+"""One FMU instance as the master uses it: arrays in, step, arrays out; `bindings` has the functions of FMI."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Mapping, Sequence
+from ctypes import byref, c_char, c_double, c_size_t, c_uint, c_void_p
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from fmpy.fmi1 import FMICallException
+from numpy.typing import NDArray
+
+from amb_cosim.cosim.basics.errors import FmuError
+from amb_cosim.cosim.fmu.binding2 import Binding2
+from amb_cosim.cosim.fmu.binding3 import Binding3
+from amb_cosim.cosim.fmu.bindings import ERROR, STATUS, WARNING, Binding, Log
+from amb_cosim.cosim.fmu.exchange import Exchange, Transfer
+from amb_cosim.cosim.fmu.exit_order import release_before_static_destructors
+from amb_cosim.cosim.fmu.fmu_interface import FmuInterface
+
+_serial = itertools.count()
+
+
+@dataclass(frozen=True)
+class EntryPoints:
+    """Addresses of an FMU instance and of the FMI functions that a step calls, for compiled code."""
+
+    instance: int
+    do_step: int
+    sends: tuple[Transfer, ...]
+    fetches: tuple[Transfer, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class HeldState:
+    """A state of an FMU that lies in the memory of its instance; `FmuComponent.forget` frees it."""
+
+    pointer: c_void_p
+
+
+FmuState = bytes | HeldState  # serialised, for any instance of the same FMU, or held for the one that it is of
+
+
+class FmuComponent:
+    """A loaded FMU instance.
+
+    Parameters
+    ----------
+    name
+        Name of the component.
+    folder
+        Where the FMU is extracted.
+    interface
+        Its interface.
+    inputs, outputs
+        Names of the variables that `write` sends and `read` fetches, in the order of the arrays `inputs` and
+        `outputs` of the object.
+    start
+        Values of parameters and inputs that are set before initialisation, by name, in the units of the FMU.
+    every
+        Number of communication steps that one step of this component spans.
+
+    Raises
+    ------
+    FmuError
+        If the FMU cannot be loaded or refuses a start value.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        folder: Path,
+        interface: FmuInterface,
+        inputs: Sequence[str],
+        outputs: Sequence[str],
+        start: Mapping[str, float],
+        every: int = 1,
+    ) -> None:
+        self.name = name
+        self._interface = interface
+        self._log = Log()
+        self._fmu: Binding | None = None
+        self._running = False  # between initialisation and an error, when the FMU may be terminated
+        self._state, self._after = c_void_p(), c_void_p()
+        self._held: set[HeldState] = set()
+        self._memories: dict[int, NDArray[np.float64]] = {}  # by the address of a state
+        self._exchanges: dict[tuple[str, ...], Exchange] = {}
+        try:
+            binding = Binding3 if interface.fmi == 3 else Binding2
+            self._fmu = binding(interface, folder, f"{name}-{next(_serial)}", self._log)
+            if (folder / "resources" / "slavemodule.txt").is_file():  # PythonFMU's, which crashes at exit otherwise
+                release_before_static_destructors(folder / "binaries" / "linux64" / f"{interface.identifier}.so")
+            self._set_up(inputs, outputs, start, every)
+        except Exception as error:
+            self.close()
+            if isinstance(error, FmuError):
+                raise
+            raise FmuError("loading", "Error", [*self._log.said(), str(error)]) from error
+
+    def reset(self, inputs: Sequence[str], outputs: Sequence[str], start: Mapping[str, float], every: int = 1) -> None:
+        """Reset the FMU for another run; the arguments are those of the constructor.
+
+        Raises
+        ------
+        FmuError
+            If the FMU refuses to be reset, or a start value.
+        """
+        self._binding.prepare()
+        self._free_states(self._binding)
+        self._running = False
+        self._call("Reset")
+        self._log.messages.clear()
+        self._set_up(inputs, outputs, start, every)
+
+    def enter(self, start_time: float) -> None:
+        """Begin initialisation at `start_time` (s)."""
+        self._guard(None, self._binding.enter, start_time)
+
+    def leave(self) -> None:
+        """End initialisation; raises `FmuError` if the FMU has reported a fault."""
+        before = len(self._log.messages)
+        self._call("ExitInitializationMode")
+        self._running = True
+        port = self._interface.ports.get("fault_code")
+        if port is not None and port.causality == "output":
+            fault = self._exchange((port.name,))
+            self._guard("Get", fault.read, self._binding)
+            if fault.values[0] != 0.0:
+                # Initialisation mode tries again after every change, so only what was said last still holds.
+                raise FmuError("initialisation", f"fault {fault.values[0]:g}", self._log.said()[-1:])
+        del self._log.messages[:before]  # what initialisation mode said on the way
+
+    def write(self) -> None:
+        """Send `inputs` to the FMU."""
+        self._guard("Set", self._in.write, self._binding)
+
+    def transform(self, laws: Sequence[tuple[float, float]]) -> None:
+        """Send factor times value plus offset for each of `inputs`, until the next reset; compiled code does not."""
+        factors, offsets = np.array(laws).T
+        self._in.law = factors, offsets
+
+    def read(self) -> None:
+        """Fetch `outputs` from the FMU."""
+        self._guard("Get", self._out.read, self._binding)
+
+    def step(self, time: float, step_size: float) -> None:
+        """Advance from `time` by `step_size` (s)."""
+        self._guard("DoStep", self._binding.step, time, step_size)
+
+    def derivatives(self, unknowns: Sequence[str], knowns: Sequence[str]) -> NDArray[np.float64]:
+        """Return the derivatives of unknowns by knowns, shape (unknowns, knowns), as an FMU of FMI 2.0 gives them."""
+        rows, columns = ([self._interface.port(v, self.name).reference for v in names] for names in (unknowns, knowns))
+        asked = (c_uint * len(rows))(*rows)
+        found = np.zeros((len(columns), len(rows)))
+        for column, answer in zip(columns, found, strict=True):
+            known = byref(c_uint(column)), 1, byref(c_double(1.0))
+            self._call("GetDirectionalDerivative", asked, len(rows), *known, np.ctypeslib.as_ctypes(answer))
+        return found.T
+
+    def save(self) -> None:
+        """Keep the state of the FMU, in place of the one that was kept before."""
+        self._call("GetFMUState", byref(self._state))
+
+    def restore(self) -> None:
+        """Bring back the state that was kept."""
+        self._call("SetFMUState", self._state)
+
+    def hold(self) -> HeldState:
+        """Return the state of the FMU, which a reset leaves as it is, and `close` frees."""
+        state = HeldState(c_void_p())
+        self._call("GetFMUState", byref(state.pointer))
+        self._held.add(state)
+        return state
+
+    def forget(self, state: HeldState) -> None:
+        """Free a state that is held, if that has not happened."""
+        if state in self._held:
+            self._held.remove(state)
+            self._call("FreeFMUState", byref(state.pointer))
+
+    def serialise(self) -> bytes:
+        """Return the state of the FMU as bytes, which `put` takes in any instance of the same FMU."""
+        state = self.hold()
+        try:
+            content = (c_char * self._size_of(state.pointer))()
+            self._call("SerializeFMUState", state.pointer, content, len(content))
+            return bytes(content)
+        finally:
+            self.forget(state)
+
+    def put(self, state: FmuState, warnings: Sequence[str] = ()) -> None:
+        """Bring the FMU into a state, held or serialised; `warnings` are what it had logged as such until then."""
+        if isinstance(state, HeldState):
+            self._call("SetFMUState", state.pointer)
+        else:
+            copy, content = HeldState(c_void_p()), (c_char * len(state)).from_buffer_copy(state)
+            self._call("DeserializeFMUState", content, len(state), byref(copy.pointer))
+            self._held.add(copy)
+            try:
+                self.put(copy)
+            finally:
+                self.forget(copy)
+        self._running = True
+        self._log.messages[:] = [(WARNING, text) for text in warnings]
+
+    def memory(self) -> NDArray[np.float64]:
+        """Return the state that was kept, as numbers that can be changed before `restore`.
+
+        They are what an FMU of this project's export keeps (`saved.c`): its values, in the order of the references, and
+        its state end them, each from a multiple of 16 bytes on. The next `save` changes them, `close` and `reset` free
+        them.
+        """
+        return self._numbers(self._state)
+
+    def answer(self, time: float, step_size: float) -> NDArray[np.float64]:
+        """Step from the state that was kept (s), and return the memory after it, which the next answer changes."""
+        self.restore()
+        self.step(time, step_size)
+        self._call("GetFMUState", byref(self._after))
+        return self._numbers(self._after)
+
+    def _size_of(self, state: c_void_p) -> int:
+        size = c_size_t()
+        self._call("SerializedFMUStateSize", state, byref(size))
+        return size.value
+
+    def _numbers(self, state: c_void_p) -> NDArray[np.float64]:
+        place = state.value or 0
+        if place not in self._memories:
+            numbers = (c_double * (self._size_of(state) // 8)).from_address(place)  # without the checksum's 4 bytes
+            self._memories[place] = np.ctypeslib.as_array(numbers)
+        return self._memories[place]
+
+    @property
+    def warnings(self) -> list[str]:
+        """What the FMU logged as a warning since the end of its initialisation."""
+        return self._log.warnings
+
+    def entry_points(self) -> EntryPoints:
+        """Return the functions that `write`, `step` and `read` call; valid until `close`."""
+        fmu = self._binding
+        return EntryPoints(fmu.instance, fmu.do_step, self._in.transfers(fmu, "Set"), self._out.transfers(fmu, "Get"))
+
+    def refusal(self, call: str, status: int) -> FmuError:
+        """Return the error for a call, Set, Get or DoStep, answered with a status other than OK and Warning."""
+        return self._refusal(self._binding.function(call), status)
+
+    def close(self) -> None:
+        """Terminate and free the instance; calling it again does nothing, and it never raises."""
+        fmu, self._fmu = self._fmu, None
+        if fmu is None:
+            return
+        try:
+            self._free_states(fmu)
+            for state in self._held:
+                fmu.call("FreeFMUState", byref(state.pointer))
+            self._held.clear()
+            if self._running:
+                fmu.call("Terminate")
+        except Exception as error:  # an FMU that has failed may refuse this too, and must be freed all the same
+            self._log.add(ERROR, str(error))
+        finally:
+            fmu.free()
+
+    @property
+    def _binding(self) -> Binding:
+        assert self._fmu is not None, "it is closed"
+        return self._fmu
+
+    def _set_up(self, inputs: Sequence[str], outputs: Sequence[str], start: Mapping[str, float], every: int) -> None:
+        """Set the start values of a run, and say what it exchanges."""
+        self.every = every
+        self._in, self._out, initial = (self._exchange(tuple(names)) for names in (inputs, outputs, start))
+        self.inputs, self.outputs = self._in.values, self._out.values
+        initial.values[:] = list(start.values())
+        for exchange in (initial, self._in):
+            exchange.fill(start)
+            exchange.law = None
+        self._guard("Set", initial.write, self._binding)
+
+    def _exchange(self, names: tuple[str, ...]) -> Exchange:
+        """Return what moves the variables of these names; a run after a reset has those of the run before."""
+        if names not in self._exchanges:
+            ports = [self._interface.port(v, self.name) for v in names]
+            self._exchanges[names] = Exchange(self._binding, ports, self._interface)
+        return self._exchanges[names]
+
+    def _free_states(self, fmu: Binding) -> None:
+        for state in (self._state, self._after):
+            if state:
+                fmu.call("FreeFMUState", byref(state))
+        self._state, self._after = c_void_p(), c_void_p()
+        self._memories.clear()
+
+    def _call(self, name: str, *arguments: Any) -> None:
+        self._guard(None, self._binding.call, name, *arguments)
+
+    def _guard(self, name: str | None, function: Callable[..., None], *arguments: Any) -> None:
+        """Make calls; an error names what they are for, Set, Get or DoStep, or the function that was called."""
+        try:
+            function(*arguments)
+        except FMICallException as error:
+            call = error.function if name is None else self._binding.function(name)
+            raise self._refusal(call, error.status) from error
+
+    def _refusal(self, function: str, status: int) -> FmuError:
+        self._running = self._running and 0 <= status < ERROR
+        said = [*self._log.said(), *self._binding.reasons(function, status)]
+        known = STATUS[status] if 0 <= status < len(STATUS) else f"{status}, a status that FMI does not have"
+        return FmuError(function, known, said)

@@ -1,0 +1,211 @@
+"""Reads the interface of an FMU from its modelDescription, of FMI 2.0 or 3.0.
+
+An array of FMI 3.0 is as many variables as it has elements, row by row, each with a name of its own: `gains[2,3]`,
+counted from 1. An FMU of this project's export says what its elements are called in FMI 2.0, and they are called so
+here too. Of an array whose size is a parameter there are as many as by the start value of that.
+"""
+
+from __future__ import annotations
+
+import itertools
+import json
+import math
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, NamedTuple
+from xml.etree import ElementTree
+
+import fmpy
+
+from amb_cosim.cosim.fmu.fmu_interface import FmuInterface, Port, UnitDefinition
+from fmi_export.variables import TOOL
+
+_BASE = ("kg", "m", "s", "A", "K", "mol", "cd", "rad", "factor", "offset")
+
+# What a variable is to the master, by its type of FMI 2.0 or 3.0; texts, bytes and clocks are not exchanged.
+_TYPES = {
+    **{name: "Real" for name in ("Real", "Float32", "Float64")},
+    **{name: "Integer" for name in ("Integer", "Enumeration")},
+    **{f"{sign}Int{bits}": "Integer" for sign in ("", "U") for bits in (8, 16, 32, 64)},
+    "Boolean": "Boolean",
+}
+
+NOTES = f"extra/{TOOL}/variables.json"  # as description3.py has it, whose import loads a compiler
+
+# Limits of types that hold less than an Integer of FMI 2.0 does, or other numbers.
+_LIMITS = {
+    "Int8": (-128.0, 127.0),
+    "UInt8": (0.0, 255.0),
+    "Int16": (-32768.0, 32767.0),
+    "UInt16": (0.0, 65535.0),
+    "UInt32": (0.0, 4294967295.0),
+    "UInt64": (0.0, math.inf),
+}
+
+
+class _Notes(NamedTuple):
+    """What an FMU of this project's export says of a variable besides: its warning, and name and text of elements."""
+
+    warning: str = ""
+    elements: tuple[tuple[str, str], ...] = ()
+
+
+def read_interface(folder: Path, name: str, archive: Path | None = None) -> FmuInterface:
+    """Read the interface of an FMU.
+
+    Parameters
+    ----------
+    folder
+        Where it is extracted.
+    name, archive
+        Component and file in messages; the folder by default.
+
+    Raises
+    ------
+    ValueError
+        If it is no co-simulation FMU of FMI 2.0 or 3.0.
+    """
+    source = archive or folder
+    try:
+        description = fmpy.read_model_description(str(folder))
+        return _interface(description, folder, f"{name}: {source}")
+    except NotTaken:
+        raise
+    except Exception as error:  # whatever a damaged description leads to
+        raise ValueError(f"{name}: {source} is no FMU that can be read ({_in_one_line(error)})") from error
+
+
+class NotTaken(ValueError):
+    """A description that is in order, of an FMU that is not taken."""
+
+
+def _interface(description: Any, folder: Path, what: str) -> FmuInterface:
+    major = description.fmiVersion.partition(".")[0]
+    if major not in ("2", "3") or description.coSimulation is None:
+        raise NotTaken(f"{what} is no co-simulation FMU of FMI 2.0 or 3.0")
+    definitions = {
+        unit.name: tuple(float(getattr(unit.baseUnit, field)) for field in _BASE)
+        for unit in description.unitDefinitions
+        if unit.baseUnit is not None
+    }
+    notes = _notes(folder)
+    taken = [v for v in description.modelVariables if v.type in _TYPES and not v.clocks and not _is_time(v, major)]
+    names = {v.name: _names(v, notes.get(v.name, _Notes())) for v in taken}
+
+    def inputs_among(variables: Iterable[Any]) -> tuple[str, ...]:
+        return tuple(name for v in variables if v.causality == "input" for name, _ in names.get(v.name, ()))
+
+    every_input = inputs_among(description.modelVariables)
+    depends_on = {
+        unknown.variable.name: every_input if unknown.dependencies is None else inputs_among(unknown.dependencies)
+        for unknown in description.outputs
+    }
+    ports = {
+        port.name: port
+        for v in taken
+        for port in _ports(v, names[v.name], definitions, depends_on.get(v.name, ()), notes.get(v.name, _Notes()))
+    }
+    ability = description.coSimulation
+    return FmuInterface(
+        identifier=ability.modelIdentifier,
+        guid=description.guid,
+        version=description.version or "",
+        ports=ports,
+        takes_any_step=bool(ability.canHandleVariableCommunicationStepSize),
+        saves_state=bool(ability.canGetAndSetFMUstate),
+        serialises_state=bool(ability.canGetAndSetFMUstate and ability.canSerializeFMUstate),
+        states=_states(description) if ability.providesDirectionalDerivative and major == "2" else (),
+        fmi=3 if major == "3" else 2,
+    )
+
+
+def _states(description: Any) -> tuple[tuple[str, str], ...]:
+    """Return names of states and of their derivatives; none if a derivative does not say of what."""
+    listed = [unknown.variable for unknown in description.derivatives]
+    pairs = tuple((v.derivative.name, v.name) for v in listed if v is not None and v.derivative is not None)
+    return pairs if len(pairs) == len(listed) else ()
+
+
+def _notes(folder: Path) -> dict[str, _Notes]:
+    """Return what this project's export says of variables besides: in annotations of FMI 2.0, in a file of FMI 3.0."""
+    if (file := folder / NOTES).is_file():
+        said = json.loads(file.read_bytes())
+        return {v: _Notes(s.get("warning", ""), tuple(map(tuple, s.get("elements", ())))) for v, s in said.items()}
+    content = (folder / "modelDescription.xml").read_bytes()
+    found = {}
+    for variable in ElementTree.fromstring(content).iterfind("ModelVariables/ScalarVariable[Annotations]"):
+        warning = variable.find(f"Annotations/Tool[@name='{TOOL}']/Warning")
+        if warning is not None:
+            found[variable.get("name", "")] = _Notes(warning.get("sentence", ""))
+    return found
+
+
+def _is_time(variable: Any, major: str) -> bool:
+    """Return whether a variable is the time that every FMU of FMI 3.0 has."""
+    return major == "3" and variable.causality == "independent"
+
+
+def _names(variable: Any, notes: _Notes) -> tuple[tuple[str, str], ...]:
+    """Return name and description of a variable, or of each element of an array."""
+    shape, text = tuple(variable.shape or ()), variable.description or ""
+    if not shape:
+        return ((variable.name, text),)
+    if len(notes.elements) == math.prod(shape):
+        return notes.elements
+    return tuple((f"{variable.name}[{','.join(map(str, place))}]", text) for place in _places(shape))
+
+
+def _places(shape: Sequence[int]) -> Iterator[tuple[int, ...]]:
+    """Return the indices of the elements of an array, row by row."""
+    return itertools.product(*(range(1, n + 1) for n in shape))
+
+
+def _ports(
+    variable: Any,
+    names: Sequence[tuple[str, str]],
+    definitions: Mapping[str, UnitDefinition],
+    depends_on: tuple[str, ...],
+    notes: _Notes,
+) -> Iterator[Port]:
+    """Make a port of a variable, or of each element of an array."""
+    declared = variable.declaredType
+    unit = variable.unit or (declared.unit if declared is not None else None)
+    items = declared.items if declared is not None and variable.type == "Enumeration" else ()
+    lowest, highest = _LIMITS.get(variable.type, (-math.inf, math.inf))
+    first = Port(
+        name=variable.name,
+        type=_TYPES[variable.type],
+        causality=variable.causality or "local",
+        reference=int(variable.valueReference),
+        unit=unit,
+        definition=definitions.get(unit) if unit is not None else None,
+        minimum=lowest if variable.min is None else float(variable.min),
+        maximum=highest if variable.max is None else float(variable.max),
+        start=None if variable.shape else _number(variable.start),
+        description=variable.description or "",
+        depends_on=depends_on,
+        warning=notes.warning,
+        items={item.name: int(item.value) for item in items},
+        variability=variable.variability or "continuous",
+        stored=variable.type,
+    )
+    if not variable.shape:
+        yield first
+        return
+    starts = [None] if variable.start is None else variable.start.split()
+    starts = starts * len(names) if len(starts) == 1 else starts
+    places = _places(variable.shape)
+    for k, ((name, text), start, place) in enumerate(zip(names, starts, places, strict=True)):
+        number, array = _number(start), (variable.name, *place)
+        yield replace(first, name=name, description=text, start=number, element=k, size=len(names), array=array)
+
+
+def _number(start: str | None) -> float | None:
+    if start is None:
+        return None
+    return {"true": 1.0, "false": 0.0}[start] if start in ("true", "false") else float(start)
+
+
+def _in_one_line(error: Exception) -> str:
+    return " ".join((str(error) or type(error).__name__).split())

@@ -1,0 +1,250 @@
+"""Finds FMUs by the name of a model or by path, and extracts them; models are built once and cached.
+
+Models are found by entry points: a distribution that declares
+
+    [project.entry-points."amb_cosim.models"]
+    lag_sensor = "lag_sensor.model:source"
+
+adds the model `lag_sensor`. `source(**options)` returns the `Model` and its constants; of the options (`rotor`,
+`receptances`, ...) it uses those that it names. Making a model imports its code and what computes its constants; for a
+source that says what it is `made_from`, an FMU that is already there is found without that.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import inspect
+import json
+import logging
+import sysconfig
+from collections.abc import Callable, Iterable, Mapping
+from contextlib import nullcontext
+from dataclasses import dataclass
+from functools import cache, cached_property
+from importlib.metadata import EntryPoint, entry_points, version
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from amb_cosim.cosim.basics.build_target import BuildTarget
+from amb_cosim.cosim.basics.cache import cache_folder, note_use, unpacked
+from amb_cosim.cosim.basics.choices import Flavour
+from amb_files.archive import is_unpacked, unpack
+from amb_files.atomic import create_atomically
+from amb_files.suggestions import suggest
+from amb_files.toml import read_bytes
+from fmi_export.compiling import compiling
+
+if TYPE_CHECKING:
+    from fmi_export.model import Model
+
+log = logging.getLogger(__name__)
+
+GROUP = "amb_cosim.models"
+
+# Models that are made from a file of their own: what stands for an FMU in a system, by the end of its name.
+MADE_FROM_FILE = {".toml": "linear_controller", ".npz": "linear_controller", ".mat": "linear_controller"}
+
+# Files of a package that decide what is made from it.
+CODE = (".py", ".c", ".h", ".ll", ".toml", ".md", ".svg", ".png")
+
+Constants = NDArray[np.float64]
+Source = Callable[..., "tuple[Model, Constants]"]
+S = TypeVar("S", bound=Source)
+
+
+@dataclass(frozen=True)
+class Fmu:
+    """An FMU: its archive, the folder it is extracted to, and its flavour, `file` if it was given as one."""
+
+    path: Path
+    folder: Path
+    flavour: str
+
+    @cached_property
+    def layout(self) -> dict[str, Any] | None:
+        """What its interface was made from, of an FMU of this project's export; None of others."""
+        file = self.folder / "resources" / "layout.json"
+        return json.loads(file.read_text(encoding="utf-8")) if file.is_file() else None
+
+    @cached_property
+    def linear_state(self) -> dict[str, Any] | None:
+        """What of its state moves linearly (`fmi_export.linear_state`), and its size; None where it is unknown."""
+        file = self.folder / "resources" / "linear_state.json"
+        return json.loads(file.read_text(encoding="utf-8")) if file.is_file() else None
+
+
+def made_from(*packages: str, **files: Callable[[Any], Path]) -> Callable[[S], S]:
+    """Declare the packages whose code, with the source's own file, decides what a source returns for its options.
+
+    `files` are functions that return the file which an option's value stands for, by the option's name.
+    """
+
+    def declare(source: S) -> S:
+        source.packages, source.files = packages, files  # type: ignore[attr-defined]
+        return source
+
+    return declare
+
+
+@cache
+def models() -> Mapping[str, EntryPoint]:
+    """Return the models of this project and of other installed distributions, by name."""
+    return {point.name: point for point in sorted(entry_points(group=GROUP))}
+
+
+def is_model(fmu: str) -> bool:
+    """Return whether what a system says of a component is a model, by name or as the file that one is made from."""
+    return fmu in models() or Path(fmu).suffix in MADE_FROM_FILE
+
+
+def is_placeholder(fmu: str) -> bool:
+    """Return whether a component's model is none before a file is named that it is made from."""
+    return fmu in MADE_FROM_FILE.values()
+
+
+def _resolved(fmu: str, options: Mapping[str, Any]) -> tuple[str, dict[str, Any]]:
+    """Return the name of a model and its options, with the file that it is made from."""
+    if fmu not in models() and Path(fmu).suffix in MADE_FROM_FILE:
+        return MADE_FROM_FILE[Path(fmu).suffix], {**options, "file": Path(fmu)}
+    return fmu, dict(options)
+
+
+def model_source(name: str, **options: Any) -> tuple[Model, Constants]:
+    """Return a model, by its name or the file that it is made from, and its constants for these options.
+
+    Raises
+    ------
+    ValueError
+        If there is no such model, or it cannot be made with these options.
+    """
+    name, options = _resolved(name, options)
+    made: tuple[Model, Constants] = _source(name)(**options)
+    return made
+
+
+def build_models(
+    names: Iterable[str],
+    folder: Path,
+    target: BuildTarget,
+    **options: Any,
+) -> list[Path]:
+    """Write the FMUs of models, made as by `model_source`, into `folder` and return their paths.
+
+    Nothing is written unless all can be made.
+    """
+    made = [model_source(name, **options) for name in names]
+    return [target.build(model, constants, folder) for model, constants in made]
+
+
+def build_with_starts(
+    name: str,
+    folder: Path,
+    target: BuildTarget,
+    starts: Mapping[str, float],
+    **options: Any,
+) -> Path:
+    """Write the FMU of a model whose parameters and inputs have these start values into `folder`; return its path.
+
+    Raises
+    ------
+    ValueError
+        If there is no such model or variable, a value is out of its range, or it cannot be made with these options.
+    """
+    from fmi_export.model import with_starts
+
+    model, constants = model_source(name, **options)
+    return target.build(with_starts(model, starts), constants, folder)
+
+
+def provide(fmu: str, flavour: Flavour = "native", **options: Any) -> Fmu:
+    """Return the FMU of a model, which is named or made from a file, built if need be, or the FMU file at a path.
+
+    Raises
+    ------
+    ValueError
+        If it is neither, or the model cannot be made with these options.
+    """
+    if is_model(fmu):
+        return ensure_built(fmu, flavour, **options)
+    path = Path(fmu)
+    if not path.is_file():
+        raise ValueError(f"no FMU {fmu!r}; it must be a path or one of {', '.join(models())}")
+    folder, is_new = unpacked(path, f"FMU {fmu}")
+    if is_new:
+        log.warning("%s runs here for the first time: it is a program, with all that you may do", fmu)
+    return Fmu(path, folder, "file")
+
+
+def ensure_built(name: str, flavour: Flavour = "native", **options: Any) -> Fmu:
+    """Return the FMU of a model, built and extracted into the user's cache if it is not there yet, whole.
+
+    It is built for this machine. Its folder is named by what it is made from, so it changes when interface,
+    code or constants do.
+
+    Raises
+    ------
+    ValueError
+        If there is no such model, or it cannot be made with these options.
+    """
+    name, options = _resolved(name, options)
+    home = cache_folder() / f"{name}-{_key(_source(name), flavour, options)}"
+
+    def fill(stage: Path) -> None:
+        built = BuildTarget(flavour).build(*model_source(name, **options), stage)
+        unpack(built, stage / "extracted", f"the FMU of {name}")
+
+    def is_whole(folder: Path) -> bool:
+        return any(is_unpacked(archive, folder / "extracted") for archive in folder.glob("*.fmu"))
+
+    is_new = not home.is_dir()
+    with compiling(home, f"the FMU of {name}") if is_new else nullcontext():
+        create_atomically(home, fill, is_whole)
+    note_use(home, is_new)
+    return Fmu(next(home.glob("*.fmu")), home / "extracted", flavour)
+
+
+def _source(name: str) -> Source:
+    if name not in models():
+        raise ValueError(f"no model {name!r}; {suggest(name, models())}")
+    source: Source = models()[name].load()
+    return source
+
+
+def _key(source: Source, flavour: Flavour, options: Mapping[str, Any]) -> str:
+    """Return an identifier that changes with everything that an FMU is made from."""
+    packages: tuple[str, ...] | None = getattr(source, "packages", None)
+    if packages is None:
+        return BuildTarget(flavour).guid(*source(**options)).strip("{}")
+    known = {name: options.get(name) for name in inspect.signature(source).parameters}
+    facts = [source.__qualname__, flavour, sysconfig.get_platform(), version("numpy"), version("scipy")]
+    sha = hashlib.sha256(repr(facts).encode() + _content(Path(inspect.getfile(source)), "source"))
+    for name, option in known.items():
+        value = source.files[name](option) if name in source.files else option  # type: ignore[attr-defined]
+        file = Path(value) if isinstance(value, str | Path) else None
+        given = _content(file, name) if file is not None and file.is_file() else repr(value).encode()
+        sha.update(name.encode() + given)
+    for package in (*packages, "amb_files", "fmi_export"):
+        sha.update(_code(package))
+    return sha.hexdigest()[:32]
+
+
+def _content(file: Path, kind: str) -> bytes:
+    """Return the digest of a file; raises ValueError if it cannot be read."""
+    return hashlib.sha256(read_bytes(file, f"{kind} file {file}")).digest()
+
+
+@cache
+def _code(package: str) -> bytes:
+    """Return the digest of the code of an installed package."""
+    spec = find_spec(package)
+    if spec is None or spec.origin is None:
+        raise ValueError(f"package {package} is not installed")
+    folder, sha = Path(spec.origin).parent, hashlib.sha256()
+    for file in sorted(folder.rglob("*")):
+        if file.suffix in CODE:
+            sha.update(file.relative_to(folder).as_posix().encode() + b"\0" + file.read_bytes() + b"\0")
+    return sha.digest()

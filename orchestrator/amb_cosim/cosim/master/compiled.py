@@ -1,0 +1,276 @@
+"""The data of a run for the compiled master loop, `loop.c`, which calls FMI functions directly.
+
+That does what the loop in `master` does, operation by operation, and records the same to the last bit; that loop is the
+readable reference. There is one difference: outputs that no component reads are fetched only where they are recorded.
+The run goes in blocks of steps, between which Python checks for interrupts and reports progress. A clock ends a block
+whose steps turn out slow.
+
+The loop runs without the interpreter lock. FMUs with Python inside take it for each of their calls, as they must
+in any host, and other threads run meanwhile.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from ctypes import Structure, byref, c_bool, c_double, c_ssize_t, c_void_p
+from functools import cache
+from typing import Any, NamedTuple, Protocol, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from amb_cosim.cosim.basics.clock import Clock
+from amb_cosim.cosim.basics.errors import StepFailed
+from amb_cosim.cosim.basics.loop_library import load_loop
+from amb_cosim.cosim.basics.schedules import Array, Changes, IntArray, Schedule
+from amb_cosim.cosim.fmu.component import EntryPoints
+from amb_cosim.cosim.fmu.exchange import Transfer
+from amb_cosim.cosim.master.master import Master, Observer, Participant
+from amb_cosim.cosim.record.recorder import Recorder
+from amb_cosim.cosim.system.stopping import StopObserver, Stopped
+
+CALLS = ("Set", "DoStep", "Get")
+WARNING = 1  # the highest status with which a call has done its work
+BLOCK_TIME = 0.05  # s; Python is asked about that often
+FIRST = 1024  # steps of the first block, which ends earlier if they are slow
+CLOCK = Clock(BLOCK_TIME)
+
+
+class Addressable(Participant, Protocol):
+    """A participant whose FMI functions can be called by address."""
+
+    def entry_points(self) -> EntryPoints: ...
+    def refusal(self, call: str, status: int) -> Exception: ...
+
+
+class Calls(NamedTuple):
+    """The calls of all components that set variables, or those that get them, one after the other.
+
+    Those of component i are `of[i]` to `of[i + 1]`. Call c moves the variables `first[c]` to `first[c + 1]` between
+    their `positions` in the value array and `reals` or `integers`, where the FMU reads or writes them. It gets the
+    addresses `references_at[c]`, within `references`, and `values_at[c]`, within `reals` or `integers`; where it is
+    `direct`, within the value array itself.
+    """
+
+    of: IntArray
+    function: IntArray
+    references_at: IntArray
+    values_at: IntArray
+    real: NDArray[np.bool_]
+    direct: NDArray[np.bool_]
+    first: IntArray
+    positions: IntArray
+    references: NDArray[np.uint32]
+    reals: Array
+    integers: NDArray[np.int32]
+
+
+class Program(NamedTuple):
+    """The data of a master as arrays; `step_sizes` (s) are those of the components.
+
+    `fetches` are of all outputs, `needed` of those alone that are used whether recorded or not. Where a point is
+    recorded, all come in the same calls: one call for the rest would cost more than its values do.
+    """
+
+    instance: IntArray
+    do_step: IntArray
+    every: IntArray
+    step_sizes: Array
+    sends: Calls
+    fetches: Calls
+    needed: Calls
+    values: Array
+    start_time: float
+    step_size: float
+    jacobi: bool
+
+
+C = TypeVar("C", bound=Addressable)
+
+
+class End(Structure):
+    """Where a block of steps ended: last point seen, number of rows, what failed, and the condition met or -1."""
+
+    _fields_ = [(name, c_ssize_t) for name in ("reached", "row", "component", "call", "status", "met")]
+
+
+def run(
+    master: Master[C],
+    first: int,
+    last: int,
+    schedules: Sequence[Schedule],
+    recorder: Recorder,
+    observers: Sequence[Observer] = (),
+    stops: StopObserver | None = None,
+    program: Structure | None = None,
+    stop: int | None = None,
+) -> None:
+    """Advance from communication point `first` to `last` as `Master.run` does.
+
+    Parameters
+    ----------
+    master
+        Initialised, with components that have entry points.
+    first, last, schedules
+        As for `Master.run`.
+    recorder
+        Sees every point; the last included.
+    observers
+        Called now and then, about every 50 ms, with the last point that was reached and the values after it, of
+        which those that are recorded and nothing else may be older.
+    stops
+        Judged at every point, after it has been recorded.
+    program
+        That of `program_of` for this master and these stops, where it runs more than once.
+    stop
+        As for `Master.run`.
+
+    Raises
+    ------
+    StepFailed
+        If a component does not complete a step. The recorder has seen everything up to it.
+    Stopped
+        If a condition of `stops` is met. The recorder has seen everything up to it.
+    """
+    advance = load_loop()
+    if advance is None:
+        raise ValueError("there is no compiled loop for this machine, and no compiler to make it")
+    master.check_start(first)
+    conditions = (stops or StopObserver()).conditions
+    program = program or program_of(master, stops)
+    buffer, row = recorder.buffer(first, last), len(recorder.points)
+    kept, judged = structure_of(buffer), structure_of(conditions)
+    begin, size, stopped = first, FIRST, End()
+    until = last + 1 if stop is None else stop
+    with CLOCK.flag() as pause:
+        while begin < until:
+            # Point 0 begins a block, because the recorder's clock starts there.
+            end = min(begin + size, until, 0 if begin < 0 else until)
+            changes = merged([schedule.changes(begin, end) for schedule in schedules])
+            recorder.see(begin)
+            started, pause.value = time.perf_counter(), False
+            structures = (byref(structure) for structure in (program, structure_of(changes), kept, judged))
+            advance(*structures, *map(c_ssize_t, (row, begin, end, last)), byref(pause), byref(stopped))
+            row, reached = stopped.row, stopped.reached
+            recorder.fill(row)
+            recorder.see(reached)
+            if stopped.met >= 0:
+                raise Stopped(stopped.met, reached)
+            if not 0 <= stopped.status <= WARNING:
+                component = master.components[stopped.component]
+                reason = component.refusal(CALLS[stopped.call], stopped.status)
+                raise StepFailed(component.name, master.time(reached), str(reason)) from reason
+            for observe in observers:
+                observe(reached, master.values)
+            taken, size = time.perf_counter() - started, reached + 1 - begin
+            size = 4 * size if taken < BLOCK_TIME / 4 else max(1, size // 2) if taken > BLOCK_TIME else size
+            begin = reached + 1
+
+
+def program_of(master: Master[C], stops: StopObserver | None = None) -> Structure:
+    """Return the data of a master whose run judges these stops, as a C structure."""
+    conditions = (stops or StopObserver()).conditions
+    entries = [component.entry_points() for component in master.components]
+    every = [component.every for component in master.components]
+    fetches = [entry.fetches for entry in entries]
+    places = [np.arange(slot.start, slot.stop) for slot in master.slots]
+    used = np.zeros(len(master.values), np.bool_)
+    for positions in (*master.wiring.sources, conditions.positions):
+        used[positions] = True
+    program = Program(
+        instance=np.array([entry.instance for entry in entries], np.intp),
+        do_step=np.array([entry.do_step for entry in entries], np.intp),
+        every=np.array(every, np.intp),
+        step_sizes=np.array([m * master.step_size for m in every], np.float64),
+        sends=_calls([entry.sends for entry in entries], master.wiring.sources),
+        fetches=_calls(fetches, places, master.values),
+        needed=_calls([_only(used[place], of_one) for of_one, place in zip(fetches, places, strict=True)], places),
+        values=master.values,
+        start_time=float(master.start_time),
+        step_size=float(master.step_size),
+        jacobi=master.coupling == "jacobi",
+    )
+    return structure_of(program)
+
+
+def _only(used: NDArray[np.bool_], transfers: Sequence[Transfer]) -> list[Transfer]:
+    """Reduce transfers to the outputs that are used."""
+    kept = [used[t.where] for t in transfers]
+    return [t if keep.all() else t.only(keep) for t, keep in zip(transfers, kept, strict=True) if keep.any()]
+
+
+def _calls(transfers: Sequence[Sequence[Transfer]], places: Sequence[IntArray], values: Array | None = None) -> Calls:
+    """Collect the transfers of all components; `places` are the positions of their variables in the value array.
+
+    Reals that stand one after another in `values`, if it is given, are written there by the FMU itself.
+    """
+    flat = [t for of_one in transfers for t in of_one]
+    positions = [place[t.where] for of_one, place in zip(transfers, places, strict=True) for t in of_one]
+    references = np.concatenate([np.zeros(0, np.uint32), *(t.references for t in flat)])
+    first = _ends([len(t.where) for t in flat])
+    reals, integers = np.zeros(first[-1]), np.zeros(first[-1], np.int32)
+    real = np.array([t.real for t in flat], np.bool_)
+    values_at = np.where(real, _addresses(reals, first[:-1]), _addresses(integers, first[:-1]))
+    direct = np.zeros(len(flat), np.bool_)
+    for c, at in enumerate(positions):
+        if values is not None and real[c] and np.all(np.diff(at) == 1):
+            direct[c], values_at[c] = True, _addresses(values, at[:1])[0]
+    return Calls(
+        of=_ends([len(of_one) for of_one in transfers]),
+        function=np.array([t.function for t in flat], np.intp),
+        references_at=_addresses(references, _ends([len(t.references) for t in flat])[:-1]),
+        values_at=values_at,
+        real=real,
+        direct=direct,
+        first=first,
+        positions=np.concatenate([np.zeros(0, np.intp), *positions]),
+        references=references,
+        reals=reals,
+        integers=integers,
+    )
+
+
+def _addresses(items: NDArray[Any], at: IntArray) -> IntArray:
+    return items.ctypes.data + at * items.itemsize
+
+
+def _ends(lengths: Sequence[int]) -> IntArray:
+    return np.cumsum([0, *lengths], dtype=np.intp)
+
+
+def merged(changes: Sequence[Changes]) -> Changes:
+    """Merge the changes of several schedules in order of time; at the same point the last schedule wins."""
+    nothing = Changes(np.zeros(0, np.intp), np.zeros(0, np.intp), np.zeros(0))
+    points, positions, values = (np.concatenate(parts) for parts in zip(nothing, *changes, strict=True))
+    order = np.argsort(points, kind="stable")
+    return Changes(points[order], positions[order], values[order])
+
+
+def structure_of(data: Any) -> Structure:
+    """Return a NamedTuple as a C structure: arrays as their addresses, last the length of the first array.
+
+    The arrays live as long as it.
+    """
+    size = next(len(value) for value in data if isinstance(value, np.ndarray))
+    members = [_member(value) for value in (*data, size)]
+    record: Any = type(data)
+    structure = _structure_type(record, tuple(type(member) for member in members))(*members)
+    structure.data = data
+    return structure
+
+
+@cache
+def _structure_type(record: Any, types: tuple[type[Any], ...]) -> Any:
+    fields = list(zip((*record._fields, "size"), types, strict=True))
+    return type(record.__name__, (Structure,), {"_fields_": fields})
+
+
+def _member(value: Any) -> Any:
+    if isinstance(value, np.ndarray):
+        return c_void_p(value.ctypes.data)
+    if isinstance(value, bool):
+        return c_bool(value)
+    if isinstance(value, float):
+        return c_double(value)
+    return c_ssize_t(value) if isinstance(value, int) else structure_of(value)

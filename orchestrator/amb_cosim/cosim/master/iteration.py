@@ -1,0 +1,125 @@
+"""Iterative coupling: a step is repeated from saved states until inputs and outputs of all components fit each other.
+
+A component holds its inputs u over a step from t to t + h. Which value of a source y stands for the step, its weight w
+says, u = (1 - w) y(t) + w y(t + h):
+
+    w = 1/2   y follows from states: the trapezoidal rule, of second order in h
+    w = 1     y depends on inputs of the same step directly, and so is that of the step already
+    w = 0     the component samples, and wants the value at the beginning; or y is a number or a truth value
+
+y(t + h) is not known before the step. All components step with the values at t, in their order and with new outputs
+passed on as in Gauss-Seidel order. Then those whose inputs have changed step again, from the states that they had at t,
+until no input changes by more than `TOLERANCE` of the largest value that it ever had. A repetition multiplies the error
+by the gain of the loop from end to end of a step, which vanishes with h. Where that is too large, and inputs still
+change after `MOST_REPETITIONS`, the step fails.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Protocol
+
+import numpy as np
+
+from amb_cosim.cosim.basics.schedules import Array, IntArray
+
+TOLERANCE = 1e-10
+MOST_REPETITIONS = 30
+
+
+class Repeatable(Protocol):
+    """What a repetition needs of a component."""
+
+    inputs: Array
+
+    def save(self) -> None: ...
+    def restore(self) -> None: ...
+
+
+class Unsettled(RuntimeError):
+    """The inputs of a component still change; `component` is its number and `source` the position of their source."""
+
+    def __init__(self, component: int, source: int) -> None:
+        super().__init__()
+        self.component = component
+        self.source = source
+
+
+class Iteration:
+    """Steps of components in iterative coupling.
+
+    Parameters
+    ----------
+    components
+        In the order in which a repetition visits them.
+    sources, weights
+        For each component, the positions of its inputs' sources in the value array, and their weights w.
+    """
+
+    def __init__(self, components: Sequence[Repeatable], sources: Sequence[IntArray], weights: Sequence[Array]) -> None:
+        self.components = components
+        self.sources = sources
+        self.weights = weights
+        self._largest = [np.zeros(len(positions)) for positions in sources]
+
+    @property
+    def largest(self) -> Array:
+        """The largest values that the inputs of all components ever had, one component after the other."""
+        return np.concatenate([np.zeros(0), *self._largest])
+
+    @largest.setter
+    def largest(self, largest: Array) -> None:
+        ends = np.cumsum([len(of_one) for of_one in self._largest])
+        self._largest = [part.copy() for part in np.split(largest, ends[:-1])]
+
+    def step(self, values: Array, advance: Callable[[int], None]) -> None:
+        """Carry out one communication step.
+
+        Parameters
+        ----------
+        values
+            The value array, at the beginning of the step; at its end afterwards.
+        advance
+            Sends the inputs of component i to it, steps it, and writes its outputs to `values`.
+
+        Raises
+        ------
+        Unsettled
+            If inputs still change after `MOST_REPETITIONS`.
+        """
+        before = values.copy()
+        for i, component in enumerate(self.components):
+            component.save()
+            self._gather(i, before, values)
+            advance(i)
+        for _ in range(MOST_REPETITIONS):
+            changed = [i for i in range(len(self.components)) if self._repeat(i, before, values, advance)]
+            if not changed:
+                return
+        i = changed[0]
+        change = self._change(i, before, values)
+        raise Unsettled(i, int(self.sources[i][int(np.argmax(change))]))
+
+    def _repeat(self, i: int, before: Array, values: Array, advance: Callable[[int], None]) -> bool:
+        """Step component i again if its inputs have changed, and return whether they have."""
+        if not np.any(self._change(i, before, values) > TOLERANCE):
+            return False
+        self.components[i].restore()
+        self._gather(i, before, values)
+        advance(i)
+        return True
+
+    def _between(self, i: int, before: Array, values: Array) -> Array:
+        at = self.sources[i]
+        return before[at] + self.weights[i] * (values[at] - before[at])
+
+    def _gather(self, i: int, before: Array, values: Array) -> None:
+        self.components[i].inputs[:] = self._between(i, before, values)
+        np.maximum(self._largest[i], np.abs(self.components[i].inputs), out=self._largest[i])
+
+    def _change(self, i: int, before: Array, values: Array) -> Array:
+        """Return by how much the inputs of component i have changed since its last step, over their largest values."""
+        change = np.abs(self._between(i, before, values) - self.components[i].inputs)
+        return np.divide(
+            change, self._largest[i], out=np.where(change > 0.0, np.inf, 0.0), where=self._largest[i] > 0.0
+        )

@@ -1,0 +1,258 @@
+"""The master algorithm: explicit or iterative coupling on an integer time grid, of components and numbers, not of FMI.
+
+All signals are in one flat array `values`: the exogenous inputs first, then the outputs of each component.
+A component's inputs are gathered from it, its outputs are written to it. Communication points are
+t_n = t_0 + n h with integer n; a component with `every = m` steps by m h at every m-th of them.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from graphlib import CycleError, TopologicalSorter
+from typing import Generic, Protocol, TypeVar
+
+import numpy as np
+
+from amb_cosim.cosim.basics.choices import Coupling
+from amb_cosim.cosim.basics.errors import StartFailed, StepFailed
+from amb_cosim.cosim.basics.schedules import Array, Schedule
+from amb_cosim.cosim.master.iteration import MOST_REPETITIONS, Iteration, Unsettled
+from amb_cosim.cosim.system.signal_map import SignalMap
+
+Observer = Callable[[int, Array], None]
+
+
+class Participant(Protocol):
+    """What the algorithm needs of a component; `save` and `restore` its state in iterative coupling alone."""
+
+    name: str
+    every: int
+    inputs: Array
+    outputs: Array
+
+    def enter(self, start_time: float) -> None: ...
+    def leave(self) -> None: ...
+    def write(self) -> None: ...
+    def read(self) -> None: ...
+    def step(self, time: float, step_size: float) -> None: ...
+    def save(self) -> None: ...
+    def restore(self) -> None: ...
+    def close(self) -> None: ...
+
+
+P = TypeVar("P", bound=Participant)
+
+
+class Master(Generic[P]):
+    """Steps components together, and frees them at the end.
+
+    Parameters
+    ----------
+    components
+        In the order in which Gauss-Seidel visits them.
+    wiring
+        Where their inputs come from.
+    step_size
+        Communication step h in s.
+    coupling
+        `gauss_seidel`: every component sees the outputs that the components before it have at the end of
+        their steps. `jacobi`: all see the outputs at the beginning of the step, and a slower component's
+        outputs appear when its step has passed. `iterative`: steps are repeated until inputs fit the outputs at
+        their end, see `iteration`.
+    start_time
+        t_0 in s, the time of communication point 0.
+    values
+        Array for the values, all zero, where it is part of another.
+
+    Used as a context manager, it closes all components on the way out, whatever happened.
+    """
+
+    def __init__(
+        self,
+        components: Sequence[P],
+        wiring: SignalMap,
+        step_size: float,
+        coupling: Coupling = "gauss_seidel",
+        start_time: float = 0.0,
+        values: Array | None = None,
+    ) -> None:
+        if not 0.0 < step_size < math.inf:
+            raise ValueError(f"communication step = {step_size:g} s is not allowed; it must be > 0 s")
+        self.components = list(components)
+        self.wiring = wiring
+        self.step_size = step_size
+        self.coupling = coupling
+        self.start_time = start_time
+        self.values = np.zeros(len(wiring.names)) if values is None else values
+        self._iteration = Iteration(self.components, wiring.sources, wiring.weights)
+        self.exogenous = self.values[: wiring.n_exogenous]
+        self.slots: list[slice] = []
+        first = wiring.n_exogenous
+        for component in self.components:
+            self.slots.append(slice(first, first + len(component.outputs)))
+            first += len(component.outputs)
+        if first != len(self.values):
+            raise ValueError(f"the wiring names {len(self.values)} signals, the components have {first}")
+
+    def __enter__(self) -> Master[P]:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Terminate and free every component."""
+        for component in self.components:
+            component.close()
+
+    def time(self, n: int) -> float:
+        """Return the time of communication point n in s, t_0 + n h; never a sum of steps."""
+        return self.start_time + n * self.step_size
+
+    def initialise(self, n: int = 0) -> None:
+        """Initialise all components at point n, carrying outputs along the connections until none changes.
+
+        Raises
+        ------
+        StartFailed
+            If a component refuses, or outputs keep changing although every connection has been passed; the
+            message then names the loop.
+        """
+        for component in self.components:
+            self._starting(component, component.enter, self.time(n))
+        sweeps = 1 + sum(len(sources) for sources in self.wiring.sources)
+        for _ in range(sweeps + 1):
+            before = self.values.copy()
+            for i, component in enumerate(self.components):
+                self._starting(component, self._send_inputs, i)
+                self._starting(component, self._fetch_outputs, i)
+            if np.array_equal(before, self.values, equal_nan=True):
+                break
+        else:
+            raise StartFailed(self._describe_loop())
+        for component in self.components:
+            self._starting(component, component.leave)
+
+    def run(
+        self,
+        first: int,
+        last: int,
+        schedules: Sequence[Schedule] = (),
+        observers: Sequence[Observer] = (),
+        stop: int | None = None,
+    ) -> None:
+        """Advance from communication point `first` to `last`.
+
+        At every point, the last included, schedules write the exogenous inputs, and then observers are called with
+        the values that hold there. With `stop` it ends before the schedules of that point, from which it can go on.
+
+        Raises
+        ------
+        StepFailed
+            If a component does not complete a step. Observers have seen everything up to it.
+        """
+        self.check_start(first)
+        advance = {"gauss_seidel": self._gauss_seidel, "jacobi": self._jacobi, "iterative": self._iterative}[
+            self.coupling
+        ]
+        for n in range(first, last + 1 if stop is None else stop):
+            for schedule in schedules:
+                schedule(n, self.exogenous)
+            for observe in observers:
+                observe(n, self.values)
+            if n < last:
+                advance(n)
+
+    @property
+    def scales(self) -> Array:
+        """The largest values that the inputs of all components ever had, which iterative coupling compares with."""
+        return self._iteration.largest
+
+    @scales.setter
+    def scales(self, largest: Array) -> None:
+        self._iteration.largest = largest
+
+    def check_start(self, first: int) -> None:
+        """Raise ValueError where a slower component is between its points at point `first`, or cannot be repeated."""
+        for component in self.components:
+            if component.every > 1 and self.coupling == "iterative":
+                raise ValueError(
+                    f"{component.name} steps every {component.every} points; in iterative coupling it must at each"
+                )
+            if first % component.every:
+                raise ValueError(f"{component.name} steps every {component.every} points and cannot start at {first}")
+
+    def _gauss_seidel(self, n: int) -> None:
+        for i, component in enumerate(self.components):
+            if n % component.every == 0:
+                self._guarded(n, component, self._send_inputs, i)
+                self._guarded(n, component, self._step, i, n)
+                self._guarded(n, component, self._fetch_outputs, i)
+
+    def _jacobi(self, n: int) -> None:
+        due = [(i, c) for i, c in enumerate(self.components) if n % c.every == 0]
+        for i, component in due:
+            self._guarded(n, component, self._send_inputs, i)
+        for i, component in due:
+            self._guarded(n, component, self._step, i, n)
+        for i, component in enumerate(self.components):
+            if (n + 1) % component.every == 0:
+                self._guarded(n, component, self._fetch_outputs, i)
+
+    def _iterative(self, n: int) -> None:
+        def advance(i: int) -> None:
+            component = self.components[i]
+            self._guarded(n, component, component.write)
+            self._guarded(n, component, self._step, i, n)
+            self._guarded(n, component, self._fetch_outputs, i)
+
+        try:
+            self._iteration.step(self.values, advance)
+        except Unsettled as error:
+            name, source = self.components[error.component].name, self.wiring.names[error.source]
+            reason = f"what it gets of {source} still changes after {MOST_REPETITIONS} repetitions of the step"
+            raise StepFailed(name, self.time(n), f"{reason}; a shorter communication step helps") from error
+
+    @staticmethod
+    def _starting(component: Participant, action: Callable[..., None], *arguments: float) -> None:
+        try:
+            action(*arguments)
+        except Exception as error:
+            raise StartFailed(f"{component.name}: {error}") from error
+
+    def _guarded(self, n: int, component: Participant, action: Callable[..., None], *arguments: int) -> None:
+        try:
+            action(*arguments)
+        except Exception as error:
+            raise StepFailed(component.name, self.time(n), str(error)) from error
+
+    def _send_inputs(self, i: int) -> None:
+        component = self.components[i]
+        np.take(self.values, self.wiring.sources[i], out=component.inputs)
+        component.write()
+
+    def _step(self, i: int, n: int) -> None:
+        component = self.components[i]
+        component.step(self.time(n), component.every * self.step_size)
+
+    def _fetch_outputs(self, i: int) -> None:
+        component = self.components[i]
+        component.read()
+        self.values[self.slots[i]] = component.outputs
+
+    def _describe_loop(self) -> str:
+        loop = find_loop(self.wiring.depends_on)
+        if not loop:
+            return "outputs do not settle during initialisation, although no loop is declared"
+        path = " -> ".join(self.wiring.names[i] for i in loop)
+        return f"outputs do not settle during initialisation; algebraic loop {path}"
+
+
+def find_loop(depends_on: Sequence[Sequence[int]]) -> list[int]:
+    """Find a closed path along the signals, first and last position the same; empty where there is none."""
+    try:
+        TopologicalSorter(dict(enumerate(depends_on))).prepare()
+    except CycleError as error:
+        return list(error.args[1])
+    return []

@@ -1,0 +1,155 @@
+"""How one step of an FMU answers a change of its state or its inputs, found by stepping it from a saved state.
+
+It is for FMUs of this project's export that say what of their state moves linearly (`fmi_export.linear_state`).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from amb_cosim.cosim.basics.schedules import Array, IntArray
+from amb_cosim.cosim.fmu.component import FmuComponent
+from amb_cosim.cosim.fmu.fmu_interface import FmuInterface
+
+CHANGE = 1e-6  # of a state (SI units) and, at least, of an input; any serves where all is linear
+SHARE = 1e-3  # of an input, by which it is changed; all of it at once may be beyond a limit
+ANGLES = 2.0 * math.pi / 3.0 * np.arange(3)
+BALANCE = "energy.balance"
+HUGE = 1e300  # J; a plant whose largest energy this was goes on with any balance
+
+
+def first_harmonic(values: Array) -> Array:
+    """Return what is constant, and what goes with cosine and sine, of values at `ANGLES`; shapes (3, n), (n, 3)."""
+    weights = np.array([np.full(3, 0.5), np.cos(ANGLES), np.sin(ANGLES)]) / 1.5
+    found: Array = (weights @ values).T
+    return found
+
+
+class Response(NamedTuple):
+    """One step: x' = A x + B u + f, y = C x + D u + g.
+
+    matrix
+        [[A, B], [C, D]], shape (n_x + n_y, n_x + n_u).
+    forcing
+        [f; g]: what is constant, and what goes with the cosine and the sine of the angle, shape (n_x + n_y, 3).
+    """
+
+    matrix: Array
+    forcing: Array
+
+
+class MemoryPart:
+    """A component by the numbers in its memory, which count once they are restored.
+
+    Parameters
+    ----------
+    component
+        Some steps after its start.
+    interface
+        Its interface.
+    names
+        Of the variables that the master sends, and of those that it reads.
+    positions
+        Of these among the master's values.
+    places
+        The FMU's `Fmu.linear_state`.
+    """
+
+    def __init__(
+        self,
+        component: FmuComponent,
+        interface: FmuInterface,
+        names: tuple[Sequence[str], Sequence[str]],
+        positions: tuple[IntArray, IntArray],
+        places: Mapping[str, Any],
+    ) -> None:
+        self.component, self.interface = component, interface
+        component.save()
+        self.memory = component.memory()
+        self.base = self.memory.copy()
+        n_values = len(interface.ports)
+        state = len(self.memory) - int(places["size"])
+        self._values = state - n_values - n_values % 2  # both begin at multiples of 16 bytes
+        self._inputs, self._outputs = (
+            self._values + np.array([interface.ports[name].position for name in of_one], np.intp) for of_one in names
+        )
+        self.sources, self.slot = positions
+        rows = state + np.concatenate([np.arange(begin, end) for begin, end in places["rows"]])
+        self.moves = self.base[rows] != 0.0  # what has not moved by now never does
+        self.rows = rows[self.moves]
+        self.unless: tuple[str, ...] = tuple(places["unless"])
+        self._angle = None if places["angle"] is None else state + int(places["angle"])
+        self._energy = [state + int(place) for place in places["energy"] or ()]
+        self._balance = self._values + interface.ports[BALANCE].position if self._energy else 0
+
+    @property
+    def angle(self) -> float | None:
+        """The angle (rad) when the part was made, if it has one."""
+        return None if self._angle is None else float(self.base[self._angle])
+
+    def value(self, position: int) -> float:
+        """Return the value of a variable, by its position among all."""
+        return float(self.memory[self._values + position])
+
+    def advance(self, time: float, step_size: float) -> float:
+        """Return by how much the angle grows in a step (rad)."""
+        self.memory[:] = self.base
+        growth = float(self.component.answer(time, step_size)[self._angle] - self.base[self._angle])
+        return growth % (2.0 * math.pi)
+
+    def response(self, signals: IntArray, angles: IntArray, scales: Array, time: float, step_size: float) -> Response:
+        """Find what a step from rest answers to each state and input alone.
+
+        Parameters
+        ----------
+        signals, angles
+            Positions, in order, of the signals that move linearly, and of those that are the angle.
+        scales
+            How large each signal is.
+        time, step_size
+            Of the step (s).
+        """
+        fed = np.flatnonzero(np.isin(self.sources, signals))
+        sizes = np.maximum(SHARE * scales[np.searchsorted(signals, self.sources[fed])], CHANGE)
+        changes = np.concatenate([np.full(len(self.rows), CHANGE), sizes])
+        changed = np.concatenate([self.rows, self._inputs[fed]])
+        shown = np.concatenate([self.rows, self._outputs[np.isin(self.slot, signals)]])
+        turned = [*self._inputs[np.isin(self.sources, angles)], *([] if self._angle is None else [self._angle])]
+        self.memory[:] = self.base
+        self.memory[changed] = 0.0
+        self.memory[self._energy[1:]] = HUGE
+        forced, matrix = np.zeros((len(ANGLES), len(shown))), np.zeros((len(shown), len(changed)))
+        for row, angle in enumerate(ANGLES):
+            self.memory[turned] = angle
+            forced[row] = self.component.answer(time, step_size)[shown]
+        self.memory[turned] = ANGLES[0]
+        for column, (place, change) in enumerate(zip(changed, changes, strict=True)):
+            self.memory[place] = change
+            matrix[:, column] = (self.component.answer(time, step_size)[shown] - forced[0]) / change
+            self.memory[place] = 0.0
+        return Response(matrix, first_harmonic(forced))
+
+    def start(self, states: Array, values: Array, moved: IntArray, angle: float) -> None:
+        """Put the part where it has these states, the master's values at positions `moved`, and the angle (rad)."""
+        self.memory[:] = self.base
+        self.memory[self.rows] = states
+        self.memory[self._energy[1:]] = HUGE
+        for places, at in ((self._inputs, self.sources), (self._outputs, self.slot)):
+            which = np.isin(at, moved)
+            self.memory[places[which]] = values[at[which]]
+        if self._angle is not None:
+            self.memory[self._angle] = angle
+        self.component.restore()
+
+    def balance_energy(self) -> None:
+        """Count the energies of the component from now on: whatever is missing now was there at the start."""
+        if self._energy:
+            start, largest = self._energy
+            self.component.save()
+            self.memory[start] += self.memory[self._balance]
+            self.memory[largest] = 0.0
+            self.component.restore()

@@ -1,0 +1,317 @@
+"""The motion that a system settles to at constant speed, solved for in place of simulated.
+
+With x the states and signals that move linearly, one communication step is
+
+    x(n+1) = T x(n) + F_0 + Re[F_1 exp(j theta_n)]          theta_(n+1) = theta_n + phi                     (1)
+
+T, F_0 and F_1 are found from the FMUs themselves: each is stepped from a saved state with one number changed after the
+other (`responses`), and the order of the master puts their answers together. What (1) settles to, if T is stable, is
+
+    x(n) = a + Re[b exp(j theta_n)]      (1 - T) a = F_0      (exp(j phi) - T) b = F_1                      (2)
+
+There is no period in it: a turn may be any number of steps. What a step from (2) leaves of it corrects a and b once, so
+that they do not have the rounding of T. What does not move linearly (Fourier windows, counters, the key of the exact
+motion) follows in a turn that is simulated after that. At its end each signal must be where (2) has it: contact, noise,
+limits and laws that are not linear show there.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from amb_cosim.cosim.basics.errors import FmuError, StepFailed
+from amb_cosim.cosim.basics.schedules import Array, IntArray
+from amb_cosim.cosim.fmu.component import FmuComponent
+from amb_cosim.cosim.fmu.fmu_interface import FmuInterface
+from amb_cosim.cosim.fmu.fmus import Fmu
+from amb_cosim.cosim.master.master import Master
+from amb_cosim.cosim.master.responses import ANGLES, MemoryPart, Response, first_harmonic
+from amb_cosim.cosim.system.experiment import WARM_UP
+from amb_cosim.cosim.system.system import MasterLayout
+
+TOLERANCE = 1e-9  # of the largest signal of the same unit
+DOUBLINGS = 24  # of the number of steps in which T must shrink what it is given
+
+
+class CannotSettle(Exception):
+    """The settled motion cannot be solved for; the message says why."""
+
+
+class _OffOrbit(Exception):
+    """A signal is not where the motion that was solved for has it."""
+
+
+@dataclass(frozen=True)
+class SettledLoop:
+    """A master at communication point n, its components as parts, and the positions of the signals that move in it.
+
+    `signals` move linearly, `angles` are the angle.
+    """
+
+    master: Master[FmuComponent]
+    parts: Sequence[MemoryPart]
+    signals: IntArray
+    angles: IntArray
+    n: int
+
+    @property
+    def n_states(self) -> int:
+        """The number of states; in x they come before the signals."""
+        return sum(len(part.rows) for part in self.parts)
+
+    def put(self, x: Array, angle: float) -> None:
+        """Put master and parts where they have these states and signals, and this angle (rad), at point n."""
+        values, moved = self.master.values, np.concatenate([self.signals, self.angles])
+        values[self.signals], values[self.angles] = x[self.n_states :], angle
+        row = 0
+        for part in self.parts:
+            part.start(x[row : row + len(part.rows)], values, moved, angle)
+            row += len(part.rows)
+
+    def step(self) -> Array:
+        """Step from point n, and return states and signals."""
+        self.master.run(self.n, self.n + 1)
+        for part in self.parts:
+            part.component.save()
+        return np.concatenate([*(part.memory[part.rows] for part in self.parts), self.master.values[self.signals]])
+
+    def responses(self) -> list[Response]:
+        """Find the response of each part."""
+        time, step_size = self.master.time(self.n), self.master.step_size
+        scales = np.abs(self.master.values[self.signals])
+        return [part.response(self.signals, self.angles, scales, time, step_size) for part in self.parts]
+
+    def one_step(self, responses: Sequence[Response]) -> tuple[Array, Array]:
+        """Return T of (1), and F as its constant, cosine and sine, of shape (n_x, 3)."""
+        n_states, row = self.n_states, 0
+        size = n_states + len(self.signals)
+        before = np.hstack([np.eye(size), np.zeros((size, 3))])
+        after = before.copy()
+        for part, response in zip(self.parts, responses, strict=True):
+            rows = np.arange(row, row + len(part.rows))
+            fed = n_states + np.searchsorted(self.signals, part.sources[np.isin(part.sources, self.signals)])
+            shown = n_states + np.flatnonzero(np.isin(self.signals, part.slot))
+            seen = before if self.master.coupling == "jacobi" else after
+            answer = response.matrix @ np.vstack([before[rows], seen[fed]])
+            answer[:, size:] += response.forcing
+            after[np.concatenate([rows, shown])] = answer
+            row += len(rows)
+        return after[:, :size], after[:, size:]
+
+
+@dataclass(frozen=True)
+class Orbit:
+    """The settled motion (2): a and b (complex), and at a communication point `n` the angle and phi (rad)."""
+
+    mean: Array
+    amplitude: Array
+    n: int
+    angle: float
+    advance: float
+
+    def angle_at(self, n: int) -> float:
+        """Return theta at communication point n, from 0 to 2 pi (rad)."""
+        return (self.angle + (n - self.n) * self.advance) % (2.0 * math.pi)
+
+    def at(self, angle: float) -> Array:
+        """Return x at an angle (rad)."""
+        x: Array = self.mean + (self.amplitude * np.exp(1j * angle)).real
+        return x
+
+
+def settle(
+    master: Master[FmuComponent],
+    layout: MasterLayout,
+    fmus: Mapping[str, Fmu],
+    interfaces: Mapping[str, FmuInterface],
+    advance: Callable[[int, int], None],
+    first: int,
+    begin: int,
+) -> int:
+    """Bring a master into its settled motion, and return the communication point, before 0, at which it is then.
+
+    Parameters
+    ----------
+    master, layout
+        The master, initialised at point `begin`, and how its values are laid out.
+    fmus, interfaces
+        Of its components.
+    advance
+        Steps the master from one point to another.
+    first
+        The angle at point 0 is as if it had grown since this point.
+    begin
+        As `Plan.begin` has it.
+
+    Raises
+    ------
+    CannotSettle
+        If there is no settled motion, or it cannot be solved for.
+    """
+    n = begin + WARM_UP
+    parts: Sequence[MemoryPart] = ()
+    try:
+        advance(begin, n)
+        loop = loop_at(master, layout, fmus, interfaces, n)
+        parts = loop.parts
+        orbit = solve(loop, loop.responses(), begin - first)
+        loop.put(orbit.at(orbit.angle), orbit.angle)
+        loop.step()
+        _check(loop, orbit, n + 2)
+        for part in parts:
+            part.balance_energy()
+        advance(n + 2, -1)
+        _check(loop, orbit, -1)
+    except (FmuError, StepFailed) as error:
+        raise CannotSettle(str(error)) from error
+    except _OffOrbit as error:
+        for part in parts:
+            part.component.save()
+        _refuse_what_is_on(parts)
+        raise CannotSettle(str(error)) from error
+    return -1
+
+
+def loop_at(
+    master: Master[FmuComponent],
+    layout: MasterLayout,
+    fmus: Mapping[str, Fmu],
+    interfaces: Mapping[str, FmuInterface],
+    n: int,
+) -> SettledLoop:
+    """Return the loop of a master at point n as it is after a step from there; arguments as of `settle`.
+
+    Raises
+    ------
+    CannotSettle
+        If it does not say what moves linearly, or something is on that does not.
+    FmuError, StepFailed
+        If an FMU refuses.
+    """
+    unable = [c.name for c in master.components if fmus[c.name].linear_state is None]
+    if unable:
+        raise CannotSettle(f"the FMU of {unable[0]} does not say what of its state moves linearly")
+    if master.coupling == "iterative":
+        raise CannotSettle("in iterative coupling steps are repeated")
+    before = master.values.copy()
+    master.run(n, n + 1)
+    parts = []
+    for component, sources, slot in zip(master.components, master.wiring.sources, master.slots, strict=True):
+        name = component.name
+        exchanged, positions = (layout.inputs[name], layout.outputs[name]), (sources, np.arange(len(before))[slot])
+        parts.append(MemoryPart(component, interfaces[name], exchanged, positions, fmus[name].linear_state or {}))
+    _refuse_what_is_on(parts)
+    used = np.unique(np.concatenate(master.wiring.sources))
+    moved = used[(used >= master.wiring.n_exogenous) & (master.values[used] != before[used])]
+    is_angle = master.values[moved] == _turning(parts).angle
+    return SettledLoop(master, parts, moved[~is_angle], moved[is_angle], n + 1)
+
+
+def solve(
+    loop: SettledLoop, responses: Sequence[Response], skipped: int, corrects: bool = True, advance: float | None = None
+) -> Orbit:
+    """Solve for the motion (2).
+
+    Parameters
+    ----------
+    loop, responses
+        The loop, and the response of each part.
+    skipped
+        Steps by which the angle of the orbit is ahead of what it is now.
+    corrects
+        Whether a step corrects it; not where forces are at work that the FMUs do not have in free motion.
+    advance
+        Angle by which the motion turns in a step (rad); that of the rotor by default.
+
+    Raises
+    ------
+    CannotSettle
+        If the loop is not stable.
+    """
+    turning = _turning(loop.parts)
+    T, forcing = loop.one_step(responses)
+    check_stability(T, loop.master.step_size)
+    advance = turning.advance(loop.master.time(loop.n), loop.master.step_size) if advance is None else advance
+    angle = ((turning.angle or 0.0) + skipped * advance) % (2.0 * math.pi)
+    steady, turned = np.eye(len(T)) - T, np.exp(1j * advance) * np.eye(len(T)) - T
+
+    def corrected(orbit: Orbit, left: Array) -> Orbit:
+        constant, cosine, sine = left.T
+        mean = orbit.mean + np.linalg.solve(steady, constant)
+        return replace(orbit, mean=mean, amplitude=orbit.amplitude + np.linalg.solve(turned, cosine - 1j * sine))
+
+    rest = Orbit(np.zeros(len(T)), np.zeros(len(T), np.complex128), loop.n, angle, advance)
+    orbit = corrected(rest, forcing)
+    return corrected(orbit, _left(loop, orbit)) if corrects else orbit
+
+
+def _left(loop: SettledLoop, orbit: Orbit) -> Array:
+    """Return what a step leaves of an orbit, as its constant, cosine and sine, of shape (n_x, 3)."""
+    left = []
+    for angle in ANGLES:
+        loop.put(orbit.at(angle), angle)
+        left.append(loop.step() - orbit.at(angle + orbit.advance))
+    return first_harmonic(np.array(left))
+
+
+def check_stability(T: Array, step_size: float) -> None:
+    """Raise CannotSettle unless the powers of T vanish; steps take `step_size` (s)."""
+    power, size = T, math.inf
+    with np.errstate(all="ignore"):
+        for _ in range(DOUBLINGS):
+            power = power @ power
+            size = float(np.abs(power).max(initial=0.0))
+            if not 1e-6 < size < 1e12:
+                break
+    if size < 1.0:
+        return
+    worst = max(np.linalg.eigvals(T), key=abs)
+    frequency = abs(np.angle(worst)) / (2.0 * math.pi * step_size)
+    raise CannotSettle(
+        f"the loop is not stable: of a vibration of {frequency:.1f} Hz there is {abs(worst):.9g} as much after a step"
+    )
+
+
+def _turning(parts: Sequence[MemoryPart]) -> MemoryPart:
+    """Return the part with an angle; raises CannotSettle unless there is one."""
+    turning = [part for part in parts if part.angle is not None]
+    if len(turning) != 1:
+        raise CannotSettle(f"{len(turning)} components tell the angle of a rotor; one must")
+    return turning[0]
+
+
+def _refuse_what_is_on(parts: Sequence[MemoryPart]) -> None:
+    """Raise CannotSettle where a variable of a part says that it does not move linearly."""
+    for part in parts:
+        for port in (port for pattern in part.unless for port in part.interface.matching(pattern)):
+            value = part.value(port.position)
+            if value != 0.0:
+                names = {number: item for item, number in port.items.items()}
+                shown = "true" if port.type == "Boolean" else names.get(int(value), f"{value:g}{port.shown_unit}")
+                raise CannotSettle(f"{part.component.name}.{port.name} = {shown} before cycle 0")
+
+
+def _check(loop: SettledLoop, orbit: Orbit, n: int) -> None:
+    """Raise _OffOrbit unless all signals are where the orbit has them at point n."""
+    names = [loop.master.wiring.names[position] for position in loop.signals]
+    units = [_unit(name, loop.parts) for name in names]
+    sizes = (np.abs(orbit.mean) + np.abs(orbit.amplitude))[loop.n_states :]
+    largest = {unit: max(size for size, u in zip(sizes, units, strict=True) if u == unit) for unit in set(units)}
+    expected = orbit.at(orbit.angle_at(n))[loop.n_states :]
+    off = np.abs(loop.master.values[loop.signals] - expected) / [largest[unit] or 1.0 for unit in units]
+    if np.all(off <= TOLERANCE):
+        return
+    worst = int(np.argmax(np.where(np.isnan(off), np.inf, off)))
+    raise _OffOrbit(
+        f"{names[worst]} does not move linearly: it leaves the motion that was solved for by {off[worst]:.2g} of the "
+        "largest such signal, as with noise, nonlinear forces and limits"
+    )
+
+
+def _unit(name: str, parts: Sequence[MemoryPart]) -> str | None:
+    component, _, variable = name.partition(".")
+    return next(part.interface.ports[variable].unit for part in parts if part.component.name == component)

@@ -1,0 +1,1 @@
+"""Recorded signals: the recorder, labels, warnings, NetCDF."""

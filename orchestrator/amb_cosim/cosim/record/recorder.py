@@ -1,0 +1,121 @@
+"""Records chosen signals of a run."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from amb_cosim.cosim.basics.schedules import Array, IntArray
+
+
+class RecordBuffer(NamedTuple):
+    """Arguments and arrays of a recorder, for a compiled loop to write to."""
+
+    positions: IntArray
+    first: int
+    every: int
+    points: IntArray
+    table: Array
+
+
+class Recorder:
+    """An observer that stores chosen positions of the value array at every m-th communication point.
+
+    Parameters
+    ----------
+    positions
+        Which positions of the value array are kept.
+    first
+        Communication point at which recording begins.
+    every
+        Decimation m; points that are multiples of it are kept.
+    """
+
+    def __init__(self, positions: Sequence[int], first: int, every: int = 1) -> None:
+        self._positions: IntArray = np.asarray(positions, dtype=np.intp)
+        self._first, self._every = first, every
+        self._points = np.zeros(1024, dtype=np.intp)
+        self._table = np.zeros((1024, len(positions)))
+        self._rows = 0
+        self._reached: int | None = None
+        self._began = self._latest = 0.0
+
+    def __call__(self, n: int, values: Array) -> None:
+        self.see(n)
+        if n >= self._first and n % self._every == 0:
+            if self._rows == len(self._points):
+                self._grow(2 * self._rows)
+            np.take(values, self._positions, out=self._table[self._rows])
+            self._points[self._rows] = n
+            self._rows += 1
+
+    def restore(self, points: IntArray, table: Array) -> None:
+        """Take the rows of a run that goes on: communication points, and a row of values for each."""
+        self._rows = 0
+        self._grow(len(points))
+        self._rows = len(points)
+        self._points[: self._rows], self._table[: self._rows] = points, table
+
+    def see(self, n: int) -> None:
+        """Note that the run has reached point n."""
+        if n >= 0:
+            self._latest = time.perf_counter()
+            if self._reached is None:
+                self._began = self._latest
+            self._reached = n
+
+    def buffer(self, first: int, last: int) -> RecordBuffer:
+        """Return free rows for the points from `first` to `last`; call `fill` with the number of rows used.
+
+        Raises
+        ------
+        ValueError
+            If there is not the memory for them.
+        """
+        due = max(0, last // self._every - (max(first, self._first) - 1) // self._every)
+        try:
+            self._grow(self._rows + due)
+        except (MemoryError, ValueError) as error:  # numpy has the one or the other
+            raise ValueError(
+                f"there is no memory to record {len(self._positions)} variables at {due} points; "
+                f"record.variables or record.every of the scenario can ask for less"
+            ) from error
+        return RecordBuffer(self._positions, self._first, self._every, self._points, self._table)
+
+    def fill(self, rows: int) -> None:
+        """Note that `rows` rows are in use."""
+        self._rows = rows
+
+    def _grow(self, rows: int) -> None:
+        """Make room for that many rows; memory pages are allocated when they are written to."""
+        if rows > len(self._points):
+            points, table = np.zeros(rows, dtype=np.intp), np.zeros((rows, len(self._positions)))
+            points[: self._rows], table[: self._rows] = self.points, self.table
+            self._points, self._table = points, table
+
+    def __getstate__(self) -> dict[str, object]:
+        """Return what another process gets of it: the rows that are used."""
+        return self.__dict__ | {"_points": self.points, "_table": self.table}
+
+    @property
+    def points(self) -> IntArray:
+        """Communication points recorded so far."""
+        return self._points[: self._rows]
+
+    @property
+    def table(self) -> Array:
+        """Values recorded so far, one row for each of `points`."""
+        return self._table[: self._rows]
+
+    @property
+    def reached(self) -> int:
+        """Last communication point seen, 0 if the run has not left settling."""
+        return self._reached or 0
+
+    @property
+    def wall_time(self) -> float:
+        """Wall-clock time from point 0 to the last point seen, in s."""
+        return self._latest - self._began

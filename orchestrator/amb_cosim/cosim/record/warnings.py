@@ -1,0 +1,153 @@
+"""Warnings of a run: outputs that FMUs declare as warnings, and whatever else they logged as one."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+
+import numpy as np
+
+from amb_cosim.cosim.basics.schedules import Array
+from amb_cosim.cosim.fmu.fmu_interface import Port
+from amb_cosim.cosim.record.signals import Signals
+
+ATTRIBUTE = "warnings"  # of a data set
+
+# What the slaves of this project log: `at t = 0.0125 s: west.clipped_x: the demanded current is cut ..`.
+_LOGGED = re.compile(r"(?:initialisation|at t = (?P<time>\S+) s): (?P<variable>\S+): (?P<sentence>.*)", re.DOTALL)
+
+
+@dataclass(frozen=True)
+class WarningRecord:
+    """A warning that a component gave.
+
+    Attributes
+    ----------
+    component, variable
+        Which output became true; `variable` is empty for any other text that an FMU logged as a warning.
+    kind
+        The sentence as it was declared, without values and places: alike for all outputs that warn of the same.
+    sentence
+        The sentence with the values that its variables had when it was logged.
+    first, last
+        When it was true for the first and for the last time (s); the first may lie before time 0, where a run settles.
+    share
+        Share of the time from 0 on. `last` and `share` are None where the output was not recorded.
+    """
+
+    component: str
+    variable: str
+    kind: str
+    sentence: str
+    first: float | None = None
+    last: float | None = None
+    share: float | None = None
+
+
+def of_component(
+    component: str,
+    ports: Mapping[str, Port],
+    log: Sequence[str],
+    start: float,
+    times: Array,
+    recorded: Mapping[str, Array],
+) -> list[WarningRecord]:
+    """Return the warnings of a component.
+
+    Parameters
+    ----------
+    component, ports
+        Its name and its variables.
+    log
+        Warnings that it logged.
+    start
+        Time of the initialisation (s).
+    times, recorded
+        Times of the samples (s), and samples of the variables that were recorded, by name.
+    """
+    logged: dict[str, tuple[float, str]] = {}
+    others: list[WarningRecord] = []
+    for text in dict.fromkeys(log):
+        found = _LOGGED.fullmatch(text)
+        if found is not None and found["variable"] in ports:
+            # once in a run, and again where it goes on from a checkpoint
+            logged.setdefault(found["variable"], (float(found["time"] or start), found["sentence"]))
+        else:
+            others.append(WarningRecord(component, "", text, text))
+    declared = (
+        _of_output(component, port, logged.get(port.name), times, recorded.get(port.name))
+        for port in ports.values()
+        if port.warning
+    )
+    return [*(warned for warned in declared if warned is not None), *others]
+
+
+def _of_output(
+    component: str, port: Port, logged: tuple[float, str] | None, times: Array, samples: Array | None
+) -> WarningRecord | None:
+    """Return the warning of an output, or None if it was never true as far as is known."""
+    true = times[:0] if samples is None else times[samples != 0.0]
+    if logged is None and not len(true):
+        return None
+    first, sentence = logged or (float(true[0]), re.sub(r"[{}]", "", port.warning))
+    after = times >= 0.0
+    last, share = None, None
+    if samples is not None and after.any():
+        last = float(max(true[-1], first)) if len(true) else first
+        share = float(np.mean(samples[after] != 0.0))
+    return WarningRecord(component, port.name, _kind(port), sentence, first, last, share)
+
+
+def _kind(port: Port) -> str:
+    """Return the sentence of an output without values, and without its place, `seal` of `seal.passed`."""
+    place, _, variable = port.name.partition(".")
+    sentence = re.sub(r"\{[^}]*\}", "{}", port.warning)
+    return re.sub(rf"\b{re.escape(place)}\b", "*", sentence, flags=re.IGNORECASE) if variable else sentence
+
+
+def to_json(warnings: Sequence[WarningRecord]) -> str:
+    """Return the text that `warnings_of` reads."""
+    return json.dumps([asdict(warned) for warned in warnings])
+
+
+def warnings_of(dataset: Signals) -> list[WarningRecord]:
+    """Return the warnings of the run that a data set is about."""
+    return [WarningRecord(**warned) for warned in json.loads(dataset.attrs.get(ATTRIBUTE, "[]"))]
+
+
+def sentences(warnings: Sequence[WarningRecord]) -> list[str]:
+    """Return a sentence for each kind of warning: what, where, when, and for what share of the time."""
+    kinds: dict[tuple[str, str], list[WarningRecord]] = {}
+    for warned in warnings:
+        kinds.setdefault((warned.component, warned.kind), []).append(warned)
+    return [_sentence(alike) for alike in kinds.values()]
+
+
+def _sentence(alike: Sequence[WarningRecord]) -> str:
+    earliest = min(alike, key=lambda warned: -np.inf if warned.first is None else warned.first)
+    where = ", ".join(warned.variable for warned in alike if warned.variable) or earliest.component
+    return f"{earliest.sentence} ({where}{_when(alike)})"
+
+
+def _when(alike: Sequence[WarningRecord]) -> str:
+    """Return from when until when, and how much of the time, in words."""
+    starts = [warned.first for warned in alike if warned.first is not None]
+    if not starts:
+        return ""
+    first, ends = min(starts), [warned.last for warned in alike if warned.last is not None]
+    last = max(ends, default=None)
+    if last is not None and last < 0.0:
+        return "; before time 0 only, while the run settled"
+    begin = "before time 0" if first < 0.0 else f"{first:.4g} s"
+    if last is None:
+        return f"; first at {begin}" if first >= 0.0 else f"; first {begin}"
+    share = max(warned.share for warned in alike if warned.share is not None)
+    most = "up to " if len(alike) > 1 else ""
+    end = f"{last:.4g} s"
+    return f"; {f'at {end}' if begin == end else f'from {begin} to {end}'}, {most}{_percent(share)} of the time"
+
+
+def _percent(share: float) -> str:
+    return "less than 0.1 %" if share < 1e-3 else f"{100.0 * share:.3g} %"

@@ -1,0 +1,1 @@
+"""One run of a plan: start, step, save, resume, isolate, label."""

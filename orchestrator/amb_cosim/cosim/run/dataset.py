@@ -1,0 +1,199 @@
+"""A run that ended, and the labels of what it recorded: units, descriptions, and the origin of everything."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import json
+import platform
+import subprocess
+from collections.abc import Mapping
+from functools import cache
+from pathlib import Path
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from amb_cosim.cosim.basics.schedules import Array
+from amb_cosim.cosim.basics.time_grid import nearest_point
+from amb_cosim.cosim.fmu.fmu_interface import Port
+from amb_cosim.cosim.record import warnings
+from amb_cosim.cosim.record.netcdf import check, netcdf
+from amb_cosim.cosim.record.signals import Samples, Signals, SignalTable
+from amb_cosim.cosim.run.checkpoint import Checkpoint
+from amb_cosim.cosim.run.recording import Outcome, Recording
+from amb_cosim.cosim.system.experiment import port_of
+from amb_cosim.cosim.system.tables import moment_of
+from amb_cosim.cosim.system.values import Raw
+from amb_files.atomic import write_atomically
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_PACKAGES = ("amb-cosim", "fmpy", "pythonfmu", "numba", "numpy", "xarray")
+_DTYPES = {"Real": np.float64, "Integer": np.int32, "Boolean": np.int8}
+_WIDE_DTYPES = {"UInt32": np.int64, "Int64": np.int64, "UInt64": np.uint64}  # by the FMU's own type
+
+
+class Run:
+    """What a run recorded, and how it ended.
+
+    Attributes
+    ----------
+    outcome
+        `status` (completed, stopped, failed, interrupted), `time` (s), `component`, `reason`.
+    checkpoints
+        States that `save_at` asked for, by communication point; see `checkpoint`.
+    """
+
+    def __init__(
+        self,
+        recorded: SignalTable | xr.Dataset,
+        outcome: Outcome,
+        checkpoints: Mapping[int, Checkpoint] = MappingProxyType({}),
+    ) -> None:
+        self._recorded = recorded
+        self.outcome = outcome
+        self.checkpoints = checkpoints
+
+    @property
+    def signals(self) -> Signals:
+        """Every recorded variable, as the data set has it, without an import of xarray."""
+        return self._recorded
+
+    @property
+    def dataset(self) -> xr.Dataset:
+        """Every recorded variable over `time` (s), with units and descriptions."""
+        if isinstance(self._recorded, SignalTable):
+            self._recorded = self._recorded.to_dataset()
+        return self._recorded
+
+    def checkpoint(self, moment: Raw | None = None) -> Checkpoint:
+        """Return the state that the run had at a moment that `save_at` named, or at the only one.
+
+        Raises
+        ------
+        ValueError
+            If no state of that moment was saved.
+        """
+        if moment is None and len(self.checkpoints) == 1:
+            return next(iter(self.checkpoints.values()))
+        h, period = float(self.signals.attrs["communication_step_s"]), self.signals.attrs.get("period_s")
+        n = -1 if moment is None else nearest_point("a moment", moment_of(moment, period), h)
+        if n in self.checkpoints:
+            return self.checkpoints[n]
+        saved = [f"{n * h:.9g} s" for n in self.checkpoints]
+        told = f"there are {', '.join(saved)}" if saved else "run with save_at saves some, as far as the run comes"
+        raise ValueError(f"there is no checkpoint at {'one moment' if moment is None else moment}; {told}")
+
+    def _save(self, path: Path) -> None:
+        """Write what was recorded as NetCDF."""
+        save(self._recorded, path)
+
+
+def _flags(port: Port) -> dict[str, Any]:
+    """Return the names of an Enumeration's values as the CF conventions have them."""
+    if not port.items:
+        return {}
+    return {"flag_values": np.array([*port.items.values()], np.int32), "flag_meanings": " ".join(port.items)}
+
+
+def to_signals(recording: Recording) -> SignalTable:
+    """Return everything that a run recorded with its labels, over `time` (s).
+
+    Structured attributes (parameters, versions, ...) are JSON texts, so that NetCDF can hold them.
+    """
+    plan, recorder, outcome = recording.plan, recording.recorder, recording.outcome
+    variables = {}
+    for column, variable in enumerate(recorder.table.T):
+        label = plan.recorded[column]
+        component, port = port_of(label, plan.system, recording.interfaces)
+        variables[label] = Samples(
+            variable.astype(_WIDE_DTYPES.get(port.stored, _DTYPES[port.type])),
+            {
+                "units": port.unit or "1",
+                "description": port.description,
+                "causality": port.causality,
+                "component": component,
+                **_flags(port),
+            },
+        )
+    times = np.asarray(recorder.points * plan.step_size, np.float64)
+    time = Samples(times, {"units": "s", "description": "Time"})
+    attributes: dict[str, Any] = {
+        "system": plan.system.name,
+        "flavour": recording.flavour,
+        "communication_step_s": plan.step_size,
+        "settling": plan.settling if plan.settling == "simulated" else "solved",
+        "settling_s": -plan.begin * plan.step_size,
+        "simulated_s": recorder.reached * plan.step_size,
+        "wall_s": recorder.wall_time,
+        "completed": int(outcome.failure is None),
+        "failure": outcome.failure or "",
+        "stopped": outcome.stopped or "",
+        "notices": json.dumps(plan.notices),
+        warnings.ATTRIBUTE: warnings.to_json(_warnings(recording, times)),
+        "outcome": json.dumps([outcome.status, outcome.time, outcome.component, outcome.reason]),
+        "parameters": json.dumps(plan.all_parameters(recording.interfaces)),
+        "initial_inputs": json.dumps(dict(plan.inputs)),
+        "fmu_guids": json.dumps({c: interface.guid for c, interface in recording.interfaces.items()}),
+        "versions": json.dumps(_versions()),
+        "git_revision": git_revision() or "",
+    }
+    return SignalTable(variables, {"time": time}, attributes)
+
+
+def _warnings(recording: Recording, times: Array) -> list[warnings.WarningRecord]:
+    """Return the warnings of all components, after those on events that are done in part only."""
+    plan, columns = recording.plan, dict(zip(recording.plan.recorded, recording.recorder.table.T, strict=True))
+    partial = [warnings.WarningRecord("events", "", told, told, first=time) for time, told in plan.partial_events]
+    return partial + [
+        warned
+        for component, interface in recording.interfaces.items()
+        for warned in warnings.of_component(
+            component,
+            interface.ports,
+            recording.warnings[component],
+            plan.begin * plan.step_size,
+            times,
+            {name: columns[f"{component}.{name}"] for name in interface.ports if f"{component}.{name}" in columns},
+        )
+    ]
+
+
+def save(dataset: SignalTable | xr.Dataset, path: Path) -> None:
+    """Write signals as NetCDF; the file appears complete or not at all."""
+    content = netcdf(dataset)
+    write_atomically(path, lambda file: file.write_bytes(content))
+
+
+def load(path: Path) -> xr.Dataset:
+    """Read a data set back into memory."""
+    import h5py
+    import xarray as xr
+
+    check(path)
+    h5py.File(path).close()  # h5netcdf prints a traceback where there is no file of HDF5
+    with xr.open_dataset(path, engine="h5netcdf") as dataset:
+        return dataset.load()
+
+
+@cache
+def _versions() -> dict[str, str]:
+    return {"python": platform.python_version()} | {name: importlib.metadata.version(name) for name in _PACKAGES}
+
+
+@cache
+def git_revision() -> str | None:
+    """Return the commit of the checkout that this package runs from, `-dirty` if changed; None outside of one."""
+    folder = Path(__file__).parent
+
+    def git(*arguments: str) -> str:
+        command = ["git", "-C", str(folder), *arguments]
+        return subprocess.run(command, check=True, capture_output=True, text=True, timeout=10).stdout.strip()
+
+    try:
+        git("ls-files", "--error-unmatch", Path(__file__).name)
+        return git("describe", "--always", "--dirty", "--abbrev=40", "--exclude=*")
+    except (OSError, subprocess.SubprocessError):
+        return None

@@ -1,0 +1,92 @@
+"""The process that `isolation` starts: it runs the plan on its standard input and answers on its standard output."""
+
+from __future__ import annotations
+
+import os
+import pickle
+import signal
+import sys
+import threading
+from typing import Any
+
+from amb_cosim.cosim.basics.descendants import adopt_orphans, continue_without_parent, end_descendants
+from amb_cosim.cosim.basics.errors import ProcessFailed
+from amb_cosim.cosim.master.instances import Instances
+from amb_cosim.cosim.run.isolation import ERROR, PROGRESS, RECORDING
+from amb_cosim.cosim.run.run_plan import run_plan
+
+SHARE_OF_MEMORY = 0.75  # of this machine's, that FMUs may have
+
+
+def main() -> None:
+    """Answer with progress, and with the recording or the error that `run_plan` raises."""
+    with os.fdopen(os.dup(1), "wb") as answers:
+        os.dup2(2, 1)  # what FMUs print does not go among the answers
+        signal.signal(signal.SIGTERM, signal.default_int_handler)  # a run puts it off to a safe moment
+        assembly, plan, loop, coupling, start, saves = pickle.load(sys.stdin.buffer)
+        end_with_parent()
+        memory = limit_memory()
+
+        def answer(kind: int, *content: Any) -> None:
+            pickle.dump((kind, *content), answers)
+            answers.flush()
+
+        instances = Instances()
+
+        try:
+            recording = run_plan(
+                assembly,
+                plan,
+                lambda *steps: answer(PROGRESS, *steps),
+                loop,
+                coupling,
+                isolated=False,
+                instances=instances,
+                start=start,
+                saves=saves,
+            )
+            answer(RECORDING, recording)
+            instances.close()  # an FMU that crashes as it is closed takes no record with it
+        except MemoryError:
+            answer(
+                ERROR, ProcessFailed(f"the FMUs need more memory than {memory / 2**30:.1f} GB; nothing was recorded")
+            )
+        except Exception as error:
+            answer(ERROR, error)
+        except KeyboardInterrupt:
+            pass  # before there was anything to record
+    end_descendants(os.getpid())
+    os._exit(0)  # FMUs may have threads, and code that runs when a process ends
+
+
+def limit_memory() -> float:
+    """Limit this process to a share of the memory, where the system can; return the limit in bytes."""
+    if sys.platform == "win32":
+        return float("inf")
+    import resource
+
+    limit = int(SHARE_OF_MEMORY * os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"))
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    _, highest = resource.getrlimit(resource.RLIMIT_AS)
+    limit = limit if highest == resource.RLIM_INFINITY else min(limit, highest)
+    resource.setrlimit(resource.RLIMIT_AS, (limit, highest))
+    return limit
+
+
+def end_with_parent() -> None:
+    """Have a thread end this process, with all that it starts, when its parent has ended."""
+    adopt_orphans()
+    continue_without_parent()
+    threading.Thread(target=_wait_and_end, daemon=True).start()
+
+
+def _wait_and_end() -> None:
+    sys.stdin.buffer.read()
+    end_descendants(os.getpid())
+    if sys.platform != "win32" and os.getpgrp() == os.getpid():
+        os.killpg(0, signal.SIGKILL)  # with what FMUs have started
+    os._exit(1)
+
+
+if __name__ == "__main__":
+    main()

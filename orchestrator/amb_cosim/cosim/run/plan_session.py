@@ -1,0 +1,236 @@
+"""A plan with living FMUs and its record: started or resumed, run from point to point, its state saved."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from ctypes import Structure
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from amb_cosim.cosim.basics.choices import Coupling, Loop
+from amb_cosim.cosim.basics.loop_library import load_loop
+from amb_cosim.cosim.basics.schedules import Array
+from amb_cosim.cosim.fmu.component import FmuComponent, FmuState
+from amb_cosim.cosim.master import compiled
+from amb_cosim.cosim.master.instances import Instances
+from amb_cosim.cosim.master.master import Master, Observer
+from amb_cosim.cosim.master.settling import CannotSettle, settle
+from amb_cosim.cosim.record.recorder import Recorder
+from amb_cosim.cosim.run.checkpoint import Checkpoint
+from amb_cosim.cosim.run.state_fingerprint import name_of, past_of
+from amb_cosim.cosim.system.assembly import Assembly
+from amb_cosim.cosim.system.experiment import Plan
+from amb_cosim.cosim.system.stopping import StopObserver
+
+
+class Simulator:
+    """A master of a plan's components.
+
+    Parameters
+    ----------
+    assembly, plan
+        What is run.
+    coupling, loop
+        In place of the system's coupling; `compiled` or `plain`.
+    instances
+        The living FMUs, loaded where they are missing.
+    notice
+        Why the motion before point 0 is simulated, where it might have been solved for.
+    values
+        Array for the values of all signals, all zero, where it is part of another.
+
+    Raises
+    ------
+    FmuError
+        If an FMU cannot be loaded or refuses a start value.
+    ValueError
+        If the coupling is iterative, and an FMU cannot save its state.
+    """
+
+    def __init__(
+        self,
+        assembly: Assembly,
+        plan: Plan,
+        coupling: Coupling | None,
+        loop: Loop,
+        instances: Instances,
+        notice: str = "",
+        values: Array | None = None,
+    ) -> None:
+        self.assembly, self._asked = assembly, plan
+        self.notice = notice
+        self.plan = with_simulated_settling(plan, notice) if notice else plan
+        self.coupling = coupling or plan.system.coupling
+        if self.coupling == "iterative":
+            _check_states(assembly)
+        transformed = plan.system.transformed
+        self._is_compiled = (
+            not transformed and loop == "compiled" and self.coupling != "iterative" and load_loop() is not None
+        )
+        self.layout = assembly.wiring(plan.inputs, plan.recorded)
+        wiring = self.layout.wiring
+        self._instances = instances
+        self._at = {name: position for position, name in enumerate(wiring.names)}
+        self.components = [
+            instances.take(
+                c.name,
+                assembly.fmus[c.name].folder,
+                assembly.interfaces[c.name],
+                self.layout.inputs[c.name],
+                self.layout.outputs[c.name],
+                plan.parameters[c.name],
+                c.every,
+            )
+            for c in plan.system.components
+        ]
+        for component in self.components if transformed else ():
+            names = [f"{component.name}.{v}" for v in self.layout.inputs[component.name]]
+            if transformed.keys() & set(names):
+                component.transform([transformed.get(name, (1.0, 0.0)) for name in names])
+        values = instances.values(wiring.names) if values is None else values
+        self.master = Master(self.components, wiring, plan.step_size, self.coupling, values=values)
+        self.recorder = Recorder([self._at[name] for name in plan.recorded], plan.record_from, plan.record_every)
+        self.schedules = plan.schedules(wiring.names)
+        self._stops = StopObserver(plan.stops, [self._at[condition.signal] for condition in plan.stops])
+        self.master.exogenous[:] = list(plan.inputs.values())
+
+    @property
+    def grid(self) -> int:
+        """Number of steps between points at which every component has done its step."""
+        return math.lcm(*(component.every for component in self.components))
+
+    def initialise(self) -> int:
+        """Initialise the FMUs, and return the point at which the run begins; raises StartFailed if one refuses."""
+        self.master.initialise(self.plan.begin)
+        return self.plan.begin
+
+    def settle(self) -> int:
+        """Settle, from where the run begins, and return the point at which it goes on.
+
+        Raises
+        ------
+        CannotSettle
+            If the settled motion cannot be solved for.
+        StepFailed
+            If a step fails on the way.
+        """
+        plan = self.plan
+        if plan.settling == "simulated":
+            return plan.begin
+        if plan.system.transformed:
+            raise CannotSettle("a connection transforms its value")
+        fmus, interfaces = self.assembly.fmus, self.assembly.interfaces
+        return settle(self.master, self.layout, fmus, interfaces, self._step, plan.first, plan.begin)
+
+    def _step(self, first: int, last: int) -> None:
+        """Step from one point to another, without schedules and record."""
+        if self._is_compiled:
+            compiled.run(self.master, first, last, (), Recorder([], 1), program=self.program())
+        else:
+            self.master.run(first, last)
+
+    def advance(self, first: int, stop: int, observers: Sequence[Observer] = ()) -> None:
+        """Run the points from `first` up to but not including `stop`, and step from each but the last of the plan.
+
+        Raises
+        ------
+        StepFailed
+            If a component does not complete a step.
+        Stopped
+            If a condition of the plan is met.
+        """
+        given = self.master, first, self.plan.last, self.schedules
+        if self._is_compiled:
+            compiled.run(*given, self.recorder, observers, self._stops, self.program(), stop)
+        else:
+            self.master.run(*given[1:], [self.recorder, self._stops, *observers], stop)
+
+    def program(self) -> Structure:
+        """Return the data of the master for the compiled loop."""
+        return self._instances.program(self.master, self._stops)
+
+    def checkpoint(self, point: int, held: bool = False) -> Checkpoint:
+        """Return the state before a point that the run has come to, serialised, or held in the memory of the FMUs."""
+        plan = self.plan
+
+        def state(component: FmuComponent) -> FmuState:
+            return component.hold() if held else component.serialise()
+
+        return Checkpoint(
+            point=point,
+            step_size=plan.step_size,
+            past=past_of(self.assembly, self._asked, self.coupling, point),
+            notice=self.notice,
+            signals=dict(zip(self._at, self.master.values.tolist(), strict=True)),
+            scales=self.master.scales,
+            recorded=plan.recorded,
+            points=self.recorder.points.copy(),
+            table=self.recorder.table.copy(),
+            since={name_of(c): int(since) for c, since in zip(plan.stops, self._stops.conditions.since, strict=True)},
+            states={component.name: state(component) for component in self.components},
+            warnings={component.name: component.warnings for component in self.components},
+        )
+
+    def resume(self, start: Checkpoint) -> int:
+        """Bring a run that has not begun to a checkpoint, and return its point.
+
+        Whoever gives a state that is held has compared the past. FMUs of this project take a state without having been
+        initialised.
+
+        Raises
+        ------
+        ValueError
+            If the checkpoint is of a run with another past, ends after this one, or lacks what is recorded.
+        FmuError
+            If an FMU does not take its state.
+        """
+        plan = self.plan
+        if start.point > plan.last:
+            end = plan.last * plan.step_size
+            raise ValueError(f"the run ends at {end:.9g} s, before the checkpoint at t = {start.time:.9g} s")
+        if not start.is_held:
+            start.check_past(past_of(self.assembly, self._asked, self.coupling, start.point))
+        if not start.is_held or any(fmu.layout is None for fmu in self.assembly.fmus.values()):
+            self.initialise()
+        for component in self.components:
+            component.put(start.states[component.name], start.warnings[component.name])
+        for name, value in start.signals.items():
+            if name in self._at:
+                self.master.values[self._at[name]] = value
+        self.master.scales = start.scales
+        for k, condition in enumerate(plan.stops):
+            self._stops.conditions.since[k] = start.since.get(name_of(condition), condition.first)
+        self.recorder.restore(start.points, self._record_of(start))
+        return start.point
+
+    def _record_of(self, start: Checkpoint) -> np.ndarray[Any, Any]:
+        """Return what a checkpoint has recorded, column by column as this run records.
+
+        An input that only this run has was at its first value until then.
+        """
+        columns = dict(zip(start.recorded, start.table.T, strict=True))
+        missing = [name for name in self.plan.recorded if name not in columns and name not in self.plan.inputs]
+        if missing:
+            raise ValueError(f"the checkpoint has no record of {missing[0]}; it must have been recorded until then")
+        table = np.empty((len(start.points), len(self.plan.recorded)))
+        for k, name in enumerate(self.plan.recorded):
+            table[:, k] = columns[name] if name in columns else self.plan.inputs[name]
+        return table
+
+
+def with_simulated_settling(plan: Plan, notice: str) -> Plan:
+    """Return a plan whose motion before point 0 is simulated; the notice says why."""
+    return replace(plan, settling="simulated", notices=(*plan.notices, notice))
+
+
+def _check_states(assembly: Assembly) -> None:
+    """Raise ValueError if an FMU cannot save its state."""
+    unable = [name for name, interface in assembly.interfaces.items() if not interface.saves_state]
+    if unable:
+        raise ValueError(
+            f"coupling = 'iterative' is not allowed with {', '.join(unable)}: it repeats steps, and an FMU cannot save "
+            "and restore its state there (canGetAndSetFMUstate)"
+        )

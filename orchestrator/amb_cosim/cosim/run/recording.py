@@ -1,0 +1,67 @@
+"""What a run leaves behind: how it ended, and what it recorded until then."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Literal
+
+from amb_cosim.cosim.fmu.fmu_interface import FmuInterface
+from amb_cosim.cosim.record.recorder import Recorder
+from amb_cosim.cosim.run.checkpoint import Checkpoint
+from amb_cosim.cosim.system.experiment import Plan
+
+Status = Literal["completed", "stopped", "failed", "interrupted"]
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How a run ended.
+
+    Attributes
+    ----------
+    status
+        `completed`; `stopped` by one of its own conditions; `failed` in a component; `interrupted` by the user.
+    time
+        Time that was reached (s).
+    component
+        The component that failed.
+    reason
+        The condition that was met, or what the component said; empty for a completed run.
+    """
+
+    status: Status
+    time: float
+    component: str | None = None
+    reason: str = ""
+
+    @property
+    def failure(self) -> str | None:
+        """One sentence on what ended the run before its time against its plan; None where nothing did."""
+        if self.status == "failed":
+            return f"{self.component} failed at t = {self.time:.9g} s: {self.reason}"
+        return f"interrupted at t = {self.time:.9g} s" if self.status == "interrupted" else None
+
+    @property
+    def stopped(self) -> str | None:
+        """The condition that ended the run, and when; None where none did."""
+        return f"{self.reason}, at t = {self.time:.9g} s" if self.status == "stopped" else None
+
+    def __str__(self) -> str:
+        return self.failure or (f"stopped: {self.stopped}" if self.stopped else f"completed at t = {self.time:.9g} s")
+
+
+@dataclass(frozen=True)
+class Recording:
+    """What a run recorded, as far as it came; `warnings` are what each component logged as such.
+
+    `checkpoints` are the states that it was asked for, by point, as far as it came.
+    """
+
+    plan: Plan
+    interfaces: Mapping[str, FmuInterface]
+    recorder: Recorder
+    outcome: Outcome
+    flavour: str
+    warnings: Mapping[str, list[str]]
+    checkpoints: Mapping[int, Checkpoint] = field(default_factory=dict)

@@ -1,0 +1,59 @@
+"""What of a plan decides the state of its run at a communication point: two runs with the same past share that state.
+
+What comes at the point or later is no part of it: events, the end, points of profiles, conditions that are judged from
+then on.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from amb_cosim.cosim.basics.choices import Coupling
+from amb_cosim.cosim.system.assembly import Assembly
+from amb_cosim.cosim.system.experiment import Plan, Ramp, port_of
+from amb_cosim.cosim.system.stopping import Condition
+
+
+def past_of(assembly: Assembly, plan: Plan, coupling: Coupling, n: int) -> dict[str, Any]:
+    """Return what of a plan and its FMUs decides the state before communication point n, as JSON data."""
+    fmus, interfaces = assembly.fmus, assembly.interfaces
+    return {
+        "fmus": {c: fmus[c].folder.name if c in assembly.from_elsewhere else interfaces[c].guid for c in fmus},
+        "parameters": plan.all_parameters(interfaces),
+        "connections": {link.target: link.text for link in plan.system.connections},
+        "signals": {signal.name: list(signal.targets) for signal in plan.system.signals},
+        "every": {c.name: c.every for c in plan.system.components},
+        "coupling": coupling,
+        **plan_past(assembly, plan, n),
+    }
+
+
+def plan_past(assembly: Assembly, plan: Plan, n: int) -> dict[str, Any]:
+    """Return the part of `past_of` that differs among plans of the same system and parameters."""
+    inputs = {name: value for name, value in plan.inputs.items() if value != _start_value(assembly, plan, name)}
+    return {
+        "communication_step": plan.step_size,
+        "settling": [plan.settling, plan.first, plan.turn],
+        "record": [plan.record_from, plan.record_every],
+        "inputs": inputs,
+        "events": [list(event) for event in sorted(plan.events, key=lambda event: event[0]) if event[0] < n],
+        "profiles": {ramp.variable: [list(point) for point in _begun(ramp, n)] for ramp in plan.ramps},
+        "stops": [name_of(condition) for condition in plan.stops if condition.first < n],
+    }
+
+
+def name_of(condition: Condition) -> str:
+    """Return what names a condition: what is judged, and from which point on."""
+    return f"{condition.text} from point {condition.first}"
+
+
+def _start_value(assembly: Assembly, plan: Plan, name: str) -> float:
+    """Return the value that an input, or a tunable parameter, has where nothing sets it."""
+    component, port = port_of(name, plan.system, assembly.interfaces)
+    return plan.parameters[component].get(port.name, port.start or 0.0)
+
+
+def _begun(ramp: Ramp, n: int) -> tuple[tuple[int, float], ...]:
+    """Return the points of a profile up to the first that is not before point n: the line to it has begun."""
+    before = sum(point < n for point, _ in ramp.points)
+    return ramp.points[: before + 1]

@@ -1,0 +1,90 @@
+"""A system with the FMUs of its components, found and checked."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+from amb_cosim.cosim.basics.choices import Flavour
+from amb_cosim.cosim.fmu.fmu_description import read_interface
+from amb_cosim.cosim.fmu.fmu_interface import FmuInterface
+from amb_cosim.cosim.fmu.fmu_libraries import check_libraries
+from amb_cosim.cosim.fmu.fmus import Fmu, provide
+from amb_cosim.cosim.system.assignments import Assignments
+from amb_cosim.cosim.system.replacement import fitted
+from amb_cosim.cosim.system.system import MasterLayout, System
+
+
+@dataclass(frozen=True)
+class Assembly:
+    """A system with the FMUs of its components, checked against their interfaces."""
+
+    system: System
+    fmus: Mapping[str, Fmu]
+    interfaces: Mapping[str, FmuInterface]
+
+    @property
+    def flavour(self) -> str:
+        """The flavour of all FMUs, or `mixed`."""
+        flavours = {fmu.flavour for fmu in self.fmus.values()}
+        return flavours.pop() if len(flavours) == 1 else "mixed"
+
+    @property
+    def from_elsewhere(self) -> list[str]:
+        """The components whose FMUs were given as files."""
+        return [name for name, fmu in self.fmus.items() if fmu.flavour == "file"]
+
+    def assignments(self) -> Assignments:
+        """Return the values of the system's parameters, to add others to."""
+        return self._assignments.copy()
+
+    def wiring(self, exogenous: Iterable[str], recorded: Iterable[str]) -> MasterLayout:
+        """Lay out all signals for a master, see `System.wiring`; runs that differ in values alone share it."""
+        key = tuple(exogenous), tuple(recorded)
+        if key not in self._wirings:
+            self._wirings[key] = self.system.wiring(self.interfaces, *key)
+        return self._wirings[key]
+
+    @cached_property
+    def _wirings(self) -> dict[tuple[tuple[str, ...], tuple[str, ...]], MasterLayout]:
+        return {}
+
+    @cached_property
+    def _assignments(self) -> Assignments:
+        values = Assignments(self.system, self.interfaces)
+        for component, variables in self.system.parameters.items():
+            for variable, raw in variables.items():
+                values.set_or_drop(f"{component}.{variable}", raw, only="parameter")
+        return values
+
+
+def assemble(system: System, flavour: Flavour = "native", **options: Any) -> Assembly:
+    """Find the FMUs of a system and check its connections.
+
+    Parameters
+    ----------
+    system
+        Which components, and how they are connected.
+    flavour
+        Which flavour of the models is built; FMU files are taken as they are.
+    options
+        What models are made for, as `model_source` takes it.
+
+    Raises
+    ------
+    ValueError
+        If an FMU cannot be had, or the system does not fit the interfaces.
+    """
+    fmus = {c.name: provide(c.fmu, flavour, **options) for c in system.components}
+    interfaces = {c: _interface(fmu, c) for c, fmu in fmus.items()}
+    system, fitting = fitted(system, interfaces, lambda c: _interface(provide(c.fmu, flavour, **options), c.name))
+    return Assembly(system, fmus, fitting)
+
+
+def _interface(fmu: Fmu, component: str) -> FmuInterface:
+    """Return the interface of an FMU, whose libraries have been checked."""
+    interface = read_interface(fmu.folder, component, fmu.path)
+    check_libraries(fmu.folder, interface, f"{component}: {fmu.path}")
+    return interface

@@ -1,0 +1,159 @@
+"""Experiments with a system, in seconds, and their plans on the time grid of the master, as records."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from amb_cosim.cosim.basics.choices import Settling
+from amb_cosim.cosim.basics.schedules import PiecewiseConstant, PiecewiseLinear, Schedule
+from amb_cosim.cosim.fmu.fmu_interface import FmuInterface, Port
+from amb_cosim.cosim.system.stopping import Condition, StopCondition
+from amb_cosim.cosim.system.system import System
+from amb_cosim.cosim.system.values import Raw
+
+EVERYTHING = "*"  # as a pattern of what is recorded
+
+WARM_UP = 40  # steps before a settled motion is solved for; the plant has its exact motion by then, and all has moved
+
+
+@dataclass(frozen=True)
+class InputChange:
+    """From `time` (s) on, an input or a tunable parameter has a new value; `event` is what it is part of."""
+
+    time: float
+    variable: str
+    value: Raw
+    event: str = "event"
+
+
+@dataclass(frozen=True)
+class Profile:
+    """An input is linear between points (time in s, value) and constant outside; `slope` is fed its derivative, in 1/s.
+
+    Without a point at or before time 0 the first value of the input holds at time 0.
+    """
+
+    variable: str
+    points: tuple[tuple[float, Raw], ...]
+    slope: str | None = None
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """A run of a system, times in s.
+
+    Parameters
+    ----------
+    step_size
+        Communication step.
+    stop_time
+        End of the run.
+    start_time
+        Beginning, 0 or earlier: what comes before time 0 lets the system settle.
+    events, profiles
+        Inputs over time.
+    stops
+        Conditions that end the run early.
+    recorded
+        Patterns of the variables that are recorded; `*` is everything but what the system leaves out.
+    essential
+        Patterns of what is recorded in any case.
+    record_every, record_settling
+        Every how many steps, and whether before time 0 too.
+    settling
+        Whether what comes before time 0 is simulated, or solved for (`settling`), or that where it can be.
+    turn
+        How long a motion that was solved for is simulated before time 0, so that what looks back shows it (s).
+    unsolvable
+        Why it cannot be solved for, if that is known.
+    """
+
+    step_size: float
+    stop_time: float
+    start_time: float = 0.0
+    events: tuple[InputChange, ...] = ()
+    profiles: tuple[Profile, ...] = ()
+    stops: tuple[StopCondition, ...] = ()
+    recorded: tuple[str, ...] = (EVERYTHING,)
+    essential: tuple[str, ...] = ()
+    record_every: int = 1
+    record_settling: bool = False
+    settling: Settling = "simulated"
+    turn: float = 0.0
+    unsolvable: str = ""
+
+
+@dataclass(frozen=True)
+class Ramp:
+    """A profile on the grid: points (communication point, value) of the input `variable`."""
+
+    variable: str
+    points: tuple[tuple[int, float], ...]
+    slope: str | None
+
+
+@dataclass(frozen=True)
+class Plan:
+    """An experiment on the time grid: communication point n is at the time n h.
+
+    `parameters` holds what components start with, `inputs` the first values of signals and scheduled inputs by name,
+    `events` their changes as (point, name, value). What `stops` judge is recorded. `notices` say what
+    components that replace others do without, `partial_events` which events are done in part for that. What comes
+    before point 0 is simulated from point `first` on, or solved for and `turn` steps of it simulated; the angle is the
+    same.
+    """
+
+    system: System
+    step_size: float
+    first: int
+    last: int
+    parameters: Mapping[str, Mapping[str, float]]
+    inputs: Mapping[str, float]
+    events: tuple[tuple[int, str, float], ...]
+    ramps: tuple[Ramp, ...]
+    recorded: tuple[str, ...]
+    stops: tuple[Condition, ...] = ()
+    record_every: int = 1
+    record_from: int = 0
+    settling: Settling = "simulated"
+    turn: int = 0
+    notices: tuple[str, ...] = ()
+    partial_events: tuple[tuple[float, str], ...] = ()
+
+    @property
+    def begin(self) -> int:
+        """Communication point at which the run begins."""
+        return self.first if self.settling == "simulated" else -(WARM_UP + self.turn + 4)
+
+    def all_parameters(self, interfaces: Mapping[str, FmuInterface]) -> dict[str, dict[str, float | None]]:
+        """Return every parameter of every component: the value that was set, or its start value."""
+        return {
+            c: {p.name: self.parameters[c].get(p.name, p.start) for p in interface.of("parameter")}
+            for c, interface in interfaces.items()
+        }
+
+    def start_values(self) -> dict[str, dict[str, float]]:
+        """Return parameters and first inputs by component, a shared signal's at each input that it feeds."""
+        values = {c.name: dict(self.parameters[c.name]) for c in self.system.components}
+        for signal, value in self.inputs.items():
+            shared = self.system.signal(signal)
+            for end in shared.targets if shared is not None else (signal,):
+                component, variable = self.system.split(end)
+                values[component][variable] = value
+        return values
+
+    def schedules(self, names: Sequence[str]) -> list[Schedule]:
+        """Return the inputs over time, for a master whose signals have these names."""
+        at = list(names).index
+        steps: list[Schedule] = [PiecewiseConstant((n, at(name), value) for n, name, value in self.events)]
+        return steps + [
+            PiecewiseLinear(r.points, self.step_size, at(r.variable), None if r.slope is None else at(r.slope))
+            for r in self.ramps
+        ]
+
+
+def port_of(signal: str, system: System, interfaces: Mapping[str, FmuInterface]) -> tuple[str, Port]:
+    """Return component and variable of a recorded name; of a shared signal, those of the first input it feeds."""
+    component, variable = system.split(system.first_end(signal))
+    return component, interfaces[component].ports[variable]

@@ -1,0 +1,83 @@
+"""Names with `*` and `?` in a system: what they stand for in the interfaces of its components."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+from amb_cosim.cosim.fmu.fmu_interface import FmuInterface
+from amb_cosim.cosim.system.system import Component, Connection, System
+from amb_files.suggestions import suggest
+from amb_files.wildcards import is_pattern, matches, matching_names
+
+
+def expand(system: System, interfaces: Mapping[str, FmuInterface]) -> System:
+    """Return the system with its patterns replaced by the names that they match in these interfaces.
+
+    A connection whose two ends have the same pattern connects every output of the one component with the input of the
+    same name of the other, where both match and nothing else feeds that input. The pattern of the inputs may have an
+    ending besides, without `*` and `?`, which their names have too.
+
+    Raises
+    ------
+    ValueError
+        If the pattern of a connection or of a mandatory input matches nothing, no input is called as one that is to be
+        left alone, or a component is unknown. Inherited and optional connections may match nothing.
+    """
+    literal = [link for link in system.connections if not is_pattern(link.source)]
+    taken = {link.target for link in literal} | {t for signal in system.signals for t in signal.targets}
+    matched: dict[str, Connection] = {}
+    for link in system.connections:
+        if is_pattern(link.source):
+            for found in _matching(system, link, interfaces):
+                if found.target not in taken:
+                    matched.setdefault(found.target, found)
+    parameters = {
+        component: {name: raw for name, raw in values.items() if _has(interfaces.get(component), name)}
+        for component, values in system.parameters.items()
+    }
+    components = tuple(replace(c, mandatory=_mandatory(c, interfaces[c.name])) for c in system.components)
+    return replace(
+        system,
+        components=components,
+        connections=(*literal, *matched.values()),
+        parameters=parameters,
+    )
+
+
+def _matching(system: System, link: Connection, interfaces: Mapping[str, FmuInterface]) -> list[Connection]:
+    (source, pattern), (target, other) = system.split(link.source), system.split(link.target)
+    ending = other.removeprefix(pattern)
+    if not other.startswith(pattern) or is_pattern(ending):
+        raise ValueError(
+            f"{link.source} and {link.target} are patterns, and must be the same one; that of the inputs may have an "
+            "ending besides"
+        )
+    inputs = {port.name for port in interfaces[target].of("input")}
+    outputs = [port.name for port in interfaces[source].of("output")]
+    names = [name for name in matching_names(outputs, pattern) if f"{name}{ending}" in inputs]
+    if not names and not link.inherited and link.option is None:
+        raise ValueError(f"no output of {source} that {pattern} matches is an input of {target}")
+    for left in link.but:
+        if not matching_names(inputs, left) and not link.inherited:
+            raise ValueError(f"remove: {target} has no parameter or input {left!r}; {suggest(left, inputs)}")
+    ends = {name: f"{name}{ending}" for name in names}
+    fed = {a: b for a, b in ends.items() if not any(matches(b, left) for left in link.but)}
+    return [replace(link, source=f"{source}.{a}", target=f"{target}.{b}", but=()) for a, b in fed.items()]
+
+
+def _has(interface: FmuInterface | None, name: str) -> bool:
+    """Return whether a name is no pattern, or one that matches a variable."""
+    return interface is None or not is_pattern(name) or bool(matching_names(interface.ports, name))
+
+
+def _mandatory(component: Component, interface: FmuInterface) -> tuple[str, ...]:
+    """Return the inputs that must be fed, patterns replaced by what they match; one that replaces may lack them."""
+    inputs = [port.name for port in interface.of("input")]
+    found: list[str] = []
+    for name in component.mandatory:
+        matching = matching_names(inputs, name) if is_pattern(name) or component.replaces is not None else [name]
+        if not matching and component.replaces is None:
+            raise ValueError(f"{component.name} has no input {name}, which must be connected; {suggest(name, inputs)}")
+        found += matching
+    return tuple(found)

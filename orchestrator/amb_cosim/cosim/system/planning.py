@@ -1,0 +1,216 @@
+"""Plans an experiment on the time grid of the master."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import lru_cache
+
+from amb_cosim.cosim.basics.choices import Settling
+from amb_cosim.cosim.basics.time_grid import ROUNDING, nearest_point, whole_steps
+from amb_cosim.cosim.system.assignments import Assignments
+from amb_cosim.cosim.system.experiment import EVERYTHING, Experiment, InputChange, Plan, Profile, Ramp
+from amb_cosim.cosim.system.replacement import notices
+from amb_cosim.cosim.system.stopping import Condition, StopCondition
+from amb_cosim.cosim.system.system import Component
+from amb_files.suggestions import suggest
+from amb_files.wildcards import matches, matching_names
+
+
+def plan_experiment(experiment: Experiment, values: Assignments) -> Plan:
+    """Plan an experiment on the time grid of the master; every moment becomes the nearest communication point.
+
+    Parameters
+    ----------
+    experiment
+        What is done.
+    values
+        Parameters and first values of inputs; inputs that change later are added to them.
+
+    Raises
+    ------
+    ValueError
+        For names that do not exist, values that are not allowed, and times that do not fit the steps.
+    """
+    h = experiment.step_size
+    system, interfaces = values.system, values.interfaces
+    values.set_defaults_of_signals()
+    system = replace(system, components=tuple(_rated(c, values, h) for c in system.components))
+    ramps = tuple(_ramp(profile, values, h) for profile in experiment.profiles)
+    ramped = {name for ramp in ramps for name in (ramp.variable, ramp.slope) if name is not None}
+    due, partial_events = _without_lacking(experiment.events, values)
+    events = []
+    for event in due:
+        name, value = values.read_change(event.variable, event.value)
+        if name in ramped:
+            raise ValueError(f"an event cannot set {name}; a profile does")
+        values.inputs.setdefault(name, values.start_value(event.variable))
+        events.append((nearest_point("time of event", event.time, h), name, value))
+    common = math.lcm(*(_start_grid(c, values, h) for c in system.components))
+    settling, unsolved = _settling(experiment, common)
+    available = [
+        *values.inputs,
+        *(f"{c.name}.{p.name}" for c in system.components for p in interfaces[c.name].of("output")),
+    ]
+    patterns = tuple(name for name in experiment.recorded if not values.drops(name, "output"))
+    nearest_point("start_time", experiment.start_time, h)
+    first = common * math.floor(experiment.start_time / h / common)
+    return Plan(
+        system=system,
+        step_size=h,
+        first=first,
+        last=max(1, nearest_point("stop_time", experiment.stop_time, h)),
+        parameters=values.parameters,
+        inputs=values.inputs,
+        events=tuple(events),
+        ramps=ramps,
+        recorded=_recorded(replace(experiment, recorded=patterns), system.unrecorded, available),
+        stops=tuple(_condition(stop, available, values, h) for stop in experiment.stops),
+        record_every=experiment.record_every,
+        record_from=first if experiment.record_settling else 0,
+        settling=settling,
+        turn=math.ceil(experiment.turn / h),
+        notices=(*notices(system, interfaces, values.inputs, values.dropped), *unsolved),
+        partial_events=partial_events,
+    )
+
+
+def _settling(experiment: Experiment, samples: int) -> tuple[Settling, list[str]]:
+    """Return how a run settles that samples every so many steps, and a sentence where it cannot as it would.
+
+    Raises
+    ------
+    ValueError
+        If it must be solved for, and cannot be.
+    """
+    reason = experiment.unsolvable
+    if experiment.record_settling:
+        reason = reason or "record.settling asks for what comes before cycle 0"
+    if samples > 1:
+        reason = reason or f"a component samples every {samples} communication steps"
+    if experiment.start_time == 0.0:
+        return "simulated", []
+    if experiment.settling == "simulated" or not reason:
+        return experiment.settling, []
+    if experiment.settling == "solved":
+        raise ValueError(cannot_settle(reason))
+    return "simulated", [told_as_simulated(reason)]
+
+
+def cannot_settle(reason: str) -> str:
+    """Return the sentence of a run that is told to solve for its settled motion, and cannot."""
+    return f"settling = 'solved' is not allowed here: {reason}; settling = 'simulated' is"
+
+
+def told_as_simulated(reason: str) -> str:
+    """Return the sentence of a run whose settling is simulated, although it might have been solved for."""
+    return f"what comes before cycle 0 was simulated: {reason}"
+
+
+def _without_lacking(
+    changes: Sequence[InputChange], values: Assignments
+) -> tuple[list[InputChange], tuple[tuple[float, str], ...]]:
+    """Return the changes that the FMUs have variables for, and time (s) and a sentence for each event that lacks some.
+
+    Raises
+    ------
+    ValueError
+        If an event has no variable left: a fault that nothing feels would pass as one that does no harm.
+    """
+    events: dict[tuple[str, float], list[InputChange]] = {}
+    for change in changes:
+        events.setdefault((change.event, change.time), []).append(change)
+    partial = []
+    for (event, time), of_event in events.items():
+        lacking = [change.variable for change in of_event if values.lacks(change.variable)]
+        told = "; ".join(values.missing(name) for name in dict.fromkeys(lacking))
+        if len(lacking) == len(of_event):
+            raise ValueError(f"{event} at {time:g} s would do nothing: {told}")
+        if lacking:
+            partial.append((time, f"{event} at {time:g} s is done in part only: {told}"))
+    return [change for change in changes if not values.lacks(change.variable)], tuple(partial)
+
+
+def _ramp(profile: Profile, values: Assignments, h: float) -> Ramp:
+    name, _ = values.read(profile.variable, profile.points[0][1], "input")
+    slope = None
+    if profile.slope is not None:
+        slope, _ = values.read(profile.slope, 0.0, "input")
+        values.inputs.setdefault(slope, 0.0)
+    values.inputs.setdefault(name, values.start_value(profile.variable))
+    points: list[tuple[int, float]] = []
+    if nearest_point(f"point of {name}", profile.points[0][0], h) > 0:
+        points.append((0, values.inputs[name]))
+    for time, raw in profile.points:
+        n = nearest_point(f"point of {name}", time, h)
+        if points and n <= points[-1][0]:
+            raise ValueError(
+                f"point of {name} at {time:g} s is not allowed; it must be at least one communication "
+                f"step, {h:g} s, after the one before it"
+            )
+        points.append((n, values.read(profile.variable, raw, "input")[1]))
+    return Ramp(name, tuple(points), slope)
+
+
+def _sample_time(component: Component, values: Assignments) -> float | None:
+    """Return the parameter `sample_time` of a component (s), if it has one."""
+    port = values.interfaces[component.name].ports.get("sample_time")
+    if port is None or port.causality != "parameter":
+        return None
+    return values.parameters[component.name].get("sample_time", port.start)
+
+
+def _rated(component: Component, values: Assignments, h: float) -> Component:
+    """Set the rate of a component by its sample time, unless its FMU takes any step: it then gets every step."""
+    sample_time, name = _sample_time(component, values), f"{component.name}.sample_time"
+    if sample_time is None:
+        return component
+    if not values.interfaces[component.name].takes_any_step:
+        return replace(component, every=whole_steps(name, sample_time, h))
+    if component.every * h > (1.0 + ROUNDING) * sample_time:
+        raise ValueError(
+            f"{name} = {sample_time:.12g} s is not allowed; it must be at least the communication step {h:g} s"
+        )
+    return component
+
+
+def _start_grid(component: Component, values: Assignments, h: float) -> int:
+    """Return how many steps lie between the points at which a component may start so that it samples at time 0."""
+    sample_time = _sample_time(component, values)
+    samples = nearest_point(f"{component.name}.sample_time", sample_time, h) if sample_time is not None else 1
+    fits = sample_time is not None and math.isclose(samples * h, sample_time, rel_tol=ROUNDING)
+    return math.lcm(component.every, samples) if fits else component.every
+
+
+def _condition(stop: StopCondition, available: Sequence[str], values: Assignments, h: float) -> Condition:
+    if stop.variable not in available:
+        raise ValueError(f"stop: there is no signal {stop.variable!r}; {suggest(stop.variable, available)}")
+    return stop.on_grid(values.port(stop.variable), h)
+
+
+def _recorded(experiment: Experiment, unrecorded: Sequence[str], available: Sequence[str]) -> tuple[str, ...]:
+    """Return the names that are recorded; `*` leaves out what the system does not record by itself."""
+    for pattern in experiment.recorded:
+        if not matching_names(available, pattern):
+            raise ValueError(f"record.variables: nothing matches {pattern!r}; {suggest(pattern, available)}")
+    named = (*(pattern for pattern in experiment.recorded if pattern != EVERYTHING), *experiment.essential)
+    watched = tuple(stop.variable for stop in experiment.stops)
+    everything = EVERYTHING in experiment.recorded
+    return _chosen(tuple(available), named, watched, tuple(unrecorded) if everything else None)
+
+
+@lru_cache(maxsize=32)  # the runs of a sweep record the same
+def _chosen(
+    available: tuple[str, ...], named: tuple[str, ...], watched: tuple[str, ...], unless: tuple[str, ...] | None
+) -> tuple[str, ...]:
+    """Return the names that are watched or match `named`, and all others that do not match `unless`, if it is given."""
+
+    def is_recorded(name: str) -> bool:
+        return name in watched or _matches(name, named) or (unless is not None and not _matches(name, unless))
+
+    return tuple(name for name in available if is_recorded(name))
+
+
+def _matches(name: str, patterns: Sequence[str]) -> bool:
+    return any(matches(name, pattern) for pattern in patterns)

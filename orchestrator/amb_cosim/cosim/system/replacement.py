@@ -1,0 +1,196 @@
+"""A component replaced by another FMU: what the system still connects, what the new FMU lacks, and what is told of it.
+
+The role of a component is what the FMU that the system was made for does in it. Another FMU fills the role if it has,
+under the same names, every output by which the old one fed an input that is still there. Inputs are its own affair: it
+is given those it has. Connections of an `option` may be left out, all of them together.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
+from pathlib import Path
+
+from amb_cosim.cosim.fmu.fmu_interface import FmuInterface, Port
+from amb_cosim.cosim.fmu.fmus import is_model
+from amb_cosim.cosim.system.patterns import expand
+from amb_cosim.cosim.system.system import Component, Connection, System
+from amb_files.wildcards import is_pattern
+
+Interfaces = Mapping[str, FmuInterface]
+
+
+def fitted(
+    system: System, interfaces: Interfaces, interface_of: Callable[[Component], FmuInterface]
+) -> tuple[System, Interfaces]:
+    """Return a system without patterns, and its interfaces; FMUs that replace others take over what they have.
+
+    Parameters
+    ----------
+    system, interfaces
+        As they were read: the interface of each component.
+    interface_of
+        Returns the interface of a component that was replaced.
+
+    Raises
+    ------
+    ValueError
+        If a replacing FMU lacks what others need, or anything does not fit (`System.check`).
+    """
+    if system.replaced:
+        before = original(system)
+        first = {c.name: interface_of(c) for c in before.components}
+        interfaces = {name: with_units(interface, first[name]) for name, interface in interfaces.items()}
+        system = expand(without_lacking(system, interfaces), interfaces)
+        missing = missing_ports(system, interfaces, expand(before, first))
+        if missing:
+            raise ValueError("\n".join(missing))
+    else:
+        system = expand(system, interfaces)
+    system.check(interfaces)
+    return system, interfaces
+
+
+def original(system: System) -> System:
+    """Return the system with the FMUs that it was made for."""
+    components = tuple(replace(c, fmu=c.replaces or c.fmu, replaces=None) for c in system.components)
+    return replace(system, components=components)
+
+
+def with_units(interface: FmuInterface, before: FmuInterface) -> FmuInterface:
+    """Return an interface whose variables without a unit have that of the variable of the same name before."""
+
+    def named(port: Port) -> Port:
+        old = before.ports.get(port.name)
+        if port.unit is not None or old is None or old.type != port.type:
+            return port
+        return replace(port, unit=old.unit, definition=old.definition)
+
+    return replace(interface, ports={name: named(port) for name, port in interface.ports.items()})
+
+
+def without_lacking(system: System, interfaces: Interfaces) -> System:
+    """Return the system without what it inherits for ports that the new FMUs lack.
+
+    Parameters
+    ----------
+    system
+        Components of which some are replaced; connections may be patterns.
+    interfaces
+        The interface of each component.
+    """
+
+    def stays(link: Connection) -> bool:
+        if is_pattern(link.source) or not link.inherited:
+            return True
+        return _has(interfaces, link.source, "output") and _has(interfaces, link.target, "input")
+
+    def reaches(target: str) -> bool:
+        component, _, _ = target.partition(".")
+        return component not in system.replaced or _has(interfaces, target, "input")
+
+    signals = (replace(signal, targets=tuple(filter(reaches, signal.targets))) for signal in system.signals)
+    return replace(
+        system,
+        connections=tuple(filter(stays, system.connections)),
+        signals=tuple(signal for signal in signals if signal.targets),
+    )
+
+
+def missing_ports(system: System, interfaces: Interfaces, before: System) -> list[str]:
+    """Return a line for each replaced component that lacks ports which the others need.
+
+    Parameters
+    ----------
+    system, interfaces
+        The expanded system with the new FMUs.
+    before
+        The same, expanded, with those that it was made for.
+    """
+    fed = system.fed()
+    wanted = [
+        link
+        for link in before.connections
+        if link.option is None and link.target not in fed and _has(interfaces, link.target, "input")
+    ]
+    wanted += _incomplete_options(system, interfaces, before)
+    lines = []
+    for component in system.components:
+        own = [link for link in wanted if component.replaces is not None and link.touches(component.name)]
+        outputs = _lacking(component, (link.source for link in own), interfaces, "output")
+        inputs = _lacking(component, (link.target for link in own), interfaces, "input")
+        found = {"outputs": outputs, "inputs": inputs}
+        ports = [f"the {kind} {', '.join(names)}" for kind, names in found.items() if names]
+        if ports:
+            file = Path(component.fmu).name
+            lines.append(f"{component.name}: {file} must have {' and '.join(ports)}, which other components need")
+    lines += _silent_signals(system, before)
+    return lines
+
+
+def notices(system: System, interfaces: Interfaces, given: Iterable[str], dropped: Iterable[str]) -> list[str]:
+    """Return sentences on values that are dropped, and on inputs of replaced components that nothing feeds.
+
+    Inputs of models, which are made to rest at their start values, are not among them.
+
+    Parameters
+    ----------
+    given
+        Inputs and signals that get a value, by name.
+    dropped
+        Variables, `component.variable`, whose values are dropped.
+    """
+    known, names = system.fed() | set(given), {c.name for c in system.components}
+    dropped = (*dropped, *system.unknown)
+    found = [
+        f"there is no {end}; what is said of it is dropped" for end in dropped if end.partition(".")[0] not in names
+    ]
+    for component in system.components:
+        name = component.name
+        lacks = [end.partition(".")[2] for end in dropped if end.startswith(f"{name}.")]
+        if lacks:
+            found.append(f"{name}: {Path(component.fmu).name} has no {', '.join(lacks)}; what is said of it is dropped")
+        if component.replaces is None:
+            continue
+        unfed = [p.name for p in interfaces[name].of("input") if f"{name}.{p.name}" not in known]
+        if unfed and not is_model(component.fmu):
+            found.append(f"{name}: nothing feeds {', '.join(unfed)}; start values hold")
+    return found
+
+
+def _silent_signals(system: System, before: System) -> list[str]:
+    """Return a line for each signal with a mandatory input that no component has any more."""
+    mandatory = {f"{c.name}.{variable}" for c in before.components for variable in c.mandatory}
+    left = {signal.name for signal in system.signals}
+    return [
+        f"signal {signal.name} feeds nothing: {' or '.join(signal.targets)} must be an input"
+        for signal in before.signals
+        if signal.name not in left and mandatory.intersection(signal.targets)
+    ]
+
+
+def _incomplete_options(system: System, interfaces: Interfaces, before: System) -> list[Connection]:
+    """Return the optional connections that are not made although others of their group are."""
+    made = {link.target: link for link in system.connections}
+    groups: dict[tuple[str, str, str], list[Connection]] = {}
+    for link in before.connections:
+        if link.option is not None and any(link.touches(name) for name in system.replaced):
+            ends = link.source.partition(".")[0], link.target.partition(".")[0]
+            groups.setdefault((link.option, *ends), []).append(link)
+    found = []
+    for links in groups.values():
+        absent = [link for link in links if link.target not in made]
+        if len(absent) < len(links):
+            found += absent
+    return found
+
+
+def _lacking(component: Component, ends: Iterable[str], interfaces: Interfaces, causality: str) -> list[str]:
+    own = dict.fromkeys(end for end in ends if end.startswith(f"{component.name}."))
+    return [end.partition(".")[2] for end in own if not _has(interfaces, end, causality)]
+
+
+def _has(interfaces: Interfaces, end: str, causality: str) -> bool:
+    component, _, variable = end.partition(".")
+    port = interfaces[component].ports.get(variable) if component in interfaces else None
+    return port is not None and port.causality == causality

@@ -1,0 +1,97 @@
+"""Conditions that end a run early: a signal has been above or below a limit for long enough.
+
+They are judged at every communication point, with the values that are recorded there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from amb_cosim.cosim.basics.schedules import Array, IntArray
+from amb_cosim.cosim.basics.time_grid import nearest_point
+from amb_cosim.cosim.fmu.fmu_interface import Port
+from amb_cosim.cosim.system.values import Raw, convert
+
+
+@dataclass(frozen=True)
+class StopCondition:
+    """The run ends once `variable` has been above (or below) a limit for `hold` s without a break.
+
+    It is judged from `begin` (s) on; with `hold` = 0 one point is enough.
+    """
+
+    variable: str
+    above: bool
+    limit: Raw
+    hold: float = 0.0
+    begin: float = 0.0
+
+    def on_grid(self, port: Port, step_size: float) -> Condition:
+        """Convert the condition to the unit of its variable and to communication steps of `step_size` s."""
+        side = "above" if self.above else "below"
+        limit = convert(self.limit, port, f"stop: {self.variable} {side}")
+        first = nearest_point("from_time of stop", self.begin, step_size)
+        hold = nearest_point("hold_time of stop", self.hold, step_size)
+        text = f"{self.variable} {side} {limit:.9g}{port.shown_unit}"
+        text += f" for {hold * step_size:.9g} s" if hold else ""
+        return Condition(self.variable, self.above, limit, first, hold, text)
+
+
+class Condition(NamedTuple):
+    """A signal has been above (or below) a limit for `hold` steps, judged from point `first` on; `text` says so."""
+
+    signal: str
+    above: bool
+    limit: float
+    first: int
+    hold: int
+    text: str
+
+
+class Conditions(NamedTuple):
+    """Conditions as arrays: met where sign * value > sign * limit at all points from `since` to `since` + `hold`."""
+
+    positions: IntArray
+    signs: Array
+    limits: Array
+    since: IntArray
+    hold: IntArray
+
+
+class Stopped(Exception):
+    """The condition with that index is met at that communication point."""
+
+    def __init__(self, index: int, point: int) -> None:
+        super().__init__(f"condition {index} is met at point {point}")
+        self.index = index
+        self.point = point
+
+
+class StopObserver:
+    """An observer that raises `Stopped` at the first point at which a condition is met.
+
+    `positions` are the conditions' signals in the value array. The compiled loop does the same with the arrays
+    `conditions`.
+    """
+
+    def __init__(self, conditions: Sequence[Condition] = (), positions: Sequence[int] = ()) -> None:
+        self.conditions = Conditions(
+            positions=np.array(positions, np.intp),
+            signs=np.array([1.0 if c.above else -1.0 for c in conditions], np.float64),
+            limits=np.array([c.limit for c in conditions], np.float64),
+            since=np.array([c.first for c in conditions], np.intp),
+            hold=np.array([c.hold for c in conditions], np.intp),
+        )
+
+    def __call__(self, n: int, values: Array) -> None:
+        for k, (position, sign, limit, since, hold) in enumerate(zip(*self.conditions, strict=True)):
+            if n < since:
+                continue
+            if not sign * values[position] > sign * limit:
+                self.conditions.since[k] = n + 1
+            elif n - since >= hold:
+                raise Stopped(k, n)

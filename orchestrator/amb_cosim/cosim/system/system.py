@@ -1,0 +1,331 @@
+"""A system as data: its components and connections, and a check against the components' interfaces."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from amb_cosim.cosim.basics.choices import Coupling
+from amb_cosim.cosim.fmu.fmu_interface import FmuInterface, Port
+from amb_cosim.cosim.fmu.fmus import is_placeholder
+from amb_cosim.cosim.system.signal_map import SignalMap
+from amb_cosim.cosim.system.values import Raw
+from amb_files.suggestions import suggest
+
+
+@dataclass(frozen=True)
+class Component:
+    """An instance of an FMU: its name, the model or FMU file that it is made from, its rate, inputs that must be fed.
+
+    `every` is the number of communication steps that one step of it spans; a component with a parameter `sample_time`
+    steps at that rate instead, unless its FMU takes any step. `replaces` is the FMU whose place it takes; see
+    `replacement`.
+    """
+
+    name: str
+    fmu: str
+    every: int = 1
+    mandatory: tuple[str, ...] = ()
+    replaces: str | None = None
+
+
+@dataclass(frozen=True)
+class Connection:
+    """An output carried to an input of another component; both ends are written `component.variable`.
+
+    `option` names a group of connections that the system can do without, all of them or none. An `inherited` one was
+    made for an FMU that another has replaced. A pattern leaves alone the inputs that `but` names, patterns too. The
+    input gets factor times the output plus offset.
+    """
+
+    source: str
+    target: str
+    option: str | None = None
+    inherited: bool = False
+    but: tuple[str, ...] = ()
+    factor: float = 1.0
+    offset: float = 0.0
+
+    @property
+    def text(self) -> str:
+        """What the input gets."""
+        is_same = (self.factor, self.offset) == (1.0, 0.0)
+        return self.source if is_same else f"{self.factor!r} {self.source} + {self.offset!r}"
+
+    def touches(self, component: str) -> bool:
+        """Return whether an end belongs to a component."""
+        return any(end.startswith(f"{component}.") for end in (self.source, self.target))
+
+
+@dataclass(frozen=True)
+class Signal:
+    """An exogenous signal that feeds several inputs at once."""
+
+    name: str
+    targets: tuple[str, ...]
+
+
+class MasterLayout(NamedTuple):
+    """Where all signals are for the master, and the names of the inputs and outputs that each component exchanges."""
+
+    wiring: SignalMap
+    inputs: Mapping[str, list[str]]
+    outputs: Mapping[str, list[str]]
+
+
+@dataclass(frozen=True)
+class System:
+    """Components in Gauss-Seidel order, their connections, shared signals and parameters.
+
+    `*` and `?` in the names of connected variables, of mandatory inputs and of parameters match what the components
+    have, see `patterns.expand`; a pattern of a parameter may match nothing. `unrecorded` are patterns of outputs that a
+    run records only if it names them, `unknown` names that its file gives values for and no component has. `check`
+    compares it with the components' interfaces, `wiring` lays it out for the master.
+    """
+
+    name: str
+    description: str
+    components: tuple[Component, ...]
+    connections: tuple[Connection, ...]
+    signals: tuple[Signal, ...] = ()
+    coupling: Coupling = "gauss_seidel"
+    parameters: Mapping[str, Mapping[str, Raw]] = field(default_factory=dict)
+    unrecorded: tuple[str, ...] = ()
+    unknown: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        names = [component.name for component in self.components]
+        twice = sorted({name for name in names if names.count(name) > 1})
+        if twice:
+            raise ValueError(f"system {self.name}: components named twice: {', '.join(twice)}")
+
+    def component(self, name: str) -> Component:
+        """Return the component called `name`; the ValueError for an unknown name lists those there are."""
+        if name not in self._by_name:
+            raise ValueError(f"no component {name!r}; {suggest(name, [*self._by_name])}")
+        return self._by_name[name]
+
+    @cached_property
+    def _by_name(self) -> Mapping[str, Component]:
+        return {component.name: component for component in self.components}
+
+    def with_fmu(self, name: str, fmu: str) -> System:
+        """Return the system with another model or FMU file for a component."""
+        old = self.component(name)
+        if fmu == old.fmu:
+            return self
+        if is_placeholder(old.fmu):
+            return replace(self, components=tuple(replace(c, fmu=fmu) if c is old else c for c in self.components))
+        changed = replace(old, fmu=fmu, replaces=old.replaces or old.fmu)
+        links = tuple(replace(link, inherited=True) if link.touches(name) else link for link in self.connections)
+        components = tuple(changed if c.name == name else c for c in self.components)
+        return replace(self, components=components, connections=links)
+
+    @property
+    def replaced(self) -> tuple[str, ...]:
+        """Names of the components that replace those which the system was made for."""
+        return tuple(c.name for c in self.components if c.replaces is not None)
+
+    def split(self, end: str) -> tuple[str, str]:
+        """Split `component.variable` into its two names."""
+        component, dot, variable = end.partition(".")
+        if not dot or not variable:
+            raise ValueError(f"{end!r} is no component.variable")
+        return self.component(component).name, variable
+
+    def signal(self, name: str) -> Signal | None:
+        """Return the shared signal of that name, if there is one."""
+        return next((signal for signal in self.signals if signal.name == name), None)
+
+    def first_end(self, name: str) -> str:
+        """Return the first input that a shared signal feeds; any other name as it is."""
+        signal = self.signal(name)
+        return name if signal is None else signal.targets[0]
+
+    def signal_of(self, target: str) -> Signal | None:
+        """Return the shared signal that feeds an input, if one does."""
+        return next((signal for signal in self.signals if target in signal.targets), None)
+
+    def source_of(self, target: str) -> str | None:
+        """Return the output that feeds an input, if one does."""
+        return next((link.source for link in self.connections if link.target == target), None)
+
+    @property
+    def transformed(self) -> dict[str, tuple[float, float]]:
+        """Factor and offset of the inputs that get another value than that of the output which feeds them."""
+        laws = {link.target: (link.factor, link.offset) for link in self.connections}
+        return {target: law for target, law in laws.items() if law != (1.0, 0.0)}
+
+    def check(self, interfaces: Mapping[str, FmuInterface]) -> None:
+        """Check the system against the interfaces of its components.
+
+        Raises
+        ------
+        ValueError
+            For an unknown component or variable, a wrong causality, types or units that differ, an input fed
+            twice and mandatory inputs fed by nothing, one line for each; the message names both ends and what would
+            be valid.
+        """
+        fed: dict[str, str] = {}
+        for source, target in self._feeds():
+            self._check_end(target, "input", interfaces)
+            if target in fed:
+                raise ValueError(f"{target} is connected twice: to {fed[target]} and to {source}")
+            fed[target] = source
+        for link in self.connections:
+            self._check_end(link.source, "output", interfaces)
+            _check_match(
+                link.source,
+                self.port(link.source, interfaces),
+                link.target,
+                self.port(link.target, interfaces),
+            )
+        for signal in self.signals:
+            first, *others = signal.targets
+            for other in others:
+                _check_match(first, self.port(first, interfaces), other, self.port(other, interfaces))
+        mandatory = [
+            f"{component.name}.{variable}" for component in self.components for variable in component.mandatory
+        ]
+        for target in mandatory:
+            self._check_end(target, "input", interfaces)
+        unfed = [target for target in mandatory if target not in fed]
+        if unfed:
+            possible = [(target, self._possible(target, interfaces)) for target in unfed]
+            raise ValueError(
+                "\n".join(f"{target} must be connected, and is not; {options}" for target, options in possible)
+            )
+
+    def fed(self) -> set[str]:
+        """Return the inputs that a connection or a signal feeds."""
+        return {target for _, target in self._feeds()}
+
+    def port(self, end: str, interfaces: Mapping[str, FmuInterface]) -> Port:
+        """Return the variable `component.variable`; raises ValueError if there is none."""
+        component, variable = self.split(end)
+        return interfaces[component].port(variable, component)
+
+    def _feeds(self) -> Iterator[tuple[str, str]]:
+        for link in self.connections:
+            yield link.source, link.target
+        for signal in self.signals:
+            for target in signal.targets:
+                yield f"signal {signal.name}", target
+
+    def _check_end(self, end: str, causality: str, interfaces: Mapping[str, FmuInterface]) -> None:
+        try:
+            port = self.port(end, interfaces)
+        except ValueError as error:
+            others = [s if t == end else t for s, t in self._feeds() if end in (s, t)]
+            where = f" (connected with {others[0]})" if others else ""
+            raise ValueError(f"{error}{where}") from error
+        if port.causality != causality:
+            component, variable = self.split(end)
+            options = [p.name for p in interfaces[component].of(causality)]
+            raise ValueError(
+                f"{end} is {port.kind}, and a connection needs an {causality} there; {suggest(variable, options)}"
+            )
+
+    def _possible(self, target: str, interfaces: Mapping[str, FmuInterface]) -> str:
+        port = self.port(target, interfaces)
+        options = [
+            f"{component.name}.{output.name}"
+            for component in self.components
+            for output in interfaces[component.name].of("output")
+            if output.type == port.type and _same_unit(output, port)
+        ]
+        variable = self.split(target)[1]
+        same = [option for option in options if self.split(option)[1] == variable]
+        return suggest(target, same or options)
+
+    def wiring(
+        self,
+        interfaces: Mapping[str, FmuInterface],
+        exogenous: Collection[str],
+        recorded: Collection[str] = (),
+    ) -> MasterLayout:
+        """Lay out all signals for the master, and list the inputs and outputs that each component exchanges.
+
+        Parameters
+        ----------
+        interfaces
+            The interface of each component by its name.
+        exogenous
+            Shared signals by their names, and other inputs and tunable parameters (`component.variable`) that a
+            schedule sets.
+        recorded
+            Outputs that are fetched though nothing is connected to them.
+        """
+        wanted = {link.source for link in self.connections} | set(recorded)
+        # Reals first: they are then one block of the value array, which an FMU can write itself.
+        outputs = {
+            name: [p.name for p in sorted(interfaces[name].of("output"), key=_not_real) if f"{name}.{p.name}" in wanted]
+            for name in (c.name for c in self.components)
+        }
+        source_of = {target: source.removeprefix("signal ") for source, target in self._feeds()}
+        source_of |= {name: name for name in exogenous if "." in name}
+        inputs = {
+            c.name: [p.name for p in _receiving(interfaces[c.name]) if f"{c.name}.{p.name}" in source_of]
+            for c in self.components
+        }
+        names = [
+            *exogenous,
+            *(f"{name}.{variable}" for name, variables in outputs.items() for variable in variables),
+        ]
+        position = {name: i for i, name in enumerate(names)}
+        sources = tuple(
+            np.array([position[source_of[f"{name}.{variable}"]] for variable in variables], dtype=np.intp)
+            for name, variables in inputs.items()
+        )
+        depends_on: list[tuple[int, ...]] = [() for _ in exogenous]
+        for component, variables in outputs.items():
+            for variable in variables:
+                needs = [f"{component}.{u}" for u in interfaces[component].ports[variable].depends_on]
+                depends_on.append(tuple(position[source_of[end]] for end in needs if end in source_of))
+        weights = tuple(
+            np.array([self._weight(source_of[f"{name}.{u}"], interfaces[name], interfaces) for u in variables])
+            for name, variables in inputs.items()
+        )
+        wiring = SignalMap(tuple(names), len(exogenous), sources, tuple(depends_on), weights)
+        return MasterLayout(wiring, inputs, outputs)
+
+    def _weight(self, source: str, target: FmuInterface, interfaces: Mapping[str, FmuInterface]) -> float:
+        """Return how much the value of a source at the end of a step counts for an input of `target`.
+
+        See `iteration`. What is no output is exogenous, and constant over the step.
+        """
+        port = self.port(source, interfaces) if "." in source else None
+        sample_time = target.ports.get("sample_time")
+        samples = sample_time is not None and sample_time.causality == "parameter"
+        if port is None or port.causality != "output" or port.type != "Real" or samples:
+            return 0.0
+        return 1.0 if port.depends_on else 0.5
+
+
+def _receiving(interface: FmuInterface) -> tuple[Port, ...]:
+    """Return what may be set during a run."""
+    return (*interface.of("input"), *(p for p in interface.of("parameter") if p.variability == "tunable"))
+
+
+def _not_real(port: Port) -> bool:
+    return port.type != "Real"
+
+
+def _same_unit(a: Port, b: Port) -> bool:
+    """Return whether two units are the same; a port without a unit fits any."""
+    if not a.unit or not b.unit:
+        return True
+    if a.definition is not None and b.definition is not None:
+        return a.definition == b.definition
+    return a.unit == b.unit
+
+
+def _check_match(source: str, a: Port, target: str, b: Port) -> None:
+    if a.type != b.type:
+        raise ValueError(f"{source} is {a.type} and {target} is {b.type}; connected variables must have one type")
+    if not _same_unit(a, b):
+        raise ValueError(f"{source} is in {a.unit} and {target} is in {b.unit}; connected variables must have one unit")

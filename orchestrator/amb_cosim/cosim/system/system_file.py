@@ -1,0 +1,152 @@
+"""Reads a system, and an experiment with it, from a TOML file.
+
+    [[component]]                     # in Gauss-Seidel order
+    name = "plant"
+    fmu = "plant.fmu"                 # a path relative to this file, or the name of a model
+    [[component]]
+    name = "sensor"
+    fmu = "lag_sensor"
+
+    [[connect]]
+    from = "plant"
+    to = "sensor"
+    variables = { "x" = "u" }         # output = input; a list where both have the same name, with patterns: ["*.i_?"]
+
+    [[signal]]                        # one value for several inputs
+    name = "Omega"
+    targets = ["plant.Omega"]
+
+    [parameters.sensor]
+    time_constant = "1 ms"
+
+    [experiment]
+    communication_step = "250 us"
+    stop_time = "1 s"
+    inputs = { "Omega" = "100 rad/s" }
+    [[experiment.event]]
+    time = "0.5 s"
+    set = { "Omega" = "120 rad/s" }
+
+A file with a `base`, the name or path of another system, is laid over it: its components come after those of the base
+or where `before` says, a component of the same name replaces the base's, a connection or signal replaces what fed the
+same input, and parameters are merged. `remove` takes away what the base has: a component with all its connections, by
+its name; a parameter, or what feeds an input, as `component.variable`, where `*` and `?` match others.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TypeVar
+
+from amb_cosim.cosim.fmu.fmus import models
+from amb_cosim.cosim.system.experiment import Experiment
+from amb_cosim.cosim.system.system import Connection, Signal, System
+from amb_cosim.cosim.system.system_overlay import overlaid
+from amb_cosim.cosim.system.system_tables import OverlayTable, SystemTable
+from amb_cosim.cosim.system.tables import Values, check_bases
+from amb_files.packs import files_of
+from amb_files.suggestions import suggest
+from amb_files.toml import read_toml, validate
+
+
+def packaged_systems() -> dict[str, Path]:
+    """Return the files of the systems that come with amb-cosim and with packs, by name."""
+    return files_of("systems", amb_cosim=Path(__file__).parents[2])
+
+
+def load_system(name: str | Path, options: Mapping[str, bool] | None = None) -> System:
+    """Read a system, one of amb-cosim or of a pack, or a TOML file.
+
+    Parameters
+    ----------
+    options
+        Options of connections that are switched off; all others are on.
+
+    Raises
+    ------
+    ValueError
+        If there is no such system, or its description is wrong.
+    """
+    table = _table(str(name))
+    connections: dict[str, Connection] = {}
+    signals: dict[str, Signal] = {}
+    for connect in table.connect:
+        if (options or {}).get(connect.option or "", True):
+            for link in connect.connections():
+                connections[link.target] = link
+    for signal in table.signal:
+        signals[signal.name] = Signal(signal.name, signal.targets)
+    return System(
+        name=Path(name).stem,
+        description=table.description,
+        components=tuple(c.component() for c in table.component),
+        connections=tuple(connections.values()),
+        signals=tuple(signals.values()),
+        coupling=table.coupling,
+        parameters=table.parameters,
+        unrecorded=table.unrecorded,
+    )
+
+
+def is_system(name: str | Path) -> bool:
+    """Return whether a name is that of a system that comes with the package, or of a file with components or a run."""
+    path = Path(name)
+    keys = read_toml(path, f"file {name}").keys() if path.is_file() else ()
+    return str(name) in packaged_systems() or not {"component", "connect", "experiment"}.isdisjoint(keys)
+
+
+def load_experiment(name: str | Path, without: Experiment | None = None) -> tuple[Experiment, Values]:
+    """Read the experiment of a system file: the run, and the first values of inputs.
+
+    Parameters
+    ----------
+    without
+        What is returned for a file that has none.
+
+    Raises
+    ------
+    ValueError
+        If the file has no table `experiment`, or it is wrong.
+    """
+    table = _table(str(name)).experiment
+    if table is None and without is not None:
+        return without, {}
+    if table is None:
+        raise ValueError(f"system {name} has no table [experiment], which says what is run")
+    try:
+        return table.experiment(), table.inputs
+    except ValueError as error:
+        raise ValueError(f"system {name}: experiment: {error}") from error
+
+
+def _table(name: str, derived: tuple[str, ...] = ()) -> SystemTable:
+    """Return content of a system file, laid over that of its base; paths in a file are relative to it."""
+    packaged = packaged_systems()
+    source = packaged.get(name, Path(name))
+    if not source.is_file():
+        raise ValueError(f"no system {name!r}; {suggest(name, sorted(packaged))}")
+    what = f"system {name}"
+    check_bases(what, derived)
+    data = read_toml(source, what)
+    if "base" not in data:
+        return _with_paths(validate(data, SystemTable, what), source)
+    overlay = _with_paths(validate(data, OverlayTable, what), source)
+    base = overlay.base
+    if base not in packaged:
+        base = str(source.parent / base)
+    try:
+        return overlaid(_table(base, (*derived, name)), overlay)
+    except ValueError as error:
+        raise ValueError(str(error) if str(error).startswith("system ") else f"{what}: {error}") from error
+
+
+T = TypeVar("T", bound=SystemTable)
+
+
+def _with_paths(table: T, source: Path) -> T:
+    """Return the table with the paths of its FMUs relative to the working directory."""
+    components = tuple(
+        c if c.fmu in models() else c.model_copy(update={"fmu": str(source.parent / c.fmu)}) for c in table.component
+    )
+    return table.model_copy(update={"component": components})

@@ -1,0 +1,84 @@
+"""Parts that the TOML files of co-simulations share: strict tables, values with units, times."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated
+
+from pydantic import BaseModel, ConfigDict, Field, StrictBool, StrictFloat, StrictInt, StrictStr
+
+from amb_cosim.cosim.system.values import Raw, quantity
+from amb_files.validation_errors import Allowed
+
+Value = Annotated[
+    StrictBool | StrictInt | StrictFloat | StrictStr,
+    Field(union_mode="smart"),
+    Allowed("a number, true, false, or a string with a unit"),
+]
+Values = dict[str, Value]
+Cycles = Annotated[float, Field(ge=-1e9, le=1e9)]
+Count = Annotated[int, Field(ge=1, le=10**12)]
+
+MOST_BASES = 20  # files of which each is the base of the next
+
+
+class Table(BaseModel):
+    """A TOML table: unknown keys are refused, and it does not change."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, validate_by_name=True, validate_by_alias=True)
+
+
+def check_bases(name: str, derived: tuple[str, ...]) -> None:
+    """Raise ValueError if a file is its own base, or if too many files are each the base of the next.
+
+    Parameters
+    ----------
+    name
+        What messages call the file: its kind and its name.
+    derived
+        The names of the files that have it as their base, the first one first.
+    """
+    own = name.partition(" ")[2]
+    if own in derived:
+        raise ValueError(f"{name}: it is its own base ({' -> '.join((*derived, own))})")
+    if len(derived) > MOST_BASES:
+        raise ValueError(f"{name} is not allowed as a base: a file must have <= {MOST_BASES} bases, one of the other")
+
+
+def time_of(raw: Raw, name: str, least: float | None = None, most: float = math.inf) -> float:
+    """Convert a time to s; it must be above 0 unless `least` or `most` (s) says otherwise.
+
+    Raises
+    ------
+    ValueError
+        If it is no time or outside the range; the message begins with `name`.
+    """
+    value = quantity(raw, "s", name)
+    if most < math.inf:
+        if not -math.inf < value <= most:
+            raise ValueError(f"{name} = {value:g} s is not allowed; it must be <= {most:g} s")
+    elif least is not None:
+        if not least <= value < math.inf:
+            raise ValueError(f"{name} = {value:g} s is not allowed; it must be >= {least:g} s")
+    elif not 0.0 < value < math.inf:
+        raise ValueError(f"{name} = {value:g} s is not allowed; it must be > 0 s")
+    return value
+
+
+def moment_of(raw: Raw, period: float | None) -> float:
+    """Convert a moment, `cycle 5` for cycles of `period` s or a time such as `0.3 s`, to s; it must be 0 or later.
+
+    Raises
+    ------
+    ValueError
+        If it is none, or in cycles where there are none.
+    """
+    word, _, number = str(raw).strip().partition(" ")
+    if word != "cycle":
+        return time_of(raw, "a moment", least=0.0)
+    if period is None:
+        raise ValueError(f"a moment at {raw} is not allowed without cycles; it must be a time, such as 0.3 s")
+    cycle = quantity(number, "1", "a moment in cycles")
+    if not 0.0 <= cycle < math.inf:
+        raise ValueError(f"a moment at cycle {cycle:g} is not allowed; it must be 0 or later")
+    return cycle * period

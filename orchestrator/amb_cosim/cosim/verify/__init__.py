@@ -1,0 +1,1 @@
+"""Runs of the reference experiments that an FMU carries."""
