@@ -44,17 +44,17 @@ if TYPE_CHECKING:
     from amb_cosim import cosim as cosim
     from amb_cosim import live as live
     from amb_cosim import studies as studies
-    from amb_cosim.acceptance.assess import assess as assess
+    from amb_cosim.assessment.assess import assess as assess
     from amb_cosim.comparison.compare import compare as compare
     from amb_cosim.controllers.linear_controller import linear_controller as linear_controller
     from amb_cosim.cosim.run.simulate import simulate as simulate
     from amb_cosim.cosim.system.system import System as System
     from amb_cosim.cosim.system.system_file import load_system as load_system
     from amb_cosim.cosim.verify.verification import verify as verify
+    from amb_cosim.export.assembled import build_assembled as build_assembled
+    from amb_cosim.export.build import build as build
+    from amb_cosim.export.exchange import export_ssp as export_ssp
     from amb_cosim.linear.linearise import linearise as linearise
-    from amb_cosim.packaging.assembled import build_assembled as build_assembled
-    from amb_cosim.packaging.build import build as build
-    from amb_cosim.packaging.exchange import export_ssp as export_ssp
     from amb_cosim.presentation.units import units as units
     from amb_cosim.results.result import Result as Result
     from amb_cosim.scenario.batch import Batch as Batch
@@ -76,14 +76,14 @@ _MODULES = {
     "compare": "comparison.compare",
     "linearise": "linear.linearise",
     "linear_controller": "controllers.linear_controller",
-    "build": "packaging.build",
-    "build_assembled": "packaging.assembled",
+    "build": "export.build",
+    "build_assembled": "export.assembled",
     "verify": "cosim.verify.verification",
-    "export_ssp": "packaging.exchange",
+    "export_ssp": "export.exchange",
     "identify": "studies.receptance_identification",
     "sweep": "sweeps.run",
     "draw_sweep": "sweeps.figures",
-    "assess": "acceptance.assess",
+    "assess": "assessment.assess",
     "units": "presentation.units",
     "live": "live",
     "studies": "studies",

@@ -9,6 +9,11 @@ from amb_cosim.commands.analysis import CLOSED_BEARINGS, UP_TO, UP_TO_50_HZ, add
 from amb_cosim.commands.cli import main
 from amb_cosim.commands.options import FLAVOUR, JSON, ROTOR, SPEED
 from amb_cosim.commands.printing import print_result
+from source_check.report_command import report
+from source_check.robustness_command import robustness
+
+main.add_command(report)
+main.add_command(robustness)
 
 MEASURED_AT = "5 Hz,10 Hz,15 Hz,16 Hz,20 Hz,25 Hz,30 Hz,35 Hz,45 Hz"
 

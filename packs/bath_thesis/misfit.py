@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
-from amb_cosim.assessment.statements import Statement
-from amb_cosim.assessment.verdict import Computed
+from source_check.statements import Statement
+from source_check.verdict import Computed
 
 MOST = math.log(10.0)  # what a number can add
 DIFFERS = 1.0  # what a text or a truth value adds that differs: as much as a factor of e

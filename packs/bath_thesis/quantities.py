@@ -8,11 +8,8 @@ from typing import Annotated
 
 import numpy as np
 
-from amb_cosim.assessment.panels import Curve, Panel, curve, horizontal_axis
-from amb_cosim.assessment.run_quantities import parameter, sensor_amplitude
-from amb_cosim.assessment.study_quantities import ModelInputs
-from amb_cosim.assessment.study_quantities import parameter as start_of
 from amb_cosim.cosim.record.signals import Signals
+from amb_cosim.reporting.panels import Curve, Panel, curve, horizontal_axis
 from amb_cosim.results.contact_history import contact_cycles
 from amb_cosim.results.places import places
 from amb_cosim.results.series import signal
@@ -26,6 +23,9 @@ from rotor_analysis.campbell import campbell
 from rotor_analysis.modes import damped_frequencies
 from rotor_analysis.rotor_file import load_rotor
 from rotor_analysis.supported_rotor import supported_rotor
+from source_check.run_quantities import parameter, sensor_amplitude
+from source_check.study_quantities import ModelInputs
+from source_check.study_quantities import parameter as start_of
 
 SENSOR_PLANES = [(f"s{n}", f"s{n + 1}") for n in (1, 3, 5, 7)]
 END_PLANES = {"motor end": ("s1", "s2"), "non-driven end": ("s7", "s8")}

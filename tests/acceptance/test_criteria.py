@@ -2,9 +2,9 @@
 
 import pytest
 
-from amb_cosim.acceptance.criteria import Criterion, check_formulas, load_criteria
-from amb_cosim.acceptance.expressions import evaluate, names_in
-from amb_cosim.acceptance.findings import Judgement, Measured, judge
+from amb_cosim.assessment.criteria import Criterion, check_formulas, load_criteria
+from amb_cosim.assessment.expressions import evaluate, names_in
+from amb_cosim.assessment.findings import Judgement, Measured, judge
 
 ABOUT = {"key": "own", "what": "w", "quantity": "q", "source": "me", "known": "own"}
 MACHINE = {"N_min": 7000.0, "N_mc": 9000.0, "N_trip": 9900.0}

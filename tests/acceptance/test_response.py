@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from ross_numbers import REFERENCE, complex_numbers
 
-from amb_cosim.acceptance.critical_speeds import antinodes, critical_speeds, lobe_masses
-from amb_cosim.acceptance.machine_file import WHIRL
-from amb_cosim.acceptance.parts.free_modes import _pair_text
-from amb_cosim.acceptance.response import dynamic_stiffness, peaks_of, separation_margin, unbalance_vector
+from amb_cosim.assessment.critical_speeds import antinodes, critical_speeds, lobe_masses
+from amb_cosim.assessment.machine_file import WHIRL
+from amb_cosim.assessment.parts.free_modes import _pair_text
+from amb_cosim.assessment.response import dynamic_stiffness, peaks_of, separation_margin, unbalance_vector
 from amb_files.toml import validate
 from rotor_analysis.assembly import assemble
 from rotor_analysis.damping import free_modes

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from amb_cosim.acceptance.assess import assess
-from amb_cosim.acceptance.parts.rest import coast_down
+from amb_cosim.assessment.assess import assess
+from amb_cosim.assessment.parts.rest import coast_down
 
 TIMES = np.linspace(0.0, 1.0, 201)
 J = 0.5  # kg m^2

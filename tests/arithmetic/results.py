@@ -47,9 +47,9 @@ def main(arguments: list[str]) -> int:
 
 def compute(file: str) -> None:
     """Write the summaries of all scenarios and the judged statements to a file."""
-    from amb_cosim.assessment.evaluation import assess
-    from amb_cosim.assessment.statements import load_statements
     from amb_cosim.scenario.scenario import scenarios
+    from source_check.evaluation import assess
+    from source_check.statements import load_statements
 
     with ProcessPoolExecutor() as pool:
         results = dict(zip(scenarios(), pool.map(_summary, scenarios()), strict=True))

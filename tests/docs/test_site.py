@@ -17,10 +17,10 @@ sys.path.insert(0, str(Path(__file__).parents[2] / "docs" / "mkdocs"))
 import declarations
 import equations
 
-from amb_cosim.assessment.statements import Statements
 from amb_cosim.cosim.system.system_tables import SystemTable
 from amb_cosim.scenario.scenario import Scenario
 from rotor_analysis.rotor import Rotor
+from source_check.statements import Statements
 
 PAGE = (
     r'<p>speed <span class="arithmatex">\(\Omega &lt; 2\)</span></p><div class="arithmatex">\[a = b \tag{4.1}\]</div>'

@@ -6,7 +6,7 @@ import pytest
 from markdown_it import MarkdownIt
 
 from amb_cosim.controllers.example import two_axes
-from amb_cosim.packaging import models
+from amb_cosim.export import models
 from fmi_export.building.interface_page import PageTable, interface_page, outside_code, tables
 
 REFERENCE = Path(__file__).parents[2] / "docs" / "reference"

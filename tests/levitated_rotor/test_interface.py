@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import pytest
 
-from amb_cosim.packaging.assembled import levitated_rotor
-from amb_cosim.packaging.models import amb_actuator, rolac_controller, rotor_contact
+from amb_cosim.export.assembled import levitated_rotor
+from amb_cosim.export.models import amb_actuator, rolac_controller, rotor_contact
 from amb_cosim.scenario.scenario import load_scenario
 from fmi_export.variables import FAULT_CODE
 

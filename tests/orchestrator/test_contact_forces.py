@@ -8,7 +8,6 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from amb_cosim.assessment import run_quantities
 from amb_cosim.cosim.record.signals import Samples, SignalTable
 from amb_cosim.results import contact_forces, contact_history, orbits
 from amb_cosim.results.places import PLANT, Places, places_of
@@ -17,6 +16,7 @@ from amb_cosim.results.plots.contact import contact
 from amb_cosim.results.plots.motion import displacement
 from amb_cosim.sweeps.metrics import needed
 from rotor_analysis.parts import Bearing, Sensor, Site
+from source_check import run_quantities
 
 H, N = 50e-6, 401
 CLEARANCE = 0.2e-3

@@ -10,9 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import amb_cosim
-from amb_cosim.assessment.panels import Panel, curve
 from amb_cosim.presentation.style import spread
 from amb_cosim.presentation.units import force_unit, length_unit, parse_units, relabelled, retold, speed_unit, spin_text
+from amb_cosim.reporting.panels import Panel, curve
 from amb_cosim.results import plots
 
 

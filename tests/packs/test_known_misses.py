@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from amb_cosim.assessment.evaluation import assess
-from amb_cosim.assessment.statements import load_statements
-from amb_cosim.assessment.verdict import Verdict
+from source_check.evaluation import assess
+from source_check.statements import load_statements
+from source_check.verdict import Verdict
 
 KNOWN = tomllib.loads((Path(__file__).parent / "known_misses.toml").read_text(encoding="utf-8"))
 KINDNESS = [

@@ -6,8 +6,8 @@ import math
 
 import pytest
 
-from amb_cosim.assessment.statements import Statement
 from bath_thesis.misfit import misfit
+from source_check.statements import Statement
 
 MOST = math.log(10.0)
 STATED = {"key": "fig4_9.force", "where": "Fig. 4.9", "what": "force", "source": "run", "quantity": "peak_force"}

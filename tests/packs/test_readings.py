@@ -10,8 +10,6 @@ import pytest
 from click.testing import CliRunner
 
 from amb_cosim import studies
-from amb_cosim.assessment.source_runs import prepare_source
-from amb_cosim.assessment.statements import Source
 from amb_cosim.commands.cli import main
 from amb_cosim.cosim.system.values import quantity
 from amb_cosim.scenario.scenario import load_scenario
@@ -27,6 +25,8 @@ from bath_thesis.studies.reading_cases import (
 )
 from bath_thesis.studies.thesis_readings import CHAPTERS
 from rotor_analysis.rotor_file import load_rotor
+from source_check.source_runs import prepare_source
+from source_check.statements import Source
 from tests.packs import readings_tables
 
 READINGS = load_readings()

@@ -7,12 +7,12 @@ import re
 
 import pytest
 
-from amb_cosim.assessment.evaluation import alternatives, reading_of, ways
-from amb_cosim.assessment.quantities import quantities_of_runs, quantities_of_studies
-from amb_cosim.assessment.sources import scenario_parameters
-from amb_cosim.assessment.statements import load_statements, selected
 from amb_cosim.scenario.scenario import packaged_scenarios
 from amb_cosim.studies import STUDIES
+from source_check.evaluation import alternatives, reading_of, ways
+from source_check.quantities import quantities_of_runs, quantities_of_studies
+from source_check.sources import scenario_parameters
+from source_check.statements import load_statements, selected
 
 FIGURES = {2: 8, 3: 9, 4: 21, 5: 6, 6: 20}
 TABLES = {2: 4, 3: 4}

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from amb_cosim.commands.robustness import outcome_cases, outcome_of_case
 from amb_cosim.scenario.scenario import load_scenario
 from amb_cosim.studies.stored_robustness import StoredOutcome, known_outcomes, load_robustness, write_robustness
 from amb_files.packs import packs
+from source_check.robustness_command import outcome_cases, outcome_of_case
 
 ROOT = Path(__file__).parents[2]
 PACKS = ("bath_thesis", "rotor_literature")

@@ -11,7 +11,7 @@ from commands import run
 from mutations import changed_toml
 
 from amb_cosim import studies
-from amb_cosim.acceptance.criteria import packaged_criteria
+from amb_cosim.assessment.criteria import packaged_criteria
 from amb_files import pack_file, packs
 
 COMMANDS = (

@@ -11,14 +11,14 @@ from click.testing import CliRunner
 from strange_machine import ROTOR as EXPANDER
 
 import amb_cosim
-from amb_cosim.acceptance.machine_file import load_machine
+from amb_cosim.assessment.machine_file import load_machine
 from amb_cosim.commands.cli import main
 from amb_cosim.design.magnetic_bearing import axis_parameters, load_capacity
+from amb_cosim.new_machine.files import TEMPLATES, new_machine
+from amb_cosim.new_machine.levitation import operating_points
+from amb_cosim.new_machine.rotor_text import plain_shaft, supports
+from amb_cosim.new_machine.sizing import CAPACITY, machine_sizes
 from amb_cosim.scenario.scenario import load_scenario
-from amb_cosim.starter.files import TEMPLATES, new_machine
-from amb_cosim.starter.levitation import operating_points
-from amb_cosim.starter.rotor_text import plain_shaft, supports
-from amb_cosim.starter.sizing import CAPACITY, machine_sizes
 from rotor_analysis.packaged_rotors import rotor_path
 from rotor_analysis.rigid_body import rigid_body
 from rotor_analysis.rotor_file import load_rotor

@@ -14,17 +14,17 @@ from scipy.optimize import brentq
 from slow import slow_but_first
 from strange_machine import LEVITATION
 
-from amb_cosim.acceptance.assess import assess
-from amb_cosim.acceptance.coefficients import anticipated, real_coefficients
-from amb_cosim.acceptance.coupled import coupled_loop
-from amb_cosim.acceptance.feedback import bearing_forces
-from amb_cosim.acceptance.machine_file import MachineFile, Stage, load_machine
-from amb_cosim.acceptance.page import page
-from amb_cosim.acceptance.parts import cross_coupling, rest
-from amb_cosim.acceptance.parts.envelope import largest_needed
-from amb_cosim.acceptance.parts.sensitivity import sensitivities
-from amb_cosim.acceptance.response import passive, synchronous_response
-from amb_cosim.acceptance.subject import Subject
+from amb_cosim.assessment.assess import assess
+from amb_cosim.assessment.coefficients import anticipated, real_coefficients
+from amb_cosim.assessment.coupled import coupled_loop
+from amb_cosim.assessment.feedback import bearing_forces
+from amb_cosim.assessment.machine_file import MachineFile, Stage, load_machine
+from amb_cosim.assessment.page import page
+from amb_cosim.assessment.parts import cross_coupling, rest
+from amb_cosim.assessment.parts.envelope import largest_needed
+from amb_cosim.assessment.parts.sensitivity import sensitivities
+from amb_cosim.assessment.response import passive, synchronous_response
+from amb_cosim.assessment.subject import Subject
 from amb_cosim.commands.cli import main
 from amb_cosim.design.plant_data import plant
 from amb_cosim.linear.linearise import model_of

@@ -16,10 +16,10 @@ import numpy as np
 import pytest
 from slow import slow_but_first
 
-from amb_cosim.assessment.run_quantities import first_site
 from amb_cosim.results.summary import summarise
 from amb_cosim.scenario.scenario import load_scenario, parse_scenario
 from amb_cosim.scenario.simulation import prepare, run_prepared
+from source_check.run_quantities import first_site
 
 NODAL, NEWTON = 0, 1
 CLEARANCE_MM = 0.75

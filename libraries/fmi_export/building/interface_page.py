@@ -1,6 +1,6 @@
 """Writes the reference page of a model's interface in Markdown: variables, faults and warnings.
 
-    python -m fmi_export.building.interface_page amb_cosim.packaging.models:amb_actuator page.md
+    python -m fmi_export.building.interface_page amb_cosim.export.models:amb_actuator page.md
 
 The page inside an FMU (`documentation`) shows the same tables.
 """

@@ -1,13 +1,14 @@
-"""What a source states, as data, beside what this project computes: criteria, verdicts, one page.
+"""May this machine run? What a machine file describes, judged by criteria that are data, on one page.
 
-statements        the form of a pack's statements.toml, checked when it is read
-run_quantities    the named quantities of a run; those of a study are in `study_quantities`
-quantities        these, and what a pack adds
-requests          a quantity with its arguments and unit, evaluated on a run or a study
-source_runs       the run of a scenario that statements are computed from
-sources           runs and studies that statements are computed from, each done once and kept
-verdict           whether a value is what is stated, by tolerance and reading
-evaluation        statements, computed and judged
-panels            plots as data; those of studies are in `study_panels`, a picture of them in `pictures`
-page              one HTML page; `table` is the same as Markdown, `texts` are the words of both
+machine_file   the form of a machine file, which names rotor, bearings, controller, speeds and loads
+subject        the machine of a file as analyses need it: rotor, linear loop, parameters
+expressions    formulas of criteria, evaluated without Python
+criteria       criteria of standards and users: formula, limits, source, and whether that was read
+findings       what was computed, and the verdict on it
+feedback       force of bearings over displacement, with hold, delay and amplifier
+response       synchronous response of rotor and bearings, its peaks and their amplification
+coupled        the sampled loop with seals, cross coupling and other values of its constants
+parts          the questions, each answered by a module
+assess         all of them, one after the other, none of which ends the others
+page           one HTML page; `printed` is a PDF of it
 """

@@ -1,115 +1,54 @@
-"""The report as one HTML page that needs no other file."""
+"""An assessment as one HTML page that needs no other file."""
 
 from __future__ import annotations
 
-import base64
 import json
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Sequence
 from datetime import UTC, datetime
 from importlib.metadata import version
-from importlib.resources import files
 from pathlib import Path
-from typing import Any
 
-from markupsafe import Markup
-
-from amb_cosim.assessment.evaluation import Judged, Report
-from amb_cosim.assessment.sources import SourceResult
-from amb_cosim.assessment.statements import Chapter
-from amb_cosim.assessment.texts import converged_text, ratio_text, remark_text, stated_text, tolerance_text, value_text
-from amb_cosim.assessment.verdict import Verdict
+from amb_cosim.assessment.assess import Assessment
+from amb_cosim.assessment.criteria import KNOWN
+from amb_cosim.assessment.findings import Judgement
 from amb_cosim.presentation.templates import templates_of
+from amb_cosim.reporting.page_parts import asset, in_script, number_text, picture_url, plotly_script
+from amb_cosim.reporting.panels import Panel
+from amb_cosim.reporting.pictures import picture_of
 from amb_files.atomic import write_atomically
 
-PAGE = "report.html"
+PAGE, DATA = "assessment.html", "assessment.json"
 
 
-@dataclass(frozen=True)
-class Section:
-    """Statements that rest on one source, with its answer; without a source, statements that have none."""
-
-    name: str
-    answer: SourceResult | None
-    judged: tuple[Judged, ...]
-
-    @property
-    def places(self) -> str:
-        """Places in the source of the statements, each once."""
-        return ", ".join(dict.fromkeys(one.statement.where for one in self.judged))
-
-    @property
-    def reading(self) -> str:
-        """The reading that all its statements take, if there is one."""
-        counted = (Verdict.REPRODUCED, Verdict.WITH_READING, Verdict.MISSED)
-        readings = {one.reading for one in self.judged if one.verdict in counted}
-        return readings.pop() if len(readings) == 1 else ""
-
-    @property
-    def picture(self) -> str:
-        """The picture of the plots, as a data URL."""
-        picture = self.answer.picture if self.answer is not None else b""
-        return f"data:image/png;base64,{base64.b64encode(picture).decode('ascii')}" if picture else ""
+def write_assessment(found: Assessment, folder: Path) -> Path:
+    """Write data and page into a folder, each complete or not at all, and return the path of the page."""
+    text, data = page(found), json.dumps(found.as_dict(), indent=1, allow_nan=False) + "\n"
+    folder.mkdir(parents=True, exist_ok=True)
+    write_atomically(folder / DATA, lambda file: file.write_text(data, encoding="utf-8"))
+    write_atomically(folder / PAGE, lambda file: file.write_text(text, encoding="utf-8"))
+    return folder / PAGE
 
 
-def write_page(report: Report, path: Path) -> Path:
-    """Write the page; it appears complete or not at all."""
-    text = page(report)
-    write_atomically(path, lambda file: file.write_text(text, encoding="utf-8"))
-    return path
-
-
-def page(report: Report) -> str:
+def page(found: Assessment) -> str:
     """Return the text of the page."""
-    from plotly.offline import get_plotlyjs
-
     environment = templates_of("amb_cosim.assessment", "template")
-    environment.globals.update(
-        stated=lambda one: stated_text(one.statement),
-        ours=lambda one: value_text(one.ours, one.statement.unit),
-        ratio=ratio_text,
-        converged=converged_text,
-        remark=remark_text,
-        tolerance=lambda one: tolerance_text(one.statement),
-        badge=lambda verdict: verdict.name.lower(),
-    )
-    chapters = [(chapter, tuple(sections(report, chapter))) for chapter in report.chapters]
-    shown = {part.name: part.answer for _, parts in chapters for part in parts if part.answer is not None}
-    drawn = {name: [panel.in_chosen_units().as_data() for panel in answer.panels] for name, answer in shown.items()}
-    return environment.get_template("report.html.j2").render(
-        report=report,
-        statements=report.statements,
-        chapters=chapters,
-        verdicts=list(Verdict),
+    environment.globals.update(badge=lambda verdict: verdict.name.lower(), number=number_text, known=KNOWN)
+    panels = {part.key: [panel.in_chosen_units() for panel in part.answer.panels] for part in found.parts}
+    return environment.get_template("assessment.html.j2").render(
+        found=found,
+        machine=found.machine,
+        verdicts=list(Judgement),
+        counts=found.counts(),
+        pictures={key: _picture(drawn) for key, drawn in panels.items()},
         version=version("amb-cosim"),
         date=datetime.now(UTC).strftime("%Y-%m-%d"),
-        style=_asset("report.css"),
-        script=_asset("report.js"),
-        plotly=Markup(get_plotlyjs().replace("</script", "<\\/script")),
-        plots=_in_script(drawn),
+        style=asset("report.css") + asset("assessment.css", "amb_cosim.assessment"),
+        script=asset("report.js"),
+        plotly=plotly_script(),
+        plots=in_script({key: [panel.as_data() for panel in drawn] for key, drawn in panels.items()}),
     )
 
 
-def sections(report: Report, chapter: Chapter) -> Iterator[Section]:
-    """Yield the statements of a chapter by source, in the order of their file; those without any together."""
-    groups: dict[str, list[Judged]] = {}
-    sources = _source_of_group(report)
-    for one in report.of_chapter(chapter):
-        name = one.source or one.statement.source or sources.get(one.statement.group, "")
-        groups.setdefault(name, []).append(one)
-    for name, judged in groups.items():
-        yield Section(name, report.answers.get(name), tuple(judged))
-
-
-def _source_of_group(report: Report) -> dict[str, str]:
-    """Return a source for each figure and table that has one, for its statements without."""
-    return {one.statement.group: one.statement.source for one in reversed(report.judged) if one.statement.source}
-
-
-def _asset(name: str) -> Markup:
-    return Markup((files("amb_cosim.assessment") / "template" / name).read_text(encoding="utf-8"))
-
-
-def _in_script(data: Any) -> Markup:
-    """Return JSON that may stand in a script element."""
-    return Markup(json.dumps(data, allow_nan=False).replace("<", "\\u003c"))
+def _picture(panels: Sequence[Panel]) -> str:
+    """Return a picture of a part's plots, as a data URL, for print and for pages without scripts."""
+    return picture_url(picture_of(panels) if panels else b"")

@@ -7,9 +7,9 @@ from typing import Any
 import click
 
 from amb_cosim.commands import (
-    acceptance,
     analysis,
     animate,
+    assess,
     build,
     cache,
     compare,
@@ -19,8 +19,6 @@ from amb_cosim.commands import (
     listing,
     live,
     new,
-    report,
-    robustness,
     rotor,
     run,
     sweep,
@@ -72,9 +70,7 @@ for command in (
     *analysis.COMMANDS,
     *rotor.COMMANDS,
     *controller.COMMANDS,
-    *report.COMMANDS,
-    *acceptance.COMMANDS,
-    *robustness.COMMANDS,
+    *assess.COMMANDS,
     *live.COMMANDS,
     *cache.COMMANDS,
     *sweep.COMMANDS,

@@ -40,8 +40,8 @@ def new(
     The rotor is that of a file, or a plain shaft of a mass and a length. What is not given is asked for.
     """
     from amb_cosim.cosim.system.values import quantity
-    from amb_cosim.starter.files import new_machine
-    from amb_cosim.starter.levitation import WANTED_BEYOND, WANTED_IN_RANGE
+    from amb_cosim.new_machine.files import new_machine
+    from amb_cosim.new_machine.levitation import WANTED_BEYOND, WANTED_IN_RANGE
 
     with refusing():
         Omega = quantity(speed, "rad/s", "speed")
@@ -75,7 +75,7 @@ def new(
 def _rotor_text(name: str, rotor: str | None, mass: str | None, length: str | None, Omega: float) -> str:
     """Return the text of the rotor file that is named, or of a plain shaft."""
     from amb_cosim.cosim.system.values import quantity
-    from amb_cosim.starter.rotor_text import plain_shaft
+    from amb_cosim.new_machine.rotor_text import plain_shaft
     from amb_files.toml import read_text
     from rotor_analysis.packaged_rotors import rotor_path
     from rotor_analysis.rotor_file import load_rotor

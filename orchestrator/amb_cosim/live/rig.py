@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Any
 
 from amb_cosim.cosim.fmu.fmu_interface import FmuInterface, Port
 from amb_cosim.cosim.fmu.fmus import model_source
+from amb_cosim.export.assembled import assembled
+from amb_cosim.export.models import Made
+from amb_cosim.export.planned import made_for
 from amb_cosim.live.geometry import geometry
-from amb_cosim.packaging.assembled import assembled
-from amb_cosim.packaging.models import Made
-from amb_cosim.packaging.planned import made_for
 from amb_cosim.results.places import PLANT, places_of
 from amb_cosim.scenario.plan import ScenarioPlan
 from amb_cosim.scenario.scenario import Scenario

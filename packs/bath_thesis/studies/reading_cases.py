@@ -10,17 +10,17 @@ from typing import Any
 
 from pydantic import Field
 
-from amb_cosim.assessment.quantities import quantities_of_runs
-from amb_cosim.assessment.requests import QuantityRequest, evaluate
-from amb_cosim.assessment.source_runs import prepare_source
-from amb_cosim.assessment.statements import Source, Statement, load_statements
-from amb_cosim.assessment.verdict import Computed, meets
 from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.cosim.system.tables import Table, Values
 from amb_cosim.scenario.scenario import load_scenario
 from amb_cosim.scenario.simulation import run_prepared
 from amb_files.toml import parse_toml, validate
 from bath_thesis.misfit import misfit
+from source_check.quantities import quantities_of_runs
+from source_check.requests import QuantityRequest, evaluate
+from source_check.source_runs import prepare_source
+from source_check.statements import Source, Statement, load_statements
+from source_check.verdict import Computed, meets
 
 PACK = "bath_thesis"
 

@@ -2,7 +2,7 @@
 
 The thesis gives no positions along the shaft, does not say how its rig was balanced, names discs in two ways, and
 measures other critical speeds than its stiffness gives. A reading settles one of these, and every statement of the
-chapter that a run answers is measured under it (`amb_cosim.assessment`). The misfit of a reading is their mean.
+chapter that a run answers is measured under it (`source_check`). The misfit of a reading is their mean.
 """
 
 from __future__ import annotations
@@ -13,9 +13,6 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import ClassVar
 
-from amb_cosim.assessment.source_runs import build_fmus
-from amb_cosim.assessment.statements import Expected, Statement
-from amb_cosim.assessment.verdict import Computed
 from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.cosim.run.run_plan import Progress
 from amb_cosim.presentation.progress import progress_bar
@@ -31,6 +28,9 @@ from bath_thesis.studies.reading_cases import (
     statements_of,
 )
 from rotor_analysis.checks import require
+from source_check.source_runs import build_fmus
+from source_check.statements import Expected, Statement
+from source_check.verdict import Computed
 
 CHAPTERS = (4, 5, 6)
 SIGNS = {"equal": "", "below": "<= ", "above": ">= "}

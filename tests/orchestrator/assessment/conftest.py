@@ -55,7 +55,7 @@ def known_run() -> SignalTable:
 @pytest.fixture
 def statement():
     """`statement(value=..., tolerance=...)`: a statement about a run."""
-    from amb_cosim.assessment.statements import Statement
+    from source_check.statements import Statement
 
     def make(**fields):
         basis = {"key": "fig4_9.force", "where": "Fig. 4.9", "what": "force", "source": "run", "quantity": "peak_force"}

@@ -10,14 +10,14 @@ import pytest
 from click.testing import CliRunner
 from lxml import html
 
-from amb_cosim.assessment import sources
-from amb_cosim.assessment.evaluation import Report, assess, judged
-from amb_cosim.assessment.page import page
-from amb_cosim.assessment.statements import parse_statements
-from amb_cosim.assessment.table import markdown
-from amb_cosim.assessment.verdict import Verdict
 from amb_cosim.commands.cli import main
 from amb_cosim.studies.stored_robustness import StoredOutcome
+from source_check import sources
+from source_check.evaluation import Report, assess, judged
+from source_check.page import page
+from source_check.statements import parse_statements
+from source_check.table import markdown
+from source_check.verdict import Verdict
 
 HERE = {"where": "Fig. 4.9", "source": "run"}
 STATEMENTS = {
@@ -109,7 +109,7 @@ def test_kept_answers_are_used_again(few, folder, report, monkeypatch):
 
 def test_an_answer_to_other_code_is_not_used(few, folder, report, monkeypatch):
     asked = []
-    monkeypatch.setattr("amb_cosim.assessment.evaluation.code_digest", lambda: "other code")
+    monkeypatch.setattr("source_check.evaluation.code_digest", lambda: "other code")
     monkeypatch.setattr(sources, "simulate_in_processes", lambda _, jobs, *__, **___: asked.extend(jobs))
     assess(few, folder)
     assert {job.name for job in asked} == {"run", "finer", "broken", "inputs"}

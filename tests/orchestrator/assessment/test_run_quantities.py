@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import pytest
 
-from amb_cosim.assessment.panels import MOST_POINTS, curve, panel_of, run_panels
-from amb_cosim.assessment.quantities import quantities_of_runs
-from amb_cosim.assessment.requests import QuantityRequest, evaluate
 from amb_cosim.cosim.record.signals import Samples, SignalTable
+from amb_cosim.reporting.panels import MOST_POINTS, curve, panel_of, run_panels
 from amb_cosim.results.places import Places
+from source_check.quantities import quantities_of_runs
+from source_check.requests import QuantityRequest, evaluate
 
 SAMPLE = 0.011  # cycles; what a begin or an end can be off
 QUANTITIES = quantities_of_runs()

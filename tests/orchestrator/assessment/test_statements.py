@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from amb_cosim.assessment.statements import load_statements, parse_statements
+from source_check.statements import load_statements, parse_statements
 
 GOOD = {
     "title": "Good",

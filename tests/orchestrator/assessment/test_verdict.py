@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from amb_cosim.assessment.verdict import Verdict, judge, meets, ratios
+from source_check.verdict import Verdict, judge, meets, ratios
 
 
 @pytest.mark.parametrize(

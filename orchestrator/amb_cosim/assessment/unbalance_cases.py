@@ -1,0 +1,70 @@
+"""Where unbalance is placed for each mode, and how much."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from amb_cosim.assessment.critical_speeds import critical_speeds, lobe_masses
+from amb_cosim.assessment.feedback import parallel_stiffness
+from amb_cosim.assessment.subject import Subject, rpm
+from fmi_export.model import Array
+
+MOST = 5  # modes
+BEYOND = 1.5  # of the trip speed, up to which the critical speed of a mode may be
+SOFTEST = 0.02  # of the largest stiffness of a bearing, in place of less
+
+
+@dataclass(frozen=True)
+class UnbalanceCase:
+    """Unbalance that excites one mode.
+
+    name
+        What it is called.
+    critical_speed
+        Undamped critical speed of the mode (rad/s).
+    shape
+        Its shape at the nodes, the largest 1.
+    shares
+        Share of the whole unbalance by node, with the sign of the shape: the mass of each lobe, at its antinode.
+    """
+
+    name: str
+    critical_speed: float
+    shape: Array
+    shares: dict[int, float]
+
+    def of(self, whole: float) -> dict[int, complex]:
+        """Return the unbalance (kg m) by node of a whole (kg m)."""
+        return {node: complex(share * whole) for node, share in self.shares.items()}
+
+
+def unbalance_cases(subject: Subject) -> list[UnbalanceCase]:
+    """Return a case for each mode whose undamped critical speed is up to 1.5 times the trip speed; two at least.
+
+    The shapes are those of the rotor on its bearings as stiff as they are at the largest speed.
+    """
+    speed = subject.file.speed
+    stiffness = {name: float(k[0].real) for name, k in parallel_stiffness(subject, np.array([speed.highest])).items()}
+    least = SOFTEST * max(max(abs(k) for k in stiffness.values()), 1.0)
+    nodes = {bearing.name: bearing.node for bearing in subject.rotor.bearings}
+    speeds, shapes = critical_speeds(subject.free, {nodes[name]: max(k, least) for name, k in stiffness.items()}, MOST)
+    count = max(2, int(np.count_nonzero(speeds <= BEYOND * speed.tripping)))
+    cases = []
+    for k, (Omega, shape) in enumerate(zip(speeds[:count], shapes.T[:count], strict=True), 1):
+        lobes = lobe_masses(subject.free, shape)
+        mass = sum(m for _, m, _ in lobes)
+        shares = {at + 1: sign * m / mass for at, m, sign in lobes}
+        places = ", ".join(f"z = {1e3 * subject.z[node - 1]:.0f} mm" for node in shares)
+        cases.append(
+            UnbalanceCase(f"mode {k} ({rpm(float(Omega)):.0f} 1/min), at {places}", float(Omega), shape, shares)
+        )
+    return cases
+
+
+def response_speeds(subject: Subject, points: int = 160) -> Array:
+    """Return speeds (rad/s) of a response, from 3 % of the largest to half above it, and those of operation."""
+    speed = subject.file.speed
+    swept = np.linspace(0.03, 1.5, points) * speed.highest
+    return np.unique([*swept, speed.lowest, speed.highest, speed.tripping])

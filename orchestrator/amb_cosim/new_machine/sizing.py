@@ -1,0 +1,141 @@
+"""First sizes of the magnetic bearings of a rotor from its weight and its speed, as handbooks give them.
+
+They are a start, to be replaced by the data sheets: every number stands in a file that says where it comes from.
+Sources: G. Schweitzer, E. H. Maslen, Magnetic Bearings, Springer, 2009; ISO 21940-11 (balancing grades).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Annotated
+
+from amb_cosim.new_machine.rotor_text import diameter_at, require_speed
+from rotor_analysis.checks import require
+from rotor_analysis.parts import BodyOrDisc, Site
+from rotor_analysis.rigid_body import rigid_body
+from rotor_analysis.rotor import Rotor
+from rotor_analysis.static_load import carried_masses
+
+MU_0 = 4e-7 * math.pi  # V s/(A m)
+STANDARD_GRAVITY = 9.81  # m/s2
+
+SURFACE_SPEED = 200.0  # m/s that laminations on the shaft bear
+GRADE = 2.5e-3  # m/s, balancing grade G 2.5
+CAPACITY = 4.0  # force of an axis over its share of the weight
+FLUX = 1.2  # T in the gap at twice the bias current
+CURRENT = 10.0  # A that the amplifier gives
+SAMPLE_TIME = 50e-6  # s
+
+
+@dataclass(frozen=True)
+class MachineSizes:
+    """The magnets of a rotor, alike in all its bearings, sized for what the most loaded one carries.
+
+    rotor, speed
+        The rotor, and its highest speed in operation.
+    mass, diameter
+        Of the rotor; of the shaft in its bearings, where it is thickest.
+    plane, retainers
+        The plane of unbalance next to the centre of mass; the sites that are retainers of the bearings.
+    gap
+        Of the magnets, twice the least clearance of a retainer.
+    turns, pole_area, bias_current, current_limit
+        Of a magnet.
+    resistance, inductance, voltage_limit
+        Of a coil and its amplifier.
+    unbalance
+        That of the balancing grade at the speed.
+    loads
+        Share of the weight that an axis at 45 degrees carries, by bearing.
+    """
+
+    rotor: Rotor
+    speed: Annotated[float, "rad/s"]
+    mass: Annotated[float, "kg"]
+    diameter: Annotated[float, "m"]
+    plane: BodyOrDisc
+    retainers: tuple[Site, ...]
+    gap: Annotated[float, "m"]
+    turns: int
+    pole_area: Annotated[float, "m2"]
+    bias_current: Annotated[float, "A"]
+    current_limit: Annotated[float, "A"]
+    resistance: Annotated[float, "Ohm"]
+    inductance: Annotated[float, "H"]
+    voltage_limit: Annotated[float, "V"]
+    unbalance: Annotated[float, "kg.m"]
+    loads: dict[str, float]
+
+    @property
+    def clearance(self) -> float:
+        """Least clearance of a retainer (m)."""
+        return 0.5 * self.gap
+
+
+def machine_sizes(rotor: Rotor, speed: float) -> MachineSizes:
+    """Return first sizes of the magnets of a rotor.
+
+    N = B s_0/(2 mu_0 I_b),  A = mu_0 F/B^2,  F = 4 W + 2 m G Omega,  W = m_b g/sqrt(2)      (1)
+    L = 2 mu_0 N^2 A/s_0,  U = 2 R I_max + L I_b 2 Omega                                    (2)
+
+    m_b is what a bearing carries of the flexible rotor (`carried_masses`). (1) has the flux B at twice the bias
+    current, where a control force of the bias current takes the magnet, and room for the unbalance of twice the
+    balancing grade; (2) a bandwidth of full swing of about twice the speed.
+
+    Parameters
+    ----------
+    rotor
+        With its bearings, all of them magnetic, their retainers, and a plane of unbalance.
+    speed
+        Its highest speed in operation (rad/s).
+
+    Raises
+    ------
+    ValueError
+        If the rotor lacks one of these, or its surface in a bearing would be faster than 200 m/s.
+    """
+    require_speed(speed)
+    retainers = tuple(site for site in rotor.sites if site.bearing is not None)
+    for there, what, key in (
+        (rotor.sensors, "a sensor", "[[sensors]] with name and z"),
+        (retainers, "a retainer", "[[sites]] with name, z, clearance and bearing, the name of the bearing it is of"),
+        (rotor.discs, "a plane of unbalance", "a body with unbalance = true"),
+    ):
+        if not there:
+            raise ValueError(f"rotor {rotor.name!r} has not {what}; its file needs {key}")
+    nodes = rotor.shaft.nodes
+    diameter = max(diameter_at(rotor, nodes[node - 1]) for node in rotor.bearing_nodes)
+    fastest = 2.0 * SURFACE_SPEED / diameter
+    allowed = (
+        f"<= {fastest:.4g} rad/s: the surface of the shaft in its bearings, {1e3 * diameter:.3g} mm thick, then has"
+    )
+    require(speed <= fastest, "speed", f"{speed:.4g} rad/s", f"{allowed} {SURFACE_SPEED:g} m/s")
+    body = rigid_body(rotor)
+    loads = {name: mass * STANDARD_GRAVITY / math.sqrt(2.0) for name, mass in carried_masses(rotor).items()}
+    gap = 2.0 * min(site.clearance for site in retainers)
+    bias = 0.4 * CURRENT
+    turns = max(round(FLUX * gap / (2.0 * MU_0 * bias)), 4)
+    force = CAPACITY * max(map(abs, loads.values())) + 2.0 * body.mass * GRADE * speed
+    area = math.ceil(1e6 * MU_0 * force / FLUX**2) / 1e6
+    inductance = 2.0 * MU_0 * turns**2 * area / gap
+    resistance = 0.3
+    voltage = 2.0 * resistance * CURRENT + 2.0 * inductance * bias * speed
+    return MachineSizes(
+        rotor=rotor,
+        speed=speed,
+        mass=body.mass,
+        diameter=diameter,
+        plane=min(rotor.discs, key=lambda disc: abs(nodes[disc.node - 1] - body.centre)),
+        retainers=retainers,
+        gap=gap,
+        turns=turns,
+        pole_area=area,
+        bias_current=bias,
+        current_limit=CURRENT,
+        resistance=resistance,
+        inductance=inductance,
+        voltage_limit=float(max(50, 10 * math.ceil(0.1 * voltage))),
+        unbalance=body.mass * GRADE / speed,
+        loads=loads,
+    )

@@ -1,0 +1,282 @@
+"""Statements computed and judged: what the report and its table are made of."""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from collections.abc import Collection, Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any, NamedTuple
+
+from amb_cosim.cosim.run.run_plan import Progress
+from amb_cosim.scenario.scenario import load_scenario
+from amb_cosim.studies.stored_robustness import StoredOutcome
+from amb_files.atomic import write_atomically
+from source_check.requests import QuantityRequest
+from source_check.sources import Job, SourceResult, answers, code_digest, job_of
+from source_check.statements import Chapter, Reading, Source, Statement, Statements, selected
+from source_check.verdict import Computed, Verdict, judge, meets, ratios
+
+DATA = "report.json"
+
+
+class Way(NamedTuple):
+    """One way to compute a statement: source, request, and the factor or reading that it takes."""
+
+    source: str
+    request: QuantityRequest
+    reading: str
+
+
+@dataclass(frozen=True)
+class Judged:
+    """A statement with what was computed, and the verdict.
+
+    source
+        Name of the source that the verdict rests on; empty where nothing is computed.
+    ours
+        What was computed, in the statement's unit.
+    reading
+        The factor or reading that it took.
+    ratios
+        Ours over what is stated, for each number.
+    reason
+        Why it is missed or not computed.
+    beside
+        What other ways lead to, which are not judged, by what they are.
+    converged, is_met_there
+        The same on the model with more modes, and whether the statement is met there; None where that is not computed.
+    robustness
+        Whether the outcome that it states is robust, and what flips it; empty where that is not known.
+    """
+
+    statement: Statement
+    verdict: Verdict
+    source: str = ""
+    ours: Computed | None = None
+    reading: str = ""
+    ratios: tuple[float, ...] = ()
+    reason: str = ""
+    beside: tuple[tuple[str, Computed], ...] = ()
+    converged: Computed | None = None
+    is_met_there: bool | None = None
+    robustness: str = ""
+
+
+@dataclass(frozen=True)
+class Report:
+    """Judged statements of a file in its order, and the answers of their sources by name."""
+
+    statements: Statements
+    judged: tuple[Judged, ...]
+    answers: Mapping[str, SourceResult]
+
+    @property
+    def failures(self) -> dict[str, str]:
+        """Why a source could not be run at all, by its name."""
+        return {
+            name: next(iter(answer.failures.values()))
+            for name, answer in self.answers.items()
+            if answer.failures and not answer.values
+        }
+
+    def of_chapter(self, chapter: Chapter) -> tuple[Judged, ...]:
+        """Return the judged statements of a chapter."""
+        return tuple(one for one in self.judged if chapter.has(one.statement))
+
+    def counts(self, chapter: Chapter | None = None) -> Counter[Verdict]:
+        """Return the number of statements by verdict, of one chapter or of all."""
+        return Counter(one.verdict for one in (self.judged if chapter is None else self.of_chapter(chapter)))
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return statements, values and verdicts, ready for JSON."""
+        return {
+            "counts": {
+                "all": _named(self.counts()),
+                **{chapter.name: _named(self.counts(chapter)) for chapter in self.chapters},
+            },
+            "statements": [_as_dict(one) for one in self.judged],
+            "sources": {name: dict(answer.parameters) for name, answer in self.answers.items()},
+        }
+
+    @property
+    def chapters(self) -> tuple[Chapter, ...]:
+        """Chapters with judged statements."""
+        return tuple(chapter for chapter in self.statements.chapter if self.of_chapter(chapter))
+
+    def save_data(self, folder: Path) -> Path:
+        """Write `report.json`, and return its path."""
+        text = json.dumps(self.as_dict(), indent=1, allow_nan=False) + "\n"
+        path = folder / DATA
+        write_atomically(path, lambda file: file.write_text(text, encoding="utf-8"))
+        return path
+
+
+def assess(
+    statements: Statements,
+    folder: Path,
+    only: Collection[str] = (),
+    processes: int | None = None,
+    progress: Progress = lambda done, total: None,
+    outcomes: Mapping[str, StoredOutcome] = MappingProxyType({}),
+) -> Report:
+    """Compute and judge statements.
+
+    Parameters
+    ----------
+    statements
+        The content of a file.
+    folder
+        Where answers are kept; those that fit are used again.
+    only
+        Chapters (`ch4`) and groups of statements, such as a table (`table3_1`); all without.
+    processes
+        Most processes at a time; as many as there are processors by default.
+    progress
+        Called with the number of sources done and of all.
+    outcomes
+        Whether the outcomes of runs are robust, by their names (`load_robustness`).
+
+    Raises
+    ------
+    ValueError
+        If `only` names something that is not there.
+    OSError
+        If an answer cannot be written.
+    """
+    chosen = selected(statements, only)
+    found = answers(jobs_of(statements, chosen, folder), processes, progress)
+    return Report(statements, tuple(judged(one, statements, found, outcomes) for one in chosen), found)
+
+
+def jobs_of(statements: Statements, chosen: Iterable[Statement], folder: Path) -> list[Job]:
+    """Return a job for each source that some statements need, the longest runs first."""
+    requests: dict[str, list[QuantityRequest]] = {}
+    for statement in chosen:
+        if statement.source:
+            requests.setdefault(statement.source, [])
+        for way in (*ways(statement, statements), *alternatives(statement, statements), *on_converged(statement)):
+            requests.setdefault(way.source, []).append(way.request)
+    code, module = code_digest(), statements.quantities
+    jobs = [job_of(name, statements.sources[name], module, of, folder, code) for name, of in requests.items()]
+    return sorted(jobs, key=lambda job: bool(job.source.scenario))  # studies take longer than runs
+
+
+def judged(
+    statement: Statement,
+    statements: Statements,
+    found: Mapping[str, SourceResult],
+    outcomes: Mapping[str, StoredOutcome] = MappingProxyType({}),
+) -> Judged:
+    """Return a statement with the verdict that follows from the answers of its sources.
+
+    `outcomes` says of runs, by their names, whether their outcomes are robust.
+    """
+    tried = ways(statement, statements)
+    values = [found[way.source].values.get(way.request.key) for way in tried]
+    verdict, chosen = judge(statement, [(value, way.reading) for value, way in zip(values, tried, strict=True)])
+    if verdict is Verdict.PICTURE:
+        return Judged(statement, verdict, statement.source)
+    if verdict is Verdict.NOT_COMPUTED:
+        failed = (found[way.source].failures.get(way.request.key, "") for way in tried)
+        return Judged(statement, verdict, reason=statement.missing or next(filter(None, failed), ""))
+    way, ours = tried[chosen], values[chosen]
+    reason = statement.why if verdict is Verdict.MISSED else ""
+    others = alternatives(statement, statements)
+    shown = [(other.reading, found[other.source].values.get(other.request.key)) for other in others]
+    beside = tuple((how, value) for how, value in shown if value is not None)
+    there = next((found[other.source].values.get(other.request.key) for other in on_converged(statement)), None)
+    return Judged(
+        statement,
+        verdict,
+        way.source,
+        ours,
+        way.reading,
+        ratios(statement, ours),
+        reason,
+        beside,
+        converged=there,
+        is_met_there=None if there is None else meets(statement, there),
+        robustness=_robustness(statement, way.source, outcomes),
+    )
+
+
+def _robustness(statement: Statement, source: str, outcomes: Mapping[str, StoredOutcome]) -> str:
+    """Return the verdict on an outcome, a text or a truth value, of a run that was repeated with small changes."""
+    known = outcomes.get(source)
+    return known.text if known is not None and isinstance(statement.value, str | bool) else ""
+
+
+def ways(statement: Statement, statements: Statements) -> list[Way]:
+    """Return the ways to compute a statement, in the order in which they are tried."""
+    if not statement.quantity:
+        return []
+    first = _way(statement, statement.source, statement.quantity, dict(statement.arguments), "", statements.sources)
+    tried = [first, *(_other(statement, reading, statements) for reading in statement.reading)]
+    return [way._replace(reading="; ".join(filter(None, (way.reading, statement.inferred)))) for way in tried]
+
+
+def alternatives(statement: Statement, statements: Statements) -> list[Way]:
+    """Return the ways that are shown beside a statement."""
+    return [_other(statement, reading, statements) for reading in statement.beside]
+
+
+def on_converged(statement: Statement) -> list[Way]:
+    """Return the way to compute a statement on the model with more modes, if there is one."""
+    request = QuantityRequest(statement.quantity, tuple(sorted(statement.arguments.items())), statement.unit)
+    return [Way(statement.converged, request, "")] if statement.converged else []
+
+
+def _other(statement: Statement, other: Reading, statements: Statements) -> Way:
+    return _way(
+        statement,
+        other.source,
+        other.quantity or statement.quantity,
+        dict(statement.arguments if other.arguments is None else other.arguments),
+        other.how,
+        statements.sources,
+    )
+
+
+def _way(
+    statement: Statement, source: str, quantity: str, arguments: dict[str, Any], how: str, sources: Mapping[str, Source]
+) -> Way:
+    request = QuantityRequest(quantity, tuple(sorted(arguments.items())), statement.unit)
+    return Way(source, request, how or "; ".join(reading_of(sources[source])))
+
+
+def reading_of(source: Source) -> list[str]:
+    """Return the factor on all unbalances of a source's scenario, if it has one, and the reading that it declares."""
+    factor = source.unbalance_factor or (load_scenario(source.scenario).unbalance_factor if source.scenario else 1.0)
+    scaled = [] if factor == 1.0 else [f"all unbalances times {factor:g}"]
+    return [*scaled, *([source.reading] if source.reading else [])]
+
+
+def _named(counts: Counter[Verdict]) -> dict[str, int]:
+    return {verdict.value: counts[verdict] for verdict in Verdict}
+
+
+def _as_dict(one: Judged) -> dict[str, Any]:
+    statement = one.statement
+    return {
+        "key": statement.key,
+        "where": statement.where,
+        "what": statement.what,
+        "stated": statement.value,
+        "relation": statement.relation,
+        "unit": statement.unit,
+        "ours": one.ours,
+        "ratios": list(one.ratios),
+        "verdict": one.verdict.value,
+        "reading": one.reading,
+        "reason": one.reason or statement.picture,
+        "converged": one.converged,
+        "met_on_converged": one.is_met_there,
+        "robustness": one.robustness,
+        "beside": [{"how": how, "value": value} for how, value in one.beside],
+        "source": one.source,
+        "quantity": statement.quantity,
+        "arguments": dict(statement.arguments),
+    }

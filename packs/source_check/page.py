@@ -1,0 +1,98 @@
+"""The report as one HTML page that needs no other file."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from importlib.metadata import version
+from pathlib import Path
+
+from amb_cosim.presentation.templates import templates_of
+from amb_cosim.reporting.page_parts import asset, in_script, picture_url, plotly_script
+from amb_files.atomic import write_atomically
+from source_check.evaluation import Judged, Report
+from source_check.sources import SourceResult
+from source_check.statements import Chapter
+from source_check.texts import converged_text, ratio_text, remark_text, stated_text, tolerance_text, value_text
+from source_check.verdict import Verdict
+
+PAGE = "report.html"
+
+
+@dataclass(frozen=True)
+class Section:
+    """Statements that rest on one source, with its answer; without a source, statements that have none."""
+
+    name: str
+    answer: SourceResult | None
+    judged: tuple[Judged, ...]
+
+    @property
+    def places(self) -> str:
+        """Places in the source of the statements, each once."""
+        return ", ".join(dict.fromkeys(one.statement.where for one in self.judged))
+
+    @property
+    def reading(self) -> str:
+        """The reading that all its statements take, if there is one."""
+        counted = (Verdict.REPRODUCED, Verdict.WITH_READING, Verdict.MISSED)
+        readings = {one.reading for one in self.judged if one.verdict in counted}
+        return readings.pop() if len(readings) == 1 else ""
+
+    @property
+    def picture(self) -> str:
+        """The picture of the plots, as a data URL."""
+        return picture_url(self.answer.picture) if self.answer is not None else ""
+
+
+def write_page(report: Report, path: Path) -> Path:
+    """Write the page; it appears complete or not at all."""
+    text = page(report)
+    write_atomically(path, lambda file: file.write_text(text, encoding="utf-8"))
+    return path
+
+
+def page(report: Report) -> str:
+    """Return the text of the page."""
+    environment = templates_of("source_check", "template")
+    environment.globals.update(
+        stated=lambda one: stated_text(one.statement),
+        ours=lambda one: value_text(one.ours, one.statement.unit),
+        ratio=ratio_text,
+        converged=converged_text,
+        remark=remark_text,
+        tolerance=lambda one: tolerance_text(one.statement),
+        badge=lambda verdict: verdict.name.lower(),
+    )
+    chapters = [(chapter, tuple(sections(report, chapter))) for chapter in report.chapters]
+    shown = {part.name: part.answer for _, parts in chapters for part in parts if part.answer is not None}
+    drawn = {name: [panel.in_chosen_units().as_data() for panel in answer.panels] for name, answer in shown.items()}
+    return environment.get_template("report.html.j2").render(
+        report=report,
+        statements=report.statements,
+        chapters=chapters,
+        verdicts=list(Verdict),
+        version=version("amb-cosim"),
+        date=datetime.now(UTC).strftime("%Y-%m-%d"),
+        style=asset("report.css"),
+        script=asset("report.js"),
+        plotly=plotly_script(),
+        plots=in_script(drawn),
+    )
+
+
+def sections(report: Report, chapter: Chapter) -> Iterator[Section]:
+    """Yield the statements of a chapter by source, in the order of their file; those without any together."""
+    groups: dict[str, list[Judged]] = {}
+    sources = _source_of_group(report)
+    for one in report.of_chapter(chapter):
+        name = one.source or one.statement.source or sources.get(one.statement.group, "")
+        groups.setdefault(name, []).append(one)
+    for name, judged in groups.items():
+        yield Section(name, report.answers.get(name), tuple(judged))
+
+
+def _source_of_group(report: Report) -> dict[str, str]:
+    """Return a source for each figure and table that has one, for its statements without."""
+    return {one.statement.group: one.statement.source for one in reversed(report.judged) if one.statement.source}

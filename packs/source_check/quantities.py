@@ -1,0 +1,79 @@
+"""Quantities and plots by which statements are computed: those of this room, and those of the module that a file names.
+
+They are the public functions of a module. Their first argument is a run (`Signals`), or the result of a study. One that
+returns panels draws. Any other is a quantity; the unit of its number is in the annotation of what it returns,
+`Annotated[float, "N"]`, which texts, truth values and numbers with a unit of their own do without.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import is_dataclass
+from importlib import import_module
+from inspect import isfunction
+from typing import Any, NamedTuple, get_args, get_type_hints
+
+from amb_cosim.cosim.record.signals import Signals
+from amb_cosim.reporting.panels import Panel, run_panels
+from source_check import run_quantities, study_panels, study_quantities
+
+Quantities = Mapping[str, tuple[Callable[..., Any], str]]
+"""Functions and the units of their numbers, by name."""
+
+
+def quantities_of_runs(module: str = "") -> Quantities:
+    """Return the quantities of runs, with those of a module, if it is named."""
+    return {
+        f.name: (f.call, f.unit) for f in _functions(run_quantities.__name__, module) if f.is_of_run and not f.draws
+    }
+
+
+def quantities_of_studies(module: str = "") -> Quantities:
+    """Return the quantities of studies, with those of a module, if it is named."""
+    known = [f for f in _functions(study_quantities.__name__, module) if is_dataclass(f.subject)]
+    return {f.name: (f.call, f.unit) for f in known if not f.draws}
+
+
+def panels_of_run(run: Signals, module: str = "") -> tuple[Panel, ...]:
+    """Return the plots of a run, with those of a module, if it is named."""
+    return run_panels(run, [f.call for f in _functions(module) if f.is_of_run and f.draws])
+
+
+def panels_of_study(result: Any, module: str = "") -> tuple[Panel, ...]:
+    """Return the plots of a study's result, of this room or of a module; none where a study has no curves."""
+    known = [f for f in _functions(study_panels.__name__, module) if f.draws and not f.is_of_run]
+    return next((tuple(f.call(result)) for f in known if isinstance(result, f.subject)), ())
+
+
+class _Function(NamedTuple):
+    """A public function of a module, the type of its first argument, and that of what it returns."""
+
+    call: Callable[..., Any]
+    subject: Any
+    returned: Any
+
+    @property
+    def name(self) -> str:
+        return self.call.__name__
+
+    @property
+    def unit(self) -> str:
+        return str(getattr(self.returned, "__metadata__", ("",))[0])
+
+    @property
+    def is_of_run(self) -> bool:
+        return self.subject is Signals
+
+    @property
+    def draws(self) -> bool:
+        return get_args(self.returned) == (Panel,)
+
+
+def _functions(*modules: str) -> Iterator[_Function]:
+    """Yield the public functions of modules that have arguments; an empty name is none."""
+    for module in filter(None, modules):
+        for function in vars(import_module(module)).values():
+            if isfunction(function) and function.__module__ == module and not function.__name__.startswith("_"):
+                *arguments, returned = get_type_hints(function, include_extras=True).values()
+                if arguments:
+                    yield _Function(function, arguments[0], returned)

@@ -1,0 +1,80 @@
+"""Command `report`: what packs state beside what is computed here."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from amb_cosim.commands.cli_errors import Failed, refusing
+from amb_cosim.commands.options import UNITS, output
+from amb_files.atomic import check_writable
+from fmi_export.building.extras import require_extra
+
+if TYPE_CHECKING:
+    from source_check.evaluation import Report
+    from source_check.statements import Statements
+
+
+@click.command()
+@output("Folder for the page and its data; what fits of an earlier report there is used again.", "results/report")
+@click.option(
+    "--pack",
+    "packs",
+    multiple=True,
+    metavar="NAME",
+    help="A pack that states something; by default all that have what `only` names.",
+)
+@click.option("--only", multiple=True, metavar="NAME", help="A chapter, figure, table: ch4, table3_1; may be repeated.")
+@click.option("--jobs", type=click.IntRange(1, 256), help="Most processes at a time; by default one for a processor.")
+@UNITS
+def report(output: Path, packs: tuple[str, ...], only: tuple[str, ...], jobs: int | None) -> None:
+    """Check what packs state and write a page of verdicts.
+
+    Each of several packs gets a folder of its own.
+    """
+    from source_check.statements import load_statements, packs_with_statements
+
+    with refusing():
+        check_writable(output, is_folder=True)
+        known = {pack: load_statements(pack) for pack in packs or packs_with_statements()}
+    chosen = {pack: of for pack, of in known.items() if of.named.keys() >= {*only}} or known
+    failures: dict[str, str] = {}
+    for pack, statements in chosen.items():
+        folder = output if len(chosen) == 1 else output / pack
+        failures |= _assess(statements, folder, only, jobs, pack).failures
+    if failures:
+        raise Failed("\n".join(f"{name}: {reason}" for name, reason in failures.items()))
+
+
+def _assess(statements: Statements, folder: Path, only: tuple[str, ...], jobs: int | None, pack: str) -> Report:
+    """Compute and judge statements, write data, table and page into a folder, and tell how many have which verdict."""
+    from rich.console import Console
+
+    from amb_cosim.presentation.progress import bars
+    from amb_cosim.studies.stored_robustness import load_robustness
+    from source_check.evaluation import assess
+    from source_check.page import PAGE, write_page
+    from source_check.table import TABLE, write_table
+    from source_check.verdict import Verdict
+
+    with refusing(), bars(Console(stderr=True)) as shown:
+        require_extra("report", "a report", "plotly")
+        task = shown.add_task("computing (a first run compiles the models)", total=None)
+        found = assess(
+            statements,
+            folder,
+            only,
+            jobs,
+            lambda done, total: shown.update(task, description="runs and studies", completed=done, total=total),
+            load_robustness(pack),
+        )
+        found.save_data(folder)
+        write_table(found, folder / TABLE)
+        write_page(found, folder / PAGE)
+    counts = found.counts()
+    for verdict in Verdict:
+        click.echo(f"{counts[verdict]:4d} {verdict.value}")
+    click.echo(f"page in {folder / PAGE}")
+    return found

@@ -1,0 +1,268 @@
+"""Runs and studies that statements are computed from: each done once, in a process of its own, and kept."""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import json
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from amb_cosim.cosim.run.run_plan import Progress
+from amb_cosim.reporting.panels import Panel, panel_of
+from amb_cosim.reporting.pictures import picture_of
+from amb_cosim.scenario.file import read_scenario
+from amb_cosim.scenario.scenario import load_scenario
+from amb_cosim.scenario.simulation import run_prepared
+from amb_cosim.studies.processes import simulate_in_processes
+from amb_cosim.studies.stored_robustness import FILE as ROBUSTNESS
+from amb_files.atomic import write_atomically
+from amb_files.packs import files_of, packs
+from amb_files.toml import parse_toml, read_text
+from fmi_export.building.identity import package_folder
+from source_check.quantities import (
+    panels_of_run,
+    panels_of_study,
+    quantities_of_runs,
+    quantities_of_studies,
+)
+from source_check.requests import QuantityRequest, evaluate
+from source_check.source_runs import build_fmus, prepare_source
+from source_check.statements import FILE, Source
+from source_check.study_quantities import compute
+from source_check.verdict import Computed
+
+PACKAGES = (
+    *("amb_cosim", "rotor_contact", "amb_actuator", "rolac_controller", "levitated_rotor"),
+    *("rotor_analysis", "fmi_export", "amb_files", "source_check"),
+)
+CODE = (".py", ".c", ".h", ".ll", ".toml")
+OTHER = (
+    "scenarios/",
+    "sweeps/",
+    FILE,
+    ROBUSTNESS,
+    *(f"{name}.py" for name in ("page", "table", "texts", "report_command", "robustness_command")),
+    "reporting/page_parts.py",
+    "commands",
+)
+FOLDER = "sources"  # in that of the report
+
+
+@dataclass(frozen=True)
+class Job:
+    """A source with everything that is requested of it, and the file that keeps the answer.
+
+    `quantities` is the module with those that are not of this room.
+    """
+
+    name: str
+    source: Source
+    quantities: str
+    requests: tuple[QuantityRequest, ...]
+    file: Path
+    key: str
+
+
+@dataclass(frozen=True)
+class SourceResult:
+    """What came of a source.
+
+    values, failures
+        What was requested, by the key of each, in its unit; why something has no value.
+    title, text, parameters
+        Of the run or the study: what it is, the text of its file, and what it ran with.
+    panels, picture
+        Plots as data, and one picture of them, a PNG.
+    wall
+        Time that it took (s).
+    """
+
+    values: Mapping[str, Computed]
+    failures: Mapping[str, str]
+    title: str
+    text: str
+    parameters: tuple[tuple[str, str], ...]
+    panels: tuple[Panel, ...]
+    picture: bytes
+    wall: float
+
+
+def code_digest() -> str:
+    """Return a hash of the code, rotors and systems that answers depend on; a scenario's own text is not in it."""
+    sha = hashlib.sha256()
+    for folder in (*map(package_folder, PACKAGES), *packs().values()):
+        for file in sorted(folder.rglob("*")):
+            name = file.relative_to(folder).as_posix()
+            if file.suffix in CODE and not name.startswith(OTHER):
+                sha.update(f"{folder.name}/{name}\0".encode() + file.read_bytes() + b"\0")
+    return sha.hexdigest()
+
+
+def job_of(
+    name: str, source: Source, quantities: str, requests: Sequence[QuantityRequest], folder: Path, code: str
+) -> Job:
+    """Return the job of a source; its key changes with scenario, parameters, requests, and code."""
+    ordered = tuple(sorted(set(requests), key=lambda one: one.key))
+    facts = [name, source.model_dump(mode="json"), _scenario_data(source), [one.key for one in ordered], code]
+    key = hashlib.sha256(json.dumps(facts, sort_keys=True, default=str).encode()).hexdigest()
+    return Job(name, source, quantities, ordered, folder / FOLDER / f"{name}.json", key)
+
+
+def answers(jobs: Sequence[Job], processes: int | None, progress: Progress) -> dict[str, SourceResult]:
+    """Return the answer of each job by the name of its source.
+
+    An answer that is kept under the job's key is read; the others are worked out in parallel processes and kept.
+
+    Parameters
+    ----------
+    jobs
+        What is requested.
+    processes
+        Most processes at a time; as many as there are processors by default.
+    progress
+        Called with the number of jobs done and of all.
+
+    Raises
+    ------
+    OSError
+        If an answer cannot be written.
+    """
+    found = {job.name: answer for job in jobs if (answer := _kept(job)) is not None}
+    open_jobs = [job for job in jobs if job.name not in found]
+    progress(len(found), len(jobs))
+    if open_jobs:
+        open_jobs[0].file.parent.mkdir(parents=True, exist_ok=True)
+        build_fmus((job.source for job in open_jobs), open_jobs[0].file.parent)
+        simulate_in_processes(
+            keep_answer, open_jobs, lambda done, _: progress(len(found) + done, len(jobs)), processes=processes
+        )
+    return {job.name: found.get(job.name) or _read(job) for job in jobs}
+
+
+def keep_answer(job: Job) -> None:
+    """Run the source of a job, evaluate what is requested, and keep the answer; a failure is part of the answer."""
+    begin = time.perf_counter()
+    try:
+        facts = _of_run(job) if job.source.scenario else _of_study(job)
+    except (ValueError, LookupError, ArithmeticError, RuntimeError) as error:
+        reason = f"{type(error).__name__}: {error}" if not str(error) else str(error)
+        facts = {"values": {}, "failures": {one.key: reason for one in job.requests}, "title": job.name, "text": ""}
+        facts |= {"parameters": [], "panels": [], "picture": ""}
+    text = json.dumps({"key": job.key, **facts, "wall": time.perf_counter() - begin}, allow_nan=False)
+    write_atomically(job.file, lambda path: path.write_text(text, encoding="utf-8"))
+
+
+def _of_run(job: Job) -> dict[str, Any]:
+    source = job.source
+    prepared = prepare_source(source, job.file.with_suffix(".rotor.toml"))
+    result = run_prepared(prepared)
+    if result.outcome.failure is not None:
+        raise ValueError(f"the run ended early: {result.outcome.failure}")
+    changes = dict(source.set) | source.model_dump(include={"end_cycle", "unbalance_factor"}, exclude_none=True)
+    changes |= {"rotor": source.rotor_file} if source.rotor_file else {}
+    changes |= {f"rotor {table}.{key}": v for table, values in source.rotor.items() for key, v in values.items()}
+    return {
+        "title": source.title or prepared.scenario.description,
+        "text": scenario_text(source.scenario),
+        "parameters": _texts(scenario_parameters(source.scenario) | changes),
+        **_evaluate_all(job, result.signals, quantities_of_runs(job.quantities)),
+        **_drawn(panels_of_run(result.signals, job.quantities)),
+    }
+
+
+def _of_study(job: Job) -> dict[str, Any]:
+    source = job.source
+    result = compute(source.study, dict(source.arguments))
+    return {
+        "title": source.title or study_title(source.study),
+        "text": "",
+        "parameters": [("study", source.study), *_texts(source.arguments)],
+        **_evaluate_all(job, result, quantities_of_studies(job.quantities)),
+        **_drawn(panels_of_study(result, job.quantities)),
+    }
+
+
+def _texts(values: Mapping[str, Any]) -> list[tuple[str, str]]:
+    return [(name, str(value)) for name, value in values.items()]
+
+
+def _drawn(panels: Sequence[Panel]) -> dict[str, Any]:
+    picture = base64.b64encode(picture_of(panels)).decode("ascii")
+    return {"panels": [panel.as_data() for panel in panels], "picture": picture}
+
+
+def _evaluate_all(job: Job, subject: Any, quantities: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
+    values, failures = {}, {}
+    for one in job.requests:
+        try:
+            values[one.key] = evaluate(subject, one, quantities)
+        except (ValueError, LookupError, TypeError, AttributeError, AssertionError) as error:
+            failures[one.key] = f"{one.quantity}: {error or type(error).__name__}"
+    missing = {key: "the run has no such value" for key, value in values.items() if value is None}
+    return {"values": {k: v for k, v in values.items() if v is not None}, "failures": failures | missing}
+
+
+def scenario_text(name: str) -> str:
+    """Return the text of a scenario's file and, before it, of those that it is based on."""
+    text = read_text(files_of("scenarios")[name], name)
+    base = parse_toml(text, name).get("base")
+    own = f"# {name}.toml\n{text}"
+    return own if base is None else f"{scenario_text(str(base))}\n{own}"
+
+
+def scenario_parameters(name: str) -> dict[str, Any]:
+    """Return what a scenario runs with, in the words of its file: speed, factor, inputs, parameters and events."""
+    scenario = load_scenario(name)
+    found: dict[str, Any] = {"scenario": name, "Omega": scenario.Omega}
+    if scenario.unbalance_factor != 1.0:
+        found["unbalance_factor"] = scenario.unbalance_factor
+    for table in (scenario.inputs, scenario.parameters):
+        found |= {f"{component}.{variable}": raw for component, of in table.items() for variable, raw in of.items()}
+    for event in scenario.event:
+        when = f"cycle {event.cycle:g}" if event.cycle is not None else str(event.time)
+        found |= {
+            f"{component}.{variable}, {when}": raw
+            for component, of in event.set.items()
+            for variable, raw in of.items()
+        }
+    return found
+
+
+def study_title(study: str) -> str:
+    """Return one line about a study."""
+    from amb_cosim.studies import STUDIES
+
+    return STUDIES[study].description if study in STUDIES else "What the models start with"
+
+
+def _scenario_data(source: Source) -> Any:
+    return read_scenario(source.scenario) if source.scenario else None
+
+
+def _kept(job: Job) -> SourceResult | None:
+    try:
+        data = json.loads(job.file.read_text(encoding="utf-8"))
+        return _answer(data) if data["key"] == job.key else None
+    except (OSError, ValueError, KeyError, TypeError):
+        return None
+
+
+def _read(job: Job) -> SourceResult:
+    return _answer(json.loads(job.file.read_text(encoding="utf-8")))
+
+
+def _answer(data: dict[str, Any]) -> SourceResult:
+    return SourceResult(
+        values=data["values"],
+        failures=data["failures"],
+        title=data["title"],
+        text=data["text"],
+        parameters=tuple((k, v) for k, v in data["parameters"]),
+        panels=tuple(panel_of(panel) for panel in data["panels"]),
+        picture=base64.b64decode(data["picture"]),
+        wall=data["wall"],
+    )

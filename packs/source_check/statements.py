@@ -1,0 +1,247 @@
+"""Statements of a source as data: where, what, value, tolerance, and how the same is computed here."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from fnmatch import fnmatchcase
+from functools import cache
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, StrictBool, StrictFloat, StrictInt, StrictStr, model_validator
+
+from amb_cosim.cosim.system.tables import Table, Values
+from amb_files.packs import packs
+from amb_files.suggestions import suggest
+from amb_files.toml import read_toml, validate
+from amb_files.validation_errors import Allowed
+
+FILE = "statements.toml"
+
+Number = StrictInt | StrictFloat
+Expected = Annotated[
+    StrictBool | Number | StrictStr | tuple[Number, ...],
+    Field(union_mode="smart"),
+    Allowed("a number, a list of numbers, true, false or a text"),
+]
+Relation = Literal["equal", "below", "above"]
+
+
+class Source(Table):
+    """A run of a scenario or a study, from which statements are computed."""
+
+    scenario: str = ""
+    """Name of a scenario; either this or `study`."""
+    set: Values = Field(default={})
+    """Values that replace its own."""
+    end_cycle: float | None = Field(default=None, gt=0.0)
+    """Cycle at which the run ends, in place of its own."""
+    unbalance_factor: float | None = Field(default=None, gt=0.0)
+    """Factor on all unbalances, in place of the scenario's."""
+    rotor: dict[str, dict[str, Any]] = Field(default={})
+    """Tables that replace those of its rotor file."""
+    rotor_file: str = ""
+    """Name of a rotor in place of its own."""
+    study: str = ""
+    """Name of a study of `amb_cosim.studies`, or `model_inputs`."""
+    arguments: Values = Field(default={})
+    """Arguments of the study."""
+    title: str = ""
+    """One line about it, in place of the scenario's or the study's own."""
+    reading: str = ""
+    """What differs from the words of the source, where they leave something open or do not lead to what they report."""
+
+    @model_validator(mode="after")
+    def _is_one(self) -> Source:
+        if bool(self.scenario) == bool(self.study):
+            raise ValueError("a source needs either scenario or study")
+        return self
+
+
+class Reading(Table):
+    """Another way to compute a statement."""
+
+    source: str
+    """Its source."""
+    quantity: str = ""
+    """Its quantity, where it differs."""
+    arguments: Values | None = None
+    """Arguments of the quantity, where they differ."""
+    how: str = ""
+    """The same in words."""
+
+
+class Statement(Table):
+    """One number, list, outcome or picture of a source."""
+
+    key: str = Field(pattern=r"^[a-z0-9_]+\.[a-z0-9_]+$")
+    """Name, whose first part is that of a figure, a table or another group of statements."""
+    where: str = Field(min_length=1)
+    """Place in the source, such as `Table 2`."""
+    what: str
+    """Content, in the project's words."""
+    value: Expected | None = None
+    """What is stated; a list for a row of a table."""
+    unit: str = ""
+    """Its unit."""
+    relation: Relation = "equal"
+    """With `below` and `above` the value is a limit."""
+    tolerance: float = Field(default=0.0, ge=0.0)
+    """How far our value may be from it, relative to it; of this and `absolute` the larger one counts."""
+    absolute: float = Field(default=0.0, ge=0.0)
+    """The same in its unit."""
+    because: str = ""
+    """Why the tolerance is what it is."""
+    source: str = ""
+    """What it is computed from."""
+    quantity: str = ""
+    """Which quantity of that."""
+    arguments: Values = Field(default={})
+    """Arguments of the quantity."""
+    reading: tuple[Reading, ...] = ()
+    """Other ways to compute it, tried in turn where the first one misses."""
+    beside: tuple[Reading, ...] = ()
+    """Other ways that are shown beside, and not judged."""
+    converged: str = ""
+    """Source of the same quantity on a model with more modes, shown and judged in a column of its own."""
+    given: bool = False
+    """Whether the model takes the value over as an input."""
+    definition: bool = False
+    """Whether any model must meet it: a conversion of units, a kinematic identity, a formula of the source itself."""
+    inferred: str = ""
+    """What is read into the words of the source where they do not say it: a number for a word, a comparison."""
+    why: str = ""
+    """Why it is missed, where it is."""
+    picture: str = ""
+    """What a figure without numbers shows."""
+    missing: str = ""
+    """Why it is not computed."""
+
+    @model_validator(mode="after")
+    def _is_complete(self) -> Statement:
+        if sum((bool(self.quantity), bool(self.picture), bool(self.missing))) != 1:
+            raise ValueError("a statement needs one of quantity, picture and missing")
+        if self.quantity and (self.value is None or not self.source):
+            raise ValueError("a statement with a quantity needs value and source")
+        if self.relation != "equal" and not _is_number(self.value):
+            raise ValueError(f"relation {self.relation} needs a number as value")
+        return self
+
+    @property
+    def group(self) -> str:
+        """First part of the key: the figure, table, equation or section."""
+        return self.key.partition(".")[0]
+
+
+class Chapter(Table):
+    """A part of the statements."""
+
+    key: str
+    """Name for `--only`, such as `ch4`."""
+    name: str
+    """Name on the page, such as `chapter 4`."""
+    title: str = ""
+    """Title on the page, such as `Contact`."""
+    groups: tuple[str, ...] = ("*",)
+    """Patterns of the groups of its statements, such as `table4_*`."""
+
+    def has(self, statement: Statement) -> bool:
+        """Return whether a statement is one of the chapter."""
+        return any(fnmatchcase(statement.group, pattern) for pattern in self.groups)
+
+
+class Statements(Table):
+    """The content of the file."""
+
+    title: str
+    """What the page is called."""
+    about: str = ""
+    """What it compares."""
+    note: str = ""
+    """What a reader must know of its verdicts."""
+    label: str = "stated"
+    """What the source is called in the heads of tables."""
+    converged: str = "converged model"
+    """What the model with more modes is called there."""
+    quantities: str = ""
+    """Module with quantities and plots of its own, see `source_check.quantities`."""
+    chapter: tuple[Chapter, ...] = (Chapter(key="all", name="statements"),)
+    """Parts of the statements; without, they are one."""
+    sources: dict[str, Source]
+    """Runs and studies by name."""
+    statement: tuple[Statement, ...]
+    """Statements in the order of their source."""
+
+    @model_validator(mode="after")
+    def _fits(self) -> Statements:
+        keys = [statement.key for statement in self.statement]
+        twice = sorted({key for key in keys if keys.count(key) > 1})
+        if twice:
+            raise ValueError(f"two statements have the key {twice[0]}")
+        for statement in self.statement:
+            if not any(chapter.has(statement) for chapter in self.chapter):
+                raise ValueError(f"statement {statement.key}: no chapter has groups that match {statement.group}")
+            others = (reading.source for reading in (*statement.reading, *statement.beside))
+            for name in (statement.source, statement.converged, *others):
+                if name and name not in self.sources:
+                    raise ValueError(f"statement {statement.key}: no source {name!r}; {suggest(name, self.sources)}")
+        return self
+
+    @property
+    def named(self) -> dict[str, list[Statement]]:
+        """The statements of each chapter (`ch4`) and each group (`table3_1`)."""
+        found: dict[str, list[Statement]] = {}
+        for statement in self.statement:
+            for name in (*(chapter.key for chapter in self.chapter if chapter.has(statement)), statement.group):
+                found.setdefault(name, []).append(statement)
+        return found
+
+
+def parse_statements(data: Mapping[str, Any], name: str) -> Statements:
+    """Return the statements in what a file holds.
+
+    Raises
+    ------
+    ValueError
+        If the data does not have the form; one line for each mistake, which begins with `name`.
+    """
+    return validate(data, Statements, name)
+
+
+def packs_with_statements() -> list[str]:
+    """Return the names of the packs that state something."""
+    return [pack for pack, folder in packs().items() if (folder / FILE).is_file()]
+
+
+@cache
+def load_statements(pack: str) -> Statements:
+    """Return the statements of a pack.
+
+    Raises
+    ------
+    ValueError
+        If there is no such pack, it states nothing, or its file does not have the form.
+    """
+    if pack not in packs_with_statements():
+        raise ValueError(f"pack {pack!r} has no {FILE}; {suggest(pack, packs_with_statements())}")
+    name = f"{FILE} of pack {pack}"
+    return parse_statements(read_toml(packs()[pack] / FILE, name), name)
+
+
+def selected(statements: Statements, only: Collection[str] = ()) -> tuple[Statement, ...]:
+    """Return the statements of some chapters (`ch4`) and groups (`table3_1`); all without `only`.
+
+    Raises
+    ------
+    ValueError
+        If there is no statement of that name.
+    """
+    named = statements.named
+    for name in only:
+        if name not in named:
+            raise ValueError(f"--only {name} is not allowed; {suggest(name, sorted(named))}")
+    chosen = {statement.key for name in only for statement in named[name]}
+    return tuple(statement for statement in statements.statement if not only or statement.key in chosen)
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)

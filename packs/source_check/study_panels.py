@@ -1,0 +1,60 @@
+"""Plots of studies, as data."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from amb_cosim.reporting.panels import Panel, curve
+from amb_cosim.studies.campbell_diagram import CampbellDiagram
+from amb_cosim.studies.natural_modes import ModeShapes
+from amb_cosim.studies.sensor_receptance import SensorReceptance
+from amb_cosim.studies.unbalance_over_speed import UnbalanceResponse
+
+SHOWN_MODES = 8
+
+
+def campbell_panels(found: CampbellDiagram) -> list[Panel]:
+    """Return natural frequencies over the spin speed, and the line of synchronous speed."""
+    modes = [curve(f"mode {k}", found.speeds, mode.frequencies) for k, mode in enumerate(found.modes, start=1)]
+    synchronous = curve("synchronous", found.speeds, found.speeds, "dashed")
+    return [Panel("Damped natural frequencies", "spin speed (rad/s)", "frequency (rad/s)", (*modes, synchronous))]
+
+
+def mode_panels(found: ModeShapes) -> list[Panel]:
+    """Return the shapes of the lowest four pairs of modes along the shaft."""
+    return [
+        Panel(
+            f"Mode shapes at {found.speed:g} rad/s",
+            "axial position (m)",
+            "displacement in x",
+            tuple(
+                curve(f"{_frequency(found, k):.1f} rad/s", found.z, _real(found.shapes[k].x))
+                for k in range(0, min(SHOWN_MODES, len(found.shapes)), 2)
+            ),
+        )
+    ]
+
+
+def response_panels(found: UnbalanceResponse) -> list[Panel]:
+    """Return amplitudes over the spin speed."""
+    curves = tuple(curve(name, found.speeds, 1e3 * place.amplitude) for name, place in found.places.items())
+    return [Panel("Response to unbalance", "spin speed (rad/s)", "amplitude (mm)", curves)]
+
+
+def receptance_panels(found: SensorReceptance) -> list[Panel]:
+    """Return the norm of each column of the receptance over the spin speed (5.18)."""
+    norms = 1e6 * np.linalg.norm(found.receptance, axis=1)
+    curves = tuple(curve(name, found.speeds, norms[:, k]) for k, name in enumerate(found.forces))
+    return [Panel("Norm of the columns of R", "spin speed (Hz)", "|R_i| (um/N)", curves)]
+
+
+def _real(shape: Any) -> Any:
+    """Return a complex shape turned so that its largest displacement is real and positive."""
+    largest = shape[int(np.argmax(np.abs(shape)))]
+    return np.real(shape * np.conj(largest)) / abs(largest)
+
+
+def _frequency(found: ModeShapes, k: int) -> float:
+    return float(found.frequencies.speeds[found.speed].frequencies[k])

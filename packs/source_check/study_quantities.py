@@ -1,0 +1,160 @@
+"""Named quantities of studies: each takes a study's result and returns a number in SI units, a list, a text or None."""
+
+from __future__ import annotations
+
+import inspect
+from dataclasses import dataclass
+from typing import Annotated, Any
+
+import numpy as np
+
+from amb_cosim import studies
+from amb_cosim.cosim.system.values import quantity
+from amb_cosim.studies.bearing_axis import BearingAxis
+from amb_cosim.studies.campbell_diagram import CampbellDiagram
+from amb_cosim.studies.natural_modes import ModeShapes
+from amb_cosim.studies.rotor_layout import RotorLayout
+from amb_cosim.studies.sensor_receptance import SensorReceptance
+from rotor_analysis.rotor import Rotor
+from rotor_analysis.rotor_file import load_rotor
+
+BEYOND_SATURATION = 1e4  # A
+
+
+@dataclass(frozen=True)
+class ModelInputs:
+    """What the models start with: values of their parameters by component, and the rotor."""
+
+    parameters: dict[str, dict[str, float]]
+    rotor: Rotor
+
+
+def model_inputs() -> ModelInputs:
+    """Return the start values of all parameters of the three models, and the rotor that they are of by default."""
+    from amb_cosim.export import models
+
+    made = {name: getattr(models, name)()[0] for name in models.MODELS}
+    return ModelInputs(
+        {
+            name: {v.name: float(v.start) for v in model.interface.variables if v.causality == "parameter"}
+            for name, model in made.items()
+        },
+        load_rotor(),
+    )
+
+
+def compute(study: str, arguments: dict[str, Any]) -> Any:
+    """Return the result of a study of `amb_cosim.studies`, or of `model_inputs`.
+
+    Raises
+    ------
+    ValueError
+        If there is no such study, or an argument is out of range.
+    """
+    if study == "model_inputs":
+        return model_inputs()
+    if study not in studies.STUDIES:
+        raise ValueError(f"there is no study {study!r}; there are {', '.join(studies.STUDIES)}, model_inputs")
+    function = getattr(studies, study)
+    quiet = {"progress": False} if "progress" in inspect.signature(function).parameters else {}
+    return function(**arguments, **quiet)
+
+
+def parameter(inputs: ModelInputs, component: str, name: str) -> float:
+    """Return the start value of a parameter of a model, in its unit."""
+    return inputs.parameters[component][name]
+
+
+def shaft_diameter(inputs: ModelInputs) -> Annotated[float, "m"]:
+    """Return the diameter of the shaft (m)."""
+    (diameter,) = {*inputs.rotor.shaft.diameter}
+    return float(diameter)
+
+
+def body_count(inputs: ModelInputs, mass: float, radius: float) -> Annotated[float, "1"]:
+    """Return the number of rigid bodies of a mass (kg) and a radius (m)."""
+    return float(sum((body.mass, getattr(body, "radius", None)) == (mass, radius) for body in inputs.rotor.bodies))
+
+
+def clearance(inputs: ModelInputs, site: str) -> Annotated[float, "m"]:
+    """Return the clearance of a contact site of the rotor (m)."""
+    return parameter(inputs, "rotor_contact", f"{site}.clearance")
+
+
+def node_count(inputs: ModelInputs) -> Annotated[float, "1"]:
+    """Return the number of nodes of the mesh."""
+    return float(len(inputs.rotor.shaft.nodes))
+
+
+def plane_count(inputs: ModelInputs) -> Annotated[float, "1"]:
+    """Return the number of planes that the condensed model keeps."""
+    return float(len(inputs.rotor.masters))
+
+
+def rolling_ratio(inputs: ModelInputs, site: str) -> Annotated[float, "1"]:
+    """Return the whirl speed of rolling over the spin speed, without sign, R_s/C_r (1) (4.30)."""
+    return parameter(inputs, "rotor_contact", f"{site}.journal_radius") / clearance(inputs, site)
+
+
+def largest_force(inputs: ModelInputs) -> Annotated[float, "N"]:
+    """Return the pull of a saturated coil pair at the nominal gap, both poles at an angle (N) (2.6)."""
+    from amb_actuator.force import pull
+    from amb_cosim.design.magnetic_bearing import axis_parameters
+
+    axis = axis_parameters()
+    return float(pull(axis, BEYOND_SATURATION, axis.gap).force)
+
+
+def synchronous_force(inputs: ModelInputs, unbalance: str, speed: str) -> Annotated[float, "N"]:
+    """Return the rotating force of an unbalance at a spin speed, both with their units, u Omega^2 (N)."""
+    return quantity(unbalance, "kg.m", "unbalance") * quantity(speed, "rad/s", "speed") ** 2
+
+
+def stiffness_at(inputs: ModelInputs, bias: float, static: float) -> Annotated[float, "N/m"]:
+    """Return K_s of the linear law with a bias and a static current (A) (N/m) (2.8)."""
+    from amb_cosim.design.magnetic_bearing import axis_parameters, linear_constants
+
+    return linear_constants(axis_parameters(bias_current=bias, static_current=static))[0]
+
+
+def static_load(axis: BearingAxis) -> Annotated[float, "N"]:
+    """Return the static load of an axis at its static current (N)."""
+    return axis.load.own.static_load
+
+
+def mode_frequency(modes: ModeShapes, pair: int) -> Annotated[float, "rad/s"]:
+    """Return the mean of a pair of natural frequencies, backward and forward, counted from 1 (rad/s)."""
+    found = modes.frequencies.speeds[modes.speed].frequencies
+    return float(np.mean(found[2 * pair - 2 : 2 * pair]))
+
+
+def mode_kind(modes: ModeShapes, pair: int) -> str:
+    """Return what the shape of a pair of modes is: `conical`, `cylindrical`, or `flexural` with its crossings."""
+    shape = modes.shapes[2 * pair - 2]
+    return f"flexural, {shape.crossings} nodes" if shape.kind == "flexural" else shape.kind
+
+
+def critical_speed(diagram: CampbellDiagram, number: int) -> Annotated[float, "rad/s"]:
+    """Return a critical speed with forward whirl, counted from 1 (rad/s)."""
+    return critical_speeds(diagram, number)[number - 1]
+
+
+def critical_speeds(diagram: CampbellDiagram, count: int) -> Annotated[list[float], "rad/s"]:
+    """Return the lowest critical speeds with forward whirl (rad/s)."""
+    return [row.speed for row in diagram.critical_speeds if row.whirl == "forward"][:count]
+
+
+def rotor_mass(found: RotorLayout) -> Annotated[float, "kg"]:
+    """Return the mass of the rotor (kg)."""
+    return found.mass
+
+
+def rotor_length(found: RotorLayout) -> Annotated[float, "m"]:
+    """Return the length of the shaft (m)."""
+    return found.length
+
+
+def column_norm(found: SensorReceptance, axis: int, frequency: float) -> Annotated[float, "m/N"]:
+    """Return the norm of a column of the receptance at a speed (Hz), S_i = |R_i| (m/N) (5.18)."""
+    at = int(np.argmin(np.abs(np.asarray(found.speeds) - frequency)))
+    return float(np.linalg.norm(found.receptance[at][:, axis]))

@@ -1,0 +1,61 @@
+"""The statements as Markdown: counts by verdict, and one table for each chapter."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+from amb_files.atomic import write_atomically
+from source_check.evaluation import Judged, Report
+from source_check.statements import Chapter
+from source_check.texts import converged_text, ratio_text, remark_text, stated_text, value_text
+from source_check.verdict import Verdict
+
+TABLE = "report.md"
+
+
+def markdown(report: Report) -> str:
+    """Return the counts by verdict and chapter, and a table of the statements of each chapter."""
+    return "\n".join([*_counts(report), *(line for c in report.chapters for line in _chapter(report, c))]) + "\n"
+
+
+def write_table(report: Report, path: Path) -> None:
+    """Write what `markdown` returns."""
+    text = markdown(report)
+    write_atomically(path, lambda file: file.write_text(text, encoding="utf-8"))
+
+
+def _counts(report: Report) -> Iterator[str]:
+    yield _row("chapter", *(verdict.value for verdict in Verdict), "all")
+    yield _row(*("---" for _ in range(len(Verdict) + 2)))
+    for name, counts in (
+        *((chapter.name, report.counts(chapter)) for chapter in report.chapters),
+        ("all", report.counts()),
+    ):
+        yield _row(name, *(str(counts[verdict]) for verdict in Verdict), str(counts.total()))
+
+
+def _chapter(report: Report, chapter: Chapter) -> Iterator[str]:
+    yield from ("", f"## {chapter.name.capitalize()}", "")
+    columns = ("where", "what", report.statements.label, "here", "ratio", report.statements.converged, "verdict")
+    yield _row(*columns, "how, or why not")
+    yield _row(*("---" for _ in range(8)))
+    yield from map(_line, report.of_chapter(chapter))
+
+
+def _line(one: Judged) -> str:
+    statement = one.statement
+    return _row(
+        statement.where,
+        statement.what,
+        stated_text(statement),
+        value_text(one.ours, statement.unit),
+        ratio_text(one),
+        converged_text(one),
+        one.verdict.value,
+        remark_text(one),
+    )
+
+
+def _row(*cells: str) -> str:
+    return "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"
