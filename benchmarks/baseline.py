@@ -21,7 +21,7 @@ from numba.extending import intrinsic
 
 from amb_cosim.cosim.basics.schedules import Changes, IntArray, PiecewiseConstant
 from amb_cosim.cosim.fmu.fmus import model_source
-from amb_cosim.scenario.simulation import Prepared
+from amb_cosim.scenario.simulation import PlannedRun
 from benchmarks.kernels import step_kernel
 from fmi_export.model import UNCHANGED, Array, Instance
 
@@ -70,7 +70,7 @@ class Baseline:
         If the run is of another kind, or the C compiler of native FMUs is missing.
     """
 
-    def __init__(self, prepared: Prepared) -> None:
+    def __init__(self, prepared: PlannedRun) -> None:
         plan, system = prepared.plan, prepared.plan.system
         order = prepared.scenario.coupling or system.coupling
         if order != "gauss_seidel" or plan.profile or prepared.scenario.fmu:

@@ -14,7 +14,7 @@ from importlib.resources import files
 from typing import Any
 
 from amb_cosim.cosim.basics.choices import Flavour, Loop
-from amb_cosim.scenario.simulation import Prepared, run_prepared
+from amb_cosim.scenario.simulation import PlannedRun, run_prepared
 from benchmarks import cases, peers
 from benchmarks.baseline import Baseline
 from benchmarks.process import CandidateFailed, find_python_with, run_function
@@ -31,7 +31,7 @@ def native_possible() -> bool:
     return importlib.util.find_spec("ziglang") is not None
 
 
-def master_candidate(prepared: Prepared, loop: Loop) -> Candidate:
+def master_candidate(prepared: PlannedRun, loop: Loop) -> Candidate:
     """Run with this project's master."""
 
     def step_time() -> float:
@@ -43,12 +43,12 @@ def master_candidate(prepared: Prepared, loop: Loop) -> Candidate:
     return step_time
 
 
-def baseline_candidate(prepared: Prepared) -> Candidate:
+def baseline_candidate(prepared: PlannedRun) -> Candidate:
     """Run in one loop without FMI."""
     return lambda: Baseline(prepared).run().seconds / prepared.plan.last
 
 
-def profiled_baseline_candidate(prepared: Prepared, parts: dict[str, list[float]]) -> Candidate:
+def profiled_baseline_candidate(prepared: PlannedRun, parts: dict[str, list[float]]) -> Candidate:
     """Run in one loop without FMI and append the time (s) of each part of a step to `parts`.
 
     Reading the clock takes time too, so this run is slower than that of `baseline_candidate`.

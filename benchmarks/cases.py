@@ -22,7 +22,7 @@ import numpy as np
 
 from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.scenario.scenario import Scenario, load_scenario, make_scenario
-from amb_cosim.scenario.simulation import Prepared, prepare
+from amb_cosim.scenario.simulation import PlannedRun, prepare
 from fmi_export.model import Array
 from rotor_analysis.assembly import Matrices, assemble
 from rotor_analysis.reduction import msdc
@@ -45,12 +45,12 @@ _FROM_REST: dict[str, Any] = {
 }
 
 
-def fig4_9(flavour: Flavour) -> Prepared:
+def fig4_9(flavour: Flavour) -> PlannedRun:
     """Prepare the scenario `fig4_9`, controlled at 4 kHz."""
     return prepare(load_scenario("fig4_9").changed(settling="simulated"), flavour=flavour)
 
 
-def rubbing_case(flavour: Flavour, seconds: float, **changes: Any) -> Prepared:
+def rubbing_case(flavour: Flavour, seconds: float, **changes: Any) -> PlannedRun:
     """Prepare the rubbing case for a time (s); `changes` replace keys of its scenario."""
     return prepare(make_scenario(_rubbing_scenario(seconds) | changes, "rubbing"), flavour=flavour)
 
@@ -66,7 +66,7 @@ def _rubbing_scenario(seconds: float) -> dict[str, Any]:
     }
 
 
-def retainer_case(flavour: Flavour, seconds: float) -> Prepared:
+def retainer_case(flavour: Flavour, seconds: float) -> PlannedRun:
     """Prepare the retainer case for a time (s)."""
     return prepare(retainer_scenario(seconds), flavour=flavour)
 

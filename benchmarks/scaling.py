@@ -12,7 +12,7 @@ import numpy as np
 
 from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.scenario.scenario import Scenario, make_scenario
-from amb_cosim.scenario.simulation import Prepared, prepare, run_prepared
+from amb_cosim.scenario.simulation import PlannedRun, prepare, run_prepared
 from benchmarks import cases
 from benchmarks.process import run_function
 
@@ -128,13 +128,13 @@ def pressed_rotor(count: int, seconds: float) -> Scenario:
     )
 
 
-def _mean_sites_in_contact(runs: Sequence[Prepared]) -> list[float]:
+def _mean_sites_in_contact(runs: Sequence[PlannedRun]) -> list[float]:
     """Return the number of sites in contact, averaged over each run."""
     datasets = [run_prepared(prepared).dataset for prepared in runs]
     return [sum(float((d[f"rotor_contact.{site}.mode"] > 0).mean()) for site in SITES) for d in datasets]
 
 
-def _median_times(runs: Sequence[Prepared], rounds: int) -> list[float]:
+def _median_times(runs: Sequence[PlannedRun], rounds: int) -> list[float]:
     """Return the median stepping time (s) of each run, of rounds in which each runs once."""
     times = [[float(run_prepared(prepared).dataset.attrs["wall_s"]) for prepared in runs] for _ in range(rounds + 1)]
     return [median(column) for column in zip(*times[1:], strict=True)]

@@ -24,7 +24,7 @@ from amb_cosim.cosim.basics.loop_library import load_loop
 from amb_cosim.presentation.text_tables import labelled_table
 from amb_cosim.scenario.scenario import load_scenario
 from amb_cosim.sweeps.engine import connect
-from amb_cosim.sweeps.sampling import Design, make_design
+from amb_cosim.sweeps.sampling import SamplePlan, make_design
 from amb_cosim.sweeps.worker import Runner, Task
 from benchmarks.timing import environment, interleaved_times, ratios
 
@@ -134,7 +134,7 @@ def memory_over_runs(runs: int, folder: Path) -> dict[str, Any]:
     return {"runs": runs, "seconds": seconds, "memory_mb": samples}
 
 
-def _design(runs: int) -> Design:
+def _design(runs: int) -> SamplePlan:
     return make_design(VARY, f"lhs:{runs}")
 
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from amb_cosim.scenario.simulation import Prepared
+from amb_cosim.scenario.simulation import PlannedRun
 
 _KINDS: dict[str, type] = {"Real": float, "Integer": int, "Boolean": bool}
 
 
-def plain_system(prepared: Prepared, recorded: Sequence[str]) -> dict[str, Any]:
+def plain_system(prepared: PlannedRun, recorded: Sequence[str]) -> dict[str, Any]:
     """Return the arguments of the functions in `peers`, for a run from point 0 without events."""
     plan, system = prepared.plan, prepared.plan.system
     start: dict[str, dict[str, Any]] = {

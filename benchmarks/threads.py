@@ -7,7 +7,7 @@ import time
 from concurrent.futures import ThreadPoolExecutor
 from statistics import median
 
-from amb_cosim.scenario.simulation import Prepared, run_prepared
+from amb_cosim.scenario.simulation import PlannedRun, run_prepared
 from benchmarks import cases
 
 RUNS_PER_THREAD = 2
@@ -31,7 +31,7 @@ def runs_per_second(seconds: float, rounds: int) -> dict[str, dict[int, float]]:
     return {"runs": rates, "simulated_s": {count: seconds * rate for count, rate in rates.items()}}
 
 
-def _time_of_a_run(prepared: Prepared, n_threads: int) -> float:
+def _time_of_a_run(prepared: PlannedRun, n_threads: int) -> float:
     """Return the time (s) of so many threads' runs, by their number."""
     n_runs = RUNS_PER_THREAD * n_threads
     begin = time.perf_counter()

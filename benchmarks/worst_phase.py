@@ -11,7 +11,7 @@ import numpy as np
 from amb_cosim.cosim.system.values import Raw
 from amb_cosim.scenario.scenario import load_scenario
 from amb_cosim.sweeps.adaptive import Goal, Sampler
-from amb_cosim.sweeps.sampling import Design, make_design
+from amb_cosim.sweeps.sampling import SamplePlan, make_design
 from amb_cosim.sweeps.worker import PointResult, Runner, Task
 
 METRIC = "peak_contact_force"
@@ -28,12 +28,12 @@ def results() -> list[PointResult]:
     return found
 
 
-def sampler(design: Design, certainty: float) -> Sampler:
+def sampler(design: SamplePlan, certainty: float) -> Sampler:
     """Return one that knows nothing."""
     return Sampler(design, Goal("maximum", METRIC, certainty=certainty))
 
 
-def searched(design: Design, values: np.ndarray, certainty: float) -> tuple[int, float, float]:
+def searched(design: SamplePlan, values: np.ndarray, certainty: float) -> tuple[int, float, float]:
     """Return runs, what is missed, and what the search says that may be missed (N)."""
     search, ran = sampler(design, certainty), list[int]()
     while not (asked := search.next_points(1))[1]:

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from amb_files.stages import PREFIX, stage
+from amb_files.temporary_folders import PREFIX, temporary_folder
 
 
 def write_atomically(path: Path, write: Callable[[Path], object]) -> None:
@@ -31,13 +31,13 @@ def write_atomically(path: Path, write: Callable[[Path], object]) -> None:
     """
     with _naming(path):
         if is_special(path):
-            with stage() as folder:
+            with temporary_folder() as folder:
                 write(folder / path.name)
                 with (folder / path.name).open("rb") as source, path.open("wb") as target:
                     shutil.copyfileobj(source, target)
             return
         path = Path(os.path.realpath(path))
-        with stage(path.parent) as folder:
+        with temporary_folder(path.parent) as folder:
             temporary = folder / path.name
             write(temporary)
             temporary.replace(path)
@@ -66,7 +66,7 @@ def create_atomically(
     """
     if folder.is_dir() and is_whole(folder):
         return
-    with _naming(folder), stage(folder.parent) as temporary:
+    with _naming(folder), temporary_folder(folder.parent) as temporary:
         content = temporary / folder.name
         content.mkdir()
         fill(content)
@@ -101,7 +101,7 @@ def check_writable(path: Path, is_folder: bool) -> None:
         raise ValueError(f"{path} cannot be written to; there is no folder {parent}")
     existing = next(p for p in (parent, *parent.absolute().parents) if p.exists())
     try:
-        with stage(existing):
+        with temporary_folder(existing):
             pass
     except OSError as error:
         raise ValueError(f"{path} cannot be written to: {os.strerror(error.errno or 0)} ({existing})") from error

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import platformdirs
 
-from amb_files.stages import stage
+from amb_files.temporary_folders import temporary_folder
 
 OTHERS = stat.S_IWOTH | stat.S_IWGRP
 
@@ -76,4 +76,4 @@ def _of_this_process(reason: str) -> Path:
     if reason:
         log.warning("%s; this process compiles what it needs anew", reason)
     atexit.register(_own.close)
-    return _own.enter_context(stage())
+    return _own.enter_context(temporary_folder())

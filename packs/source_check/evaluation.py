@@ -22,7 +22,7 @@ from source_check.verdict import Computed, Verdict, judge, meets, ratios
 DATA = "report.json"
 
 
-class Way(NamedTuple):
+class Computation(NamedTuple):
     """One way to compute a statement: source, request, and the factor or reading that it takes."""
 
     source: str
@@ -157,7 +157,11 @@ def jobs_of(statements: Statements, chosen: Iterable[Statement], folder: Path) -
     for statement in chosen:
         if statement.source:
             requests.setdefault(statement.source, [])
-        for way in (*ways(statement, statements), *alternatives(statement, statements), *on_converged(statement)):
+        for way in (
+            *computations(statement, statements),
+            *alternatives(statement, statements),
+            *on_converged(statement),
+        ):
             requests.setdefault(way.source, []).append(way.request)
     code, module = code_digest(), statements.quantities
     jobs = [job_of(name, statements.sources[name], module, of, folder, code) for name, of in requests.items()]
@@ -174,7 +178,7 @@ def judged(
 
     `outcomes` says of runs, by their names, whether their outcomes are robust.
     """
-    tried = ways(statement, statements)
+    tried = computations(statement, statements)
     values = [found[way.source].values.get(way.request.key) for way in tried]
     verdict, chosen = judge(statement, [(value, way.reading) for value, way in zip(values, tried, strict=True)])
     if verdict is Verdict.PICTURE:
@@ -209,7 +213,7 @@ def _robustness(statement: Statement, source: str, outcomes: Mapping[str, Stored
     return known.text if known is not None and isinstance(statement.value, str | bool) else ""
 
 
-def ways(statement: Statement, statements: Statements) -> list[Way]:
+def computations(statement: Statement, statements: Statements) -> list[Computation]:
     """Return the ways to compute a statement, in the order in which they are tried."""
     if not statement.quantity:
         return []
@@ -218,18 +222,18 @@ def ways(statement: Statement, statements: Statements) -> list[Way]:
     return [way._replace(reading="; ".join(filter(None, (way.reading, statement.inferred)))) for way in tried]
 
 
-def alternatives(statement: Statement, statements: Statements) -> list[Way]:
+def alternatives(statement: Statement, statements: Statements) -> list[Computation]:
     """Return the ways that are shown beside a statement."""
     return [_other(statement, reading, statements) for reading in statement.beside]
 
 
-def on_converged(statement: Statement) -> list[Way]:
+def on_converged(statement: Statement) -> list[Computation]:
     """Return the way to compute a statement on the model with more modes, if there is one."""
     request = QuantityRequest(statement.quantity, tuple(sorted(statement.arguments.items())), statement.unit)
-    return [Way(statement.converged, request, "")] if statement.converged else []
+    return [Computation(statement.converged, request, "")] if statement.converged else []
 
 
-def _other(statement: Statement, other: Reading, statements: Statements) -> Way:
+def _other(statement: Statement, other: Reading, statements: Statements) -> Computation:
     return _way(
         statement,
         other.source,
@@ -242,9 +246,9 @@ def _other(statement: Statement, other: Reading, statements: Statements) -> Way:
 
 def _way(
     statement: Statement, source: str, quantity: str, arguments: dict[str, Any], how: str, sources: Mapping[str, Source]
-) -> Way:
+) -> Computation:
     request = QuantityRequest(quantity, tuple(sorted(arguments.items())), statement.unit)
-    return Way(source, request, how or "; ".join(reading_of(sources[source])))
+    return Computation(source, request, how or "; ".join(reading_of(sources[source])))
 
 
 def reading_of(source: Source) -> list[str]:

@@ -41,11 +41,11 @@ def robustness(pack: str, only: tuple[str, ...], jobs: int | None) -> None:
     from amb_cosim.presentation.progress import bars
     from amb_cosim.studies.processes import simulate_in_processes
     from amb_cosim.studies.stored_robustness import write_robustness
-    from amb_files.stages import stage
+    from amb_files.temporary_folders import temporary_folder
 
     kept = 0
     failures: dict[str, str] = {}
-    with stage() as folder, refusing(), bars(Console(stderr=True)) as shown:
+    with temporary_folder() as folder, refusing(), bars(Console(stderr=True)) as shown:
         cases = outcome_cases(pack, folder, only)
         task = shown.add_task("scenarios", total=len(cases))
         for begin in range(0, len(cases), BATCH):

@@ -11,14 +11,14 @@ import tomli_w
 
 from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.scenario.scenario import Scenario, load_scenario
-from amb_cosim.scenario.simulation import Prepared, prepare
+from amb_cosim.scenario.simulation import PlannedRun, prepare
 from amb_files.atomic import write_atomically
 from amb_files.toml import read_toml
 from rotor_analysis.packaged_rotors import rotor_path
 from source_check.statements import Source
 
 
-def prepare_source(source: Source, rotor_file: Path, flavour: Flavour = "native") -> Prepared:
+def prepare_source(source: Source, rotor_file: Path, flavour: Flavour = "native") -> PlannedRun:
     """Return the scenario of a source, ready to run; a rotor of its own is written to `rotor_file`.
 
     Raises

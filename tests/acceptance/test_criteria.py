@@ -4,7 +4,7 @@ import pytest
 
 from amb_cosim.assessment.criteria import Criterion, check_formulas, load_criteria
 from amb_cosim.assessment.expressions import evaluate, names_in
-from amb_cosim.assessment.findings import Judgement, Measured, judge
+from amb_cosim.assessment.findings import Judgement, Quantity, judge
 
 ABOUT = {"key": "own", "what": "w", "quantity": "q", "source": "me", "known": "own"}
 MACHINE = {"N_min": 7000.0, "N_mc": 9000.0, "N_trip": 9900.0}
@@ -86,9 +86,9 @@ def test_separation_margins_are_those_by_hand(amplification, below, above):
 
 
 def test_an_amplification_below_2_5_asks_for_no_margin():
-    within = Measured("separation_margin", "here", -5.0, "%", {"AF": 2.4, "N_c": 8000.0})
-    sharp = Measured("separation_margin", "here", -5.0, "%", {"AF": 2.6, "N_c": 8000.0})
-    assert [one.verdict for one in judge([within], load_criteria(), MACHINE)] == [Judgement.TOLD]
+    within = Quantity("separation_margin", "here", -5.0, "%", {"AF": 2.4, "N_c": 8000.0})
+    sharp = Quantity("separation_margin", "here", -5.0, "%", {"AF": 2.6, "N_c": 8000.0})
+    assert [one.verdict for one in judge([within], load_criteria(), MACHINE)] == [Judgement.NOT_JUDGED]
     assert [one.verdict for one in judge([sharp], load_criteria(), MACHINE)] == [Judgement.MISSED]
 
 
@@ -112,26 +112,26 @@ def test_a_zone_ends_below_its_limit():
 )
 def test_a_value_that_misses_its_limit_is_told_apart_from_it(value, told):
     """100 % (at most 100 %) would say that it is met; a value that meets it may be rounded to it."""
-    (found,) = judge([Measured("q", "here", value, "%")], [Criterion(**ABOUT, unit="%", limit="100")], {})
+    (found,) = judge([Quantity("q", "here", value, "%")], [Criterion(**ABOUT, unit="%", limit="100")], {})
     assert (found.verdict is Judgement.MISSED, found.value_text) == (value > 100.0, told)
 
 
 def test_a_quantity_in_another_unit_is_not_judged():
-    (found,) = judge([Measured("q", "here", 1.0, "mm")], [Criterion(**ABOUT, unit="um", limit="25")], {})
+    (found,) = judge([Quantity("q", "here", 1.0, "mm")], [Criterion(**ABOUT, unit="um", limit="25")], {})
     assert found.verdict is Judgement.UNANSWERED
     assert "um" in found.reason
 
 
 def test_a_formula_of_an_unknown_variable_is_not_answered():
-    (found,) = judge([Measured("q", "here", 1.0)], [Criterion(**ABOUT, limit="2 * N_mx")], MACHINE)
+    (found,) = judge([Quantity("q", "here", 1.0)], [Criterion(**ABOUT, limit="2 * N_mx")], MACHINE)
     assert found.verdict is Judgement.UNANSWERED
     assert "N_mc" in found.reason
 
 
 def test_a_criterion_without_a_source_is_told_as_such_and_judges_nothing():
     criteria = load_criteria(["iso_14839"])
-    (found,) = judge([Measured("current_demand", "here", 900.0, "%")], criteria, MACHINE)
-    assert (found.verdict, found.limit_text) == (Judgement.TOLD, "–")
+    (found,) = judge([Quantity("current_demand", "here", 900.0, "%")], criteria, MACHINE)
+    assert (found.verdict, found.limit_text) == (Judgement.NOT_JUDGED, "–")
     assert found.criterion.key == "current_zone"
     assert "No source" in found.reason
 
@@ -160,7 +160,7 @@ def test_a_users_own_criteria_are_a_file(tmp_path):
     )
     (criterion,) = load_criteria([path])
     assert criterion.where == "works standard"
-    (found,) = judge([Measured("probe_displacement", "here", 11.0, "um")], [criterion], {})
+    (found,) = judge([Quantity("probe_displacement", "here", 11.0, "um")], [criterion], {})
     assert (found.verdict, found.advice, found.limit_text) == (Judgement.MISSED, "balance", "at most 10 um")
     with pytest.raises(ValueError, match="did you mean api_617"):
         load_criteria(["api_618"])

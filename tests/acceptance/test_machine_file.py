@@ -5,7 +5,7 @@ import math
 import pytest
 
 from amb_cosim.assessment.description import inductance_doubt, magnet_numbers
-from amb_cosim.assessment.machine_file import MachineFile, Stage, load_machine
+from amb_cosim.assessment.machine_file import CompressorStage, MachineFile, load_machine
 from amb_cosim.assessment.parts.robustness import variations
 from amb_cosim.design.magnetic_bearing import axis_parameters, static_current_for
 
@@ -20,13 +20,13 @@ def machine(**changes):
 def test_cross_coupling_of_a_stage_is_that_by_hand():
     Omega = 942.477796076938  # 9000 1/min
     by_hand = 500e3 * 3.0 * 9.55 * 1.2 / (0.5 * 0.02 * 9000.0)
-    assert Stage(at="wheel", density_ratio=1.2, **DATA).anticipated(Omega) == pytest.approx(by_hand)
-    axial = Stage(at="wheel", kind="axial", **DATA).anticipated(Omega)
+    assert CompressorStage(at="wheel", density_ratio=1.2, **DATA).anticipated(Omega) == pytest.approx(by_hand)
+    axial = CompressorStage(at="wheel", kind="axial", **DATA).anticipated(Omega)
     assert axial == pytest.approx(500e3 * 1.5 * 9.55 / (0.5 * 0.02 * 9000.0))
 
 
 def test_the_real_coupling_of_a_stage_takes_the_place_of_the_anticipated():
-    stage = Stage(at="wheel", cross_coupling="1 MN/m", real="0.2 MN/m")
+    stage = CompressorStage(at="wheel", cross_coupling="1 MN/m", real="0.2 MN/m")
     assert stage.anticipated(900.0) == pytest.approx(1e6)
     assert stage.level_two(900.0) == pytest.approx(2e5)
 
@@ -36,12 +36,12 @@ def test_real_coefficients_of_a_stage_are_those_of_a_seal_over_speed():
         {"speed": Omega, "stiffness": [[1e6, Q], [-Q, 1e6]], "damping": 1e3, "mass": 2.0}
         for Omega, Q in ((0.0, 0.0), (900.0, 3e5))
     ]
-    stage = Stage(at="wheel", cross_coupling="1 MN/m", real=rows)
+    stage = CompressorStage(at="wheel", cross_coupling="1 MN/m", real=rows)
     assert stage.level_two(450.0) == pytest.approx(1.5e5)
     K, C, M = stage.coefficients().at(450.0)
     assert K[0].tolist() == pytest.approx([1e6, 1.5e5])
     assert (C[0, 0], M[1, 1]) == pytest.approx((1e3, 2.0))
-    constant = Stage(at="wheel", cross_coupling="1 MN/m", real=rows[1:])
+    constant = CompressorStage(at="wheel", cross_coupling="1 MN/m", real=rows[1:])
     assert constant.level_two(20.0) == pytest.approx(3e5)
 
 

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from amb_files.atomic import check_writable, create_atomically, write_atomically
-from amb_files.stages import stage
+from amb_files.temporary_folders import temporary_folder
 
 
 def fail(path):
@@ -115,7 +115,7 @@ def test_a_folder_that_only_resembles_a_temporary_one_stays(tmp_path, name):
 
 @pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() != 0, reason="needs two users")
 def test_a_folder_of_another_user_stays(tmp_path):
-    with stage(tmp_path) as used:
+    with temporary_folder(tmp_path) as used:
         name = used.name
     (tmp_path / name).mkdir()
     os.chown(tmp_path / name, 65534, 65534)

@@ -14,7 +14,7 @@ from assembled_rotor import RIG, Host, T, differing, in_one, inputs_at, separate
 
 from amb_cosim import build_assembled
 from amb_cosim.scenario.scenario import load_scenario
-from amb_cosim.scenario.simulation import Prepared, prepare
+from amb_cosim.scenario.simulation import PlannedRun, prepare
 
 SCENARIOS = ("fig5_6", *(pytest.param(name, marks=pytest.mark.slow) for name in ("fig4_9", "fig6_13")))
 
@@ -22,7 +22,7 @@ SIMULATED = {"settling": "simulated"}  # as one FMU has it
 SHORT = {"settle_cycles": 2, "end_cycle": 12, **SIMULATED}  # of fig4_9: contact all the same
 
 
-def short(**changes: Any) -> Prepared:
+def short(**changes: Any) -> PlannedRun:
     return prepare(load_scenario("fig4_9").changed(**{**SHORT, **changes}))
 
 

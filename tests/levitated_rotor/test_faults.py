@@ -11,7 +11,7 @@ from assembled_rotor import Host, T, in_one, separate
 
 from amb_cosim.cosim.basics.errors import StartFailed
 from amb_cosim.scenario.scenario import load_scenario
-from amb_cosim.scenario.simulation import Prepared, prepare
+from amb_cosim.scenario.simulation import PlannedRun, prepare
 
 # A magnet so near that the rotor reaches it; no retainers, and a rotor that runs away from its sensors.
 NEAR = {"amb_actuator": {"mb?.gap_?": "0.1 mm", "mb?.k_s_measured_?": 0.0}}
@@ -28,7 +28,7 @@ def scenario(parameters: dict[str, Any]) -> Any:
 
 
 @pytest.fixture(scope="module", params=["NEAR", "AWAY"])
-def case(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> tuple[Prepared, Path]:
+def case(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> tuple[PlannedRun, Path]:
     mine = scenario({"NEAR": NEAR, "AWAY": AWAY}[request.param])
     return prepare(mine), mine.save(tmp_path_factory.mktemp("scenario") / f"{request.param.lower()}.toml")
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from amb_files.stages import stage
+from amb_files.temporary_folders import temporary_folder
 from fmi_export.building.native import compiler
 from fmi_export.building.native.compiler import PLATFORMS, TARGETS, check_platforms
 from fmi_export.building.native.universal import universal
@@ -103,5 +103,5 @@ kill = lambda *_, **__: os.kill(os.getpid(), signal.SIGKILL)
     done = subprocess.run([sys.executable, "-c", program], env=environment, check=False)
     assert done.returncode == -signal.SIGKILL
     (left,) = tmp_path.iterdir()
-    with stage(tmp_path):
+    with temporary_folder(tmp_path):
         assert not left.exists()

@@ -15,12 +15,12 @@ from command_line import run_command
 from matplotlib.image import imread
 
 from amb_cosim.commands.cli import main
-from amb_cosim.results.places import Places
+from amb_cosim.results.places import RotorPlaces
 
 PERIOD = 0.02
 SAMPLES = 100  # per cycle
 CLEARANCE, JOURNAL = 0.75e-3, 0.025
-PLACES = Places({"mb1": "rb1", "mb2": "rb2"}, ("rb1", "rb2", "eb1", "eb2"), magnetic=("mb1", "mb2"))
+PLACES = RotorPlaces({"mb1": "rb1", "mb2": "rb2"}, ("rb1", "rb2", "eb1", "eb2"), magnetic=("mb1", "mb2"))
 
 
 @pytest.fixture

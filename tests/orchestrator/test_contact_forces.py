@@ -10,7 +10,7 @@ import pytest
 
 from amb_cosim.cosim.record.signals import Samples, SignalTable
 from amb_cosim.results import contact_forces, contact_history, orbits
-from amb_cosim.results.places import PLANT, Places, places_of
+from amb_cosim.results.places import PLANT, RotorPlaces, places_of
 from amb_cosim.results.plots.axes import stations
 from amb_cosim.results.plots.contact import contact
 from amb_cosim.results.plots.motion import displacement
@@ -20,7 +20,7 @@ from source_check import run_quantities
 
 H, N = 50e-6, 401
 CLEARANCE = 0.2e-3
-PLACES = Places({"drive_end": "catcher", "thrust": ""}, ("catcher", "seal"), apart=("catcher",))
+PLACES = RotorPlaces({"drive_end": "catcher", "thrust": ""}, ("catcher", "seal"), apart=("catcher",))
 SILENT = {f"{site}.{name}": np.zeros(N) for site in PLACES.sites for name in ("f_n", "impulse", "mode")}
 
 

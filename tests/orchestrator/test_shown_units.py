@@ -11,7 +11,15 @@ from hypothesis import strategies as st
 
 import amb_cosim
 from amb_cosim.presentation.style import spread
-from amb_cosim.presentation.units import force_unit, length_unit, parse_units, relabelled, retold, speed_unit, spin_text
+from amb_cosim.presentation.units import (
+    convert_units_in_text,
+    force_unit,
+    length_unit,
+    parse_units,
+    relabelled,
+    speed_unit,
+    spin_text,
+)
 from amb_cosim.reporting.panels import Panel, curve
 from amb_cosim.results import plots
 
@@ -61,8 +69,8 @@ def test_an_axis_of_a_page_has_the_unit_asked_for(label, told, factor):
 
 def test_values_within_a_title_have_the_unit_asked_for():
     with amb_cosim.units("rpm"):
-        assert retold("|S| at 250 Hz, 3 N") == "|S| at 15000 rpm, 3 N"
-    assert retold("|S| at 250 Hz") == "|S| at 250 Hz"
+        assert convert_units_in_text("|S| at 250 Hz, 3 N") == "|S| at 15000 rpm, 3 N"
+    assert convert_units_in_text("|S| at 250 Hz") == "|S| at 250 Hz"
 
 
 def test_places_along_the_shaft_keep_their_unit_where_orbits_have_another():

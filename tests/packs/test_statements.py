@@ -9,7 +9,7 @@ import pytest
 
 from amb_cosim.scenario.scenario import packaged_scenarios
 from amb_cosim.studies import STUDIES
-from source_check.evaluation import alternatives, reading_of, ways
+from source_check.evaluation import alternatives, computations, reading_of
 from source_check.quantities import quantities_of_runs, quantities_of_studies
 from source_check.sources import scenario_parameters
 from source_check.statements import load_statements, selected
@@ -32,7 +32,7 @@ def test_no_figure_and_no_table_is_left_out(statements, kind, numbers):
 
 def test_every_source_exists_and_is_used(statements):
     used = {name for s in statements.statement for name in (s.source, s.converged)} | {
-        way.source for s in statements.statement for way in (*ways(s, statements), *alternatives(s, statements))
+        way.source for s in statements.statement for way in (*computations(s, statements), *alternatives(s, statements))
     }
     assert set(statements.sources) - used == set()
     for source in statements.sources.values():
@@ -48,7 +48,7 @@ def test_what_a_source_sets_stands_in_place_of_what_its_scenario_says(statements
 
 def test_every_quantity_exists_and_takes_its_arguments(statements):
     for s in statements.statement:
-        for way in (*ways(s, statements), *alternatives(s, statements)):
+        for way in (*computations(s, statements), *alternatives(s, statements)):
             of = quantities_of_runs if statements.sources[way.source].scenario else quantities_of_studies
             function, _ = of(statements.quantities)[way.request.quantity]
             inspect.signature(function).bind(None, **dict(way.request.arguments))

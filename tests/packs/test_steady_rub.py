@@ -39,7 +39,7 @@ def rig():
 @pytest.mark.parametrize(("Omega", "u", "mu", "expected"), CASES)
 def test_states_of_the_continuous_loop_are_all_there(rig, Omega, u, mu, expected):
     """Found before from starts on a grid of phases and forces, with K_b = 1e6 N/m and C_b = 5000 N s/m."""
-    at = receptances(loop_on_springs(rig.made, Omega, rig.sites, SPRINGS))
+    at = receptances(loop_on_springs(rig.linear_components, Omega, rig.sites, SPRINGS))
     r = at.P[None, :, 0] * u * Omega**2
     found = []
     for contact in all_sets(2):

@@ -18,7 +18,7 @@ from amb_cosim.assessment.assess import assess
 from amb_cosim.assessment.coefficients import anticipated, real_coefficients
 from amb_cosim.assessment.coupled import coupled_loop
 from amb_cosim.assessment.feedback import bearing_forces
-from amb_cosim.assessment.machine_file import MachineFile, Stage, load_machine
+from amb_cosim.assessment.machine_file import CompressorStage, MachineFile, load_machine
 from amb_cosim.assessment.page import page
 from amb_cosim.assessment.parts import cross_coupling, rest
 from amb_cosim.assessment.parts.envelope import largest_needed
@@ -83,7 +83,7 @@ def test_level_one_takes_the_seals_away_and_level_two_has_them(expander):
     bare = rotor_part(PLANT, model.layout, constants, expander.parameters[PLANT], Omega).law.A
 
     def of_loop(others):
-        (part,) = coupled_loop(expander, others).made.at(Omega).parts([PLANT])
+        (part,) = coupled_loop(expander, others).linear_components.at(Omega).parts([PLANT])
         return part.law.A
 
     size = np.abs(bare).max()
@@ -109,9 +109,9 @@ def test_response_has_seals_and_stages_as_the_loop_has_them(expander):
 
 def test_the_co_simulated_rotor_has_the_stages_as_the_loop_has_them(expander):
     Omega = expander.file.speed.highest
-    (of_loop,) = coupled_loop(expander, real_coefficients(expander)).made.at(Omega).parts([PLANT])
-    (of_run,) = Subject(expander.co_simulated).made.at(Omega).parts([PLANT])
-    (bare,) = expander.made.at(Omega).parts([PLANT])
+    (of_loop,) = coupled_loop(expander, real_coefficients(expander)).linear_components.at(Omega).parts([PLANT])
+    (of_run,) = Subject(expander.co_simulated).linear_components.at(Omega).parts([PLANT])
+    (bare,) = expander.linear_components.at(Omega).parts([PLANT])
     size = np.abs(bare.law.A).max()
     np.testing.assert_allclose(of_run.law.A, of_loop.law.A, atol=1e-9 * size)
     assert np.abs(of_run.law.A - bare.law.A).max() > 1e-6 * size
@@ -150,7 +150,7 @@ def test_the_threshold_of_cross_coupling_is_that_of_the_receptance_without(expan
     H is the receptance at the stage of the closed loop without coupling, W = [[0, 1], [-1, 0]]: on a forward circle the
     force is along the velocity. So -1/Q is an eigenvalue of H W.
     """
-    stage = Stage(at="turbine", cross_coupling="20 N/mm")
+    stage = CompressorStage(at="turbine", cross_coupling="20 N/mm")
     machine = Subject(expander.file.model_copy(update={"stages": (stage,)}))
     Omega, limit = machine.file.speed.highest, machine.file.highest_frequency
     model = passive(machine, Omega, anticipated(machine, 0.0))
@@ -177,8 +177,8 @@ def test_the_threshold_of_cross_coupling_is_that_of_the_receptance_without(expan
 
 def test_sensitivity_is_that_of_python_control(expander):
     Omega = expander.file.speed.highest
-    loop = Loop(expander.made.at(Omega))
-    L = model_of(loop.made, loop.demands, loop.sources, opened=loop.demands)
+    loop = Loop(expander.linear_components.at(Omega))
+    L = model_of(loop.linear_components, loop.demands, loop.sources, opened=loop.demands)
     n = len(loop.axes)
     S = control.feedback(control.ss([], [], [], np.eye(n), L.dt), L, sign=1)
     for k, (name, frequencies, values) in enumerate(sensitivities(expander.loop, Omega)):

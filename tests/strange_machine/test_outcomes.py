@@ -11,7 +11,7 @@ from strange_machine import LEVITATION, TOUCHDOWN
 
 import amb_cosim
 from amb_cosim.results.contact_history import recovered, recovery
-from amb_cosim.results.places import Places
+from amb_cosim.results.places import RotorPlaces
 from amb_cosim.results.summary import Summary
 from amb_cosim.scenario.scenario import Scenario
 from amb_cosim.sweeps.worker import Runner, Task
@@ -92,7 +92,7 @@ def orbit(radius: np.ndarray, **attributes: float) -> xr.Dataset:
         {f"rotor_contact.{name}": ("time", values) for name, values in signals.items()},
         {"time": ("time", cycle * 4e-3), "cycle": ("time", cycle)},
         {
-            "places": Places({"north": "catch"}, ("catch",)).to_json(),
+            "places": RotorPlaces({"north": "catch"}, ("catch",)).to_json(),
             "speed_rad_s": 500.0 * np.pi,
             "parameters": json.dumps({"rotor_contact": {"catch.clearance": 1e-4}}),
             **attributes,

@@ -18,7 +18,7 @@ from amb_cosim.cosim.run.run_plan import run_plan
 from amb_cosim.cosim.system.assembly import assemble
 from amb_cosim.cosim.system.experiment import Plan
 from amb_cosim.cosim.system.system import Component, Connection, Signal, System
-from amb_cosim.scenario.simulation import Prepared
+from amb_cosim.scenario.simulation import PlannedRun
 
 RIG = "rig"  # name of the component
 T = 250e-6  # s, sample time of the controller
@@ -26,20 +26,20 @@ T = 250e-6  # s, sample time of the controller
 Series = dict[str, NDArray[np.float64]]
 
 
-def separate(prepared: Prepared, record_every: int = 1) -> Recording:
+def separate(prepared: PlannedRun, record_every: int = 1) -> Recording:
     """Run a scenario with its three FMUs; every output is recorded, from the beginning of settling on."""
     outputs = outputs_of(prepared)
     plan = replace(prepared.plan, recorded=outputs, stops=(), record_every=record_every, record_from=-(10**9))
     return run_plan(prepared.assembly, plan)
 
 
-def outputs_of(prepared: Prepared) -> tuple[str, ...]:
+def outputs_of(prepared: PlannedRun) -> tuple[str, ...]:
     """Return the names of all outputs but the fault codes."""
     names = (f"{c}.{p.name}" for c, interface in prepared.interfaces.items() for p in interface.of("output"))
     return tuple(name for name in names if not name.endswith(".fault_code"))
 
 
-def in_one(prepared: Prepared, fmu: Path, beside: Mapping[str, Path] | None = None, **changes: Any) -> Recording:
+def in_one(prepared: PlannedRun, fmu: Path, beside: Mapping[str, Path] | None = None, **changes: Any) -> Recording:
     """Run the same with the assembled FMU: signals, events and ramps get its names, parameters are its start values.
 
     `beside` are other FMUs of the system, whose input `u` is fed a voltage; `changes` are of the system.

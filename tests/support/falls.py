@@ -7,7 +7,7 @@ import json
 import numpy as np
 import xarray as xr
 
-from amb_cosim.results.places import Places
+from amb_cosim.results.places import RotorPlaces
 
 H, PERIOD, CLEARANCE = 1e-3, 0.02, 0.75e-3
 RELEASE, LANDED, WHIRLED, END = 0.1, 0.2, 1.2, 3.0  # s: fall, whirl around the retainer, rest at its bottom
@@ -64,7 +64,7 @@ def fall(gravity=9.81, **replaced) -> xr.Dataset:
             "wall_s": 0.1,
             "speed_rad_s": OMEGA,
             "period_s": PERIOD,
-            "places": Places({"mb1": "rb1", "mb2": "rb2"}, ("rb1", "rb2"), magnetic=("mb1",)).to_json(),
+            "places": RotorPlaces({"mb1": "rb1", "mb2": "rb2"}, ("rb1", "rb2"), magnetic=("mb1",)).to_json(),
             "parameters": json.dumps({"rotor_contact": parameters}),
         },
     )

@@ -22,7 +22,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 from xml.etree.ElementTree import Element, SubElement, register_namespace
 
-from amb_files.stages import stage
+from amb_files.temporary_folders import temporary_folder
 from fmi_export.building.arrays import slots
 from fmi_export.building.description import model_description, xml_file
 from fmi_export.building.native.compiler import PLATFORMS, host_platform
@@ -88,7 +88,7 @@ def _simulated(model: Model, constants: Array, engine: Engine, start: Mapping[st
     from fmpy.fmi1 import FMICallException
 
     platform, token = host_platform(), "{experiment}"
-    with stage() as folder:
+    with temporary_folder() as folder:
         library = folder / "binaries" / platform / f"{model.name}{PLATFORMS[platform][0]}"
         library.parent.mkdir(parents=True)
         library.write_bytes(engine.library)

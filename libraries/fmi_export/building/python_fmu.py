@@ -17,7 +17,7 @@ import numpy as np
 from pythonfmu.builder import FmuBuilder
 
 from amb_files.archive import write_archive
-from amb_files.stages import stage
+from amb_files.temporary_folders import temporary_folder
 from fmi_export import amb_cosim_bootstrap as bootstrap
 from fmi_export.building.description import model_description, xml_file
 from fmi_export.building.documentation import documentation
@@ -51,7 +51,7 @@ def build_python_fmu(model: Model, constants: Array, folder: Path, platforms: It
     chosen = check_guarded([host_platform()] if platforms is None else platforms)
     guid = python_guid(model, constants)
     guards = {platform: guard(platform) for platform in chosen}
-    with stage() as temporary:
+    with temporary_folder() as temporary:
         content = _content(_built_by_pythonfmu(model, constants, guid, temporary))
     libraries = {name: content.pop(name) for name in list(content) if name.startswith("binaries/")}
     for platform, one in guards.items():

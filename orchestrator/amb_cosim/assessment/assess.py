@@ -34,7 +34,7 @@ PARTS = (
     "recovery",
 )
 
-Told = Callable[[str, int, int], None]  # title of the part under way, parts done, their number
+ProgressCallback = Callable[[str, int, int], None]  # title of the part under way, parts done, their number
 
 
 @dataclass(frozen=True)
@@ -104,7 +104,7 @@ def assess(
     only: Sequence[str] = (),
     criteria: Sequence[str | Path] = (),
     flavour: Flavour = "native",
-    progress: Told | None = None,
+    progress: ProgressCallback | None = None,
 ) -> Assessment:
     """Return verdicts on a machine: modes, stability, unbalance response, margins, envelope, sensitivity, robustness.
 

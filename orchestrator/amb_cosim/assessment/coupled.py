@@ -10,7 +10,7 @@ import numpy as np
 from amb_cosim.assessment.coefficients import SupportCoefficients
 from amb_cosim.assessment.subject import Subject
 from amb_cosim.controllers.laws import Law
-from amb_cosim.linear.linearisable import Linearisable
+from amb_cosim.linear.linearisable import LinearSource
 from amb_cosim.linear.loop import Loop
 from amb_cosim.linear.parts import LinearPart
 from amb_cosim.results.places import ACTUATOR, PLANT
@@ -38,7 +38,7 @@ NOMINAL = MachineVariation()
 
 
 @dataclass(frozen=True)
-class CoupledMachine(Linearisable):
+class CoupledMachine(LinearSource):
     """What linear models are made from, with more at the rotor than its plant has, and other values of its constants.
 
     subject, others, variation
@@ -94,8 +94,8 @@ def coupled_loop(
     subject: Subject, others: tuple[SupportCoefficients, ...] = (), variation: MachineVariation = NOMINAL
 ) -> Loop:
     """Return the sampled loop of a machine with seals and stages, and with factors on its constants."""
-    made = subject.made
-    kept = {f.name: getattr(made, f.name) for f in fields(Linearisable) if f.init}
+    made = subject.linear_components
+    kept = {f.name: getattr(made, f.name) for f in fields(LinearSource) if f.init}
     return Loop(CoupledMachine(**kept, subject=subject, others=others, variation=variation))
 
 

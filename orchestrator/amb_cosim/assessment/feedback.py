@@ -20,7 +20,7 @@ from scipy.linalg import block_diag
 
 from amb_cosim.assessment.subject import AXES, Subject
 from amb_cosim.controllers.laws import Law
-from amb_cosim.linear.linearisable import Linearisable
+from amb_cosim.linear.linearisable import LinearSource
 from amb_cosim.linear.parts import LinearPart
 from amb_cosim.results.places import PLANT
 from fmi_export.model import Array
@@ -43,7 +43,7 @@ def bearing_forces(subject: Subject, omega: float, Omega: float) -> Complex:
     ndarray
         Shape (2 nodes, 2 nodes), x and y of each node in turn; f = K q, positive stiffness is negative.
     """
-    made = subject.made.at(Omega)
+    made = subject.linear_components.at(Omega)
     fed = {target: source for target, source in made.feeds(_names(made)).items() if _is_force(target)}
     places = {bearing.name: bearing.node for bearing in subject.rotor.bearings}
     rows = []
@@ -57,10 +57,10 @@ def bearing_forces(subject: Subject, omega: float, Omega: float) -> Complex:
 
 def demanded_currents(subject: Subject, omega: float, Omega: float) -> Complex:
     """Return the demanded currents (A) of all axes over displacements (m) at all nodes, shape (axes, 2 nodes)."""
-    return over_displacements(subject, subject.made.at(Omega), list(subject.loop.sources), omega)
+    return over_displacements(subject, subject.linear_components.at(Omega), list(subject.loop.sources), omega)
 
 
-def over_displacements(subject: Subject, made: Linearisable, outputs: Sequence[str], omega: float) -> Complex:
+def over_displacements(subject: Subject, made: LinearSource, outputs: Sequence[str], omega: float) -> Complex:
     """Return outputs of components over displacements (m) by (1) at a frequency (rad/s), shape (outputs, 2 nodes).
 
     What a sampled component shows is its fundamental, before it is held.
@@ -84,7 +84,7 @@ def over_displacements(subject: Subject, made: Linearisable, outputs: Sequence[s
     return np.asarray(closed[[at_output[name] for name in outputs]])
 
 
-def _names(made: Linearisable) -> list[str]:
+def _names(made: LinearSource) -> list[str]:
     return [component.name for component in made.assembly.system.components]
 
 

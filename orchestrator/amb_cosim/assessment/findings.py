@@ -16,12 +16,12 @@ class Judgement(StrEnum):
 
     MET = "met"
     MISSED = "missed"
-    TOLD = "no criterion"
+    NOT_JUDGED = "no criterion"
     UNANSWERED = "not answered"
 
 
 @dataclass(frozen=True)
-class Measured:
+class Quantity:
     """A quantity of the machine.
 
     quantity, where
@@ -55,7 +55,7 @@ class PartTable:
 class PartResult:
     """What a part found: quantities, plots, tables, and what a reader must know."""
 
-    measured: tuple[Measured, ...] = ()
+    measured: tuple[Quantity, ...] = ()
     panels: tuple[Panel, ...] = ()
     tables: tuple[PartTable, ...] = ()
     notes: tuple[str, ...] = ()
@@ -73,7 +73,7 @@ class Finding:
         Why there is none.
     """
 
-    measured: Measured
+    measured: Quantity
     criterion: Criterion | None
     verdict: Judgement
     limit: float | None = None
@@ -110,7 +110,7 @@ def _with_unit(value: float, unit: str) -> str:
     return number_text(value) if unit in ("", "1") else f"{number_text(value)} {unit}"
 
 
-def judge(measured: Sequence[Measured], criteria: Sequence[Criterion], machine: Mapping[str, float]) -> list[Finding]:
+def judge(measured: Sequence[Quantity], criteria: Sequence[Criterion], machine: Mapping[str, float]) -> list[Finding]:
     """Return the verdicts on quantities, criterion by criterion, and after these what no criterion asks for.
 
     Parameters
@@ -127,17 +127,17 @@ def judge(measured: Sequence[Measured], criteria: Sequence[Criterion], machine: 
         facts = {**machine, **one.facts}
         asked = [criterion for criterion in criteria if criterion.quantity == one.quantity]
         judged = [verdict for criterion in asked if (verdict := _judged(one, criterion, facts)) is not None]
-        found += judged or [Finding(one, None, Judgement.TOLD)]
+        found += judged or [Finding(one, None, Judgement.NOT_JUDGED)]
     order = {criterion.key: k for k, criterion in enumerate(criteria)}
     return sorted(found, key=lambda one: len(order) if one.criterion is None else order[one.criterion.key])
 
 
-def _judged(one: Measured, criterion: Criterion, facts: Mapping[str, float]) -> Finding | None:
+def _judged(one: Quantity, criterion: Criterion, facts: Mapping[str, float]) -> Finding | None:
     try:
         if not criterion.applies(facts):
             return None
         if criterion.known == "missing":
-            return Finding(one, criterion, Judgement.TOLD, reason="No source of its limits could be read")
+            return Finding(one, criterion, Judgement.NOT_JUDGED, reason="No source of its limits could be read")
         limit = criterion.limit_of(facts)
         verdict = Judgement.MET if criterion.is_met(one.value, facts) else Judgement.MISSED
     except ValueError as error:

@@ -80,7 +80,7 @@ class Balancing(Table):
         return value
 
 
-class Stage(Table):
+class CompressorStage(Table):
     """A stage that drives whirl: the part of the rotor that it acts `at`, and either its data or its coupling.
 
     kind, power, diameter, width, density_ratio
@@ -103,7 +103,7 @@ class Stage(Table):
     real: Value | tuple[AtSpeed, ...] | None = None
 
     @model_validator(mode="after")
-    def _is_complete(self) -> Stage:
+    def _is_complete(self) -> CompressorStage:
         given = [name for name in ("power", "diameter", "width") if getattr(self, name) is not None]
         if (self.cross_coupling is None) != (len(given) == 3):
             raise ValueError(f"stage at {self.at} needs either cross_coupling, or power, diameter and width")
@@ -189,7 +189,7 @@ class MachineFile(Table):
     parameters: dict[str, Values] = Field(default={})
     speed: Speeds
     balancing: Balancing = Balancing()
-    stages: tuple[Stage, ...] = ()
+    stages: tuple[CompressorStage, ...] = ()
     up_to: Value | None = None
     tolerances: Tolerances = Tolerances()
     criteria: tuple[str, ...] = ()

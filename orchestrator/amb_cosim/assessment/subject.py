@@ -17,10 +17,10 @@ from amb_cosim.assessment.with_stages import machine_with_stages
 from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.cosim.system.values import RPM
 from amb_cosim.design.magnetic_bearing import axis_parameters
-from amb_cosim.linear.linearisable import Linearisable, of_prepared
+from amb_cosim.linear.linearisable import LinearSource, of_prepared
 from amb_cosim.linear.loop import Loop
 from amb_cosim.results.places import ACTUATOR, PLANT
-from amb_cosim.scenario.simulation import Prepared, prepare
+from amb_cosim.scenario.simulation import PlannedRun, prepare
 from amb_files.suggestions import suggest
 from fmi_export.model import Array
 from rotor_analysis.assembly import Matrices, assemble
@@ -47,7 +47,7 @@ class Subject:
     flavour: Flavour = "native"
 
     @cached_property
-    def prepared(self) -> Prepared:
+    def prepared(self) -> PlannedRun:
         """The machine's run at its largest speed, ready to start."""
         return prepare(self.file.as_scenario(self.file.speed.highest), None, flavour=self.flavour)
 
@@ -81,14 +81,14 @@ class Subject:
         return tempfile.TemporaryDirectory()
 
     @cached_property
-    def made(self) -> Linearisable:
+    def linear_components(self) -> LinearSource:
         """What its linear models are made from."""
         return of_prepared(self.prepared)
 
     @cached_property
     def loop(self) -> Loop:
         """Its sampled loop."""
-        return Loop(self.made)
+        return Loop(self.linear_components)
 
     @cached_property
     def rotor(self) -> Rotor:

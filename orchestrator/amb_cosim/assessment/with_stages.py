@@ -12,7 +12,7 @@ from typing import Any
 
 import tomli_w
 
-from amb_cosim.assessment.machine_file import WHIRL, MachineFile, Stage
+from amb_cosim.assessment.machine_file import WHIRL, CompressorStage, MachineFile
 from amb_files.toml import read_toml
 from rotor_analysis.packaged_rotors import rotor_path
 
@@ -20,7 +20,7 @@ PARTS = ("bodies", "bearings", "seals", "sites", "sensors")
 
 
 def machine_with_stages(
-    file: MachineFile, stages: Sequence[Stage], rotor: str | None, folder: tempfile.TemporaryDirectory[str]
+    file: MachineFile, stages: Sequence[CompressorStage], rotor: str | None, folder: tempfile.TemporaryDirectory[str]
 ) -> MachineFile:
     """Return a machine whose rotor file, written into a folder, has stages by the better calculation as seals.
 
@@ -40,7 +40,7 @@ def machine_with_stages(
     return file.model_copy(update={"rotor": str(path)})
 
 
-def with_stages(content: dict[str, Any], stages: Sequence[Stage], Omega: float) -> dict[str, Any]:
+def with_stages(content: dict[str, Any], stages: Sequence[CompressorStage], Omega: float) -> dict[str, Any]:
     """Return a rotor file's content with stages as seals, where its parts of those names are.
 
     Parameters
@@ -61,7 +61,7 @@ def with_stages(content: dict[str, Any], stages: Sequence[Stage], Omega: float) 
     return {**content, "seals": seals}
 
 
-def _coefficients(stage: Stage, Omega: float) -> dict[str, Any]:
+def _coefficients(stage: CompressorStage, Omega: float) -> dict[str, Any]:
     """Return the keys of a stage as a seal."""
     found = stage.coefficients()
     if found is None:

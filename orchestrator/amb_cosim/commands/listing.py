@@ -74,7 +74,7 @@ def _entries() -> Iterator[ListedItem]:
     """Give the scenarios and the sweeps of all packs."""
     from amb_cosim.scenario.scenario import load_scenarios
     from amb_cosim.studies.stored_robustness import known_outcomes
-    from amb_cosim.sweeps.ready import ready_sweeps
+    from amb_cosim.sweeps.ready import named_sweeps
     from amb_files.packs import files_of
 
     known, files = known_outcomes(), files_of("scenarios")
@@ -82,7 +82,7 @@ def _entries() -> Iterator[ListedItem]:
         outcome = f"{known[name].outcome}; {known[name].verdict}" if name in known else ""
         yield ListedItem(name, files[name], one.theme or OTHERS, one.description, outcome, one.source)
     files = files_of("sweeps")
-    for name, ready in ready_sweeps().items():
+    for name, ready in named_sweeps().items():
         yield ListedItem(name, files[name], SWEEPS, ready.description, "", f"sweep of {ready.scenario}")
 
 

@@ -85,9 +85,9 @@ def sweep(name: str, vary: tuple[str, ...], output: Path | None, no_plots: bool,
 
 def _request(name: str, given: Mapping[str, Any]) -> tuple[str, dict[str, Any]]:
     """Return scenario and options of `amb_cosim.sweep`, those of a ready sweep under what is given."""
-    from amb_cosim.sweeps.ready import ready_sweeps
+    from amb_cosim.sweeps.ready import named_sweeps
 
-    ready = ready_sweeps().get(name)
+    ready = named_sweeps().get(name)
     merged = {} if ready is None else ready.options
     for key, value in given.items():
         if isinstance(value, Mapping):

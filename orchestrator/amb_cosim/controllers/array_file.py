@@ -20,7 +20,7 @@ import numpy as np
 
 from amb_cosim.controllers.laws import Law
 from amb_files.atomic import write_atomically
-from amb_files.stages import stage
+from amb_files.temporary_folders import temporary_folder
 
 SUFFIXES = (".npz", ".mat")
 MATRICES = ("A", "B", "C", "D")
@@ -125,7 +125,7 @@ def _laws(content: Mapping[str, Any], step: float | None) -> Law | dict[float, L
 def _content(path: Path) -> dict[str, Any]:
     if path.suffix == ".npz":
         return _load_npz(path)
-    with stage() as folder:
+    with temporary_folder() as folder:
         target = folder / "arrays.npz"
         command = [sys.executable, "-P", "-c", READ_MAT, str(path), str(target), *KEYS]
         process = subprocess.run(command, capture_output=True, text=True, check=False)

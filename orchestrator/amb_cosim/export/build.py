@@ -14,7 +14,7 @@ from amb_cosim.export.models import MODELS
 from amb_cosim.export.planned import plan_models
 from amb_cosim.scenario.scenario import Scenario
 from amb_files.atomic import write_atomically
-from amb_files.stages import stage
+from amb_files.temporary_folders import temporary_folder
 
 
 def build(
@@ -77,7 +77,7 @@ def _build_planned(
     planned = plan_models(scenario, rotor, receptances)
     starts = planned.plan.start_values()
     models = {name: (with_starts(model, starts[name]), constants) for name, (model, constants) in planned.made.items()}
-    with stage() as temporary:
+    with temporary_folder() as temporary:
         built = {name: target.build(model, constants, temporary / name) for name, (model, constants) in models.items()}
         folder.mkdir(parents=True, exist_ok=True)
         paths = {name: folder / f"{name}.fmu" for name in built}

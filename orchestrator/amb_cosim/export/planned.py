@@ -24,7 +24,7 @@ from amb_cosim.scenario.inner_loop import inner_loop_parameters
 from amb_cosim.scenario.plan import plan_scenario
 from amb_cosim.scenario.scenario import Scenario, given_scenario
 from amb_cosim.scenario.simulation import system_of
-from amb_files.stages import stage
+from amb_files.temporary_folders import temporary_folder
 
 if TYPE_CHECKING:
     from fmi_export.model import Model
@@ -111,7 +111,7 @@ def _interface(model: Model) -> FmuInterface:
     """Return the interface that the FMU of a model would have."""
     from fmi_export.building.description import model_description
 
-    with stage() as folder:
+    with temporary_folder() as folder:
         description = ElementTree.tostring(model_description(model, "", "", ""))
         (folder / "modelDescription.xml").write_bytes(description)
         return read_interface(folder, model.name)

@@ -25,7 +25,7 @@ from amb_cosim.linear.parts import LinearPart, names_of, zoh
 
 STEPS = 240  # communication steps of a response
 RANK = 1e-9  # singular value of the responses' matrix, over the largest, that is no state
-TOLD = (
+NOT_JUDGED = (
     0.01  # error, over the largest response, up to which derivatives count: an FMU may have more states than it lists
 )
 STATED = 1e-6  # error, over the largest response, from which a model is said to be in doubt
@@ -93,7 +93,7 @@ def _best(derived: Law | None, markov: Array, sample_time: float) -> tuple[Law, 
     missed = ""
     if derived is not None:
         error = _relative(responses(derived, len(markov)) - markov, markov)
-        if error < TOLD:
+        if error < NOT_JUDGED:
             return derived, (
                 f"by its directional derivatives, of {len(derived.A)} states; its largest response to pulses is missed "
                 f"by {error:.1g} of itself"

@@ -25,13 +25,13 @@ from amb_cosim.linear.parts import LinearPart
 from amb_cosim.results.places import ACTUATOR, CONTROLLER, PLANT
 from amb_cosim.scenario.plan import SPEED
 from amb_cosim.scenario.scenario import Scenario, given_scenario
-from amb_cosim.scenario.simulation import Prepared, prepare
+from amb_cosim.scenario.simulation import PlannedRun, prepare
 
 LINEAR = "linear_controller"
 
 
 @dataclass(frozen=True)
-class Linearisable:
+class LinearSource:
     """What a linear model is made from: the components of a run with all that they start with.
 
     assembly, plan
@@ -48,7 +48,7 @@ class Linearisable:
     rotor: str | None = None
     _kept: dict[str, Any] = field(default_factory=dict)  # constants and parts that do not depend on the speed
 
-    def at(self, Omega: float) -> Linearisable:
+    def at(self, Omega: float) -> LinearSource:
         """Return the same at another spin speed (rad/s); an FMU that is no model of ours stays as it is."""
         return replace(self, point={**self.point, SPEED: Omega})
 
@@ -144,21 +144,21 @@ def linearisable(
     fmu: Mapping[str, str | PathLike[str]] | None = None,
     set: Mapping[str, Raw] | None = None,
     flavour: Flavour = "native",
-) -> Linearisable:
+) -> LinearSource:
     """Return the components of a scenario or a system with all that they start with; arguments as of `linearise`."""
     given = at if isinstance(at, Mapping) else {} if at is None else {SPEED: at}
     replaced = {component: fspath(file) for component, file in (fmu or {}).items()}
     if isinstance(source, System) or (isinstance(source, str | Path) and is_system(source)):
         assembly, plan = _of_system(source, replaced, rotor, set or {}, flavour)
-        return Linearisable(assembly, plan, _point(assembly, given), None if rotor is None else str(rotor))
+        return LinearSource(assembly, plan, _point(assembly, given), None if rotor is None else str(rotor))
     scenario = given_scenario(source, rotor)
     prepared = prepare(scenario.changed(fmu=replaced) if replaced else scenario, set, flavour=flavour)
     return of_prepared(prepared, given)
 
 
-def of_prepared(prepared: Prepared, at: Mapping[str, Raw] | None = None) -> Linearisable:
+def of_prepared(prepared: PlannedRun, at: Mapping[str, Raw] | None = None) -> LinearSource:
     """Return what the linear model of a prepared run is made from, at other values than it starts with if given."""
-    return Linearisable(prepared.assembly, prepared.plan, _point(prepared.assembly, at or {}), prepared.scenario.rotor)
+    return LinearSource(prepared.assembly, prepared.plan, _point(prepared.assembly, at or {}), prepared.scenario.rotor)
 
 
 def _of_system(

@@ -9,7 +9,7 @@ from pathlib import Path
 from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.cosim.system.system import System
 from amb_cosim.cosim.system.values import Raw
-from amb_cosim.linear.linearisable import Linearisable, linearisable
+from amb_cosim.linear.linearisable import LinearSource, linearisable
 from amb_cosim.linear.model import LinearModel, linear_model
 from amb_cosim.linear.parts import LinearPart, loop_of, shown_a_step_later
 from amb_cosim.scenario.plan import SPEED
@@ -71,7 +71,7 @@ def linearise(
 
 
 def model_of(
-    made: Linearisable,
+    made: LinearSource,
     inputs: Sequence[str] | None = None,
     outputs: Sequence[str] | None = None,
     components: Sequence[str] | None = None,

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from amb_cosim.controllers.laws import Array
-from amb_cosim.linear.linearisable import Linearisable
+from amb_cosim.linear.linearisable import LinearSource
 from amb_cosim.linear.linearise import model_of
 from amb_cosim.linear.model import LinearModel
 from amb_cosim.results.places import ACTUATOR, PLANT
@@ -40,10 +40,10 @@ class Loop:
         If the run has no rotor, no magnetic bearings, or no controller that is connected to them.
     """
 
-    made: Linearisable
+    linear_components: LinearSource
 
     def __post_init__(self) -> None:
-        there = [component.name for component in self.made.assembly.system.components]
+        there = [component.name for component in self.linear_components.assembly.system.components]
         missing = [component for component in (PLANT, ACTUATOR) if component not in there]
         if missing:
             raise ValueError(f"scenario {self.name} has no component {missing[0]}; a linear loop needs one")
@@ -53,13 +53,13 @@ class Loop:
     @property
     def name(self) -> str:
         """Name of the system."""
-        return self.made.assembly.system.name
+        return self.linear_components.assembly.system.name
 
     @cached_property
     def axes(self) -> tuple[tuple[str, str], ...]:
         """Bearing and direction of each axis that has a magnet and a controller."""
-        source = self.made.assembly.system.source_of
-        bearings = (self.made.assembly.fmus[ACTUATOR].layout or {}).get("bearings", ())
+        source = self.linear_components.assembly.system.source_of
+        bearings = (self.linear_components.assembly.fmus[ACTUATOR].layout or {}).get("bearings", ())
         axes = [(b, a) for b in bearings for a in "xy"]
         return tuple((b, a) for b, a in axes if source(f"{ACTUATOR}.{b}.i_{a}") and source(f"{PLANT}.{b}.f_{a}"))
 
@@ -76,14 +76,14 @@ class Loop:
     @cached_property
     def sources(self) -> tuple[str, ...]:
         """Outputs of the controller that they come from."""
-        return tuple(self.made.assembly.system.source_of(demand) or "" for demand in self.demands)
+        return tuple(self.linear_components.assembly.system.source_of(demand) or "" for demand in self.demands)
 
     @cached_property
     def readings(self) -> tuple[str, ...]:
         """Inputs of the controller where displacements arrive (m)."""
         controllers = {source.partition(".")[0] for source in self.sources}
-        links = self.made.assembly.system.connections
-        units = self.made.units()
+        links = self.linear_components.assembly.system.connections
+        units = self.linear_components.units()
         return tuple(
             link.target
             for link in links
@@ -96,17 +96,19 @@ class Loop:
     def sample_time(self) -> float:
         """Time between samples of the controller (s)."""
         controller = self.sources[0].partition(".")[0]
-        given = self.made.plan.all_parameters(self.made.assembly.interfaces)[controller].get("sample_time")
+        given = self.linear_components.plan.all_parameters(self.linear_components.assembly.interfaces)[controller].get(
+            "sample_time"
+        )
         if given:
             return given
-        every = next(c.every for c in self.made.plan.system.components if c.name == controller)
-        return every * self.made.plan.step_size
+        every = next(c.every for c in self.linear_components.plan.system.components if c.name == controller)
+        return every * self.linear_components.plan.step_size
 
     @cached_property
     def closed(self) -> LinearModel:
         """The closed loop: demands and readings over what is injected at both."""
         ends = (*self.demands, *self.readings)
-        return model_of(self.made, ends, ends)
+        return model_of(self.linear_components, ends, ends)
 
     def sensitivity(self) -> LinearModel:
         """Return demands that arrive over currents injected there, S = (1 + L)^-1, axes by axes.
@@ -116,7 +118,7 @@ class Loop:
         ValueError
             If the closed loop is not stable; the sensitivity of an unstable loop cannot be measured.
         """
-        model = model_of(self.made, self.demands, self.demands)
+        model = model_of(self.linear_components, self.demands, self.demands)
         check_stable(model)
         return model
 

@@ -18,7 +18,7 @@ from amb_cosim.live.geometry import geometry
 from amb_cosim.results.places import PLANT, places_of
 from amb_cosim.scenario.plan import ScenarioPlan
 from amb_cosim.scenario.scenario import Scenario
-from amb_cosim.scenario.simulation import Prepared, prepare
+from amb_cosim.scenario.simulation import PlannedRun, prepare
 from fmi_export.variables import FAULT_CODE
 
 if TYPE_CHECKING:
@@ -106,7 +106,7 @@ def rig(scenario: Scenario, source: Callable[..., Made] = model_source) -> Rig:
     return Rig(data, parts)
 
 
-def _check(prepared: Prepared) -> None:
+def _check(prepared: PlannedRun) -> None:
     if prepared.assembly.from_elsewhere:
         name = prepared.assembly.from_elsewhere[0]
         path = prepared.fmus[name].path
@@ -139,14 +139,14 @@ def _events(plan: ScenarioPlan) -> list[dict[str, Any]]:
     ]
 
 
-def _gravity_angle(prepared: Prepared) -> float:
+def _gravity_angle(prepared: PlannedRun) -> float:
     """Direction of gravity (rad), from x towards y."""
     interface: FmuInterface = prepared.interfaces[PLANT]
     start = interface.ports["gravity_angle"].start or 0.0
     return prepared.plan.parameters[PLANT].get("gravity_angle", start)
 
 
-def _fmu(prepared: Prepared, source: Callable[..., Made]) -> tuple[Model, dict[str, bytes]]:
+def _fmu(prepared: PlannedRun, source: Callable[..., Made]) -> tuple[Model, dict[str, bytes]]:
     """Return the components in one model, and the bytes of its FMU: the module, and the constants by its guid.
 
     Start values are those of the models, so that scenarios of one system and rotor share it.

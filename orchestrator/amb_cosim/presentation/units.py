@@ -134,7 +134,7 @@ def relabelled(label: str, *quantities: str) -> tuple[str, float]:
     return f"{head}{unit.label}{tail}", _size(name) / unit.size
 
 
-def retold(text: str) -> str:
+def convert_units_in_text(text: str) -> str:
     """Return a text with the values of chosen quantities in it, a number and its unit, in the chosen units."""
 
     def value(found: re.Match[str]) -> str:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from amb_cosim.cosim.record.signals import Signals
-from amb_cosim.presentation.units import relabelled, retold
+from amb_cosim.presentation.units import convert_units_in_text, relabelled
 from amb_cosim.results.contact_forces import peaks
 from amb_cosim.results.contact_history import ROLLING, rolling_from, touchable
 from amb_cosim.results.orbits import path, radius, support
@@ -61,8 +61,8 @@ class Panel:
         Places along the shaft, lengths on the horizontal axis, keep theirs.
         """
         (x, of_x), (y, of_y) = relabelled(self.x, "speed"), relabelled(self.y, "speed", "length", "force")
-        curves = (replace(c, name=retold(c.name), x=of_x * c.x, y=of_y * c.y) for c in self.curves)
-        return replace(self, title=retold(self.title), x=x, y=y, curves=tuple(curves))
+        curves = (replace(c, name=convert_units_in_text(c.name), x=of_x * c.x, y=of_y * c.y) for c in self.curves)
+        return replace(self, title=convert_units_in_text(self.title), x=x, y=y, curves=tuple(curves))
 
 
 RunPanels = Callable[[Signals], Iterable[Panel]]

@@ -44,7 +44,7 @@ def loaded_interval(dataset: Signals) -> tuple[float, float]:
 
 
 def contact_share(dataset: Signals) -> dict[str, float | None]:
-    """Return the share of the time between step and removal in each contact state, see `Places.contact_states`."""
+    """Return the share of the time between step and removal in each contact state, see `RotorPlaces.contact_states`."""
     begin, end = loaded_interval(dataset)
     state = signal(dataset, "contact_state")
     within = (cycles(dataset) >= begin) & (cycles(dataset) < end)

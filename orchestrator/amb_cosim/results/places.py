@@ -18,7 +18,7 @@ ATTRIBUTE = "places"  # of a data set
 
 
 @dataclass(frozen=True)
-class Places:
+class RotorPlaces:
     """Bearings and contact sites, in the order of the plant's variables.
 
     bearings
@@ -65,16 +65,16 @@ class Places:
         return json.dumps(vars(self))
 
 
-def places(dataset: Signals) -> Places:
+def places(dataset: Signals) -> RotorPlaces:
     """Return the places of the rotor that a data set is about."""
     return _read(dataset.attrs[ATTRIBUTE])
 
 
 @lru_cache(maxsize=8)  # a summary asks for them at every signal
-def _read(text: str) -> Places:
+def _read(text: str) -> RotorPlaces:
     stored: dict[str, Any] = json.loads(text)
     measured = {site: (x, y) for site, (x, y) in stored.get("measured", {}).items()}
-    return Places(
+    return RotorPlaces(
         stored["bearings"],
         tuple(stored["sites"]),
         measured,
@@ -84,18 +84,18 @@ def _read(text: str) -> Places:
     )
 
 
-def places_of(assembly: Assembly) -> Places:
+def places_of(assembly: Assembly) -> RotorPlaces:
     """Return the places of a system's plant from the layout in its FMU; without one, from the names of its variables.
 
     Then the first retainer belongs to the first bearing, and so on. Without a plant there are none.
     """
     if PLANT not in assembly.interfaces:
-        return Places({}, ())
+        return RotorPlaces({}, ())
     found, fed = _named_places(assembly), assembly.system.fed()
     return replace(found, magnetic=tuple(name for name in found.bearings if f"{PLANT}.{name}.f_x" in fed))
 
 
-def _named_places(assembly: Assembly) -> Places:
+def _named_places(assembly: Assembly) -> RotorPlaces:
     """Return the places without what the wiring tells."""
     fmu, plant = assembly.fmus.get(PLANT), assembly.interfaces[PLANT]
     layout = None if fmu is None else fmu.layout
@@ -108,10 +108,10 @@ def _named_places(assembly: Assembly) -> Places:
         moved_by = layout.get("moved_by", {})
         apart = tuple(site for bearing, site in bearings.items() if site and site not in moved_by.get(bearing, (site,)))
         sites = tuple(site["name"] for site in layout["sites"])
-        return Places(bearings, sites, measured, apart, layout.get("valid_to"))
+        return RotorPlaces(bearings, sites, measured, apart, layout.get("valid_to"))
     touching, forces = _parts(plant, "output", "f_n"), _parts(plant, "input", "f_x")
     names = [name for name in _parts(plant, "output", "x") if name in forces]
-    return Places(dict(zip_longest(names, touching[: len(names)], fillvalue="")), tuple(touching))
+    return RotorPlaces(dict(zip_longest(names, touching[: len(names)], fillvalue="")), tuple(touching))
 
 
 def _parts(plant: FmuInterface, causality: str, variable: str) -> list[str]:

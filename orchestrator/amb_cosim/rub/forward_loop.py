@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from amb_cosim.controllers.laws import Array, Law
-from amb_cosim.linear.linearisable import Linearisable
+from amb_cosim.linear.linearisable import LinearSource
 from amb_cosim.linear.linearise import in_order
 from amb_cosim.linear.machine import rotor_part
 from amb_cosim.linear.parts import LinearPart, connected, loop_of, within
@@ -81,7 +81,7 @@ class ForwardLoop:
         return slice(0, m), slice(m, m + d), slice(m + d, m + d + b)
 
 
-def forward_loop(made: Linearisable, Omega: float, sites: Sequence[str]) -> ForwardLoop:
+def forward_loop(made: LinearSource, Omega: float, sites: Sequence[str]) -> ForwardLoop:
     """Return the loop of forward motion at a spin speed (rad/s), with forces at sites of the rotor.
 
     Raises
@@ -126,7 +126,7 @@ def forward_loop(made: Linearisable, Omega: float, sites: Sequence[str]) -> Forw
 
 
 def loop_on_springs(
-    made: Linearisable, Omega: float, sites: Sequence[str], bearings: Mapping[str, tuple[float, float]]
+    made: LinearSource, Omega: float, sites: Sequence[str], bearings: Mapping[str, tuple[float, float]]
 ) -> ForwardLoop:
     """Return the loop of a rotor on bearings that are springs (N/m) and dampers (N s/m), in place of its control."""
     layout, constants = made.layout(PLANT), made.constants(PLANT)
@@ -165,7 +165,7 @@ def flat(pairs: Sequence[Pair]) -> list[str]:
     return [name for pair in pairs for name in pair]
 
 
-def _demands(made: Linearisable) -> list[Pair]:
+def _demands(made: LinearSource) -> list[Pair]:
     """Return the demanded currents of the bearings; without an actuator, the forces on the rotor."""
     if ACTUATOR in made.assembly.interfaces:
         return [_pair(ACTUATOR, f"{b}.i_{{}}") for b in made.layout(ACTUATOR)["bearings"]]
@@ -178,7 +178,7 @@ def _reading_pairs(layout: Mapping[str, Any], bearings: Sequence[str], sites: Se
     return list(dict.fromkeys(pairs))
 
 
-def _parts(made: Linearisable, names: Sequence[str]) -> tuple[list[LinearPart], dict[str, str]]:
+def _parts(made: LinearSource, names: Sequence[str]) -> tuple[list[LinearPart], dict[str, str]]:
     """Return the parts of a run, the rotor's with forces at its sites, and what feeds them."""
     layout, constants = made.layout(PLANT), made.constants(PLANT)
     rotor = rotor_part(PLANT, layout, constants, made.parameters(PLANT), made.point["Omega"])
@@ -187,7 +187,7 @@ def _parts(made: Linearisable, names: Sequence[str]) -> tuple[list[LinearPart], 
     return in_order(parts, made.feeds(names), names)
 
 
-def mixing(made: Linearisable, Omega: float, sites: Sequence[str]) -> float:
+def mixing(made: LinearSource, Omega: float, sites: Sequence[str]) -> float:
     """Return how far from isotropic a loop is: backward over forward receptance at the sites, the largest share (1).
 
     0 where the loop is the same in all directions, so that a synchronous state is a circle.

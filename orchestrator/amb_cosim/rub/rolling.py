@@ -47,7 +47,7 @@ class Rolling:
 
 def rolling(rotor: RubbingRotor, Omega: float) -> list[Rolling]:
     """Return how single sites and pairs can roll (1) at a spin speed (rad/s), whatever their friction is."""
-    p = rotor.made.parameters(PLANT)
+    p = rotor.linear_components.parameters(PLANT)
     ratio = np.array([p[f"{site}.journal_radius"] for site in rotor.sites]) / rotor.c
     found = []
     for contact in [s for size in (1, 2) for s in combinations(range(len(rotor.sites)), size)]:

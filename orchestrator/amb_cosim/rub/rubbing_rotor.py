@@ -8,11 +8,11 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from amb_cosim.controllers.laws import Array
-from amb_cosim.linear.linearisable import Linearisable, of_prepared
+from amb_cosim.linear.linearisable import LinearSource, of_prepared
 from amb_cosim.results.places import CONTROLLER, PLANT
 from amb_cosim.rub.forward_loop import Complex, ForwardLoop, forward_loop, mixing
 from amb_cosim.rub.receptances import Receptances, receptances
-from amb_cosim.scenario.simulation import Prepared
+from amb_cosim.scenario.simulation import PlannedRun
 from rotor_contact.enumerations import CONSTRAINT, LAWS
 
 ISOTROPIC = 0.01  # share of backward motion from which a loop is said to be other than the same in all directions
@@ -38,7 +38,7 @@ class RubbingRotor:
         What holds only nearly, in sentences.
     """
 
-    made: Linearisable
+    linear_components: LinearSource
     Omega: float
     sites: tuple[str, ...]
     c: Array
@@ -51,7 +51,7 @@ class RubbingRotor:
     def loop(self, Omega: float) -> ForwardLoop:
         """Return the loop of forward motion at a speed (rad/s)."""
         if Omega not in self._loops:
-            self._loops[Omega] = forward_loop(self.made, Omega, self.sites)
+            self._loops[Omega] = forward_loop(self.linear_components, Omega, self.sites)
         return self._loops[Omega]
 
     def receptances(self, Omega: float) -> Receptances:
@@ -65,7 +65,7 @@ class RubbingRotor:
 
         mu + (mu_s - mu) exp(-(v/v_S)^2), v = Omega (R_s + c) (`rotor_contact.friction`)
         """
-        p = self.made.parameters(PLANT)
+        p = self.linear_components.parameters(PLANT)
         found = np.zeros(len(self.sites))
         for k, site in enumerate(self.sites):
             sliding, scale = p[f"{site}.mu"], p[f"{site}.stribeck_velocity"]
@@ -77,11 +77,11 @@ class RubbingRotor:
 
     def with_unbalance(self, unbalance: Complex) -> RubbingRotor:
         """Return the same with another unbalance (kg m) at each place."""
-        given = (self.made, self.Omega, self.sites, self.c, unbalance, self.places, self.notes)
+        given = (self.linear_components, self.Omega, self.sites, self.c, unbalance, self.places, self.notes)
         return RubbingRotor(*given, self._loops, self._receptances)
 
 
-def rubbing_rotor(prepared: Prepared) -> RubbingRotor:
+def rubbing_rotor(prepared: PlannedRun) -> RubbingRotor:
     """Return the rotor of a prepared run, with the unbalance that it has at the end.
 
     Raises

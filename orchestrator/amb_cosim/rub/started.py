@@ -18,8 +18,8 @@ from contextlib import closing
 import numpy as np
 from scipy.linalg import expm
 
-from amb_cosim.cosim.master.instances import Instances
-from amb_cosim.cosim.master.responses import MemoryPart, Response
+from amb_cosim.cosim.master.instances import InstancePool
+from amb_cosim.cosim.master.responses import Response, StateMap
 from amb_cosim.cosim.master.settling import SettledLoop, loop_at, solve
 from amb_cosim.cosim.run.checkpoint import Checkpoint
 from amb_cosim.cosim.run.plan_session import Simulator
@@ -54,7 +54,7 @@ def checkpoint_in(rotor: RubbingRotor, state: SolvedState | Whirl) -> Checkpoint
     ValueError
         If too few steps come before cycle 0, or the run has no input for the rotor's unbalance.
     """
-    plan, assembly = rotor.made.plan, rotor.made.assembly
+    plan, assembly = rotor.linear_components.plan, rotor.linear_components.assembly
     is_whirl = isinstance(state, Whirl)
     omega = state.frequency if isinstance(state, Whirl) else rotor.Omega
     at_end = {**plan.inputs, **_unbalance(rotor.with_unbalance(0.0 * rotor.unbalance) if is_whirl else rotor)}
@@ -63,7 +63,7 @@ def checkpoint_in(rotor: RubbingRotor, state: SolvedState | Whirl) -> Checkpoint
         raise ValueError(f"the run has no {missing[0]}; it must be among its inputs, with any value")
     if plan.begin > -(WARM_UP + 2):
         raise ValueError(f"{-plan.begin} steps before cycle 0 are not allowed; at least {WARM_UP + 2} must come before")
-    with closing(Instances()) as instances:
+    with closing(InstancePool()) as instances:
         simulator = Simulator(assembly, plan, None, "plain", instances)
         begin, master = simulator.initialise(), simulator.master
         final = np.array([at_end[name] for name in plan.inputs])
@@ -93,7 +93,7 @@ def _unbalance(rotor: RubbingRotor) -> dict[str, float]:
 
 
 def _pressed(
-    rotor: RubbingRotor, state: SolvedState | Whirl, omega: float, loop: SettledLoop, part: MemoryPart, answer: Response
+    rotor: RubbingRotor, state: SolvedState | Whirl, omega: float, loop: SettledLoop, part: StateMap, answer: Response
 ) -> Response:
     """Return the response of the plant with contact forces that turn with omega in its forcing (1)."""
     machine, h = _machine(rotor), loop.master.step_size
@@ -110,7 +110,7 @@ def _pressed(
 
 def _machine(rotor: RubbingRotor) -> linear.LinearPart:
     """Return the rotor, on the gradient of its magnets where it follows that within a step; its own states first."""
-    made = rotor.made.at(rotor.Omega)
+    made = rotor.linear_components.at(rotor.Omega)
     layout, constants = made.layout(PLANT), made.constants(PLANT)
     own = rotor_part(PLANT, layout, constants, made.parameters(PLANT), rotor.Omega)
     parts, feeds = [with_contact_forces(own, layout, constants)], made.feeds([PLANT, ACTUATOR])

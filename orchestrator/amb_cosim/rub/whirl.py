@@ -81,7 +81,7 @@ def whirls(rotor: RubbingRotor, Omega: float, highest: float | None = None) -> l
         return known[omega].R
 
     grid = np.geomspace(1e-3 * reach, reach, POINTS)
-    radii = [rotor.made.parameters(PLANT)[f"{site}.journal_radius"] for site in rotor.sites]
+    radii = [rotor.linear_components.parameters(PLANT)[f"{site}.journal_radius"] for site in rotor.sites]
     found = []
     for contact in [s for size in (1, 2) for s in combinations(range(len(rotor.sites)), size)]:
         for branch in range(1 if len(contact) == 1 else 2):

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.cosim.basics.schedules import Array
-from amb_cosim.cosim.run.batch_runner import Members, States
+from amb_cosim.cosim.run.batch_runner import BatchRunner, States
 from amb_cosim.cosim.system.assembly import Assembly
 from amb_cosim.cosim.system.values import Raw
 from amb_cosim.scenario.plan import ScenarioPlan
@@ -102,7 +102,7 @@ class Batch:
                 planned[key] = _with_inputs(plan, assembly, inputs)
             plans.append(planned[key])
         self._assembly, self._plans = assembly, plans
-        self._members = Members(assembly, plans, scenario.coupling, threads)
+        self._members = BatchRunner(assembly, plans, scenario.coupling, threads)
         self._at = {name: k for k, name in enumerate(self._members.names)}
 
     def __len__(self) -> int:

@@ -13,7 +13,7 @@ from amb_cosim.cosim.system.assignments import Assignments
 from amb_cosim.cosim.system.experiment import Experiment, InputChange, Plan, Profile
 from amb_cosim.cosim.system.planning import plan_experiment
 from amb_cosim.cosim.system.values import Raw, convert, quantity
-from amb_cosim.results.places import Places, places_of
+from amb_cosim.results.places import RotorPlaces, places_of
 from amb_cosim.scenario.coupling import delay, predictable
 from amb_cosim.scenario.gravity import Gravity, set_gravity
 from amb_cosim.scenario.scenario import Scenario, positive_speed
@@ -164,7 +164,7 @@ def _rounded(until: float | None, plan: Plan) -> list[str]:
     ]
 
 
-def _essential(places: Places) -> tuple[str, ...]:
+def _essential(places: RotorPlaces) -> tuple[str, ...]:
     """Return patterns of what summary and plots need, whatever else is recorded."""
     measured = [name for signals in places.measured.values() for name in signals]
     of_places = (

@@ -15,7 +15,7 @@ from amb_cosim.cosim.basics.choices import Flavour, Loop
 from amb_cosim.cosim.basics.schedules import Array
 from amb_cosim.cosim.fmu.fmu_interface import FmuInterface
 from amb_cosim.cosim.fmu.fmus import Fmu
-from amb_cosim.cosim.master.instances import Instances
+from amb_cosim.cosim.master.instances import InstancePool
 from amb_cosim.cosim.record.recorder import Recorder
 from amb_cosim.cosim.record.signals import Samples, SignalTable
 from amb_cosim.cosim.record.warnings import ATTRIBUTE as WARNINGS
@@ -124,7 +124,7 @@ def check(scenario: str | Path | Scenario) -> None:
 
 
 @dataclass(frozen=True)
-class Prepared:
+class PlannedRun:
     """A scenario with everything that it needs to run, checked."""
 
     scenario: Scenario
@@ -152,7 +152,7 @@ def prepare(
     settings: Mapping[str, Raw] | None = None,
     until: Raw | None = None,
     flavour: Flavour = "native",
-) -> Prepared:
+) -> PlannedRun:
     """Find the FMUs of a scenario, check its system and plan it; see `plan_scenario` for the arguments.
 
     Raises
@@ -195,7 +195,7 @@ def plan_prepared(
     until: Raw | None = None,
     recorded: Sequence[str] | None = None,
     first: FirstValues | None = None,
-) -> Prepared:
+) -> PlannedRun:
     """Plan a scenario whose FMUs have been found; see `plan_scenario` for the arguments and errors."""
     plan = plan_scenario(scenario, assembly, settings, until, recorded, first)
     table, controller = _table(scenario), _controller(assembly.system)
@@ -204,7 +204,7 @@ def plan_prepared(
 
         given = plan.all_parameters(assembly.interfaces)
         check_loop(table, given[controller], scenario.rotor, inner_loop_parameters(assembly.system, given))
-    return Prepared(scenario, plan, assembly)
+    return PlannedRun(scenario, plan, assembly)
 
 
 def _table(scenario: Scenario) -> Path | None:
@@ -235,24 +235,24 @@ def _sensors(layout: Mapping[str, Any]) -> list[str]:
 
 
 def run_prepared(
-    prepared: Prepared,
+    prepared: PlannedRun,
     progress: Progress | None = None,
     loop: Loop = "compiled",
     isolated: bool | None = None,
-    instances: Instances | None = None,
+    instances: InstancePool | None = None,
     start: Checkpoint | None = None,
     saves: Saves | None = None,
 ) -> Result:
     """Run a prepared scenario; see `cosim.simulation.run_plan` for the arguments and errors."""
-    return labelled(prepared, record_prepared(prepared, progress, loop, isolated, instances, start, saves))
+    return to_result(prepared, record_prepared(prepared, progress, loop, isolated, instances, start, saves))
 
 
 def record_prepared(
-    prepared: Prepared,
+    prepared: PlannedRun,
     progress: Progress | None = None,
     loop: Loop = "compiled",
     isolated: bool | None = None,
-    instances: Instances | None = None,
+    instances: InstancePool | None = None,
     start: Checkpoint | None = None,
     saves: Saves | None = None,
 ) -> Recording:
@@ -261,7 +261,7 @@ def record_prepared(
     return run_plan(prepared.assembly, prepared.plan, progress, loop, coupling, isolated, instances, start, saves)
 
 
-def bare_signals(prepared: Prepared, recording: Recording) -> SignalTable:
+def bare_signals(prepared: PlannedRun, recording: Recording) -> SignalTable:
     """Return what a run recorded over time and cycle, with the places of the rotor and the cycles of its events.
 
     That is what key values take; units, parameters and warnings cost more than they do.
@@ -272,7 +272,7 @@ def bare_signals(prepared: Prepared, recording: Recording) -> SignalTable:
     return SignalTable(variables, _coordinates(plan, time), _landmarks(prepared, recorder))
 
 
-def _coupling_warning(prepared: Prepared) -> str | None:
+def _coupling_warning(prepared: PlannedRun) -> str | None:
     """Return why the coupling of a loop is in doubt, or None; there is a loop if connections lead both ways."""
     system = prepared.plan.system
     links = {(system.split(link.source)[0], system.split(link.target)[0]) for link in system.connections}
@@ -285,7 +285,7 @@ def _coupling_warning(prepared: Prepared) -> str | None:
     return coupling_warning(coupling, prepared.plan.step_size, predicted, sampled)
 
 
-def labelled(prepared: Prepared, recording: Recording) -> Result:
+def to_result(prepared: PlannedRun, recording: Recording) -> Result:
     """Return what a run recorded with all its labels, and what the scenario says."""
     scenario, plan = prepared.scenario, prepared.plan
     signals = to_signals(recording)
@@ -321,7 +321,7 @@ def _coordinates(plan: ScenarioPlan, time: Array) -> dict[str, Samples]:
     }
 
 
-def _landmarks(prepared: Prepared, recorder: Recorder) -> dict[str, Any]:
+def _landmarks(prepared: PlannedRun, recorder: Recorder) -> dict[str, Any]:
     """Return the places of the rotor, and the cycles of the labelled events and of the last change, as attributes."""
     plan, cycle = prepared.plan, prepared.plan.step_size / prepared.plan.period
     cycles = {f"{label}_cycle": n * cycle for label, n in plan.marks.items() if n <= recorder.reached}

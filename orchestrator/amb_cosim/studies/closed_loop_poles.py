@@ -171,7 +171,7 @@ def vibrations(loop: Loop, Omega: float) -> Vibrations:
     """
     bearings = list(dict.fromkeys(bearing for bearing, _ in loop.axes))
     shown = [f"{PLANT}.{bearing}.{axis}" for bearing in bearings for axis in "xy"]
-    model = model_of(loop.made.at(Omega), loop.demands[:1], shown)
+    model = model_of(loop.linear_components.at(Omega), loop.demands[:1], shown)
     z, vectors = np.linalg.eig(model.A)
     alive = np.abs(z) > 1e-9
     s = np.zeros(len(z), dtype=np.complex128)

@@ -36,7 +36,7 @@ from amb_cosim.studies.convergence_runs import (
 )
 from amb_cosim.studies.processes import simulate_in_processes
 from amb_cosim.studies.result import DrawnResult
-from amb_files.stages import stage
+from amb_files.temporary_folders import temporary_folder
 from fmi_export.model import Array
 from rotor_analysis.checks import require
 from rotor_analysis.rotor_file import load_rotor
@@ -215,7 +215,7 @@ def convergence(
     file = str(rotor_file(given))
     base = ConvergenceCase(given, dict(set or {}), flavour, "scenario", "scenario", 1.0, file)
     prepare_case(base)  # checks the input and builds the FMUs before processes are started
-    with stage() as folder, progress_bar(progress) as report:
+    with temporary_folder() as folder, progress_bar(progress) as report:
         others = list(varied_cases(base, folder))
         own = _with_starts([base], starts)
         twice, short = (_with_starts(_furthest(others, varied), starts) for varied in ("modes", "step"))

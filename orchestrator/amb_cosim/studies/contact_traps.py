@@ -215,7 +215,7 @@ def traps(
     allowed = np.array([allowed_current(machine, bearing) for bearing in machine.loop(Omega).currents])
     demand = smallest_demand(machine, Omega, allowed)
     demands = [currents_of(found.demanded, machine) for found in (freeing, demand) if found is not None]
-    valid_to = machine.made.layout(PLANT).get("valid_to") or math.inf
+    valid_to = machine.linear_components.layout(PLANT).get("valid_to") or math.inf
     notes = list(machine.notes)
     if len(machine.sites) > AT_ONCE:
         notes.append(f"map and curves have at most {AT_ONCE} sites in contact at once; the machine's states all")

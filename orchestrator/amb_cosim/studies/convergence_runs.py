@@ -18,7 +18,7 @@ from amb_cosim.results.contact_history import peak, touchable
 from amb_cosim.results.places import PLANT
 from amb_cosim.results.series import cycles
 from amb_cosim.scenario.scenario import Scenario
-from amb_cosim.scenario.simulation import Prepared, prepare, run_prepared
+from amb_cosim.scenario.simulation import PlannedRun, prepare, run_prepared
 from amb_files.toml import read_toml
 from rotor_analysis.assembly import assemble
 from rotor_analysis.packaged_rotors import rotor_path
@@ -144,7 +144,7 @@ def rotor_file(scenario: Scenario) -> Path:
     return rotor_path(scenario.rotor)
 
 
-def prepare_case(case: ConvergenceCase) -> Prepared:
+def prepare_case(case: ConvergenceCase) -> PlannedRun:
     """Return a case that is ready to run."""
     scenario = case.scenario.model_copy(update={"rotor": case.rotor})
     prepared = prepare(scenario, case.settings, flavour=case.flavour)

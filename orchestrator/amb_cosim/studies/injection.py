@@ -23,7 +23,7 @@ from amb_cosim.results.contact_history import in_contact
 from amb_cosim.results.places import ACTUATOR, CONTROLLER, PLANT
 from amb_cosim.scenario.plan import SPEED
 from amb_cosim.scenario.scenario import Scenario
-from amb_cosim.scenario.simulation import Prepared, prepare, run_prepared
+from amb_cosim.scenario.simulation import PlannedRun, prepare, run_prepared
 from fmi_export.model import Array
 from signal_chain.presets import CUSTOM, is_on
 
@@ -51,7 +51,7 @@ def prepare_measurement(
     amplifier: bool = False,
     delay: bool = False,
     flavour: Flavour = "native",
-) -> Prepared:
+) -> PlannedRun:
     """Return a run of a scenario's machine, levitated without unbalance and sampled as there, ready to start.
 
     The signal chain of the controller keeps delay and filter; noise and converters, which are not linear, are off.
@@ -163,7 +163,7 @@ def settling_samples(decay: float, sample_time: float) -> int:
     return samples
 
 
-def measure(prepared: Prepared, decay: float) -> MeasuredSensitivity:
+def measure(prepared: PlannedRun, decay: float) -> MeasuredSensitivity:
     """Co-simulate with the multi-sines, wait for the transient to die out, and compare currents over one period.
 
     Parameters

@@ -12,7 +12,7 @@ from amb_actuator.records import AXIS
 from amb_cosim.design.magnetic_bearing import axis_parameters
 from amb_cosim.design.rotor_models import control_loop
 from amb_cosim.results.places import ACTUATOR, PLANT
-from amb_cosim.scenario.simulation import Prepared
+from amb_cosim.scenario.simulation import PlannedRun
 from rolac_controller.control_loop import ControlLoop
 from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import load_rotor
@@ -49,7 +49,7 @@ class Machine:
         return axis_parameters(bearing, direction, **values)
 
 
-def machine_of(prepared: Prepared, *needed: str) -> Machine:
+def machine_of(prepared: PlannedRun, *needed: str) -> Machine:
     """Return the machine of a prepared run.
 
     Raises

@@ -23,7 +23,7 @@ from amb_cosim.design.sampled_loop import given_parameters
 from amb_cosim.results.places import CONTROLLER
 from amb_cosim.scenario.inner_loop import inner_loop_parameters
 from amb_cosim.scenario.scenario import Scenario, make_scenario
-from amb_cosim.scenario.simulation import Prepared, prepare, run_prepared
+from amb_cosim.scenario.simulation import PlannedRun, prepare, run_prepared
 from amb_cosim.studies.machine import Machine, machine_of
 from amb_cosim.studies.sampled_receptance import inner_response, sampled_receptance
 from rolac_controller.control_loop import ControlLoop
@@ -87,7 +87,7 @@ def prepare_identification(
     settings: Mapping[str, Raw] | None = None,
     flavour: Flavour = "native",
     machine: Scenario | None = None,
-) -> Prepared:
+) -> PlannedRun:
     """Return an identification of the levitated rotor, ready to run.
 
     Parameters
@@ -135,7 +135,7 @@ def prepare_identification(
     return prepared
 
 
-def table_for(prepared: Prepared, path: Path | None) -> ReceptanceTable:
+def table_for(prepared: PlannedRun, path: Path | None) -> ReceptanceTable:
     """Return the table in a file, or an empty one for the rotor and loop of a prepared run if there is no such file.
 
     Raises
@@ -151,7 +151,7 @@ def table_for(prepared: Prepared, path: Path | None) -> ReceptanceTable:
     return empty_table(name, controlled, parameters, inner)
 
 
-def run_identification(prepared: Prepared, progress: Progress | None = None) -> IdentifiedReceptance:
+def run_identification(prepared: PlannedRun, progress: Progress | None = None) -> IdentifiedReceptance:
     """Run an identification to its end and return its result.
 
     `progress` is called with the number of steps done, and of all steps.
@@ -165,7 +165,7 @@ def run_identification(prepared: Prepared, progress: Progress | None = None) -> 
     return replace(found, receptance=receptance, reason=reason, interrupted=interrupted)
 
 
-def computed_identification(prepared: Prepared) -> IdentifiedReceptance:
+def computed_identification(prepared: PlannedRun) -> IdentifiedReceptance:
     """Return what an identification would find, by the linear model of the loop; nothing is simulated."""
     machine = machine_of(prepared, CONTROLLER)
     order = int(machine.parameters[CONTROLLER]["harmonic1.order"])

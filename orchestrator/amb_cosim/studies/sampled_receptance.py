@@ -16,11 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from amb_cosim.design.sampled_loop import given_parameters, sensor_response
-from amb_cosim.linear.linearisable import Linearisable, of_prepared
+from amb_cosim.linear.linearisable import LinearSource, of_prepared
 from amb_cosim.linear.linearise import model_of
 from amb_cosim.linear.model import LinearModel
 from amb_cosim.results.places import ACTUATOR, CONTROLLER, PLANT
-from amb_cosim.scenario.simulation import Prepared
+from amb_cosim.scenario.simulation import PlannedRun
 from amb_cosim.studies.machine import Machine, machine_of
 from signal_chain.presets import is_on
 
@@ -29,7 +29,7 @@ Complex = NDArray[np.complex128]
 ROUNDING = 1e-9  # relative; of a displacement that is a combination of others
 
 
-def sampled_receptance(prepared: Prepared, order: int = 1) -> Complex:
+def sampled_receptance(prepared: PlannedRun, order: int = 1) -> Complex:
     """Return R of a harmonic, shape (n_sensors, n_axes), complex (m/N), of the loop with hold, controllers and sensors.
 
     The forces are those that the controller assumes, K_i I with its own K_i; the bearings have theirs.
@@ -50,7 +50,7 @@ def sampled_receptance(prepared: Prepared, order: int = 1) -> Complex:
     return np.asarray(sensor_response(own, omega) @ G / _current_stiffnesses(machine))
 
 
-def inner_response(prepared: Prepared, order: int = 1) -> Complex | None:
+def inner_response(prepared: PlannedRun, order: int = 1) -> Complex | None:
     """Return C of a controller to whose demands the currents are added, u = -C q (`rolac_controller.inner_loop`).
 
     None where the currents reach the magnetic bearings as they are, or that controller reads displacements that the
@@ -76,7 +76,7 @@ def inner_response(prepared: Prepared, order: int = 1) -> Complex | None:
     return np.asarray(-_current_stiffnesses(machine)[:, None] * (law @ shown @ np.linalg.inv(measured)))
 
 
-def _combination(made: Linearisable, readings: Sequence[str], sensors: Sequence[str]) -> NDArray[np.float64] | None:
+def _combination(made: LinearSource, readings: Sequence[str], sensors: Sequence[str]) -> NDArray[np.float64] | None:
     """Return T of readings = T sensors, outputs of the plant; None if they are no combinations of these."""
     (plant,) = made.parts([PLANT])
     rows, given = (plant.selected(plant.inputs, names).law.C for names in (readings, sensors))
@@ -84,7 +84,7 @@ def _combination(made: Linearisable, readings: Sequence[str], sensors: Sequence[
     return T if np.abs(T @ given - rows).max() <= ROUNDING * np.abs(rows).max() else None
 
 
-def _places_of_currents(made: Linearisable, machine: Machine) -> dict[str, str]:
+def _places_of_currents(made: LinearSource, machine: Machine) -> dict[str, str]:
     """Return the inputs that the currents of the controller feed, by the actuator's name of the demand, `left.i_x`."""
     fed = {link.source: link.target for link in made.assembly.system.connections}
     names = (f"{axis.bearing}.i_{axis.direction}" for axis in machine.controlled.axes)

@@ -166,7 +166,7 @@ def regime_of(states: tuple[SynchronousState, ...]) -> Regime:
 
 def rolling_contacts(machine: RubbingRotor, Omega: float, valid_to: float) -> tuple[RollingContact, ...]:
     """Return how sites can roll at a speed (rad/s) of a rotor that is accurate up to a frequency (rad/s)."""
-    p = machine.made.parameters(PLANT)
+    p = machine.linear_components.parameters(PLANT)
     mu = {site: max(p[f"{site}.mu"], p[f"{site}.mu_static"]) for site in machine.sites}
     return tuple(
         RollingContact(
@@ -214,9 +214,9 @@ def currents_of(values: Mapping[str, complex], machine: RubbingRotor) -> dict[st
 
 def allowed_current(machine: RubbingRotor, bearing: str) -> float:
     """Return the amplitude (A) that the coils (`amb_actuator.amplifier`) and the controller's limits follow."""
-    interfaces, found = machine.made.assembly.interfaces, math.inf
+    interfaces, found = machine.linear_components.assembly.interfaces, math.inf
     if ACTUATOR in interfaces:
-        p = machine.made.parameters(ACTUATOR)
+        p = machine.linear_components.parameters(ACTUATOR)
         for axis in "xy":
             names = ("bias_current", "static_current", "current_limit", "voltage_limit", "resistance")
             bias, static, limit, voltage, resistance = (p[f"{bearing}.{name}_{axis}"] for name in names)
@@ -224,7 +224,7 @@ def allowed_current(machine: RubbingRotor, bearing: str) -> float:
                 limit = min(limit, voltage / resistance)
             found = min(found, *(abs(limited_current(demand, bias, static, limit)) for demand in (-1e12, 1e12)))
     if CONTROLLER in interfaces:
-        p = machine.made.parameters(CONTROLLER)
+        p = machine.linear_components.parameters(CONTROLLER)
         found = min(
             found, *(abs(p.get(f"{bearing}.{name}_{a}", math.inf)) for name in ("i_min", "i_max") for a in "xy")
         )

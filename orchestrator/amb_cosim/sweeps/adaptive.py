@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 
 from amb_cosim.sweeps.metrics import UNITS
 from amb_cosim.sweeps.panels import numeric_axes, panels, shown
-from amb_cosim.sweeps.sampling import SAMPLE, Design
+from amb_cosim.sweeps.sampling import SAMPLE, SamplePlan
 from amb_cosim.sweeps.surrogate import Array, Surrogate, coordinates
 from amb_cosim.sweeps.worker import PointResult
 from amb_files.suggestions import suggest
@@ -118,7 +118,7 @@ class Sampler:
         If no axis has numbers, or there are too many points.
     """
 
-    def __init__(self, design: Design, goal: Goal, dataset: xr.Dataset | None = None) -> None:
+    def __init__(self, design: SamplePlan, goal: Goal, dataset: xr.Dataset | None = None) -> None:
         if design.size > MOST:
             raise ValueError(f"{design.size} points are too many to choose from; --adaptive takes {MOST} at most")
         across = numeric_axes(design)
@@ -301,7 +301,7 @@ def _distance(at: Array, chosen: Sequence[int] | NDArray[Any]) -> Array:
     return np.asarray(np.min([np.linalg.norm(at - at[k], axis=1) for k in chosen], axis=0))
 
 
-def _where(design: Design, point: int) -> list[str]:
+def _where(design: SamplePlan, point: int) -> list[str]:
     """Return what is varied by numbers at a point, `cycle of the step = 0.2`."""
     index = np.unravel_index(point, design.shape)
     return [

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from amb_cosim.cosim.basics.interruption import Interruption, deferred
 from amb_cosim.presentation.progress import SweepReport as Report
 from amb_cosim.sweeps.adaptive import Sampler
-from amb_cosim.sweeps.engine import Submission
+from amb_cosim.sweeps.engine import BatchScheduler
 from amb_cosim.sweeps.worker import Task
 
 if TYPE_CHECKING:
@@ -27,7 +27,7 @@ def run_asked(client: Client, sweep: str, task: Task, store: SweepStore, report:
         _Adaptive(client, sweep, task, store, report, interruption, sampler, thinker).run()
 
 
-class _Adaptive(Submission):
+class _Adaptive(BatchScheduler):
     """Points that a sampler asks for. So many wait that none is missed until the next thought ends."""
 
     def __init__(

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from amb_cosim.cosim.master.instances import Instances
+from amb_cosim.cosim.master.instances import InstancePool
 from amb_cosim.cosim.run.checkpoint import Checkpoint
 from amb_cosim.cosim.run.saving import Saves
 from amb_cosim.cosim.run.state_fingerprint import plan_past
@@ -18,7 +18,7 @@ from amb_cosim.cosim.system.assembly import Assembly
 from amb_cosim.cosim.system.values import Raw
 from amb_cosim.scenario.plan import ScenarioPlan
 from amb_cosim.sweeps.axes import Axis
-from amb_cosim.sweeps.sampling import Design
+from amb_cosim.sweeps.sampling import SamplePlan
 
 LABELS = ("step", "removal")  # of events, in the order in which they come
 
@@ -34,7 +34,7 @@ class Branches:
         Events that the sweep varies.
     """
 
-    def __init__(self, assembly: Assembly, instances: Instances, labels: Sequence[str]) -> None:
+    def __init__(self, assembly: Assembly, instances: InstancePool, labels: Sequence[str]) -> None:
         self._assembly, self._instances = assembly, instances
         able = all(interface.saves_state for interface in assembly.interfaces.values())
         self._labels = tuple(labels) if able else ()
@@ -75,13 +75,13 @@ class Branches:
         )
 
 
-def varied_labels(design: Design) -> tuple[str, ...]:
+def varied_labels(design: SamplePlan) -> tuple[str, ...]:
     """Return the labels of the events that a design varies, in the order in which they come."""
     found = {label for axis in design.axes for label in [_label_of(axis)] if label}
     return tuple(label for label in LABELS if label in found)
 
 
-def branching_order(design: Design, points: Sequence[int]) -> list[int]:
+def branching_order(design: SamplePlan, points: Sequence[int]) -> list[int]:
     """Return points in an order in which those that share what comes before an event follow each other."""
     import numpy as np
 

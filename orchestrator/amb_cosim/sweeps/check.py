@@ -7,16 +7,16 @@ from contextlib import suppress
 from amb_cosim.cosim.fmu.fmu_interface import Port
 from amb_cosim.cosim.system.values import Raw, quantity
 from amb_cosim.scenario.plan import SPEED
-from amb_cosim.scenario.simulation import Prepared
+from amb_cosim.scenario.simulation import PlannedRun
 from amb_cosim.sweeps.branching import LABELS
 from amb_cosim.sweeps.panels import common_words
-from amb_cosim.sweeps.sampling import Design
+from amb_cosim.sweeps.sampling import SamplePlan
 from amb_cosim.sweeps.worker import Runner, Task
 
 FAR = 100.0  # times the scenario's own value
 
 
-def check_points(task: Task, design: Design) -> tuple[dict[str, str], dict[str, str], dict[str, str]]:
+def check_points(task: Task, design: SamplePlan) -> tuple[dict[str, str], dict[str, str], dict[str, str]]:
     """Check the values of a sweep one by one; return the guids of its FMUs, and units and descriptions of what varies.
 
     FMUs are built if need be.
@@ -46,13 +46,13 @@ def check_points(task: Task, design: Design) -> tuple[dict[str, str], dict[str, 
     return guids, units, described
 
 
-def unit_of(prepared: Prepared, name: str) -> str:
+def unit_of(prepared: PlannedRun, name: str) -> str:
     """Return the unit of what is varied under a name; empty where it has none or is no variable."""
     ports = _ports_of(prepared, name)
     return (ports[0].unit or "") if ports else ""
 
 
-def _ports_of(prepared: Prepared, name: str) -> list[Port]:
+def _ports_of(prepared: PlannedRun, name: str) -> list[Port]:
     """Return the variables that are varied under a name; none where it is none."""
     label, _, rest = name.partition(".")
     values = prepared.assembly.assignments()
@@ -62,7 +62,7 @@ def _ports_of(prepared: Prepared, name: str) -> list[Port]:
         return []
 
 
-def _refuse_far(task: Task, prepared: Prepared, name: str, value: Raw) -> None:
+def _refuse_far(task: Task, prepared: PlannedRun, name: str, value: Raw) -> None:
     """Refuse a number without a unit that is more than `FAR` times the scenario's: it may be meant in another unit."""
     own, unit = _own_value(task, prepared, name), unit_of(prepared, name)
     if isinstance(value, int | float) and unit != "1" and 0.0 < FAR * own < abs(value):
@@ -72,7 +72,7 @@ def _refuse_far(task: Task, prepared: Prepared, name: str, value: Raw) -> None:
         )
 
 
-def _own_value(task: Task, prepared: Prepared, name: str) -> float:
+def _own_value(task: Task, prepared: PlannedRun, name: str) -> float:
     """Return the largest magnitude that a scenario itself gives what is varied, or its start value; 0 without."""
     label, _, rest = name.partition(".")
     scenario, values = task.scenario, prepared.assembly.assignments()

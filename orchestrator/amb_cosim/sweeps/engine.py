@@ -172,10 +172,10 @@ def run_missing(client: Client, sweep: str, task: Task, store: SweepStore, repor
         If the cluster is gone, or has no process.
     """
     with deferred() as interruption:
-        Submission(client, sweep, task, store, report, interruption).run()
+        BatchScheduler(client, sweep, task, store, report, interruption).run()
 
 
-class Submission:
+class BatchScheduler:
     """The batches of a sweep that are under way, and the points that wait."""
 
     def __init__(

@@ -9,7 +9,7 @@ from amb_cosim.cosim.run.recording import Outcome
 from amb_cosim.results import contact_forces, contact_history, stability
 from amb_cosim.results.contact_history import Recovery
 from amb_cosim.results.orbits import orbit_largest
-from amb_cosim.results.places import PLANT, Places, places
+from amb_cosim.results.places import PLANT, RotorPlaces, places
 
 UNITS = {
     "contact": "1",
@@ -24,7 +24,7 @@ UNITS = {
 }
 
 
-def needed(found: Places) -> tuple[str, ...]:
+def needed(found: RotorPlaces) -> tuple[str, ...]:
     """Return patterns of the variables that the key values take."""
     of_sites = (f"{PLANT}.{site}.{name}" for site in found.sites for name in ("f_n*", "impulse", "mode", "whirl_speed"))
     moving = (f"{PLANT}.{place}.[xy]" for place in (*found.bearings, *found.apart))

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from amb_cosim.sweeps.axes import Axis
-from amb_cosim.sweeps.sampling import SAMPLE, Design
+from amb_cosim.sweeps.sampling import SAMPLE, SamplePlan
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -30,12 +30,12 @@ class MapPanel:
     at: dict[str, int]
 
 
-def numeric_axes(design: Design) -> list[str]:
+def numeric_axes(design: SamplePlan) -> list[str]:
     """Return the axes of numbers, the axis of a sample among them."""
     return [axis.name for axis in design.axes if axis.name == SAMPLE or (axis.columns[0].numeric and len(axis) > 1)]
 
 
-def panels(design: Design, across: Collection[str], described: Mapping[str, str] = NOTHING) -> list[MapPanel]:
+def panels(design: SamplePlan, across: Collection[str], described: Mapping[str, str] = NOTHING) -> list[MapPanel]:
     """Return a panel for each combination of values of the axes that do not go across it.
 
     Its title has the words of `described`, descriptions by name, or else names.

@@ -11,7 +11,7 @@ from amb_files.packs import files_of
 from amb_files.toml import read_toml, validate
 
 
-class ReadySweep(Table):
+class NamedSweep(Table):
     """A scenario and what is varied: arguments of `amb_cosim.sweep`, and one line about it."""
 
     description: str = ""
@@ -29,7 +29,7 @@ class ReadySweep(Table):
         return self.model_dump(exclude={"description", "scenario"}, exclude_none=True)
 
 
-def ready_sweeps() -> dict[str, ReadySweep]:
+def named_sweeps() -> dict[str, NamedSweep]:
     """Return the sweeps of the packs, by name.
 
     Raises
@@ -38,6 +38,6 @@ def ready_sweeps() -> dict[str, ReadySweep]:
         If a file cannot be read or does not have the form.
     """
     return {
-        name: validate(read_toml(file, what := f"sweep {name}"), ReadySweep, what)
+        name: validate(read_toml(file, what := f"sweep {name}"), NamedSweep, what)
         for name, file in files_of("sweeps").items()
     }

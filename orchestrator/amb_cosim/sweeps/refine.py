@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from amb_cosim.sweeps.axes import Axis, Column
-from amb_cosim.sweeps.sampling import POINT, Design
+from amb_cosim.sweeps.sampling import POINT, SamplePlan
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -59,13 +59,13 @@ class Refinement:
         Which metric, 0 or 1, has the boundary.
     """
 
-    def __init__(self, design: Design, results: xr.Dataset, tolerance: float, metric: str) -> None:
+    def __init__(self, design: SamplePlan, results: xr.Dataset, tolerance: float, metric: str) -> None:
         self.design, self.metric, self.tolerance = design, metric, tolerance
         self.intervals = _crossed(design, np.asarray(results[metric].values, np.float64))
         self.rounds = self.runs = 0
         self._asked: list[Interval] = []
 
-    def next_round(self) -> Design | None:
+    def next_round(self) -> SamplePlan | None:
         """Return the points of the next round; None where every interval is short enough."""
         self._asked = [i for i in self.intervals if i.high - i.low > self.tolerance * (self.design.shape[i.axis] - 1)]
         if not self._asked:
@@ -77,7 +77,7 @@ class Refinement:
         columns = [
             Column(c.name, tuple(row[c.name] for row in rows), c.unit) for a in self.design.axes for c in a.columns
         ]
-        return Design((Axis(POINT, tuple(columns), settings),), f"round {self.rounds}")
+        return SamplePlan((Axis(POINT, tuple(columns), settings),), f"round {self.rounds}")
 
     def learn(self, results: xr.Dataset) -> None:
         """Keep of each interval the half whose ends differ; drop an interval whose middle has no outcome."""
@@ -139,7 +139,7 @@ class Refinement:
         return float(0.5 * abs(ends[1] - ends[0]))
 
 
-def check_refinement(design: Design, tolerance: float, metric: str) -> None:
+def check_refinement(design: SamplePlan, tolerance: float, metric: str) -> None:
     """Raise ValueError if a sweep cannot be refined so."""
     if design.sampling != "grid":
         raise ValueError(f"--refine needs a grid, whose points have neighbours; --sample {design.sampling} has none")
@@ -151,7 +151,7 @@ def check_refinement(design: Design, tolerance: float, metric: str) -> None:
         raise ValueError("--refine needs an axis with two numbers or more, in order")
 
 
-def refined_axes(design: Design) -> list[Axis]:
+def refined_axes(design: SamplePlan) -> list[Axis]:
     """Return the axes of numbers in order, between which others can be run."""
     return [axis for axis in design.axes if _is_ordered(axis)]
 
@@ -162,7 +162,7 @@ def _is_ordered(axis: Axis) -> bool:
     return bool(np.all(np.diff(np.asarray(axis.columns[0].values, np.float64)) > 0.0))
 
 
-def _crossed(design: Design, values: np.ndarray[Any, Any]) -> list[Interval]:
+def _crossed(design: SamplePlan, values: np.ndarray[Any, Any]) -> list[Interval]:
     """Return the intervals between neighbours that differ; those without an outcome have no boundary."""
     found = []
     for k, axis in enumerate(design.axes):

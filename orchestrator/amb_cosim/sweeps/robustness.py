@@ -21,7 +21,7 @@ from amb_cosim.studies.receptance_identification import identify
 from amb_cosim.studies.result import DrawnResult
 from amb_cosim.sweeps.variations import Variation, identification_speeds, variations
 from amb_cosim.sweeps.worker import PointResult, Runner, Task
-from amb_files.stages import stage
+from amb_files.temporary_folders import temporary_folder
 from rotor_analysis.checks import require
 
 AS_IT_IS = "as it is"
@@ -146,7 +146,7 @@ def robustness(
     settings = dict(set or {})
     runner = Runner(Task(scenario, settings, flavour=flavour))
     try:
-        with stage() as folder, progress_bar(progress) as report:
+        with temporary_folder() as folder, progress_bar(progress) as report:
             prepared = runner.prepare({})
 
             def identified() -> Path:

@@ -26,7 +26,7 @@ from amb_cosim.sweeps.axes import Vary
 from amb_cosim.sweeps.branching import varied_labels
 from amb_cosim.sweeps.check import check_points
 from amb_cosim.sweeps.engine import connect, end_if_imported_anew, run_missing
-from amb_cosim.sweeps.sampling import Design, make_design
+from amb_cosim.sweeps.sampling import SamplePlan, make_design
 from amb_cosim.sweeps.store import SweepStore, open_sweep
 from amb_cosim.sweeps.worker import Metric, Task
 from fmi_export.building.extras import require_extra
@@ -57,7 +57,7 @@ class Sweep:
     """
 
     folder: Path
-    design: Design
+    design: SamplePlan
     boundary: str = "recovered"
     sought: str = ""
 

@@ -18,7 +18,7 @@ POINT = "point"  # name of the axis of points that are listed one by one
 
 
 @dataclass(frozen=True)
-class Design:
+class SamplePlan:
     """The axes of a sweep, whose product is its points, and how its samples were drawn."""
 
     axes: tuple[Axis, ...]
@@ -50,7 +50,7 @@ class Design:
                 index[at] = k
                 yield int(np.ravel_multi_index(index, self.shape))
 
-    def with_units(self, units: Mapping[str, str]) -> Design:
+    def with_units(self, units: Mapping[str, str]) -> SamplePlan:
         """Return the same with these units, by name, where numbers have none of their own."""
 
         def labelled(column: Column) -> Column:
@@ -65,7 +65,7 @@ class Design:
         return asdict(self)
 
 
-def make_design(vary: Vary, sample: str = "grid", seed: int = 0) -> Design:
+def make_design(vary: Vary, sample: str = "grid", seed: int = 0) -> SamplePlan:
     """Make the points of a sweep.
 
     Parameters
@@ -91,13 +91,13 @@ def make_design(vary: Vary, sample: str = "grid", seed: int = 0) -> Design:
     if sample == "grid":
         if ranges:
             raise ValueError(f"{names} has no number of values; write START:STOP:COUNT, or --sample lhs:N")
-        design = Design(axes)
+        design = SamplePlan(axes)
     else:
         method, count = _method(sample)
         if not ranges:
             raise ValueError(f"--sample {sample} has nothing to sample; a range is NAME=START:STOP, without a count")
         shares = _draw(method, count, len(ranges), seed)
-        design = Design((*axes, sampled_axis(ranges, shares)), sample, seed)
+        design = SamplePlan((*axes, sampled_axis(ranges, shares)), sample, seed)
     if design.size > MOST_POINTS:
         raise ValueError(f"{design.size} points are not allowed; there may be {MOST_POINTS}")
     return design

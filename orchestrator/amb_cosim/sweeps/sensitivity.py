@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from amb_cosim.sweeps.sampling import SAMPLE, Design, unit_problem
+from amb_cosim.sweeps.sampling import SAMPLE, SamplePlan, unit_problem
 
 if TYPE_CHECKING:
     import xarray as xr
 
 
-def sensitivity(design: Design, results: xr.Dataset, metric: str = "peak_contact_force") -> xr.Dataset:
+def sensitivity(design: SamplePlan, results: xr.Dataset, metric: str = "peak_contact_force") -> xr.Dataset:
     """Return the first and total index of each range of a Saltelli sample, with 95 % confidence.
 
     Raises

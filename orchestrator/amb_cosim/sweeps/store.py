@@ -23,11 +23,11 @@ from numpy.typing import NDArray
 
 from amb_cosim.cosim.basics.differences import told_differences
 from amb_cosim.sweeps.metrics import UNITS
-from amb_cosim.sweeps.sampling import Design
+from amb_cosim.sweeps.sampling import SamplePlan
 from amb_cosim.sweeps.worker import PointResult
 from amb_cosim.sweeps.zarr_groups import EVERY_CHUNK, consolidate, forget_group, read_group, write_group
 from amb_files.atomic import write_atomically
-from amb_files.stages import stage
+from amb_files.temporary_folders import temporary_folder
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -72,7 +72,12 @@ class SweepStore:
     """
 
     def __init__(
-        self, folder: Path, design: Design, request: Mapping[str, Any], provenance: Mapping[str, Any], group: str = ""
+        self,
+        folder: Path,
+        design: SamplePlan,
+        request: Mapping[str, Any],
+        provenance: Mapping[str, Any],
+        group: str = "",
     ) -> None:
         self.folder, self.design, self.group = folder, design, group
         self.path = folder / STORE
@@ -146,7 +151,7 @@ class SweepStore:
         self._values["reason"] = np.full(self.design.shape, "", object)  # of any length, so that most take nothing
         self._values["seconds"] = np.full(self.design.shape, np.nan)
         self.folder.mkdir(parents=True, exist_ok=True)
-        with stage(self.folder) as temporary:
+        with temporary_folder(self.folder) as temporary:
             whole = self._staged(self._labelled(tuple(self._values)), temporary)
             if not self.group:
                 consolidate(whole)
@@ -169,7 +174,7 @@ class SweepStore:
         target = self.path / name
         if os.path.lexists(target):
             open_sweep(self.folder, name)
-        with stage(self.folder) as temporary:
+        with temporary_folder(self.folder) as temporary:
             whole = write_group(dataset, temporary / "new")
             forget_group(self.path, name)
             if target.exists():
@@ -179,7 +184,7 @@ class SweepStore:
 
     def _write_new(self, names: Sequence[str]) -> None:
         """Add arrays that no result has had before, each of them whole or not at all."""
-        with stage(self.folder) as temporary:
+        with temporary_folder(self.folder) as temporary:
             whole = self._staged(self._labelled(names).drop_vars(list(self._coordinates())), temporary)
             for name in names:
                 (whole / name).rename(self.path / self.group / name)

@@ -11,7 +11,7 @@ import numpy as np
 from amb_cosim.sweeps.outcomes import BROKEN_OFF, COLOURS
 from amb_cosim.sweeps.panels import descriptions, numeric_axes, panels, shown
 from amb_cosim.sweeps.refine import boundary_group, refined_axes
-from amb_cosim.sweeps.sampling import SAMPLE, Design
+from amb_cosim.sweeps.sampling import SAMPLE, SamplePlan
 from amb_cosim.sweeps.store import STORE, open_sweep
 
 if TYPE_CHECKING:
@@ -21,7 +21,7 @@ MOST_REASONS = 5
 PEAK = "peak_contact_force"
 
 
-def summarise_sweep(dataset: xr.Dataset, design: Design, folder: Path, boundary: str, sought: str) -> list[str]:
+def summarise_sweep(dataset: xr.Dataset, design: SamplePlan, folder: Path, boundary: str, sought: str) -> list[str]:
     """Return a line for each alternative, then lines on boundary, sensitivities and failures where there are any.
 
     Parameters
@@ -73,7 +73,7 @@ def _of_branching(dataset: xr.Dataset) -> list[str]:
     ]
 
 
-def _of_boundary(folder: Path, design: Design, boundary: str) -> list[str]:
+def _of_boundary(folder: Path, design: SamplePlan, boundary: str) -> list[str]:
     group = boundary_group(boundary)
     if not (folder / STORE / group).is_dir():
         return []
@@ -91,7 +91,7 @@ def _of_goal(folder: Path, sought: str) -> list[str]:
     return str(open_sweep(folder, sought).attrs["told"]).splitlines() if sought else []
 
 
-def _of_sensitivities(design: Design, dataset: xr.Dataset) -> list[str]:
+def _of_sensitivities(design: SamplePlan, dataset: xr.Dataset) -> list[str]:
     if not design.sampling.startswith("saltelli:") or [a.name for a in design.axes] != [SAMPLE]:
         return []
     from amb_cosim.sweeps.sensitivity import sensitivity

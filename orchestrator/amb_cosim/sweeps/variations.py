@@ -11,7 +11,7 @@ import numpy as np
 from amb_cosim.cosim.system.values import Raw
 from amb_cosim.results.places import CONTROLLER, PLANT
 from amb_cosim.scenario.plan import UNBALANCE
-from amb_cosim.scenario.simulation import Prepared
+from amb_cosim.scenario.simulation import PlannedRun
 from amb_files.wildcards import matches
 
 STEP = 2.0 * np.pi  # rad/s, between speeds at which H is identified for a run that changes its speed
@@ -40,7 +40,7 @@ class Variations:
 
 
 def variations(
-    prepared: Prepared, settings: Mapping[str, Raw], change: float, identified: Callable[[], Path]
+    prepared: PlannedRun, settings: Mapping[str, Raw], change: float, identified: Callable[[], Path]
 ) -> Variations:
     """Return the scenario with H identified in its sampled loop, and with a share more and less of each quantity.
 
@@ -74,7 +74,7 @@ def variations(
     return Variations(tuple(made), left_out)
 
 
-def identification_speeds(prepared: Prepared) -> list[float]:
+def identification_speeds(prepared: PlannedRun) -> list[float]:
     """Return the speeds (rad/s) at which H is identified: that of the run, or a row of them through all that it has."""
     speeds = [prepared.plan.speed, *(speed for _, speed in prepared.plan.profile)]
     lowest = prepared.plan.all_parameters(prepared.interfaces)[CONTROLLER]["rolac.min_speed"] or 0.0
@@ -85,7 +85,7 @@ def identification_speeds(prepared: Prepared) -> list[float]:
 Scaled = Callable[[float], dict[str, Raw]]
 
 
-def _quantities(prepared: Prepared, settings: Mapping[str, Raw]) -> Iterator[tuple[str, Scaled | str]]:
+def _quantities(prepared: PlannedRun, settings: Mapping[str, Raw]) -> Iterator[tuple[str, Scaled | str]]:
     """Yield names of quantities with what sets them times a factor, or why there is nothing to vary."""
     values = {k: dict(v) for k, v in prepared.plan.all_parameters(prepared.interfaces).items()}
     controller, plant = values.get(CONTROLLER, {}), values.get(PLANT, {})
@@ -108,7 +108,7 @@ def _times(values: Mapping[str, float]) -> Scaled:
     return lambda factor: {name: factor * value for name, value in values.items()}
 
 
-def _unbalance(prepared: Prepared, settings: Mapping[str, Raw]) -> Scaled | str:
+def _unbalance(prepared: PlannedRun, settings: Mapping[str, Raw]) -> Scaled | str:
     """Return what scales all unbalances, those that were set in place of the scenario's too."""
     assignments = prepared.assembly.assignments()
     first = {n: v for n, v in prepared.plan.inputs.items() if v and assignments.port(n).unit == UNBALANCE}
@@ -120,13 +120,13 @@ def _unbalance(prepared: Prepared, settings: Mapping[str, Raw]) -> Scaled | str:
     return lambda factor: {"unbalance_factor": own * factor, **{name: factor * first[name] for name in replaced}}
 
 
-def _is_on(prepared: Prepared, switch: str) -> bool:
+def _is_on(prepared: PlannedRun, switch: str) -> bool:
     """Return whether an input of the controller is on at some time of the run."""
     name, plan = SWITCHES[switch], prepared.plan
     return bool(plan.inputs.get(name)) or any(value for _, changed, value in plan.events if changed == name)
 
 
-def _without_h(prepared: Prepared) -> str:
+def _without_h(prepared: PlannedRun) -> str:
     """Return why a table of H would change nothing or be another run; empty where it is what the outcome rests on."""
     if not _is_on(prepared, "rolac_enable"):
         return "the synchronous control is off"

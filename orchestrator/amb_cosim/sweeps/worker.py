@@ -11,7 +11,7 @@ from typing import Any
 
 from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.cosim.basics.errors import FmuError, ProcessFailed, StartFailed
-from amb_cosim.cosim.master.instances import Instances
+from amb_cosim.cosim.master.instances import InstancePool
 from amb_cosim.cosim.system.assembly import Assembly
 from amb_cosim.cosim.system.values import Raw
 from amb_cosim.results.places import places_of
@@ -19,12 +19,12 @@ from amb_cosim.results.result import Result
 from amb_cosim.scenario.plan import FirstValues, first_values
 from amb_cosim.scenario.scenario import Event, Scenario, load_scenario
 from amb_cosim.scenario.simulation import (
-    Prepared,
+    PlannedRun,
     assemble_scenario,
     bare_signals,
-    labelled,
     plan_prepared,
     record_prepared,
+    to_result,
 )
 from amb_cosim.sweeps.branching import LABELS, Branches
 from amb_cosim.sweeps.metrics import evaluate, needed, outcome_of
@@ -80,10 +80,10 @@ class Runner:
 
     def __init__(self, task: Task) -> None:
         self.task = task
-        self._assemblies: dict[str, tuple[Assembly, Instances, Branches]] = {}
+        self._assemblies: dict[str, tuple[Assembly, InstancePool, Branches]] = {}
         self._first: tuple[str, FirstValues | None] = "", None
 
-    def prepare(self, settings: Mapping[str, Raw]) -> Prepared:
+    def prepare(self, settings: Mapping[str, Raw]) -> PlannedRun:
         """Return a point that is ready to run.
 
         Raises
@@ -116,13 +116,13 @@ class Runner:
         if outcome == "failed":
             values = {}  # of a run that broke off they mean nothing
         elif self.task.metrics:
-            own, wrong = self._own_metrics(labelled(prepared, recording))
+            own, wrong = self._own_metrics(to_result(prepared, recording))
             values |= own
             outcome, reason = ("failed", wrong) if wrong else (outcome, reason)
         if self.task.labels and values:
             values["shared"] = 0.0 if start is None else (start.point - plan.begin) / (plan.last - plan.begin)
         kept = "all" in self.task.keep or outcome in self.task.keep
-        record = _netcdf(labelled(prepared, recording)) if kept else None
+        record = _netcdf(to_result(prepared, recording)) if kept else None
         return PointResult(point, outcome, reason, values, time.perf_counter() - began, record)
 
     def _own_metrics(self, result: Result) -> tuple[dict[str, float], str]:
@@ -143,11 +143,11 @@ class Runner:
             instances.close()
         self._assemblies.clear()
 
-    def _prepared(self, given: Mapping[str, Raw]) -> tuple[Prepared, Instances, Branches]:
+    def _prepared(self, given: Mapping[str, Raw]) -> tuple[PlannedRun, InstancePool, Branches]:
         scenario, settings = varied(self.task.scenario, given)
         key = repr([getattr(scenario, name) for name in _ASSEMBLED_FROM])
         if key not in self._assemblies:
-            assembly, instances = assemble_scenario(scenario, self.task.flavour), Instances()
+            assembly, instances = assemble_scenario(scenario, self.task.flavour), InstancePool()
             self._assemblies[key] = assembly, instances, Branches(assembly, instances, self.task.labels)
         assembly, instances, branches = self._assemblies[key]
         recorded = None if self.task.metrics or self.task.keep else needed(places_of(assembly))

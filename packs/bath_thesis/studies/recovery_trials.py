@@ -11,7 +11,7 @@ from amb_cosim.cosim.system.system_tables import Record
 from amb_cosim.cosim.system.values import Raw, quantity
 from amb_cosim.results.contact_history import contact_cycles, recovered
 from amb_cosim.scenario.scenario import Event, Scenario, load_scenario
-from amb_cosim.scenario.simulation import Prepared, prepare, run_prepared
+from amb_cosim.scenario.simulation import PlannedRun, prepare, run_prepared
 from amb_cosim.studies.processes import simulate_in_processes
 from rolac_controller.enumerations import FORCE_FREE, NOTCH, OLAC, OWN_SENSORS, ROLAC
 
@@ -74,7 +74,7 @@ def simulate_trial(trial: RecoveryTrial) -> TrialResult:
     return TrialResult(bool(recovered(result.signals)), contact_cycles(result.signals)[1])
 
 
-def prepare_trial(trial: RecoveryTrial) -> Prepared:
+def prepare_trial(trial: RecoveryTrial) -> PlannedRun:
     """Return a trial that is ready to run."""
     settings = {"rolac.alpha": trial.alpha, **CONTROLS[trial.control]}
     named = {f"rolac_controller.{name}": value for name, value in settings.items()}

@@ -24,7 +24,7 @@ from amb_cosim.cosim.system.values import Raw
 from amb_cosim.presentation.progress import progress_bar
 from amb_cosim.presentation.text_tables import TextPart, labelled_table
 from amb_cosim.scenario.scenario import Scenario, load_scenario
-from amb_cosim.scenario.simulation import Prepared, prepare, run_prepared
+from amb_cosim.scenario.simulation import PlannedRun, prepare, run_prepared
 from amb_cosim.studies.inputs import Number, positive
 from amb_cosim.studies.processes import simulate_in_processes
 from amb_cosim.studies.result import DrawnResult
@@ -161,7 +161,7 @@ def rig_unbalance(
     return RigUnbalance(stiffness, MEASURED, tuple(fit_unbalances(responses, discs) for discs in chosen))
 
 
-def prepare_trial(trial: Trial) -> Prepared:
+def prepare_trial(trial: Trial) -> PlannedRun:
     """Return a trial that is ready to run."""
     settings: dict[str, Raw] = {"rolac_controller.*.k_b_?": trial.k_b}
     return prepare(_scenario(trial), settings, flavour=trial.flavour)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from amb_cosim.cosim.record.signals import Samples, SignalTable
-from amb_cosim.results.places import Places
+from amb_cosim.results.places import RotorPlaces
 
 PERIOD, SAMPLES, END = 0.02, 100, 20.0  # s, of a cycle, cycles
 CLEARANCE = 0.75e-3
@@ -40,7 +40,7 @@ def known_run() -> SignalTable:
     for bearing, amplitude in (("mb1", 1e-4), ("mb2", 2e-4)):
         values |= {f"{bearing}.x": amplitude * size * np.cos(angle), f"{bearing}.y": amplitude * size * np.sin(angle)}
     attributes = {
-        "places": Places({"mb1": "rb1", "mb2": "rb2"}, ("rb1", "rb2")).to_json(),
+        "places": RotorPlaces({"mb1": "rb1", "mb2": "rb2"}, ("rb1", "rb2")).to_json(),
         "parameters": json.dumps({"rotor_contact": {"rb1.clearance": CLEARANCE, "rb2.clearance": CLEARANCE}}),
         "scenario_data": json.dumps({"unbalance_factor": 1.25}),
         "period_s": PERIOD,

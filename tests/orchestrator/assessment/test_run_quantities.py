@@ -6,7 +6,7 @@ import pytest
 
 from amb_cosim.cosim.record.signals import Samples, SignalTable
 from amb_cosim.reporting.panels import MOST_POINTS, curve, panel_of, run_panels
-from amb_cosim.results.places import Places
+from amb_cosim.results.places import RotorPlaces
 from source_check.quantities import quantities_of_runs
 from source_check.requests import QuantityRequest, evaluate
 
@@ -78,7 +78,7 @@ def test_rolling_at_the_end_is_asked_of_a_retainer(known_run):
 
 @pytest.mark.parametrize("name", ["site_of_largest_force", "rolls_at_end"])
 def test_a_site_that_protects_no_bearing_counts_as_a_retainer_does(known_run, name):
-    bushes = Places({"mb1": "", "mb2": "rb2"}, ("rb1", "rb2"))
+    bushes = RotorPlaces({"mb1": "", "mb2": "rb2"}, ("rb1", "rb2"))
     run = up_to(known_run, 8.9, places=bushes.to_json())
     assert QUANTITIES[name][0](run) == {"site_of_largest_force": "RB1", "rolls_at_end": True}[name]
 

@@ -13,7 +13,7 @@ import pytest
 
 import amb_cosim
 from amb_cosim.scenario.scenario import load_scenario
-from amb_cosim.sweeps.engine import Submission
+from amb_cosim.sweeps.engine import BatchScheduler
 from amb_cosim.sweeps.sampling import make_design
 from amb_cosim.sweeps.store import SweepStore, open_sweep
 from amb_cosim.sweeps.worker import PointResult, Task
@@ -231,7 +231,7 @@ def test_points_are_run_while_the_sampler_thinks(tmp_path, monkeypatch):
     """The second thought begins as soon as fewer points wait than there are processes, which take those meanwhile."""
     store = SweepStore(tmp_path, make_design(TURN), {"scenario": {"name": "made up"}}, {})
     client, task = SimpleNamespace(cluster="own", dashboard_link=""), Task(load_scenario("fig4_9"))
-    monkeypatch.setattr(Submission, "_threads", lambda _: 3)
+    monkeypatch.setattr(BatchScheduler, "_threads", lambda _: 3)
     with ThreadPoolExecutor(1) as thinker:
         sampler = Thinks()
         search = _Adaptive(client, "", task, store, lambda *_: None, None, sampler, thinker)

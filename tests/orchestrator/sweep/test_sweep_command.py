@@ -14,7 +14,7 @@ from amb_cosim.scenario.simulation import prepare
 from amb_cosim.sweeps import sensitivity as indices
 from amb_cosim.sweeps.check import check_points
 from amb_cosim.sweeps.maps import draw_map
-from amb_cosim.sweeps.ready import ready_sweeps
+from amb_cosim.sweeps.ready import named_sweeps
 from amb_cosim.sweeps.refine import Refinement
 from amb_cosim.sweeps.sampling import make_design
 from amb_cosim.sweeps.store import open_sweep
@@ -48,9 +48,9 @@ def test_the_command_maps_a_scenario_and_goes_on(command, tmp_path):
     assert "metrics" in different.output
 
 
-@pytest.mark.parametrize("name", ready_sweeps())
+@pytest.mark.parametrize("name", named_sweeps())
 def test_ready_sweeps_fit_their_scenarios(name):
-    study = ready_sweeps()[name]
+    study = named_sweeps()[name]
     design = make_design(study.options["vary"], study.options.get("sample", "grid"))
     guids, units, _ = check_points(Task(amb_cosim.Scenario.load(study.scenario)), design)
     assert len(guids) == 3

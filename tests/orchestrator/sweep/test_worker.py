@@ -7,7 +7,7 @@ import sys
 import numpy as np
 import pytest
 
-from amb_cosim.cosim.master.instances import Instances
+from amb_cosim.cosim.master.instances import InstancePool
 from amb_cosim.scenario.scenario import load_scenario
 from amb_cosim.scenario.simulation import prepare, run_prepared
 from amb_cosim.sweeps.worker import Runner, Task, varied
@@ -41,7 +41,7 @@ def test_a_reset_instance_gives_the_same_as_a_new_one(flavour, coupling):
     until = UNTIL if coupling == "gauss_seidel" else 0.01
     cases = [prepare(scenario, settings, until, flavour) for settings in ({}, HIT, {})]
     fresh = [data_of(run_prepared(case)) for case in cases]
-    instances = Instances()
+    instances = InstancePool()
     try:
         kept = [data_of(run_prepared(case, instances=instances)) for case in cases]
     finally:
@@ -51,7 +51,7 @@ def test_a_reset_instance_gives_the_same_as_a_new_one(flavour, coupling):
 
 
 def test_instances_are_new_after_a_run_that_failed():
-    instances = Instances()
+    instances = InstancePool()
     good = prepare(SCENARIO, {}, UNTIL)
     before = data_of(run_prepared(good, instances=instances))
     bad = prepare(SCENARIO, {"rotor_contact.d1.u": "9e5 g.m"}, UNTIL)

@@ -16,7 +16,7 @@ from pathlib import Path
 
 import platformdirs
 
-from amb_files.stages import stage
+from amb_files.temporary_folders import temporary_folder
 from amb_files.user_cache import is_private
 from fmi_export.building.extras import require_extra
 from fmi_export.building.native.universal import universal
@@ -113,7 +113,7 @@ def compile_library(name: str, sources: Mapping[str, str], target_platform: str)
     check_compiler()
     suffix, targets = TARGETS[target_platform]
     kind = MODULE_OPTIONS if target_platform == WASM else LIBRARY_OPTIONS
-    with stage() as folder:
+    with temporary_folder() as folder:
         for file, text in sources.items():
             (folder / file).write_text(text, encoding="utf-8", newline="\n")
         inputs = sorted(f"../{file}" for file in sources if not file.endswith(".h"))
@@ -137,7 +137,7 @@ def check_compiler() -> str:
     """
     require_extra("native", "compiling an engine", "ziglang")
     ours = int(importlib.import_module("llvmlite.binding").llvm_version_info[0])
-    with stage() as folder:
+    with temporary_folder() as folder:
         found = re.search(r"clang version (\d+)", _zig(["--version"], folder))
     theirs = int(found[1]) if found else 0
     if ours != theirs:

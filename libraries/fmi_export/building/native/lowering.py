@@ -18,7 +18,7 @@ from importlib import resources
 from pathlib import Path
 from typing import Any, Protocol
 
-from amb_files.stages import stage
+from amb_files.temporary_folders import temporary_folder
 from fmi_export.jit import KERNELS_APART
 from fmi_export.model import InitialiseKernel, StepKernel
 from fmi_export.numba_internals import compile_nothing, type_calls_once
@@ -71,7 +71,7 @@ def lower(model: Kernels) -> str:
         If the kernels are not compiled by numba, or need Python when they run.
     """
     places = [_place(model.name, kernel) for kernel in (model.initialise, model.step)]
-    with stage() as folder:
+    with temporary_folder() as folder:
         environment = {name: value for name, value in os.environ.items() if not name.startswith("NUMBA_")}
         environment |= SETTINGS | {"NUMBA_CACHE_DIR": str(folder)}
         environment["PYTHONPATH"] = os.pathsep.join(str(Path(entry).absolute()) for entry in sys.path)

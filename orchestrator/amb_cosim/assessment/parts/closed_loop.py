@@ -9,7 +9,7 @@ import numpy as np
 
 from amb_cosim.assessment.coefficients import real_coefficients
 from amb_cosim.assessment.coupled import coupled_loop
-from amb_cosim.assessment.findings import Measured, PartResult, PartTable
+from amb_cosim.assessment.findings import PartResult, PartTable, Quantity
 from amb_cosim.assessment.more_modes import kept_modes, with_modes
 from amb_cosim.assessment.subject import MODES, Subject, hertz, rpm
 from amb_cosim.linear.loop import Loop
@@ -52,7 +52,7 @@ def answer(subject: Subject) -> PartResult:
     return PartResult(measured, _panels(subject, speeds, found, tracks), (table,), tuple(notes))
 
 
-def _with_all_modes(subject: Subject, speeds: Sequence[float]) -> list[Measured]:
+def _with_all_modes(subject: Subject, speeds: Sequence[float]) -> list[Quantity]:
     """Return the least decrement of a rotor with the modes too that its reduction leaves out, if it leaves out any.
 
     Sampled control may drive a mode that no co-simulation has (spillover: M. J. Balas, IEEE Trans. Autom. Control 23
@@ -75,7 +75,7 @@ def _not_covering(subject: Subject) -> list[Bearing]:
     return [seal for seal in tabled if seal.at_speed[0].speed > low or seal.at_speed[-1].speed < high]
 
 
-def least_decrement(quantity: str, found: list[tuple[float, Vibrations]]) -> Measured:
+def least_decrement(quantity: str, found: list[tuple[float, Vibrations]]) -> Quantity:
     """Return the least logarithmic decrement of vibrations at speeds (rad/s), and where it is."""
     all_of = [
         (float(d), Omega, float(s.imag), float(sense))
@@ -83,10 +83,10 @@ def least_decrement(quantity: str, found: list[tuple[float, Vibrations]]) -> Mea
         for d, s, sense in zip(decrements(of), of.poles, of.senses, strict=True)
     ]
     if not all_of:
-        return Measured(quantity, "nothing vibrates", LARGEST, "1")
+        return Quantity(quantity, "nothing vibrates", LARGEST, "1")
     least, Omega, omega, sense = min(all_of)
     where = f"{hertz(omega):.1f} Hz at {rpm(Omega):.0f} 1/min, {_sense(sense)}"
-    return Measured(quantity, where, least, "1", {"frequency": hertz(omega), "N": float(rpm(Omega))})
+    return Quantity(quantity, where, least, "1", {"frequency": hertz(omega), "N": float(rpm(Omega))})
 
 
 def decrements(found: Vibrations) -> Array:

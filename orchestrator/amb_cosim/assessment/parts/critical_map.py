@@ -6,7 +6,7 @@ import numpy as np
 
 from amb_cosim.assessment.critical_speeds import critical_speeds
 from amb_cosim.assessment.feedback import Complex, parallel_stiffness
-from amb_cosim.assessment.findings import Measured, PartResult, PartTable
+from amb_cosim.assessment.findings import PartResult, PartTable, Quantity
 from amb_cosim.assessment.subject import Subject, rpm
 from amb_cosim.reporting.panels import Curve, Panel, curve
 from fmi_export.model import Array
@@ -33,7 +33,7 @@ def answer(subject: Subject) -> PartResult:
     dynamic = parallel_stiffness(subject, swept)
     crossings = bearing_critical_speeds(subject, swept, {name: k.real for name, k in dynamic.items()})
     measured = tuple(
-        Measured("undamped_critical_speed", f"number {number}", float(rpm(Omega)), "1/min")
+        Quantity("undamped_critical_speed", f"number {number}", float(rpm(Omega)), "1/min")
         for number, Omega in crossings
     )
     rows = tuple(

@@ -7,7 +7,7 @@ from scipy.optimize import brentq
 
 from amb_cosim.assessment.coefficients import anticipated
 from amb_cosim.assessment.coupled import coupled_loop
-from amb_cosim.assessment.findings import Measured, PartResult, PartTable
+from amb_cosim.assessment.findings import PartResult, PartTable, Quantity
 from amb_cosim.assessment.parts.closed_loop import decrements, least_decrement, vibrations_within
 from amb_cosim.assessment.subject import Subject, rpm
 from amb_cosim.reporting.panels import Panel, curve
@@ -41,7 +41,7 @@ def answer(subject: Subject) -> PartResult:
     total = sum(stage.anticipated(speed) for stage in subject.file.stages)
     measured = (
         least_decrement("decrement_anticipated", [(speed, at_anticipated)]),
-        Measured("cross_coupling_ratio", f"{rpm(speed):.0f} 1/min", ratio, "1", {"Q_a": total}, note),
+        Quantity("cross_coupling_ratio", f"{rpm(speed):.0f} 1/min", ratio, "1", {"Q_a": total}, note),
     )
     rows = tuple(
         (s.at, s.kind, f"{s.anticipated(speed) * 1e-6:.4g}", f"{s.level_two(speed) * 1e-6:.4g}")

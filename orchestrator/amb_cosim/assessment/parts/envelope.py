@@ -6,7 +6,7 @@ import numpy as np
 
 from amb_cosim.assessment.coefficients import real_coefficients
 from amb_cosim.assessment.feedback import Complex, bearing_forces, demanded_currents
-from amb_cosim.assessment.findings import Measured, PartResult, PartTable
+from amb_cosim.assessment.findings import PartResult, PartTable, Quantity
 from amb_cosim.assessment.response import synchronous_response
 from amb_cosim.assessment.subject import AXES, Subject, hertz, rpm
 from amb_cosim.assessment.unbalance_cases import response_speeds, unbalance_cases
@@ -26,7 +26,7 @@ def answer(subject: Subject) -> PartResult:
     cases = unbalance_cases(subject)
     q = synchronous_response(subject, speeds, [case.of(whole) for case in cases], real_coefficients(subject))
     forces, currents = largest_needed(subject, speeds, q)
-    measured: list[Measured] = []
+    measured: list[Quantity] = []
     rows: list[tuple[str, ...]] = []
     in_force, in_current = [], []
     for k, (bearing, axis) in enumerate(subject.loop.axes):
@@ -41,7 +41,7 @@ def answer(subject: Subject) -> PartResult:
         share = 100.0 * current / np.maximum(allowed, 1e-12)
         for what, needed in (("current_demand", share), ("slew_demand", 100.0 * slew / available)):
             at = int(needed.argmax())
-            measured.append(Measured(what, f"{name} at {rpm(speeds[at]):.0f} 1/min", float(needed[at]), "%"))
+            measured.append(Quantity(what, f"{name} at {rpm(speeds[at]):.0f} 1/min", float(needed[at]), "%"))
         top = int(np.argmax(force))
         rows.append(
             (

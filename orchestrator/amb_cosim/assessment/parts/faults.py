@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from amb_cosim.assessment.findings import Measured, PartResult, PartTable
+from amb_cosim.assessment.findings import PartResult, PartTable, Quantity
 from amb_cosim.assessment.runs import clearance_used, simulate, unbalance_inputs, worst_case
 from amb_cosim.assessment.subject import Subject, rpm
 from amb_cosim.reporting.panels import Panel, curve
@@ -32,7 +32,7 @@ def answer(subject: Subject) -> PartResult:
         site = max(used, key=lambda one: float(used[one].max()))  # used at once
         largest = 100.0 * float(used[site].max())
         end = 100.0 * max(float(of[-max(1, len(of) // 10) :].max()) for of in used.values())
-        measured.append(Measured(quantity, f"{name}, {site}", largest, "%", {}, f"at the end {end:.3g} %"))
+        measured.append(Quantity(quantity, f"{name}, {site}", largest, "%", {}, f"at the end {end:.3g} %"))
         rows.append((name, site, f"{largest:.3g}", f"{end:.3g}", result.summary.recovery or "no contact"))
         if quantity == "clearance_used_running":
             curves.append(curve(name, np.linspace(0.0, RAMP, len(used[site])), 100.0 * used[site]))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from amb_cosim.assessment.findings import Measured, PartResult, PartTable
+from amb_cosim.assessment.findings import PartResult, PartTable, Quantity
 from amb_cosim.assessment.subject import Subject, hertz
 from amb_cosim.reporting.panels import Panel, curve
 from fmi_export.model import Array
@@ -30,7 +30,7 @@ def answer(subject: Subject) -> PartResult:
         moved = max(abs(shapes[magnet - 1, k]) for _, magnet, _ in pairs)
         place = f"mode {k + 1}, {hertz(frequencies[k]):.0f} Hz"
         facts = {"frequency": float(hertz(frequencies[k]))}
-        measured.append(Measured("mode_reach", place, 100.0 * min(seen, moved), "%", facts))
+        measured.append(Quantity("mode_reach", place, 100.0 * min(seen, moved), "%", facts))
     names = {node: name for name, node in subject.probes.items()}
     heads = ("mode", "Hz", *(f"{bearing}, read at {names[sensor]}" for bearing, _, sensor in pairs))
     texts = tuple(

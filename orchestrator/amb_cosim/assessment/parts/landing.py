@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from amb_cosim.assessment.findings import Measured, PartResult, PartTable
+from amb_cosim.assessment.findings import PartResult, PartTable, Quantity
 from amb_cosim.assessment.runs import simulate, switched_off, unbalance_inputs, worst_case
 from amb_cosim.assessment.subject import Subject, rpm
 from amb_cosim.reporting.panels import Panel, curve
@@ -57,15 +57,15 @@ def answer(subject: Subject) -> PartResult:
     worst = max(done, key=lambda one: one.force)
     where = f"friction {worst.friction:g}, power lost at {worst.phase:.0f} deg"
 
-    def share(quantity: str, number: int) -> Measured:
-        return Measured(quantity, f"of {count} landings", 100.0 * number / count, "%")
+    def share(quantity: str, number: int) -> Quantity:
+        return Quantity(quantity, f"of {count} landings", 100.0 * number / count, "%")
 
     measured = (
         share("landing_failed", count - len(done)),
         share("landing_backward_whirl", sum(one.whirls_backward for one in done)),
         share("landing_contact_elsewhere", sum(one.touches_elsewhere for one in done)),
-        Measured("landing_force", where, worst.force / weight, "1", {"weight": weight}, "over the rotor's weight"),
-        Measured("landing_heat", f"largest within {DURATION:g} s", max(one.heat for one in done), "J"),
+        Quantity("landing_force", where, worst.force / weight, "1", {"weight": weight}, "over the rotor's weight"),
+        Quantity("landing_heat", f"largest within {DURATION:g} s", max(one.heat for one in done), "J"),
     )
     curves = tuple(
         curve(f"friction {mu:g}", *_points([one for one in done if one.friction == mu], weight), "dots")

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from amb_cosim.assessment.findings import Measured, PartResult
+from amb_cosim.assessment.findings import PartResult, Quantity
 from amb_cosim.assessment.runs import (
     FRICTION,
     clearance_used,
@@ -55,15 +55,15 @@ def _with_power_back(lost: Mapping[str, Any], after: float) -> dict[str, Any]:
     return {**lost, "event": [*lost["event"], back]}
 
 
-def _relevitation(subject: Subject, again: Result) -> Measured:
+def _relevitation(subject: Subject, again: Result) -> Quantity:
     """Return how much of its clearance the rotor uses in the last tenth of the run after its power is back."""
     used = clearance_used(subject, again)
     last = {site: float(of[-max(1, len(of) // 10) :].max()) for site, of in used.items()}
     site = max(last, key=lambda one: last[one])
-    return Measured("relevitation", f"{site}, {BACK:g} s after the power is back", 100.0 * last[site], "%")
+    return Quantity("relevitation", f"{site}, {BACK:g} s after the power is back", 100.0 * last[site], "%")
 
 
-def _overload(subject: Subject, Omega: float, inputs: Mapping[str, float]) -> tuple[Measured, dict[str, Array]]:
+def _overload(subject: Subject, Omega: float, inputs: Mapping[str, float]) -> tuple[Quantity, dict[str, Array]]:
     """Return the acceleration of the base, over g, at which the rotor first touches anything."""
     count = round(MOST / OVERLOAD_STEP)
     events = [
@@ -72,11 +72,11 @@ def _overload(subject: Subject, Omega: float, inputs: Mapping[str, float]) -> tu
     used = clearance_used(subject, simulate(subject, Omega, inputs, end_time=count * OVERLOAD_TIME, event=events))
     touched = np.max(list(used.values()), axis=0) >= 1.0 - 1e-9
     if not touched.any():
-        return Measured("overload", "nothing is touched", MOST, "1", {}, f"the run ends at {MOST:g} g"), used
+        return Quantity("overload", "nothing is touched", MOST, "1", {}, f"the run ends at {MOST:g} g"), used
     first = int(np.argmax(touched))
     share = first / len(touched)
     site = max(used, key=lambda one: float(used[one][first]))
-    return Measured("overload", f"{site} is touched first", OVERLOAD_STEP * int(share * count), "1", {}, "in g"), used
+    return Quantity("overload", f"{site} is touched first", OVERLOAD_STEP * int(share * count), "1", {}, "in g"), used
 
 
 def _over_time(title: str, used: Mapping[str, Array], duration: float) -> Panel:

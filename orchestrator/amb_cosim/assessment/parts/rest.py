@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from amb_cosim.assessment.findings import Measured, PartResult, PartTable
+from amb_cosim.assessment.findings import PartResult, PartTable, Quantity
 from amb_cosim.assessment.more_modes import kept_modes, with_modes
 from amb_cosim.assessment.runs import FRICTION, clearance_used, simulate, switched_off, unbalance_inputs, worst_case
 from amb_cosim.assessment.subject import Subject, rpm
@@ -116,20 +116,20 @@ def coast_down(times: Array, speeds: Array, inertia: float, drag: float) -> Coas
     return CoastDown(float(times[-1]) + left, inertia * a * angle)
 
 
-def _to_rest(subject: Subject, touchdown: Touchdown, times: Array, speeds: Array) -> Iterator[Measured]:
+def _to_rest(subject: Subject, touchdown: Touchdown, times: Array, speeds: Array) -> Iterator[Quantity]:
     """Yield times and heats of a fall, and the largest temperature where retainers have a heat capacity."""
     end, sites = float(times[-1]), touchdown.retainers
     where, rest = f"in {end:.4g} s without power", touchdown.rest_after
     note = f"not at rest within {end:.4g} s, where the run ends" if rest is None else ""
-    yield Measured("rest_time", where, end if rest is None else rest, "s", {}, note)
+    yield Quantity("rest_time", where, end if rest is None else rest, "s", {}, note)
     heat = sum(one.heat or 0.0 for one in sites.values())
-    yield Measured("retainer_heat", where, heat, "J")
+    yield Quantity("retainer_heat", where, heat, "J")
     hottest = max((one.temperature for one in sites.values() if one.temperature is not None), default=None)
     if hottest is not None:
-        yield Measured("retainer_temperature", where, hottest, "K")
+        yield Quantity("retainer_temperature", where, hottest, "K")
     if touchdown.standstill_after is not None:
-        yield Measured("standstill_time", "followed to its end", touchdown.standstill_after, "s", {}, "drive off")
-        yield Measured("heat_to_standstill", "all retainers, followed to its end", heat, "J")
+        yield Quantity("standstill_time", "followed to its end", touchdown.standstill_after, "s", {}, "drive off")
+        yield Quantity("heat_to_standstill", "all retainers, followed to its end", heat, "J")
         return
     own = subject.parameters[PLANT]
     J, drag = own["spin.inertia"], own["spin.drag"]
@@ -143,12 +143,12 @@ def _to_rest(subject: Subject, touchdown: Touchdown, times: Array, speeds: Array
         f"extrapolated from {share:.3g} % of the speed on, with the friction of the second half of the run; without "
         f"its last quarter {other}"
     )
-    yield Measured("standstill_time", "extrapolated", on.time, "s", {}, sure)
-    yield Measured("heat_to_standstill", "all retainers, extrapolated", heat + on.heat, "J", {}, sure)
+    yield Quantity("standstill_time", "extrapolated", on.time, "s", {}, sure)
+    yield Quantity("heat_to_standstill", "all retainers, extrapolated", heat + on.heat, "J", {}, sure)
     if hottest is not None:
         most = max(_at_most(subject, touchdown, site, on.heat) for site in sites)
         told = "extrapolated, as if no retainer gave off any heat"
-        yield Measured("temperature_to_standstill", "at most", most, "K", {}, told)
+        yield Quantity("temperature_to_standstill", "at most", most, "K", {}, told)
 
 
 def _at_most(subject: Subject, touchdown: Touchdown, site: str, more: float) -> float:
@@ -179,7 +179,7 @@ def _number(value: float | None) -> str:
 
 def _convergence(
     subject: Subject, Omega: float, inputs: Mapping[str, float], lost: Mapping[str, Any]
-) -> list[Measured]:
+) -> list[Quantity]:
     """Return by how much the largest averaged force changes with twice the modes; nothing where there are no more."""
     kept, most = kept_modes(subject)
     more = min(max(2 * kept, FEWEST), most)
@@ -191,7 +191,7 @@ def _convergence(
     note = (
         f"{forces[0]:.4g} N with {kept} modes in a plane of motion, {forces[1]:.4g} N with {more}; averaged over 1 ms"
     )
-    return [Measured("landing_force_change", "largest force, twice the modes", change, "%", {}, note)]
+    return [Quantity("landing_force_change", "largest force, twice the modes", change, "%", {}, note)]
 
 
 def _largest(result: Result) -> float:

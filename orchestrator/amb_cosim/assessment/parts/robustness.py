@@ -8,7 +8,7 @@ import numpy as np
 
 from amb_cosim.assessment.coefficients import real_coefficients
 from amb_cosim.assessment.coupled import MachineVariation, coupled_loop
-from amb_cosim.assessment.findings import Measured, PartResult, PartTable
+from amb_cosim.assessment.findings import PartResult, PartTable, Quantity
 from amb_cosim.assessment.machine_file import Tolerances
 from amb_cosim.assessment.parts.closed_loop import least_decrement, vibrations_within
 from amb_cosim.assessment.parts.sensitivity import sensitivities
@@ -23,17 +23,17 @@ def answer(subject: Subject) -> PartResult:
     speed, tolerances = subject.file.speed, subject.file.tolerances
     limit, others = subject.file.highest_frequency, real_coefficients(subject)
     rows: list[tuple[str, ...]] = []
-    decrements: list[Measured] = []
-    peaks: list[Measured] = []
+    decrements: list[Quantity] = []
+    peaks: list[Quantity] = []
     for name, variation in variations(tolerances).items():
         loop = coupled_loop(subject, others, variation)
         speeds = dict.fromkeys((speed.lowest, speed.highest, speed.tripping))
         found = [(Omega, vibrations_within(loop, Omega, limit)) for Omega in speeds]
         least = least_decrement("decrement_varied", found)
-        decrements.append(Measured(least.quantity, f"{name}: {least.where}", least.value, "1", least.facts))
+        decrements.append(Quantity(least.quantity, f"{name}: {least.where}", least.value, "1", least.facts))
         peak = _largest(loop, speeds) if least.value > 0.0 else None
         if peak is not None:
-            peaks.append(Measured("sensitivity_varied", f"{name}: {peak[1]}", peak[0], "1"))
+            peaks.append(Quantity("sensitivity_varied", f"{name}: {peak[1]}", peak[0], "1"))
         rows.append((name, f"{least.value:.3f}", least.where, "not stable" if peak is None else f"{peak[0]:.2f}"))
     measured = [min(decrements, key=lambda one: one.value)]
     measured += [max(peaks, key=lambda one: one.value)] if peaks else []

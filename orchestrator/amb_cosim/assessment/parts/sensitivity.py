@@ -6,7 +6,7 @@ import numpy as np
 
 from amb_cosim.assessment.coefficients import real_coefficients
 from amb_cosim.assessment.coupled import coupled_loop
-from amb_cosim.assessment.findings import Measured, PartResult, PartTable
+from amb_cosim.assessment.findings import PartResult, PartTable, Quantity
 from amb_cosim.assessment.subject import Subject, rpm
 from amb_cosim.linear.loop import Loop, diagonal_response
 from amb_cosim.reporting.panels import Panel, curve
@@ -31,7 +31,7 @@ def answer(subject: Subject) -> PartResult:
             )
             curves[name] = frequencies, values
     measured = [
-        Measured("sensitivity_peak", f"{name}, {hz:.1f} Hz at {rpm(Omega):.0f} 1/min", peak, "1", {"frequency": hz})
+        Quantity("sensitivity_peak", f"{name}, {hz:.1f} Hz at {rpm(Omega):.0f} 1/min", peak, "1", {"frequency": hz})
         for name, (peak, hz, Omega) in worst.items()
     ]
     study = sensitivity(subject.co_simulated.as_scenario(speed.highest), flavour=subject.flavour)
@@ -43,7 +43,7 @@ def answer(subject: Subject) -> PartResult:
             f"{100.0 * axis.largest_difference:.2g} % from the curve that is computed of what is co-simulated, at most"
         )
         measured.append(
-            Measured("sensitivity_measured", where, float(axis.measured[top]), "1", {"frequency": hz}, note)
+            Quantity("sensitivity_measured", where, float(axis.measured[top]), "1", {"frequency": hz}, note)
         )
     return PartResult(tuple(measured), (_panel(subject, curves, study),), (_table(study),), _notes(subject, study))
 
@@ -56,7 +56,7 @@ def sensitivities(loop: Loop, Omega: float) -> list[tuple[str, Array, Array]]:
     ValueError
         If the loop is not stable at this speed.
     """
-    at_speed = Loop(loop.made.at(Omega))
+    at_speed = Loop(loop.linear_components.at(Omega))
     system = at_speed.sensitivity()
     frequencies = curve_frequencies(system.poles(), at_speed.sample_time)
     return [

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from amb_cosim.assessment.coefficients import real_coefficients
-from amb_cosim.assessment.findings import Measured, PartResult, PartTable
+from amb_cosim.assessment.findings import PartResult, PartTable, Quantity
 from amb_cosim.assessment.response import Peak, peaks_of, separation_margin, synchronous_response
 from amb_cosim.assessment.subject import Subject, rpm
 from amb_cosim.assessment.unbalance_cases import UnbalanceCase, response_speeds, unbalance_cases
@@ -27,7 +27,7 @@ def answer(subject: Subject) -> PartResult:
     speed = subject.file.speed
     operating = (speeds >= speed.lowest) & (speeds <= speed.tripping)
     passed = speeds <= speed.tripping
-    measured: list[Measured] = []
+    measured: list[Quantity] = []
     rows: list[tuple[str, ...]] = []
     panels: list[Panel] = []
     for k, case in enumerate(cases):
@@ -38,13 +38,13 @@ def answer(subject: Subject) -> PartResult:
             rows.append(_row(subject, case, worst, peak))
         largest = max(float(of[operating].max()) for of in at_probes.values())
         where = max(at_probes, key=lambda name: float(at_probes[name][operating].max()))
-        measured.append(Measured("probe_displacement", f"{where}, {case.name}", largest, "um"))
+        measured.append(Quantity("probe_displacement", f"{where}, {case.name}", largest, "um"))
         limit = min(25.4, 25.4 * np.sqrt(12000.0 / rpm(speed.highest)))
         scale = min(LARGEST_SCALE, limit / largest)
         for site, (node, clearance) in subject.clearances.items():
             share = 100.0 * scale * float(amplitudes[passed, k, node - 1].max()) / clearance
             note = f"scaled by {scale:.3g}"
-            measured.append(Measured("clearance_share", f"{site}, {case.name}", share, "%", {"S_cc": scale}, note))
+            measured.append(Quantity("clearance_share", f"{site}, {case.name}", share, "%", {"S_cc": scale}, note))
         panels.append(_panel(subject, case, speeds, at_probes))
     heads = ("case", "probe", "critical speed (1/min)", "amplification", "margin (%)")
     placed = PartTable(
@@ -95,14 +95,14 @@ def _response(subject: Subject, cases: list[UnbalanceCase], whole: float) -> tup
     return np.concatenate([coarse, extra])[order], np.concatenate([rough, close])[order]
 
 
-def _margin(subject: Subject, case: UnbalanceCase, probe: str, peak: Peak) -> Measured:
+def _margin(subject: Subject, case: UnbalanceCase, probe: str, peak: Peak) -> Quantity:
     speed = subject.file.speed
     margin = separation_margin(peak.Omega, speed.lowest, speed.highest)
     facts = {"AF": peak.amplification, "N_c": float(rpm(peak.Omega))}
     note = f"amplification {peak.amplification:.3g}" + (", by one side of the peak" if peak.one_sided else "")
     if peak.amplification < 2.5:
         note += ": critically damped, no margin is asked"
-    return Measured("separation_margin", f"{rpm(peak.Omega):.0f} 1/min, {case.name}, {probe}", margin, "%", facts, note)
+    return Quantity("separation_margin", f"{rpm(peak.Omega):.0f} 1/min, {case.name}, {probe}", margin, "%", facts, note)
 
 
 def _row(subject: Subject, case: UnbalanceCase, probe: str, peak: Peak) -> tuple[str, ...]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from amb_cosim.assessment.findings import Measured, PartResult
+from amb_cosim.assessment.findings import PartResult, Quantity
 from amb_cosim.assessment.runs import clearance_used, simulate, unbalance_inputs, worst_case
 from amb_cosim.assessment.subject import Subject, rpm
 from amb_cosim.reporting.panels import Panel, curve
@@ -24,7 +24,7 @@ def answer(subject: Subject) -> PartResult:
         used = clearance_used(subject, simulate(subject, float(Omega), inputs, real=True, end_cycle=CYCLES))
         for site in retainers or list(used):
             largest = 100.0 * float(used[site].max())
-            measured.append(Measured("clearance_used", f"{site} at {rpm(float(Omega)):.0f} 1/min", largest, "%"))
+            measured.append(Quantity("clearance_used", f"{site} at {rpm(float(Omega)):.0f} 1/min", largest, "%"))
         name = (retainers or list(used))[0]
         cycles = np.linspace(0.0, CYCLES, len(used[name]))
         curves.append(curve(f"{name}, {rpm(float(Omega)):.0f} 1/min", cycles, 100.0 * used[name]))

@@ -16,7 +16,7 @@ from pathlib import Path
 
 from amb_files.archive import is_unpacked, unpack
 from amb_files.atomic import create_atomically
-from amb_files.stages import stage
+from amb_files.temporary_folders import temporary_folder
 from amb_files.user_cache import user_cache
 
 LONGEST_NAME = 60  # characters of a file's name that the name of its folder takes over
@@ -87,7 +87,7 @@ def remove_entries(over: int = 0, unused_for: float = 0.0) -> list[CacheEntry]:
     for entry in entries:
         if (over and size <= over) or now - entry.used < unused_for:
             break
-        with stage(cache_folder()) as folder, suppress(OSError):  # another process was faster
+        with temporary_folder(cache_folder()) as folder, suppress(OSError):  # another process was faster
             entry.path.rename(folder / entry.path.name)  # at once, so that nobody finds a part of it
             removed.append(entry)
         size -= entry.size

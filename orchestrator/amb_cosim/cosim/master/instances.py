@@ -17,7 +17,7 @@ from amb_cosim.cosim.master.master import Master
 from amb_cosim.cosim.system.stopping import StopObserver
 
 
-class Instances:
+class InstancePool:
     """The instance of each component, by its name; after a run that failed the next one loads new ones.
 
     `generation` is another one as soon as states that they held are lost.
@@ -45,7 +45,7 @@ class Instances:
             self._programs[key] = program_of(master, stops)
         return self._programs[key]
 
-    def take(
+    def acquire(
         self,
         name: str,
         folder: Path,

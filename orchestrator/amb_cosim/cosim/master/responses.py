@@ -42,7 +42,7 @@ class Response(NamedTuple):
     forcing: Array
 
 
-class MemoryPart:
+class StateMap:
     """A component by the numbers in its memory, which count once they are restored.
 
     Parameters

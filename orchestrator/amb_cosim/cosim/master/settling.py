@@ -29,7 +29,7 @@ from amb_cosim.cosim.fmu.component import FmuComponent
 from amb_cosim.cosim.fmu.fmu_interface import FmuInterface
 from amb_cosim.cosim.fmu.fmus import Fmu
 from amb_cosim.cosim.master.master import Master
-from amb_cosim.cosim.master.responses import ANGLES, MemoryPart, Response, first_harmonic
+from amb_cosim.cosim.master.responses import ANGLES, Response, StateMap, first_harmonic
 from amb_cosim.cosim.system.experiment import WARM_UP
 from amb_cosim.cosim.system.system import MasterLayout
 
@@ -53,7 +53,7 @@ class SettledLoop:
     """
 
     master: Master[FmuComponent]
-    parts: Sequence[MemoryPart]
+    parts: Sequence[StateMap]
     signals: IntArray
     angles: IntArray
     n: int
@@ -153,7 +153,7 @@ def settle(
         If there is no settled motion, or it cannot be solved for.
     """
     n = begin + WARM_UP
-    parts: Sequence[MemoryPart] = ()
+    parts: Sequence[StateMap] = ()
     try:
         advance(begin, n)
         loop = loop_at(master, layout, fmus, interfaces, n)
@@ -203,7 +203,7 @@ def loop_at(
     for component, sources, slot in zip(master.components, master.wiring.sources, master.slots, strict=True):
         name = component.name
         exchanged, positions = (layout.inputs[name], layout.outputs[name]), (sources, np.arange(len(before))[slot])
-        parts.append(MemoryPart(component, interfaces[name], exchanged, positions, fmus[name].linear_state or {}))
+        parts.append(StateMap(component, interfaces[name], exchanged, positions, fmus[name].linear_state or {}))
     _refuse_what_is_on(parts)
     used = np.unique(np.concatenate(master.wiring.sources))
     moved = used[(used >= master.wiring.n_exogenous) & (master.values[used] != before[used])]
@@ -276,7 +276,7 @@ def check_stability(T: Array, step_size: float) -> None:
     )
 
 
-def _turning(parts: Sequence[MemoryPart]) -> MemoryPart:
+def _turning(parts: Sequence[StateMap]) -> StateMap:
     """Return the part with an angle; raises CannotSettle unless there is one."""
     turning = [part for part in parts if part.angle is not None]
     if len(turning) != 1:
@@ -284,7 +284,7 @@ def _turning(parts: Sequence[MemoryPart]) -> MemoryPart:
     return turning[0]
 
 
-def _refuse_what_is_on(parts: Sequence[MemoryPart]) -> None:
+def _refuse_what_is_on(parts: Sequence[StateMap]) -> None:
     """Raise CannotSettle where a variable of a part says that it does not move linearly."""
     for part in parts:
         for port in (port for pattern in part.unless for port in part.interface.matching(pattern)):
@@ -312,6 +312,6 @@ def _check(loop: SettledLoop, orbit: Orbit, n: int) -> None:
     )
 
 
-def _unit(name: str, parts: Sequence[MemoryPart]) -> str | None:
+def _unit(name: str, parts: Sequence[StateMap]) -> str | None:
     component, _, variable = name.partition(".")
     return next(part.interface.ports[variable].unit for part in parts if part.component.name == component)

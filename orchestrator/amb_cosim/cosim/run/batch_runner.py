@@ -27,13 +27,13 @@ from amb_cosim.cosim.basics.loop_library import load_members
 from amb_cosim.cosim.basics.schedules import Array, Changes, IntArray
 from amb_cosim.cosim.fmu.component import HeldState
 from amb_cosim.cosim.master.compiled import CALLS, WARNING, End, merged, structure_of
-from amb_cosim.cosim.master.instances import Instances
+from amb_cosim.cosim.master.instances import InstancePool
 from amb_cosim.cosim.master.settling import CannotSettle
 from amb_cosim.cosim.run.checkpoint import Checkpoint
 from amb_cosim.cosim.run.plan_session import Simulator
 from amb_cosim.cosim.system.assembly import Assembly
 from amb_cosim.cosim.system.experiment import Plan
-from amb_cosim.cosim.system.planning import cannot_settle, told_as_simulated
+from amb_cosim.cosim.system.planning import cannot_settle, simulated_settling_notice
 
 HeldStates = dict[int, tuple[int, Array, dict[str, HeldState]]]  # point, values, and states of the FMUs, by member
 
@@ -44,12 +44,12 @@ FIRST_BLOCK, BLOCK_TIME = 64, 0.05  # steps, s: an interruption waits for a bloc
 class States:
     """States of all members, held in the memory of their FMUs until the object is dropped."""
 
-    def __init__(self, owner: Members, held: HeldStates, dropped: list[HeldStates]) -> None:
+    def __init__(self, owner: BatchRunner, held: HeldStates, dropped: list[HeldStates]) -> None:
         self.owner, self.held = owner, held
         weakref.finalize(self, dropped.append, held).atexit = False
 
 
-class Members:
+class BatchRunner:
     """Members, each brought to point 0 of its plan.
 
     Parameters
@@ -122,7 +122,7 @@ class Members:
         first: list[tuple[Plan, Checkpoint, str]] = []
         serialises = all(interface.serialises_state for interface in assembly.interfaces.values())
         for row, plan in zip(self.values, plans, strict=True):
-            instances = Instances()
+            instances = InstancePool()
             self._stack.callback(instances.close)
             alike = next(((state, notice) for known, state, notice in first if known == plan), None)
             if alike is not None:
@@ -137,7 +137,7 @@ class Members:
 
     @staticmethod
     def _settled(
-        assembly: Assembly, plan: Plan, coupling: Coupling | None, instances: Instances, row: Array
+        assembly: Assembly, plan: Plan, coupling: Coupling | None, instances: InstancePool, row: Array
     ) -> Simulator:
         def run(notice: str) -> Simulator:
             row[:] = 0.0
@@ -151,7 +151,7 @@ class Members:
         except CannotSettle as error:
             if plan.settling == "solved":
                 raise ValueError(cannot_settle(str(error))) from error
-            return run(told_as_simulated(str(error)))
+            return run(simulated_settling_notice(str(error)))
 
     @staticmethod
     def _changes_of(run: Simulator) -> Changes:

@@ -11,7 +11,7 @@ from typing import Any
 
 from amb_cosim.cosim.basics.descendants import adopt_orphans, continue_without_parent, end_descendants
 from amb_cosim.cosim.basics.errors import ProcessFailed
-from amb_cosim.cosim.master.instances import Instances
+from amb_cosim.cosim.master.instances import InstancePool
 from amb_cosim.cosim.run.isolation import ERROR, PROGRESS, RECORDING
 from amb_cosim.cosim.run.run_plan import run_plan
 
@@ -31,7 +31,7 @@ def main() -> None:
             pickle.dump((kind, *content), answers)
             answers.flush()
 
-        instances = Instances()
+        instances = InstancePool()
 
         try:
             recording = run_plan(

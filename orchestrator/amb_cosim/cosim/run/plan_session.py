@@ -15,12 +15,12 @@ from amb_cosim.cosim.basics.loop_library import load_loop
 from amb_cosim.cosim.basics.schedules import Array
 from amb_cosim.cosim.fmu.component import FmuComponent, FmuState
 from amb_cosim.cosim.master import compiled
-from amb_cosim.cosim.master.instances import Instances
+from amb_cosim.cosim.master.instances import InstancePool
 from amb_cosim.cosim.master.master import Master, Observer
 from amb_cosim.cosim.master.settling import CannotSettle, settle
 from amb_cosim.cosim.record.recorder import Recorder
 from amb_cosim.cosim.run.checkpoint import Checkpoint
-from amb_cosim.cosim.run.state_fingerprint import name_of, past_of
+from amb_cosim.cosim.run.state_fingerprint import name_of, state_fingerprint
 from amb_cosim.cosim.system.assembly import Assembly
 from amb_cosim.cosim.system.experiment import Plan
 from amb_cosim.cosim.system.stopping import StopObserver
@@ -56,7 +56,7 @@ class Simulator:
         plan: Plan,
         coupling: Coupling | None,
         loop: Loop,
-        instances: Instances,
+        instances: InstancePool,
         notice: str = "",
         values: Array | None = None,
     ) -> None:
@@ -75,7 +75,7 @@ class Simulator:
         self._instances = instances
         self._at = {name: position for position, name in enumerate(wiring.names)}
         self.components = [
-            instances.take(
+            instances.acquire(
                 c.name,
                 assembly.fmus[c.name].folder,
                 assembly.interfaces[c.name],
@@ -162,7 +162,7 @@ class Simulator:
         return Checkpoint(
             point=point,
             step_size=plan.step_size,
-            past=past_of(self.assembly, self._asked, self.coupling, point),
+            past=state_fingerprint(self.assembly, self._asked, self.coupling, point),
             notice=self.notice,
             signals=dict(zip(self._at, self.master.values.tolist(), strict=True)),
             scales=self.master.scales,
@@ -192,7 +192,7 @@ class Simulator:
             end = plan.last * plan.step_size
             raise ValueError(f"the run ends at {end:.9g} s, before the checkpoint at t = {start.time:.9g} s")
         if not start.is_held:
-            start.check_past(past_of(self.assembly, self._asked, self.coupling, start.point))
+            start.check_past(state_fingerprint(self.assembly, self._asked, self.coupling, start.point))
         if not start.is_held or any(fmu.layout is None for fmu in self.assembly.fmus.values()):
             self.initialise()
         for component in self.components:

@@ -13,7 +13,7 @@ from amb_cosim.cosim.basics.choices import Coupling, Loop
 from amb_cosim.cosim.basics.errors import StepFailed
 from amb_cosim.cosim.basics.interruption import Interruption, deferred
 from amb_cosim.cosim.basics.schedules import Array
-from amb_cosim.cosim.master.instances import Instances
+from amb_cosim.cosim.master.instances import InstancePool
 from amb_cosim.cosim.master.master import Observer
 from amb_cosim.cosim.master.settling import CannotSettle
 from amb_cosim.cosim.record.recorder import Recorder
@@ -24,7 +24,7 @@ from amb_cosim.cosim.run.recording import Outcome, Recording
 from amb_cosim.cosim.run.saving import Saves, run_saving
 from amb_cosim.cosim.system.assembly import Assembly
 from amb_cosim.cosim.system.experiment import Plan
-from amb_cosim.cosim.system.planning import cannot_settle, told_as_simulated
+from amb_cosim.cosim.system.planning import cannot_settle, simulated_settling_notice
 from amb_cosim.cosim.system.stopping import Stopped
 
 REPORT_TIME = 0.04  # s between two reports of progress
@@ -39,7 +39,7 @@ def run_plan(
     loop: Loop = "compiled",
     coupling: Coupling | None = None,
     isolated: bool | None = None,
-    instances: Instances | None = None,
+    instances: InstancePool | None = None,
     start: Checkpoint | None = None,
     saves: Saves | None = None,
 ) -> Recording:
@@ -81,7 +81,7 @@ def run_plan(
         return run_isolated(assembly, plan, progress, loop, coupling, start, saves)
     notice = "" if start is None else start.notice
     with ExitStack() as stack, deferred() as interruption:
-        living = Instances() if instances is None else instances
+        living = InstancePool() if instances is None else instances
         stack.callback(living.close)
 
         def run(notice: str) -> Recording:
@@ -93,7 +93,7 @@ def run_plan(
         except CannotSettle as error:
             if plan.settling == "solved":
                 raise ValueError(cannot_settle(str(error))) from error
-            recording = run(told_as_simulated(str(error)))
+            recording = run(simulated_settling_notice(str(error)))
         if instances is not None:
             stack.pop_all()  # the next run resets them, or loads new ones
             if recording.outcome.status not in ("completed", "stopped"):

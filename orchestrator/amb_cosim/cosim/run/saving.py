@@ -13,7 +13,7 @@ from amb_cosim.cosim.basics.time_grid import nearest_point
 from amb_cosim.cosim.master.master import Observer
 from amb_cosim.cosim.run.checkpoint import Checkpoint
 from amb_cosim.cosim.run.plan_session import Simulator
-from amb_cosim.cosim.run.state_fingerprint import past_of
+from amb_cosim.cosim.run.state_fingerprint import state_fingerprint
 from amb_cosim.cosim.system.assembly import Assembly
 from amb_cosim.cosim.system.experiment import Plan
 from amb_cosim.cosim.system.tables import moment_of
@@ -105,7 +105,7 @@ def resumed(file: Path | None, assembly: Assembly, plan: Plan, coupling: Couplin
         return None
     try:
         found = Checkpoint.load(file)
-        found.check_past(past_of(assembly, plan, coupling or plan.system.coupling, found.point))
+        found.check_past(state_fingerprint(assembly, plan, coupling or plan.system.coupling, found.point))
         if found.point > plan.last:
             raise ValueError(f"the run ends before t = {found.time:.9g} s")
     except ValueError as error:

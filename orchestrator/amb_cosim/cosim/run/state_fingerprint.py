@@ -14,7 +14,7 @@ from amb_cosim.cosim.system.experiment import Plan, Ramp, port_of
 from amb_cosim.cosim.system.stopping import Condition
 
 
-def past_of(assembly: Assembly, plan: Plan, coupling: Coupling, n: int) -> dict[str, Any]:
+def state_fingerprint(assembly: Assembly, plan: Plan, coupling: Coupling, n: int) -> dict[str, Any]:
     """Return what of a plan and its FMUs decides the state before communication point n, as JSON data."""
     fmus, interfaces = assembly.fmus, assembly.interfaces
     return {
@@ -29,7 +29,7 @@ def past_of(assembly: Assembly, plan: Plan, coupling: Coupling, n: int) -> dict[
 
 
 def plan_past(assembly: Assembly, plan: Plan, n: int) -> dict[str, Any]:
-    """Return the part of `past_of` that differs among plans of the same system and parameters."""
+    """Return the part of `state_fingerprint` that differs among plans of the same system and parameters."""
     inputs = {name: value for name, value in plan.inputs.items() if value != _start_value(assembly, plan, name)}
     return {
         "communication_step": plan.step_size,

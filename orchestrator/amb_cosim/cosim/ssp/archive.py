@@ -16,7 +16,7 @@ from amb_cosim.cosim.ssp.structure import Described, system_structure
 from amb_cosim.cosim.system.assembly import Assembly
 from amb_cosim.cosim.system.experiment import Plan
 from amb_files.archive import write_archive
-from amb_files.stages import stage
+from amb_files.temporary_folders import temporary_folder
 from fmi_export.building.integers import with_integers
 
 STRUCTURE = "SystemStructure.ssd"
@@ -74,7 +74,7 @@ def export_ssp(
     content = {STRUCTURE: system_structure(run), EXPERIMENT: experiment_table(run)}
     for component, place in run.bindings.items():
         content[place] = parameter_set(component, starts[component], run.interfaces[component].ports)
-    with stage() as folder:
+    with temporary_folder() as folder:
         for c in system.components:
             fmu = assembly.fmus[c.name].path
             if is_model(c.fmu):

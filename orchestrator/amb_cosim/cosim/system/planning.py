@@ -95,7 +95,7 @@ def _settling(experiment: Experiment, samples: int) -> tuple[Settling, list[str]
         return experiment.settling, []
     if experiment.settling == "solved":
         raise ValueError(cannot_settle(reason))
-    return "simulated", [told_as_simulated(reason)]
+    return "simulated", [simulated_settling_notice(reason)]
 
 
 def cannot_settle(reason: str) -> str:
@@ -103,7 +103,7 @@ def cannot_settle(reason: str) -> str:
     return f"settling = 'solved' is not allowed here: {reason}; settling = 'simulated' is"
 
 
-def told_as_simulated(reason: str) -> str:
+def simulated_settling_notice(reason: str) -> str:
     """Return the sentence of a run whose settling is simulated, although it might have been solved for."""
     return f"what comes before cycle 0 was simulated: {reason}"
 

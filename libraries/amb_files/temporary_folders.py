@@ -20,7 +20,7 @@ PREFIX = ".amb-cosim-"
 
 
 @contextmanager
-def stage(parent: Path | None = None) -> Iterator[Path]:
+def temporary_folder(parent: Path | None = None) -> Iterator[Path]:
     """Yield a new folder in `parent`, the system's folder for temporary files by default; it is gone afterwards.
 
     It is locked while it is used, which ends with the process, however that ends. Folders without a lock that this made
