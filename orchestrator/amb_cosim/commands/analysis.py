@@ -12,7 +12,7 @@ import click
 from amb_cosim import studies
 from amb_cosim.commands.cli_errors import refusing
 from amb_cosim.commands.options import FLAVOUR, JSON, ROTOR, SETTINGS, SPEED, UNITS, Option, output
-from amb_cosim.commands.packs import PackCommands
+from amb_cosim.commands.packs import OWN_PACKAGE, PACKAGES, PackCommands
 from amb_cosim.commands.printing import print_result
 from amb_files.atomic import check_writable
 
@@ -56,6 +56,14 @@ def study() -> None:
     """Analyse a machine: draw figures and write data."""
 
 
+study.sections = {
+    "Rotor": ("campbell", "modes", "unbalance_response"),
+    "Bearings and control": ("linearisation", "receptance", "sensitivity", "poles"),
+    "Contact": ("traps", "waterfall"),
+    "Is a result right?": ("robustness", "convergence", "coupling"),
+}
+
+
 def add_study(name: str, *options: Option, shows_progress: bool = False) -> None:
     """Add a study of `amb_cosim.studies.STUDIES` to the command line; modules `commands` of packs do so for theirs.
 
@@ -92,7 +100,8 @@ def add_study(name: str, *options: Option, shows_progress: bool = False) -> None
     always: tuple[Option, ...] = (output(f"Folder for the results; default results/study_{name}."), UNITS)
     for add_option in (*always, *reversed(options)):
         decorated = add_option(decorated)
-    study.command(name, help=described.description)(decorated)
+    added = study.command(name, help=described.description)(decorated)
+    PACKAGES[added] = described.module.partition(".")[0] or OWN_PACKAGE
 
 
 add_study(

@@ -32,6 +32,16 @@ from amb_cosim.cosim.basics.interruption import interruptible, was_interrupted
 class Commands(PackCommands):
     """Commands that Ctrl-C and SIGTERM end with a message and an exit code of their own."""
 
+    sections = {  # noqa: RUF012
+        "Run": ("run", "simulate", "sweep", "compare", "live", "animate", "list"),
+        "Design and judge": (
+            *("new", "machine", "assess", "rotor", "modes"),
+            *("controller", "study", "identify", "linearise"),
+        ),
+        "FMUs and other tools": ("build", "export-ssp", "verify"),
+        "Housekeeping": ("cache",),
+    }
+
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         """Refuse what is not UTF-8: results, pages and figures hold the names of files as text."""
         for argument in args:

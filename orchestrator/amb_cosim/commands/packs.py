@@ -6,9 +6,18 @@ import click
 
 from amb_cosim.commands.cli_errors import refusing
 
+OWN_PACKAGE = __name__.partition(".")[0]
+PACKAGES: dict[click.Command, str] = {}  # of commands whose function is made here for a package
+
 
 class PackCommands(click.Group):
-    """A group to which packs add commands; they are imported for a list, and for a command that is not here."""
+    """A group to which packs add commands; they are imported for a list, and for a command that is not here.
+
+    `sections` has the names of this package's commands by the heading under which help lists them; those of another
+    package stand under its name.
+    """
+
+    sections: dict[str, tuple[str, ...]] = {}  # noqa: RUF012, a group sets its own
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         """Return a command, of this package or of a pack."""
@@ -20,6 +29,29 @@ class PackCommands(click.Group):
         """Return the names of all commands."""
         _add_commands()
         return super().list_commands(ctx)
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """List the commands by section."""
+        heading = {name: title for title, names in self.sections.items() for name in names}
+        rest = (name for name in self.list_commands(ctx) if name not in heading)
+        listed: dict[str, list[tuple[str, click.Command]]] = {title: [] for title in self.sections}
+        for name in (*heading, *rest):
+            command = self.get_command(ctx, name)
+            if command is None or command.hidden:
+                continue
+            package = package_of(command)
+            title = heading.get(name, "Commands") if package == OWN_PACKAGE else f"Package {package}"
+            listed.setdefault(title, []).append((name, command))
+        limit = formatter.width - 6 - max(len(name) for commands in listed.values() for name, _ in commands)
+        for title, commands in listed.items():
+            if commands:
+                with formatter.section(title):
+                    formatter.write_dl([(name, command.get_short_help_str(limit)) for name, command in commands])
+
+
+def package_of(command: click.Command) -> str:
+    """Return the package that adds a command."""
+    return PACKAGES.get(command) or (command.callback.__module__ if command.callback else OWN_PACKAGE).partition(".")[0]
 
 
 def _add_commands() -> None:

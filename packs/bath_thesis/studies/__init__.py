@@ -20,15 +20,15 @@ STUDIES = {
     ),
     "test_force": Study(
         ".identification_force",
-        "Compute an identification's test force (Fig. 5.2).",
+        "Compute an identification's test force (Figure 5.2).",
     ),
     "h_matrix": Study(
         ".h_interpolation",
-        "Compare exact and interpolated H over speed (Fig. 5.3).",
+        "Compare exact and interpolated H (Figure 5.3).",
     ),
     "recovery": Study(
         ".contact_recovery",
-        "Compare how controls free a rubbing rotor (Fig. 5.6). They are PID, OLAC, notch, force rejection and ROLAC.",
+        "Compare controls that free a rub (Figure 5.6). They are PID, OLAC, notch, force rejection and ROLAC.",
     ),
     "readings": Study(
         ".thesis_readings",
