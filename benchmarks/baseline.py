@@ -192,8 +192,8 @@ def _emit_call(_: Any, function: Any, arguments: Any, time: Any, step_size: Any)
 
     def emit(context: Any, builder: Any, signature: Any, values: Any) -> Any:
         word, real = ir.IntType(64), ir.DoubleType()
-        given = builder.inttoptr(values[1], word.as_pointer())
-        loaded = [builder.load(builder.gep(given, [ir.Constant(word, k)])) for k in range(_N_ARGUMENTS)]
+        settings = builder.inttoptr(values[1], word.as_pointer())
+        loaded = [builder.load(builder.gep(settings, [ir.Constant(word, k)])) for k in range(_N_ARGUMENTS)]
         function = ir.FunctionType(ir.IntType(32), [word] * _N_ARGUMENTS + [real, real])
         return builder.call(builder.inttoptr(values[0], function.as_pointer()), [*loaded, *values[2:]])
 

@@ -32,8 +32,8 @@ def compiled(folder: Path) -> Callable[..., None]:
     source, library = folder / "caller.c", folder / "caller.so"
     source.write_text(CALLER)
     subprocess.run(["cc", "-O2", "-shared", "-fPIC", "-o", library, source], check=True)
-    found: Callable[..., None] = CDLL(str(library)).repeat
-    return found
+    result: Callable[..., None] = CDLL(str(library)).repeat
+    return result
 
 
 def time_of(batch: amb_cosim.Batch, work: Callable[[], object], clock: Callable[[], float]) -> float:
@@ -48,10 +48,10 @@ def measure() -> None:
     """Print the ratios of the least times of several interleaved rounds."""
     with (
         tempfile.TemporaryDirectory() as folder,
-        amb_cosim.Batch(SCENARIO, MEMBERS, threads=1) as one,
+        amb_cosim.Batch(SCENARIO, MEMBERS, threads=1) as item,
         amb_cosim.Batch(SCENARIO, MEMBERS, threads=2) as two,
     ):
-        repeat, m, pause = compiled(Path(folder)), one._members, c_bool(False)
+        repeat, m, pause = compiled(Path(folder)), item._members, c_bool(False)
         advance = cast(m._advance, c_void_p)  # type: ignore[arg-type]
         points, rests = (c_void_p(array.ctypes.data) for array in (m.points, m.failed))
         for k in (1, 10, 100):
@@ -67,9 +67,9 @@ def measure() -> None:
 
             rounds = [
                 (
-                    time_of(one, in_c, time.thread_time),
-                    time_of(one, partial(by, one), time.thread_time),
-                    time_of(one, partial(by, one), time.perf_counter),
+                    time_of(item, in_c, time.thread_time),
+                    time_of(item, partial(by, item), time.thread_time),
+                    time_of(item, partial(by, item), time.perf_counter),
                     time_of(two, partial(by, two), time.perf_counter),
                 )
                 for _ in range(ROUNDS)

@@ -55,10 +55,10 @@ def profiled_baseline_candidate(prepared: PlannedRun, parts: dict[str, list[floa
     """
 
     def step_time() -> float:
-        found = Baseline(prepared).run(profile=True)
-        for part, seconds in found.parts.items():
+        result = Baseline(prepared).run(profile=True)
+        for part, seconds in result.parts.items():
             parts.setdefault(part, []).append(seconds / prepared.plan.last)
-        return found.seconds / prepared.plan.last
+        return result.seconds / prepared.plan.last
 
     return step_time
 
@@ -69,29 +69,32 @@ def fig4_9_candidates(flavour: Flavour, parts: dict[str, list[float]]) -> dict[s
     What is compared with each other runs one after the other.
     """
     prepared = cases.fig4_9(flavour)
-    found: dict[str, Candidate] = {flavour: master_candidate(prepared, "compiled")}
+    result: dict[str, Candidate] = {flavour: master_candidate(prepared, "compiled")}
     if flavour == "native":
-        found |= {"floor": baseline_candidate(prepared), "floor_by_parts": profiled_baseline_candidate(prepared, parts)}
-    return found | {f"{flavour}_plain": master_candidate(prepared, "plain")}
+        result |= {
+            "floor": baseline_candidate(prepared),
+            "floor_by_parts": profiled_baseline_candidate(prepared, parts),
+        }
+    return result | {f"{flavour}_plain": master_candidate(prepared, "plain")}
 
 
 def rubbing_candidates(seconds: float, missing: Missing) -> dict[str, Candidate]:
     """Return candidates for the rubbing case with native FMUs: this master, ecos, libcosim."""
     prepared = cases.rubbing_case("native", seconds)
     system = plain_system(prepared, recorded=[])
-    found = {"rub_native": master_candidate(prepared, "compiled")}
+    result = {"rub_native": master_candidate(prepared, "compiled")}
     for package, function in (("ecospy", "with_ecos"), ("libcosimpy", "with_libcosim")):
         if importlib.util.find_spec(package) is None:
             missing[package] = "not installed (extra: peers)"
         else:
-            _add_process(found, missing, package, sys.executable, peers.__file__, function, system)
-    return found
+            _add_process(result, missing, package, sys.executable, peers.__file__, function, system)
+    return result
 
 
 def retainer_candidates(seconds: float, missing: Missing) -> dict[str, Candidate]:
     """Return candidates for the retainer case: the native plant under this master, ROSS, Siconos."""
     prepared = cases.retainer_case("native", seconds)
-    found = {"ring_native": master_candidate(prepared, "compiled")}
+    result = {"ring_native": master_candidate(prepared, "compiled")}
     steps = prepared.plan.last
     others: list[tuple[str, str, str, Callable[[], dict[str, Any]]]] = [
         (
@@ -105,13 +108,13 @@ def retainer_candidates(seconds: float, missing: Missing) -> dict[str, Candidate
             for name, reduced in (("siconos", False), ("siconos_reduced", True))
         ),
     ]
-    for name, module, file, given in others:
+    for name, module, file, values in others:
         python = find_python_with(module)
         if python is None:
             missing[name] = "not installed for this Python, nor for a python3 on the PATH"
         else:
-            _add_process(found, missing, name, python, str(HERE / file), "seconds_per_step", given())
-    return found
+            _add_process(result, missing, name, python, str(HERE / file), "seconds_per_step", values())
+    return result
 
 
 def _for_siconos(reduced: bool, steps: int) -> dict[str, Any]:

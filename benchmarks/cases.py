@@ -100,12 +100,12 @@ def retainer_case_for_siconos(reduced: bool) -> dict[str, Any]:
     n, sites = model.size, rotor.site_nodes[:2]
     f, q, v = np.zeros((3, len(M)))
     q[n], v[n + 1] = 1.0, SPEED
-    given = {"M": M, "C": C, "K": K, "f": f, "q": q, "v": v} | {
+    values = {"M": M, "C": C, "K": K, "f": f, "q": q, "v": v} | {
         "rows": np.array([model.translations[node][0] for node in sites]),
         "clearance": np.full(len(sites), CLEARANCE),
         **{name: np.zeros(len(sites)) for name in ("restitution", "mu", "surface")},
     }
-    return {name: array.tolist() for name, array in given.items()}
+    return {name: array.tolist() for name, array in values.items()}
 
 
 def with_unbalance(model: Matrices, Omega: float, node: int, unbalance: float) -> tuple[Array, Array, Array]:

@@ -57,8 +57,8 @@ class Formulation:
     def plant(self, substep: float) -> Instance:
         """Return the rig in its orbit with 0.5 g m, just after 25 g m were added."""
         rotor = Instance(*plant())
-        given = {"law": float(LAWS.index(self.law)), **self.values}
-        settings = {f"rb{k}.{name}": value for name, value in given.items() for k in (1, 2)}
+        values = {"law": float(LAWS.index(self.law)), **self.values}
+        settings = {f"rb{k}.{name}": value for name, value in values.items() for k in (1, 2)}
         settings |= {f"mb{k}.{name}": value for name, value in {"k_b": 1e6, "c_b": 5e3}.items() for k in (1, 2)}
         settings |= {"eb1.enabled": 0.0, "eb2.enabled": 0.0, "Omega": SPEED, "d1.u": 0.5e-3, "initial.orbit": 1.0}
         settings |= {"solver.max_substep": substep, "solver.tolerance": 1.0, "solver.exact_motion": 0.0}
@@ -157,9 +157,9 @@ def compare(repeats: int = 5) -> dict[str, Any]:
     """Return both comparisons, for JSON; costs are ratios to that of the constraint at the same tolerance."""
     constraint = Formulation("constraint")
     rigid, _ = simulate(constraint.plant(REFERENCE_SUBSTEP), record=True)
-    own = list(costs_over_substeps(constraint, rigid, SUBSTEPS, repeats))
-    by_force = cheapest(own, "force_error", FORCE_TOLERANCE)
-    by_orbit = cheapest(own, "orbit_error", ORBIT_TOLERANCE)
+    local = list(costs_over_substeps(constraint, rigid, SUBSTEPS, repeats))
+    by_force = cheapest(local, "force_error", FORCE_TOLERANCE)
+    by_orbit = cheapest(local, "orbit_error", ORBIT_TOLERANCE)
     assert by_force is not None
     assert by_orbit is not None
     laws = []
@@ -173,7 +173,7 @@ def compare(repeats: int = 5) -> dict[str, Any]:
         "case": f"{SPEED:g} rad/s, 25 g m added on D1, {TURNS:g} turns, communication step {STEP * 1e6:g} us",
         "force_tolerance": FORCE_TOLERANCE,
         "orbit_tolerance": ORBIT_TOLERANCE,
-        "constraint": [_row(constraint, m, by_orbit) for m in own],
+        "constraint": [_row(constraint, m, by_orbit) for m in local],
         "own_accuracy": laws,
         "rigid_retainer": [_row(m.formulation, m, by_orbit) for m in rising],
         "cost_ratio_at_equal_accuracy": None if equivalent is None else equivalent.cost / by_orbit.cost,

@@ -131,7 +131,7 @@ def with_ecos(
         for source, target in connections:
             connect = {"real": structure.make_real_connection, "integer": structure.make_int_connection}[kinds[source]]
             connect(source.replace(".", "::", 1), target.replace(".", "::", 1))
-        values = {f"{c}::{variable}": value for c, given in start.items() for variable, value in given.items()}
+        values = {f"{c}::{variable}": value for c, settings in start.items() for variable, value in settings.items()}
         structure.add_parameter_set("start", values)
         with EcosSimulation(step_size, structure=structure) as simulation:
             assert simulation.init(parameter_set="start")

@@ -65,9 +65,9 @@ def run_function(python: str, file: str, function: str, timeout: float = 600.0, 
     """
     with tempfile.TemporaryDirectory(prefix="benchmark-") as temporary:
         folder = Path(temporary)
-        given, answer = folder / "given.json", folder / "answer.json"
-        given.write_text(json.dumps(arguments), encoding="utf-8")
-        command = [python, "-c", _CALL, file, function, str(given), str(answer)]
+        values, answer = folder / "given.json", folder / "answer.json"
+        values.write_text(json.dumps(arguments), encoding="utf-8")
+        command = [python, "-c", _CALL, file, function, str(values), str(answer)]
         paths = [str(REPOSITORY), *filter(None, [os.environ.get("PYTHONPATH")])]
         environment = {**ENVIRONMENT, "TMPDIR": temporary, "PYTHONPATH": os.pathsep.join(paths)}
         try:

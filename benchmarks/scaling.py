@@ -81,12 +81,12 @@ def memory_over_time(flavour: Flavour, durations: Sequence[float]) -> dict[str, 
     """
     if sys.platform == "win32":
         return None
-    found = [
+    result = [
         run_function(sys.executable, __file__, "peak_memory_in_new_process", flavour=flavour, seconds=t)
         for t in durations
     ]
-    line = LinearFit(list(durations), [f["peak"] for f in found])
-    recorder = LinearFit(list(durations), [f["recorder"] for f in found])
+    line = LinearFit(list(durations), [f["peak"] for f in result])
+    recorder = LinearFit(list(durations), [f["recorder"] for f in result])
     growth = line.coefficients[0] / recorder.coefficients[0]
     return line.as_data("simulated_s", "peak_bytes") | {"over_recorder": growth}
 

@@ -50,15 +50,15 @@ def _step_times(name: str, rounds: int) -> dict[str, float]:
 
 def measure(names: Sequence[str], rounds: int) -> dict[str, Any]:
     """Return `step_times` of scenarios, all that have a baseline where none is named, and why others have none."""
-    found: dict[str, Any] = {"single_steps_us": {}, "missing": {}, "rounds": rounds, "environment": environment()}
+    result: dict[str, Any] = {"single_steps_us": {}, "missing": {}, "rounds": rounds, "environment": environment()}
     for name in names or sorted(packaged_scenarios()):
         try:
-            found["single_steps_us"] |= step_times(rounds, [name])
+            result["single_steps_us"] |= step_times(rounds, [name])
         except ValueError as error:
             if names:
                 raise
-            found["missing"][name] = str(error)
-    return found
+            result["missing"][name] = str(error)
+    return result
 
 
 def as_table(times: dict[str, dict[str, float]] | None) -> Table:

@@ -65,12 +65,12 @@ def measure(effort: SweepEffort, show_status: Callable[[str], object]) -> dict[s
     show_status("measuring the overhead of a run (a first run compiles the models)")
     alone = overhead(effort.batch)
     with tempfile.TemporaryDirectory(prefix="benchmark-") as folder, ExitStack() as stack:
-        one, two = (_address(stack.enter_context(connect(jobs=jobs))) for jobs in (1, 2))
+        item, two = (_address(stack.enter_context(connect(jobs=jobs))) for jobs in (1, 2))
         show_status("measuring runs per second")
         folders = (Path(folder) / str(k) for k in itertools.count())
         candidates = {
             "two": partial(_sweep_time, two, effort.batch, folders),
-            "one": partial(_sweep_time, one, effort.batch, folders),
+            "one": partial(_sweep_time, item, effort.batch, folders),
             "fmpy": partial(_fmpy_time, _assembled(Path(folder)), effort.loop),
             "command": partial(_command_time, effort.commands, folders),
         }

@@ -23,9 +23,9 @@ UNBALANCE: dict[str, Raw] = {"rotor_contact.d?.u": "2.3 g.m"}
 def results() -> list[PointResult]:
     """Return what each phase leads to."""
     runner = Runner(Task(load_scenario("drop"), UNBALANCE, until=0.1, labels=("step",)))
-    found = [runner.run(n, {"step.cycle": n / PHASES}) for n in range(PHASES)]
+    result = [runner.run(n, {"step.cycle": n / PHASES}) for n in range(PHASES)]
     runner.close()
-    return found
+    return result
 
 
 def sampler(design: SamplePlan, certainty: float) -> Sampler:
@@ -36,9 +36,9 @@ def sampler(design: SamplePlan, certainty: float) -> Sampler:
 def searched(design: SamplePlan, values: np.ndarray, certainty: float) -> tuple[int, float, float]:
     """Return runs, what is missed, and what the search says that may be missed (N)."""
     search, ran = sampler(design, certainty), list[int]()
-    while not (asked := search.next_points(1))[1]:
-        search.learn(PointResult(n, "completed", "", {METRIC: values[n]}) for n in asked[0])
-        ran += asked[0]
+    while not (requested := search.next_points(1))[1]:
+        search.learn(PointResult(n, "completed", "", {METRIC: values[n]}) for n in requested[0])
+        ran += requested[0]
     return len(ran), float(values.max() - values[ran].max()), search.promise
 
 
@@ -55,9 +55,9 @@ def measure() -> None:
         shifts = range(0, PHASES, PHASES // SEARCHES)
         runs, missed, promise = np.array([searched(design, np.roll(values, k), certainty) for k in shifts]).T
         as_good = min(n for n in counts if misses[n] <= missed.max())
-        told = f"misses {missed.max():.2f} N at worst, says up to {promise.max():.2f} N"
+        message = f"misses {missed.max():.2f} N at worst, says up to {promise.max():.2f} N"
         print(
-            f"certainty {certainty:g}: {runs.min():.0f} to {runs.max():.0f} runs, {told}; as good: a grid of {as_good}"
+            f"certainty {certainty:g}: {runs.min():.0f} to {runs.max():.0f} runs, {message}; as good: a grid of {as_good}"
         )
 
 

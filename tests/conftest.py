@@ -55,8 +55,8 @@ def first_seed(is_long: bool) -> int:
 @pytest.fixture(scope="session", autouse=True)
 def signals() -> Iterator[None]:
     """SIGINT, SIGTERM and SIGHUP as in a terminal, for subprocesses too: a job in the background ignores some."""
-    own = {signal.SIGINT: signal.default_int_handler, signal.SIGTERM: signal.SIG_DFL, signal.SIGHUP: signal.SIG_DFL}
-    before = {number: signal.signal(number, handler) for number, handler in own.items()}
+    local = {signal.SIGINT: signal.default_int_handler, signal.SIGTERM: signal.SIG_DFL, signal.SIGHUP: signal.SIG_DFL}
+    before = {number: signal.signal(number, handler) for number, handler in local.items()}
     yield
     for number, handler in before.items():
         signal.signal(number, handler)
@@ -65,8 +65,8 @@ def signals() -> Iterator[None]:
 @pytest.fixture(scope="session")
 def shared_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Folder of this test run that all workers share."""
-    own = tmp_path_factory.getbasetemp()
-    return own.parent if "PYTEST_XDIST_WORKER" in os.environ else own
+    local = tmp_path_factory.getbasetemp()
+    return local.parent if "PYTEST_XDIST_WORKER" in os.environ else local
 
 
 @pytest.fixture(scope="session")
@@ -138,9 +138,9 @@ def run_python(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., Any]:
         answer = folder / "answer.json"
         if callable(what):
             body = "from __future__ import annotations\n" + textwrap.dedent(inspect.getsource(what))
-            given = folder / "arguments.json"
-            given.write_text(json.dumps(arguments, default=str), encoding="utf-8")
-            call = f"result = {what.__name__}(**json.loads(pathlib.Path({str(given)!r}).read_text()))"
+            values = folder / "arguments.json"
+            values.write_text(json.dumps(arguments, default=str), encoding="utf-8")
+            call = f"result = {what.__name__}(**json.loads(pathlib.Path({str(values)!r}).read_text()))"
         else:
             body, call = what, "result = globals().get('result')"
         script = folder / "script.py"

@@ -50,9 +50,9 @@ def measure(scenarios: Ends = SCENARIOS, rounds: int = 3) -> dict[str, Any]:
             _write(name, folder / name)
         request = {"scenarios": [{"name": name, "until": until} for name, until in scenarios.items()], "rounds": rounds}
         (folder / "request.json").write_text(json.dumps(request), encoding="utf-8")
-        found = {"native": _native(scenarios, rounds), "node": _in_node(folder), "chromium": _in_chromium(folder)}
+        result = {"native": _native(scenarios, rounds), "node": _in_node(folder), "chromium": _in_chromium(folder)}
     factors = {
-        name: {place: _summary(times[name]) if times else None for place, times in found.items()} for name in scenarios
+        name: {place: _summary(times[name]) if times else None for place, times in result.items()} for name in scenarios
     }
     return {"factors": factors, "environment": environment()}
 
@@ -84,16 +84,16 @@ def _write(name: str, folder: Path) -> None:
 
 
 def _native(scenarios: Ends, rounds: int) -> dict[str, list[float]]:
-    found: dict[str, list[float]] = {}
+    result: dict[str, list[float]] = {}
     for name, until in scenarios.items():
         prepared = prepare(load_scenario(name).changed(settling="simulated"), until=until)
         simulated = (prepared.plan.last - prepared.plan.first) * prepared.plan.step_size
-        found[name] = []
+        result[name] = []
         for _ in range(rounds + 1):
             begin = time.perf_counter()
             run_prepared(prepared)
-            found[name].append(simulated / (time.perf_counter() - begin))
-    return found
+            result[name].append(simulated / (time.perf_counter() - begin))
+    return result
 
 
 def _in_node(folder: Path) -> dict[str, list[float]] | None:
@@ -104,8 +104,8 @@ def _in_node(folder: Path) -> dict[str, list[float]] | None:
     ended = subprocess.run(command, capture_output=True, text=True, timeout=TIMEOUT, check=False)
     if ended.returncode != 0:
         raise ValueError(f"node ended with {ended.returncode}: {ended.stderr.strip()[-500:]}")
-    found: dict[str, list[float]] = json.loads(ended.stdout)
-    return found
+    result: dict[str, list[float]] = json.loads(ended.stdout)
+    return result
 
 
 def _in_chromium(folder: Path) -> dict[str, list[float]] | None:
@@ -128,8 +128,8 @@ def _in_chromium(folder: Path) -> dict[str, list[float]] | None:
         server.shutdown()
     if "error" in reported:
         raise ValueError(f"{browser}: {reported['error']}")
-    found: dict[str, list[float]] = reported["factors"]
-    return found
+    result: dict[str, list[float]] = reported["factors"]
+    return result
 
 
 def _page() -> Path:

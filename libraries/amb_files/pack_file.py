@@ -59,11 +59,11 @@ def default(key: Default) -> str:
     ValueError
         If no pack, or more than one, gives a name.
     """
-    given = {pack: name for pack, file in pack_files().items() if (name := getattr(file, key)) is not None}
-    if len(given) != 1:
-        which = f"packs {' and '.join(given)} both say" if given else "no pack says"
+    values = {pack: name for pack, file in pack_files().items() if (name := getattr(file, key)) is not None}
+    if len(values) != 1:
+        which = f"packs {' and '.join(values)} both say" if values else "no pack says"
         raise ValueError(f"{which} which {key} is taken where none is named; one pack must")
-    (name,) = given.values()
+    (name,) = values.values()
     return str(name)
 
 
@@ -81,9 +81,9 @@ def rotor_path(rotor: str | Path | None = None) -> Path:
         If it is neither; the message suggests names. A path that ends in `.toml` is not looked at.
     """
     name = default("rotor") if rotor is None else rotor
-    known, path = files_of("rotors"), Path(name)
-    if str(name) in known:
-        return known[str(name)]
+    available, path = files_of("rotors"), Path(name)
+    if str(name) in available:
+        return available[str(name)]
     if path.suffix != ".toml" and not path.exists():
-        raise ValueError(f"no rotor {str(name)!r}; {suggest(path.name, known)}")
+        raise ValueError(f"no rotor {str(name)!r}; {suggest(path.name, available)}")
     return path

@@ -50,15 +50,15 @@ def files_of(kind: str, **own: Path) -> dict[str, Path]:
     ValueError
         If two packs have files of the same name.
     """
-    found: dict[str, Path] = {}
+    result: dict[str, Path] = {}
     owners: dict[str, str] = {}
     for pack, folder in (own | packs()).items():
         for file in sorted((folder / kind).glob("*.toml")):
             other = owners.setdefault(file.stem, pack)
             if other != pack:
                 raise ValueError(f"packs {other} and {pack} both have {kind}/{file.name}; one of them must rename it")
-            found[file.stem] = file
-    return found
+            result[file.stem] = file
+    return result
 
 
 @cache
@@ -67,15 +67,15 @@ def modules_of(name: str) -> dict[str, ModuleType]:
 
     One that cannot be imported is left out with a warning.
     """
-    found: dict[str, ModuleType] = {}
+    result: dict[str, ModuleType] = {}
     for pack, folder in packs().items():
         if (folder / f"{name}.py").is_file() or (folder / name / "__init__.py").is_file():
             try:
-                found[pack] = import_module(f"{folder.name}.{name}")
+                result[pack] = import_module(f"{folder.name}.{name}")
             except (Exception, SystemExit) as error:  # whatever its code raises
                 why = f"{type(error).__name__}: {error}"
                 print(f"warning: pack {pack!r} is without its {name}, which fail on import: {why!r}", file=sys.stderr)
-    return found
+    return result
 
 
 def _folder(package: str) -> Path:

@@ -162,10 +162,10 @@ def _raising_sentences(init: Callable[..., None], form: type[Any]) -> Callable[.
     def __init__(self: Any, *values: Any, **named: Any) -> None:
         if len(values) > len(names):
             raise TypeError(f"{form.__name__} takes {len(names)} values but {len(values)} were given")
-        given = dict(zip(names, values, strict=False)) | named
+        settings = dict(zip(names, values, strict=False)) | named
         try:
-            init(self, **given)
+            init(self, **settings)
         except ValidationError as error:
-            raise ValueError("\n".join(sentences(error, form, given))) from error
+            raise ValueError("\n".join(sentences(error, form, settings))) from error
 
     return __init__

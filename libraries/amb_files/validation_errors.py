@@ -77,20 +77,20 @@ def sentences(error: ValidationError, form: type[Any], data: object) -> list[str
     by_place: dict[Location, list[ErrorDetails]] = {}
     for details in error.errors():
         by_place.setdefault(_keys(details, data), []).append(details)
-    for keys, found in list(by_place.items()):  # a list is too short where its items are wrong
-        if found[0]["type"] == "too_short" and any(other[: len(keys)] == keys != other for other in by_place):
+    for keys, result in list(by_place.items()):  # a list is too short where its items are wrong
+        if result[0]["type"] == "too_short" and any(other[: len(keys)] == keys != other for other in by_place):
             del by_place[keys]
     unknown: dict[Location, list[Location]] = {}
-    for keys, found in by_place.items():
-        if found[0]["type"] in _UNKNOWN:
+    for keys, result in by_place.items():
+        if result[0]["type"] in _UNKNOWN:
             unknown.setdefault(keys[:-1], []).append(keys)
     together = []
     for strangers in unknown.values():
         if len(strangers) >= _MANY:  # no slip of the pen, but a file of another kind
-            found = [by_place.pop(keys)[0] for keys in strangers]
+            result = [by_place.pop(keys)[0] for keys in strangers]
             names = ", ".join(_place(keys, data) for keys in strangers)
-            together.append(f"unknown keys {names}; {suggest(names, _options(form, found[0]))}")
-    return [*together, *(line for found in by_place.values() for line in _sentence(found, form, data).splitlines())]
+            together.append(f"unknown keys {names}; {suggest(names, _options(form, result[0]))}")
+    return [*together, *(line for result in by_place.values() for line in _sentence(result, form, data).splitlines())]
 
 
 def _sentence(errors: list[ErrorDetails], form: type[Any], data: object) -> str:

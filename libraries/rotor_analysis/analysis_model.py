@@ -65,18 +65,18 @@ def analysis_model(
     reduced_to = craig_bampton_by_modes(free, planes if len(planes) > 1 else needed_masters(rotor))
     ends = [float(speed) for speed in (np.min(speeds), np.max(speeds))]
     exact = [eigenvalues(full, speed) for speed in ends]
-    kept = count
-    while 4 * kept < full.size:
-        basis = reduced_to(kept)
+    retained = count
+    while 4 * retained < full.size:
+        basis = reduced_to(retained)
         reduction = reduce_by(full, basis.model.translations, basis.right, basis.left)
         error = max(_error(reduction.model, *end, count) for end in zip(ends, exact, strict=True))
         if error <= accuracy:
             return AnalysisModel(SupportedRotor(rotor, full, reduction), error)
-        kept = int(GROWTH * kept) + 1
+        retained = int(GROWTH * retained) + 1
     return AnalysisModel(SupportedRotor(rotor, full, unreduced(full)), 0.0)
 
 
 def _error(reduced: Matrices, speed: float, exact: Complex, count: int) -> float:
     """Largest relative distance of the lowest modes of a reduction from the nearest eigenvalue of the full model."""
-    found = np.array([mode.eigenvalue for mode in modes(reduced, speed, count)])
-    return float(np.max(np.min(np.abs(found[:, None] - exact), axis=1) / np.abs(found), initial=0.0))
+    result = np.array([mode.eigenvalue for mode in modes(reduced, speed, count)])
+    return float(np.max(np.min(np.abs(result[:, None] - exact), axis=1) / np.abs(result), initial=0.0))

@@ -99,9 +99,9 @@ def _crossing(model: Matrices, number: int, mode: Mode, low: float, high: float)
 
     def frequency_excess(Omega: float) -> float:
         """Damped frequency less spin speed; a mode that does not oscillate has no frequency."""
-        found = mode_at(Omega)
-        return (found.frequency if found else 0.0) - Omega
+        result = mode_at(Omega)
+        return (result.frequency if result else 0.0) - Omega
 
     Omega = float(brentq(frequency_excess, low, high, xtol=1e-9, rtol=1e-12))
-    found = mode_at(Omega) or mode
-    return CriticalSpeed(Omega, number, found.damping_ratio, found.whirl)
+    result = mode_at(Omega) or mode
+    return CriticalSpeed(Omega, number, result.damping_ratio, result.whirl)

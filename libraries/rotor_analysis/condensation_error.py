@@ -67,11 +67,11 @@ def condensation_error(
     full, condensed = supported_rotor(rotor, mass), supported_rotor(rotor, mass, chosen)
     frequency, eigenvalue = np.full((2, len(speeds), count), np.nan)
     for row, Omega in enumerate(speeds):
-        exact, found = modes(full.model, float(Omega), count), modes(condensed.model, float(Omega))
-        shapes = [condensed.reduction.right @ mode.shape for mode in found]
+        exact, result = modes(full.model, float(Omega), count), modes(condensed.model, float(Omega))
+        shapes = [condensed.reduction.right @ mode.shape for mode in result]
         for column, (index, _) in enumerate(pair_modes(full.model.M, [mode.shape for mode in exact], shapes)):
             if index is not None:
-                mode, approximation = exact[column], found[index]
+                mode, approximation = exact[column], result[index]
                 frequency[row, column] = 100.0 * (approximation.frequency / mode.frequency - 1.0)
                 eigenvalue[row, column] = 100.0 * abs(approximation.eigenvalue - mode.eigenvalue) / abs(mode.eigenvalue)
     return CondensationError(chosen, np.asarray(speeds, dtype=np.float64), frequency, eigenvalue)

@@ -44,8 +44,8 @@ class Damping:
 
     def ratios(self, count: int) -> Array:
         """Return the damping ratios of the first `count` elastic modes by `modal` and `loss_factor`, shape (count,)."""
-        given = self.modal or (0.0,)
-        stated = np.array([given[min(k, len(given) - 1)] for k in range(count)])
+        values = self.modal or (0.0,)
+        stated = np.array([values[min(k, len(values) - 1)] for k in range(count)])
         return np.asarray(stated + 0.5 * self.loss_factor)
 
 

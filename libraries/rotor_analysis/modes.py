@@ -87,10 +87,10 @@ def modes(model: Matrices, Omega: float, count: int | None = None) -> list[Mode]
     """
     require(count is None or count >= 1, "count", count, "1 or more")
     values, shapes = _eigenpairs(model, Omega)
-    found = np.flatnonzero(_oscillating(values) & (values.imag > 0.0))
-    found = found[np.argsort(values[found].imag, kind="stable")]
-    shapes = _separate_whirl(model, values[found], shapes[:, found])
-    return _to_modes(model, values[found], shapes)[:count]
+    result = np.flatnonzero(_oscillating(values) & (values.imag > 0.0))
+    result = result[np.argsort(values[result].imag, kind="stable")]
+    shapes = _separate_whirl(model, values[result], shapes[:, result])
+    return _to_modes(model, values[result], shapes)[:count]
 
 
 def overdamped_modes(model: Matrices, Omega: float) -> list[Mode]:
@@ -99,11 +99,11 @@ def overdamped_modes(model: Matrices, Omega: float) -> list[Mode]:
     Their damping ratio is 1 if they decay and -1 if they grow; an unsupported rotor drifts, with eigenvalue 0.
     """
     values, shapes = _eigenpairs(model, Omega)
-    found = np.flatnonzero(np.isfinite(values) & ~_oscillating(values))
-    found = found[np.argsort(np.abs(values[found]), kind="stable")]
-    real = values[found].real.astype(np.complex128)
+    result = np.flatnonzero(np.isfinite(values) & ~_oscillating(values))
+    result = result[np.argsort(np.abs(values[result]), kind="stable")]
+    real = values[result].real.astype(np.complex128)
     real[np.abs(real) <= AT_REST] = 0.0
-    return _to_modes(model, real, shapes[:, found])
+    return _to_modes(model, real, shapes[:, result])
 
 
 def eigenvalues(model: Matrices, Omega: float) -> Complex:

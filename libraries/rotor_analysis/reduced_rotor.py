@@ -65,9 +65,9 @@ def reduced_rotor(rotor: Rotor) -> Reduction:
 def reduction_error(rotor: Rotor, count: int = 6) -> ReductionError:
     """Return the errors of the frequencies of `reduced_rotor`, of the first `count` modes without rigid motion."""
     exact = undamped_modes(assemble(rotor), rotor, count)[0]
-    found = undamped_modes(reduced_rotor(rotor).model, rotor, count)[0]
+    result = undamped_modes(reduced_rotor(rotor).model, rotor, count)[0]
     percent = np.full(len(exact), np.nan)
-    percent[: len(found)] = 100.0 * (found / exact[: len(found)] - 1.0)
+    percent[: len(result)] = 100.0 * (result / exact[: len(result)] - 1.0)
     return ReductionError(exact, percent)
 
 
@@ -82,9 +82,9 @@ def valid_to(full: Matrices, reduced: Matrices) -> float:
     full, reduced
         The free rotor and its reduction, each the same in both planes of motion.
     """
-    (exact, _), (found, _) = (free_modes(model.M[::2, ::2], model.K[::2, ::2]) for model in (full, reduced))
-    within = frequency_error(exact[: len(found)], found) <= HOLDS_WITHIN
-    count = len(found) if within.all() else int(np.argmin(within))
+    (exact, _), (result, _) = (free_modes(model.M[::2, ::2], model.K[::2, ::2]) for model in (full, reduced))
+    within = frequency_error(exact[: len(result)], result) <= HOLDS_WITHIN
+    count = len(result) if within.all() else int(np.argmin(within))
     return float(exact[count - 1]) if count else 0.0
 
 

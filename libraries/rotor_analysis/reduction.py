@@ -94,8 +94,8 @@ def craig_bampton_by_modes(full: Matrices, planes: tuple[int, ...]) -> Callable[
     def with_modes(modes: int) -> Reduction:
         if not 0 <= modes <= len(slaves):
             raise ValueError(f"modes = {modes} is not allowed; the rotor held at these planes has 0 to {len(slaves)}")
-        kept = along_both[:, : 2 * modes]
-        return reduce_by(full, _in_turn(planes), np.hstack([right, kept]), np.vstack([left, kept.T]))
+        retained = along_both[:, : 2 * modes]
+        return reduce_by(full, _in_turn(planes), np.hstack([right, retained]), np.vstack([left, retained.T]))
 
     return with_modes
 

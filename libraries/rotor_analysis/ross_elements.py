@@ -188,8 +188,8 @@ def _unlike(rotor: SavedRotor, frequency: float | None) -> Iterator[tuple[str, s
         if bearing.frequency and frequency is None:
             yield "coefficients over the whirl frequency, which --frequency freezes at one value", bearing.tag
         count = len(bearing.speed or bearing.frequency or [0.0])
-        given = [getattr(bearing, f"{letter}{axes}") for letter in "kcm" for axes in AXES]
-        if any(len(values) != count for values in given if values):
+        settings = [getattr(bearing, f"{letter}{axes}") for letter in "kcm" for axes in AXES]
+        if any(len(values) != count for values in settings if values):
             yield "coefficients that are not as many as their speeds", bearing.tag
 
 

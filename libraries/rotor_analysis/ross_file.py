@@ -138,8 +138,8 @@ def _shaft(elements: list[SavedElement]) -> dict[str, Any]:
 
 def _damping(element: SavedElement) -> dict[str, Any]:
     """The table `damping`, where there is any; that of ROSS is in the fixed frame."""
-    given = {"mass": element.alpha, "stiffness": element.beta}
-    return {"damping": given | {"rotating": 0.0}} if any(given.values()) else {}
+    values = {"mass": element.alpha, "stiffness": element.beta}
+    return {"damping": values | {"rotating": 0.0}} if any(values.values()) else {}
 
 
 def _materials(elements: list[SavedElement]) -> tuple[dict[str, Any], Callable[[SavedMaterial], str]]:

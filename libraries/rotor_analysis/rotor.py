@@ -44,11 +44,11 @@ class ReductionOptions:
     def __post_init__(self) -> None:
         if self.method is None:
             object.__setattr__(self, "method", "msdc" if self.masters else "craig_bampton")
-        for name, given, methods in (
+        for name, values, methods in (
             ("masters", len(self.masters) > 0, ("msdc", "craig_bampton")),
             ("modes", self.modes is not None, ("craig_bampton",)),
         ):
-            if given and self.method not in methods:
+            if values and self.method not in methods:
                 raise ValueError(f"{name} is given, which belongs to {' or '.join(methods)}, not to {self.method!r}")
 
 
@@ -163,10 +163,10 @@ class Rotor:
 
         def number(node: int, z: float | None = None) -> int:
             place = self.shaft.nodes[node - 1] if z is None else z
-            found = shaft.node_at(place)
-            if found is None:
+            result = shaft.node_at(place)
+            if result is None:
                 raise ValueError(f"nodes = {list(shaft.nodes)} m is not allowed; it must be a list with {place:g} m")
-            return found
+            return result
 
         parts = {
             kind: tuple(replace(part, node=number(part.node, part.z), z=None) for part in getattr(self, kind))

@@ -66,9 +66,9 @@ class Shaft:
             object.__setattr__(self, "sleeves", _of_material(self.sleeves, self.material[0]))
         count = len(self.nodes) - 1
         for name, unit in PER_ELEMENT.items():
-            given = self._per_element(name)
-            require(len(given) == count, name, f"{list(given)}{unit}", f"one value, or one for each of {count}")
-            object.__setattr__(self, name, given)
+            values = self._per_element(name)
+            require(len(values) == count, name, f"{list(values)}{unit}", f"one value, or one for each of {count}")
+            object.__setattr__(self, name, values)
         for piece in self._pieces():
             piece.check()
         for name, same in (
@@ -115,12 +115,12 @@ class Shaft:
 
     def elements(self, materials: Mapping[str, Material]) -> tuple[tuple[Element, ...], ...]:
         """Return the elements between the nodes, each with the sleeves on it; `materials` are those that they name."""
-        own = None
+        local = None
         if self.youngs_modulus is not None and self.density is not None and self.poissons_ratio is not None:
-            own = Material(self.youngs_modulus, self.density, self.poissons_ratio)
+            local = Material(self.youngs_modulus, self.density, self.poissons_ratio)
 
         def element(length: float, piece: ElementSection) -> Element:
-            material = own if piece.material is None else materials[piece.material]
+            material = local if piece.material is None else materials[piece.material]
             assert material is not None, "checked when the shaft was made"
             outer, inner = (piece.diameter, piece.diameter_end), (piece.inner_diameter, piece.inner_diameter_end)
             return Element(length, outer, inner, material, self.theory, self.shear)
@@ -135,8 +135,8 @@ class Shaft:
 
     def _per_element(self, name: str) -> tuple[Any, ...]:
         """The values of a field, one for each element: those at the other end as at the first unless given."""
-        given = getattr(self, name) or ((None,) if name == "material" else getattr(self, name.removesuffix("_end")))
-        return given * (len(self.nodes) - 1) if len(given) == 1 else given
+        values = getattr(self, name) or ((None,) if name == "material" else getattr(self, name.removesuffix("_end")))
+        return values * (len(self.nodes) - 1) if len(values) == 1 else values
 
     def _piece(self, begin: float, end: float) -> ElementSection:
         """What the shaft is from `begin` to `end` (m): a part of one element, or several uniform ones alike."""
@@ -145,15 +145,15 @@ class Shaft:
         if len(covered) == 1:
             piece, a, b = covered[0]
             return piece.part((begin - a) / (b - a), (end - a) / (b - a))
-        found = {piece for piece, _, _ in covered}
-        shown = sorted({(piece.diameter, piece.inner_diameter) for piece in found})
+        result = {piece for piece, _, _ in covered}
+        displayed = sorted({(piece.diameter, piece.inner_diameter) for piece in result})
         require(
-            len(found) == 1 and not any(piece.is_tapered for piece in found),
+            len(result) == 1 and not any(piece.is_tapered for piece in result),
             f"element from {begin:g} m to {end:g} m",
-            shown,
+            displayed,
             "of one diameter and one inner diameter (m), and one material",
         )
-        return found.pop()
+        return result.pop()
 
 
 @table
@@ -190,11 +190,11 @@ class SectionedShaft:
     def on_its_ends(self) -> Shaft:
         """Return the shaft with one element for each section."""
         nodes = tuple(accumulate((section.length for section in self.sections), initial=0.0))
-        given: dict[str, Any] = {field.name: getattr(self, field.name) for field in fields(self)}
-        sections = given.pop("sections")
-        given |= {name: tuple(getattr(section, name) for section in sections) for name in PER_ELEMENT}
-        given["material"] = self._materials()
-        return Shaft(nodes=nodes, **given)
+        values: dict[str, Any] = {field.name: getattr(self, field.name) for field in fields(self)}
+        sections = values.pop("sections")
+        values |= {name: tuple(getattr(section, name) for section in sections) for name in PER_ELEMENT}
+        values["material"] = self._materials()
+        return Shaft(nodes=nodes, **values)
 
 
 def _of_material(sleeves: tuple[Sleeve, ...], material: str | None) -> tuple[Sleeve, ...]:
@@ -214,8 +214,8 @@ def _check_material(shaft: Shaft | SectionedShaft, named: Iterable[str | None]) 
 
 
 def _kind_of_shaft(value: object) -> str:
-    given = "sections" in value if isinstance(value, dict) else isinstance(value, SectionedShaft)
-    return "by_sections" if given else "by_nodes"
+    values = "sections" in value if isinstance(value, dict) else isinstance(value, SectionedShaft)
+    return "by_sections" if values else "by_nodes"
 
 
 if TYPE_CHECKING:

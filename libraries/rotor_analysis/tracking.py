@@ -96,8 +96,8 @@ def continue_modes(
 ) -> list[Mode | None]:
     """Continue the modes `current` at speed `before` (rad/s) to the speed `after`; None stays None."""
     oscillating = [k for k, mode in enumerate(current) if mode is not None]
-    found = modes(model, after)
-    pairs = pair_modes(model.M, [m.shape for m in current if m is not None], [m.shape for m in found])
+    result = modes(model, after)
+    pairs = pair_modes(model.M, [m.shape for m in current if m is not None], [m.shape for m in result])
     if halvings and any(value < HALVING_ASSURANCE for _, value in pairs):
         middle = 0.5 * (before + after)
         return continue_modes(
@@ -105,5 +105,5 @@ def continue_modes(
         )
     continued: list[Mode | None] = [None] * len(current)
     for k, (index, _) in zip(oscillating, pairs, strict=True):
-        continued[k] = None if index is None else found[index]
+        continued[k] = None if index is None else result[index]
     return continued

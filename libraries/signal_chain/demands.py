@@ -41,5 +41,5 @@ def converted(demand: float, chain: np.record, dac: Converter) -> float:
     """Return the demand that the amplifier gets: the nearest level of the DAC where that is on."""
     if dac.step == 0.0:
         return demand
-    shown: float = chain.amplifier_gain * quantised(demand / chain.amplifier_gain, dac)
-    return shown
+    displayed: float = chain.amplifier_gain * quantised(demand / chain.amplifier_gain, dac)
+    return displayed

@@ -90,13 +90,13 @@ def read(own: np.record, faults: Records, memory: SensorMemory, started: bool, s
     E, P = coefficients(chain.cutoff, own.sample_time) if filtering else (0.0, 0.0)
     for s in range(signals.shape[0]):
         sensor = memory.each[s]
-        shown = with_faults(faults[s], signals[s], sensor.shown if started else signals[s])
-        sensor.shown = shown
-        signals[s] = shown
+        displayed = with_faults(faults[s], signals[s], sensor.shown if started else signals[s])
+        sensor.shown = displayed
+        signals[s] = displayed
         if filtering and started:
-            signals[s] = filter_sample(sensor.filter, shown, E, P)
+            signals[s] = filter_sample(sensor.filter, displayed, E, P)
         elif filtering:
-            start_at_rest(sensor.filter, shown)
+            start_at_rest(sensor.filter, displayed)
     beyond_range = False
     if is_on(chain.preset, chain.adc):
         adc = converter_of(chain.adc_bits, chain.adc_range)

@@ -107,10 +107,10 @@ class RotorVectorEnv(VectorEnv[Array, Array, Any]):
 
     def step(self, actions: Array) -> tuple[Array, Array, NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]]:
         """Set actions, shape (members, actions), and make the steps of a decision."""
-        given, shape = np.asarray(actions, np.float64), (self.num_envs, len(self._actions))
-        if given.shape != shape:
-            raise ValueError(f"actions of shape {given.shape} are not allowed; it must be {shape}: members, actions")
-        for name, column in zip(self._actions, given.T, strict=True):
+        values, shape = np.asarray(actions, np.float64), (self.num_envs, len(self._actions))
+        if values.shape != shape:
+            raise ValueError(f"actions of shape {values.shape} are not allowed; it must be {shape}: members, actions")
+        for name, column in zip(self._actions, values.T, strict=True):
             self.batch.set(name, column)
         self.batch.step(self._decision_steps)
         self._made += 1

@@ -30,8 +30,8 @@ def misfit(statement: Statement, ours: Computed | None) -> float:
     if isinstance(thesis, bool | str):
         return float(ours != thesis) * DIFFERS
     if isinstance(thesis, tuple):
-        found = ours if isinstance(ours, list) and len(ours) == len(thesis) else [None] * len(thesis)
-        return sum(_of_number(statement, a, float(b)) for a, b in zip(found, thesis, strict=True)) / len(thesis)
+        result = ours if isinstance(ours, list) and len(ours) == len(thesis) else [None] * len(thesis)
+        return sum(_of_number(statement, a, float(b)) for a, b in zip(result, thesis, strict=True)) / len(thesis)
     assert thesis is not None  # a statement with a quantity has a value
     return _of_number(statement, None if isinstance(ours, bool | str | list) else ours, float(thesis))
 

@@ -121,8 +121,8 @@ def fit_from_all_starts(use_priors: bool = True) -> list[FitResult]:
     use_priors
         Without priors, parameters that the frequencies do not determine may end at a bound.
     """
-    found = [fit(z_d2, z_d3, use_priors) for z_d2 in START_D2 for z_d3 in START_D3]
-    return sorted(found, key=lambda result: result.cost)
+    matches = [fit(z_d2, z_d3, use_priors) for z_d2 in START_D2 for z_d3 in START_D3]
+    return sorted(matches, key=lambda result: result.cost)
 
 
 def fit(z_d2: float, z_d3: float, use_priors: bool = True) -> FitResult:
@@ -146,27 +146,27 @@ def fit(z_d2: float, z_d3: float, use_priors: bool = True) -> FitResult:
 
     # The step of the differences is well above the rounding of an eigenvalue.
     bounds = (low / scale, high / scale)
-    found = least_squares(residuals, start / scale, bounds=bounds, x_scale="jac", diff_step=1e-6, max_nfev=200)
-    if not found.success:
-        raise ValueError(f"the fit did not converge: {found.message}")
-    count = len(found.fun) - len(with_prior)
+    result = least_squares(residuals, start / scale, bounds=bounds, x_scale="jac", diff_step=1e-6, max_nfev=200)
+    if not result.success:
+        raise ValueError(f"the fit did not converge: {result.message}")
+    count = len(result.fun) - len(with_prior)
     return FitResult(
-        values=found.x * scale,
-        deviations=found.fun[:count] * MODEL_ERROR,
-        sensitivity=found.jac[:count] * MODEL_ERROR * found.x,
-        standard_deviation=scale * np.sqrt(np.diag(np.linalg.inv(found.jac.T @ found.jac))),
-        cost=float(found.cost),
+        values=result.x * scale,
+        deviations=result.fun[:count] * MODEL_ERROR,
+        sensitivity=result.jac[:count] * MODEL_ERROR * result.x,
+        standard_deviation=scale * np.sqrt(np.diag(np.linalg.inv(result.jac.T @ result.jac))),
+        cost=float(result.cost),
     )
 
 
 def deviations(values: Array) -> Array:
     """Return the deviations of the computed from the printed frequencies (percent), shape (32,)."""
     rotor = rotor_of(values)
-    found: list[Array] = []
+    result: list[Array] = []
     for mass, rows in THESIS_FREQUENCIES.items():
         model = supported_rotor(rotor, mass).model
-        found += [damped_frequencies(model, float(speed), len(row)) / row - 1.0 for speed, row in rows.items()]
-    return 100.0 * np.concatenate(found)
+        result += [damped_frequencies(model, float(speed), len(row)) / row - 1.0 for speed, row in rows.items()]
+    return 100.0 * np.concatenate(result)
 
 
 def rotor_of(values: Array) -> Rotor:
@@ -208,12 +208,12 @@ def main() -> None:
     """Run the fit and print its results."""
     rig = values_of(load_rotor("bath_rig_thesis"))
     minima, free = fit_from_all_starts(), fit_from_all_starts(use_priors=False)[0]
-    found, console = minima[0], Console()
+    result, console = minima[0], Console()
     if not console.is_terminal:  # a file has no width to cut the table to
         console = Console(width=180)
-    console.print(_table(found, rig, free))
+    console.print(_table(result, rig, free))
     for name, left in (
-        ("fitted", found.deviations),
+        ("fitted", result.deviations),
         ("bath_rig_thesis.toml", deviations(rig)),
         ("without priors", free.deviations),
     ):
@@ -221,9 +221,9 @@ def main() -> None:
     for other in minima[1:]:
         z_d2, z_d3 = other.values[:2]
         console.print(f"another start: D2 at {z_d2:.3f} m, D3 at {z_d3:.3f} m, rms {_rms(other.deviations):.3f} %")
-    shown = ", ".join(f"{value:.2g}" for value in found.singular_values)
-    console.print(f"singular values of the sensitivity (percent for a parameter's own size): {shown}")
-    console.print(f"condition number {found.singular_values[0] / found.singular_values[-1]:.2g}")
+    displayed = ", ".join(f"{value:.2g}" for value in result.singular_values)
+    console.print(f"singular values of the sensitivity (percent for a parameter's own size): {displayed}")
+    console.print(f"condition number {result.singular_values[0] / result.singular_values[-1]:.2g}")
 
 
 def _rms(values: Array) -> float:

@@ -57,8 +57,8 @@ def frequency_errors(
     `reference` is a mesh, with consistent mass unless `reference_mass` says otherwise.
     """
     exact = frequencies(tables, reference, reference_mass or "consistent", speed)
-    found = frequencies(tables, mesh, mass, speed)
-    return [a / b - 1.0 for a, b in zip(found, exact, strict=True)]
+    result = frequencies(tables, mesh, mass, speed)
+    return [a / b - 1.0 for a, b in zip(result, exact, strict=True)]
 
 
 def error_sizes(tables: ThesisTables, mesh: str, mass: str, speed: float) -> Annotated[list[float], "1"]:
@@ -152,8 +152,8 @@ def critical_speeds(run: Signals, count: int) -> Annotated[list[float], "rad/s"]
     """Return the lowest critical speeds with forward whirl (rad/s) on bearings with the gains of axis x of MB1."""
     k_b, c_b = (parameter(run, "rolac_controller", f"mb1.{gain}_x") or 0.0 for gain in ("k_b", "c_b"))
     rotor = load_rotor(json.loads(run.attrs["scenario_data"]).get("rotor")).on_equal_bearings(k_b, c_b)
-    found = campbell(supported_rotor(rotor).model, np.linspace(0.0, FASTEST, 121), 2 * count)
-    return [crossing.Omega for crossing in found.critical_speeds if crossing.whirl == "forward"][:count]
+    result = campbell(supported_rotor(rotor).model, np.linspace(0.0, FASTEST, 121), 2 * count)
+    return [crossing.Omega for crossing in result.critical_speeds if crossing.whirl == "forward"][:count]
 
 
 def largest_remaining_share(run: Signals, planes: str = "s1,s3,s5,s7") -> Annotated[float | None, "1"]:
@@ -254,9 +254,9 @@ def end_panels(run: Signals) -> Iterator[Panel]:
     """Yield the radial displacement of the shaft's ends, of a run without contact."""
     if contact_cycles(run)[0] is not None:
         return
-    axis, label, shown = horizontal_axis(run)
+    axis, label, displayed = horizontal_axis(run)
     ends = [(name, signal(run, x), signal(run, y)) for name, (x, y) in END_PLANES.items()]
-    seen = [(name, np.hypot(x, y)[shown]) for name, x, y in ends if x is not None and y is not None]
+    seen = [(name, np.hypot(x, y)[displayed]) for name, x, y in ends if x is not None and y is not None]
     if seen:
         curves = tuple(curve(name, axis, 1e3 * r) for name, r in seen)
         yield Panel("Radial displacement of the shaft's ends", label, "r (mm)", curves)

@@ -84,11 +84,11 @@ class Report:
 
     def of_chapter(self, chapter: Chapter) -> tuple[Judged, ...]:
         """Return the judged statements of a chapter."""
-        return tuple(one for one in self.judged if chapter.has(one.statement))
+        return tuple(item for item in self.judged if chapter.has(item.statement))
 
     def counts(self, chapter: Chapter | None = None) -> Counter[Verdict]:
         """Return the number of statements by verdict, of one chapter or of all."""
-        return Counter(one.verdict for one in (self.judged if chapter is None else self.of_chapter(chapter)))
+        return Counter(item.verdict for item in (self.judged if chapter is None else self.of_chapter(chapter)))
 
     def as_dict(self) -> dict[str, Any]:
         """Return statements, values and verdicts, ready for JSON."""
@@ -97,7 +97,7 @@ class Report:
                 "all": _named(self.counts()),
                 **{chapter.name: _named(self.counts(chapter)) for chapter in self.chapters},
             },
-            "statements": [_as_dict(one) for one in self.judged],
+            "statements": [_as_dict(item) for item in self.judged],
             "sources": {name: dict(answer.parameters) for name, answer in self.answers.items()},
         }
 
@@ -147,8 +147,8 @@ def assess(
         If an answer cannot be written.
     """
     chosen = selected(statements, only)
-    found = answers(jobs_of(statements, chosen, folder), processes, progress)
-    return Report(statements, tuple(judged(one, statements, found, outcomes) for one in chosen), found)
+    result = answers(jobs_of(statements, chosen, folder), processes, progress)
+    return Report(statements, tuple(judged(item, statements, result, outcomes) for item in chosen), result)
 
 
 def jobs_of(statements: Statements, chosen: Iterable[Statement], folder: Path) -> list[Job]:
@@ -189,9 +189,9 @@ def judged(
     way, ours = tried[chosen], values[chosen]
     reason = statement.why if verdict is Verdict.MISSED else ""
     others = alternatives(statement, statements)
-    shown = [(other.reading, found[other.source].values.get(other.request.key)) for other in others]
-    beside = tuple((how, value) for how, value in shown if value is not None)
-    there = next((found[other.source].values.get(other.request.key) for other in on_converged(statement)), None)
+    displayed = [(other.reading, found[other.source].values.get(other.request.key)) for other in others]
+    beside = tuple((how, value) for how, value in displayed if value is not None)
+    present = next((found[other.source].values.get(other.request.key) for other in on_converged(statement)), None)
     return Judged(
         statement,
         verdict,
@@ -201,16 +201,16 @@ def judged(
         ratios(statement, ours),
         reason,
         beside,
-        converged=there,
-        is_met_there=None if there is None else meets(statement, there),
+        converged=present,
+        is_met_there=None if present is None else meets(statement, present),
         robustness=_robustness(statement, way.source, outcomes),
     )
 
 
 def _robustness(statement: Statement, source: str, outcomes: Mapping[str, StoredOutcome]) -> str:
     """Return the verdict on an outcome, a text or a truth value, of a run that was repeated with small changes."""
-    known = outcomes.get(source)
-    return known.text if known is not None and isinstance(statement.value, str | bool) else ""
+    available = outcomes.get(source)
+    return available.text if available is not None and isinstance(statement.value, str | bool) else ""
 
 
 def computations(statement: Statement, statements: Statements) -> list[Computation]:

@@ -31,13 +31,13 @@ class Section:
     @property
     def places(self) -> str:
         """Places in the source of the statements, each once."""
-        return ", ".join(dict.fromkeys(one.statement.where for one in self.judged))
+        return ", ".join(dict.fromkeys(item.statement.where for item in self.judged))
 
     @property
     def reading(self) -> str:
         """The reading that all its statements take, if there is one."""
         counted = (Verdict.REPRODUCED, Verdict.WITH_READING, Verdict.MISSED)
-        readings = {one.reading for one in self.judged if one.verdict in counted}
+        readings = {item.reading for item in self.judged if item.verdict in counted}
         return readings.pop() if len(readings) == 1 else ""
 
     @property
@@ -66,8 +66,8 @@ def page(report: Report) -> str:
         badge=lambda verdict: verdict.name.lower(),
     )
     chapters = [(chapter, tuple(sections(report, chapter))) for chapter in report.chapters]
-    shown = {part.name: part.answer for _, parts in chapters for part in parts if part.answer is not None}
-    drawn = {name: [panel.in_chosen_units().as_data() for panel in answer.panels] for name, answer in shown.items()}
+    displayed = {part.name: part.answer for _, parts in chapters for part in parts if part.answer is not None}
+    drawn = {name: [panel.in_chosen_units().as_data() for panel in answer.panels] for name, answer in displayed.items()}
     return environment.get_template("report.html.j2").render(
         report=report,
         statements=report.statements,
@@ -86,13 +86,13 @@ def sections(report: Report, chapter: Chapter) -> Iterator[Section]:
     """Yield the statements of a chapter by source, in the order of their file; those without any together."""
     groups: dict[str, list[Judged]] = {}
     sources = _source_of_group(report)
-    for one in report.of_chapter(chapter):
-        name = one.source or one.statement.source or sources.get(one.statement.group, "")
-        groups.setdefault(name, []).append(one)
+    for item in report.of_chapter(chapter):
+        name = item.source or item.statement.source or sources.get(item.statement.group, "")
+        groups.setdefault(name, []).append(item)
     for name, judged in groups.items():
         yield Section(name, report.answers.get(name), tuple(judged))
 
 
 def _source_of_group(report: Report) -> dict[str, str]:
     """Return a source for each figure and table that has one, for its statements without."""
-    return {one.statement.group: one.statement.source for one in reversed(report.judged) if one.statement.source}
+    return {item.statement.group: item.statement.source for item in reversed(report.judged) if item.statement.source}

@@ -30,8 +30,8 @@ def quantities_of_runs(module: str = "") -> Quantities:
 
 def quantities_of_studies(module: str = "") -> Quantities:
     """Return the quantities of studies, with those of a module, if it is named."""
-    known = [f for f in _functions(study_quantities.__name__, module) if is_dataclass(f.subject)]
-    return {f.name: (f.call, f.unit) for f in known if not f.draws}
+    available = [f for f in _functions(study_quantities.__name__, module) if is_dataclass(f.subject)]
+    return {f.name: (f.call, f.unit) for f in available if not f.draws}
 
 
 def panels_of_run(run: Signals, module: str = "") -> tuple[Panel, ...]:
@@ -41,8 +41,8 @@ def panels_of_run(run: Signals, module: str = "") -> tuple[Panel, ...]:
 
 def panels_of_study(result: Any, module: str = "") -> tuple[Panel, ...]:
     """Return the plots of a study's result, of this room or of a module; none where a study has no curves."""
-    known = [f for f in _functions(study_panels.__name__, module) if f.draws and not f.is_of_run]
-    return next((tuple(f.call(result)) for f in known if isinstance(result, f.subject)), ())
+    available = [f for f in _functions(study_panels.__name__, module) if f.draws and not f.is_of_run]
+    return next((tuple(f.call(result)) for f in available if isinstance(result, f.subject)), ())
 
 
 class _Function(NamedTuple):

@@ -38,8 +38,8 @@ def report(output: Path, packs: tuple[str, ...], only: tuple[str, ...], jobs: in
 
     with refusing():
         check_writable(output, is_folder=True)
-        known = {pack: load_statements(pack) for pack in packs or packs_with_statements()}
-    chosen = {pack: of for pack, of in known.items() if of.named.keys() >= {*only}} or known
+        available = {pack: load_statements(pack) for pack in packs or packs_with_statements()}
+    chosen = {pack: of for pack, of in available.items() if of.named.keys() >= {*only}} or available
     failures: dict[str, str] = {}
     for pack, statements in chosen.items():
         folder = output if len(chosen) == 1 else output / pack
@@ -59,22 +59,22 @@ def _assess(statements: Statements, folder: Path, only: tuple[str, ...], jobs: i
     from source_check.table import TABLE, write_table
     from source_check.verdict import Verdict
 
-    with refusing(), bars(Console(stderr=True)) as shown:
+    with refusing(), bars(Console(stderr=True)) as displayed:
         require_extra("report", "a report", "plotly")
-        task = shown.add_task("computing (a first run compiles the models)", total=None)
-        found = assess(
+        task = displayed.add_task("computing (a first run compiles the models)", total=None)
+        result = assess(
             statements,
             folder,
             only,
             jobs,
-            lambda done, total: shown.update(task, description="runs and studies", completed=done, total=total),
+            lambda done, total: displayed.update(task, description="runs and studies", completed=done, total=total),
             load_robustness(pack),
         )
-        found.save_data(folder)
-        write_table(found, folder / TABLE)
-        write_page(found, folder / PAGE)
-    counts = found.counts()
+        result.save_data(folder)
+        write_table(result, folder / TABLE)
+        write_page(result, folder / PAGE)
+    counts = result.counts()
     for verdict in Verdict:
         click.echo(f"{counts[verdict]:4d} {verdict.value}")
     click.echo(f"page in {folder / PAGE}")
-    return found
+    return result

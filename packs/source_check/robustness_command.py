@@ -43,19 +43,19 @@ def robustness(pack: str, only: tuple[str, ...], jobs: int | None) -> None:
     from amb_cosim.studies.stored_robustness import write_robustness
     from amb_files.temporary_folders import temporary_folder
 
-    kept = 0
+    retained = 0
     failures: dict[str, str] = {}
-    with temporary_folder() as folder, refusing(), bars(Console(stderr=True)) as shown:
+    with temporary_folder() as folder, refusing(), bars(Console(stderr=True)) as displayed:
         cases = outcome_cases(pack, folder, only)
-        task = shown.add_task("scenarios", total=len(cases))
+        task = displayed.add_task("scenarios", total=len(cases))
         for begin in range(0, len(cases), BATCH):
             batch = cases[begin : begin + BATCH]
-            found = simulate_in_processes(outcome_of_case, batch, lambda *_: None, jobs)
-            results = {case.name: one for case, one in zip(batch, found, strict=True) if not isinstance(one, str)}
-            failures |= {case.name: one for case, one in zip(batch, found, strict=True) if isinstance(one, str)}
-            file, kept = write_robustness(pack, results), kept + len(results)
-            shown.update(task, completed=begin + len(batch))
-    click.echo(f"{kept} outcomes in {file}")
+            result = simulate_in_processes(outcome_of_case, batch, lambda *_: None, jobs)
+            results = {case.name: item for case, item in zip(batch, result, strict=True) if not isinstance(item, str)}
+            failures |= {case.name: item for case, item in zip(batch, result, strict=True) if isinstance(item, str)}
+            file, retained = write_robustness(pack, results), retained + len(results)
+            displayed.update(task, completed=begin + len(batch))
+    click.echo(f"{retained} outcomes in {file}")
     if failures:
         raise Failed("\n".join(f"{name}: {reason}" for name, reason in failures.items()))
 
@@ -109,7 +109,7 @@ def outcome_of_case(case: OutcomeCase) -> StoredOutcome | str:
     from amb_cosim.sweeps.robustness import robustness as study
 
     try:
-        found = study(case.scenario, set=case.settings, progress=False)
+        result = study(case.scenario, set=case.settings, progress=False)
     except ValueError as error:
         return str(error)
-    return StoredOutcome(outcome=found.outcome, flips=found.flips)
+    return StoredOutcome(outcome=result.outcome, flips=result.flips)

@@ -73,7 +73,7 @@ def second_site_after(run: Signals) -> Annotated[float | None, "1"]:
     if state is None:
         return None
     touching = [from_0 & (np.asarray(state, int) >> k & 1 > 0) for k in range(len(places(run).bearings))]
-    first = sorted(float(cycles(run)[np.argmax(one)]) for one in touching if one.any())
+    first = sorted(float(cycles(run)[np.argmax(item)]) for item in touching if item.any())
     return first[1] - first[0] if len(first) > 1 else None
 
 
@@ -103,11 +103,11 @@ def first_spell(
 
 def first_site(run: Signals, begin: float = 0.0) -> str:
     """Return the retainer that is touched first, by its name, `both` or `none`."""
-    found = _is_in_any(run) & _window(run, begin, np.inf)
+    result = _is_in_any(run) & _window(run, begin, np.inf)
     state = signal(run, "contact_state")
-    if state is None or not found.any():
+    if state is None or not result.any():
         return "none"
-    return _states(run)[int(state[np.argmax(found)])]
+    return _states(run)[int(state[np.argmax(result)])]
 
 
 def sites_touched(run: Signals, begin: float = 0.0, end: float = np.inf) -> str:
@@ -154,7 +154,7 @@ def whirl_at_end(run: Signals, site: str) -> Annotated[float | None, "rad/s"]:
 
 def rolls_at_end(run: Signals, site: str = "") -> bool:
     """Return whether the rotor rolls on any site, or on one that is named, at the end of the run."""
-    modes = [signal(run, f"{one}.mode") for one in ([site] if site else places(run).sites)]
+    modes = [signal(run, f"{item}.mode") for item in ([site] if site else places(run).sites)]
     return any(mode is not None and int(mode[-1]) == contact_history.ROLLING for mode in modes)
 
 
@@ -251,8 +251,8 @@ def _clearance(run: Signals, bearing: str) -> float:
 
 def parameter(run: Signals, component: str, name: str) -> float | None:
     """Return a parameter of a component, in its unit."""
-    found = json.loads(run.attrs["parameters"]).get(component, {}).get(name)
-    return None if found is None else float(found)
+    result = json.loads(run.attrs["parameters"]).get(component, {}).get(name)
+    return None if result is None else float(result)
 
 
 def unbalance_factor(run: Signals) -> Annotated[float, "1"]:

@@ -40,10 +40,10 @@ def scenario_of(source: Source, rotor_file: Path) -> Scenario:
         content |= {table: {**content.get(table, {}), **values} for table, values in source.rotor.items()}
         write_atomically(rotor_file, lambda file: file.write_text(tomli_w.dumps(content), encoding="utf-8"))
         changes["rotor"] = str(rotor_file)
-    given = {key: value for key, value in changes.items() if value is not None}
-    if "end_cycle" in given:
-        given["end_time"] = None
-    return scenario.changed(**given)
+    settings = {key: value for key, value in changes.items() if value is not None}
+    if "end_cycle" in settings:
+        settings["end_time"] = None
+    return scenario.changed(**settings)
 
 
 def build_fmus(sources: Iterable[Source], folder: Path, flavour: Flavour = "native") -> None:

@@ -131,16 +131,16 @@ def answers(jobs: Sequence[Job], processes: int | None, progress: Progress) -> d
     OSError
         If an answer cannot be written.
     """
-    found = {job.name: answer for job in jobs if (answer := _kept(job)) is not None}
-    open_jobs = [job for job in jobs if job.name not in found]
-    progress(len(found), len(jobs))
+    result = {job.name: answer for job in jobs if (answer := _kept(job)) is not None}
+    open_jobs = [job for job in jobs if job.name not in result]
+    progress(len(result), len(jobs))
     if open_jobs:
         open_jobs[0].file.parent.mkdir(parents=True, exist_ok=True)
         build_fmus((job.source for job in open_jobs), open_jobs[0].file.parent)
         simulate_in_processes(
-            keep_answer, open_jobs, lambda done, _: progress(len(found) + done, len(jobs)), processes=processes
+            keep_answer, open_jobs, lambda done, _: progress(len(result) + done, len(jobs)), processes=processes
         )
-    return {job.name: found.get(job.name) or _read(job) for job in jobs}
+    return {job.name: result.get(job.name) or _read(job) for job in jobs}
 
 
 def keep_answer(job: Job) -> None:
@@ -150,7 +150,7 @@ def keep_answer(job: Job) -> None:
         facts = _of_run(job) if job.source.scenario else _of_study(job)
     except (ValueError, LookupError, ArithmeticError, RuntimeError) as error:
         reason = f"{type(error).__name__}: {error}" if not str(error) else str(error)
-        facts = {"values": {}, "failures": {one.key: reason for one in job.requests}, "title": job.name, "text": ""}
+        facts = {"values": {}, "failures": {item.key: reason for item in job.requests}, "title": job.name, "text": ""}
         facts |= {"parameters": [], "panels": [], "picture": ""}
     text = json.dumps({"key": job.key, **facts, "wall": time.perf_counter() - begin}, allow_nan=False)
     write_atomically(job.file, lambda path: path.write_text(text, encoding="utf-8"))
@@ -197,11 +197,11 @@ def _drawn(panels: Sequence[Panel]) -> dict[str, Any]:
 
 def _evaluate_all(job: Job, subject: Any, quantities: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     values, failures = {}, {}
-    for one in job.requests:
+    for item in job.requests:
         try:
-            values[one.key] = evaluate(subject, one, quantities)
+            values[item.key] = evaluate(subject, item, quantities)
         except (ValueError, LookupError, TypeError, AttributeError, AssertionError) as error:
-            failures[one.key] = f"{one.quantity}: {error or type(error).__name__}"
+            failures[item.key] = f"{item.quantity}: {error or type(error).__name__}"
     missing = {key: "the run has no such value" for key, value in values.items() if value is None}
     return {"values": {k: v for k, v in values.items() if v is not None}, "failures": failures | missing}
 
@@ -210,26 +210,26 @@ def scenario_text(name: str) -> str:
     """Return the text of a scenario's file and, before it, of those that it is based on."""
     text = read_text(files_of("scenarios")[name], name)
     base = parse_toml(text, name).get("base")
-    own = f"# {name}.toml\n{text}"
-    return own if base is None else f"{scenario_text(str(base))}\n{own}"
+    local = f"# {name}.toml\n{text}"
+    return local if base is None else f"{scenario_text(str(base))}\n{local}"
 
 
 def scenario_parameters(name: str) -> dict[str, Any]:
     """Return what a scenario runs with, in the words of its file: speed, factor, inputs, parameters and events."""
     scenario = load_scenario(name)
-    found: dict[str, Any] = {"scenario": name, "Omega": scenario.Omega}
+    result: dict[str, Any] = {"scenario": name, "Omega": scenario.Omega}
     if scenario.unbalance_factor != 1.0:
-        found["unbalance_factor"] = scenario.unbalance_factor
+        result["unbalance_factor"] = scenario.unbalance_factor
     for table in (scenario.inputs, scenario.parameters):
-        found |= {f"{component}.{variable}": raw for component, of in table.items() for variable, raw in of.items()}
+        result |= {f"{component}.{variable}": raw for component, of in table.items() for variable, raw in of.items()}
     for event in scenario.event:
         when = f"cycle {event.cycle:g}" if event.cycle is not None else str(event.time)
-        found |= {
+        result |= {
             f"{component}.{variable}, {when}": raw
             for component, of in event.set.items()
             for variable, raw in of.items()
         }
-    return found
+    return result
 
 
 def study_title(study: str) -> str:

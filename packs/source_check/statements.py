@@ -189,11 +189,11 @@ class Statements(Table):
     @property
     def named(self) -> dict[str, list[Statement]]:
         """The statements of each chapter (`ch4`) and each group (`table3_1`)."""
-        found: dict[str, list[Statement]] = {}
+        result: dict[str, list[Statement]] = {}
         for statement in self.statement:
             for name in (*(chapter.key for chapter in self.chapter if chapter.has(statement)), statement.group):
-                found.setdefault(name, []).append(statement)
-        return found
+                result.setdefault(name, []).append(statement)
+        return result
 
 
 def parse_statements(data: Mapping[str, Any], name: str) -> Statements:

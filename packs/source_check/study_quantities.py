@@ -124,8 +124,8 @@ def static_load(axis: BearingAxis) -> Annotated[float, "N"]:
 
 def mode_frequency(modes: ModeShapes, pair: int) -> Annotated[float, "rad/s"]:
     """Return the mean of a pair of natural frequencies, backward and forward, counted from 1 (rad/s)."""
-    found = modes.frequencies.speeds[modes.speed].frequencies
-    return float(np.mean(found[2 * pair - 2 : 2 * pair]))
+    result = modes.frequencies.speeds[modes.speed].frequencies
+    return float(np.mean(result[2 * pair - 2 : 2 * pair]))
 
 
 def mode_kind(modes: ModeShapes, pair: int) -> str:

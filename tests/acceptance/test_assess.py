@@ -30,11 +30,11 @@ def test_the_compressor_meets_every_criterion(compressor):
 def test_control_that_drives_modes_that_the_reduction_leaves_out_is_told():
     """Lead and notches at 100 us drive modes from 2.4 kHz on, which nothing damps, and which no co-simulation has."""
     machine = load_machine("compressor")
-    others = {name: given for name, given in machine.parameters.items() if name != "rolac_controller"}
-    found = assess(
+    others = {name: values for name, values in machine.parameters.items() if name != "rolac_controller"}
+    result = assess(
         machine.model_copy(update={"controller": str(NOTCHES), "parameters": others}), only=["closed_loop"]
     ).missed
-    (missed,) = (one.measured for one in found if one.measured.quantity == "decrement_all_modes")
+    (missed,) = (item.measured for item in result if item.measured.quantity == "decrement_all_modes")
     assert 2400.0 < missed.facts["frequency"] < 5000.0
     assert -0.12 < missed.value < -0.08
     assert "40 modes in a plane of motion, 4 in co-simulation" in missed.note
@@ -51,15 +51,15 @@ def test_unbalance_of_each_mode_is_told_with_its_place_and_sums_to_the_whole(com
 
 def test_a_curve_of_decrements_is_that_of_frequencies_of_the_same_name(compressor):
     (part,) = (part for part in compressor.parts if part.key == "closed_loop")
-    frequency, damping = ([one for one in of.curves if one.style == "lines"] for of in part.answer.panels)
-    assert [one.name for one in damping] == [one.name for one in frequency[: len(damping)]]
-    for one in frequency:
-        assert float(one.name.split(" Hz ")[0]) == pytest.approx(one.y[-1], abs=0.5)
+    frequency, damping = ([item for item in of.curves if item.style == "lines"] for of in part.answer.panels)
+    assert [item.name for item in damping] == [item.name for item in frequency[: len(damping)]]
+    for item in frequency:
+        assert float(item.name.split(" Hz ")[0]) == pytest.approx(item.y[-1], abs=0.5)
 
 
 def test_linear_response_bounds_vibration_in_co_simulation(compressor):
-    found = {part.key: part for part in compressor.parts}
-    used = [one.measured.value for one in found["vibration"].findings]
+    result = {part.key: part for part in compressor.parts}
+    used = [item.measured.value for item in result["vibration"].findings]
     assert 0.5 < max(used) < 10.0
 
 
@@ -78,9 +78,9 @@ def test_a_broken_part_is_not_answered_and_ends_nothing(monkeypatch):
         raise ValueError("the drawing is wet")
 
     monkeypatch.setattr(free_modes, "answer", broken)
-    found = assess("compressor", only=["free_modes", "closed_loop"])
-    assert found.unanswered == {"free_modes": "the drawing is wet"}
-    assert found.parts[1].findings
+    result = assess("compressor", only=["free_modes", "closed_loop"])
+    assert result.unanswered == {"free_modes": "the drawing is wet"}
+    assert result.parts[1].findings
 
 
 def test_a_part_that_there_is_not_is_refused():
@@ -90,7 +90,7 @@ def test_a_part_that_there_is_not_is_refused():
 
 
 def test_the_turbo_expander_is_told_what_to_do():
-    found = assess("turbo_expander", only=["closed_loop", "unbalance"])
-    missed = {one.criterion.key for one in found.missed}
+    result = assess("turbo_expander", only=["closed_loop", "unbalance"])
+    missed = {item.criterion.key for item in result.missed}
     assert {"critical_in_range", "stable"} <= missed
-    assert all(one.advice for one in found.missed)
+    assert all(item.advice for item in result.missed)

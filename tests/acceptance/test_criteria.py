@@ -11,7 +11,7 @@ MACHINE = {"N_min": 7000.0, "N_mc": 9000.0, "N_trip": 9900.0}
 
 
 def of_api(key):
-    return next(one for one in load_criteria(["api_617"]) if one.key == key)
+    return next(item for item in load_criteria(["api_617"]) if item.key == key)
 
 
 @pytest.mark.parametrize(
@@ -67,8 +67,8 @@ def test_each_operand_of_a_formula_is_evaluated_once():
 def test_no_packaged_criterion_claims_that_a_standard_was_read():
     criteria = load_criteria()
     assert len(criteria) > 15
-    assert not [one.key for one in criteria if one.known == "read"]
-    assert all(one.source for one in criteria)
+    assert not [item.key for item in criteria if item.known == "read"]
+    assert all(item.source for item in criteria)
 
 
 @pytest.mark.parametrize(
@@ -88,8 +88,8 @@ def test_separation_margins_are_those_by_hand(amplification, below, above):
 def test_an_amplification_below_2_5_asks_for_no_margin():
     within = Quantity("separation_margin", "here", -5.0, "%", {"AF": 2.4, "N_c": 8000.0})
     sharp = Quantity("separation_margin", "here", -5.0, "%", {"AF": 2.6, "N_c": 8000.0})
-    assert [one.verdict for one in judge([within], load_criteria(), MACHINE)] == [Judgement.NOT_JUDGED]
-    assert [one.verdict for one in judge([sharp], load_criteria(), MACHINE)] == [Judgement.MISSED]
+    assert [item.verdict for item in judge([within], load_criteria(), MACHINE)] == [Judgement.NOT_JUDGED]
+    assert [item.verdict for item in judge([sharp], load_criteria(), MACHINE)] == [Judgement.MISSED]
 
 
 def test_formulas_of_the_machine_alone_are_evaluated_by_a_check():
@@ -112,28 +112,28 @@ def test_a_zone_ends_below_its_limit():
 )
 def test_a_value_that_misses_its_limit_is_told_apart_from_it(value, told):
     """100 % (at most 100 %) would say that it is met; a value that meets it may be rounded to it."""
-    (found,) = judge([Quantity("q", "here", value, "%")], [Criterion(**ABOUT, unit="%", limit="100")], {})
-    assert (found.verdict is Judgement.MISSED, found.value_text) == (value > 100.0, told)
+    (result,) = judge([Quantity("q", "here", value, "%")], [Criterion(**ABOUT, unit="%", limit="100")], {})
+    assert (result.verdict is Judgement.MISSED, result.value_text) == (value > 100.0, told)
 
 
 def test_a_quantity_in_another_unit_is_not_judged():
-    (found,) = judge([Quantity("q", "here", 1.0, "mm")], [Criterion(**ABOUT, unit="um", limit="25")], {})
-    assert found.verdict is Judgement.UNANSWERED
-    assert "um" in found.reason
+    (result,) = judge([Quantity("q", "here", 1.0, "mm")], [Criterion(**ABOUT, unit="um", limit="25")], {})
+    assert result.verdict is Judgement.UNANSWERED
+    assert "um" in result.reason
 
 
 def test_a_formula_of_an_unknown_variable_is_not_answered():
-    (found,) = judge([Quantity("q", "here", 1.0)], [Criterion(**ABOUT, limit="2 * N_mx")], MACHINE)
-    assert found.verdict is Judgement.UNANSWERED
-    assert "N_mc" in found.reason
+    (result,) = judge([Quantity("q", "here", 1.0)], [Criterion(**ABOUT, limit="2 * N_mx")], MACHINE)
+    assert result.verdict is Judgement.UNANSWERED
+    assert "N_mc" in result.reason
 
 
 def test_a_criterion_without_a_source_is_told_as_such_and_judges_nothing():
     criteria = load_criteria(["iso_14839"])
-    (found,) = judge([Quantity("current_demand", "here", 900.0, "%")], criteria, MACHINE)
-    assert (found.verdict, found.limit_text) == (Judgement.NOT_JUDGED, "–")
-    assert found.criterion.key == "current_zone"
-    assert "No source" in found.reason
+    (result,) = judge([Quantity("current_demand", "here", 900.0, "%")], criteria, MACHINE)
+    assert (result.verdict, result.limit_text) == (Judgement.NOT_JUDGED, "–")
+    assert result.criterion.key == "current_zone"
+    assert "No source" in result.reason
 
 
 @pytest.mark.parametrize(
@@ -160,7 +160,7 @@ def test_a_users_own_criteria_are_a_file(tmp_path):
     )
     (criterion,) = load_criteria([path])
     assert criterion.where == "works standard"
-    (found,) = judge([Quantity("probe_displacement", "here", 11.0, "um")], [criterion], {})
-    assert (found.verdict, found.advice, found.limit_text) == (Judgement.MISSED, "balance", "at most 10 um")
+    (result,) = judge([Quantity("probe_displacement", "here", 11.0, "um")], [criterion], {})
+    assert (result.verdict, result.advice, result.limit_text) == (Judgement.MISSED, "balance", "at most 10 um")
     with pytest.raises(ValueError, match="did you mean api_617"):
         load_criteria(["api_618"])

@@ -46,9 +46,9 @@ def test_real_coefficients_of_a_stage_are_those_of_a_seal_over_speed():
 
 
 def test_trip_and_frequencies_follow_from_the_largest_speed():
-    found = machine()
-    assert found.speed.tripping == pytest.approx(1.05 * found.speed.highest)
-    assert found.highest_frequency == pytest.approx(2.1 * found.speed.highest)
+    result = machine()
+    assert result.speed.tripping == pytest.approx(1.05 * result.speed.highest)
+    assert result.highest_frequency == pytest.approx(2.1 * result.speed.highest)
     assert machine(up_to="700 Hz").highest_frequency == pytest.approx(4398.23, rel=1e-6)
 
 
@@ -94,11 +94,11 @@ def test_paths_of_a_machine_file_are_relative_to_it(tmp_path):
         'rotor = "shaft.toml"\ncontroller = "law.toml"\ncriteria = ["works.toml", "api_617"]\n'
         '[speed]\nminimum = "1 krpm"\nmaximum = "2 krpm"\n'
     )
-    found = load_machine(tmp_path / "own.toml")
-    assert found.rotor == str(tmp_path / "shaft.toml")
-    assert found.controller == str(tmp_path / "law.toml")
-    assert found.criteria == (str(tmp_path / "works.toml"), "api_617")
-    assert found.name == "own"
+    result = load_machine(tmp_path / "own.toml")
+    assert result.rotor == str(tmp_path / "shaft.toml")
+    assert result.controller == str(tmp_path / "law.toml")
+    assert result.criteria == (str(tmp_path / "works.toml"), "api_617")
+    assert result.name == "own"
 
 
 def test_mistakes_of_a_machine_file_are_one_line_each(tmp_path):
@@ -122,8 +122,8 @@ def test_magnets_of_a_machine_are_told_by_numbers_of_algebra():
     """F = mu_0 N^2 A cos(phi) (I_upper^2 - I_lower^2)/s^2 with all control current, which one coil pair alone has."""
     values = {"turns": 50.0, "pole_area": 4e-4, "gap": 5e-4, "half_angle": 0.3, "b_sat": 900.0, "inductance": 6e-3}
     p = axis_parameters(**values, bias_current=3.0, static_current=1.0, current_limit=8.0)
-    gap, upper, lower, least, most, _, _, given, of_gap = magnet_numbers(p, 0)
-    assert (gap, upper, lower, given) == pytest.approx((0.5, 4.0, 3.0, 6.0))
+    gap, upper, lower, least, most, _, _, settings, of_gap = magnet_numbers(p, 0)
+    assert (gap, upper, lower, settings) == pytest.approx((0.5, 4.0, 3.0, 6.0))
     c = 4e-7 * math.pi * 50.0**2 * 4e-4 * math.cos(0.3) / 5e-4**2
     assert most == pytest.approx(c * (7.0**2 - 0.0**2), rel=1e-6)
     assert least == pytest.approx(c * (0.0**2 - 7.0**2), rel=1e-6)
@@ -143,5 +143,5 @@ def test_differential_drive_keeps_k_i_whatever_the_load():
 
 @pytest.mark.parametrize(("given", "told"), [(22.0, False), (14.0, False), (22e3, True), (0.022, True)])
 def test_an_inductance_without_its_unit_is_told(given, told):
-    found = inductance_doubt("left.x", given, 14.0)
-    assert [("inductance_x = " in line, "check its unit" in line) for line in found] == [(True, True)] * told
+    result = inductance_doubt("left.x", given, 14.0)
+    assert [("inductance_x = " in line, "check its unit" in line) for line in result] == [(True, True)] * told

@@ -29,9 +29,9 @@ def print_with(tmp_path, monkeypatch):
 
 
 def test_a_browser_prints_the_page_beside_it(print_with, tmp_path):
-    found = print_with(PRINTS)
-    assert found == tmp_path / "assessment.pdf"
-    assert found.read_text() == (tmp_path / "assessment.html").as_uri()
+    result = print_with(PRINTS)
+    assert result == tmp_path / "assessment.pdf"
+    assert result.read_text() == (tmp_path / "assessment.html").as_uri()
 
 
 @pytest.mark.parametrize("program", [FAILS, "pass"], ids=["fails", "writes nothing"])

@@ -88,34 +88,34 @@ def test_springs_that_do_not_hold_the_rotor_are_refused():
 @pytest.mark.parametrize("name", ROTORS)
 def test_free_modes_are_those_of_ross(name):
     free = free_rotor(name)
-    found = free_modes(free.M[::2, ::2], free.K[::2, ::2])[0]
-    np.testing.assert_allclose(found[: len(ROSS[name]["bending"])], ROSS[name]["bending"], rtol=EXACT)
+    result = free_modes(free.M[::2, ::2], free.K[::2, ::2])[0]
+    np.testing.assert_allclose(result[: len(ROSS[name]["bending"])], ROSS[name]["bending"], rtol=EXACT)
 
 
 @pytest.mark.parametrize("name", ROTORS)
 def test_critical_speeds_over_stiffness_are_those_of_ross(name):
     free, expected = free_rotor(name), ROSS[name]
     for stiffness, speeds in expected["critical_speeds"].items():
-        found, _ = critical_speeds(free, dict.fromkeys(expected["bearings"], float(stiffness)), len(speeds))
-        np.testing.assert_allclose(found, speeds, rtol=EXACT)
+        result, _ = critical_speeds(free, dict.fromkeys(expected["bearings"], float(stiffness)), len(speeds))
+        np.testing.assert_allclose(result, speeds, rtol=EXACT)
 
 
 @pytest.mark.parametrize("name", ROTORS)
 def test_response_in_bearings_over_frequency_is_that_of_ross(name):
     free, expected = free_rotor(name), ROSS[name]
-    given = expected["unbalance"]
+    values = expected["unbalance"]
     n = len(free.translations)
-    seen = [2 * (node - 1) + axis for node in given["seen"] for axis in (0, 1)]
+    seen = [2 * (node - 1) + axis for node in values["seen"] for axis in (0, 1)]
     rows = [row for node in sorted(free.translations) for row in free.translations[node]]
     for k, Omega in enumerate(ROSS["speeds"]):
         forces = np.zeros((2 * n, 2 * n), dtype=complex)
         for node in expected["bearings"]:
             at = [2 * (node - 1), 2 * (node - 1) + 1]
             forces[at, at] = -(ROSS["stiffness"][k] + 1j * Omega * ROSS["damping"][k])
-        load = unbalance_vector(free, {given["node"]: given["size"] * np.exp(1j * given["phase"])})
-        found = np.linalg.solve(dynamic_stiffness(free, forces, Omega), Omega**2 * load)[rows][seen]
+        load = unbalance_vector(free, {values["node"]: values["size"] * np.exp(1j * values["phase"])})
+        result = np.linalg.solve(dynamic_stiffness(free, forces, Omega), Omega**2 * load)[rows][seen]
         theirs = complex_numbers(expected["response"][k])
-        np.testing.assert_allclose(found, theirs, atol=EXACT * np.abs(theirs).max())
+        np.testing.assert_allclose(result, theirs, atol=EXACT * np.abs(theirs).max())
 
 
 @pytest.mark.parametrize(

@@ -29,7 +29,7 @@ def test_gas_and_friction_share_the_energy_of_the_spin():
         return y[0]
 
     still.terminal = True
-    found = solve_ivp(
+    result = solve_ivp(
         lambda t, y: [-(M + d * y[0]) / J, d * y[0] ** 2],
         (0.0, 100.0),
         [400.0, 0.0],
@@ -38,10 +38,10 @@ def test_gas_and_friction_share_the_energy_of_the_spin():
         rtol=1e-10,
         atol=1e-10,
     )
-    on = coast_down(TIMES, found.sol(TIMES)[0], J, d)
-    at_end, of_gas = found.sol(1.0)
-    assert on.time == pytest.approx(found.t[-1], rel=1e-6)
-    assert on.heat == pytest.approx(0.5 * J * at_end**2 - (found.y[1, -1] - of_gas), rel=1e-6)
+    on = coast_down(TIMES, result.sol(TIMES)[0], J, d)
+    at_end, of_gas = result.sol(1.0)
+    assert on.time == pytest.approx(result.t[-1], rel=1e-6)
+    assert on.heat == pytest.approx(0.5 * J * at_end**2 - (result.y[1, -1] - of_gas), rel=1e-6)
 
 
 @pytest.mark.parametrize("gain", [0.0, 3.0])
@@ -54,10 +54,10 @@ def test_a_spin_that_friction_takes_no_speed_from_never_stands_still(gain):
 def test_the_compressor_is_followed_to_standstill_in_its_retainers():
     (part,) = assess("compressor", only=["rest"]).parts
     assert not part.reason
-    found = {one.measured.quantity: one.measured for one in part.findings}
-    assert found["standstill_time"].where == "followed to its end"
-    assert 0.0 < found["rest_time"].value <= found["standstill_time"].value < 20.0
+    result = {item.measured.quantity: item.measured for item in part.findings}
+    assert result["standstill_time"].where == "followed to its end"
+    assert 0.0 < result["rest_time"].value <= result["standstill_time"].value < 20.0
     of_spin = 0.5 * 0.8767 * (9000.0 * np.pi / 30.0) ** 2
-    assert 0.01 * of_spin < found["retainer_heat"].value < 0.05 * of_spin  # the gas takes the rest
-    half = 0.5 * found["retainer_heat"].value / 2000.0
-    assert found["retainer_temperature"].value == pytest.approx(293.15 + half, abs=0.2)
+    assert 0.01 * of_spin < result["retainer_heat"].value < 0.05 * of_spin  # the gas takes the rest
+    half = 0.5 * result["retainer_heat"].value / 2000.0
+    assert result["retainer_temperature"].value == pytest.approx(293.15 + half, abs=0.2)

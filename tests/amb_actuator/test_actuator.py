@@ -65,14 +65,14 @@ def test_an_axis_answers_to_its_own_variables_alone(bearing, b, a, causality):
         for law, amplifier, mean in ((0, 0, 0), (MEASURED, 0, 0), (NONLINEAR, DYNAMIC, 1))
         for i_c in (0.2, 9.0)
     ]
-    own = [v for v in INTERFACE.of(causality) if of_axis(v.name, b, a)]
-    assert len(own) == (17 if causality == "parameter" else 7)
-    for v in own:
+    local = [v for v in INTERFACE.of(causality) if of_axis(v.name, b, a)]
+    assert len(local) == (17 if causality == "parameter" else 7)
+    for v in local:
         changed = set()
         for mode in modes:
             start = mode | {f"{b}.command_voltage_{a}": 0.2}
-            given = start.get(v.name, v.start)
-            value = 1.0 if v.type == "Boolean" else 0.9 * given if given else 0.5
+            values = start.get(v.name, v.start)
+            value = 1.0 if v.type == "Boolean" else 0.9 * values if values else 0.5
             plain, moved = bearing(start), bearing(start | ({v.name: value} if causality == "parameter" else {}))
             moved[v.name] = value
             for made in (plain, moved):

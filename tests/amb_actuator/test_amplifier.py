@@ -68,8 +68,8 @@ def test_frequency_response_is_that_of_the_transfer_function(dynamic):
             actuator["mb1.i_x"] = amplitude * math.sin(omega * t[n])
             actuator.step(t[n], h)
             d[n] = actuator["mb1.i_upper_x"] - 5.57
-        found = 2j / period * np.sum(d * np.exp(-1j * omega * (t + h))) / amplitude
-        assert found == pytest.approx(complex(sampled(np.exp(1j * omega * h))), rel=1e-9)
+        result = 2j / period * np.sum(d * np.exp(-1j * omega * (t + h))) / amplitude
+        assert result == pytest.approx(complex(sampled(np.exp(1j * omega * h))), rel=1e-9)
 
 
 @pytest.mark.parametrize("demand", [4.43, -5.57, 1.0])
@@ -125,10 +125,12 @@ def clipped_regulator(target):
 @pytest.mark.parametrize(("start", "target"), [(5.57, 7.0), (5.57, 0.0), (0.0, 10.0), (9.0, 8.9), (3.0, 3.0)])
 @pytest.mark.parametrize("h", [5e-5, 1e-3, 6e-3, 0.5])
 def test_one_step_is_what_an_eighth_order_integration_finds(start, target, h):
-    found = regulated_response(RIG, start, target, h)
-    known = solve_ivp(clipped_regulator(target), (0, h), [start, 0.0], "DOP853", rtol=1e-11, atol=1e-13, max_step=1e-4)
-    assert found.current == pytest.approx(known.y[0, -1], abs=1e-8)
-    assert found.mean == pytest.approx(known.y[1, -1] / h, abs=1e-8)
+    result = regulated_response(RIG, start, target, h)
+    available = solve_ivp(
+        clipped_regulator(target), (0, h), [start, 0.0], "DOP853", rtol=1e-11, atol=1e-13, max_step=1e-4
+    )
+    assert result.current == pytest.approx(available.y[0, -1], abs=1e-8)
+    assert result.mean == pytest.approx(available.y[1, -1] / h, abs=1e-8)
 
 
 inside = st.floats(0.0, 10.0)
@@ -151,13 +153,13 @@ def test_one_step_equals_many_short_ones(start, target, h, parts):
 
 @given(inside, inside, st.floats(1e-9, 10.0))
 def test_current_moves_towards_its_command_and_never_past_it(start, target, h):
-    found = regulated_response(RIG, start, target, h)
+    result = regulated_response(RIG, start, target, h)
     low, high = sorted((start, target))
     slack = 1e-13
-    assert low - slack <= found.current <= high + slack
-    assert low - 1e-11 <= found.mean <= high + 1e-11
-    assert abs(found.current - start) >= abs(found.mean - start) - 1e-11
-    assert abs(found.voltage) <= V * (1 + 1e-12)
+    assert low - slack <= result.current <= high + slack
+    assert low - 1e-11 <= result.mean <= high + 1e-11
+    assert abs(result.current - start) >= abs(result.mean - start) - 1e-11
+    assert abs(result.voltage) <= V * (1 + 1e-12)
 
 
 amplifiers = st.builds(
@@ -176,11 +178,11 @@ def test_any_amplifier_stays_between_start_and_command(p, start, target, h):
     """Slow and fast regulators, and commands up to all that the voltage can hold."""
     largest = min(10.0, p.voltage_limit / p.resistance)
     i, goal = start * largest, target * largest
-    found = regulated_response(p, i, goal, h)
+    result = regulated_response(p, i, goal, h)
     low, high = sorted((i, goal))
-    assert np.all(np.isfinite(found))
-    assert low - 1e-9 <= found.current <= high + 1e-9
-    assert low - 1e-7 <= found.mean <= high + 1e-7
+    assert np.all(np.isfinite(result))
+    assert low - 1e-9 <= result.current <= high + 1e-9
+    assert low - 1e-7 <= result.mean <= high + 1e-7
 
 
 @pytest.mark.parametrize("slower", [1.0, 0.5])
@@ -188,9 +190,9 @@ def test_slow_regulator_holds_the_current_of_the_voltage_limit(slower):
     """L omega <= R. The voltage asked for is V, up to rounding either way."""
     for v in np.linspace(1.0, 9.0, 200):
         p = axis_parameters(resistance=2 * math.pi, inductance=1.0, bandwidth=slower, voltage_limit=v)
-        found = regulated_response(p, v / p.resistance, v / p.resistance, 1e-3)
-        assert (found.current, found.mean) == (pytest.approx(v / p.resistance), pytest.approx(v / p.resistance))
-        assert found.limited == 0.0
+        result = regulated_response(p, v / p.resistance, v / p.resistance, 1e-3)
+        assert (result.current, result.mean) == (pytest.approx(v / p.resistance), pytest.approx(v / p.resistance))
+        assert result.limited == 0.0
 
 
 def test_large_sine_becomes_a_triangle_of_the_slew_rate(dynamic):

@@ -111,13 +111,13 @@ def test_lost_turns_cost_pull_with_their_square(bearing, law, share):
     upper = bearing(force_law=law, mb1__coil_loss_upper_x=share)
     lower = bearing(force_law=law, mb1__coil_loss_lower_x=share)
     both = bearing(force_law=law, mb1__coil_loss_upper_x=share, mb1__coil_loss_lower_x=share)
-    kept = (1 - share) ** 2
-    assert upper["mb1.f_x"] == pytest.approx(-(1 - kept) * K * 5.57**2, rel=1e-9)
-    assert lower["mb1.f_x"] == pytest.approx((1 - kept) * K * 4.43**2, rel=1e-9)
-    assert both["mb1.f_x"] == pytest.approx(-(1 - kept) * F_0, rel=1e-9)
+    retained = (1 - share) ** 2
+    assert upper["mb1.f_x"] == pytest.approx(-(1 - retained) * K * 5.57**2, rel=1e-9)
+    assert lower["mb1.f_x"] == pytest.approx((1 - retained) * K * 4.43**2, rel=1e-9)
+    assert both["mb1.f_x"] == pytest.approx(-(1 - retained) * F_0, rel=1e-9)
     whole = 2 * K * (5.57**2 + 4.43**2) / 1.2e-3
-    assert upper["mb1.k_xx"] == pytest.approx(whole - (1 - kept) * 2 * K * 5.57**2 / 1.2e-3, rel=1e-9)
-    assert both["mb1.k_xx"] == pytest.approx(kept * whole, rel=1e-9, abs=1e-6)
+    assert upper["mb1.k_xx"] == pytest.approx(whole - (1 - retained) * 2 * K * 5.57**2 / 1.2e-3, rel=1e-9)
+    assert both["mb1.k_xx"] == pytest.approx(retained * whole, rel=1e-9, abs=1e-6)
 
 
 @pytest.mark.parametrize("law", [LINEAR, NONLINEAR])

@@ -93,8 +93,8 @@ def test_both_constants_are_the_slopes_of_the_nonlinear_law_at_the_centre(magnet
 @given(displacements, currents)
 def test_nonlinear_law_without_saturation_is_that_of_the_thesis(x, i_c):
     expected = thesis_force(x, i_c, *TABLE_2_2) - thesis_force(0, 0, *TABLE_2_2)
-    found, _ = nonlinear_force(IRON_FREE, x, healthy(i_c))
-    assert found == pytest.approx(expected, rel=1e-12, abs=1e-9)
+    result, _ = nonlinear_force(IRON_FREE, x, healthy(i_c))
+    assert result == pytest.approx(expected, rel=1e-12, abs=1e-9)
 
 
 @given(laws, displacements, coils)
@@ -102,9 +102,9 @@ def test_force_is_odd_where_both_coil_pairs_are_alike(law, x, c):
     """Without static current, mirroring displacement and coils turns the force round and keeps the gradient."""
     c = Coils(max(c.upper, -4.43), min(c.lower, 4.43), c.upper_turns, c.lower_turns)
     mirrored = Coils(-c.lower, -c.upper, c.lower_turns, c.upper_turns)
-    there, back = force(law, SYMMETRIC, x, c), force(law, SYMMETRIC, -x, mirrored)
-    assert back[0] == pytest.approx(-there[0], rel=1e-9, abs=1e-6)
-    assert back[1] == pytest.approx(there[1], rel=1e-9, abs=1e-3)
+    present, back = force(law, SYMMETRIC, x, c), force(law, SYMMETRIC, -x, mirrored)
+    assert back[0] == pytest.approx(-present[0], rel=1e-9, abs=1e-6)
+    assert back[1] == pytest.approx(present[1], rel=1e-9, abs=1e-3)
 
 
 @given(laws, displacements, coils, st.sampled_from([RIG, IRON_FREE, SYMMETRIC, axis_parameters(knee_width=1.0)]))
@@ -147,8 +147,8 @@ def test_linear_law_has_the_static_pull_of_what_is_left(c):
     exact = k * (n_u * (a + c.upper) ** 2 - n_l * (b - c.lower) ** 2 - (a**2 - b**2))
     level = (a + c.upper + b - c.lower) / (a + b)
     control = a + c.upper - level * a
-    found, _ = linear_force(RIG, 0.0, current_stiffness(magnet_of(*TABLE_2_2)), 0.0, c)
-    assert found == pytest.approx(exact - k * (n_u - n_l) * control**2, rel=1e-9, abs=1e-6)
+    result, _ = linear_force(RIG, 0.0, current_stiffness(magnet_of(*TABLE_2_2)), 0.0, c)
+    assert result == pytest.approx(exact - k * (n_u - n_l) * control**2, rel=1e-9, abs=1e-6)
 
 
 @given(st.floats(0.0, 1.0), st.floats(0.0, 1.0), st.floats(0.05, 1.0))

@@ -58,20 +58,20 @@ def test_ideal_amplifier_with_gradient_is_followed_exactly(bearing):
 
 
 def test_force_without_gradient_converges_with_first_order(bearing):
-    found = errors(bearing, 0, 0, gradient=False)
-    assert math.log2(found[1] / found[2]) == pytest.approx(1.0, abs=0.1)
+    result = errors(bearing, 0, 0, gradient=False)
+    assert math.log2(result[1] / result[2]) == pytest.approx(1.0, abs=0.1)
 
 
 def test_current_at_the_end_of_the_step_converges_with_first_order(bearing):
-    found = errors(bearing, DYNAMIC, 0)
-    assert found[0] > 1e-3
-    assert math.log2(found[1] / found[2]) == pytest.approx(1.0, abs=0.15)
+    result = errors(bearing, DYNAMIC, 0)
+    assert result[0] > 1e-3
+    assert math.log2(result[1] / result[2]) == pytest.approx(1.0, abs=0.15)
 
 
 def test_mean_current_converges_with_second_order(bearing):
-    found = errors(bearing, DYNAMIC, 1)
-    assert found[0] < 0.02 * errors(bearing, DYNAMIC, 0)[0]
-    assert math.log2(found[1] / found[2]) == pytest.approx(2.0, abs=0.15)
+    result = errors(bearing, DYNAMIC, 1)
+    assert result[0] < 0.02 * errors(bearing, DYNAMIC, 0)[0]
+    assert math.log2(result[1] / result[2]) == pytest.approx(2.0, abs=0.15)
 
 
 def test_mean_current_changes_nothing_for_an_ideal_amplifier(bearing):

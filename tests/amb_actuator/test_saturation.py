@@ -47,9 +47,9 @@ def test_axis_reaches_1700_newton_at_full_current(bearing):
 @given(st.floats(0.0, 10.0), st.floats(0.0, 10.0), st.floats(-1.19e-3, 1.19e-3), st.floats(0.0, 1.0))
 def test_no_current_and_no_place_gives_more_than_1700_newton(upper, lower, x, width):
     p = axis_parameters(knee_width=width)
-    found, gradient = nonlinear_force(p, x, Coils(upper - 5.57, 4.43 - lower, 1.0, 1.0))
+    result, gradient = nonlinear_force(p, x, Coils(upper - 5.57, 4.43 - lower, 1.0, 1.0))
     static = float(pull(p, 5.57, 1.2e-3).force - pull(p, 4.43, 1.2e-3).force)
-    assert abs(found + static) <= 1700.0 * (1 + 1e-12)
+    assert abs(result + static) <= 1700.0 * (1 + 1e-12)
     assert gradient >= 0.0
 
 
@@ -69,10 +69,10 @@ def test_flux_is_neither_amplified_nor_beyond_its_limit(b, b_sat, width):
 def test_the_knee_begins_and_ends_smoothly(b_sat, width):
     for end, flux, slope in ((1 - width, (1 - width) * b_sat, 1.0), (1 + width, b_sat, 0.0)):
         for side in (1 - 1e-9, 1 + 1e-9):
-            found = limited_flux(end * b_sat * side, b_sat, width)
-            assert found[0] == pytest.approx(flux, abs=1e-8 * b_sat)
+            result = limited_flux(end * b_sat * side, b_sat, width)
+            assert result[0] == pytest.approx(flux, abs=1e-8 * b_sat)
             if width > 1e-3:
-                assert found[1] == pytest.approx(slope, abs=1e-5)
+                assert result[1] == pytest.approx(slope, abs=1e-5)
 
 
 def test_half_way_through_the_knee_a_quarter_of_its_width_is_missing():

@@ -23,10 +23,10 @@ def home(tmp_path, monkeypatch):
 
 
 def test_a_folder_of_ones_own_is_the_cache(home):
-    found = user_cache.user_cache()
-    assert found == home / "amb-cosim"
-    assert found.stat().st_mode & 0o077 == 0
-    assert is_private(found)
+    result = user_cache.user_cache()
+    assert result == home / "amb-cosim"
+    assert result.stat().st_mode & 0o077 == 0
+    assert is_private(result)
 
 
 @pytest.mark.parametrize("mode", [0o777, 0o702, 0o1777])
@@ -55,9 +55,9 @@ def test_a_folder_of_another_user_is_not_used(home, monkeypatch):
 
 
 def test_a_group_of_the_user_alone_counts_as_the_user(home, monkeypatch):
-    found = user_cache.user_cache()
-    found.chmod(0o770)
+    result = user_cache.user_cache()
+    result.chmod(0o770)
     monkeypatch.setattr(user_cache, "_is_group_of_one", lambda _: True)
-    assert is_private(found)
+    assert is_private(result)
     monkeypatch.setattr(user_cache, "_is_group_of_one", lambda _: False)
-    assert not is_private(found)
+    assert not is_private(result)

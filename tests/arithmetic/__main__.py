@@ -28,9 +28,9 @@ def main(arguments: list[str]) -> int:
     parser = argparse.ArgumentParser(prog="python -m tests.arithmetic", description="Run tests under other arithmetic.")
     parser.add_argument("--keep", type=Path, metavar="FOLDER", help="where notes of runs are, and are kept")
     split = arguments.index("--") if "--" in arguments else len(arguments)
-    names, given = chosen_settings(parser, arguments[:split])
+    names, values = chosen_settings(parser, arguments[:split])
     with tempfile.TemporaryDirectory() as folder:
-        notes = given.keep or Path(folder)
+        notes = values.keep or Path(folder)
         codes = [run(name, notes / name, arguments[split + 1 :]) for name in names]
         suspects = compare({path.name: read_notes(path) for path in sorted(notes.iterdir())})
     return int(any(codes) or suspects > 0)

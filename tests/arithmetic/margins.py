@@ -93,8 +93,8 @@ def _note(place: str, ratio: float) -> None:
         return
     if not place.startswith("line"):
         place = f"{place} in {_line()}"
-    own = _margins.setdefault(_running[-1], {})
-    own[place] = max(own.get(place, 0.0), ratio)
+    local = _margins.setdefault(_running[-1], {})
+    local[place] = max(local.get(place, 0.0), ratio)
 
 
 def _line() -> str:

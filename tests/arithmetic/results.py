@@ -30,17 +30,21 @@ def main(arguments: list[str]) -> int:
     """Compute results under the settings that are named, print what differs, and return 0."""
     parser = argparse.ArgumentParser(prog="python -m tests.arithmetic.results", description=__doc__)
     parser.add_argument("--keep", type=Path, metavar="FOLDER", help="where results are, and are kept")
-    names, given = chosen_settings(parser, arguments)
+    names, values = chosen_settings(parser, arguments)
     with tempfile.TemporaryDirectory() as folder:
-        kept = given.keep or Path(folder)
-        kept.mkdir(exist_ok=True)
+        retained = values.keep or Path(folder)
+        retained.mkdir(exist_ok=True)
         for name in names:
             print(f"== {name}", flush=True)
             with environment_of(name) as environment:
-                command = [sys.executable, "-c", f"from {__spec__.name} import compute; compute({str(kept / name)!r})"]
+                command = [
+                    sys.executable,
+                    "-c",
+                    f"from {__spec__.name} import compute; compute({str(retained / name)!r})",
+                ]
                 subprocess.run(command, env=environment, check=True)
-        found = {path.name: json.loads(path.read_text(encoding="utf-8")) for path in sorted(kept.iterdir())}
-    for line in differences(found):
+        result = {path.name: json.loads(path.read_text(encoding="utf-8")) for path in sorted(retained.iterdir())}
+    for line in differences(result):
         print(line)
     return 0
 
@@ -54,8 +58,8 @@ def compute(file: str) -> None:
     with ProcessPoolExecutor() as pool:
         results = dict(zip(scenarios(), pool.map(_summary, scenarios()), strict=True))
     with tempfile.TemporaryDirectory() as folder:
-        for one in assess(load_statements("bath_thesis"), Path(folder)).as_dict()["statements"]:
-            results[one["key"]] = {"verdict": one["verdict"], "ours": one["ours"]}
+        for item in assess(load_statements("bath_thesis"), Path(folder)).as_dict()["statements"]:
+            results[item["key"]] = {"verdict": item["verdict"], "ours": item["ours"]}
     Path(file).write_text(json.dumps(results), encoding="utf-8")
 
 

@@ -55,13 +55,13 @@ def chosen_settings(parser: argparse.ArgumentParser, arguments: list[str]) -> tu
     Left out is what this processor cannot run, and what gives the same bits as a setting before it.
     """
     parser.add_argument("settings", nargs="*", metavar="SETTING", help=f"of {', '.join(SETTINGS)}; all by default")
-    given = parser.parse_args(arguments)
-    unknown = set(given.settings) - set(SETTINGS)
+    values = parser.parse_args(arguments)
+    unknown = set(values.settings) - set(SETTINGS)
     if unknown:
         parser.error(f"there is no setting {', '.join(sorted(unknown))}; there are {', '.join(SETTINGS)}")
     flags = Path("/proc/cpuinfo").read_text(encoding="utf-8").split() if sys.platform == "linux" else []
     names: dict[str, str] = {}
-    for name in given.settings or SETTINGS:
+    for name in values.settings or SETTINGS:
         if NEEDS.get(name) not in (None, *flags):
             print(f"{name}: left out, this processor has no {NEEDS[name]}")
             continue
@@ -73,7 +73,7 @@ def chosen_settings(parser: argparse.ArgumentParser, arguments: list[str]) -> tu
             print(f"{name}: left out, on this processor it gives the same bits as {names[digest]}")
         else:
             names[digest] = name
-    return list(names.values()), given
+    return list(names.values()), values
 
 
 @contextmanager
@@ -81,12 +81,12 @@ def environment_of(name: str) -> Iterator[dict[str, str]]:
     """The environment of processes under a setting, with caches that are empty at first."""
     changes = dict(SETTINGS[name])
     if "NPY_DISABLE_CPU_FEATURES" in changes:  # numpy takes no names that it does not know
-        known = np.show_config(mode="dicts")["SIMD Extensions"]["found"]
+        available = np.show_config(mode="dicts")["SIMD Extensions"]["found"]
         levels = changes["NPY_DISABLE_CPU_FEATURES"].split()
-        changes["NPY_DISABLE_CPU_FEATURES"] = " ".join(level for level in levels if level in known)
+        changes["NPY_DISABLE_CPU_FEATURES"] = " ".join(level for level in levels if level in available)
     # Without files of byte code in the new folder, every process would compile all that it imports.
     dropped = {"PYTHONDONTWRITEBYTECODE"}.union(*SETTINGS.values())
-    own = {key: value for key, value in os.environ.items() if key not in dropped}
+    local = {key: value for key, value in os.environ.items() if key not in dropped}
     with tempfile.TemporaryDirectory() as folder:
         caches = {
             "NUMBA_CACHE_DIR": str(Path(folder, "numba")),
@@ -95,4 +95,4 @@ def environment_of(name: str) -> Iterator[dict[str, str]]:
             # What the C compiler keeps is the same for all.
             "ZIG_GLOBAL_CACHE_DIR": os.environ.get("ZIG_GLOBAL_CACHE_DIR", platformdirs.user_cache_dir("zig")),
         }
-        yield own | changes | caches
+        yield local | changes | caches

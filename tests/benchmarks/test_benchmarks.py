@@ -102,15 +102,15 @@ def compared_with_baseline(scenario: str) -> dict[str, Any]:
     from benchmarks.baseline import Baseline
 
     prepared = prepare(parse_scenario(scenario, "case"), flavour="native")
-    dataset, found = run_prepared(prepared).dataset, Baseline(prepared).run()
+    dataset, result = run_prepared(prepared).dataset, Baseline(prepared).run()
     profiled = Baseline(prepared).run(profile=True)
     expected = {name: dataset[name].values.astype(float) for name in prepared.plan.recorded}
     return {
-        "shape": list(found.table.shape),
+        "shape": list(result.table.shape),
         "points": dataset.sizes["time"],
         "variables": len(dataset.data_vars),
-        "differing": [n for n, v in zip(expected, found.table.T, strict=True) if v.tobytes() != expected[n].tobytes()],
-        "profiled": profiled.table.tobytes() == found.table.tobytes(),
+        "differing": [n for n, v in zip(expected, result.table.T, strict=True) if v.tobytes() != expected[n].tobytes()],
+        "profiled": profiled.table.tobytes() == result.table.tobytes(),
         "parts": sum(profiled.parts.values()) / profiled.seconds,
         "steps": len(profiled.steps),
         "shortest_step": profiled.steps.min(),
@@ -124,16 +124,16 @@ def compared_with_baseline(scenario: str) -> dict[str, Any]:
 @pytest.mark.parametrize("step", [250, 125])
 def test_the_baseline_equals_the_co_simulation_to_the_last_bit(step: int, run_python: Callable[..., Any]) -> None:
     """With steps of 125 us every second step of the controller takes no sample and leaves its outputs."""
-    found = run_python(compared_with_baseline, scenario=SCENARIO.format(step=step), timeout=600)
-    assert found["differing"] == []
-    assert found["profiled"]
-    assert found["shape"] == [found["points"], found["variables"]]
-    assert found["variables"] > 140
-    assert found["contact"][-1] == 3, "a run without contact would show less"
-    assert 0.5 < found["parts"] <= 1.0
-    assert found["steps"] == found["points"] - 1
-    assert found["shortest_step"] > 0.0
-    assert found["all_steps"] == pytest.approx(1.0, abs=1e-9)
+    result = run_python(compared_with_baseline, scenario=SCENARIO.format(step=step), timeout=600)
+    assert result["differing"] == []
+    assert result["profiled"]
+    assert result["shape"] == [result["points"], result["variables"]]
+    assert result["variables"] > 140
+    assert result["contact"][-1] == 3, "a run without contact would show less"
+    assert 0.5 < result["parts"] <= 1.0
+    assert result["steps"] == result["points"] - 1
+    assert result["shortest_step"] > 0.0
+    assert result["all_steps"] == pytest.approx(1.0, abs=1e-9)
 
 
 def refused(text: str, flavour: str = "native") -> str:

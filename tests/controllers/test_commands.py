@@ -43,14 +43,14 @@ def command(tmp_path, monkeypatch):
 
 
 def test_show_tells_gains_and_the_phase_at_the_modes_of_a_rotor(command):
-    found = json.loads(command("show", "lead.toml", "--rotor", "compressor", "--speed", "9000 rpm", "--json"))
-    assert [(path["signal"], path["demand"]) for path in found["connections"]] == [
+    result = json.loads(command("show", "lead.toml", "--rotor", "compressor", "--speed", "9000 rpm", "--json"))
+    assert [(path["signal"], path["demand"]) for path in result["connections"]] == [
         ("mb1.x", "mb1.i_x"),
         ("mb2.x", "mb2.i_x"),
     ]
-    path = found["connections"][0]
+    path = result["connections"][0]
     assert path["gain_at_rest"] == pytest.approx(2.34e4, rel=1e-3)
-    for hertz, phase in zip(found["modes_hz"], path["phase_at_modes_deg"], strict=True):
+    for hertz, phase in zip(result["modes_hz"], path["phase_at_modes_deg"], strict=True):
         s = 2j * np.pi * hertz
         exact = -(2.34e4 + 36.0 * s / (1.0 + s / (2.0 * np.pi * 3000.0)))
         assert phase == pytest.approx(np.degrees(np.angle(exact)), abs=3.0)
@@ -68,9 +68,9 @@ def test_import_samples_names_and_writes_arrays(command, tmp_path):
     savemat(tmp_path / "law.mat", {"A": [[-100.0]], "B": [[1.0]], "C": [[100.0]], "D": [[0.0]]})
     options = ("--inputs", "mb1.x", "--outputs", "mb1.i_x", "--sample-time", "100 us")
     assert command("import", "law.mat", *options).strip() == "law_controller.npz"
-    found = linear_controller(tmp_path / "law_controller.npz")
-    assert found.ports.signals == ("mb1.x",)
-    assert found.state_space()(1.0).real == pytest.approx(1.0)
+    result = linear_controller(tmp_path / "law_controller.npz")
+    assert result.ports.signals == ("mb1.x",)
+    assert result.state_space()(1.0).real == pytest.approx(1.0)
 
 
 @pytest.mark.parametrize(
@@ -94,8 +94,8 @@ def test_memory_of_a_bode_plot_does_not_grow_with_its_frequencies():
     n, points = 100, 400
     law = Law(np.diag(np.linspace(0.1, 0.9, n)), np.ones((n, 1)), np.ones((1, n)), np.zeros((1, 1)))
     tracemalloc.start()
-    found = response(law, np.linspace(1.0, 3e4, points), 1e-4)
+    result = response(law, np.linspace(1.0, 3e4, points), 1e-4)
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
-    assert found.shape == (points, 1, 1)
+    assert result.shape == (points, 1, 1)
     assert peak < 10 * 16 * n**2  # bytes: ten complex matrices

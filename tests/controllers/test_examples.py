@@ -66,8 +66,8 @@ def test_h_infinity_keeps_the_norm_that_it_tells(compare):
 
     controller, norm = h_infinity()
     machine = ["rotor_contact", "amb_actuator"]
-    demands, shown = [f"amb_actuator.{name}" for name in DEMANDS], [f"rotor_contact.{a}" for a in compare.AXES]
-    plant = amb_cosim.linearise("compressor_levitated", inputs=demands, outputs=shown, components=machine)
+    demands, displayed = [f"amb_actuator.{name}" for name in DEMANDS], [f"rotor_contact.{a}" for a in compare.AXES]
+    plant = amb_cosim.linearise("compressor_levitated", inputs=demands, outputs=displayed, components=machine)
     T = controller.sample_time
     plant = control.sample_system(plant, T, "zoh")
     (law,) = controller.laws.values()
@@ -86,8 +86,8 @@ def test_cross_feedback_takes_the_gyroscopic_splitting_back(compare):
     """Forward and backward tilting near 54 Hz, whose damping ratio is 0.69; without speed nothing is coupled."""
 
     def tilting(controller):
-        found = studies.poles("compressor_levitated", controller=controller, up_to="9000 rpm", count=4)
-        pair = [pole for pole in found.poles if pole.damping_ratios[0] > 0.6]
+        result = studies.poles("compressor_levitated", controller=controller, up_to="9000 rpm", count=4)
+        pair = [pole for pole in result.poles if pole.damping_ratios[0] > 0.6]
         assert len(pair) == 2
         return [abs(pair[0].frequencies[k] - pair[1].frequencies[k]) / (2.0 * np.pi) for k in (0, -1)]
 
@@ -116,10 +116,10 @@ def test_fmpy_gives_the_bits_of_the_orchestrator(compare, name, tmp_path):
     )
     run = amb_cosim.run(scenario, progress=False)
     fmu = amb_cosim.build_assembled(tmp_path, scenario)
-    shown = [f"rotor_contact.{axis}" for axis in compare.AXES]
-    theirs = fmpy.simulate_fmu(str(fmu), stop_time=200 * step, step_size=step, output_interval=step, output=shown)
+    displayed = [f"rotor_contact.{axis}" for axis in compare.AXES]
+    theirs = fmpy.simulate_fmu(str(fmu), stop_time=200 * step, step_size=step, output_interval=step, output=displayed)
     assert len(theirs) == 201
-    for variable in shown:
+    for variable in displayed:
         ours = run.signals[variable].values
         assert np.abs(ours).max() > 1e-5
         np.testing.assert_array_equal(theirs[variable][-len(ours) :], ours)

@@ -114,8 +114,8 @@ def test_interpolated_matrices_may_not_be_unstable_either():
 )
 def test_one_law_in_any_form_has_one_response(K):
     z = np.exp(1j * np.array([1.0, 100.0, 3000.0]) * T)
-    found = make(K).state_space()
-    np.testing.assert_allclose(found(z), LAG.sample(T, "tustin")(z), rtol=1e-11)
+    result = make(K).state_space()
+    np.testing.assert_allclose(result(z), LAG.sample(T, "tustin")(z), rtol=1e-11)
 
 
 def test_high_order_zeros_poles_and_gain_keep_their_digits():
@@ -132,8 +132,8 @@ def test_high_order_zeros_poles_and_gain_keep_their_digits():
 
 def test_matrix_of_transfer_functions_needs_no_other_library():
     law = control.tf([[[1.0], [2.0]], [[3.0], [4.0, 5.0]]], [[[1.0, 1.0], [1.0, 2.0]], [[1.0, 3.0], [1.0, 4.0]]])
-    found = make(law, ["a", "b"], ["u", "v"], method="zoh").state_space()
-    np.testing.assert_allclose(found(1.0), law(0.0), rtol=1e-9)
+    result = make(law, ["a", "b"], ["u", "v"], method="zoh").state_space()
+    np.testing.assert_allclose(result(1.0), law(0.0), rtol=1e-9)
 
 
 def test_labels_of_a_state_space_are_the_names():

@@ -41,8 +41,8 @@ def test_poles_of_the_search_are_those_of_the_loop_with_its_file(room, machine, 
     z = loop.poles()
     expected = np.log(z[np.abs(z) > 1e-6]) / STEP
     ratios = [bilinear(*room._ratio(*of), 1.0 / STEP) for of in LAWS]
-    found = room._poles(machine.plants[0], room._law(ratios), STEP)
-    slow = [np.sort_complex(s[(s.imag > 1.0) & (s.imag < 8e3)]) for s in (found, expected)]
+    result = room._poles(machine.plants[0], room._law(ratios), STEP)
+    slow = [np.sort_complex(s[(s.imag > 1.0) & (s.imag < 8e3)]) for s in (result, expected)]
     assert len(slow[0]) > 8
     np.testing.assert_allclose(slow[0], slow[1], rtol=1e-6)
 

@@ -34,12 +34,12 @@ def description3() -> str:
         return f"<{kind} {attributes}>{inner}</{kind}>"
 
     pair = '<Dimension start="2"/>'
-    found = []
+    result = []
     for k, kind in enumerate(KINDS3):
         start = 'start="false true"' if kind == "Boolean" else 'start="1 2"'
-        found.append(variable(kind, f"{kind}.in", 1 + 2 * k, "input", start, pair))
-        found.append(variable(kind, f"{kind}.out", 2 + 2 * k, "output", "", pair))
-    found += [
+        result.append(variable(kind, f"{kind}.in", 1 + 2 * k, "input", start, pair))
+        result.append(variable(kind, f"{kind}.out", 2 + 2 * k, "output", "", pair))
+    result += [
         variable("Int32", "what", 100, "input", 'start="0"'),
         variable("Float64", "m", 101, "parameter", 'start="1 2 3 4 5 6"', f'{pair}<Dimension valueReference="200"/>'),
         variable("Float64", "sum", 102, "output"),
@@ -60,7 +60,7 @@ def description3() -> str:
 <CoSimulation modelIdentifier="arrays3" {abilities}/>
 <TypeDefinitions><EnumerationType name="Choice"><Item name="one" value="1"/><Item name="far" value="70000"/>
 </EnumerationType></TypeDefinitions>
-<ModelVariables>{"".join(found)}</ModelVariables>
+<ModelVariables>{"".join(result)}</ModelVariables>
 <ModelStructure>{outputs}</ModelStructure>
 </fmiModelDescription>
 """

@@ -34,8 +34,8 @@ def run(path: Path, experiment: str = "", **settings: object) -> tuple[Outcome, 
 
 
 def test_two_masses_swing_against_each_other(system_file):
-    outcome, found = run(system_file)
-    time, left, right = (found[name].values for name in ("time", "left.x", "right.x"))
+    outcome, result = run(system_file)
+    time, left, right = (result[name].values for name in ("time", "left.x", "right.x"))
     swing = 0.005 * np.cos(OMEGA * time)
     assert (outcome.status, outcome.time, outcome.reason) == ("completed", 0.5, "")
     # the force is that of the beginning of each step: the amplitude grows by omega^2 h^2/4 a step
@@ -49,8 +49,8 @@ def test_the_error_of_the_coupling_falls_with_the_step(system_file):
     text, errors = system_file.read_text(encoding="utf-8"), []
     for step in ("1 ms", "0.5 ms"):
         system_file.write_text(text.replace('"1 ms"', f'"{step}"'), encoding="utf-8")
-        _, found = run(system_file)
-        time, left = found["time"].values, found["left.x"].values
+        _, result = run(system_file)
+        time, left = result["time"].values, result["left.x"].values
         errors.append(np.max(np.abs(left - 0.005 - 0.005 * np.cos(OMEGA * time))))
     assert 1.7 < errors[0] / errors[1] < 2.3
 
@@ -82,13 +82,13 @@ set = { "right.push" = 2.0 }
 variable = "left.push"
 points = [["0.2 s", 0.0], ["0.4 s", 4.0]]
 """
-    _, found = run(system_file, changes, **{"left.start": 0.0, "spring.k": 0.0})
-    time, push = found["time"].values, found["left.push"].values
+    _, result = run(system_file, changes, **{"left.start": 0.0, "spring.k": 0.0})
+    time, push = result["time"].values, result["left.push"].values
     np.testing.assert_allclose(push, np.interp(time, [0.2, 0.4], [0.0, 4.0]), atol=1e-12)
-    np.testing.assert_array_equal(found["right.push"].values > 0.0, time > 0.1 - 1e-9)
-    np.testing.assert_allclose(found["right.v"], 2.0 * np.maximum(time - 0.1, 0.0), atol=1e-12)
+    np.testing.assert_array_equal(result["right.push"].values > 0.0, time > 0.1 - 1e-9)
+    np.testing.assert_allclose(result["right.v"], 2.0 * np.maximum(time - 0.1, 0.0), atol=1e-12)
     # the slope of 20 N/s, held over each step of 1 ms
-    np.testing.assert_allclose(found["left.v"][-1], 0.5 * 4.0 * 0.2 + 4.0 * 0.1, atol=4.0 * 1e-3)
+    np.testing.assert_allclose(result["left.v"][-1], 0.5 * 4.0 * 0.2 + 4.0 * 0.1, atol=4.0 * 1e-3)
 
 
 def test_a_condition_on_any_signal_ends_the_run(system_file):

@@ -38,22 +38,22 @@ def file(tmp_path):
 
 def forge(file, **changed):
     """Write the file again, valid but with other arrays and its old checksum; those that are None are left out."""
-    with np.load(file) as given:
-        arrays = {**given, **changed}
+    with np.load(file) as values:
+        arrays = {**values, **changed}
     np.savez(file, **{name: array for name, array in arrays.items() if array is not None})
 
 
 def test_a_file_has_the_whole_checkpoint(file):
-    found = Checkpoint.load(file)
-    assert found.save(file.with_name("again.npz")).read_bytes() == file.read_bytes()
-    assert (found.point, found.states, found.signals) == (24, CHECKPOINT.states, CHECKPOINT.signals)
-    assert found.table.tobytes() == CHECKPOINT.table.tobytes()
+    result = Checkpoint.load(file)
+    assert result.save(file.with_name("again.npz")).read_bytes() == file.read_bytes()
+    assert (result.point, result.states, result.signals) == (24, CHECKPOINT.states, CHECKPOINT.signals)
+    assert result.table.tobytes() == CHECKPOINT.table.tobytes()
 
 
 @pytest.mark.parametrize("name", ["head", "signals", "scales", "points", "table", "state_0", "checksum"])
 def test_one_changed_bit_of_any_array_is_refused(file, name):
-    with np.load(file) as given:
-        array = given[name].copy()
+    with np.load(file) as values:
+        array = values[name].copy()
     array.view(np.uint8).flat[-2 if name == "head" else -1] ^= 1
     forge(file, **{name: array})
     with pytest.raises(ValueError, match=REFUSED):
@@ -72,8 +72,8 @@ def test_one_changed_bit_of_any_array_is_refused(file, name):
     ],
 )
 def test_a_changed_head_is_refused(file, changed):
-    with np.load(file) as given:
-        head = {**json.loads(given["head"].tobytes()), **changed}
+    with np.load(file) as values:
+        head = {**json.loads(values["head"].tobytes()), **changed}
     forge(file, head=np.frombuffer(json.dumps(head).encode(), np.uint8))
     with pytest.raises(ValueError, match=REFUSED):
         Checkpoint.load(file)

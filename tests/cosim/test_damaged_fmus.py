@@ -129,8 +129,8 @@ def test_an_fmu_with_damaged_content_is_refused_before_it_is_loaded(whole, tmp_p
 def test_a_damaged_entry_of_the_cache_is_made_anew(tmp_path, monkeypatch, whole, damage):
     """The FMU of flavour python, which is made without a compiler."""
     monkeypatch.setattr("platformdirs.user_cache_path", lambda name, *_, **__: tmp_path / name)
-    given = (lambda: fmus.ensure_built("amb_actuator", "python"), lambda: fmus.provide(str(whole)))
-    for get in given[: 1 if damage == "no archive" else 2]:
+    values = (lambda: fmus.ensure_built("amb_actuator", "python"), lambda: fmus.provide(str(whole)))
+    for get in values[: 1 if damage == "no archive" else 2]:
         fmu = get()
         file = fmu.path if damage == "no archive" else fmu.folder / DESCRIPTION
         before = file.read_bytes()

@@ -54,9 +54,9 @@ def ports(arrays3_fmu):
 
 def test_an_array_is_its_elements_row_by_row(ports):
     assert [name for name in ports if name.startswith("m[")] == [f"m[{i},{j}]" for i in (1, 2) for j in (1, 2, 3)]
-    found = [ports[f"m[{i},{j}]"] for i in (1, 2) for j in (1, 2, 3)]
-    assert [port.start for port in found] == [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]
-    assert {port.reference for port in found} == {101}
+    result = [ports[f"m[{i},{j}]"] for i in (1, 2) for j in (1, 2, 3)]
+    assert [port.start for port in result] == [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]
+    assert {port.reference for port in result} == {101}
     assert {port.type for port in ports.values()} == {"Real", "Integer", "Boolean"}
     assert [ports[f"Boolean.in[{j}]"].start for j in (1, 2)] == [0.0, 1.0]
 
@@ -69,23 +69,23 @@ def test_every_type_goes_from_fmu_to_fmu(run):
     values = {"Float64": 0.1, "Float32": 0.1, "Int8": -128, "UInt8": 255, "Int16": -32768, "UInt16": 65535}
     values |= {"Int32": -(2**31), "UInt32": 2**32 - 1, "Int64": -(2**53), "UInt64": 2**53}
     event = ", ".join(f'"one.{kind}.in[2]" = {value}' for kind, value in values.items())
-    found = run(event + ', "one.Boolean.in[1]" = true, "one.choice" = 70000').dataset
+    result = run(event + ', "one.Boolean.in[1]" = true, "one.choice" = 70000').dataset
     for kind, value in values.items():
         expected = np.float32(value) if kind == "Float32" else value
-        assert found[f"two.{kind}.out[2]"].values[[4, -1]].tolist() == [2, expected]
-        assert set(found[f"two.{kind}.out[1]"].values[1:]) == {1}, "the other element keeps its start value"
-    assert found["two.Boolean.out[1]"].values[[4, -1]].tolist() == [False, True]
-    assert found["one.chosen"].values[[4, -1]].tolist() == [1, 70000]
+        assert result[f"two.{kind}.out[2]"].values[[4, -1]].tolist() == [2, expected]
+        assert set(result[f"two.{kind}.out[1]"].values[1:]) == {1}, "the other element keeps its start value"
+    assert result["two.Boolean.out[1]"].values[[4, -1]].tolist() == [False, True]
+    assert result["one.chosen"].values[[4, -1]].tolist() == [1, 70000]
 
 
 def test_elements_that_nothing_feeds_keep_the_values_that_were_set(run):
     half = ALL.replace('"Int8.out[1]" = "Int8.in[1]",', "")
     settings = {"two.Int8.in[1]": 7, "one.m[2,1]": 0.0}
-    found = run('"one.Int8.in[2]" = 3', half, set=settings).dataset
-    assert found["two.Int8.out[1]"].values[-1] == 7
-    assert found["two.Int8.out[2]"].values[-1] == 3
-    assert found["one.sum"].values[-1] == 1 + 4 + 9 + 25 + 36
-    assert found["two.sum"].values[-1] == 91
+    result = run('"one.Int8.in[2]" = 3', half, set=settings).dataset
+    assert result["two.Int8.out[1]"].values[-1] == 7
+    assert result["two.Int8.out[2]"].values[-1] == 3
+    assert result["one.sum"].values[-1] == 1 + 4 + 9 + 25 + 36
+    assert result["two.sum"].values[-1] == 91
 
 
 @pytest.mark.parametrize(
@@ -99,10 +99,10 @@ def test_elements_that_nothing_feeds_keep_the_values_that_were_set(run):
     ],
 )
 def test_what_a_step_answers_ends_the_run_or_is_a_warning(run, what, status, reason):
-    found = run(f'"one.what" = {what}')
-    assert found.outcome.status == status
-    assert found.outcome.reason.startswith(reason)
-    assert [w.sentence for w in warnings_of(found.dataset)] == (["it is warm, 100 %"] if what == WARN else [])
+    result = run(f'"one.what" = {what}')
+    assert result.outcome.status == status
+    assert result.outcome.reason.startswith(reason)
+    assert [w.sentence for w in warnings_of(result.dataset)] == (["it is warm, 100 %"] if what == WARN else [])
 
 
 def test_a_number_that_its_type_cannot_hold_is_refused(run):
@@ -130,6 +130,11 @@ def test_results_without_an_experiment_are_those_of_the_default_one(arrays3_fmu,
         fmu.writestr(f"{place}/fmi-ls-manifest.xml", f"<fmiReferences>{related}</fmiReferences>")
         rows = (f"{time},1 2 3 4 5 6,{total},a" for time, total in ((0, 0), (0.1, 91), (0.2, 90)))
         fmu.writestr(f"{place}/out.csv", "\n".join(("time,m,sum,text", *rows)))
-    (one,) = amb_cosim.verify(path)
-    assert (one.experiment, one.n_points, one.n_values) == ("out", 3, 3 * 7)
-    assert (one.largest.variable, one.largest.time, one.largest.expected, one.largest.found) == ("sum", 0.2, 90.0, 91.0)
+    (item,) = amb_cosim.verify(path)
+    assert (item.experiment, item.n_points, item.n_values) == ("out", 3, 3 * 7)
+    assert (item.largest.variable, item.largest.time, item.largest.expected, item.largest.found) == (
+        "sum",
+        0.2,
+        90.0,
+        91.0,
+    )

@@ -36,8 +36,8 @@ def installed(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
 def dataset_of(environment: dict[str, str], folder: Path, scenario: str, *options: str) -> dict[str, np.ndarray]:
     import xarray as xr
 
-    given = ("--no-plots", "--until", UNTIL, "-o", folder, *options)
-    run_command("run", scenario, *given, cwd=folder.parent, env=environment)
+    values = ("--no-plots", "--until", UNTIL, "-o", folder, *options)
+    run_command("run", scenario, *values, cwd=folder.parent, env=environment)
     with xr.open_dataset(folder / "result.nc", engine="h5netcdf") as dataset:
         return {name: variable.values for name, variable in dataset.items()}
 
@@ -47,19 +47,19 @@ def test_sensors_without_lag_change_no_bit(installed, tmp_path):
     """With exp(-h/tau) = 0 the sensors pass on their inputs, and Gauss-Seidel order adds no delay."""
     scenario = str(EXAMPLE / "compressor_with_sensors.toml")
     options = ("--set", "sensors.time_constant=1e-9", "--flavour", "python")
-    found = dataset_of(installed, tmp_path / "with", scenario, *options)
+    result = dataset_of(installed, tmp_path / "with", scenario, *options)
     base = dataset_of(installed, tmp_path / "without", "compressor_levitated")
     assert np.ptp(base["amb_actuator.mb1.f_x"]) > 1.0
     for name, values in base.items():
-        np.testing.assert_array_equal(found[name], values, err_msg=name)
+        np.testing.assert_array_equal(result[name], values, err_msg=name)
 
 
 @pytest.mark.slow
 def test_the_lag_is_that_of_a_held_input(installed, tmp_path):
     scenario = str(EXAMPLE / "compressor_with_sensors.toml")
-    found = dataset_of(installed, tmp_path / "lag", scenario, "--flavour", "python")
+    result = dataset_of(installed, tmp_path / "lag", scenario, "--flavour", "python")
     remainder = np.exp(-100e-6 / 50e-6)
-    s, m = found["rotor_contact.at_mb2.x"], found["sensors.m3"]
+    s, m = result["rotor_contact.at_mb2.x"], result["sensors.m3"]
     expected = s[:-1] + (m[:-1] - s[:-1]) * remainder
     np.testing.assert_allclose(m[1:], expected, rtol=0.0, atol=1e-12 * np.max(np.abs(s)))
     assert np.max(np.abs(m[1:] - s[:-1])) > 1e-8, "there is a lag"

@@ -76,9 +76,9 @@ def test_what_an_fmu_prints_is_no_answer(system, capfd):
 
 def test_errors_and_progress_come_back(system):
     steps = []
-    found = amb_cosim.simulate(system(GOOD), progress=lambda done, total: steps.append((done, total)))
+    result = amb_cosim.simulate(system(GOOD), progress=lambda done, total: steps.append((done, total)))
     assert steps[-1] == (10, 10)
-    np.testing.assert_allclose(found.dataset["one.y"][-1], 0.01)
+    np.testing.assert_allclose(result.dataset["one.y"][-1], 0.01)
     with pytest.raises(StartFailed, match=r"rotor_contact: .* rb1\.offset_x = 0\.00075 m"):
         amb_cosim.run("fig4_9", set={"rotor_contact.rb1.offset_x": 0.75e-3}, isolated=True)
 

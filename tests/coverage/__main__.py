@@ -51,8 +51,8 @@ def main(parts: list[str]) -> int:
 def _kernels(folder: Path) -> bool:
     report = folder / "kernels.json"
     _pytest("-p", "tests.coverage.kernels", "--branches", str(report), *MODELS)
-    found = json.loads(report.read_text(encoding="utf-8"))
-    return _tell_all("kernels", {file: [(line, taken) for line, taken in lines] for file, lines in found.items()})
+    result = json.loads(report.read_text(encoding="utf-8"))
+    return _tell_all("kernels", {file: [(line, taken) for line, taken in lines] for file, lines in result.items()})
 
 
 def _host(folder: Path) -> bool:
@@ -69,22 +69,22 @@ def _host(folder: Path) -> bool:
     enough = []
     for name, start in PARTS.items():
         mine = {file: files.pop(file) for file in list(files) if file.startswith(start)}
-        found = {
+        result = {
             file: [
                 *((line, True) for line, _ in branches["executed_branches"]),
                 *((line, False) for line, _ in branches["missing_branches"]),
             ]
             for file, branches in mine.items()
         }
-        enough.append(_tell_all(name, found))
+        enough.append(_tell_all(name, result))
     return all(enough)
 
 
 def _c(folder: Path) -> bool:
     _pytest("-p", "tests.coverage.gcc", "--counters", str(folder / "counters"), *C)
-    found = of_branches(folder / "counters")
+    result = of_branches(folder / "counters")
     return _tell_all(
-        "C", {file: [(line, count > 0) for (line, _), count in lines.items()] for file, lines in found.items()}
+        "C", {file: [(line, count > 0) for (line, _), count in lines.items()] for file, lines in result.items()}
     )
 
 

@@ -29,16 +29,18 @@ def installed() -> set[str]:
 
 def test_the_readme_installs_every_extra_that_a_command_asks_for():
     folders = ("orchestrator", "libraries", "fmus", "packs")
-    asked = named(r'require_extra\(\s*"(\w+)"', [file for folder in folders for file in (ROOT / folder).rglob("*.py")])
-    assert asked >= {"adaptive", "native", "report", "sweep"}
-    assert asked <= installed()
+    requested = named(
+        r'require_extra\(\s*"(\w+)"', [file for folder in folders for file in (ROOT / folder).rglob("*.py")]
+    )
+    assert requested >= {"adaptive", "native", "report", "sweep"}
+    assert requested <= installed()
 
 
 def test_the_readme_installs_every_extra_that_a_page_names():
     pages = [*(ROOT / "docs/tutorials").glob("*.md"), *(ROOT / "docs/how-to").glob("*.md")]
-    found = named(r"extra `(\w+)`", pages)
-    assert found >= {"gym", "native", "report", "sweep"}
-    assert found <= installed()
+    result = named(r"extra `(\w+)`", pages)
+    assert result >= {"gym", "native", "report", "sweep"}
+    assert result <= installed()
 
 
 def test_the_site_is_built_with_a_compiler_for_its_live_rig():

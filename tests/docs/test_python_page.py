@@ -33,12 +33,12 @@ def documented():
     for package in {path.partition(".")[0] for path in paths}:
         loader.load(package)
     loader.resolve_aliases()
-    found = {}
+    result = {}
     for path in paths:
         module, _, name = path.rpartition(".")
-        one = getattr(import_module(module), name)
-        found[path] = (one, loader.modules_collection[f"{one.__module__}.{one.__qualname__}"])
-    return found
+        item = getattr(import_module(module), name)
+        result[path] = (item, loader.modules_collection[f"{item.__module__}.{item.__qualname__}"])
+    return result
 
 
 def _rows(shown):
@@ -48,14 +48,14 @@ def _rows(shown):
 
 def test_each_parameter_has_the_type_and_default_of_its_signature(documented):
     rows, wrong = 0, []
-    for path, (one, shown) in documented.items():
-        declared = inspect.signature(one).parameters
-        for row in _rows(shown):
+    for path, (item, displayed) in documented.items():
+        declared = inspect.signature(item).parameters
+        for row in _rows(displayed):
             rows += 1
-            own = declared[row.name]
-            required = own.default is own.empty and own.kind not in (own.VAR_POSITIONAL, own.VAR_KEYWORD)
-            if str(row.annotation) != str(own.annotation).strip("'\"") or (row.value is None) != required:
-                wrong.append(f"{path}({row.name}: {row.annotation} = {row.value}), not {own}")
+            local = declared[row.name]
+            required = local.default is local.empty and local.kind not in (local.VAR_POSITIONAL, local.VAR_KEYWORD)
+            if str(row.annotation) != str(local.annotation).strip("'\"") or (row.value is None) != required:
+                wrong.append(f"{path}({row.name}: {row.annotation} = {row.value}), not {local}")
     assert rows > 200
     assert wrong == []
 

@@ -19,9 +19,9 @@ def choose(number: int) -> None:
 
 def reached() -> set[int]:
     """Return the numbers of the switches that have been reached since the last time."""
-    found = {number for number, passed in enumerate(bytes(_reached)) if passed}
+    result = {number for number, passed in enumerate(bytes(_reached)) if passed}
     ctypes.memset(_reached, 0, MOST)
-    return found
+    return result
 
 
 def switch_is_on(number: int) -> bool:

@@ -29,14 +29,16 @@ def short(**changes: Any) -> PlannedRun:
 @pytest.mark.parametrize("name", SCENARIOS)
 def test_it_equals_the_orchestrator_to_the_last_bit(name: str, assembled: Callable[..., Path]) -> None:
     prepared = prepare(load_scenario(name).changed(**SIMULATED))
-    three, one = separate(prepared), in_one(prepared, assembled(name))
-    assert three.outcome.status == one.outcome.status == "completed"
-    found = series(three)
-    assert differing(series(one), found) == []
-    assert {0.0, 2.0} <= set(found["rotor_contact.contact_state"])
+    three, item = separate(prepared), in_one(prepared, assembled(name))
+    assert three.outcome.status == item.outcome.status == "completed"
+    result = series(three)
+    assert differing(series(item), result) == []
+    assert {0.0, 2.0} <= set(result["rotor_contact.contact_state"])
     assert three.warnings.keys() == {"rolac_controller", "amb_actuator", "rotor_contact"}
-    told = [text.replace(": ", f": {component}.", 1) for component, texts in three.warnings.items() for text in texts]
-    assert sorted(one.warnings[RIG]) == sorted(told)
+    message = [
+        text.replace(": ", f": {component}.", 1) for component, texts in three.warnings.items() for text in texts
+    ]
+    assert sorted(item.warnings[RIG]) == sorted(message)
 
 
 @pytest.mark.parametrize("step", [25.0, 125.0])
@@ -72,23 +74,23 @@ def test_flavour_python_gives_the_same(
     """Its kernels, run by Python itself."""
     with zipfile.ZipFile(build_assembled(tmp_path, "fig4_9", "python")) as archive:
         archive.extractall(tmp_path / "fmu")
-    found = run_python(step_through_contact, folder=tmp_path / "fmu")
-    assert found["rotor_contact.contact_state"] > 0
-    assert found == run_python(step_through_contact, folder=extracted("fig4_9"))
+    result = run_python(step_through_contact, folder=tmp_path / "fmu")
+    assert result["rotor_contact.contact_state"] > 0
+    assert result == run_python(step_through_contact, folder=extracted("fig4_9"))
 
 
 def over_steps(three: dict[str, Any], warnings: set[str], ends: list[int]) -> dict[str, list[float]]:
     """Return what the outputs are at the ends of steps of several samples, from what they are at each sample."""
-    found = {}
+    result = {}
     for name, values in three.items():
         spans = [values[a + 1 : b + 1] for a, b in pairwise(ends)]
         if name.endswith(".impulse"):
-            found[name] = [sum(span.tolist()) for span in spans]
+            result[name] = [sum(span.tolist()) for span in spans]
         elif name in warnings:
-            found[name] = [max(span) for span in spans]
+            result[name] = [max(span) for span in spans]
         else:
-            found[name] = [span[-1] for span in spans]
-    return found
+            result[name] = [span[-1] for span in spans]
+    return result
 
 
 @pytest.mark.parametrize("rollback", [False, True])
@@ -102,24 +104,24 @@ def test_steps_of_any_number_of_samples_in_a_host_that_subtracts_times(
     changes, sizes = inputs_at(plan, plan.first, plan.last), [1, 3, 2, 7, 1, 1, 12]
     host = Host(extracted("fig4_9"))
     host.begin(plan.first * T, **{name.replace(".", "__"): value for name, value in plan.inputs.items()})
-    n, ends, found, state = plan.first, [0], [], None
+    n, ends, result, state = plan.first, [0], [], None
     while n < plan.last:
         host.set(changes.get(n, {}))
-        stop = min([plan.last, n + sizes[len(found) % len(sizes)], *(at for at in changes if at > n)])
-        if rollback and len(found) % 10 == 3:
+        stop = min([plan.last, n + sizes[len(result) % len(sizes)], *(at for at in changes if at > n)])
+        if rollback and len(result) % 10 == 3:
             state = host.slave.save(state)
-            kept = host.read()
+            retained = host.read()
             host.set({"rotor_contact.d1.u": 0.02, "rolac_controller.mb1.set_x": 1e-4})
             assert host.step(n * T, 1.7 * T) == 0
             assert host.step(n * T + 1.7 * T, 0.6 * T) == 0
             assert host.slave.call("SetFMUstate", state) == 0
-            assert host.read() == kept
+            assert host.read() == retained
         assert host.step(n * T, stop * T - n * T) == 0
         n = stop
         ends.append(n - plan.first)
-        found.append(host.read())
+        result.append(host.read())
     expected = over_steps(three, warnings, ends)
-    assert [name for name in expected if [point[name] for point in found] != expected[name]] == []
+    assert [name for name in expected if [point[name] for point in result] != expected[name]] == []
     assert max(expected["rotor_contact.rb1.impulse"]) > 0.01
     if state is not None:
         assert host.slave.call("FreeFMUstate", byref(state)) == 0
@@ -135,10 +137,10 @@ def test_a_step_that_straddles_samples_is_cut_at_them(extracted: Callable[..., P
         touched = touched or long.slave.get("rotor_contact.contact_state") != [0]
     for a, b in pairwise(marks):
         assert fine.step(a, b - a) == 0
-    one, other = long.read(), fine.read()
+    item, other = long.read(), fine.read()
     assert touched
     for name in ("rotor_contact.mb1.x", "rotor_contact.mb2.y", "rolac_controller.mb1.i_x", "amb_actuator.mb1.f_x"):
-        assert one[name] == pytest.approx(other[name], rel=1e-6), name
+        assert item[name] == pytest.approx(other[name], rel=1e-6), name
 
 
 def test_the_speed_rises_within_a_long_step(extracted: Callable[..., Path]) -> None:
@@ -150,9 +152,9 @@ def test_the_speed_rises_within_a_long_step(extracted: Callable[..., Path]) -> N
     for k in range(4):
         long.set({"Omega": 260.0 + slope * k * n * T})
         assert long.step(k * n * T, n * T) == 0
-    one, other = fine.read(), long.read()
+    item, other = fine.read(), long.read()
     for name in ("rotor_contact.speed", "rotor_contact.theta", "rotor_contact.mb1.x", "rolac_controller.mb1.i_x"):
-        assert one[name] == pytest.approx(other[name], rel=1e-9), name
+        assert item[name] == pytest.approx(other[name], rel=1e-9), name
 
 
 def test_a_saved_state_goes_through_bytes(extracted: Callable[..., Path]) -> None:
@@ -171,5 +173,5 @@ def test_a_saved_state_goes_through_bytes(extracted: Callable[..., Path]) -> Non
 
 def test_one_rotor_and_scenario_of_another_size(assembled: Callable[..., Path]) -> None:
     prepared = prepare(load_scenario("compressor_levitated").changed(settle_cycles=0, end_cycle=2))
-    three, one = separate(prepared), in_one(prepared, assembled("compressor_levitated"))
-    assert differing(series(one), series(three)) == []
+    three, item = separate(prepared), in_one(prepared, assembled("compressor_levitated"))
+    assert differing(series(item), series(three)) == []

@@ -79,9 +79,9 @@ def built(tmp_path: Path) -> Callable[..., Any]:
 def test_it_equals_the_orchestrator_to_the_last_bit(coupling: str, every: int, built: Callable[..., Any]) -> None:
     prepared, fmu = built(coupling, every)
     assert fmu.name == "two_magnets.fmu"
-    three, one = separate(prepared), in_one(prepared, fmu)
-    assert one.outcome.status == three.outcome.status == "completed"
-    found = series(three)
-    assert differing(series(one), found) == []
-    assert found["shaft.contact_state"].max() > 0
-    assert len(set(found["right.mb2.f_x"])) > 100
+    three, item = separate(prepared), in_one(prepared, fmu)
+    assert item.outcome.status == three.outcome.status == "completed"
+    result = series(three)
+    assert differing(series(item), result) == []
+    assert result["shaft.contact_state"].max() > 0
+    assert len(set(result["right.mb2.f_x"])) > 100

@@ -35,11 +35,11 @@ def case(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactor
 
 def test_it_stops_where_the_orchestrator_does_and_says_the_same(case: Any, assembled: Callable[..., Path]) -> None:
     prepared, file = case
-    three, one = separate(prepared).outcome, in_one(prepared, assembled(file)).outcome
-    assert three.status == one.status == "failed"
+    three, item = separate(prepared).outcome, in_one(prepared, assembled(file)).outcome
+    assert three.status == item.status == "failed"
     assert three.component in ("amb_actuator", "rolac_controller")
-    assert one.time == three.time
-    assert one.reason == three.reason.replace(": ", f": {three.component}: ", 2).replace(f"{three.component}: ", "", 1)
+    assert item.time == three.time
+    assert item.reason == three.reason.replace(": ", f": {three.component}: ", 2).replace(f"{three.component}: ", "", 1)
 
 
 @pytest.mark.parametrize("samples", [1, 5, 0.7])
@@ -51,10 +51,10 @@ def test_a_long_step_tells_the_value_at_the_sample(
     host, k = Host(extracted(file)).begin(), 0
     while host.step(k * samples * T, samples * T) == 0:
         before, k = host.read(), k + 1
-    told = three.reason.partition(": at t = ")[2].partition(": ")[2]
+    message = three.reason.partition(": at t = ")[2].partition(": ")[2]
     said = host.slave.reason()
     if samples != 0.7:
-        assert f"{three.component}: {told}" in said
+        assert f"{three.component}: {message}" in said
     assert f"{three.component}: " in said
     assert k * samples * T == pytest.approx(three.time, abs=1.01 * max(samples, 1.0) * T)
     assert host.read() == before, "outputs keep their last good values"

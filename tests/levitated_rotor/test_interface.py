@@ -28,15 +28,15 @@ def test_parameters_and_outputs_are_those_of_the_parts(table, parts):
     for causality in ("parameter", "output"):
         expected = [
             replace(v, name=f"{part}.{v.name}", field="")
-            for part, own in parts.items()
-            for v in own.of(causality)
+            for part, local in parts.items()
+            for v in local.of(causality)
             if v.name != FAULT_CODE
         ]
-        found = [v for v in table.of(causality) if v.name != FAULT_CODE]
-        assert [v.name for v in found] == [v.name for v in expected]
-        for v, own in zip(found, expected, strict=True):
+        result = [v for v in table.of(causality) if v.name != FAULT_CODE]
+        assert [v.name for v in result] == [v.name for v in expected]
+        for v, local in zip(result, expected, strict=True):
             reached = {"depends_on": v.depends_on, "starts_from": v.starts_from, "starts_as": v.starts_as}
-            assert v == replace(own, start=v.start, warning=v.warning, array=v.array, **reached), v.name
+            assert v == replace(local, start=v.start, warning=v.warning, array=v.array, **reached), v.name
 
 
 def test_inputs_are_those_that_nothing_in_the_system_feeds(table, parts):
@@ -48,7 +48,7 @@ def test_inputs_are_those_that_nothing_in_the_system_feeds(table, parts):
         assert name in names
     fed = [name for name in names if name.endswith((".i_x", ".mb1.x", ".k_xx", ".theta", ".contact_state", ".s1"))]
     assert fed == []
-    every = sum(len(own.of("input")) for own in parts.values())
+    every = sum(len(local.of("input")) for local in parts.values())
     connections = 4 + 4 + 4 + 8 + 8 + 2  # currents, displacements, forces, gradients, sensors, angle and contact
     assert len(names) == every - connections - 1
 

@@ -53,8 +53,8 @@ def plant():
 def derivatives(plant, unknowns, knowns):
     """J, shape (unknowns, knowns), a direction for each column."""
     slave, references = plant
-    asked = [references[name] for name in unknowns]
-    return np.array([slave.getDirectionalDerivative(asked, [references[name]], [1.0]) for name in knowns]).T
+    requested = [references[name] for name in unknowns]
+    return np.array([slave.getDirectionalDerivative(requested, [references[name]], [1.0]) for name in knowns]).T
 
 
 def test_those_of_the_plant_are_its_linear_model_over_a_step(plant):
@@ -63,11 +63,11 @@ def test_those_of_the_plant_are_its_linear_model_over_a_step(plant):
     names = partial(map, "rotor_contact.{}".format)
     law = sampled(LinearPart(Law(model.A, model.B, model.C, model.D), model.input_names, model.output_names), H)
     part = law.selected(list(names(INPUTS)), list(names(OUTPUTS))).law
-    found = derivatives(plant, OUTPUTS, INPUTS)
+    result = derivatives(plant, OUTPUTS, INPUTS)
     expected = part.C @ part.B
     size = np.abs(expected).max(axis=0)
     assert size.min() > 0.0
-    np.testing.assert_allclose(found / size, expected / size, rtol=0.0, atol=1e-9)
+    np.testing.assert_allclose(result / size, expected / size, rtol=0.0, atol=1e-9)
 
 
 def test_where_the_rotor_begins_to_touch_there_is_none(plant):

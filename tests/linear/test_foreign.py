@@ -57,8 +57,8 @@ def exact_poles():
 def test_poles_are_those_of_the_derivatives_at_the_point(folder):
     part = spring(folder)
     assert "by its directional derivatives, of 2 states" in part.notes[0]
-    found = np.linalg.eigvals(part.law.A)
-    np.testing.assert_allclose(np.sort_complex(found), np.sort_complex(exact_poles()), rtol=1e-12)
+    result = np.linalg.eigvals(part.law.A)
+    np.testing.assert_allclose(np.sort_complex(result), np.sort_complex(exact_poles()), rtol=1e-12)
     assert part.law.D[0, 0] > 0.0
 
 
@@ -68,6 +68,6 @@ def test_hidden_state_or_refusal_leaves_it_to_differences(folder, lag):
     (note,) = (part := spring(folder, lag=lag)).notes
     assert note.startswith("spring: by differences, of ")
     assert ("by its directional derivatives its largest response is missed by" in note) == (lag > 0.0)
-    found = np.linalg.eigvals(part.law.A)
+    result = np.linalg.eigvals(part.law.A)
     for pole in exact_poles():
-        assert np.abs(found / pole - 1.0).min() < 1e-4
+        assert np.abs(result / pole - 1.0).min() < 1e-4

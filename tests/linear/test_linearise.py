@@ -53,9 +53,9 @@ def test_poles_of_the_model_are_those_of_the_free_decay(compressor):
     model = model_of(compressor, FORCES, SHOWN)
     seen = np.array([pole for pole in model.poles() if abs(pole) > 0.9])
     assert len(seen) == 28
-    found = fitted_poles(free_decay(), len(seen))
+    result = fitted_poles(free_decay(), len(seen))
     for pole in seen:
-        nearest = found[np.argmin(np.abs(found - pole))]
+        nearest = result[np.argmin(np.abs(result - pole))]
         assert abs(np.log(nearest) / np.log(pole) - 1.0) < 1e-9
 
 
@@ -126,10 +126,10 @@ def test_fmu_from_elsewhere_is_known_by_differences():
     lead = amb_cosim.linear_controller(
         (np.diag([0.5] * 4), np.eye(4), 1e3 * np.eye(4), -3e4 * np.eye(4)), AXES, DEMANDS, H, sampled_arrays=True
     )
-    own = linearisable(COMPRESSOR, fmu={"rolac_controller": lead})
-    interface, folder = own.assembly.interfaces["rolac_controller"], own.assembly.fmus["rolac_controller"].folder
+    local = linearisable(COMPRESSOR, fmu={"rolac_controller": lead})
+    interface, folder = local.assembly.interfaces["rolac_controller"], local.assembly.fmus["rolac_controller"].folder
     part = foreign_part("rolac_controller", folder, interface, {"Omega": 900.0}, (AXES, DEMANDS), H)
-    (exact,) = own.parts(["rolac_controller"])
+    (exact,) = local.parts(["rolac_controller"])
     exact = exact.selected(part.inputs, part.outputs)
     for z in np.exp(1j * np.array([0.0, 0.1, 2.0])):
         answers = [p.law.C @ np.linalg.solve(z * np.eye(4) - p.law.A, p.law.B) + p.law.D for p in (part, exact)]
@@ -167,9 +167,9 @@ def test_share_of_a_sample_of_delay_is_exact_where_steps_meet_it():
     result = amb_cosim.run(scenario, progress=False)
     motion = np.array([result.signals[name].values for name in SHOWN]).T[::10][60:]
     seen = np.array([pole for pole in model.poles() if abs(pole) > 0.95])
-    found = fitted_poles(motion, 28)
+    matches = fitted_poles(motion, 28)
     for pole in seen:
-        assert np.abs(np.log(found[np.argmin(np.abs(found - pole))]) / np.log(pole) - 1.0) < 1e-6
+        assert np.abs(np.log(matches[np.argmin(np.abs(matches - pole))]) / np.log(pole) - 1.0) < 1e-6
 
 
 def test_what_a_model_cannot_have_is_named(compressor):
@@ -189,8 +189,8 @@ def test_system_is_linearised_as_a_scenario_of_it_is():
     """The expander: its middle bearing is a passive ring, its loop is sampled every 50 us."""
     system, rotor = amb_cosim.load_system(ROTOR.parent / "levitated_expander.toml"), str(ROTOR)
     scenario = amb_cosim.Scenario.load(LEVITATION)
-    given = scenario.parameters["rolac_controller"] | {"sample_time": "50 us"}
-    settings = {f"rolac_controller.{name}": value for name, value in given.items()}
+    values = scenario.parameters["rolac_controller"] | {"sample_time": "50 us"}
+    settings = {f"rolac_controller.{name}": value for name, value in values.items()}
     settings |= {f"amb_actuator.{name}": value for name, value in scenario.parameters["amb_actuator"].items()}
     # What a scenario works out from gravity, and a system does not know.
     settings |= {"amb_actuator.*.static_current_?": 0.5}

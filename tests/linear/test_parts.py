@@ -29,8 +29,8 @@ def test_connected_parts_are_their_feedback():
     G = control.ss(MASS.A, MASS.B, MASS.C, MASS.D)
     for s in (0.0, 3j, 20j + 1.0):
         law = whole.selected(["mass.u"], ["mass.y", "mass.u"]).law
-        found = control.ss(law.A, law.B, law.C, law.D)(s)[:, 0]
-        np.testing.assert_allclose(found, np.array([G(s), 1.0]) / (1.0 + 30.0 * G(s)), rtol=1e-12)
+        result = control.ss(law.A, law.B, law.C, law.D)(s)[:, 0]
+        np.testing.assert_allclose(result, np.array([G(s), 1.0]) / (1.0 + 30.0 * G(s)), rtol=1e-12)
 
 
 def test_stiff_loop_without_delay_is_solved_in_any_unit():
@@ -77,8 +77,8 @@ def test_parts_of_other_sample_times_are_refused():
 def test_output_at_the_end_of_a_step_reaches_the_first_a_step_later():
     law = Law([[0.5]], [[1.0]], [[2.0]], [[3.0]], T)
     later, names = shown_a_step_later(part(law, "a"), ["a.y"])
-    found = responses(later.selected(["a.u"], [names["a.y"]]).law, 6)[:, 0, 0]
-    np.testing.assert_allclose(found, [0.0, *responses(law, 5)[:, 0, 0]])
+    result = responses(later.selected(["a.u"], [names["a.y"]]).law, 6)[:, 0, 0]
+    np.testing.assert_allclose(result, [0.0, *responses(law, 5)[:, 0, 0]])
 
 
 def test_pulses_tell_order_and_poles_of_a_law():
@@ -87,8 +87,8 @@ def test_pulses_tell_order_and_poles_of_a_law():
     rng = np.random.default_rng(2)
     B, C = rng.standard_normal((4, 2)) * [1.0, 1e6], rng.standard_normal((2, 4)) * [[1.0], [1e-7]]
     law = Law(np.diag(poles), B, C, [[0.0, 1.0], [0.0, 0.0]], T)
-    found = realised(responses(law, 120), T)
-    np.testing.assert_allclose(np.sort(np.linalg.eigvals(found.A).real), np.sort(poles), rtol=1e-8)
+    result = realised(responses(law, 120), T)
+    np.testing.assert_allclose(np.sort(np.linalg.eigvals(result.A).real), np.sort(poles), rtol=1e-8)
 
 
 def test_disk_margin_of_one_loop_is_that_of_python_control():

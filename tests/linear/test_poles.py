@@ -43,10 +43,10 @@ def test_less_damping_of_the_control_is_less_damping_of_the_rotor(diagram):
 def test_late_currents_make_an_elastic_mode_unstable():
     """A sample more of delay, and the mode at 1.2 or at 1.7 kHz has no phase left."""
     late = {"rolac_controller.chain.preset": "custom", "rolac_controller.chain.delay": True}
-    found = studies.poles(COMPRESSOR, set=late, up_to=300.0, count=30)
-    assert len(found.unstable) == len(found.speeds)
-    assert "not stable from 0.3 to 300 rad/s" in str(found)
-    growing = [pole for pole in found.poles if pole.decrements[0] < 0.0]
+    result = studies.poles(COMPRESSOR, set=late, up_to=300.0, count=30)
+    assert len(result.unstable) == len(result.speeds)
+    assert "not stable from 0.3 to 300 rad/s" in str(result)
+    growing = [pole for pole in result.poles if pole.decrements[0] < 0.0]
     assert growing
     assert all(pole.frequencies[0] > 2.0 * np.pi * 1000.0 for pole in growing)
 
@@ -54,16 +54,16 @@ def test_late_currents_make_an_elastic_mode_unstable():
 def test_crossing_poles_are_told_apart_by_where_they_lead_and_how_they_whirl():
     """Two poles cross at the fifth speed, the forward one from below; lists are ordered by frequency."""
     speeds = np.linspace(0.0, 1.0, 9)
-    found = []
+    result = []
     for speed in speeds:
         s, senses = np.array([9.0 + 2.0 * speed, 11.0 - 2.0 * speed]) * 1j - 0.1, np.array([1.0, -1.0])
         order = np.argsort(s.imag, kind="stable")
-        found.append(Vibrations(s[order], senses[order]))
-    for track, sense in zip(followed(found, 2), (1.0, -1.0), strict=True):
-        assert all(at.senses[k] == sense for at, k in zip(found, track, strict=True))
+        result.append(Vibrations(s[order], senses[order]))
+    for track, sense in zip(followed(result, 2), (1.0, -1.0), strict=True):
+        assert all(at.senses[k] == sense for at, k in zip(result, track, strict=True))
 
 
 def test_vibration_that_disappears_is_lost():
     both = Vibrations(np.array([10j - 0.1, 30j - 0.1]), np.array([1.0, 1.0]))
-    one = Vibrations(both.poles[:1], both.senses[:1])
-    assert followed([both, both, one, both], 2) == [[0, 0, 0, 0], [1, 1, None, None]]
+    item = Vibrations(both.poles[:1], both.senses[:1])
+    assert followed([both, both, item, both], 2) == [[0, 0, 0, 0], [1, 1, None, None]]

@@ -62,24 +62,24 @@ def test_description_is_valid(built, fmi):
 
 
 def test_fmpy_simulates_it_with_the_values_of_the_core(built):
-    case, given = CASES["linear_controller"], {"y0": 1e-3, "y1": -2e-3, "u.x.feedforward": 5e-3}
+    case, values = CASES["linear_controller"], {"y0": 1e-3, "y1": -2e-3, "u.x.feedforward": 5e-3}
     core = Instance(case.model, case.constants)
-    for name, value in given.items():
+    for name, value in values.items():
         core[name] = value
     core.initialise()
     expected = []
     for n in range(100):
         core.step(n * case.h, case.h)
         expected.append([core["u.x"], core["u.y"]])
-    found = fmpy.simulate_fmu(
+    result = fmpy.simulate_fmu(
         str(built[2][1]),
         stop_time=100 * case.h,
         step_size=case.h,
         output_interval=case.h,
         output=["u.x", "u.y"],
-        start_values=given,
+        start_values=values,
     )
-    np.testing.assert_array_equal(np.column_stack([found["u.x"], found["u.y"]])[1:], expected)
+    np.testing.assert_array_equal(np.column_stack([result["u.x"], result["u.y"]])[1:], expected)
 
 
 def test_the_code_of_the_readme_runs_and_prints_what_it_says(run_python, tmp_path):

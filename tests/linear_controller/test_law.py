@@ -39,25 +39,25 @@ def test_samples_are_those_of_python_control(seed, n_states, n_demands, n_signal
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         sampled = law.sample(T, method) if n_states else control.ss([], [], [], law.D, T)
-    given = signals(seed, 60, n_signals)
-    expected = response(sampled, given)
-    found = Bench(controller(law, method=method, allow_unstable=True), start_at_rest=0).run(given)
-    np.testing.assert_allclose(found, expected, rtol=0.0, atol=1e-12 * max(1.0, np.abs(expected).max()))
+    values = signals(seed, 60, n_signals)
+    expected = response(sampled, values)
+    result = Bench(controller(law, method=method, allow_unstable=True), start_at_rest=0).run(values)
+    np.testing.assert_allclose(result, expected, rtol=0.0, atol=1e-12 * max(1.0, np.abs(expected).max()))
 
 
 @given(st.floats(100.0, 25_000.0), st.integers(0, 1000))
 def test_prewarped_response_is_that_of_the_continuous_law_at_its_frequency(omega, seed):
     law = random_law(seed, 4, 1, 1)
-    kept = controller(law, method="tustin", prewarp=omega).state_space()
+    retained = controller(law, method="tustin", prewarp=omega).state_space()
     expected = law(1j * omega)
-    assert abs(kept(np.exp(1j * omega * T)) - expected) < 1e-9 * max(abs(expected), 1.0)
+    assert abs(retained(np.exp(1j * omega * T)) - expected) < 1e-9 * max(abs(expected), 1.0)
 
 
 def test_matched_poles_are_where_the_sample_time_puts_them():
     law = control.tf([1.0, 500.0], [1.0, 300.0, 2e6])
-    found = linear_controller(law, ["y"], ["u"], T, method="matched").state_space()
-    np.testing.assert_allclose(sorted(found.poles(), key=abs), sorted(np.exp(law.poles() * T), key=abs), rtol=1e-9)
-    assert found(1.0).real == pytest.approx(law(0.0).real, rel=1e-9)
+    result = linear_controller(law, ["y"], ["u"], T, method="matched").state_space()
+    np.testing.assert_allclose(sorted(result.poles(), key=abs), sorted(np.exp(law.poles() * T), key=abs), rtol=1e-9)
+    assert result(1.0).real == pytest.approx(law(0.0).real, rel=1e-9)
 
 
 def test_step_response_of_an_integrator_is_a_ramp():
@@ -116,19 +116,19 @@ def test_first_sample_finds_filters_at_rest_and_integrators_at_zero():
     law = control.append(control.ss(low_pass), control.ss(integrator))
     bench = Bench(controller(law, method="zoh"), signals=[0.05, 0.05])
     np.testing.assert_allclose(bench.demands(), [0.05, 0.0], atol=1e-14)
-    found = bench.run(np.full((3, 2), 0.05))
-    np.testing.assert_allclose(found[:, 0], 0.05, rtol=1e-12)
-    np.testing.assert_allclose(found[:, 1], 0.05 * T * np.arange(3), atol=1e-14)
+    result = bench.run(np.full((3, 2), 0.05))
+    np.testing.assert_allclose(result[:, 0], 0.05, rtol=1e-12)
+    np.testing.assert_allclose(result[:, 1], 0.05 * T * np.arange(3), atol=1e-14)
 
 
 def test_samples_come_at_their_own_instants_whatever_the_step():
     law = random_law(11, 4, 2, 2)
-    given = signals(1, 40, 2)
-    expected = Bench(controller(law)).run(given)
-    fine, found = Bench(controller(law)), []
-    for n in range(4 * len(given)):
-        fine.read(given[n // 4])
+    values = signals(1, 40, 2)
+    expected = Bench(controller(law)).run(values)
+    fine, result = Bench(controller(law)), []
+    for n in range(4 * len(values)):
+        fine.read(values[n // 4])
         fine.instance.step(n * T / 4, T / 4)
-        found.append(fine.demands())
-    np.testing.assert_array_equal(found[::4], expected)
-    np.testing.assert_array_equal(found[3::4], expected)
+        result.append(fine.demands())
+    np.testing.assert_array_equal(result[::4], expected)
+    np.testing.assert_array_equal(result[3::4], expected)

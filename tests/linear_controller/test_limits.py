@@ -65,12 +65,12 @@ def test_slow_modes_of_a_limited_law_are_reflected(seed, n_slow, n_fast):
     V = np.linalg.qr(rng.normal(size=(n, n)))[0] + 0.1 * rng.normal(size=(n, n))
     A = V @ np.diag(modes) @ np.linalg.inv(V)
     law = Law(A, rng.normal(size=(n, 2)), rng.normal(size=(3, n)), rng.normal(size=(3, 2)), T)
-    found = slow_modes(law, T, slow_time)
+    result = slow_modes(law, T, slow_time)
     expected = np.where(modes >= alpha, alpha**2 / modes, modes)
-    closed = np.linalg.eigvals(A - found.tracking @ law.C)
+    closed = np.linalg.eigvals(A - result.tracking @ law.C)
     np.testing.assert_allclose(np.sort(closed.real), np.sort(expected), atol=1e-6)
-    np.testing.assert_allclose(found.slow @ found.slow, found.slow, atol=1e-7)
-    np.testing.assert_allclose(A @ found.slow, found.slow @ A, atol=1e-7)
+    np.testing.assert_allclose(result.slow @ result.slow, result.slow, atol=1e-7)
+    np.testing.assert_allclose(A @ result.slow, result.slow @ A, atol=1e-7)
 
 
 @given(st.integers(0, 10**6))
@@ -131,16 +131,16 @@ def test_reset_takes_integrators_to_zero_and_leaves_filters():
 def test_delayed_demands_are_the_means_of_those_that_come_late(delay, parts, seed):
     """Each communication step shows the mean over it of u at its sample's instant plus the delay."""
     rng, count = np.random.default_rng(seed), 45
-    given = rng.uniform(-0.1, 0.1, size=count)
-    bench = Bench(one(1.0), signals=[given[0]], delay=delay)
+    values = rng.uniform(-0.1, 0.1, size=count)
+    bench = Bench(one(1.0), signals=[values[0]], delay=delay)
     whole = int(delay)
     for n in range(count * parts):
         k = n // parts
-        bench.read([given[k]])
+        bench.read([values[k]])
         bench.instance.step(n * T / parts, T / parts)
         begin, end = n / parts - k, (n + 1) / parts - k
         share = min(max((end - (delay - whole)) / (end - begin), 0.0), 1.0)
-        newest, before = given[max(k - whole, 0)], given[max(k - whole - 1, 0)]
+        newest, before = values[max(k - whole, 0)], values[max(k - whole - 1, 0)]
         assert bench.instance["u"] == pytest.approx(share * newest + (1.0 - share) * before, abs=1e-9)
 
 
@@ -153,9 +153,9 @@ def test_delay_of_the_chain_is_one_sample_more():
 def test_dac_shows_levels_within_its_range():
     bench = Bench(one(1e3), chain__preset=2, chain__dac=1, chain__dac_bits=8, chain__dac_range=10.0)
     step = 0.5 * 20.0 / 256.0
-    found = bench.run(np.linspace(-0.1, 0.1, 41)[:, None])[:, 0]
-    np.testing.assert_allclose(found / step, np.round(found / step), atol=1e-9)
-    assert (found.min(), found.max()) == (pytest.approx(-5.0), pytest.approx(5.0 - step))
+    result = bench.run(np.linspace(-0.1, 0.1, 41)[:, None])[:, 0]
+    np.testing.assert_allclose(result / step, np.round(result / step), atol=1e-9)
+    assert (result.min(), result.max()) == (pytest.approx(-5.0), pytest.approx(5.0 - step))
 
 
 def test_limits_that_cross_are_refused_by_name():

@@ -24,13 +24,13 @@ def bench(**values):
 @pytest.mark.parametrize("sensor", range(3))
 def test_fault_reaches_its_own_signal(sensor, fault, value, expected):
     """A dead sensor shows 0, a stuck one what it showed, one with an offset so much more."""
-    one = bench()
-    one.step(Y)
-    found = one.step(3.0 * Y, **{f"{NAMES[sensor].replace('.', '__')}__fault_{fault}": value})
+    item = bench()
+    item.step(Y)
+    result = item.step(3.0 * Y, **{f"{NAMES[sensor].replace('.', '__')}__fault_{fault}": value})
     factor, added = expected
-    kept = Y[sensor] if fault == "stuck" else 0.0
-    np.testing.assert_allclose(found[sensor], factor * 3.0 * Y[sensor] + added + kept, rtol=1e-12, atol=1e-18)
-    np.testing.assert_array_equal(np.delete(found, sensor), np.delete(3.0 * Y, sensor))
+    retained = Y[sensor] if fault == "stuck" else 0.0
+    np.testing.assert_allclose(result[sensor], factor * 3.0 * Y[sensor] + added + retained, rtol=1e-12, atol=1e-18)
+    np.testing.assert_array_equal(np.delete(result, sensor), np.delete(3.0 * Y, sensor))
 
 
 def test_scale_multiplies_a_signal():
@@ -38,24 +38,24 @@ def test_scale_multiplies_a_signal():
 
 
 def test_noise_of_an_odd_number_of_signals_is_white_and_independent():
-    one = bench(chain__preset=2, chain__noise=1, chain__noise_rms=1e-6)
-    noise = one.run(np.tile(Y, (4000, 1))) - Y
+    item = bench(chain__preset=2, chain__noise=1, chain__noise_rms=1e-6)
+    noise = item.run(np.tile(Y, (4000, 1))) - Y
     np.testing.assert_allclose(noise.std(axis=0), 1e-6, rtol=0.06)
     assert np.abs(np.corrcoef(noise.T) - np.eye(3)).max() < 0.08
 
 
 def test_filter_is_at_rest_at_the_first_sample_and_lags_after():
-    one = bench(chain__preset=2, chain__filter=1, chain__cutoff=100.0)
-    np.testing.assert_allclose(one.step(Y), Y, rtol=1e-12)
-    held = one.run(np.tile(2.0 * Y, (3000, 1)))
+    item = bench(chain__preset=2, chain__filter=1, chain__cutoff=100.0)
+    np.testing.assert_allclose(item.step(Y), Y, rtol=1e-12)
+    held = item.run(np.tile(2.0 * Y, (3000, 1)))
     assert 0.0 < held[0, 0] / Y[0] - 1.0 < 0.1
     np.testing.assert_allclose(held[-1], 2.0 * Y, rtol=1e-9)
 
 
 def test_adc_says_when_a_signal_is_beyond_its_range():
-    one = bench(chain__preset=2, chain__adc=1)
-    one.step(Y)
-    assert one.instance["adc_limited"] == 0.0
-    found = one.step([2e-3, 0.0, 0.0])
-    assert one.instance["adc_limited"] == 1.0
-    assert found[0] == pytest.approx(1.25e-3, rel=1e-4)
+    item = bench(chain__preset=2, chain__adc=1)
+    item.step(Y)
+    assert item.instance["adc_limited"] == 0.0
+    result = item.step([2e-3, 0.0, 0.0])
+    assert item.instance["adc_limited"] == 1.0
+    assert result[0] == pytest.approx(1.25e-3, rel=1e-4)

@@ -27,9 +27,9 @@ def table(**options):
 @pytest.mark.parametrize("speed", [100.0, 200.0, 400.0])
 def test_law_at_a_point_of_the_table_is_that_of_the_point(speed):
     given_signal = np.random.default_rng(1).uniform(-0.1, 0.1, size=(50, 1))
-    found = Bench(table(), Omega=speed).run(given_signal)
+    result = Bench(table(), Omega=speed).run(given_signal)
     alone = Bench(linear_controller(TABLE[speed], ["y"], ["u"], T, method="zoh")).run(given_signal)
-    np.testing.assert_allclose(found, alone, rtol=0.0, atol=1e-14)
+    np.testing.assert_allclose(result, alone, rtol=0.0, atol=1e-14)
 
 
 @pytest.mark.parametrize("speed", [100.0, 150.0, 200.0, 300.0])
@@ -48,8 +48,8 @@ def test_law_between_two_points_has_the_mean_of_their_matrices(speed):
     }
     between = linear_controller(tuple(mean.values()), ["y"], ["u"], T, sampled_arrays=True)
     given_signal = np.random.default_rng(1).uniform(-0.1, 0.1, size=(50, 1))
-    found = Bench(controller, Omega=speed, start_at_rest=0).run(given_signal)
-    np.testing.assert_allclose(found, Bench(between, start_at_rest=0).run(given_signal), rtol=0.0, atol=1e-12)
+    result = Bench(controller, Omega=speed, start_at_rest=0).run(given_signal)
+    np.testing.assert_allclose(result, Bench(between, start_at_rest=0).run(given_signal), rtol=0.0, atol=1e-12)
 
 
 @settings(max_examples=30)
@@ -57,12 +57,12 @@ def test_law_between_two_points_has_the_mean_of_their_matrices(speed):
 def test_passing_a_point_of_the_table_makes_no_jump(point, seed):
     """A hair before and behind it, with the same states, the demand is the same."""
     signals = np.random.default_rng(seed).uniform(-0.1, 0.1, size=(30, 1))
-    found = []
+    result = []
     for speed in (point * (1.0 - 1e-12), point, point * (1.0 + 1e-12)):
         bench = Bench(table(), Omega=0.9 * point)
         bench.run(signals)
-        found.append([bench.step([0.01], Omega=speed)[0], *bench.states()])
-    np.testing.assert_allclose(found, np.tile(found[1], (3, 1)), rtol=1e-9, atol=1e-12)
+        result.append([bench.step([0.01], Omega=speed)[0], *bench.states()])
+    np.testing.assert_allclose(result, np.tile(result[1], (3, 1)), rtol=1e-9, atol=1e-12)
 
 
 def test_run_up_through_the_table_changes_the_demand_as_slowly_as_the_speed():

@@ -28,10 +28,10 @@ ON_PAGE = ("fig5_6_pid", "drop")  # scenarios
 
 @pytest.fixture(scope="session")
 def node() -> str:
-    found = shutil.which("node")
-    if found is None:
+    result = shutil.which("node")
+    if result is None:
         pytest.skip("node, which runs the engine of the live rig outside of a browser, is not installed")
-    return found
+    return result
 
 
 @pytest.fixture(scope="session")
@@ -40,9 +40,9 @@ def rig_folder(create_once: Callable[..., Path]) -> Callable[[str], Path]:
 
     def make(name: str) -> Path:
         def fill(folder: Path) -> None:
-            found = rig(load_scenario(name))
-            (folder / "rig.json").write_text(json.dumps(found.data), encoding="utf-8")
-            for key, content in found.parts.items():
+            result = rig(load_scenario(name))
+            (folder / "rig.json").write_text(json.dumps(result.data), encoding="utf-8")
+            for key, content in result.parts.items():
                 (folder / key).write_bytes(content)
 
         return create_once(f"rig-{Path(name).stem}", fill)
@@ -68,11 +68,11 @@ def session(node: str, rig_folder: Callable[[str], Path]) -> Callable[..., Answe
 def chromium() -> Iterator[Any]:
     """The browser."""
     sync_api = pytest.importorskip("playwright.sync_api", reason="playwright, which drives a browser, is not installed")
-    found = shutil.which("chromium")
-    if found is None:
+    result = shutil.which("chromium")
+    if result is None:
         pytest.skip("chromium, the browser of Debian, is not installed")
     with sync_api.sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=found, args=["--no-sandbox"])
+        browser = playwright.chromium.launch(executable_path=result, args=["--no-sandbox"])
         yield browser
         browser.close()
 
@@ -125,13 +125,13 @@ def open_rig(chromium: Any, page_file: Path) -> Iterator[Callable[..., Rig]]:
             "request", lambda r: None if r.url.split(":")[0] in ("file", "blob", "data") else problems.append(r.url)
         )
         page.goto(address or page_file.as_uri())
-        found = Rig(page, problems)
-        opened.append((context, found))
+        result = Rig(page, problems)
+        opened.append((context, result))
         if settle:
-            found.settled()
-        return found
+            result.settled()
+        return result
 
     yield make
-    for context, found in opened:
+    for context, result in opened:
         context.close()
-        assert found.problems == []
+        assert result.problems == []

@@ -19,10 +19,10 @@ def test_it_is_smaller_than_two_megabytes(page_file):
 
 
 def test_opened_from_a_file_it_runs_and_draws(open_rig):
-    found = open_rig(reduced_motion="no-preference")
-    found.page.wait_for_function("parseFloat(document.querySelector('#clock').textContent) > 0.02")
+    result = open_rig(reduced_motion="no-preference")
+    result.page.wait_for_function("parseFloat(document.querySelector('#clock').textContent) > 0.02")
     for canvas in ("#shaft", "#polar", ".orbit canvas", ".chart canvas", "#line-canvas"):
-        colours = found.page.eval_on_selector(
+        colours = result.page.eval_on_selector(
             canvas,
             """(canvas) => new Set(new Uint32Array(
                 canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data.buffer)).size""",
@@ -31,94 +31,96 @@ def test_opened_from_a_file_it_runs_and_draws(open_rig):
 
 
 def test_it_runs_from_a_server_too(open_rig, page_file, serve):
-    found = open_rig(f"{serve(page_file.parent)}/{page_file.name}")
-    assert [url for url in found.problems if not url.startswith("http://127.0.0.1")] == []
-    found.problems.clear()  # the page itself
-    found.go(0.1)
-    assert found.time == pytest.approx(0.1, abs=3e-4)
+    result = open_rig(f"{serve(page_file.parent)}/{page_file.name}")
+    assert [url for url in result.problems if not url.startswith("http://127.0.0.1")] == []
+    result.problems.clear()  # the page itself
+    result.go(0.1)
+    assert result.time == pytest.approx(0.1, abs=3e-4)
 
 
 def test_a_single_step_is_one_of_communication_and_reset_goes_to_zero(open_rig):
-    found = open_rig()
-    assert found.time == 0.0
-    found.page.click("#step")
-    found.page.wait_for_function("document.querySelector('#clock').textContent.startsWith('0.0003')")  # 250 us, rounded
-    found.page.click("#step")
-    found.reach(0.0005)
-    found.page.click("#reset")
-    found.reach(0.0)
+    result = open_rig()
+    assert result.time == 0.0
+    result.page.click("#step")
+    result.page.wait_for_function(
+        "document.querySelector('#clock').textContent.startsWith('0.0003')"
+    )  # 250 us, rounded
+    result.page.click("#step")
+    result.reach(0.0005)
+    result.page.click("#reset")
+    result.reach(0.0)
 
 
 def test_the_keyboard_runs_pauses_steps_and_resets(open_rig):
-    found = open_rig()
-    found.page.keyboard.press(" ")
-    found.page.wait_for_function("parseFloat(document.querySelector('#clock').textContent) > 0.005")
-    found.page.keyboard.press(" ")
-    found.page.wait_for_function("document.querySelector('#achieved').textContent === 'paused'")
-    before = found.time
-    found.page.keyboard.press("s")
-    found.page.wait_for_function("(t) => parseFloat(document.querySelector('#clock').textContent) > t", arg=before)
-    found.page.keyboard.press("r")
-    found.reach(0.0)
-    found.page.keyboard.press("?")
-    assert found.page.is_visible("#help-dialog")
+    result = open_rig()
+    result.page.keyboard.press(" ")
+    result.page.wait_for_function("parseFloat(document.querySelector('#clock').textContent) > 0.005")
+    result.page.keyboard.press(" ")
+    result.page.wait_for_function("document.querySelector('#achieved').textContent === 'paused'")
+    before = result.time
+    result.page.keyboard.press("s")
+    result.page.wait_for_function("(t) => parseFloat(document.querySelector('#clock').textContent) > t", arg=before)
+    result.page.keyboard.press("r")
+    result.reach(0.0)
+    result.page.keyboard.press("?")
+    assert result.page.is_visible("#help-dialog")
 
 
 def test_pid_traps_the_rotor_and_rolac_from_the_start_frees_it(open_rig):
-    found = open_rig()
-    found.go(END)
-    assert found.modes == ["1", "1"]
-    found.page.click("button[data-option=ROLAC]")
-    found.page.wait_for_selector("button[data-option=ROLAC][aria-pressed=true]")
-    found.page.click("#reset")
-    found.reach(0.0)
-    found.go(END)
-    assert found.modes == ["0", "0"]
+    result = open_rig()
+    result.go(END)
+    assert result.modes == ["1", "1"]
+    result.page.click("button[data-option=ROLAC]")
+    result.page.wait_for_selector("button[data-option=ROLAC][aria-pressed=true]")
+    result.page.click("#reset")
+    result.reach(0.0)
+    result.go(END)
+    assert result.modes == ["0", "0"]
 
 
 def test_contact_aware_rolac_frees_a_rotor_that_is_trapped(open_rig):
-    found = open_rig()
-    found.page.click("button[data-option=Contact-aware]")
-    found.page.click("#apply")
-    found.page.wait_for_selector("#pending", state="hidden")
-    found.reach(0.0)
-    found.page.click("button[data-option=PID]")
-    found.go(1.5)
-    assert found.modes == ["1", "1"]
-    found.page.click("button[data-option=Contact-aware]")
-    found.page.fill("#pace", FASTEST)
-    found.page.click("#play")
-    found.reach(END)  # where the scenario ends
-    assert found.modes == ["0", "0"]
+    result = open_rig()
+    result.page.click("button[data-option=Contact-aware]")
+    result.page.click("#apply")
+    result.page.wait_for_selector("#pending", state="hidden")
+    result.reach(0.0)
+    result.page.click("button[data-option=PID]")
+    result.go(1.5)
+    assert result.modes == ["1", "1"]
+    result.page.click("button[data-option=Contact-aware]")
+    result.page.fill("#pace", FASTEST)
+    result.page.click("#play")
+    result.reach(END)  # where the scenario ends
+    assert result.modes == ["0", "0"]
 
 
 def test_the_original_forgets_what_was_done(open_rig):
-    found = open_rig()
-    found.page.click("button[data-option=ROLAC]")
-    found.page.wait_for_selector("button[data-option=ROLAC][aria-pressed=true]")
-    found.page.click("#original")
-    found.page.wait_for_selector("button[data-option=PID][aria-pressed=true]")
+    result = open_rig()
+    result.page.click("button[data-option=ROLAC]")
+    result.page.wait_for_selector("button[data-option=ROLAC][aria-pressed=true]")
+    result.page.click("#original")
+    result.page.wait_for_selector("button[data-option=PID][aria-pressed=true]")
 
 
 def test_bad_input_says_the_message_of_the_fmu(open_rig):
-    found = open_rig()
-    found.set("rotor_contact.d1.u", -1)
-    found.page.wait_for_selector("#failure:not([hidden])")
-    text = found.page.inner_text("#failure")
+    result = open_rig()
+    result.set("rotor_contact.d1.u", -1)
+    result.page.wait_for_selector("#failure:not([hidden])")
+    text = result.page.inner_text("#failure")
     assert "d1.u" in text
     assert "-1 kg.m" in text
-    assert found.page.get_attribute("#failure", "role") == "alert"
+    assert result.page.get_attribute("#failure", "role") == "alert"
 
 
 def test_a_fixed_parameter_waits_for_a_new_start(open_rig):
-    found = open_rig()
-    found.go(0.05)
-    found.set("rotor_contact.rb1.mu", 0.25)
-    assert "rotor_contact.rb1.mu can only change" in found.page.inner_text("#pending")
-    found.page.click("#apply")
-    found.reach(0.0)
-    found.page.fill("#variable-name", "rotor_contact.rb1.mu")
-    assert found.page.input_value("#variable-value") == "0.25"
+    result = open_rig()
+    result.go(0.05)
+    result.set("rotor_contact.rb1.mu", 0.25)
+    assert "rotor_contact.rb1.mu can only change" in result.page.inner_text("#pending")
+    result.page.click("#apply")
+    result.reach(0.0)
+    result.page.fill("#variable-name", "rotor_contact.rb1.mu")
+    assert result.page.input_value("#variable-value") == "0.25"
 
 
 # In contact, or less than 600 um of 750 away from it.
@@ -129,36 +131,36 @@ IS_NEAR = """() => {
 
 
 def test_dragging_in_an_orbit_pushes_until_it_is_let_go(open_rig):
-    found = open_rig()
-    found.page.fill("#pace", "-1")
-    found.page.click("#play")
-    box = found.page.locator(".orbit canvas").first.bounding_box()
+    result = open_rig()
+    result.page.fill("#pace", "-1")
+    result.page.click("#play")
+    box = result.page.locator(".orbit canvas").first.bounding_box()
     x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
-    found.page.mouse.move(x, y)
-    found.page.mouse.down()
-    found.page.mouse.move(x + 60, y, steps=4)
-    found.page.wait_for_function("document.querySelector('.orbit .force').textContent.startsWith('push')")
-    found.page.wait_for_function(IS_NEAR, timeout=120_000.0)
-    found.page.mouse.up()
-    found.page.wait_for_function("!document.querySelector('.orbit .force').textContent.startsWith('push')")
+    result.page.mouse.move(x, y)
+    result.page.mouse.down()
+    result.page.mouse.move(x + 60, y, steps=4)
+    result.page.wait_for_function("document.querySelector('.orbit .force').textContent.startsWith('push')")
+    result.page.wait_for_function(IS_NEAR, timeout=120_000.0)
+    result.page.mouse.up()
+    result.page.wait_for_function("!document.querySelector('.orbit .force').textContent.startsWith('push')")
 
 
 def test_an_arrow_key_on_an_orbit_pushes_while_it_is_held(open_rig):
-    found = open_rig()
-    found.page.focus(".orbit canvas")
-    found.page.keyboard.down("ArrowRight")
-    found.page.wait_for_function("document.querySelector('.orbit .force').textContent.includes('500 N')")
-    found.page.keyboard.up("ArrowRight")
-    found.page.wait_for_function("!document.querySelector('.orbit .force').textContent.includes('500 N')")
+    result = open_rig()
+    result.page.focus(".orbit canvas")
+    result.page.keyboard.down("ArrowRight")
+    result.page.wait_for_function("document.querySelector('.orbit .force').textContent.includes('500 N')")
+    result.page.keyboard.up("ArrowRight")
+    result.page.wait_for_function("!document.querySelector('.orbit .force').textContent.includes('500 N')")
 
 
 def test_what_was_done_is_saved_as_a_scenario_that_can_be_read(open_rig, tmp_path):
-    found = open_rig()
-    found.go(0.05)
-    found.set("rotor_contact.d2.u", 0.004)
-    found.go(0.1)
-    with found.page.expect_download() as download:
-        found.page.click("#save")
+    result = open_rig()
+    result.go(0.05)
+    result.set("rotor_contact.d2.u", 0.004)
+    result.go(0.1)
+    with result.page.expect_download() as download:
+        result.page.click("#save")
     path = tmp_path / download.value.suggested_filename
     download.value.save_as(path)
     assert path.suffix == ".toml"
@@ -167,10 +169,10 @@ def test_what_was_done_is_saved_as_a_scenario_that_can_be_read(open_rig, tmp_pat
 
 
 def test_the_curves_are_saved_as_csv_with_units(open_rig, tmp_path):
-    found = open_rig()
-    found.go(0.05)
-    with found.page.expect_download() as download:
-        found.page.click("#csv")
+    result = open_rig()
+    result.go(0.05)
+    with result.page.expect_download() as download:
+        result.page.click("#csv")
     download.value.save_as(tmp_path / "curves.csv")
     lines = (tmp_path / "curves.csv").read_text(encoding="utf-8").splitlines()
     names = lines[0].split(",")
@@ -181,136 +183,138 @@ def test_the_curves_are_saved_as_csv_with_units(open_rig, tmp_path):
 
 
 def test_a_saved_scenario_repeats_what_the_page_showed(open_rig, tmp_path):
-    found = open_rig()
-    found.go(0.1)
-    found.set("rotor_contact.d4.u", 0.02)
-    found.page.click("button[data-option=ROLAC]")
-    found.page.wait_for_selector("button[data-option=ROLAC][aria-pressed=true]")
-    found.go(0.6)
+    result = open_rig()
+    result.go(0.1)
+    result.set("rotor_contact.d4.u", 0.02)
+    result.page.click("button[data-option=ROLAC]")
+    result.page.wait_for_selector("button[data-option=ROLAC][aria-pressed=true]")
+    result.go(0.6)
     for button, name in (("#save", "done.toml"), ("#csv", "shown.csv")):
-        with found.page.expect_download() as download:
-            found.page.click(button)
+        with result.page.expect_download() as download:
+            result.page.click(button)
         download.value.save_as(tmp_path / name)
-    shown = np.genfromtxt(tmp_path / "shown.csv", delimiter=",", names=True, deletechars="", replace_space=" ")
+    displayed = np.genfromtxt(tmp_path / "shown.csv", delimiter=",", names=True, deletechars="", replace_space=" ")
     again = amb_cosim.run(tmp_path / "done.toml").dataset
     clearance = 0.75e-3
     for axis in ("mb1.x", "mb2.y"):
-        repeated = again[f"rotor_contact.{axis}"].interp(time=shown["time (s)"])
-        assert float(abs(repeated - shown[f"rotor_contact.{axis} (m)"]).max()) < 1e-6 * clearance  # single precision
+        repeated = again[f"rotor_contact.{axis}"].interp(time=displayed["time (s)"])
+        assert (
+            float(abs(repeated - displayed[f"rotor_contact.{axis} (m)"]).max()) < 1e-6 * clearance
+        )  # single precision
     assert float(again["rotor_contact.rb1.f_n"].max()) > 0.0
 
 
 def test_a_link_holds_what_was_done(open_rig):
-    found = open_rig()
-    found.go(0.05)
-    found.set("rotor_contact.d3.u", 0.007)
-    found.page.wait_for_function("document.querySelector('[data-variable=\"rotor_contact.d3.u\"]').value === '7'")
-    found.page.click("#share")
-    again = open_rig(found.page.url)
+    result = open_rig()
+    result.go(0.05)
+    result.set("rotor_contact.d3.u", 0.007)
+    result.page.wait_for_function("document.querySelector('[data-variable=\"rotor_contact.d3.u\"]').value === '7'")
+    result.page.click("#share")
+    again = open_rig(result.page.url)
     again.go(0.1)
     assert again.page.input_value('[data-variable="rotor_contact.d3.u"]') == "7"
 
 
 def test_a_damaged_link_is_told(open_rig, page_file):
-    found = open_rig(f"{page_file.as_uri()}#fig5_6_pid=%%%")
-    assert "damaged" in found.page.inner_text("#failure")
+    result = open_rig(f"{page_file.as_uri()}#fig5_6_pid=%%%")
+    assert "damaged" in result.page.inner_text("#failure")
 
 
 def test_another_scenario_can_be_chosen(open_rig):
-    found = open_rig()
-    found.page.select_option("#scenario", "drop")
-    found.page.wait_for_function("document.querySelectorAll('.contact').length === 4")  # with the bushes
-    found.settled()
-    assert "rotor falls" in found.page.inner_text("#description")
-    found.go(0.2)
-    assert "1" in found.modes
+    result = open_rig()
+    result.page.select_option("#scenario", "drop")
+    result.page.wait_for_function("document.querySelectorAll('.contact').length === 4")  # with the bushes
+    result.settled()
+    assert "rotor falls" in result.page.inner_text("#description")
+    result.go(0.2)
+    assert "1" in result.modes
 
 
 def test_speed_is_reached_at_the_rate_that_is_given(open_rig):
-    found = open_rig()
-    found.page.fill("#speed-field", "110")
-    found.page.press("#speed-field", "Enter")
-    found.go(0.1)
-    assert "100.5\u00a0rad/s" not in found.page.inner_text("#control-state")
-    found.go(0.3)
-    assert "110\u00a0rad/s" in found.page.inner_text("#control-state")
+    result = open_rig()
+    result.page.fill("#speed-field", "110")
+    result.page.press("#speed-field", "Enter")
+    result.go(0.1)
+    assert "100.5\u00a0rad/s" not in result.page.inner_text("#control-state")
+    result.go(0.3)
+    assert "110\u00a0rad/s" in result.page.inner_text("#control-state")
 
 
 @pytest.mark.parametrize("theme", ["dark", "light"])
 def test_the_theme_is_that_of_the_system_until_it_is_chosen(open_rig, theme):
-    found = open_rig(color_scheme=theme, settle=False)
-    shown = "document.documentElement.dataset.theme"
-    found.page.wait_for_function(f"{shown} === '{theme}'")
-    found.page.click("#theme")
-    assert found.page.evaluate(shown) == {"dark": "light", "light": "dark"}[theme]
+    result = open_rig(color_scheme=theme, settle=False)
+    displayed = "document.documentElement.dataset.theme"
+    result.page.wait_for_function(f"{displayed} === '{theme}'")
+    result.page.click("#theme")
+    assert result.page.evaluate(displayed) == {"dark": "light", "light": "dark"}[theme]
 
 
 def test_who_wants_little_motion_starts_it_by_hand(open_rig):
-    found = open_rig()
-    found.page.wait_for_timeout(500)
-    assert found.time == 0.0
+    result = open_rig()
+    result.page.wait_for_timeout(500)
+    assert result.time == 0.0
 
 
 @pytest.mark.parametrize("width", [390, 800, 1440])
 def test_nothing_is_wider_than_the_screen(open_rig, width):
-    found = open_rig(viewport={"width": width, "height": 844})
-    assert found.page.evaluate("document.documentElement.scrollWidth") <= width
+    result = open_rig(viewport={"width": width, "height": 844})
+    assert result.page.evaluate("document.documentElement.scrollWidth") <= width
 
 
 def test_state_and_energy_are_above_the_fold(open_rig):
-    found = open_rig()
+    result = open_rig()
     for panel in (".state", ".energy"):
-        box = found.page.locator(panel).bounding_box()
+        box = result.page.locator(panel).bounding_box()
         assert box["y"] + box["height"] <= 900, panel
 
 
 def test_an_experiment_waits_for_the_push_and_remarks_on_it(open_rig):
-    found = open_rig()
-    found.page.click("#play")
-    found.page.wait_for_function("document.querySelector('#guide .say').textContent.startsWith('Push it')")
-    found.page.focus(".orbit canvas")
-    found.page.keyboard.down("ArrowRight")
-    found.page.wait_for_function("document.querySelector('#guide .say').textContent.startsWith('Let go')")
-    found.page.keyboard.up("ArrowRight")
-    found.page.wait_for_function("document.querySelectorAll('#guide .remarks li').length === 3", timeout=120_000.0)
+    result = open_rig()
+    result.page.click("#play")
+    result.page.wait_for_function("document.querySelector('#guide .say').textContent.startsWith('Push it')")
+    result.page.focus(".orbit canvas")
+    result.page.keyboard.down("ArrowRight")
+    result.page.wait_for_function("document.querySelector('#guide .say').textContent.startsWith('Let go')")
+    result.page.keyboard.up("ArrowRight")
+    result.page.wait_for_function("document.querySelectorAll('#guide .remarks li').length === 3", timeout=120_000.0)
 
 
 def test_a_landing_is_told_in_words(open_rig):
-    found = open_rig()
-    found.page.click("button[data-experiment='2']")
-    found.page.click("button[data-option=Off]")
-    found.page.fill("#pace", FASTEST)
-    found.page.click("#play")
-    found.page.wait_for_function("document.querySelector('#guide .say').textContent.startsWith('Lift it')")
-    assert "It landed" in found.page.inner_text("#guide")
-    assert "the rotor touches RB" in found.page.inner_text("#log")
+    result = open_rig()
+    result.page.click("button[data-experiment='2']")
+    result.page.click("button[data-option=Off]")
+    result.page.fill("#pace", FASTEST)
+    result.page.click("#play")
+    result.page.wait_for_function("document.querySelector('#guide .say').textContent.startsWith('Lift it')")
+    assert "It landed" in result.page.inner_text("#guide")
+    assert "the rotor touches RB" in result.page.inner_text("#log")
 
 
 def test_control_that_works_is_offered_where_the_chosen_one_does_not(open_rig):
-    found = open_rig()
-    found.go(1.5)
-    found.page.click("button[data-option=ROLAC]")
-    found.page.click(".advice button")
-    assert "contact.aware" in found.page.inner_text("#pending")
+    result = open_rig()
+    result.go(1.5)
+    result.page.click("button[data-option=ROLAC]")
+    result.page.click(".advice button")
+    assert "contact.aware" in result.page.inner_text("#pending")
 
 
 def test_every_control_has_a_name_and_can_be_reached_by_keyboard(open_rig):
-    found = open_rig()
-    found.page.evaluate("document.querySelectorAll('details').forEach((one) => { one.open = true; })")
-    nameless = found.page.evaluate(
+    result = open_rig()
+    result.page.evaluate("document.querySelectorAll('details').forEach((one) => { one.open = true; })")
+    nameless = result.page.evaluate(
         """[...document.querySelectorAll("button, input, select, canvas[tabindex]")]
             .filter((one) => !(one.ariaLabel || one.textContent.trim() || one.title || one.labels?.length))
             .map((one) => one.outerHTML)"""
     )
     assert nameless == []
-    skipped = found.page.evaluate(
+    skipped = result.page.evaluate(
         "[...document.querySelectorAll('button, input, select')].filter((one) => one.tabIndex < 0).length"
     )
     assert skipped == 0
 
 
 def test_theory_is_one_click_away(open_rig):
-    found = open_rig()
-    found.page.click(".orbits a[data-theory=contact]")
-    assert "4.14" in found.page.inner_text("#theory-text")
-    assert found.page.get_attribute("#theory-text a", "href") == "docs/theory/contact.html"
+    result = open_rig()
+    result.page.click(".orbits a[data-theory=contact]")
+    assert "4.14" in result.page.inner_text("#theory-text")
+    assert result.page.get_attribute("#theory-text a", "href") == "docs/theory/contact.html"

@@ -57,10 +57,10 @@ def test_what_was_refused_leaves_no_trace(session):
 
 def test_going_back_leads_to_the_same_run_through_contact_too(session):
     plain = session("fig4_9", WATCHED, run(0.3))
-    there = session("fig4_9", WATCHED, run(0.3), {"type": "rewind", "time": 0.1237}, run(0.3))
+    present = session("fig4_9", WATCHED, run(0.3), {"type": "rewind", "time": 0.1237}, run(0.3))
     assert plain.column(CONTACT)[: round(0.1237 * 4000)].max() == 0
     assert plain.column(CONTACT).max() > 0
-    np.testing.assert_array_equal(there.rows, plain.rows)
+    np.testing.assert_array_equal(present.rows, plain.rows)
 
 
 def test_going_back_forgets_or_keeps_what_came_after(session):
@@ -68,9 +68,9 @@ def test_going_back_forgets_or_keeps_what_came_after(session):
     back = {"type": "rewind", "time": 0.02}
     once = session("fig4_9", WATCHED, run(0.05), heavier, run(0.1))
     forgotten = session("fig4_9", WATCHED, run(0.05), heavier, run(0.1), back, run(0.1))
-    kept = session("fig4_9", WATCHED, run(0.05), heavier, run(0.1), back | {"keep": True}, run(0.1))
+    retained = session("fig4_9", WATCHED, run(0.05), heavier, run(0.1), back | {"keep": True}, run(0.1))
     assert (once.column(UNBALANCE)[-1], forgotten.column(UNBALANCE)[-1]) == (0.002, 0.0005)
-    np.testing.assert_array_equal(kept.rows, once.rows)
+    np.testing.assert_array_equal(retained.rows, once.rows)
 
 
 def test_a_change_takes_effect_where_it_is_made_and_is_recorded(session):
@@ -169,7 +169,7 @@ def test_a_scenario_saved_untouched_is_the_scenario(name, session, tmp_path):
     file = tmp_path / "same.toml"
     file.write_text(answers.of("saved")[0]["toml"], encoding="utf-8")
     scenario = amb_cosim.Scenario.load(name).changed(settling="simulated")
-    ours, theirs = (amb_cosim.run(one, until=0.02, progress=False).dataset for one in (file, scenario))
+    ours, theirs = (amb_cosim.run(item, until=0.02, progress=False).dataset for item in (file, scenario))
     every = scenario.record.every
     for signal in (X, Y, "rotor_contact.theta"):
         np.testing.assert_array_equal(ours[signal][::every], theirs[signal])

@@ -88,32 +88,32 @@ def _has_code(node: Any) -> bool:
 
 def _variants(node: Any) -> list[Any]:
     """Return changed copies of an expression or statement."""
-    found: list[Any] = []
+    result: list[Any] = []
     match node:
         case ast.BinOp() | ast.AugAssign() if type(node.op) in ARITHMETIC and not _is_text(node):
-            found.append(_with(node, op=ARITHMETIC[type(node.op)]()))
+            result.append(_with(node, op=ARITHMETIC[type(node.op)]()))
         case ast.UnaryOp(op=ast.USub() | ast.Not()):
-            found.append(node.operand)
+            result.append(node.operand)
         case ast.Compare():
             for k, operator in enumerate(node.ops):
                 for other in COMPARISONS.get(type(operator), ()):
-                    found.append(_with(node, ops=[*node.ops[:k], other(), *node.ops[k + 1 :]]))
+                    result.append(_with(node, ops=[*node.ops[:k], other(), *node.ops[k + 1 :]]))
         case ast.BoolOp():
-            found.append(_with(node, op=ast.Or() if isinstance(node.op, ast.And) else ast.And()))
+            result.append(_with(node, op=ast.Or() if isinstance(node.op, ast.And) else ast.And()))
         case ast.Constant(value=bool()):
-            found.append(ast.Constant(not node.value))
+            result.append(ast.Constant(not node.value))
         case ast.Constant(value=int() | float()):
-            found.append(ast.Constant(node.value + 1))
+            result.append(ast.Constant(node.value + 1))
         case ast.Call(func=ast.Name(id=name)) if name in CALLS:
-            found.append(_with(node, func=ast.Name(CALLS[name], ast.Load())))
+            result.append(_with(node, func=ast.Name(CALLS[name], ast.Load())))
         case ast.If():
-            found += [_with(node, test=ast.Constant(value)) for value in (True, False)]
+            result += [_with(node, test=ast.Constant(value)) for value in (True, False)]
         case ast.IfExp():
-            found += [node.body, node.orelse]
+            result += [node.body, node.orelse]
     deletable = isinstance(node, ast.AugAssign | ast.Break | ast.Continue | ast.Raise)
     if deletable or (isinstance(node, ast.Expr) and not isinstance(node.value, ast.Constant)) or _stores(node):
-        found.append(ast.Pass())
-    return copy.deepcopy(found)
+        result.append(ast.Pass())
+    return copy.deepcopy(result)
 
 
 def _is_text(node: ast.AST) -> bool:

@@ -109,8 +109,8 @@ def test_a_machine_of_another_size_runs_on_the_same_engine(unpacked, plant, plan
     (library,), (of_rig,) = (list(f.glob("binaries/*/*")) for f in (folder, of_the_rig))
     assert library.read_bytes() == of_rig.read_bytes()
     pushed = {f"impeller{k}.f_x": 2.5e4 for k in range(1, 13)}
-    given = held(3) | pushed | {"Omega": 150.0, "impeller5.u": 2e-3, "seal2.mu": 0.2, "rb3.law": 3, "rb3.c_c": 1e4}
-    native, core = both(folder, model, constants, given)
+    values = held(3) | pushed | {"Omega": 150.0, "impeller5.u": 2e-3, "seal2.mu": 0.2, "rb3.law": 3, "rb3.c_c": 1e4}
+    native, core = both(folder, model, constants, values)
     difference, record = largest_difference(native, core, 200, lambda n: {"impeller9.f_y": 1e3 * np.sin(0.3 * n)})
     assert difference == 0.0
     names = [v.name for v in model.interface.of("output")]
@@ -133,8 +133,8 @@ def seals():
 def test_a_machine_with_seals_agrees_while_its_speed_runs_through_a_table(unpacked, exact):
     """Before its first speed, between the others and beyond the last; touching, and free again."""
     model, constants = plant_data.plant(machine(seals=seals()))
-    given = held(3) | {"Omega": 50.0, "impeller5.u": 2e-3, "seal2.mu": 0.2, "solver.exact_motion": exact}
-    native, core = both(unpacked(model, constants), model, constants, given | {"gravity": 9.81})
+    values = held(3) | {"Omega": 50.0, "impeller5.u": 2e-3, "seal2.mu": 0.2, "solver.exact_motion": exact}
+    native, core = both(unpacked(model, constants), model, constants, values | {"gravity": 9.81})
     steps, faster = 120, 2500.0
 
     def change(n):
@@ -180,12 +180,12 @@ def test_the_controller_agrees_at_steps_within_a_sample(unpacked):
     native, core = both(unpacked(model, constants), model, constants, START["rolac_controller"])
     outputs = [v.name for v in model.interface.of("output")]
     h, rng = 0.3 * H, np.random.default_rng(7)
-    given = 1e-5 * rng.standard_normal((60, 8))
+    settings = 1e-5 * rng.standard_normal((60, 8))
 
     def advance(first, last):
         rows = []
         for n in range(first, last):
-            values = {f"s{i + 1}": float(x) for i, x in enumerate(given[n])}
+            values = {f"s{i + 1}": float(x) for i, x in enumerate(settings[n])}
             assert native.set(**values) == 0
             assert native.step(n, h) == 0, native.log
             rows.append(native.get(*outputs))
@@ -195,7 +195,7 @@ def test_the_controller_agrees_at_steps_within_a_sample(unpacked):
     state = native.save()
     ours = np.vstack([ours, advance(20, 60)])
     theirs = []
-    for n, row in enumerate(given):
+    for n, row in enumerate(settings):
         for i, x in enumerate(row):
             core[f"s{i + 1}"] = float(x)
         core.step(n * h, h)

@@ -118,9 +118,9 @@ def test_a_question_of_another_kind_or_without_room_for_the_answer_is_discarded(
 def test_what_the_standard_leaves_optional_is_refused_without_harm(library2):
     with library2.instantiate() as fmu:
         fmu.begin()
-        one, value = byref(c_uint(0)), byref(c_double())
-        assert fmu.call("SetRealInputDerivatives", one, c_size_t(1), byref(c_int(1)), value) == ERROR
-        assert fmu.call("GetRealOutputDerivatives", one, c_size_t(1), byref(c_int(1)), value) == ERROR
+        item, value = byref(c_uint(0)), byref(c_double())
+        assert fmu.call("SetRealInputDerivatives", item, c_size_t(1), byref(c_int(1)), value) == ERROR
+        assert fmu.call("GetRealOutputDerivatives", item, c_size_t(1), byref(c_int(1)), value) == ERROR
         assert fmu.call("CancelStep") == ERROR
         for function in ("GetStatus", "GetRealStatus", "GetIntegerStatus", "GetBooleanStatus", "GetStringStatus"):
             assert fmu.call(function, 0, byref(c_double())) == DISCARD

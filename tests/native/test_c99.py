@@ -219,13 +219,13 @@ C_TYPES = {"i64": ctypes.c_int64, "double": ctypes.c_double}
 
 def declarations(text):
     """Declare what is called and not defined."""
-    found = {}
+    result = {}
     for line in text.splitlines():
         if " call " in f" {line}" and "@inner" not in line:
             head, arguments = line.split("(", 1)
             kinds = [a.split()[0] for a in arguments.rsplit(")", 1)[0].split(", ")]
-            found[head.split("@")[1]] = f"declare {head.split()[-2]} @{head.split('@')[1]}({', '.join(kinds)})"
-    return "\n".join(found.values())
+            result[head.split("@")[1]] = f"declare {head.split()[-2]} @{head.split('@')[1]}({', '.join(kinds)})"
+    return "\n".join(result.values())
 
 
 @pytest.fixture(scope="module")
@@ -280,14 +280,14 @@ def test_translated_code_gives_the_bits_of_machine_code(machine_code, translated
     ours = getattr(translated, f"case_{name}")
     ours.restype, ours.argtypes = of, kinds
     if name in INTEGER:
-        given = [(a, b, 0.0, 0.0) for a, b in itertools.product(INTEGERS, repeat=2)]
+        values = [(a, b, 0.0, 0.0) for a, b in itertools.product(INTEGERS, repeat=2)]
     else:
-        given = [
-            (a, b, x, y) for a, b in ((5, -3), (-6, 300)) for one, two in REALS for x, y in ((one, two), (two, one))
+        values = [
+            (a, b, x, y) for a, b in ((5, -3), (-6, 300)) for item, two in REALS for x, y in ((item, two), (two, item))
         ]
-    different = [one for one in given if bits(ours(*one)) != bits(theirs(*one))]
+    different = [item for item in values if bits(ours(*item)) != bits(theirs(*item))]
     assert different == []
-    assert len({bits(ours(*one)) for one in given}) > (0 if "constant" in name else 1)
+    assert len({bits(ours(*item)) for item in values}) > (0 if "constant" in name else 1)
 
 
 @pytest.mark.parametrize(

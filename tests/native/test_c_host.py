@@ -234,9 +234,9 @@ def test_memory_that_is_refused_is_an_error_with_the_reason(
     library, guid, resources = binary_of(unpacked(lag))
     shutil.copy(library, tmp_path)  # away from the resources
     program = ["new 0", "enter 0", "exit 0", "save 0", "bytes 0", "free 0"]
-    given = tmp_path / library.name, guid, resources
-    found, log = run([host], *given, program=program, env=failing_memory | {"FAILING": str(failing)})
-    assert " ".join(answer[0] for answer in found) == f"{answers} 0"
+    values = tmp_path / library.name, guid, resources
+    result, log = run([host], *values, program=program, env=failing_memory | {"FAILING": str(failing)})
+    assert " ".join(answer[0] for answer in result) == f"{answers} 0"
     assert sentence in log
 
 
@@ -246,8 +246,10 @@ def test_memory_that_is_refused_to_the_data_is_an_error(host, unpacked, lag, fai
     library = shutil.copy(library, tmp_path)  # away from the resources
     (tmp_path / "model.bin").write_bytes(bytes(1 << 18))
     location = tmp_path.as_uri() if long else "data:;base64,AAAA"
-    found, log = run([host], library, guid, location, program=["new 0"], env=failing_memory | {"FAILING": str(failing)})
-    assert found == [["3"]]
+    result, log = run(
+        [host], library, guid, location, program=["new 0"], env=failing_memory | {"FAILING": str(failing)}
+    )
+    assert result == [["3"]]
     assert "Cannot allocate memory" in log if long else "there is no memory for the resources" in log
 
 

@@ -112,8 +112,8 @@ def test_data_of_another_model_are_refused(unpacked, library, content):
 
     actuator = Library(unpacked(*model_source("amb_actuator")))
     theirs = (actuator.path.parents[2] / "resources" / "model.bin").read_bytes()
-    for one, data in ((library, theirs), (actuator, content)):
-        assert "it is for engine " in refusal(one, data)
+    for item, data in ((library, theirs), (actuator, content)):
+        assert "it is for engine " in refusal(item, data)
 
 
 def test_data_with_another_guid_are_refused(library, lag):

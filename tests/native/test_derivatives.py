@@ -29,13 +29,13 @@ def references(fmu, names):
 
 def derivative(fmu, unknowns, knowns, seed, kind="Directional"):
     """Status and derivatives."""
-    given = (c_double * len(seed))(*seed)
-    found = (c_double * len(unknowns if kind == "Directional" else knowns))()
-    numbers = [given, found]
+    values = (c_double * len(seed))(*seed)
+    result = (c_double * len(unknowns if kind == "Directional" else knowns))()
+    numbers = [values, result]
     if fmu.library.version == 3:
-        numbers = [given, c_size_t(len(given)), found, c_size_t(len(found))]
+        numbers = [values, c_size_t(len(values)), result, c_size_t(len(result))]
     status = fmu.call(f"Get{kind}Derivative", *references(fmu, unknowns), *references(fmu, knowns), *numbers)
-    return status, list(found)
+    return status, list(result)
 
 
 def test_lag_follows_its_input_as_its_equation_says(library):
@@ -43,9 +43,9 @@ def test_lag_follows_its_input_as_its_equation_says(library):
         fmu.begin(u=2.0, gain=3.0)
         fmu.step(0)
         before = fmu.get("y", "level")
-        status, found = derivative(fmu, ["y", "level"], ["u"], [0.5])
+        status, result = derivative(fmu, ["y", "level"], ["u"], [0.5])
         assert status == OK
-        np.testing.assert_allclose(found, [0.5 * 3.0 * SHARE, 1.0], rtol=1e-11)
+        np.testing.assert_allclose(result, [0.5 * 3.0 * SHARE, 1.0], rtol=1e-11)
         assert fmu.get("y", "level") == before
         assert fmu.step(1) == OK
 
@@ -67,9 +67,9 @@ def test_adjoint_is_the_transpose_of_the_direction(unpacked, lag):
     with Library3(unpacked(lag, None, None, 3)).instantiate() as fmu:
         fmu.begin(u=2.0)
         fmu.step(0)
-        status, found = derivative(fmu, ["y", "level"], ["u"], [10.0, 1.0], "Adjoint")
+        status, result = derivative(fmu, ["y", "level"], ["u"], [10.0, 1.0], "Adjoint")
         assert status == OK
-        np.testing.assert_allclose(found, [10.0 * SHARE + 2.0], rtol=1e-11)
+        np.testing.assert_allclose(result, [10.0 * SHARE + 2.0], rtol=1e-11)
 
 
 @pytest.mark.parametrize(
@@ -97,9 +97,9 @@ def test_at_a_bound_of_an_input_differences_are_to_one_side(library):
     with library.instantiate() as fmu:
         fmu.begin(u=-10.0, gain=3.0)
         fmu.step(0)
-        status, found = derivative(fmu, ["y", "level"], ["u"], [1.0])
+        status, result = derivative(fmu, ["y", "level"], ["u"], [1.0])
         assert status == OK
-        np.testing.assert_allclose(found, [3.0 * SHARE, 2.0], rtol=1e-10)
+        np.testing.assert_allclose(result, [3.0 * SHARE, 2.0], rtol=1e-10)
 
 
 def made(name):
@@ -120,7 +120,7 @@ def test_outputs_have_derivatives_by_all_inputs_unless_they_bend(unpacked, name)
             answers = {(y, u): derivative(fmu, [y], [u], [1.0]) for y in outputs for u in inputs}
             refused = {pair for pair, (status, _) in answers.items() if status != OK}
             assert not [pair for pair in refused if not pair[0].endswith((".gap", "theta"))]
-            assert all(np.isfinite(found[0]) for pair, (_, found) in answers.items() if pair not in refused)
+            assert all(np.isfinite(result[0]) for pair, (_, result) in answers.items() if pair not in refused)
 
 
 def test_at_the_edge_of_what_is_allowed_there_is_none(library):

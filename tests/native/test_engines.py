@@ -205,9 +205,9 @@ def test_the_wheel_builds_for_every_platform_without_a_compiler(run_python, tmp_
     assert wheel.name.endswith("-py3-none-any.whl")
     with zipfile.ZipFile(wheel) as archive:
         archive.extractall(tmp_path / "wheel")
-    found = run_python(from_the_wheel, wheel=tmp_path / "wheel", folder=tmp_path / "fmus")
-    assert found["from"].startswith(str(tmp_path))
-    assert found["problems"] == {"rotor_contact": [], "amb_actuator": [], "rolac_controller": []}
+    result = run_python(from_the_wheel, wheel=tmp_path / "wheel", folder=tmp_path / "fmus")
+    assert result["from"].startswith(str(tmp_path))
+    assert result["problems"] == {"rotor_contact": [], "amb_actuator": [], "rolac_controller": []}
     for fmu in (tmp_path / "fmus").glob("*.fmu"):
         with zipfile.ZipFile(fmu) as archive:
             binaries = {name.split("/")[1] for name in archive.namelist() if name.startswith("binaries/")}

@@ -38,9 +38,9 @@ def changed(native, moving, tmp_path):
     """`changed(file, old, new)`: the lag's FMU with a text of its experiment replaced, or without the file."""
 
     def change(name, old="", new=None):
-        with zipfile.ZipFile(native(moving)) as given, zipfile.ZipFile(tmp_path / "changed.fmu", "w") as copy:
-            for entry in given.namelist():
-                content = given.read(entry)
+        with zipfile.ZipFile(native(moving)) as values, zipfile.ZipFile(tmp_path / "changed.fmu", "w") as copy:
+            for entry in values.namelist():
+                content = values.read(entry)
                 if entry == f"{FOLDER}/{name}":
                     if new is None:
                         continue
@@ -70,9 +70,9 @@ def test_the_manifest_and_the_experiment_are_as_the_standard_has_them(native, mo
     (related,) = manifest
     assert (related.get("role"), related.get("type")) == ("experiment/smoke-test", "application/x-ma-hs-experiments")
     assert (related.get("source"), experiments.tag) == ("smoke_test.exp", "Experiments")
-    (one,) = experiments
-    assert one[0].attrib == {"startTime": "0", "stopTime": "0.0025", "stepSize": "0.00025"}
-    assert [e.get("source") for e in one[1:]] == ["references.csv"]
+    (item,) = experiments
+    assert item[0].attrib == {"startTime": "0", "stopTime": "0.0025", "stepSize": "0.00025"}
+    assert [e.get("source") for e in item[1:]] == ["references.csv"]
 
 
 def test_inputs_with_a_nominal_size_have_each_another_share_of_it():
@@ -110,18 +110,18 @@ def test_each_flavour_verifies_itself_to_the_last_bit(native, moving, flavour, t
         from fmi_export.building.python_fmu import build_python_fmu
 
         whole = build_python_fmu(moving, np.zeros(1), tmp_path)
-    (one,) = amb_cosim.verify(whole if flavour != "native 3" else native(moving, None, None, 3))
-    assert (one.largest, one.is_equal, one.n_points) == (None, True, 11)
-    assert str(one).startswith("smoke_test: equal to the last bit, ")
+    (item,) = amb_cosim.verify(whole if flavour != "native 3" else native(moving, None, None, 3))
+    assert (item.largest, item.is_equal, item.n_points) == (None, True, 11)
+    assert str(item).startswith("smoke_test: equal to the last bit, ")
 
 
 def test_arrays_of_fmi_3_are_one_column_each(native, matrix):
     whole, alone = (references(native(matrix, None, None, fmi)) for fmi in (3, 2))
     assert whole[-1]["f"].split() == [alone[-1]["f0"], alone[-1]["f1"]]
     assert len(whole[-1]["z"].split()) == 8
-    (one,) = amb_cosim.verify(native(matrix, None, None, 3))
-    assert one.largest is None
-    assert one.n_values > 100
+    (item,) = amb_cosim.verify(native(matrix, None, None, 3))
+    assert item.largest is None
+    assert item.n_values > 100
 
 
 def test_another_value_is_told_with_its_place(changed, native, moving):
@@ -139,10 +139,10 @@ def test_last_bits_of_another_machine_are_equal(changed, native, moving):
     row = references(native(moving))[4]
     name = next(name for name in row if name != "time" and float(row[name]) not in (0.0, 1.0))
     other = {**row, name: repr(float(row[name]) * (1.0 + 1e-9))}
-    (one,) = amb_cosim.verify(changed("references.csv", ",".join(row.values()), ",".join(other.values())))
-    assert one.is_equal
-    assert (one.largest.variable, one.largest.time) == (name, 4 * 250e-6)
-    assert one.largest.relative == pytest.approx(1e-9, rel=0.5)
+    (item,) = amb_cosim.verify(changed("references.csv", ",".join(row.values()), ",".join(other.values())))
+    assert item.is_equal
+    assert (item.largest.variable, item.largest.time) == (name, 4 * 250e-6)
+    assert item.largest.relative == pytest.approx(1e-9, rel=0.5)
 
 
 def test_a_fault_in_the_experiment_is_told_as_the_fmu_has_it(changed, native, moving):
@@ -150,10 +150,10 @@ def test_a_fault_in_the_experiment_is_told_as_the_fmu_has_it(changed, native, mo
     path = changed("smoke_test.exp", "<References", '<Stimuli source="in.csv" /><References')
     with zipfile.ZipFile(path, "a") as fmu:
         fmu.writestr(f"{FOLDER}/in.csv", "time,u\n0,1\n0.001,1\n0.002,9\n0.003,9\n")
-    (one,) = amb_cosim.verify(path)
-    assert not one.is_equal
-    assert "NOT equal, the FMU failed: at t = " in str(one)
-    assert "u = " in one.failure
+    (item,) = amb_cosim.verify(path)
+    assert not item.is_equal
+    assert "NOT equal, the FMU failed: at t = " in str(item)
+    assert "u = " in item.failure
 
 
 @pytest.mark.parametrize(
@@ -185,9 +185,9 @@ def test_what_is_wrong_with_an_experiment_is_an_error_with_its_place(changed, fi
     ],
 )
 def test_an_experiment_of_another_kind_is_told_and_not_run(changed, old, new, sentence):
-    (one,) = amb_cosim.verify(changed("smoke_test.exp", old, new))
-    assert sentence in str(one)
-    assert not one.is_equal
+    (item,) = amb_cosim.verify(changed("smoke_test.exp", old, new))
+    assert sentence in str(item)
+    assert not item.is_equal
 
 
 def with_cell(line: str, column: int, text: str) -> str:
@@ -199,54 +199,54 @@ def with_cell(line: str, column: int, text: str) -> str:
 @pytest.mark.parametrize("text", ["nan", "inf", "-inf"])
 def test_references_that_are_not_finite_verify_nothing(changed, native, moving, text):
     line = ",".join(references(native(moving))[4].values())
-    (one,) = amb_cosim.verify(changed("references.csv", line, with_cell(line, 1, text)))
-    assert not one.is_equal
-    assert "not run, its reference results of " in str(one)
-    assert "are not all finite" in str(one)
+    (item,) = amb_cosim.verify(changed("references.csv", line, with_cell(line, 1, text)))
+    assert not item.is_equal
+    assert "not run, its reference results of " in str(item)
+    assert "are not all finite" in str(item)
 
 
 def test_references_beyond_the_run_verify_nothing(changed, native, moving):
     line = ",".join(references(native(moving))[-1].values())
-    (one,) = amb_cosim.verify(changed("references.csv", line, with_cell(line, 0, "0.0031")))
-    assert not one.is_equal
-    assert "from 0 s to 0.0031 s, reach beyond the run from 0 s to 0.0025 s" in str(one)
+    (item,) = amb_cosim.verify(changed("references.csv", line, with_cell(line, 0, "0.0031")))
+    assert not item.is_equal
+    assert "from 0 s to 0.0031 s, reach beyond the run from 0 s to 0.0025 s" in str(item)
 
 
 def test_a_stop_time_at_the_start_verifies_nothing(changed):
-    (one,) = amb_cosim.verify(changed("smoke_test.exp", 'stopTime="0.0025"', 'stopTime="0"'))
-    assert not one.is_equal
-    assert "its stop time of 0 s is not after its start at 0 s" in str(one)
+    (item,) = amb_cosim.verify(changed("smoke_test.exp", 'stopTime="0.0025"', 'stopTime="0"'))
+    assert not item.is_equal
+    assert "its stop time of 0 s is not after its start at 0 s" in str(item)
 
 
 def test_references_with_times_alone_verify_nothing(changed, native, moving):
     with zipfile.ZipFile(native(moving)) as fmu:
         table = fmu.read(f"{FOLDER}/references.csv").decode()
     times = "\n".join(line.split(",")[0] for line in table.splitlines())
-    (one,) = amb_cosim.verify(changed("references.csv", table, times))
-    assert not one.is_equal
-    assert "no numbers to compare with" in str(one)
+    (item,) = amb_cosim.verify(changed("references.csv", table, times))
+    assert not item.is_equal
+    assert "no numbers to compare with" in str(item)
 
 
 def test_a_tolerance_that_an_fmu_grants_itself_is_capped(changed, native, moving):
     row = references(native(moving))[4]
     path = changed("references.csv", ",".join(row.values()), ",".join({**row, "level": "0.375"}.values()))
     path = path.rename(path.with_name("wrong.fmu"))
-    with zipfile.ZipFile(path) as given, zipfile.ZipFile(path.with_name("lenient.fmu"), "w") as copy:
-        for entry in given.namelist():
-            content = given.read(entry)
+    with zipfile.ZipFile(path) as values, zipfile.ZipFile(path.with_name("lenient.fmu"), "w") as copy:
+        for entry in values.namelist():
+            content = values.read(entry)
             if entry.endswith("smoke_test.exp"):
                 content = content.replace(b"<Experiment ", b'<Experiment tolerance="1e9" ', 1)
             copy.writestr(entry, content)
-    (one,) = amb_cosim.verify(path.with_name("lenient.fmu"))
-    assert not one.is_equal
-    assert "NOT equal within 0.001 (the experiment allows 1e+09, which is too much)" in str(one)
+    (item,) = amb_cosim.verify(path.with_name("lenient.fmu"))
+    assert not item.is_equal
+    assert "NOT equal within 0.001 (the experiment allows 1e+09, which is too much)" in str(item)
 
 
 def test_a_name_with_a_line_break_forges_no_line(changed):
     path = changed("smoke_test.exp", 'name="smoke_test"', 'name="a&#10;smoke_test: equal"')
-    (one,) = amb_cosim.verify(path)
-    assert "\n" not in str(one)
-    assert str(one).startswith("a\\nsmoke_test: equal: ")
+    (item,) = amb_cosim.verify(path)
+    assert "\n" not in str(item)
+    assert str(item).startswith("a\\nsmoke_test: equal: ")
 
 
 def test_times_may_stand_at_the_experiment_itself(changed):
@@ -254,18 +254,18 @@ def test_times_may_stand_at_the_experiment_itself(changed):
     old = '<TransientSimulation startTime="0" stopTime="0.0025" stepSize="0.00025" />'
     begin = '<Experiment name="smoke_test" description="Constant inputs from the start values">'
     times = begin.replace("<Experiment", '<Experiment stopTime="0.0025" stepSize="0.00025"')
-    (one,) = amb_cosim.verify(changed("smoke_test.exp", f"{begin}\n    {old}", times))
-    assert one.largest is None
+    (item,) = amb_cosim.verify(changed("smoke_test.exp", f"{begin}\n    {old}", times))
+    assert item.largest is None
 
 
 def test_an_fmu_that_crashes_ends_its_own_process_alone(native, moving, changed, cc, tmp_path):
     (tmp_path / "crash.c").write_text("#include <stdlib.h>\n__attribute__((constructor)) void f(void) { abort(); }\n")
     cc("-shared", "-o", tmp_path / "crash.so", tmp_path / "crash.c")
     path = tmp_path / "crashing.fmu"
-    with zipfile.ZipFile(native(moving)) as given, zipfile.ZipFile(path, "w") as copy:
-        for entry in given.namelist():
+    with zipfile.ZipFile(native(moving)) as values, zipfile.ZipFile(path, "w") as copy:
+        for entry in values.namelist():
             is_library = entry.startswith("binaries/")
-            copy.writestr(entry, (tmp_path / "crash.so").read_bytes() if is_library else given.read(entry))
+            copy.writestr(entry, (tmp_path / "crash.so").read_bytes() if is_library else values.read(entry))
     with pytest.raises(ProcessFailed, match=r"crashing.fmu ended with SIGABRT; nothing was verified"):
         amb_cosim.verify(path)
 
@@ -275,8 +275,8 @@ def test_an_fmu_that_crashes_ends_its_own_process_alone(native, moving, changed,
 def test_every_model_verifies_itself_to_the_last_bit(tmp_path):
     for fmi in (2, 3):
         for path in [*amb_cosim.build(tmp_path, fmi=fmi), amb_cosim.build_assembled(tmp_path, fmi=fmi)]:
-            (one,) = amb_cosim.verify(path)
-            assert one.largest is None, f"{path.name}: {one}"
-            assert one.n_values > 400
+            (item,) = amb_cosim.verify(path)
+            assert item.largest is None, f"{path.name}: {item}"
+            assert item.n_values > 400
             values = [float(x) for row in references(path) for text in row.values() for x in text.split()]
             assert len(set(values)) > 12, "they are not all zero"

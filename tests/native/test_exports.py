@@ -39,10 +39,10 @@ def check(path, platform):
     with zipfile.ZipFile(path) as archive:
         (name,) = [n for n in archive.namelist() if n.startswith(f"binaries/{platform}/")]
         content = archive.read(name)
-    found = read(content)
-    assert [binary.processor for binary in found] == PROCESSORS[platform]
+    result = read(content)
+    assert [binary.processor for binary in result] == PROCESSORS[platform]
     kind = next(kind for kind in LIBRARIES if kind in platform)
-    for binary in found:
+    for binary in result:
         assert binary.exports == STANDARD | STANDARD3 | ADDED.get(kind, set())
         assert binary.libraries
         assert all(re.fullmatch(LIBRARIES[kind], name) for name in binary.libraries - {Path(name).name}), (

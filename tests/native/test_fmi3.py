@@ -178,9 +178,9 @@ def test_the_description_is_valid_and_an_importer_finds_nothing_wrong(name, tmp_
     description = read_model_description(str(tmp_path), validate=True)
     assert validate_model_description(description) == []
     table = model.interface
-    found = [v for v in description.modelVariables if v.causality != "independent"]
-    assert sum(math.prod(int(d.start) for d in v.dimensions) for v in found) == len(table.variables)
-    for v in found:
+    result = [v for v in description.modelVariables if v.causality != "independent"]
+    assert sum(math.prod(int(d.start) for d in v.dimensions) for v in result) == len(table.variables)
+    for v in result:
         first = table.variables[v.valueReference]
         assert (v.unit or "1", v.causality, v.variability) == (first.unit, first.causality, first.variability)
         if first.causality != "output":
@@ -222,8 +222,8 @@ def test_warnings_and_names_of_elements_stand_beside_a_description_without_annot
 def test_an_output_array_depends_on_what_its_elements_depend_on(matrix):
     root = model_description3(matrix, "{}", "a tool", "1")
     reference = {v.get("name"): v.get("valueReference") for v in root.iterfind("ModelVariables/*")}
-    found = {o.get("valueReference"): o.get("dependencies") for o in root.iterfind("ModelStructure/Output")}
-    assert [found[reference[name]] for name in ("f", "twice", "elapsed")] == [reference["u"], reference["n"], ""]
+    result = {o.get("valueReference"): o.get("dependencies") for o in root.iterfind("ModelStructure/Output")}
+    assert [result[reference[name]] for name in ("f", "twice", "elapsed")] == [reference["u"], reference["n"], ""]
 
 
 def test_without_arrays_each_value_has_a_reference_as_in_fmi_2(matrix, library, tmp_path):
@@ -265,8 +265,8 @@ def test_libraries_and_icon_are_where_fmi_3_has_them(lag, tmp_path, monkeypatch)
     monkeypatch.setattr(package, "documentation", lambda model: {"model.png": b"icon", "documentation/index.html": b""})
     with zipfile.ZipFile(package.build_native_fmu(lag, np.zeros(1), tmp_path, ["all"], 3)) as fmu:
         names = set(fmu.namelist())
-        found = {name: fmu.read(name) for name in names if name.startswith("binaries/")}
-    assert found == {
+        result = {name: fmu.read(name) for name in names if name.startswith("binaries/")}
+    assert result == {
         "binaries/x86_64-linux/probe_lag.so": b"linux64",
         "binaries/x86_64-windows/probe_lag.dll": b"win64",
         "binaries/x86_64-darwin/probe_lag.dylib": b"darwin64",

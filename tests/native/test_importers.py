@@ -174,8 +174,8 @@ def test_a_fault_ends_a_run_as_a_failure_with_its_reason(host):
 
 @pytest.mark.parametrize("h", [0.0, -1e-3, math.nan])
 def test_a_wrong_step_size_ends_a_run_as_a_failure_with_the_reason(library, library3, h):
-    for one, host in ((library, with_a_sum_of_steps), (library, without_a_stop_time), (library3, None)):
-        with one.instantiate() as fmu:
+    for item, host in ((library, with_a_sum_of_steps), (library, without_a_stop_time), (library3, None)):
+        with item.instantiate() as fmu:
             if host:
                 assert host(fmu, 0.05, h, lambda t: 1.0)[0] == "failed"
             else:

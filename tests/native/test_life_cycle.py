@@ -95,7 +95,7 @@ def check_states(library, function, state, allowed):
             assert status == ERROR
             said = fmu.log[0][2]
             assert said.startswith(f"{library.function(function)} is not allowed in state '{library.states[state]}'")
-            assert all(f"'{library.states[one]}'" in said for one in allowed)
+            assert all(f"'{library.states[item]}'" in said for item in allowed)
             assert fmu.transfer("Get", next(iter(library.kinds)), [], []) == OK, (
                 "outputs can be read in the error state"
             )
@@ -149,17 +149,17 @@ def test_two_instances_in_turns_run_as_each_would_alone(library):
             fmu.begin(gain=2.0)
             return [(fmu.set(u=sign * n), fmu.step(n), *fmu.get("y", "level", "steps")) for n in range(4)]
 
-    with library.instantiate(b"one") as one, library.instantiate(b"two") as two:
-        one.begin(gain=2.0)
+    with library.instantiate(b"one") as item, library.instantiate(b"two") as two:
+        item.begin(gain=2.0)
         two.begin(gain=2.0)
         rows = [], []
         for n in range(4):
-            for fmu, sign, run in ((one, 1, rows[0]), (two, -1, rows[1])):
+            for fmu, sign, run in ((item, 1, rows[0]), (two, -1, rows[1])):
                 run.append((fmu.set(u=sign * n), fmu.step(n), *fmu.get("y", "level", "steps")))
         assert list(rows) == [alone(1), alone(-1)]
-        one.set(u=5.0)
-        assert (one.step(4), two.step(4)) == (ERROR, OK)
-        assert (len(one.log), len(two.log)) == (1, 0), "each instance has its own logger"
+        item.set(u=5.0)
+        assert (item.step(4), two.step(4)) == (ERROR, OK)
+        assert (len(item.log), len(two.log)) == (1, 0), "each instance has its own logger"
 
 
 def test_a_run_after_reset_has_the_start_values_and_repeats_itself(library):

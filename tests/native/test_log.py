@@ -102,8 +102,8 @@ def test_fmpy_that_is_not_asked_to_log_tells_why_a_run_ended(native, build_fmu, 
 
 
 def test_an_instance_logs_warnings_that_it_is_asked_for(library):
-    with library.instantiate(b"one") as one, library.instantiate(b"two") as two:
-        for fmu, unwanted in ((one, (b"logStatusWarning",)), (two, ())):
+    with library.instantiate(b"one") as item, library.instantiate(b"two") as two:
+        for fmu, unwanted in ((item, (b"logStatusWarning",)), (two, ())):
             fmu.begin()
             if unwanted:
                 fmu.debug(False)
@@ -111,4 +111,4 @@ def test_an_instance_logs_warnings_that_it_is_asked_for(library):
             fmu.set(u=4.0)
             assert fmu.step(0) == OK
         warning = "at t = 0.00025 s: high: u = 4 V is above 3 V, half of what is allowed (100 %)"
-        assert (one.log, two.log) == ([], [(WARNING, "logStatusWarning", library.escaped(warning))])
+        assert (item.log, two.log) == ([], [(WARNING, "logStatusWarning", library.escaped(warning))])

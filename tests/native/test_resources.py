@@ -75,8 +75,8 @@ def test_where_a_location_is_wrong_the_data_beside_the_library_are_taken(library
     """FMUSDK and others do not pass where they have unpacked the FMU."""
     beside = library2.path.parents[2] / "resources"
     with library2.instantiate(resources=location) as fmu:
-        given = "NULL" if location is None else location
-        sentence = f"there are no resources at {given}; those beside the library are taken, {beside}"
+        values = "NULL" if location is None else location
+        sentence = f"there are no resources at {values}; those beside the library are taken, {beside}"
         assert fmu.log == [(WARNING, "logStatusWarning", sentence)]
         fmu.begin(u=1.0)
         assert fmu.step(0) == OK

@@ -157,17 +157,17 @@ def test_a_state_is_saved_anew_where_the_host_has_not_set_its_pointer(library):
 def test_any_number_of_states_is_kept_apart(library):
     with library.instantiate() as fmu:
         fmu.begin(u=1.0)
-        saved, shown = [], []
+        saved, displayed = [], []
         for n in range(40):
             fmu.step(n)
             saved.append(fmu.save())
-            shown.append(fmu.get("y"))
+            displayed.append(fmu.get("y"))
         for n in (3, 20, 11):
             fmu.call("FreeFMUstate", byref(saved[n]))
         for n in sorted({*range(40)} - {3, 11, 20}, reverse=True):
             assert fmu.restore(saved[n]) == OK
-            assert (fmu.get("y"), fmu.last_time()) == (shown[n], n * 250e-6 + 250e-6)
-        assert len(set(map(tuple, shown))) == 40
+            assert (fmu.get("y"), fmu.last_time()) == (displayed[n], n * 250e-6 + 250e-6)
+        assert len(set(map(tuple, displayed))) == 40
 
 
 def test_too_little_room_for_the_bytes_is_refused(library):

@@ -71,9 +71,9 @@ def outputs_of(library, start, change, steps):
 def test_a_library_from_the_c_code_gives_the_bits_of_the_shipped_one(with_sources, lag, fmi, tmp_path):
     shipped = with_sources(lag, np.zeros(1), fmi)
     places = (shipped, rebuilt(shipped, fmi, tmp_path / "rebuilt"))
-    given = np.random.default_rng(2006).uniform(-4.0, 4.0, 200)
+    values = np.random.default_rng(2006).uniform(-4.0, 4.0, 200)
     start = {"gain": 3.0, "offset": -2}
-    theirs, ours = (outputs_of(LIBRARIES[fmi](p), start, lambda n: {"u": given[n]}, len(given)) for p in places)
+    theirs, ours = (outputs_of(LIBRARIES[fmi](p), start, lambda n: {"u": values[n]}, len(values)) for p in places)
     assert ours.tobytes() == theirs.tobytes()
     assert np.ptp(ours[:, 0]) > 0.1
 
@@ -130,12 +130,12 @@ def test_the_fmus_from_their_c_code_give_the_bits_of_the_shipped_ones(with_sourc
     start, moving = CASES[name]
     shipped = with_sources(*model_source(name), 2)
     places = (shipped, rebuilt(shipped, 2, tmp_path / "rebuilt"))
-    given = np.random.default_rng(7).standard_normal((4000, len(moving)))
+    values = np.random.default_rng(7).standard_normal((4000, len(moving)))
 
     def change(n):
-        return {key: float(size * x) for (key, size), x in zip(moving.items(), given[n], strict=True)}
+        return {key: float(size * x) for (key, size), x in zip(moving.items(), values[n], strict=True)}
 
-    theirs, ours = (outputs_of(Library(place), start, change, len(given)) for place in places)
+    theirs, ours = (outputs_of(Library(place), start, change, len(values)) for place in places)
     assert ours.tobytes() == theirs.tobytes()
     if name == "rotor_contact":
         assert np.abs(ours).max() > 1e4, "there must be contact"
@@ -162,9 +162,9 @@ def test_fmpy_builds_the_library_from_the_c_code_and_runs_it(with_sources, lag, 
 def linked_statically(command, folder, target):
     """Compile an FMU's C code and a host to one program; return its name."""
     sources = sorted((folder / "sources").glob("*.c"))
-    given = [*command, *OPTIONS.split(), "-O2", f"-I{folder / 'sources'}", *sources, SUPPORT / "static_host.c"]
+    values = [*command, *OPTIONS.split(), "-O2", f"-I{folder / 'sources'}", *sources, SUPPORT / "static_host.c"]
     subprocess.run(
-        [*map(str, given), "-static", "-o", str(target), "-lm"], check=True, capture_output=True, timeout=500
+        [*map(str, values), "-static", "-o", str(target), "-lm"], check=True, capture_output=True, timeout=500
     )
     return target
 
@@ -172,9 +172,9 @@ def linked_statically(command, folder, target):
 def on_processor(emulator, target, platform):
     """The emulator and the target of a processor, skipped where it cannot be emulated."""
     missing = not shutil.which(emulator) or host_platform() != "linux64"
-    given = {"platform": platform, "what": "within 1e-14"}
+    values = {"platform": platform, "what": "within 1e-14"}
     marks = [
-        pytest.mark.host("a host in C under qemu", emulator, fmus="a lag, from its C code", **given),
+        pytest.mark.host("a host in C under qemu", emulator, fmus="a lag, from its C code", **values),
         pytest.mark.skipif(missing, reason=f"needs {emulator}"),
     ]
     return pytest.param(emulator, target, marks=marks, id=platform)
@@ -194,14 +194,14 @@ def test_on_other_processors_the_c_code_gives_the_numbers_of_this_one(with_sourc
     """RISC-V has a multiplication with addition, and rounds, where told, as this machine does; two have 32 bits."""
     folder = with_sources(lag, np.zeros(1), 2)
     zig = (sys.executable, "-m", "ziglang", "cc", "-target", target)
-    there = linked_statically(zig, folder, tmp_path / "there")
+    present = linked_statically(zig, folder, tmp_path / "there")
     here = linked_statically(("gcc",), folder, tmp_path / "here")
     root = ElementTree.parse(folder / "modelDescription.xml").getroot()
     names = [v.get("name") for v in root.iterfind("ModelVariables/*")]
-    given = [root.get("guid"), (folder / "resources").as_uri(), names.index("u"), names.index("y"), 200]
+    values = [root.get("guid"), (folder / "resources").as_uri(), names.index("u"), names.index("y"), 200]
     rows = []
-    for program in ([emulator, there], [here]):
-        command = [*map(str, program), *map(str, given)]
+    for program in ([emulator, present], [here]):
+        command = [*map(str, program), *map(str, values)]
         process = subprocess.run(command, capture_output=True, text=True, check=False, timeout=100)
         assert process.returncode == 0, process.stderr
         rows.append(np.array([float.fromhex(line) for line in process.stdout.splitlines()]))

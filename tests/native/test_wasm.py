@@ -51,17 +51,17 @@ def host(native, lag, tmp_path):
 
 
 def test_a_module_exports_fmi_and_memory_and_imports_files_alone(host):
-    found = host()
-    assert set(found["exports"]) == STANDARD | STANDARD3 | ADDED
+    result = host()
+    assert set(result["exports"]) == STANDARD | STANDARD3 | ADDED
     of_wasi = {*(f"fd_{name}" for name in FILES), "path_open", "proc_exit"}
-    assert set(found["imports"]) <= {f"wasi_snapshot_preview1.{name}" for name in of_wasi}
+    assert set(result["imports"]) <= {f"wasi_snapshot_preview1.{name}" for name in of_wasi}
 
 
 @pytest.mark.host("node", "node", platform="WebAssembly", fmus="a probe", what="the exponential that it is")
 def test_it_follows_the_exponential(host):
-    found = host(set={"u": 2.0}, steps=16)
+    result = host(set={"u": 2.0}, steps=16)
     time = 250e-6 * np.arange(1, 17)
-    assert found["values"] == pytest.approx(2.0 * (1.0 - np.exp(-time / 1e-3)), rel=1e-12)
+    assert result["values"] == pytest.approx(2.0 * (1.0 - np.exp(-time / 1e-3)), rel=1e-12)
 
 
 def test_refusals_reach_the_host_in_words(host):

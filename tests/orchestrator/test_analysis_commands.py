@@ -37,11 +37,11 @@ def test_modes_of_the_rig_are_printed_as_json_and_as_text(runner):
     data = json.loads(runner("modes", "--json").stdout)
     assert (data["rotor"], data["mass"]) == ("bath_rig_thesis", "diagonal")
     assert list(data["speeds"]) == ["90", "120", "145"]
-    found = data["speeds"]["90"]
+    result = data["speeds"]["90"]
     expected = damped_frequencies(supported_rotor(load_rotor()).model, 90.0, 8)
-    np.testing.assert_allclose(found["frequencies_rad_s"], expected, rtol=1e-9)
-    assert len(found["damping_ratios"]) == len(found["whirl"]) == 8
-    assert found["whirl"][:2] == ["backward", "forward"]
+    np.testing.assert_allclose(result["frequencies_rad_s"], expected, rtol=1e-9)
+    assert len(result["damping_ratios"]) == len(result["whirl"]) == 8
+    assert result["whirl"][:2] == ["backward", "forward"]
     text = runner("modes").stdout
     assert f"{expected[0]:.3f}" in text
     assert "unstable" not in text
@@ -144,9 +144,9 @@ def test_added_study_runs_with_its_options(runner, added, tmp_path, more):
 
 @pytest.mark.parametrize("name", analysis.study.commands)
 def test_defaults_are_those_of_the_python_function(name):
-    given = analysis.study.commands[name].make_context(name, []).params
-    del given["output"]
-    options = {key: value or None for key, value in given.items()}
+    values = analysis.study.commands[name].make_context(name, []).params
+    del values["output"]
+    options = {key: value or None for key, value in values.items()}
     parameters = inspect.signature(getattr(studies, name)).parameters.values()
     assert options == {p.name: p.default or None for p in parameters if p.name != "progress"}
 

@@ -59,12 +59,12 @@ def test_what_was_used_today_stays_above_the_bound(filled, monkeypatch):
 
 
 def test_the_command_shows_and_clears(filled, runner):
-    shown = runner("cache").stdout
-    assert [line.split()[-1].partition("-")[0] for line in shown.splitlines()[:-1]] == [
+    displayed = runner("cache").stdout
+    assert [line.split()[-1].partition("-")[0] for line in displayed.splitlines()[:-1]] == [
         "engines",
         *(f"model{k}" for k in range(4)),
     ]
-    assert f"5 in {filled}" in shown
+    assert f"5 in {filled}" in displayed
     assert runner("cache", "--clear").stdout.startswith("removed 5 in")
     assert names(filled) == ["mine", "notes.txt"]
 

@@ -36,8 +36,8 @@ def test_list_has_one_line_for_each_scenario(runner):
 
 
 def test_list_finds_scenarios_that_have_all_words(runner):
-    found = runner("list", "--filter", "seal RECOVERS").stdout
-    assert {word for word in found.split() if word in packaged_scenarios()} == {
+    result = runner("list", "--filter", "seal RECOVERS").stdout
+    assert {word for word in result.split() if word in packaged_scenarios()} == {
         "compressor_touchdown",
         "compressor_levitated_touchdown",
     }
@@ -45,8 +45,8 @@ def test_list_finds_scenarios_that_have_all_words(runner):
 
 
 def test_list_tells_all_of_one_scenario_or_names_the_nearest(runner):
-    told = runner("list", "compressor_touchdown").stdout
-    assert all(word in told for word in ("theme", "rubs at its seal", "Timbo", "compressor_touchdown.toml"))
+    message = runner("list", "compressor_touchdown").stdout
+    assert all(word in message for word in ("theme", "rubs at its seal", "Timbo", "compressor_touchdown.toml"))
     assert "did you mean compressor_touchdown" in runner("list", "compressor_touchdow").stderr
 
 

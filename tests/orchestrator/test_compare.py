@@ -35,19 +35,19 @@ def row(found, quantity):
 
 
 def test_differences_are_to_the_first_run(make):
-    found = amb_cosim.compare(make(), make(force=1.5), make(force=0.5))
-    peak = row(found, "peak_contact_force rb1")
+    result = amb_cosim.compare(make(), make(force=1.5), make(force=0.5))
+    peak = row(result, "peak_contact_force rb1")
     assert peak.unit == "N"
     assert peak.values == pytest.approx((1234.5, 1851.75, 617.25))
     assert peak.differences == pytest.approx((0.0, 617.25, -617.25))
-    assert row(found, "peak_contact_force rb2").differences == (0.0, 0.0, 0.0)
-    assert "+50 %" in str(found)
-    assert "-50 %" in str(found)
+    assert row(result, "peak_contact_force rb2").differences == (0.0, 0.0, 0.0)
+    assert "+50 %" in str(result)
+    assert "-50 %" in str(result)
 
 
 def test_shares_have_the_names_of_the_contact_states(make):
-    found = amb_cosim.compare(make(), make(step_cycle=6.0))
-    both = row(found, "contact_share both")
+    result = amb_cosim.compare(make(), make(step_cycle=6.0))
+    both = row(result, "contact_share both")
     assert both.unit == "1"
     assert both.values == pytest.approx((0.1, 0.125), abs=0.01)
 
@@ -76,9 +76,9 @@ def test_shorter_run_is_compared_as_far_as_it_goes(make):
 def test_signals_that_only_some_have_are_told(make):
     less = make()
     dataset = less.dataset.drop_vars("rotor_contact.energy.strain")
-    found = amb_cosim.compare(make(), Result(dataset.assign_attrs(scenario="lean"), DONE))
-    assert found.signals.only_some == {"rotor_contact.energy.strain": ("synthetic",)}
-    assert "only in synthetic: rotor_contact.energy.strain" in str(found)
+    result = amb_cosim.compare(make(), Result(dataset.assign_attrs(scenario="lean"), DONE))
+    assert result.signals.only_some == {"rotor_contact.energy.strain": ("synthetic",)}
+    assert "only in synthetic: rotor_contact.energy.strain" in str(result)
 
 
 def test_runs_of_one_scenario_have_numbers(make):
@@ -114,11 +114,11 @@ def test_options_are_for_all_runs_or_for_one(runner, runs):
 
 def test_what_is_set_for_all_is_set_for_the_runs_that_run(make, runs, tmp_path):
     make().save(tmp_path / "saved", plots=False)
-    found = amb_cosim.compare(tmp_path / "saved", "fig4_9", set={"a.b": 1})
+    result = amb_cosim.compare(tmp_path / "saved", "fig4_9", set={"a.b": 1})
     assert runs == [
         ("fig4_9", {"set": {"a.b": 1}, "rotor": None, "flavour": "native", "until": None, "progress": None})
     ]
-    assert found.labels == ["synthetic", "fig4_9"]
+    assert result.labels == ["synthetic", "fig4_9"]
 
 
 def test_saved_results_give_table_figures_and_data(make, runner, check_picture, tmp_path):
@@ -151,10 +151,10 @@ def test_bearings_of_all_rotors_are_drawn(make):
     other = make(scenario="other").dataset
     renamed = {name: name.replace("mb2", "b9") for name in other.data_vars if ".mb2." in name}
     attributes = other.attrs | {"places": other.attrs["places"].replace("mb2", "b9")}
-    found = amb_cosim.compare(make(), Result(other.rename(renamed).assign_attrs(attributes), DONE))
-    titles = [panel.get_title() for panel in found.figures()["orbits"].axes]
+    result = amb_cosim.compare(make(), Result(other.rename(renamed).assign_attrs(attributes), DONE))
+    titles = [panel.get_title() for panel in result.figures()["orbits"].axes]
     assert titles == ["MB1", "MB2", "B9"]
-    assert row(found, "orbit_largest b9").values[0] is None
+    assert row(result, "orbit_largest b9").values[0] is None
 
 
 def test_axis_is_time_where_a_speed_changes(make):

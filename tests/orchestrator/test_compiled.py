@@ -157,13 +157,13 @@ def test_what_is_only_recorded_is_fetched_where_it_is_recorded(coupling, every, 
 
 def fetches(trace, name):
     """The references that a component was asked for after each of its steps."""
-    found = []
+    result = []
     for call in trace:
         if call[0] == name and call[1] == "step":
-            found.append(set())
+            result.append(set())
         elif call[0] == name and call[1] == "get":
-            found[-1] |= set(call[4])
-    return found
+            result[-1] |= set(call[4])
+    return result
 
 
 def condition(signal, side, limit, first=0, hold=0):
@@ -293,14 +293,14 @@ def test_a_schedule_gives_the_same_point_by_point_and_as_a_list():
     for schedule in (*schedules(), PiecewiseLinear([(3, 10.0), (7, 12.0), (20, -1.0)], H, 0, None)):
         for first, last in ((-5, 300), (5, 6), (71, 200), (10, 10)):
             changes = schedule.changes(first, last)
-            points, listed, asked = changes.points.tolist(), np.full(4, np.nan), np.full(4, np.nan)
+            points, listed, requested = changes.points.tolist(), np.full(4, np.nan), np.full(4, np.nan)
             assert points == sorted(points)
             for n in range(first, last):
-                schedule(n, asked)
+                schedule(n, requested)
                 for point, position, value in zip(*changes, strict=True):
                     if point == n:
                         listed[position] = value
-                np.testing.assert_array_equal(listed, asked)
+                np.testing.assert_array_equal(listed, requested)
 
 
 def test_what_does_not_fit_into_memory_is_refused():

@@ -95,8 +95,8 @@ def test_what_is_no_fmu_is_refused(tmp_path):
 
 @pytest.mark.parametrize("version", ["1.0", "2.0", "3.0", "4.0"])
 def test_an_fmu_of_another_kind_is_refused_with_what_is_taken(monkeypatch, tmp_path, version):
-    found = SimpleNamespace(fmiVersion=version, coSimulation=None if version in ("2.0", "3.0") else SimpleNamespace())
-    monkeypatch.setattr("fmpy.read_model_description", lambda *_: found)
+    result = SimpleNamespace(fmiVersion=version, coSimulation=None if version in ("2.0", "3.0") else SimpleNamespace())
+    monkeypatch.setattr("fmpy.read_model_description", lambda *_: result)
     with pytest.raises(ValueError, match=r"is no co-simulation FMU of FMI 2\.0 or 3\.0"):
         read_interface(tmp_path, "rotor")
 

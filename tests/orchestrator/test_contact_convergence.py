@@ -36,21 +36,21 @@ def cases(tmp_path):
 )
 def test_modes_are_halved_and_doubled(cases, rotor, modes):
     """A rotor condensed to six planes gets as many modes."""
-    found = [case for case in cases(rotor) if case.varied == "modes"]
-    assert [case.value for case in found] == modes
-    for case in found:
+    result = [case for case in cases(rotor) if case.varied == "modes"]
+    assert [case.value for case in result] == modes
+    for case in result:
         model = reduced_rotor(load_rotor(case.rotor)).model
         assert (model.size // 2 - 6, len(model.translations)) == (case.value, 6)
 
 
 def test_meshes_differ_in_nodes_or_mass_matrix_and_in_nothing_else(cases):
     base = load_rotor("bath_rig_thesis")
-    found = [(case, load_rotor(case.rotor)) for case in cases("bath_rig_thesis") if case.varied == "mesh"]
-    described = {(len(rotor.shaft.nodes), rotor.shaft.mass_matrix) for _, rotor in found}
-    assert len(described) == len(found)
+    result = [(case, load_rotor(case.rotor)) for case in cases("bath_rig_thesis") if case.varied == "mesh"]
+    described = {(len(rotor.shaft.nodes), rotor.shaft.mass_matrix) for _, rotor in result}
+    assert len(described) == len(result)
     assert (13, "consistent") in described
     assert (13, "diagonal") not in described
-    for case, rotor in found:
+    for case, rotor in result:
         assert case.value == len(rotor.shaft.nodes)
         assert rotor.mass == pytest.approx(base.mass)
         assert rotor.damping == base.damping
@@ -174,10 +174,11 @@ def test_more_modes_leave_contact_forces_of_the_recommended_rig(tmp_path, scenar
     data = tomllib.loads(rotor_path("bath_rig").read_text(encoding="utf-8"))
     data["reduction"]["modes"] = 30
     (tmp_path / "more.toml").write_text(tomli_w.dumps(data), encoding="utf-8")
-    own = base_of("bath_rig")
-    own = replace(own, scenario=load_scenario(scenario), settings={"rotor_contact.contact.impact_law": 1})
+    local = base_of("bath_rig")
+    local = replace(local, scenario=load_scenario(scenario), settings={"rotor_contact.contact.impact_law": 1})
     here, more = (
-        convergence_runs.simulate_case(case).sites for case in (own, replace(own, rotor=str(tmp_path / "more.toml")))
+        convergence_runs.simulate_case(case).sites
+        for case in (local, replace(local, rotor=str(tmp_path / "more.toml")))
     )
     for site, contact in here.items():
         assert more[site].mean_force == pytest.approx(contact.mean_force, rel=0.05)

@@ -27,14 +27,14 @@ SILENT = {f"{site}.{name}": np.zeros(N) for site in PLACES.sites for name in ("f
 def table(values, found=PLACES, every=1, **parameters):
     """A run of 20 ms at 20 kHz, 2 cycles, of which every so many samples were recorded."""
     time = H * np.arange(N)[::every]
-    given = {"catcher.clearance": CLEARANCE, "seal.clearance": CLEARANCE} | parameters
+    settings = {"catcher.clearance": CLEARANCE, "seal.clearance": CLEARANCE} | parameters
     return SignalTable(
         {f"{PLANT}.{name}": Samples(np.asarray(value, float)[::every], {}) for name, value in values.items()},
         {"time": Samples(time, {}), "cycle": Samples(time / 0.01, {})},
         {
             "places": found.to_json(),
             "scenario": "compressor",
-            "parameters": json.dumps({PLANT: given}),
+            "parameters": json.dumps({PLANT: settings}),
             "communication_step_s": H,
             "speed_rad_s": 628.0,
             "period_s": 0.01,
@@ -141,7 +141,7 @@ def test_a_retainer_is_apart_where_another_plane_carries_it(node, apart):
     model, _ = plant(machine(bearings=bearings, sites=sites, sensors=(Sensor("probe", 5),)))
     fmu = SimpleNamespace(layout=json.loads(json.dumps(model.layout)))
     system = SimpleNamespace(fed=lambda: {f"{PLANT}.drive_end.f_x", f"{PLANT}.speed"})
-    found = places_of(SimpleNamespace(interfaces={PLANT: None}, fmus={PLANT: fmu}, system=system))
-    assert found.apart == apart
-    assert found.bearings == {"drive_end": "catcher", "thrust": ""}
-    assert found.magnetic == ("drive_end",)
+    result = places_of(SimpleNamespace(interfaces={PLANT: None}, fmus={PLANT: fmu}, system=system))
+    assert result.apart == apart
+    assert result.bearings == {"drive_end": "catcher", "thrust": ""}
+    assert result.magnetic == ("drive_end",)

@@ -44,9 +44,9 @@ def test_contact_in_the_last_moment_of_a_run_counts(pressed):
 def test_power_is_split_between_two_harmonics_at_the_limit(pressed):
     # mean squares: 300^2, 80^2 / 2, 60^2 / 2
     dataset = pressed(lambda t: 300.0 + 80.0 * np.cos(500.0 * t) + 60.0 * np.cos(3000.0 * t))
-    found = share_beyond_reduction(dataset)
-    assert found["rb1"] == pytest.approx(1800.0 / (90000.0 + 3200.0 + 1800.0), rel=0.01)
-    assert found["rb2"] is None, "no force, no share"
+    result = share_beyond_reduction(dataset)
+    assert result["rb1"] == pytest.approx(1800.0 / (90000.0 + 3200.0 + 1800.0), rel=0.01)
+    assert result["rb2"] is None, "no force, no share"
 
 
 def test_a_force_below_the_limit_gives_no_warning(pressed):

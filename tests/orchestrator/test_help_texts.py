@@ -25,8 +25,8 @@ def test_help_shows_each_command_in_one_whole_line(path):
     group: click.Command = main
     for name in path:
         group = group.get_command(click.Context(group), name)
-    shown = CliRunner().invoke(main, [*path, "--help"], terminal_width=WIDTH).output
-    listed = shown[shown.index("Commands:") :]
+    displayed = CliRunner().invoke(main, [*path, "--help"], terminal_width=WIDTH).output
+    listed = displayed[displayed.index("Commands:") :]
     context = click.Context(group)
     texts = {name: group.get_command(context, name).get_short_help_str(1000) for name in group.list_commands(context)}
     assert [name for name, text in texts.items() if not text[:1].isupper() or len(text) >= LONGEST] == []

@@ -80,10 +80,10 @@ def test_speeds_that_succeed_are_kept_when_others_fail(runner, runs, tmp_path):
     words = ("done", "contact", "waiting for a valid window", "ill-conditioned", "amb_actuator failed", "done")
     for line, word in zip(lines[2:], words, strict=True):
         assert word in line
-    kept = read_table(tmp_path / "t.toml", "bath_rig_thesis", RIG_LOOP, loop_parameters(RIG_LOOP, LOOP))
-    assert [entry.speed for entry in kept.entries] == [2.0 * math.pi * 10.0, 100.0]
-    np.testing.assert_array_equal(kept.entries[0].receptance, receptance(1))
-    np.testing.assert_array_equal(kept.entries[1].receptance, receptance(6))
+    retained = read_table(tmp_path / "t.toml", "bath_rig_thesis", RIG_LOOP, loop_parameters(RIG_LOOP, LOOP))
+    assert [entry.speed for entry in retained.entries] == [2.0 * math.pi * 10.0, 100.0]
+    np.testing.assert_array_equal(retained.entries[0].receptance, receptance(1))
+    np.testing.assert_array_equal(retained.entries[1].receptance, receptance(6))
 
 
 def test_a_new_identification_replaces_its_speed_and_leaves_the_others(runner, runs, table, tmp_path):
@@ -91,10 +91,10 @@ def test_a_new_identification_replaces_its_speed_and_leaves_the_others(runner, r
     runs(completed(outputs(receptance(8))))
     result = runner("identify", "--speeds", "100 rad/s", "-o", "t.toml")
     assert result.exit_code == 0, result.stderr
-    kept = read_table(tmp_path / "t.toml").entries
-    assert [entry.speed for entry in kept] == [60.0, 100.0]
-    np.testing.assert_array_equal(kept[0].receptance, receptance(3))
-    np.testing.assert_array_equal(kept[1].receptance, receptance(8))
+    retained = read_table(tmp_path / "t.toml").entries
+    assert [entry.speed for entry in retained] == [60.0, 100.0]
+    np.testing.assert_array_equal(retained[0].receptance, receptance(3))
+    np.testing.assert_array_equal(retained[1].receptance, receptance(8))
 
 
 def test_an_interrupt_keeps_the_speeds_before_it(runner, runs, tmp_path):

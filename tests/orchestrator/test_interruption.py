@@ -64,11 +64,11 @@ def children(process):
 
 
 def commands_of(numbers):
-    found = []
+    result = []
     for number in numbers:
         with suppress(OSError):
-            found.append(Path(f"/proc/{number}/cmdline").read_text())
-    return found
+            result.append(Path(f"/proc/{number}/cmdline").read_text())
+    return result
 
 
 @pytest.mark.parametrize("number", CODES)

@@ -73,9 +73,9 @@ def end(components, wiring, steps, duration=1.0, coupling="iterative"):
 
 def implicit(h, weight):
     """One step of the pair as one linear system: x+ = E x + B ((1 - w) x + w x+), solved for x+."""
-    own = np.diag(A)
-    E = np.diag(np.exp(own * h))
-    B = (np.expm1(own * h) / own)[:, None] * (A - np.diag(own))
+    local = np.diag(A)
+    E = np.diag(np.exp(local * h))
+    B = (np.expm1(local * h) / local)[:, None] * (A - np.diag(local))
     return np.linalg.solve(np.eye(2) - weight * B, E + (1.0 - weight) * B)
 
 
@@ -95,9 +95,9 @@ def test_order_of_convergence(weight, order):
 def test_inputs_from_the_beginning_of_the_step_need_no_repetition():
     """With weights 0 the steps are those of Jacobi order."""
     lags, wiring = pair((0.0, 0.0))
-    found = end(lags, wiring, steps=10)
+    result = end(lags, wiring, steps=10)
     assert [(lag.steps, lag.restores) for lag in lags] == [(10, 0), (10, 0)]
-    np.testing.assert_array_equal(found, end(*pair(), steps=10, coupling="jacobi"))
+    np.testing.assert_array_equal(result, end(*pair(), steps=10, coupling="jacobi"))
 
 
 def test_only_components_whose_inputs_have_changed_are_repeated():

@@ -116,9 +116,9 @@ def controller_system(case: Loop) -> LinearModel:
 
 def continuous(Omega: float, frequencies: np.ndarray, lag: float, bandwidth: float = math.inf) -> np.ndarray:
     """1/(1 + L) of each axis with the other loops closed, L with a continuous PD controller and a dead time (s)."""
-    found = load_rotor()
-    model = msdc(assemble(found), found.masters).model
-    B = np.eye(model.size)[:, model.rows(found.bearing_nodes)]
+    result = load_rotor()
+    model = msdc(assemble(result), result.masters).model
+    B = np.eye(model.size)[:, model.rows(result.bearing_nodes)]
     k_s, _ = loop().slopes(0)
     rows = []
     for omega in 2.0 * np.pi * frequencies:
@@ -230,8 +230,8 @@ def test_sensors_beside_the_bearings_close_the_loop() -> None:
     T = np.array([(b - seen) / (b - a), (seen - a) / (b - a)]).T
     expected = np.diag(np.linalg.inv(np.eye(2) - (1.0 + k_b / case.of_axis("controller", 0, "k_s")) * T))
     assert np.abs(T - np.eye(2)).max() > 0.3
-    found = diagonal_response(sensitivity_system(case), np.array([1e-2]))[::2, 0]
-    np.testing.assert_allclose(found, expected, rtol=2e-3)
+    result = diagonal_response(sensitivity_system(case), np.array([1e-2]))[::2, 0]
+    np.testing.assert_allclose(result, expected, rtol=2e-3)
     assert k_s == pytest.approx(case.of_axis("controller", 0, "k_s"), rel=1e-4)
 
 
@@ -312,9 +312,9 @@ def test_injected_lines_interleave_and_fill_the_range() -> None:
     signals, lines = multi_sines(len(AXES), 16000, 250e-6)
     assert sorted(lines.ravel()) == list(range(4, 8000))
     spectra = np.abs(np.fft.rfft(signals, axis=1))
-    for own, spectrum in zip(lines, spectra, strict=True):
-        assert np.ptp(spectrum[own]) < 1e-9 * spectrum[own].max()
-        assert np.delete(spectrum, own).max() < 1e-9 * spectrum[own].max()
+    for local, spectrum in zip(lines, spectra, strict=True):
+        assert np.ptp(spectrum[local]) < 1e-9 * spectrum[local].max()
+        assert np.delete(spectrum, local).max() < 1e-9 * spectrum[local].max()
     np.testing.assert_allclose(np.abs(signals).max(axis=1), 1.0)
 
 

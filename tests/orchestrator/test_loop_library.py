@@ -58,9 +58,9 @@ def test_where_there_is_no_compiled_loop_the_plain_one_gives_the_same(monkeypatc
     expected = run_prepared(prepared)
     monkeypatch.setattr(simulator, "load_loop", lambda: None)
     monkeypatch.setattr(compiled, "run", lambda *_, **__: pytest.fail("not the plain loop"))
-    found = run_prepared(prepared)
+    result = run_prepared(prepared)
     for name in expected.signals.variables:
-        np.testing.assert_array_equal(found.signals[name].values, expected.signals[name].values)
+        np.testing.assert_array_equal(result.signals[name].values, expected.signals[name].values)
 
 
 @pytest.mark.slow

@@ -151,10 +151,10 @@ def test_explicit_coupling_converges_with_first_order(coupling):
     exact = expm(a) @ np.array([1.0, 0.5])
 
     def half(i: int, x: float) -> Block:
-        own, other = a[i, i], a[i, 1 - i]
+        local, other = a[i, i], a[i, 1 - i]
 
         def advance(x: float, u: np.ndarray, t: float, h: float) -> float:
-            return float(np.exp(own * h) * x + np.expm1(own * h) / own * other * u[0])
+            return float(np.exp(local * h) * x + np.expm1(local * h) / local * other * u[0])
 
         return Block("ab"[i], advance=advance, x=x)
 

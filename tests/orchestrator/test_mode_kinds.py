@@ -13,12 +13,12 @@ from rotor_analysis.rotor_file import load_rotor
 
 def test_modes_of_the_rig_are_those_of_figs_3_2_and_3_3():
     """Conical at 61 rad/s, cylindrical at 106, first and second flexural at 179 and 429."""
-    found = studies.modes(speed=90.0, count=8)
-    assert [shape.kind for shape in found.shapes] == ["conical"] * 2 + ["cylindrical"] * 2 + ["flexural"] * 4
-    assert [shape.crossings for shape in found.shapes] == [1, 1, 0, 0, 2, 2, 3, 3]
-    (modes,) = found.frequencies.speeds.values()
+    result = studies.modes(speed=90.0, count=8)
+    assert [shape.kind for shape in result.shapes] == ["conical"] * 2 + ["cylindrical"] * 2 + ["flexural"] * 4
+    assert [shape.crossings for shape in result.shapes] == [1, 1, 0, 0, 2, 2, 3, 3]
+    (modes,) = result.frequencies.speeds.values()
     assert modes.frequencies[::2] == pytest.approx((61.0, 106.0, 179.0, 429.0), rel=0.02)
-    assert "conical" in str(found)
+    assert "conical" in str(result)
 
 
 @pytest.mark.parametrize(("offset", "kind", "crossings"), [(3.0, "cylindrical", 0), (-0.5, "conical", 1)])
@@ -28,9 +28,9 @@ def test_motion_of_a_rigid_body_is_all_rigid(offset, kind, crossings):
     z = np.array(rotor.shaft.nodes)
     shape = np.zeros((len(z), 4), dtype=np.complex128)
     shape[:, 0], shape[:, 1], shape[:, 2], shape[:, 3] = z + offset, -1j * (z + offset), 1.0, -1j
-    found = kind_of(assemble(rotor), z, shape.ravel() * np.exp(0.7j))
-    assert found.rigid_share == pytest.approx(1.0)
-    assert (found.name, found.crossings) == (kind, crossings)
+    result = kind_of(assemble(rotor), z, shape.ravel() * np.exp(0.7j))
+    assert result.rigid_share == pytest.approx(1.0)
+    assert (result.name, result.crossings) == (kind, crossings)
 
 
 def test_bent_line_without_net_motion_is_flexural():
@@ -39,6 +39,6 @@ def test_bent_line_without_net_motion_is_flexural():
     shape = np.zeros((len(z), 4), dtype=np.complex128)
     k = 3.0 * np.pi / (z[-1] - z[0])
     shape[:, 0], shape[:, 2] = np.cos(k * z), -k * np.sin(k * z)
-    found = kind_of(assemble(rotor), z, shape.ravel())
-    assert found.name == "flexural"
-    assert found.crossings == 3
+    result = kind_of(assemble(rotor), z, shape.ravel())
+    assert result.name == "flexural"
+    assert result.crossings == 3

@@ -47,12 +47,12 @@ def test_a_result_can_be_zoomed_into(synthetic):
 
 def test_the_live_rig_is_a_frame_that_holds_its_whole_page(tmp_path):
     text = '<!doctype html><p title="a & b">rig</p>'
-    found = LivePage("pump <1>", text, 700)
-    frame = found._repr_html_()
+    result = LivePage("pump <1>", text, 700)
+    frame = result._repr_html_()
     assert unescape(re.search('srcdoc="([^"]*)"', frame)[1]) == text
     assert "height: 700px" in frame
     assert "pump <1>" not in frame
-    assert found.save(tmp_path / "rig.html").read_text(encoding="utf-8") == text
+    assert result.save(tmp_path / "rig.html").read_text(encoding="utf-8") == text
 
 
 def test_the_package_of_the_live_rig_is_a_function():

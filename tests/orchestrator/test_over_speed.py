@@ -35,9 +35,9 @@ def boxes(panel):
 
 
 def test_labels_of_close_critical_speeds_do_not_collide():
-    found = boxes(figure(close_modes()).axes[0])
-    assert len(found) == 10
-    heights = sorted((box.y0, box.y1, box.x0, box.x1) for box in found)
+    result = boxes(figure(close_modes()).axes[0])
+    assert len(result) == 10
+    heights = sorted((box.y0, box.y1, box.x0, box.x1) for box in result)
     for k, (y0, y1, x0, x1) in enumerate(heights):
         for other_y0, _, other_x0, other_x1 in heights[k + 1 :]:
             assert other_y0 > y0 + 0.7 * (y1 - y0) or other_x0 > x1 or other_x1 < x0

@@ -28,22 +28,22 @@ SYSTEM = System(
 
 @pytest.mark.parametrize("bearings", [("front",), ("mb1", "mb2"), ("a", "b", "c")])
 def test_a_pattern_connects_what_both_components_have(bearings):
-    found = expand(SYSTEM, interfaces(bearings))
-    links = {(link.source, link.target) for link in found.connections}
+    result = expand(SYSTEM, interfaces(bearings))
+    links = {(link.source, link.target) for link in result.connections}
     expected = {(f"rotor.{b}.{a}", f"magnet.{b}.{a}") for b in bearings for a in "xy"}
     expected |= {(f"magnet.{b}.f_{a}", f"rotor.{b}.f_{a}") for b in bearings for a in "xy"}
     assert links == expected  # neither disc.f_x, which the magnet does not drive, nor probe.x, which it does not read
-    assert set(found.component("magnet").mandatory) == {f"{b}.{a}" for b in bearings for a in "xy"}
-    found.check(interfaces(bearings))
+    assert set(result.component("magnet").mandatory) == {f"{b}.{a}" for b in bearings for a in "xy"}
+    result.check(interfaces(bearings))
 
 
 def test_a_named_connection_and_a_signal_come_before_a_pattern():
     named = (*SYSTEM.connections, Connection("rotor.probe.x", "magnet.mb1.x"))
     signal = Signal("load", ("rotor.mb2.f_y",))
-    found = expand(replace(SYSTEM, connections=named, signals=(signal,)), interfaces(("mb1", "mb2")))
-    assert found.source_of("magnet.mb1.x") == "rotor.probe.x"
-    assert found.source_of("magnet.mb1.y") == "rotor.mb1.y"
-    assert found.source_of("rotor.mb2.f_y") is None
+    result = expand(replace(SYSTEM, connections=named, signals=(signal,)), interfaces(("mb1", "mb2")))
+    assert result.source_of("magnet.mb1.x") == "rotor.probe.x"
+    assert result.source_of("magnet.mb1.y") == "rotor.mb1.y"
+    assert result.source_of("rotor.mb2.f_y") is None
 
 
 def test_inputs_may_have_an_ending_that_outputs_lack():

@@ -87,10 +87,10 @@ def test_the_factor_scales_what_the_scenario_sets_and_nothing_else():
 
 def test_scenario_and_settings_override_parameters_of_the_system():
     system = replace(SYSTEM, parameters={"sampler": {"k_?": 5.0}})
-    given = {"scenario": SCENARIO + "[parameters.sampler]\nk_y = 6\n", "system": system}
-    p = plan(**given)
+    values = {"scenario": SCENARIO + "[parameters.sampler]\nk_y = 6\n", "system": system}
+    p = plan(**values)
     assert (p.parameters["sampler"]["k_x"], p.parameters["sampler"]["k_y"]) == (5.0, 6.0)
-    p = plan({"sampler.k_y": "7"}, **given)
+    p = plan({"sampler.k_y": "7"}, **values)
     assert (p.parameters["sampler"]["k_x"], p.parameters["sampler"]["k_y"]) == (5.0, 7.0)
 
 

@@ -31,9 +31,9 @@ def drawn(dataset, folder):
     "left_out", slow_but_first([("step_cycle", "removal_cycle"), (), ("removal_cycle",), ("step_cycle",)])
 )
 def test_every_figure_is_drawn_from_the_data_set_alone(synthetic, without, tmp_path, left_out):
-    asked = json.dumps([*USUAL, "whirl", "energy"])
-    dataset = without(synthetic(plot_figures=asked), *left_out)
-    assert drawn(dataset, tmp_path) == json.loads(asked)
+    requested = json.dumps([*USUAL, "whirl", "energy"])
+    dataset = without(synthetic(plot_figures=requested), *left_out)
+    assert drawn(dataset, tmp_path) == json.loads(requested)
 
 
 def test_usual_figures(synthetic, tmp_path):

@@ -44,8 +44,8 @@ def swapped(**interfaces):
     for name in interfaces:
         system = system.with_fmu(name, f"folder/{name}.fmu")
     now = FIRST | interfaces
-    found = expand(without_lacking(system, now), now)
-    return found, missing_ports(found, now, expand(original(system), FIRST))
+    result = expand(without_lacking(system, now), now)
+    return result, missing_ports(result, now, expand(original(system), FIRST))
 
 
 def test_a_role_needs_the_outputs_that_others_read_and_no_inputs():

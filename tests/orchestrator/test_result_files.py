@@ -62,8 +62,8 @@ def test_the_file_of_signals_is_that_which_xarray_writes(synthetic, tmp_path, sa
     xr.testing.assert_identical(signals.to_dataset(), dataset)
     for name, content in (("signals", signals), ("dataset", dataset)):
         save(content, tmp_path / name)
-    found, expected = load(tmp_path / "signals"), load(tmp_path / "dataset")
-    xr.testing.assert_identical(found, expected)
-    assert list(found.variables) == list(expected.variables)
-    assert {n: v.dtype for n, v in found.variables.items()} == {n: v.dtype for n, v in expected.variables.items()}
-    assert [(n, type(v)) for n, v in found.attrs.items()] == [(n, type(v)) for n, v in expected.attrs.items()]
+    result, expected = load(tmp_path / "signals"), load(tmp_path / "dataset")
+    xr.testing.assert_identical(result, expected)
+    assert list(result.variables) == list(expected.variables)
+    assert {n: v.dtype for n, v in result.variables.items()} == {n: v.dtype for n, v in expected.variables.items()}
+    assert [(n, type(v)) for n, v in result.attrs.items()] == [(n, type(v)) for n, v in expected.attrs.items()]

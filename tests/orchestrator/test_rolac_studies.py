@@ -64,9 +64,9 @@ def test_receptance_is_that_of_the_rotor_in_the_file(runner, tmp_path):
     assert runner("study", "receptance", "--rotor", "pump.toml", "-o", "out").exit_code == 0
     data = json.loads((tmp_path / "out" / "receptance.json").read_text())
     assert (data["rotor"], data["planes_z_m"]) == ("pump", [0.0, 0.0, 0.9, 0.9])
-    found = matrices(data["receptance_m_per_N"])
-    assert found.shape == (len(data["speeds_hz"]), 8, 4)
-    np.testing.assert_allclose(found[:, :2], found[:, 2:4], rtol=1e-12)
+    result = matrices(data["receptance_m_per_N"])
+    assert result.shape == (len(data["speeds_hz"]), 8, 4)
+    np.testing.assert_allclose(result[:, :2], result[:, 2:4], rtol=1e-12)
 
 
 # Test force
@@ -124,11 +124,11 @@ def test_full_step_with_the_exact_h_leaves_no_force(inverse):
 
 def test_h_of_the_table_is_exact_at_its_speeds_and_nowhere_between(inverse):
     speeds, errors = inverse.speeds, inverse.tables["thesis"]
-    known = np.isin(speeds, inverse.table)
+    available = np.isin(speeds, inverse.table)
     between = (speeds < 35.0) & (np.abs(speeds - inverse.table[:, None]).min(axis=0) > 0.01)
-    assert known.sum() == 12
+    assert available.sum() == 12
     for values in (errors.relative_error, errors.left_by_a_step):
-        assert values[known].max() < 1e-10
+        assert values[available].max() < 1e-10
         assert values[between].min() > 1e-5
 
 

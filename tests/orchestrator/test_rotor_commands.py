@@ -29,8 +29,8 @@ def test_imported_rotor_is_a_rotor_file(rotor, tmp_path):
     assert done.stderr.startswith("note: Coefficients over speed are those of ROSS's spline")
     text = (tmp_path / "compressor_rotor.toml").read_text(encoding="utf-8")
     assert text.startswith("# Imported from compressor.toml, which ROSS saved. SI units.\n# Coefficients over speed")
-    found = load_rotor(tmp_path / "compressor_rotor.toml")
-    assert (len(found.bodies), len(found.bearings), len(found.seals), len(found.materials)) == (7, 2, 12, 3)
+    result = load_rotor(tmp_path / "compressor_rotor.toml")
+    assert (len(result.bodies), len(result.bearings), len(result.seals), len(result.materials)) == (7, 2, 12, 3)
 
 
 def test_imported_rotor_can_be_shown_and_drawn(rotor, tmp_path):
@@ -62,17 +62,17 @@ def test_damping_of_a_rotor_is_shown(rotor):
 
 def test_inertias_are_those_of_the_parts():
     """Discs and cores by hand, and the shaft as a slender rod with a small radius."""
-    rig, found = load_rotor(), studies.layout()
+    rig, result = load_rotor(), studies.layout()
     shaft = rig.mass - sum(body.mass for body in rig.bodies)
     z = rig.shaft.nodes
     moment = shaft * z[-1] / 2.0 + sum(body.mass * z[body.node - 1] for body in rig.bodies)
-    assert found.centre == pytest.approx(moment / rig.mass, rel=1e-9)
+    assert result.centre == pytest.approx(moment / rig.mass, rel=1e-9)
     polar = shaft * 0.025**2 / 2.0 + sum(body.polar_inertia for body in rig.bodies)
-    assert found.polar_inertia == pytest.approx(polar, rel=1e-9)
-    own = shaft * (z[-1] ** 2 / 12.0 + 0.025**2 / 4.0) + sum(body.diametral_inertia for body in rig.bodies)
-    apart = sum(body.mass * (z[body.node - 1] - found.centre) ** 2 for body in rig.bodies)
-    apart += shaft * (z[-1] / 2.0 - found.centre) ** 2
-    assert found.diametral_inertia == pytest.approx(own + apart, rel=1e-6)
+    assert result.polar_inertia == pytest.approx(polar, rel=1e-9)
+    local = shaft * (z[-1] ** 2 / 12.0 + 0.025**2 / 4.0) + sum(body.diametral_inertia for body in rig.bodies)
+    apart = sum(body.mass * (z[body.node - 1] - result.centre) ** 2 for body in rig.bodies)
+    apart += shaft * (z[-1] / 2.0 - result.centre) ** 2
+    assert result.diametral_inertia == pytest.approx(local + apart, rel=1e-6)
 
 
 def test_planes_that_only_carry_unbalance_or_a_sensor_are_told_as_a_cost():

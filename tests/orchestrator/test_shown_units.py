@@ -76,9 +76,9 @@ def test_values_within_a_title_have_the_unit_asked_for():
 def test_places_along_the_shaft_keep_their_unit_where_orbits_have_another():
     drawn = Panel("Shape", "z (mm)", "x (mm)", (curve("at 50 Hz", [100.0], [0.5]),))
     with amb_cosim.units("um", "rpm"):
-        shown = drawn.in_chosen_units()
-    assert (shown.x, shown.y, shown.curves[0].name) == ("z (mm)", "x (\N{MICRO SIGN}m)", "at 3000 rpm")
-    assert (shown.curves[0].x[0], shown.curves[0].y[0]) == (100.0, pytest.approx(500.0))
+        displayed = drawn.in_chosen_units()
+    assert (displayed.x, displayed.y, displayed.curves[0].name) == ("z (mm)", "x (\N{MICRO SIGN}m)", "at 3000 rpm")
+    assert (displayed.curves[0].x[0], displayed.curves[0].y[0]) == (100.0, pytest.approx(500.0))
 
 
 def test_a_command_refuses_a_unit_that_is_none(runner):
@@ -89,11 +89,11 @@ def test_a_command_refuses_a_unit_that_is_none(runner):
 
 @given(st.lists(st.floats(-1.0, 1.0), max_size=12), st.floats(0.0, 0.5))
 def test_labels_keep_their_distance_and_their_order(places, gap):
-    found = spread(places, gap)
+    result = spread(places, gap)
     order = np.argsort(places, kind="stable")
-    assert np.all(np.diff(found[order]) >= gap - 1e-9)
+    assert np.all(np.diff(result[order]) >= gap - 1e-9)
     if places:
-        assert found.mean() == pytest.approx(np.mean(places), abs=1e-9)
+        assert result.mean() == pytest.approx(np.mean(places), abs=1e-9)
 
 
 def test_labels_that_are_apart_stay_where_they_are():

@@ -16,13 +16,13 @@ def test_unbalance_is_compared_with_the_clearance_of_each_place():
     """Three bearings with retainers, a seal of another clearance, and shaft ends where nothing can be touched."""
     names, nodes, gaps = ("rb1", "seal1", "rb2", "rb3"), (2, 6, 12, 24), (0.2e-3, 0.35e-3, 0.2e-3, 0.25e-3)
     sites = tuple(Site(n, node, gap) for n, node, gap in zip(names, nodes, gaps, strict=True))
-    found = studies.unbalance_response(machine(sites=sites).on_equal_bearings(2e7, 2e4), unbalance="1 g.m")
-    clearances = {name: place.clearance for name, place in found.places.items()}
+    result = studies.unbalance_response(machine(sites=sites).on_equal_bearings(2e7, 2e4), unbalance="1 g.m")
+    clearances = {name: place.clearance for name, place in result.places.items()}
     assert clearances == {
         "end at z = 0 m": None, "mb1": 0.2e-3, "seal1": 0.35e-3, "mb2": 0.2e-3, "mb3": 0.25e-3, "end at z = 2.4 m": None
     }  # fmt: skip
-    top = np.max(found.places["seal1"].amplitude)
-    (row,) = (line for line in str(found).splitlines() if line.startswith("seal1"))
+    top = np.max(result.places["seal1"].amplitude)
+    (row,) = (line for line in str(result).splitlines() if line.startswith("seal1"))
     assert float(row.split()[2]) == pytest.approx(top / 0.35e-3, abs=1e-3)
     assert studies.unbalance_response(machine(), clearance="1 mm").places["mb2"].clearance == 1e-3
 
@@ -55,7 +55,7 @@ def test_loop_without_magnetic_bearings_has_no_sensitivity():
 @pytest.mark.slow
 def test_orders_of_the_master_are_compared_on_any_scenario():
     """A compressor's loop is faster than the rig's: in Jacobi order it needs shorter steps than 50 us."""
-    found = {(row.order, round(1e6 * row.step)): row for row in studies.coupling(COMPRESSOR).rows}
-    assert found["Gauss-Seidel", 20].deviation < 1e-4
-    assert found["Jacobi", 50].outcome == "trapped"
-    assert found["Jacobi", 10].deviation == pytest.approx(2.5 * found["Jacobi", 4].deviation, rel=0.3)
+    result = {(row.order, round(1e6 * row.step)): row for row in studies.coupling(COMPRESSOR).rows}
+    assert result["Gauss-Seidel", 20].deviation < 1e-4
+    assert result["Jacobi", 50].outcome == "trapped"
+    assert result["Jacobi", 10].deviation == pytest.approx(2.5 * result["Jacobi", 4].deviation, rel=0.3)

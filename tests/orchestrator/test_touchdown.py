@@ -55,9 +55,9 @@ def test_a_rotor_without_contact_at_the_end_does_not_lie_still():
     }
     modes = {f"{site}.mode": np.where(lifted, 0, fall()[f"rotor_contact.{site}.mode"]) for site in ("rb1", "rb2")}
     state = np.where(lifted, 0, fall()["rotor_contact.contact_state"])
-    found = touchdown(fall(**up, **modes, contact_state=state))
-    assert found.rest_after is None
-    assert found.free_after == pytest.approx(2.0 - RELEASE, abs=2 * H)
+    result = touchdown(fall(**up, **modes, contact_state=state))
+    assert result.rest_after is None
+    assert result.free_after == pytest.approx(2.0 - RELEASE, abs=2 * H)
 
 
 def test_backward_whirl_is_negative_and_rest_does_not_count(found):

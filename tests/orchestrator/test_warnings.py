@@ -142,8 +142,8 @@ def test_a_run_has_the_warnings_of_each_component(tmp_path, run_python, flavour,
     path = tmp_path / "magnets.toml"
     path.write_text(SYSTEM.replace("RECORDED", f'"{recorded}"'), encoding="utf-8")
     run = run_magnets if flavour == "native" else partial(run_python, run_magnets)
-    given = [WarningRecord(*warned) for warned in run(path=str(path), flavour=flavour)]
-    by_name = {f"{warned.component}.{warned.variable}": warned for warned in given}
+    values = [WarningRecord(*warned) for warned in run(path=str(path), flavour=flavour)]
+    by_name = {f"{warned.component}.{warned.variable}": warned for warned in values}
     assert sorted(by_name) == ["magnets.mb1.clipped_x", "magnets.mb1.saturated_x", "spare.mb2.saturated_x"]
     clipped, saturated = by_name["magnets.mb1.clipped_x"], by_name["spare.mb2.saturated_x"]
     assert clipped.sentence == "the demanded current is cut to what the coils allow, 0 to 10 A each"

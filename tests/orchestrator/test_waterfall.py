@@ -37,34 +37,34 @@ def whirl(amplitude, frequency):
 
 def test_forward_and_backward_whirl_have_their_amplitudes(make):
     run = make(lambda t: whirl(0.3e-3, 1.0 / PERIOD)(t) + whirl(0.1e-3, -20.0)(t) + 0.2e-3)
-    found = studies.waterfall(run, window=0.5).bearings["mb1"]
-    assert found.largest == pytest.approx(0.3e-3, rel=1e-3)
-    assert (found.other_amplitude, found.other_frequency) == pytest.approx((0.1e-3, -20.0), rel=1e-3)
-    assert found.largest_at == found.other_speed == pytest.approx(50.0)
-    assert len(found.resonances) == 0  # the speed does not change
+    result = studies.waterfall(run, window=0.5).bearings["mb1"]
+    assert result.largest == pytest.approx(0.3e-3, rel=1e-3)
+    assert (result.other_amplitude, result.other_frequency) == pytest.approx((0.1e-3, -20.0), rel=1e-3)
+    assert result.largest_at == result.other_speed == pytest.approx(50.0)
+    assert len(result.resonances) == 0  # the speed does not change
 
 
 def test_peak_of_a_sweep_is_its_resonance(make):
     """From 10 to 50 Hz in 4 s, with an amplitude that is largest as the frequency passes 30 Hz after 2 s."""
     profile = [(0.0, 20.0 * np.pi), (4.0, 100.0 * np.pi)]
     sweep = lambda t: (1e-4 + 4e-4 * np.exp(-((t - 2.0) ** 2))) * np.exp(2j * np.pi * (10.0 * t + 5.0 * t**2))  # noqa: E731
-    found = studies.waterfall(make(sweep, speed_profile=json.dumps(profile)), window="0.25 s")
-    assert found.changing_speed
-    assert found.bearings["mb1"].resonances == pytest.approx([30.0], abs=1.5)
-    assert found.bearings["mb1"].resonance_amplitudes == pytest.approx([5e-4], rel=0.2)
-    assert found.speeds == pytest.approx(10.0 + 10.0 * found.times)
+    result = studies.waterfall(make(sweep, speed_profile=json.dumps(profile)), window="0.25 s")
+    assert result.changing_speed
+    assert result.bearings["mb1"].resonances == pytest.approx([30.0], abs=1.5)
+    assert result.bearings["mb1"].resonance_amplitudes == pytest.approx([5e-4], rel=0.2)
+    assert result.speeds == pytest.approx(10.0 + 10.0 * result.times)
 
 
 def test_spectra_over_speed_are_drawn_in_the_units_asked_for(make):
     """From 10 to 50 Hz: the map begins in the middle of the first window, at 11.25 Hz or 675 rpm."""
     sweep = lambda t: 2e-4 * np.exp(2j * np.pi * (10.0 * t + 5.0 * t**2))  # noqa: E731
     profile = json.dumps([(0.0, 20.0 * np.pi), (4.0, 100.0 * np.pi)])
-    found = studies.waterfall(make(sweep, speed_profile=profile), window="0.25 s")
+    result = studies.waterfall(make(sweep, speed_profile=profile), window="0.25 s")
     for chosen, unit, size, length in ("", "Hz", 1.0, "mm"), ("rpm,um", "rpm", 60.0, "\N{MICRO SIGN}m"):
         with amb_cosim.units(chosen):
-            stacked, _, held = studies.figure(found).axes[:3]
+            stacked, _, held = studies.figure(result).axes[:3]
         assert stacked.get_ylabel() == f"spin speed ({unit})"
-        assert stacked.get_ylim()[0] == pytest.approx(size * found.speeds[0])
+        assert stacked.get_ylim()[0] == pytest.approx(size * result.speeds[0])
         assert held.get_ylabel() == f"largest amplitude ({length})"
 
 

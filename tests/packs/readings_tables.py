@@ -28,24 +28,24 @@ def table(chapter: str, found: Mapping[str, Any]) -> str:
     for name in sorted(misfit, key=lambda one: round(misfit[one], 3)):
         moves = [row["findings"][name]["misfit"] - row["findings"][first]["misfit"] for row in rows]
         better, worse = (str(sum(sign * move > MOVED for move in moves)) for sign in (-1.0, 1.0))
-        told = f"**{FIRST}** | {misfit[name]:.3f} | {met[name]} | | |" if name == first else ""
-        lines.append(f"| {told or f'{name} | {misfit[name]:.3f} | {met[name]} | {better} | {worse} |'}")
+        message = f"**{FIRST}** | {misfit[name]:.3f} | {met[name]} | | |" if name == first else ""
+        lines.append(f"| {message or f'{name} | {misfit[name]:.3f} | {met[name]} | {better} | {worse} |'}")
     return "\n".join(lines) + "\n"
 
 
 def read_page() -> dict[int, tuple[int, set[str]]]:
     """Return number of statements and names of readings of each chapter on the page."""
-    found = TABLE.findall(PAGE.read_text(encoding="utf-8"))
+    result = TABLE.findall(PAGE.read_text(encoding="utf-8"))
     return {
-        int(chapter): (int(number), set(re.findall(r"^\| (.*?) \|", rows, re.M))) for chapter, number, rows in found
+        int(chapter): (int(number), set(re.findall(r"^\| (.*?) \|", rows, re.M))) for chapter, number, rows in result
     }
 
 
 def main(file: str) -> None:
     """Write the page."""
-    found = json.loads(Path(file).read_text(encoding="utf-8"))
+    result = json.loads(Path(file).read_text(encoding="utf-8"))
     old = PAGE.read_text(encoding="utf-8")
-    text = TABLE.sub(lambda part: table(part[1], found) if part[1] in found["rows"] else part[0], old)
+    text = TABLE.sub(lambda part: table(part[1], result) if part[1] in result["rows"] else part[0], old)
     PAGE.write_text(text, encoding="utf-8")
 
 

@@ -36,9 +36,9 @@ def test_area_of_a_loop_is_the_kinetic_energy_lost(result):
 
 
 def test_damped_laws_return_what_they_are_tuned_to(result):
-    found = {name: loop.restitution for name, loop in result.laws.items()}
-    assert found["kelvin_voigt"] == pytest.approx(0.7, rel=1e-5)
-    assert found["ulbrich"] == pytest.approx(0.7, rel=0.01)
+    matches = {name: loop.restitution for name, loop in result.laws.items()}
+    assert matches["kelvin_voigt"] == pytest.approx(0.7, rel=1e-5)
+    assert matches["ulbrich"] == pytest.approx(0.7, rel=0.01)
     light = studies.contact_laws(restitution=0.95).laws["hunt_crossley"]
     assert light.restitution == pytest.approx(0.95, abs=0.003)  # (4.7) is its first order
 
@@ -59,9 +59,9 @@ def test_printed_law_jumps_at_the_touch_and_pulls_at_the_end(result):
 )
 def test_blow_is_that_of_the_plant(result, law):
     ring, h = 0.05, 2e-6
-    given = {"law": LAWS.index(law), "clearance": ring, "k_c": K, "c_c": result.c_c, "delta_c": result.delta_c}
-    given |= {"alpha_c": result.alpha_c, "eta": result.eta}
-    values = {name: value for key, v in given.items() for name, value in both(f"rb.{key}", v).items()}
+    settings = {"law": LAWS.index(law), "clearance": ring, "k_c": K, "c_c": result.c_c, "delta_c": result.delta_c}
+    settings |= {"alpha_c": result.alpha_c, "eta": result.eta}
+    values = {name: value for key, v in settings.items() for name, value in both(f"rb.{key}", v).items()}
     rotor = plant(values | {"solver.max_substep": 1e-6}, rigid_rotor(2.0 * MASS))
     place(rotor, np.full(2, ring - 1e-9 + 0j), np.full(2, SPEED + 0j))
     forces, gaps = [], []

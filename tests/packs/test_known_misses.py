@@ -21,7 +21,7 @@ KINDNESS = [
 @pytest.fixture(scope="module")
 def judged(create_once):
     folder = create_once("whole-report", lambda _: None)
-    return {one.statement.key: one for one in assess(load_statements("bath_thesis"), folder).judged}
+    return {item.statement.key: item for item in assess(load_statements("bath_thesis"), folder).judged}
 
 
 def is_still(ours, then) -> bool:
@@ -39,28 +39,28 @@ def test_every_entry_of_the_list_is_a_statement():
 @pytest.mark.slow
 @pytest.mark.parametrize("key", KNOWN["misses"])
 def test_no_verdict_is_kinder_than_the_review(judged, key):
-    known, found = KNOWN["misses"][key], judged[key]
-    if "ours" in known and not is_still(found.ours, known["ours"]):
-        pytest.skip(f"{key} now leads to {found.ours} in place of {known['ours']}")
-    if "ours" not in known and found.ours is not None:
+    available, result = KNOWN["misses"][key], judged[key]
+    if "ours" in available and not is_still(result.ours, available["ours"]):
+        pytest.skip(f"{key} now leads to {result.ours} in place of {available['ours']}")
+    if "ours" not in available and result.ours is not None:
         pytest.skip(f"{key} is computed now")
-    assert KINDNESS.index(found.verdict) <= KINDNESS.index(Verdict(known["at_best"]))
+    assert KINDNESS.index(result.verdict) <= KINDNESS.index(Verdict(available["at_best"]))
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("key", KNOWN["beside"])
 def test_other_models_are_shown_beside(judged, key):
-    known, beside = KNOWN["beside"][key], dict(judged[key].beside)
-    assert known["how"] in beside
+    available, beside = KNOWN["beside"][key], dict(judged[key].beside)
+    assert available["how"] in beside
 
 
 @pytest.mark.slow
 def test_what_is_missed_says_why(judged):
-    silent = [key for key, one in judged.items() if one.verdict is Verdict.MISSED and not one.reason]
+    silent = [key for key, item in judged.items() if item.verdict is Verdict.MISSED and not item.reason]
     assert silent == []
 
 
 @pytest.mark.slow
 def test_every_source_could_be_run(judged):
-    failed = {key: one.reason for key, one in judged.items() if one.verdict is Verdict.NOT_COMPUTED}
+    failed = {key: item.reason for key, item in judged.items() if item.verdict is Verdict.NOT_COMPUTED}
     assert [key for key in failed if not judged[key].statement.missing] == []

@@ -59,20 +59,20 @@ REASONS = {
 
 
 def named(text: str) -> list[str]:
-    return sorted({found[0] for pattern in (NAMES, PARTS) for found in pattern.finditer(text)})
+    return sorted({result[0] for pattern in (NAMES, PARTS) for result in pattern.finditer(text)})
 
 
 def files() -> list[Path]:
-    found = [file for room in ROOMS for file in (ROOT / room).rglob("*") if file.suffix in KINDS]
-    found = [file for file in found if file not in {ROOT / f"docs/how-to/{page}.md" for page in EXAMPLES}]
-    return [file for file in found if not {"node_modules", "vendor", "fmi_headers", "__pycache__"} & {*file.parts}]
+    result = [file for room in ROOMS for file in (ROOT / room).rglob("*") if file.suffix in KINDS]
+    result = [file for file in result if file not in {ROOT / f"docs/how-to/{page}.md" for page in EXAMPLES}]
+    return [file for file in result if not {"node_modules", "vendor", "fmi_headers", "__pycache__"} & {*file.parts}]
 
 
 def test_no_file_names_a_thing_of_a_pack():
-    found = {str(file.relative_to(ROOT)): named(file.read_text(encoding="utf-8")) for file in files()}
-    assert len(found) > 300
-    assert {name: words for name, words in found.items() if words and name not in REASONS} == {}
-    assert [name for name in REASONS if not found[name]] == []
+    result = {str(file.relative_to(ROOT)): named(file.read_text(encoding="utf-8")) for file in files()}
+    assert len(result) > 300
+    assert {name: words for name, words in result.items() if words and name not in REASONS} == {}
+    assert [name for name in REASONS if not result[name]] == []
 
 
 def test_no_file_names_a_scenario_or_a_rotor_that_only_a_pack_has():
@@ -80,8 +80,8 @@ def test_no_file_names_a_scenario_or_a_rotor_that_only_a_pack_has():
     names = {file.stem for folder in packs().values() for file in folder.glob("[rs]*/*.toml") if "_" in file.stem}
     names -= {"compressor_levitated", "turbo_expander"}
     words = re.compile(rf"\b({'|'.join(sorted(names))})\b")
-    found = {str(file.relative_to(ROOT)): words.findall(file.read_text(encoding="utf-8")) for file in files()}
-    assert {name: of for name, of in found.items() if of} == {}
+    result = {str(file.relative_to(ROOT)): words.findall(file.read_text(encoding="utf-8")) for file in files()}
+    assert {name: of for name, of in result.items() if of} == {}
 
 
 def test_pages_of_examples_are_those_that_name_things_of_a_pack():
@@ -99,15 +99,15 @@ def helps() -> dict[str, str]:
     packs.packs = dict
 
     def collect(command: click.Command, path: str) -> dict[str, str]:
-        found = {path: command.get_help(click.Context(command, info_name=path))}
+        result = {path: command.get_help(click.Context(command, info_name=path))}
         for name, below in getattr(command, "commands", {}).items():
-            found |= collect(below, f"{path} {name}")
-        return found
+            result |= collect(below, f"{path} {name}")
+        return result
 
     return collect(main, "amb-cosim")
 
 
 def test_no_help_names_a_thing_of_a_pack(run_python):
-    found = run_python(helps)
-    assert {"amb-cosim run", "amb-cosim study campbell"} <= found.keys()
-    assert {command: named(text) for command, text in found.items() if named(text)} == {}
+    result = run_python(helps)
+    assert {"amb-cosim run", "amb-cosim study campbell"} <= result.keys()
+    assert {command: named(text) for command, text in result.items() if named(text)} == {}

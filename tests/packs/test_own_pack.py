@@ -51,16 +51,16 @@ def amb_cosim(project):
 def test_the_commands_of_the_page_work(amb_cosim, project):
     (block,) = [block for block in BLOCKS if block.needs == "the pack installed"]
     printed = {line: amb_cosim(line.removeprefix("amb-cosim ")) for line in block.code.splitlines()}
-    listed, run, shown, report = printed.values()
+    listed, run, displayed, report = printed.values()
     assert "my_pump" in listed
     assert "pump_rub" in listed
     assert "fig4_9" in listed
     assert "recovered" in run
-    assert "impeller" in shown
+    assert "impeller" in displayed
     assert "   1 reproduced\n" in report
     assert "   1 within a stated limit" in report
     data = json.loads((project / "report" / "report.json").read_text(encoding="utf-8"))
-    assert [one["verdict"] for one in data["statements"]] == ["reproduced", "within a stated limit"]
+    assert [item["verdict"] for item in data["statements"]] == ["reproduced", "within a stated limit"]
     page = (project / "report" / "report.html").read_text(encoding="utf-8")
     assert "What is required of the pump, and what is computed" in page
 

@@ -50,13 +50,13 @@ def test_start_outside_the_bounds_is_refused():
 @pytest.mark.slow
 def test_identification_lands_on_the_rig_from_starts_elsewhere():
     best, *others = fit_from_all_starts()
-    found, rig = dict(zip(NAMES, best.values, strict=True)), dict(zip(NAMES, RIG, strict=True))
+    result, rig = dict(zip(NAMES, best.values, strict=True)), dict(zip(NAMES, RIG, strict=True))
     tolerance = {
         "z_d2": 0.005, "z_d3": 0.005, "core1_mass": 0.6, "core2_mass": 0.6, "core_radius": 0.004, "core_width": 0.005,
         "youngs_modulus": 0.5e9, "damping": 30.0,
     }  # fmt: skip
     for name, allowed in tolerance.items():
-        assert abs(found[name] - rig[name]) < allowed, name
+        assert abs(result[name] - rig[name]) < allowed, name
     assert np.max(np.abs(best.deviations)) < 0.58
     # no better than the rounded set by much: the rig is the minimum
     rms = [np.sqrt(np.mean(left**2)) for left in (best.deviations, deviations(RIG))]

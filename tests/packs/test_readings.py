@@ -57,8 +57,8 @@ def test_a_reading_replaces_scenario_values_and_factor() -> None:
     reading = ReadingCase(
         chapter=5, name="x", scenarios={"fig4_16": "fig4_16_opposed"}, set={"a.b": 2}, unbalance_factor=1.9
     )
-    given = Source(scenario="fig4_16", set={"a.b": 1, "a.c": 3}, unbalance_factor=1.0)
-    assert under(reading, given) == Source(scenario="fig4_16_opposed", set={"a.b": 2, "a.c": 3}, unbalance_factor=1.9)
+    values = Source(scenario="fig4_16", set={"a.b": 1, "a.c": 3}, unbalance_factor=1.0)
+    assert under(reading, values) == Source(scenario="fig4_16_opposed", set={"a.b": 2, "a.c": 3}, unbalance_factor=1.9)
 
 
 @pytest.mark.parametrize("chapter", CHAPTERS)
@@ -70,9 +70,9 @@ def test_a_reading_is_measured_on_every_statement_of_a_run(chapter: int, tmp_pat
 
 
 def test_gains_of_a_reading_reach_bearings_without_a_controller() -> None:
-    given = {"rolac_controller.*.k_b_?": "0.7e6 N/m", "rotor_contact.rb?.mu": 0.1}
-    assert reading_cases.settings_for("levitated", given) == given
-    assert reading_cases.settings_for("passive", given) == {
+    values = {"rolac_controller.*.k_b_?": "0.7e6 N/m", "rotor_contact.rb?.mu": 0.1}
+    assert reading_cases.settings_for("levitated", values) == values
+    assert reading_cases.settings_for("passive", values) == {
         "rotor_contact.mb?.k_b": "0.7e6 N/m",
         "rotor_contact.rb?.mu": 0.1,
     }
@@ -125,17 +125,17 @@ def test_the_fit_finds_the_unbalances_that_amplitudes_come_from() -> None:
 @pytest.mark.slow
 def test_the_rig_is_run_with_the_unbalances_that_fit_best() -> None:
     """Scenarios of chapter 6 have what the study finds, to two digits."""
-    found = studies.rig_unbalance().best_pair
-    given = load_scenario("fig6_6").inputs["rotor_contact"]
-    assert found.discs == ("d2", "d3")
-    for disc, unbalance in zip(found.discs, found.unbalance, strict=True):
-        assert quantity(given[f"{disc}.u"], "kg.m", disc) == pytest.approx(unbalance, abs=0.1e-3)
-    assert quantity(given["d3.phi"], "deg", "phi") == pytest.approx(math.degrees(found.angle[1]), abs=1.0)
+    result = studies.rig_unbalance().best_pair
+    values = load_scenario("fig6_6").inputs["rotor_contact"]
+    assert result.discs == ("d2", "d3")
+    for disc, unbalance in zip(result.discs, result.unbalance, strict=True):
+        assert quantity(values[f"{disc}.u"], "kg.m", disc) == pytest.approx(unbalance, abs=0.1e-3)
+    assert quantity(values["d3.phi"], "deg", "phi") == pytest.approx(math.degrees(result.angle[1]), abs=1.0)
 
 
 def test_tables_on_the_page_have_all_readings_and_all_statements() -> None:
-    told = readings_tables.read_page()
+    message = readings_tables.read_page()
     for chapter in CHAPTERS:
         first, *others = [reading.name for reading in READINGS if reading.chapter == chapter]
         expected = {f"**{readings_tables.FIRST}**", *others}
-        assert told[int(chapter)] == (len(statements_of(chapter)), expected), f"not of {first} as it is now"
+        assert message[int(chapter)] == (len(statements_of(chapter)), expected), f"not of {first} as it is now"

@@ -80,5 +80,5 @@ def test_run_begun_in_an_unstable_state_leaves_as_its_eigenvalue_says(Omega, u, 
     away = N / state.N[contact[-1]] - 1.0
     assert abs(away[0]) < 1e-3
     first, last = (int(np.argmax(np.abs(away) > size)) for size in (5.0 * np.abs(away[:100]).max(), 1e-2))
-    found = growth_of(away[first : last or None], 2.5e-4, frequency)
-    np.testing.assert_allclose(found, (growth, frequency), rtol=0.02, atol=1e-6)
+    result = growth_of(away[first : last or None], 2.5e-4, frequency)
+    np.testing.assert_allclose(result, (growth, frequency), rtol=0.02, atol=1e-6)

@@ -41,9 +41,9 @@ def test_every_source_exists_and_is_used(statements):
 
 def test_what_a_source_sets_stands_in_place_of_what_its_scenario_says(statements):
     source = statements.sources["fig5_5_matched_pid"]
-    told = scenario_parameters(source.scenario)
-    assert told["rolac_controller.rolac_enable"] is True
-    assert (told | source.set)["rolac_controller.rolac_enable"] is False
+    message = scenario_parameters(source.scenario)
+    assert message["rolac_controller.rolac_enable"] is True
+    assert (message | source.set)["rolac_controller.rolac_enable"] is False
 
 
 def test_every_quantity_exists_and_takes_its_arguments(statements):
@@ -63,8 +63,8 @@ READ_INTO = re.compile(r"\bread as\b|\baxis of the figure\b|\btick\b|\bupper lim
 
 
 def test_what_any_model_must_meet_counts_as_a_definition(statements):
-    told = {s.key for s in statements.statement if s.definition}
-    assert {s.key for s in statements.statement if s.quantity in IDENTITIES} | {"fig4_8.radius"} == told
+    message = {s.key for s in statements.statement if s.definition}
+    assert {s.key for s in statements.statement if s.quantity in IDENTITIES} | {"fig4_8.radius"} == message
 
 
 def test_what_is_read_into_words_is_told_as_inferred(statements):
@@ -85,8 +85,8 @@ def test_forces_are_judged_on_the_converged_rig_too(statements):
     forces = [s for s in statements.statement if s.quantity == "peak_force"]
     assert forces
     for s in forces:
-        there, here = statements.sources[s.converged], statements.sources[s.source]
-        assert (there.scenario, there.rotor_file) == (here.scenario, "bath_rig")
+        present, here = statements.sources[s.converged], statements.sources[s.source]
+        assert (present.scenario, present.rotor_file) == (here.scenario, "bath_rig")
 
 
 def test_a_factor_on_the_unbalances_is_a_reading(statements):

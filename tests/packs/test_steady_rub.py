@@ -41,13 +41,13 @@ def test_states_of_the_continuous_loop_are_all_there(rig, Omega, u, mu, expected
     """Found before from starts on a grid of phases and forces, with K_b = 1e6 N/m and C_b = 5000 N s/m."""
     at = receptances(loop_on_springs(rig.linear_components, Omega, rig.sites, SPRINGS))
     r = at.P[None, :, 0] * u * Omega**2
-    found = []
+    result = []
     for contact in all_sets(2):
         for N in states_of(contact, at.R, np.full(2, mu), rig.c, r).N:
             forces = np.zeros(2)
             forces[list(contact)] = N
-            found.append(tuple(forces))
-    np.testing.assert_allclose(sorted(found), sorted(expected), atol=0.06)
+            result.append(tuple(forces))
+    np.testing.assert_allclose(sorted(result), sorted(expected), atol=0.06)
 
 
 def test_trapped_rotor_rubs_with_the_forces_of_its_only_state(rig):
@@ -57,9 +57,9 @@ def test_trapped_rotor_rubs_with_the_forces_of_its_only_state(rig):
     """
     at = rig.receptances(rig.Omega)
     r = (at.P @ rig.unbalance * rig.Omega**2)[None]
-    found = {contact: states_of(contact, at.R, np.zeros(2), rig.c, r) for contact in all_sets(2)}
-    assert {contact: len(states.points) for contact, states in found.items()} == {(): 0, (0,): 0, (1,): 0, (0, 1): 1}
-    state = found[0, 1]
+    result = {contact: states_of(contact, at.R, np.zeros(2), rig.c, r) for contact in all_sets(2)}
+    assert {contact: len(states.points) for contact, states in result.items()} == {(): 0, (0,): 0, (1,): 0, (0, 1): 1}
+    state = result[0, 1]
     small = Dynamics(rig.loop(rig.Omega)).about((0, 1), state.N[0], state.psi[0], rig.c, np.zeros(2))
     assert small.is_stable
     run = amb_cosim.run("fig5_6_pid", until=8.0, progress=False).dataset
@@ -116,8 +116,8 @@ def test_opposite_currents_of_the_same_size_free_nothing(rig):
 )
 def test_map_has_what_runs_of_the_rig_do(rig, Omega, u, kind):
     """Points within the areas that runs over speed and unbalance show."""
-    found = trap_map(on_d1(rig, u), np.array([Omega]), np.ones(1))
-    assert found.regimes()[0, 0] == kind
+    result = trap_map(on_d1(rig, u), np.array([Omega]), np.ones(1))
+    assert result.regimes()[0, 0] == kind
 
 
 def test_without_friction_and_rotating_damping_no_slow_whirl_lasts(rig):
@@ -145,16 +145,16 @@ def test_run_is_released_where_its_state_ends(rig, u, stays):
 def test_runs_that_roll_have_the_computed_frequency_and_forces(case):
     """N over the angle between the journals, which is free, is mean + swing cos(angle); friction is 2."""
     rig = rubbing_rotor(prepare(given_scenario(case, None)))
-    found = next(found for found in rolling(rig, rig.Omega) if len(found.contact) == 2)
-    assert 0.05 < found.friction < 0.15
+    result = next(result for result in rolling(rig, rig.Omega) if len(result.contact) == 2)
+    assert 0.05 < result.friction < 0.15
     run = amb_cosim.run(case, progress=False).dataset
     last = run["time"].values > run["time"].values[-1] - 0.05
     first, second = (run[f"rotor_contact.{s}.x"].values + 1j * run[f"rotor_contact.{s}.y"].values for s in rig.sites)
     angle = np.angle(second[-1] / first[-1])
     for site in rig.sites:
-        np.testing.assert_allclose(run[f"rotor_contact.{site}.whirl_speed"].values[last], found.frequency, rtol=1e-9)
+        np.testing.assert_allclose(run[f"rotor_contact.{site}.whirl_speed"].values[last], result.frequency, rtol=1e-9)
         force = run[f"rotor_contact.{site}.f_n_mean"].values[last].mean()
-        assert force == pytest.approx(found.N[site] + found.swing[site] * np.cos(angle), rel=5e-3)
+        assert force == pytest.approx(result.N[site] + result.swing[site] * np.cos(angle), rel=5e-3)
 
 
 def test_rotor_that_is_relieved_whirls_on_in_contact_at_its_own_frequency():

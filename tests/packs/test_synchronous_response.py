@@ -18,8 +18,8 @@ from rotor_analysis.receptance import receptance
 
 
 def test_linearised_norm_is_that_of_5_19():
-    found = 1e6 * linearised_norm(np.array([0.0, 10.0, 16.0, 29.999, 30.0, 35.0]))
-    assert found == pytest.approx([2.0, 4.5, 3.3, 0.5, 0.4, 0.4], abs=1e-3)
+    result = 1e6 * linearised_norm(np.array([0.0, 10.0, 16.0, 29.999, 30.0, 35.0]))
+    assert result == pytest.approx([2.0, 4.5, 3.3, 0.5, 0.4, 0.4], abs=1e-3)
 
 
 def identified(speeds, reason="", **_):
@@ -48,11 +48,11 @@ def test_measured_norms_stand_beside_the_model_and_the_thesis(monkeypatch, runne
 
 def test_norm_is_that_of_the_columns_of_r(monkeypatch):
     monkeypatch.setattr(measured_response, "identify", identified)
-    found = studies.synchronous_response(at="10 Hz")
-    R = receptance(2.0 * np.pi * found.speeds[[40]])[0]
-    assert found.norm[40] ** 2 == pytest.approx(np.diag(R.conj().T @ R).real)
-    assert found.norm_without_conjugate[40] ** 2 == pytest.approx(np.abs(np.diag(R.T @ R)))
-    assert np.all(found.norm_without_conjugate <= found.norm * (1.0 + 1e-12))
+    result = studies.synchronous_response(at="10 Hz")
+    R = receptance(2.0 * np.pi * result.speeds[[40]])[0]
+    assert result.norm[40] ** 2 == pytest.approx(np.diag(R.conj().T @ R).real)
+    assert result.norm_without_conjugate[40] ** 2 == pytest.approx(np.abs(np.diag(R.T @ R)))
+    assert np.all(result.norm_without_conjugate <= result.norm * (1.0 + 1e-12))
 
 
 def test_identification_that_fails_is_told(monkeypatch, refuses):
@@ -74,12 +74,12 @@ def test_printed_h_has_its_frobenius_norm():
 
 
 def test_h_at_10_hz_stands_beside_the_printed_one():
-    found = studies.h_matrix().at_10_hz
-    assert found.frobenius_norm_computed**2 == pytest.approx(np.sum(found.norm_by_force_computed**2))
-    assert found.frobenius_norm_printed**2 == pytest.approx(np.sum(found.norm_by_sensor_printed**2))
+    result = studies.h_matrix().at_10_hz
+    assert result.frobenius_norm_computed**2 == pytest.approx(np.sum(result.norm_by_force_computed**2))
+    assert result.frobenius_norm_printed**2 == pytest.approx(np.sum(result.norm_by_sensor_printed**2))
     R = receptance([2.0 * np.pi * 10.0])[0]
-    assert found.computed == pytest.approx(np.abs(np.linalg.pinv(R)))
-    assert found.across_computed < 0.01 < 0.5 < found.across_printed
+    assert result.computed == pytest.approx(np.abs(np.linalg.pinv(R)))
+    assert result.across_computed < 0.01 < 0.5 < result.across_printed
 
 
 def test_only_the_rig_stands_beside_the_print(tmp_path):

@@ -31,10 +31,10 @@ def run_of(Omega, u, is_knocked, time):
     changes = {"Omega": float(Omega), "event": (*more, *less), "end_cycle": cycles, "unbalance_factor": 1.0}
     changes["record"] = {"every": 4, "variables": ["rotor_contact.rb?.f_n_mean"]}
     scenario = given_scenario("fig5_6_pid", None).changed(**changes)
-    found = amb_cosim.run(scenario, set={"rotor_contact.d1.u": 0.5 * u}, progress=False)
-    data = found.dataset
+    result = amb_cosim.run(scenario, set={"rotor_contact.d1.u": 0.5 * u}, progress=False)
+    data = result.dataset
     forces = np.array([data[f"rotor_contact.{site}.f_n_mean"].values for site in ("rb1", "rb2")])
-    return data["time"].values, forces, found.outcome.status
+    return data["time"].values, forces, result.outcome.status
 
 
 def end_of(Omega, u, is_knocked):
@@ -71,25 +71,25 @@ def judged(rig, Omega, u, is_knocked):
 def sweep(report=lambda *_: None, every=1):
     """Judge every run, or every so many, spread over speed and unbalance."""
     rig = rubbing_rotor(prepare(given_scenario("fig5_6_pid", None)))
-    found = []
+    result = []
     for i, Omega in enumerate(SPEEDS):
         for j, u in enumerate(AMOUNTS):
             if (i + 3 * j) % every:
                 continue
             is_knocked = (i + j) % 2 == 0
             kind, end, agrees, mean = judged(rig, float(Omega), float(u), is_knocked)
-            found.append((kind, end, agrees))
+            result.append((kind, end, agrees))
             if not agrees:
                 report(
                     f"{Omega:.0f} rad/s {1e3 * u:.0f} g m knocked {is_knocked}: map {kind}, run {end} {np.round(mean)}"
                 )
-    return found
+    return result
 
 
 @pytest.mark.slow
 def test_runs_end_in_states_that_the_map_has(is_long):
-    found = sweep(every=1 if is_long else 5)
-    assert sum(agrees for *_, agrees in found) >= 0.95 * len(found)
+    result = sweep(every=1 if is_long else 5)
+    assert sum(agrees for *_, agrees in result) >= 0.95 * len(result)
 
 
 if __name__ == "__main__":

@@ -125,13 +125,13 @@ def pressed(seed: int, mu: float, modes: tuple[int, int]) -> RubbingCase:
 
 def forces(cases: list[RubbingCase]) -> tuple[np.ndarray, np.ndarray]:
     """Normal and tangential forces (cases, 2, 2) and modes (cases, 2) of the plant."""
-    found, modes = [], []
+    result, modes = [], []
     for case in cases:
         rotor = case.plant(max_substep=1e-6)
         rotor.step(0.0, INSTANT)
-        found.append([[rotor[f"{site}.{name}"] for name in ("f_n", "f_t")] for site in case.sites])
+        result.append([[rotor[f"{site}.{name}"] for name in ("f_n", "f_t")] for site in case.sites])
         modes.append([rotor[f"{site}.mode"] for site in case.sites])
-    return np.array(found), np.array(modes)
+    return np.array(result), np.array(modes)
 
 
 @pytest.mark.parametrize("mu", [0.0, 0.1, 0.2, 0.3])

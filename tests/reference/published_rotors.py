@@ -121,9 +121,9 @@ def eigenvalues(rotor: Any, speed: float) -> list[list[float]]:
     modal = rotor.run_modal(speed * np.pi / 30, sparse=False)
     motion = np.abs(modal.evectors[: rotor.ndof]) ** 2
     bending = np.isin(np.arange(rotor.ndof) % 6, (0, 1, 3, 4))
-    found = modal.evalues[motion[bending].sum(axis=0) > 0.5 * motion.sum(axis=0)]
-    found = found[found.imag >= 0.0]
-    return pairs(found[np.argsort(np.abs(found), kind="stable")][:COUNT])
+    result = modal.evalues[motion[bending].sum(axis=0) > 0.5 * motion.sum(axis=0)]
+    result = result[result.imag >= 0.0]
+    return pairs(result[np.argsort(np.abs(result), kind="stable")][:COUNT])
 
 
 def unbalance_response(rotor: Any, speeds: tuple[float, ...]) -> dict[str, Any]:

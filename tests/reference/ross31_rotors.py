@@ -48,17 +48,17 @@ def main():
         "magnets": rotor([magnet(n) for n in (0, 6)], "magnets"),
     }
     results = {"ross": ross.__version__}
-    for name, one in rotors.items():
-        one.save(str(FOLDER / f"{name}.toml"))
+    for name, item in rotors.items():
+        item.save(str(FOLDER / f"{name}.toml"))
         kind = "at_speed" if name == "over_speed" else "matched"
         modes = {}
         for speed in SPEEDS:
-            found = one.run_modal(speed, num_modes=12, matched_whirl=kind == "matched")
-            kept = [v for v in found.evalues if 20.0 < v.imag < 900.0]
-            modes[str(speed)] = [[v.real, v.imag] for v in sorted(kept, key=lambda v: v.imag)]
+            result = item.run_modal(speed, num_modes=12, matched_whirl=kind == "matched")
+            retained = [v for v in result.evalues if 20.0 < v.imag < 900.0]
+            modes[str(speed)] = [[v.real, v.imag] for v in sorted(retained, key=lambda v: v.imag)]
         results[name] = {kind: modes}
         if name == "magnets":
-            results[name]["k_s"], results[name]["k_i"] = one.bearing_elements[0].ks, one.bearing_elements[0].ki
+            results[name]["k_s"], results[name]["k_i"] = item.bearing_elements[0].ks, item.bearing_elements[0].ki
     (FOLDER / "results.json").write_text(json.dumps(results, indent=1) + "\n", encoding="utf-8")
 
 

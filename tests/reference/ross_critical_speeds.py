@@ -47,8 +47,8 @@ def places(rotor: Any) -> list[int]:
 
 def bending(rotor: Any) -> tuple[Any, Any, Any]:
     """Return ROSS's M, G and K at rest over the translations and slopes of bending, without axial motion and twist."""
-    kept = [6 * n + k for n in range(len(rotor.nodes)) for k in (0, 1, 3, 4)]
-    at = np.ix_(kept, kept)
+    retained = [6 * n + k for n in range(len(rotor.nodes)) for k in (0, 1, 3, 4)]
+    at = np.ix_(retained, retained)
     return rotor.M(0.0)[at], rotor.G()[at], rotor.K(0.0)[at]
 
 
@@ -65,10 +65,10 @@ def critical_speeds(rotor: Any) -> list[float]:
     squares, shapes = eig(K.astype(complex), M - 1j * G)
     x, y = shapes[0::4], shapes[1::4]
     forward = (x * y.conj()).imag.sum(axis=0) > 0.0
-    found = sorted(
+    result = sorted(
         float(np.sqrt(s.real)) for s, is_forward in zip(squares, forward, strict=True) if is_forward and s.real > 0.0
     )
-    return found[:COUNT]
+    return result[:COUNT]
 
 
 def computed(rotor: Any) -> dict[str, Any]:

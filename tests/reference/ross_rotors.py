@@ -93,8 +93,8 @@ def seals() -> Any:
         "mxx": (3.0 - 1e-3 * speeds).tolist(),
     }
     unlike = {"kxx": 4e5, "kyy": -2e5, "kxy": 1e5, "kyx": 3e4, "cxx": 800.0, "cyy": 300.0, "mxx": 0.5, "myy": 1.5}
-    found = [ross.SealElement(5, tag="balance piston", **rising), ross.SealElement(2, tag="eye", **unlike)]
-    return ross.Rotor(shaft, discs, [*bearings, *found], tag="seals")
+    result = [ross.SealElement(5, tag="balance piston", **rising), ross.SealElement(2, tag="eye", **unlike)]
+    return ross.Rotor(shaft, discs, [*bearings, *result], tag="seals")
 
 
 ROTORS = {

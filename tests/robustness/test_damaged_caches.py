@@ -66,9 +66,9 @@ def test_damaged_fmus_and_libraries_in_the_cache_are_made_anew(run_with, tmp_pat
         for path in chance.sample(files, chance.choice((1, 1, 3))):
             path.write_bytes(damaged(path.read_bytes(), chance))
         try:
-            found = run_with(cache, flavour)
+            result = run_with(cache, flavour)
         except AssertionError as error:
             raise AssertionError(f"seed {seed}: {error}") from error
         for name, values in expected.items():
-            np.testing.assert_array_equal(found[name], values, f"seed {seed}")
+            np.testing.assert_array_equal(result[name], values, f"seed {seed}")
         shutil.rmtree(cache)

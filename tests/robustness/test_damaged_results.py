@@ -55,10 +55,10 @@ def test_a_damaged_store_is_told_and_never_goes_on(tmp_path, first_seed, rounds)
             shutil.rmtree(copy)
             continue
         for group in groups:
-            found = open_sweep(copy, group)
-            assert (found["outcome"] == "recovered").all(), f"seed {seed}"
+            result = open_sweep(copy, group)
+            assert (result["outcome"] == "recovered").all(), f"seed {seed}"
             np.testing.assert_array_equal(
-                found["peak"].values.ravel(), np.random.default_rng(1).normal(size=DESIGN.size)
+                result["peak"].values.ravel(), np.random.default_rng(1).normal(size=DESIGN.size)
             )
         shutil.rmtree(copy)
 

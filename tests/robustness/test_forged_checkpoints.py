@@ -109,11 +109,11 @@ def test_a_forged_checkpoint_is_the_same_or_one_sentence(tmp_path, first_seed, c
     whole, read = file.read_bytes(), 0
     for seed in range(first_seed, first_seed + count):
         file.write_bytes(forged(whole, random.Random(seed)))
-        found, told = loaded(file)
-        if found is None:
-            assert is_one_sentence(told, file), f"seed {seed}: {told}"
+        result, message = loaded(file)
+        if result is None:
+            assert is_one_sentence(message, file), f"seed {seed}: {message}"
         else:
-            assert found.save(tmp_path / "again.npz").read_bytes() == whole, f"seed {seed}"
+            assert result.save(tmp_path / "again.npz").read_bytes() == whole, f"seed {seed}"
             read += 1
     print(f"{count} forged, {read} read")
     assert read < count / 2
@@ -122,13 +122,13 @@ def test_a_forged_checkpoint_is_the_same_or_one_sentence(tmp_path, first_seed, c
 def test_a_checkpoint_with_a_forged_checksum_is_read_or_refused(tmp_path, first_seed, count):
     """A checksum does not show who wrote a file: what is read may be anything, but nothing else happens."""
     file = WHOLE.save(tmp_path / "state.npz")
-    with np.load(file) as given:
-        whole = {name: array for name, array in given.items() if name != "checksum"}
+    with np.load(file) as values:
+        whole = {name: array for name, array in values.items() if name != "checksum"}
     for seed in range(first_seed, first_seed + count):
         chance = random.Random(seed)
         head = changed_data(json.loads(whole["head"].tobytes()), chance)
         arrays = {**whole, "head": np.frombuffer(json.dumps(head).encode(), np.uint8)}
         arrays = forged_arrays(arrays, chance) if chance.random() < 0.5 else arrays
         file.write_bytes(archive_of({**arrays, "checksum": checkpoint._checksum(arrays)}))
-        _, told = loaded(file)
-        assert told is None or is_one_sentence(told, file), f"seed {seed}: {told}"
+        _, message = loaded(file)
+        assert message is None or is_one_sentence(message, file), f"seed {seed}: {message}"

@@ -34,20 +34,20 @@ def forged(texts, chance):
         return changed_toml(text, chance)
     lines = text.splitlines()
     places = [k for k, line in enumerate(lines) if line.startswith(("limit = ", "when = "))]
-    own = formula(chance) * chance.choice((1, 1, 1, 50)) if places else ""
+    local = formula(chance) * chance.choice((1, 1, 1, 50)) if places else ""
     for k in chance.sample(places, min(1, len(places))):
-        lines[k] = f'{lines[k].split(" = ")[0]} = "{own}"'
+        lines[k] = f'{lines[k].split(" = ")[0]} = "{local}"'
     return "\n".join(lines).encode()
 
 
 def judged(criteria, facts):
     """The limits of all criteria that apply, after whether they are met was asked."""
     limits = []
-    for one in criteria:
-        if one.known != "missing" and one.applies(facts):
-            limits.append(one.limit_of(facts))
-            assert one.is_met(1.0, facts) in (True, False)
-            one.zone_of(1.0)
+    for item in criteria:
+        if item.known != "missing" and item.applies(facts):
+            limits.append(item.limit_of(facts))
+            assert item.is_met(1.0, facts) in (True, False)
+            item.zone_of(1.0)
     return limits
 
 
@@ -69,11 +69,11 @@ def test_a_forged_file_of_criteria_is_finite_or_refused(tmp_path, first_seed, co
             limits = judged(criteria, facts)
         except ValueError as error:
             refused += 1
-            told = str(error)
+            message = str(error)
         else:
             assert all(math.isfinite(limit) for limit in limits), f"seed {seed}: {limits}"
             continue
-        assert told, f"seed {seed}"
-        assert len(told) < 20_000, f"seed {seed}: {told[:500]}"
+        assert message, f"seed {seed}"
+        assert len(message) < 20_000, f"seed {seed}: {message[:500]}"
     print(f"{count} forged, {refused} refused")
     assert 0 < refused < count

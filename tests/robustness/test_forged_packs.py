@@ -43,9 +43,9 @@ def forge(folder, chance):
             content = changed_toml(text, chance) if chance.random() < 0.7 else text.encode()
             (folder / kind / f"{name}.toml").write_bytes(content)
     for file in FILES:
-        found = [of / file for of in packs.packs().values() if (of / file).is_file()]
-        if found and chance.random() < 0.3:
-            (folder / file).write_bytes(changed_toml(chance.choice(found).read_text(encoding="utf-8"), chance))
+        result = [of / file for of in packs.packs().values() if (of / file).is_file()]
+        if result and chance.random() < 0.3:
+            (folder / file).write_bytes(changed_toml(chance.choice(result).read_text(encoding="utf-8"), chance))
     for module in ("commands", "studies"):
         if chance.random() < 0.4:
             (folder / f"{module}.py").write_text(chance.choice(CODE), encoding="utf-8")

@@ -42,7 +42,7 @@ def test_whatever_an_fmu_does_is_an_outcome_or_one_message(system, hostile, monk
         deed, call, version = chance.choice(DEEDS), chance.randrange(CALLS), chance.choice((2, 3))
         coupling = chance.choice(("gauss_seidel", "iterative"))
         hostile.will(deed, call)
-        told = f"seed {first_seed}, round {k}: {deed} at call {call}, FMI {version}, {coupling}"
+        message = f"seed {first_seed}, round {k}: {deed} at call {call}, FMI {version}, {coupling}"
         begin = time.monotonic()
         try:
             result = amb_cosim.simulate(system(version, coupling))
@@ -50,14 +50,14 @@ def test_whatever_an_fmu_does_is_an_outcome_or_one_message(system, hostile, monk
         except (FmuError, StartFailed, ProcessFailed) as error:
             ended, said = type(error).__name__, str(error)
         outcomes.add(ended)
-        assert "\n" not in said, told
-        assert ended == "completed" or deed not in HARMLESS, f"{told}: {said}"
+        assert "\n" not in said, message
+        assert ended == "completed" or deed not in HARMLESS, f"{message}: {said}"
         if ended == "completed" and deed not in ("nan", "inf"):
-            assert result.dataset["one.y"].values[1:].tolist() == [n * 1e-3 + 1e-3 for n in range(STEPS)], told
-        assert time.monotonic() < begin + LONGEST, told
+            assert result.dataset["one.y"].values[1:].tolist() == [n * 1e-3 + 1e-3 for n in range(STEPS)], message
+        assert time.monotonic() < begin + LONGEST, message
         end = time.monotonic() + 10.0
         while left := hostile.processes():
-            assert time.monotonic() < end, f"{told}: {left} still run"
+            assert time.monotonic() < end, f"{message}: {left} still run"
             time.sleep(0.05)
     assert outcomes >= {"completed", "failed", "ProcessFailed"}
 

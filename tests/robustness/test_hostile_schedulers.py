@@ -92,8 +92,8 @@ def test_a_sweep_goes_on_after_a_scheduler_that_fails_at_any_byte(
         assert time.monotonic() < begin + LONGEST, f"seed {seed}"
         failed += not whole
         assert swept(f"{host}:{port}", tmp_path / "out"), f"seed {seed}"
-        found = open_sweep(tmp_path / "out")["peak"].values
-        np.testing.assert_array_equal(found, 1.0 / (np.arange(40) + 3.0), err_msg=f"seed {seed}")
+        result = open_sweep(tmp_path / "out")["peak"].values
+        np.testing.assert_array_equal(result, 1.0 / (np.arange(40) + 3.0), err_msg=f"seed {seed}")
         shutil.rmtree(tmp_path / "out")
         gc.collect()
         assert "Traceback" not in log.getvalue(), f"seed {seed}"

@@ -73,8 +73,8 @@ def prepared(loaded, tmp_path_factory):
         assert done.exit_code == 0, done.output
     rng = np.random.default_rng(7)
     receptance = 1e-6 * (rng.normal(size=(8, 4)) + 1j * rng.normal(size=(8, 4)))
-    given = {"k_s": 2e6, "k_i": 563.0}  # the scenarios'
-    constants = {f"{b}.{name}_{axis}": given[name] for b in ("mb1", "mb2") for name in given for axis in "xy"}
+    values = {"k_s": 2e6, "k_i": 563.0}  # the scenarios'
+    constants = {f"{b}.{name}_{axis}": values[name] for b in ("mb1", "mb2") for name in values for axis in "xy"}
     table = empty_table("bath_rig_thesis", LOOP, loop_parameters(LOOP, constants))
     table.updated(100.0, receptance).updated(50.0, receptance).write(folder / "h.toml")
     shutil.copy(ensure_built("amb_actuator").path, folder / "one.fmu")

@@ -83,8 +83,8 @@ def test_contact_turns_the_step_against_the_displacement_by_its_share(bench, rec
 
 def test_journal_without_vibration_is_left_to_rolac(bench, receptance, speed_of):
     def forces(state):
-        given = {"contact__source": GIVEN, "contact__aware": 1, "rolac__check_sensors": 0, "contact_state": state}
-        b = bench(pack([1.0], [receptance]), Omega=speed_of(SAMPLES), rolac_enable=1.0, **given)
+        values = {"contact__source": GIVEN, "contact__aware": 1, "rolac__check_sensors": 0, "contact_state": state}
+        b = bench(pack([1.0], [receptance]), Omega=speed_of(SAMPLES), rolac_enable=1.0, **values)
         b.follow(lambda theta: 1e-4 * math.cos(theta) * np.array([1, 1, 0, 0, 0, 0, 1, 1.0]), 200)
         return b.forces()
 
@@ -125,8 +125,8 @@ def rubbing_case(bench, speed_of, aware):
     rotor = Rubbing(speed, 4000.0 + 0j)
     for k, sensor in enumerate((4, 5, 2, 3)):
         r[sensor, k] = r[(6, 7, 0, 1)[k], k] = 1.0 / rotor.d
-    given = {"contact__source": GIVEN, "contact__aware": aware, "rolac__force_limit": 1e5, "rolac_enable": 1.0}
-    b = bench(pack([1.0], [r]), Omega=speed, **given)
+    values = {"contact__source": GIVEN, "contact__aware": aware, "rolac__force_limit": 1e5, "rolac_enable": 1.0}
+    b = bench(pack([1.0], [r]), Omega=speed, **values)
     trace = []
     for _ in range(8000):
         u = b.forces()[0]  # axes x of both bearings alike, y a quarter of a turn behind: a circular orbit

@@ -239,8 +239,8 @@ def test_direct_dependencies_are_declared_and_no_more(bench, receptance):
     table = pack([50.0, 400.0], [[receptance, 2.0 * receptance], [receptance, 1j * receptance]], orders=(1, 2))
 
     def outputs_after(name="", change=0.0, **parameters):
-        given = {"rolac_enable": 1.0, "s7__fault_offset": 1e-6, **parameters}
-        b = bench(table, Omega=2.0 * math.pi * 30.3, harmonic2__order=2, contact__source=2, **given)
+        values = {"rolac_enable": 1.0, "s7__fault_offset": 1e-6, **parameters}
+        b = bench(table, Omega=2.0 * math.pi * 30.3, harmonic2__order=2, contact__source=2, **values)
         b.follow(lambda theta: 1e-5 * np.cos(theta + np.arange(8.0)), 400)
         if name == "theta":
             b.theta += change

@@ -72,7 +72,7 @@ def test_leakage_stays_within_its_bound_and_the_bound_is_tight(harmonic, order):
         delta = 2.0 * math.pi / samples
         bound = (harmonic**2 + order**2) * delta**3 * math.sqrt(3.0) / (216.0 * math.pi)
         for phase in (0.3, 1.9):
-            (found,) = first_sensor(
+            (result,) = first_sensor(
                 lambda theta, phase=phase: math.cos(harmonic * theta + phase),
                 delta,
                 int(samples) + 3,
@@ -81,7 +81,7 @@ def test_leakage_stays_within_its_bound_and_the_bound_is_tight(harmonic, order):
             )
             expected = np.exp(1j * phase) if harmonic == order else 0.0
             size = math.cos(phase) if harmonic == 0 else 1.0
-            ratios.append(abs(found - expected) / (bound * abs(size)))
+            ratios.append(abs(result - expected) / (bound * abs(size)))
     assert 0.8 < max(ratios) < 1.25
 
 
@@ -101,14 +101,14 @@ def test_harmonics_are_separated_exactly_over_whole_revolutions():
         others = 1e-3 + 5e-5 * math.cos(3 * theta)
         return others + sum((q * np.exp(1j * n * theta)).real for n, q in amplitudes.items())
 
-    found = first_sensor(signal, 2.0 * math.pi / 64.0, 200, orders=tuple(amplitudes))
-    np.testing.assert_allclose(found, list(amplitudes.values()), atol=1e-18, rtol=1e-12)
+    result = first_sensor(signal, 2.0 * math.pi / 64.0, 200, orders=tuple(amplitudes))
+    np.testing.assert_allclose(result, list(amplitudes.values()), atol=1e-18, rtol=1e-12)
 
 
 def test_harmonic_with_fewer_than_four_samples_in_a_period_is_left_out():
-    found = first_sensor(lambda theta: math.cos(9 * theta), 2.0 * math.pi / 40.0, 100, orders=(9, 11))
-    assert abs(found[0]) == pytest.approx(1.0, abs=1e-12)
-    assert found[1] == 0.0
+    result = first_sensor(lambda theta: math.cos(9 * theta), 2.0 * math.pi / 40.0, 100, orders=(9, 11))
+    assert abs(result[0]) == pytest.approx(1.0, abs=1e-12)
+    assert result[1] == 0.0
 
 
 def test_controller_shows_each_harmonic_by_its_number(bench, speed_of):
@@ -211,14 +211,14 @@ def test_window_after_a_jump_of_the_angle_is_as_good_as_new():
     for n in range(130):
         add_sample(used, harmonics, 0.063 * n, np.full(N_SENSORS, 1e6 * math.cos(0.063 * n)))
     assert samples_of_revolution(used) > 0.0
-    found = np.zeros((2, N_HARMONICS, N_SENSORS), dtype=complex)
+    result = np.zeros((2, N_HARMONICS, N_SENSORS), dtype=complex)
     for n in range(130):
-        for window, Q in zip((used, new), found, strict=True):
+        for window, Q in zip((used, new), result, strict=True):
             add_sample(window, harmonics, 0.063 * n + 4.0, tone(0.063 * n))
             transform(window, harmonics, Q)
         assert samples_of_revolution(used) == samples_of_revolution(new)
-        np.testing.assert_array_equal(found[0], found[1])
-    assert np.all(found[0, :2] != 0.0)
+        np.testing.assert_array_equal(result[0], result[1])
+    assert np.all(result[0, :2] != 0.0)
 
 
 @pytest.mark.parametrize("turns", [-2, -1, 0, 1, 3])
@@ -230,12 +230,12 @@ def test_change_of_angle_does_not_depend_on_whole_turns(turns):
 
 
 def test_angle_jumps_and_turns_from_the_second_sample_on():
-    window, found = empty_window(), []
+    window, result = empty_window(), []
     assert angle_jump(window, 3.0) == 0.0
     for theta in (3.0, 3.1, 3.3):
         add_sample(window, harmonics_of((1,)), theta, np.zeros(N_SENSORS))
-        found.append(last_delta_theta(window))
-    np.testing.assert_allclose(found, [0.0, 0.1, 0.2], atol=1e-15)
+        result.append(last_delta_theta(window))
+    np.testing.assert_allclose(result, [0.0, 0.1, 0.2], atol=1e-15)
     jumps = [angle_jump(window, 3.3 + change) for change in (1.5, 1.6, -1.5, -1.6)]
     np.testing.assert_allclose(jumps, [0.0, 1.6, 0.0, -1.6], atol=1e-15)
     add_sample(window, harmonics_of((1,)), 5.3, np.zeros(N_SENSORS))

@@ -40,8 +40,8 @@ def tested(bench, discrete_plant):
     """A controller on a discrete plant with unbalance, by default at 20 samples per revolution and 15 Hz."""
 
     def make(constants=None, frequency=FREQUENCY, plant=None, **parameters):
-        given = {"sample_time": FAST, **parameters}
-        b = bench(constants, Omega=2.0 * math.pi * frequency, pid=False, **given)
+        values = {"sample_time": FAST, **parameters}
+        b = bench(constants, Omega=2.0 * math.pi * frequency, pid=False, **values)
         p = plant or discrete_plant()
         p.disturbance = lambda theta: 1e-5 * np.cos(theta + np.arange(8.0)) + 2e-5 * np.arange(8.0)
         p.run(b, 3 * SAMPLES)
@@ -144,15 +144,15 @@ def levitated_rotor():
 def identified(bench, chain, **disturbance):
     """What is found on that rotor, and the receptance of its sampled loop."""
     h, rotor = 250e-6, levitated_rotor()
-    given = {f"{b}.k_s_{a}": 2e6 for b, a in AXES} | chain
-    b = bench(Omega=2.0 * math.pi * 40.0, **{name.replace(".", "__"): v for name, v in given.items()})
+    values = {f"{b}.k_s_{a}": 2e6 for b, a in AXES} | chain
+    b = bench(Omega=2.0 * math.pi * 40.0, **{name.replace(".", "__"): v for name, v in values.items()})
     plant = Plant.sampled(*rotor, h)
     vars(plant).update(disturbance)
     plant.run(b, 3000)
     b["identify"] = 1.0
     plant.run(b, 6 * 120 * 100 + 9)
     assert (b["identification_state"], b["identification_error"]) == (DONE, NO_ERROR)
-    return b.receptance(), identified_receptance(zoh_response(*rotor, b["Omega"], h), b["Omega"], given)
+    return b.receptance(), identified_receptance(zoh_response(*rotor, b["Omega"], h), b["Omega"], values)
 
 
 CHAINS = {
@@ -169,15 +169,15 @@ CHAINS = {
 @pytest.mark.parametrize("chain", slow_but_first(CHAINS))
 def test_levitated_rotor_gives_the_receptance_of_its_sampled_loop(bench, chain):
     """Hold, delay, filter, sensor offsets and PID as modelled in `closed_loop`, element by element."""
-    found, model = identified(bench, CHAINS[chain], disturbance=lambda theta: 0.2 * synchronous(theta))
-    assert np.abs(found - model).max() < 1e-6 * np.abs(model).max()
+    result, model = identified(bench, CHAINS[chain], disturbance=lambda theta: 0.2 * synchronous(theta))
+    assert np.abs(result - model).max() < 1e-6 * np.abs(model).max()
 
 
 @pytest.mark.slow
 def test_noise_of_the_rig_costs_less_than_a_percent(bench):
-    found, model = identified(bench, {"chain.preset": 1})
+    result, model = identified(bench, {"chain.preset": 1})
     large = np.abs(model) > 0.1 * np.abs(model).max(axis=0)
-    ratio = found[large] / model[large]
+    ratio = result[large] / model[large]
     assert 0.0 < np.abs(np.abs(ratio) - 1.0).max() < 0.01
     assert np.degrees(np.abs(np.angle(ratio))).max() < 1.0
 
@@ -200,8 +200,8 @@ def test_identified_table_is_what_rolac_then_uses(tested):
 def test_forces_of_rolac_are_constant_and_do_not_enter_the_receptance(tested, discrete_plant):
     plant = discrete_plant()
     z = np.exp(1j * SPEED * FAST)
-    known = plant.c @ np.linalg.solve(z * np.eye(12) - plant.a, plant.b.astype(complex))
-    b, plant = tested(pack([SPEED], [1.2 * known]), plant=plant, rolac__alpha=1.0)
+    available = plant.c @ np.linalg.solve(z * np.eye(12) - plant.a, plant.b.astype(complex))
+    b, plant = tested(pack([SPEED], [1.2 * available]), plant=plant, rolac__alpha=1.0)
     b["rolac_enable"] = 1.0
     plant.run(b, 10 * SAMPLES)
     b["identify"] = 1.0
@@ -216,7 +216,7 @@ def test_forces_of_rolac_are_constant_and_do_not_enter_the_receptance(tested, di
         plant.run(b, 2)
     plant.run(b, 1)
     assert b["identification_state"] == DONE
-    np.testing.assert_allclose(b.receptance(), known, rtol=1e-6, atol=1e-13)
+    np.testing.assert_allclose(b.receptance(), available, rtol=1e-6, atol=1e-13)
     assert b["rolac_status"] == ADAPTING
     assert b["table_rows"] == 1.0  # in place of the one it was built with
 

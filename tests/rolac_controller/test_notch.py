@@ -36,8 +36,8 @@ def rotor():
 def run(bench, rotor, mode, seconds=2.0):
     """A controller in that mode on the rotor under synchronous forces, and what it has settled to."""
     omega = 2.0 * math.pi * 25.0
-    given = {name.replace("__", "."): value for name, value in GAINS.items()}
-    receptance = identified_receptance(zoh_response(*rotor, omega, H), omega, given)
+    values = {name.replace("__", "."): value for name, value in GAINS.items()}
+    receptance = identified_receptance(zoh_response(*rotor, omega, H), omega, values)
     b = bench(pack([omega], [receptance]), Omega=omega, rolac__mode=mode, **GAINS)
     plant = Plant.sampled(*rotor, H)
     unbalance = 300.0 * np.exp(1j * np.arange(4.0))
@@ -98,8 +98,8 @@ def beneath_an_inner_loop(bench, rotor, mode, known=True, seconds=2.5):
     """The same without a PID, on top of a controller of its own, u = -(K0 q + K1 (q - q_before)): its whole force."""
     omega = 2.0 * math.pi * 25.0
     K0, K1 = np.zeros((4, 8)), np.zeros((4, 8))
-    for k, (own, far) in enumerate(zip((4, 5, 2, 3), (6, 7, 0, 1), strict=True)):
-        K0[k, own], K0[k, far], K1[k, own] = 2.7e6, 3e5, 5e3 / H
+    for k, (local, far) in enumerate(zip((4, 5, 2, 3), (6, 7, 0, 1), strict=True)):
+        K0[k, local], K0[k, far], K1[k, local] = 2.7e6, 3e5, 5e3 / H
     C = K0 + K1 * (1.0 - np.exp(-1j * omega * H))
     P = zoh_response(*rotor, omega, H)
     receptance = P @ np.linalg.inv(np.eye(4) + C @ P)

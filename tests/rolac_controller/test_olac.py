@@ -57,8 +57,8 @@ def test_vibration_that_does_not_respond_is_updated_every_two_revolutions(
     bench, receptance, speed_of, unbalance_response
 ):
     """Both revolutions that are compared lie after the last update."""
-    given = {"rolac__mode": OLAC, "rolac__force_limit": 1e9, "rolac_enable": 1.0}
-    b = bench(pack([1.0], [receptance]), Omega=speed_of(SAMPLES), **given)
+    values = {"rolac__mode": OLAC, "rolac__force_limit": 1e9, "rolac_enable": 1.0}
+    b = bench(pack([1.0], [receptance]), Omega=speed_of(SAMPLES), **values)
     b.follow(lambda theta: (unbalance_response * np.exp(1j * theta)).real, 21 * SAMPLES + 5)
     np.testing.assert_allclose(b.forces(), 10 * inverse_receptance(receptance) @ unbalance_response, rtol=1e-9)
 

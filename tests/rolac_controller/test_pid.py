@@ -38,8 +38,8 @@ def test_positive_displacement_gives_negative_current_on_the_axis_of_its_sensor_
     b = bench()
     b[sensor] = 1e-5
     b.sample()
-    for other, a, own in AXES:
-        expected = -(1e6 + BEARING_K_S) * 1e-5 / BEARING_K_I if sensor == own else 0.0
+    for other, a, local in AXES:
+        expected = -(1e6 + BEARING_K_S) * 1e-5 / BEARING_K_I if sensor == local else 0.0
         assert b[f"{other}.i_{a}"] == pytest.approx(expected, rel=1e-14)
 
 

@@ -50,21 +50,21 @@ def test_the_error_is_that_of_the_curvature(bench):
     b = bench(prediction_time=3e-4, mb1__c_b_x=0.0)
     drive(b, lambda t: np.full(8, 0.5 * curvature * t * t), n + 1, h)
     t = n * h
-    found = -b["mb1.i_x"] * b["mb1.k_i_x"] / (b["mb1.k_b_x"] + b["mb1.k_s_x"])
-    assert found - 0.5 * curvature * (t + 3e-4) ** 2 == pytest.approx(-0.5 * curvature * 3e-4 * (3e-4 + h), rel=1e-9)
+    result = -b["mb1.i_x"] * b["mb1.k_i_x"] / (b["mb1.k_b_x"] + b["mb1.k_s_x"])
+    assert result - 0.5 * curvature * (t + 3e-4) ** 2 == pytest.approx(-0.5 * curvature * 3e-4 * (3e-4 + h), rel=1e-9)
 
 
 def test_the_synchronous_force_turns_ahead_too(bench, receptance):
     """After some turns of a steady orbit, the forces are those of a controller that is given what will be there."""
     h, p = T / 5, 0.4 * T
     table = pack([50.0, 400.0], [receptance, receptance])
-    found = []
-    for given, ahead in ((p, 0.0), (0.0, p)):
-        b = bench(table, Omega=OMEGA, prediction_time=given, rolac_enable=1.0)
+    result = []
+    for values, ahead in ((p, 0.0), (0.0, p)):
+        b = bench(table, Omega=OMEGA, prediction_time=values, rolac_enable=1.0)
         drive(b, turning, 5 * 400, h, ahead)
         assert b["rolac_active"] == 1.0
-        found.append([b["mb1.u_x"], b["mb1.u_phase_x"], b["mb1.i_x"]])
-    np.testing.assert_allclose(found[0], found[1], rtol=2e-3)
+        result.append([b["mb1.u_x"], b["mb1.u_phase_x"], b["mb1.i_x"]])
+    np.testing.assert_allclose(result[0], result[1], rtol=2e-3)
 
 
 def test_noise_and_faults_of_the_sensors_are_not_extrapolated(bench):

@@ -65,9 +65,9 @@ def test_table_gives_h_and_r_at_its_speeds_exactly_and_linearly_between(receptan
 def test_table_is_constant_beyond_its_ends_and_says_so(receptance):
     table = loaded(pack([50.0, 100.0], [receptance, 2.0 * receptance]))
     for speed, end, expected in [(10.0, 50.0, BEYOND), (50.0, 50.0, WITHIN), (100.0, 100.0, WITHIN)]:
-        h, found = matrix_at(table, speed)
+        h, result = matrix_at(table, speed)
         np.testing.assert_array_equal(h, matrix_at(table, end)[0])
-        assert found == expected
+        assert result == expected
     np.testing.assert_array_equal(matrix_at(table, 500.0)[0], matrix_at(table, 100.0)[0])
     assert matrix_at(table, 500.0)[1] == BEYOND
 
@@ -89,15 +89,15 @@ def test_new_receptances_find_their_place_whatever_the_order_they_come_in(entrie
     table = loaded(NO_TABLE)
     for number, (order, speed) in enumerate(entries):
         assert put(table, float(order), speed, number + 0.5, -number)
-    found = rows(table)
-    assert found == sorted(set(found))
-    for k, (order, speed) in enumerate(found):
+    result = rows(table)
+    assert result == sorted(set(result))
+    for k, (order, speed) in enumerate(result):
         number = int(table.R[k][0, 0].real)
         assert entries[number] == (order, speed)
         np.testing.assert_array_equal(table.R[k], number + 0.5)
         np.testing.assert_array_equal(table.H[k], -number)
     for order, speed in entries:
-        assert any(o == order and abs(s - speed) <= 0.011 * speed for o, s in found)
+        assert any(o == order and abs(s - speed) <= 0.011 * speed for o, s in result)
 
 
 def test_receptance_at_a_speed_of_the_table_replaces_its_nearest(receptance):

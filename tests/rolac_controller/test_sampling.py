@@ -19,21 +19,21 @@ def times(h, steps, begin=0.0, summed=False):
     """Times of the steps of a master that counts its steps, or of one that sums them."""
     if not summed:
         return [begin + n * h for n in range(steps)]
-    found = [begin]
+    result = [begin]
     for _ in range(steps - 1):
-        found.append(found[-1] + h)
-    return found
+        result.append(result[-1] + h)
+    return result
 
 
 def currents(bench, moments, h):
     """Currents of MB1 after each step; its displacement falls into another sixteenth of a sample at each of them."""
     b = bench(mb1__k_integral_x=1e6)
-    found = []
+    result = []
     for t in moments:
         b["s5"] = 1e-5 * np.sin(300.0 * round(16 * (t - moments[0]) / T) * T / 16)
         b.instance.step(t, h)
-        found.append(b["mb1.i_x"])
-    return np.array(found)
+        result.append(b["mb1.i_x"])
+    return np.array(result)
 
 
 @pytest.mark.parametrize("begin", [0.0, -0.0731, 1e4])
@@ -42,9 +42,9 @@ def currents(bench, moments, h):
 def test_steps_within_a_sample_hold_its_currents(bench, parts, summed, begin):
     samples = 60
     whole = currents(bench, times(T, samples, begin), T)
-    found = currents(bench, times(T / parts, parts * samples, begin, summed), T / parts)
+    result = currents(bench, times(T / parts, parts * samples, begin, summed), T / parts)
     assert len(set(whole.tolist())) == samples
-    np.testing.assert_array_equal(found, np.repeat(whole, parts))
+    np.testing.assert_array_equal(result, np.repeat(whole, parts))
 
 
 def steps_with_a_sample(lengths):

@@ -63,11 +63,11 @@ def test_rayleigh_beam_has_its_frequencies_at_fourth_order():
         full = assemble(rotor, "consistent")
         held = np.delete(np.arange(2 * elements + 2), [0, 2 * elements])
         K, M = (one_plane(matrix)[np.ix_(held, held)] for matrix in (full.K, full.M))
-        found = np.sqrt(eigh(K, M, eigvals_only=True)[:3])
+        result = np.sqrt(eigh(K, M, eigvals_only=True)[:3])
         k = np.arange(1, 4) * math.pi / LENGTH
         inertia = element.material.density * (element.area + element.second_moment * k**2)
         exact = np.sqrt(element.material.youngs_modulus * element.second_moment * k**4 / inertia)
-        errors.append(np.abs(found / exact - 1.0))
+        errors.append(np.abs(result / exact - 1.0))
     order = np.log2(np.array(errors[:-1]) / np.array(errors[1:]))
     assert np.all(errors[-1] < 1e-4)
     np.testing.assert_allclose(order, 4.0, atol=0.35)

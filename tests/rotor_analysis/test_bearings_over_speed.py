@@ -51,17 +51,17 @@ def test_polynomial_up_to_the_third_degree_is_interpolated_exactly(count, order)
 @pytest.mark.parametrize("Omega", [60.0, 250.0, 600.0])
 def test_analyses_at_a_speed_have_the_bearings_of_that_speed(planes, Omega):
     tabled, held = (supported_rotor(rotor, planes=planes) for rotor in (TABLED, held_at(Omega)))
-    found, exact = (np.array([mode.eigenvalue for mode in modes(s.model, Omega, 6)]) for s in (tabled, held))
-    np.testing.assert_allclose(found, exact, rtol=1e-9)
-    found, exact = (unbalance_response(s, {1: 1e-3}, np.array([Omega]), (4, 11)) for s in (tabled, held))
-    np.testing.assert_allclose(found, exact, rtol=1e-12)
+    result, exact = (np.array([mode.eigenvalue for mode in modes(s.model, Omega, 6)]) for s in (tabled, held))
+    np.testing.assert_allclose(result, exact, rtol=1e-9)
+    result, exact = (unbalance_response(s, {1: 1e-3}, np.array([Omega]), (4, 11)) for s in (tabled, held))
+    np.testing.assert_allclose(result, exact, rtol=1e-12)
     np.testing.assert_allclose(*(state_space(s, Omega, (4,), (4,)).A for s in (tabled, held)), rtol=1e-12)
 
 
 def test_critical_speed_is_one_on_the_bearings_of_that_speed():
-    found = [c for c in campbell(supported_rotor(TABLED).model, np.linspace(0.0, 300.0, 40)).critical_speeds]
-    assert found
-    for critical in found:
+    result = [c for c in campbell(supported_rotor(TABLED).model, np.linspace(0.0, 300.0, 40)).critical_speeds]
+    assert result
+    for critical in result:
         values = eigenvalues(supported_rotor(held_at(critical.Omega)).model, critical.Omega)
         assert np.min(np.abs(np.abs(values.imag) - critical.Omega)) < 1e-6 * critical.Omega
 

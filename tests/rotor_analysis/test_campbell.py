@@ -25,10 +25,10 @@ def criticals(diagram, whirl):
 
 @pytest.mark.parametrize(("step", "c"), [(7.0, 0.0), (90.0, 0.0), (45.0, 700.0)])
 def test_critical_speed_of_the_jeffcott_rotor_is_that_of_its_spring(step, c):
-    found = campbell(jeffcott(damping=c).model, np.arange(0.0, 900.0, step), 2).critical_speeds
+    result = campbell(jeffcott(damping=c).model, np.arange(0.0, 900.0, step), 2).critical_speeds
     ratio = c / (2.0 * np.sqrt(spring() * MASS))
-    assert sorted(critical.whirl for critical in found) == ["backward", "forward"]
-    for critical in found:
+    assert sorted(critical.whirl for critical in result) == ["backward", "forward"]
+    for critical in result:
         assert critical.Omega == pytest.approx(np.sqrt(spring() / MASS * (1.0 - ratio**2)), rel=1e-9)
         assert critical.damping_ratio == pytest.approx(ratio, rel=1e-8, abs=1e-9)
 
@@ -74,8 +74,8 @@ def test_undamped_critical_speeds_solve_the_synchronous_eigenproblem():
 def test_forward_critical_speeds_of_the_rig_are_near_the_measured_ones():
     """10, 17 and 28 Hz were measured under PID; the model's bearings are those of chapter 3."""
     diagram = campbell(supported_rotor(load_rotor()).model, np.linspace(0.0, 628.0, 64), 8)
-    found = np.array(criticals(diagram, "forward")[:3]) / (2.0 * np.pi)
-    np.testing.assert_allclose(found, [10.0, 17.0, 28.0], rtol=0.05)
+    result = np.array(criticals(diagram, "forward")[:3]) / (2.0 * np.pi)
+    np.testing.assert_allclose(result, [10.0, 17.0, 28.0], rtol=0.05)
 
 
 def test_modes_keep_their_identity_where_frequencies_cross():
@@ -85,9 +85,9 @@ def test_modes_keep_their_identity_where_frequencies_cross():
     translation, half = np.sqrt(2 * k / MASS), speeds * i_p / i_d / 2
     tilt = np.sqrt(half**2 + k * L**2 / 2 / i_d)
     assert tilt[0] - half[0] > translation > tilt[-1] - half[-1]
-    found = sorted(diagram.frequencies.tolist())
+    result = sorted(diagram.frequencies.tolist())
     expected = sorted([(tilt - half).tolist(), (tilt + half).tolist(), *[[translation] * len(speeds)] * 2])
-    np.testing.assert_allclose(found, expected, rtol=1e-8)
+    np.testing.assert_allclose(result, expected, rtol=1e-8)
     assert all(len({mode.whirl for mode in track}) == 1 for track in diagram.tracks)
 
 
@@ -99,8 +99,8 @@ def test_tracks_do_not_depend_on_the_step_in_speed():
     bearings = tuple(replace(b, stiffness=k) for b, k in zip(rotor.bearings, tensors, strict=True))
     model = supported_rotor(replace(rotor, bodies=bodies, bearings=bearings)).model
     fine, at_once = (track_modes(model, np.linspace(0.0, 2000.0, n), 8) for n in (101, 2))
-    for one, other in zip(fine, at_once, strict=True):
-        assert one[-1].eigenvalue == pytest.approx(other[-1].eigenvalue, rel=1e-8)
+    for item, other in zip(fine, at_once, strict=True):
+        assert item[-1].eigenvalue == pytest.approx(other[-1].eigenvalue, rel=1e-8)
 
 
 def test_assurance_tells_circles_apart_and_ignores_size_and_phase():
@@ -128,9 +128,9 @@ def test_a_reduced_model_has_the_critical_speeds_of_the_full_one(name):
     whole = campbell(full, speeds, 8)
     assert 0.0 < analysed.error <= ACCURACY
     assert [c.whirl for c in reduced.critical_speeds] == [c.whirl for c in whole.critical_speeds]
-    for found, exact in zip(reduced.critical_speeds, whole.critical_speeds, strict=True):
-        assert found.Omega == pytest.approx(exact.Omega, rel=3 * ACCURACY)
-        assert found.damping_ratio == pytest.approx(exact.damping_ratio, rel=3 * ACCURACY, abs=ACCURACY)
+    for result, exact in zip(reduced.critical_speeds, whole.critical_speeds, strict=True):
+        assert result.Omega == pytest.approx(exact.Omega, rel=3 * ACCURACY)
+        assert result.damping_ratio == pytest.approx(exact.damping_ratio, rel=3 * ACCURACY, abs=ACCURACY)
 
 
 def test_where_nothing_may_err_the_full_model_is_analysed():

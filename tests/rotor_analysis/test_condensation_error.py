@@ -50,7 +50,7 @@ def test_more_planes_cost_less_accuracy(rotor):
 def test_condensation_keeps_unstable_modes_unstable():
     for planes in PLANES[1:]:
         full, condensed = (modes(supported_rotor(ON_OIL, planes=p).model, 90.0, 8) for p in (None, planes))
-        ratios = [[mode.damping_ratio for mode in found] for found in (full, condensed)]
+        ratios = [[mode.damping_ratio for mode in result] for result in (full, condensed)]
         assert min(ratios[0]) < 0.0
         np.testing.assert_allclose(ratios[1], ratios[0], atol=1e-3)
         assert [mode.whirl for mode in full] == [mode.whirl for mode in condensed]

@@ -36,9 +36,9 @@ def test_proportional_damping_is_half_of_alpha_over_omega_plus_beta_omega():
     """zeta = (alpha / omega + beta omega) / 2, of a shaft without bodies: `mass` is that of the shaft alone."""
     alpha, beta = 3.0, 2e-6
     rotor = replace(FREE, bodies=(), damping=Damping(mass=alpha, stiffness=beta))
-    found = [mode for mode in modes(supported_rotor(rotor).model, 0.0) if mode.frequency > 100.0][:8]
-    omega = np.array([abs(mode.eigenvalue) for mode in found])
-    np.testing.assert_allclose([m.damping_ratio for m in found], 0.5 * (alpha / omega + beta * omega), rtol=1e-6)
+    result = [mode for mode in modes(supported_rotor(rotor).model, 0.0) if mode.frequency > 100.0][:8]
+    omega = np.array([abs(mode.eigenvalue) for mode in result])
+    np.testing.assert_allclose([m.damping_ratio for m in result], 0.5 * (alpha / omega + beta * omega), rtol=1e-6)
 
 
 def test_shaft_damping_does_not_damp_bodies_or_bearings():
@@ -50,8 +50,8 @@ def test_shaft_damping_does_not_damp_bodies_or_bearings():
 
 def test_modal_ratios_are_those_of_the_free_elastic_modes():
     """One by one, and the last one for all beyond; the loss factor adds half of itself."""
-    found = elastic_ratios(replace(FREE, damping=Damping(modal=(0.01, 0.03, 0.02), loss_factor=0.004)))
-    np.testing.assert_allclose(found[:6], [0.012, 0.032, 0.022, 0.022, 0.022, 0.022], rtol=1e-7)
+    result = elastic_ratios(replace(FREE, damping=Damping(modal=(0.01, 0.03, 0.02), loss_factor=0.004)))
+    np.testing.assert_allclose(result[:6], [0.012, 0.032, 0.022, 0.022, 0.022, 0.022], rtol=1e-7)
 
 
 @pytest.mark.parametrize("damping", [Damping(stiffness=1e-5), Damping(modal=0.02), Damping(loss_factor=0.02)])
@@ -123,8 +123,8 @@ def test_coordinates_of_every_reduction_come_in_pairs_x_and_y(method):
 
 def test_reduced_rotor_keeps_the_ratios_of_its_first_modes():
     rotor = replace(FREE, reduction=METHODS["craig_bampton"], damping=Damping(modal=0.02))
-    found = [mode.damping_ratio for mode in modes(reduced_rotor(rotor).model, 0.0) if mode.frequency > 100.0]
-    np.testing.assert_allclose(found[:4], 0.02, rtol=1e-3)
+    result = [mode.damping_ratio for mode in modes(reduced_rotor(rotor).model, 0.0) if mode.frequency > 100.0]
+    np.testing.assert_allclose(result[:4], 0.02, rtol=1e-3)
 
 
 def test_thesis_rig_has_no_damping_to_the_last_bit():

@@ -35,12 +35,12 @@ def test_real_model_has_the_eigenvalues_of_the_complex_one_plane_model(Omega):
         D[2 * node - 2, 2 * node - 2] += 5000.0
     whirl = complex_eigenvalues(M, D, K)
     expected = np.concatenate([whirl, whirl.conj()])  # r and its conjugate both solve the real model
-    found = eigenvalues(on_bearings(assemble(rotor), rotor.on_equal_bearings(1e6, 5000.0)), Omega)
-    expected, found = sorted_upper(expected), sorted_upper(found)
+    result = eigenvalues(on_bearings(assemble(rotor), rotor.on_equal_bearings(1e6, 5000.0)), Omega)
+    expected, result = sorted_upper(expected), sorted_upper(result)
     count = 20
-    np.testing.assert_allclose(found[:count].imag, expected[:count].imag, rtol=2e-6)
+    np.testing.assert_allclose(result[:count].imag, expected[:count].imag, rtol=2e-6)
     if Omega:  # at rest forward and backward coincide and their order is arbitrary, not their values
-        np.testing.assert_allclose(found[:count].real, expected[:count].real, rtol=1e-5, atol=1e-4)
+        np.testing.assert_allclose(result[:count].real, expected[:count].real, rtol=1e-5, atol=1e-4)
 
 
 @pytest.mark.parametrize(("radius", "width"), [(0.2, 0.01), (0.05, 0.3)])
@@ -54,8 +54,8 @@ def test_free_rigid_disc_precesses_forward_at_the_ratio_of_its_inertias(radius, 
     ratio = 6 * radius**2 / (3 * radius**2 + width**2)  # (m r^2 / 2) / (m (3 r^2 + w^2) / 12)
     whirl = complex_eigenvalues(model.M, -1j * Omega * model.G, model.K)
     assert np.max(whirl.imag) == pytest.approx(ratio * Omega, rel=1e-5)  # positive: forward
-    found = eigenvalues(assemble(rotor), Omega)
-    assert np.min(np.abs(found - 1j * ratio * Omega)) < 1e-4 * Omega
+    result = eigenvalues(assemble(rotor), Omega)
+    assert np.min(np.abs(result - 1j * ratio * Omega)) < 1e-4 * Omega
     angular = np.zeros((12, 1), dtype=complex)
     angular[6], angular[7] = 1.0, -1j  # slopes x', y' of the disc in forward whirl: y follows x
     full = assemble(rotor)

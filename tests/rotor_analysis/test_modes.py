@@ -22,9 +22,9 @@ from rotor_analysis.supported_rotor import supported_rotor
 def test_jeffcott_rotor_has_its_frequency_and_damping_ratio_at_any_speed(damping, Omega):
     k = spring()
     natural, ratio = np.sqrt(k / MASS), damping / (2.0 * np.sqrt(k * MASS))
-    found = modes(jeffcott(damping=damping).model, Omega)
-    assert [mode.whirl for mode in found] == ["backward", "forward"]
-    for mode in found:
+    result = modes(jeffcott(damping=damping).model, Omega)
+    assert [mode.whirl for mode in result] == ["backward", "forward"]
+    for mode in result:
         assert mode.damping_ratio == pytest.approx(ratio, abs=1e-9)
         assert mode.frequency == pytest.approx(natural * np.sqrt(1.0 - ratio**2), rel=1e-8)
 
@@ -32,14 +32,16 @@ def test_jeffcott_rotor_has_its_frequency_and_damping_ratio_at_any_speed(damping
 @pytest.mark.parametrize("Omega", [0.0, 80.0, 600.0])
 def test_tilting_of_a_rigid_rotor_is_split_by_the_gyroscopic_moment(Omega):
     k, c = 3e6, 200.0
-    found = modes(rigid(tensor(k), tensor(c)).model, Omega)
+    result = modes(rigid(tensor(k), tensor(c)).model, Omega)
     tilt = np.roots([I_D, c * L**2 / 2 - 1j * Omega * I_P, k * L**2 / 2])  # forward where Im > 0
     translation = np.roots([MASS, 2 * c, 2 * k])
     expected = [(value if value.imag > 0 else value.conjugate()) for value in (*tilt, *translation)]
     expected = sorted(expected, key=lambda value: value.imag)
-    np.testing.assert_allclose([mode.eigenvalue for mode in found], expected, rtol=1e-7)
+    np.testing.assert_allclose([mode.eigenvalue for mode in result], expected, rtol=1e-7)
     forward_tilt = max(tilt, key=lambda value: value.imag)
-    (mode,) = [m for m in found if abs(m.eigenvalue - forward_tilt) < 1e-6 * abs(forward_tilt) and m.whirl == "forward"]
+    (mode,) = [
+        m for m in result if abs(m.eigenvalue - forward_tilt) < 1e-6 * abs(forward_tilt) and m.whirl == "forward"
+    ]
     left, right = translations(rigid(tensor(k)).model, mode.shape)
     np.testing.assert_allclose(left, -right, atol=1e-6)
     np.testing.assert_allclose(left[1], -1j * left[0], atol=1e-6)  # y follows x
@@ -52,12 +54,12 @@ def test_cross_coupling_beyond_c_omega_makes_whirl_grow_in_its_sense(share, grow
     threshold = c * np.sqrt(2 * k / MASS)
     model = rigid(tensor(k, share * threshold), tensor(c)).model
     expected = np.roots([MASS, 2 * c, 2 * (k - 1j * share * threshold)])
-    found = modes(model, 0.0)
-    (forward,) = (m for m in found if m.whirl == "forward" and m.frequency < 1.2 * np.sqrt(2 * k / MASS))
+    result = modes(model, 0.0)
+    (forward,) = (m for m in result if m.whirl == "forward" and m.frequency < 1.2 * np.sqrt(2 * k / MASS))
     upper = expected[np.argmax(expected.imag)]
     assert forward.eigenvalue == pytest.approx(upper, rel=1e-8)
     assert forward.damping_ratio == pytest.approx(-upper.real / abs(upper), rel=1e-6)
-    assert [mode.whirl for mode in found if mode.damping_ratio < 0.0] == growing
+    assert [mode.whirl for mode in result if mode.damping_ratio < 0.0] == growing
 
 
 @pytest.mark.parametrize("Omega", [60.0, 500.0])
@@ -65,8 +67,8 @@ def test_orbits_on_anisotropic_bearings_have_the_closed_form_axes(Omega):
     """I_d a'' + Omega I_p b' + k_x a = 0, I_d b'' - Omega I_p a' + k_y b = 0: b = i beta a in a mode."""
     k_x, k_y = 1e6, 3e6
     lever = L**2 / 2
-    found = modes(rigid(((k_x, 0.0), (0.0, k_y))).model, Omega)
-    tilting = [mode for mode in found if np.allclose(mode.shape[:2], -mode.shape[2:], atol=1e-6)]
+    result = modes(rigid(((k_x, 0.0), (0.0, k_y))).model, Omega)
+    tilting = [mode for mode in result if np.allclose(mode.shape[:2], -mode.shape[2:], atol=1e-6)]
     assert len(tilting) == 2
     for mode, whirl in zip(tilting, ("backward", "forward"), strict=True):
         w = mode.frequency
@@ -101,8 +103,8 @@ def test_turning_has_the_sign_of_the_area_that_an_orbit_encloses():
 
 
 def test_motion_along_straight_lines_is_neither_forward_nor_backward():
-    found = modes(rigid(((1e6, 0.0), (0.0, 3e6))).model, 0.0)
-    assert [mode.whirl for mode in found] == ["mixed"] * 4
+    result = modes(rigid(((1e6, 0.0), (0.0, 3e6))).model, 0.0)
+    assert [mode.whirl for mode in result] == ["mixed"] * 4
 
 
 def test_coinciding_modes_at_rest_are_told_apart_as_circles():
@@ -115,10 +117,10 @@ def test_coinciding_modes_at_rest_are_told_apart_as_circles():
 
 def test_reversed_spin_exchanges_forward_and_backward():
     model = supported_rotor(load_rotor()).model
-    one, other = modes(model, 145.0, 8), modes(model, -145.0, 8)
-    np.testing.assert_allclose([m.eigenvalue for m in one], [m.eigenvalue for m in other], rtol=1e-8)
+    item, other = modes(model, 145.0, 8), modes(model, -145.0, 8)
+    np.testing.assert_allclose([m.eigenvalue for m in item], [m.eigenvalue for m in other], rtol=1e-8)
     exchanged = {"forward": "backward", "backward": "forward"}
-    assert [mode.whirl for mode in other] == [exchanged[mode.whirl] for mode in one]
+    assert [mode.whirl for mode in other] == [exchanged[mode.whirl] for mode in item]
 
 
 def test_overdamped_motion_has_real_eigenvalues_and_no_frequency():
@@ -158,7 +160,7 @@ def on_stiff_supports(rotor):
 def test_rotating_rayleigh_beam_has_its_whirl_frequencies(Omega):
     """(rho A + rho I b^2) w^2 - 2 rho I b^2 Omega w - E I b^4 = 0 with b = n pi / L: forward > 0, backward < 0."""
     shaft = Shaft(tuple(np.linspace(0.0, 1.2, 25)), (0.15,), **STEEL, theory="rayleigh")
-    found = modes(on_stiff_supports(Rotor("beam", shaft)), Omega, 6)
+    result = modes(on_stiff_supports(Rotor("beam", shaft)), Omega, 6)
     ((e,), *_), rho, E = shaft.elements({}), shaft.density, shaft.youngs_modulus
     for n in (1, 2, 3):
         b = n * np.pi / 1.2
@@ -170,7 +172,7 @@ def test_rotating_rayleigh_beam_has_its_whirl_frequencies(Omega):
                 -E * e.second_moment * b**4,
             ]
         )
-        pair = {mode.whirl: mode.frequency for mode in found[2 * n - 2 : 2 * n]}
+        pair = {mode.whirl: mode.frequency for mode in result[2 * n - 2 : 2 * n]}
         assert pair["forward"] == pytest.approx(np.max(roots), rel=1e-4)
         assert pair["backward"] == pytest.approx(-np.min(roots), rel=1e-4)
 
@@ -181,7 +183,7 @@ def test_timoshenko_beam_with_diagonal_mass_is_of_second_order():
     for count in (8, 16, 32):
         shaft = Shaft(tuple(np.linspace(0.0, length, count + 1)), (0.15,), **STEEL)
         ends = tuple(Bearing(f"b{node}", node, tensor(1e15)) for node in (1, count + 1))
-        found = damped_frequencies(supported_rotor(Rotor("beam", shaft, (), ends)).model, 0.0, 6)[::2]
+        result = damped_frequencies(supported_rotor(Rotor("beam", shaft, (), ends)).model, 0.0, 6)[::2]
         ((e,), *_), rho, E = shaft.elements({}), shaft.density, shaft.youngs_modulus
         b = np.arange(1, 4) * np.pi / length
         EI, shear = E * e.second_moment, e.shear_coefficient * e.material.shear_modulus
@@ -192,7 +194,7 @@ def test_timoshenko_beam_with_diagonal_mass_is_of_second_order():
             EI * b**4,
         )
         exact = np.sqrt(2.0 * q / (h + np.sqrt(h**2 - 4.0 * a * q)))
-        errors.append(np.abs(found / exact - 1.0))
+        errors.append(np.abs(result / exact - 1.0))
     without_shear = np.sqrt(q / (rho * (e.area + e.second_moment * b**2)))
     assert np.all(errors[-1] < 0.05 * (without_shear / exact - 1.0))
     order = np.log2(np.array(errors[:-1]) / np.array(errors[1:]))

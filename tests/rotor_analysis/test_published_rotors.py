@@ -46,22 +46,22 @@ def supported_rotor(rotor):
 @pytest.mark.parametrize(("name", "speed"), CASES)
 def test_eigenvalues_are_those_of_ross(ross, name, speed, theory):
     expected = complex_numbers(ross["eigenvalues"][name][theory][speed])
-    found = eigenvalues(supported_rotor(rotor_of(name, theory)), float(speed) * RPM)
-    assert np.max(difference(found, expected)) < ROUNDING.get(name, 2e-9)
+    result = eigenvalues(supported_rotor(rotor_of(name, theory)), float(speed) * RPM)
+    assert np.max(difference(result, expected)) < ROUNDING.get(name, 2e-9)
 
 
 @pytest.mark.parametrize("name", STORED["ross"]["eigenvalues"])
 def test_shear_deformation_is_seen_in_every_rotor(name):
     """Or the comparison of the two theories would say nothing."""
-    found, rigid = (eigenvalues(supported_rotor(rotor_of(name, theory)), 0.0) for theory in ("timoshenko", "rayleigh"))
-    lowest = np.argsort(np.abs(found.imag))[:20]
-    assert np.max(difference(rigid, found[lowest])) > 1e-3
+    result, rigid = (eigenvalues(supported_rotor(rotor_of(name, theory)), 0.0) for theory in ("timoshenko", "rayleigh"))
+    lowest = np.argsort(np.abs(result.imag))[:20]
+    assert np.max(difference(rigid, result[lowest])) > 1e-3
 
 
 @pytest.mark.parametrize("case", STORED["printed"], ids=lambda case: f"{case['rotor']}-{case['speed']}")
 def test_frequencies_are_the_printed_ones_to_one_unit_of_the_last_digit(case):
-    found = eigenvalues(supported_rotor(rotor_of(case["rotor"])), case["speed"] * RPM)
-    upper = sorted(found[found.imag > 1.0], key=lambda value: value.imag)
+    result = eigenvalues(supported_rotor(rotor_of(case["rotor"])), case["speed"] * RPM)
+    upper = sorted(result[result.imag > 1.0], key=lambda value: value.imag)
     for quantity, numbers in (("damped_frequencies", np.imag(upper)), ("sizes", np.abs(upper))):
         for number, printed in zip(numbers / (2.0 * np.pi), case.get(quantity, []), strict=False):
             assert number == pytest.approx(float(printed), abs=1.001 * 10.0 ** -len(printed.partition(".")[2]))
@@ -69,8 +69,8 @@ def test_frequencies_are_the_printed_ones_to_one_unit_of_the_last_digit(case):
 
 def test_hollow_cone_has_the_eigenvalues_of_ross(ross):
     cone = ross["cone"]
-    found = eigenvalues(supported_rotor(on_cone(cone)), cone["speed"] * RPM)
-    assert np.max(difference(found, complex_numbers(cone["eigenvalues"]))) < 2e-9
+    result = eigenvalues(supported_rotor(on_cone(cone)), cone["speed"] * RPM)
+    assert np.max(difference(result, complex_numbers(cone["eigenvalues"]))) < 2e-9
 
 
 def on_cone(cone):
@@ -95,9 +95,9 @@ def test_unbalance_response_has_the_amplitude_and_phase_of_ross(ross, name, theo
     model = supported_rotor(rotor_of(name, theory))
     for speed, pairs in case["x_y"][name][theory].items():
         expected = complex_numbers(pairs)
-        found = response(model, float(speed) * RPM, case["unbalances"])[model.rows(tuple(case["nodes"]))]
-        np.testing.assert_allclose(np.abs(found), np.abs(expected), rtol=2e-9)
-        np.testing.assert_allclose(np.angle(found / expected), 0.0, atol=2e-9)
+        result = response(model, float(speed) * RPM, case["unbalances"])[model.rows(tuple(case["nodes"]))]
+        np.testing.assert_allclose(np.abs(result), np.abs(expected), rtol=2e-9)
+        np.testing.assert_allclose(np.angle(result / expected), 0.0, atol=2e-9)
 
 
 def response(model, Omega, unbalances):

@@ -111,10 +111,10 @@ def test_reduction_holds_up_to_its_last_accurate_free_mode(modes, elastic):
     """Thesis's six planes have the rotor's first two elastic modes; the third is 8 % too fast."""
     full = assemble(RIG)
     reduced = craig_bampton(full, RIG.masters, modes).model
-    exact, found = (free_modes(model.M[::2, ::2], model.K[::2, ::2])[0] for model in (full, reduced))
+    exact, result = (free_modes(model.M[::2, ::2], model.K[::2, ::2])[0] for model in (full, reduced))
     assert valid_to(full, reduced) == exact[elastic - 1]
-    assert np.all(found[:elastic] / exact[:elastic] - 1.0 <= 0.01)
-    assert found[elastic] / exact[elastic] - 1.0 > 0.01
+    assert np.all(result[:elastic] / exact[:elastic] - 1.0 <= 0.01)
+    assert result[elastic] / exact[elastic] - 1.0 > 0.01
 
 
 def test_unreduced_rotor_holds_up_to_its_fastest_mode_and_a_stiff_one_up_to_none():

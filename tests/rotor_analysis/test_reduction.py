@@ -57,9 +57,9 @@ def test_condensation_of_massless_slaves_changes_no_eigenvalue():
     """Slaves without inertia follow statically: the finite eigenvalues of the full model are those of the reduced."""
     full = on_bearings(assemble(ROTOR), ROTOR.on_equal_bearings(1e6, 5000.0))
     masters = [row for node in ROTOR.masters for row in full.translations[node]]
-    kept = np.zeros(full.size)
-    kept[masters] = 1.0
-    mask = np.outer(kept, kept)
+    retained = np.zeros(full.size)
+    retained[masters] = 1.0
+    mask = np.outer(retained, retained)
     rng = np.random.default_rng(3)
     skew = rng.normal(size=mask.shape)
     full = replace(full, M=full.M * mask, G=0.05 * (skew - skew.T) * mask)
@@ -128,13 +128,13 @@ def test_damped_structure_of_the_plant_has_the_eigenvalues_of_the_model(method):
     n = len(s.K)
     MinvG, MinvRJ = s.over_speed[:n], s.over_speed[n:]
     A = np.block([[np.zeros((n, n)), np.eye(n)], [Omega * MinvRJ - s.MinvK, -s.MinvC - Omega * MinvG]])
-    found, expected = (
+    result, expected = (
         values[np.abs(values) > 10.0]
         for values in (np.linalg.eigvals(A), eigenvalues(reduced_rotor(rotor).model, Omega))
     )
-    assert len(found) == len(expected)
+    assert len(result) == len(expected)
     for value in expected:
-        assert np.min(np.abs(found - value)) < 1e-7 * abs(value)
+        assert np.min(np.abs(result - value)) < 1e-7 * abs(value)
     M, C, R = s.forms[:n], s.forms[n : 2 * n], s.forms[2 * n :]
     np.testing.assert_allclose(M @ s.MinvC, C + R, atol=1e-9 * np.max(C + R))
     assert s.is_damped

@@ -70,13 +70,13 @@ def test_rig_responds_as_the_independent_one_plane_model(condensed):
     one_plane = OnePlane.of(rotor, 1e6, 5000.0)
     support = supported_rotor(on_equal, planes=rotor.masters if condensed else None)
     unbalance = dict(zip(rotor.disc_nodes, u, strict=True))
-    found = unbalance_response(support, unbalance, np.array([90.0, 180.0]), rotor.masters)
+    result = unbalance_response(support, unbalance, np.array([90.0, 180.0]), rotor.masters)
     expected = np.array([one_plane.orbit(Omega, u) for Omega in (90.0, 180.0)])
     if condensed:
-        np.testing.assert_allclose(found[:, :, 0], expected, rtol=1e-6)
+        np.testing.assert_allclose(result[:, :, 0], expected, rtol=1e-6)
     else:  # the condensation costs a little, and not nothing
-        np.testing.assert_allclose(found[:, :, 0], expected, atol=2e-3 * np.max(np.abs(expected)))
-        assert np.max(np.abs(found[:, :, 0] - expected)) > 1e-6 * np.max(np.abs(expected))
+        np.testing.assert_allclose(result[:, :, 0], expected, atol=2e-3 * np.max(np.abs(expected)))
+        assert np.max(np.abs(result[:, :, 0] - expected)) > 1e-6 * np.max(np.abs(expected))
 
 
 def test_slow_unbalance_between_masters_acts_by_static_deflection():
@@ -86,8 +86,8 @@ def test_slow_unbalance_between_masters_acts_by_static_deflection():
     rotor = Rotor("oil", rig.shaft, rig.bodies, (Bearing("a", 6, oil), Bearing("b", 12, oil)))
     masters, slowly = (1, 4, 11, 13), np.array([1e-3])
     full, condensed = supported_rotor(rotor), supported_rotor(rotor, planes=masters)
-    expected, found = (unbalance_response(s, {5: 1e-3}, slowly, masters) for s in (full, condensed))
-    np.testing.assert_allclose(found, expected, rtol=1e-5)
+    expected, result = (unbalance_response(s, {5: 1e-3}, slowly, masters) for s in (full, condensed))
+    np.testing.assert_allclose(result, expected, rtol=1e-5)
 
 
 def test_transfer_function_at_the_spin_speed_is_the_unbalance_response():
@@ -105,9 +105,9 @@ def test_poles_of_the_linear_system_are_the_eigenvalues_of_the_modes():
     rotor = load_rotor()
     support = supported_rotor(rotor, planes=rotor.masters)
     poles = state_space(support, 90.0, (4,), (4,)).poles()
-    found = eigenvalues(support.model, 90.0)
+    result = eigenvalues(support.model, 90.0)
     for pole in poles:
-        assert np.min(np.abs(found - pole)) < 1e-8 * abs(pole)
+        assert np.min(np.abs(result - pole)) < 1e-8 * abs(pole)
 
 
 def test_step_of_unbalance_is_the_solution_of_the_equations_of_motion():
@@ -125,10 +125,10 @@ def test_step_of_unbalance_is_the_solution_of_the_equations_of_motion():
     r = one_plane.orbit(Omega, before)
     exact = solve_ivp(motion, (0.0, 0.4), np.concatenate([r, 1j * Omega * r]), "DOP853", times, rtol=1e-9, atol=1e-12)
     support = supported_rotor(rotor.on_equal_bearings(1e6, 5000.0), planes=rotor.masters)
-    found = unbalance_step(support, Omega, {1: 0.5e-3}, {1: 22.5e-3}, times, rotor.masters)
+    result = unbalance_step(support, Omega, {1: 0.5e-3}, {1: 22.5e-3}, times, rotor.masters)
     expected = exact.y[:6]
     scale = np.max(np.abs(expected))
-    np.testing.assert_allclose(found[:, 0] + 1j * found[:, 1], expected, atol=1e-6 * scale)
+    np.testing.assert_allclose(result[:, 0] + 1j * result[:, 1], expected, atol=1e-6 * scale)
 
 
 @pytest.mark.parametrize(
@@ -151,6 +151,6 @@ def test_bad_input_is_refused_by_name(call, message):
 
 
 def test_undamped_rotor_at_its_critical_speed_has_no_steady_state():
-    one, zero = np.eye(2), np.zeros((2, 2))
+    item, zero = np.eye(2), np.zeros((2, 2))
     with pytest.raises(ValueError, match=r"Omega = 3\.0 rad/s is a critical speed of an undamped rotor"):
-        steady_state(Matrices(one, zero, zero, zero, 9.0 * one, {1: (0, 1)}), 3.0, np.ones(2, dtype=complex))
+        steady_state(Matrices(item, zero, zero, zero, 9.0 * item, {1: (0, 1)}), 3.0, np.ones(2, dtype=complex))

@@ -26,10 +26,10 @@ def jeffcott_with(**seal):
 @pytest.mark.parametrize(("sign", "unstable"), [(1.0, "forward"), (-1.0, "backward")])
 def test_cross_coupling_drives_whirl_of_its_own_sense(sign, unstable):
     """m s^2 + k - i Q = 0 for x + i y: |zeta| is nearly Q/(2 k)."""
-    found = {mode.whirl: mode for mode in jeffcott_with(stiffness=tensor(0.0, sign * Q))}
-    assert set(found) == {"forward", "backward"}
+    result = {mode.whirl: mode for mode in jeffcott_with(stiffness=tensor(0.0, sign * Q))}
+    assert set(result) == {"forward", "backward"}
     exact = np.sqrt(complex(-spring(), sign * Q) / MASS)
-    for whirl, mode in found.items():
+    for whirl, mode in result.items():
         growth = abs(exact.real) * (1.0 if whirl == unstable else -1.0)
         assert mode.eigenvalue == pytest.approx(complex(growth, abs(exact.imag)), rel=1e-6)
 

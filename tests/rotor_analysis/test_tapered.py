@@ -69,8 +69,8 @@ def test_cone_turned_round_is_its_mirror_image():
     elements = Element(0.2, (0.08, 0.04), (0.03, 0.01), MATERIAL), Element(0.2, (0.04, 0.08), (0.01, 0.03), MATERIAL)
     mirror = np.array([[0, 0, 1, 0], [0, 0, 0, -1], [1, 0, 0, 0], [0, -1, 0, 0]], dtype=float)
     for matrix in (beam.stiffness, beam.consistent_translational_mass, beam.consistent_rotary_inertia):
-        there, back = map(matrix, elements)
-        np.testing.assert_allclose(mirror.T @ back @ mirror, there, rtol=1e-12, atol=1e-9 * np.max(np.abs(there)))
+        present, back = map(matrix, elements)
+        np.testing.assert_allclose(mirror.T @ back @ mirror, present, rtol=1e-12, atol=1e-9 * np.max(np.abs(present)))
 
 
 def test_gyroscopic_moment_of_a_cone_is_its_polar_inertia():

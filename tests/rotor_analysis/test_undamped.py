@@ -21,9 +21,9 @@ def held(stiffness):
 def test_soft_bearings_carry_a_rigid_disc_or_let_it_diverge(stiffness):
     """k_2 = 2 k over the mass, and k L^2 / 2 over the inertia: both negative on negative stiffness."""
     expected = np.sign(stiffness) * np.sqrt(np.abs([2.0 * stiffness / MASS, 0.5 * stiffness * L**2 / I_D]))
-    found = natural_frequencies(held(stiffness), 2)
-    np.testing.assert_allclose(np.sort(np.abs(found)), np.sort(np.abs(expected)), rtol=2e-3)
-    np.testing.assert_array_equal(np.sign(found), np.sign(expected))
+    result = natural_frequencies(held(stiffness), 2)
+    np.testing.assert_allclose(np.sort(np.abs(result)), np.sort(np.abs(expected)), rtol=2e-3)
+    np.testing.assert_array_equal(np.sign(result), np.sign(expected))
 
 
 def test_rigid_motion_is_counted_and_left_out():

@@ -65,10 +65,10 @@ def beside_fine(values, x, h=H, steps=20):
 @pytest.mark.parametrize("case", CASES)
 def test_collocated_step_is_accurate_to_a_ten_millionth(case):
     values = RUBBING | CASES[case]
-    found, fine = beside_fine(values, in_contact(values))
+    result, fine = beside_fine(values, in_contact(values))
     assert fine[:, :2].max() > 1e4
-    np.testing.assert_allclose(found[:, :4], fine[:, :4], atol=1e-7 * fine[:, :2].max())
-    np.testing.assert_allclose(found[:, 4:], fine[:, 4:], atol=1e-7 * CLEARANCE)
+    np.testing.assert_allclose(result[:, :4], fine[:, :4], atol=1e-7 * fine[:, :2].max())
+    np.testing.assert_allclose(result[:, 4:], fine[:, 4:], atol=1e-7 * CLEARANCE)
 
 
 def test_rolling_by_a_sixth_of_a_radian_in_a_step_is_accurate():
@@ -76,9 +76,9 @@ def test_rolling_by_a_sixth_of_a_radian_in_a_step_is_accurate():
     x = in_contact(ROLLING, 600, h)
     assert x["rb1.mode"] == x["rb2.mode"] == 2
     assert x["rb1.whirl_speed"] * h == pytest.approx(-0.15)
-    found, fine = beside_fine(ROLLING, x, h, 40)
-    np.testing.assert_allclose(found[:, :4], fine[:, :4], atol=1e-8 * fine[:, :2].max())
-    np.testing.assert_allclose(found[:, 4:], fine[:, 4:], atol=1e-9 * CLEARANCE)
+    result, fine = beside_fine(ROLLING, x, h, 40)
+    np.testing.assert_allclose(result[:, :4], fine[:, :4], atol=1e-8 * fine[:, :2].max())
+    np.testing.assert_allclose(result[:, 4:], fine[:, 4:], atol=1e-9 * CLEARANCE)
 
 
 def test_rolling_too_fast_for_the_step_is_integrated():
@@ -140,8 +140,8 @@ def test_error_falls_with_the_fifth_power_of_the_step():
     values = RUBBING | CASES["sliding"]
     x, errors = in_contact(values), []
     for h in (H, 0.5 * H):
-        found, fine = beside_fine(values, x, h, round(4 * H / h))
-        errors.append(np.max(np.abs(found[-1, :2] - fine[-1, :2])))
+        result, fine = beside_fine(values, x, h, round(4 * H / h))
+        errors.append(np.max(np.abs(result[-1, :2] - fine[-1, :2])))
     assert errors[0] / 100.0 < errors[1] < errors[0] / 28.0
 
 
@@ -180,16 +180,16 @@ def test_journal_that_is_pulled_off_leaves_at_the_time_of_the_integration():
         y["mb1.f_x"], y["mb1.f_y"] = pull.real, pull.imag
         y["d1.u"] = 0.0
     names = ["rb1.mode", "rb2.mode", *NAMES]
-    found, expected = run(x, 8, names), run(fine, 8, names)
+    result, expected = run(x, 8, names), run(fine, 8, names)
     assert 0.0 in expected[:, 0]
-    np.testing.assert_array_equal(found[:, :2], expected[:, :2])
-    np.testing.assert_allclose(found[:, -4:], expected[:, -4:], atol=1e-4 * CLEARANCE)
+    np.testing.assert_array_equal(result[:, :2], expected[:, :2])
+    np.testing.assert_allclose(result[:, -4:], expected[:, -4:], atol=1e-4 * CLEARANCE)
 
 
 def test_lobatto_quadrature_is_exact_for_polynomials_of_degree_five():
     for degree in range(6):
-        found = sum(weight * point**degree for weight, point in zip(LOBATTO_WEIGHTS, LOBATTO_POINTS, strict=True))
-        assert found == pytest.approx(1.0 / (degree + 1), rel=1e-14)
+        result = sum(weight * point**degree for weight, point in zip(LOBATTO_WEIGHTS, LOBATTO_POINTS, strict=True))
+        assert result == pytest.approx(1.0 / (degree + 1), rel=1e-14)
 
 
 def test_lagrange_polynomials_are_one_at_their_own_point_and_zero_at_the_others():

@@ -27,8 +27,8 @@ DAMPING = {
 
 
 def sites(law, **values):
-    given = {"law": LAWS.index(law), "clearance": RING, "k_c": K} | values
-    return {name: value for key, v in given.items() for name, value in both(f"rb.{key}", v).items()}
+    settings = {"law": LAWS.index(law), "clearance": RING, "k_c": K} | values
+    return {name: value for key, v in settings.items() for name, value in both(f"rb.{key}", v).items()}
 
 
 def blow(law, speed=SPEED, h=2e-6, steps=3000, **values):

@@ -68,8 +68,8 @@ def test_rotor_leaves_the_ring_where_the_normal_force_vanishes():
 
 def rubbing(**values):
     """The rig trapped in contact: strong unbalance above the second critical speed, newton law, some friction."""
-    given = BEARINGS | both("rb.mu", 0.1) | {"Omega": 120.0, "d1.u": 0.08, "d3.u": 0.05}
-    return plant(given | {name.replace("__", "."): value for name, value in values.items()})
+    settings = BEARINGS | both("rb.mu", 0.1) | {"Omega": 120.0, "d1.u": 0.08, "d3.u": 0.05}
+    return plant(settings | {name.replace("__", "."): value for name, value in values.items()})
 
 
 def constraint_over(duration):

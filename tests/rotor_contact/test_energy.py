@@ -43,8 +43,8 @@ def test_balance_closes_through_impacts_and_rubbing_of_fig4_9(law, mu, e):
 
 @pytest.mark.parametrize("law", ["linear", "kelvin_voigt", "hunt_crossley"])
 def test_balance_closes_with_yielding_contacts(law):
-    given = both("rb.law", LAWS.index(law)) | both("rb.c_c", 1e4) | both("rb.alpha_c", 1.0) | both("rb.mu", 0.1)
-    assert largest_gap(through_fig4_9(given)) < 1e-6
+    values = both("rb.law", LAWS.index(law)) | both("rb.c_c", 1e4) | both("rb.alpha_c", 1.0) | both("rb.mu", 0.1)
+    assert largest_gap(through_fig4_9(values)) < 1e-6
 
 
 @pytest.mark.parametrize("law", ["constraint", "kelvin_voigt"])
@@ -59,11 +59,11 @@ def test_balance_closes_through_impacts_with_stribeck_friction(law):
 
 def test_balance_closes_with_every_kind_of_input():
     """Forces with gradient, moving base, gravity, external forces, four sites, friction."""
-    given = TIGHT | BEARINGS | both("rb.mu", 0.2) | {"eb1.enabled": 1.0, "eb2.enabled": 1.0, "gravity": 9.81}
-    given |= {"Omega": 150.0, "d1.u": 0.02, "d3.u": 0.03, "mb1.u": 0.01, "mb2.u": 0.01, "mb2.phi": 2.0}
-    given |= {"mb1.f_x": 300.0, "mb1.k_xx": 4e5, "mb1.x_ref": 1e-4, "mb2.f_y": -200.0, "mb2.k_yy": 3e5}
-    given |= {"base.a_x": 3.0, "base.a_y": -8.0, "d2.f_x": 200.0, "d4.f_y": -100.0}
-    x = plant(given)
+    values = TIGHT | BEARINGS | both("rb.mu", 0.2) | {"eb1.enabled": 1.0, "eb2.enabled": 1.0, "gravity": 9.81}
+    values |= {"Omega": 150.0, "d1.u": 0.02, "d3.u": 0.03, "mb1.u": 0.01, "mb2.u": 0.01, "mb2.phi": 2.0}
+    values |= {"mb1.f_x": 300.0, "mb1.k_xx": 4e5, "mb1.x_ref": 1e-4, "mb2.f_y": -200.0, "mb2.k_yy": 3e5}
+    values |= {"base.a_x": 3.0, "base.a_y": -8.0, "d2.f_x": 200.0, "d4.f_y": -100.0}
+    x = plant(values)
     record = run(x, 2000, [*TERMS, "energy.balance", "rb1.mode", "rb2.mode", "eb1.mode"])
     assert np.all(np.max(record[:, 7:], axis=0) > 0)
     assert largest_gap(record[:, :7]) < 1e-6

@@ -157,21 +157,21 @@ def halvings(tolerance, steps):
     """How often substeps are halved in each of some steps of a rotor that orbits, and whether that is not enough."""
     orbit = {"d1.u": 0.02, "Omega": 300.0, "solver.exact_motion": 0.0, "solver.tolerance": tolerance}
     x = plant(BEARINGS | orbit)
-    found = []
+    result = []
     for n in range(steps):
         x.step(n * DT, DT)
-        found.append(float(head(x).n_halvings))
-    return found, bool(head(x).tolerance_missed)
+        result.append(float(head(x).n_halvings))
+    return result, bool(head(x).tolerance_missed)
 
 
 def test_substeps_are_halved_as_often_as_the_tolerance_asks_and_no_more():
-    found = {tolerance: halvings(tolerance, 40) for tolerance in np.logspace(-15.0, 0.0, 31)}
-    often = [counts[-1] for counts, _ in found.values()]
+    result = {tolerance: halvings(tolerance, 40) for tolerance in np.logspace(-15.0, 0.0, 31)}
+    often = [counts[-1] for counts, _ in result.values()]
     assert often == sorted(often, reverse=True)
     assert set(often) == {0.0, 1.0, 2.0}
-    assert found[1e-15] == ([2.0] * 40, True)
-    assert found[1.0] == ([0.0] * 40, False)
-    assert any(set(counts[10:]) == {1.0} for counts, _ in found.values()), "it goes to and fro"
+    assert result[1e-15] == ([2.0] * 40, True)
+    assert result[1.0] == ([0.0] * 40, False)
+    assert any(set(counts[10:]) == {1.0} for counts, _ in result.values()), "it goes to and fro"
 
 
 def test_more_bounces_in_a_step_than_can_be_followed_are_a_fault():
@@ -196,8 +196,10 @@ def test_a_rotor_with_stiff_modes_is_told_to_have_shorter_substeps_or_fewer_mode
     long = {"solver.max_substep": 1e-4}
     x = needlessly_stiff(tuple(range(1, 22)), **long)
     start = x.model.interface["solver.max_substep"].start
-    told = rf"too many contact events.* up to {2.5 * start:.3g} s, which is 0.0001 s: lower that, or let the rotor keep"
-    with pytest.raises(Fault, match=told):
+    message = (
+        rf"too many contact events.* up to {2.5 * start:.3g} s, which is 0.0001 s: lower that, or let the rotor keep"
+    )
+    with pytest.raises(Fault, match=message):
         run(x, 80)
     run(needlessly_stiff(tuple(range(1, 22))), 80)
     run(needlessly_stiff((1, 21), **long), 80)

@@ -71,9 +71,9 @@ def test_mean_forces_sum_up_to_the_change_of_momentum(values, exact):
     mass = float(rotor.B_base[0] @ rotor.Minv @ rotor.B_base[0])
     x["base.a_x"] = -G  # the rotor falls towards x
     record = run(x, steps, [*MEANS, *PEAKS, "rb1.f_n", "rb2.f_n"])
-    given = record[:, :2].sum() * H
+    settings = record[:, :2].sum() * H
     assert record[:, :2].max() > mass * G  # it has touched
-    assert given == pytest.approx(mass * G * steps * H - momentum(x), rel=2e-4)
+    assert settings == pytest.approx(mass * G * steps * H - momentum(x), rel=2e-4)
     assert (record[:, 2:4] >= record[:, 4:]).all()
 
 

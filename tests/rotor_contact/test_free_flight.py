@@ -74,8 +74,8 @@ def test_energies_balance_in_flight(h):
 
 
 def test_journal_that_would_pass_its_retainer_touches_it():
-    given = BEARINGS | both("rb.restitution", 0.5) | {"Omega": 260.0, "d1.u": 5e-4}
-    exact, fine = plant(given), plant(given | FINE)
+    values = BEARINGS | both("rb.restitution", 0.5) | {"Omega": 260.0, "d1.u": 5e-4}
+    exact, fine = plant(values), plant(values | FINE)
     records = []
     for x in (exact, fine):
         run(x, 200)

@@ -118,17 +118,21 @@ def rig(law, turn=0.0, mirrored=False, mu=0.3, **values):
         z = np.asarray(z) * e
         return z.conj() if mirrored else z
 
-    given = BEARINGS | both("rb.mu", mu) | both("rb.restitution", 0.3) | {"contact.impact_law": law}
-    given |= {"Omega": -180.0 if mirrored else 180.0}
+    settings = BEARINGS | both("rb.mu", mu) | both("rb.restitution", 0.3) | {"contact.impact_law": law}
+    settings |= {"Omega": -180.0 if mirrored else 180.0}
     for k, offset, force in ((1, 1e-4 - 5e-5j, 80 + 20j), (2, -3e-5 + 8e-5j, -40 + 60j)):
-        given[f"rb{k}.offset_x"], given[f"rb{k}.offset_y"] = moved(offset).real, moved(offset).imag
-        given[f"mb{k}.f_x"], given[f"mb{k}.f_y"] = moved(force).real, moved(force).imag
+        settings[f"rb{k}.offset_x"], settings[f"rb{k}.offset_y"] = moved(offset).real, moved(offset).imag
+        settings[f"mb{k}.f_x"], settings[f"mb{k}.f_y"] = moved(force).real, moved(force).imag
     for k, unbalance in ((1, 0.03 * cmath.exp(0.4j)), (3, 0.02 * cmath.exp(-2j))):
-        given[f"d{k}.u"] = abs(unbalance)
-        given[f"d{k}.phi"] = cmath.phase(complex(moved(unbalance)))
-    given |= {f"base.a_{axis}": getattr(complex(moved(2 - 3j)), part) for axis, part in (("x", "real"), ("y", "imag"))}
-    given |= {f"d2.f_{axis}": getattr(complex(moved(30 + 9j)), part) for axis, part in (("x", "real"), ("y", "imag"))}
-    x = plant(given | values)
+        settings[f"d{k}.u"] = abs(unbalance)
+        settings[f"d{k}.phi"] = cmath.phase(complex(moved(unbalance)))
+    settings |= {
+        f"base.a_{axis}": getattr(complex(moved(2 - 3j)), part) for axis, part in (("x", "real"), ("y", "imag"))
+    }
+    settings |= {
+        f"d2.f_{axis}": getattr(complex(moved(30 + 9j)), part) for axis, part in (("x", "real"), ("y", "imag"))
+    }
+    x = plant(settings | values)
     start = 1e-4 * np.array([1, 0.5j, 1 - 1j, 0.2, -0.5, 1j])
     return place(x, moved(start), moved(50j * start)), moved
 

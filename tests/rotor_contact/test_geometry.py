@@ -34,8 +34,8 @@ def random_site(rng, housing=-1, race=-1, spin=-1):
 
 def relative(site, values):
     """x + i y of the journal from the retainer."""
-    own = values[JOURNAL] + 1j * values[JOURNAL + 1]
-    return own - (values[site.housing] + 1j * values[site.housing + 1] if site.housing >= 0 else 0.0)
+    local = values[JOURNAL] + 1j * values[JOURNAL + 1]
+    return local - (values[site.housing] + 1j * values[site.housing + 1] if site.housing >= 0 else 0.0)
 
 
 @pytest.mark.parametrize("seed", range(3))

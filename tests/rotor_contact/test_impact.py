@@ -187,10 +187,10 @@ def test_journal_that_rolls_obeys_coulombs_law_in_a_blow_elsewhere():
     mu, static, Omega = 0.1, 0.3, 50.0
     outcomes = set()
     for seed in range(60):
-        angle, there = np.random.default_rng(seed).uniform(0.0, 2 * math.pi, 2)
-        w, contact, q, v = touching(seed, angle, there, mu, 0.0, Omega, (0,), static)
+        angle, present = np.random.default_rng(seed).uniform(0.0, 2 * math.pi, 2)
+        w, contact, q, v = touching(seed, angle, present, mu, 0.0, Omega, (0,), static)
         rolls = contact[1]
-        normal = np.array([math.cos(there), math.sin(there)])
+        normal = np.array([math.cos(present), math.sin(present)])
         q[rolls.row : rolls.row + 2] = CLEARANCE * normal
         v[rolls.row : rolls.row + 2] = -Omega * rolls.journal_radius * np.array([-normal[1], normal[0]])
         rolls.mode = ROLLING

@@ -79,37 +79,37 @@ def leaving(whirl, inward, gap=0.0):
 
 def test_a_path_that_is_found_inside_is_inside(site):
     rng = np.random.default_rng(3)
-    found = 0
+    result = 0
     for _ in range(3000):
         begin, end = random_ends(rng, 0.6)
         if leaves_or_stays_within(site, begin, end, H, 0.0):
-            found += 1
+            result += 1
             assert np.max(radii(begin, end, H)) <= CLEARANCE * (1 + 1e-10)
-    assert found > 300
+    assert result > 300
 
 
 def test_the_bound_is_the_largest_bezier_point_of_the_squared_radius(site):
     rng = np.random.default_rng(5)
-    found = []
+    result = []
     for k in range(3000):
         begin, end = random_ends(rng, 0.5) if k % 2 else ends_near_the_circle(rng)
         points = bezier_points_of_the_square(begin, end) / CLEARANCE**2
         inside = np.max(points[:3]) <= 1.0 and np.max(points[3:]) < 0.81
         if min(abs(np.max(points[:3]) - 1.0), abs(np.max(points[3:]) - 0.81)) > 1e-9:
-            found.append(inside)
+            result.append(inside)
             assert leaves_or_stays_within(site, begin, end, H, 0.1) is bool(inside)
-    assert 300 < sum(found) < 2700
+    assert 300 < sum(result) < 2700
 
 
 def test_the_hull_of_the_path_is_that_of_its_bezier_points(off_centre):
     rng = np.random.default_rng(6)
-    found = []
+    result = []
     for _ in range(3000):
         begin, end = random_ends(rng, 0.5)
         hull = np.hypot(*cubic(begin, end, H).c[:, 0].T) / CLEARANCE
-        found.append(bool(np.max(hull) < 0.9))
-        assert stays_within(off_centre, *states_of(off_centre, begin, end), H, 8, 0.1) is found[-1]
-    assert 300 < sum(found) < 2700
+        result.append(bool(np.max(hull) < 0.9))
+        assert stays_within(off_centre, *states_of(off_centre, begin, end), H, 8, 0.1) is result[-1]
+    assert 300 < sum(result) < 2700
 
 
 def test_the_journal_is_seen_from_the_centre_of_its_retainer(off_centre):
@@ -129,8 +129,8 @@ def test_the_time_of_touch_is_where_the_path_crosses_the_circle(off_centre):
         crossed += 1
         path = cubic(begin, end, H)
         expected = brentq(lambda t, path=path: np.hypot(*path(t)) - CLEARANCE, 0.0, H, xtol=1e-18)
-        found = touch_time(off_centre, *states_of(off_centre, begin, end), H, 8)
-        assert found == pytest.approx(expected, abs=1e-10 * H)
+        result = touch_time(off_centre, *states_of(off_centre, begin, end), H, 8)
+        assert result == pytest.approx(expected, abs=1e-10 * H)
 
 
 @pytest.mark.parametrize("whirl", [60.0, 260.0, 420.0])

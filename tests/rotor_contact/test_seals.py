@@ -56,9 +56,9 @@ def matrices(rotor, Omega):
         bearings=tuple(replace(b, stiffness=turned(2e6, 0.0), damping=turned(600.0, 0.0)) for b in rotor.bearings),
     )
     model = supported_plant(held).model.at(Omega)
-    zero, one = np.zeros_like(model.M), np.eye(model.size)
+    zero, item = np.zeros_like(model.M), np.eye(model.size)
     return np.block(
-        [[zero, one], [-np.linalg.solve(model.M, model.K), -np.linalg.solve(model.M, model.C + Omega * model.G)]]
+        [[zero, item], [-np.linalg.solve(model.M, model.K), -np.linalg.solve(model.M, model.C + Omega * model.G)]]
     )
 
 
@@ -101,9 +101,9 @@ def test_free_motion_at_a_speed_is_that_of_the_analyses(exact, tolerance):
     A = matrices(ROTOR, Omega)
     first = state(x)[: len(A)].copy()
     off, largest = gain(x, steps)
-    found, expected = state(x)[: len(A)], expm(A * steps * H) @ first
+    result, expected = state(x)[: len(A)], expm(A * steps * H) @ first
     for half in np.split(np.arange(len(A)), 2):
-        assert np.max(np.abs(found[half] - expected[half])) < tolerance * np.max(np.abs(first[half]))
+        assert np.max(np.abs(result[half] - expected[half])) < tolerance * np.max(np.abs(first[half]))
     assert off < 1e-8 * largest
 
 
@@ -115,7 +115,7 @@ def test_free_motion_at_a_speed_is_that_of_the_analyses(exact, tolerance):
 def test_motion_through_the_speeds_of_a_table_is_that_of_the_analyses(exact, Omega, tolerance):
     """Pieces with coefficients on the line between two speeds of their grid would err by 6e-5, and by 8e-3 beyond."""
     faster, steps = 400.0, 150
-    x, found = started({"Omega": Omega, "solver.exact_motion": exact})
+    x, result = started({"Omega": Omega, "solver.exact_motion": exact})
     off, largest = gain(x, steps, dOmega=faster, Omega=Omega)
     last = Omega + faster * steps * H
     ends = [Omega, *(table.speed for table in OVER_SPEED if Omega < table.speed < last), last]
@@ -123,17 +123,17 @@ def test_motion_through_the_speeds_of_a_table_is_that_of_the_analyses(exact, Ome
         over = np.linspace(begin + 1e-9, end - 1e-9, 9)
         A = CubicSpline(over, [matrices(ROTOR, speed) for speed in over])
         time = (end - begin) / faster
-        found = solve_ivp(
+        result = solve_ivp(
             lambda t, z, A=A, begin=begin: A(begin + faster * t) @ z,
             (0.0, time),
-            found,
+            result,
             "DOP853",
             rtol=1e-11,
             atol=1e-17,
         ).y[:, -1]
-    scale = np.repeat([500.0, 1.0], len(found) // 2)  # 1/s, about the rotor's frequencies: displacements as velocities
-    error = scale * (state(x)[: len(found)] - found)
-    assert np.linalg.norm(error) < tolerance * np.linalg.norm(scale * found)
+    scale = np.repeat([500.0, 1.0], len(result) // 2)  # 1/s, about the rotor's frequencies: displacements as velocities
+    error = scale * (state(x)[: len(result)] - result)
+    assert np.linalg.norm(error) < tolerance * np.linalg.norm(scale * result)
     assert off < 2e-3 * largest
 
 

@@ -74,9 +74,9 @@ def test_damping_in_the_fixed_frame_slows_whirl_at_every_speed():
 @pytest.mark.parametrize("rotating", [0.0, 0.4, 1.0])
 def test_free_flight_of_a_damped_shaft_equals_its_integration(rotating):
     rotor = replace(RIG, damping=Damping(modal=(0.01,), stiffness=1e-5, rotating=rotating))
-    given = BEARINGS | {"Omega": 260.0, "d1.u": 1e-3, "d3.f_x": 30.0, "mb1.k_xx": 2e5, "solver.max_substep": 5e-6}
-    exact = plant(given, rotor)
-    integrated = plant(given | {"solver.exact_motion": 0.0}, rotor)
+    values = BEARINGS | {"Omega": 260.0, "d1.u": 1e-3, "d3.f_x": 30.0, "mb1.k_xx": 2e5, "solver.max_substep": 5e-6}
+    exact = plant(values, rotor)
+    integrated = plant(values | {"solver.exact_motion": 0.0}, rotor)
     names = ("mb1.x", "mb1.y", "mb2.x", "mb2.y", *ENERGIES)
     a, b = run(exact, 600, names), run(integrated, 600, names)
     np.testing.assert_allclose(a[:, :4], b[:, :4], atol=1e-12)
@@ -89,8 +89,8 @@ def test_free_flight_of_a_damped_shaft_equals_its_integration(rotating):
 @pytest.mark.parametrize("rotating", [0.0, 1.0])
 def test_energy_of_a_damped_shaft_is_balanced_through_contact(rotating, free):
     rotor = replace(RIG, damping=Damping(stiffness=1e-5, rotating=rotating))
-    given = BEARINGS | both("rb.mu", 0.1) | {"Omega": 200.0, "d1.u": 40e-3, "spin.free": free}
-    x = plant(given | {"solver.tolerance": 5e-8, "solver.max_substep": 2e-5}, rotor)
+    values = BEARINGS | both("rb.mu", 0.1) | {"Omega": 200.0, "d1.u": 40e-3, "spin.free": free}
+    x = plant(values | {"solver.tolerance": 5e-8, "solver.max_substep": 2e-5}, rotor)
     record = run(x, 1500, ("rb1.f_n", *ENERGIES))
     assert record[:, 0].max() > 100.0
     assert np.abs(record[:, -1]).max() < 1e-6 * record[:, 1:5].max()

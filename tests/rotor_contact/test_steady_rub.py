@@ -108,17 +108,17 @@ def integrated(c, mu, begin, seconds):
 
     times = H * np.arange(1, round(seconds / H) + 1)
     start = [begin[0].real, begin[0].imag, begin[1].real, begin[1].imag]
-    found = solve_ivp(rate, (0.0, seconds), start, "DOP853", times, rtol=1e-9, atol=1e-14, max_step=H)
-    return np.hypot(found.y[0], found.y[1])
+    result = solve_ivp(rate, (0.0, seconds), start, "DOP853", times, rtol=1e-9, atol=1e-14, max_step=H)
+    return np.hypot(result.y[0], result.y[1])
 
 
 @pytest.mark.slow
 def test_rub_with_friction_keeps_bouncing_inside_the_steady_radius():
     c, mu, seconds = 500.0, 0.12, 0.6  # with 100 N s/m and 0.2 the bounces end in backward whirl
     R, begin = beside(c, mu, 0.3)
-    here, there = rubbing(c, mu, begin, seconds), integrated(c, mu, begin, seconds)
-    np.testing.assert_allclose(here[:400], there[:400], atol=1e-3 * (R - C_R))
+    here, present = rubbing(c, mu, begin, seconds), integrated(c, mu, begin, seconds)
+    np.testing.assert_allclose(here[:400], present[:400], atol=1e-3 * (R - C_R))
     settled = slice(len(here) // 2, None)
     assert np.ptp(here[settled]) > 0.1 * (R - C_R)
     assert here[settled].mean() < R
-    assert here[settled].mean() == pytest.approx(there[settled].mean(), rel=0.01)
+    assert here[settled].mean() == pytest.approx(present[settled].mean(), rel=0.01)

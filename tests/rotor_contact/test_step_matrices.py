@@ -45,12 +45,12 @@ def test_an_elastic_rotor_falls_as_in_short_substeps(case):
 def test_gradients_that_change_are_those_of_short_substeps():
     """Forces of the magnets change in every step, their gradients too; unstable, the bearings' springs hold."""
     steps, rng = 200, np.random.default_rng(3)
-    given = rng.uniform(-1.0, 1.0, (steps, 2))
+    values = rng.uniform(-1.0, 1.0, (steps, 2))
     paths = []
     for exact in (1, 0):
         x = plant(BEARINGS | {"Omega": 150.0, "d1.u": 1e-3, "solver.exact_motion": exact, "solver.max_substep": 1e-5})
         path = np.empty((steps, 5))
-        for n, (force, gradient) in enumerate(given):
+        for n, (force, gradient) in enumerate(values):
             x["mb1.f_x"], x["mb1.k_xx"], x["mb2.k_yy"] = 100.0 * force, 5e5 * gradient, -5e5 * gradient
             path[n] = run(x, 1, [*ORBITS, "energy.balance"], start=n * 250e-6)[0]
         paths.append(path)

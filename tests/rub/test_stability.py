@@ -39,10 +39,10 @@ def test_of_two_states_beside_a_free_orbit_the_harder_one_is_stable(mu):
     """They meet in a fold, where the swing on the circle has no stiffness."""
     Omega, u = 1.5 * OWN, 3.0 * DAMPING * CLEARANCE / OWN
     at = receptances(jeffcott(Omega))
-    found = states_of((0,), at.R, np.array([mu]), C, at.P * u * Omega**2)
-    assert len(found.points) == 2
+    result = states_of((0,), at.R, np.array([mu]), C, at.P * u * Omega**2)
+    assert len(result.points) == 2
     assert abs(at.P[0, 0] * u * Omega**2) < CLEARANCE
-    assert [about(Omega, N, mu).is_stable for N in np.sort(found.N[:, 0])] == [False, True]
+    assert [about(Omega, N, mu).is_stable for N in np.sort(result.N[:, 0])] == [False, True]
 
 
 def test_free_rotor_has_the_vibrations_of_its_own():

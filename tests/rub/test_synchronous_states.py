@@ -34,13 +34,13 @@ def test_states_are_in_equilibrium_press_outward_and_keep_gaps(n_sites):
     mu = np.array([0.0, 0.3, 0.1])[:n_sites]
     count = 0
     for contact in all_sets(n_sites)[1:]:
-        found = states_of(contact, R, mu, c, r)
-        count += len(found.points)
-        if len(found.points):
-            assert residual(found, R, mu, c, r) < 1e-8
-            assert (found.N > 0.0).all()
+        result = states_of(contact, R, mu, c, r)
+        count += len(result.points)
+        if len(result.points):
+            assert residual(result, R, mu, c, r) < 1e-8
+            assert (result.N > 0.0).all()
             others = [k for k in range(n_sites) if k not in contact]
-            assert (np.abs(found.q[:, others]) < c[others]).all()
+            assert (np.abs(result.q[:, others]) < c[others]).all()
     assert count > 10
 
 
@@ -54,10 +54,10 @@ def test_resultant_and_paths_find_the_same_pairs():
     on_circle = (np.abs(np.abs(ends) - 1.0) < 1e-7).all(axis=2)
     N = ends.conj() * (s[:, None] - np.einsum("njk,npk->npj", E * c, ends))
     pressing = on_circle & (N.real > 0.0).all(axis=2)
-    found = states_of((0, 1), R, np.zeros(2), c, r)
-    assert len(found.points) == pressing.sum() > 20
+    result = states_of((0, 1), R, np.zeros(2), c, r)
+    assert len(result.points) == pressing.sum() > 20
     for point in range(60):
-        ours = np.sort(found.N[found.points == point].sum(axis=1))
+        ours = np.sort(result.N[result.points == point].sum(axis=1))
         theirs = np.sort(N.real[point][pressing[point]].sum(axis=1))
         np.testing.assert_allclose(ours, theirs, rtol=1e-6)
 
@@ -69,9 +69,9 @@ def test_no_start_of_newtons_method_finds_another_state(n_sites, seed):
 
     R, c, r = some_rotor(n_sites, 3, seed)
     contact, random = tuple(range(n_sites)), np.random.default_rng(seed)
-    found = states_of(contact, R, np.zeros(n_sites), c, r)
+    result = states_of(contact, R, np.zeros(n_sites), c, r)
     for point in range(3):
-        ours = found.N[found.points == point]
+        ours = result.N[result.points == point]
 
         def errors(x, point=point):
             p = np.exp(1j * x[n_sites:])
@@ -101,16 +101,16 @@ def test_sites_that_do_not_move_each_other_rub_as_each_alone():
 
 def test_two_sites_at_one_place_have_no_forces_of_their_own():
     R, _, r = some_rotor(1, 20, seed=5)
-    found = states_of((0, 1), np.broadcast_to(R, (20, 2, 2)), np.zeros(2), np.array([1.0, 1.1]), np.hstack([r, r]))
-    assert len(found.points) == 0
+    result = states_of((0, 1), np.broadcast_to(R, (20, 2, 2)), np.zeros(2), np.array([1.0, 1.1]), np.hstack([r, r]))
+    assert len(result.points) == 0
 
 
 def test_friction_turns_the_journal_back_and_takes_torque_from_the_spin():
     """At a speed below the critical one: friction points against the spin, and the contact lags behind."""
     Omega = 0.5 * OWN
-    found = receptances(jeffcott(Omega))
-    r = found.P * 4.0 * CLEARANCE * MASS * (OWN / Omega) ** 2 * Omega**2 * 0.4
-    plain, rough = (states_of((0,), found.R, np.array([mu]), np.array([CLEARANCE]), r) for mu in (0.0, 0.2))
+    result = receptances(jeffcott(Omega))
+    r = result.P * 4.0 * CLEARANCE * MASS * (OWN / Omega) ** 2 * Omega**2 * 0.4
+    plain, rough = (states_of((0,), result.R, np.array([mu]), np.array([CLEARANCE]), r) for mu in (0.0, 0.2))
     assert len(plain.points) == len(rough.points) == 1
     assert rough.psi[0, 0] < plain.psi[0, 0]
     along = rough.force[0, 0] * np.exp(-1j * rough.psi[0, 0])
@@ -129,21 +129,21 @@ def test_jeffcott_rotor_stays_in_its_ring_from_the_closed_forms_speed(mu):
     a, b, e = u / CLEARANCE * np.hypot(1.0, mu) - mu * MASS, -DAMPING, mu * STIFFNESS
     closed = (-b + np.sqrt(b * b - 4.0 * a * e)) / (2.0 * a)
     assert closed == pytest.approx(jump) if mu == 0.0 else closed > 1.5 * jump
-    found = []
+    result = []
     for Omega in (closed * (1.0 - 1e-5), closed * (1.0 + 1e-5)):
         assert u * Omega**2 < CLEARANCE * abs(dynamic_stiffness(Omega))  # it can turn without contact
         at = receptances(jeffcott(Omega))
-        found.append(states_of((0,), at.R, np.array([mu]), np.array([CLEARANCE]), at.P * u * Omega**2))
-    assert [len(states.points) for states in found] == [0, 2]
+        result.append(states_of((0,), at.R, np.array([mu]), np.array([CLEARANCE]), at.P * u * Omega**2))
+    assert [len(states.points) for states in result] == [0, 2]
     if mu == 0.0:
-        np.testing.assert_allclose(np.degrees(found[1].psi[:, 0]), -90.0, atol=0.5)
+        np.testing.assert_allclose(np.degrees(result[1].psi[:, 0]), -90.0, atol=0.5)
 
 
 def test_jeffcott_rotor_jumps_up_where_its_orbit_fills_the_gap():
     u = 0.5 * MASS * CLEARANCE
     speeds = np.linspace(0.5, 0.99, 50) * OWN
     for Omega in speeds:
-        found = receptances(jeffcott(Omega))
-        contact = states_of((0,), found.R, np.zeros(1), np.array([CLEARANCE]), found.P * u * Omega**2)
+        result = receptances(jeffcott(Omega))
+        contact = states_of((0,), result.R, np.zeros(1), np.array([CLEARANCE]), result.P * u * Omega**2)
         touches = u * Omega**2 > CLEARANCE * abs(dynamic_stiffness(Omega))
         assert len(contact.points) == int(touches)

@@ -173,14 +173,14 @@ def test_only_components_with_longer_steps_have_annotations(sequential, tmp_path
     (tmp_path / "rig.toml").write_text(f'system = "slow.toml"\n{JACOBI}', encoding="utf-8")
     done = CliRunner().invoke(main, ["export-ssp", str(tmp_path / "rig.toml"), "-o", str(tmp_path / "rig.ssp")])
     assert done.exit_code == 0, done.output
-    found = []
+    result = []
     for path in (sequential, tmp_path / "rig.ssp"):
         with zipfile.ZipFile(path) as content:
             components = etree.fromstring(content.read("SystemStructure.ssd")).iterfind(".//ssd:Component", NAMESPACES)
-            found.append({c.get("name") for c in components if c.find("ssd:Annotations", NAMESPACES) is not None})
+            result.append({c.get("name") for c in components if c.find("ssd:Annotations", NAMESPACES) is not None})
         system, *_ = load_ssp(path)
-        assert {c.name for c in system.components if c.every > 1} == found[-1]
-    assert found == [set(), {"amb_actuator"}]
+        assert {c.name for c in system.components if c.every > 1} == result[-1]
+    assert result == [set(), {"amb_actuator"}]
 
 
 def test_what_ssp_cannot_say_is_in_the_notes(sequential):

@@ -137,8 +137,8 @@ def test_connections_parameters_and_signals_are_those_of_the_document(archive):
 def test_a_value_of_what_no_fmu_has_is_a_notice(archive):
     values = parameter_set(spring_dot_k=400.0, spring_dot_kk=1.0, sprng_dot_k=1.0)
     bound = BOUND.format(attributes="", content=f"<ssd:ParameterValues>{values}</ssd:ParameterValues>")
-    found = amb_cosim.simulate(archive(structure(system_binding=bound)), step_size=1e-3).dataset
-    assert json.loads(found.attrs["notices"]) == [
+    result = amb_cosim.simulate(archive(structure(system_binding=bound)), step_size=1e-3).dataset
+    assert json.loads(result.attrs["notices"]) == [
         "there is no sprng.k; what is said of it is dropped",
         "spring: Spring.fmu has no kk; what is said of it is dropped",
     ]
@@ -147,8 +147,8 @@ def test_a_value_of_what_no_fmu_has_is_a_notice(archive):
 def test_a_foreign_archive_runs(archive):
     values = f"<ssd:ParameterValues>{parameter_set(spring_dot_k=400.0)}</ssd:ParameterValues>"
     path = archive(structure(system_binding=BOUND.format(attributes="", content=values)))
-    found = amb_cosim.simulate(path, step_size=1e-3).dataset
-    left, right, time = (found[name].values for name in ("left.x", "right.x", "time"))
+    result = amb_cosim.simulate(path, step_size=1e-3).dataset
+    left, right, time = (result[name].values for name in ("left.x", "right.x", "time"))
     growth = np.exp(0.25 * OMEGA**2 * STEP * 0.5)  # of the held force
     np.testing.assert_allclose(left, 0.005 + 0.005 * np.cos(OMEGA * time), atol=0.005 * (growth - 1.0) * 1.2)
     np.testing.assert_allclose(left + right, 0.01, atol=1e-12)

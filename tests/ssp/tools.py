@@ -70,8 +70,8 @@ def with_fmpy(archive: str, stop_time: float, step_size: float) -> dict[str, lis
     """Return the outputs that are connectors, by FMPy, which ignores parameter bindings."""
     from fmpy.ssp.simulation import simulate_ssp
 
-    found = simulate_ssp(archive, stop_time=stop_time, step_size=step_size)
-    return {name: found[name].tolist() for name in found.dtype.names}
+    result = simulate_ssp(archive, stop_time=stop_time, step_size=step_size)
+    return {name: result[name].tolist() for name in result.dtype.names}
 
 
 def with_ecos(archive: str, recorded: list[str], steps: int, step_size: float) -> dict[str, list[Any]]:

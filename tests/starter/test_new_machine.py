@@ -200,8 +200,8 @@ def test_a_folder_that_exists_is_left_alone(tmp_path):
 
 @pytest.mark.slow
 def test_the_command_takes_units_and_says_what_levitates(tmp_path):
-    asked = ("new", str(tmp_path / "fan"), "--mass", "60000 g", "--length", "1200 mm", "--speed", "200 Hz")
-    done = CliRunner().invoke(main, [*asked, "--bearings", "0.25 m, 950mm"])
+    requested = ("new", str(tmp_path / "fan"), "--mass", "60000 g", "--length", "1200 mm", "--speed", "200 Hz")
+    done = CliRunner().invoke(main, [*requested, "--bearings", "0.25 m, 950mm"])
     assert done.exit_code == 0, done.output
     assert "levitates with K_b" in done.output
     assert (tmp_path / "fan" / "landing.toml").is_file()
@@ -209,8 +209,8 @@ def test_the_command_takes_units_and_says_what_levitates(tmp_path):
 
 @pytest.mark.parametrize("given", ["0.2 m", "0.2m 0.5 m, 0.9"])
 def test_bearings_are_two_positions(tmp_path, given):
-    asked = ("new", str(tmp_path / "fan"), "--mass", "60 kg", "--length", "1.2 m", "--speed", "200 Hz")
-    assert "two positions" in CliRunner().invoke(main, [*asked, "--bearings", given]).stderr
+    requested = ("new", str(tmp_path / "fan"), "--mass", "60 kg", "--length", "1.2 m", "--speed", "200 Hz")
+    assert "two positions" in CliRunner().invoke(main, [*requested, "--bearings", given]).stderr
 
 
 def test_the_machine_to_assess_lands_in_the_retainers_of_its_landing(pump):
@@ -232,8 +232,8 @@ def test_the_machine_to_assess_lands_in_the_retainers_of_its_landing(pump):
     ],
 )
 def test_what_does_not_go_with_a_rotor_file_is_refused(tmp_path, given, message):
-    asked = ("new", str(tmp_path / "fan"), "--rotor", str(EXPANDER), "--speed", "15000 rpm", *given)
-    done = CliRunner().invoke(main, asked)
+    requested = ("new", str(tmp_path / "fan"), "--rotor", str(EXPANDER), "--speed", "15000 rpm", *given)
+    done = CliRunner().invoke(main, requested)
     assert (done.exit_code, message in done.stderr) == (2, True), done.stderr
     assert list(tmp_path.iterdir()) == []
 
@@ -241,8 +241,8 @@ def test_what_does_not_go_with_a_rotor_file_is_refused(tmp_path, given, message)
 @pytest.mark.parametrize("name", ['a"b', "a\nb", "a\\b", 'a"\n[materials]', "a\x7f"])
 def test_a_name_that_a_file_cannot_hold_is_refused(name, tmp_path):
     from_mass = ["--mass", "60 kg", "--length", "1 m"]
-    for given in (from_mass, ["--rotor", str(EXPANDER)]):
-        done = CliRunner().invoke(main, ["new", str(tmp_path / name), *given, "--speed", "9000 rpm"])
+    for values in (from_mass, ["--rotor", str(EXPANDER)]):
+        done = CliRunner().invoke(main, ["new", str(tmp_path / name), *values, "--speed", "9000 rpm"])
         assert done.exit_code == 2
         allowed = "it must be printable, without quotation marks and backslashes"
         assert done.stderr == f"amb-cosim: name = {name!r} is not allowed; {allowed}\n"

@@ -23,8 +23,8 @@ def test_worst_phase_of_a_landing_takes_a_third_of_the_runs():
     design = make_design({"step.cycle": [2.0 + k / 72.0 for k in range(72)]})
     runner = Runner(Task(Scenario.load(TOUCHDOWN).changed(end_cycle=8), labels=("step",)))
     sampler, ran = Sampler(design, Goal("maximum", PEAK, certainty=0.01)), []
-    while not (asked := sampler.next_points(1))[1]:
-        results = [runner.run(n, design.settings(n)) for n in asked[0]]
+    while not (requested := sampler.next_points(1))[1]:
+        results = [runner.run(n, design.settings(n)) for n in requested[0]]
         sampler.learn(results)
         ran += results
     assert sampler.periodic == ["step.cycle"]

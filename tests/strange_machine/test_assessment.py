@@ -52,10 +52,10 @@ def expander():
 
 @pytest.mark.parametrize("name", slow_but_first(MACHINES))
 def test_fast_parts_answer_by_the_names_of_the_machine(name):
-    found = assess(MACHINES[name](), only=FAST)
-    assert not found.unanswered
-    assert {part.key for part in found.parts if part.findings} == set(FAST)
-    data = found.as_dict()
+    result = assess(MACHINES[name](), only=FAST)
+    assert not result.unanswered
+    assert {part.key for part in result.parts if part.findings} == set(FAST)
+    data = result.as_dict()
     data.pop("machine")
     assert bool(OF_THE_RIG.search(json.dumps(data))) == (name == "rig")
 
@@ -63,12 +63,12 @@ def test_fast_parts_answer_by_the_names_of_the_machine(name):
 def test_commands_describe_the_machine_and_write_its_page(tmp_path):
     pytest.importorskip("plotly")
     file, run = str(LEVITATION.parent / "machine.toml"), CliRunner()
-    told = run.invoke(main, ["machine", "check", file])
-    assert told.exit_code == 0, told.output
-    assert {"north", "gland", "catch_n", "turbine"} <= set(re.findall(r"\w+", told.output))
-    assert not OF_THE_RIG.search(told.output)
-    given = ["assess", file, "--only", "free_modes", "--no-pdf", "-o", str(tmp_path / "page")]
-    done = run.invoke(main, given)
+    message = run.invoke(main, ["machine", "check", file])
+    assert message.exit_code == 0, message.output
+    assert {"north", "gland", "catch_n", "turbine"} <= set(re.findall(r"\w+", message.output))
+    assert not OF_THE_RIG.search(message.output)
+    values = ["assess", file, "--only", "free_modes", "--no-pdf", "-o", str(tmp_path / "page")]
+    done = run.invoke(main, values)
     assert done.exit_code == 0, done.output
     assert "0 not answered" in done.output
     assert sorted(path.name for path in (tmp_path / "page").iterdir()) == ["assessment.html", "assessment.json"]
@@ -156,13 +156,13 @@ def test_the_threshold_of_cross_coupling_is_that_of_the_receptance_without(expan
     model = passive(machine, Omega, anticipated(machine, 0.0))
     nodes = sorted(model.translations)
     at = [row for node in nodes for row in model.translations[node]]
-    kept = [2 * (node - 1) + k for node in nodes for k in (0, 1)]
+    retained = [2 * (node - 1) + k for node in nodes for k in (0, 1)]
     here = list(model.translations[machine.node_of(stage.at)])
 
     def coupling(omega):
         """Return the complex Q of forward whirl, whose imaginary part is 0 at a threshold."""
         stiffness = model.K - omega**2 * model.M + 1j * omega * (model.C + Omega * model.G)
-        stiffness[np.ix_(at, at)] -= bearing_forces(machine, omega, Omega)[np.ix_(kept, kept)]
+        stiffness[np.ix_(at, at)] -= bearing_forces(machine, omega, Omega)[np.ix_(retained, retained)]
         H = np.linalg.solve(stiffness, np.eye(model.size)[:, here])[here]
         return max(-1.0 / np.linalg.eigvals(H @ [[0.0, 1.0], [-1.0, 0.0]]), key=lambda Q: Q.real)
 
@@ -192,20 +192,20 @@ def test_sensitivity_is_that_of_python_control(expander):
 def co_simulated():
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr(rest, "LONGEST", 1.0)
-        found = assess(MACHINES["expander"](), only=CO_SIMULATED)
-    assert not found.unanswered
-    return found
+        result = assess(MACHINES["expander"](), only=CO_SIMULATED)
+    assert not result.unanswered
+    return result
 
 
 @pytest.mark.slow
 def test_parts_with_co_simulation_answer_by_the_names_of_the_machine(co_simulated):
     """Verdicts, tables and notes; plots; and the page."""
     assert [part.key for part in co_simulated.parts] == CO_SIMULATED
-    shown = [*co_simulated.as_dict()["parts"].values()]
+    displayed = [*co_simulated.as_dict()["parts"].values()]
     panels = [panel for part in co_simulated.parts for panel in part.answer.panels]
-    shown += [[panel.title, panel.x, panel.y, *(one.name for one in panel.curves)] for panel in panels]
-    assert not OF_THE_RIG.search(json.dumps(shown))
-    assert {"north", "catch_n"} <= set(re.findall(r"\w+", json.dumps(shown)))
+    displayed += [[panel.title, panel.x, panel.y, *(item.name for item in panel.curves)] for panel in panels]
+    assert not OF_THE_RIG.search(json.dumps(displayed))
+    assert {"north", "catch_n"} <= set(re.findall(r"\w+", json.dumps(displayed)))
 
 
 @pytest.mark.slow
@@ -219,26 +219,26 @@ def test_the_page_says_no_name_of_the_rig(co_simulated):
 
 @pytest.mark.slow
 def test_it_comes_back_from_its_retainers_and_a_larger_overload_touches_one(co_simulated):
-    found = measured_in(co_simulated, "recovery")
-    assert found["relevitation"].value < 75.0
-    assert 0.5 < found["overload"].value < 4.0
-    assert found["overload"].where.startswith("catch_")
+    result = measured_in(co_simulated, "recovery")
+    assert result["relevitation"].value < 75.0
+    assert 0.5 < result["overload"].value < 4.0
+    assert result["overload"].where.startswith("catch_")
 
 
 @pytest.mark.slow
 def test_a_way_to_rest_that_takes_too_long_is_extrapolated_and_says_so(co_simulated):
-    found = measured_in(co_simulated, "rest")
-    assert found["landing_force_change"].value < 20.0
-    assert found["rest_time"].note.startswith("not at rest within 1 s")
-    assert found["standstill_time"].where == "extrapolated"
-    assert found["standstill_time"].note.startswith("extrapolated from 97")
-    assert 20.0 < found["standstill_time"].value < 80.0
-    assert found["retainer_heat"].value < found["heat_to_standstill"].value
-    assert "retainer_temperature" not in found
+    result = measured_in(co_simulated, "rest")
+    assert result["landing_force_change"].value < 20.0
+    assert result["rest_time"].note.startswith("not at rest within 1 s")
+    assert result["standstill_time"].where == "extrapolated"
+    assert result["standstill_time"].note.startswith("extrapolated from 97")
+    assert 20.0 < result["standstill_time"].value < 80.0
+    assert result["retainer_heat"].value < result["heat_to_standstill"].value
+    assert "retainer_temperature" not in result
     (part,) = (part for part in co_simulated.parts if part.key == "rest")
     assert any(note.startswith("No temperature of catch_n, catch_s") for note in part.answer.notes)
 
 
 def measured_in(found, key):
     (part,) = (part for part in found.parts if part.key == key)
-    return {one.measured.quantity: one.measured for one in part.findings}
+    return {item.measured.quantity: item.measured for item in part.findings}

@@ -26,11 +26,11 @@ def run(vary, order, labels, **options):
     runner, design = Runner(Task(SHORT, labels=labels, **options)), make_design(vary)
     results = {n: runner.run(n, design.settings(n)) for n in order}
     runner.close()
-    shared = {n: found.metrics.get("shared", 0.0) for n, found in results.items()}
-    told = {
+    shared = {n: result.metrics.get("shared", 0.0) for n, result in results.items()}
+    message = {
         n: (r.outcome, r.reason, str({k: v for k, v in r.metrics.items() if k != "shared"})) for n, r in results.items()
     }
-    return told, shared
+    return message, shared
 
 
 @pytest.mark.parametrize("vary", list(DESIGNS.values()), ids=list(DESIGNS))
@@ -78,11 +78,11 @@ def test_kept_records_are_whole_and_the_same():
             with xr.open_dataset(io.BytesIO(record), engine="h5netcdf") as dataset:
                 records.append(dataset.load())
         runner.close()
-    for one, other in zip(records[:2], records[2:], strict=True):
-        assert set(one.variables) == set(other.variables)
-        for name in one.variables:
-            np.testing.assert_array_equal(one[name].values, other[name].values)
-        assert one.attrs["warnings"] == other.attrs["warnings"]
+    for item, other in zip(records[:2], records[2:], strict=True):
+        assert set(item.variables) == set(other.variables)
+        for name in item.variables:
+            np.testing.assert_array_equal(item[name].values, other[name].values)
+        assert item.attrs["warnings"] == other.attrs["warnings"]
 
 
 def test_what_an_event_varies_changes_first_and_its_moments_ascend():

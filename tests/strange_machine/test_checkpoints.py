@@ -118,8 +118,8 @@ def test_the_command_line_saves_a_state_and_goes_on_from_it(tmp_path):
     assert re.search(r"state at cycle 6 in\s+one/checkpoint_cycle_6.npz", first)
     state = tmp_path / "one" / "checkpoint_cycle_6.npz"
     run_command("run", RUB, "--from", state, "--no-plots", "-o", "two", cwd=tmp_path)
-    one, two = (amb_cosim.Result.load(tmp_path / name).dataset for name in ("one", "two"))
-    assert all(np.array_equal(one[name], two[name], equal_nan=True) for name in one)
+    item, two = (amb_cosim.Result.load(tmp_path / name).dataset for name in ("one", "two"))
+    assert all(np.array_equal(item[name], two[name], equal_nan=True) for name in item)
     refused = run_command("run", TOUCHDOWN, "--from", state, "-o", "three", cwd=tmp_path, code=2).stderr
     assert "is of another run" in refused
     assert not (tmp_path / "three").exists()
@@ -136,7 +136,7 @@ def killed_runs(folder, cycles, moments, autosave):
     """
     (folder / "long.toml").write_text(LONG.format(rub=RUB, cycles=cycles))
     command = [*COMMAND, "run", "long.toml", "--no-plots", "-o", "out", "--autosave", str(autosave)]
-    file, told = folder / "out" / "autosave.npz", []
+    file, message = folder / "out" / "autosave.npz", []
     for moment in [*moments, None]:
         before = file.stat().st_mtime_ns if file.exists() else 0
         process = subprocess.Popen(command, cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
@@ -145,9 +145,9 @@ def killed_runs(folder, cycles, moments, autosave):
                 time.sleep(0.005)
             time.sleep(abs(moment))
             process.kill()
-        told.append(process.communicate(timeout=600)[1])
-        assert process.returncode == (0 if moment is None else -signal.SIGKILL), told[-1]
-    return told
+        message.append(process.communicate(timeout=600)[1])
+        assert process.returncode == (0 if moment is None else -signal.SIGKILL), message[-1]
+    return message
 
 
 @pytest.mark.slow
@@ -156,14 +156,14 @@ def test_a_killed_run_goes_on_to_the_same_bits(tmp_path, kills, first_seed):
     """Checkpoints come so fast that many a kill comes while one is written; every third comes while a run begins."""
     random = np.random.default_rng(first_seed)
     moments = [-random.random() if k % 3 == 2 else 0.1 * random.random() for k in range(kills)]
-    told = killed_runs(tmp_path, CYCLES_FOR_A_KILL * (kills + 1), moments, 0.02)
-    went_on = ["the run goes on from" in errors for errors in told]
+    message = killed_runs(tmp_path, CYCLES_FOR_A_KILL * (kills + 1), moments, 0.02)
+    went_on = ["the run goes on from" in errors for errors in message]
     assert not went_on[0]
-    assert all(went_on[k] for k, moment in enumerate([*moments, 0.0]) if k and moment >= 0.0), told
-    assert not any("begins anew" in errors for errors in told), told
+    assert all(went_on[k] for k, moment in enumerate([*moments, 0.0]) if k and moment >= 0.0), message
+    assert not any("begins anew" in errors for errors in message), message
     (tmp_path / "whole").mkdir()
     assert "goes on" not in killed_runs(tmp_path / "whole", CYCLES_FOR_A_KILL * (kills + 1), [], 0)[0]
-    found, whole = (amb_cosim.Result.load(folder / "out").dataset for folder in (tmp_path, tmp_path / "whole"))
-    assert found.sizes == whole.sizes
-    assert all(found[name].values.tobytes() == whole[name].values.tobytes() for name in whole)
+    result, whole = (amb_cosim.Result.load(folder / "out").dataset for folder in (tmp_path, tmp_path / "whole"))
+    assert result.sizes == whole.sizes
+    assert all(result[name].values.tobytes() == whole[name].values.tobytes() for name in whole)
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == ["result.nc", "summary.json"]

@@ -51,8 +51,8 @@ def test_a_machine_with_close_planes_flies_exactly_at_constant_speed(rotor):
 
 def test_a_machine_with_close_planes_rubs_exactly_at_constant_speed(rotor):
     """Forces right after impacts, while fast modes ring, differ by up to 2e-3 of the peak."""
-    given = {"turbine.u": 6e-5, "gravity": 9.81}
-    ours, integrated = recorded(rotor, 400, **given), recorded(rotor, 400, **given, **{"solver.exact_motion": 0})
+    values = {"turbine.u": 6e-5, "gravity": 9.81}
+    ours, integrated = recorded(rotor, 400, **values), recorded(rotor, 400, **values, **{"solver.exact_motion": 0})
     forces = slice(N_ORBITS, N_ORBITS + len(SITES))
     peak = integrated[:, forces].max()
     assert peak > 100.0

@@ -93,7 +93,7 @@ def test_bad_input_is_told_in_the_words_of_the_machine(folder, monkeypatch, comm
 
 
 def test_help_of_commands_of_any_machine_has_no_word_of_the_rig():
-    shown = """
+    displayed = """
 import click
 from amb_cosim.commands.cli import main
 def show(command, path):
@@ -104,6 +104,8 @@ def show(command, path):
         print(path, command.get_help(click.Context(command, info_name=path)).replace(chr(10), " "))
 show(main, "amb-cosim")
 """
-    told = subprocess.run([sys.executable, "-c", shown], capture_output=True, text=True, check=True).stdout.splitlines()
-    assert len(told) > 30
-    assert [line for line in told if OF_THE_RIG.search(line)] == []
+    message = subprocess.run(
+        [sys.executable, "-c", displayed], capture_output=True, text=True, check=True
+    ).stdout.splitlines()
+    assert len(message) > 30
+    assert [line for line in message if OF_THE_RIG.search(line)] == []

@@ -27,10 +27,10 @@ def plain():
 
 def test_a_continued_run_is_the_whole_run(plain, tmp_path):
     file = amb_cosim.run(SHORT, flavour="python", save_at=["cycle 5"]).checkpoint().save(tmp_path / "rub.npz")
-    found = amb_cosim.run(SHORT, flavour="python", start=file)
+    result = amb_cosim.run(SHORT, flavour="python", start=file)
     for name, samples in plain.signals.variables.items():
-        assert found.signals[name].values.tobytes() == samples.values.tobytes(), name
-    assert found.outcome == plain.outcome
+        assert result.signals[name].values.tobytes() == samples.values.tobytes(), name
+    assert result.outcome == plain.outcome
 
 
 def test_points_that_share_a_past_lead_to_the_same_bits():

@@ -54,10 +54,10 @@ def test_observations_and_rewards_are_those_of_a_run(env):
 
 def test_an_action_changes_the_motion_of_its_member_alone(env):
     env.reset()
-    given = actions(env)
-    given[2] = 700.0
+    values = actions(env)
+    values[2] = 700.0
     for _ in range(20):
-        observed, *_ = env.step(given)
+        observed, *_ = env.step(values)
     assert np.array_equal(observed[0], observed[1])
     assert not np.array_equal(observed[0], observed[2])
 

@@ -20,15 +20,15 @@ def actuator(tmp_path_factory) -> Path:
     """An actuator whose amplifier of one axis goes off by an input of another name."""
     folder = tmp_path_factory.mktemp("actuator")
     amb_cosim.build(folder, rotor=ROTOR)
-    own = folder / "own_actuator.fmu"
-    with zipfile.ZipFile(folder / "amb_actuator.fmu") as given, zipfile.ZipFile(own, "w") as changed:
-        for name in given.namelist():
-            content = given.read(name)
+    local = folder / "own_actuator.fmu"
+    with zipfile.ZipFile(folder / "amb_actuator.fmu") as values, zipfile.ZipFile(local, "w") as changed:
+        for name in values.namelist():
+            content = values.read(name)
             if name == "modelDescription.xml":
                 assert content.count(OFF.encode()) == 1
                 content = content.replace(OFF.encode(), b'name="north.off_x"')
-            changed.writestr(given.getinfo(name), content)
-    return own
+            changed.writestr(values.getinfo(name), content)
+    return local
 
 
 def with_event(actuator: Path, **values: float | bool) -> Scenario:

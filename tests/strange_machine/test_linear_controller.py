@@ -27,9 +27,9 @@ def short():
 def levitation(tmp_path_factory):
     """The first cycles, under the scenario's PID as matrices: i = -((K_b + K_s) x + C_b (x - x_before)/h)/K_i."""
     prepared = prepare(short())
-    given = prepared.plan.all_parameters(prepared.interfaces)["rolac_controller"]
+    values = prepared.plan.all_parameters(prepared.interfaces)["rolac_controller"]
     k_b, k_s, c_b, k_i, low, high = (
-        np.array([given[f"{demand.replace('.i_', f'.{name}_')}"] for demand in DEMANDS])
+        np.array([values[f"{demand.replace('.i_', f'.{name}_')}"] for demand in DEMANDS])
         for name in ("k_b", "k_s", "c_b", "k_i", "i_min", "i_max")
     )
     k, c, eye = np.diag((k_b + k_s) / k_i), np.diag(c_b / H / k_i), np.eye(6)
@@ -54,10 +54,10 @@ def test_it_gives_the_results_of_the_pid(levitation):
 def test_sweep_varies_the_gain_of_its_demands(levitation):
     """An instance of a worker runs one point after the other; the first of them twice is the same."""
     runner = Runner(Task(levitation))
-    found = [runner.run(n, {"rolac_controller.*.gain": gain}) for n, gain in enumerate((1.0, 1.3, 1.0))]
+    result = [runner.run(n, {"rolac_controller.*.gain": gain}) for n, gain in enumerate((1.0, 1.3, 1.0))]
     runner.close()
-    assert {point.outcome for point in found} == {found[0].outcome} != {"failed"}
-    assert found[0].metrics == found[2].metrics != found[1].metrics
+    assert {point.outcome for point in result} == {result[0].outcome} != {"failed"}
+    assert result[0].metrics == result[2].metrics != result[1].metrics
 
 
 @pytest.mark.slow

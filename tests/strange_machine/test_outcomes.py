@@ -62,9 +62,9 @@ def test_without_event_and_contact_there_is_nothing_to_recover_from():
 
 def test_a_sweep_counts_an_unstable_point_as_such():
     runner = Runner(Task(QUIET.changed(end_cycle=40)))
-    found = [runner.run(0, settings) for settings in (UNDAMPED, {})]
+    result = [runner.run(0, settings) for settings in (UNDAMPED, {})]
     runner.close()
-    assert [(point.outcome, point.metrics["recovered"]) for point in found] == [("unstable", 0.0), ("completed", 1.0)]
+    assert [(point.outcome, point.metrics["recovered"]) for point in result] == [("unstable", 0.0), ("completed", 1.0)]
 
 
 @pytest.fixture(scope="module")

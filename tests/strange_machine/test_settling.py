@@ -98,5 +98,5 @@ def test_settling_is_simulated_where_it_cannot_be_solved_for():
 
 def test_both_loops_start_from_the_same_settled_motion(solved):
     plain = amb_cosim.run(SOLVED, loop="plain", until=0.005)
-    shown = orbits(plain)
-    assert np.array_equal(shown, orbits(solved)[:, : shown.shape[1]])
+    displayed = orbits(plain)
+    assert np.array_equal(displayed, orbits(solved)[:, : displayed.shape[1]])

@@ -46,18 +46,18 @@ def plain(in_memory):
 def test_an_fmu_of_a_file_that_serialises_goes_on_to_the_same_bits(made, plain, tmp_path):
     scenario = SHORT.changed(fmu={"amb_actuator": str(made)})
     state = amb_cosim.run(scenario, isolated=False, save_at=["cycle 5"]).checkpoint().save(tmp_path / "rub.npz")
-    found = amb_cosim.run(scenario, isolated=False, start=state)
+    result = amb_cosim.run(scenario, isolated=False, start=state)
     for name, samples in plain.signals.variables.items():
-        assert found.signals[name].values.tobytes() == samples.values.tobytes(), name
+        assert result.signals[name].values.tobytes() == samples.values.tobytes(), name
 
 
 def test_of_an_fmu_that_does_not_serialise_no_file_is_made(in_memory, plain, tmp_path):
     with pytest.raises(ValueError, match=r"no checkpoint can be made of amb_actuator: .* canSerializeFMUstate"):
         amb_cosim.run(in_memory, isolated=False, save_at=["cycle 5"])
     file = tmp_path / "auto.npz"
-    found = amb_cosim.run(in_memory, isolated=False, autosave=file, autosave_every=1e-3)
+    result = amb_cosim.run(in_memory, isolated=False, autosave=file, autosave_every=1e-3)
     assert not file.exists()
-    assert found.signals[PLACE].values.tobytes() == plain.signals[PLACE].values.tobytes()
+    assert result.signals[PLACE].values.tobytes() == plain.signals[PLACE].values.tobytes()
 
 
 def test_points_share_what_an_fmu_keeps_in_memory(in_memory):

@@ -49,14 +49,14 @@ def test_every_set_of_the_four_sites_is_solved_in_equilibrium(expander):
     r = np.outer(np.linspace(10.0, 60.0, 6), R.P @ expander.unbalance * Omega**2)
     sizes = set()
     for contact in all_sets(4):
-        found = states_of(contact, R.R, mu, expander.c, r)
-        motion = r[found.points] + found.force @ R.R.T
-        np.testing.assert_allclose(found.q, motion, atol=1e-9)
+        result = states_of(contact, R.R, mu, expander.c, r)
+        motion = r[result.points] + result.force @ R.R.T
+        np.testing.assert_allclose(result.q, motion, atol=1e-9)
         at = list(contact)
         np.testing.assert_allclose(
-            np.abs(found.q[:, at]), np.broadcast_to(expander.c[at], (len(found.points), len(at)))
+            np.abs(result.q[:, at]), np.broadcast_to(expander.c[at], (len(result.points), len(at)))
         )
-        sizes |= {len(contact)} if len(found.points) else set()
+        sizes |= {len(contact)} if len(result.points) else set()
     assert {0, 1} < sizes
 
 
@@ -122,9 +122,9 @@ def test_runs_begun_in_dry_backward_whirls_stay_or_leave_at_their_rate():
     scenario = STEADY.changed(settle_cycles=20, end_cycle=20)
     settings = {**LINEAR, "rotor_contact.turbine.u": "1 g.mm"}
     machine = rubbing_rotor(prepare(scenario, settings))
-    found = {(whirl.contact, round(whirl.frequency, -2)): whirl for whirl in whirls(machine, machine.Omega)}
+    result = {(whirl.contact, round(whirl.frequency, -2)): whirl for whirl in whirls(machine, machine.Omega)}
     for contact, frequency in ((("labyrinth",), -1800.0), (("shroud",), -3700.0), (("catch_n", "catch_s"), -21300.0)):
-        whirl = found[contact, frequency]
+        whirl = result[contact, frequency]
         run = amb_cosim.run(scenario, set=settings, start=checkpoint_in(machine, whirl), progress=False).dataset
         for site, force in whirl.N.items():
             away = run[f"rotor_contact.{site}.f_n_mean"].values[1:] / force - 1.0

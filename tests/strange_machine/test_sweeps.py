@@ -25,15 +25,15 @@ PEAK = "peak_contact_force"
 @pytest.fixture(scope="module")
 def point() -> PointResult:
     runner = Runner(Task(Scenario.load(RUB)))
-    found = runner.run(0, {})
+    result = runner.run(0, {})
     runner.close()
-    return found
+    return result
 
 
 def test_seal_and_turbine_count_beside_the_retainers(point, rub):
     at_sites = {site: point.metrics[f"{PEAK}.{site}"] for site in ("catch_n", "catch_s", "labyrinth", "shroud")}
-    told = {site: force for site, force in at_sites.items() if force > 0.0}
-    assert told == pytest.approx({s: f for s, f in rub.summary.peak_contact_force.items() if f}, rel=1e-12)
+    message = {site: force for site, force in at_sites.items() if force > 0.0}
+    assert message == pytest.approx({s: f for s, f in rub.summary.peak_contact_force.items() if f}, rel=1e-12)
     assert point.metrics[PEAK] == at_sites["labyrinth"] == max(at_sites.values())
 
 
@@ -43,8 +43,8 @@ def filled(folder, vary, results) -> Sweep:
     store = SweepStore(folder, design, {"scenario": {"name": "made up"}}, {})
     store.add(
         [
-            PointResult(n, "failed", "no power") if found is None else PointResult(n, "recovered", "", found)
-            for n, found in enumerate(results)
+            PointResult(n, "failed", "no power") if result is None else PointResult(n, "recovered", "", result)
+            for n, result in enumerate(results)
         ]
     )
     return Sweep(folder, design)
@@ -120,10 +120,10 @@ def test_a_failed_run_is_the_worst_of_its_phase(tmp_path):
     results = [at(force, 0.0) for force in forces]
     results += [None, *results[1:], None, None, None, *results[3:]]
     swept = filled(tmp_path, {"step.cycle": "5:5.5:3", "a.x": "1:5:5"}, results)
-    found = distribution(swept.dataset, "step.cycle")
-    np.testing.assert_allclose(found[:, 0], forces)
-    np.testing.assert_allclose(found[:, 1], [2.0, 3.0, 4.0, 5.0, np.inf])
-    np.testing.assert_allclose(found[:, 2], [4.0, 5.0, np.inf, np.inf, np.inf])
+    result = distribution(swept.dataset, "step.cycle")
+    np.testing.assert_allclose(result[:, 0], forces)
+    np.testing.assert_allclose(result[:, 1], [2.0, 3.0, 4.0, 5.0, np.inf])
+    np.testing.assert_allclose(result[:, 2], [4.0, 5.0, np.inf, np.inf, np.inf])
     figure = draw_distribution(swept, swept.dataset, "step.cycle")
     assert {x for x, _ in crosses(figure)} == {90.0, 180.0}
     assert "failed: 4 of 15" in legend_texts(figure)

@@ -60,18 +60,18 @@ def wired_by_hand(files, wires, names, h, steps, folder):
         feed(component)
     for component in fmus.values():
         component.fmu.exitInitializationMode()
-    found = {name: [] for name in names}
+    result = {name: [] for name in names}
     for n in range(steps + 1):
         for component in fmus if n else ():
             feed(component)
             fmus[component].fmu.doStep((n - 1) * h, h)
-        for name, values in found.items():
+        for name, values in result.items():
             component, output = name.split(".", 1)
             values.append(fmus[component].get(output))
     for component in fmus.values():
         component.fmu.terminate()
         component.fmu.freeInstance()
-    return found
+    return result
 
 
 @pytest.fixture(scope="module")

@@ -58,7 +58,7 @@ def in_one(prepared: PlannedRun, fmu: Path, beside: Mapping[str, Path] | None = 
     def named(name: str) -> str:
         return name if name in signals else f"{RIG}.{name}"
 
-    own = replace(
+    local = replace(
         plan,
         system=system,
         parameters={component.name: {} for component in system.components},
@@ -72,7 +72,7 @@ def in_one(prepared: PlannedRun, fmu: Path, beside: Mapping[str, Path] | None = 
         stops=(),
         record_from=-(10**9),
     )
-    return run_plan(assemble(system), own)
+    return run_plan(assemble(system), local)
 
 
 def series(recording: Recording) -> Series:

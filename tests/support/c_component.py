@@ -41,9 +41,9 @@ class CComponent:
         self.c_get = {kind: EXCHANGE[kind](lambda *a, kind=kind: self._get(kind, *a)) for kind in KINDS}
 
     def _set(self, kind, instance, references, size, values):
-        given = {references[k]: values[k] for k in range(size)}
-        self.memory |= given
-        self.trace.append((self.name, "set", kind, instance, given))
+        settings = {references[k]: values[k] for k in range(size)}
+        self.memory |= settings
+        self.trace.append((self.name, "set", kind, instance, settings))
         return self.answers.get(("Set", self.now), 0)
 
     def _get(self, kind, instance, references, size, values):
@@ -63,7 +63,7 @@ class CComponent:
 
     def _transfers(self, functions, base):
         for kind in KINDS:
-            where = np.array([k for k, own in enumerate(self.KINDS) if own == kind])
+            where = np.array([k for k, local in enumerate(self.KINDS) if local == kind])
             yield Transfer(
                 cast(functions[kind], c_void_p).value, (where + base).astype(np.uint32), where, kind == "Real"
             )
@@ -79,7 +79,7 @@ class CComponent:
 
     def _move(self, call, functions, base, values, store):
         for kind in KINDS:
-            where = [k for k, own in enumerate(self.KINDS) if own == kind]
+            where = [k for k, local in enumerate(self.KINDS) if local == kind]
             buffer = (KINDS[kind] * len(where))(
                 *(KINDS[kind](int(v) if kind != "Real" else v).value for v in values[where])
             )

@@ -37,8 +37,8 @@ class Block(NamedTuple):
     @property
     def file_name(self) -> str | None:
         """The name of the file that the block is, if it says so."""
-        found = FILE_NAME.match(self.code)
-        return found[1] if found else None
+        result = FILE_NAME.match(self.code)
+        return result[1] if result else None
 
 
 def blocks_of(page: Path) -> list[Block]:

@@ -57,8 +57,8 @@ class Hostility:
         """Let FMUs do this at a call, counted from 0: of all functions or of one."""
         assert deed in DEEDS
         self._mark = f"{os.getpid()}-{os.urandom(4).hex()}"
-        given = {"DEED": deed, "CALL": call, "MARK": self._mark} | ({"FUNCTION": function} if function else {})
-        for name, value in given.items():
+        values = {"DEED": deed, "CALL": call, "MARK": self._mark} | ({"FUNCTION": function} if function else {})
+        for name, value in values.items():
             self._set(f"HOSTILE_{name}", str(value))
 
     def processes(self) -> set[int]:

@@ -68,5 +68,5 @@ def random_law(seed: int, n_states: int, n_demands: int, n_signals: int, fastest
 def response(law, signals):
     """Demands of a sampled law by python-control, from states of zero."""
     times = np.arange(len(signals)) * law.dt
-    found = control.forced_response(law, times, np.asarray(signals).T, squeeze=False)
-    return found.outputs.T
+    result = control.forced_response(law, times, np.asarray(signals).T, squeeze=False)
+    return result.outputs.T

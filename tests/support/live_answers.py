@@ -26,8 +26,8 @@ class Answers:
         pieces: list[np.ndarray] = []
         for frame in self.of("frame"):
             if frame["anew"]:
-                kept = np.concatenate([np.empty((0, len(self.watched) + 1)), *pieces])
-                pieces = [kept[: frame["from"]]]
+                retained = np.concatenate([np.empty((0, len(self.watched) + 1)), *pieces])
+                pieces = [retained[: frame["from"]]]
             pieces.append(np.reshape(frame["rows"], (-1, len(self.watched) + 1)))
         return np.concatenate(pieces)
 

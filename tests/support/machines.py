@@ -18,14 +18,14 @@ def machine(**changes):
     shaft = Shaft(diameter=(0.09,), nodes=NODES, **STEEL)
     bodies = tuple(Disc(f"impeller{k}", node, 8.0, 0.15, 0.04, unbalance=True) for k, node in enumerate(IMPELLERS, 1))
     owners = ("mb1", None, None, "mb2", None, "mb3")
-    given = {
+    values = {
         "bodies": bodies,
         "bearings": tuple(Bearing(f"mb{k}", node) for k, node in enumerate(HELD, 1)),
         "sites": tuple(Site(n, node, 0.2e-3, bearing=b) for n, node, b in zip(SITES, TOUCHING, owners, strict=True)),
         "sensors": tuple(Sensor(f"probe{k}", node) for k, node in enumerate((1, 12, 25), 1)),
         "reduction": ReductionOptions(),
     }
-    return Rotor("machine", shaft, **(given | changes))
+    return Rotor("machine", shaft, **(values | changes))
 
 
 def held(count, k_b=2e6, c_b=2e3):

@@ -38,24 +38,24 @@ class Case(NamedTuple):
 
 def of_actuator(n: int) -> dict[str, float]:
     """Every axis in and out of its limits, and each fault for a while."""
-    given = {}
+    values = {}
     for k, (b, a) in enumerate(AXES):
-        given[f"{b}.i_{a}"] = 6.0 * math.sin(0.05 * n * (k + 1)) if n % 40 < 30 else 0.1 * k
-        given[f"{b}.command_voltage_{a}"] = 0.2 * math.cos(0.3 * n)
-        given[f"{b}.{a}"] = 7e-4 * math.sin(0.031 * n + k)
-        given[f"{b}.coil_loss_upper_{a}"] = 0.4 if 60 <= n < 90 else 0.0
-        given[f"{b}.coil_loss_lower_{a}"] = 1.0 if 80 <= n < 100 else 0.0
-        given[f"{b}.amplifier_off_{a}"] = float(110 <= n < 130 + k)
-        given[f"{b}.stuck_{a}"] = float(150 <= n < 160 + k)
-    return given
+        values[f"{b}.i_{a}"] = 6.0 * math.sin(0.05 * n * (k + 1)) if n % 40 < 30 else 0.1 * k
+        values[f"{b}.command_voltage_{a}"] = 0.2 * math.cos(0.3 * n)
+        values[f"{b}.{a}"] = 7e-4 * math.sin(0.031 * n + k)
+        values[f"{b}.coil_loss_upper_{a}"] = 0.4 if 60 <= n < 90 else 0.0
+        values[f"{b}.coil_loss_lower_{a}"] = 1.0 if 80 <= n < 100 else 0.0
+        values[f"{b}.amplifier_off_{a}"] = float(110 <= n < 130 + k)
+        values[f"{b}.stuck_{a}"] = float(150 <= n < 160 + k)
+    return values
 
 
 def of_controller(n: int) -> dict[str, float]:
     """Contact, adaptation, an identification, and a stuck sensor."""
     theta, size = SPEED * 1e-3 * n, 7e-4 if n < 120 else 1e-4
-    given = {name: size * math.cos(theta + k) + 1e-5 for k, name in enumerate(SENSOR_NAMES)}
-    given |= {"Omega": SPEED, "theta": theta % (2.0 * math.pi), "rolac_enable": 1.0}
-    return given | {"contact_state": float(n < 120), "identify": float(n >= 160), "s3.fault_stuck": float(n >= 300)}
+    values = {name: size * math.cos(theta + k) + 1e-5 for k, name in enumerate(SENSOR_NAMES)}
+    values |= {"Omega": SPEED, "theta": theta % (2.0 * math.pi), "rolac_enable": 1.0}
+    return values | {"contact_state": float(n < 120), "identify": float(n >= 160), "s3.fault_stuck": float(n >= 300)}
 
 
 def receptance_table() -> Array:
@@ -81,9 +81,9 @@ def laws_over_speed() -> LinearController:
 
 def of_linear_controller(n: int) -> dict[str, float]:
     """Signals that drive the demands to their limits, a run-up beyond the table, switches, a fault."""
-    given = {f"y{k}": 2e-3 * math.sin(0.07 * n * (k + 1)) + 1e-3 * k for k in range(3)}
-    given |= {"Omega": 50.0 + 1.5 * n, "enable": float(not 60 <= n < 75), "reset": float(120 <= n < 122)}
-    return given | {"y1.fault_stuck": float(150 <= n < 170), "y0.setpoint": 1e-4, "u.y.feedforward": 1e-3}
+    values = {f"y{k}": 2e-3 * math.sin(0.07 * n * (k + 1)) + 1e-3 * k for k in range(3)}
+    values |= {"Omega": 50.0 + 1.5 * n, "enable": float(not 60 <= n < 75), "reset": float(120 <= n < 122)}
+    return values | {"y1.fault_stuck": float(150 <= n < 170), "y0.setpoint": 1e-4, "u.y.feedforward": 1e-3}
 
 
 LAWS_AND_AMPLIFIERS = itertools.product(range(3), range(2), range(2))

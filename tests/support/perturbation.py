@@ -98,9 +98,9 @@ class Trials:
         return self.instance.outputs.copy()
 
     def outputs_with(self, known: int, value: float) -> Array | None:
-        given, self.instance.values[known] = self.instance.values[known], value
+        values, self.instance.values[known] = self.instance.values[known], value
         after = self.initial_outputs()
-        self.instance.values[known] = given
+        self.instance.values[known] = values
         return after
 
     def perturb(self, before: Array, knowns: Iterable[int], times: int = 2) -> None:

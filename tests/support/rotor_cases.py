@@ -137,14 +137,14 @@ def scratch(instance):
 
 def workspace(instance, Omega=0.0):
     """What the kernels of one step pass on, with the sites loaded."""
-    s, own = structure_of(instance.constants), scratch(instance)
+    s, local = structure_of(instance.constants), scratch(instance)
     p, u = parameters_of(instance.parameters, s), inputs_of(instance.inputs, s)
-    n = place_sites(s, p, u, own)
-    load_sites(memory(instance).sites, own.sites)
-    motion = motion_of(s, own.motion, own.bearings, 0.0, Omega, 0.0)
+    n = place_sites(s, p, u, local)
+    load_sites(memory(instance).sites, local.sites)
+    motion = motion_of(s, local.motion, local.bearings, 0.0, Omega, 0.0)
     collect_forces(s, p, u, motion)
     set_bearings(p, motion)
-    return workspace_of(s, motion, own, n)
+    return workspace_of(s, motion, local, n)
 
 
 def place(instance, r, velocity, modes=(0, 0), signs=(1.0, 1.0)):
@@ -196,13 +196,13 @@ class OnePlane:
     @classmethod
     def of(cls, rotor, k_b=0.0, c_b=0.0):
         M, G, K = one_plane_matrices(rotor)
-        kept = [2 * (node - 1) for node in rotor.masters]
-        rest = [i for i in range(len(M)) if i not in kept]
-        T = np.zeros((len(M), len(kept)))
-        T[kept, range(len(kept))] = 1.0
-        T[rest] = -np.linalg.lstsq(K[np.ix_(rest, rest)], K[np.ix_(rest, kept)], rcond=None)[0]
+        retained = [2 * (node - 1) for node in rotor.masters]
+        rest = [i for i in range(len(M)) if i not in retained]
+        T = np.zeros((len(M), len(retained)))
+        T[retained, range(len(retained))] = 1.0
+        T[rest] = -np.linalg.lstsq(K[np.ix_(rest, rest)], K[np.ix_(rest, retained)], rcond=None)[0]
         bearings = [rotor.masters.index(node) for node in rotor.bearing_nodes]
-        supported = np.zeros(len(kept))
+        supported = np.zeros(len(retained))
         supported[bearings] = 1.0
         full_stiffness = K.copy()
         for node in rotor.bearing_nodes:

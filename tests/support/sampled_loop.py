@@ -54,11 +54,11 @@ def zoh_response(a: ArrayLike, b: ArrayLike, c: ArrayLike, omega: float, sample_
 
 def controller_response(parameters: Parameters, omega: float) -> Complex:
     """Return C S of the PID at omega (rad/s), shape (n_axes, n_sensors) (N/m): its force is -C S q for a measured q."""
-    own = parameters.own[0]
+    local = parameters.own[0]
     force = np.zeros((len(parameters.axes), len(parameters.sensor_scales)), dtype=np.complex128)
     for axis, sensor in enumerate(parameters.sensor_of_axis):
         gains = parameters.axes[axis]
-        force[axis, int(sensor)] = response(gains, own.pid.direct, own.derivative_time, own.sample_time, omega)
+        force[axis, int(sensor)] = response(gains, local.pid.direct, local.derivative_time, local.sample_time, omega)
     return force
 
 
@@ -92,9 +92,9 @@ def identified_receptance(
     if p.shape != loop.shape:
         raise ValueError(f"plant of shape {p.shape} is not allowed; it must be {loop.shape}")
     values = given_parameters(loop, parameters or {})
-    own = values.own[0]
-    if is_on(own.chain.preset, own.chain.delay):
-        p = p * np.exp(-1j * omega * own.sample_time)
+    local = values.own[0]
+    if is_on(local.chain.preset, local.chain.delay):
+        p = p * np.exp(-1j * omega * local.sample_time)
     F = sensor_response(values, omega)
     closed = np.eye(len(p)) + p @ controller_response(values, omega) @ F
     return np.asarray(F @ np.linalg.solve(closed, p), dtype=np.complex128)

@@ -32,8 +32,8 @@ def python_fmus(create_once: Callable[..., Path]) -> Path:
 def c_controller(create_once: Callable[..., Path]) -> Path:
     """The controller in C, by the C compiler of this machine; its tests are skipped where there is none."""
     zig = [sys.executable, "-m", "ziglang", "cc"] if find_spec("ziglang") is not None else None
-    found = next((path for path in map(shutil.which, ("cc", "gcc", "clang")) if path is not None), None)
-    compiler = zig or ([found] if found is not None else None)
+    result = next((path for path in map(shutil.which, ("cc", "gcc", "clang")) if path is not None), None)
+    compiler = zig or ([result] if result is not None else None)
     if compiler is None:
         pytest.skip("there is no C compiler: pip install ziglang")
     platform = fmpy.platform

@@ -91,8 +91,8 @@ def test_the_whole_rotor_differs_from_the_reduced_one_as_its_response_does(run, 
         for model in (supported_rotor(rotor), supported_plant(rotor))
     ]
     orbits = [
-        [found["summary"]["settled_amplitude_mm"]["end"][bearing] for bearing in ("mb1", "mb2")]
-        for found in (swapped, reduced)
+        [result["summary"]["settled_amplitude_mm"]["end"][bearing] for bearing in ("mb1", "mb2")]
+        for result in (swapped, reduced)
     ]
     expected = responses[0] / responses[1]
     np.testing.assert_allclose(np.divide(*orbits), expected, rtol=2e-4)

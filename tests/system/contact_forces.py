@@ -55,16 +55,16 @@ def forces_of(name: str) -> Forces:
 
     summary = run_prepared(prepare(load_scenario(name))).summary
     averaged, impulse = summary.averaged_contact_force, summary.peak_impulse
-    found = {s: (peak, averaged[s], impulse[s]) for s, peak in summary.peak_contact_force.items()}
-    return {site: values for site, values in found.items() if any(values)}
+    result = {s: (peak, averaged[s], impulse[s]) for s, peak in summary.peak_contact_force.items()}
+    return {site: values for site, values in result.items() if any(values)}
 
 
 def read_page() -> dict[str, Forces]:
     """Return what the page tells of each scenario."""
-    told: dict[str, Forces] = {}
+    message: dict[str, Forces] = {}
     for name, site, peak, averaged, impulse in ROW.findall(PAGE.read_text(encoding="utf-8")):
-        told.setdefault(name, {})[site.lower()] = (float(peak), float(averaged), float(impulse))
-    return told
+        message.setdefault(name, {})[site.lower()] = (float(peak), float(averaged), float(impulse))
+    return message
 
 
 def table(found: dict[str, Forces]) -> str:
@@ -81,10 +81,10 @@ def main(*names: str) -> None:
     """Run the scenarios, or those that are named, and write the page; raise ValueError for one that it lacks."""
     if unknown := sorted(set(names) - set(SCENARIOS)):
         raise ValueError(f"scenario {unknown[0]!r} is none of {', '.join(SCENARIOS)}")
-    told = read_page() if names else {}
-    found = {name: forces_of(name) if name in names or not names else told.get(name, {}) for name in SCENARIOS}
+    message = read_page() if names else {}
+    result = {name: forces_of(name) if name in names or not names else message.get(name, {}) for name in SCENARIOS}
     before, _, rest = PAGE.read_text(encoding="utf-8").partition(HEADING)
-    PAGE.write_text(before + table(found) + "\n" + ROW.sub("", rest).lstrip("\n"), encoding="utf-8")
+    PAGE.write_text(before + table(result) + "\n" + ROW.sub("", rest).lstrip("\n"), encoding="utf-8")
 
 
 if __name__ == "__main__":

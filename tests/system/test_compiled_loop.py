@@ -103,14 +103,14 @@ def with_both_loops(scenario: str, flavour: str) -> dict[str, Any]:
     prepared = prepare(parsed, flavour=flavour)
     plain, fast = run_prepared(prepared, loop="plain"), run_prepared(prepared, loop="compiled")
     assert list(plain.dataset.variables) == list(fast.dataset.variables)
-    own = ("wall_s",)
+    local = ("wall_s",)
     return {
         "differing": [
             name
             for name in plain.dataset.variables
             if plain.dataset[name].values.tobytes() != fast.dataset[name].values.tobytes()
         ],
-        "attributes": [k for k, v in plain.dataset.attrs.items() if k not in own and fast.dataset.attrs[k] != v],
+        "attributes": [k for k, v in plain.dataset.attrs.items() if k not in local and fast.dataset.attrs[k] != v],
         "failures": [plain.outcome.failure, fast.outcome.failure],
         "points": np.rint(fast.dataset.time.values / prepared.plan.step_size).astype(int).tolist(),
         "every": [c.every for c in prepared.plan.system.components],
@@ -130,44 +130,44 @@ def with_both_loops(scenario: str, flavour: str) -> dict[str, Any]:
 @pytest.mark.parametrize("flavour", FLAVOURS)
 @pytest.mark.parametrize("name", SCENARIOS)
 def test_both_loops_record_the_same(name: str, flavour: str, run_once: Callable[..., Any]) -> None:
-    found = run_once(with_both_loops, scenario=SCENARIOS[name], flavour=flavour, timeout=600)
-    assert found["variables"] >= sum(found["outputs"])
-    assert found["differing"] == []
-    assert found["attributes"] == []
-    assert found["failures"] == [None, None]
-    assert found["contact"][-1] > 0, "a run without contact would show less"
-    assert found["every"] == [1, 1, 1]
-    assert found["points"][-1] + (3 if name == "profile" else 1) > found["last"]
+    result = run_once(with_both_loops, scenario=SCENARIOS[name], flavour=flavour, timeout=600)
+    assert result["variables"] >= sum(result["outputs"])
+    assert result["differing"] == []
+    assert result["attributes"] == []
+    assert result["failures"] == [None, None]
+    assert result["contact"][-1] > 0, "a run without contact would show less"
+    assert result["every"] == [1, 1, 1]
+    assert result["points"][-1] + (3 if name == "profile" else 1) > result["last"]
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("flavour", FLAVOURS)
 def test_a_refused_step_ends_both_loops_alike(flavour: str, run_once: Callable[..., Any]) -> None:
-    found = run_once(with_both_loops, scenario=FAILING, flavour=flavour, timeout=600)
-    plain, fast = found["failures"]
+    result = run_once(with_both_loops, scenario=FAILING, flavour=flavour, timeout=600)
+    plain, fast = result["failures"]
     assert fast == plain
     assert fast.startswith("rolac_controller failed at t = ")
     assert ": fmi2DoStep answered Error: at t = " in fast
     assert " m is not allowed; it must be >= -0.1 and <= 0.1 m" in fast
-    assert found["differing"] == []
-    assert found["points"] == list(range(found["points"][-1] + 1))
-    assert 300 < found["points"][-1] < found["last"]
+    assert result["differing"] == []
+    assert result["points"] == list(range(result["points"][-1] + 1))
+    assert 300 < result["points"][-1] < result["last"]
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("flavour", FLAVOURS)
 def test_both_loops_stop_at_the_first_contact(flavour: str, run_once: Callable[..., Any]) -> None:
     whole = run_once(with_both_loops, scenario=UNBALANCE, flavour=flavour, timeout=600)
-    found = run_once(with_both_loops, scenario=STOPPING, flavour=flavour, timeout=600)
-    assert found["differing"] == []
-    assert found["attributes"] == []
-    assert found["failures"] == [None, None]
-    assert found["completed"] == 1
+    result = run_once(with_both_loops, scenario=STOPPING, flavour=flavour, timeout=600)
+    assert result["differing"] == []
+    assert result["attributes"] == []
+    assert result["failures"] == [None, None]
+    assert result["completed"] == 1
     first = whole["touching"]
-    assert found["simulated"] == first * found["step"]
-    assert found["stopped"] == f"rotor_contact.contact_state above 0, at t = {found['simulated']:.9g} s"
-    assert found["points"] == list(range(0, first + 1, 3))
-    assert found["variables"] < whole["variables"]
+    assert result["simulated"] == first * result["step"]
+    assert result["stopped"] == f"rotor_contact.contact_state above 0, at t = {result['simulated']:.9g} s"
+    assert result["points"] == list(range(0, first + 1, 3))
+    assert result["variables"] < whole["variables"]
 
 
 def interrupted(flavour: str, scenario: str) -> dict[str, Any]:
@@ -219,9 +219,9 @@ def interrupted(flavour: str, scenario: str) -> dict[str, Any]:
 @pytest.mark.slow
 @pytest.mark.parametrize("flavour", FLAVOURS)
 def test_an_interrupt_ends_the_run_and_keeps_the_record(flavour: str, run_python: Callable[..., Any]) -> None:
-    found = run_python(interrupted, flavour=flavour, scenario=UNBALANCE, timeout=300)
-    assert found["failure"] == f"interrupted at t = {found['time']:.9g} s"
-    assert found["time"] == found["simulated"]
-    assert 2000 < found["points"] + found["settling"] < found["total"] / 2
-    assert found["reports"] == sorted(found["reports"])
-    assert len(found["reports"]) > 1
+    result = run_python(interrupted, flavour=flavour, scenario=UNBALANCE, timeout=300)
+    assert result["failure"] == f"interrupted at t = {result['time']:.9g} s"
+    assert result["time"] == result["simulated"]
+    assert 2000 < result["points"] + result["settling"] < result["total"] / 2
+    assert result["reports"] == sorted(result["reports"])
+    assert len(result["reports"]) > 1

@@ -29,10 +29,10 @@ def studied() -> list[dict[str, Any]]:
 @pytest.fixture(scope="module")
 def schemes(run_once: Callable[..., Any]) -> Callable[[str, str], dict[str, Any]]:
     """Errors and order of a scheme in the comparison whose title begins so."""
-    found = run_once(studied, timeout=300)
+    result = run_once(studied, timeout=300)
 
     def of(title: str, name: str) -> dict[str, Any]:
-        (comparison,) = (c for c in found if c["title"].startswith(title))
+        (comparison,) = (c for c in result if c["title"].startswith(title))
         return comparison["schemes"][name]
 
     return of

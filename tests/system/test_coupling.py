@@ -89,7 +89,7 @@ def orders() -> list[dict[str, Any]]:
     from amb_cosim.scenario.scenario import load_scenario
     from amb_cosim.scenario.simulation import prepare, run_prepared
 
-    found = []
+    matches = []
     plain = {"rolac_controller.prediction_time": 0.0}
     for change, settings in [
         ({}, {}),
@@ -102,14 +102,14 @@ def orders() -> list[dict[str, Any]]:
         result = run_prepared(prepare(scenario, settings))
         summary = result.summary
         warnings = [text for text in summary.warnings if "Jacobi" in text]
-        found.append({"orbit": summary.orbit_before, "recovery": summary.recovery, "warnings": warnings})
-    return found
+        matches.append({"orbit": summary.orbit_before, "recovery": summary.recovery, "warnings": warnings})
+    return matches
 
 
 @pytest.fixture(scope="module")
 def in_orders(run_once: Callable[..., Any]) -> list[dict[str, Any]]:
-    found: list[dict[str, Any]] = run_once(orders, timeout=300)
-    return found
+    result: list[dict[str, Any]] = run_once(orders, timeout=300)
+    return result
 
 
 def deviation(found: dict[str, Any], reference: dict[str, Any]) -> float:

@@ -39,10 +39,10 @@ SHORT = {"nelson_mcvaugh_rub": 0.024, "compressor_touchdown": 0.04, "compressor_
 
 @pytest.mark.parametrize(("name", "until"), (RIG | SHORT).items())
 def test_both_flavours_give_the_same_bits(name: str, until: float | None, run_python: Callable[..., Any]) -> None:
-    found = run_python(both_flavours, name=name, until=until, timeout=600)
-    assert found["different"] == []
-    assert found["variables"] > (80 if name in RIG else 20)
-    assert found["force"] > 100.0
+    result = run_python(both_flavours, name=name, until=until, timeout=600)
+    assert result["different"] == []
+    assert result["variables"] > (80 if name in RIG else 20)
+    assert result["force"] > 100.0
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="the host is built and run on Linux")

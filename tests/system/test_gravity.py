@@ -56,25 +56,25 @@ def test_bearings_together_pull_the_weight_against_gravity(angle):
 
 def test_static_currents_are_those_of_the_shares_of_the_weight():
     """K_i/2 I_s = share g/sqrt(2): MB1 carries 53.7 kg, MB2 42.3 kg."""
-    given = prepare(levitated()).plan.parameters["amb_actuator"]
+    values = prepare(levitated()).plan.parameters["amb_actuator"]
     for bearing, mass in (("mb1", 53.732), ("mb2", 42.294)):
         for axis in "xy":
             expected = 2.0 * mass * 9.81 / math.sqrt(2.0) / 563.0
-            assert given[f"{bearing}.static_current_{axis}"] == pytest.approx(expected, rel=1e-4)
-    assert given["total_force"] == 1.0
+            assert values[f"{bearing}.static_current_{axis}"] == pytest.approx(expected, rel=1e-4)
+    assert values["total_force"] == 1.0
 
 
 def test_controller_knows_the_constants_of_the_operating_point():
     """2.8 and 2.9 with the static current that carries the weight, and the least current -(I_s + I_b)."""
     parameters = prepare(levitated(parameters={"amb_actuator": {"force_law": 0}})).plan.parameters
     static = parameters["amb_actuator"]["mb1.static_current_x"]
-    known = parameters["rolac_controller"]
+    available = parameters["rolac_controller"]
     per_static_and_bias = 563.15066 / (1.14 + 2 * 4.43)
-    assert known["mb1.k_i_x"] == pytest.approx(per_static_and_bias * (static + 2 * 4.43), rel=1e-6)
-    assert known["mb1.k_s_x"] / 2376955.716 == pytest.approx(
+    assert available["mb1.k_i_x"] == pytest.approx(per_static_and_bias * (static + 2 * 4.43), rel=1e-6)
+    assert available["mb1.k_s_x"] / 2376955.716 == pytest.approx(
         ((static + 4.43) ** 2 + 4.43**2) / (5.57**2 + 4.43**2), rel=1e-6
     )
-    assert known["mb1.i_min_x"] == pytest.approx(-(static + 4.43), rel=1e-12)
+    assert available["mb1.i_min_x"] == pytest.approx(-(static + 4.43), rel=1e-12)
 
 
 def test_parameters_of_the_scenario_win():

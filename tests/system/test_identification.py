@@ -27,21 +27,21 @@ def identified(frequencies: list[float], settings: list[str], rotor: str | None 
     def deviation(ratios: np.ndarray) -> list[float]:
         return [float(np.abs(np.abs(ratios) - 1.0).max()), float(np.degrees(np.abs(np.angle(ratios))).max())]
 
-    found = []
+    matches = []
     for frequency in frequencies:
-        given = parse_settings(settings)
-        prepared = receptance_measurement.prepare_identification(2.0 * math.pi * frequency, rotor, given)
+        values = parse_settings(settings)
+        prepared = receptance_measurement.prepare_identification(2.0 * math.pi * frequency, rotor, values)
         result = receptance_measurement.run_identification(prepared)
         assert result.receptance is not None, result.reason
         continuous = receptance(np.array([result.speed]))[0]
-        found.append(
+        matches.append(
             {
                 "sampled": deviation(receptance_measurement.ratios(result.receptance, result.model)),
                 "continuous": deviation(receptance_measurement.ratios(result.receptance, continuous)),
                 "compared": len(receptance_measurement.ratios(result.receptance, result.model)),
             }
         )
-    return found
+    return matches
 
 
 @pytest.fixture(scope="module")
@@ -59,10 +59,10 @@ CHAINS: dict[str, tuple[list[str], tuple[float, float]]] = {"ideal": ([], (1e-7,
 def test_identified_receptance_is_that_of_the_sampled_loop(identify: Any, regression: Any, chain: str) -> None:
     """The deviation from the continuous model, in size and phase (deg), is the error of a table made from that."""
     settings, sampled = CHAINS[chain]
-    for frequency, found in zip(FREQUENCIES, identify(FREQUENCIES, *settings), strict=True):
-        assert found["compared"] >= 16
-        assert np.all(np.array(found["sampled"]) < sampled)
-        regression(f"deviation from the continuous model at {frequency:g} Hz", found["continuous"], rel=0.25)
+    for frequency, result in zip(FREQUENCIES, identify(FREQUENCIES, *settings), strict=True):
+        assert result["compared"] >= 16
+        assert np.all(np.array(result["sampled"]) < sampled)
+        regression(f"deviation from the continuous model at {frequency:g} Hz", result["continuous"], rel=0.25)
 
 
 CASES = {
@@ -83,14 +83,14 @@ CASES = {
 
 @pytest.mark.parametrize("case", CASES)
 def test_every_part_of_the_loop_is_in_the_model(identify: Any, case: str) -> None:
-    (found,) = identify([16.0], *CASES[case])
-    assert np.all(np.array(found["sampled"]) < (1e-6, 1e-4))
+    (result,) = identify([16.0], *CASES[case])
+    assert np.all(np.array(result["sampled"]) < (1e-6, 1e-4))
 
 
 def test_amplifiers_are_in_the_model(identify: Any) -> None:
     """Their mean current over a step couples them to the rotor with second order."""
-    (found,) = identify([16.0], "amb_actuator.amplifier=1", "amb_actuator.mean_current=true")
-    assert np.all(np.array(found["sampled"]) < (1e-3, 0.1))
+    (result,) = identify([16.0], "amb_actuator.amplifier=1", "amb_actuator.mean_current=true")
+    assert np.all(np.array(result["sampled"]) < (1e-3, 0.1))
 
 
 def test_another_rotor_has_another_receptance(identify: Any, tmp_path: Any) -> None:
@@ -98,9 +98,9 @@ def test_another_rotor_has_another_receptance(identify: Any, tmp_path: Any) -> N
 
     heavy = tmp_path / "heavy.toml"
     heavy.write_text(rotor_path().read_text(encoding="utf-8").replace("mass = 10.0", "mass = 13.0"), encoding="utf-8")
-    (found,) = identify([16.0], rotor=str(heavy))
-    assert np.all(np.array(found["sampled"]) < (1e-7, 1e-5))
-    assert found["continuous"][0] > 0.15
+    (result,) = identify([16.0], rotor=str(heavy))
+    assert np.all(np.array(result["sampled"]) < (1e-7, 1e-5))
+    assert result["continuous"][0] > 0.15
 
 
 def used() -> dict[str, Any]:
@@ -134,10 +134,10 @@ def used() -> dict[str, Any]:
     )
     answers: dict[str, Any] = {}
     for source, receptances in (("model", None), ("table", str(table))):
-        given = {"receptances": receptances}
+        values = {"receptances": receptances}
         settings = {"rolac_controller.rolac.alpha": "5 1/s"}
-        recovered = run_prepared(prepare(recovery.model_copy(update=given), settings))
-        d = run_prepared(prepare(free.model_copy(update=given), settings)).dataset
+        recovered = run_prepared(prepare(recovery.model_copy(update=values), settings))
+        d = run_prepared(prepare(free.model_copy(update=values), settings)).dataset
         q = np.array(
             [
                 d[f"rolac_controller.amplitude.s{k}"].values * np.exp(1j * d[f"rolac_controller.phase.s{k}"].values)

@@ -76,14 +76,14 @@ def scenes_of_controller(model, rng, count):
     measured = [v.name for v in table.of("input") if v.field.startswith("displacements")]
     switches = ["chain.preset", "chain.adc", "chain.dac", "pid.direct"]
     for k in range(count):
-        shown = measured[k % len(measured)]
+        displayed = measured[k % len(measured)]
         scene = {"rolac_enable": float(k % 2), "Omega": rng.uniform(0, 200), "chain.preset": float(k // 8 % 3)}
         scene |= {name: rng.normal(scale=1e-6) for name in measured} | some(switches, table, rng, 0.3)
         scene |= {name: rng.uniform(-0.3, 0.3) for name in named(table, ".offset") if rng.random() < 0.5}
         if k % 3:
-            scene[shown] = rng.uniform(0.5e-3, 2e-3) * rng.choice([-1.0, 1.0])
+            scene[displayed] = rng.uniform(0.5e-3, 2e-3) * rng.choice([-1.0, 1.0])
         else:
-            scene[f"{shown}.fault_offset"] = rng.uniform(0.5e-3, 2e-3) * rng.choice([-1.0, 1.0])
+            scene[f"{displayed}.fault_offset"] = rng.uniform(0.5e-3, 2e-3) * rng.choice([-1.0, 1.0])
         yield scene
 
 
@@ -117,36 +117,36 @@ def cases():
 def test_initial_outputs_depend_on_what_is_declared(build, rotor, scenes, count, n_edges):
     model, constants = build(load_rotor(rotor) if isinstance(rotor, str) else rotor)
     rng = np.random.default_rng(7)
-    found = observed_dependencies(model, constants, scenes(model, rng, count), rng, n_edges)
+    result = observed_dependencies(model, constants, scenes(model, rng, count), rng, n_edges)
     declared = {name: set(knowns) for name, knowns in model.interface.initial_dependencies.items()}
-    assert {name: found[name] - declared[name] for name in declared if found[name] - declared[name]} == {}
+    assert {name: result[name] - declared[name] for name in declared if result[name] - declared[name]} == {}
     if not n_edges:  # without edges it counts for a discrete output what changes another output of its part
         for v in model.interface.of("output"):
             if v.type != "Real":
                 part = v.name.rpartition(".")[0]
-                found[v.name] = set().union(*(found[name] for name in found if name.startswith(part)))
-    assert {name: declared[name] - found[name] for name in declared if declared[name] - found[name]} == {}
+                result[v.name] = set().union(*(result[name] for name in result if name.startswith(part)))
+    assert {name: declared[name] - result[name] for name in declared if declared[name] - result[name]} == {}
 
 
 @pytest.mark.slow
 def test_a_plant_with_many_modes_depends_on_no_more_than_declared():
     model, constants = plant(load_rotor("bath_rig"))
     rng = np.random.default_rng(7)
-    found = observed_dependencies(model, constants, scenes_of_plant(model, rng, 8), rng, 0)
+    result = observed_dependencies(model, constants, scenes_of_plant(model, rng, 8), rng, 0)
     declared = model.interface.initial_dependencies
-    assert {name: found[name] - set(declared[name]) for name in found if found[name] - set(declared[name])} == {}
+    assert {name: result[name] - set(declared[name]) for name in result if result[name] - set(declared[name])} == {}
 
 
 @pytest.fixture(scope="module")
 def described(tmp_path_factory):
     """The modelDescriptions of the three models, as importers read them: interface and initial unknowns by name."""
-    found = {}
+    result = {}
     for model, _ in (plant(), actuator(), controller()):
         folder = tmp_path_factory.mktemp(model.name)
         ElementTree.ElementTree(model_description(model, "{}", "a test", "1")).write(folder / "modelDescription.xml")
         unknowns = fmpy.read_model_description(str(folder)).initialUnknowns
-        found[model.name] = read_interface(folder, model.name), unknowns
-    return found
+        result[model.name] = read_interface(folder, model.name), unknowns
+    return result
 
 
 @pytest.mark.parametrize("name", ["levitated", "levitated_free_spin", "passive"])
@@ -159,7 +159,7 @@ def test_no_loop_closes_at_the_initialisation(name, described):
     graph = {}
     for component in system.components:
         for unknown in described[component.name][1]:
-            fed = (source.get(f"{component.name}.{known.name}") for known in unknown.dependencies)
+            fed = (source.get(f"{component.name}.{available.name}") for available in unknown.dependencies)
             graph[f"{component.name}.{unknown.variable.name}"] = {output for output in fed if output}
     assert name == "passive" or {"rotor_contact.mb1.x", "rolac_controller.mb1.i_x"} <= graph["amb_actuator.mb1.f_x"]
     order = list(TopologicalSorter(graph).static_order())  # a loop is a CycleError

@@ -54,9 +54,9 @@ def test_it_identifies_the_receptance_of_the_loop_with_the_controller(layered, c
     """R of the linear model and R of a co-simulation, to 1e-6; under the PID it is another one."""
     path = tmp_path / "identified.toml"
     studies.identify("9000 rpm", scenario=layered, output=path, progress=False)
-    (modelled,), (found,) = read_table(computed).entries, read_table(path).entries
-    np.testing.assert_allclose(found.receptance, modelled.receptance, atol=1e-6 * np.abs(modelled.receptance).max())
-    np.testing.assert_array_equal(found.inner, modelled.inner)
+    (modelled,), (result,) = read_table(computed).entries, read_table(path).entries
+    np.testing.assert_allclose(result.receptance, modelled.receptance, atol=1e-6 * np.abs(modelled.receptance).max())
+    np.testing.assert_array_equal(result.inner, modelled.inner)
     under_pid = studies.identify("9000 rpm", scenario="compressor_levitated", computed=True, progress=False)
     assert np.abs(under_pid.results[0].receptance / modelled.receptance - 1.0).max() > 0.1
 
@@ -107,6 +107,6 @@ def test_system_that_lacks_its_controller_says_what_to_name():
 def test_sensitivity_is_that_of_the_controller_alone_computed_and_measured():
     layers = studies.sensitivity(EXAMPLES / "rolac_on_notches.toml")
     alone = studies.sensitivity("compressor_levitated", controller=LEAD)
-    for axis, found in layers.axes.items():
-        np.testing.assert_allclose(found.computed, alone.axes[axis].computed, rtol=1e-9)
-        assert found.largest_difference < 1e-6
+    for axis, result in layers.axes.items():
+        np.testing.assert_allclose(result.computed, alone.axes[axis].computed, rtol=1e-9)
+        assert result.largest_difference < 1e-6

@@ -53,8 +53,8 @@ def test_pid_of_a_rig_written_as_data_gives_its_results_in_contact_too():
     demanded += [n for n in names if n.startswith("mb2.i_")]
     law = part.selected(*([f"rolac_controller.{n}" for n in some] for some in (read, demanded))).law
     arrays = (law.A, law.B, law.C, law.D)
-    own = amb_cosim.linear_controller(arrays, read, demanded, law.sample_time, sampled_arrays=True)
-    runs = [amb_cosim.run("fig4_7", fmu=fmu, progress=False) for fmu in (None, {"rolac_controller": own})]
+    local = amb_cosim.linear_controller(arrays, read, demanded, law.sample_time, sampled_arrays=True)
+    runs = [amb_cosim.run("fig4_7", fmu=fmu, progress=False) for fmu in (None, {"rolac_controller": local})]
     assert runs[0].summary.first_contact is not None
     clearance = linearisable("fig4_7").parameters("rotor_contact")["rb1.clearance"]
     np.testing.assert_allclose(*map(displacements, runs), rtol=0.0, atol=1e-12 * clearance)

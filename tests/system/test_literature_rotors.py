@@ -41,8 +41,8 @@ def test_unbalance_response_is_that_of_the_analysis_near_the_critical_speed() ->
     x, y = unbalance_response(support, {5: 2e-6}, np.array([Omega]), tuple(places.values()))[0].reshape(-1, 2).T
     for place, x_place, y_place in zip(places, x, y, strict=True):
         expected = 0.5 * (x_place + 1j * y_place)
-        found = forward_amplitude(result, f"{place}.x", f"{place}.y")
-        assert abs(found - expected) < 2e-3 * abs(expected), place
+        matches = forward_amplitude(result, f"{place}.x", f"{place}.y")
+        assert abs(matches - expected) < 2e-3 * abs(expected), place
     assert result.summary.first_contact is None
 
 

@@ -85,11 +85,11 @@ def test_plain_python_gives_what_compiled_kernels_give(name: str, run_python: Ca
 
         return [COMPILED, core_outputs(name).tolist()]
 
-    compiled, found = run_python(run_plain, timeout=600, name=name, support=str(SUPPORT))
+    compiled, result = run_python(run_plain, timeout=600, name=name, support=str(SUPPORT))
     assert not compiled
     expected = core_outputs(name)
     scale = np.abs(expected).max(axis=(0, 1)) + 1e-300
-    largest = np.abs((found - expected) / scale).max()
+    largest = np.abs((result - expected) / scale).max()
     assert largest == 0.0 if platform.system() == "Linux" else largest < 1e-9
 
 

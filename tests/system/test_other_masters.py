@@ -79,14 +79,14 @@ def reference(run_once: Callable[..., Any]) -> Reference:
 def deviations(theirs: dict[str, list[Any]], ours: dict[str, list[Any]], first: int = 0) -> dict[str, float]:
     """Return the deviation of each output that differs from point `first` on, relative to its largest value."""
     assert theirs.keys() == ours.keys()
-    found = {}
+    result = {}
     for name, values in theirs.items():
         expected = ours[name][first:]
         assert len(values) == len(expected) > 300, name
         if values != expected:
             largest = max(map(abs, expected)) or 1.0
-            found[name] = max(abs(a - b) for a, b in zip(values, expected, strict=True)) / largest
-    return found
+            result[name] = max(abs(a - b) for a, b in zip(values, expected, strict=True)) / largest
+    return result
 
 
 @pytest.mark.slow

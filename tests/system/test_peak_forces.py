@@ -32,11 +32,11 @@ def test_peak_forces_at_250_us_are_those_at_20_us(name):
 
 @pytest.mark.parametrize("name", [name for name in SCENARIOS if name.startswith(("fig", "drop", "nelson"))])
 def test_forces_on_the_page_are_those_of_runs(name):
-    told = read_page()[name]
-    found = forces_of(name)
-    assert set(told) == set(found)
-    for site, values in found.items():
-        assert told[site] == pytest.approx(values, rel=0.02, abs=2.0)
+    message = read_page()[name]
+    result = forces_of(name)
+    assert set(message) == set(result)
+    for site, values in result.items():
+        assert message[site] == pytest.approx(values, rel=0.02, abs=2.0)
 
 
 def test_page_lists_every_scenario_in_which_forces_are_told():

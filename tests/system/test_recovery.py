@@ -19,8 +19,8 @@ ADDED = "8,24,48 g.m"
 @pytest.fixture(scope="module")
 def shares() -> dict[str, list[float]]:
     """Share recovered for each control and each unbalance added, one instant of the step."""
-    found = studies.recovery(ADDED, instants=1, progress=False)
-    return {control: [cell.recovered_share for cell in cells] for control, cells in found.controls.items()}
+    result = studies.recovery(ADDED, instants=1, progress=False)
+    return {control: [cell.recovered_share for cell in cells] for control, cells in result.controls.items()}
 
 
 @pytest.mark.parametrize("control", CONTROLS)

@@ -49,16 +49,16 @@ def figures_of(name: str, settings: str, factor: float | None) -> dict[str, Any]
     assert result.outcome.failure is None, result.outcome.failure
     assert result.summary.energy_balance < 1e-6
     d = result.dataset
-    known = {v.removeprefix("rolac_controller."): d[v].values for v in d if v.startswith("rolac_controller.")}
+    available = {v.removeprefix("rolac_controller."): d[v].values for v in d if v.startswith("rolac_controller.")}
     five = int(np.searchsorted(d["cycle"].values, 5.0)) - 1  # the last sample before step or ROLAC
     some = slice(None, None, max(1, len(d["time"]) // 2000))
     r = np.hypot(d["rotor_contact.mb1.x"].values, d["rotor_contact.mb1.y"].values)
     ends = [np.hypot(*(d[f"rotor_contact.{s}"].values for s in pair)) for pair in (("s7", "s8"), ("s1", "s2"))]
     return summarise(d).as_dict() | {
         "ends_mm": [1e3 * float(end.max()) for end in ends],
-        "at_0": {v: float(x[0]) for v, x in known.items()},
-        "at_5": {v: float(x[five]) for v, x in known.items()},
-        "at_end": {v: float(x[-1]) for v, x in known.items()},
+        "at_0": {v: float(x[0]) for v, x in available.items()},
+        "at_5": {v: float(x[five]) for v, x in available.items()},
+        "at_end": {v: float(x[-1]) for v, x in available.items()},
         "contact_speed_Hz": [
             float(np.interp(cycle, d["cycle"].values, speed(d)) / (2.0 * np.pi))
             for cycle in (summarise(d).as_dict()["first_contact_cycle"], summarise(d).as_dict()["last_contact_cycle"])

@@ -70,7 +70,9 @@ def test_members_of_a_batch_have_the_bits_of_a_scenario(name, flavour):
 
 def bits(result):
     """Return a number that tells the bits of all signals of a run."""
-    return {"bits": float(zlib.crc32(b"".join(found.values.tobytes() for found in result.signals.variables.values())))}
+    return {
+        "bits": float(zlib.crc32(b"".join(matches.values.tobytes() for matches in result.signals.variables.values())))
+    }
 
 
 @FLAVOURS
@@ -82,16 +84,16 @@ def test_points_that_share_a_past_have_the_bits_of_a_scenario(name, flavour):
         points = [{f"{label}.cycle": event.cycle + late} for late in (0.0, 0.5)]
     else:
         points = [{f"{label}.time": late * scenario.period} for late in (0.5, 1.0)]
-    found, shared = [], []
+    matches, shared = [], []
     for labels in ((), (label,)):
         task = Task(scenario, until=FEW_CYCLES * scenario.period, flavour=flavour, metrics=(bits,), labels=labels)
         runner = Runner(task)
         results = [runner.run(n, settings) for n, settings in enumerate(points)]
         runner.close()
         shared.append([result.metrics.get("shared", 0.0) for result in results])
-        found.append([(result.outcome, result.reason, result.metrics.get("bits")) for result in results])
-    assert found[0] == found[1]
-    assert None not in (found[0][0][2], found[0][1][2]), found
-    assert found[0][0][2] != found[0][1][2], "the points differ"
+        matches.append([(result.outcome, result.reason, result.metrics.get("bits")) for result in results])
+    assert matches[0] == matches[1]
+    assert None not in (matches[0][0][2], matches[0][1][2]), matches
+    assert matches[0][0][2] != matches[0][1][2], "the points differ"
     assert shared[0] == [0.0, 0.0]
     assert shared[1][0] == 0.0 < shared[1][1]

@@ -88,9 +88,9 @@ def test_energy_balances_through_the_whole_touchdown(run: Run, name: str) -> Non
 
 def test_rotor_without_power_falls_through_the_clearance_as_a_stone(run: Run) -> None:
     """In sqrt(2 c/g) = 12.4 ms, but for the bent shaft, which straightens, and the currents' last milliseconds."""
-    found = touchdown(run("drop"))
-    assert found["first_impacts"][0]["after_s"] == pytest.approx(math.sqrt(2.0 * CLEARANCE / 9.81), rel=0.1)
-    assert all(drop == pytest.approx(1e3 * CLEARANCE, rel=0.01) for drop in found["drop_mm"].values())
+    result = touchdown(run("drop"))
+    assert result["first_impacts"][0]["after_s"] == pytest.approx(math.sqrt(2.0 * CLEARANCE / 9.81), rel=0.1)
+    assert all(drop == pytest.approx(1e3 * CLEARANCE, rel=0.01) for drop in result["drop_mm"].values())
 
 
 def test_rotor_that_rubs_at_the_bottom_does_not_whirl_and_is_braked_by_friction(run: Run) -> None:

@@ -55,24 +55,24 @@ def slots(table: Interface) -> list[Slot]:
         If the elements of an array differ in more than name, description, start value and dependencies, or do not fill
         its shape, or two variables have one name.
     """
-    found = []
+    result = []
     numbered = enumerate(table.variables)
     for _, group in itertools.groupby(numbered, key=lambda item: (item[1].causality, item[1].array or item[0])):
         references, variables = zip(*group, strict=True)
-        found.append(Slot(references[0], variables, _shape(variables)))
-    names = [slot.name for slot in found]
+        result.append(Slot(references[0], variables, _shape(variables)))
+    names = [slot.name for slot in result]
     twice = {name for name in names if names.count(name) > 1}
     if twice:
         raise ValueError(f"two variables of FMI 3.0 have one name: {', '.join(sorted(twice))}")
-    return found
+    return result
 
 
 def lengths(table: Interface) -> list[int]:
     """Return for each variable how many values its reference stands for: 1, an array's size, or 0 within an array."""
-    found = [0] * len(table.variables)
+    result = [0] * len(table.variables)
     for slot in slots(table):
-        found[slot.reference] = len(slot.variables)
-    return found
+        result[slot.reference] = len(slot.variables)
+    return result
 
 
 def _shape(variables: tuple[Variable, ...]) -> tuple[int, ...]:

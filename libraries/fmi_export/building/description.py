@@ -100,9 +100,9 @@ def describe(
     ).attrib.update(dict.fromkeys(abilities, "true"))
     _add_units(root, model, *further)
     types = SubElement(root, "TypeDefinitions") if model.interface.enumerations else root
-    for one in model.interface.enumerations.values():
-        items = enumeration(types, one.name)
-        for number, (name, description) in enumerate(one.items):
+    for entry in model.interface.enumerations.values():
+        items = enumeration(types, entry.name)
+        for number, (name, description) in enumerate(entry.items):
             item = SubElement(items, "Item", name=name, value=str(number))
             if description:
                 item.set("description", description)
@@ -150,8 +150,8 @@ def _add_units(root: Element, model: Model, *further: str) -> None:
     for unit in sorted({*further, *(v.unit for v in reals)}):
         definition = SubElement(definitions, "Unit", name=unit)
         SubElement(definition, "BaseUnit", _numbers(base_unit(unit)))
-        for shown in sorted({shown_in(v) for v in reals if v.unit == unit} - {""}):
-            SubElement(definition, "DisplayUnit", {"name": shown} | _numbers(display_unit(unit, shown)))
+        for displayed in sorted({shown_in(v) for v in reals if v.unit == unit} - {""}):
+            SubElement(definition, "DisplayUnit", {"name": displayed} | _numbers(display_unit(unit, displayed)))
 
 
 def _numbers(values: Mapping[str, float]) -> dict[str, str]:

@@ -26,8 +26,8 @@ def model_description3(model: Model, token: str, tool: str, version: str) -> Ele
     abilities = (*states, *(f"provides{kind}Derivatives" for kind in derivatives))
     describe(root, model, tool, version, False, abilities, _enumeration, "s")
     variables = SubElement(root, "ModelVariables")
-    found = slots(model.interface)
-    for slot in found:
+    result = slots(model.interface)
+    for slot in result:
         variables.append(_variable(slot))
     SubElement(
         variables,
@@ -39,7 +39,7 @@ def model_description3(model: Model, token: str, tool: str, version: str) -> Ele
         variability="continuous",
         unit="s",
     )
-    _add_structure(SubElement(root, "ModelStructure"), model.interface, found)
+    _add_structure(SubElement(root, "ModelStructure"), model.interface, result)
     return root
 
 
@@ -48,13 +48,13 @@ def variable_notes(table: Interface) -> bytes:
 
     Annotations of variables would say so too, but FMI Library calls those of FMI 3.0 unknown.
     """
-    found: dict[str, dict[str, object]] = {}
+    result: dict[str, dict[str, object]] = {}
     for slot in slots(table):
         if sentence := slot.variables[0].warning:
-            found.setdefault(slot.name, {})["warning"] = sentence
+            result.setdefault(slot.name, {})["warning"] = sentence
         if slot.shape:
-            found.setdefault(slot.name, {})["elements"] = [[one.name, one.description] for one in slot.variables]
-    return json.dumps(found, indent=1).encode()
+            result.setdefault(slot.name, {})["elements"] = [[item.name, item.description] for item in slot.variables]
+    return json.dumps(result, indent=1).encode()
 
 
 def _enumeration(types: Element, name: str) -> Element:
@@ -65,7 +65,7 @@ def _variable(slot: Slot) -> Element:
     v = slot.variables[0]
     attributes = identity_of(v, slot.name, slot.reference, slot.description)
     if v.causality != "output":
-        attributes["start"] = " ".join(one.literal(one.start) for one in slot.variables)
+        attributes["start"] = " ".join(item.literal(item.start) for item in slot.variables)
     element = Element("Enumeration" if v.enumeration else TYPES[v.type], attributes | range_of(v))
     for size in slot.shape:
         SubElement(element, "Dimension", start=str(size))
@@ -83,10 +83,10 @@ def _add_structure(structure: Element, table: Interface, found: list[Slot]) -> N
     def add(kind: str, slot: Slot, needs: list[tuple[str, ...] | None]) -> None:
         unknown = SubElement(structure, kind, valueReference=str(slot.reference))
         if None not in needs:
-            known = sorted({reference_of[name] for names in needs for name in names or ()})
-            unknown.set("dependencies", " ".join(map(str, known)))
+            available = sorted({reference_of[name] for names in needs for name in names or ()})
+            unknown.set("dependencies", " ".join(map(str, available)))
             if kind == "InitialUnknown" and all(v.starts_as for v in slot.variables):
-                unknown.set("dependenciesKind", " ".join("constant" for _ in known))
+                unknown.set("dependenciesKind", " ".join("constant" for _ in available))
 
     for slot in outputs:
         add("Output", slot, [v.depends_on for v in slot.variables])

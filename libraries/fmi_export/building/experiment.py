@@ -68,10 +68,10 @@ def experiment_files(model: Model, constants: Array, by_slot: bool = False) -> d
     except ValueError:  # a machine without platform
         return {}
     stimuli = stimuli_of(model.interface)
-    for given in (stimuli, {}):
-        found = None if engine is None else _simulated(model, constants, engine, given)
-        if found is not None:
-            return _files(model, given, found, by_slot)
+    for values in (stimuli, {}):
+        result = None if engine is None else _simulated(model, constants, engine, values)
+        if result is not None:
+            return _files(model, values, result, by_slot)
     return {}
 
 
@@ -98,7 +98,7 @@ def _simulated(model: Model, constants: Array, engine: Engine, start: Mapping[st
         (folder / "modelDescription.xml").write_bytes(xml_file(model_description(model, token, "", "", False)))
         names = [v.name for v in model.interface.of("output")]
         try:
-            found = simulate_fmu(
+            result = simulate_fmu(
                 str(folder),
                 validate=False,
                 stop_time=STEPS * model.step_size,
@@ -109,7 +109,7 @@ def _simulated(model: Model, constants: Array, engine: Engine, start: Mapping[st
             )
         except FMICallException:
             return None
-    return {name: found[name].tolist() for name in ("time", *names)}
+    return {name: result[name].tolist() for name in ("time", *names)}
 
 
 def _files(model: Model, stimuli: Mapping[str, float], found: Columns, by_slot: bool) -> dict[str, bytes]:
@@ -117,8 +117,8 @@ def _files(model: Model, stimuli: Mapping[str, float], found: Columns, by_slot: 
     times = [found["time"][0], found["time"][-1]]
     tables = {"references": _table(model, outputs, found, by_slot)}
     if inputs:
-        given: Columns = {"time": times} | {name: [value] * 2 for name, value in stimuli.items()}
-        tables["stimuli"] = _table(model, inputs, given, by_slot)
+        values: Columns = {"time": times} | {name: [value] * 2 for name, value in stimuli.items()}
+        tables["stimuli"] = _table(model, inputs, values, by_slot)
     files = {f"{name}.csv": table for name, table in tables.items()}
     files["fmi-ls-manifest.xml"], files["smoke_test.exp"] = _manifest(), _experiments(model, bool(inputs))
     text = TEXT.format(steps=STEPS, h=model.step_size, name=model.name)
@@ -135,12 +135,12 @@ def _manifest() -> bytes:
 
 def _experiments(model: Model, has_stimuli: bool) -> bytes:
     root = Element("Experiments", name="Smoke tests", description=f"{model.name} from its start values")
-    one = SubElement(root, "Experiment", name="smoke_test", description="Constant inputs from the start values")
+    item = SubElement(root, "Experiment", name="smoke_test", description="Constant inputs from the start values")
     stop, h = repr(STEPS * model.step_size), repr(model.step_size)
-    SubElement(one, "TransientSimulation", startTime="0", stopTime=stop, stepSize=h)
+    SubElement(item, "TransientSimulation", startTime="0", stopTime=stop, stepSize=h)
     if has_stimuli:
-        SubElement(one, "Stimuli", source="stimuli.csv", type="text/csv")
-    SubElement(one, "References", source="references.csv", type="text/csv")
+        SubElement(item, "Stimuli", source="stimuli.csv", type="text/csv")
+    SubElement(item, "References", source="references.csv", type="text/csv")
     return xml_file(root)
 
 
@@ -149,8 +149,8 @@ def _table(model: Model, variables: Sequence[Variable], values: Columns, by_slot
     names = {v.name for v in variables}
     groups = {v.name: [v.name] for v in variables}
     if by_slot:
-        found = [(slot.name, [v.name for v in slot.variables]) for slot in slots(model.interface)]
-        groups = {name: members for name, members in found if names.issuperset(members)}
+        result = [(slot.name, [v.name for v in slot.variables]) for slot in slots(model.interface)]
+        groups = {name: members for name, members in result if names.issuperset(members)}
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(["time", *groups])

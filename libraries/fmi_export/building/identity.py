@@ -30,10 +30,10 @@ def guid_of(model: Model, constants: Array, flavour: str = "") -> str:
     sha.update(json.dumps(facts).encode())
     for name, digest in digests(model.packages).items():
         sha.update(f"{name} {digest}".encode())
-    here, own = Path(__file__).parent, package_folder(model.packages[0])
+    here, local = Path(__file__).parent, package_folder(model.packages[0])
     for name in DESCRIBING:
         sha.update((here / name).read_bytes())
-    for file in (own / "README.md", *sorted((own / DOCUMENTATION).glob("*"))):
+    for file in (local / "README.md", *sorted((local / DOCUMENTATION).glob("*"))):
         if file.is_file():
             sha.update(file.read_bytes())
     sha.update(np.ascontiguousarray(constants, dtype=np.float64).tobytes())

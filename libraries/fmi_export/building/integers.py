@@ -22,9 +22,9 @@ def with_integers(fmu: Path, target: Path) -> Path:
 
 
 def _copy(fmu: Path, target: Path) -> None:
-    with zipfile.ZipFile(fmu) as given, zipfile.ZipFile(target, "w", zipfile.ZIP_DEFLATED) as copy:
-        for entry in given.infolist():
-            content = given.read(entry)
+    with zipfile.ZipFile(fmu) as values, zipfile.ZipFile(target, "w", zipfile.ZIP_DEFLATED) as copy:
+        for entry in values.infolist():
+            content = values.read(entry)
             copy.writestr(entry, _described_as_integers(content) if entry.filename == DESCRIPTION else content)
 
 

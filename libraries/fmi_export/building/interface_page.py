@@ -35,15 +35,15 @@ def tables(model: Model) -> list[PageTable]:
     """Return the tables of a model: its variables by causality, its faults and, where it has any, its warnings."""
     header = ("name", "type", "unit", "start", "allowed", "description")
     of = model.interface.of
-    shown = [
+    displayed = [
         PageTable(title, header, tuple(_cells(v) for v in of(kind)))  # type: ignore[arg-type]
         for kind, title in HEADINGS.items()
     ]
-    shown.append(PageTable("Faults", ("fault_code", "meaning"), _faults(model)))
+    displayed.append(PageTable("Faults", ("fault_code", "meaning"), _faults(model)))
     warnings = tuple((f"`{v.name}`", sentence(v.warning)) for v in of("output") if v.warning)
     if warnings:
-        shown.append(PageTable("Warnings", ("output", "logged when it becomes true"), warnings))
-    return shown
+        displayed.append(PageTable("Warnings", ("output", "logged when it becomes true"), warnings))
+    return displayed
 
 
 def interface_page(model: Model) -> str:
@@ -81,9 +81,9 @@ def _cells(v: Variable) -> tuple[str, ...]:
 
 
 def _faults(model: Model) -> tuple[tuple[str, str], ...]:
-    own = [(str(code), sentence(told)) for code, told in sorted(model.faults.items())]
+    local = [(str(code), sentence(message)) for code, message in sorted(model.faults.items())]
     return (
-        *own,
+        *local,
         (str(FAULT_STEP_SIZE), "step size not positive or not finite"),
         (f"{FAULT_RANGE} + r", "parameter or input with value reference r outside its range or not a number"),
         (f"{FAULT_NOT_FINITE} + r", "output with value reference r outside its range or not finite"),

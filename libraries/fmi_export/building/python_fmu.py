@@ -54,9 +54,9 @@ def build_python_fmu(model: Model, constants: Array, folder: Path, platforms: It
     with temporary_folder() as temporary:
         content = _content(_built_by_pythonfmu(model, constants, guid, temporary))
     libraries = {name: content.pop(name) for name in list(content) if name.startswith("binaries/")}
-    for platform, one in guards.items():
+    for platform, item in guards.items():
         guarding, pythonfmu = library_names(model.name, platform)
-        content |= {guarding: one.library, pythonfmu: libraries[guarding]}
+        content |= {guarding: item.library, pythonfmu: libraries[guarding]}
     content |= documentation(model, ["pythonfmu"])
     content["modelDescription.xml"] = xml_file(model_description(model, guid, *_tool()))
     content["resources/model.bin"] = _data(model, constants, guid)
@@ -74,10 +74,10 @@ def python_guid(model: Model, constants: Array) -> str:
 def what_it_needs() -> str:
     """Return a sentence on what an FMU that is built here asks of the process that imports it."""
     library, _ = _this_python()
-    own = f"starts that of this machine, {library}" if library else "cannot run it: this Python is no shared library"
+    local = f"starts that of this machine, {library}" if library else "cannot run it: this Python is no shared library"
     return (
         "An FMU of flavour python runs in a process that has Python with NumPy; a process without Python "
-        f"{own}. FMUs of flavour native need no Python."
+        f"{local}. FMUs of flavour native need no Python."
     )
 
 
@@ -153,8 +153,8 @@ def _parts(model: Model) -> dict[str, tuple[str, int, int]]:
 
 def _tool() -> tuple[str, str]:
     """Return what generates an FMU, and the version of it."""
-    own, other = (importlib.metadata.version(name) for name in ("amb-cosim", "pythonfmu"))
-    return f"amb-cosim {own} with PythonFMU {other}", own
+    local, other = (importlib.metadata.version(name) for name in ("amb-cosim", "pythonfmu"))
+    return f"amb-cosim {local} with PythonFMU {other}", local
 
 
 @contextmanager

@@ -128,15 +128,17 @@ def parse_unit(unit: str) -> pint.Unit:
             raise ValueError("it is no product or quotient of units")
         return registry().Unit("" if text == "1" else text)
     except Exception as error:  # pint has errors of its own, and those of the calculator that reads its texts
-        shown = unit if len(unit) <= LONGEST_UNIT else f"{unit[:LONGEST_UNIT]}..."
-        raise ValueError(f"unknown unit {shown!r}; use SI units such as m, mm, kg.m, N, N.s/m, rad/s, Hz") from error
+        displayed = unit if len(unit) <= LONGEST_UNIT else f"{unit[:LONGEST_UNIT]}..."
+        raise ValueError(
+            f"unknown unit {displayed!r}; use SI units such as m, mm, kg.m, N, N.s/m, rad/s, Hz"
+        ) from error
 
 
 def base_unit(unit: str) -> dict[str, float | int]:
     """Return the exponents of the FMI base units (kg, m, s, A, K, mol, cd, rad), and `factor` where it is not one."""
-    known = _of_si(unit)
-    if known is not None:
-        return known
+    available = _of_si(unit)
+    if available is not None:
+        return available
     parsed = parse_unit(unit)
     quantity = registry().Quantity(1.0, parsed).to_base_units()
     exponents: dict[str, float | int] = {}
@@ -157,11 +159,11 @@ def _of_si(unit: str) -> dict[str, float | int] | None:
     total = dict.fromkeys(SI, 0)
     for side, sign in ((quotient[1], 1), (quotient[2] or quotient[3], -1)):
         for factor in side.split(".") if side and side != "1" else ():
-            found = FACTOR.fullmatch(factor)
-            if found is None or found[1] not in SI_UNITS:
+            result = FACTOR.fullmatch(factor)
+            if result is None or result[1] not in SI_UNITS:
                 return None
-            for base, exponent in SI_UNITS[found[1]].items():
-                total[base] += sign * int(found[2] or 1) * exponent
+            for base, exponent in SI_UNITS[result[1]].items():
+                total[base] += sign * int(result[2] or 1) * exponent
     return {base: exponent for base, exponent in total.items() if exponent}
 
 
@@ -182,8 +184,10 @@ def to_unit(text: str | float, unit: str, name: str) -> float:
         value = math.inf
     said = str(text).strip("+- ").startswith("inf")
     if 0.0 < abs(value) < LEAST or (abs(value) > MOST and not said):
-        shown = str(text) if len(str(text)) <= LONGEST_UNIT else f"{str(text)[:LONGEST_UNIT]}..."
-        raise ValueError(f"{name} = {shown} is not allowed; it must be from {LEAST:g} to {MOST:g} {unit} in size, or 0")
+        displayed = str(text) if len(str(text)) <= LONGEST_UNIT else f"{str(text)[:LONGEST_UNIT]}..."
+        raise ValueError(
+            f"{name} = {displayed} is not allowed; it must be from {LEAST:g} to {MOST:g} {unit} in size, or 0"
+        )
     return value
 
 
@@ -193,19 +197,19 @@ def _converted(text: str | float, unit: str, name: str) -> float:
     match = re.fullmatch(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[+-]?inf|nan)\s*(.*?)\s*", text)
     if match is None:
         raise ValueError(f"{name} = {text!r} is no number; write for example {name}=0.5 or {name}='0.5 {unit}'")
-    number, given = float(match[1]), match[2]
-    if not given or given == unit:
+    number, values = float(match[1]), match[2]
+    if not values or values == unit:
         return number
-    if (given, unit) in COMMON:
-        return number * COMMON[given, unit]
+    if (values, unit) in COMMON:
+        return number * COMMON[values, unit]
     from fmi_export.building.kept_factors import keep_factor, kept_factor
 
-    kept = kept_factor(given, unit)
-    if kept is not None:
-        return number * kept
-    value, factor = (_by_pint(one, given, unit, f"{name} = {text!r}") for one in (number, 1.0))
-    if all(_by_pint(one, given, unit, name) == one * factor for one in (0.0, number, *PROBES)):  # not of degC
-        keep_factor(given, unit, factor)
+    retained = kept_factor(values, unit)
+    if retained is not None:
+        return number * retained
+    value, factor = (_by_pint(item, values, unit, f"{name} = {text!r}") for item in (number, 1.0))
+    if all(_by_pint(item, values, unit, name) == item * factor for item in (0.0, number, *PROBES)):  # not of degC
+        keep_factor(values, unit, factor)
     return value
 
 

@@ -128,7 +128,7 @@ def assess(
         answered, with a reason.
     """
     file = machine if isinstance(machine, MachineFile) else load_machine(machine)
-    asked = load_criteria(criteria or file.criteria)
+    requested = load_criteria(criteria or file.criteria)
     unknown = [name for name in only if name not in PARTS]
     if unknown:
         raise ValueError(f"no part {unknown[0]!r}; {suggest(unknown[0], PARTS)}")
@@ -139,8 +139,8 @@ def assess(
         module = import_module(f"amb_cosim.assessment.parts.{name}")
         if progress is not None:
             progress(module.TITLE, done, len(chosen))
-        parts.append(_answered(name, module.TITLE, module.answer, subject, asked))
-    return Assessment(file, subject.facts, asked, tuple(parts))
+        parts.append(_answered(name, module.TITLE, module.answer, subject, requested))
+    return Assessment(file, subject.facts, requested, tuple(parts))
 
 
 def check_machine(file: MachineFile, flavour: Flavour = "native") -> Subject:
@@ -180,8 +180,8 @@ def _part_data(part: AssessmentPart) -> dict[str, Any]:
         "title": part.title,
         "not_answered_because": part.reason or None,
         "seconds": round(part.wall, 3),
-        "findings": [_finding_data(one) for one in part.findings],
-        "tables": [_table_data(one) for one in part.answer.tables],
+        "findings": [_finding_data(item) for item in part.findings],
+        "tables": [_table_data(item) for item in part.answer.tables],
         "notes": list(part.answer.notes),
     }
 

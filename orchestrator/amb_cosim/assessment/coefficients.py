@@ -62,12 +62,12 @@ def real_coefficients(subject: Subject) -> tuple[SupportCoefficients, ...]:
 
     The rotor's seals are in its own model.
     """
-    speed, found = subject.file.speed.highest, []
+    speed, result = subject.file.speed.highest, []
     for stage in subject.file.stages:
         node, bearing = subject.node_of(stage.at), stage.coefficients()
-        own = cross_coupling(stage.at, node, stage.level_two(speed)) if bearing is None else None
-        found.append(own or SupportCoefficients(stage.at, node, bearing.at))  # type: ignore[union-attr]
-    return tuple(found)
+        local = cross_coupling(stage.at, node, stage.level_two(speed)) if bearing is None else None
+        result.append(local or SupportCoefficients(stage.at, node, bearing.at))  # type: ignore[union-attr]
+    return tuple(result)
 
 
 def _taken_away(seal: Bearing) -> SupportCoefficients:

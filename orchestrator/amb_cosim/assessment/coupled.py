@@ -66,9 +66,9 @@ class CoupledMachine(LinearSource):
         M, K, right, left = self._keep("reduction", lambda: _reduced(self.subject))
         n = len(M)
         dK, dC, dM = (np.zeros((n, n)) for _ in range(3))
-        for one in self.others:
-            rows = [2 * 2 * (one.node - 1), 2 * 2 * (one.node - 1) + 1]
-            for whole, at_place in zip((dK, dC, dM), one.at(Omega), strict=True):
+        for item in self.others:
+            rows = [2 * 2 * (item.node - 1), 2 * 2 * (item.node - 1) + 1]
+            for whole, at_place in zip((dK, dC, dM), item.at(Omega), strict=True):
                 whole += left[:, rows] @ at_place @ right[rows]
         dK = dK + (self.variation.modes**2 - 1.0) * K
         back = np.linalg.inv(M + dM)
@@ -95,8 +95,8 @@ def coupled_loop(
 ) -> Loop:
     """Return the sampled loop of a machine with seals and stages, and with factors on its constants."""
     made = subject.linear_components
-    kept = {f.name: getattr(made, f.name) for f in fields(LinearSource) if f.init}
-    return Loop(CoupledMachine(**kept, subject=subject, others=others, variation=variation))
+    retained = {f.name: getattr(made, f.name) for f in fields(LinearSource) if f.init}
+    return Loop(CoupledMachine(**retained, subject=subject, others=others, variation=variation))
 
 
 def _reduced(subject: Subject) -> tuple[Array, Array, Array, Array]:

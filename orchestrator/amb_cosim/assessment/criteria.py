@@ -157,15 +157,15 @@ def load_criteria(sources: Sequence[str | Path] = ()) -> tuple[Criterion, ...]:
     ValueError
         If there is no such file or it is wrong; one line for each mistake.
     """
-    return tuple(one for source in (sources or packaged_criteria()) for one in _of_file(source))
+    return tuple(item for source in (sources or packaged_criteria()) for item in _of_file(source))
 
 
 def _of_file(source: str | Path) -> list[Criterion]:
-    known = packaged_criteria()
-    path = known.get(str(source), Path(source))
+    available = packaged_criteria()
+    path = available.get(str(source), Path(source))
     if not path.is_file():
-        raise ValueError(f"no file of criteria {str(source)!r}; {suggest(str(source), known)}")
+        raise ValueError(f"no file of criteria {str(source)!r}; {suggest(str(source), available)}")
     name = f"criteria {path.name}"
     file = validate(read_toml(path, name), CriteriaFile, name)
     about = {"standard": file.standard, "edition": file.edition}
-    return [one.model_copy(update={k: v for k, v in about.items() if not getattr(one, k)}) for one in file.criterion]
+    return [item.model_copy(update={k: v for k, v in about.items() if not getattr(item, k)}) for item in file.criterion]

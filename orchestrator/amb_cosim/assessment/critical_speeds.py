@@ -52,10 +52,10 @@ def critical_speeds(free: Matrices, springs: Mapping[int, float], count: int) ->
         K[place[node], place[node]] += stiffness
     last = len(K) - 1
     mu, shapes = eigh(M - G, K, subset_by_index=(max(0, last + 1 - count), last))
-    kept = mu[::-1] > 1e-16
-    along = shapes[[place[node] for node in sorted(place)]][:, ::-1][:, kept]
+    retained = mu[::-1] > 1e-16
+    along = shapes[[place[node] for node in sorted(place)]][:, ::-1][:, retained]
     largest = along[np.abs(along).argmax(axis=0), np.arange(along.shape[1])]
-    return 1.0 / np.sqrt(mu[::-1][kept]), along / largest
+    return 1.0 / np.sqrt(mu[::-1][retained]), along / largest
 
 
 def antinodes(shape: Array) -> list[tuple[int, slice]]:

@@ -58,18 +58,18 @@ def description(subject: Subject, criteria: Sequence[Criterion]) -> list[TextPar
     )
     for seal in rotor.seals:
         tensors = (scale * of for scale, of in zip((1e-6, 1e-3, 1.0), seal.at(speed.highest), strict=True))
-        seals.add_row(seal.name, f"{1e3 * z[seal.node - 1]:.1f}", *(_tensor(one) for one in tensors))
+        seals.add_row(seal.name, f"{1e3 * z[seal.node - 1]:.1f}", *(_tensor(item) for item in tensors))
     facts = (
         f"{subject.file.name}: {rotor.mass:.4g} kg, {rpm(speed.lowest):.0f} to {rpm(speed.highest):.0f} 1/min, trip at "
         f"{rpm(speed.tripping):.0f} 1/min, G {1e3 * subject.file.balancing.speed:g}, "
         f"sampled every {subject.loop.sample_time:g} s"
     )
-    unread = sum(one.known != "read" and one.known != "own" for one in criteria)
-    told = f"{len(criteria)} criteria, {unread} of them of standards that nobody read"
+    unread = sum(item.known != "read" and item.known != "own" for item in criteria)
+    message = f"{len(criteria)} criteria, {unread} of them of standards that nobody read"
     if not subject.parameters[PLANT]["gravity"]:
-        told += "; the machine has no gravity, without which nothing lands"
+        message += "; the machine has no gravity, without which nothing lands"
     tables: list[TextPart] = [facts, bearings, magnets, *doubts, sensors, sites]
-    return [*tables, *([seals] if rotor.seals else []), *([stages] if subject.file.stages else []), told]
+    return [*tables, *([seals] if rotor.seals else []), *([stages] if subject.file.stages else []), message]
 
 
 def magnet_numbers(p: np.record, law: int) -> tuple[float, ...]:
@@ -98,8 +98,8 @@ def inductance_doubt(axis: str, given: float, of_gap: float) -> list[str]:
     """
     if of_gap / LEAKAGE <= given <= of_gap * LEAKAGE:
         return []
-    told = f"inductance_{axis[-1]} = {given:.4g} mH, where turns, area and gap give {of_gap:.4g} mH: check its unit"
-    return [f"{axis}: {told}"]
+    message = f"inductance_{axis[-1]} = {given:.4g} mH, where turns, area and gap give {of_gap:.4g} mH: check its unit"
+    return [f"{axis}: {message}"]
 
 
 def _tensor(of: Array) -> str:

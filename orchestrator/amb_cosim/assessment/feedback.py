@@ -68,11 +68,11 @@ def over_displacements(subject: Subject, made: LinearSource, outputs: Sequence[s
     names = [name for name in _names(made) if name != PLANT]
     feeds, parts = made.feeds([*names, PLANT]), made.parts(names)
     inputs = [name for part in parts for name in part.inputs]
-    shown = [name for part in parts for name in part.outputs]
+    displayed = [name for part in parts for name in part.outputs]
     H = block_diag(*(_response(part, omega) for part in parts))
     owner = {name: part for part in parts for name in (*part.inputs, *part.outputs)}
-    at_input, at_output = ({name: k for k, name in enumerate(of)} for of in (inputs, shown))
-    E = np.zeros((len(inputs), len(shown)), dtype=np.complex128)
+    at_input, at_output = ({name: k for k, name in enumerate(of)} for of in (inputs, displayed))
+    E = np.zeros((len(inputs), len(displayed)), dtype=np.complex128)
     read = np.zeros((len(inputs), 2 * len(subject.z)))
     for target, source in feeds.items():
         if target in at_input and source in at_output:
@@ -80,7 +80,7 @@ def over_displacements(subject: Subject, made: LinearSource, outputs: Sequence[s
         elif target in at_input and source.startswith(f"{PLANT}."):
             node, axis = subject.signals[source.removeprefix(f"{PLANT}.")]
             read[at_input[target], 2 * (node - 1) + axis] = 1.0
-    closed = np.linalg.solve(np.eye(len(shown)) - H @ E, H @ read)
+    closed = np.linalg.solve(np.eye(len(displayed)) - H @ E, H @ read)
     return np.asarray(closed[[at_output[name] for name in outputs]])
 
 
@@ -134,12 +134,12 @@ def parallel_stiffness(subject: Subject, omegas: Array, Omega: float | None = No
     dict
         Arrays of shape (n,).
     """
-    found: dict[str, list[complex]] = {bearing: [] for bearing in subject.magnets}
+    result: dict[str, list[complex]] = {bearing: [] for bearing in subject.magnets}
     along = np.zeros(2 * len(subject.z))
     along[0::2] = 1.0
     nodes = {bearing.name: bearing.node for bearing in subject.rotor.bearings}
     for omega in omegas:
         force = bearing_forces(subject, float(omega), float(omega) if Omega is None else Omega) @ along
-        for bearing, values in found.items():
+        for bearing, values in result.items():
             values.append(-force[2 * (nodes[bearing] - 1)])
-    return {bearing: np.array(values) for bearing, values in found.items()}
+    return {bearing: np.array(values) for bearing, values in result.items()}

@@ -101,7 +101,7 @@ class Finding:
         value, unit, limit = self.measured.value, self.measured.unit, self.limit
         number = number_text(value)
         if self.verdict is Judgement.MISSED and limit is not None and number == number_text(limit):
-            number = next(told for n in range(5, 18) if (told := f"{value:.{n}g}") != f"{limit:.{n}g}")
+            number = next(message for n in range(5, 18) if (message := f"{value:.{n}g}") != f"{limit:.{n}g}")
         text = number if unit in ("", "1") else f"{number} {unit}"
         return f"{text}, zone {self.zone}" if self.zone else text
 
@@ -122,14 +122,14 @@ def judge(measured: Sequence[Quantity], criteria: Sequence[Criterion], machine: 
     machine
         Variables of the machine that formulas may name.
     """
-    found: list[Finding] = []
+    result: list[Finding] = []
     for one in measured:
         facts = {**machine, **one.facts}
-        asked = [criterion for criterion in criteria if criterion.quantity == one.quantity]
-        judged = [verdict for criterion in asked if (verdict := _judged(one, criterion, facts)) is not None]
-        found += judged or [Finding(one, None, Judgement.NOT_JUDGED)]
+        requested = [criterion for criterion in criteria if criterion.quantity == one.quantity]
+        judged = [verdict for criterion in requested if (verdict := _judged(one, criterion, facts)) is not None]
+        result += judged or [Finding(one, None, Judgement.NOT_JUDGED)]
     order = {criterion.key: k for k, criterion in enumerate(criteria)}
-    return sorted(found, key=lambda one: len(order) if one.criterion is None else order[one.criterion.key])
+    return sorted(result, key=lambda one: len(order) if one.criterion is None else order[one.criterion.key])
 
 
 def _judged(one: Quantity, criterion: Criterion, facts: Mapping[str, float]) -> Finding | None:

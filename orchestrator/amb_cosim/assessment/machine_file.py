@@ -104,8 +104,8 @@ class CompressorStage(Table):
 
     @model_validator(mode="after")
     def _is_complete(self) -> CompressorStage:
-        given = [name for name in ("power", "diameter", "width") if getattr(self, name) is not None]
-        if (self.cross_coupling is None) != (len(given) == 3):
+        values = [name for name in ("power", "diameter", "width") if getattr(self, name) is not None]
+        if (self.cross_coupling is None) != (len(values) == 3):
             raise ValueError(f"stage at {self.at} needs either cross_coupling, or power, diameter and width")
         _ = self.anticipated(1.0), self.coefficients() or self.level_two(1.0)
         return self
@@ -127,9 +127,9 @@ class CompressorStage(Table):
 
     def level_two(self, Omega: float) -> float:
         """Return the cross-coupled stiffness (N/m) for level II, (K_xy - K_yx)/2 of the `coefficients`."""
-        found = self.coefficients()
-        if found is not None:
-            K = found.at(Omega)[0]
+        result = self.coefficients()
+        if result is not None:
+            K = result.at(Omega)[0]
             return float(0.5 * (K[0, 1] - K[1, 0]))
         if self.real is None or isinstance(self.real, tuple):
             return self.anticipated(Omega)
@@ -212,8 +212,8 @@ class MachineFile(Table):
         """Return a scenario of the machine at a speed (rad/s), a second without settling unless `fields` differ."""
         base = read_scenario(self.scenario) if self.scenario else {}
         data = {key: base[key] for key in KEPT if key in base}
-        own = self.model_dump(mode="json", exclude_unset=True, exclude_none=True, include={*OF_MACHINE})
-        data = overlaid(_without_motion(data), own)
+        local = self.model_dump(mode="json", exclude_unset=True, exclude_none=True, include={*OF_MACHINE})
+        data = overlaid(_without_motion(data), local)
         if self.controller is not None:
             data = overlaid(data, {"fmu": {CONTROLLER: self.controller}})
         data = overlaid(data, {"inputs": {CONTROLLER: {"rolac_enable": False}}})
@@ -249,11 +249,11 @@ def load_machine(source: str | Path) -> MachineFile:
     ValueError
         If there is none, or it is wrong; one line for each mistake.
     """
-    known = packaged_machines()
-    path = known.get(str(source), Path(source))
+    available = packaged_machines()
+    path = available.get(str(source), Path(source))
     if not path.is_file():
         kind = "file" if str(source).endswith(".toml") else "machine"
-        raise ValueError(f"no {kind} {str(source)!r}; {suggest(str(source), known)}")
+        raise ValueError(f"no {kind} {str(source)!r}; {suggest(str(source), available)}")
     name = f"machine file {path}"
     data = with_paths(read_toml(path, name), lambda given: str(path.parent / given))
     for key in ("controller", "scenario"):
@@ -262,6 +262,6 @@ def load_machine(source: str | Path) -> MachineFile:
     if isinstance(data.get("criteria"), list):
         from amb_cosim.assessment.criteria import packaged_criteria
 
-        there = packaged_criteria()
-        data["criteria"] = [one if one in there else str(path.parent / str(one)) for one in data["criteria"]]
+        present = packaged_criteria()
+        data["criteria"] = [item if item in present else str(path.parent / str(item)) for item in data["criteria"]]
     return validate({"name": path.stem} | data, MachineFile, name)

@@ -20,13 +20,13 @@ def browser() -> str | None:
 
 def print_page(page: Path) -> Path | None:
     """Print a page beside itself as PDF and return its path; None without a browser, or where that fails."""
-    found = browser()
-    if found is None:
+    result = browser()
+    if result is None:
         return None
 
     def printed(path: Path) -> None:
         options = ("--headless", "--disable-gpu", "--no-pdf-header-footer", "--no-sandbox")
-        command = [found, *options, f"--print-to-pdf={path}", page.resolve().as_uri()]
+        command = [result, *options, f"--print-to-pdf={path}", page.resolve().as_uri()]
         subprocess.run(command, check=True, capture_output=True, timeout=LONGEST)
         if not path.is_file():
             raise OSError("the browser wrote nothing")

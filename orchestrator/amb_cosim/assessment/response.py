@@ -42,12 +42,12 @@ class Peak:
 
 def passive(subject: Subject, Omega: float, others: tuple[SupportCoefficients, ...] = ()) -> Matrices:
     """Return the condensed rotor with its seals, passive bearings and other coefficients, at a spin speed (rad/s)."""
-    model, own = with_bearings(subject.condensed.model, subject.rotor.seals).at(Omega), subject.parameters[PLANT]
+    model, local = with_bearings(subject.condensed.model, subject.rotor.seals).at(Omega), subject.parameters[PLANT]
     for bearing in subject.rotor.bearings:
-        k, c = (own.get(f"{bearing.name}.{name}", 0.0) for name in ("k_b", "c_b"))
+        k, c = (local.get(f"{bearing.name}.{name}", 0.0) for name in ("k_b", "c_b"))
         model = model.with_bearing(bearing.node, k * np.eye(2), c * np.eye(2))
-    for one in others:
-        model = one.added_to(model, Omega)
+    for item in others:
+        model = item.added_to(model, Omega)
     return model
 
 
@@ -100,16 +100,16 @@ def synchronous_response(
         Seals and stages.
     """
     reduction, free = subject.condensed, subject.free
-    shown = [row for node in sorted(free.translations) for row in free.translations[node]]
-    kept = [2 * (node - 1) + k for node in sorted(reduction.model.translations) for k in (0, 1)]
+    displayed = [row for node in sorted(free.translations) for row in free.translations[node]]
+    retained = [2 * (node - 1) + k for node in sorted(reduction.model.translations) for k in (0, 1)]
     loads = reduction.left @ np.stack([unbalance_vector(free, case) for case in cases], axis=1)
-    found = np.empty((len(speeds), len(cases), len(subject.z), 2), dtype=np.complex128)
+    result = np.empty((len(speeds), len(cases), len(subject.z), 2), dtype=np.complex128)
     for k, Omega in enumerate(map(float, speeds)):
-        forces = bearing_forces(subject, Omega, Omega)[np.ix_(kept, kept)]
+        forces = bearing_forces(subject, Omega, Omega)[np.ix_(retained, retained)]
         stiffness = dynamic_stiffness(passive(subject, Omega, others), forces, Omega)
-        motion = reduction.right[shown] @ np.linalg.solve(stiffness, Omega**2 * loads)
-        found[k] = motion.T.reshape(len(cases), -1, 2)
-    return found
+        motion = reduction.right[displayed] @ np.linalg.solve(stiffness, Omega**2 * loads)
+        result[k] = motion.T.reshape(len(cases), -1, 2)
+    return result
 
 
 def peaks_of(speeds: Array, amplitudes: Array) -> list[Peak]:
@@ -128,7 +128,7 @@ def peaks_of(speeds: Array, amplitudes: Array) -> list[Peak]:
 
     curve = CubicSpline(speeds, amplitudes)
     slope = curve.derivative()
-    found = []
+    result = []
     for Omega in slope.roots(extrapolate=False):
         if slope(Omega, 1) < 0.0:
             height = float(curve(Omega))
@@ -136,8 +136,8 @@ def peaks_of(speeds: Array, amplitudes: Array) -> list[Peak]:
             before = _nearest(ends[ends < Omega][::-1], Omega, height, speeds, amplitudes)
             after = _nearest(ends[ends > Omega], Omega, height, speeds, amplitudes)
             if before is not None or after is not None:
-                found.append(_peak(float(Omega), height, before, after))
-    return found
+                result.append(_peak(float(Omega), height, before, after))
+    return result
 
 
 def _nearest(ends: Array, Omega: float, height: float, speeds: Array, amplitudes: Array) -> float | None:
@@ -152,7 +152,7 @@ def _nearest(ends: Array, Omega: float, height: float, speeds: Array, amplitudes
 def _peak(Omega: float, height: float, before: float | None, after: float | None) -> Peak:
     if before is not None and after is not None:
         return Peak(Omega, height, Omega / (after - before))
-    (end,) = (one for one in (before, after) if one is not None)
+    (end,) = (item for item in (before, after) if item is not None)
     return Peak(Omega, height, Omega / (2.0 * abs(Omega - end)), one_sided=True)
 
 

@@ -42,8 +42,8 @@ def unbalance_inputs(subject: Subject, case: UnbalanceCase) -> dict[str, float]:
     for node, u in case.of(subject.unbalance_of_grade()).items():
         nearest = min(discs, key=lambda disc, at=node: abs(subject.z[disc.node - 1] - subject.z[at - 1]))  # type: ignore[misc]
         sums[nearest.name] += u.real
-    found = {f"{name}.u": abs(u) for name, u in sums.items()}
-    return found | {f"{name}.phi": np.pi for name, u in sums.items() if u < 0.0}
+    result = {f"{name}.u": abs(u) for name, u in sums.items()}
+    return result | {f"{name}.phi": np.pi for name, u in sums.items() if u < 0.0}
 
 
 def simulate(
@@ -73,10 +73,10 @@ def simulate(
     chain = subject.parameters.get(CONTROLLER, {})
     if real and chain.get(CHAIN) == 0.0:
         parameters = {**parameters, CONTROLLER: {CHAIN: "custom", **NOISY}}
-    given: dict[str, Any] = {"settle_cycles": SETTLING, "parameters": parameters, **fields}
+    values: dict[str, Any] = {"settle_cycles": SETTLING, "parameters": parameters, **fields}
     if inputs:
-        given["inputs"] = {PLANT: dict(inputs)}
-    scenario = subject.co_simulated.as_scenario(Omega, **given)
+        values["inputs"] = {PLANT: dict(inputs)}
+    scenario = subject.co_simulated.as_scenario(Omega, **values)
     result = run_prepared(prepare(scenario, None, flavour=subject.flavour))
     if result.outcome.status == "interrupted":
         raise KeyboardInterrupt
@@ -87,18 +87,18 @@ def simulate(
 
 def clearance_used(subject: Subject, result: Result) -> dict[str, Array]:
     """Return the displacement over the clearance at every place that the rotor can touch, from cycle 0 on, by place."""
-    signals, found = result.signals, {}
-    shown = np.asarray(signals["time"].values) >= 0.0
+    signals, matches = result.signals, {}
+    displayed = np.asarray(signals["time"].values) >= 0.0
     for name, (_, clearance) in subject.clearances.items():
-        x, y = (np.asarray(signals[f"{PLANT}.{name}.{axis}"].values)[shown] for axis in "xy")
-        found[name] = np.hypot(x, y) / clearance
-    return found
+        x, y = (np.asarray(signals[f"{PLANT}.{name}.{axis}"].values)[displayed] for axis in "xy")
+        matches[name] = np.hypot(x, y) / clearance
+    return matches
 
 
 def switched_off(subject: Subject, cycle: float) -> dict[str, Any]:
     """Return the fields of a scenario in which all amplifiers lose their power at a cycle: coils discharge."""
-    own = subject.parameters[ACTUATOR]
-    limits = {f"{b}.discharge_voltage_{a}": own[f"{b}.voltage_limit_{a}"] for b, a in subject.loop.axes}
+    local = subject.parameters[ACTUATOR]
+    limits = {f"{b}.discharge_voltage_{a}": local[f"{b}.voltage_limit_{a}"] for b, a in subject.loop.axes}
     return {
         "parameters": {ACTUATOR: {"amplifier": "dynamic", "mean_current": True, **limits}},
         "event": [{"label": "step", "cycle": cycle, "set": {ACTUATOR: {"*.amplifier_off_?": True}}}],

@@ -110,8 +110,8 @@ class Subject:
     @cached_property
     def parameters(self) -> Mapping[str, Mapping[str, float]]:
         """Values of the components' parameters (SI)."""
-        found = self.prepared.plan.all_parameters(self.prepared.interfaces)
-        return {component: {name: value or 0.0 for name, value in of.items()} for component, of in found.items()}
+        result = self.prepared.plan.all_parameters(self.prepared.interfaces)
+        return {component: {name: value or 0.0 for name, value in of.items()} for component, of in result.items()}
 
     @cached_property
     def z(self) -> Array:
@@ -131,9 +131,9 @@ class Subject:
     @cached_property
     def clearances(self) -> dict[str, tuple[int, float]]:
         """Nodes and radial clearances (m) of the places that the rotor can touch, by name."""
-        own = self.parameters[PLANT]
-        enabled = (site for site in self.rotor.sites if own.get(f"{site.name}.enabled", 1.0))
-        return {site.name: (site.node, own.get(f"{site.name}.clearance", site.clearance)) for site in enabled}
+        local = self.parameters[PLANT]
+        enabled = (site for site in self.rotor.sites if local.get(f"{site.name}.enabled", 1.0))
+        return {site.name: (site.node, local.get(f"{site.name}.clearance", site.clearance)) for site in enabled}
 
     @cached_property
     def signals(self) -> dict[str, tuple[int, int]]:
@@ -159,9 +159,9 @@ class Subject:
 
     def axis(self, bearing: str, direction: str) -> np.record:
         """Return the parameters of an axis of a magnetic bearing."""
-        own = self.parameters[ACTUATOR]
+        local = self.parameters[ACTUATOR]
         return axis_parameters(
-            bearing, direction, **{name: own[f"{bearing}.{name}_{direction}"] for name in AXIS.names or ()}
+            bearing, direction, **{name: local[f"{bearing}.{name}_{direction}"] for name in AXIS.names or ()}
         )
 
     @cached_property

@@ -55,7 +55,7 @@ def with_stages(content: dict[str, Any], stages: Sequence[CompressorStage], Omeg
     for stage in stages:
         at = {key: parts[stage.at][key] for key in ("node", "z") if key in parts[stage.at]}
         free = (f"{stage.at}_stage{k or ''}" for k in range(len(names) + 1))
-        name = next(one for one in free if one not in names)
+        name = next(item for item in free if item not in names)
         names.add(name)
         seals.append({"name": name, **at, **_coefficients(stage, Omega)})
     return {**content, "seals": seals}
@@ -63,15 +63,15 @@ def with_stages(content: dict[str, Any], stages: Sequence[CompressorStage], Omeg
 
 def _coefficients(stage: CompressorStage, Omega: float) -> dict[str, Any]:
     """Return the keys of a stage as a seal."""
-    found = stage.coefficients()
-    if found is None:
+    result = stage.coefficients()
+    if result is None:
         return {"stiffness": (stage.level_two(Omega) * WHIRL).tolist()}
-    mass = found.at(Omega)[2].tolist()
-    if not found.at_speed:
-        K, C, _ = found.at(Omega)
+    mass = result.at(Omega)[2].tolist()
+    if not result.at_speed:
+        K, C, _ = result.at(Omega)
         return {"stiffness": K.tolist(), "damping": C.tolist(), "mass": mass}
     rows = []
-    for table in found.at_speed:
-        K, C, _ = found.at(table.speed)
+    for table in result.at_speed:
+        K, C, _ = result.at(table.speed)
         rows.append({"speed": table.speed, "stiffness": K.tolist(), "damping": C.tolist(), "mass": mass})
     return {"at_speed": rows}

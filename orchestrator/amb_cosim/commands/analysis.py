@@ -227,11 +227,11 @@ def linearise(scenario: str | None, controller: str | None, output: Path, **opti
     import amb_cosim
     from amb_cosim.results.places import CONTROLLER as COMPONENT
 
-    given: dict[str, Any] = {name: value or None for name, value in options.items() if name != "opened"}
+    values: dict[str, Any] = {name: value or None for name, value in options.items() if name != "opened"}
     fmu = None if controller is None else {COMPONENT: controller}
     with refusing():
         check_writable(output, is_folder=False)
-        model = amb_cosim.linearise(scenario, opened=options["opened"], fmu=fmu, **given)
+        model = amb_cosim.linearise(scenario, opened=options["opened"], fmu=fmu, **values)
         path = model.save(output)
     sampled = f"sampled every {model.dt:g} s" if model.dt else "continuous"
     click.echo(f"{model.nstates} states, {model.ninputs} inputs, {model.noutputs} outputs, {sampled}; in {path}")

@@ -31,10 +31,10 @@ def animate(result: Path, output: Path | None, **options: Any) -> None:
     from amb_cosim.results.animation import animate as write_animation
 
     with refusing(), Console(stderr=True).status("drawing"):
-        found = amb_cosim.Result.load(result)
+        matches = amb_cosim.Result.load(result)
         path = output or (result if result.is_dir() else result.parent) / "orbits.gif"
         check_writable(path, is_folder=False)
-        write_animation(found.signals, path, **options)
+        write_animation(matches.signals, path, **options)
     click.echo(f"animation in {path}")
 
 

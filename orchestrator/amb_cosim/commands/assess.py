@@ -33,9 +33,9 @@ def check(file: str, flavour: Flavour) -> None:
     from amb_cosim.presentation.text_tables import print_parts
 
     with refusing():
-        found = load_machine(file)
-        criteria = load_criteria(found.criteria)
-        subject = check_machine(found, flavour)
+        result = load_machine(file)
+        criteria = load_criteria(result.criteria)
+        subject = check_machine(result, flavour)
         check_formulas(criteria, subject.facts)
         parts = description(subject, criteria)
     print_parts(parts)
@@ -73,29 +73,29 @@ def assess(
     from amb_cosim.commands.cli_errors import Failed
     from amb_cosim.presentation.progress import bars
 
-    with refusing(), bars(Console(stderr=True)) as shown:
+    with refusing(), bars(Console(stderr=True)) as displayed:
         require_extra("report", "an assessment", "plotly")
         read = load_machine(file)
         folder = output or Path("results") / f"assess_{read.name}"
         check_writable(folder, is_folder=True)
-        task = shown.add_task("preparing (a first run compiles the models)", total=None)
-        found = answer(
+        task = displayed.add_task("preparing (a first run compiles the models)", total=None)
+        result = answer(
             read,
             only=only,
             criteria=criteria,
             flavour=flavour,
-            progress=lambda title, done, total: shown.update(task, description=title, completed=done, total=total),
+            progress=lambda title, done, total: displayed.update(task, description=title, completed=done, total=total),
         )
-        page = write_assessment(found, folder)
+        page = write_assessment(result, folder)
         printed = print_page(page) if pdf else None
-    for one in found.missed:
-        what = one.criterion.what if one.criterion else one.measured.quantity
-        click.echo(f"missed: {what}: {one.value_text} ({one.limit_text}), {one.measured.where}")
-    counts = found.counts()
+    for item in result.missed:
+        what = item.criterion.what if item.criterion else item.measured.quantity
+        click.echo(f"missed: {what}: {item.value_text} ({item.limit_text}), {item.measured.where}")
+    counts = result.counts()
     click.echo(", ".join(f"{counts[verdict]} {verdict.value}" for verdict in Judgement))
     click.echo(f"page in {page}" + (f", printed in {printed}" if printed else ""))
-    if found.unanswered:
-        raise Failed("\n".join(f"{name}: not answered, because {reason}" for name, reason in found.unanswered.items()))
+    if result.unanswered:
+        raise Failed("\n".join(f"{name}: not answered, because {reason}" for name, reason in result.unanswered.items()))
 
 
 COMMANDS = (machine, assess)

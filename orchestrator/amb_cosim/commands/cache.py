@@ -24,8 +24,10 @@ def cache(clear: bool) -> None:
         for entry in () if clear else entries:
             day = time.strftime("%Y-%m-%d", time.localtime(entry.used))
             click.echo(f"{day} {entry.size / 2**20:8.1f} MB  {entry.path.name}")
-        told = f"{len(entries)} in {cache_folder()}, {size / 2**20:.1f} MB"
-        click.echo(f"removed {told}" if clear else f"{told}; above {LIMIT / 2**30:g} GB what was unused longest goes")
+        message = f"{len(entries)} in {cache_folder()}, {size / 2**20:.1f} MB"
+        click.echo(
+            f"removed {message}" if clear else f"{message}; above {LIMIT / 2**30:g} GB what was unused longest goes"
+        )
 
 
 COMMANDS = (cache,)

@@ -57,19 +57,19 @@ def compare(
         check_writable(folder, is_folder=True)
         count = len(sources)
         of_each = [parse_settings(texts) for texts in _by_run(settings, count, "--set")]
-        found = amb_cosim.compare(
+        result = amb_cosim.compare(
             *sources,
             set=of_each if _names_run(settings) else of_each[0] if of_each else None,
             rotor=_last(rotors, count, "--rotor"),
             flavour=_flavours(flavours, count),
             until=until,
         )
-        refuse_nothing(found.sides[-1].result.outcome)
-        found.save(folder, plots=not no_plots)
-    print_parts([*found.text(), f"results in {folder}"])
-    failures = [f"{side.label}: {side.result.outcome.failure}" for side in found.sides if side.result.outcome.failure]
+        refuse_nothing(result.sides[-1].result.outcome)
+        result.save(folder, plots=not no_plots)
+    print_parts([*result.text(), f"results in {folder}"])
+    failures = [f"{side.label}: {side.result.outcome.failure}" for side in result.sides if side.result.outcome.failure]
     if failures:
-        stopped = found.sides[-1].result.outcome.status == "interrupted"
+        stopped = result.sides[-1].result.outcome.status == "interrupted"
         raise (interrupted if stopped else Failed)("\n".join(failures))
 
 
@@ -92,7 +92,7 @@ def _by_run(texts: Sequence[str], count: int, option: str) -> list[list[str]]:
 
 def _last(texts: Sequence[str], count: int, option: str) -> str | list[str | None] | None:
     """Return the last text for all runs, or for each of them where one is for one run."""
-    of_each = [own[-1] if own else None for own in _by_run(texts, count, option)]
+    of_each = [local[-1] if local else None for local in _by_run(texts, count, option)]
     return of_each if _names_run(texts) else of_each[0] if of_each else None
 
 

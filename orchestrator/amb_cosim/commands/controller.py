@@ -41,12 +41,12 @@ def show(file: Path, output: Path | None, rotor: str | None, speed: str, as_json
     with refusing():
         if output is not None:
             check_writable(output, is_folder=False)
-        found = description(file, speed, _modes(rotor, speed))
+        result = description(file, speed, _modes(rotor, speed))
         if output is not None:
             from amb_cosim.presentation.style import write_png
 
-            write_png(bode.draw(found.connections, found.omega, found.modes), output)
-    print_data(found.as_dict(), lambda _: text(found), as_json)
+            write_png(bode.draw(result.connections, result.omega, result.modes), output)
+    print_data(result.as_dict(), lambda _: text(result), as_json)
 
 
 @controller.command("build")
@@ -94,8 +94,8 @@ def _modes(rotor: str | None, speed: str) -> tuple[float, ...]:
         return ()
     from amb_cosim import studies
 
-    (found,) = studies.natural_frequencies(rotor, speeds=speed).speeds.values()
-    return tuple(found.frequencies)
+    (result,) = studies.natural_frequencies(rotor, speeds=speed).speeds.values()
+    return tuple(result.frequencies)
 
 
 COMMANDS = (controller,)

@@ -47,11 +47,11 @@ def list_scenarios(name: str | None, words: str) -> None:
     with refusing():
         entries, said = list(_entries()), pack_files()
         if name is not None:
-            one = next((entry for entry in entries if entry.name == name), None)
-            if one is None:
+            item = next((entry for entry in entries if entry.name == name), None)
+            if item is None:
                 names = [entry.name for entry in entries]
                 raise ValueError(f"there is no scenario and no sweep {name}; {suggest(name, names)}")
-            _tell(one)
+            _tell(item)
             return
         wanted = tuple(words.lower().split())
         entries = [entry for entry in entries if entry.has(wanted)]
@@ -77,10 +77,10 @@ def _entries() -> Iterator[ListedItem]:
     from amb_cosim.sweeps.ready import named_sweeps
     from amb_files.packs import files_of
 
-    known, files = known_outcomes(), files_of("scenarios")
-    for name, one in load_scenarios().items():
-        outcome = f"{known[name].outcome}; {known[name].verdict}" if name in known else ""
-        yield ListedItem(name, files[name], one.theme or OTHERS, one.description, outcome, one.source)
+    available, files = known_outcomes(), files_of("scenarios")
+    for name, item in load_scenarios().items():
+        outcome = f"{available[name].outcome}; {available[name].verdict}" if name in available else ""
+        yield ListedItem(name, files[name], item.theme or OTHERS, item.description, outcome, item.source)
     files = files_of("sweeps")
     for name, ready in named_sweeps().items():
         yield ListedItem(name, files[name], SWEEPS, ready.description, "", f"sweep of {ready.scenario}")

@@ -83,9 +83,9 @@ def _rotor_text(name: str, rotor: str | None, mass: str | None, length: str | No
     if rotor is None:
         m = quantity(mass or click.prompt("Mass"), "kg", "mass")
         return plain_shaft(name, m, quantity(length or click.prompt("Length"), "m", "length"), Omega)
-    for key, given in (("mass", mass), ("length", length)):
-        if given is not None:
-            raise ValueError(f"{key} = {given!r} is given, but the rotor file has its own; give one of them")
+    for key, values in (("mass", mass), ("length", length)):
+        if values is not None:
+            raise ValueError(f"{key} = {values!r} is given, but the rotor file has its own; give one of them")
     path = rotor_path(rotor)
     load_rotor(path)  # what is wrong with it names this file
     return read_text(path, f"rotor file {path}")

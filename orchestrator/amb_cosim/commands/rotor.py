@@ -62,9 +62,9 @@ def show(name: str, output: Path | None, as_json: bool) -> None:
     with refusing():
         if output is not None:
             check_writable(output, is_folder=False)
-        found = load_rotor(name)
+        matches = load_rotor(name)
         try:
-            result = studies.layout(found)
+            result = studies.layout(matches)
         except ValueError as error:
             raise ValueError(f"rotor file {rotor_path(name)}: {error}") from error
         if output is not None:

@@ -70,9 +70,9 @@ def run(
 
         fixed = {f"--{option}": options.pop(option) for option in ("rotor", "receptances")}
         fixed |= {"--save-at": options.pop("save_at") or None, "--from": options.pop("start")}
-        given = fixed | {"--summary-json": summary_json}
+        values = fixed | {"--summary-json": summary_json}
         with refusing():
-            unused = [option for option, value in given.items() if value is not None]
+            unused = [option for option, value in values.items() if value is not None]
             if unused:
                 raise ValueError(f"{' and '.join(unused)} cannot be used with an SSP archive, which has its FMUs in it")
             step_size = None if step is None else time_of(step, "--step")
@@ -112,8 +112,8 @@ def run(
     console.print(result.summary.table())
     show_warnings(result.summary.warnings, console, whole=explain)
     show_notices(result.summary.notices)
-    for told in saved:
-        console.print(told)
+    for message in saved:
+        console.print(message)
     console.print(f"results in {folder}")
     tell_failure(result.outcome, folder)
 

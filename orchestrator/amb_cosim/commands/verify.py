@@ -22,10 +22,10 @@ def verify(ctx: click.Context, fmu: Path) -> None:
     from amb_cosim.cosim.verify.verification import verify
 
     with refusing():
-        found = verify(fmu)
-    for one in found:
-        click.echo(one)
-    if not all(one.is_equal for one in found):
+        result = verify(fmu)
+    for item in result:
+        click.echo(item)
+    if not all(item.is_equal for item in result):
         ctx.exit(1)
 
 

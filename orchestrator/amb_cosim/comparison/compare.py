@@ -168,22 +168,22 @@ def compare(
         loaded = load(source)
         if isinstance(loaded, Result):
             for given, values, default in ((set, settings, None), (rotor, rotors, None), (flavour, flavours, "native")):
-                own = values[number] if _is_each(given) else None
-                if own and own != default:
-                    raise ValueError(f"{_shown(source)} is a saved result; {own} cannot be set for it")
+                local = values[number] if _is_each(given) else None
+                if local and local != default:
+                    raise ValueError(f"{_shown(source)} is a saved result; {local} cannot be set for it")
         if flavours[number] not in FLAVOURS:
             raise ValueError(f"flavour = {flavours[number]!r} is not allowed; it must be one of {', '.join(FLAVOURS)}")
         plans.append(loaded)
     if (set or rotor or until) and all(isinstance(plan, Result) for plan in plans):
         raise ValueError("all that is compared are saved results; nothing can be set for them")
     sides: list[Side] = []
-    for source, plan, own, its_rotor, its_flavour in zip(sources, plans, settings, rotors, flavours, strict=True):
+    for source, plan, local, its_rotor, its_flavour in zip(sources, plans, settings, rotors, flavours, strict=True):
         if isinstance(plan, Result):
             sides.append(Side(plan.scenario, _shown(source), {}, plan))
             continue
-        result = run(plan, set=own, rotor=its_rotor, flavour=its_flavour, until=until, progress=progress)
-        label = _label(plan.name, own, its_rotor, its_flavour, (set, rotor, flavour))
-        sides.append(Side(label, _shown(source), own or {}, result))
+        result = run(plan, set=local, rotor=its_rotor, flavour=its_flavour, until=until, progress=progress)
+        label = _label(plan.name, local, its_rotor, its_flavour, (set, rotor, flavour))
+        sides.append(Side(label, _shown(source), local or {}, result))
         if result.outcome.status == "interrupted":
             break
     return side_by_side(sides)

@@ -50,9 +50,9 @@ def orbits(runs: Runs, bearings: list[str]) -> Figure:
     unit = length_unit(_largest(radius(run, support(run, bearing)) for run in runs.values() for bearing in bearings))
     for panel, bearing in zip(panels, bearings, strict=True):
         for colour, run in zip(COLOURS * 2, runs.values(), strict=False):
-            found, c = path(run, support(run, bearing)), _clearance(run, bearing)
-            if found is not None:
-                panel.plot(*unit.of(found), color=colour, lw=0.6, alpha=OPACITY)
+            result, c = path(run, support(run, bearing)), _clearance(run, bearing)
+            if result is not None:
+                panel.plot(*unit.of(result), color=colour, lw=0.6, alpha=OPACITY)
             if c is not None:
                 panel.plot(unit.of(c) * np.cos(angle), unit.of(c) * np.sin(angle), color="black", ls=DASHED, lw=0.9)
         set_orbit_axes(panel, fitted(bearing.upper(), 3.5), _reach(panel), unit.label)
@@ -67,15 +67,15 @@ def displacement(runs: Runs, bearings: list[str]) -> Figure:
     panels = figure.subplots(len(bearings), 1, sharex=True, squeeze=False)[:, 0]
     for panel, bearing in zip(panels, bearings, strict=True):
         unit = length_unit(_largest(radius(run, support(run, bearing)) for run in runs.values()))
-        known = any(_clearance(run, bearing) is not None for run in runs.values())
+        available = any(_clearance(run, bearing) is not None for run in runs.values())
         for colour, run in zip(COLOURS * 2, runs.values(), strict=False):
             r, c = radius(run, support(run, bearing)), _clearance(run, bearing)
-            if r is not None and (c is not None or not known):
+            if r is not None and (c is not None or not available):
                 panel.plot(axis(run), r / c if c is not None else unit.of(r), color=colour, alpha=OPACITY)
-        if known:
+        if available:
             panel.axhline(1.0, color="black", lw=0.9, ls=DASHED)
         panel.set_title(bearing.upper(), loc="left")
-        panel.set(ylabel="radius / clearance" if known else f"radius ({unit.label})", ylim=(0.0, None))
+        panel.set(ylabel="radius / clearance" if available else f"radius ({unit.label})", ylim=(0.0, None))
     panels[-1].set_xlabel(label)
     return _with_legend(figure, panels[0], runs)
 
@@ -106,7 +106,7 @@ def _axis(runs: Runs) -> tuple[str, Callable[[Signals], NDArray[np.float64]]]:
 
 def _union(names: Iterable[Iterable[str]]) -> list[str]:
     """Return the names of all runs, each once, in the order of their first appearance."""
-    return list(dict.fromkeys(name for found in names for name in found))
+    return list(dict.fromkeys(name for result in names for name in result))
 
 
 def _clearance(run: Signals, bearing: str) -> float | None:
@@ -117,7 +117,7 @@ def _clearance(run: Signals, bearing: str) -> float | None:
 
 def _largest(values: Iterable[NDArray[np.float64] | None]) -> float:
     """Return the largest of all values; 0 without any."""
-    return max((float(np.nanmax(found, initial=0.0)) for found in values if found is not None), default=0.0)
+    return max((float(np.nanmax(result, initial=0.0)) for result in values if result is not None), default=0.0)
 
 
 def _reach(panel: Axes) -> float:

@@ -64,15 +64,15 @@ class SignalComparison:
     def text(self) -> list[str]:
         """Return a line for each run, and for each group of signals that only some have."""
         lines = []
-        for found in self.against_first:
-            if not found.same_times:
+        for result in self.against_first:
+            if not result.same_times:
                 lines.append(
-                    f"{found.label}: sampled at other times than the first run, so that signals are not compared"
+                    f"{result.label}: sampled at other times than the first run, so that signals are not compared"
                 )
                 continue
-            text = f"{found.label}: {found.equal} of {found.compared} common signals are equal to the last bit"
-            if found.largest is not None:
-                worst = found.largest
+            text = f"{result.label}: {result.equal} of {result.compared} common signals are equal to the last bit"
+            if result.largest is not None:
+                worst = result.largest
                 text += (
                     f"; {worst.signal} deviates most, by {worst.difference:.4g} {worst.unit} at cycle {worst.cycle:.4g}"
                 )
@@ -97,13 +97,15 @@ def compare_signals(labels: Sequence[str], runs: Sequence[Signals]) -> SignalCom
         What they recorded.
     """
     names = [signal_names(run) for run in runs]
-    every = dict.fromkeys(name for found in names for name in found)
-    having = {name: tuple(label for label, found in zip(labels, names, strict=True) if name in found) for name in every}
+    every = dict.fromkeys(name for result in names for name in result)
+    having = {
+        name: tuple(label for label, result in zip(labels, names, strict=True) if name in result) for name in every
+    }
     common = tuple(name for name, owners in having.items() if len(owners) == len(labels))
     only_some = {name: owners for name, owners in having.items() if len(owners) < len(labels)}
     against = (
-        _against(label, runs[0], run, [name for name in names[0] if name in found])
-        for label, run, found in zip(labels[1:], runs[1:], names[1:], strict=True)
+        _against(label, runs[0], run, [name for name in names[0] if name in result])
+        for label, run, result in zip(labels[1:], runs[1:], names[1:], strict=True)
     )
     return SignalComparison(common, only_some, tuple(against))
 
@@ -116,12 +118,12 @@ def signal_names(run: Signals) -> list[str]:
 def _against(label: str, first: Signals, run: Signals, names: Iterable[str]) -> AgainstFirst:
     """Return how far the signals of a run differ from those of the first."""
     shorter = min(first.sizes["time"], run.sizes["time"])
-    times, first_times = (np.asarray(found["time"].values[:shorter]) for found in (run, first))
+    times, first_times = (np.asarray(result["time"].values[:shorter]) for result in (run, first))
     compared = [*names]
     if not shorter or not np.array_equal(times, first_times):
         return AgainstFirst(label, False, len(compared), 0, None)
     equal, worst = 0, 0.0
-    found: LargestDifference | None = None
+    result: LargestDifference | None = None
     for name in compared:
         reference, values = (np.asarray(r[name].values[:shorter], dtype=np.float64) for r in (first, run))
         difference = np.abs(values - reference)
@@ -133,7 +135,7 @@ def _against(label: str, first: Signals, run: Signals, names: Iterable[str]) -> 
         if span > 0.0 and difference[at] > worst * span:
             unit = str(first[name].attrs.get("units", ""))
             worst = float(difference[at]) / span
-            found = LargestDifference(
+            result = LargestDifference(
                 name, "" if unit == "1" else unit, float(difference[at]), float(cycles(first)[at])
             )
-    return AgainstFirst(label, True, len(compared), equal, found)
+    return AgainstFirst(label, True, len(compared), equal, result)

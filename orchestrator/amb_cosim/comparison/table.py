@@ -49,7 +49,7 @@ def rows_of(summaries: Sequence[Summary]) -> tuple[ComparedValue, ...]:
     units = {name: unit for values in flat for name, (_, unit) in values.items()}
     rows = []
     for name, unit in units.items():
-        values = tuple(found.get(name, (None, ""))[0] for found in flat)
+        values = tuple(result.get(name, (None, ""))[0] for result in flat)
         rows.append(ComparedValue(name, unit, values, tuple(_difference(value, values[0]) for value in values)))
     return tuple(row for row in rows if any(value is not None for value in row.values))
 

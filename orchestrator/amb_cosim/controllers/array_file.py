@@ -91,13 +91,13 @@ def read_arrays(path: Path) -> dict[str, Any]:
     if time < 0.0:
         raise ValueError(f"Ts = {time:g} s is not allowed; it must be > 0, or 0 for a continuous law")
     step = time if time > 0.0 else None
-    found: dict[str, Any] = {"sample_time": step, "allow_unstable": _number(content, "allow_unstable", 0.0) != 0.0}
-    found |= {key: _names(key, content[key]) for key in ("inputs", "outputs") if key in content}
+    result: dict[str, Any] = {"sample_time": step, "allow_unstable": _number(content, "allow_unstable", 0.0) != 0.0}
+    result |= {key: _names(key, content[key]) for key in ("inputs", "outputs") if key in content}
     if "slow_time" in content:
-        found["slow_time"] = _number(content, "slow_time", 0.0)
+        result["slow_time"] = _number(content, "slow_time", 0.0)
     if "start_names" in content:
-        found["starts"] = _starts(content)
-    return found | {"K": _laws(content, step)}
+        result["starts"] = _starts(content)
+    return result | {"K": _laws(content, step)}
 
 
 def _laws(content: Mapping[str, Any], step: float | None) -> Law | dict[float, Law]:

@@ -138,14 +138,14 @@ def _laws(table: ControllerTable, warp: Warp) -> dict[float, Law]:
             owners.append(number - 1)
             reads.append(_weights(source, table.inputs, table.signals, f"{where}: from", "signals"))
             feeds.append(_weights(target, table.outputs, table.demands, f"{where}: to", "demands"))
-    B, found = np.array(reads), {}
+    B, result = np.array(reads), {}
     for speed in sorted(speeds):
         laws = [_in_series(channel, speed, warp, f"channel {k}") for k, channel in enumerate(table.channel, 1)]
         each = side_by_side([laws[k] for k in owners])
         factors = [np.interp(speed, *np.array(gains[k]).T) for k in owners]
         C = np.array(feeds).T * factors
-        found[speed] = Law(each.A, each.B @ B, C @ each.C, C @ each.D @ B, each.sample_time)
-    return found
+        result[speed] = Law(each.A, each.B @ B, C @ each.C, C @ each.D @ B, each.sample_time)
+    return result
 
 
 def _in_series(channel: Channel, speed: float, warp: Warp, where: str) -> Law:

@@ -32,8 +32,8 @@ Warp = Callable[[float], float]  # of a frequency in rad/s, for which the sample
 
 def angular_frequency(raw: Value, name: str) -> float:
     """Return a frequency in rad/s; a number is in Hz. Raises ValueError if it is none above 0."""
-    given = f"{raw!r} Hz" if isinstance(raw, int | float) and not isinstance(raw, bool) else raw
-    value = quantity(given, "rad/s", name)
+    values = f"{raw!r} Hz" if isinstance(raw, int | float) and not isinstance(raw, bool) else raw
+    value = quantity(values, "rad/s", name)
     if not 0.0 < value < math.inf:
         raise ValueError(f"{name} = {raw} is not allowed; it must be a frequency > 0")
     return value
@@ -42,18 +42,20 @@ def angular_frequency(raw: Value, name: str) -> float:
 def _number(raw: Value, unit: str, name: str, low: float, high: float) -> float:
     value = quantity(raw, unit, name)
     if not low <= value <= high:
-        shown = "" if unit == "1" else f" {unit}"
-        raise ValueError(f"{name} = {value:g}{shown} is not allowed; it must be >= {low:g} and <= {high:g}{shown}")
+        displayed = "" if unit == "1" else f" {unit}"
+        raise ValueError(
+            f"{name} = {value:g}{displayed} is not allowed; it must be >= {low:g} and <= {high:g}{displayed}"
+        )
     return value
 
 
 def schedule(points: Sequence[tuple[Value, Value]], name: str, value_of: ValueOf) -> list[tuple[float, float]]:
     """Return points over speed, ascending (rad/s), and the value at each; raises ValueError if they do not ascend."""
-    found = [(quantity(speed, "rad/s", f"speed of {name}"), value_of(raw, name)) for speed, raw in points]
-    speeds = [speed for speed, _ in found]
+    result = [(quantity(speed, "rad/s", f"speed of {name}"), value_of(raw, name)) for speed, raw in points]
+    speeds = [speed for speed, _ in result]
     if speeds != sorted(set(speeds)):
         raise ValueError(f"the speeds of {name}, {speeds} rad/s, are not allowed; they must ascend")
-    return found
+    return result
 
 
 class BlockTable(Table):
@@ -111,8 +113,8 @@ class LeadLag(BlockTable):
 
     def law(self, warp: Warp) -> Law:
         w = warp(angular_frequency(self.frequency, "frequency"))
-        given = self.phase if isinstance(self.phase, str) else f"{self.phase!r} deg"
-        phase = _number(given, "rad", "phase", math.radians(0.1), math.radians(85.0))
+        values = self.phase if isinstance(self.phase, str) else f"{self.phase!r} deg"
+        phase = _number(values, "rad", "phase", math.radians(0.1), math.radians(85.0))
         a = (1.0 + math.sin(phase)) / (1.0 - math.sin(phase))
         root = math.sqrt(a if self.type == "lead" else 1.0 / a)
         return law_of(([root / w, 1.0], [1.0 / (root * w), 1.0]))

@@ -31,8 +31,8 @@ class LawPath:
 def response(law: Law, omega: Array, sample_time: float | None) -> NDArray[np.complex128]:
     """Return C (p 1 - A)^-1 B + D with p = exp(j omega T), or j omega without T; shape (n, n_demands, n_signals)."""
     p = 1j * omega if sample_time is None else np.exp(1j * omega * sample_time)
-    one = np.eye(len(law.A))  # of all frequencies at once, the matrices of a large law would fill the memory
-    return np.asarray([law.C @ np.linalg.solve(point * one - law.A, law.B) + law.D for point in p])
+    item = np.eye(len(law.A))  # of all frequencies at once, the matrices of a large law would fill the memory
+    return np.asarray([law.C @ np.linalg.solve(point * item - law.A, law.B) + law.D for point in p])
 
 
 def frequencies(controller: LinearController) -> Array:
@@ -47,13 +47,13 @@ def connections(controller: LinearController, omega: Array, speed: float, contin
     `delay` of the controller is in both: the sampled law's is exp(-j omega delay T).
     """
     late = np.exp(-1j * omega * controller.sample_time * controller.starts.get("delay", 0.0))[:, None, None]
-    found = late * response(controller.laws[speed], omega, controller.sample_time)
+    result = late * response(controller.laws[speed], omega, controller.sample_time)
     before = None if continuous is None else late * response(continuous, omega, None)
     return [
-        LawPath(signal, demand, found[:, i, j], None if before is None else before[:, i, j])
+        LawPath(signal, demand, result[:, i, j], None if before is None else before[:, i, j])
         for i, demand in enumerate(controller.ports.demands)
         for j, signal in enumerate(controller.ports.signals)
-        if np.any(np.abs(found[:, i, j]) > 1e-12 * np.abs(found).max())
+        if np.any(np.abs(result[:, i, j]) > 1e-12 * np.abs(result).max())
     ]
 
 
@@ -81,8 +81,10 @@ def draw(found: Sequence[LawPath], omega: Array, modes: Sequence[float]) -> Figu
     above.set(ylabel="gain (A/m)")
     below.set(xlabel="frequency (Hz)", ylabel="phase (deg)")
     above.legend(loc="best")
-    known = any(path.continuous is not None for path in found)
-    figure.suptitle("As it is sampled" + (", and dashed before" if known else "") + ("; grey: modes" if modes else ""))
+    available = any(path.continuous is not None for path in found)
+    figure.suptitle(
+        "As it is sampled" + (", and dashed before" if available else "") + ("; grey: modes" if modes else "")
+    )
     return figure
 
 

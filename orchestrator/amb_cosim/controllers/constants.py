@@ -77,9 +77,9 @@ def _blocks_of(
 def _cheapest(matrices: Array, rows: Sequence[tuple[int, int]], columns: Sequence[tuple[int, int]]) -> list[Block]:
     """Return blocks that cover all that is not zero: one for all, or one for each pair of ranges."""
     filled = np.any(matrices != 0.0, axis=0)
-    one = _filled(filled, (0, filled.shape[0]), (0, filled.shape[1]))
+    item = _filled(filled, (0, filled.shape[0]), (0, filled.shape[1]))
     many = [block for row in rows for column in columns for block in _filled(filled, row, column)]
-    return min(one, many, key=_cost)
+    return min(item, many, key=_cost)
 
 
 def _filled(filled: NDArray[np.bool_], rows: tuple[int, int], columns: tuple[int, int]) -> list[Block]:

@@ -89,10 +89,10 @@ def _sampled(law: Law, sample_time: float, method: str, prewarp: float | None) -
     with warnings.catch_warnings():
         warnings.simplefilter("error", RuntimeWarning)
         try:
-            found = system.sample(sample_time, method, prewarp_frequency=prewarp)
+            result = system.sample(sample_time, method, prewarp_frequency=prewarp)
         except (ValueError, ArithmeticError, RuntimeWarning, np.linalg.LinAlgError) as error:
             raise ValueError(f"the law cannot be sampled by {method}: {error}") from error
     if method == "matched":
-        return with_step(law_of(found), sample_time)
-    A = found.A * scale[:, None] / scale[None, :]
-    return Law(A, found.B * scale[:, None], found.C / scale[None, :], found.D, sample_time)
+        return with_step(law_of(result), sample_time)
+    A = result.A * scale[:, None] / scale[None, :]
+    return Law(A, result.B * scale[:, None], result.C / scale[None, :], result.D, sample_time)

@@ -41,10 +41,10 @@ class Law:
             object.__setattr__(self, name, _matrix(name, getattr(self, name)))
         n, (p, m) = len(self.A), self.D.shape
         for name, shape in {"A": (n, n), "B": (n, m), "C": (p, n)}.items():
-            found = getattr(self, name).shape
-            if found != shape:
+            result = getattr(self, name).shape
+            if result != shape:
                 raise ValueError(
-                    f"{name} of shape {found} is not allowed; with A of shape {self.A.shape} and D of shape "
+                    f"{name} of shape {result} is not allowed; with A of shape {self.A.shape} and D of shape "
                     f"{self.D.shape} it must be {shape}"
                 )
 
@@ -189,20 +189,20 @@ def _is_matrix(K: Any) -> bool:
 
 def _numbers(name: str, value: Any) -> Any:
     try:
-        found = np.asarray(value)
-        if np.iscomplexobj(found):
-            if np.any(found.imag != 0.0):
+        result = np.asarray(value)
+        if np.iscomplexobj(result):
+            if np.any(result.imag != 0.0):
                 raise ValueError("complex")
-            found = found.real
-        return found.astype(np.float64)
+            result = result.real
+        return result.astype(np.float64)
     except (TypeError, ValueError):
         raise ValueError(f"{name} is not allowed; it must be an array of real numbers") from None
 
 
 def _matrix(name: str, value: Any) -> Array:
-    found = _numbers(name, value)
-    if found.ndim != 2:
-        raise ValueError(f"{name} of shape {found.shape} is not allowed; it must have rows and columns")
-    if not np.isfinite(found).all():
+    result = _numbers(name, value)
+    if result.ndim != 2:
+        raise ValueError(f"{name} of shape {result.shape} is not allowed; it must have rows and columns")
+    if not np.isfinite(result).all():
         raise ValueError(f"{name} has numbers that are not finite")
-    return np.ascontiguousarray(found)
+    return np.ascontiguousarray(result)

@@ -165,8 +165,8 @@ def linear_controller(
         If anything is not what it must be; the message names it.
     """
     if isinstance(K, str | Path):
-        given = {"inputs": inputs, "outputs": outputs, "sample_time": sample_time}
-        return _from_file(Path(K), {name: value for name, value in given.items() if value is not None})
+        values = {"inputs": inputs, "outputs": outputs, "sample_time": sample_time}
+        return _from_file(Path(K), {name: value for name, value in values.items() if value is not None})
     by_speed = _laws(K, sampled_arrays)
     first = next(iter(by_speed.values()))
     time = check_sample_time(_sample_time(first) if sample_time is None else sample_time)
@@ -274,11 +274,11 @@ def _check_stable(laws: Mapping[float, Law]) -> None:
 def _labels(
     K: Any, attribute: str, names: Sequence[str] | None, count: int, argument: str, kind: str
 ) -> tuple[str, ...]:
-    one = next(iter(K.values())) if isinstance(K, Mapping) else K
+    item = next(iter(K.values())) if isinstance(K, Mapping) else K
     if isinstance(names, str):
         names = [names]
     if names is None:
-        labels = getattr(one, attribute, None)
+        labels = getattr(item, attribute, None)
         if not labels or any("[" in label for label in labels):
             raise ValueError(f"{argument} is missing; it must name the {kind}, of which this law has {count}")
         names = labels
@@ -291,15 +291,15 @@ def _labels(
 
 def _starts(ports: Ports, gains: Any, offsets: Any, limits: Any, delay: float) -> dict[str, float]:
     starts: dict[str, float] = {}
-    given = {"gain": gains, "offset": offsets}
+    settings = {"gain": gains, "offset": offsets}
     if limits is not None:
         pairs = np.asarray(limits, dtype=np.float64)
         if pairs.shape not in ((2,), (len(ports.demands), 2)):
             raise ValueError(
                 f"limits of shape {pairs.shape} is not allowed; it must be (lower, upper) in A, of all demands or each"
             )
-        given |= {"lower": pairs[..., 0], "upper": pairs[..., 1]}
-    for name, values in given.items():
+        settings |= {"lower": pairs[..., 0], "upper": pairs[..., 1]}
+    for name, values in settings.items():
         each = np.asarray(values, dtype=np.float64)
         if each.shape not in ((), (len(ports.demands),)):
             raise ValueError(

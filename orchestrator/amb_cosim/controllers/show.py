@@ -59,12 +59,12 @@ def description(file: Path, speed: str, modes: Sequence[float]) -> Description:
         If file or speed are not allowed.
     """
     controller = linear_controller(file)
-    asked = quantity(speed, "rad/s", "--speed")
-    nearest = min(controller.laws, key=lambda point: abs(point - asked))
+    requested = quantity(speed, "rad/s", "--speed")
+    nearest = min(controller.laws, key=lambda point: abs(point - requested))
     omega = frequencies(controller)
     below = tuple(mode for mode in modes if mode < omega[-1])
-    found = connections(controller, omega, nearest, _continuous(file, nearest))
-    return Description(controller, nearest, omega, found, below)
+    result = connections(controller, omega, nearest, _continuous(file, nearest))
+    return Description(controller, nearest, omega, result, below)
 
 
 def text(found: Description) -> list[TextPart]:
@@ -91,5 +91,5 @@ def _continuous(file: Path, speed: float) -> Law | None:
     if file.suffix != ".toml":
         return None
     law = read_blocks(file, continuous=True)["K"]
-    found: Law = law[speed] if isinstance(law, dict) else law
-    return found
+    result: Law = law[speed] if isinstance(law, dict) else law
+    return result

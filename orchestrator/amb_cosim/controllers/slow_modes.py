@@ -83,10 +83,10 @@ def slow_modes(law: Law, sample_time: float, slow_time: float) -> SlowModes:
     n_slow = sum(len(part) for part in parts)
     if n_slow:
         tracking = np.hstack(bases) @ _gain(_block_diagonal(parts), np.hstack(maps), alpha)
-    found = SlowModes(tracking, rest, slow)
+    result = SlowModes(tracking, rest, slow)
     if not all(np.isfinite(value).all() for value in (tracking, rest, slow)):
         raise ValueError("the modes of A cannot be told apart; another slow_time may do")
-    return found
+    return result
 
 
 def _split(A: Array, B: Array, alpha: float) -> tuple[Array, Array, Array, Array]:

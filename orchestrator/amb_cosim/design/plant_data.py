@@ -211,12 +211,16 @@ def seal_records(seals: Sequence[Bearing], rows: Sequence[int]) -> Seals:
     records = np.zeros((len(speeds) + 1 if seals else 0, len(seals)), dtype=SEAL)
     for k, (seal, row) in enumerate(zip(seals, rows, strict=True)):
         of_seal = records[:, k]
-        own = [at.speed for at in seal.at_speed]
+        local = [at.speed for at in seal.at_speed]
         of_seal["begin"] = [speeds[0] if speeds else 0.0, *speeds]
-        of_seal["row"], of_seal["lowest"], of_seal["highest"] = row, min(own, default=-np.inf), max(own, default=np.inf)
+        of_seal["row"], of_seal["lowest"], of_seal["highest"] = (
+            row,
+            min(local, default=-np.inf),
+            max(local, default=np.inf),
+        )
         cubics = of_seal["coefficients"].reshape(len(of_seal), 8, 4)
         for place, begin in enumerate(of_seal["begin"]):
-            if place and own and own[0] <= begin < own[-1]:
+            if place and local and local[0] <= begin < local[-1]:
                 spline = seal.spline()
                 for power in range(4):
                     cubics[place, :, power] = spline(begin, nu=power)[:2].ravel() / math.factorial(power)

@@ -37,14 +37,14 @@ _GAINS = ("k_b", "c_b", "k_integral", "k_s", "k_i", "k_p", "k_d")
 
 def loop_parameters(loop: ControlLoop, parameters: Mapping[str, float] | None = None) -> dict[str, float]:
     """Return the parameters that a receptance depends on: those given, and the start values of the others."""
-    given, table = parameters or {}, interface_of(loop)
+    values, table = parameters or {}, interface_of(loop)
     names = {
         *_SHARED,
         *(f"{bearing}.{gain}_{axis}" for bearing, axis, _ in loop.axes for gain in _GAINS),
         *(f"{sensor}.scale" for sensor in loop.sensor_names),
         *(f"plane{k + 1}.{name}" for k in range(len(loop.planes)) for name in ("z", "offset")),
     }
-    return {v.name: float(given.get(v.name, v.start)) for v in table.of("parameter") if v.name in names}
+    return {v.name: float(values.get(v.name, v.start)) for v in table.of("parameter") if v.name in names}
 
 
 @dataclass(frozen=True)
@@ -103,8 +103,8 @@ class ReceptanceTable:
         new = Entry(order, float(speed), np.asarray(receptance, dtype=np.complex128), inner)
         same = [e for e in self.entries if e.order == order and abs(e.speed - speed) <= SAME_SPEED * speed]
         old = min(same, key=lambda e: abs(e.speed - speed), default=None)
-        kept = [e for e in self.entries if e is not old]
-        return replace(self, entries=tuple(sorted([*kept, new], key=lambda e: (e.order, e.speed))))
+        retained = [e for e in self.entries if e is not old]
+        return replace(self, entries=tuple(sorted([*retained, new], key=lambda e: (e.order, e.speed))))
 
     def constants(self, loop: ControlLoop) -> NDArray[np.float64]:
         """Return the constants of a controller FMU of a loop with this table.
@@ -157,8 +157,8 @@ def empty_table(
 
     `inner` are those of a controller beneath it, by `component.name`.
     """
-    known = {**loop_parameters(loop, parameters), **(inner or {})}
-    return ReceptanceTable(rotor, loop.sensor_names, loop.axis_names, known)
+    available = {**loop_parameters(loop, parameters), **(inner or {})}
+    return ReceptanceTable(rotor, loop.sensor_names, loop.axis_names, available)
 
 
 def read_table(
@@ -189,13 +189,13 @@ def read_table(
     name = f"table of receptances {path}"
     file = validate(read_toml(path, name), _ReceptanceFile, name)
     entries = tuple(Entry(entry.order, entry.speed, entry.receptance, entry.inner) for entry in file.receptance)
-    found = ReceptanceTable(file.rotor, file.sensors, file.axes, file.loop, entries)
-    if rotor is not None and found.rotor != rotor:
-        raise ValueError(f"{name}: it is of rotor {found.rotor!r}, not of {rotor!r}")
+    result = ReceptanceTable(file.rotor, file.sensors, file.axes, file.loop, entries)
+    if rotor is not None and result.rotor != rotor:
+        raise ValueError(f"{name}: it is of rotor {result.rotor!r}, not of {rotor!r}")
     if loop is not None:
-        _check_names(found, loop, name)
-    _check_parameters(found, parameters or {}, name)
-    return found
+        _check_names(result, loop, name)
+    _check_parameters(result, parameters or {}, name)
+    return result
 
 
 def _lines(entry: Entry) -> list[str]:
@@ -311,17 +311,17 @@ def _shape(matrix: NDArray[np.float64]) -> str:
 
 
 def _check_names(table: ReceptanceTable, loop: ControlLoop, what: str) -> None:
-    for kind, found, wanted in (
+    for kind, result, wanted in (
         ("sensors", table.sensors, loop.sensor_names),
         ("axes", table.axes, loop.axis_names),
     ):
-        if found != wanted:
-            raise ValueError(f"{what}: its {kind} are {', '.join(found)}, not {', '.join(wanted)}")
+        if result != wanted:
+            raise ValueError(f"{what}: its {kind} are {', '.join(result)}, not {', '.join(wanted)}")
 
 
 def _check_parameters(table: ReceptanceTable, parameters: Mapping[str, float], file: str) -> None:
     for name, wanted in parameters.items():
-        found = table.parameters.get(name)
-        if found is None or not math.isclose(found, wanted, rel_tol=1e-9, abs_tol=1e-300):
-            shown = "unknown" if found is None else f"{found:g}"
-            raise ValueError(f"{file}: it was identified with {name} = {shown}, not {wanted:g}; identify again")
+        result = table.parameters.get(name)
+        if result is None or not math.isclose(result, wanted, rel_tol=1e-9, abs_tol=1e-300):
+            displayed = "unknown" if result is None else f"{result:g}"
+            raise ValueError(f"{file}: it was identified with {name} = {displayed}, not {wanted:g}; identify again")

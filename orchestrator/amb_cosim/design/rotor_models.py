@@ -80,12 +80,12 @@ def check_loop(
     The controller is that of a rotor, by default that of the packs; `inner` are parameters of a linear controller
     beneath it, by `component.name`.
     """
-    known = {name: value for name, value in parameters.items() if value is not None}
+    available = {name: value for name, value in parameters.items() if value is not None}
     loop = control_loop(load_rotor(rotor))
-    read_table(receptances, loop=loop, parameters={**loop_parameters(loop, known), **(inner or {})})
+    read_table(receptances, loop=loop, parameters={**loop_parameters(loop, available), **(inner or {})})
 
 
 def _modelled(rotor: Rotor, loop: ControlLoop) -> Array:
     R = receptance(SPEEDS, K_B, C_B, rotor)
-    known = np.array([condition_number(r) <= MAX_CONDITION for r in R])
-    return pack(loop, SPEEDS[known], R[known]) if known.any() else no_table(loop)
+    available = np.array([condition_number(r) <= MAX_CONDITION for r in R])
+    return pack(loop, SPEEDS[available], R[available]) if available.any() else no_table(loop)

@@ -59,7 +59,7 @@ def axis_matrix(parameters: Parameters) -> Array:
 
 def sensor_response(parameters: Parameters, omega: float) -> Complex:
     """Return F, the measured over the true vibration at omega (rad/s), shape (n_sensors, n_sensors)."""
-    own, passed = parameters.own[0], 1.0 + 0j
-    if is_on(own.chain.preset, own.chain.filter):
-        passed = filter_response(own.chain.cutoff, omega, own.sample_time)
+    local, passed = parameters.own[0], 1.0 + 0j
+    if is_on(local.chain.preset, local.chain.filter):
+        passed = filter_response(local.chain.cutoff, omega, local.sample_time)
     return np.asarray(sensor_matrix(parameters) * passed, dtype=np.complex128)

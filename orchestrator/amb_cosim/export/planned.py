@@ -62,11 +62,11 @@ def plan_models(
     """
     file = scenario if isinstance(scenario, str | Path) and is_system(scenario) else None
     if file is not None:
-        given, system = None, load_system(file)
+        values, system = None, load_system(file)
     else:
-        given = given_scenario(scenario)
-        system = system_of(given)
-        rotor, receptances = rotor or given.rotor, receptances or given.receptances
+        values = given_scenario(scenario)
+        system = system_of(values)
+        rotor, receptances = rotor or values.rotor, receptances or values.receptances
     table = None if receptances is None else Path(receptances)
     options: dict[str, Any] = {"rotor": rotor, "receptances": table}
     made = made_for(system, **options)
@@ -76,10 +76,10 @@ def plan_models(
         lambda component: _interface(model_source(component.fmu, **options)[0]),
     )
     assembly = Assembly(system, {}, interfaces)
-    if given is None:
+    if values is None:
         plan = _plan(assembly, file)
     else:
-        plan = plan_scenario(given.model_copy(update={"rotor": None if rotor is None else str(rotor)}), assembly)
+        plan = plan_scenario(values.model_copy(update={"rotor": None if rotor is None else str(rotor)}), assembly)
     if table is not None:
         from amb_cosim.design.rotor_models import check_loop
 
@@ -88,7 +88,7 @@ def plan_models(
         for component in system.components:
             if component.fmu == CONTROLLER:
                 check_loop(table, parameters[component.name], rotor, inner)
-    return PlannedModels(plan, made, given.coupling if given else None)
+    return PlannedModels(plan, made, values.coupling if values else None)
 
 
 def made_for(system: System, source: Callable[..., Made] = model_source, **options: Any) -> dict[str, Made]:

@@ -38,11 +38,11 @@ def pid_part(name: str, layout: Mapping[str, Any], parameters: Mapping[str, floa
         Of the model `rolac_controller`; its synchronous control is not in it.
     """
     loop = _control_loop(layout)
-    given = given_parameters(loop, parameters)
-    own = given.own[0]
-    time, tau, direct = float(own.sample_time), float(own.derivative_time), own.pid.direct
+    values = given_parameters(loop, parameters)
+    local = values.own[0]
+    time, tau, direct = float(local.sample_time), float(local.derivative_time), local.pid.direct
     laws = []
-    for gains in given.axes:
+    for gains in values.axes:
         k, c, k_set = (float(f(gains, direct)) for f in (stiffness, damping, setpoint_stiffness))
         integral, k_i, b = float(gains.k_integral), float(gains.k_i), 1.0 / (tau + time)
         A = np.array([[tau * b, -b, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 1.0]])  # derivative, x before, integral
@@ -52,13 +52,13 @@ def pid_part(name: str, layout: Mapping[str, Any], parameters: Mapping[str, floa
         laws.append(Law(A[np.ix_(used, used)], B[used], C[:, used], -np.array([[k + c * b, -k_set]]) / k_i))
     n, sensors = len(laws), len(loop.sensors)
     order = np.kron(np.eye(n), [[1.0], [0.0]]), np.kron(np.eye(n), [[0.0], [1.0]])  # of each law's two columns
-    scaled = static(np.hstack([order[0] @ axis_matrix(given), order[1]]))
-    chain = in_series(scaled, _filtered(own, 2 * n, range(0, 2 * n, 2)))
-    law = in_series(in_series(chain, side_by_side(laws)), delayed(n, int(is_on(own.chain.preset, own.chain.delay))))
+    scaled = static(np.hstack([order[0] @ axis_matrix(values), order[1]]))
+    chain = in_series(scaled, _filtered(local, 2 * n, range(0, 2 * n, 2)))
+    law = in_series(in_series(chain, side_by_side(laws)), delayed(n, int(is_on(local.chain.preset, local.chain.delay))))
     inputs = [*loop.sensor_names, *(f"{axis.bearing}.set_{axis.direction}" for axis in loop.axes)]
     outputs = [f"{axis.bearing}.i_{axis.direction}" for axis in loop.axes]
     assert law.D.shape == (n, sensors + n)
-    left_out = "synchronous control, prediction_time" if own.prediction_time > 0.0 else "synchronous control"
+    left_out = "synchronous control, prediction_time" if local.prediction_time > 0.0 else "synchronous control"
     return _part(name, law, time, inputs, outputs, f"{left_out}, {NOTE}")
 
 
@@ -78,11 +78,11 @@ def law_part(
     Omega
         Spin speed (rad/s), at which the matrices are interpolated.
     """
-    own = law_at(constants, Omega)
+    local = law_at(constants, Omega)
     signals, demands = list(layout["signals"]), list(layout["demands"])
     p, m, time = len(demands), len(signals), parameters["sample_time"]
     gains = np.array([parameters[f"{demand}.gain"] for demand in demands])
-    own = Law(own.A, own.B, gains[:, None] * own.C, gains[:, None] * own.D)
+    local = Law(local.A, local.B, gains[:, None] * local.C, gains[:, None] * local.D)
     scale = static(np.diag([parameters[f"{signal}.scale"] for signal in signals]))
     preset = parameters["chain.preset"]
     measured = scale
@@ -90,7 +90,7 @@ def law_part(
         measured = in_series(scale, side_by_side([_filter(parameters["chain.cutoff"], time)] * m))
     errors = side_by_side([measured, static(-np.eye(m)), static(np.eye(p))])
     to_law = static(np.block([[np.eye(m), np.eye(m), np.zeros((m, p))], [np.zeros((p, 2 * m)), np.eye(p)]]))
-    summed = in_series(side_by_side([own, static(np.eye(p))]), static(np.hstack([np.eye(p), np.eye(p)])))
+    summed = in_series(side_by_side([local, static(np.eye(p))]), static(np.hstack([np.eye(p), np.eye(p)])))
     late = parameters["delay"] + float(is_on(preset, parameters["chain.delay"]))
     law = in_series(in_series(in_series(errors, to_law), summed), delayed(p, math.floor(late)))
     inputs = [*signals, *(f"{s}.setpoint" for s in signals), *(f"{d}.feedforward" for d in demands)]
@@ -120,10 +120,10 @@ def static(D: Array) -> Law:
 
 def delayed(count: int, samples: int) -> Law:
     """Return a law that shows its `count` signals so many samples later."""
-    one = Law(np.zeros((count, count)), np.eye(count), np.eye(count), np.zeros((count, count)))
+    item = Law(np.zeros((count, count)), np.eye(count), np.eye(count), np.zeros((count, count)))
     law = static(np.eye(count))
     for _ in range(samples):
-        law = in_series(law, one)
+        law = in_series(law, item)
     return law
 
 
@@ -138,8 +138,8 @@ def _filtered(own: np.record, count: int, filtered: Sequence[int]) -> Law:
     """Return the law that filters some of its signals and passes the others, by a controller's parameters."""
     if not is_on(own.chain.preset, own.chain.filter):
         return static(np.eye(count))
-    one = _filter(float(own.chain.cutoff), float(own.sample_time))
-    return side_by_side([one if k in filtered else static(np.eye(1)) for k in range(count)])
+    item = _filter(float(own.chain.cutoff), float(own.sample_time))
+    return side_by_side([item if k in filtered else static(np.eye(1)) for k in range(count)])
 
 
 def _control_loop(layout: Mapping[str, Any]) -> ControlLoop:

@@ -170,15 +170,15 @@ class _Answers:
 
         The first step has none, for an FMU may start at rest under what it is first shown.
         """
-        component, found = self.component, []
+        component, result = self.component, []
         self.begin()
         for n in range(STEPS + 1):
             component.inputs[:] = self.rest + (pulse if n == 1 else 0.0)
             component.write()
             component.step(n * self.sample_time, self.sample_time)
             component.read()
-            found.append(component.outputs.copy())
-        return np.array(found[1:])
+            result.append(component.outputs.copy())
+        return np.array(result[1:])
 
 
 def realised(markov: Array, sample_time: float) -> Law:
@@ -201,11 +201,11 @@ def realised(markov: Array, sample_time: float) -> Law:
 
 def responses(law: Law, steps: int) -> Array:
     """Return the impulse response (1) of a law, shape (steps, n_outputs, n_inputs)."""
-    found, state = [law.D], law.B
+    result, state = [law.D], law.B
     for _ in range(steps - 1):
-        found.append(law.C @ state)
+        result.append(law.C @ state)
         state = law.A @ state
-    return np.array(found)
+    return np.array(result)
 
 
 def _relative(error: Array, markov: Array) -> float:

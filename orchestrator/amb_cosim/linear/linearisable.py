@@ -88,13 +88,13 @@ class LinearSource:
 
     def parameters(self, name: str) -> dict[str, float]:
         """Return the parameters of a component by name (SI)."""
-        given = self._keep("parameters", lambda: self.plan.all_parameters(self.assembly.interfaces))[name]
-        return {variable: value or 0.0 for variable, value in given.items()}
+        values = self._keep("parameters", lambda: self.plan.all_parameters(self.assembly.interfaces))[name]
+        return {variable: value or 0.0 for variable, value in values.items()}
 
     def _actuator(self, name: str) -> LinearPart:
         prefix = f"{name}."
-        own = {end.removeprefix(prefix): value for end, value in self.point.items() if end.startswith(prefix)}
-        return actuator_part(name, self.layout(name), self.parameters(name), own)
+        local = {end.removeprefix(prefix): value for end, value in self.point.items() if end.startswith(prefix)}
+        return actuator_part(name, self.layout(name), self.parameters(name), local)
 
     def _pid(self, name: str) -> LinearPart:
         return pid_part(name, self.layout(name), self.parameters(name))
@@ -146,14 +146,14 @@ def linearisable(
     flavour: Flavour = "native",
 ) -> LinearSource:
     """Return the components of a scenario or a system with all that they start with; arguments as of `linearise`."""
-    given = at if isinstance(at, Mapping) else {} if at is None else {SPEED: at}
+    values = at if isinstance(at, Mapping) else {} if at is None else {SPEED: at}
     replaced = {component: fspath(file) for component, file in (fmu or {}).items()}
     if isinstance(source, System) or (isinstance(source, str | Path) and is_system(source)):
         assembly, plan = _of_system(source, replaced, rotor, set or {}, flavour)
-        return LinearSource(assembly, plan, _point(assembly, given), None if rotor is None else str(rotor))
+        return LinearSource(assembly, plan, _point(assembly, values), None if rotor is None else str(rotor))
     scenario = given_scenario(source, rotor)
     prepared = prepare(scenario.changed(fmu=replaced) if replaced else scenario, set, flavour=flavour)
-    return of_prepared(prepared, given)
+    return of_prepared(prepared, values)
 
 
 def of_prepared(prepared: PlannedRun, at: Mapping[str, Raw] | None = None) -> LinearSource:
@@ -195,17 +195,17 @@ def _sample_time(values: Assignments) -> float:
 
 def _point(assembly: Assembly, given: Mapping[str, Raw]) -> dict[str, float]:
     """Return values in the units of the variables; of inputs, whether fed or not, or of shared signals."""
-    found, system = {}, assembly.system
+    result, system = {}, assembly.system
     for name, raw in given.items():
         end = system.first_end(name)
         if "." not in end:
             if name != SPEED:
                 raise ValueError(f"at: {name!r} is no component.variable and no signal")
-            found[name] = quantity(raw, "rad/s", name)
+            result[name] = quantity(raw, "rad/s", name)
             continue
         port = system.port(end, assembly.interfaces)
         if port.causality != "input":
             raise ValueError(f"at: {name} is {port.kind}; it must be an input")
         signal = system.signal_of(end)
-        found[signal.name if signal else name] = convert(raw, port, name)
-    return found
+        result[signal.name if signal else name] = convert(raw, port, name)
+    return result

@@ -78,22 +78,22 @@ def model_of(
     opened: Sequence[str] = (),
 ) -> LinearModel:
     """Return the linear model of components that are there already; arguments and errors as of `linearise`."""
-    there = [component.name for component in made.assembly.system.components]
+    present = [component.name for component in made.assembly.system.components]
     for name in components or ():
-        if name not in there:
-            raise ValueError(f"no component {name!r}; {suggest(name, there)}")
-    chosen, units = [name for name in there if components is None or name in components], made.units()
+        if name not in present:
+            raise ValueError(f"no component {name!r}; {suggest(name, present)}")
+    chosen, units = [name for name in present if components is None or name in components], made.units()
     parts, feeds = made.parts(chosen), made.feeds(chosen)
     parts, feeds = in_order(parts, feeds, chosen)
     for name in _matching("opened", opened, [end for part in parts for end in part.inputs]):
         feeds.pop(name, None)
     whole = loop_of(parts, feeds)
-    known = {end for part in parts for end in part.inputs}
-    free = [name for name in whole.inputs if name in known and (inputs is not None or name not in feeds)]
-    shown = [name for name in whole.outputs if name in units]
-    own = [name for name in shown if name not in known]
+    available = {end for part in parts for end in part.inputs}
+    free = [name for name in whole.inputs if name in available and (inputs is not None or name not in feeds)]
+    displayed = [name for name in whole.outputs if name in units]
+    local = [name for name in displayed if name not in available]
     chosen_inputs = free if inputs is None else _matching("inputs", inputs, free)
-    chosen_outputs = own if outputs is None else _matching("outputs", outputs, shown)
+    chosen_outputs = local if outputs is None else _matching("outputs", outputs, displayed)
     point = {SPEED: made.plan.inputs[SPEED]} if SPEED in made.plan.inputs else {}
     return linear_model(whole.selected(chosen_inputs, chosen_outputs), units, {**point, **made.point})
 
@@ -103,23 +103,23 @@ def in_order(
 ) -> tuple[list[LinearPart], dict[str, str]]:
     """Return parts and feeds where what an FMU shows at the end of its step reaches those before it a step later."""
     place = {name: k for k, name in enumerate(names)}
-    found, changed = list(parts), dict(feeds)
+    result, changed = list(parts), dict(feeds)
     for k, part in enumerate(parts):
         if not part.at_end:
             continue
         back = [(t, s) for t, s in feeds.items() if s in part.outputs and place[t.partition(".")[0]] <= k]
         if back:
-            found[k], later = shown_a_step_later(part, [s for _, s in back])
+            result[k], later = shown_a_step_later(part, [s for _, s in back])
             changed |= {target: later[source] for target, source in back}
-    return found, changed
+    return result, changed
 
 
 def _matching(what: str, patterns: Sequence[str], names: Sequence[str]) -> list[str]:
     """Return the names that are given, or match a pattern, in order and once."""
-    found: dict[str, None] = {}
+    result: dict[str, None] = {}
     for pattern in [patterns] if isinstance(patterns, str) else patterns:
         matching = [pattern] if pattern in names else matching_names(names, pattern)
         if not matching:
             raise ValueError(f"{what}: nothing in the linear model matches {pattern!r}; {suggest(pattern, names)}")
-        found |= dict.fromkeys(matching)
-    return list(found)
+        result |= dict.fromkeys(matching)
+    return list(result)

@@ -43,8 +43,8 @@ class Loop:
     linear_components: LinearSource
 
     def __post_init__(self) -> None:
-        there = [component.name for component in self.linear_components.assembly.system.components]
-        missing = [component for component in (PLANT, ACTUATOR) if component not in there]
+        present = [component.name for component in self.linear_components.assembly.system.components]
+        missing = [component for component in (PLANT, ACTUATOR) if component not in present]
         if missing:
             raise ValueError(f"scenario {self.name} has no component {missing[0]}; a linear loop needs one")
         if not self.demands:
@@ -96,11 +96,11 @@ class Loop:
     def sample_time(self) -> float:
         """Time between samples of the controller (s)."""
         controller = self.sources[0].partition(".")[0]
-        given = self.linear_components.plan.all_parameters(self.linear_components.assembly.interfaces)[controller].get(
+        values = self.linear_components.plan.all_parameters(self.linear_components.assembly.interfaces)[controller].get(
             "sample_time"
         )
-        if given:
-            return given
+        if values:
+            return values
         every = next(c.every for c in self.linear_components.plan.system.components if c.name == controller)
         return every * self.linear_components.plan.step_size
 

@@ -50,7 +50,7 @@ def rotor_part(
     K, C = K_columns.T, C_columns.T
     B = s.Minv @ np.hstack([np.eye(n)[:, at], s.B_disc.T, s.B_base.T])
     rows = [int(row) + k for row in s.sites for k in (0, 1)]
-    shown = np.vstack([np.eye(n)[at], s.sensors, np.eye(n)[rows]])
+    displayed = np.vstack([np.eye(n)[at], s.sensors, np.eye(n)[rows]])
     inputs = [f"{place}.f_{a}" for place in (*bearings, *layout["discs"]) for a in "xy"] + ["base.a_x", "base.a_y"]
     outputs = [f"{bearing}.{a}" for bearing in bearings for a in "xy"]
     outputs += [plane[a] for plane in layout["sensors"] for a in "xy"]
@@ -59,8 +59,8 @@ def rotor_part(
     law = Law(
         np.block([[zero, np.eye(n)], [-K, -C]]),
         np.vstack([np.zeros_like(B), B]),
-        np.hstack([shown, np.zeros_like(shown)]),
-        np.zeros((len(shown), B.shape[1])),
+        np.hstack([displayed, np.zeros_like(displayed)]),
+        np.zeros((len(displayed), B.shape[1])),
     )
     return _unique(law, name, inputs, outputs, "contact, unbalance and a free spin are not in it")
 
@@ -75,11 +75,11 @@ def bearing_slopes(
     ValueError
         If they are beyond the air gap or what the coils carry.
     """
-    own = {name: parameters[f"{bearing}.{name}_{axis}"] for name in AXIS.names or ()}
-    p, law = axis_parameters(bearing, axis, **own), int(parameters["force_law"])
+    local = {name: parameters[f"{bearing}.{name}_{axis}"] for name in AXIS.names or ()}
+    p, law = axis_parameters(bearing, axis, **local), int(parameters["force_law"])
     if law == NONLINEAR and (x != 0.0 or i != 0.0):
-        found = linearisation(p, x, i)
-        return float(found.k_s), float(found.k_i)
+        result = linearisation(p, x, i)
+        return float(result.k_s), float(result.k_i)
     return operating_constants(p, law)
 
 

@@ -88,16 +88,16 @@ def connected(parts: Sequence[LinearPart], feeds: Mapping[str, str]) -> LinearPa
         raise ValueError("the connections close a loop without delay that has no solution; no linear model is there")
     W = np.linalg.inv(direct)
     summed = W @ E @ whole.C
-    own = [k for k, name in enumerate(inputs) if name not in row]
+    local = [k for k, name in enumerate(inputs) if name not in row]
     law = Law(
         whole.A + whole.B @ summed,
         whole.B @ W,
-        np.vstack([whole.C + whole.D @ summed, summed[own]]),
-        np.vstack([whole.D @ W, W[own]]),
+        np.vstack([whole.C + whole.D @ summed, summed[local]]),
+        np.vstack([whole.D @ W, W[local]]),
         parts[0].law.sample_time,
     )
     notes = tuple(dict.fromkeys(note for part in parts for note in part.notes))
-    return LinearPart(law, inputs, (*outputs, *(inputs[k] for k in own)), notes=notes)
+    return LinearPart(law, inputs, (*outputs, *(inputs[k] for k in local)), notes=notes)
 
 
 def _is_solvable(matrix: Array) -> bool:
@@ -125,18 +125,20 @@ def sampled(part: LinearPart, sample_time: float, late: Mapping[str, float] | No
     law, fractions = part.law, {name: f for name, f in (late or {}).items() if f > 0.0}
     n, m = law.B.shape
     Phi, new = zoh(law.A, law.B, sample_time)
-    kept = [part.inputs.index(name) for name in fractions]
-    old = np.zeros((n, len(kept)))
+    retained = [part.inputs.index(name) for name in fractions]
+    old = np.zeros((n, len(retained)))
     new, D = new.copy(), law.D.copy()
-    for k, (j, f) in enumerate(zip(kept, fractions.values(), strict=True)):
+    for k, (j, f) in enumerate(zip(retained, fractions.values(), strict=True)):
         before, after = zoh(law.A, law.B, f * sample_time), zoh(law.A, law.B, (1.0 - f) * sample_time)
         old[:, k] = after[0] @ before[1][:, j]
         new[:, j] = after[1][:, j]
-    shown = D[:, kept].copy()
-    D[:, kept] = 0.0
-    A = np.block([[Phi, old], [np.zeros((len(kept), n + len(kept)))]])
-    B = np.vstack([new, np.eye(m)[kept]])
-    return LinearPart(Law(A, B, np.hstack([law.C, shown]), D, sample_time), part.inputs, part.outputs, notes=part.notes)
+    displayed = D[:, retained].copy()
+    D[:, retained] = 0.0
+    A = np.block([[Phi, old], [np.zeros((len(retained), n + len(retained)))]])
+    B = np.vstack([new, np.eye(m)[retained]])
+    return LinearPart(
+        Law(A, B, np.hstack([law.C, displayed]), D, sample_time), part.inputs, part.outputs, notes=part.notes
+    )
 
 
 def zoh(A: NDArray[Any], B: NDArray[Any], time: float) -> tuple[NDArray[Any], NDArray[Any]]:

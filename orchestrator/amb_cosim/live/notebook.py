@@ -68,6 +68,6 @@ def live(
 
     if height < 200:
         raise ValueError(f"height = {height} px is not allowed; it must be 200 px or more")
-    name, of_rotor = (None if given is None else str(given) for given in (scenario, rotor))
+    name, of_rotor = (None if values is None else str(values) for values in (scenario, rotor))
     rigs = rigs_of(name, of_rotor, alone=not others)
     return LivePage(rigs[0].data["scenario"], page(rigs), height)

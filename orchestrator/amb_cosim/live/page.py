@@ -55,7 +55,7 @@ def page(rigs: Sequence[Rig], documentation: str = "") -> str:
 
 def _data(rigs: Iterable[Rig], documentation: str) -> dict[str, Any]:
     """What the page reads, compressed: each rig, and once what several share."""
-    shown: list[dict[str, Any]] = []
+    displayed: list[dict[str, Any]] = []
     variables: dict[str, Any] = {}
     parts: dict[str, bytes] = {}
     for rig in rigs:
@@ -63,9 +63,9 @@ def _data(rigs: Iterable[Rig], documentation: str) -> dict[str, Any]:
         for component in rig.data["components"]:
             variables[component["guid"]] = component["variables"]
             components.append({**component, "variables": component["guid"]})
-        shown.append({**rig.data, "components": components})
+        displayed.append({**rig.data, "components": components})
         parts |= rig.parts
-    described = {"documentation": documentation, "rigs": shown, "variables": variables}
+    described = {"documentation": documentation, "rigs": displayed, "variables": variables}
     text = json.dumps(described, allow_nan=False, separators=(",", ":"))
     return {"described": _packed(text.encode()), "parts": {key: _packed(content) for key, content in parts.items()}}
 

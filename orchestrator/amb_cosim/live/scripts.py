@@ -100,5 +100,5 @@ def _wrapped(path: str, module: Module, number: Mapping[str, int]) -> str:
         f"const {{ {', '.join(a if a == b else f'{a}: {b}' for a, b in names)} }} = module{number[place]};\n"
         for place, names in module.imports
     )
-    given = f"return {{ {', '.join(module.exports)} }};\n"
-    return f"// {path}\nconst module{number[path]} = (() => {{\n{taken}{module.text}{given}}})();\n"
+    values = f"return {{ {', '.join(module.exports)} }};\n"
+    return f"// {path}\nconst module{number[path]} = (() => {{\n{taken}{module.text}{values}}})();\n"

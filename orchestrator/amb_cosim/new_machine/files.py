@@ -73,8 +73,8 @@ def new_machine(
         rotor = rotor if has_damping else rotor + damping()
         bare = _rotor_of(file, rotor)
         if bare.bearings and bearings:
-            there = ", ".join(f"{b.name} at {bare.shaft.nodes[b.node - 1]:g} m" for b in bare.bearings)
-            raise ValueError(f"bearings are given, but the rotor file has its own: {there}; leave one of the two out")
+            present = ", ".join(f"{b.name} at {bare.shaft.nodes[b.node - 1]:g} m" for b in bare.bearings)
+            raise ValueError(f"bearings are given, but the rotor file has its own: {present}; leave one of the two out")
         if not bare.bearings:
             _rotor_of(file, rotor + supports(bare, bearings))
         sizes = machine_sizes(load_rotor(file), speed)

@@ -96,14 +96,14 @@ def gains_of(scenario: Path, k_b: float, c_b: float, speed: float, flavour: Flav
     """
     values = {"rolac_controller.*.k_b_?": k_b, "rolac_controller.*.c_b_?": c_b}
     loop = Loop(of_prepared(prepare(load_scenario(str(scenario)).machine(), values, flavour=flavour)))
-    found = []
+    result = []
     for Omega in (share * speed for share in SPEEDS):
         at = vibrations(loop, Omega)
-        found += [
+        result += [
             (zeta, omega, Omega) for zeta, omega in zip(at.ratios().tolist(), at.poles.imag.tolist(), strict=True)
         ]
-    low, high = ([v for v in found if (v[1] <= RANGE * speed) == is_low] for is_low in (True, False))
-    worst = min(found, key=lambda v: v[0] / (WANTED_IN_RANGE if v in low else WANTED_BEYOND))
+    low, high = ([v for v in result if (v[1] <= RANGE * speed) == is_low] for is_low in (True, False))
+    worst = min(result, key=lambda v: v[0] / (WANTED_IN_RANGE if v in low else WANTED_BEYOND))
     return Gains(k_b, c_b, min(low, default=(1.0,))[0], min(high, default=(1.0,))[0], *worst[1:])
 
 
@@ -115,11 +115,11 @@ def best_gains(scenario: Path, sizes: MachineSizes, flavour: Flavour) -> Gains:
     ValueError
         If none levitates the rotor; the message says what to change.
     """
-    found = [gains_of(scenario, k_b, c_b, sizes.speed, flavour) for k_b, c_b in candidates(sizes)]
-    best = max(found, key=lambda gains: gains.quality)
+    result = [gains_of(scenario, k_b, c_b, sizes.speed, flavour) for k_b, c_b in candidates(sizes)]
+    best = max(result, key=lambda gains: gains.quality)
     if best.quality <= 0.0:
         raise ValueError(
-            f"no PID of {len(found)} levitates rotor {sizes.rotor.name!r} up to {sizes.speed * RPM:.0f} rpm: with the "
+            f"no PID of {len(result)} levitates rotor {sizes.rotor.name!r} up to {sizes.speed * RPM:.0f} rpm: with the "
             f"best, K_b = {best.k_b:.3g} N/m and C_b = {best.c_b:.3g} N s/m, {best.least_damped}, "
             f"{min(best.in_range, best.beyond):.2g} of critical damping; {_advice(best.frequency, sizes.speed)}"
         )

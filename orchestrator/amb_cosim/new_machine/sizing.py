@@ -97,12 +97,12 @@ def machine_sizes(rotor: Rotor, speed: float) -> MachineSizes:
     """
     require_speed(speed)
     retainers = tuple(site for site in rotor.sites if site.bearing is not None)
-    for there, what, key in (
+    for present, what, key in (
         (rotor.sensors, "a sensor", "[[sensors]] with name and z"),
         (retainers, "a retainer", "[[sites]] with name, z, clearance and bearing, the name of the bearing it is of"),
         (rotor.discs, "a plane of unbalance", "a body with unbalance = true"),
     ):
-        if not there:
+        if not present:
             raise ValueError(f"rotor {rotor.name!r} has not {what}; its file needs {key}")
     nodes = rotor.shaft.nodes
     diameter = max(diameter_at(rotor, nodes[node - 1]) for node in rotor.bearing_nodes)

@@ -32,9 +32,9 @@ def progress_bar(progress: bool | Report | None = None) -> Iterator[Report]:
     if callable(progress):
         yield progress
         return
-    with bars(Console(stderr=True), progress) as shown:
-        task = shown.add_task(STARTING, total=None)
-        yield lambda done, total: shown.update(task, description="simulating", completed=done, total=total)
+    with bars(Console(stderr=True), progress) as displayed:
+        task = displayed.add_task(STARTING, total=None)
+        yield lambda done, total: displayed.update(task, description="simulating", completed=done, total=total)
 
 
 @contextmanager
@@ -47,20 +47,20 @@ def sweep_bar(progress: bool | SweepReport | None = None) -> Iterator[SweepRepor
         yield progress
         return
     console = Console(stderr=True)
-    with bars(console, progress) as shown:
-        task = shown.add_task("starting processes", total=None)
+    with bars(console, progress) as displayed:
+        task = displayed.add_task("starting processes", total=None)
         began: list[tuple[float, int]] = []
-        told: set[str] = set()
+        message: set[str] = set()
 
         def report(done: int, total: int, dashboard: str) -> None:
-            if dashboard and dashboard not in told:
-                told.add(dashboard)
+            if dashboard and dashboard not in message:
+                message.add(dashboard)
                 console.print(f"dashboard {dashboard}", highlight=False)
             if not began or done < began[0][1]:
                 began[:] = [(time.monotonic(), done)]
             passed = time.monotonic() - began[0][0]
             rate = (done - began[0][1]) / passed if passed > 0.0 else 0.0
             text = f"{done} of {total} runs, {rate:.3g} a second"
-            shown.update(task, description=text, completed=done, total=total)
+            displayed.update(task, description=text, completed=done, total=total)
 
         yield report

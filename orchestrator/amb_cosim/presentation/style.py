@@ -87,9 +87,9 @@ def spread(places: ArrayLike, gap: float) -> NDArray[np.float64]:
             total, count = blocks.pop()
             blocks[-1] = [blocks[-1][0] + total, blocks[-1][1] + count]
     means = np.concatenate([np.full(int(count), total / count) for total, count in blocks] or [np.empty(0)])
-    found = np.empty_like(wanted)
-    found[order] = means + gap * np.arange(len(wanted))
-    return found
+    result = np.empty_like(wanted)
+    result[order] = means + gap * np.arange(len(wanted))
+    return result
 
 
 def png(figure: Figure) -> bytes:

@@ -52,8 +52,8 @@ class ShownUnit:
 
     def number(self, value: float, digits: int = 4) -> str:
         """Return a value of the SI unit in this one, as a number to be read: 15000, not 1.5e+04."""
-        shown = value / self.size
-        return f"{shown:.0f}" if 10.0**digits <= abs(shown) < 1e7 else f"{shown:.{digits}g}"
+        displayed = value / self.size
+        return f"{displayed:.0f}" if 10.0**digits <= abs(displayed) < 1e7 else f"{displayed:.{digits}g}"
 
 
 class units:  # used as a function, and in `with`
@@ -95,15 +95,15 @@ def parse_units(text: str) -> dict[str, str]:
     ValueError
         If a name is no unit that is shown, or two are of one quantity.
     """
-    found: dict[str, str] = {}
-    for given in filter(None, re.split(r"[,;\s]+", text.replace("\N{MICRO SIGN}", "u"))):
-        if given not in QUANTITIES:
-            raise ValueError(f"units = {given!r} is not allowed; it must be one of {', '.join(QUANTITIES)}")
-        quantity = QUANTITIES[given]
-        if quantity in found:
+    result: dict[str, str] = {}
+    for values in filter(None, re.split(r"[,;\s]+", text.replace("\N{MICRO SIGN}", "u"))):
+        if values not in QUANTITIES:
+            raise ValueError(f"units = {values!r} is not allowed; it must be one of {', '.join(QUANTITIES)}")
+        quantity = QUANTITIES[values]
+        if quantity in result:
             raise ValueError(f"units = {text!r} is not allowed; it must have one unit of {quantity}")
-        found[quantity] = given
-    return found
+        result[quantity] = values
+    return result
 
 
 def speed_unit(usual: str = "rad/s") -> ShownUnit:

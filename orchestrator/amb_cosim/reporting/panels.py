@@ -82,49 +82,49 @@ def run_panels(run: Signals, others: Iterable[RunPanels] = ()) -> tuple[Panel, .
 
 def horizontal_axis(run: Signals) -> tuple[NDArray[np.float64], str, NDArray[np.bool_]]:
     """Return cycles, or spin speeds where they change, from cycle 0 on, their label, and the samples that these are."""
-    shown = np.asarray(cycles(run) >= 0.0)
+    displayed = np.asarray(cycles(run) >= 0.0)
     if speed_changes(run):
-        return speed(run)[shown] / HERTZ, "spin speed (Hz)", shown
-    return cycles(run)[shown], "cycle", shown
+        return speed(run)[displayed] / HERTZ, "spin speed (Hz)", displayed
+    return cycles(run)[displayed], "cycle", displayed
 
 
 def curve(name: str, x: ArrayLike, y: ArrayLike, style: str = "lines") -> Curve:
     """Return a curve of at most `MOST_POINTS` points: of more, the extremes of equal parts stay."""
     xs, ys = np.asarray(x, np.float64), np.asarray(y, np.float64)
     if len(xs) > MOST_POINTS:
-        kept = _extremes(ys, MOST_POINTS // 2)
-        xs, ys = xs[kept], ys[kept]
+        retained = _extremes(ys, MOST_POINTS // 2)
+        xs, ys = xs[retained], ys[retained]
     return Curve(name, xs, ys, style)
 
 
 def _panels(run: Signals, others: Iterable[RunPanels]) -> Iterator[Panel]:
-    axis, label, shown = horizontal_axis(run)
+    axis, label, displayed = horizontal_axis(run)
     bearings = places(run).bearings
     relative = {mb: _relative_radius(run, mb) for mb in bearings}
     yield Panel(
         "Radial displacement over clearance",
         label,
         "r / C_r",
-        tuple(curve(mb.upper(), axis, r[shown]) for mb, r in relative.items()),
+        tuple(curve(mb.upper(), axis, r[displayed]) for mb, r in relative.items()),
     )
-    found = {site: peaks(run, site) for site in touchable(run)}
-    forces = {site: force[shown] for site, force in found.items() if force is not None}
+    result = {site: peaks(run, site) for site in touchable(run)}
+    forces = {site: force[displayed] for site, force in result.items() if force is not None}
     if any(force.any() for force in forces.values()):
         curves = tuple(curve(site.upper(), axis, 1e-3 * force) for site, force in forces.items())
         yield Panel("Normal contact force", label, "N (kN)", curves)
-        state = np.asarray(signal(run, "contact_state"))[shown]
+        state = np.asarray(signal(run, "contact_state"))[displayed]
         meaning = ", ".join(f"{k} {name}" for k, name in enumerate(places(run).contact_states))
         yield Panel(f"Contact state: {meaning}", label, "state", (curve("state", axis, state),))
     modes = [signal(run, f"{site}.mode") for site in forces]
     if any(mode is not None and (mode == ROLLING).any() for mode in modes):
-        whirls = {site: np.asarray(signal(run, f"{site}.whirl_speed"))[shown] for site in forces}
+        whirls = {site: np.asarray(signal(run, f"{site}.whirl_speed"))[displayed] for site in forces}
         curves = tuple(curve(site.upper(), axis, whirl) for site, whirl in whirls.items())
         yield Panel("Whirl speed", label, "phi-dot (rad/s)", curves)
     for draw in others:
         yield from draw(run)
     if not speed_changes(run):
         title = "Orbits over clearance" + ("" if rolling_from(run) is None else ", until it rolls")
-        yield Panel(title, "x / C_r", "y / C_r", tuple(_orbits(run, shown)), is_round=True)
+        yield Panel(title, "x / C_r", "y / C_r", tuple(_orbits(run, displayed)), is_round=True)
 
 
 def _orbits(run: Signals, shown: NDArray[np.bool_]) -> Iterator[Curve]:
@@ -156,11 +156,11 @@ def _clearance(run: Signals, site: str) -> float:
 def _extremes(values: NDArray[np.float64], parts: int) -> NDArray[np.intp]:
     """Return the indices of the least and the largest value in each of some equal parts, ascending."""
     edges = np.linspace(0, len(values), parts + 1).astype(int)
-    kept = {0, len(values) - 1}
+    retained = {0, len(values) - 1}
     for first, last in pairwise(edges):
         part = values[first:last]
-        kept.update((first + int(np.argmin(part)), first + int(np.argmax(part))))
-    return np.array(sorted(kept), dtype=np.intp)
+        retained.update((first + int(np.argmin(part)), first + int(np.argmax(part))))
+    return np.array(sorted(retained), dtype=np.intp)
 
 
 def _packed(values: NDArray[np.float64]) -> dict[str, str]:

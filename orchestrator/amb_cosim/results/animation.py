@@ -145,19 +145,19 @@ class Scene:
 
         if not all(radius(recorded, bearing) is not None for bearing in places(recorded).bearings):
             raise ValueError("the run did not record the displacement at all bearings")
-        shown = stations(recorded)
-        if not shown:
+        displayed = stations(recorded)
+        if not displayed:
             raise ValueError("the rotor has no bearing whose orbit could be shown")
         self.cycles, self.trail = cycles(recorded), trail
         self.speeds = speed(recorded)
         self.name = Path(recorded.attrs["scenario"]).stem
-        self.figure: Figure = StyledFigure(figsize=(3.6 * len(shown), 4.2))
-        panels = self.figure.subplots(1, len(shown), squeeze=False)[0]
-        self.figure.subplots_adjust(left=0.75 / (3.6 * len(shown)), right=0.98, top=0.82, bottom=0.12, wspace=0.25)
+        self.figure: Figure = StyledFigure(figsize=(3.6 * len(displayed), 4.2))
+        panels = self.figure.subplots(1, len(displayed), squeeze=False)[0]
+        self.figure.subplots_adjust(left=0.75 / (3.6 * len(displayed)), right=0.98, top=0.82, bottom=0.12, wspace=0.25)
         self.title = self.figure.suptitle(" ")
         self.drawn: list[tuple[Any, ...]] = []
         angle = np.linspace(0.0, 2.0 * np.pi, 181)
-        for panel, station in zip(panels, shown, strict=True):
+        for panel, station in zip(panels, displayed, strict=True):
             path = station.path(recorded)
             force = peaks(recorded, station.site) if station.site else None
             gap = clearance(recorded, station.site) if station.site else 0.0

@@ -27,9 +27,9 @@ def is_sampled(dataset: Signals, site: str) -> bool:
 
 def peaks(dataset: Signals, site: str) -> NDArray[np.float64] | None:
     """Return the largest normal force (N) of each step, or its samples; None where neither was recorded."""
-    found = signal(dataset, f"{site}.f_n_peak")
-    found = signal(dataset, f"{site}.f_n") if found is None else found
-    return None if found is None else np.asarray(found, np.float64)
+    result = signal(dataset, f"{site}.f_n_peak")
+    result = signal(dataset, f"{site}.f_n") if result is None else result
+    return None if result is None else np.asarray(result, np.float64)
 
 
 def peak_force(dataset: Signals, site: str, begin: float = 0.0, end: float = np.inf) -> float | None:

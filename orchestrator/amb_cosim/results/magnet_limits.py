@@ -30,15 +30,15 @@ def magnet_force(dataset: Signals, axis: str) -> NDArray[np.float64] | None:
 
 def is_magnetic(dataset: Signals, bearing: str) -> bool:
     """Return whether a current or a force of a bearing was recorded that is not zero all the time."""
-    found = (of(dataset, f"{bearing}.{axis}") for of in (control_current, magnet_force) for axis in "xy")
-    return any(values is not None and bool(values.any()) for values in found)
+    result = (of(dataset, f"{bearing}.{axis}") for of in (control_current, magnet_force) for axis in "xy")
+    return any(values is not None and bool(values.any()) for values in result)
 
 
 def current_limits(dataset: Signals, axis: str) -> Limits | None:
     """Return the least and the largest control current (A) of an axis, `BEARING.x`; None where they are not known."""
     bearing, _, direction = axis.rpartition(".")
-    given = parameters_of(dataset, CONTROLLER)
-    low, high = (given.get(f"{bearing}.{name}_{direction}") for name in ("i_min", "i_max"))
+    values = parameters_of(dataset, CONTROLLER)
+    low, high = (values.get(f"{bearing}.{name}_{direction}") for name in ("i_min", "i_max"))
     if low is None or high is None or high <= low:
         return None
     return float(low), float(high)
@@ -52,8 +52,8 @@ def force_limits(dataset: Signals, axis: str) -> Limits | None:
     One coil pair pulls with all that iron and amplifier allow, the other with nothing. F_0 is the static load, which a
     force without its static part leaves out.
     """
-    given = parameters_of(dataset, ACTUATOR)
-    p = _axis(given, axis)
+    values = parameters_of(dataset, ACTUATOR)
+    p = _axis(values, axis)
     if not {"turns", "pole_area", "gap", "half_angle", "bias_current", "static_current", "current_limit"} <= p.keys():
         return None
     per_ampere = MU_0 * p["turns"] / p["gap"]
@@ -61,7 +61,7 @@ def force_limits(dataset: Signals, axis: str) -> Limits | None:
     pull_of_square = p["pole_area"] * math.cos(p["half_angle"]) / MU_0
     operating = p["static_current"] + p["bias_current"]
     static = 0.0
-    if not given.get("total_force"):
+    if not values.get("total_force"):
         static = pull_of_square * per_ampere**2 * (operating**2 - p["bias_current"] ** 2)
     return -pull_of_square * flux**2 - static, pull_of_square * flux**2 - static
 

@@ -16,8 +16,8 @@ def shares_of_steps(dataset: Signals) -> dict[str, float] | None:
     methods, names = signal(dataset, "solver.method"), flags(dataset, "solver.method")
     if methods is None or names is None:
         return None
-    found = methods[cycles(dataset) >= 0.0]
-    if not len(found):
+    result = methods[cycles(dataset) >= 0.0]
+    if not len(result):
         return None
-    shares = {name: float(np.mean(found == value)) for value, name in names.items()}
+    shares = {name: float(np.mean(result == value)) for value, name in names.items()}
     return {name: share for name, share in shares.items() if share > 0.0}

@@ -21,41 +21,41 @@ def path(dataset: Signals, place: str) -> Path | None:
 
     Where an FMU does not tell that of a site, that of the retainer's bearing or of the sensor plane there counts.
     """
-    found = places(dataset)
-    bearing = found.retainers.get(place, "")
-    own = displacements(dataset, f"{place}.x", f"{place}.y")
-    if own is not None:
-        return own
+    result = places(dataset)
+    bearing = result.retainers.get(place, "")
+    local = displacements(dataset, f"{place}.x", f"{place}.y")
+    if local is not None:
+        return local
     other = displacements(dataset, f"{bearing}.x", f"{bearing}.y") if bearing else None
-    if other is None and place in found.measured:
-        other = displacements(dataset, *found.measured[place])
+    if other is None and place in result.measured:
+        other = displacements(dataset, *result.measured[place])
     return None if other is None else other - centre(dataset, place)
 
 
 def centre(dataset: Signals, site: str) -> Path:
     """Return where the centre of a retainer is, by its offset and the motion of its housing, shape (2, n) (m)."""
-    given, size = parameters(dataset), dataset.sizes["time"]
+    values, size = parameters(dataset), dataset.sizes["time"]
     moved = displacements(dataset, f"{site}.housing_x", f"{site}.housing_y")
-    offset = np.array([[float(given.get(f"{site}.offset_{axis}") or 0.0)] for axis in "xy"])
+    offset = np.array([[float(values.get(f"{site}.offset_{axis}") or 0.0)] for axis in "xy"])
     return offset + (np.zeros((2, size)) if moved is None else moved)
 
 
 def path_at_rest(dataset: Signals, place: str) -> Path | None:
     """Return the displacement (m) at a bearing or a site as one sees it who stands by, shape (2, n)."""
-    found = path(dataset, place)
-    return None if found is None else found + centre(dataset, place)
+    result = path(dataset, place)
+    return None if result is None else result + centre(dataset, place)
 
 
 def radius(dataset: Signals, place: str) -> NDArray[np.float64] | None:
     """Return the radial displacement (m) at a bearing, or at a site from the centre of its retainer; see `path`."""
-    found = path(dataset, place)
-    return None if found is None else np.hypot(*found)
+    result = path(dataset, place)
+    return None if result is None else np.hypot(*result)
 
 
 def moving_places(dataset: Signals) -> tuple[str, ...]:
     """Return the bearings, and the retainers that are not in the plane of theirs."""
-    found = places(dataset)
-    return (*found.bearings, *found.apart)
+    result = places(dataset)
+    return (*result.bearings, *result.apart)
 
 
 def support(dataset: Signals, bearing: str) -> str:

@@ -91,8 +91,8 @@ def places_of(assembly: Assembly) -> RotorPlaces:
     """
     if PLANT not in assembly.interfaces:
         return RotorPlaces({}, ())
-    found, fed = _named_places(assembly), assembly.system.fed()
-    return replace(found, magnetic=tuple(name for name in found.bearings if f"{PLANT}.{name}.f_x" in fed))
+    result, fed = _named_places(assembly), assembly.system.fed()
+    return replace(result, magnetic=tuple(name for name in result.bearings if f"{PLANT}.{name}.f_x" in fed))
 
 
 def _named_places(assembly: Assembly) -> RotorPlaces:

@@ -50,8 +50,8 @@ def parameters(dataset: Signals) -> dict[str, Any]:
 
 def parameters_of(dataset: Signals, component: str) -> dict[str, Any]:
     """Return the parameters of a component; none of one that the run did not have."""
-    found: dict[str, Any] = json.loads(dataset.attrs.get("parameters", "{}")).get(component, {})
-    return found
+    result: dict[str, Any] = json.loads(dataset.attrs.get("parameters", "{}")).get(component, {})
+    return result
 
 
 def speed_changes(dataset: Signals) -> bool:

@@ -91,6 +91,6 @@ def needed() -> tuple[str, ...]:
 
 def _least_clearance(dataset: Signals) -> float:
     """Return the smallest clearance of the sites (m); 0 where there is none."""
-    given = parameters(dataset)
-    found = (given.get(f"{site}.clearance") for site in places(dataset).sites)
-    return min((float(clearance) for clearance in found if clearance is not None), default=0.0)
+    values = parameters(dataset)
+    result = (values.get(f"{site}.clearance") for site in places(dataset).sites)
+    return min((float(clearance) for clearance in result if clearance is not None), default=0.0)

@@ -116,8 +116,8 @@ class Touchdown:
 
 def touchdown(dataset: Signals) -> Touchdown | None:
     """Describe the touchdown of a run; None for one without gravity or without contact."""
-    contact, given = in_contact(dataset), parameters(dataset)
-    if contact is None or not given.get("gravity") or not (contact & (cycles(dataset) >= 0.0)).any():
+    contact, values = in_contact(dataset), parameters(dataset)
+    if contact is None or not values.get("gravity") or not (contact & (cycles(dataset) >= 0.0)).any():
         return None
     start = _release(dataset, contact)
     touched = [site for site in touchable(dataset) if _is_touched(dataset, site, start)]
@@ -126,8 +126,8 @@ def touchdown(dataset: Signals) -> Touchdown | None:
         drop={place: _drop(dataset, place, start) for place in moving_places(dataset)},
         orbit={place: _orbit(dataset, place, start) for place in moving_places(dataset)},
         first_impacts=_first_impacts(dataset, start),
-        retainers={site: _retainer(dataset, site, start, given) for site in touched},
-        rest_after=_rest(dataset, start, given, contact[start:]),
+        retainers={site: _retainer(dataset, site, start, values) for site in touched},
+        rest_after=_rest(dataset, start, values, contact[start:]),
         free_after=_free(dataset, start, contact[start:]),
         standstill_after=_standstill(dataset, start),
     )
@@ -157,17 +157,17 @@ def _steps(dataset: Signals, start: int) -> NDArray[np.float64]:
 
 
 def _is_touched(dataset: Signals, site: str, start: int) -> bool:
-    found = (_after_release(dataset, f"{site}.{name}", start) for name in ("mode", "impulse", "f_n_peak"))
-    return any(values is not None and bool((values > 0.0).any()) for values in found)
+    result = (_after_release(dataset, f"{site}.{name}", start) for name in ("mode", "impulse", "f_n_peak"))
+    return any(values is not None and bool((values > 0.0).any()) for values in result)
 
 
 def height(dataset: Signals, place: str) -> NDArray[np.float64] | None:
     """Return how high (m) the rotor at a bearing or site is above the centre, against gravity, at each sample."""
-    given, seen = parameters(dataset), path_at_rest(dataset, place)
-    if seen is None or "gravity_angle" not in given:
+    values, seen = parameters(dataset), path_at_rest(dataset, place)
+    if seen is None or "gravity_angle" not in values:
         return None
-    angle = given["gravity_angle"]
-    return np.asarray(-np.sign(given["gravity"]) * (np.array([np.cos(angle), np.sin(angle)]) @ seen), np.float64)
+    angle = values["gravity_angle"]
+    return np.asarray(-np.sign(values["gravity"]) * (np.array([np.cos(angle), np.sin(angle)]) @ seen), np.float64)
 
 
 def _drop(dataset: Signals, place: str, start: int) -> float | None:
@@ -181,13 +181,13 @@ def _orbit(dataset: Signals, place: str, start: int) -> float | None:
 
 
 def _first_impacts(dataset: Signals, start: int) -> tuple[Impact, ...]:
-    times, found, total = _times(dataset, start), [], 0.0
+    times, result, total = _times(dataset, start), [], 0.0
     for site in places(dataset).sites:
         impulse = _after_release(dataset, f"{site}.impulse", start)
         if impulse is not None:
             total += _impulse(dataset, site, start) or float(impulse.sum())
-            found += [Impact(site, float(times[k]), float(impulse[k])) for k in np.flatnonzero(impulse > 0.0)]
-    counted = (impact for impact in found if impact.impulse >= LEAST_IMPACT * total)
+            result += [Impact(site, float(times[k]), float(impulse[k])) for k in np.flatnonzero(impulse > 0.0)]
+    counted = (impact for impact in result if impact.impulse >= LEAST_IMPACT * total)
     return tuple(sorted(counted, key=lambda impact: impact.after)[:N_IMPACTS])
 
 

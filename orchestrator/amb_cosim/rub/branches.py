@@ -53,35 +53,35 @@ def _matched(before: list[int], here: list[int], states: StatesOfSet) -> dict[in
 
 def _joined_ends(ended: list[list[int]], states: StatesOfSet) -> list[list[int]]:
     """Return branches that end between the same two speeds, joined where two meet."""
-    left, found = list(ended), []
+    left, result = list(ended), []
     while left:
-        one = left.pop()
-        near = min(left, key=lambda other: _distance(one[-1], other[-1], states), default=None)
-        if near is not None and _distance(one[-1], near[-1], states) < MEETS:
+        item = left.pop()
+        near = min(left, key=lambda other: _distance(item[-1], other[-1], states), default=None)
+        if near is not None and _distance(item[-1], near[-1], states) < MEETS:
             left.remove(near)
-            found.append(one + near[::-1])
+            result.append(item + near[::-1])
         else:
-            found.append(one)
-    return found
+            result.append(item)
+    return result
 
 
 def _joined_starts(whole: list[list[int]], states: StatesOfSet) -> list[list[int]]:
     """Return branches joined where an end of one and an end of another are neighbours that begin at one speed."""
-    found = list(whole)
+    result = list(whole)
     merged = True
     while merged:
         merged = False
-        for i, one in enumerate(found):
-            for j in range(i + 1, len(found)):
-                joined = _at_start(one, found[j], states)
+        for i, item in enumerate(result):
+            for j in range(i + 1, len(result)):
+                joined = _at_start(item, result[j], states)
                 if joined is not None:
-                    found[i] = joined
-                    del found[j]
+                    result[i] = joined
+                    del result[j]
                     merged = True
                     break
             if merged:
                 break
-    return found
+    return result
 
 
 def _at_start(one: list[int], other: list[int], states: StatesOfSet) -> list[int] | None:

@@ -94,10 +94,10 @@ def forward_loop(made: LinearSource, Omega: float, sites: Sequence[str]) -> Forw
         raise ValueError(f"scenario {made.assembly.system.name} has no component {PLANT}; a rub needs a rotor")
     at = made.at(Omega)
     layout = at.layout(PLANT)
-    known = [site["name"] for site in layout["sites"]]
-    missing = [site for site in sites if site not in known]
+    available = [site["name"] for site in layout["sites"]]
+    missing = [site for site in sites if site not in available]
     if missing:
-        raise ValueError(f"there is no site {missing[0]!r}; the sites are {', '.join(known)}")
+        raise ValueError(f"there is no site {missing[0]!r}; the sites are {', '.join(available)}")
     parts, feeds = _parts(at, names)
     continuous = [part for part in parts if part.law.sample_time is None]
     discrete = [part for part in parts if part.law.sample_time is not None]
@@ -105,16 +105,16 @@ def forward_loop(made: LinearSource, Omega: float, sites: Sequence[str]) -> Forw
     bearings = layout["bearings"]
     places = [*layout["discs"], *bearings]
     pairs = [contact_pair(site) for site in sites] + [_pair(PLANT, f"{place}.f_{{}}") for place in places]
-    shown = [_pair(PLANT, f"{site}.{{}}") for site in sites]
+    displayed = [_pair(PLANT, f"{site}.{{}}") for site in sites]
     if not discrete:
-        plant = _forward(machine.selected(flat(pairs), flat(shown)).law)
+        plant = _forward(machine.selected(flat(pairs), flat(displayed)).law)
         return ForwardLoop(Omega, plant, None, None, np.zeros(0), tuple(sites), tuple(places), (), machine.notes)
     control = connected(discrete, within(discrete, feeds))
     demanded = [pair for pair in _demands(at) if any(end in feeds for end in pair)]
     read = _reading_pairs(layout, bearings, sites)
     sources = {feeds[end] for end in control.inputs if end in feeds}
     used = [pair for pair in read if set(pair) & sources]
-    plant = _forward(machine.selected(flat([*pairs, *demanded]), flat([*shown, *used])).law)
+    plant = _forward(machine.selected(flat([*pairs, *demanded]), flat([*displayed, *used])).law)
     controller = _forward_control(control, used, demanded, feeds)
     shares = {name: part.late for part in discrete for name in part.outputs}
     late = np.array([max(shares.get(feeds.get(end, ""), 0.0) for end in pair) for pair in demanded])
@@ -134,8 +134,8 @@ def loop_on_springs(
     rotor = rotor_part(PLANT, layout, constants, {**made.parameters(PLANT), **passive}, Omega)
     places = [*layout["discs"], *layout["bearings"]]
     pairs = [contact_pair(site) for site in sites] + [_pair(PLANT, f"{place}.f_{{}}") for place in places]
-    shown = [_pair(PLANT, f"{site}.{{}}") for site in sites]
-    plant = _forward(with_contact_forces(rotor, layout, constants).selected(flat(pairs), flat(shown)).law)
+    displayed = [_pair(PLANT, f"{site}.{{}}") for site in sites]
+    plant = _forward(with_contact_forces(rotor, layout, constants).selected(flat(pairs), flat(displayed)).law)
     return ForwardLoop(Omega, plant, None, None, np.zeros(0), tuple(sites), tuple(places), (), rotor.notes)
 
 
@@ -229,8 +229,11 @@ def _forward_control(
         if name in feeds:
             T[k, row[feeds[name]]] = 1.0
     B, C, D = law.B @ S, T @ law.C, T @ law.D @ S
-    at_readings, shown = B[:, 0::2] - 1j * B[:, 1::2], np.asarray(0.5 * (C[0::2] + 1j * C[1::2]), dtype=np.complex128)
-    return minimal(ComplexLaw(np.asarray(law.A, dtype=np.complex128), at_readings, shown, _split(D)[0]))
+    at_readings, displayed = (
+        B[:, 0::2] - 1j * B[:, 1::2],
+        np.asarray(0.5 * (C[0::2] + 1j * C[1::2]), dtype=np.complex128),
+    )
+    return minimal(ComplexLaw(np.asarray(law.A, dtype=np.complex128), at_readings, displayed, _split(D)[0]))
 
 
 def minimal(law: ComplexLaw, tolerance: float = 1e-10) -> ComplexLaw:
@@ -240,8 +243,8 @@ def minimal(law: ComplexLaw, tolerance: float = 1e-10) -> ComplexLaw:
     """
     reached = _reachable(law.A, law.B, tolerance)
     A, B, C = reached.conj().T @ law.A @ reached, reached.conj().T @ law.B, law.C @ reached
-    shown = _reachable(A.conj().T, C.conj().T, tolerance)
-    return ComplexLaw(shown.conj().T @ A @ shown, shown.conj().T @ B, C @ shown, law.D)
+    displayed = _reachable(A.conj().T, C.conj().T, tolerance)
+    return ComplexLaw(displayed.conj().T @ A @ displayed, displayed.conj().T @ B, C @ displayed, law.D)
 
 
 def _reachable(A: Complex, B: Complex, tolerance: float) -> Complex:

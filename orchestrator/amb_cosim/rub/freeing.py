@@ -70,9 +70,9 @@ def smallest_demand(rotor: RubbingRotor, Omega: float, allowed: Array) -> Freein
     at = rotor.receptances(Omega)
     if not len(allowed) or (allowed <= 0.0).any():
         return None
-    own = at.currents[1] @ rotor.unbalance * Omega**2
+    local = at.currents[1] @ rotor.unbalance * Omega**2
     turned = np.linalg.inv(at.currents[2])
-    return _smallest(rotor, Omega, turned * allowed, -turned @ own)
+    return _smallest(rotor, Omega, turned * allowed, -turned @ local)
 
 
 def _smallest(rotor: RubbingRotor, Omega: float, turned: Complex, offset: Complex) -> Freeing | None:
@@ -82,13 +82,13 @@ def _smallest(rotor: RubbingRotor, Omega: float, turned: Complex, offset: Comple
     limits = trap_limits(at.R, mu, rotor.c) * (1.0 - MARGIN)
 
     def with_share(share: float) -> Complex | None:
-        found = _smallest_currents(r, at.S @ turned, share * limits)
-        return None if found is None else turned @ found + offset
+        result = _smallest_currents(r, at.S @ turned, share * limits)
+        return None if result is None else turned @ result + offset
 
     best = with_share(1.0)
     if best is not None and _is_free(rotor, Omega, best):
         return _told(rotor, Omega, best, 1.0)
-    low, high, found = 0.0, 1.0, None
+    low, high, result = 0.0, 1.0, None
     for _ in range(HALVINGS):
         share = 0.5 * (low + high)
         currents = with_share(share)
@@ -96,8 +96,8 @@ def _smallest(rotor: RubbingRotor, Omega: float, turned: Complex, offset: Comple
             high = share
         else:
             low = share
-            found = found if currents is None else _told(rotor, Omega, currents, share)
-    return found
+            result = result if currents is None else _told(rotor, Omega, currents, share)
+    return result
 
 
 def _is_free(rotor: RubbingRotor, Omega: float, added: Complex) -> bool:
@@ -149,7 +149,7 @@ def _smallest_currents(r: Complex, S: Complex, limits: Array) -> Complex | None:
     first = np.concatenate([(start / scale).real, (start / scale).imag, [1.0 + 1e-9]])
     goal = np.zeros(2 * b + 1)
     goal[-1] = 1.0
-    found = minimize(
+    result = minimize(
         lambda x: x[-1],
         first,
         jac=lambda _: goal,
@@ -157,6 +157,6 @@ def _smallest_currents(r: Complex, S: Complex, limits: Array) -> Complex | None:
         method="SLSQP",
         options={"maxiter": 300, "ftol": 1e-12},
     )
-    added = split(found.x) * scale
-    kept = (np.abs(r + S @ added) <= limits * (1.0 + 10.0 * MARGIN)).all()
-    return added if kept and np.abs(added).max() <= np.abs(start).max() * (1.0 + 1e-6) else start
+    added = split(result.x) * scale
+    retained = (np.abs(r + S @ added) <= limits * (1.0 + 10.0 * MARGIN)).all()
+    return added if retained and np.abs(added).max() <= np.abs(start).max() * (1.0 + 1e-6) else start

@@ -43,28 +43,28 @@ def solve_by_paths(e: Complex, s: Complex) -> Complex:
     forms, starts = _start(m)
     paths = len(starts)
     assert paths == comb(2 * m, m)
-    found = np.zeros((n, paths, m), dtype=complex)
+    result = np.zeros((n, paths, m), dtype=complex)
     chunk = max(1, AT_A_TIME // paths)
     for begin in range(0, n, chunk):
         part = slice(begin, min(begin + chunk, n))
         count = part.stop - part.start
         at_e, at_s = np.repeat(e[part], paths, axis=0), np.repeat(s[part], paths, axis=0)
         z = _followed(np.tile(starts, (count, 1)), at_e, at_s, forms)
-        found[part] = z[:, :m].reshape(count, paths, m)
-    return found
+        result[part] = z[:, :m].reshape(count, paths, m)
+    return result
 
 
 def _start(m: int) -> tuple[tuple[Complex, Complex], Complex]:
     """Return the linear forms of the start system, coefficients and constant, and its solutions (p, P)."""
     random = np.random.default_rng(5)
     of_p, of_P = np.exp(2j * np.pi * random.random((2, 2 * m, m + 1)))
-    found = []
+    result = []
     for chosen in combinations(range(2 * m), m):
         rest = [k for k in range(2 * m) if k not in chosen]
         first, second = of_p[list(chosen)], of_P[rest]
         p, P = (-np.linalg.solve(forms[:, :m], forms[:, m]) for forms in (first, second))
-        found.append(np.concatenate([p, P]))
-    return (of_p, of_P), np.array(found)
+        result.append(np.concatenate([p, P]))
+    return (of_p, of_P), np.array(result)
 
 
 def _system(z: Complex, e: Complex, s: Complex) -> tuple[Complex, Complex]:

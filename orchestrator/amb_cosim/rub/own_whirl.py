@@ -49,7 +49,7 @@ def own_whirls(rotor: RubbingRotor, Omega: float) -> list[OwnWhirl]:
     """Return the whirls of single sites and of pairs near a spin speed (rad/s) that last long (1)."""
     frequencies, mu = np.linspace(*NEAR, POINTS) * Omega, rotor.mu(Omega)
     R = np.array([receptances_at(rotor.loop(Omega), float(omega)).R for omega in frequencies])
-    found = []
+    result = []
     for size in (1, 2):
         for contact, others in product(combinations(range(len(rotor.sites)), size), product((1, -1), repeat=size - 1)):
             at, signs = list(contact), (1, *others)
@@ -61,8 +61,8 @@ def own_whirls(rotor: RubbingRotor, Omega: float) -> list[OwnWhirl]:
             for first, last in zip(ends[::2], ends[1::2] - 1, strict=True):
                 names = tuple(rotor.sites[k] for k in contact)
                 N = {s: (float(forces[first, k].real), float(forces[last, k].real)) for k, s in enumerate(names)}
-                found.append(OwnWhirl(names, signs, (float(frequencies[first]), float(frequencies[last])), N))
-    return found
+                result.append(OwnWhirl(names, signs, (float(frequencies[first]), float(frequencies[last])), N))
+    return result
 
 
 def pressed(R: Complex, contact: Sequence[int], signs: Sequence[int], c: Array) -> tuple[Complex, Complex]:

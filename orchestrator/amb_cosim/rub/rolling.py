@@ -49,7 +49,7 @@ def rolling(rotor: RubbingRotor, Omega: float) -> list[Rolling]:
     """Return how single sites and pairs can roll (1) at a spin speed (rad/s), whatever their friction is."""
     p = rotor.linear_components.parameters(PLANT)
     ratio = np.array([p[f"{site}.journal_radius"] for site in rotor.sites]) / rotor.c
-    found = []
+    result = []
     for contact in [s for size in (1, 2) for s in combinations(range(len(rotor.sites)), size)]:
         at, others = list(contact), [k for k in range(len(rotor.sites)) if k not in contact]
         if np.ptp(ratio[at]) > SAME * ratio[at[0]]:
@@ -65,5 +65,5 @@ def rolling(rotor: RubbingRotor, Omega: float) -> list[Rolling]:
         names, mean = tuple(rotor.sites[k] for k in at), N.real.mean(axis=0)
         swing = np.abs(N.real - mean).max(axis=0)
         forces, swings = (dict(zip(names, map(float, values), strict=True)) for values in (mean, swing))
-        found.append(Rolling(names, omega, forces, swings, float(np.abs(N.imag / N.real).max())))
-    return found
+        result.append(Rolling(names, omega, forces, swings, float(np.abs(N.imag / N.real).max())))
+    return result

@@ -66,19 +66,19 @@ class RubbingRotor:
         mu + (mu_s - mu) exp(-(v/v_S)^2), v = Omega (R_s + c) (`rotor_contact.friction`)
         """
         p = self.linear_components.parameters(PLANT)
-        found = np.zeros(len(self.sites))
+        result = np.zeros(len(self.sites))
         for k, site in enumerate(self.sites):
             sliding, scale = p[f"{site}.mu"], p[f"{site}.stribeck_velocity"]
-            found[k] = sliding
+            result[k] = sliding
             if scale > 0.0:
                 slip = Omega * (p[f"{site}.journal_radius"] + self.c[k])
-                found[k] += max(p[f"{site}.mu_static"] - sliding, 0.0) * np.exp(-((slip / scale) ** 2))
-        return found
+                result[k] += max(p[f"{site}.mu_static"] - sliding, 0.0) * np.exp(-((slip / scale) ** 2))
+        return result
 
     def with_unbalance(self, unbalance: Complex) -> RubbingRotor:
         """Return the same with another unbalance (kg m) at each place."""
-        given = (self.linear_components, self.Omega, self.sites, self.c, unbalance, self.places, self.notes)
-        return RubbingRotor(*given, self._loops, self._receptances)
+        values = (self.linear_components, self.Omega, self.sites, self.c, unbalance, self.places, self.notes)
+        return RubbingRotor(*values, self._loops, self._receptances)
 
 
 def rubbing_rotor(prepared: PlannedRun) -> RubbingRotor:
@@ -90,8 +90,8 @@ def rubbing_rotor(prepared: PlannedRun) -> RubbingRotor:
         If the run has no rotor of ours, or it can touch nowhere.
     """
     made = of_prepared(prepared)
-    there = [component.name for component in prepared.assembly.system.components]
-    if PLANT not in there:
+    present = [component.name for component in prepared.assembly.system.components]
+    if PLANT not in present:
         raise ValueError(f"scenario {prepared.name} has no component {PLANT}; a rub needs a rotor")
     p, layout = made.parameters(PLANT), made.layout(PLANT)
     sites = tuple(site["name"] for site in layout["sites"] if p[f"{site['name']}.enabled"])
@@ -107,27 +107,31 @@ def rubbing_rotor(prepared: PlannedRun) -> RubbingRotor:
 
 
 def _notes(p: Mapping[str, float], sites: tuple[str, ...]) -> tuple[str, ...]:
-    found = []
+    result = []
     for site in sites:
         if p[f"{site}.law"] != CONSTRAINT:
-            found.append(f"{site} counts as rigid; its law is {LAWS[int(p[f'{site}.law'])]}")
+            result.append(f"{site} counts as rigid; its law is {LAWS[int(p[f'{site}.law'])]}")
         if p[f"{site}.housing_mass"] > 0.0:
-            found.append(f"{site} counts as fixed; its housing moves")
+            result.append(f"{site} counts as fixed; its housing moves")
         if p[f"{site}.race_inertia"] > 0.0:
-            found.append(f"the race of {site} counts as standing")
+            result.append(f"the race of {site} counts as standing")
         if p[f"{site}.offset_x"] != 0.0 or p[f"{site}.offset_y"] != 0.0:
-            found.append(f"{site} counts as centred; it is {p[f'{site}.offset_x']:g}, {p[f'{site}.offset_y']:g} m away")
+            result.append(
+                f"{site} counts as centred; it is {p[f'{site}.offset_x']:g}, {p[f'{site}.offset_y']:g} m away"
+            )
     if p["spin.free"]:
-        found.append("the spin counts as held; friction brakes it in the run")
+        result.append("the spin counts as held; friction brakes it in the run")
     if p["gravity"] != 0.0:
-        found.append("weight is not in it: the rotor counts as centred while it turns")
-    return tuple(found)
+        result.append("weight is not in it: the rotor counts as centred while it turns")
+    return tuple(result)
 
 
 def _other_notes(inputs: Mapping[str, float], share: float) -> tuple[str, ...]:
-    found = []
+    result = []
     if share > ISOTROPIC:
-        found.append(f"the loop is not the same in all directions: {share:.1%} of the motion is backward, and left out")
+        result.append(
+            f"the loop is not the same in all directions: {share:.1%} of the motion is backward, and left out"
+        )
     if inputs.get(f"{CONTROLLER}.rolac_enable"):
-        found.append("states are those of the feedback alone; what synchronous control does to them is told apart")
-    return tuple(found)
+        result.append("states are those of the feedback alone; what synchronous control does to them is told apart")
+    return tuple(result)

@@ -99,8 +99,8 @@ class Dynamics:
         accelerations = radial @ A
         mobility = accelerations @ pushed
         reaction = np.eye(self.n) - pushed @ np.linalg.solve(mobility, accelerations)  # so that a'' = 0
-        kept = np.vstack([radial / np.linalg.norm(radial, axis=1)[:, None], _unit(accelerations)])
-        basis = np.linalg.svd(kept)[2][len(kept) :].T
+        retained = np.vstack([radial / np.linalg.norm(radial, axis=1)[:, None], _unit(accelerations)])
+        basis = np.linalg.svd(retained)[2][len(retained) :].T
         return basis.T @ reaction @ A @ basis, basis.T @ reaction @ self.B_currents, basis
 
     def _sampled(self, A: Array, B: Array, basis: Array) -> Array:
@@ -151,8 +151,8 @@ class Dynamics:
     def _sorted(self, s: Complex, vectors: Complex) -> SmallMotion:
         """Return vibrations by growth: v1 + i v2 whirls with Omega + Im s, that of the conjugate with Omega - Im s."""
         half, Omega = self.n // 2, self.frame
-        one = s.imag >= 0.0
-        s, vectors = s[one], vectors[:, one]
+        item = s.imag >= 0.0
+        s, vectors = s[item], vectors[:, item]
         order = np.argsort(-s.real, kind="stable")
         s, vectors = s[order], vectors[:, order]
         upper, lower = vectors[:half] + 1j * vectors[half:], vectors[:half].conj() + 1j * vectors[half:].conj()

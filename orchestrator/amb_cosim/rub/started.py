@@ -86,10 +86,10 @@ def checkpoint_in(rotor: RubbingRotor, state: SolvedState | Whirl) -> Checkpoint
 
 def _unbalance(rotor: RubbingRotor) -> dict[str, float]:
     """Return amount (kg m) and angle (rad) of each place, by the names of the inputs."""
-    found: dict[str, float] = {}
+    result: dict[str, float] = {}
     for place, u in zip(rotor.places, rotor.unbalance, strict=True):
-        found |= {f"{PLANT}.{place}.u": float(abs(u)), f"{PLANT}.{place}.phi": float(np.angle(u))}
-    return found
+        result |= {f"{PLANT}.{place}.u": float(abs(u)), f"{PLANT}.{place}.phi": float(np.angle(u))}
+    return result
 
 
 def _pressed(
@@ -102,9 +102,9 @@ def _pressed(
     law = machine.selected(flat([contact_pair(site) for site in state.N]), machine.outputs).law
     X = np.linalg.solve(1j * omega * np.eye(len(law.A)) - law.A, law.B @ turning)
     moved = np.exp(1j * omega * h) * X - expm(law.A * h) @ X
-    shown = dict(zip(machine.outputs, law.C @ moved, strict=True))
+    displayed = dict(zip(machine.outputs, law.C @ moved, strict=True))
     names = [loop.master.wiring.names[at] for at in part.slot[np.isin(part.slot, loop.signals)]]
-    added: Complex = np.array([*moved[: len(part.moves)][part.moves], *(shown.get(name, 0.0) for name in names)])
+    added: Complex = np.array([*moved[: len(part.moves)][part.moves], *(displayed.get(name, 0.0) for name in names)])
     return answer._replace(forcing=answer.forcing + np.stack([0.0 * added.real, added.real, -added.imag], axis=1))
 
 
@@ -112,8 +112,8 @@ def _machine(rotor: RubbingRotor) -> linear.LinearPart:
     """Return the rotor, on the gradient of its magnets where it follows that within a step; its own states first."""
     made = rotor.linear_components.at(rotor.Omega)
     layout, constants = made.layout(PLANT), made.constants(PLANT)
-    own = rotor_part(PLANT, layout, constants, made.parameters(PLANT), rotor.Omega)
-    parts, feeds = [with_contact_forces(own, layout, constants)], made.feeds([PLANT, ACTUATOR])
+    local = rotor_part(PLANT, layout, constants, made.parameters(PLANT), rotor.Omega)
+    parts, feeds = [with_contact_forces(local, layout, constants)], made.feeds([PLANT, ACTUATOR])
     if any(target.endswith(".k_xx") for target in feeds):
         parts += made.parts([ACTUATOR])
     return linear.connected(parts, linear.within(parts, feeds))

@@ -107,18 +107,18 @@ def _solutions(rho: Complex, c: Array, r: Complex) -> tuple[NDArray[np.int64], C
         return _single(rho[:, 0, 0], float(c[0]), r[:, 0])
     scale = np.sqrt(np.abs(np.einsum("njj->nj", rho)))
     scale = np.where(scale > 0.0, scale, 1.0)
-    known = np.linalg.cond(rho / (scale[:, :, None] * scale[:, None, :])) < SINGULAR
-    where = np.flatnonzero(known)
+    available = np.linalg.cond(rho / (scale[:, :, None] * scale[:, None, :])) < SINGULAR
+    where = np.flatnonzero(available)
     if not len(where):
         return np.zeros(0, dtype=np.int64), np.zeros((0, m), dtype=complex), np.zeros((0, m))
     E = np.linalg.inv(rho[where])
     s = np.einsum("njk,nk->nj", E, r[where])
     candidates = _pair(E, c, s) if m == 2 else solve_by_paths(E * c, s)
     row, k = np.nonzero((np.abs(np.abs(candidates) - 1.0) < ON_CIRCLE).all(axis=2))
-    p, found = _polished(np.asarray(np.angle(candidates[row, k]), dtype=np.float64), E[row] * c, s[row])
-    row, p = row[found], p[found]
-    kept = _distinct(row, p)
-    row, p = row[kept], p[kept]
+    p, result = _polished(np.asarray(np.angle(candidates[row, k]), dtype=np.float64), E[row] * c, s[row])
+    row, p = row[result], p[result]
+    retained = _distinct(row, p)
+    row, p = row[retained], p[retained]
     N = (p.conj() * (s[row] - np.einsum("njk,nk->nj", E[row] * c, p))).real
     return where[row], p, N
 
@@ -163,10 +163,10 @@ def _pair(E: Complex, c: Array, s: Complex) -> Complex:
     )
     coefficients = np.stack(resultant[1:8], axis=1)  # the constant is 0: x^1 to x^7
     x = _roots(coefficients)
-    one, square, (g, h, s_1, s_2, d1, d2) = np.ones_like(x), x**2, (v[:, None] for v in (g, h, s_1, s_2, d1, d2))
+    item, square, (g, h, s_1, s_2, d1, d2) = np.ones_like(x), x**2, (v[:, None] for v in (g, h, s_1, s_2, d1, d2))
     y = np.concatenate(
         [
-            _quadratic(-g * one, s_1 - 2j * d1 * x - s_1.conj() * square, g.conj() * square),
+            _quadratic(-g * item, s_1 - 2j * d1 * x - s_1.conj() * square, g.conj() * square),
             _quadratic(h.conj() - s_2.conj() * x, -2j * d2 * x, s_2 * x - h * square),
         ],
         axis=2,
@@ -185,11 +185,11 @@ def _quadratic(a: Complex, b: Complex, c: Complex) -> Complex:
 
 def _times(p: list[Any], q: list[Any]) -> list[Any]:
     """Return the product of two polynomials, coefficients ascending, each an array over the points."""
-    found = [0.0 * (p[0] + q[0])] * (len(p) + len(q) - 1)
+    result = [0.0 * (p[0] + q[0])] * (len(p) + len(q) - 1)
     for i, left in enumerate(p):
         for j, right in enumerate(q):
-            found[i + j] = found[i + j] + left * right
-    return found
+            result[i + j] = result[i + j] + left * right
+    return result
 
 
 def _minus(p: list[Any], q: list[Any]) -> list[Any]:
@@ -246,13 +246,13 @@ def _polished(psi: Array, e: Complex, s: Complex) -> tuple[Complex, NDArray[np.b
 
 def _distinct(row: NDArray[np.int64], p: Complex) -> NDArray[np.int64]:
     """Return the numbers of solutions that differ from all before them at their point; rows ascend."""
-    kept: list[int] = []
+    retained: list[int] = []
     for k in range(len(row)):
-        back = len(kept) - 1
-        while back >= 0 and row[kept[back]] == row[k]:
-            if np.abs(p[kept[back]] - p[k]).max() < SAME:
+        back = len(retained) - 1
+        while back >= 0 and row[retained[back]] == row[k]:
+            if np.abs(p[retained[back]] - p[k]).max() < SAME:
                 break
             back -= 1
         else:
-            kept.append(k)
-    return np.array(kept, dtype=np.int64)
+            retained.append(k)
+    return np.array(retained, dtype=np.int64)

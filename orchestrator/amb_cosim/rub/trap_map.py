@@ -80,10 +80,10 @@ class TrapMap:
         """Return the `Regime` of each point, shape (n, k)."""
         shape = len(self.speeds), len(self.factors)
         free, trapped, rests = (np.zeros(shape, dtype=bool) for _ in range(3))
-        for found in self.states:
-            (trapped if found.contact else free)[found.speed[found.stable], found.amount[found.stable]] = True
-            if found.contact:
-                rests[found.speed[found.settles], found.amount[found.settles]] = True
+        for result in self.states:
+            (trapped if result.contact else free)[result.speed[result.stable], result.amount[result.stable]] = True
+            if result.contact:
+                rests[result.speed[result.settles], result.amount[result.settles]] = True
         regimes = np.where(
             free, np.where(trapped, Regime.BOTH, Regime.FREE), np.where(rests, Regime.CONTACT, Regime.WHIRL)
         )
@@ -109,15 +109,15 @@ def trap_map(rotor: RubbingRotor, speeds: Array, factors: Array, most: int | Non
         Largest number of sites that are in contact at once; all without.
     """
     sets = all_sets(len(rotor.sites), most)
-    found: list[list[tuple[States, list[SmallMotion]]]] = [[] for _ in sets]
+    result: list[list[tuple[States, list[SmallMotion]]]] = [[] for _ in sets]
     for Omega in speeds:
         at, mu = rotor.receptances(float(Omega)), rotor.mu(float(Omega))
         r = np.outer(factors, at.P @ rotor.unbalance * Omega**2)
         dynamics = Dynamics(rotor.loop(float(Omega)))
         for k, contact in enumerate(sets):
             states = states_of(contact, at.R, mu, rotor.c, r)
-            found[k].append((states, _small_motions(dynamics, states, rotor.c, mu)))
-    joined = (_joined(contact, speeds, of) for contact, of in zip(sets, found, strict=True))
+            result[k].append((states, _small_motions(dynamics, states, rotor.c, mu)))
+    joined = (_joined(contact, speeds, of) for contact, of in zip(sets, result, strict=True))
     return TrapMap(speeds, factors, tuple(joined))
 
 
@@ -181,7 +181,7 @@ def states_at(rotor: RubbingRotor, Omega: float, injected: Complex | None = None
         Synchronous currents (A) that are added to those of the controller, shape (n_bearings,).
     """
     at, mu, loop = rotor.receptances(Omega), rotor.mu(Omega), rotor.loop(Omega)
-    dynamics, found = Dynamics(loop), []
+    dynamics, result = Dynamics(loop), []
     added = np.zeros(len(loop.currents), dtype=complex) if injected is None else injected
     R_i, P_i, S_i = at.currents
     force = rotor.unbalance * Omega**2
@@ -192,7 +192,7 @@ def states_at(rotor: RubbingRotor, Omega: float, injected: Complex | None = None
         for n in range(len(states.points)):
             currents = R_i @ states.force[n] + P_i @ force + S_i @ added
             N = dict(zip(names, map(float, states.N[n]), strict=True))
-            found.append(
+            result.append(
                 SolvedState(
                     names,
                     N,
@@ -203,4 +203,4 @@ def states_at(rotor: RubbingRotor, Omega: float, injected: Complex | None = None
                     dynamics.about(contact, states.N[n], states.psi[n], rotor.c, mu),
                 )
             )
-    return found
+    return result

@@ -73,16 +73,16 @@ def whirls(rotor: RubbingRotor, Omega: float, highest: float | None = None) -> l
     loop, mu, c = rotor.loop(Omega), rotor.mu(Omega), rotor.c
     nyquist = math.inf if loop.sample_time is None else 0.95 * math.pi / loop.sample_time
     reach = min(REACH * Omega if highest is None else highest, nyquist)
-    known: dict[float, Receptances] = {}
+    available: dict[float, Receptances] = {}
 
     def R(omega: float) -> Complex:
-        if omega not in known:
-            known[omega] = receptances_at(loop, omega)
-        return known[omega].R
+        if omega not in available:
+            available[omega] = receptances_at(loop, omega)
+        return available[omega].R
 
     grid = np.geomspace(1e-3 * reach, reach, POINTS)
     radii = [rotor.linear_components.parameters(PLANT)[f"{site}.journal_radius"] for site in rotor.sites]
-    found = []
+    result = []
     for contact in [s for size in (1, 2) for s in combinations(range(len(rotor.sites)), size)]:
         for branch in range(1 if len(contact) == 1 else 2):
             for line in (grid, -grid[::-1]):
@@ -98,8 +98,8 @@ def whirls(rotor: RubbingRotor, Omega: float, highest: float | None = None) -> l
                         at_sites = (forces, mu[list(contact)] * forces, psi)
                         by_name = (dict(zip(names, map(float, values), strict=True)) for values in at_sites)
                         N, friction, angles = by_name
-                        found.append(Whirl(names, omega, N, friction, angles, slips, growth))
-    return sorted(found, key=lambda whirl: whirl.frequency)
+                        result.append(Whirl(names, omega, N, friction, angles, slips, growth))
+    return sorted(result, key=lambda whirl: whirl.frequency)
 
 
 def _on_branch(
@@ -123,7 +123,7 @@ def _on_branch(
         return float(N[-1].imag), p, N
 
     values = [parts(float(omega))[0] for omega in line]
-    found: list[tuple[float, Array, Complex]] = []
+    result: list[tuple[float, Array, Complex]] = []
     for k in range(len(line) - 1):
         if values[k] * values[k + 1] < 0.0:  # NaN is none
             try:
@@ -134,5 +134,5 @@ def _on_branch(
             if math.isfinite(error) and abs(error) < 1e-6 * np.abs(N).max():
                 force = np.zeros(len(c), dtype=complex)
                 force[list(contact)] = -N.real * (1.0 + 1j * mu[list(contact)]) * p
-                found.append((omega, np.asarray(N.real, dtype=np.float64), np.asarray(R(omega) @ force)))
-    return found
+                result.append((omega, np.asarray(N.real, dtype=np.float64), np.asarray(R(omega) @ force)))
+    return result

@@ -159,13 +159,13 @@ class Batch:
             raise ValueError(
                 f"the batch has no input {name!r}; {suggest(name, self.inputs)}; argument inputs adds some"
             )
-        given, chosen = self._column(name, values), self._chosen(mask)
+        settings, chosen = self._column(name, values), self._chosen(mask)
         port = self._assembly.assignments().port(name)
-        wrong = given[chosen & ~((given >= port.minimum) & (given <= port.maximum) & np.isfinite(given))]
+        wrong = settings[chosen & ~((settings >= port.minimum) & (settings <= port.maximum) & np.isfinite(settings))]
         if len(wrong):
             raise ValueError(f"{name} = {wrong[0]:.9g}{port.shown_unit} is not allowed; it must be {port.allowed()}")
         with self._open:
-            np.copyto(self.get(name), given, where=chosen)
+            np.copyto(self.get(name), settings, where=chosen)
 
     def step(self, k: int = 1) -> None:
         """Step all members that have not failed by k communication steps; `failed` tells which failed.
@@ -218,12 +218,12 @@ class Batch:
     def _column(self, name: str, values: ArrayLike) -> Array:
         """Return values for all members, shape (n,)."""
         try:
-            given = np.asarray(values, np.float64)
+            settings = np.asarray(values, np.float64)
         except (TypeError, ValueError):
-            given = np.zeros((0, 0))
-        if given.shape not in ((), (len(self),)):
+            settings = np.zeros((0, 0))
+        if settings.shape not in ((), (len(self),)):
             raise ValueError(f"{name} takes a number, or a number for each of {len(self)} members")
-        return np.broadcast_to(given, (len(self),))
+        return np.broadcast_to(settings, (len(self),))
 
     def __reduce__(self) -> NoReturn:
         raise TypeError("a batch cannot be pickled, since its FMUs live in this process; make one in each process")

@@ -28,8 +28,8 @@ def delay(coupling: Coupling, step_size: float) -> float:
 
 def predictable(interfaces: Mapping[str, FmuInterface]) -> list[str]:
     """Return the parameters, `component.variable`, that say how far a component looks ahead."""
-    found = {component: interface.ports.get(PREDICTION) for component, interface in interfaces.items()}
-    return [f"{component}.{PREDICTION}" for component, port in found.items() if port and port.causality == "parameter"]
+    result = {component: interface.ports.get(PREDICTION) for component, interface in interfaces.items()}
+    return [f"{component}.{PREDICTION}" for component, port in result.items() if port and port.causality == "parameter"]
 
 
 def longest_jacobi_step(sample_time: float) -> float:

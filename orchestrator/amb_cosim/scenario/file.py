@@ -105,15 +105,15 @@ def _without(data: dict[str, Any], entry: str) -> dict[str, Any]:
         return {key: value for key, value in data.items() if key != head}
     if isinstance(data.get(head), dict) and rest in data[head]:
         return data | {head: {key: value for key, value in data[head].items() if key != rest}}
-    reduced, known = dict(data), [key for key in data if key not in ("description", "source")]
+    reduced, available = dict(data), [key for key in data if key not in ("description", "source")]
     for key in OF_COMPONENTS:
         values = data.get(key, {}).get(head, {})
         left = {name: raw for name, raw in values.items() if name != rest and not matches(name, rest)}
-        known += [f"{head}.{name}" for name in values]
+        available += [f"{head}.{name}" for name in values]
         if len(left) < len(values):
             reduced[key] = reduced[key] | {head: left}
     if reduced == data:
-        raise ValueError(f"remove: the base has no {entry!r}; {suggest(entry, known)}")
+        raise ValueError(f"remove: the base has no {entry!r}; {suggest(entry, available)}")
     return reduced
 
 

@@ -24,12 +24,12 @@ def inner_loop_parameters(system: System, parameters: Mapping[str, Mapping[str, 
     parameters
         By component and name.
     """
-    found: dict[str, float] = {}
+    result: dict[str, float] = {}
     for component in system.components:
         if Path(component.fmu).suffix not in MADE_FROM_FILE:
             continue
-        given = parameters[component.name]
-        names = [name for name in given if name in _PARAMETERS or name.endswith(_ENDINGS)]
-        found |= {f"{component.name}.{name}": float(given[name] or 0.0) for name in names}
-        found[f"{component.name}.matrices"] = float(zlib.crc32(model_source(component.fmu)[1].tobytes()))
-    return found
+        values = parameters[component.name]
+        names = [name for name in values if name in _PARAMETERS or name.endswith(_ENDINGS)]
+        result |= {f"{component.name}.{name}": float(values[name] or 0.0) for name in names}
+        result[f"{component.name}.matrices"] = float(zlib.crc32(model_source(component.fmu)[1].tobytes()))
+    return result

@@ -95,10 +95,10 @@ def plan_scenario(
     events: list[InputChange] = []
     marks: dict[str, int] = {}
     for number, event in enumerate(scenario.event, 1):
-        moment, told = event.moment(period), f"event {event.label or number}"
+        moment, message = event.moment(period), f"event {event.label or number}"
         if event.label:
             marks[event.label] = nearest_point("time of event", moment, h)
-        events += [InputChange(moment, name, value, told) for name, value in _scaled(event.set, scenario, values)]
+        events += [InputChange(moment, name, value, message) for name, value in _scaled(event.set, scenario, values)]
     experiment = Experiment(
         step_size=h,
         stop_time=scenario.end(period) if end is None else nearest_steps("until", end, h) * h,
@@ -182,11 +182,11 @@ def _scaled(
     scaled: list[tuple[str, Raw]] = []
     for component, of_component in variables.items():
         for variable, raw in of_component.items():
-            given = f"{component}.{variable}"
-            if values.lacks(given, only):
-                scaled.append((given, raw))
+            settings = f"{component}.{variable}"
+            if values.lacks(settings, only):
+                scaled.append((settings, raw))
                 continue
-            for name in values.matching(given):
+            for name in values.matching(settings):
                 port = values.port(name)
                 if port.causality == "input" and port.unit == UNBALANCE:
                     _, value = values.read(name, raw, "input")

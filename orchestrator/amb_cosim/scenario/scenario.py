@@ -195,8 +195,8 @@ class Scenario(Table):
 
         It is a second without settling unless they say otherwise.
         """
-        kept = {key: value for key, value in self._data().items() if key in _MACHINE}
-        return make_scenario(overlaid(kept, {"settle_cycles": 0, "end_time": 1.0} | fields), self.name)
+        retained = {key: value for key, value in self._data().items() if key in _MACHINE}
+        return make_scenario(overlaid(retained, {"settle_cycles": 0, "end_time": 1.0} | fields), self.name)
 
     def save(self, path: str | Path) -> Path:
         """Write the scenario as a TOML file that `load` reads, paths in it relative to the file; return its path."""

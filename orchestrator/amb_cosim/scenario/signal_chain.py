@@ -32,18 +32,18 @@ def idle_switches(values: Assignments, given: Collection[str]) -> list[str]:
     idle = [s for s in switches if s in given and bool(values.parameter(s)) == (chosen == IDEAL)]
     if chosen == CUSTOM or not idle:
         return []
-    told = ", ".join(f"{switch} = {'true' if values.parameter(switch) else 'false'}" for switch in idle)
-    return [f"{told} changes nothing while {name} = {chosen}; it counts with {name} = {CUSTOM}"]
+    message = ", ".join(f"{switch} = {'true' if values.parameter(switch) else 'false'}" for switch in idle)
+    return [f"{message} changes nothing while {name} = {chosen}; it counts with {name} = {CUSTOM}"]
 
 
 def unsteady_effects(values: Assignments) -> str:
     """Return which effects of signal chains, named, no two turns are alike with; empty where there are none."""
-    found = []
+    result = []
     for component, interface in values.interfaces.items():
         preset = interface.ports.get(PRESET)
         if preset is None or CUSTOM not in preset.items or not (chosen := values.parameter(f"{component}.{PRESET}")):
             continue
         switches = [f"{component}.chain.{effect}" for effect in UNSTEADY]
         custom = chosen == preset.items[CUSTOM]
-        found += [name for name in switches if not custom or values.parameter(name)]
-    return f"{', '.join(found)}: no two turns are alike" if found else ""
+        result += [name for name in switches if not custom or values.parameter(name)]
+    return f"{', '.join(result)}: no two turns are alike" if result else ""

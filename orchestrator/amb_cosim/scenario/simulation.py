@@ -107,11 +107,11 @@ def run(
     if fmu:
         scenario = scenario.changed(fmu={component: fspath(file) for component, file in fmu.items()})
     with progress_bar(progress) as report:
-        given = Checkpoint.load(start) if isinstance(start, str | Path) else start
+        values = Checkpoint.load(start) if isinstance(start, str | Path) else start
         prepared = prepare(scenario, set, until, flavour)
         file = None if autosave is None else Path(autosave)
         saves = Saves(save_points(save_at, prepared.plan, prepared.plan.period), file, autosave_every)
-        start = resumed(file, prepared.assembly, prepared.plan, scenario.coupling) or given
+        start = resumed(file, prepared.assembly, prepared.plan, scenario.coupling) or values
         return run_prepared(prepared, report, loop, isolated, start=start, saves=saves)
 
 
@@ -202,8 +202,8 @@ def plan_prepared(
     if table is not None and controller is not None:
         from amb_cosim.design.rotor_models import check_loop  # a run without a table needs nothing of it
 
-        given = plan.all_parameters(assembly.interfaces)
-        check_loop(table, given[controller], scenario.rotor, inner_loop_parameters(assembly.system, given))
+        values = plan.all_parameters(assembly.interfaces)
+        check_loop(table, values[controller], scenario.rotor, inner_loop_parameters(assembly.system, values))
     return PlannedRun(scenario, plan, assembly)
 
 
@@ -290,7 +290,7 @@ def to_result(prepared: PlannedRun, recording: Recording) -> Result:
     scenario, plan = prepared.scenario, prepared.plan
     signals = to_signals(recording)
     sentence = _coupling_warning(prepared)
-    idle = [WarningRecord("parameters", "", told, told) for told in plan.idle]
+    idle = [WarningRecord("parameters", "", message, message) for message in plan.idle]
     warned = [*idle, *warnings_of(signals), *([WarningRecord("coupling", "", sentence, sentence)] if sentence else [])]
     attributes: dict[str, Any] = {
         "scenario": scenario.name,
@@ -309,8 +309,8 @@ def to_result(prepared: PlannedRun, recording: Recording) -> Result:
         attributes["plot_figures"] = json.dumps(scenario.plot.figures)
     coordinates = _coordinates(plan, signals["time"].values)
     table = SignalTable(signals.variables, coordinates, {**signals.attrs, **attributes})
-    told = {**table.attrs, WARNINGS: to_json(with_power(warned, table))}
-    return Result(SignalTable(table.variables, table.coordinates, told), recording.outcome, recording.checkpoints)
+    message = {**table.attrs, WARNINGS: to_json(with_power(warned, table))}
+    return Result(SignalTable(table.variables, table.coordinates, message), recording.outcome, recording.checkpoints)
 
 
 def _coordinates(plan: ScenarioPlan, time: Array) -> dict[str, Samples]:

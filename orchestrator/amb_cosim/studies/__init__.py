@@ -122,9 +122,9 @@ def _all_studies() -> dict[str, Study]:
     """Return the studies of this package and of the packs, by name."""
     from amb_files.packs import modules_of
 
-    known = dict(_OWN)
+    available = dict(_OWN)
     for pack, module in modules_of("studies").items():
-        if twice := sorted(known.keys() & module.STUDIES):
+        if twice := sorted(available.keys() & module.STUDIES):
             raise ValueError(f"pack {pack} has a study {twice[0]!r}, and there is another one; it must rename it")
-        known |= {name: study.of(module.__name__) for name, study in module.STUDIES.items()}
-    return known
+        available |= {name: study.of(module.__name__) for name, study in module.STUDIES.items()}
+    return available

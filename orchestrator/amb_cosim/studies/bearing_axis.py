@@ -152,7 +152,7 @@ class BearingAxis(DrawnResult):
     def text(self) -> list[TextPart]:
         """Return a table with a row for each property."""
         (x_low, x_high), (i_low, i_high) = self.linear_range.x, self.linear_range.i_c
-        (rise, fall), own = self.slew_rate, self.load.own
+        (rise, fall), local = self.slew_rate, self.load.own
         sines = (f"{s.i_c:.2f} A ({s.force:.0f} N) to {s.bandwidth:.0f} Hz" for s in self.full_swing)
         rows = {
             "K_s, K_i (2.8, 2.9)": f"{1e-3 * self.k_s:.2f} N/mm, {self.k_i:.2f} N/A",
@@ -162,7 +162,7 @@ class BearingAxis(DrawnResult):
             "slew rate of the force": f"{1e-6 * rise:.3f} MN/s up, {1e-6 * fall:.3f} MN/s down",
             "bandwidth": f"{self.amplifier_bandwidth:g} Hz; at the voltage limit {', '.join(sines)}",
             "control force left": (
-                f"{own.up:.0f} N up, {own.down:.0f} N down, above a static load of {own.static_load:.0f} N"
+                f"{local.up:.0f} N up, {local.down:.0f} N down, above a static load of {local.static_load:.0f} N"
             ),
         }
         title = f"{self.axis}, {self.bias_current:g} A bias and {self.static_current:g} A static current"
@@ -203,13 +203,13 @@ def linearisation(
     ValueError
         If there is no such axis, or the currents leave no control current of both signs.
     """
-    chosen, own, clearance = _axis_of(scenario, rotor, axis, set or {})
+    chosen, local, clearance = _axis_of(scenario, rotor, axis, set or {})
     currents: dict[str, float] = {}
     if bias_current is not None:
         currents["bias_current"] = positive(bias_current, "A", "bias-current")
     if static_current is not None:
         currents["static_current"] = quantity(static_current, "A", "static-current")
-    p = magnetic_bearing.axis_parameters(chosen.bearing, chosen.direction, **(own | currents))
+    p = magnetic_bearing.axis_parameters(chosen.bearing, chosen.direction, **(local | currents))
     largest = float(magnetic_bearing.current_amplitude(p, 0.0))
     if not largest > 0.0:
         raise ValueError(
@@ -256,16 +256,16 @@ def _axis_of(
         machine = machine_of(prepare(given, settings))
         description, values = machine.rotor, machine.parameters[PLANT]
     axes = [LoopAxis(b.name, direction, "") for b in description.bearings for direction in "xy"]
-    names = [one.name for one in axes]
+    names = [item.name for item in axes]
     if axis is not None and axis not in names:
         raise ValueError(f"axis = {axis} is not allowed; {suggest(axis, names)}")
     k = 0 if axis is None else names.index(axis)
     record = None if machine is None else machine.bearing_axis(axes[k].bearing, axes[k].direction)
-    own = {} if record is None else {name: float(record[name]) for name in record.dtype.names or ()}
+    local = {} if record is None else {name: float(record[name]) for name in record.dtype.names or ()}
     retainers = [site for site in description.sites if site.bearing == axes[k].bearing]
-    gap = float(magnetic_bearing.axis_parameters(axes[k].bearing, axes[k].direction, **own).gap)
+    gap = float(magnetic_bearing.axis_parameters(axes[k].bearing, axes[k].direction, **local).gap)
     clearances = [values.get(f"{site.name}.clearance", site.clearance) for site in retainers]
-    return axes[k], own, min([*clearances, (1.0 - EDGE) * gap])
+    return axes[k], local, min([*clearances, (1.0 - EDGE) * gap])
 
 
 def _force_amplitude(p: np.record, i_c: Array | float) -> Array:
@@ -282,14 +282,14 @@ def _load_capacity(p: np.record) -> LoadCurves:
     def carried(static: float) -> float:
         return float(pull(p, p.bias_current + static, p.gap).force - pull(p, p.bias_current, p.gap).force)
 
-    own, loads = carried(p.static_current), LOADS * carried(p.current_limit - p.bias_current)
-    capacity, at_own = magnetic_bearing.load_capacity(p, loads), magnetic_bearing.load_capacity(p, np.array([own]))
+    local, loads = carried(p.static_current), LOADS * carried(p.current_limit - p.bias_current)
+    capacity, at_own = magnetic_bearing.load_capacity(p, loads), magnetic_bearing.load_capacity(p, np.array([local]))
     return LoadCurves(
         loads,
         capacity.static_current,
         capacity.up,
         capacity.down,
-        OwnLoad(own, float(at_own.up[0]), float(at_own.down[0])),
+        OwnLoad(local, float(at_own.up[0]), float(at_own.down[0])),
     )
 
 

@@ -143,21 +143,21 @@ def poles(
         If a value is not allowed, or the scenario has no magnetic bearings under a controller.
     """
     require(count >= 1, "count", count, "1 or more")
-    given = controlled(scenario, rotor, controller)
-    prepared = prepare(given.machine(), set, flavour=flavour)
+    values = controlled(scenario, rotor, controller)
+    prepared = prepare(values.machine(), set, flavour=flavour)
     loop = Loop(of_prepared(prepared))
     highest = 1.5 * prepared.plan.speed if up_to is None else up_to
     speeds = speed_range(highest, POINTS)
     speeds[0] = LOWEST * speeds[-1]
-    found = [vibrations(loop, float(Omega)) for Omega in speeds]
-    tracks = followed(found, count)
-    least = np.array([of_speed.ratios().min(initial=1.0) for of_speed in found])
+    result = [vibrations(loop, float(Omega)) for Omega in speeds]
+    tracks = followed(result, count)
+    least = np.array([of_speed.ratios().min(initial=1.0) for of_speed in result])
     return ClosedLoopPoles(
-        scenario=given.name,
-        rotor=load_rotor(given.rotor).name,
+        scenario=values.name,
+        rotor=load_rotor(values.rotor).name,
         sample_time=loop.sample_time,
         speeds=speeds,
-        poles=tuple(_over_speed(found, track) for track in tracks),
+        poles=tuple(_over_speed(result, track) for track in tracks),
         least_damped=least,
         unstable=tuple(float(Omega) for Omega, ratio in zip(speeds, least, strict=True) if ratio <= 0.0),
         operating_speed=prepared.plan.speed,
@@ -170,8 +170,8 @@ def vibrations(loop: Loop, Omega: float) -> Vibrations:
     The sense of whirl is 2 Im(x conj(y)) / (|x|^2 + |y|^2), summed over the journals of the bearings.
     """
     bearings = list(dict.fromkeys(bearing for bearing, _ in loop.axes))
-    shown = [f"{PLANT}.{bearing}.{axis}" for bearing in bearings for axis in "xy"]
-    model = model_of(loop.linear_components.at(Omega), loop.demands[:1], shown)
+    displayed = [f"{PLANT}.{bearing}.{axis}" for bearing in bearings for axis in "xy"]
+    model = model_of(loop.linear_components.at(Omega), loop.demands[:1], displayed)
     z, vectors = np.linalg.eig(model.A)
     alive = np.abs(z) > 1e-9
     s = np.zeros(len(z), dtype=np.complex128)

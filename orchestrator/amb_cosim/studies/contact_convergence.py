@@ -211,22 +211,22 @@ def convergence(
         If the scenario, a value or a file is wrong, or the scenario itself does not reach its end.
     """
     require(0 <= starts <= 1000, "starts", starts, "from 0 to 1000")
-    given = given_scenario(scenario, rotor)
-    file = str(rotor_file(given))
-    base = ConvergenceCase(given, dict(set or {}), flavour, "scenario", "scenario", 1.0, file)
+    values = given_scenario(scenario, rotor)
+    file = str(rotor_file(values))
+    base = ConvergenceCase(values, dict(set or {}), flavour, "scenario", "scenario", 1.0, file)
     prepare_case(base)  # checks the input and builds the FMUs before processes are started
     with temporary_folder() as folder, progress_bar(progress) as report:
         others = list(varied_cases(base, folder))
-        own = _with_starts([base], starts)
+        local = _with_starts([base], starts)
         twice, short = (_with_starts(_furthest(others, varied), starts) for varied in ("modes", "step"))
-        cases = [*own, *twice, *short, *(case for case in others if case not in (*twice, *short))]
+        cases = [*local, *twice, *short, *(case for case in others if case not in (*twice, *short))]
         results = simulate_in_processes(simulate_case, cases, report)
     if results[0].failure:
-        raise ValueError(f"scenario {given.name}: {results[0].failure}")
+        raise ValueError(f"scenario {values.name}: {results[0].failure}")
     rows = [_row(case, result, results[0]) for case, result in zip(cases, results, strict=True)]
     rows.sort(key=lambda row: (row.start, ORDER.index(row.varied), row.value))
-    of_own, of_twice = results[: len(own)], results[len(own) : len(own) + len(twice)]
-    of_short = results[len(own) + len(twice) :][: len(short)]
+    of_own, of_twice = results[: len(local)], results[len(local) : len(local) + len(twice)]
+    of_short = results[len(local) + len(twice) :][: len(short)]
     scatter = _scatter(of_own) if starts else None
     chaotic = None if scatter is None else scatter > 100.0 * CHAOTIC
     compared = slice(None) if chaotic else slice(1)
@@ -236,7 +236,7 @@ def convergence(
         for other in (of_twice, of_short)
     )
     return ContactConvergence(
-        scenario=given.name,
+        scenario=values.name,
         rotor=load_rotor(file).name,
         rows=tuple(rows),
         scatter=scatter,

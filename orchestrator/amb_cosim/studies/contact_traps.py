@@ -126,12 +126,12 @@ class Traps(MachineResult):
             held = ", ".join(f"{v.frequency:.4g} ({100.0 * v.damping_ratio:.2g} %)" for v in whirling)
             where = "+".join(f"{site} with {force:.4g} N" for site, force in state.normal_forces.items())
             lines.append(f"held at {where} it vibrates at {held} rad/s (damping ratio)")
-        for own in self.own:
-            slow, fast = (", ".join(f"{site} {N[k]:.4g} N" for site, N in own.N.items()) for k in (0, 1))
-            sides = " on opposite sides" if -1 in own.signs else ""
+        for local in self.own:
+            slow, fast = (", ".join(f"{site} {N[k]:.4g} N" for site, N in local.N.items()) for k in (0, 1))
+            sides = " on opposite sides" if -1 in local.signs else ""
             lines.append(
-                f"pressed hard at {'+'.join(own.contact)}{sides} it may whirl for long at its own frequency, "
-                f"{own.frequencies[0]:.4g} rad/s ({slow}) to {own.frequencies[1]:.4g} rad/s ({fast})"
+                f"pressed hard at {'+'.join(local.contact)}{sides} it may whirl for long at its own frequency, "
+                f"{local.frequencies[0]:.4g} rad/s ({slow}) to {local.frequencies[1]:.4g} rad/s ({fast})"
             )
         lasting = [found for found in self.sustained if found.stable and found.accurate]
         for found in sorted(lasting, key=lambda found: abs(found.frequency))[:SHOWN]:
@@ -153,8 +153,8 @@ class Traps(MachineResult):
         if self.smallest_force is None:
             lines.append("no synchronous currents of these bearings leave it without a state in contact")
         elif any(current.amplitude for current in self.smallest_force.values()):
-            told = ", ".join(f"{b} {i.amplitude:.3g} A at {i.phase:.0f} deg" for b, i in self.smallest_force.items())
-            lines.append(f"the smallest additional currents that leave it no state in contact: {told}")
+            message = ", ".join(f"{b} {i.amplitude:.3g} A at {i.phase:.0f} deg" for b, i in self.smallest_force.items())
+            lines.append(f"the smallest additional currents that leave it no state in contact: {message}")
         return [*lines, *(f"{name}: {freed.words}" for name, freed in self.control.items())]
 
 
@@ -195,8 +195,8 @@ def traps(
     ValueError
         If a value is not allowed, there is no unbalance, or the rotor can touch nowhere.
     """
-    given = controlled(scenario, rotor, controller)
-    prepared = prepare(given, set, flavour=flavour)
+    values = controlled(scenario, rotor, controller)
+    prepared = prepare(values, set, flavour=flavour)
     machine = _with_unbalance(rubbing_rotor(prepared), unbalance, place)
     Omega = prepared.plan.speed if speed is None else spin_speed(speed)
     require(Omega > 0.0, "speed", f"{Omega:g} rad/s", "> 0 rad/s")
@@ -214,14 +214,14 @@ def traps(
     needed = None if freeing is None else currents_of(freeing.injected, machine)
     allowed = np.array([allowed_current(machine, bearing) for bearing in machine.loop(Omega).currents])
     demand = smallest_demand(machine, Omega, allowed)
-    demands = [currents_of(found.demanded, machine) for found in (freeing, demand) if found is not None]
+    demands = [currents_of(result.demanded, machine) for result in (freeing, demand) if result is not None]
     valid_to = machine.linear_components.layout(PLANT).get("valid_to") or math.inf
     notes = list(machine.notes)
     if len(machine.sites) > AT_ONCE:
         notes.append(f"map and curves have at most {AT_ONCE} sites in contact at once; the machine's states all")
     return Traps(
-        scenario=given.name,
-        rotor=load_rotor(given.rotor).name,
+        scenario=values.name,
+        rotor=load_rotor(values.rotor).name,
         speed=Omega,
         unbalance=amount,
         sites=machine.sites,

@@ -100,7 +100,7 @@ def varied_cases(base: ConvergenceCase, folder: Path) -> Iterator[ConvergenceCas
     rotor, data = load_rotor(base.rotor), read_toml(Path(base.rotor), f"rotor file {base.rotor}")
     full, reduced = assemble(rotor), reduced_rotor(rotor).model
     planes = len(reduced.translations)
-    kept, inner = reduced.size // 2 - planes, full.size // 2 - planes
+    retained, inner = reduced.size // 2 - planes, full.size // 2 - planes
 
     def with_rotor(varied: str, label: str, value: float, content: Mapping[str, Any]) -> ConvergenceCase:
         path = folder / f"{label.replace(', ', '_').replace(' ', '_')}.toml"
@@ -108,19 +108,19 @@ def varied_cases(base: ConvergenceCase, folder: Path) -> Iterator[ConvergenceCas
         return replace(base, varied=varied, label=label, value=value, rotor=str(path))
 
     if rotor.reduction.method != "none":
-        given = {key: value for key, value in data.get("reduction", {}).items() if key == "masters"}
-        fewer = (kept // 4, kept // 2) if kept else (planes // 2,)
-        for modes in sorted({*fewer, min(2 * kept or planes, inner)} - {kept}):
-            content = data | {"reduction": given | {"method": "craig_bampton", "modes": modes}}
+        values = {key: value for key, value in data.get("reduction", {}).items() if key == "masters"}
+        fewer = (retained // 4, retained // 2) if retained else (planes // 2,)
+        for modes in sorted({*fewer, min(2 * retained or planes, inner)} - {retained}):
+            content = data | {"reduction": values | {"method": "craig_bampton", "modes": modes}}
             yield with_rotor("modes", f"{modes} modes", modes, content)
-    own = rotor.shaft.mass_matrix
-    other: MassModel = "consistent" if own == "diagonal" else "diagonal"
-    mesh_modes, seen = MESH_MODES if rotor.mesh is None else rotor.mesh.modes, {(len(rotor.shaft.nodes), own)}
-    for mass, accuracy in (*((own, accuracy) for accuracy in ACCURACIES[own]), (other, None)):
+    local = rotor.shaft.mass_matrix
+    other: MassModel = "consistent" if local == "diagonal" else "diagonal"
+    mesh_modes, seen = MESH_MODES if rotor.mesh is None else rotor.mesh.modes, {(len(rotor.shaft.nodes), local)}
+    for mass, accuracy in (*((local, accuracy) for accuracy in ACCURACIES[local]), (other, None)):
         mesh = {} if accuracy is None else {"mesh": {"modes": mesh_modes, "accuracy": accuracy}}
         content = data | mesh | {"shaft": data["shaft"] | {"mass_matrix": mass}}
         case = with_rotor("mesh", f"mesh {accuracy}, {mass}", 0.0, content)
-        nodes = _nodes(case.rotor, kept, planes)
+        nodes = _nodes(case.rotor, retained, planes)
         if nodes is not None and (nodes, mass) not in seen:
             seen.add((nodes, mass))
             yield replace(case, label=f"{nodes} nodes, {mass}", value=nodes)
@@ -152,8 +152,8 @@ def prepare_case(case: ConvergenceCase) -> PlannedRun:
         scenario = scenario.model_copy(update={"communication_step": case.step * prepared.plan.step_size})
     interface = prepared.interfaces[PLANT]
     values = prepared.plan.all_parameters(prepared.interfaces)[PLANT]
-    given = values["solver.max_substep"] or 0.0
-    longest = min(given, interface.ports["solver.max_substep"].start or given)
+    settings = values["solver.max_substep"] or 0.0
+    longest = min(settings, interface.ports["solver.max_substep"].start or settings)
     changed: dict[str, Raw] = {SUBSTEP: case.substep * longest}
     if case.start:
         for name, value in values.items():

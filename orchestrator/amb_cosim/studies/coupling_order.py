@@ -82,8 +82,8 @@ class CouplingOrders(DrawnResult):
         for row in self.rows:
             orbits = (f"{radius:.5f}" for radius in row.orbit.values())
             last = "-" if row.last_contact is None else f"{row.last_contact:.1f}"
-            shown = (f"{100.0 * row.deviation:.1f}", row.outcome, last, f"{row.cost:.1f}")
-            table.add_row(row.order, f"{1e6 * row.step:g}", *orbits, *shown)
+            displayed = (f"{100.0 * row.deviation:.1f}", row.outcome, last, f"{row.cost:.1f}")
+            table.add_row(row.order, f"{1e6 * row.step:g}", *orbits, *displayed)
         return [table]
 
 
@@ -122,14 +122,14 @@ def coupling(
     ValueError
         If the scenario, a value or a file is wrong, or its first run does not show an orbit.
     """
-    given = given_scenario(scenario, rotor).model_copy(update={"record": Record()})
-    runs = [run for run in RUNS if not run.predicts or predictable(prepare(given, set, flavour=flavour).interfaces)]
-    found = [simulated(run, given, set or {}, flavour) for run in runs]
-    first, shortest = found[0]
+    values = given_scenario(scenario, rotor).model_copy(update={"record": Record()})
+    runs = [run for run in RUNS if not run.predicts or predictable(prepare(values, set, flavour=flavour).interfaces)]
+    result = [simulated(run, values, set or {}, flavour) for run in runs]
+    first, shortest = result[0]
     if not first.orbit or not all(first.orbit.values()):
-        raise ValueError(f"scenario {given.name}: the rotor does not move before its step; {first.outcome}")
-    rows = (replace(row, deviation=_deviation(row, first), cost=wall / shortest) for row, wall in found)
-    return CouplingOrders(given.name, tuple(rows))
+        raise ValueError(f"scenario {values.name}: the rotor does not move before its step; {first.outcome}")
+    rows = (replace(row, deviation=_deviation(row, first), cost=wall / shortest) for row, wall in result)
+    return CouplingOrders(values.name, tuple(rows))
 
 
 def simulated(

@@ -72,9 +72,9 @@ def prepare_measurement(
     ValueError
         If a value is not allowed, an input is set, or the scenario has no magnetic bearings.
     """
-    given: dict[str, dict[str, Raw]] = {ACTUATOR: {"mean_current": True}, PLANT: {"solver.max_substep": SUBSTEP}}
-    given[CONTROLLER] = {} if "chain.preset" in scenario.parameters.get(CONTROLLER, {}) else {"chain.preset": CUSTOM}
-    base = scenario.machine(parameters=given)
+    values: dict[str, dict[str, Raw]] = {ACTUATOR: {"mean_current": True}, PLANT: {"solver.max_substep": SUBSTEP}}
+    values[CONTROLLER] = {} if "chain.preset" in scenario.parameters.get(CONTROLLER, {}) else {"chain.preset": CUSTOM}
+    base = scenario.machine(parameters=values)
     first = prepare(base, settings, flavour=flavour)
     loop, parameters = Loop(of_prepared(first)), first.plan.all_parameters(first.interfaces)
     dynamic = amplifier or parameters[ACTUATOR]["amplifier"] == DYNAMIC

@@ -54,8 +54,8 @@ def controlled(
     controller
         Controller file, object or FMU in place of the scenario's controller.
     """
-    given = given_scenario(scenario, rotor)
-    return given if controller is None else given.changed(fmu={CONTROLLER: fspath(controller)})
+    values = given_scenario(scenario, rotor)
+    return values if controller is None else values.changed(fmu={CONTROLLER: fspath(controller)})
 
 
 def spin_speed(raw: Number, name: str = "speed") -> float:
@@ -97,9 +97,11 @@ def positive(raw: Number, unit: str, name: str, reason: str = "") -> float:
     ValueError
         If it is none, or not from `LEAST` to `MOST`; the message ends with the reason.
     """
-    value, shown = quantity(raw, unit, name), unit.replace(".", " ")
-    require(0.0 < value < float("inf"), name, f"{value:g} {shown}", f"> 0 {shown}{reason}")
-    require(LEAST <= value <= MOST, name, f"{value:g} {shown}", f">= {LEAST:g} {shown} and <= {MOST:g} {shown}")
+    value, displayed = quantity(raw, unit, name), unit.replace(".", " ")
+    require(0.0 < value < float("inf"), name, f"{value:g} {displayed}", f"> 0 {displayed}{reason}")
+    require(
+        LEAST <= value <= MOST, name, f"{value:g} {displayed}", f">= {LEAST:g} {displayed} and <= {MOST:g} {displayed}"
+    )
     return value
 
 

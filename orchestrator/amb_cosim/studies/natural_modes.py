@@ -65,15 +65,15 @@ class NaturalFrequencies(StudyResult):
         """Return a table of all modes, and a line for each speed with motion that does not oscillate."""
         table = text_table(f"{self.rotor}, {self.mass} mass; speed in rad/s", HEADINGS, left=("whirl",))
         remarks: list[TextPart] = []
-        for speed, found in self.speeds.items():
-            modes = zip(found.frequencies, found.damping_ratios, found.whirl, strict=True)
+        for speed, result in self.speeds.items():
+            modes = zip(result.frequencies, result.damping_ratios, result.whirl, strict=True)
             for number, (frequency, ratio, whirl) in enumerate(modes, start=1):
                 hertz = f"{frequency / (2.0 * math.pi):.3f}"
-                shown = f"{round(ratio, 4) + 0.0:.4f}"  # not -0.0000
+                displayed = f"{round(ratio, 4) + 0.0:.4f}"  # not -0.0000
                 direction = whirl + (", unstable" if ratio < -ROUNDING else "")
-                table.add_row(f"{speed:g}", str(number), f"{frequency:.3f}", hertz, shown, direction)
-            if found.real_eigenvalues:
-                real = ", ".join(f"{value:.4g}" for value in found.real_eigenvalues)
+                table.add_row(f"{speed:g}", str(number), f"{frequency:.3f}", hertz, displayed, direction)
+            if result.real_eigenvalues:
+                real = ", ".join(f"{value:.4g}" for value in result.real_eigenvalues)
                 remarks.append(f"at {speed:g} rad/s also motion that does not oscillate, exp(s t) with s = {real} 1/s")
         return [table, *remarks]
 
@@ -193,11 +193,11 @@ def modes(
     description, Omega = rotor_of(rotor), spin_speed(speed)
     mass = mass or description.shaft.mass_matrix
     model = supported_rotor(description, mass).model
-    found = tuple(modes_of(model, Omega, count))
-    frequencies = NaturalFrequencies(description.name, mass, {Omega: _at_speed(model, Omega, found)})
+    result = tuple(modes_of(model, Omega, count))
+    frequencies = NaturalFrequencies(description.name, mass, {Omega: _at_speed(model, Omega, result)})
     z = np.array(description.shaft.nodes)
-    shapes = tuple(_shape(model, z, mode) for mode in found)
-    return ModeShapes(frequencies, shapes, description.shaft.nodes, description, found)
+    shapes = tuple(_shape(model, z, mode) for mode in result)
+    return ModeShapes(frequencies, shapes, description.shaft.nodes, description, result)
 
 
 def _at_speed(model: Matrices, Omega: float, found: Sequence[Mode]) -> ModesAtSpeed:

@@ -78,12 +78,12 @@ class Identification(StudyResult):
         """Return a table with a row for each speed."""
         table = text_table("Identification", HEADINGS, left=("",))
         for result in self.results:
-            found = ("-", "-")
+            matches = ("-", "-")
             if result.receptance is not None:
                 difference = np.abs(ratios(result.receptance, result.model) - 1.0).max()
-                found = (f"{condition_number(result.receptance):.3f}", f"{100.0 * difference:.2g}")
+                matches = (f"{condition_number(result.receptance):.3f}", f"{100.0 * difference:.2g}")
             outcome = result.reason or "done"
-            table.add_row(f"{result.frequency:.6g}", str(result.periods), f"{result.force:.1f}", *found, outcome)
+            table.add_row(f"{result.frequency:.6g}", str(result.periods), f"{result.force:.1f}", *matches, outcome)
         return [table]
 
 
@@ -160,12 +160,12 @@ def _progress_bars(progress: bool | Report | None) -> Iterator[Report]:
     if callable(progress):
         yield progress
         return
-    with bars(Console(stderr=True), progress) as shown:
-        all_speeds, this_speed = shown.add_task("speeds", total=None), shown.add_task(STARTING, total=None)
+    with bars(Console(stderr=True), progress) as displayed:
+        all_speeds, this_speed = displayed.add_task("speeds", total=None), displayed.add_task(STARTING, total=None)
 
         def show(now: IdentificationProgress) -> None:
-            shown.update(all_speeds, completed=now.speeds_done, total=now.speeds_total)
+            displayed.update(all_speeds, completed=now.speeds_done, total=now.speeds_total)
             label = f"{now.speed / (2.0 * math.pi):.4g} Hz"
-            shown.update(this_speed, description=label, completed=now.steps_done, total=now.steps_total)
+            displayed.update(this_speed, description=label, completed=now.steps_done, total=now.steps_total)
 
         yield show

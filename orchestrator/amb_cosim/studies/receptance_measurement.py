@@ -156,13 +156,13 @@ def run_identification(prepared: PlannedRun, progress: Progress | None = None) -
 
     `progress` is called with the number of steps done, and of all steps.
     """
-    found = computed_identification(prepared)
+    matches = computed_identification(prepared)
     result = run_prepared(prepared, progress)
     receptance, reason = None, result.outcome.failure or ""
     if result.outcome.failure is None:
         receptance, reason = _result(result.dataset.isel(time=-1), machine_of(prepared, CONTROLLER).controlled)
     interrupted = result.outcome.status == "interrupted"
-    return replace(found, receptance=receptance, reason=reason, interrupted=interrupted)
+    return replace(matches, receptance=receptance, reason=reason, interrupted=interrupted)
 
 
 def computed_identification(prepared: PlannedRun) -> IdentifiedReceptance:
@@ -170,7 +170,7 @@ def computed_identification(prepared: PlannedRun) -> IdentifiedReceptance:
     machine = machine_of(prepared, CONTROLLER)
     order = int(machine.parameters[CONTROLLER]["harmonic1.order"])
     model = sampled_receptance(prepared, order)
-    found = IdentifiedReceptance(
+    result = IdentifiedReceptance(
         speed=machine.Omega,
         order=order,
         periods=int(periods(machine.Omega / (2.0 * math.pi))),
@@ -180,8 +180,8 @@ def computed_identification(prepared: PlannedRun) -> IdentifiedReceptance:
         inner=inner_response(prepared, order),
     )
     if condition_number(model) > MAX_CONDITION:
-        return replace(found, receptance=None, reason=ERRORS.sentences[ILL_CONDITIONED])
-    return found
+        return replace(result, receptance=None, reason=ERRORS.sentences[ILL_CONDITIONED])
+    return result
 
 
 def force_amplitude(machine: Machine) -> float:

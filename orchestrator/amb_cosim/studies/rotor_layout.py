@@ -98,9 +98,9 @@ class RotorLayout(DrawnResult):
         where = "at rest on its bearings" if self.description.bearings else "free, without bearings"
         modes = text_table(f"Undamped, {where}", ("mode", "frequency (rad/s)", "(Hz)", "plant (%)"))
         for k, (frequency, error) in enumerate(zip(self.frequencies, self.error, strict=True), start=1):
-            shown = "-" if math.isnan(error) else f"{error:+.4f}"
+            displayed = "-" if math.isnan(error) else f"{error:+.4f}"
             hertz = f"{frequency / (2.0 * math.pi):.3f}" if frequency > 0.0 else "diverges"
-            modes.add_row(str(k), f"{frequency:.3f}", hertz, shown)
+            modes.add_row(str(k), f"{frequency:.3f}", hertz, displayed)
         plant = PlantModel(self.masters, self.coordinates, self.valid_to).text()
         leaner = [] if self.leaner is None else [f"with reduction.masters at bearings and sites: {self.leaner.text()}"]
         return [
@@ -127,26 +127,26 @@ def layout(rotor: RotorSource = None) -> RotorLayout:
     ValueError
         If the rotor file cannot be read, or the plant's model is not as accurate as the file asks for.
     """
-    found = rotor_of(rotor)
-    body, plant, error = rigid_body(found), _plant(found), reduction_error(found, COUNT)
-    z = found.shaft.nodes
+    result = rotor_of(rotor)
+    body, plant, error = rigid_body(result), _plant(result), reduction_error(result, COUNT)
+    z = result.shaft.nodes
     return RotorLayout(
-        rotor=found.name,
+        rotor=result.name,
         mass=body.mass,
         centre=body.centre,
         polar_inertia=body.polar_inertia,
         diametral_inertia=body.diametral_inertia,
         length=z[-1] - z[0],
         nodes=len(z),
-        parts=tuple(_parts(found)),
-        method=str(found.reduction.method),
+        parts=tuple(_parts(result)),
+        method=str(result.reduction.method),
         masters=plant.masters,
         coordinates=plant.coordinates,
         valid_to=plant.valid_to,
-        leaner=_leaner(found, plant),
+        leaner=_leaner(result, plant),
         frequencies=error.frequencies,
         error=error.percent,
-        description=found,
+        description=result,
     )
 
 
@@ -161,23 +161,23 @@ def _leaner(rotor: Rotor, plant: PlantModel) -> PlantModel | None:
     if rotor.reduction.method != "craig_bampton" or len(needed) < 2:
         return None
     try:
-        found = _plant(replace(rotor, reduction=replace(rotor.reduction, masters=needed)))
+        result = _plant(replace(rotor, reduction=replace(rotor.reduction, masters=needed)))
     except ValueError:  # the shaft does not reach the accuracy on these planes
         return None
-    return found if found.coordinates < plant.coordinates else None
+    return result if result.coordinates < plant.coordinates else None
 
 
 def _damping(rotor: Rotor) -> str:
     """The damping of a rotor without its bearings, in words."""
     damping = rotor.damping
     ratios = ", ".join(f"{100.0 * ratio:g} %" for ratio in damping.modal)
-    given = {
+    values = {
         f"{damping.mass:g} 1/s times mass": damping.mass,
         f"{damping.stiffness:g} s times stiffness": damping.stiffness,
         f"{ratios} of the elastic modes": any(damping.modal),
         f"loss factor {damping.loss_factor:g}": damping.loss_factor,
     }
-    said = [words for words, value in given.items() if value]
+    said = [words for words, value in values.items() if value]
     return ", ".join([*said, f"{100.0 * damping.rotating:g} % turns with the shaft"]) if said else "none"
 
 

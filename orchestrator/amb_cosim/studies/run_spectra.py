@@ -96,15 +96,15 @@ class Waterfall(DrawnResult):
         """Return a table of the largest synchronous and other vibration of each bearing."""
         headings = ("synchronous (mm)", "at (Hz)", "peaks at (Hz)", "other (mm)", "frequency (Hz)", "at speed (Hz)")
         table = labelled_table(f"{self.scenario}: spectra, windows of {self.window:.3g} s", "bearing", *headings)
-        for name, found in self.bearings.items():
+        for name, result in self.bearings.items():
             table.add_row(
                 name,
-                f"{1e3 * found.largest:.4f}",
-                f"{found.largest_at:.2f}",
-                ", ".join(f"{peak:.4g}" for peak in found.resonances) or "-",
-                f"{1e3 * found.other_amplitude:.4f}",
-                f"{found.other_frequency:.2f}",
-                f"{found.other_speed:.2f}",
+                f"{1e3 * result.largest:.4f}",
+                f"{result.largest_at:.2f}",
+                ", ".join(f"{peak:.4g}" for peak in result.resonances) or "-",
+                f"{1e3 * result.other_amplitude:.4f}",
+                f"{result.other_frequency:.2f}",
+                f"{result.other_speed:.2f}",
             )
         return [table, "frequencies below zero are backward whirl"]
 
@@ -176,7 +176,7 @@ def spectra_of(recorded: Signals, highest: float, window: Number | None = None) 
         order = np.argsort(lines)
         return lines[order], middles, Z[order].T
 
-    found: dict[str, tuple[Array, Array]] = {}
+    result: dict[str, tuple[Array, Array]] = {}
     lines, middles = np.empty(0), np.empty(0)
     for bearing in places(recorded).bearings:
         x, y = signal(recorded, f"{bearing}.x"), signal(recorded, f"{bearing}.y")
@@ -185,9 +185,9 @@ def spectra_of(recorded: Signals, highest: float, window: Number | None = None) 
         orbit = np.asarray(x + 1j * y)[after]
         lines, middles, Z = spectra(orbit)
         _, _, turned_back = spectra(orbit * np.exp(-1j * theta))
-        shown = np.abs(lines) <= highest
-        found[bearing] = (np.abs(Z[:, shown]), np.abs(turned_back[:, lines == 0.0][:, 0]))
-    if not found:
+        displayed = np.abs(lines) <= highest
+        result[bearing] = (np.abs(Z[:, displayed]), np.abs(turned_back[:, lines == 0.0][:, 0]))
+    if not result:
         raise ValueError("the run did not record the displacement at a bearing")
     lines = lines[np.abs(lines) <= highest]
     speeds = np.interp(middles, time - time[0], Omega) / (2.0 * np.pi)
@@ -198,7 +198,7 @@ def spectra_of(recorded: Signals, highest: float, window: Number | None = None) 
         speeds=speeds,
         frequencies=lines,
         changing_speed=speed_changes(recorded),
-        bearings={name: _bearing(*amplitudes, lines, speeds) for name, amplitudes in found.items()},
+        bearings={name: _bearing(*amplitudes, lines, speeds) for name, amplitudes in result.items()},
     )
 
 

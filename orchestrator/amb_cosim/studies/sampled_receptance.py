@@ -43,11 +43,11 @@ def sampled_receptance(prepared: PlannedRun, order: int = 1) -> Complex:
     omega, parameters = order * machine.Omega, machine.parameters[CONTROLLER]
     added = list(_places_of_currents(made, machine).values())
     loop = model_of(made, added, [f"{PLANT}.{sensor}" for sensor in machine.controlled.sensor_names])
-    own = given_parameters(machine.controlled, parameters)
+    local = given_parameters(machine.controlled, parameters)
     G = _response(loop, omega)
     if is_on(parameters["chain.preset"], parameters["chain.delay"]):
         G = G * np.exp(-1j * omega * parameters["sample_time"])
-    return np.asarray(sensor_response(own, omega) @ G / _current_stiffnesses(machine))
+    return np.asarray(sensor_response(local, omega) @ G / _current_stiffnesses(machine))
 
 
 def inner_response(prepared: PlannedRun, order: int = 1) -> Complex | None:
@@ -62,26 +62,26 @@ def inner_response(prepared: PlannedRun, order: int = 1) -> Complex | None:
     if inner == {ACTUATOR}:
         return None
     (name,) = inner
-    own = [f"{PLANT}.{sensor}" for sensor in machine.controlled.sensor_names]
+    local = [f"{PLANT}.{sensor}" for sensor in machine.controlled.sensor_names]
     links = [link for link in system.connections if link.target.startswith(f"{name}.")]
     readings = {link.target: link.source for link in links if link.source.startswith(f"{PLANT}.")}
-    shown = _combination(made, list(readings.values()), own)
-    if shown is None:
+    displayed = _combination(made, list(readings.values()), local)
+    if displayed is None:
         return None
     demands = [system.source_of(f"{ACTUATOR}.{axis}") or "" for axis in added]
     omega = order * machine.Omega
     part = _response(model_of(made, [*added.values(), *readings], demands, components=(name,)), omega)
     law = np.linalg.solve(part[:, : len(added)], part[:, len(added) :])  # before a delay, which both have
     measured = sensor_response(given_parameters(machine.controlled, machine.parameters[CONTROLLER]), omega)
-    return np.asarray(-_current_stiffnesses(machine)[:, None] * (law @ shown @ np.linalg.inv(measured)))
+    return np.asarray(-_current_stiffnesses(machine)[:, None] * (law @ displayed @ np.linalg.inv(measured)))
 
 
 def _combination(made: LinearSource, readings: Sequence[str], sensors: Sequence[str]) -> NDArray[np.float64] | None:
     """Return T of readings = T sensors, outputs of the plant; None if they are no combinations of these."""
     (plant,) = made.parts([PLANT])
-    rows, given = (plant.selected(plant.inputs, names).law.C for names in (readings, sensors))
-    T = rows @ np.linalg.pinv(given)
-    return T if np.abs(T @ given - rows).max() <= ROUNDING * np.abs(rows).max() else None
+    rows, values = (plant.selected(plant.inputs, names).law.C for names in (readings, sensors))
+    T = rows @ np.linalg.pinv(values)
+    return T if np.abs(T @ values - rows).max() <= ROUNDING * np.abs(rows).max() else None
 
 
 def _places_of_currents(made: LinearSource, machine: Machine) -> dict[str, str]:

@@ -200,16 +200,16 @@ def sensitivity(
     ValueError
         If a value is not allowed, the loop is not stable, or the co-simulation is not that of a linear system.
     """
-    given = controlled(scenario, rotor, controller)
+    values = controlled(scenario, rotor, controller)
     if speed is not None:
-        given = given.model_copy(update={"Omega": spin_speed(speed)})
+        values = values.model_copy(update={"Omega": spin_speed(speed)})
     settings = dict(set or {})
     if sample_time is not None:
         time = quantity(sample_time, "s", "sample-time")
         require(0.0 < time < 0.5 / LOWEST, "sample-time", f"{time:g} s", f"> 0 s and < {0.5 / LOWEST:g} s")
         settings[f"{CONTROLLER}.sample_time"] = time
-        given = given.model_copy(update={"communication_step": time})
-    prepared = prepare_measurement(given, settings, amplifier, delay, flavour)
+        values = values.model_copy(update={"communication_step": time})
+    prepared = prepare_measurement(values, settings, amplifier, delay, flavour)
     loop = Loop(of_prepared(prepared))
     system = loop.sensitivity()
     poles = system.poles()
@@ -234,8 +234,8 @@ def sensitivity(
     parameters = prepared.plan.all_parameters(prepared.interfaces)
     gang, disks = _all_loops(loop, frequencies)
     return StabilityMargin(
-        scenario=given.name,
-        rotor=load_rotor(given.rotor).name,
+        scenario=values.name,
+        rotor=load_rotor(values.rotor).name,
         speed=prepared.plan.speed,
         sample_time=loop.sample_time,
         delay=_delay(parameters[CONTROLLER]),

@@ -58,14 +58,14 @@ def load_robustness(pack: str) -> Mapping[str, StoredOutcome]:
 
 def known_outcomes() -> dict[str, StoredOutcome]:
     """Return what is known of the runs of all packs, by their names."""
-    return {name: one for pack in packs() for name, one in load_robustness(pack).items()}
+    return {name: item for pack in packs() for name, item in load_robustness(pack).items()}
 
 
 def write_robustness(pack: str, found: Mapping[str, StoredOutcome]) -> Path:
     """Add outcomes to the file of a pack, in the order of their names; return its path."""
     file = packs()[pack] / FILE
-    known = {**load_robustness(pack), **found}
-    data = {name: known[name].model_dump(exclude_defaults=True) for name in sorted(known)}
+    available = {**load_robustness(pack), **found}
+    data = {name: available[name].model_dump(exclude_defaults=True) for name in sorted(available)}
     text = HEAD.format(pack=pack) + tomli_w.dumps(data)
     write_atomically(file, lambda path: path.write_text(text, encoding="utf-8"))
     load_robustness.cache_clear()

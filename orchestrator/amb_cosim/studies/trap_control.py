@@ -39,24 +39,24 @@ def control_of(
     """Return whether feedback, synchronous control and control that knows of the contact free the rotor."""
     trapped = [state for state in states if state.contact and state.stable]
     free = [state for state in states if not state.contact and state.stable]
-    own = free[0].currents if free else {}
+    local = free[0].currents if free else {}
     if free and not trapped:
-        words = "frees it: no steady contact is stable" + _within(own)
+        words = "frees it: no steady contact is stable" + _within(local)
     else:
         words = "may leave it in contact" if free else "cannot free it: no orbit misses all sites"
-    found = {"feedback alone": Freed(bool(free) and not trapped, own, words)}
+    result = {"feedback alone": Freed(bool(free) and not trapped, local, words)}
     if not machine.loop(Omega).currents:
-        return found
-    found["synchronous control"] = _synchronous(machine, Omega)
+        return result
+    result["synchronous control"] = _synchronous(machine, Omega)
     if not demands:
         freed = Freed(False, {}, "cannot free it: no synchronous currents do")
     else:
         within = [d for d in demands if all(current.is_allowed for current in d.values())]
-        shown = within[0] if within else demands[-1]
+        displayed = within[0] if within else demands[-1]
         words = "can free it from any steady contact" if within else "cannot free it from all contact within its limits"
-        freed = Freed(bool(within), shown, f"{words}{_within(shown)}")
-    found["synchronous control that knows of the contact"] = freed
-    return found
+        freed = Freed(bool(within), displayed, f"{words}{_within(displayed)}")
+    result["synchronous control that knows of the contact"] = freed
+    return result
 
 
 def _synchronous(machine: RubbingRotor, Omega: float) -> Freed:
@@ -76,8 +76,8 @@ def _synchronous(machine: RubbingRotor, Omega: float) -> Freed:
     if not len(orbit.points):
         return Freed(False, currents, "cannot free it: its steady force leaves no orbit that misses all sites")
     words = "can hold it free" + _within(currents)
-    own = _rates_of_feedback(machine, Omega)
-    turned = [name for name, rate in own.items() if rate > 0.0]
+    local = _rates_of_feedback(machine, Omega)
+    turned = [name for name, rate in local.items() if rate > 0.0]
     if stuck:
         words += f"; it may also come to rest in contact at {', '.join(sorted(frozenset(stuck)))}"
     elif turned:
@@ -90,20 +90,20 @@ def _rates_of_feedback(machine: RubbingRotor, Omega: float) -> dict[str, float]:
     """Return the largest rate of adaptation, over alpha, in each state in contact under feedback alone (1)."""
     at, mu = machine.receptances(Omega), machine.mu(Omega)
     r = (at.P @ machine.unbalance * Omega**2)[None]
-    found: dict[str, float] = {}
+    result: dict[str, float] = {}
     for contact in all_sets(len(machine.sites))[1:]:
         states = states_of(contact, at.R, mu, machine.c, r)
         for n in range(len(states.points)):
             name = "+".join(machine.sites[k] for k in contact)
             rate = float(adaptation_rates(at, states, n, machine.c, mu).real.max())
-            found[name] = max(rate, found.get(name, -math.inf))
-    return found
+            result[name] = max(rate, result.get(name, -math.inf))
+    return result
 
 
 def _within(currents: Mapping[str, BearingCurrent]) -> str:
     if not currents:
         return ""
-    told = ", ".join(
+    message = ", ".join(
         f"{bearing} {current.amplitude:.2f} of {current.allowed:.2f} A" for bearing, current in currents.items()
     )
-    return f" ({told})"
+    return f" ({message})"

@@ -170,15 +170,15 @@ def rolling_contacts(machine: RubbingRotor, Omega: float, valid_to: float) -> tu
     mu = {site: max(p[f"{site}.mu"], p[f"{site}.mu_static"]) for site in machine.sites}
     return tuple(
         RollingContact(
-            contact=found.contact,
-            frequency=found.frequency,
-            normal_forces=found.N,
-            swings=found.swing,
-            least_friction=found.friction,
-            possible=all(mu[site] >= found.friction for site in found.contact),
-            accurate=abs(found.frequency) <= valid_to,
+            contact=result.contact,
+            frequency=result.frequency,
+            normal_forces=result.N,
+            swings=result.swing,
+            least_friction=result.friction,
+            possible=all(mu[site] >= result.friction for site in result.contact),
+            accurate=abs(result.frequency) <= valid_to,
         )
-        for found in rolling(machine, Omega)
+        for result in rolling(machine, Omega)
     )
 
 
@@ -214,7 +214,7 @@ def currents_of(values: Mapping[str, complex], machine: RubbingRotor) -> dict[st
 
 def allowed_current(machine: RubbingRotor, bearing: str) -> float:
     """Return the amplitude (A) that the coils (`amb_actuator.amplifier`) and the controller's limits follow."""
-    interfaces, found = machine.linear_components.assembly.interfaces, math.inf
+    interfaces, result = machine.linear_components.assembly.interfaces, math.inf
     if ACTUATOR in interfaces:
         p = machine.linear_components.parameters(ACTUATOR)
         for axis in "xy":
@@ -222,10 +222,10 @@ def allowed_current(machine: RubbingRotor, bearing: str) -> float:
             bias, static, limit, voltage, resistance = (p[f"{bearing}.{name}_{axis}"] for name in names)
             if p["amplifier"] == DYNAMIC:
                 limit = min(limit, voltage / resistance)
-            found = min(found, *(abs(limited_current(demand, bias, static, limit)) for demand in (-1e12, 1e12)))
+            result = min(result, *(abs(limited_current(demand, bias, static, limit)) for demand in (-1e12, 1e12)))
     if CONTROLLER in interfaces:
         p = machine.linear_components.parameters(CONTROLLER)
-        found = min(
-            found, *(abs(p.get(f"{bearing}.{name}_{a}", math.inf)) for name in ("i_min", "i_max") for a in "xy")
+        result = min(
+            result, *(abs(p.get(f"{bearing}.{name}_{a}", math.inf)) for name in ("i_min", "i_max") for a in "xy")
         )
-    return max(found, 0.0)
+    return max(result, 0.0)

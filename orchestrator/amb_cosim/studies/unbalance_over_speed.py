@@ -121,11 +121,11 @@ def unbalance_response(
     response = steady_response(supported_rotor(description, mass), {loaded: u}, speeds, tuple(places.values()))
     amplitude, _, phase = orbit(response)
     continuous = np.unwrap(phase, axis=0)
-    found = {
+    result = {
         name: PlaceResponse(place, everywhere or _clearance(description, place), amplitude[:, k], continuous[:, k])
         for k, (name, place) in enumerate(places.items())
     }
-    return UnbalanceResponse(description.name, mass, u, loaded, speeds, found)
+    return UnbalanceResponse(description.name, mass, u, loaded, speeds, result)
 
 
 def _first_disc(rotor: Rotor) -> int:

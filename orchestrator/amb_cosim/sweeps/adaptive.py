@@ -154,11 +154,11 @@ class Sampler:
             if axis.name not in across:
                 continue
             for column in axis.columns if axis.name == SAMPLE else axis.columns[:1]:
-                given = np.asarray(column.values, np.float64)
+                settings = np.asarray(column.values, np.float64)
                 shape = [-1 if j == k else 1 for j in range(len(self.design.axes))]
-                values.append(np.broadcast_to(given.reshape(shape), self.design.shape).ravel())
+                values.append(np.broadcast_to(settings.reshape(shape), self.design.shape).ravel())
                 period = 1.0 if column.name in TURNS else PERIODS.get(column.unit)
-                if period is not None and not 0.5 < np.ptp(given) / period < 1.0 + 1e-9:
+                if period is not None and not 0.5 < np.ptp(settings) / period < 1.0 + 1e-9:
                     period = None  # more than a turn, or so little that it might be anything
                 periods.append(period)
                 if period is not None:
@@ -182,43 +182,43 @@ class Sampler:
     def next_points(self, count: int, pending: Collection[int] = ()) -> tuple[list[int], bool]:
         """Return up to `count` points to run next, with some under way; and whether all that is sought is found."""
         done, values = self._done.copy(), self._values.copy()  # results may come while this thinks
-        found: list[int] = []
+        result: list[int] = []
         is_open = False
         for k, part in enumerate(self._parts):
-            share = -(-(count - len(found)) // (len(self._parts) - k))
-            asked = self._of_part(part, share, done, values, set(pending))
-            is_open = is_open or bool(asked) or not set(pending).isdisjoint(part.points.tolist())
-            found += asked
-        return found, not is_open
+            share = -(-(count - len(result)) // (len(self._parts) - k))
+            requested = self._of_part(part, share, done, values, set(pending))
+            is_open = is_open or bool(requested) or not set(pending).isdisjoint(part.points.tolist())
+            result += requested
+        return result, not is_open
 
     def _of_part(self, part: _Part, count: int, done: Any, values: Array, pending: set[int]) -> list[int]:
         """Return the next points of a part, and keep what is known of it."""
         missing = [n for n in part.first if not done[n] and n not in pending]
         is_known = done[part.points] & np.isfinite(values[part.points])
-        known, y = part.at[is_known], values[part.points][is_known]
+        available, y = part.at[is_known], values[part.points][is_known]
         waits = np.isin(part.points, list(pending))
         closed = done[part.points] | waits
         if missing or len(y) < min(len(part.first), AT_LEAST + 1) or not np.ptp(y):
             return missing[:count] if missing else self._blind(part, count, closed)
         if part.surrogate is None or len(y) > 1.1 * part.fitted:
-            part.surrogate, part.fitted = Surrogate(known, part.axis, y), len(y)
-        surrogate = part.surrogate.with_values(known, y)
+            part.surrogate, part.fitted = Surrogate(available, part.axis, y), len(y)
+        surrogate = part.surrogate.with_values(available, y)
         threshold = self.goal.certainty * float(np.ptp(y))
         part.promise = float(self._promise(surrogate, part.at[~done[part.points]], y).max(initial=0.0))
         surrogate = surrogate.believing(part.at[waits])
-        asked: list[int] = []
-        while len(asked) < count and not closed.all():
+        requested: list[int] = []
+        while len(requested) < count and not closed.all():
             promise = np.where(closed, -np.inf, self._promise(surrogate, part.at, y))
             best = int(promise.argmax())
             if promise[best] <= threshold:
                 break
-            asked.append(int(part.points[best]))
+            requested.append(int(part.points[best]))
             closed[best] = True
-            if len(asked) < count:
+            if len(requested) < count:
                 surrogate = surrogate.believing(part.at[[best]])
-        if not asked and _distance(part.at, np.flatnonzero(closed)).max() > part.reach:
+        if not requested and _distance(part.at, np.flatnonzero(closed)).max() > part.reach:
             return self._far(part, 1, closed)
-        return asked
+        return requested
 
     def _blind(self, part: _Part, count: int, closed: Any) -> list[int]:
         """Return points far from all others, while those that were run tell nothing; a few times the first ones."""
@@ -280,8 +280,8 @@ class Sampler:
                 whole = part.surrogate.with_values(part.at[is_known], self._values[part.points][is_known])
                 mean[part.points], deviation[part.points] = whole.at(part.at)
         dims = tuple(axis.name for axis in self.design.axes)
-        found = {"mean": mean, "deviation": deviation}
-        data = {name: (dims, given.reshape(self.design.shape)) for name, given in found.items()}
+        result = {"mean": mean, "deviation": deviation}
+        data = {name: (dims, values.reshape(self.design.shape)) for name, values in result.items()}
         facts = {"goal": self.goal.kind, "metric": self.goal.metric, "certainty": self.goal.certainty}
         return xr.Dataset(data, attrs={**facts, "told": "\n".join(self.told())})
 

@@ -52,11 +52,11 @@ class _Adaptive(BatchScheduler):
     def _refill(self) -> bool:
         """Take the points of a thought that has ended; begin the next where fewer wait than may be run meanwhile."""
         if self._thought is not None and self._thought.done():
-            asked, self._is_found = self._thought.result()
-            self._has_news = self._has_news or bool(asked)
+            requested, self._is_found = self._thought.result()
+            self._has_news = self._has_news or bool(requested)
             self._thought, self._took = None, time.monotonic() - self._began
-            self._waiting.extend(asked)
-            self._total += len(asked)
+            self._waiting.extend(requested)
+            self._total += len(requested)
         if self._thought is None and self._has_news and not self._is_found:
             threads = max(1, self._threads())
             each = self._seconds / self._ran if self._ran else math.inf

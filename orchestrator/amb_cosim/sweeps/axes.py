@@ -103,7 +103,7 @@ def read_variations(vary: Vary) -> list[Variation]:
     ValueError
         If a text cannot be read, the numbers of values that are varied together differ, or a name is given twice.
     """
-    variations = [_variation(name, given) for name, given in vary.items()]
+    variations = [_variation(name, values) for name, values in vary.items()]
     names = [name for variation in variations for name in names_of(variation)]
     twice = sorted({name for name in names if names.count(name) > 1})
     if twice:
@@ -136,9 +136,9 @@ def names_of(variation: Variation) -> list[str]:
 
 def _variation(name: str, given: Any) -> Variation:
     names = [part.strip() for part in name.split("&")]
-    for one in names:
-        if not _NAME.fullmatch(one):
-            raise ValueError(f"{one!r} is no name of a variable; write for example Omega or rotor_contact.impeller.u")
+    for item in names:
+        if not _NAME.fullmatch(item):
+            raise ValueError(f"{item!r} is no name of a variable; write for example Omega or rotor_contact.impeller.u")
     if isinstance(given, str) and given.startswith("@"):
         given = _table(given[1:])
     if isinstance(given, Mapping):
@@ -148,14 +148,14 @@ def _variation(name: str, given: Any) -> Variation:
         return (part,) if isinstance(part, Range) else Axis(name, (part,))
     if isinstance(given, str) or len(given) != len(names):
         raise ValueError(f"{name} needs values for each of its {len(names)} names")
-    parts = [_values(one, of_one) for one, of_one in zip(names, given, strict=True)]
+    parts = [_values(item, of_one) for item, of_one in zip(names, given, strict=True)]
     columns = [part for part in parts if isinstance(part, Column)]
     if not columns:
         return tuple(part for part in parts if isinstance(part, Range))
     sizes = {column.name: len(column.values) for column in columns}
     if len(columns) < len(parts) or len(set(sizes.values())) > 1:
-        told = ", ".join(f"{one} {n}" for one, n in sizes.items())
-        raise ValueError(f"{name}: what is varied together must have as many values: {told}")
+        message = ", ".join(f"{item} {n}" for item, n in sizes.items())
+        raise ValueError(f"{name}: what is varied together must have as many values: {message}")
     return Axis(names[0], tuple(columns))
 
 
@@ -203,12 +203,12 @@ def _list(name: str, given: Sequence[Any]) -> Column:
     wrong = [item for item in items if not isinstance(item, bool | int | float | str) or item == ""]
     if wrong or not items:
         raise ValueError(f"{name} = {given} is not allowed; it must be a list of numbers or texts")
-    found = [_quantity(item) if isinstance(item, str) else None for item in items]
-    numbers = [entry for entry in found if entry is not None]
+    result = [_quantity(item) if isinstance(item, str) else None for item in items]
+    numbers = [entry for entry in result if entry is not None]
     if len(numbers) == len(items):
         units = [unit for _, unit in numbers if unit]
         unit = units[0] if units else ""
-        values = (v if own in ("", unit) else to_unit(f"{v!r} {own}", unit, name) for v, own in numbers)
+        values = (v if local in ("", unit) else to_unit(f"{v!r} {local}", unit, name) for v, local in numbers)
         return Column(name, tuple(values), unit)
     return Column(name, tuple(items))
 

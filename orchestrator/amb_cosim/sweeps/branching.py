@@ -77,8 +77,8 @@ class Branches:
 
 def varied_labels(design: SamplePlan) -> tuple[str, ...]:
     """Return the labels of the events that a design varies, in the order in which they come."""
-    found = {label for axis in design.axes for label in [_label_of(axis)] if label}
-    return tuple(label for label in LABELS if label in found)
+    result = {label for axis in design.axes for label in [_label_of(axis)] if label}
+    return tuple(label for label in LABELS if label in result)
 
 
 def branching_order(design: SamplePlan, points: Sequence[int]) -> list[int]:
@@ -107,7 +107,7 @@ def _label_of(axis: Axis) -> str | None:
 
 def _moment(axis: Axis, k: int, label: str) -> float:
     """Return by what the moment of an event is put in order; 0 where the axis leaves it as it is."""
-    given: Mapping[str, Raw] = axis.settings(k)
-    moments = (given.get(f"{label}.{name}") for name in ("cycle", "time"))
+    values: Mapping[str, Raw] = axis.settings(k)
+    moments = (values.get(f"{label}.{name}") for name in ("cycle", "time"))
     numbers = [float(str(raw).split()[0]) for raw in moments if raw is not None]
     return numbers[0] if numbers else 0.0

@@ -57,17 +57,17 @@ def _ports_of(prepared: PlannedRun, name: str) -> list[Port]:
     label, _, rest = name.partition(".")
     values = prepared.assembly.assignments()
     try:
-        return [values.port(found) for found in values.matching(rest if label in LABELS else name)]
+        return [values.port(result) for result in values.matching(rest if label in LABELS else name)]
     except ValueError:
         return []
 
 
 def _refuse_far(task: Task, prepared: PlannedRun, name: str, value: Raw) -> None:
     """Refuse a number without a unit that is more than `FAR` times the scenario's: it may be meant in another unit."""
-    own, unit = _own_value(task, prepared, name), unit_of(prepared, name)
-    if isinstance(value, int | float) and unit != "1" and 0.0 < FAR * own < abs(value):
+    local, unit = _own_value(task, prepared, name), unit_of(prepared, name)
+    if isinstance(value, int | float) and unit != "1" and 0.0 < FAR * local < abs(value):
         raise ValueError(
-            f"{name} = {value:g} {unit} is {abs(value) / own:.3g} times the scenario's {own:.4g} {unit}; write the "
+            f"{name} = {value:g} {unit} is {abs(value) / local:.3g} times the scenario's {local:.4g} {unit}; write the "
             f"unit that is meant, such as {name}='{value:g} {unit}'"
         )
 
@@ -77,17 +77,17 @@ def _own_value(task: Task, prepared: PlannedRun, name: str) -> float:
     label, _, rest = name.partition(".")
     scenario, values = task.scenario, prepared.assembly.assignments()
     tables = [event.set for event in scenario.event if event.label == label] or [scenario.parameters, scenario.inputs]
-    given = {
+    settings = {
         f"{component}.{variable}": raw
         for table in tables
         for component, of in table.items()
         for variable, raw in of.items()
     }
     if label not in LABELS:
-        given |= {SPEED: scenario.Omega, **task.settings}
-    varied, found = {*values.matching(rest if label in LABELS else name)}, []
-    for known, raw in given.items():
+        settings |= {SPEED: scenario.Omega, **task.settings}
+    varied, result = {*values.matching(rest if label in LABELS else name)}, []
+    for available, raw in settings.items():
         with suppress(ValueError):  # it names nothing of this machine
-            if varied & {*values.matching(known)}:
-                found.append(abs(quantity(raw, unit_of(prepared, name), known)))
-    return max(found) if found else max(abs(port.start or 0.0) for port in _ports_of(prepared, name))
+            if varied & {*values.matching(available)}:
+                result.append(abs(quantity(raw, unit_of(prepared, name), available)))
+    return max(result) if result else max(abs(port.start or 0.0) for port in _ports_of(prepared, name))

@@ -300,10 +300,10 @@ class BatchScheduler:
 
         if future.status == "finished":
             with suppress(Exception):  # a scheduler that dies as it answers, or answers what is no answer
-                found: list[PointResult] = future.result(timeout=START_TIME)
-                self._seconds += sum(result.seconds for result in found)
-                self._ran += len(found)
-                return found
+                matches: list[PointResult] = future.result(timeout=START_TIME)
+                self._seconds += sum(result.seconds for result in matches)
+                self._ran += len(matches)
+                return matches
         if future.status != "error":  # cancelled, or lost with a scheduler
             self._waiting.extend(points)
             return []

@@ -80,8 +80,8 @@ def draw_map(swept: Sweep, dataset: xr.Dataset, name: str) -> StyledFigure:
             ax.xaxis.set_major_locator(MaxNLocator(MOST_TICKS, steps=[1, 2, 2.5, 5, 10]))
     axes[0].set_ylabel(_axis_label(dataset, across[1]) if len(across) > 1 else label)
     if name == "outcome":
-        found = [outcome for outcome in COLOURS if (dataset["outcome"] == outcome).any()]
-        handles = [Patch(color=COLOURS[outcome], label=outcome or "not run") for outcome in found]
+        result = [outcome for outcome in COLOURS if (dataset["outcome"] == outcome).any()]
+        handles = [Patch(color=COLOURS[outcome], label=outcome or "not run") for outcome in result]
         figure.legend(handles=handles, loc="outside right upper", frameon=False)
     else:
         if drawn is not None:

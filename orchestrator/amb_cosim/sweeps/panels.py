@@ -41,12 +41,12 @@ def panels(design: SamplePlan, across: Collection[str], described: Mapping[str, 
     Its title has the words of `described`, descriptions by name, or else names.
     """
     others = [axis for axis in design.axes if axis.name not in across]
-    found = []
+    result = []
     for index in np.ndindex(*(len(axis) for axis in others)):
         values = [_titled(axis, axis.columns[0].values[k], described) for axis, k in zip(others, index, strict=True)]
         at = {axis.name: int(k) for axis, k in zip(others, index, strict=True)}
-        found.append(MapPanel(", ".join(values), at))
-    return found
+        result.append(MapPanel(", ".join(values), at))
+    return result
 
 
 def descriptions(dataset: xr.Dataset) -> dict[str, str]:

@@ -84,8 +84,8 @@ def distribution(part: xr.Dataset, along: str) -> NDArray[np.float64]:
         return np.asarray(values.transpose(along, ...).values.reshape(values.sizes[along], -1))
 
     table = np.where(rows(part["outcome"].isin(BROKEN_OFF)), _BEYOND, rows(part[METRIC]))
-    found = np.nanquantile(np.asarray(table, np.float64), QUANTILES, axis=1)
-    return np.where(found > 1e-100 * _BEYOND, np.inf, found)
+    result = np.nanquantile(np.asarray(table, np.float64), QUANTILES, axis=1)
+    return np.where(result > 1e-100 * _BEYOND, np.inf, result)
 
 
 def _draw_band(ax: Axes, phase: NDArray[Any], bands: NDArray[np.float64]) -> None:

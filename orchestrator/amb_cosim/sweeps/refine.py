@@ -101,8 +101,8 @@ class Refinement:
         }
         along = [self.design.axes[i.axis].name for i in self.intervals]
         width = [self._width(i) for i in self.intervals]
-        found = {"along": (POINT, np.array(along, "<U80")), "uncertainty": (POINT, np.array(width, np.float64))}
-        return xr.Dataset({**data, **found}, attrs=self._attributes())
+        result = {"along": (POINT, np.array(along, "<U80")), "uncertainty": (POINT, np.array(width, np.float64))}
+        return xr.Dataset({**data, **result}, attrs=self._attributes())
 
     def _attributes(self) -> dict[str, Any]:
         return {"metric": self.metric, "tolerance": self.tolerance, "rounds": self.rounds, "runs": self.runs}
@@ -164,12 +164,12 @@ def _is_ordered(axis: Axis) -> bool:
 
 def _crossed(design: SamplePlan, values: np.ndarray[Any, Any]) -> list[Interval]:
     """Return the intervals between neighbours that differ; those without an outcome have no boundary."""
-    found = []
+    result = []
     for k, axis in enumerate(design.axes):
         if not _is_ordered(axis):
             continue
         lower, upper = (np.take(values, range(*ends), axis=k) for ends in ((0, len(axis) - 1), (1, len(axis))))
         for index in np.argwhere((lower != upper) & ~np.isnan(lower) & ~np.isnan(upper)):
             at = tuple(int(i) for i in index)
-            found.append(Interval(k, at, float(at[k]), at[k] + 1.0, float(lower[at])))
-    return found
+            result.append(Interval(k, at, float(at[k]), at[k] + 1.0, float(lower[at])))
+    return result

@@ -103,8 +103,13 @@ class Robustness(DrawnResult):
             table.add_row(row.changed, row.reason or row.outcome, last, *(number(value) for value in figures))
         left_out = [f"not varied: {name}, {reason}" for name, reason in self.not_varied.items()]
         flips = "; ".join(f"{changed}: {outcome}" for changed, outcome in self.flips.items())
-        told = f"fragile: {flips}" if flips else f"robust: every run is {self.outcome}"
-        return [table, "peak force (N) of each site, largest orbit (mm) at each bearing and retainer", *left_out, told]
+        message = f"fragile: {flips}" if flips else f"robust: every run is {self.outcome}"
+        return [
+            table,
+            "peak force (N) of each site, largest orbit (mm) at each bearing and retainer",
+            *left_out,
+            message,
+        ]
 
 
 def robustness(
@@ -152,8 +157,8 @@ def robustness(
             def identified() -> Path:
                 return _identified(scenario, settings, identification_speeds(prepared), folder / "h.toml", flavour)
 
-            found = variations(prepared, settings, change, identified)
-            cases = [Variation(AS_IT_IS, {}), *found.made]
+            result = variations(prepared, settings, change, identified)
+            cases = [Variation(AS_IT_IS, {}), *result.made]
             rows = []
             for k, case in enumerate(cases):
                 rows.append(_row(case, runner.run(k, case.settings)))
@@ -162,15 +167,15 @@ def robustness(
         runner.close()
     if rows[0].reason:
         raise ValueError(f"scenario {scenario.name}: {rows[0].reason}")
-    return Robustness(scenario.name, change, tuple(rows), dict(found.left_out))
+    return Robustness(scenario.name, change, tuple(rows), dict(result.left_out))
 
 
 def _identified(
     scenario: Scenario, settings: Mapping[str, Raw], speeds: list[float], file: Path, flavour: Flavour
 ) -> Path:
     """Identify H of a scenario's sampled loop at some speeds (rad/s), write the table to a file and return that."""
-    found = identify(speeds, output=file, scenario=scenario, set=settings, flavour=flavour, progress=False)
-    for result in found.results:
+    matches = identify(speeds, output=file, scenario=scenario, set=settings, flavour=flavour, progress=False)
+    for result in matches.results:
         if result.reason:
             raise ValueError(f"at {result.speed:g} rad/s: {result.reason}")
     return file

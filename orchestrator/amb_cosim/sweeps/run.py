@@ -168,12 +168,12 @@ def sweep(
     task = Task(scenario, dict(set or {}), until, flavour, tuple(metrics), tuple(keep), varied_labels(design))
     guids, units, described = check_points(task, design)
     design = design.with_units(units)
-    asked = {**_request(task), "guids": guids}
+    requested = {**_request(task), "guids": guids}
     folder = Path(output)
     provenance = {**_provenance(), "descriptions": described}
     with only_writer(folder):
-        store = SweepStore(folder, design, {**asked, "design": design.as_dict()}, provenance)
-        name = hashlib.sha256(json.dumps(asked, sort_keys=True).encode()).hexdigest()
+        store = SweepStore(folder, design, {**requested, "design": design.as_dict()}, provenance)
+        name = hashlib.sha256(json.dumps(requested, sort_keys=True).encode()).hexdigest()
         with sweep_bar(progress) as report:
             if goal is not None:
                 _seek(goal, scheduler, jobs, name, task, store, report)
@@ -181,7 +181,7 @@ def sweep(
                 with connect(scheduler, jobs) as client:
                     run_missing(client, name, task, store, report)
                     if refine is not None:
-                        _refine(client, name, task, store, asked, report, refine, boundary)
+                        _refine(client, name, task, store, requested, report, refine, boundary)
     return Sweep(folder, design, boundary, "" if goal is None else goal.group)
 
 

@@ -85,12 +85,12 @@ class SweepStore:
         self._arrays: dict[str, Any] = {}
         self._rows = max(1, CHUNK // max(1, design.size // design.shape[0]))  # of a chunk, along the first axis
         self._dirty: set[int] = set()
-        asked = json.loads(json.dumps(dict(request)))
-        self._attrs = {"request": json.dumps(asked), "provenance": json.dumps(dict(provenance))}
+        requested = json.loads(json.dumps(dict(request)))
+        self._attrs = {"request": json.dumps(requested), "provenance": json.dumps(dict(provenance))}
         if os.path.lexists(self.path / group):
-            there = open_sweep(folder, group)
-            check_same(asked, json.loads(there.attrs.get("request", "null")), folder)
-            self._values = {str(name): np.array(variable.values) for name, variable in there.data_vars.items()}
+            present = open_sweep(folder, group)
+            check_same(requested, json.loads(present.attrs.get("request", "null")), folder)
+            self._values = {str(name): np.array(variable.values) for name, variable in present.data_vars.items()}
             self._clear_up()
         else:
             self._create()
@@ -231,5 +231,5 @@ def open_sweep(folder: str | Path, group: str = "") -> xr.Dataset:
 
 def check_same(asked: Mapping[str, Any], there: Mapping[str, Any], folder: Path) -> None:
     """Raise ValueError if what is asked for is not what the sweep in a folder was made for."""
-    if told := told_differences(there, asked):
-        raise ValueError(f"the sweep in {folder} was made for something else; choose another folder\n{told}")
+    if message := told_differences(there, asked):
+        raise ValueError(f"the sweep in {folder} was made for something else; choose another folder\n{message}")

@@ -43,10 +43,10 @@ def summarise_sweep(dataset: xr.Dataset, design: SamplePlan, folder: Path, bound
 
 def _of_part(title: str, part: xr.Dataset) -> str:
     """Return how many runs led to what, the worst first, and the peak force of those that have one."""
-    found = part["outcome"].values
-    counts = {name: int(np.sum(found == name)) for name in COLOURS}
-    told = [f"{count} {name or 'not run yet'}" for name, count in counts.items() if count]
-    return f"{title + ': ' if title else ''}{found.size} runs, {', '.join(told)}{_peak(part)}"
+    result = part["outcome"].values
+    counts = {name: int(np.sum(result == name)) for name in COLOURS}
+    message = [f"{count} {name or 'not run yet'}" for name, count in counts.items() if count]
+    return f"{title + ': ' if title else ''}{result.size} runs, {', '.join(message)}{_peak(part)}"
 
 
 def _peak(part: xr.Dataset) -> str:
@@ -55,12 +55,12 @@ def _peak(part: xr.Dataset) -> str:
         return ""
     values = part[PEAK].values
     index = np.unravel_index(np.nanargmax(values), values.shape)
-    there = part.isel(dict(zip(part[PEAK].dims, (int(k) for k in index), strict=True)))
+    present = part.isel(dict(zip(part[PEAK].dims, (int(k) for k in index), strict=True)))
     peak = float(values[index])
-    of_sites = [str(name) for name in part if str(name).startswith(f"{PEAK}.") and float(there[name]) == peak]
+    of_sites = [str(name) for name in part if str(name).startswith(f"{PEAK}.") and float(present[name]) == peak]
     at_site = "".join(f" at {name.removeprefix(f'{PEAK}.').upper()}" for name in of_sites[:1])
     numbers = [name for name in part.coords if part[name].ndim and np.issubdtype(part[name].dtype, np.number)]
-    where = [shown(str(name), there[name].item(), there[name].attrs.get("units", "")) for name in numbers]
+    where = [shown(str(name), present[name].item(), present[name].attrs.get("units", "")) for name in numbers]
     whose = ", unknown where a run broke off," if np.isin(part["outcome"].values, BROKEN_OFF).any() else ""
     return f"; peak contact force{whose} up to {peak:.4g} N{at_site}, with {', '.join(where)}"
 
@@ -77,12 +77,12 @@ def _of_boundary(folder: Path, design: SamplePlan, boundary: str) -> list[str]:
     group = boundary_group(boundary)
     if not (folder / STORE / group).is_dir():
         return []
-    found = open_sweep(folder, group)
-    tolerance, runs = float(found.attrs["tolerance"]), int(found.attrs["runs"])
+    result = open_sweep(folder, group)
+    tolerance, runs = float(result.attrs["tolerance"]), int(result.attrs["runs"])
     finer = {axis.name for axis in refined_axes(design)}
     as_fine = math.prod(math.ceil(1.0 / tolerance) + 1 if a.name in finer else len(a) for a in design.axes)
     return [
-        f"boundary of {boundary}: {found.sizes['point']} places, known to {100.0 * tolerance:.3g} % of an axis "
+        f"boundary of {boundary}: {result.sizes['point']} places, known to {100.0 * tolerance:.3g} % of an axis "
         f"by {runs} runs more, {design.size + runs} in all; a grid as fine takes {as_fine}"
     ]
 

@@ -62,12 +62,12 @@ def coordinates(values: Sequence[Array], periods: Sequence[float | None]) -> tup
     """
     columns: list[Array] = []
     axes: list[int] = []
-    for k, (given, period) in enumerate(zip(values, periods, strict=True)):
+    for k, (settings, period) in enumerate(zip(values, periods, strict=True)):
         if period is None:
-            span = np.ptp(given)
-            columns.append((given - given.min()) / (span if span > 0.0 else 1.0))
+            span = np.ptp(settings)
+            columns.append((settings - settings.min()) / (span if span > 0.0 else 1.0))
         else:
-            angle = 2.0 * np.pi * given / period
+            angle = 2.0 * np.pi * settings / period
             columns += [np.cos(angle) / (2.0 * np.pi), np.sin(angle) / (2.0 * np.pi)]
         axes += [k] * (1 if period is None else 2)
     return np.column_stack(columns), tuple(axes)

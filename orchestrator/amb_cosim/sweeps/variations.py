@@ -90,16 +90,16 @@ def _quantities(prepared: PlannedRun, settings: Mapping[str, Raw]) -> Iterator[t
     values = {k: dict(v) for k, v in prepared.plan.all_parameters(prepared.interfaces).items()}
     controller, plant = values.get(CONTROLLER, {}), values.get(PLANT, {})
     gains = DIRECT if controller.get("pid.direct") else ASSUMED
-    found: dict[str, dict[str, float]] = {}
+    result: dict[str, dict[str, float]] = {}
     for component, of_one, patterns in ((CONTROLLER, controller, gains), (PLANT, plant, OF_PLANT)):
         for quantity, pattern in patterns.items():
             matching = {f"{component}.{n}": v for n, v in of_one.items() if v and matches(n, pattern)}
-            found[quantity] = found.get(quantity, {}) | matching
+            result[quantity] = result.get(quantity, {}) | matching
     if _is_on(prepared, "rolac_enable"):
-        found["alpha"] = {f"{CONTROLLER}.rolac.alpha": controller["rolac.alpha"] or 0.0}
+        result["alpha"] = {f"{CONTROLLER}.rolac.alpha": controller["rolac.alpha"] or 0.0}
     else:
         yield "alpha", "the synchronous control is off"
-    for quantity, of_quantity in found.items():
+    for quantity, of_quantity in result.items():
         yield quantity, _times(of_quantity) if any(of_quantity.values()) else "it is zero everywhere"
     yield "unbalance", _unbalance(prepared, settings)
 
@@ -115,9 +115,9 @@ def _unbalance(prepared: PlannedRun, settings: Mapping[str, Raw]) -> Scaled | st
     later = [n for _, n, value in prepared.plan.events if value and assignments.port(n).unit == UNBALANCE]
     if not first and not later:
         return "there is none"
-    replaced = {name for given in settings if "." in given for name in assignments.matching(given)} & first.keys()
-    own = prepared.scenario.unbalance_factor
-    return lambda factor: {"unbalance_factor": own * factor, **{name: factor * first[name] for name in replaced}}
+    replaced = {name for values in settings if "." in values for name in assignments.matching(values)} & first.keys()
+    local = prepared.scenario.unbalance_factor
+    return lambda factor: {"unbalance_factor": local * factor, **{name: factor * first[name] for name in replaced}}
 
 
 def _is_on(prepared: PlannedRun, switch: str) -> bool:

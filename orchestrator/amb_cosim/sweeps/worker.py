@@ -116,13 +116,13 @@ class Runner:
         if outcome == "failed":
             values = {}  # of a run that broke off they mean nothing
         elif self.task.metrics:
-            own, wrong = self._own_metrics(to_result(prepared, recording))
-            values |= own
+            local, wrong = self._own_metrics(to_result(prepared, recording))
+            values |= local
             outcome, reason = ("failed", wrong) if wrong else (outcome, reason)
         if self.task.labels and values:
             values["shared"] = 0.0 if start is None else (start.point - plan.begin) / (plan.last - plan.begin)
-        kept = "all" in self.task.keep or outcome in self.task.keep
-        record = _netcdf(to_result(prepared, recording)) if kept else None
+        retained = "all" in self.task.keep or outcome in self.task.keep
+        record = _netcdf(to_result(prepared, recording)) if retained else None
         return PointResult(point, outcome, reason, values, time.perf_counter() - began, record)
 
     def _own_metrics(self, result: Result) -> tuple[dict[str, float], str]:

@@ -79,9 +79,11 @@ def consolidate(path: Path) -> None:
 
 def forget_group(path: Path, group: str) -> None:
     """Take the descriptions of a group, which is about to be replaced, out of that file."""
-    known = json.loads((path / INDEX).read_bytes())
-    known["metadata"] = {name: one for name, one in known["metadata"].items() if not name.startswith(f"{group}/")}
-    write_atomically(path / INDEX, lambda file: file.write_text(json.dumps(known), encoding="utf-8"))
+    available = json.loads((path / INDEX).read_bytes())
+    available["metadata"] = {
+        name: item for name, item in available["metadata"].items() if not name.startswith(f"{group}/")
+    }
+    write_atomically(path / INDEX, lambda file: file.write_text(json.dumps(available), encoding="utf-8"))
 
 
 def _check_descriptions(path: Path) -> None:

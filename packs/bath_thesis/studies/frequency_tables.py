@@ -198,11 +198,11 @@ def _deviations(computed: dict[str, ByMassAndSpeed]) -> dict[str, ByMassAndSpeed
     return {
         model: {
             mass: {
-                speed: [100.0 * (own / theirs - 1.0) for own, theirs in zip(found[speed], row, strict=True)]
+                speed: [100.0 * (local / theirs - 1.0) for local, theirs in zip(result[speed], row, strict=True)]
                 for speed, row in rows.items()
             }
             for mass, rows in masses.items()
-            for found in (computed[model][mass],)
+            for result in (computed[model][mass],)
         }
         for model, masses in table_of("frequencies").items()
     }

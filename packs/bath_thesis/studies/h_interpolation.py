@@ -131,7 +131,7 @@ def h_matrix(
     exact = np.array([inverse_receptance(r) for r in R])
     every_hertz = HERTZ * np.arange(5.0, np.ceil(speeds[-1] / HERTZ) + 1.0)
     table_speeds = {"thesis": np.array(SPEEDS), "every_hertz": every_hertz}
-    found = {
+    result = {
         name: interpolated(loop, rows, levitated_receptance(description, rows, k_b, c_b), speeds)
         for name, rows in table_speeds.items()
     }
@@ -146,10 +146,10 @@ def h_matrix(
         table=np.array([speed / HERTZ for speed in SPEEDS]),
         forces=loop.axis_names,
         h=exact,
-        h_interpolated=found["thesis"],
+        h_interpolated=result["thesis"],
         condition_number=np.array([condition_number(r) for r in R]),
         tables={
-            name: InterpolationError(_relative_error(H, exact), _force_after_step(H, R)) for name, H in found.items()
+            name: InterpolationError(_relative_error(H, exact), _force_after_step(H, R)) for name, H in result.items()
         },
         norm_by_force=np.linalg.norm(exact, axis=2),
         at_10_hz=in_print,

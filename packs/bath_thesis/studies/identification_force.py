@@ -137,7 +137,7 @@ def _responses(frequencies: Sequence[float], amplitudes: Sequence[float]) -> tup
     rotor = load_rotor("bath_rig_thesis")
     loop = control_loop(rotor)
     R = levitated_receptance(rotor, 2.0 * math.pi * np.array(frequencies), K_B, C_B).reshape(-1, *loop.shape)
-    own = [
+    local = [
         (loop.sensor_names.index(sensor), k) for k, (_, direction, sensor) in enumerate(loop.axes) if direction == "x"
     ]
-    return tuple(np.array(amplitudes) * np.abs(R[:, sensor, k]) for sensor, k in own)
+    return tuple(np.array(amplitudes) * np.abs(R[:, sensor, k]) for sensor, k in local)

@@ -67,18 +67,18 @@ class PrintedH:
 
 def compare_with_print(H: Complex, forces: tuple[str, ...]) -> PrintedH:
     """Return H of the rig at 10 Hz (N/m), shape (4, 8), beside the printed matrix."""
-    found, stated = np.abs(H), np.abs(printed_h())
+    result, stated = np.abs(H), np.abs(printed_h())
     return PrintedH(
         forces=forces,
-        computed=found,
+        computed=result,
         printed=stated,
-        frobenius_norm_computed=float(np.linalg.norm(found)),
+        frobenius_norm_computed=float(np.linalg.norm(result)),
         frobenius_norm_printed=float(np.linalg.norm(stated)),
-        norm_by_force_computed=np.linalg.norm(found, axis=1),
+        norm_by_force_computed=np.linalg.norm(result, axis=1),
         norm_by_force_printed=np.linalg.norm(stated, axis=1),
-        norm_by_sensor_computed=np.linalg.norm(found, axis=0),
+        norm_by_sensor_computed=np.linalg.norm(result, axis=0),
         norm_by_sensor_printed=np.linalg.norm(stated, axis=0),
-        across_computed=_across(found),
+        across_computed=_across(result),
         across_printed=_across(stated),
     )
 

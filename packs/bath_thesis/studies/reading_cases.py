@@ -79,8 +79,8 @@ def load_readings() -> tuple[ReadingCase, ...]:
 
 def statements_of(chapter: int) -> list[Statement]:
     """Return the statements of a chapter that a run answers."""
-    known = load_statements(PACK)
-    return [s for s in known.named[f"ch{chapter}"] if s.quantity and known.sources[s.source].scenario]
+    available = load_statements(PACK)
+    return [s for s in available.named[f"ch{chapter}"] if s.quantity and available.sources[s.source].scenario]
 
 
 def cases_of(reading: ReadingCase, folder: Path, flavour: Flavour = "native") -> list[Case]:
@@ -142,5 +142,5 @@ def mean_misfit(findings: Sequence[ReadingResult]) -> float:
 
 def _finding(statement: Statement, run: Any) -> ReadingResult:
     request = QuantityRequest(statement.quantity, tuple(statement.arguments.items()), statement.unit)
-    found = evaluate(run, request, quantities_of_runs(load_statements(PACK).quantities))
-    return ReadingResult(found, misfit(statement, found), meets(statement, found))
+    result = evaluate(run, request, quantities_of_runs(load_statements(PACK).quantities))
+    return ReadingResult(result, misfit(statement, result), meets(statement, result))

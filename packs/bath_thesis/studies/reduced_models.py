@@ -118,8 +118,8 @@ class ModelReduction(DrawnResult):
         deviations = labelled_table(title, "model", "mass matrix", "speed", *(str(k + 1) for k in range(COUNT)))
         for model, by_mass in self.frequencies.items():
             for mass, by_speed in by_mass.items():
-                for speed, found in by_speed.items():
-                    cells = (f"{value:.2f}" for value in found.deviation)
+                for speed, result in by_speed.items():
+                    cells = (f"{value:.2f}" for value in result.deviation)
                     deviations.add_row(model.replace("_", " "), mass, speed, *cells)
         response = ", ".join(f"{error:.2g} % {name}" for name, error in self.largest_response_error.items())
         amplitudes = f"amplitudes deviate from those of the full model by up to {response.replace('_', ' ')}"
@@ -160,7 +160,7 @@ def reduction(*, up_to: Number = "500 rad/s", unbalance: Number = "0.5 g.m") -> 
     built = {model: {mass: supported_rotor(mesh, mass) for mass in MASSES} for model, mesh in meshes.items()} | {
         CONDENSED: {mass: supported_rotor(rotor, mass, rotor.masters) for mass in MASSES}
     }
-    rows = {model: {mass: _rows(found.model) for mass, found in by_mass.items()} for model, by_mass in built.items()}
+    rows = {model: {mass: _rows(result.model) for mass, result in by_mass.items()} for model, by_mass in built.items()}
     finest = rows[max(meshes, key=lambda model: len(meshes[model].shaft.nodes))]["consistent"]
     coarse_planes = tuple(range(1, len(rotor.masters) + 1))
     planes = {FULL: rotor.masters, CONDENSED: rotor.masters, COARSE: coarse_planes}
@@ -171,8 +171,8 @@ def reduction(*, up_to: Number = "500 rad/s", unbalance: Number = "0.5 g.m") -> 
     }
     errors: dict[str, dict[str, MeanError]] = {
         model: {
-            mass: _mean_error(built[model][mass], found, finest, stated["mean_error"].get(model, {}).get(mass))
-            for mass, found in by_mass.items()
+            mass: _mean_error(built[model][mass], result, finest, stated["mean_error"].get(model, {}).get(mass))
+            for mass, result in by_mass.items()
         }
         for model, by_mass in rows.items()
     }
@@ -226,5 +226,5 @@ def _over_speed(model: SupportedRotor, speeds: Array, unbalance: float, planes: 
     """Return frequencies and response of a model with unbalance at the first plane."""
     diagram: Campbell = follow_modes(model.model, speeds, COUNT)
     major, _, _ = orbit(steady_response(model, {planes[0]: unbalance}, speeds, planes))
-    critical = tuple(found.Omega for found in diagram.critical_speeds)
+    critical = tuple(result.Omega for result in diagram.critical_speeds)
     return ReducedModel(model.model.size, diagram.frequencies, critical, major.max(axis=1))

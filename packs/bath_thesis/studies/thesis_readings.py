@@ -118,15 +118,15 @@ def readings(
     with TemporaryDirectory() as folder, progress_bar(progress) as report:
         cases = [case for reading in chosen for case in cases_of(reading, Path(folder), flavour)]
         build_fmus((case.source for case in cases), Path(folder), flavour)
-        found = simulate_in_processes(simulate_case, cases, report)
+        result = simulate_in_processes(simulate_case, cases, report)
     findings: dict[int, dict[str, dict[str, ReadingResult]]] = {}
-    for case, of_case in zip(cases, found, strict=True):
+    for case, of_case in zip(cases, result, strict=True):
         of_reading = findings.setdefault(case.reading.chapter, {}).setdefault(case.reading.name, {})
-        of_reading |= {statement.key: one for statement, one in zip(case.statements, of_case, strict=True)}
+        of_reading |= {statement.key: item for statement, item in zip(case.statements, of_case, strict=True)}
     return Readings(
         rows={f"{chapter}": _rows(chapter, of) for chapter, of in findings.items()},
         misfit={f"{k}": {name: mean_misfit([*of.values()]) for name, of in v.items()} for k, v in findings.items()},
-        met={f"{k}": {n: sum(one.is_met for one in of.values()) for n, of in v.items()} for k, v in findings.items()},
+        met={f"{k}": {n: sum(item.is_met for item in of.values()) for n, of in v.items()} for k, v in findings.items()},
     )
 
 

@@ -114,8 +114,8 @@ class RigUnbalance(DrawnResult):
         for fit in self.fits:
             amounts = ", ".join(f"{1e3 * u:.1f}" for u in fit.unbalance)
             angles = ", ".join(f"{np.degrees(angle):.0f}" for angle in fit.angle)
-            found = (f"{a:.3f}" for a in fit.amplitudes)
-            table.add_row(" ".join(fit.discs), amounts, angles, *found, f"{fit.error:.3f}")
+            result = (f"{a:.3f}" for a in fit.amplitudes)
+            table.add_row(" ".join(fit.discs), amounts, angles, *result, f"{fit.error:.3f}")
         return [table, "error: root mean square of ln(ours/theirs); at 10 Hz half of it counts"]
 
 
@@ -153,9 +153,9 @@ def rig_unbalance(
     trials = [Trial(name, disc, stiffness, flavour) for name in _scenarios() for disc in DISCS]
     prepare_trial(trials[0])  # checks the input and builds the FMUs before processes are started
     with progress_bar(progress) as report:
-        found = dict(zip(trials, simulate_in_processes(simulate_trial, trials, report), strict=True))
+        result = dict(zip(trials, simulate_in_processes(simulate_trial, trials, report), strict=True))
     responses = np.array(
-        [[found[Trial(m.scenario, disc, stiffness, flavour)][m.sensor] for disc in DISCS] for m in MEASURED]
+        [[result[Trial(m.scenario, disc, stiffness, flavour)][m.sensor] for disc in DISCS] for m in MEASURED]
     )
     chosen = [discs for count in (1, 2, 4) for discs in combinations(range(len(DISCS)), count)]
     return RigUnbalance(stiffness, MEASURED, tuple(fit_unbalances(responses, discs) for discs in chosen))
@@ -217,8 +217,8 @@ def _scenarios() -> list[str]:
 
 def _scenario(trial: Trial) -> Scenario:
     """Return the scenario of a figure with unbalance on one disc alone, under PID from beginning to end."""
-    given: dict[str, Raw] = {f"{disc}.u": TRIAL if disc == trial.disc else 0.0 for disc in DISCS}
-    given |= {f"{disc}.phi": 0.0 for disc in DISCS}
-    inputs = {"rotor_contact": given, "rolac_controller": {"identify": False}}
+    values: dict[str, Raw] = {f"{disc}.u": TRIAL if disc == trial.disc else 0.0 for disc in DISCS}
+    values |= {f"{disc}.phi": 0.0 for disc in DISCS}
+    inputs = {"rotor_contact": values, "rolac_controller": {"identify": False}}
     base = load_scenario(trial.scenario)
     return base.changed(inputs=inputs, settle_cycles=SETTLE, end_cycle=5.0).model_copy(update={"event": ()})

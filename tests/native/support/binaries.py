@@ -32,12 +32,12 @@ def _facts(binary: lief.Binary) -> Binary:
         exports, imports = binary.get_export().entries, binary.imported_functions
     else:
         exports, imports = binary.exported_symbols, binary.imported_symbols
-    asked = binary.symbols_version_requirement if isinstance(binary, lief.ELF.Binary) else ()
+    requested = binary.symbols_version_requirement if isinstance(binary, lief.ELF.Binary) else ()
     mark = "_" if isinstance(binary, lief.MachO.Binary) else ""  # before each name of C
     return Binary(
         binary.abstract.header.architecture.name,
         {symbol.name.removeprefix(mark) for symbol in exports},
         {symbol.name.removeprefix(mark) for symbol in imports},
         set(binary.abstract.libraries),
-        {version.name for library in asked for version in library.get_auxiliary_symbols()},
+        {version.name for library in requested for version in library.get_auxiliary_symbols()},
     )

@@ -87,9 +87,9 @@ class Slave:
     ) -> None:
         self.library = library
         self.log: list[tuple[int, str, str]] = []
-        given = library.guid if guid == OWN else guid
+        values = library.guid if guid == OWN else guid
         place = library.resources if resources == OWN else resources
-        texts = [None if text is None else text.encode() for text in (given, place)]
+        texts = [None if text is None else text.encode() for text in (values, place)]
         self.pointer = self._make(name, kind, *texts, logging, callbacks, **others)
 
     def _make(
@@ -99,8 +99,8 @@ class Slave:
             lambda _, __, status, category, text: self.log.append((status, category.decode(), text.decode()))
         )
         self.callbacks = Callbacks(self._logger)
-        given = byref(self.callbacks) if callbacks else None
-        made: int | None = self.library.c.fmi2Instantiate(name, kind, guid, resources, given, 0, logging)
+        values = byref(self.callbacks) if callbacks else None
+        made: int | None = self.library.c.fmi2Instantiate(name, kind, guid, resources, values, 0, logging)
         return made
 
     def __enter__(self) -> Self:
@@ -157,9 +157,9 @@ class Slave:
     # Variables
 
     def set(self, **values: Any) -> int:
-        for name, given in values.items():
+        for name, settings in values.items():
             reference, kind, _ = self.library.variables[name.replace("__", ".")]
-            status = self.transfer("Set", kind, [reference], given if isinstance(given, list) else [given])
+            status = self.transfer("Set", kind, [reference], settings if isinstance(settings, list) else [settings])
             if status != OK:
                 return status
         return OK
@@ -176,7 +176,7 @@ class Slave:
 
     def transfer(self, way: str, kind: str, references: Sequence[int] | None, values: list[Any] | None) -> int:
         """Set or get values of a kind; what is got replaces the content of `values`. None is NULL with one thing."""
-        count, n_values = (1 if given is None else len(given) for given in (references, values))
+        count, n_values = (1 if settings is None else len(settings) for settings in (references, values))
         wanted = None if references is None else (c_uint32 * max(count, 1))(*references)
         number = self.library.kinds[kind]
         buffer = None

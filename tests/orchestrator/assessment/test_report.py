@@ -69,7 +69,7 @@ def report(few, folder):
 
 
 def test_each_statement_has_its_verdict(report):
-    assert {one.statement.key: one.verdict for one in report.judged} == {
+    assert {item.statement.key: item.verdict for item in report.judged} == {
         "fig4_9.site": Verdict.REPRODUCED,
         "fig4_9.force": Verdict.MISSED,
         "fig4_9.broken": Verdict.NOT_COMPUTED,
@@ -80,12 +80,12 @@ def test_each_statement_has_its_verdict(report):
 
 def test_a_run_that_fails_is_told_and_ends_nothing_else(report):
     assert "no_such" in report.failures["broken"]
-    assert "no_such" in next(one.reason for one in report.judged if one.statement.key == "fig4_9.broken")
+    assert "no_such" in next(item.reason for item in report.judged if item.statement.key == "fig4_9.broken")
 
 
 def test_a_force_is_judged_on_the_converged_model_too(report):
     """The rotor's modes beyond those of six planes take part in a blow: another force, in a column of its own."""
-    force = next(one for one in report.judged if one.statement.key == "fig4_9.force")
+    force = next(item for item in report.judged if item.statement.key == "fig4_9.force")
     assert force.is_met_there is False
     assert abs(force.converged / force.ours - 1.0) > 0.002
     assert f"{force.converged:.4g} kN, not met" in markdown(report)
@@ -94,40 +94,40 @@ def test_a_force_is_judged_on_the_converged_model_too(report):
 def test_an_outcome_has_its_robust_or_fragile_beside_it(few, report):
     """Texts and truth values are outcomes; a number has tolerances of its own."""
     fragile = StoredOutcome(outcome="recovered", flips={"K_b + 1 %": "trapped"})
-    known = {"run": fragile, "inputs": fragile}
-    again = [judged(one.statement, few, report.answers, known) for one in report.judged]
-    told = {one.statement.key: one.robustness for one in again if one.robustness}
-    assert told == {"fig4_9.site": "fragile (K_b + 1 %: trapped)"}
+    available = {"run": fragile, "inputs": fragile}
+    again = [judged(item.statement, few, report.answers, available) for item in report.judged]
+    message = {item.statement.key: item.robustness for item in again if item.robustness}
+    assert message == {"fig4_9.site": "fragile (K_b + 1 %: trapped)"}
     assert "ragile (K_b + 1 %: trapped)" in markdown(Report(few, tuple(again), report.answers))
 
 
 def test_kept_answers_are_used_again(few, folder, report, monkeypatch):
     monkeypatch.setattr(sources, "simulate_in_processes", lambda *_, **__: pytest.fail("ran again"))
     again = assess(few, folder)
-    assert [one.ours for one in again.judged] == [one.ours for one in report.judged]
+    assert [item.ours for item in again.judged] == [item.ours for item in report.judged]
 
 
 def test_an_answer_to_other_code_is_not_used(few, folder, report, monkeypatch):
-    asked = []
+    requested = []
     monkeypatch.setattr("source_check.evaluation.code_digest", lambda: "other code")
-    monkeypatch.setattr(sources, "simulate_in_processes", lambda _, jobs, *__, **___: asked.extend(jobs))
+    monkeypatch.setattr(sources, "simulate_in_processes", lambda _, jobs, *__, **___: requested.extend(jobs))
     assess(few, folder)
-    assert {job.name for job in asked} == {"run", "finer", "broken", "inputs"}
+    assert {job.name for job in requested} == {"run", "finer", "broken", "inputs"}
 
 
 def test_a_cut_off_answer_is_worked_out_again(few, folder, report, monkeypatch):
-    asked = []
+    requested = []
     file = folder / "sources" / "inputs.json"
     text = file.read_text(encoding="utf-8")
     file.write_text(text[: len(text) // 2], encoding="utf-8")
 
     def work(_, jobs, *__, **___):
-        asked.extend(job.name for job in jobs)
+        requested.extend(job.name for job in jobs)
         file.write_text(text, encoding="utf-8")
 
     monkeypatch.setattr(sources, "simulate_in_processes", work)
     assess(few, folder)
-    assert asked == ["inputs"]
+    assert requested == ["inputs"]
 
 
 def test_counts_add_up(report):
@@ -139,9 +139,9 @@ def test_the_page_shows_every_statement_and_needs_no_network(report):
     text = page(report)
     tree = html.fromstring(text)
     rows = {row.get("id"): row for row in tree.iter("tr")}
-    for one in report.judged:
-        assert one.statement.what in rows[one.statement.key].text_content()
-        assert one.verdict.value in rows[one.statement.key].text_content()
+    for item in report.judged:
+        assert item.statement.what in rows[item.statement.key].text_content()
+        assert item.verdict.value in rows[item.statement.key].text_content()
     loaded = [*tree.xpath("//@src"), *tree.xpath("//link/@href")]
     assert [place for place in loaded if not place.startswith("data:")] == []
     assert "<RB1>" not in re.sub(r"<script.*?</script>", "", text, flags=re.DOTALL)

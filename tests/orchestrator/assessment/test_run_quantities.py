@@ -51,8 +51,8 @@ TEXTS = {
 
 @pytest.mark.parametrize(("name", "arguments", "value"), KNOWN.values(), ids=KNOWN)
 def test_a_quantity_is_that_of_the_known_run(known_run, name, arguments, value):
-    found = QUANTITIES[name][0](known_run, **arguments)
-    assert found == pytest.approx(value, abs=SAMPLE if value >= 0.1 else 1e-4 * SAMPLE + 0.02 * value)
+    result = QUANTITIES[name][0](known_run, **arguments)
+    assert result == pytest.approx(value, abs=SAMPLE if value >= 0.1 else 1e-4 * SAMPLE + 0.02 * value)
 
 
 @pytest.mark.parametrize(("name", "text"), TEXTS.items())
@@ -62,9 +62,9 @@ def test_a_text_is_that_of_the_known_run(known_run, name, text):
 
 def up_to(run, cycle, **attributes):
     """Return a run as if it had ended in a cycle, with other attributes."""
-    shown = run["cycle"].values < cycle
+    displayed = run["cycle"].values < cycle
     variables, coordinates = (
-        {name: Samples(one.values[shown], one.attrs) for name, one in of.items()}
+        {name: Samples(item.values[displayed], item.attrs) for name, item in of.items()}
         for of in (run.variables, run.coordinates)
     )
     return SignalTable(variables, coordinates, run.attrs | attributes)
@@ -117,8 +117,8 @@ def test_a_plot_survives_its_way_through_json(known_run):
     for panel in run_panels(known_run):
         again = panel_of(panel.as_data())
         assert (again.title, again.x, again.y, again.is_round) == (panel.title, panel.x, panel.y, panel.is_round)
-        for one, other in zip(panel.curves, again.curves, strict=True):
-            assert other.y == pytest.approx(one.y, rel=1e-6, abs=1e-30)
+        for item, other in zip(panel.curves, again.curves, strict=True):
+            assert other.y == pytest.approx(item.y, rel=1e-6, abs=1e-30)
 
 
 def test_a_run_with_contact_shows_its_forces(known_run):

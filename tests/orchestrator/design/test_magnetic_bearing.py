@@ -69,15 +69,15 @@ def test_refusals_name_value_and_limit(refused, sentence):
 def test_linearisation_is_what_the_running_model_does(bearing):
     """Force and gradient of the FMU, and its differences over the control current."""
     x, i_c = np.meshgrid([-4e-4, 0.0, 2e-4], [-3.0, 0.0, 0.7, 3.0])
-    found = linearisation(RIG, x, i_c)
-    assert found.force.shape == found.k_s.shape == found.k_i.shape == x.shape
+    result = linearisation(RIG, x, i_c)
+    assert result.force.shape == result.k_s.shape == result.k_i.shape == x.shape
     for at in np.ndindex(x.shape):
         force = [
             bearing(force_law=NONLINEAR, mb1__x=x[at], mb1__i_x=i_c[at] + d)["mb1.f_x"] for d in (-1e-6, 0.0, 1e-6)
         ]
-        assert found.force[at] == force[1]
-        assert found.k_s[at] == bearing(force_law=NONLINEAR, mb1__x=x[at], mb1__i_x=i_c[at])["mb1.k_xx"]
-        assert found.k_i[at] == pytest.approx((force[2] - force[0]) / 2e-6, rel=1e-5, abs=1e-3)
+        assert result.force[at] == force[1]
+        assert result.k_s[at] == bearing(force_law=NONLINEAR, mb1__x=x[at], mb1__i_x=i_c[at])["mb1.k_xx"]
+        assert result.k_i[at] == pytest.approx((force[2] - force[0]) / 2e-6, rel=1e-5, abs=1e-3)
 
 
 @pytest.mark.slow
@@ -85,8 +85,8 @@ def test_linearisation_is_what_the_running_model_does(bearing):
 @given(st.floats(-8e-4, 8e-4), st.floats(-5.57, 4.43))
 def test_current_stiffness_integrates_to_the_force(x, i_c):
     i = np.linspace(0.0, i_c, 2001)
-    found = linearisation(RIG, x, i)
-    assert found.force[-1] - found.force[0] == pytest.approx(trapezoid(found.k_i, i), abs=0.05)
+    result = linearisation(RIG, x, i)
+    assert result.force[-1] - result.force[0] == pytest.approx(trapezoid(result.k_i, i), abs=0.05)
 
 
 def test_linear_law_is_exact_in_the_current_without_saturation():
@@ -96,12 +96,12 @@ def test_linear_law_is_exact_in_the_current_without_saturation():
 
 
 def test_linear_range_ends_where_the_error_reaches_five_percent():
-    found = linear_range(RIG)
-    assert found.x_low < 0.0 < found.x_high
-    for x in (found.x_low, found.x_high):
+    result = linear_range(RIG)
+    assert result.x_low < 0.0 < result.x_high
+    for x in (result.x_low, result.x_high):
         assert linear_error(RIG, x, 0.0) == pytest.approx(0.05, abs=1e-6)
         assert np.max(linear_error(RIG, np.linspace(0.0, 0.999 * x, 200), 0.0)) < 0.05
-    for i in (found.i_low, found.i_high):
+    for i in (result.i_low, result.i_high):
         assert linear_error(RIG, 0.0, i) == pytest.approx(0.05, abs=1e-6)
         assert np.max(linear_error(RIG, 0.0, np.linspace(0.0, 0.999 * i, 200))) < 0.05
 
@@ -136,32 +136,32 @@ def test_voltage_and_current_bound_the_sine_that_the_coils_can_follow():
 
 def test_static_load_is_carried_with_the_static_current_of_table_2_2():
     """Table 2.2 gives 1.14 A and 500 N: 321 N of an axis with 1.14 A, 354 N ask for 1.24 A."""
-    found = load_capacity(RIG, np.array([F_0, PER_AXIS]))
-    assert found.static_current[0] == pytest.approx(1.14, abs=1e-5)
-    assert found.static_current[1] == pytest.approx(1.243, abs=1e-3)
+    result = load_capacity(RIG, np.array([F_0, PER_AXIS]))
+    assert result.static_current[0] == pytest.approx(1.14, abs=1e-5)
+    assert result.static_current[1] == pytest.approx(1.243, abs=1e-3)
 
 
 def test_control_force_above_a_load_is_what_the_running_model_has_left(bearing):
     loads = np.array([0.0, 100.0, PER_AXIS, 900.0, 1147.41])
-    found = load_capacity(RIG, loads)
-    for load, static, up, down in zip(loads, *found, strict=True):
-        given = {"force_law": NONLINEAR, "mb1.static_current_x": static, "mb1.current_limit_x": 10.0}
-        assert bearing(given | {"mb1.i_x": 50.0})["mb1.f_x"] == pytest.approx(up, rel=1e-9)
-        assert bearing(given | {"mb1.i_x": -50.0})["mb1.f_x"] == pytest.approx(-down, rel=1e-9)
-        fallen = bearing(given | {"mb1.amplifier_off_x": 1.0})
+    result = load_capacity(RIG, loads)
+    for load, static, up, down in zip(loads, *result, strict=True):
+        values = {"force_law": NONLINEAR, "mb1.static_current_x": static, "mb1.current_limit_x": 10.0}
+        assert bearing(values | {"mb1.i_x": 50.0})["mb1.f_x"] == pytest.approx(up, rel=1e-9)
+        assert bearing(values | {"mb1.i_x": -50.0})["mb1.f_x"] == pytest.approx(-down, rel=1e-9)
+        fallen = bearing(values | {"mb1.amplifier_off_x": 1.0})
         assert fallen["mb1.f_x"] == pytest.approx(-load, abs=1e-6), "without currents the load is all there is"
 
 
 def test_load_and_control_force_add_up_to_1700_newton():
-    found = load_capacity(RIG, np.array([F_0]))
-    assert found.up + F_0 == pytest.approx(1700.0, rel=1e-9)
-    assert found.down - F_0 == pytest.approx(1700.0, rel=1e-9)
+    result = load_capacity(RIG, np.array([F_0]))
+    assert result.up + F_0 == pytest.approx(1700.0, rel=1e-9)
+    assert result.down - F_0 == pytest.approx(1700.0, rel=1e-9)
 
 
 def test_axis_without_load_is_as_strong_both_ways():
-    found = load_capacity(RIG, np.array([0.0]))
-    assert found.static_current == 0.0
-    assert found.up == pytest.approx(found.down)
+    result = load_capacity(RIG, np.array([0.0]))
+    assert result.static_current == 0.0
+    assert result.up == pytest.approx(result.down)
 
 
 def test_amplifier_has_unit_gain_and_its_pole_at_the_bandwidth():

@@ -31,11 +31,11 @@ def table(receptance):
 
 def test_what_is_written_is_read_to_the_last_bit(table, tmp_path):
     table.write(tmp_path / "new" / "table.toml")
-    found = read_table(tmp_path / "new" / "table.toml", "rig", LOOP, loop_parameters(LOOP))
+    result = read_table(tmp_path / "new" / "table.toml", "rig", LOOP, loop_parameters(LOOP))
     for name in ("rotor", "sensors", "axes", "parameters"):
-        assert getattr(found, name) == getattr(table, name)
-    assert [(e.order, e.speed) for e in found.entries] == [(1, 31.4), (1, 62.83), (1, 157.0), (2, 62.83)]
-    for a, b in zip(found.entries, table.entries, strict=True):
+        assert getattr(result, name) == getattr(table, name)
+    assert [(e.order, e.speed) for e in result.entries] == [(1, 31.4), (1, 62.83), (1, 157.0), (2, 62.83)]
+    for a, b in zip(result.entries, table.entries, strict=True):
         np.testing.assert_array_equal(a.receptance, b.receptance)
     assert [p.name for p in (tmp_path / "new").iterdir()] == ["table.toml"]
 
@@ -43,10 +43,10 @@ def test_what_is_written_is_read_to_the_last_bit(table, tmp_path):
 def test_response_of_an_inner_loop_is_kept_beside_its_receptance(table, receptance, tmp_path):
     C = np.arange(32.0).reshape(4, 8) * (1.0 - 2.0j)
     table.updated(31.4, receptance, inner=C).write(tmp_path / "table.toml")
-    found = read_table(tmp_path / "table.toml")
-    np.testing.assert_array_equal(found.entries[0].inner, C)
-    assert found.entries[1].inner is None
-    constants = found.constants(LOOP)
+    result = read_table(tmp_path / "table.toml")
+    np.testing.assert_array_equal(result.entries[0].inner, C)
+    assert result.entries[1].inner is None
+    constants = result.constants(LOOP)
     inner = inner_loop_of(constants, SIZES)
     assert [tuple(key) for key in inner.keys] == [(1.0, 31.4)]
     np.testing.assert_array_equal(inner.C, [C])

@@ -53,10 +53,10 @@ def wave(settings):
 
 def test_worst_phase_takes_a_third_of_the_runs_of_a_grid(seek):
     """Of the grids, each in its worst place, the least that misses no more than the sampler has left open."""
-    found, ran = seek(TURN, wave, certainty=0.002)
+    result, ran = seek(TURN, wave, certainty=0.002)
     values = np.array([wave({"step.cycle": c}) for c in TURN["step.cycle"]])
     best = max(values[ran])
-    promised = found.promise
+    promised = result.promise
     assert values.max() - best <= promised <= 0.002 * np.ptp(values)
     spacings = [n for n in range(1, 121) if 360 % n == 0]
     misses = {n: max(values.max() - values[first::n].max() for first in range(n)) for n in spacings}
@@ -65,8 +65,8 @@ def test_worst_phase_takes_a_third_of_the_runs_of_a_grid(seek):
 
 
 def test_a_phase_is_a_circle_and_what_is_close_across_its_end_is_known(seek):
-    found, ran = seek(TURN, wave)
-    assert found.periodic == ["step.cycle"]
+    result, ran = seek(TURN, wave)
+    assert result.periodic == ["step.cycle"]
     other, of_line = seek({"a.x": TURN["step.cycle"]}, lambda s: wave({"step.cycle": s["a.x"]}))
     assert other.periodic == []
     assert len(ran) < len(of_line)
@@ -117,17 +117,17 @@ def test_no_more_is_left_than_promised_among_random_hills(seek, vary, tries, mos
     for _ in range(tries):
         values = hills(at, rng)
         by_settings = {tuple(settings.values()): value for settings, value in zip(given, values, strict=True)}
-        found, ran = seek(vary, lambda s, known=by_settings: known[tuple(s.values())])
+        result, ran = seek(vary, lambda s, known=by_settings: known[tuple(s.values())])
         assert len(ran) <= runs
-        broken += values.max() - values[ran].max() > max(found.promise, 0.01 * np.ptp(values))
+        broken += values.max() - values[ran].max() > max(result.promise, 0.01 * np.ptp(values))
     assert broken <= most
 
 
 def test_minimum_is_the_maximum_of_what_is_turned_over(seek):
     _, up = seek(TURN, wave)
-    found, down = seek(TURN, lambda s: -wave(s), kind="minimum")
+    result, down = seek(TURN, lambda s: -wave(s), kind="minimum")
     assert up == down
-    assert "minimum of m: -2.2" in found.told()[0]
+    assert "minimum of m: -2.2" in result.told()[0]
 
 
 def test_boundary_of_a_level_is_known_at_every_point(seek):
@@ -137,8 +137,8 @@ def test_boundary_of_a_level_is_known_at_every_point(seek):
         return s["a.y"] - 0.3 - 0.4 * math.sin(2.5 * s["a.x"])
 
     design = make_design(vary := {"a.x": "0:1:25", "a.y": "0:1:25"})
-    found, ran = seek(vary, height, kind="boundary", level=0.1)
-    mean = found.dataset()["mean"].values.ravel()
+    result, ran = seek(vary, height, kind="boundary", level=0.1)
+    mean = result.dataset()["mean"].values.ravel()
     exact = np.array([height(design.settings(n)) for n in range(design.size)])
     clear = np.abs(exact - 0.1) > 0.01 * np.ptp(exact)
     np.testing.assert_array_equal((mean > 0.1)[clear], (exact > 0.1)[clear])
@@ -147,33 +147,33 @@ def test_boundary_of_a_level_is_known_at_every_point(seek):
 
 @pytest.mark.parametrize("at_once", [2, 4])
 def test_points_that_are_asked_at_once_are_not_neighbours(seek, at_once):
-    _, one = seek(TURN, wave)
+    _, item = seek(TURN, wave)
     _, some = seek(TURN, wave, at_once=at_once)
-    assert len(some) <= len(one) + 2 * at_once
+    assert len(some) <= len(item) + 2 * at_once
 
 
 def test_alternatives_are_sought_each_by_itself(seek):
     def force(s):
         return wave({"step.cycle": s["step.cycle"] + (0.5 if s.get("a.on") else 0.0)})
 
-    found, _ = seek({"control": {"PID": {}, "ROLAC": {"a.on": True}}, **TURN}, force)
-    assert [line.partition(":")[0] for line in found.told()] == ["PID", "ROLAC"]
-    assert "with cycle of the step = 0.4" in found.told()[1]
+    result, _ = seek({"control": {"PID": {}, "ROLAC": {"a.on": True}}, **TURN}, force)
+    assert [line.partition(":")[0] for line in result.told()] == ["PID", "ROLAC"]
+    assert "with cycle of the step = 0.4" in result.told()[1]
 
 
 def test_runs_without_a_value_are_done_and_tell_nothing(seek):
-    found, ran = seek(TURN, lambda s: math.nan if s["step.cycle"] < 0.5 else wave(s))
+    result, ran = seek(TURN, lambda s: math.nan if s["step.cycle"] < 0.5 else wave(s))
     assert len(ran) == len(set(ran))
-    assert "maximum of m: 2.2" in found.told()[0]
-    found, ran = seek(TURN, lambda s: math.nan)
-    assert found.told()[0].startswith("no maximum of m by ")
+    assert "maximum of m: 2.2" in result.told()[0]
+    result, ran = seek(TURN, lambda s: math.nan)
+    assert result.told()[0].startswith("no maximum of m by ")
     assert len(ran) == len(set(ran))
 
 
 def test_a_metric_that_never_changes_ends_the_search(seek):
-    found, ran = seek(TURN, lambda s: 0.0)
+    result, ran = seek(TURN, lambda s: 0.0)
     assert len(ran) < 30
-    assert "maximum of m: 0 with" in found.told()[0]
+    assert "maximum of m: 0 with" in result.told()[0]
 
 
 def test_what_is_in_the_store_is_not_asked_for_again(tmp_path):
@@ -209,8 +209,10 @@ def test_a_sweep_that_cannot_be_sampled_is_refused(tmp_path, small):
 
 
 def test_the_extra_is_named_where_it_is_missing(tmp_path, small, monkeypatch):
-    found = importlib.util.find_spec
-    monkeypatch.setattr("fmi_export.building.extras.find_spec", lambda name: found(name) if name != "sklearn" else None)
+    result = importlib.util.find_spec
+    monkeypatch.setattr(
+        "fmi_export.building.extras.find_spec", lambda name: result(name) if name != "sklearn" else None
+    )
     with pytest.raises(ValueError, match=r"needs sklearn, not installed: pip install .*\[adaptive\]'"):
         amb_cosim.sweep(small, {"Omega": "1:2:3"}, output=tmp_path, adaptive="maximum:contact")
 
@@ -258,7 +260,7 @@ def test_points_are_run_while_the_sampler_thinks(tmp_path, monkeypatch):
 def test_processes_run_what_is_asked_and_a_sweep_goes_on(cluster, small, tmp_path):
     """A peak force over a step of unbalance: fewer runs than points, those of the whole grid, and its maximum."""
     vary = {"rotor_contact.d1.u": "5 g.m:60 g.m:60"}
-    given = {"output": tmp_path, "until": UNTIL, "scheduler": cluster, "progress": False}
+    values = {"output": tmp_path, "until": UNTIL, "scheduler": cluster, "progress": False}
     goal = {"adaptive": "maximum:orbit_largest", "certainty": 0.02}
 
     def stop(done, total, dashboard):
@@ -266,14 +268,14 @@ def test_processes_run_what_is_asked_and_a_sweep_goes_on(cluster, small, tmp_pat
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        amb_cosim.sweep(small, vary, **given | {"progress": stop}, **goal)
+        amb_cosim.sweep(small, vary, **values | {"progress": stop}, **goal)
     before = int((open_sweep(tmp_path)["outcome"] != "").sum())
     assert 3 <= before < 60
-    swept = amb_cosim.sweep(small, vary, **given, **goal)
+    swept = amb_cosim.sweep(small, vary, **values, **goal)
     partly = swept.dataset["orbit_largest"].values
     assert before <= np.isfinite(partly).sum() < 60
     assert "maximum of orbit_largest: " in swept.summary
-    whole = amb_cosim.sweep(small, vary, **given).dataset["orbit_largest"].values
+    whole = amb_cosim.sweep(small, vary, **values).dataset["orbit_largest"].values
     is_run = np.isfinite(partly)
     np.testing.assert_array_equal(partly[is_run], whole[is_run])
     assert np.nanmax(whole) - np.nanmax(partly) <= 0.02 * np.ptp(whole)

@@ -34,32 +34,32 @@ def test_verdict_names_what_flips_the_outcome():
 
 def test_machine_without_controller_varies_its_own_bearings():
     """A rotor in springs and dampers has K_b and C_b in the plant; what it does not have is named."""
-    prepared, found = of("nelson_mcvaugh_rub")
+    prepared, result = of("nelson_mcvaugh_rub")
     values = prepared.plan.all_parameters(prepared.interfaces)["rotor_contact"]
-    settings = {one.name: one.settings for one in found.made}
+    settings = {item.name: item.settings for item in result.made}
     stiffer = settings["K_b + 1 %"]
     assert set(stiffer) == {"rotor_contact.b1.k_b", "rotor_contact.b2.k_b"}
     assert stiffer["rotor_contact.b1.k_b"] == pytest.approx(1.01 * values["b1.k_b"])
     assert settings["clearance - 1 %"] == {"rotor_contact.rim.clearance": pytest.approx(0.99 * values["rim.clearance"])}
     assert settings["unbalance + 1 %"] == {"unbalance_factor": pytest.approx(1.01)}
-    assert dict(found.left_out) == dict.fromkeys(("identified H", "alpha"), "the synchronous control is off")
+    assert dict(result.left_out) == dict.fromkeys(("identified H", "alpha"), "the synchronous control is off")
 
 
 def test_unbalance_that_was_set_in_place_of_the_scenario_s_is_varied_too():
-    _, found = of("nelson_mcvaugh_rub", **{"rotor_contact.disc.u": "1 g.m"})
-    settings = {one.name: one.settings for one in found.made}
+    _, result = of("nelson_mcvaugh_rub", **{"rotor_contact.disc.u": "1 g.m"})
+    settings = {item.name: item.settings for item in result.made}
     assert settings["unbalance - 1 %"]["rotor_contact.disc.u"] == pytest.approx(0.99e-3)
 
 
 def test_direct_gains_are_varied_where_they_are_the_law():
-    _, found = of("compressor_levitated", **{"rolac_controller.pid.direct": True})
-    names = {one.name for one in found.made}
+    _, result = of("compressor_levitated", **{"rolac_controller.pid.direct": True})
+    names = {item.name for item in result.made}
     assert {"k_p + 1 %", "k_d - 1 %"} <= names
     assert not {"K_b + 1 %", "C_b - 1 %"} & names
 
 
 def test_h_is_identified_where_the_run_uses_a_table_that_it_does_not_make():
-    settings = {scenario: {one.name for one in of(scenario)[1].made} for scenario in ("fig5_6", "fig5_6_pid")}
+    settings = {scenario: {item.name for item in of(scenario)[1].made} for scenario in ("fig5_6", "fig5_6_pid")}
     assert {"identified H", "alpha + 1 %"} <= settings["fig5_6"]
     assert not {"identified H", "alpha + 1 %"} & settings["fig5_6_pid"]
     assert of("fig6_13")[1].left_out["identified H"] == "the run identifies H itself"
@@ -76,10 +76,10 @@ def test_h_of_a_run_up_is_identified_every_hertz_of_it():
 @pytest.mark.slow
 def test_outcome_that_rests_on_h_is_told_as_fragile():
     """The rotor of Fig. 5.6 recovers with H of the continuous loop, and not with that of its sampled one."""
-    found = studies.robustness("fig5_6", progress=False)
-    assert found.outcome == "recovered, touching rb1 rb2"
-    assert found.flips["identified H"] == "trapped, touching rb1 rb2"
-    trapped = next(row for row in found.rows if row.changed == "identified H")
+    result = studies.robustness("fig5_6", progress=False)
+    assert result.outcome == "recovered, touching rb1 rb2"
+    assert result.flips["identified H"] == "trapped, touching rb1 rb2"
+    trapped = next(row for row in result.rows if row.changed == "identified H")
     assert trapped.last_contact == pytest.approx(40.0, abs=0.1)
     assert min(trapped.peak_force.values()) > 1500.0
 

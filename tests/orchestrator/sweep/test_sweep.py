@@ -23,8 +23,8 @@ def sweep(cluster, small):
     """`sweep(folder, **options)`: nine points on the module's cluster."""
 
     def run(folder, **options):
-        given = {"vary": VARY, "until": UNTIL, "scheduler": cluster, "progress": False} | options
-        return amb_cosim.sweep(small, output=folder, **given)
+        values = {"vary": VARY, "until": UNTIL, "scheduler": cluster, "progress": False} | options
+        return amb_cosim.sweep(small, output=folder, **values)
 
     return run
 
@@ -66,8 +66,8 @@ def test_a_sweep_goes_on_with_what_is_missing(undisturbed, sweep, tmp_path):
 
     with pytest.raises(KeyboardInterrupt):
         sweep(tmp_path, progress=stop)
-    there = open_sweep(tmp_path)
-    before = there["seconds"].values[there["outcome"].values != ""]
+    present = open_sweep(tmp_path)
+    before = present["seconds"].values[present["outcome"].values != ""]
     assert 3 <= len(before) < 9
     seen.clear()
     sweep(tmp_path, progress=lambda done, total, dashboard: seen.append(done))
@@ -121,9 +121,9 @@ def test_refinement_finds_the_boundary_with_few_runs(sweep, tmp_path):
     tolerance = 0.02
     vary = {"rotor_contact.d1.u": "5 g.m:60 g.m:3"}
     swept = sweep(tmp_path, vary=vary, refine=tolerance, boundary="contact")
-    found = open_sweep(tmp_path, "boundary_contact")
-    assert found.sizes["point"] == 1
-    u, error = float(found["rotor_contact.d1.u"][0]), float(found["uncertainty"][0])
+    result = open_sweep(tmp_path, "boundary_contact")
+    assert result.sizes["point"] == 1
+    u, error = float(result["rotor_contact.d1.u"][0]), float(result["uncertainty"][0])
     assert error <= tolerance * 55.0 / 2.0
     runner = Runner(Task(amb_cosim.Scenario.load("fig4_9").changed(settle_cycles=2), until=UNTIL))
     sides = [runner.run(0, {"rotor_contact.d1.u": f"{u + side * error} g.m"}).metrics["contact"] for side in (-1, 1)]

@@ -70,9 +70,9 @@ def test_refinement_converges_to_a_circle_with_few_points(tmp_path):
         runs += points.size
         values = [inside(points.settings(n))["recovered"] for n in range(points.size)]
         refinement.learn(xr.Dataset({"recovered": ("point", values)}))
-    found = refinement.boundary()
-    radius = np.hypot(found["a.x"], found["a.y"])
-    assert found.sizes["point"] == 6
+    result = refinement.boundary()
+    radius = np.hypot(result["a.x"], result["a.y"])
+    assert result.sizes["point"] == 6
     assert np.all(np.abs(radius - np.sqrt(0.5)) < 2.0 * tolerance)
     assert runs < 0.1 / tolerance**2
 
@@ -105,9 +105,9 @@ def test_sensitivities_are_those_of_a_known_function(tmp_path):
         return {"peak_contact_force": 3.0 * settings["a.x"] + 1.0 * settings["a.y"]}
 
     swept = filled(tmp_path, {"a.x": "0:1", "a.y": "0:1", "a.z": "0:1"}, linear, "saltelli:512")
-    found = indices.sensitivity(swept.design, swept.dataset)
-    np.testing.assert_allclose(found["S1"], [0.9, 0.1, 0.0], atol=0.02)
-    np.testing.assert_allclose(found["ST"], [0.9, 0.1, 0.0], atol=0.02)
+    result = indices.sensitivity(swept.design, swept.dataset)
+    np.testing.assert_allclose(result["S1"], [0.9, 0.1, 0.0], atol=0.02)
+    np.testing.assert_allclose(result["ST"], [0.9, 0.1, 0.0], atol=0.02)
 
 
 def test_a_sensitivity_needs_its_sample_and_its_metric(tmp_path):

@@ -69,8 +69,8 @@ def test_a_phase_is_an_angle_within_the_turn_of_the_first(tmp_path):
 def test_a_distribution_has_the_quantiles_over_all_other_axes(tmp_path):
     vary = {"control": CONTROLS, "step.cycle": "5:6:3", "a.x": "1:5:5"}
     swept = filled(tmp_path, vary, lambda s: {"peak_contact_force": s["step.cycle"] * s["a.x"]})
-    found = distribution(swept.dataset.sel(control="PID"), "step.cycle")
-    np.testing.assert_allclose(found, np.outer([1.0, 2.0, 3.0, 4.0, 5.0], [5.0, 5.5, 6.0]))
+    result = distribution(swept.dataset.sel(control="PID"), "step.cycle")
+    np.testing.assert_allclose(result, np.outer([1.0, 2.0, 3.0, 4.0, 5.0], [5.0, 5.5, 6.0]))
     figure = draw_distribution(swept, swept.dataset, "step.cycle")
     assert [ax.get_title() for ax in figure.axes] == ["PID", "ROLAC"]
     assert figure.axes[0].get_xlabel() == "phase of the step (deg)"

@@ -43,11 +43,11 @@ def test_a_reset_instance_gives_the_same_as_a_new_one(flavour, coupling):
     fresh = [data_of(run_prepared(case)) for case in cases]
     instances = InstancePool()
     try:
-        kept = [data_of(run_prepared(case, instances=instances)) for case in cases]
+        retained = [data_of(run_prepared(case, instances=instances)) for case in cases]
     finally:
         instances.close()
-    for one, other in zip(fresh, kept, strict=True):
-        assert_equal(one, other)
+    for item, other in zip(fresh, retained, strict=True):
+        assert_equal(item, other)
 
 
 def test_instances_are_new_after_a_run_that_failed():
@@ -114,29 +114,29 @@ def test_own_metrics_are_added_and_see_the_whole_record():
 
 
 def test_a_metric_that_exits_ends_no_process():
-    found = Runner(Task(SCENARIO, until=UNTIL, metrics=(lambda result: sys.exit(0),))).run(0, {})
-    assert (found.outcome, found.reason) == ("failed", "metric <lambda>: SystemExit: 0")
+    matches = Runner(Task(SCENARIO, until=UNTIL, metrics=(lambda result: sys.exit(0),))).run(0, {})
+    assert (matches.outcome, matches.reason) == ("failed", "metric <lambda>: SystemExit: 0")
 
 
 def test_what_a_metric_raises_is_the_reason_of_its_point():
     def broken(result):
         raise KeyError("nothing")
 
-    found = Runner(Task(SCENARIO, until=UNTIL, metrics=(broken,))).run(0, {})
-    assert (found.outcome, found.reason) == ("failed", "metric broken: KeyError: 'nothing'")
+    matches = Runner(Task(SCENARIO, until=UNTIL, metrics=(broken,))).run(0, {})
+    assert (matches.outcome, matches.reason) == ("failed", "metric broken: KeyError: 'nothing'")
 
 
 @pytest.mark.parametrize("name", ["a/b", "outcome", "", "1st"])
 def test_a_metric_has_a_name_that_a_store_can_have(name):
-    found = Runner(Task(SCENARIO, until=UNTIL, metrics=(lambda result: {name: 1.0},))).run(0, {})
-    assert (found.outcome, name in found.metrics) == ("failed", False)
-    assert "is no name for a metric; it must be like" in found.reason
+    matches = Runner(Task(SCENARIO, until=UNTIL, metrics=(lambda result: {name: 1.0},))).run(0, {})
+    assert (matches.outcome, name in matches.metrics) == ("failed", False)
+    assert "is no name for a metric; it must be like" in matches.reason
 
 
 def test_a_value_that_is_not_allowed_is_an_invalid_point():
-    found = Runner(Task(SCENARIO, until=UNTIL)).run(0, {"rotor_contact.rb1.clearance": "-1 mm"})
-    assert found.outcome == "invalid"
-    assert "rotor_contact.rb1.clearance = -0.001 m" in found.reason
+    result = Runner(Task(SCENARIO, until=UNTIL)).run(0, {"rotor_contact.rb1.clearance": "-1 mm"})
+    assert result.outcome == "invalid"
+    assert "rotor_contact.rb1.clearance = -0.001 m" in result.reason
 
 
 @pytest.mark.slow
@@ -146,8 +146,8 @@ def test_a_record_is_kept_where_its_outcome_is_asked_for():
 
 
 def test_events_fields_fmus_and_scenarios_can_be_varied():
-    given = {"step.rotor_contact.d1.u": "7 g.m", "removal.cycle": 8.5, "unbalance_factor": 1.2, "Omega": 99.0}
-    scenario, settings = varied(SCENARIO, given)
+    values = {"step.rotor_contact.d1.u": "7 g.m", "removal.cycle": 8.5, "unbalance_factor": 1.2, "Omega": 99.0}
+    scenario, settings = varied(SCENARIO, values)
     step, removal = scenario.event
     assert step.set["rotor_contact"]["d1.u"] == "7 g.m"
     assert (step.cycle, removal.cycle, scenario.unbalance_factor, settings) == (5, 8.5, 1.2, {"Omega": 99.0})

@@ -74,9 +74,9 @@ def run(arguments: Sequence[str], folder: Path, files: Mapping[str, bytes], time
     begin = time.monotonic()
     limits = [(begin + time_limit, signal.SIGTERM), (begin + time_limit + GRACE, signal.SIGKILL)]
     while status is None:
-        ended, found = os.waitpid(number, os.WNOHANG)
+        ended, result = os.waitpid(number, os.WNOHANG)
         if ended:
-            status = found
+            status = result
         elif limits and time.monotonic() > limits[0][0]:
             os.kill(number, limits.pop(0)[1])
             stopped = True

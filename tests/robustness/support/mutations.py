@@ -40,10 +40,10 @@ def changed_text(text: str, chance: random.Random) -> str:
         elif kind == 2:
             lines[k], lines[other] = lines[other], lines[k]
         text = "\n".join(lines)
-        found = list(NUMBER.finditer(text))
+        result = list(NUMBER.finditer(text))
         at = chance.randrange(len(text) + 1)
-        if kind in (3, 4) and found:
-            match = chance.choice(found)
+        if kind in (3, 4) and result:
+            match = chance.choice(result)
             text = text[: match.start()] + chance.choice(NUMBERS) + text[match.end() :]
         elif kind == 5:
             text = text[:at] + chance.choice(LETTERS) + text[at:]

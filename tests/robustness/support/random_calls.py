@@ -235,12 +235,12 @@ class Caller:
 
     def foreign_state(self, k: int) -> None:
         """Hand over what is no state of this instance: one of another, one that was freed, or any memory."""
-        given = self.chance.choice([*self.states, self.freed, c_void_p(ctypes.addressof(self.values))])
-        own = self.states[k]
-        if given is None or (own is not None and given.value == own.value):
+        values = self.chance.choice([*self.states, self.freed, c_void_p(ctypes.addressof(self.values))])
+        local = self.states[k]
+        if values is None or (local is not None and values.value == local.value):
             return
         function = self.chance.choice(("SetFMUstate", "SetFMUstate", "FreeFMUstate", "SerializedFMUstateSize"))
-        size, address = c_size_t(), c_void_p(given.value)
+        size, address = c_size_t(), c_void_p(values.value)
         arguments = {
             "SetFMUstate": (address,), "FreeFMUstate": (byref(address),),
             "SerializedFMUstateSize": (address, byref(size)),
@@ -311,11 +311,11 @@ def main() -> None:
     folder, seed, calls, threads, slowest, file = sys.argv[1:]
     library, variables = Library(Path(folder)), variables_of(Path(folder))
     Path(file).write_bytes(bytes(LINE * int(threads)))
-    with Path(file).open("r+b") as opened, mmap.mmap(opened.fileno(), 0) as kept:
+    with Path(file).open("r+b") as opened, mmap.mmap(opened.fileno(), 0) as retained:
 
         def journal(place: int) -> Any:
             def write(line: str) -> None:
-                kept[place * LINE : (place + 1) * LINE] = line.encode().ljust(LINE)[:LINE]
+                retained[place * LINE : (place + 1) * LINE] = line.encode().ljust(LINE)[:LINE]
 
             return write
 

@@ -54,9 +54,9 @@ class FullRotor(Fmi2Slave):
         self.state[-2] = 1.0
 
     def do_step(self, current_time, step_size):
-        known = (self.values["Omega"], step_size, *(self.values[name] for name in self.unbalances))
-        if self.propagator is None or self.propagator[0] != known:
-            self.propagator = known, self._propagator(step_size)
+        available = (self.values["Omega"], step_size, *(self.values[name] for name in self.unbalances))
+        if self.propagator is None or self.propagator[0] != available:
+            self.propagator = available, self._propagator(step_size)
         forces = [self.values[name] for name in self.forces]
         self.state = self.propagator[1] @ np.concatenate([self.state, forces])
         self.values["theta"] = self.values["Omega"] * (current_time + step_size)

@@ -138,8 +138,8 @@ def check_compiler() -> str:
     require_extra("native", "compiling an engine", "ziglang")
     ours = int(importlib.import_module("llvmlite.binding").llvm_version_info[0])
     with temporary_folder() as folder:
-        found = re.search(r"clang version (\d+)", _zig(["--version"], folder))
-    theirs = int(found[1]) if found else 0
+        result = re.search(r"clang version (\d+)", _zig(["--version"], folder))
+    theirs = int(result[1]) if result else 0
     if ours != theirs:
         raise ValueError(
             f"numba writes code of LLVM {ours}, but the installed ziglang reads LLVM {theirs}; "

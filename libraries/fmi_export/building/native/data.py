@@ -97,9 +97,9 @@ def sizes(model: Model, constants: Array) -> tuple[int, int]:
     table = model.interface
     n_state += _even(table.n_inputs + table.n_outputs - 1)
     for part in model.parts:
-        own, (state, work) = part.model.interface, sizes(part.model, part.constants)
-        n_state += _even(len(own.variables)) + _even(state)
-        n_work += _even(own.n_outputs) + _even(work)
+        local, (state, work) = part.model.interface, sizes(part.model, part.constants)
+        n_state += _even(len(local.variables)) + _even(state)
+        n_work += _even(local.n_outputs) + _even(work)
     return n_state, n_work
 
 
@@ -128,7 +128,7 @@ def _wired(model: Model, wiring: Wiring, guid: str, key: str, texts: _Texts) -> 
     tables = np.array([*wiring.sources, *pairs], "<i8").tobytes()
     content = _padded(bytes(WIRING.size + len(model.parts) * PART.size) + tables)
     places = []
-    names = [one.name for one in model.compiled]
+    names = [item.name for item in model.compiled]
     for part in model.parts:
         data = model_data(part.model, part.constants, guid, key, names.index(part.model.name))
         places.append(PART.pack(texts.place(part.name), len(content), len(data), part.every))

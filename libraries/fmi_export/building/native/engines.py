@@ -88,16 +88,16 @@ def find_or_compile(place: Path, compile_anew: Callable[[], Engine]) -> Engine:
 
     One that is damaged counts as none.
     """
-    found = _found(place)
-    if found is not None:
-        return found
+    result = _found(place)
+    if result is not None:
+        return result
     with compiling(_kept(place), f"engine {place.name}"):
-        found = _found(place)
-        if found is None:
-            found = compile_anew()
+        result = _found(place)
+        if result is None:
+            result = compile_anew()
             with suppress(OSError):  # without a cache the next build takes as long
-                found.write(_kept(place))
-    return found
+                result.write(_kept(place))
+    return result
 
 
 def engine_at_hand(models: Sequence[Kernels], platform: str) -> Engine | None:
@@ -150,13 +150,13 @@ def _compile(models: Sequence[Kernels], platform: str) -> Engine:
 def _lowered(model: Kernels) -> str:
     """Return the lowered kernels, from the user's cache where they are there: all platforms share them."""
     facts = [_kernels(model), _versions("numba", "llvmlite"), machine()]
-    kept = _cache() / f"kernels-{model.name}-{digest_of(facts, *LOWERING)}"
-    with compiling(kept, f"the kernels of {model.name}"):
-        if is_undamaged(kept):
-            return (kept / KERNELS).read_bytes().decode()
+    retained = _cache() / f"kernels-{model.name}-{digest_of(facts, *LOWERING)}"
+    with compiling(retained, f"the kernels of {model.name}"):
+        if is_undamaged(retained):
+            return (retained / KERNELS).read_bytes().decode()
         assembly = lower(model)
         with suppress(OSError):
-            keep(kept, lambda stage: (stage / KERNELS).write_bytes(assembly.encode()))
+            keep(retained, lambda stage: (stage / KERNELS).write_bytes(assembly.encode()))
     return assembly
 
 

@@ -162,8 +162,8 @@ def without_python(entries: list[Any]) -> str:
     module = modules[0]
     # numba's C callback sets Python's error indicator; the function that it calls does not.
     for entry, name in zip(entries, ENTRIES, strict=True):
-        own = modules[ENTRIES.index(name)]
-        own.get_function(entry.native_name.removeprefix("cfunc.")).name = name
+        local = modules[ENTRIES.index(name)]
+        local.get_function(entry.native_name.removeprefix("cfunc.")).name = name
     for other in modules[1:]:
         module.link_in(other)
     _keep_entries_only(module, llvm)
@@ -205,9 +205,9 @@ def _keep_entries_only(module: Any, llvm: Any) -> None:
     """Make everything but the entries private and drop what they do not reach."""
     for function in module.functions:
         if not function.is_declaration:
-            kept = function.name in ENTRIES
-            function.linkage = "external" if kept else "internal"
-            function.visibility = "hidden" if kept else "default"
+            retained = function.name in ENTRIES
+            function.linkage = "external" if retained else "internal"
+            function.visibility = "hidden" if retained else "default"
     for variable in module.global_variables:
         if not variable.is_declaration:
             variable.linkage = "internal"

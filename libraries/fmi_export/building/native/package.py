@@ -66,15 +66,15 @@ def build_native_fmu(
     guid = native_guid(model, constants, fmi)
     data = model_data(model, constants, guid, engine_key(model.compiled))
     engines = {platform: engine(model.compiled, platform) for platform in chosen}
-    made_by = sorted({one.made_by for one in engines.values()})
+    made_by = sorted({item.made_by for item in engines.values()})
     code = portable_sources(model, fmi) if sources else {}
     content = {"modelDescription.xml": _description(model, guid, made_by, fmi, code), "resources/model.bin": data}
     content |= {f"sources/{name}": text.encode() for name, text in code.items()}
     if code and fmi == 3:
         content["sources/buildDescription.xml"] = build_description(model, code)
-    for platform, one in engines.items():
+    for platform, item in engines.items():
         for place in FOLDERS3[platform] if fmi == 3 else (platform,):
-            content[f"binaries/{place}/{model.name}{TARGETS[platform][0]}"] = one.library
+            content[f"binaries/{place}/{model.name}{TARGETS[platform][0]}"] = item.library
     content |= {ICON3 if fmi == 3 and name == ICON else name: file for name, file in documentation(model).items()}
     content["resources/layout.json"] = json.dumps(dict(model.layout), indent=1).encode()
     if fmi == 3:

@@ -37,11 +37,11 @@ def portable_sources(model: Model, fmi: Literal[2, 3]) -> dict[str, str]:
         files = [name for name in (*SLAVE, *SLAVE3) if "fmi2" not in name]
     else:
         files = list(SLAVE)
-    own = texts_of([*files, "compiled.c"])
+    local = texts_of([*files, "compiled.c"])
     kernels = {f"{m.name}.c": to_c(lowered_kernels(m)) for m in model.compiled}
     entries = [f"{m.name}_{entry}" for m in model.compiled for entry in ("initialise", "step")]
-    code = {name: f'#include "{NAMES}"\n\n{text}' for name, text in (own | kernels).items() if name.endswith(".c")}
-    headers = {name: text for name, text in own.items() if name.endswith(".h")}
+    code = {name: f'#include "{NAMES}"\n\n{text}' for name, text in (local | kernels).items() if name.endswith(".c")}
+    headers = {name: text for name, text in local.items() if name.endswith(".h")}
     names = {NAMES: _names(model.name, fmi, [*_functions(headers), *entries])}
     return code | headers | key_header(model.compiled) | texts_of([f"c99/{HEADER}"]) | names
 

@@ -29,16 +29,16 @@ def answer(subject: Subject) -> PartResult:
     loop = coupled_loop(subject, real_coefficients(subject))
     speed, limit = subject.file.speed, subject.file.highest_frequency
     speeds = np.unique([*np.linspace(0.01 * speed.tripping, speed.tripping, POINTS), speed.lowest, speed.highest])
-    found = [_within(vibrations(loop, float(Omega)), limit) for Omega in speeds]
+    result = [_within(vibrations(loop, float(Omega)), limit) for Omega in speeds]
     operating = [k for k, Omega in enumerate(speeds) if speed.lowest <= Omega <= speed.tripping]
-    least = least_decrement("decrement", [(float(speeds[k]), found[k]) for k in operating])
+    least = least_decrement("decrement", [(float(speeds[k]), result[k]) for k in operating])
     edges = (speed.lowest, speed.highest, speed.tripping)
     everything = least_decrement("decrement_anywhere", [(edge, vibrations(loop, edge)) for edge in edges])
-    tracks = followed(found, len(found[0].poles))
+    tracks = followed(result, len(result[0].poles))
     at = int(np.flatnonzero(speeds == speed.highest)[0])
     rows = tuple(
         (f"{hertz(s.imag):.1f}", f"{rpm(s.imag):.0f}", f"{-2.0 * np.pi * s.real / s.imag:.3f}", _sense(sense))
-        for s, sense in zip(found[at].poles, found[at].senses, strict=True)
+        for s, sense in zip(result[at].poles, result[at].senses, strict=True)
     )
     table = PartTable(f"Vibrations at {rpm(speed.highest):.0f} 1/min", ("Hz", "1/min", "decrement", "whirl"), rows)
     ends = [f"{s.name} from {s.at_speed[0].speed:g} to {s.at_speed[-1].speed:g} rad/s" for s in _not_covering(subject)]
@@ -49,7 +49,7 @@ def answer(subject: Subject) -> PartResult:
     if hertz(limit) > 0.5 / loop.sample_time:
         notes.append(f"Half the sample rate is {0.5 / loop.sample_time:.0f} Hz: what is beyond it appears below.")
     measured = (least, everything, *_with_all_modes(subject, edges))
-    return PartResult(measured, _panels(subject, speeds, found, tracks), (table,), tuple(notes))
+    return PartResult(measured, _panels(subject, speeds, result, tracks), (table,), tuple(notes))
 
 
 def _with_all_modes(subject: Subject, speeds: Sequence[float]) -> list[Quantity]:
@@ -58,14 +58,14 @@ def _with_all_modes(subject: Subject, speeds: Sequence[float]) -> list[Quantity]
     Sampled control may drive a mode that no co-simulation has (spillover: M. J. Balas, IEEE Trans. Autom. Control 23
     (1978) 673). Those far above half the sample rate are left out still.
     """
-    kept, most = kept_modes(subject)
-    if subject.rotor.reduction.method == "none" or kept >= min(MODES, most):
+    retained, most = kept_modes(subject)
+    if subject.rotor.reduction.method == "none" or retained >= min(MODES, most):
         return []
     with with_modes(subject, min(MODES, most)) as finer:
         loop = coupled_loop(finer, real_coefficients(finer))
-        found = least_decrement("decrement_all_modes", [(speed, vibrations(loop, speed)) for speed in speeds])
-    note = f"with {min(MODES, most)} modes in a plane of motion, {kept} in co-simulation"
-    return [replace(found, note=note)]
+        result = least_decrement("decrement_all_modes", [(speed, vibrations(loop, speed)) for speed in speeds])
+    note = f"with {min(MODES, most)} modes in a plane of motion, {retained} in co-simulation"
+    return [replace(result, note=note)]
 
 
 def _not_covering(subject: Subject) -> list[Bearing]:
@@ -100,8 +100,8 @@ def vibrations_within(loop: Loop, Omega: float, limit: float) -> Vibrations:
 
 
 def _within(found: Vibrations, limit: float) -> Vibrations:
-    kept = found.poles.imag <= limit
-    return Vibrations(found.poles[kept], found.senses[kept])
+    retained = found.poles.imag <= limit
+    return Vibrations(found.poles[retained], found.senses[retained])
 
 
 def _sense(sense: float) -> str:
@@ -121,9 +121,9 @@ def _panels(
         last, number = chosen[-1]
         name = f"{hertz(s[-1].imag):.0f} Hz {_sense(found[last].senses[number])}"
         decrement = -2.0 * np.pi * s.real / s.imag
-        shown = decrement.min() < SHOWN
-        (frequency if shown else beyond).append(curve(name, rpm(speeds[alive]), hertz(s.imag)))
-        if shown:
+        displayed = decrement.min() < SHOWN
+        (frequency if displayed else beyond).append(curve(name, rpm(speeds[alive]), hertz(s.imag)))
+        if displayed:
             damping.append(curve(name, rpm(speeds[alive]), np.minimum(decrement, SHOWN)))
     frequency += beyond  # last, so that the others have the same colours in both figures
     ends = rpm(np.array([0.0, subject.file.speed.tripping]))

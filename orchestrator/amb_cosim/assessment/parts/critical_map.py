@@ -81,8 +81,8 @@ def bearing_critical_speeds(
     excess = np.full((COUNT, len(speeds)), np.nan)
     for n, Omega in enumerate(speeds):
         springs = {nodes[name]: max(float(k[n]), floor) for name, k in stiffness.items()}
-        found, _ = critical_speeds(subject.free, springs, COUNT)
-        excess[: len(found), n] = found - Omega
+        result, _ = critical_speeds(subject.free, springs, COUNT)
+        excess[: len(result), n] = result - Omega
     crossings = []
     for k in range(COUNT):
         for n in range(len(speeds) - 1):
@@ -95,9 +95,9 @@ def bearing_critical_speeds(
 def _panel(subject: Subject, stiffnesses: Array, lines: Array, swept: Array, dynamic: dict[str, Complex]) -> Panel:
     curves: list[Curve] = []
     for k, line in enumerate(lines):
-        shown = np.isfinite(line) & (rpm(line) < 20.0 * rpm(subject.file.speed.tripping))
-        if shown.any():
-            curves.append(curve(f"critical speed {k + 1}", stiffnesses[shown], rpm(line[shown])))
+        displayed = np.isfinite(line) & (rpm(line) < 20.0 * rpm(subject.file.speed.tripping))
+        if displayed.any():
+            curves.append(curve(f"critical speed {k + 1}", stiffnesses[displayed], rpm(line[displayed])))
     for name, of_bearing in dynamic.items():
         positive = of_bearing.real > stiffnesses[0]
         curves.append(curve(f"bearing {name}", of_bearing.real[positive], rpm(swept[positive]), "dots"))

@@ -58,7 +58,7 @@ def _runs(subject: Subject) -> dict[str, tuple[str, float, dict[str, Any]]]:
         f"sensor {reading} dead": {CONTROLLER: {f"{reading}.fault_dead": True}},
     }
     ramps = {"run-up": (low, high), "run-down": (high, low)}
-    found: dict[str, tuple[str, float, dict[str, Any]]] = {
+    result: dict[str, tuple[str, float, dict[str, Any]]] = {
         name: (
             "clearance_used_running",
             begin,
@@ -68,16 +68,16 @@ def _runs(subject: Subject) -> dict[str, tuple[str, float, dict[str, Any]]]:
     }
     for name, setting in faults.items():
         event = [{"label": "step", "cycle": 1.0, "set": setting}]
-        found[name] = ("clearance_used_fault", high, {"end_time": FAULT, "event": event})
+        result[name] = ("clearance_used_fault", high, {"end_time": FAULT, "event": event})
     shares = (np.arange(SHOCK_STEPS) + 0.5) / SHOCK_STEPS
     pulse = [SHOCK * float(a) for a in np.sin(np.pi * shares)]
     shock: list[dict[str, Any]] = [
         {"time": SHOCK_TIME * k / SHOCK_STEPS, "set": {PLANT: {"base.a_y": a}}} for k, a in enumerate(pulse)
     ]
     shock.append({"time": SHOCK_TIME, "set": {PLANT: {"base.a_y": 0.0}}})
-    found[f"base shock of {SHOCK / 9.81:g} g and {1e3 * SHOCK_TIME:g} ms"] = (
+    result[f"base shock of {SHOCK / 9.81:g} g and {1e3 * SHOCK_TIME:g} ms"] = (
         "clearance_used_fault",
         high,
         {"end_time": FAULT, "event": shock},
     )
-    return found
+    return result

@@ -37,7 +37,7 @@ class Landing:
         """The landing as texts."""
         if self.failure:
             return (f"{self.friction:g}", f"{self.phase:.0f}", self.failure, "", "", "")
-        whirl, touch = ("yes" if one else "no" for one in (self.whirls_backward, self.touches_elsewhere))
+        whirl, touch = ("yes" if item else "no" for item in (self.whirls_backward, self.touches_elsewhere))
         return (f"{self.friction:g}", f"{self.phase:.0f}", f"{self.force:.4g}", whirl, touch, f"{self.heat:.4g}")
 
 
@@ -86,7 +86,7 @@ def answer(subject: Subject) -> PartResult:
 
 
 def _points(landings: list[Landing], weight: float) -> tuple[list[float], list[float]]:
-    return [one.phase for one in landings], [one.force / weight for one in landings]
+    return [item.phase for item in landings], [item.force / weight for item in landings]
 
 
 def _landed(
@@ -104,13 +104,13 @@ def _landed(
 
 def _of_run(result: Result, mu: float, degrees: float, retainers: list[str]) -> Landing:
     summary = result.summary
-    force = np.max([one or 0.0 for one in summary.averaged_contact_force.values()], initial=0.0)
-    found = summary.touchdown.retainers.values() if summary.touchdown is not None else ()
+    force = np.max([item or 0.0 for item in summary.averaged_contact_force.values()], initial=0.0)
+    matches = summary.touchdown.retainers.values() if summary.touchdown is not None else ()
     return Landing(
         mu,
         degrees,
         float(force),
-        any(one.whirl == "backward" for one in found),
+        any(item.whirl == "backward" for item in matches),
         any((share or 0.0) > 0.0 for site, share in summary.site_share.items() if site not in retainers),
-        sum(one.heat or 0.0 for one in found),
+        sum(item.heat or 0.0 for item in matches),
     )

@@ -48,14 +48,14 @@ def answer(subject: Subject) -> PartResult:
         raise ValueError("the rotor does not fall: the machine needs gravity")
     times, speeds = (np.asarray(fallen.signals[name].values) for name in ("time", f"{PLANT}.speed"))
     measured = (*_to_rest(subject, touchdown, times, speeds), *_convergence(subject, Omega, inputs, lost))
-    shown = times >= 0.0
-    curves = tuple(curve(site, times[shown], 100.0 * of) for site, of in clearance_used(subject, fallen).items())
+    displayed = times >= 0.0
+    curves = tuple(curve(site, times[displayed], 100.0 * of) for site, of in clearance_used(subject, fallen).items())
     panels = (
         Panel("Displacement over clearance without power", "time (s)", "%", curves),
-        Panel("Speed without power", "time (s)", "1/min", (curve("spin", times[shown], rpm(speeds[shown])),)),
+        Panel("Speed without power", "time (s)", "1/min", (curve("spin", times[displayed], rpm(speeds[displayed])),)),
     )
     heads = ("place", "free (s)", "sliding (s)", "rolling (s)", "whirl", "heat (J)", "temperature (K)")
-    rows = tuple((site, *_texts(found)) for site, found in touchdown.retainers.items())
+    rows = tuple((site, *_texts(result)) for site, result in touchdown.retainers.items())
     notes = (
         f"From {rpm(Omega):.0f} 1/min with friction {FRICTION:g}, the drive off and the spin free. At rest means that "
         "the rotor lies in its retainers within 5 % of the clearance until the run ends; it may turn on. The run ends "
@@ -122,17 +122,17 @@ def _to_rest(subject: Subject, touchdown: Touchdown, times: Array, speeds: Array
     where, rest = f"in {end:.4g} s without power", touchdown.rest_after
     note = f"not at rest within {end:.4g} s, where the run ends" if rest is None else ""
     yield Quantity("rest_time", where, end if rest is None else rest, "s", {}, note)
-    heat = sum(one.heat or 0.0 for one in sites.values())
+    heat = sum(item.heat or 0.0 for item in sites.values())
     yield Quantity("retainer_heat", where, heat, "J")
-    hottest = max((one.temperature for one in sites.values() if one.temperature is not None), default=None)
+    hottest = max((item.temperature for item in sites.values() if item.temperature is not None), default=None)
     if hottest is not None:
         yield Quantity("retainer_temperature", where, hottest, "K")
     if touchdown.standstill_after is not None:
         yield Quantity("standstill_time", "followed to its end", touchdown.standstill_after, "s", {}, "drive off")
         yield Quantity("heat_to_standstill", "all retainers, followed to its end", heat, "J")
         return
-    own = subject.parameters[PLANT]
-    J, drag = own["spin.inertia"], own["spin.drag"]
+    local = subject.parameters[PLANT]
+    J, drag = local["spin.inertia"], local["spin.drag"]
     on = coast_down(times, speeds, J, drag)
     if on is None:
         return
@@ -147,29 +147,29 @@ def _to_rest(subject: Subject, touchdown: Touchdown, times: Array, speeds: Array
     yield Quantity("heat_to_standstill", "all retainers, extrapolated", heat + on.heat, "J", {}, sure)
     if hottest is not None:
         most = max(_at_most(subject, touchdown, site, on.heat) for site in sites)
-        told = "extrapolated, as if no retainer gave off any heat"
-        yield Quantity("temperature_to_standstill", "at most", most, "K", {}, told)
+        message = "extrapolated, as if no retainer gave off any heat"
+        yield Quantity("temperature_to_standstill", "at most", most, "K", {}, message)
 
 
 def _at_most(subject: Subject, touchdown: Touchdown, site: str, more: float) -> float:
     """Return the temperature (K) of a retainer after its share of heat that is to come."""
-    found, all_of = touchdown.retainers[site], sum(one.heat or 0.0 for one in touchdown.retainers.values())
+    result, all_of = touchdown.retainers[site], sum(item.heat or 0.0 for item in touchdown.retainers.values())
     capacity = subject.parameters[PLANT][f"{site}.heat_capacity"]
-    if found.temperature is None or not capacity or not all_of:
+    if result.temperature is None or not capacity or not all_of:
         return 0.0
-    return found.temperature + more * (found.heat or 0.0) / all_of / capacity
+    return result.temperature + more * (result.heat or 0.0) / all_of / capacity
 
 
 def _without_temperature(touchdown: Touchdown) -> tuple[str, ...]:
     """Say which retainers have no temperature, because nothing is known of their heat capacity."""
-    names = [site for site, found in touchdown.retainers.items() if found.temperature is None]
+    names = [site for site, result in touchdown.retainers.items() if result.temperature is None]
     if not names:
         return ()
     return (f"No temperature of {', '.join(names)}: give `heat_capacity` (J/K) and `heat_transfer` (W/K).",)
 
 
 def _texts(found: Retainer) -> tuple[str, ...]:
-    numbers = [_number(one) for one in (found.free, found.sliding, found.rolling)]
+    numbers = [_number(item) for item in (found.free, found.sliding, found.rolling)]
     return (*numbers, found.whirl or "-", _number(found.heat), _number(found.temperature))
 
 
@@ -181,18 +181,16 @@ def _convergence(
     subject: Subject, Omega: float, inputs: Mapping[str, float], lost: Mapping[str, Any]
 ) -> list[Quantity]:
     """Return by how much the largest averaged force changes with twice the modes; nothing where there are no more."""
-    kept, most = kept_modes(subject)
-    more = min(max(2 * kept, FEWEST), most)
-    if subject.rotor.reduction.method == "none" or more <= kept:
+    retained, most = kept_modes(subject)
+    more = min(max(2 * retained, FEWEST), most)
+    if subject.rotor.reduction.method == "none" or more <= retained:
         return []
     with with_modes(subject, more) as finer:
-        forces = [_largest(simulate(one, Omega, inputs, end_time=CONVERGENCE, **lost)) for one in (subject, finer)]
+        forces = [_largest(simulate(item, Omega, inputs, end_time=CONVERGENCE, **lost)) for item in (subject, finer)]
     change = 100.0 * abs(forces[1] / forces[0] - 1.0)
-    note = (
-        f"{forces[0]:.4g} N with {kept} modes in a plane of motion, {forces[1]:.4g} N with {more}; averaged over 1 ms"
-    )
+    note = f"{forces[0]:.4g} N with {retained} modes in a plane of motion, {forces[1]:.4g} N with {more}; averaged over 1 ms"
     return [Quantity("landing_force_change", "largest force, twice the modes", change, "%", {}, note)]
 
 
 def _largest(result: Result) -> float:
-    return max((one or 0.0 for one in result.summary.averaged_contact_force.values()), default=0.0)
+    return max((item or 0.0 for item in result.summary.averaged_contact_force.values()), default=0.0)

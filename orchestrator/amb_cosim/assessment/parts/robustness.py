@@ -28,8 +28,8 @@ def answer(subject: Subject) -> PartResult:
     for name, variation in variations(tolerances).items():
         loop = coupled_loop(subject, others, variation)
         speeds = dict.fromkeys((speed.lowest, speed.highest, speed.tripping))
-        found = [(Omega, vibrations_within(loop, Omega, limit)) for Omega in speeds]
-        least = least_decrement("decrement_varied", found)
+        result = [(Omega, vibrations_within(loop, Omega, limit)) for Omega in speeds]
+        least = least_decrement("decrement_varied", result)
         decrements.append(Quantity(least.quantity, f"{name}: {least.where}", least.value, "1", least.facts))
         peak = _largest(loop, speeds) if least.value > 0.0 else None
         if peak is not None:
@@ -50,24 +50,24 @@ def answer(subject: Subject) -> PartResult:
 
 def variations(tolerances: Tolerances) -> dict[str, MachineVariation]:
     """Return the nominal machine and all corners of its tolerances, by what is changed."""
-    found = {"nominal": MachineVariation()}
+    result = {"nominal": MachineVariation()}
     gaps = (-tolerances.gap, tolerances.gap) if tolerances.gap else (0.0,)
     for i, s, g, m in product((-1, 1), (-1, 1), gaps, (-1, 1)):
         k_i, k_s = 1.0 + i * tolerances.k_i, 1.0 + s * tolerances.k_s
         modes = 1.0 + m * tolerances.modes
         name = f"K_i {k_i:.3g}, K_s {k_s:.3g}, gap {1.0 + g:.3g}, modes {modes:.3g}"
-        found[name] = MachineVariation(k_i / (1.0 + g) ** 2, k_s / (1.0 + g) ** 3, modes)
-    return found
+        result[name] = MachineVariation(k_i / (1.0 + g) ** 2, k_s / (1.0 + g) ** 3, modes)
+    return result
 
 
 def _largest(loop: Loop, speeds: dict[float, None]) -> tuple[float, str] | None:
     worst = (0.0, "")
     for Omega in list(speeds)[:2]:
         try:
-            found = sensitivities(loop, Omega)
+            result = sensitivities(loop, Omega)
         except ValueError:
             return None
-        for name, frequencies, values in found:
+        for name, frequencies, values in result:
             top = int(np.argmax(values))
             worst = max(worst, (float(values[top]), f"{name}, {frequencies[top]:.1f} Hz at {rpm(Omega):.0f} 1/min"))
     return worst

@@ -81,8 +81,8 @@ def _panel(subject: Subject, curves: dict[str, tuple[Array, Array]], study: Stab
 
 def _table(study: StabilityMargin) -> PartTable:
     rows = tuple(
-        (place, f"{one.least:.3f}", f"{one.frequency:.1f}", f"{one.gain:.2f}", f"{one.phase:.1f}")
-        for place, one in study.disk_margins.items()
+        (place, f"{item.least:.3f}", f"{item.frequency:.1f}", f"{item.gain:.2f}", f"{item.phase:.1f}")
+        for place, item in study.disk_margins.items()
     )
     heads = ("broken at", "disk margin", "at Hz", "gain, times or divided by", "phase (deg)")
     return PartTable("What all loops together allow, at once and independently", heads, rows)

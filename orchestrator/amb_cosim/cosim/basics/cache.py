@@ -73,8 +73,8 @@ def note_use(home: Path, is_new: bool) -> None:
 def cache_entries() -> list[CacheEntry]:
     """Return what is in the cache, what was used least recently first."""
     paths = [path for path in cache_folder().iterdir() if path.is_dir()]
-    found = [_entry(path) for path in paths if OWN.fullmatch(path.name) or path.name in COMPILED]
-    return sorted(found, key=lambda entry: entry.used)
+    result = [_entry(path) for path in paths if OWN.fullmatch(path.name) or path.name in COMPILED]
+    return sorted(result, key=lambda entry: entry.used)
 
 
 def remove_entries(over: int = 0, unused_for: float = 0.0) -> list[CacheEntry]:

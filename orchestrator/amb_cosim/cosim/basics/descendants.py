@@ -30,19 +30,19 @@ def continue_without_parent() -> None:
 
 def descendants(process: int) -> set[int]:
     """Return the numbers of all living processes below one; none where the system does not tell."""
-    found: set[int] = set()
+    result: set[int] = set()
     for listed in Path(f"/proc/{process}/task").glob("*/children"):
         with suppress(OSError):  # it has ended meanwhile
             for child in map(int, listed.read_text().split()):
-                found |= {child} | descendants(child)
-    return found
+                result |= {child} | descendants(child)
+    return result
 
 
 def end_descendants(process: int) -> None:
     """End all processes below one, and those that they start meanwhile."""
     ended: set[int] = set()
     while new := descendants(process) - ended:
-        for one in new:
+        for item in new:
             with suppress(OSError):
-                os.kill(one, signal.SIGKILL)
+                os.kill(item, signal.SIGKILL)
         ended |= new

@@ -87,14 +87,14 @@ class Binding2(Binding):
 
     def reasons(self, call: str, status: int) -> list[str]:
         """Say that an FMU has discarded a step because it wants no other, and how far it got."""
-        found = []
+        result = []
         if status == DISCARD and call == "fmi2DoStep":
             with suppress(Exception):  # questions that an FMU need not answer
                 if self.fmu.getBooleanStatus(fmi2Terminated):
-                    found.append("with fmi2Terminated the FMU ends the simulation")
+                    result.append("with fmi2Terminated the FMU ends the simulation")
             with suppress(Exception):
-                found.append(reached_text(self.fmu.getRealStatus(fmi2LastSuccessfulTime)))
-        return found
+                result.append(reached_text(self.fmu.getRealStatus(fmi2LastSuccessfulTime)))
+        return result
 
     def kind_of(self, port: Port) -> str:
         """Return the type of a variable in the functions that set and get it."""

@@ -153,12 +153,12 @@ class FmuComponent:
     def derivatives(self, unknowns: Sequence[str], knowns: Sequence[str]) -> NDArray[np.float64]:
         """Return the derivatives of unknowns by knowns, shape (unknowns, knowns), as an FMU of FMI 2.0 gives them."""
         rows, columns = ([self._interface.port(v, self.name).reference for v in names] for names in (unknowns, knowns))
-        asked = (c_uint * len(rows))(*rows)
-        found = np.zeros((len(columns), len(rows)))
-        for column, answer in zip(columns, found, strict=True):
-            known = byref(c_uint(column)), 1, byref(c_double(1.0))
-            self._call("GetDirectionalDerivative", asked, len(rows), *known, np.ctypeslib.as_ctypes(answer))
-        return found.T
+        requested = (c_uint * len(rows))(*rows)
+        result = np.zeros((len(columns), len(rows)))
+        for column, answer in zip(columns, result, strict=True):
+            available = byref(c_uint(column)), 1, byref(c_double(1.0))
+            self._call("GetDirectionalDerivative", requested, len(rows), *available, np.ctypeslib.as_ctypes(answer))
+        return result.T
 
     def save(self) -> None:
         """Keep the state of the FMU, in place of the one that was kept before."""
@@ -309,5 +309,5 @@ class FmuComponent:
     def _refusal(self, function: str, status: int) -> FmuError:
         self._running = self._running and 0 <= status < ERROR
         said = [*self._log.said(), *self._binding.reasons(function, status)]
-        known = STATUS[status] if 0 <= status < len(STATUS) else f"{status}, a status that FMI does not have"
-        return FmuError(function, known, said)
+        available = STATUS[status] if 0 <= status < len(STATUS) else f"{status}, a status that FMI does not have"
+        return FmuError(function, available, said)

@@ -133,12 +133,12 @@ def _notes(folder: Path) -> dict[str, _Notes]:
         said = json.loads(file.read_bytes())
         return {v: _Notes(s.get("warning", ""), tuple(map(tuple, s.get("elements", ())))) for v, s in said.items()}
     content = (folder / "modelDescription.xml").read_bytes()
-    found = {}
+    result = {}
     for variable in ElementTree.fromstring(content).iterfind("ModelVariables/ScalarVariable[Annotations]"):
         warning = variable.find(f"Annotations/Tool[@name='{TOOL}']/Warning")
         if warning is not None:
-            found[variable.get("name", "")] = _Notes(warning.get("sentence", ""))
-    return found
+            result[variable.get("name", "")] = _Notes(warning.get("sentence", ""))
+    return result
 
 
 def _is_time(variable: Any, major: str) -> bool:

@@ -137,8 +137,8 @@ class FmuInterface:
 
     @cached_property
     def _arrays(self) -> dict[int, tuple[Port, ...]]:
-        found: dict[int, dict[int, Port]] = {}
+        result: dict[int, dict[int, Port]] = {}
         for port in self.ports.values():
             if port.size > 1:
-                found.setdefault(port.reference, {}).setdefault(port.element, port)
-        return {reference: tuple(of_one.values()) for reference, of_one in found.items()}
+                result.setdefault(port.reference, {}).setdefault(port.element, port)
+        return {reference: tuple(of_one.values()) for reference, of_one in result.items()}

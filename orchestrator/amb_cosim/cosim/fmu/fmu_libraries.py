@@ -36,8 +36,8 @@ def check_libraries(folder: Path, interface: FmuInterface, what: str) -> None:
     platform = fmpy.platform_tuple if interface.fmi == 3 else fmpy.platform
     place = folder / "binaries" / platform
     if not (place / f"{identifier}{fmpy.sharedLibraryExtension}").is_file():
-        there = sorted(path.name for path in folder.glob("binaries/*"))
-        raise ValueError(f"{what} has no library {identifier} for {platform}; it has {', '.join(there) or 'none'}")
+        present = sorted(path.name for path in folder.glob("binaries/*"))
+        raise ValueError(f"{what} has no library {identifier} for {platform}; it has {', '.join(present) or 'none'}")
     for library in place.glob(f"*{fmpy.sharedLibraryExtension}"):
         content = library.read_bytes()
         if not is_whole(content):

@@ -219,14 +219,14 @@ def _key(source: Source, flavour: Flavour, options: Mapping[str, Any]) -> str:
     packages: tuple[str, ...] | None = getattr(source, "packages", None)
     if packages is None:
         return BuildTarget(flavour).guid(*source(**options)).strip("{}")
-    known = {name: options.get(name) for name in inspect.signature(source).parameters}
+    available = {name: options.get(name) for name in inspect.signature(source).parameters}
     facts = [source.__qualname__, flavour, sysconfig.get_platform(), version("numpy"), version("scipy")]
     sha = hashlib.sha256(repr(facts).encode() + _content(Path(inspect.getfile(source)), "source"))
-    for name, option in known.items():
+    for name, option in available.items():
         value = source.files[name](option) if name in source.files else option  # type: ignore[attr-defined]
         file = Path(value) if isinstance(value, str | Path) else None
-        given = _content(file, name) if file is not None and file.is_file() else repr(value).encode()
-        sha.update(name.encode() + given)
+        values = _content(file, name) if file is not None and file.is_file() else repr(value).encode()
+        sha.update(name.encode() + values)
     for package in (*packages, "amb_files", "fmi_export"):
         sha.update(_code(package))
     return sha.hexdigest()[:32]

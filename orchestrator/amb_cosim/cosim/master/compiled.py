@@ -140,7 +140,7 @@ def run(
     conditions = (stops or StopObserver()).conditions
     program = program or program_of(master, stops)
     buffer, row = recorder.buffer(first, last), len(recorder.points)
-    kept, judged = structure_of(buffer), structure_of(conditions)
+    retained, judged = structure_of(buffer), structure_of(conditions)
     begin, size, stopped = first, FIRST, End()
     until = last + 1 if stop is None else stop
     with CLOCK.flag() as pause:
@@ -150,7 +150,7 @@ def run(
             changes = merged([schedule.changes(begin, end) for schedule in schedules])
             recorder.see(begin)
             started, pause.value = time.perf_counter(), False
-            structures = (byref(structure) for structure in (program, structure_of(changes), kept, judged))
+            structures = (byref(structure) for structure in (program, structure_of(changes), retained, judged))
             advance(*structures, *map(c_ssize_t, (row, begin, end, last)), byref(pause), byref(stopped))
             row, reached = stopped.row, stopped.reached
             recorder.fill(row)
@@ -196,8 +196,8 @@ def program_of(master: Master[C], stops: StopObserver | None = None) -> Structur
 
 def _only(used: NDArray[np.bool_], transfers: Sequence[Transfer]) -> list[Transfer]:
     """Reduce transfers to the outputs that are used."""
-    kept = [used[t.where] for t in transfers]
-    return [t if keep.all() else t.only(keep) for t, keep in zip(transfers, kept, strict=True) if keep.any()]
+    retained = [used[t.where] for t in transfers]
+    return [t if keep.all() else t.only(keep) for t, keep in zip(transfers, retained, strict=True) if keep.any()]
 
 
 def _calls(transfers: Sequence[Sequence[Transfer]], places: Sequence[IntArray], values: Array | None = None) -> Calls:

@@ -25,8 +25,8 @@ HUGE = 1e300  # J; a plant whose largest energy this was goes on with any balanc
 def first_harmonic(values: Array) -> Array:
     """Return what is constant, and what goes with cosine and sine, of values at `ANGLES`; shapes (3, n), (n, 3)."""
     weights = np.array([np.full(3, 0.5), np.cos(ANGLES), np.sin(ANGLES)]) / 1.5
-    found: Array = (weights @ values).T
-    return found
+    result: Array = (weights @ values).T
+    return result
 
 
 class Response(NamedTuple):
@@ -117,19 +117,19 @@ class StateMap:
         sizes = np.maximum(SHARE * scales[np.searchsorted(signals, self.sources[fed])], CHANGE)
         changes = np.concatenate([np.full(len(self.rows), CHANGE), sizes])
         changed = np.concatenate([self.rows, self._inputs[fed]])
-        shown = np.concatenate([self.rows, self._outputs[np.isin(self.slot, signals)]])
+        displayed = np.concatenate([self.rows, self._outputs[np.isin(self.slot, signals)]])
         turned = [*self._inputs[np.isin(self.sources, angles)], *([] if self._angle is None else [self._angle])]
         self.memory[:] = self.base
         self.memory[changed] = 0.0
         self.memory[self._energy[1:]] = HUGE
-        forced, matrix = np.zeros((len(ANGLES), len(shown))), np.zeros((len(shown), len(changed)))
+        forced, matrix = np.zeros((len(ANGLES), len(displayed))), np.zeros((len(displayed), len(changed)))
         for row, angle in enumerate(ANGLES):
             self.memory[turned] = angle
-            forced[row] = self.component.answer(time, step_size)[shown]
+            forced[row] = self.component.answer(time, step_size)[displayed]
         self.memory[turned] = ANGLES[0]
         for column, (place, change) in enumerate(zip(changed, changes, strict=True)):
             self.memory[place] = change
-            matrix[:, column] = (self.component.answer(time, step_size)[shown] - forced[0]) / change
+            matrix[:, column] = (self.component.answer(time, step_size)[displayed] - forced[0]) / change
             self.memory[place] = 0.0
         return Response(matrix, first_harmonic(forced))
 

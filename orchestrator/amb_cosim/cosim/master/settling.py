@@ -94,11 +94,11 @@ class SettledLoop:
         for part, response in zip(self.parts, responses, strict=True):
             rows = np.arange(row, row + len(part.rows))
             fed = n_states + np.searchsorted(self.signals, part.sources[np.isin(part.sources, self.signals)])
-            shown = n_states + np.flatnonzero(np.isin(self.signals, part.slot))
+            displayed = n_states + np.flatnonzero(np.isin(self.signals, part.slot))
             seen = before if self.master.coupling == "jacobi" else after
             answer = response.matrix @ np.vstack([before[rows], seen[fed]])
             answer[:, size:] += response.forcing
-            after[np.concatenate([rows, shown])] = answer
+            after[np.concatenate([rows, displayed])] = answer
             row += len(rows)
         return after[:, :size], after[:, size:]
 
@@ -291,8 +291,8 @@ def _refuse_what_is_on(parts: Sequence[StateMap]) -> None:
             value = part.value(port.position)
             if value != 0.0:
                 names = {number: item for item, number in port.items.items()}
-                shown = "true" if port.type == "Boolean" else names.get(int(value), f"{value:g}{port.shown_unit}")
-                raise CannotSettle(f"{part.component.name}.{port.name} = {shown} before cycle 0")
+                displayed = "true" if port.type == "Boolean" else names.get(int(value), f"{value:g}{port.shown_unit}")
+                raise CannotSettle(f"{part.component.name}.{port.name} = {displayed} before cycle 0")
 
 
 def _check(loop: SettledLoop, orbit: Orbit, n: int) -> None:

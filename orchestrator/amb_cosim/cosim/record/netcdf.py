@@ -40,11 +40,11 @@ def check(path: Path) -> None:
             return
         left = int.from_bytes(begin[28:36], "little")
         file.seek(0)
-        found = 0
+        result = 0
         while left > 0 and (part := file.read(min(left, BLOCK))):
-            found, left = zlib.crc32(part, found), left - len(part)
+            result, left = zlib.crc32(part, result), left - len(part)
         stored = file.read()
-    if left > 0 or stored not in (b"", found.to_bytes(4, "little")):
+    if left > 0 or stored not in (b"", result.to_bytes(4, "little")):
         raise ValueError("its checksum is not that of its content")
 
 

@@ -70,10 +70,10 @@ def of_component(
     logged: dict[str, tuple[float, str]] = {}
     others: list[WarningRecord] = []
     for text in dict.fromkeys(log):
-        found = _LOGGED.fullmatch(text)
-        if found is not None and found["variable"] in ports:
+        result = _LOGGED.fullmatch(text)
+        if result is not None and result["variable"] in ports:
             # once in a run, and again where it goes on from a checkpoint
-            logged.setdefault(found["variable"], (float(found["time"] or start), found["sentence"]))
+            logged.setdefault(result["variable"], (float(result["time"] or start), result["sentence"]))
         else:
             others.append(WarningRecord(component, "", text, text))
     declared = (

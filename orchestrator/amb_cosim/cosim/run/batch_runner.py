@@ -124,7 +124,7 @@ class BatchRunner:
         for row, plan in zip(self.values, plans, strict=True):
             instances = InstancePool()
             self._stack.callback(instances.close)
-            alike = next(((state, notice) for known, state, notice in first if known == plan), None)
+            alike = next(((state, notice) for available, state, notice in first if available == plan), None)
             if alike is not None:
                 run = Simulator(assembly, plan, coupling, "compiled", instances, alike[1], row)
                 run.resume(alike[0])
@@ -159,7 +159,7 @@ class BatchRunner:
 
     def _pointers(self, structures: Sequence[Structure]) -> Any:
         self._kept.append(structures)
-        return (c_void_p * len(structures))(*(cast(pointer(one), c_void_p) for one in structures))
+        return (c_void_p * len(structures))(*(cast(pointer(item), c_void_p) for item in structures))
 
     def step(self, steps: int) -> None:
         """Step all members that have not failed by so many communication steps.

@@ -73,8 +73,8 @@ class Checkpoint:
 
     def check_past(self, past: Mapping[str, Any]) -> None:
         """Raise ValueError, with what differs, unless this is the past of the run that is to go on."""
-        if self.past != past and (told := told_differences(self.past, past)):
-            raise ValueError(f"the checkpoint at t = {self.time:.9g} s is of another run; until then it had\n{told}")
+        if self.past != past and (message := told_differences(self.past, past)):
+            raise ValueError(f"the checkpoint at t = {self.time:.9g} s is of another run; until then it had\n{message}")
 
     def save(self, path: str | Path) -> Path:
         """Write the checkpoint to a file, which appears whole or not at all, and return its path.

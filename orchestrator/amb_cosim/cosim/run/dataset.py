@@ -83,8 +83,8 @@ class Run:
         if n in self.checkpoints:
             return self.checkpoints[n]
         saved = [f"{n * h:.9g} s" for n in self.checkpoints]
-        told = f"there are {', '.join(saved)}" if saved else "run with save_at saves some, as far as the run comes"
-        raise ValueError(f"there is no checkpoint at {'one moment' if moment is None else moment}; {told}")
+        message = f"there are {', '.join(saved)}" if saved else "run with save_at saves some, as far as the run comes"
+        raise ValueError(f"there is no checkpoint at {'one moment' if moment is None else moment}; {message}")
 
     def _save(self, path: Path) -> None:
         """Write what was recorded as NetCDF."""
@@ -146,7 +146,9 @@ def to_signals(recording: Recording) -> SignalTable:
 def _warnings(recording: Recording, times: Array) -> list[warnings.WarningRecord]:
     """Return the warnings of all components, after those on events that are done in part only."""
     plan, columns = recording.plan, dict(zip(recording.plan.recorded, recording.recorder.table.T, strict=True))
-    partial = [warnings.WarningRecord("events", "", told, told, first=time) for time, told in plan.partial_events]
+    partial = [
+        warnings.WarningRecord("events", "", message, message, first=time) for time, message in plan.partial_events
+    ]
     return partial + [
         warned
         for component, interface in recording.interfaces.items()

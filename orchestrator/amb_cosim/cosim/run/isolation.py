@@ -60,11 +60,11 @@ def run_isolated(
     request = assembly, plan, loop, coupling, start, saves
     with deferred() as interruption, own_process("run.isolation_process", request) as process:
         messages = messages_of(process)
-        told, tell_at, latest = False, math.inf, time.monotonic()
+        message, tell_at, latest = False, math.inf, time.monotonic()
         while True:
-            if interruption.came and not told:
+            if interruption.came and not message:
                 process.terminate()
-                told, tell_at = True, time.monotonic() + NOTICE_DELAY
+                message, tell_at = True, time.monotonic() + NOTICE_DELAY
             if time.monotonic() > tell_at:
                 log.warning("waiting for a step of %s to end; a second Ctrl-C ends it at once", _who(assembly))
                 tell_at = math.inf

@@ -142,11 +142,11 @@ class Simulator:
         Stopped
             If a condition of the plan is met.
         """
-        given = self.master, first, self.plan.last, self.schedules
+        values = self.master, first, self.plan.last, self.schedules
         if self._is_compiled:
-            compiled.run(*given, self.recorder, observers, self._stops, self.program(), stop)
+            compiled.run(*values, self.recorder, observers, self._stops, self.program(), stop)
         else:
-            self.master.run(*given[1:], [self.recorder, self._stops, *observers], stop)
+            self.master.run(*values[1:], [self.recorder, self._stops, *observers], stop)
 
     def program(self) -> Structure:
         """Return the data of the master for the compiled loop."""

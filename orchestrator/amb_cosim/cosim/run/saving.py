@@ -104,15 +104,15 @@ def resumed(file: Path | None, assembly: Assembly, plan: Plan, coupling: Couplin
     if file is None or not file.is_file():
         return None
     try:
-        found = Checkpoint.load(file)
-        found.check_past(state_fingerprint(assembly, plan, coupling or plan.system.coupling, found.point))
-        if found.point > plan.last:
-            raise ValueError(f"the run ends before t = {found.time:.9g} s")
+        result = Checkpoint.load(file)
+        result.check_past(state_fingerprint(assembly, plan, coupling or plan.system.coupling, result.point))
+        if result.point > plan.last:
+            raise ValueError(f"the run ends before t = {result.time:.9g} s")
     except ValueError as error:
         log.warning("the run begins anew, with a checkpoint in %s that is not of it: %s", file, error)
         return None
-    log.warning("the run goes on from %s, at t = %.9g s", file, found.time)
-    return found
+    log.warning("the run goes on from %s, at t = %.9g s", file, result.time)
+    return result
 
 
 def save_points(moments: Sequence[Raw], plan: Plan, period: float | None = None) -> tuple[int, ...]:

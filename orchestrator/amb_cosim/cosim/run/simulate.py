@@ -86,8 +86,8 @@ def simulate(
     if not isinstance(system, System) and Path(system).suffix == ".ssp":
         from amb_cosim.cosim.ssp import load_ssp  # loads XML libraries
 
-        system, own, inputs = load_ssp(system, step_size, stop_time)
-        experiment = experiment or own
+        system, local, inputs = load_ssp(system, step_size, stop_time)
+        experiment = experiment or local
     elif not isinstance(system, System):
         if step_size is not None or stop_time is not None:
             raise ValueError("step_size and stop_time are for SSP archives; a system file has them in its experiment")

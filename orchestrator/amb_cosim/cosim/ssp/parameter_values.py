@@ -94,17 +94,17 @@ def read_parameters(root: Any, what: str) -> dict[str, list[Given]]:
     ValueError
         For a type that co-simulation here has no numbers for, and for a value that is not of its type.
     """
-    found: dict[str, list[Given]] = {}
+    result: dict[str, list[Given]] = {}
     for parameter in root.iterfind("ssv:Parameters/ssv:Parameter", NAMESPACES):
         name, element = parameter.get("name"), parameter[0]
         kind = etree.QName(element).localname
         try:
-            found[name] = [_value(kind, text.strip(), element.get("unit")) for text in texts_of(element)]
+            result[name] = [_value(kind, text.strip(), element.get("unit")) for text in texts_of(element)]
         except (KeyError, ValueError) as error:
             said = f"= {element.get('value')!r} is no value" if kind in READERS else "is"
             allowed = ", ".join(READERS)
             raise ValueError(f"{what}: parameter {name} {said} of type {kind}; there are {allowed}") from error
-    return found
+    return result
 
 
 def _value(kind: str, text: str, unit: str | None) -> Given:

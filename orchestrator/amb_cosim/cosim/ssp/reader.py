@@ -72,9 +72,9 @@ def load_ssp(
         parameters=parameters,
         unknown=unknown,
     )
-    own = folder / EXPERIMENT
-    if own.is_file():
-        table = validate(parse_toml(own.read_text(encoding="utf-8"), f"{what}: {EXPERIMENT}"), ExperimentTable, what)
+    local = folder / EXPERIMENT
+    if local.is_file():
+        table = validate(parse_toml(local.read_text(encoding="utf-8"), f"{what}: {EXPERIMENT}"), ExperimentTable, what)
         experiment = table.experiment()
         end = experiment.stop_time if stop_time is None else stop_time
         experiment = replace(experiment, step_size=step_size or experiment.step_size, stop_time=end)
@@ -145,11 +145,11 @@ class _Reader:
         }
         annotated = frozenset(targets)
         for link in self._links():
-            own = [self._ends(link, side)[0] for side in ("start", "end") if not link.get(f"{side}Element")]
+            local = [self._ends(link, side)[0] for side in ("start", "end") if not link.get(f"{side}Element")]
             inner = [self._ends(link, side) for side in ("start", "end") if link.get(f"{side}Element")]
-            if own and inner and own[0] not in annotated and self._causality(inner[0][0]) != "output":
+            if local and inner and local[0] not in annotated and self._causality(inner[0][0]) != "output":
                 for k, end in enumerate(inner[0], 1):
-                    name = own[0] if len(inner[0]) == 1 else f"{own[0]}[{k}]"
+                    name = local[0] if len(inner[0]) == 1 else f"{local[0]}[{k}]"
                     targets.setdefault(name, []).append(end)
         return tuple(Signal(name, tuple(ends)) for name, ends in targets.items())
 
@@ -159,8 +159,8 @@ class _Reader:
         inputs: dict[str, Raw] = {}
         unknown: dict[str, None] = {}
         fed = {link.target for link in self.connections()}
-        given = [(f"{name}.", element) for name, element in self.elements.items()] + [("", self.system)]
-        for prefix, element in given:  # what the system says of a component counts more
+        settings = [(f"{name}.", element) for name, element in self.elements.items()] + [("", self.system)]
+        for prefix, element in settings:  # what the system says of a component counts more
             for name, values in self._bound(element):
                 component, _, variable = f"{prefix}{name}".partition(".")
                 ports = self.interfaces[component].elements(variable) if component in self.interfaces else ()
@@ -251,16 +251,16 @@ class _Reader:
                 raise ValueError(f"{self.what}: a binding of {element.get('name')} has a mapping, which is not taken")
             source = binding.get("source")
             if source is None:
-                found = binding.find("ssd:ParameterValues/ssv:ParameterSet", NAMES)
-                if found is not None:  # of which the schema of structures knows nothing
-                    check(found, PARAMETERS, f"{self.what}: the parameter set of {element.get('name')}")
+                result = binding.find("ssd:ParameterValues/ssv:ParameterSet", NAMES)
+                if result is not None:  # of which the schema of structures knows nothing
+                    check(result, PARAMETERS, f"{self.what}: the parameter set of {element.get('name')}")
             else:
                 base = self.folder
                 if binding.get("sourceBase") == "component":
                     raise ValueError(f"{self.what}: {source} lies in an FMU, where it is not read")
-                found = parse(_file(base, source, self.what).read_bytes(), PARAMETERS, f"{self.what}: {source}")
+                result = parse(_file(base, source, self.what).read_bytes(), PARAMETERS, f"{self.what}: {source}")
             prefix = binding.get("prefix") or ""
-            for name, value in read_parameters(found, self.what).items() if found is not None else ():
+            for name, value in read_parameters(result, self.what).items() if result is not None else ():
                 yield f"{prefix}{name}", value
 
 
@@ -280,13 +280,13 @@ def _number_of(port: Port, value: Given) -> Raw:
 
 def _coupling(root: Any, what: str) -> Coupling:
     """Return the order of an annotation: of this package, or that of libcosim, whose algorithm is parallel."""
-    own = root.find(f".//{OWN}")
-    if own is not None:
-        known: tuple[Coupling, ...] = get_args(Coupling)
-        for coupling in known:
-            if own.get("coupling") == coupling:
+    local = root.find(f".//{OWN}")
+    if local is not None:
+        available: tuple[Coupling, ...] = get_args(Coupling)
+        for coupling in available:
+            if local.get("coupling") == coupling:
                 return coupling
-        raise ValueError(f"{what}: coupling = {own.get('coupling')} is not allowed; there are {', '.join(known)}")
+        raise ValueError(f"{what}: coupling = {local.get('coupling')} is not allowed; there are {', '.join(available)}")
     return "jacobi" if root.find(".//osp:FixedStepAlgorithm", NAMES) is not None else "gauss_seidel"
 
 

@@ -156,14 +156,14 @@ def _experiment(root: Any, run: Described) -> None:
     experiment.set("stopTime", repr(plan.last * plan.step_size))
     algorithm = etree.Element(tag("osp:Algorithm", TOOLS))
     etree.SubElement(algorithm, tag("osp:FixedStepAlgorithm", TOOLS), baseStepSize=repr(plan.step_size))
-    own = etree.Element(OWN, stepSize=repr(plan.step_size), coupling=run.coupling)
+    local = etree.Element(OWN, stepSize=repr(plan.step_size), coupling=run.coupling)
     for component in plan.system.components:
-        etree.SubElement(own, tag("amb:Step", TOOLS), component=component.name, every=str(component.every))
+        etree.SubElement(local, tag("amb:Step", TOOLS), component=component.name, every=str(component.every))
     for signal in plan.system.signals:
-        element = etree.SubElement(own, tag("amb:Signal", TOOLS), name=signal.name)
+        element = etree.SubElement(local, tag("amb:Signal", TOOLS), name=signal.name)
         for end in signal.targets:
             etree.SubElement(element, tag("amb:Target", TOOLS), name=end)
-    _annotate(experiment, "ssd", ("com.opensimulationplatform", algorithm), (TOOL, own))
+    _annotate(experiment, "ssd", ("com.opensimulationplatform", algorithm), (TOOL, local))
 
 
 def _openmodelica(step_size: float) -> tuple[str, Any]:

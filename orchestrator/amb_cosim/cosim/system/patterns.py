@@ -29,9 +29,9 @@ def expand(system: System, interfaces: Mapping[str, FmuInterface]) -> System:
     matched: dict[str, Connection] = {}
     for link in system.connections:
         if is_pattern(link.source):
-            for found in _matching(system, link, interfaces):
-                if found.target not in taken:
-                    matched.setdefault(found.target, found)
+            for result in _matching(system, link, interfaces):
+                if result.target not in taken:
+                    matched.setdefault(result.target, result)
     parameters = {
         component: {name: raw for name, raw in values.items() if _has(interfaces.get(component), name)}
         for component, values in system.parameters.items()
@@ -74,10 +74,10 @@ def _has(interface: FmuInterface | None, name: str) -> bool:
 def _mandatory(component: Component, interface: FmuInterface) -> tuple[str, ...]:
     """Return the inputs that must be fed, patterns replaced by what they match; one that replaces may lack them."""
     inputs = [port.name for port in interface.of("input")]
-    found: list[str] = []
+    result: list[str] = []
     for name in component.mandatory:
         matching = matching_names(inputs, name) if is_pattern(name) or component.replaces is not None else [name]
         if not matching and component.replaces is None:
             raise ValueError(f"{component.name} has no input {name}, which must be connected; {suggest(name, inputs)}")
-        found += matching
-    return tuple(found)
+        result += matching
+    return tuple(result)

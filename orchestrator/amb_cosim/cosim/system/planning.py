@@ -124,11 +124,11 @@ def _without_lacking(
     partial = []
     for (event, time), of_event in events.items():
         lacking = [change.variable for change in of_event if values.lacks(change.variable)]
-        told = "; ".join(values.missing(name) for name in dict.fromkeys(lacking))
+        message = "; ".join(values.missing(name) for name in dict.fromkeys(lacking))
         if len(lacking) == len(of_event):
-            raise ValueError(f"{event} at {time:g} s would do nothing: {told}")
+            raise ValueError(f"{event} at {time:g} s would do nothing: {message}")
         if lacking:
-            partial.append((time, f"{event} at {time:g} s is done in part only: {told}"))
+            partial.append((time, f"{event} at {time:g} s is done in part only: {message}"))
     return [change for change in changes if not values.lacks(change.variable)], tuple(partial)
 
 

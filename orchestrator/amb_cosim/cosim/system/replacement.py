@@ -116,11 +116,11 @@ def missing_ports(system: System, interfaces: Interfaces, before: System) -> lis
     wanted += _incomplete_options(system, interfaces, before)
     lines = []
     for component in system.components:
-        own = [link for link in wanted if component.replaces is not None and link.touches(component.name)]
-        outputs = _lacking(component, (link.source for link in own), interfaces, "output")
-        inputs = _lacking(component, (link.target for link in own), interfaces, "input")
-        found = {"outputs": outputs, "inputs": inputs}
-        ports = [f"the {kind} {', '.join(names)}" for kind, names in found.items() if names]
+        local = [link for link in wanted if component.replaces is not None and link.touches(component.name)]
+        outputs = _lacking(component, (link.source for link in local), interfaces, "output")
+        inputs = _lacking(component, (link.target for link in local), interfaces, "input")
+        result = {"outputs": outputs, "inputs": inputs}
+        ports = [f"the {kind} {', '.join(names)}" for kind, names in result.items() if names]
         if ports:
             file = Path(component.fmu).name
             lines.append(f"{component.name}: {file} must have {' and '.join(ports)}, which other components need")
@@ -140,22 +140,24 @@ def notices(system: System, interfaces: Interfaces, given: Iterable[str], droppe
     dropped
         Variables, `component.variable`, whose values are dropped.
     """
-    known, names = system.fed() | set(given), {c.name for c in system.components}
+    available, names = system.fed() | set(given), {c.name for c in system.components}
     dropped = (*dropped, *system.unknown)
-    found = [
+    result = [
         f"there is no {end}; what is said of it is dropped" for end in dropped if end.partition(".")[0] not in names
     ]
     for component in system.components:
         name = component.name
         lacks = [end.partition(".")[2] for end in dropped if end.startswith(f"{name}.")]
         if lacks:
-            found.append(f"{name}: {Path(component.fmu).name} has no {', '.join(lacks)}; what is said of it is dropped")
+            result.append(
+                f"{name}: {Path(component.fmu).name} has no {', '.join(lacks)}; what is said of it is dropped"
+            )
         if component.replaces is None:
             continue
-        unfed = [p.name for p in interfaces[name].of("input") if f"{name}.{p.name}" not in known]
+        unfed = [p.name for p in interfaces[name].of("input") if f"{name}.{p.name}" not in available]
         if unfed and not is_model(component.fmu):
-            found.append(f"{name}: nothing feeds {', '.join(unfed)}; start values hold")
-    return found
+            result.append(f"{name}: nothing feeds {', '.join(unfed)}; start values hold")
+    return result
 
 
 def _silent_signals(system: System, before: System) -> list[str]:
@@ -177,17 +179,17 @@ def _incomplete_options(system: System, interfaces: Interfaces, before: System) 
         if link.option is not None and any(link.touches(name) for name in system.replaced):
             ends = link.source.partition(".")[0], link.target.partition(".")[0]
             groups.setdefault((link.option, *ends), []).append(link)
-    found = []
+    result = []
     for links in groups.values():
         absent = [link for link in links if link.target not in made]
         if len(absent) < len(links):
-            found += absent
-    return found
+            result += absent
+    return result
 
 
 def _lacking(component: Component, ends: Iterable[str], interfaces: Interfaces, causality: str) -> list[str]:
-    own = dict.fromkeys(end for end in ends if end.startswith(f"{component.name}."))
-    return [end.partition(".")[2] for end in own if not _has(interfaces, end, causality)]
+    local = dict.fromkeys(end for end in ends if end.startswith(f"{component.name}."))
+    return [end.partition(".")[2] for end in local if not _has(interfaces, end, causality)]
 
 
 def _has(interfaces: Interfaces, end: str, causality: str) -> bool:

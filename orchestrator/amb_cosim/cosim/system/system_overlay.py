@@ -37,17 +37,17 @@ def overlaid(below: SystemTable, above: OverlayTable) -> SystemTable:
     parameters = dict(below.parameters)
     for component, values in above.parameters.items():
         parameters[component] = {**parameters.get(component, {}), **values}
-    given = above.model_dump(include=above.model_fields_set & {"description", "coupling"})
-    kept = (_without(connect, fed) for connect in below.connect)
+    settings = above.model_dump(include=above.model_fields_set & {"description", "coupling"})
+    retained = (_without(connect, fed) for connect in below.connect)
     merged = {
         "component": tuple(components),
-        "connect": (*(c.inherited() if replaced & {c.source, c.target} else c for c in kept), *above.connect),
+        "connect": (*(c.inherited() if replaced & {c.source, c.target} else c for c in retained), *above.connect),
         "signal": (*(s for s in signals if s.targets), *above.signal),
         "unrecorded": (*below.unrecorded, *above.unrecorded),
         "parameters": parameters,
         "experiment": above.experiment or below.experiment,
     }
-    return below.model_copy(update=given | merged)
+    return below.model_copy(update=settings | merged)
 
 
 def _reduced(table: SystemTable, remove: Sequence[str]) -> SystemTable:
@@ -57,11 +57,11 @@ def _reduced(table: SystemTable, remove: Sequence[str]) -> SystemTable:
         names = [c.name for c in table.component]
         if component not in names:
             raise ValueError(f"remove: no component {component!r}; {suggest(component, names)}")
-        given = table.parameters.get(component, {})
-        left = {name: raw for name, raw in given.items() if name != variable and not matches(name, variable)}
+        values = table.parameters.get(component, {})
+        left = {name: raw for name, raw in values.items() if name != variable and not matches(name, variable)}
         if not dot:
             table = _without_component(table, component)
-        elif len(left) < len(given):
+        elif len(left) < len(values):
             table = table.model_copy(update={"parameters": {**table.parameters, component: left}})
         else:
             _check_feeds(table, component, variable)
@@ -74,9 +74,9 @@ def _check_feeds(table: SystemTable, component: str, pattern: str) -> None:
     """Raise ValueError if nothing feeds an input of that name; which inputs patterns reach shows with the FMUs."""
     targets = [link.target for connect in table.connect for link in connect.connections()]
     targets += [target for signal in table.signal for target in signal.targets]
-    own = [target.removeprefix(f"{component}.") for target in targets if target.startswith(f"{component}.")]
-    if not any(is_pattern(name) or matches(name, pattern) for name in own):
-        options = [*table.parameters.get(component, {}), *own]
+    local = [target.removeprefix(f"{component}.") for target in targets if target.startswith(f"{component}.")]
+    if not any(is_pattern(name) or matches(name, pattern) for name in local):
+        options = [*table.parameters.get(component, {}), *local]
         raise ValueError(f"remove: the base gives {component} no {pattern!r}; {suggest(pattern, options)}")
 
 

@@ -38,9 +38,9 @@ def check_bases(name: str, derived: tuple[str, ...]) -> None:
     derived
         The names of the files that have it as their base, the first one first.
     """
-    own = name.partition(" ")[2]
-    if own in derived:
-        raise ValueError(f"{name}: it is its own base ({' -> '.join((*derived, own))})")
+    local = name.partition(" ")[2]
+    if local in derived:
+        raise ValueError(f"{name}: it is its own base ({' -> '.join((*derived, local))})")
     if len(derived) > MOST_BASES:
         raise ValueError(f"{name} is not allowed as a base: a file must have <= {MOST_BASES} bases, one of the other")
 

@@ -49,8 +49,8 @@ def convert(raw: Raw, port: Port, name: str) -> float:
     if port.type == "Integer" and not port.items and value != math.floor(value if math.isfinite(value) else 0.5):
         raise ValueError(f"{name} = {raw} is not allowed; it must be a whole number {_bounds(port)}".rstrip())
     if not (within and math.isfinite(value)):
-        given = f" ({raw})" if isinstance(raw, str) and not _is_number(raw) else ""
-        raise ValueError(f"{name} = {value:.9g}{port.shown_unit}{given} is not allowed; it must be {port.allowed()}")
+        values = f" ({raw})" if isinstance(raw, str) and not _is_number(raw) else ""
+        raise ValueError(f"{name} = {value:.9g}{port.shown_unit}{values} is not allowed; it must be {port.allowed()}")
     return value
 
 

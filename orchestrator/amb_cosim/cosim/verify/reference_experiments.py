@@ -58,13 +58,13 @@ def read_experiments(folder: Path) -> list[ReferenceExperiment]:
     related = list(_root(manifest).iter("Related"))
 
     def named(role: str) -> list[Path]:
-        of_role = [one for one in related if one.get("role", "").split("/")[0] == role]
-        return [_beside(manifest, one.get("source", ""), folder) for one in of_role]
+        of_role = [item for item in related if item.get("role", "").split("/")[0] == role]
+        return [_beside(manifest, item.get("source", ""), folder) for item in of_role]
 
     if not (files := named("experiment")):
         results = [file for file in named("result") if file.suffix == ".csv"]
         return [ReferenceExperiment(file.stem, references=_table(file)) for file in results]
-    return [_experiment(one, file, folder) for file in files for one in _root(file).iter("Experiment")]
+    return [_experiment(item, file, folder) for file in files for item in _root(file).iter("Experiment")]
 
 
 def _experiment(one: Element, file: Path, folder: Path) -> ReferenceExperiment:
@@ -83,16 +83,16 @@ def _experiment(one: Element, file: Path, folder: Path) -> ReferenceExperiment:
     if unread:
         return ReferenceExperiment(name, unread=unread)
     start, stop, step = (_number(times, key, file) for key in ("startTime", "stopTime", "stepSize"))
-    found = {kind: _beside(file, e.get("source", ""), folder) for kind, e in sources.items() if e is not None}
+    result = {kind: _beside(file, e.get("source", ""), folder) for kind, e in sources.items() if e is not None}
     return ReferenceExperiment(
         name,
         start,
         stop,
         step,
         _number(one, "tolerance", file),
-        dict(_parameters(found["Parameters"])) if "Parameters" in found else {},
-        _table(found["Stimuli"]) if "Stimuli" in found else {},
-        _table(found["References"]),
+        dict(_parameters(result["Parameters"])) if "Parameters" in result else {},
+        _table(result["Stimuli"]) if "Stimuli" in result else {},
+        _table(result["References"]),
     )
 
 

@@ -119,7 +119,7 @@ def verify(fmu: str | Path) -> list[Verified]:
             raise ValueError(_printable(f"{fmu}: {content[0]}")) from content[0]
         if kind != RECORDING:
             raise ProcessFailed(f"the process of {fmu} {how_it_ended(process.wait())}; nothing was verified")
-    found: list[Verified] = content[0]
-    if not found:
+    result: list[Verified] = content[0]
+    if not result:
         raise ValueError(f"{fmu} carries no experiment with reference results (FMI-LS-REF); there is nothing to verify")
-    return found
+    return result

@@ -33,7 +33,7 @@ def main() -> None:
         end_with_parent()
         limit_memory()
         try:
-            answer: tuple[Any, ...] = (RECORDING, [_verified(folder, one) for one in read_experiments(folder)])
+            answer: tuple[Any, ...] = (RECORDING, [_verified(folder, item) for item in read_experiments(folder)])
         except Exception as error:
             answer = (ERROR, error if isinstance(error, ValueError) else ValueError(str(error)))
         pickle.dump(answer, answers)
@@ -51,8 +51,8 @@ def _verified(folder: Path, one: ReferenceExperiment) -> Verified:
     description = read_model_description(str(folder), validate=False)
     default = description.defaultExperiment
     start_time, stop_time = (
-        float(own if own is not None else getattr(default, name, None) or fallback)
-        for own, name, fallback in ((one.start_time, "startTime", 0.0), (one.stop_time, "stopTime", 1.0))
+        float(local if local is not None else getattr(default, name, None) or fallback)
+        for local, name, fallback in ((one.start_time, "startTime", 0.0), (one.stop_time, "stopTime", 1.0))
     )
     if wrong := _wrong_times(one.references["time"], start_time, stop_time):
         return Verified(one.name, tolerance, unread=wrong)
@@ -77,7 +77,7 @@ def _verified(folder: Path, one: ReferenceExperiment) -> Verified:
     start, varying = _inputs(one.stimuli)
     parameters = {name: _value(variables[name], text) for name, text in one.parameters.items()}
     try:
-        found = simulate_fmu(
+        result = simulate_fmu(
             str(folder),
             validate=False,
             start_time=start_time,
@@ -92,7 +92,7 @@ def _verified(folder: Path, one: ReferenceExperiment) -> Verified:
     except Exception as error:
         return Verified(one.name, tolerance, failure=said[-1] if said else str(error))
     times = np.array([_number(text) for text in one.references["time"]])
-    largest = _largest_deviation(times, references, {name: np.asarray(found[name]) for name in ("time", *names)})
+    largest = _largest_deviation(times, references, {name: np.asarray(result[name]) for name in ("time", *names)})
     n_values = sum(column.size for column in references.values())
     return Verified(one.name, tolerance, len(times), n_values, largest, allowed=allowed)
 

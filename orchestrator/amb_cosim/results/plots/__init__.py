@@ -149,7 +149,7 @@ def chosen(dataset: Signals) -> list[str]:
     """
     if "plot_figures" in dataset.attrs:
         requested: list[str] = json.loads(dataset.attrs["plot_figures"])
-        missing = {name for name, found in (("energy", energies), ("touchdown", touchdown)) if found(dataset) is None}
+        missing = {name for name, result in (("energy", energies), ("touchdown", touchdown)) if result(dataset) is None}
         missing |= set() if _has_magnets(dataset) else {"magnets"}
         return [name for name in requested if name not in missing]
     landed = touchdown(dataset) is not None

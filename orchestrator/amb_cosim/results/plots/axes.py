@@ -65,15 +65,15 @@ class Station:
 
     def path(self, dataset: Signals) -> NDArray[np.float64]:
         """Return x and y (m) at each sample, see `orbits.path`, shape (2, n); NaN if they were not recorded."""
-        found = path(dataset, self.place)
-        return np.full((2, dataset.sizes["time"]), np.nan) if found is None else found
+        result = path(dataset, self.place)
+        return np.full((2, dataset.sizes["time"]), np.nan) if result is None else result
 
 
 def stations(dataset: Signals) -> list[Station]:
     """Return the retainer of each bearing, or the bearing without one, and the other contact sites of `touchable`."""
-    found = places(dataset)
-    bearings = [Station(bearing_title(dataset, b), site or b, site) for b, site in found.bearings.items()]
-    others = (site for site in touchable(dataset) if site not in found.retainers and path(dataset, site) is not None)
+    result = places(dataset)
+    bearings = [Station(bearing_title(dataset, b), site or b, site) for b, site in result.bearings.items()]
+    others = (site for site in touchable(dataset) if site not in result.retainers and path(dataset, site) is not None)
     return [*bearings, *(Station(site_title(dataset, site), site, site) for site in others)]
 
 

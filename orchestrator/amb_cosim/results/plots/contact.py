@@ -40,7 +40,7 @@ def contact(dataset: Signals) -> Figure:
     figure = StyledFigure(figsize=(7.0, max(4.6 * sum(ratios) / 7.6, 3.2)), layout="constrained")
     *panels, state_panel = figure.subplots(len(ratios), 1, sharex=True, height_ratios=ratios)
     forces = {site: [_values(dataset, of(dataset, site)) for of in (peaks, averaged_force)] for site in sites}
-    highest = float(np.nanmax([values for found in forces.values() for values in found], initial=0.0))
+    highest = float(np.nanmax([values for result in forces.values() for values in result], initial=0.0))
     unit = force_unit(highest)
     for panel, site in zip(panels, sites, strict=True):
         force, averaged = forces[site]
@@ -118,8 +118,8 @@ def whirl(dataset: Signals) -> Figure:
 
 def _whirl_limits(Omega: NDArray[np.float64], whirling: NDArray[np.float64]) -> tuple[float, float]:
     """Return limits that hold the spin speed, its opposite, and all whirl speeds but `OUTLIERS` at either end."""
-    found = whirling[np.isfinite(whirling)]
-    ends = np.quantile(found, (OUTLIERS, 1.0 - OUTLIERS)) if found.size else np.zeros(2)
+    result = whirling[np.isfinite(whirling)]
+    ends = np.quantile(result, (OUTLIERS, 1.0 - OUTLIERS)) if result.size else np.zeros(2)
     largest = float(Omega.max(initial=0.0)) or 1.0
     low, high = min(-largest, float(ends[0])), max(largest, float(ends[1]))
     return low - 0.12 * (high - low), high + 0.12 * (high - low)

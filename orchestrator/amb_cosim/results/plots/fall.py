@@ -92,8 +92,8 @@ def _draw_orbit(panel: Axes, dataset: Signals, station: Station, limit: float) -
     """Draw the path of the journal, that of the housing if it moves, and the clearance about its place at rest."""
     unit = length_unit(limit)
     (x, y), turn = unit.of(_seen(dataset, station)), np.linspace(0.0, 2.0 * np.pi, 361)
-    given = parameters(dataset)
-    x_0, y_0 = (unit.of(float(given.get(f"{station.site}.offset_{axis}", 0.0))) for axis in "xy")
+    values = parameters(dataset)
+    x_0, y_0 = (unit.of(float(values.get(f"{station.site}.offset_{axis}", 0.0))) for axis in "xy")
     c = unit.of(clearance(dataset, station.site))
     panel.plot(x_0 + c * np.cos(turn), y_0 + c * np.sin(turn), color="black", ls=DASHED, zorder=3)
     panel.plot(x, y, color=colour_of(dataset, station.site), lw=0.6)

@@ -42,9 +42,9 @@ def magnets(dataset: Signals) -> Figure:
         ):
             values = {axis: of(dataset, f"{bearing}.{axis}") for axis in AXES}
             for axis, colour in AXES.items():
-                found = values[axis]
-                if found is not None:
-                    panel.plot(time_values(dataset), found / size, color=colour, lw=0.7)
+                result = values[axis]
+                if result is not None:
+                    panel.plot(time_values(dataset), result / size, color=colour, lw=0.7)
             bounds = [limits(dataset, f"{bearing}.{axis}") for axis in AXES]
             _draw_limits(panel, [b for b in bounds if b is not None], values.values(), size, label)
             panel.set_ylabel(f"{what} ({label})")
@@ -66,10 +66,10 @@ def _draw_limits(
     panel: Axes, bounds: list[Limits], values: Iterable[NDArray[np.float64] | None], size: float, unit: str
 ) -> None:
     """Draw the limits that values come near to, and write those that are far away."""
-    drawn = [found / size for found in values if found is not None]
+    drawn = [result / size for result in values if result is not None]
     low, high = (
-        min((float(np.nanmin(found, initial=0.0)) for found in drawn), default=0.0),
-        max((float(np.nanmax(found, initial=0.0)) for found in drawn), default=0.0),
+        min((float(np.nanmin(result, initial=0.0)) for result in drawn), default=0.0),
+        max((float(np.nanmax(result, initial=0.0)) for result in drawn), default=0.0),
     )
     far = []
     for limit in sorted({bound / size for pair in bounds for bound in pair}):

@@ -19,13 +19,13 @@ SITE_STYLES = ((BLUE, "o"), (ORANGE, "s"), (GREEN, "^"), (PURPLE, "D"), (YELLOW,
 
 def draw(result: ContactConvergence) -> Figure:
     """Draw each quantity at each site for every run, beside the scenario's own, with a band of 5 % around that."""
-    own = [row for row in result.rows if row.varied == "scenario"]
+    local = [row for row in result.rows if row.varied == "scenario"]
     groups = {
-        varied: [own[0], *(row for row in result.rows if row.varied == varied and row.start == 0)]
+        varied: [local[0], *(row for row in result.rows if row.varied == varied and row.start == 0)]
         for varied in ("modes", "mesh", "substep", "step")
     }
-    groups = {"starts": own} | {varied: rows for varied, rows in groups.items() if len(rows) > 1}
-    if len(own) == 1:
+    groups = {"starts": local} | {varied: rows for varied, rows in groups.items() if len(rows) > 1}
+    if len(local) == 1:
         del groups["starts"]
     sites = list(dict.fromkeys(site for row in result.rows for site in row.sites))
     figure = StyledFigure(figsize=(9.2, 7.0), layout="constrained")
@@ -57,15 +57,15 @@ def _name(row: ConvergenceRow) -> str:
 def _draw_rows(axes: Axes, quantity: str, rows: list[ConvergenceRow], sites: list[str]) -> None:
     """Draw a quantity of one site after the other over the runs."""
     for site, (colour, marker) in zip(sites, SITE_STYLES, strict=False):
-        own = rows[0].sites.get(site)
-        if own is not None:
-            value = getattr(own, quantity)
+        local = rows[0].sites.get(site)
+        if local is not None:
+            value = getattr(local, quantity)
             axes.axhspan(value * (1.0 - CONVERGED), value * (1.0 + CONVERGED), color=colour, alpha=0.12, lw=0)
         for k, row in enumerate(rows):
             if site in row.sites:
                 face = colour if row.recovery == rows[0].recovery else "white"
-                shown = site.upper() if k == 0 else None
+                displayed = site.upper() if k == 0 else None
                 value = getattr(row.sites[site], quantity)
-                axes.plot(k, value, marker, ms=5, color=colour, markerfacecolor=face, label=shown, ls="none")
+                axes.plot(k, value, marker, ms=5, color=colour, markerfacecolor=face, label=displayed, ls="none")
     axes.set_xlim(-0.5, len(rows) - 0.5)
     axes.grid(color="0.9", lw=0.5)

@@ -40,7 +40,9 @@ def draw(result: RotorLayout) -> Figure:
     above.tick_params(bottom=False, labelbottom=False)
     above.spines["bottom"].set_visible(False)
     kinds = (("shaft", SHAFT, True), ("sleeve", SLEEVE, bool(rotor.shaft.sleeves)), ("body", BODY, bool(rotor.bodies)))
-    handles = [Patch(facecolor=fill, edgecolor="black", lw=0.4, label=kind) for kind, fill, shown in kinds if shown]
+    handles = [
+        Patch(facecolor=fill, edgecolor="black", lw=0.4, label=kind) for kind, fill, displayed in kinds if displayed
+    ]
     above.legend(handles=handles, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, borderaxespad=0.0)
     _draw_lanes(beneath, result, lanes)
     positive = result.frequencies[result.frequencies > 0.0]

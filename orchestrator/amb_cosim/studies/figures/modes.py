@@ -22,13 +22,13 @@ def draw(result: ModeShapes) -> Figure:
 
     An orbit begins at its dot, on the axis as drawn, and ends before a full turn, which shows its direction.
     """
-    rotor, found = result.description, result.modes
-    columns = min(len(found), 4) or 1
-    rows = -(-len(found) // columns) or 1
+    rotor, matches = result.description, result.modes
+    columns = min(len(matches), 4) or 1
+    rows = -(-len(matches) // columns) or 1
     height = 2.4 * rows + 0.9
     figure = StyledFigure(figsize=(max(3.1 * columns, 6.2), height))
     figure.subplots_adjust(0.0, 0.55 / height, 0.97, 1.0 - 0.5 / height, wspace=0.0, hspace=0.12)
-    for k, mode in enumerate(found):
+    for k, mode in enumerate(matches):
         axes = figure.add_subplot(rows, columns, k + 1, projection="3d", computed_zorder=False)
         _draw_mode(axes, rotor, mode)
         ratio = round(mode.damping_ratio, 3) + 0.0  # not -0.000
@@ -46,7 +46,7 @@ def draw(result: ModeShapes) -> Figure:
     handles += [
         Line2D([], [], color=colour, label=f"{whirl} orbit")
         for whirl, (colour, _) in WHIRL_STYLES.items()
-        if any(m.whirl == whirl for m in found)
+        if any(m.whirl == whirl for m in matches)
     ]
     figure.legend(handles=handles, loc="lower center", ncols=len(handles) if columns > 2 else 3)
     figure.suptitle(f"{rotor.name}: modes at {spin_text(result.speed)}", fontsize=TITLE_SIZE)

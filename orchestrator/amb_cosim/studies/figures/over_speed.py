@@ -60,16 +60,16 @@ def draw_over_speed(
 
 def draw_zones(axes: Axes, damping: Sequence[Array], *, is_decrement: bool) -> None:
     """Give the axes of damping a logarithmic scale, through zero where something is unstable, and shade its zones."""
-    found = np.concatenate([np.ravel(values) for values in damping]) if damping else np.empty(0)
-    found = found[np.isfinite(found)]
-    positive = found[found > 0.0]
+    result = np.concatenate([np.ravel(values) for values in damping]) if damping else np.empty(0)
+    result = result[np.isfinite(result)]
+    positive = result[result > 0.0]
     low = max(DECADES[0], 10.0 ** math.floor(math.log10(positive.min(initial=0.01))))
     high = min(DECADES[1], 1.6 * positive.max(initial=1.0))
     limits = [decrement if is_decrement else damping_ratio(decrement) for decrement, _, _ in ZONES]
     bottom = low
-    if found.min(initial=0.0) < 0.0:
+    if result.min(initial=0.0) < 0.0:
         axes.set_yscale("symlog", linthresh=low, linscale=0.6)
-        bottom = max(1.6 * float(found.min()), -DECADES[1])
+        bottom = max(1.6 * float(result.min()), -DECADES[1])
     else:
         axes.set_yscale("log")
     axes.set_ylim(bottom, high)
@@ -106,10 +106,10 @@ def label_points(axes: Axes, places: Sequence[tuple[float, float, str, str]]) ->
     low, high = axes.get_ylim()
     left, right = axes.get_xlim()
     gap = LETTERS * (high - low)
-    shown = [place for place in places if place[1] <= high]
-    heights = spread([y for _, y, _, _ in shown], gap)
+    displayed = [place for place in places if place[1] <= high]
+    heights = spread([y for _, y, _, _ in displayed], gap)
     heights += max(low + 0.5 * gap - heights.min(initial=high), 0.0)
-    for (x, y, text, colour), height in zip(shown, heights, strict=True):
+    for (x, y, text, colour), height in zip(displayed, heights, strict=True):
         at = max(x - 0.015 * (right - left), left + 0.085 * (right - left))
         line = {"arrowstyle": "-", "color": colour, "lw": 0.4} if abs(height - y) > 0.5 * gap else None
         style: dict[str, Any] = {
@@ -140,8 +140,8 @@ def _number(axes: Axes, curves: Sequence[Array]) -> None:
     scale = axes.transData
     ends = {}
     for number, values in enumerate(curves, start=1):
-        known = values[np.isfinite(values)]
-        if known.size and low <= known[-1] <= high:
-            ends[number] = float(axes.transAxes.inverted().transform(scale.transform((0.0, known[-1])))[1])
+        available = values[np.isfinite(values)]
+        if available.size and low <= available[-1] <= high:
+            ends[number] = float(axes.transAxes.inverted().transform(scale.transform((0.0, available[-1])))[1])
     for number, height in zip(ends, spread(list(ends.values()), LETTERS), strict=True):
         axes.text(1.008, height, str(number), transform=axes.transAxes, va="center", fontsize=7, color="0.3")

@@ -50,8 +50,8 @@ def _draw_all_loops(panels: Sequence[Axes], result: StabilityMargin) -> None:
     for label, curve, colour in (("S", of_four.S, BLUE), ("T", of_four.T, ORANGE)):
         panels[0].loglog(frequencies, curve, color=colour, lw=0.8, label=label)
     for (place, margin), colour in zip(result.disk_margins.items(), (BLUE, ORANGE), strict=True):
-        shown = f"at the {place}: {margin.least:.2f}, {margin.phase:.0f} deg"
-        panels[1].semilogx(frequencies, np.minimum(margin.alpha, 2.5), color=colour, lw=0.8, label=shown)
+        displayed = f"at the {place}: {margin.least:.2f}, {margin.phase:.0f} deg"
+        panels[1].semilogx(frequencies, np.minimum(margin.alpha, 2.5), color=colour, lw=0.8, label=displayed)
     panels[0].set(ylabel="largest singular value", title="all loops")
     panels[1].set(ylabel="disk margin", ylim=(0.0, 2.5), title="all loops at once")
     for axes in panels:
@@ -71,8 +71,8 @@ def _draw_sensitivity(axes: Axes, result: StabilityMargin, name: str) -> None:
     """Draw the computed curve of an axis and some of its measured values, evenly spaced on the logarithmic axis."""
     frequencies, axis = result.frequencies, result.axes[name]
     lines, values = axis.measured_frequencies, axis.measured
-    shown = np.unique(np.searchsorted(lines, np.geomspace(lines[0], lines[-1], 150)).clip(0, len(lines) - 1))
-    axes.semilogx(lines[shown], values[shown], "o", color=ORANGE, ms=2.6)
+    displayed = np.unique(np.searchsorted(lines, np.geomspace(lines[0], lines[-1], 150)).clip(0, len(lines) - 1))
+    axes.semilogx(lines[displayed], values[displayed], "o", color=ORANGE, ms=2.6)
     axes.semilogx(frequencies, axis.computed, color=BLUE, lw=0.8)
     top = max(6.0, 1.15 * max(other.peak for other in result.axes.values()))
     axes.set(xlim=(frequencies[0], frequencies[-1]), ylim=(0.0, top))

@@ -67,26 +67,26 @@ def _draw_orbits(panel: Axes, result: Traps) -> None:
 def _draw_forces(panel: Axes, result: Traps) -> None:
     """Draw the sum of normal forces of every state in contact: stable thick, unstable thin and dashed."""
     speeds, at = speed_unit().of(result.curves.speeds), result.speed / speed_unit().size
-    totals = [found.N.sum(axis=1) for found in result.curves.states[1:]]
+    totals = [matches.N.sum(axis=1) for matches in result.curves.states[1:]]
     unit = force_unit(max((float(total.max()) for total in totals if len(total)), default=0.0))
     colours = cycle(COLOURS)
-    for found, total_force in zip(result.curves.states[1:], totals, strict=True):
+    for matches, total_force in zip(result.curves.states[1:], totals, strict=True):
         colour = next(colours)
-        if not len(found.speed):
+        if not len(matches.speed):
             continue
-        total, stable = unit.of(total_force), found.stable
-        for branch in branches(found, len(speeds)):
+        total, stable = unit.of(total_force), matches.stable
+        for branch in branches(matches, len(speeds)):
             for piece, is_stable in _pieces(branch, stable):
                 line = {"lw": 1.8} if is_stable else {"lw": 0.8, "ls": (0, (3, 1.5))}
-                panel.plot(speeds[found.speed[piece]], total[piece], color=colour, **line)
-        label = "+".join(result.sites[k] for k in found.contact)
+                panel.plot(speeds[matches.speed[piece]], total[piece], color=colour, **line)
+        label = "+".join(result.sites[k] for k in matches.contact)
         panel.plot([], [], color=colour, label=label)
     for state in result.states:
         if state.contact:
             fill = "black" if state.stable else "white"
             panel.plot(at, sum(state.normal_forces.values()) / unit.size, "o", ms=4, mec="black", mfc=fill, zorder=4)
     panel.axvline(result.speed / speed_unit().size, color="0.6", lw=0.7)
-    if any(len(found.speed) for found in result.curves.states[1:]):
+    if any(len(matches.speed) for matches in result.curves.states[1:]):
         panel.set_yscale("log")
     styles = [Line2D([], [], color="black", lw=1.8, label="stable")]
     styles.append(Line2D([], [], color="black", lw=0.8, ls=(0, (3, 1.5)), label="unstable"))

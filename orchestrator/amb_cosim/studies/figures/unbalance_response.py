@@ -40,8 +40,8 @@ def draw(result: UnbalanceResponse) -> Figure:
 
 def _clearances(result: UnbalanceResponse) -> dict[float, list[str]]:
     """Return the places of each clearance (m)."""
-    found: dict[float, list[str]] = {}
+    matches: dict[float, list[str]] = {}
     for name, place in result.places.items():
         if place.clearance is not None:
-            found.setdefault(place.clearance, []).append(name)
-    return found
+            matches.setdefault(place.clearance, []).append(name)
+    return matches

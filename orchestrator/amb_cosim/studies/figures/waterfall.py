@@ -25,12 +25,12 @@ def draw(result: Waterfall) -> Figure:
     # A speed that rises and falls again has no order: then time is the axis.
     if result.changing_speed and not np.all(np.diff(place) >= 0.0):
         place, label = result.times, "time (s)"
-    unit = length_unit(max(float(found.amplitude.max()) for found in result.bearings.values()))
-    for (stacked, coloured, held), (name, found) in zip(rows, result.bearings.items(), strict=True):
-        amplitude = unit.of(found.amplitude)
+    unit = length_unit(max(float(matches.amplitude.max()) for matches in result.bearings.values()))
+    for (stacked, coloured, held), (name, matches) in zip(rows, result.bearings.items(), strict=True):
+        amplitude = unit.of(matches.amplitude)
         _stack(stacked, result.frequencies, place, amplitude)
         floor = DECADES * float(amplitude.max())
-        shown = coloured.pcolormesh(
+        displayed = coloured.pcolormesh(
             result.frequencies,
             place,
             np.maximum(amplitude, floor),
@@ -38,8 +38,8 @@ def draw(result: Waterfall) -> Figure:
             cmap="viridis",
             rasterized=True,
         )
-        figure.colorbar(shown, ax=coloured, label=f"amplitude ({unit.label})")
-        held.semilogy(result.frequencies, unit.of(found.peak_hold), color=BLUE)
+        figure.colorbar(displayed, ax=coloured, label=f"amplitude ({unit.label})")
+        held.semilogy(result.frequencies, unit.of(matches.peak_hold), color=BLUE)
         held.set(ylabel=f"largest amplitude ({unit.label})", ylim=(floor, None))
         held.grid(color="0.9", lw=0.5)
         for axes in (stacked, coloured):

@@ -26,14 +26,14 @@ def draw(result: InverseReceptance) -> Figure:
         axes.tick_params(labelbottom=False)
     speeds, table = result.speeds, result.table
     exact, linear = result.h, result.h_interpolated
-    known = np.isin(speeds, table)
+    available = np.isin(speeds, table)
     for axes, force in zip(panels[0], (0, 2), strict=True):
         for plane, colour in enumerate(PLANE_COLOURS):
             for axis, line in enumerate(("-", DASHED)):
                 element = (slice(None), force, 2 * plane + axis)
                 axes.plot(speeds, 1e-6 * np.abs(exact[element]), color=colour, ls=line, lw=0.9 - 0.2 * axis)
                 axes.plot(speeds, 1e-6 * np.abs(linear[element]), color="black", ls=":", lw=0.6)
-                axes.plot(speeds[known], 1e-6 * np.abs(exact[element])[known], "o", color=colour, ms=2.2)
+                axes.plot(speeds[available], 1e-6 * np.abs(exact[element])[available], "o", color=colour, ms=2.2)
         axes.set(title=f"force at {result.forces[force]}", ylim=(0.0, None))
     panels[0, 0].set_ylabel("element of H (N/um)")
     panels[0, 1].sharey(panels[0, 0])

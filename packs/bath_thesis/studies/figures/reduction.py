@@ -32,11 +32,11 @@ def draw(result: ModelReduction) -> Figure:
     (frequencies, response), (errors, deviation) = figure.subplots(2, 2)
     speeds = result.speeds
     for model, style in MODEL_STYLES.items():
-        found = result.models[model]
-        frequencies.plot(speeds, found.frequencies.T, **style)
-        response.semilogy(speeds, found.displacement, **style)
+        matches = result.models[model]
+        frequencies.plot(speeds, matches.frequencies.T, **style)
+        response.semilogy(speeds, matches.displacement, **style)
         if model != FULL:
-            error = 100.0 * (found.displacement / result.models[FULL].displacement - 1.0)
+            error = 100.0 * (matches.displacement / result.models[FULL].displacement - 1.0)
             deviation.semilogy(speeds, np.maximum(np.abs(error), FLOOR), **style)
     frequencies.plot(speeds, speeds, color=GREEN, lw=0.8)
     frequencies.set(ylabel="damped frequency (rad/s)", ylim=(0.0, speeds[-1]), title="frequencies (Fig. 3.6)")

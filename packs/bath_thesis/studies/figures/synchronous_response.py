@@ -17,9 +17,9 @@ def draw(result: SynchronousResponse) -> Figure:
     figure = StyledFigure(figsize=(8.4, 4.4), layout="constrained")
     left, right = figure.subplots(1, 2, sharex=True)
     at = result.at_speeds
-    shown = list(zip(range(0, len(result.forces), 2), COLOURS, strict=False))
+    displayed = list(zip(range(0, len(result.forces), 2), COLOURS, strict=False))
     for axes in (left, right):
-        for k, colour in shown:
+        for k, colour in displayed:
             axes.plot(result.speeds, 1e6 * result.norm[:, k], color=colour)
             axes.plot(result.speeds, 1e6 * result.norm_without_conjugate[:, k], color=colour, ls=":", lw=0.8)
             axes.plot(at.speeds, 1e6 * at.measured[:, k], "x", color=colour, ms=5.0, mew=1.2)
@@ -31,7 +31,7 @@ def draw(result: SynchronousResponse) -> Figure:
     right.set_yticks([0.2, 0.5, 1.0, 2.0, 5.0])
     right.yaxis.set_major_formatter(ScalarFormatter())
     right.yaxis.set_minor_formatter(NullFormatter())
-    handles = [Line2D([], [], color=colour, label=f"force {result.forces[k]}, model") for k, colour in shown]
+    handles = [Line2D([], [], color=colour, label=f"force {result.forces[k]}, model") for k, colour in displayed]
     handles += [
         Line2D([], [], color="0.3", ls="", marker="x", ms=5.0, mew=1.2, label="measured in co-simulation"),
         Line2D([], [], color="0.3", ls=":", label="model, (5.18) without the conjugate"),

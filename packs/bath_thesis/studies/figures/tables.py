@@ -31,12 +31,17 @@ def _draw_mesh_errors(axes: Axes, meshes: dict[str, ByMassAndSpeed]) -> None:
     for (mesh, masses), colour in zip(meshes.items(), colours, strict=False):
         for mass, marker in (("consistent", "o"), ("diagonal", "s")):
             row = np.array(masses[mass][speed])
-            shown = min(len(row), len(exact))
-            error = 100.0 * np.abs(row[:shown] / exact[:shown] - 1.0)
+            displayed = min(len(row), len(exact))
+            error = 100.0 * np.abs(row[:displayed] / exact[:displayed] - 1.0)
             if error.any():
                 label = f"{mesh.removesuffix('_node')} nodes, {mass}"
                 axes.semilogy(
-                    np.arange(1, shown + 1), np.maximum(error, 1e-6), color=colour, marker=marker, ms=3.5, label=label
+                    np.arange(1, displayed + 1),
+                    np.maximum(error, 1e-6),
+                    color=colour,
+                    marker=marker,
+                    ms=3.5,
+                    label=label,
                 )
     axes.set(xlabel="mode", ylabel="difference to the finest, consistent mesh (%)", title=f"meshes, {speed} rad/s")
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))

@@ -21,7 +21,7 @@ def draw(result: IdentificationForce) -> Figure:
     panels = rows[:2]
     thesis, jump = result.at_the_speeds_of_the_thesis, result.at_the_jump.frequencies
     frequencies = result.columns.frequencies
-    shown = thesis.frequencies <= frequencies[-1]
+    displayed = thesis.frequencies <= frequencies[-1]
     for axes, (name, label) in zip(
         panels.flat,
         {
@@ -38,7 +38,7 @@ def draw(result: IdentificationForce) -> Figure:
             _draw_with_jump(axes, frequencies, values, after)
         else:
             axes.plot(frequencies, values, color=BLUE)
-        axes.plot(thesis.frequencies[shown], getattr(thesis, name)[shown], "s", color=ORANGE, ms=3.0)
+        axes.plot(thesis.frequencies[displayed], getattr(thesis, name)[displayed], "s", color=ORANGE, ms=3.0)
         axes.set(ylabel=label, ylim=(0.0, 1.08 * values.max()), xlim=(frequencies[0], frequencies[-1]))
         axes.grid(color="0.9", lw=0.5)
     _draw_responses(rows[2], result)

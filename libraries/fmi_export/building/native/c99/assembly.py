@@ -54,12 +54,12 @@ class Type:
     @property
     def offsets(self) -> list[int]:
         """Where each element begins (bytes)."""
-        found, at = [], 0
+        result, at = [], 0
         for element in self.elements:
             at = at if self.packed else _up(at, element.alignment)
-            found.append(at)
+            result.append(at)
             at += element.size
-        return found
+        return result
 
     def leaves(self, start: int = 0) -> Iterator[tuple[int, Type]]:
         """Return where in memory each scalar of it is, and that scalar's type."""
@@ -136,9 +136,9 @@ class Line:
         return self._words[self._at] if self._at < len(self._words) else ""
 
     def word(self) -> str:
-        found = self.next
+        result = self.next
         self._at += 1
-        return found
+        return result
 
     def take(self, word: str) -> bool:
         """Whether this word comes; it is then read."""
@@ -170,28 +170,28 @@ class Line:
         word = self.word()
         if word == "<" and self.next == "{":
             self.word()
-            found = Type("struct", self._types("}"), packed=True)
+            result = Type("struct", self._types("}"), packed=True)
             self._expect(">")
-            return found
+            return result
         if word == "{":
             return Type("struct", self._types("}"))
         if word == "[":
             count = int(self.word())
             self._expect("x")
-            found = Type("array", (self.type(),) * count)
+            result = Type("array", (self.type(),) * count)
             self._expect("]")
-            return found
-        known = word in ("void", "ptr", "double") or word in [f"i{width}" for width in WIDTHS]
-        if not known:
+            return result
+        available = word in ("void", "ptr", "double") or word in [f"i{width}" for width in WIDTHS]
+        if not available:
             raise ValueError(f"type {word!r} has no counterpart in C here: {self.text}")
         return Type(word)
 
     def _types(self, end: str) -> tuple[Type, ...]:
-        found = []
+        result = []
         while not self.take(end):
-            found.append(self.type())
+            result.append(self.type())
             self.take(",")
-        return tuple(found)
+        return tuple(result)
 
     def _expect(self, word: str) -> None:
         if not self.take(word):
@@ -240,11 +240,11 @@ class Line:
     def values(self) -> list[Value]:
         """Return operands with their types in round brackets."""
         self._expect("(")
-        found = []
+        result = []
         while not self.take(")"):
-            found.append(self.typed())
+            result.append(self.typed())
             self.take(",")
-        return found
+        return result
 
 
 def read_module(assembly: str) -> tuple[list[GlobalVariable], list[Function]]:

@@ -27,10 +27,10 @@ def write_call(body: FunctionBody, line: Line) -> None:
     if name.startswith("@llvm."):
         _write_intrinsic(body, name.removeprefix("@llvm."), kind, values, line)
         return
-    given = [scalar for value in values for scalar in body.scalars(value)]
+    settings = [scalar for value in values for scalar in body.scalars(value)]
     if name not in body.functions:  # of the C library, which takes pointers
-        given = [f"TO_POINTER({g})" if v.type == POINTER else g for g, v in zip(given, values, strict=True)]
-    call = f"{body.functions.get(name, name[1:])}({', '.join(given)})"
+        settings = [f"TO_POINTER({g})" if v.type == POINTER else g for g, v in zip(settings, values, strict=True)]
+    call = f"{body.functions.get(name, name[1:])}({', '.join(settings)})"
     if kind == VOID or not body.is_read(line.result):
         body.out(f"{call};" if kind == VOID else f"(void){call};")
     else:

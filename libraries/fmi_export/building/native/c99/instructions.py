@@ -155,16 +155,16 @@ def _address_of_element(body: FunctionBody, line: Line) -> None:
     terms, offset, is_first = [body.scalar(line.typed())], 0, True
     while line.take(","):
         index = line.typed()
-        known = _known(index)
+        available = _known(index)
         if kind.kind == "struct" and not is_first:
-            offset, kind = offset + kind.offsets[known or 0], kind.elements[known or 0]
+            offset, kind = offset + kind.offsets[available or 0], kind.elements[available or 0]
             continue
         kind, is_first = kind if is_first else kind.elements[0], False
-        if known is None:
+        if available is None:
             wide = body.scalar(index) if index.type.width == 64 else f"(uint64_t){body.signed(index)}"
             terms.append(f"{kind.size}ull * {wide}" if kind.size > 1 else wide)
         else:
-            offset += known * kind.size
+            offset += available * kind.size
     text = " + ".join(terms) + (f" {'-' if offset < 0 else '+'} {abs(offset)}ull" if offset else "")
     body.set(line.result, POINTER, [text])
 

@@ -121,7 +121,7 @@ def _uses(function: Function) -> Counter[str]:
     lines = [line for block in function.blocks for line in block.lines if not NOTHING.search(line.text)]
     while True:
         uses = Counter(name for line in lines for name in line.mentions)
-        kept = [line for line in lines if not line.result or uses[line.result] or HAS_EFFECT.search(line.text)]
-        if len(kept) == len(lines):
+        retained = [line for line in lines if not line.result or uses[line.result] or HAS_EFFECT.search(line.text)]
+        if len(retained) == len(lines):
             return uses
-        lines = kept
+        lines = retained
