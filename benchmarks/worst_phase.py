@@ -57,7 +57,7 @@ def measure() -> None:
         as_good = min(n for n in counts if misses[n] <= missed.max())
         message = f"misses {missed.max():.2f} N at worst, says up to {promise.max():.2f} N"
         print(
-            f"certainty {certainty:g}: {runs.min():.0f} to {runs.max():.0f} runs, {message}; as good: a grid of {as_good}"
+            f"certainty {certainty:g}: {runs.min():.0f} to {runs.max():.0f} runs, {message}; like a grid of {as_good}"
         )
 
 

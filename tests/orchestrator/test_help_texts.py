@@ -26,9 +26,17 @@ def test_help_shows_each_command_in_one_whole_line(path):
     for name in path:
         group = group.get_command(click.Context(group), name)
     displayed = CliRunner().invoke(main, [*path, "--help"], terminal_width=WIDTH).output
-    listed = displayed[displayed.index("Commands:") :]
+    listed = displayed[displayed.index("--help") :]  # the last of the options; the groups of commands follow
     context = click.Context(group)
     texts = {name: group.get_command(context, name).get_short_help_str(1000) for name in group.list_commands(context)}
     assert [name for name, text in texts.items() if not text[:1].isupper() or len(text) >= LONGEST] == []
     assert "..." not in listed
     assert [name for name, text in texts.items() if text not in listed] == []
+
+
+def test_commands_are_listed_in_groups_and_those_of_a_package_under_its_name():
+    shown = CliRunner().invoke(main, ["--help"], terminal_width=WIDTH).output
+    headings = [line[:-1] for line in shown.splitlines() if line.endswith(":") and not line.startswith(" ")]
+    own = ["Run", "Design and judge", "FMUs and other tools", "Housekeeping"]
+    assert headings[:6] == ["Options", *own, "Package source_check"]
+    assert shown.index("Package source_check:") < shown.index("  report ")

@@ -6,6 +6,8 @@ from pathlib import Path
 
 import pytest
 
+import amb_cosim
+
 PROJECT = tomllib.loads((Path(__file__).parents[2] / "pyproject.toml").read_text(encoding="utf-8"))
 
 
@@ -17,3 +19,11 @@ def test_no_circle_of_files_is_left():
     imported = {file: graph.find_modules_directly_imported_by(file) for file in graph.modules}
     assert len(imported) > 300
     TopologicalSorter(imported).prepare()  # a CycleError names the files of a circle
+
+
+def test_the_table_of_who_may_import_whom_has_every_room():
+    text = (Path(__file__).parents[2] / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    table = text.partition("Who may import whom")[2]
+    rooms = {path.parent.name for path in Path(amb_cosim.__file__).parent.glob("*/__init__.py")} | {"gym"}
+    missing = sorted(room for room in rooms if f"/{room}`" not in table)
+    assert not missing

@@ -43,7 +43,7 @@ def test_only_names_of_this_project_are_installed():
     models = {"rotor_contact", "amb_actuator", "rolac_controller", "linear_controller", "levitated_rotor"}
     libraries = {"amb_files", "rotor_analysis", "fmi_export", "signal_chain"}
     packs = set(project["project"]["entry-points"]["amb_cosim.packs"])
-    assert packages == {"amb_cosim"} | models | libraries | packs
+    assert packages == {"amb_cosim", "source_check"} | models | libraries | packs
 
 
 def test_command_line_and_python_give_the_same(result, runner, tmp_path):

@@ -10,5 +10,5 @@ response       synchronous response of rotor and bearings, its peaks and their a
 coupled        the sampled loop with seals, cross coupling and other values of its constants
 parts          the questions, each answered by a module
 assess         all of them, one after the other, none of which ends the others
-page           one HTML page; `printed` is a PDF of it
+page           one HTML page; `pdf` prints it
 """

@@ -188,7 +188,7 @@ def _convergence(
     with with_modes(subject, more) as finer:
         forces = [_largest(simulate(item, Omega, inputs, end_time=CONVERGENCE, **lost)) for item in (subject, finer)]
     change = 100.0 * abs(forces[1] / forces[0] - 1.0)
-    note = f"{forces[0]:.4g} N with {retained} modes in a plane of motion, {forces[1]:.4g} N with {more}; averaged over 1 ms"
+    note = f"{forces[0]:.4g} N with {retained} modes per plane of motion, {forces[1]:.4g} N with {more}; mean over 1 ms"
     return [Quantity("landing_force_change", "largest force, twice the modes", change, "%", {}, note)]
 
 
