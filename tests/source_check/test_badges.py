@@ -44,4 +44,4 @@ def test_each_verdict_has_a_sign_and_can_be_read_in_both_themes(verdicts, css):
 def test_verdicts_that_differ_have_signs_that_differ():
     signs = dict(re.findall(r'\.badge\.(\w+)::before { content: "(\S)"; }', REPORT + MACHINE))
     assert len({signs[name] for name in ("reproduced", "missed", "not_computed", "with_reading", "within_limit")}) == 5
-    assert len({signs[name] for name in ("met", "missed", "unanswered", "told")}) == 4
+    assert len({signs[name] for name in ("met", "missed", "unanswered", "not_judged")}) == 4
