@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from amb_cosim.cosim.record.signals import Signals, SignalTable
+from amb_cosim.cosim.record.signals import AT_STEPS, Signals, variables_of
 from amb_cosim.results.series import cycles
 
 SHOWN = 6  # names of a list that is printed
@@ -111,8 +111,8 @@ def compare_signals(labels: Sequence[str], runs: Sequence[Signals]) -> SignalCom
 
 
 def signal_names(run: Signals) -> list[str]:
-    """Return the names of the recorded variables."""
-    return list(run.variables if isinstance(run, SignalTable) else run.data_vars)  # type: ignore[attr-defined]
+    """Return the names of the recorded variables, each once."""
+    return [name for name in variables_of(run) if not name.endswith(AT_STEPS)]
 
 
 def _against(label: str, first: Signals, run: Signals, names: Iterable[str]) -> AgainstFirst:

@@ -1,8 +1,8 @@
 """Normal contact forces at a site over a run: the largest, the largest averaged over a millisecond, the impulse.
 
 The plant knows the force between samples: `f_n_peak` is the largest of a step, without the impulses of impacts, and
-`f_n_mean` its mean over the step, with them. Of an FMU that lacks them the samples `f_n` and the impulses must do, and
-of a run that records every so many steps, these steps alone: `is_sampled` tells so.
+`f_n_mean` its mean over the step, with them. Of an FMU that lacks them the samples `f_n` and the impulses must do:
+`is_sampled` tells so. A run that records every so many steps has them of every step besides, see `at_every_step`.
 
 A peak says how hard the contact of the model is: it grows with the modes and the nodes that a rotor keeps, and an
 impulse has none. The force averaged over `WINDOW` is the figure that converges.
@@ -14,44 +14,64 @@ import numpy as np
 from numpy.typing import NDArray
 
 from amb_cosim.cosim.record.signals import Signals
-from amb_cosim.results.series import cycles, signal
+from amb_cosim.results.series import at_every_step, cycles, signal
 
 WINDOW = 1e-3  # s, over which contact forces are averaged
 
 
 def is_sampled(dataset: Signals, site: str) -> bool:
     """Return whether only samples of the force at a site are known, not what lies between them."""
+    dataset = at_every_step(dataset)
     step, steps = dataset.attrs.get("communication_step_s", np.inf), np.diff(dataset["time"].values)
     return signal(dataset, f"{site}.f_n_peak") is None or bool(steps.max(initial=0.0) > 1.5 * float(step))
 
 
 def peaks(dataset: Signals, site: str) -> NDArray[np.float64] | None:
-    """Return the largest normal force (N) of each step, or its samples; None where neither was recorded."""
+    """Return the largest normal force (N) from sample to sample, or its samples; None where neither was recorded."""
+    steps = at_every_step(dataset)
+    result = _peaks(steps, site)
+    if result is None or steps is dataset or not dataset.sizes["time"]:
+        return result
+    begins = np.searchsorted(steps["time"].values, dataset["time"].values[:-1], side="right")
+    return np.maximum.reduceat(result, [0, *begins])
+
+
+def peak_force(dataset: Signals, site: str, begin: float = 0.0, end: float = np.inf) -> float | None:
+    """Return the largest normal force (N) at a site between two cycles; None without samples there."""
+    steps = at_every_step(dataset)
+    return _largest(steps, _peaks(steps, site), begin, end)
+
+
+def averaged_force(dataset: Signals, site: str) -> NDArray[np.float64] | None:
+    """Return the normal force (N) averaged over the `WINDOW` before each sample, impacts included."""
+    return _at_samples(dataset, _averaged(at_every_step(dataset), site))
+
+
+def largest_averaged_force(dataset: Signals, site: str, begin: float = 0.0, end: float = np.inf) -> float | None:
+    """Return the largest normal force (N) at a site averaged over `WINDOW`, impacts included, between two cycles."""
+    steps = at_every_step(dataset)
+    return _largest(steps, _averaged(steps, site), begin, end)
+
+
+def received_impulse(dataset: Signals, site: str) -> NDArray[np.float64] | None:
+    """Return the normal impulse (N s) of forces and impacts at a site from the first sample to each."""
+    return _at_samples(dataset, _received(at_every_step(dataset), site))
+
+
+def _peaks(dataset: Signals, site: str) -> NDArray[np.float64] | None:
     result = signal(dataset, f"{site}.f_n_peak")
     result = signal(dataset, f"{site}.f_n") if result is None else result
     return None if result is None else np.asarray(result, np.float64)
 
 
-def peak_force(dataset: Signals, site: str, begin: float = 0.0, end: float = np.inf) -> float | None:
-    """Return the largest normal force (N) at a site between two cycles; None without samples there."""
-    return _largest(dataset, peaks(dataset, site), begin, end)
-
-
-def averaged_force(dataset: Signals, site: str) -> NDArray[np.float64] | None:
-    """Return the normal force (N) averaged over the `WINDOW` before each sample, impacts included."""
-    impulse, time = received_impulse(dataset, site), dataset["time"].values
+def _averaged(dataset: Signals, site: str) -> NDArray[np.float64] | None:
+    impulse, time = _received(dataset, site), dataset["time"].values
     if impulse is None or len(time) < 2:
         return None
     return np.asarray((impulse - np.interp(time - WINDOW, time, impulse)) / WINDOW, np.float64)
 
 
-def largest_averaged_force(dataset: Signals, site: str, begin: float = 0.0, end: float = np.inf) -> float | None:
-    """Return the largest normal force (N) at a site averaged over `WINDOW`, impacts included, between two cycles."""
-    return _largest(dataset, averaged_force(dataset, site), begin, end)
-
-
-def received_impulse(dataset: Signals, site: str) -> NDArray[np.float64] | None:
-    """Return the normal impulse (N s) of forces and impacts at a site from the first sample to each."""
+def _received(dataset: Signals, site: str) -> NDArray[np.float64] | None:
     mean, force, impacts = (signal(dataset, f"{site}.{name}") for name in ("f_n_mean", "f_n", "impulse"))
     steps = np.diff(dataset["time"].values)
     if mean is not None:
@@ -61,6 +81,14 @@ def received_impulse(dataset: Signals, site: str) -> NDArray[np.float64] | None:
     else:
         return None
     return np.asarray(np.cumsum([0.0, *received])[: dataset.sizes["time"]], np.float64)
+
+
+def _at_samples(dataset: Signals, values: NDArray[np.float64] | None) -> NDArray[np.float64] | None:
+    """Return at the samples of a record what is known at every step; the samples are among the steps."""
+    steps = at_every_step(dataset)
+    if values is None or steps is dataset:
+        return values
+    return values[np.searchsorted(steps["time"].values, dataset["time"].values)]
 
 
 def _largest(dataset: Signals, values: NDArray[np.float64] | None, begin: float, end: float) -> float | None:

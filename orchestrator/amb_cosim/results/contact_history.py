@@ -14,7 +14,7 @@ from amb_cosim.cosim.record.signals import Signals
 from amb_cosim.results.contact_forces import peak_force
 from amb_cosim.results.places import places
 from amb_cosim.results.power import without_power
-from amb_cosim.results.series import cycles, signal
+from amb_cosim.results.series import at_every_step, cycles, signal
 from amb_cosim.results.stability import is_unstable
 
 RECOVERY_CYCLES = 5.0
@@ -25,6 +25,7 @@ Recovery = Literal["prevented", "recovered", "landed", "trapped", "unstable"]
 
 def peak(dataset: Signals, name: str) -> float | None:
     """Return the largest value of a variable of the plant from cycle 0 on."""
+    dataset = at_every_step(dataset)
     values = signal(dataset, name)
     if values is None or not (cycles(dataset) >= 0.0).any():
         return None
@@ -45,6 +46,7 @@ def loaded_interval(dataset: Signals) -> tuple[float, float]:
 
 def contact_share(dataset: Signals) -> dict[str, float | None]:
     """Return the share of the time between step and removal in each contact state, see `RotorPlaces.contact_states`."""
+    dataset = at_every_step(dataset)
     begin, end = loaded_interval(dataset)
     state = signal(dataset, "contact_state")
     within = (cycles(dataset) >= begin) & (cycles(dataset) < end)
@@ -56,6 +58,7 @@ def contact_share(dataset: Signals) -> dict[str, float | None]:
 
 def site_share(dataset: Signals) -> dict[str, float | None]:
     """Return the share of the time between step and removal that the rotor is in contact at each site."""
+    dataset = at_every_step(dataset)
     begin, end = loaded_interval(dataset)
     within = (cycles(dataset) >= begin) & (cycles(dataset) < end)
     modes = {site: signal(dataset, f"{site}.mode") for site in touchable(dataset)}
@@ -81,6 +84,7 @@ def in_contact(dataset: Signals) -> NDArray[np.bool_] | None:
 
 def contact_cycles(dataset: Signals) -> tuple[float | None, float | None]:
     """Return the cycles of the first and of the last sample in contact from cycle 0 on."""
+    dataset = at_every_step(dataset)
     touching = in_contact(dataset)
     if touching is None:
         return None, None
@@ -131,6 +135,7 @@ def whirl_at_the_end(dataset: Signals, site: str) -> float | None:
 
 def rolling_from(dataset: Signals) -> float | None:
     """Return the first cycle from which the rotor rolls on a site through at least a turn of whirl without a break."""
+    dataset = at_every_step(dataset)
     starts = [start for site in places(dataset).sites for start in _turns_rolled(dataset, site)]
     return min(starts, default=None)
 

@@ -8,12 +8,24 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from amb_cosim.cosim.record.signals import Signals
+from amb_cosim.cosim.record.signals import AT_STEPS, EACH_STEP, Samples, Signals, SignalTable, variables_of
 
 Path = NDArray[np.float64]  # x and y of a motion over time, shape (2, n)
 
 _PLANT = "rotor_contact"
 _CONTROL_ACTS = "rolac_controller.rolac_active"
+
+
+def at_every_step(dataset: Signals) -> Signals:
+    """Return what a thinned record has of every step, over `time` and `cycle`; any other data set as it is."""
+    if EACH_STEP not in dataset:
+        return dataset
+    time = dataset[EACH_STEP].values
+    coordinates = {"time": Samples(time, {}), "cycle": Samples(time / dataset.attrs["period_s"], {})}
+    names = [name for name in variables_of(dataset) if name.endswith(AT_STEPS)]
+    return SignalTable(
+        {name.removesuffix(AT_STEPS): Samples(dataset[name].values, {}) for name in names}, coordinates, dataset.attrs
+    )
 
 
 def signal(dataset: Signals, name: str) -> NDArray[Any] | None:

@@ -18,7 +18,7 @@ from amb_cosim.results.contact_history import FREE, ROLLING, in_contact, touchab
 from amb_cosim.results.orbits import moving_places, path, path_at_rest, radius
 from amb_cosim.results.places import places
 from amb_cosim.results.power import amplifiers_off
-from amb_cosim.results.series import cycles, parameters, signal
+from amb_cosim.results.series import at_every_step, cycles, parameters, signal
 
 SLIDING = 1
 N_IMPACTS = 5
@@ -116,19 +116,23 @@ class Touchdown:
 
 def touchdown(dataset: Signals) -> Touchdown | None:
     """Describe the touchdown of a run; None for one without gravity or without contact."""
-    contact, values = in_contact(dataset), parameters(dataset)
-    if contact is None or not values.get("gravity") or not (contact & (cycles(dataset) >= 0.0)).any():
+    steps, values = at_every_step(dataset), parameters(dataset)
+    contact = in_contact(steps)
+    if contact is None or not values.get("gravity") or not (contact & (cycles(steps) >= 0.0)).any():
         return None
-    start = _release(dataset, contact)
-    touched = [site for site in touchable(dataset) if _is_touched(dataset, site, start)]
+    at_step = _release(steps, contact)
+    release = float(steps["time"].values[at_step])
+    start = int(np.searchsorted(dataset["time"].values[:-1], release))
+    lying = contact[np.searchsorted(steps["time"].values, dataset["time"].values[start:])]
+    touched = [site for site in touchable(dataset) if _is_touched(steps, site, at_step)]
     return Touchdown(
-        release=float(dataset["time"].values[start]),
+        release=release,
         drop={place: _drop(dataset, place, start) for place in moving_places(dataset)},
         orbit={place: _orbit(dataset, place, start) for place in moving_places(dataset)},
-        first_impacts=_first_impacts(dataset, start),
-        retainers={site: _retainer(dataset, site, start, values) for site in touched},
-        rest_after=_rest(dataset, start, values, contact[start:]),
-        free_after=_free(dataset, start, contact[start:]),
+        first_impacts=_first_impacts(steps, at_step),
+        retainers={site: _retainer(steps, at_step, dataset, start, site) for site in touched},
+        rest_after=_rest(dataset, start, values, lying),
+        free_after=_free(steps, at_step, contact[at_step:]),
         standstill_after=_standstill(dataset, start),
     )
 
@@ -191,19 +195,21 @@ def _first_impacts(dataset: Signals, start: int) -> tuple[Impact, ...]:
     return tuple(sorted(counted, key=lambda impact: impact.after)[:N_IMPACTS])
 
 
-def _retainer(dataset: Signals, site: str, start: int, given: Mapping[str, Any]) -> Retainer:
-    free, sliding, rolling = _mode_times(dataset, site, start)
-    direction, whirl_speed = _whirl(dataset, site, start)
+def _retainer(steps: Signals, at_step: int, dataset: Signals, start: int, site: str) -> Retainer:
+    """Return what a site went through, by all steps from `at_step` and all samples from `start` on."""
+    free, sliding, rolling = _mode_times(steps, site, at_step)
+    direction, whirl_speed = _whirl(steps, site, at_step)
+    values = parameters(dataset)
     heat, temperature = (_after_release(dataset, f"{site}.{name}", start) for name in ("heat", "temperature"))
-    warms = temperature is not None and bool(given.get(f"{site}.heat_capacity"))
+    warms = temperature is not None and bool(values.get(f"{site}.heat_capacity"))
     return Retainer(
         free=free,
         sliding=sliding,
         rolling=rolling,
         whirl=direction,
         whirl_speed=whirl_speed,
-        impulse=_impulse(dataset, site, start),
-        friction=_integral(dataset, f"{site}.friction_power", start),
+        impulse=_impulse(steps, site, at_step),
+        friction=_integral(steps, f"{site}.friction_power", at_step),
         heat=None if heat is None else float(heat[-1] - heat[0]),
         race_spin_up=_race_spin_up(dataset, site, start),
         temperature=float(temperature.max()) if warms and temperature is not None else None,

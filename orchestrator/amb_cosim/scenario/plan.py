@@ -13,7 +13,7 @@ from amb_cosim.cosim.system.assignments import Assignments
 from amb_cosim.cosim.system.experiment import Experiment, InputChange, Plan, Profile
 from amb_cosim.cosim.system.planning import plan_experiment
 from amb_cosim.cosim.system.values import Raw, convert, quantity
-from amb_cosim.results.places import RotorPlaces, places_of
+from amb_cosim.results.places import ACTUATOR, PLANT, RotorPlaces, places_of
 from amb_cosim.scenario.coupling import delay, predictable
 from amb_cosim.scenario.gravity import Gravity, set_gravity
 from amb_cosim.scenario.scenario import Scenario, positive_speed
@@ -109,6 +109,7 @@ def plan_scenario(
         recorded=scenario.record.variables if recorded is None else (),
         essential=_essential(places_of(assembly)) if recorded is None else tuple(recorded),
         record_every=scenario.record.every,
+        each=_contact(places_of(assembly)),
         record_settling=scenario.record.settling,
         settling=scenario.settling,
         turn=period,
@@ -173,6 +174,13 @@ def _essential(places: RotorPlaces) -> tuple[str, ...]:
         *measured,
     )
     return tuple(f"rotor_contact.{name}" for name in (*of_places, "contact_state", "energy.*"))
+
+
+def _contact(places: RotorPlaces) -> tuple[str, ...]:
+    """Return patterns of what the figures of contact take of every step, however thin the record is."""
+    of_sites = ("f_n*", "impulse", "mode", "whirl_speed", "friction_power")
+    forces = (f"{PLANT}.{site}.{name}" for site in places.sites for name in of_sites)
+    return (f"{PLANT}.contact_state", *forces, f"{ACTUATOR}.*.amplifier_off_?")
 
 
 def _scaled(

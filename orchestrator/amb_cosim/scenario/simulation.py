@@ -17,11 +17,11 @@ from amb_cosim.cosim.fmu.fmu_interface import FmuInterface
 from amb_cosim.cosim.fmu.fmus import Fmu
 from amb_cosim.cosim.master.instances import InstancePool
 from amb_cosim.cosim.record.recorder import Recorder
-from amb_cosim.cosim.record.signals import Samples, SignalTable
+from amb_cosim.cosim.record.signals import AT_STEPS, EACH_STEP, Samples, SignalTable
 from amb_cosim.cosim.record.warnings import ATTRIBUTE as WARNINGS
 from amb_cosim.cosim.record.warnings import WarningRecord, to_json, warnings_of
 from amb_cosim.cosim.run.checkpoint import Checkpoint
-from amb_cosim.cosim.run.dataset import to_signals
+from amb_cosim.cosim.run.dataset import step_times, steps_of, to_signals
 from amb_cosim.cosim.run.recording import Recording
 from amb_cosim.cosim.run.run_plan import Progress, run_plan
 from amb_cosim.cosim.run.saving import AUTOSAVE_TIME, Saves, resumed, save_points
@@ -268,8 +268,10 @@ def bare_signals(prepared: PlannedRun, recording: Recording) -> SignalTable:
     """
     plan, recorder = prepared.plan, recording.recorder
     variables = {name: Samples(column, {}) for name, column in zip(plan.recorded, recorder.table.T, strict=True)}
+    steps = {f"{name}{AT_STEPS}": Samples(column, {}, EACH_STEP) for name, column in steps_of(recording).items()}
     time = np.asarray(recorder.points * plan.step_size, np.float64)
-    return SignalTable(variables, _coordinates(plan, time), _landmarks(prepared, recorder))
+    coordinates = _coordinates(plan, time) | step_times(recording)
+    return SignalTable(variables | steps, coordinates, _landmarks(prepared, recorder))
 
 
 def _coupling_warning(prepared: PlannedRun) -> str | None:
@@ -297,7 +299,6 @@ def to_result(prepared: PlannedRun, recording: Recording) -> Result:
         "description": scenario.description,
         "source": scenario.source,
         "speed_rad_s": plan.speed,
-        "period_s": plan.period,
         **_landmarks(prepared, recording.recorder),
         "scenario_data": scenario.model_dump_json(exclude_defaults=True, exclude={"name"}),
     }
@@ -307,7 +308,7 @@ def to_result(prepared: PlannedRun, recording: Recording) -> Result:
         attributes["plot_cycles"] = list(scenario.plot.cycles)
     if scenario.plot.figures is not None:
         attributes["plot_figures"] = json.dumps(scenario.plot.figures)
-    coordinates = _coordinates(plan, signals["time"].values)
+    coordinates = {**signals.coordinates, **_coordinates(plan, signals["time"].values)}
     table = SignalTable(signals.variables, coordinates, {**signals.attrs, **attributes})
     message = {**table.attrs, WARNINGS: to_json(with_power(warned, table))}
     return Result(SignalTable(table.variables, table.coordinates, message), recording.outcome, recording.checkpoints)
@@ -327,4 +328,5 @@ def _landmarks(prepared: PlannedRun, recorder: Recorder) -> dict[str, Any]:
     cycles = {f"{label}_cycle": n * cycle for label, n in plan.marks.items() if n <= recorder.reached}
     changes = (*(n for n, _, _ in plan.events), *(n for n, _ in plan.profile))
     last = max((n for n in changes if n <= recorder.reached), default=0)
-    return {PLACES: places_of(prepared.assembly).to_json(), **cycles, LAST_CHANGE: last * cycle}
+    message = {PLACES: places_of(prepared.assembly).to_json(), "period_s": plan.period}
+    return {**message, **cycles, LAST_CHANGE: last * cycle}

@@ -94,6 +94,11 @@ void advance(const Program *p, const Changes *changes, const RecordBuffer *buffe
   for (intptr_t n = begin; n < stop; n++) {
     for (; change < changes->size && changes->points[change] == n; change++)
       p->values[changes->positions[change]] = changes->values[change];
+    if (n >= buffer->first && buffer->steps_size > 0) {
+      double *to = buffer->steps_table + (n - buffer->steps_first) * buffer->steps_size;
+      for (intptr_t column = 0; column < buffer->steps_size; column++)
+        to[column] = p->values[buffer->steps_positions[column]];
+    }
     if (n >= buffer->first && n % buffer->every == 0) {
       double *to = buffer->table + end->row * buffer->size;
       for (intptr_t column = 0; column < buffer->size; column++) to[column] = p->values[buffer->positions[column]];

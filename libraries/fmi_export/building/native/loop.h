@@ -55,6 +55,9 @@ typedef struct {
   intptr_t first, every;
   intptr_t *points;
   double *table;
+  const intptr_t *steps_positions; /* what is kept at every point, in rows from that of `steps_first` on */
+  intptr_t steps_size, steps_first;
+  double *steps_table;
   intptr_t size;
 } RecordBuffer;
 

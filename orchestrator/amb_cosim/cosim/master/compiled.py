@@ -138,7 +138,7 @@ def run(
         raise ValueError("there is no compiled loop for this machine, and no compiler to make it")
     master.check_start(first)
     conditions = (stops or StopObserver()).conditions
-    program = program or program_of(master, stops)
+    program = program or program_of(master, stops, recorder.each)
     buffer, row = recorder.buffer(first, last), len(recorder.points)
     retained, judged = structure_of(buffer), structure_of(conditions)
     begin, size, stopped = first, FIRST, End()
@@ -153,7 +153,7 @@ def run(
             structures = (byref(structure) for structure in (program, structure_of(changes), retained, judged))
             advance(*structures, *map(c_ssize_t, (row, begin, end, last)), byref(pause), byref(stopped))
             row, reached = stopped.row, stopped.reached
-            recorder.fill(row)
+            recorder.fill(row, begin, reached)
             recorder.see(reached)
             if stopped.met >= 0:
                 raise Stopped(stopped.met, reached)
@@ -168,15 +168,15 @@ def run(
             begin = reached + 1
 
 
-def program_of(master: Master[C], stops: StopObserver | None = None) -> Structure:
-    """Return the data of a master whose run judges these stops, as a C structure."""
+def program_of(master: Master[C], stops: StopObserver | None = None, each: Sequence[int] | IntArray = ()) -> Structure:
+    """Return the data of a master whose run judges these stops, as a C structure; `each` are read at every point."""
     conditions = (stops or StopObserver()).conditions
     entries = [component.entry_points() for component in master.components]
     every = [component.every for component in master.components]
     fetches = [entry.fetches for entry in entries]
     places = [np.arange(slot.start, slot.stop) for slot in master.slots]
     used = np.zeros(len(master.values), np.bool_)
-    for positions in (*master.wiring.sources, conditions.positions):
+    for positions in (*master.wiring.sources, conditions.positions, np.asarray(each, np.intp)):
         used[positions] = True
     program = Program(
         instance=np.array([entry.instance for entry in entries], np.intp),

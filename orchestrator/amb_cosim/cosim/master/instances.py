@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from amb_cosim.cosim.basics.schedules import Array
+from amb_cosim.cosim.basics.schedules import Array, IntArray
 from amb_cosim.cosim.fmu.component import FmuComponent, HeldState
 from amb_cosim.cosim.fmu.fmu_interface import FmuInterface
 from amb_cosim.cosim.master.compiled import program_of
@@ -36,13 +36,13 @@ class InstancePool:
         values[:] = 0.0
         return values
 
-    def program(self, master: Master[FmuComponent], stops: StopObserver) -> Structure:
+    def program(self, master: Master[FmuComponent], stops: StopObserver, each: IntArray) -> Structure:
         """Return the `program_of` a master of these instances; of one that differs in nothing it is the same."""
         every = tuple(component.every for component in master.components)
-        judged = tuple(stops.conditions.positions.tolist())
+        judged = tuple(stops.conditions.positions.tolist()), tuple(each.tolist())
         key = master.values.ctypes.data, master.wiring.names, master.coupling, master.step_size, every, judged
         if key not in self._programs:
-            self._programs[key] = program_of(master, stops)
+            self._programs[key] = program_of(master, stops, each)
         return self._programs[key]
 
     def acquire(

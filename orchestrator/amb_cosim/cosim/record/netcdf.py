@@ -49,22 +49,24 @@ def check(path: Path) -> None:
 
 
 def _of_table(table: SignalTable) -> bytes:
-    others = " ".join(name for name in table.coordinates if name != "time")
+    scales = [name for name, variable in table.coordinates.items() if name == variable.over]
+    others = " ".join(name for name in table.coordinates if name not in scales)
     with h5py.File("signals", "w", driver="core", backing_store=False, track_order=True, libver=WITH_CHECKSUMS) as file:
         file.attrs.update(table.attrs)
-        times = table["time"].values
-        time = file.create_dataset("time", data=times, track_order=True, **(CHECKED if len(times) else {}))
-        time.make_scale("time")
-        time.attrs.update(table["time"].attrs)
+        for name in scales:
+            times = table[name].values
+            scale = file.create_dataset(name, data=times, track_order=True, **(CHECKED if len(times) else {}))
+            scale.make_scale(name)
+            scale.attrs.update(table[name].attrs)
         for name, variable in {**table.variables, **table.coordinates}.items():
-            if name == "time":
+            if name in scales:
                 continue
             is_data = name in table.variables
             packed = (COMPRESSION if is_data else CHECKED) if len(variable.values) else {}
             stored = file.create_dataset(name, data=variable.values, track_order=True, **packed)
-            stored.dims[0].attach_scale(time)
+            stored.dims[0].attach_scale(file[variable.over])
             stored.attrs.update(variable.attrs)
-            if is_data and others:
+            if is_data and others and variable.over == "time":
                 stored.attrs["coordinates"] = others
         file.flush()
         return bytes(file.id.get_file_image())

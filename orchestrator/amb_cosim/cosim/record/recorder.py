@@ -19,6 +19,10 @@ class RecordBuffer(NamedTuple):
     every: int
     points: IntArray
     table: Array
+    steps_positions: IntArray
+    steps_size: int
+    steps_first: int
+    steps_table: Array
 
 
 class Recorder:
@@ -32,10 +36,15 @@ class Recorder:
         Communication point at which recording begins.
     every
         Decimation m; points that are multiples of it are kept.
+    each
+        Which positions are kept at every point besides, where others are not.
     """
 
-    def __init__(self, positions: Sequence[int], first: int, every: int = 1) -> None:
+    def __init__(self, positions: Sequence[int], first: int, every: int = 1, each: Sequence[int] = ()) -> None:
         self._positions: IntArray = np.asarray(positions, dtype=np.intp)
+        self.each: IntArray = np.asarray(each if every > 1 else (), dtype=np.intp)
+        self._steps = np.zeros((0, len(self.each)))
+        self._n_steps = 0
         self._first, self._every = first, every
         self._points = np.zeros(1024, dtype=np.intp)
         self._table = np.zeros((1024, len(positions)))
@@ -45,6 +54,11 @@ class Recorder:
 
     def __call__(self, n: int, values: Array) -> None:
         self.see(n)
+        if n >= self._first and len(self.each):
+            if self._n_steps == len(self._steps):
+                self._grow_steps(max(1024, 2 * self._n_steps))
+            np.take(values, self.each, out=self._steps[self._n_steps])
+            self._n_steps += 1
         if n >= self._first and n % self._every == 0:
             if self._rows == len(self._points):
                 self._grow(2 * self._rows)
@@ -52,12 +66,13 @@ class Recorder:
             self._points[self._rows] = n
             self._rows += 1
 
-    def restore(self, points: IntArray, table: Array) -> None:
-        """Take the rows of a run that goes on: communication points, and a row of values for each."""
+    def restore(self, points: IntArray, table: Array, steps: Array) -> None:
+        """Take the rows of a run that goes on: communication points, a row of values for each, and `steps`."""
         self._rows = 0
         self._grow(len(points))
         self._rows = len(points)
         self._points[: self._rows], self._table[: self._rows] = points, table
+        self._steps, self._n_steps = steps, len(steps)
 
     def see(self, n: int) -> None:
         """Note that the run has reached point n."""
@@ -75,19 +90,23 @@ class Recorder:
         ValueError
             If there is not the memory for them.
         """
-        due = max(0, last // self._every - (max(first, self._first) - 1) // self._every)
+        begin = max(first, self._first)
+        due = max(0, last // self._every - (begin - 1) // self._every)
         try:
             self._grow(self._rows + due)
+            self._grow_steps(self._n_steps + max(0, last + 1 - begin))
         except (MemoryError, ValueError) as error:  # numpy has the one or the other
             raise ValueError(
                 f"there is no memory to record {len(self._positions)} variables at {due} points; "
                 f"record.variables or record.every of the scenario can ask for less"
             ) from error
-        return RecordBuffer(self._positions, self._first, self._every, self._points, self._table)
+        steps = self.each, len(self.each), begin - self._n_steps, self._steps
+        return RecordBuffer(self._positions, self._first, self._every, self._points, self._table, *steps)
 
-    def fill(self, rows: int) -> None:
-        """Note that `rows` rows are in use."""
+    def fill(self, rows: int, begin: int, reached: int) -> None:
+        """Note that `rows` rows are in use after the points from `begin` to `reached`."""
         self._rows = rows
+        self._n_steps += max(0, reached + 1 - max(begin, self._first))
 
     def _grow(self, rows: int) -> None:
         """Make room for that many rows; memory pages are allocated when they are written to."""
@@ -96,9 +115,16 @@ class Recorder:
             points[: self._rows], table[: self._rows] = self.points, self.table
             self._points, self._table = points, table
 
+    def _grow_steps(self, rows: int) -> None:
+        """Make room for that many rows of `steps`."""
+        if rows > len(self._steps):
+            grown = np.zeros((rows, len(self.each)))
+            grown[: self._n_steps] = self.steps
+            self._steps = grown
+
     def __getstate__(self) -> dict[str, object]:
         """Return what another process gets of it: the rows that are used."""
-        return self.__dict__ | {"_points": self.points, "_table": self.table}
+        return self.__dict__ | {"_points": self.points, "_table": self.table, "_steps": self.steps}
 
     @property
     def points(self) -> IntArray:
@@ -109,6 +135,11 @@ class Recorder:
     def table(self) -> Array:
         """Values recorded so far, one row for each of `points`."""
         return self._table[: self._rows]
+
+    @property
+    def steps(self) -> Array:
+        """Values of what is kept at every point, one row for each from the first that is recorded."""
+        return self._steps[: self._n_steps]
 
     @property
     def reached(self) -> int:

@@ -16,6 +16,10 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
+EACH_STEP = "step_time"  # the times of all steps, where a record is thinned
+AT_STEPS = ".steps"
+
+
 class Labelled(Protocol):
     """Samples with their attributes (units, description, ...)."""
 
@@ -36,17 +40,26 @@ class Signals(Protocol):
     def __contains__(self, name: object, /) -> bool: ...
 
 
+def variables_of(signals: Signals) -> list[str]:
+    """Return the names of all variables, those at every step included."""
+    return list(signals.variables if isinstance(signals, SignalTable) else signals.data_vars)  # type: ignore[attr-defined]
+
+
 @dataclass(frozen=True)
 class Samples:
-    """Samples of one variable, shape (n,), with their attributes."""
+    """Samples of one variable over a coordinate, shape (n,), with their attributes."""
 
     values: NDArray[Any]
     attrs: Mapping[str, str]
+    over: str = "time"
 
 
 @dataclass(frozen=True)
 class SignalTable:
-    """Variables and coordinates over the dimension `time`, by name, with attributes of the run."""
+    """Variables and coordinates over the dimension `time`, by name, with attributes of the run.
+
+    Those of a thinned record that it has at every step are over `EACH_STEP`, their names end with `AT_STEPS`.
+    """
 
     variables: Mapping[str, Samples]
     coordinates: Mapping[str, Samples]
@@ -68,7 +81,7 @@ class SignalTable:
         import xarray as xr
 
         data, coordinates = (
-            {name: ("time", variable.values, dict(variable.attrs)) for name, variable in group.items()}
+            {name: (variable.over, variable.values, dict(variable.attrs)) for name, variable in group.items()}
             for group in (self.variables, self.coordinates)
         )
         return xr.Dataset(data, coordinates, dict(self.attrs))

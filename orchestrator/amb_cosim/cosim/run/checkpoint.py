@@ -23,7 +23,7 @@ from amb_cosim.cosim.fmu.component import FmuState
 from amb_files.atomic import write_atomically
 
 VERSION, MOST_VERSION = 2, 1000
-HEAD = ("point", "step_size", "past", "notice", "names", "recorded", "since", "components", "warnings")
+HEAD = ("point", "step_size", "past", "notice", "names", "recorded", "recorded_each", "since", "components", "warnings")
 
 
 @dataclass(frozen=True)
@@ -42,6 +42,8 @@ class Checkpoint:
         Values of all signals by name, and what iterative coupling keeps.
     recorded, points, table
         Names of the variables that were recorded, communication points, and a row of values for each.
+    recorded_each, steps
+        Names of those that were recorded at every point where others were not, and a row of values for each.
     since
         For each condition that ends the run, since which point it has been met without a break.
     states, warnings
@@ -57,6 +59,8 @@ class Checkpoint:
     recorded: tuple[str, ...]
     points: IntArray
     table: Array
+    recorded_each: tuple[str, ...]
+    steps: Array
     since: Mapping[str, int]
     states: Mapping[str, FmuState]
     warnings: Mapping[str, Sequence[str]]
@@ -98,6 +102,7 @@ class Checkpoint:
             "scales": self.scales,
             "points": self.points.astype(np.int64),
             "table": self.table,
+            "steps": self.steps,
             **{f"state_{k}": np.frombuffer(state, np.uint8) for k, state in enumerate(self._bytes())},
         }
 
@@ -150,6 +155,8 @@ class Checkpoint:
             recorded=tuple(head["recorded"]),
             points=arrays["points"].astype(np.intp, casting="same_kind"),
             table=arrays["table"],
+            recorded_each=tuple(head["recorded_each"]),
+            steps=arrays["steps"],
             since=head["since"],
             states={name: arrays[f"state_{k}"].tobytes() for k, name in enumerate(head["components"])},
             warnings=head["warnings"],

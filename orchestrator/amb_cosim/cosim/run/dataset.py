@@ -19,7 +19,7 @@ from amb_cosim.cosim.basics.time_grid import nearest_point
 from amb_cosim.cosim.fmu.fmu_interface import Port
 from amb_cosim.cosim.record import warnings
 from amb_cosim.cosim.record.netcdf import check, netcdf
-from amb_cosim.cosim.record.signals import Samples, Signals, SignalTable
+from amb_cosim.cosim.record.signals import AT_STEPS, EACH_STEP, Samples, Signals, SignalTable
 from amb_cosim.cosim.run.checkpoint import Checkpoint
 from amb_cosim.cosim.run.recording import Outcome, Recording
 from amb_cosim.cosim.system.experiment import port_of
@@ -105,10 +105,11 @@ def to_signals(recording: Recording) -> SignalTable:
     """
     plan, recorder, outcome = recording.plan, recording.recorder, recording.outcome
     variables = {}
-    for column, variable in enumerate(recorder.table.T):
-        label = plan.recorded[column]
+    every_step = {f"{label}{AT_STEPS}": (label, column) for label, column in steps_of(recording).items()}
+    sampled = {label: (label, column) for label, column in zip(plan.recorded, recorder.table.T, strict=True)}
+    for name, (label, variable) in (sampled | every_step).items():
         component, port = port_of(label, plan.system, recording.interfaces)
-        variables[label] = Samples(
+        variables[name] = Samples(
             variable.astype(_WIDE_DTYPES.get(port.stored, _DTYPES[port.type])),
             {
                 "units": port.unit or "1",
@@ -117,6 +118,7 @@ def to_signals(recording: Recording) -> SignalTable:
                 "component": component,
                 **_flags(port),
             },
+            "time" if name in sampled else EACH_STEP,
         )
     times = np.asarray(recorder.points * plan.step_size, np.float64)
     time = Samples(times, {"units": "s", "description": "Time"})
@@ -140,7 +142,21 @@ def to_signals(recording: Recording) -> SignalTable:
         "versions": json.dumps(_versions()),
         "git_revision": git_revision() or "",
     }
-    return SignalTable(variables, {"time": time}, attributes)
+    return SignalTable(variables, {"time": time} | step_times(recording), attributes)
+
+
+def steps_of(recording: Recording) -> dict[str, Array]:
+    """Return by name what a thinned record has of every step."""
+    return dict(zip(recording.plan.recorded_each, recording.recorder.steps.T, strict=True))
+
+
+def step_times(recording: Recording) -> dict[str, Samples]:
+    """Return the times of all steps as a coordinate, where a thinned record has something of them."""
+    plan, steps = recording.plan, recording.recorder.steps
+    if not plan.recorded_each:
+        return {}
+    times = (max(plan.record_from, plan.begin) + np.arange(len(steps))) * plan.step_size
+    return {EACH_STEP: Samples(times, {"units": "s", "description": "Time of every step"}, EACH_STEP)}
 
 
 def _warnings(recording: Recording, times: Array) -> list[warnings.WarningRecord]:

@@ -6,7 +6,6 @@ import math
 from collections.abc import Sequence
 from ctypes import Structure
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
@@ -92,7 +91,8 @@ class Simulator:
                 component.transform([transformed.get(name, (1.0, 0.0)) for name in names])
         values = instances.values(wiring.names) if values is None else values
         self.master = Master(self.components, wiring, plan.step_size, self.coupling, values=values)
-        self.recorder = Recorder([self._at[name] for name in plan.recorded], plan.record_from, plan.record_every)
+        recorded, each = ([self._at[name] for name in names] for names in (plan.recorded, plan.recorded_each))
+        self.recorder = Recorder(recorded, plan.record_from, plan.record_every, each)
         self.schedules = plan.schedules(wiring.names)
         self._stops = StopObserver(plan.stops, [self._at[condition.signal] for condition in plan.stops])
         self.master.exogenous[:] = list(plan.inputs.values())
@@ -150,7 +150,7 @@ class Simulator:
 
     def program(self) -> Structure:
         """Return the data of the master for the compiled loop."""
-        return self._instances.program(self.master, self._stops)
+        return self._instances.program(self.master, self._stops, self.recorder.each)
 
     def checkpoint(self, point: int, held: bool = False) -> Checkpoint:
         """Return the state before a point that the run has come to, serialised, or held in the memory of the FMUs."""
@@ -169,6 +169,8 @@ class Simulator:
             recorded=plan.recorded,
             points=self.recorder.points.copy(),
             table=self.recorder.table.copy(),
+            recorded_each=plan.recorded_each,
+            steps=self.recorder.steps.copy(),
             since={name_of(c): int(since) for c, since in zip(plan.stops, self._stops.conditions.since, strict=True)},
             states={component.name: state(component) for component in self.components},
             warnings={component.name: component.warnings for component in self.components},
@@ -203,22 +205,24 @@ class Simulator:
         self.master.scales = start.scales
         for k, condition in enumerate(plan.stops):
             self._stops.conditions.since[k] = start.since.get(name_of(condition), condition.first)
-        self.recorder.restore(start.points, self._record_of(start))
+        steps = _columns(start.recorded_each, start.steps, plan.recorded_each, plan)
+        self.recorder.restore(start.points, _columns(start.recorded, start.table, plan.recorded, plan), steps)
         return start.point
 
-    def _record_of(self, start: Checkpoint) -> np.ndarray[Any, Any]:
-        """Return what a checkpoint has recorded, column by column as this run records.
 
-        An input that only this run has was at its first value until then.
-        """
-        columns = dict(zip(start.recorded, start.table.T, strict=True))
-        missing = [name for name in self.plan.recorded if name not in columns and name not in self.plan.inputs]
-        if missing:
-            raise ValueError(f"the checkpoint has no record of {missing[0]}; it must have been recorded until then")
-        table = np.empty((len(start.points), len(self.plan.recorded)))
-        for k, name in enumerate(self.plan.recorded):
-            table[:, k] = columns[name] if name in columns else self.plan.inputs[name]
-        return table
+def _columns(recorded: Sequence[str], table: Array, wanted: Sequence[str], plan: Plan) -> Array:
+    """Return what a checkpoint has recorded, column by column as the run of a plan records.
+
+    An input that only this run has was at its first value until then.
+    """
+    columns = dict(zip(recorded, table.T, strict=True))
+    missing = [name for name in wanted if name not in columns and name not in plan.inputs]
+    if missing:
+        raise ValueError(f"the checkpoint has no record of {missing[0]}; it must have been recorded until then")
+    result = np.empty((len(table), len(wanted)))
+    for k, name in enumerate(wanted):
+        result[:, k] = columns[name] if name in columns else plan.inputs[name]
+    return result
 
 
 def with_simulated_settling(plan: Plan, notice: str) -> Plan:

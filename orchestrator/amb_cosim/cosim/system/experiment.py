@@ -61,6 +61,8 @@ class Experiment:
         Patterns of what is recorded in any case.
     record_every, record_settling
         Every how many steps, and whether before time 0 too.
+    each
+        Patterns of what is recorded at every step besides, where the rest is not.
     settling
         Whether what comes before time 0 is simulated, or solved for (`settling`), or that where it can be.
     turn
@@ -78,6 +80,7 @@ class Experiment:
     recorded: tuple[str, ...] = (EVERYTHING,)
     essential: tuple[str, ...] = ()
     record_every: int = 1
+    each: tuple[str, ...] = ()
     record_settling: bool = False
     settling: Settling = "simulated"
     turn: float = 0.0
@@ -115,6 +118,7 @@ class Plan:
     recorded: tuple[str, ...]
     stops: tuple[Condition, ...] = ()
     record_every: int = 1
+    recorded_each: tuple[str, ...] = ()
     record_from: int = 0
     settling: Settling = "simulated"
     turn: int = 0

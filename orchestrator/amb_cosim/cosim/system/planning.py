@@ -54,6 +54,8 @@ def plan_experiment(experiment: Experiment, values: Assignments) -> Plan:
         *(f"{c.name}.{p.name}" for c in system.components for p in interfaces[c.name].of("output")),
     ]
     patterns = tuple(name for name in experiment.recorded if not values.drops(name, "output"))
+    recorded = _recorded(replace(experiment, recorded=patterns), system.unrecorded, available)
+    each = experiment.each if experiment.record_every > 1 else ()
     nearest_point("start_time", experiment.start_time, h)
     first = common * math.floor(experiment.start_time / h / common)
     return Plan(
@@ -65,9 +67,10 @@ def plan_experiment(experiment: Experiment, values: Assignments) -> Plan:
         inputs=values.inputs,
         events=tuple(events),
         ramps=ramps,
-        recorded=_recorded(replace(experiment, recorded=patterns), system.unrecorded, available),
+        recorded=recorded,
         stops=tuple(_condition(stop, available, values, h) for stop in experiment.stops),
         record_every=experiment.record_every,
+        recorded_each=_chosen(recorded, each, (), None),
         record_from=first if experiment.record_settling else 0,
         settling=settling,
         turn=math.ceil(experiment.turn / h),

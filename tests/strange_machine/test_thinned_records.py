@@ -1,0 +1,72 @@
+"""What a run says of contact does not depend on how often it records."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import pytest
+from strange_machine import TOUCHDOWN
+
+import amb_cosim
+from amb_cosim.scenario.scenario import load_scenario
+
+OF_CONTACT = (
+    "peak_contact_force",
+    "peak_is_sampled",
+    "averaged_contact_force",
+    "peak_impulse",
+    "contact_share",
+    "site_share",
+    "first_contact",
+    "last_contact",
+    "recovery",
+    "rolling_from",
+)
+OF_RETAINER = ("free", "sliding", "rolling", "whirl", "whirl_speed", "impulse", "friction")
+
+
+def thinned(every, **options):
+    scenario = load_scenario(str(TOUCHDOWN))
+    return amb_cosim.run(scenario.changed(record={"every": every}), **options)
+
+
+@pytest.fixture(scope="module")
+def thin():
+    return thinned(100)
+
+
+def test_contact_figures_do_not_depend_on_thinning(thin, touchdown):
+    result, full = thin.summary, touchdown.summary
+    assert thin.signals.sizes["time"] < touchdown.signals.sizes["time"] / 90
+    assert {name: getattr(result, name) for name in OF_CONTACT} == {name: getattr(full, name) for name in OF_CONTACT}
+    assert result.touchdown.first_impacts == full.touchdown.first_impacts
+    assert (result.touchdown.release, result.touchdown.free_after) == (
+        full.touchdown.release,
+        full.touchdown.free_after,
+    )
+    for site, retainer in full.touchdown.retainers.items():
+        of_thin = dataclasses.asdict(result.touchdown.retainers[site])
+        assert {name: of_thin[name] for name in OF_RETAINER} == {name: getattr(retainer, name) for name in OF_RETAINER}
+
+
+def test_a_thinned_run_is_the_same_in_the_plain_loop(thin):
+    assert thinned(100, loop="plain").dataset.equals(thin.dataset)
+
+
+def test_a_thinned_run_goes_on_from_a_checkpoint(thin, tmp_path):
+    checkpoint = thinned(100, save_at=["30.5 ms"]).checkpoint().save(tmp_path / "state.npz")
+    assert thinned(100, start=checkpoint).dataset.equals(thin.dataset)
+
+
+def test_a_file_of_a_thinned_run_has_the_same_summary(thin, tmp_path):
+    loaded = amb_cosim.Result.load(thin.save(tmp_path, plots=False))
+    assert loaded.summary.as_dict() == thin.summary.as_dict()
+
+
+def test_forces_at_thinned_samples_are_those_of_all_steps(thin, touchdown):
+    from amb_cosim.results.contact_forces import averaged_force, peaks
+
+    for site in touchdown.summary.averaged_contact_force:
+        full = averaged_force(touchdown.signals, site)
+        assert averaged_force(thin.signals, site) == pytest.approx(full[::100])
+        assert peaks(thin.signals, site).max() == peaks(touchdown.signals, site).max()
