@@ -277,6 +277,30 @@ def test_rolling_before_cycle_0_is_settling(synthetic):
     assert contact_history.rolling_from(dataset.assign_coords(cycle=dataset["cycle"] - 8.0)) is None
 
 
+def test_rolling_to_and_fro_is_no_turn_of_whirl(synthetic):
+    dataset = rolling(synthetic(), "rb1", (6.0, 12.0), turns=30)
+    whirl = dataset["rotor_contact.rb1.whirl_speed"].values
+    whirl[1::2] *= -1.0
+    assert contact_history.rolling_from(dataset) is None
+
+
+def test_rolling_on_a_turning_race_is_no_whirl_but_named(synthetic):
+    dataset = rolling(synthetic(), "rb1", (6.0, 12.0), turns=0.5)
+    race = np.full(dataset.sizes["time"], dataset.attrs["speed_rad_s"])
+    dataset["rotor_contact.rb1.race_speed"] = ("time", race)
+    figures = figures_of(dataset)
+    assert figures["rolling_from_cycle"] is None
+    assert figures["rolling_on_race_from_cycle"] == pytest.approx(6.0)
+    assert "rolling on a turning race" in summarise(dataset).table().columns[0].cells
+
+
+def test_whirl_at_the_end_is_a_mean_over_the_last_cycle(synthetic):
+    dataset = rolling(synthetic(), "rb1", (6.0, 21.0), turns=-15 * 9)
+    whirl = dataset["rotor_contact.rb1.whirl_speed"].values
+    mean, whirl[-1] = float(whirl[-1]), 0.0
+    assert contact_history.whirl_at_the_end(dataset, "rb1") == pytest.approx(mean, rel=0.02)
+
+
 def test_whirl_at_the_end_is_that_of_sites_in_contact(synthetic):
     dataset = rolling(synthetic(), "rb1", (6.0, 21.0), turns=-15 * 9)
     figures = figures_of(dataset)

@@ -21,6 +21,8 @@ OF_CONTACT = (
     "last_contact",
     "recovery",
     "rolling_from",
+    "rolling_on_race_from",
+    "whirl_speed",
 )
 OF_RETAINER = ("free", "sliding", "rolling", "whirl", "whirl_speed", "impulse", "friction")
 
@@ -70,3 +72,11 @@ def test_forces_at_thinned_samples_are_those_of_all_steps(thin, touchdown):
         full = averaged_force(touchdown.signals, site)
         assert averaged_force(thin.signals, site) == pytest.approx(full[::100])
         assert peaks(thin.signals, site).max() == peaks(touchdown.signals, site).max()
+
+
+def test_averaged_contact_force_comes_before_the_peak_and_its_band(touchdown):
+    table = touchdown.summary.table()
+    first, second = list(table.columns[0].cells)[:2]
+    assert first == "contact force averaged over 1 ms"
+    assert second.startswith("peak contact force,\nmodes to ")
+    assert second.endswith(" rad/s")

@@ -126,27 +126,43 @@ def freed_after(dataset: Signals, last: float | None) -> tuple[bool | None, Reco
 
 
 def whirl_at_the_end(dataset: Signals, site: str) -> float | None:
-    """Return the whirl speed (rad/s) at a site at the end of the run; None without contact there."""
+    """Return the mean whirl speed (rad/s) in contact at a site over the last cycle; None without contact at the end."""
+    dataset = at_every_step(dataset)
     mode, whirl = signal(dataset, f"{site}.mode"), signal(dataset, f"{site}.whirl_speed")
     if mode is None or whirl is None or not len(mode) or mode[-1] == FREE:
         return None
-    return float(whirl[-1])
+    return float(np.mean(whirl[(mode != FREE) & (cycles(dataset) > cycles(dataset)[-1] - 1.0)]))
 
 
 def rolling_from(dataset: Signals) -> float | None:
-    """Return the first cycle from which the rotor rolls on a site through at least a turn of whirl without a break."""
+    """Return the first cycle from which the rotor rolls on a site through a net turn of whirl without a break."""
+    return min((start for start, whirled, _ in _rolled(dataset) if whirled >= 2.0 * np.pi), default=None)
+
+
+def rolling_on_race_from(dataset: Signals) -> float | None:
+    """Return the first cycle from which the rotor rolls on a race that turns with it, a turn of it or more.
+
+    The rotor whirls less than a turn meanwhile: it lies on the race, or swings to and fro.
+    """
+    with_race = (start for start, whirled, race in _rolled(dataset) if whirled < 2.0 * np.pi <= race)
+    return min(with_race, default=None)
+
+
+def _rolled(dataset: Signals) -> list[tuple[float, float, float]]:
+    """Return of each time of rolling its first cycle, and the net angles (rad) of whirl and of the race."""
     dataset = at_every_step(dataset)
-    starts = [start for site in places(dataset).sites for start in _turns_rolled(dataset, site)]
-    return min(starts, default=None)
-
-
-def _turns_rolled(dataset: Signals, site: str) -> list[float]:
-    """Return the cycles at which the rolling of at least a turn begins."""
-    mode, whirl = signal(dataset, f"{site}.mode"), signal(dataset, f"{site}.whirl_speed")
-    if mode is None or whirl is None or not np.any(mode == ROLLING):
-        return []
-    rolls = np.concatenate([[False], (mode == ROLLING) & (cycles(dataset) >= 0.0), [False]])
-    begins, ends = np.flatnonzero(rolls[1:] & ~rolls[:-1]), np.flatnonzero(rolls[:-1] & ~rolls[1:])
     steps = np.diff(dataset["time"].values, prepend=np.nan)  # a sample's mode is that at the end of its step
-    turned = [float(np.sum(np.abs(whirl[i + 1 : j]) * steps[i + 1 : j])) for i, j in zip(begins, ends, strict=True)]
-    return [float(cycles(dataset)[i]) for i, angle in zip(begins, turned, strict=True) if angle >= 2.0 * np.pi]
+    result = []
+    for site in places(dataset).sites:
+        mode, whirl, race = (signal(dataset, f"{site}.{name}") for name in ("mode", "whirl_speed", "race_speed"))
+        if mode is None or whirl is None or not np.any(mode == ROLLING):
+            continue
+        rolls = np.concatenate([[False], (mode == ROLLING) & (cycles(dataset) >= 0.0), [False]])
+        begins, ends = np.flatnonzero(rolls[1:] & ~rolls[:-1]), np.flatnonzero(rolls[:-1] & ~rolls[1:])
+        for i, j in zip(begins, ends, strict=True):
+            whirled, turned = (
+                0.0 if speed is None else abs(float(np.sum(speed[i + 1 : j] * steps[i + 1 : j])))
+                for speed in (whirl, race)
+            )
+            result.append((float(cycles(dataset)[i]), whirled, turned))
+    return result

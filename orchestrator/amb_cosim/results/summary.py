@@ -43,7 +43,10 @@ class Summary:
         Share of the steps that the plant computed exactly, in pieces, and by substeps for each reason, by its output
         `solver.method`.
     peak_contact_force
-        Largest normal contact force at each site (N), without the impulses of impacts.
+        Largest normal contact force at each site (N), without the impulses of impacts. It grows with the modes that
+        the rotor keeps.
+    peak_band
+        Frequency up to which these modes are accurate (rad/s), which the peak is of.
     peak_is_sampled
         Whether this is the largest sample alone at a site, see `contact_forces.is_sampled`.
     averaged_contact_force
@@ -66,9 +69,11 @@ class Summary:
         magnet has power at the end; `unstable` where its orbit grows or its amplifiers stay at their limits, see
         `stability`, with a step or without. None of any other run without a step, or that broke off.
     rolling_from
-        Cycle from which the rotor rolls on a site through a turn of its whirl or more.
+        Cycle from which the rotor rolls on a site through a turn of its whirl or more, net of what it goes back.
+    rolling_on_race_from
+        Cycle from which it rolls with a race through a turn of the race or more, without a turn of whirl.
     whirl_speed
-        Whirl speed at each site at the end (rad/s); None where the rotor does not touch it then.
+        Mean whirl speed at each site over the last cycle (rad/s); None where the rotor does not touch it at the end.
     orbit_before, orbit_after, orbit_largest
         Largest radius at each bearing, and at each retainer that is not in the plane of its bearing, in the cycle
         before the step, in the last cycle, and at any time (mm).
@@ -102,6 +107,7 @@ class Summary:
     steps_by_method: dict[str, float] | None
     peak_contact_force: AtPlaces = field(metadata={KEY: "peak_contact_force_N"})
     peak_is_sampled: dict[str, bool]
+    peak_band: float | None = field(metadata={KEY: "peak_band_rad_s"})
     averaged_contact_force: AtPlaces = field(metadata={KEY: "averaged_contact_force_N"})
     peak_impulse: AtPlaces = field(metadata={KEY: "peak_impulse_Ns"})
     contact_share: AtPlaces
@@ -112,6 +118,7 @@ class Summary:
     recovered: bool | None
     recovery: contact_history.Recovery | None
     rolling_from: float | None = field(metadata={KEY: "rolling_from_cycle"})
+    rolling_on_race_from: float | None = field(metadata={KEY: "rolling_on_race_from_cycle"})
     whirl_speed: AtPlaces = field(metadata={KEY: "whirl_speed_rad_s"})
     orbit_before: AtPlaces = field(metadata={KEY: "orbit_before_mm"})
     orbit_after: AtPlaces = field(metadata={KEY: "orbit_after_mm"})
@@ -136,9 +143,10 @@ class Summary:
         """Return a table of the main values, to print."""
         table = Table(title=self.scenario, show_header=False, title_justify="left")
         sampled = ", of the samples" if any(self.peak_is_sampled.values()) else ""
+        band = "" if self.peak_band is None else f",\nmodes to {number(self.peak_band)} rad/s"
         for label, values, unit in (
-            (f"peak contact force{sampled}", self.peak_contact_force, "N"),
-            ("averaged over 1 ms", self.averaged_contact_force, "N"),
+            ("contact force averaged over 1 ms", self.averaged_contact_force, "N"),
+            (f"peak contact force{band}{sampled}", self.peak_contact_force, "N"),
             ("peak impulse", self.peak_impulse, "N s"),
             ("orbit before the step", self.orbit_before, "mm"),
             ("orbit at the end", self.orbit_after, "mm"),
@@ -162,7 +170,9 @@ class Summary:
             table.add_row("recovered", "yes" if self.recovered else "no")
         if self.rolling_from is not None:
             whirls = ", ".join(f"{at.upper()} {number(w)} rad/s" for at, w in self.whirl_speed.items())
-            table.add_row("rolling", f"from cycle {self.rolling_from:.4g}; whirl at the end {whirls}")
+            table.add_row("rolling", f"from cycle {self.rolling_from:.4g}; mean whirl in the last cycle {whirls}")
+        if self.rolling_on_race_from is not None:
+            table.add_row("rolling on a turning race", f"from cycle {self.rolling_on_race_from:.4g}")
         for label, text in _touchdown_rows(self.touchdown) if self.touchdown is not None else ():
             table.add_row(label, text)
         table.add_row("simulated", f"{self.simulated:.4g} s, {number(self.real_time_factor)} times real time")
@@ -193,6 +203,7 @@ def summarise(dataset: Signals) -> Summary:
         steps_by_method=shares_of_steps(dataset),
         peak_contact_force={site: contact_forces.peak_force(dataset, site) for site in sites},
         peak_is_sampled={site: contact_forces.is_sampled(dataset, site) for site in sites},
+        peak_band=places(dataset).valid_to,
         averaged_contact_force={site: contact_forces.largest_averaged_force(dataset, site) for site in sites},
         peak_impulse={site: contact_history.peak(dataset, f"{site}.impulse") for site in sites},
         contact_share=contact_history.contact_share(dataset),
@@ -203,6 +214,7 @@ def summarise(dataset: Signals) -> Summary:
         recovered=recovered,
         recovery=recovery,
         rolling_from=contact_history.rolling_from(dataset),
+        rolling_on_race_from=contact_history.rolling_on_race_from(dataset),
         whirl_speed={site: contact_history.whirl_at_the_end(dataset, site) for site in sites},
         orbit_before=orbit_before(dataset),
         orbit_after=orbit_after(dataset),

@@ -178,7 +178,7 @@ def _essential(places: RotorPlaces) -> tuple[str, ...]:
 
 def _contact(places: RotorPlaces) -> tuple[str, ...]:
     """Return patterns of what the figures of contact take of every step, however thin the record is."""
-    of_sites = ("f_n*", "impulse", "mode", "whirl_speed", "friction_power")
+    of_sites = ("f_n*", "impulse", "mode", "whirl_speed", "race_speed", "friction_power")
     forces = (f"{PLANT}.{site}.{name}" for site in places.sites for name in of_sites)
     return (f"{PLANT}.contact_state", *forces, f"{ACTUATOR}.*.amplifier_off_?")
 
