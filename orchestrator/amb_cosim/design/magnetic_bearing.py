@@ -10,9 +10,8 @@ import math
 from collections.abc import Callable
 from functools import lru_cache
 from itertools import pairwise
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
-import control
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
@@ -30,6 +29,9 @@ from amb_actuator.interface import LINEAR, MEASURED, NONLINEAR, axes_of, interfa
 from amb_actuator.records import AXIS
 from fmi_export.model import Array
 from fmi_export.variables import Variable
+
+if TYPE_CHECKING:
+    import control
 
 
 class Linearisation(NamedTuple):
@@ -295,6 +297,8 @@ def amplifier_transfer(p: np.record) -> control.TransferFunction:
 
     It holds within the voltage limit. Times `amplifier_gain` it is A/V, and times K_i (N/A) the force at rest.
     """
+    import control  # slow to import, and a run needs nothing of it
+
     omega = 2.0 * math.pi * float(p.bandwidth)
     return control.tf([omega], [1.0, omega])
 

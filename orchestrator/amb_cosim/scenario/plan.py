@@ -16,6 +16,7 @@ from amb_cosim.cosim.system.values import Raw, convert, quantity
 from amb_cosim.results.places import ACTUATOR, PLANT, RotorPlaces, places_of
 from amb_cosim.scenario.coupling import delay, predictable
 from amb_cosim.scenario.gravity import Gravity, set_gravity
+from amb_cosim.scenario.operating_point import MissingParameters, set_operating_points, stated_constants
 from amb_cosim.scenario.scenario import Scenario, positive_speed
 from amb_cosim.scenario.signal_chain import idle_switches, unsteady_effects
 
@@ -28,13 +29,13 @@ UNBALANCE = "kg.m"
 class ScenarioPlan(Plan):
     """A scenario on the time grid: cycle 0 begins at time 0, settling comes before it.
 
-    `period` is that of the initial speed (s), `marks` holds the communication points of labelled events, `idle` says
-    which parameters that were set change nothing.
+    `period` is that of the initial speed (s), `marks` holds the communication points of labelled events, `warnings` are
+    sentences on parameters that change nothing or do not belong together.
     """
 
     period: float = math.nan
     marks: Mapping[str, int] = field(default_factory=dict)
-    idle: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
 
     @property
     def speed(self) -> float:
@@ -118,15 +119,17 @@ def plan_scenario(
     plan = plan_experiment(experiment, values)
     planned = {f.name: getattr(plan, f.name) for f in fields(Plan)}
     planned["notices"] = (*plan.notices, *_rounded(end, plan))
-    return ScenarioPlan(**planned, period=period, marks=marks, idle=tuple(idle_switches(values, given)))
+    warnings = (*idle_switches(values, given), *first.warnings)
+    return ScenarioPlan(**planned, period=period, marks=marks, warnings=warnings)
 
 
 @dataclass(frozen=True)
 class FirstValues:
-    """What a scenario begins with, whatever its events: values, and the parameters among them that were given."""
+    """What a scenario begins with, whatever its events: values, the parameters that were given, and warnings."""
 
     values: Assignments
     given: frozenset[str]
+    warnings: tuple[str, ...] = ()
 
 
 def first_values(scenario: Scenario, assembly: Assembly, settings: Mapping[str, Raw] | None = None) -> FirstValues:
@@ -145,14 +148,16 @@ def first_values(scenario: Scenario, assembly: Assembly, settings: Mapping[str, 
         values.set_first(name, value)
     for name, raw in (settings or {}).items():
         given.update(values.set(name, raw))
+    missing = MissingParameters(values, given | stated_constants(values))
     if scenario.gravity is not None:
-        set_gravity(values, Gravity(scenario.gravity, scenario.gravity_angle), scenario.rotor, given)
+        set_gravity(missing, Gravity(scenario.gravity, scenario.gravity_angle), scenario.rotor)
+    warnings = set_operating_points(missing)
     coupling = scenario.coupling or assembly.system.coupling
     positive_speed(values.inputs[SPEED])  # a wrong speed is told before a wrong step
     if late := delay(coupling, scenario.step_size(coupling)):
         for name in set(predictable(assembly.interfaces)) - given:
             values.set(name, late)
-    return FirstValues(values, frozenset(given))
+    return FirstValues(values, frozenset(given), tuple(warnings))
 
 
 def _rounded(until: float | None, plan: Plan) -> list[str]:

@@ -292,8 +292,12 @@ def to_result(prepared: PlannedRun, recording: Recording) -> Result:
     scenario, plan = prepared.scenario, prepared.plan
     signals = to_signals(recording)
     sentence = _coupling_warning(prepared)
-    idle = [WarningRecord("parameters", "", message, message) for message in plan.idle]
-    warned = [*idle, *warnings_of(signals), *([WarningRecord("coupling", "", sentence, sentence)] if sentence else [])]
+    planned = [WarningRecord("parameters", "", message, message) for message in plan.warnings]
+    warned = [
+        *planned,
+        *warnings_of(signals),
+        *([WarningRecord("coupling", "", sentence, sentence)] if sentence else []),
+    ]
     attributes: dict[str, Any] = {
         "scenario": scenario.name,
         "description": scenario.description,

@@ -1,0 +1,130 @@
+"""What a controller assumes of the magnets: K_s, K_i and the range of currents at their operating points."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Iterator, Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+
+from amb_cosim.cosim.system.assignments import Assignments
+from amb_cosim.cosim.system.system_file import load_system
+from amb_cosim.cosim.system.values import Raw
+from amb_cosim.results.places import ACTUATOR, CONTROLLER
+
+LARGEST_RATIO = 1.5  # between an assumed constant and the magnet's, or its inverse, without a warning
+MOST_NAMED = 4  # in a warning
+MEASURED = "k_s_measured", "k_i_measured"
+GEOMETRY = "turns", "pole_area", "gap", "half_angle", "bias_current"
+LINEAR = 0  # of force_law: constants from the geometry
+
+
+@dataclass(frozen=True)
+class MissingParameters:
+    """Parameters that nobody gave."""
+
+    values: Assignments
+    given: Collection[str]
+
+    def set(self, name: str, value: Raw) -> None:
+        """Set a parameter, unless it was given."""
+        if name not in self.given:
+            self.values.set_or_drop(name, value, only="parameter")
+
+
+def stated_constants(values: Assignments) -> set[str]:
+    """Return the parameters of the controller that a system file states itself, and does not inherit."""
+    own = values.system.parameters.get(CONTROLLER, {}).items()
+    stated = [f"{CONTROLLER}.{pattern}" for pattern, raw in own if raw not in _inherited()]
+    return {name for pattern in stated if not values.lacks(pattern) for name in values.matching(pattern)}
+
+
+@lru_cache(maxsize=1)
+def _inherited() -> tuple[Raw, ...]:
+    """Return the values of the controller's parameters that system files inherit."""
+    return tuple(load_system("levitated").parameters[CONTROLLER].values())
+
+
+def set_operating_points(missing: MissingParameters) -> list[str]:
+    """Set what the controller assumes of each magnet: K_s, K_i, i_min = -(I_s + I_b), i_max = I_b; return warnings.
+
+    K_s and K_i are the slopes of the magnet's force law at its centre. A warning names what was given and differs from
+    them by more than `LARGEST_RATIO`, and measured constants that differ so from the geometry that was given alone.
+
+    Parameters
+    ----------
+    missing
+        The values of all parameters, and which of them were given and stay.
+
+    Raises
+    ------
+    ValueError
+        If the coils of a magnet cannot carry its bias and static current.
+    """
+    values, far = missing.values, list[str]()
+    for bearing, axis in _axes(values):
+        of_axis, law = parameters_of(values, bearing, axis), values.parameter(f"{ACTUATOR}.force_law")
+        measured = law == values.interfaces[ACTUATOR].ports["force_law"].items.get("measured")
+        slopes = tuple(of_axis[name] for name in MEASURED) if measured else _slopes(bearing, axis, of_axis, int(law))
+        bias, static = of_axis["bias_current"], of_axis["static_current"]
+        assumed = {f"{CONTROLLER}.{bearing}.{name}_{axis}": k for name, k in zip(("k_s", "k_i"), slopes, strict=True)}
+        currents = {"i_min": -(static + bias), "i_max": bias}
+        for name, value in (assumed | {f"{CONTROLLER}.{bearing}.{n}_{axis}": i for n, i in currents.items()}).items():
+            _set_if_allowed(missing, name, value)
+        own = {f"{ACTUATOR}.{bearing}.{name}_{axis}" for name in GEOMETRY}
+        of_law = {f"{ACTUATOR}.{bearing}.{name}_{axis}": k for name, k in zip(MEASURED, slopes, strict=True)}
+        if measured and own & {*missing.given} and not of_law.keys() & {*missing.given}:
+            assumed |= dict(zip(of_law, _slopes(bearing, axis, of_axis, LINEAR), strict=True))
+        far += [sentence for name, value in assumed.items() if (sentence := _difference(values, name, value))]
+    about = f"by more than a factor of {LARGEST_RATIO:g} from what follows from the magnets"
+    more = [f"and {len(far) - MOST_NAMED} more"] if len(far) > MOST_NAMED else []
+    return [f"constants differ {about}: {'; '.join(far[:MOST_NAMED] + more)}"] if far else []
+
+
+def parameters_of(values: Assignments, bearing: str, axis: str) -> dict[str, float]:
+    """Return the parameters of an axis of the actuator by their names without bearing and axis."""
+    begin, end = f"{bearing}.", f"_{axis}"
+    names = (p.name for p in values.interfaces[ACTUATOR].of("parameter"))
+    of_axis = [name for name in names if name.startswith(begin) and name.endswith(end)]
+    return {name.removeprefix(begin).removesuffix(end): values.parameter(f"{ACTUATOR}.{name}") for name in of_axis}
+
+
+def _axes(values: Assignments) -> Iterator[tuple[str, str]]:
+    """Yield bearing and axis of all magnets, where there are a controller and magnets whose constants are known."""
+    if {ACTUATOR, CONTROLLER} <= values.interfaces.keys() and "force_law" in values.interfaces[ACTUATOR].ports:
+        for port in values.interfaces[ACTUATOR].of("parameter"):
+            bearing, _, name = port.name.rpartition(".")
+            if name.startswith(f"{MEASURED[0]}_"):
+                yield bearing, name[-1]
+
+
+def _slopes(bearing: str, axis: str, of_axis: Mapping[str, float], law: int) -> tuple[float, float]:
+    """Return K_s (N/m) and K_i (N/A) of a magnet by a force law."""
+    from amb_cosim.design.magnetic_bearing import axis_parameters, operating_constants  # measured ones need no scipy
+
+    try:
+        return operating_constants(axis_parameters(bearing, axis, **of_axis), law)
+    except ValueError as error:
+        raise ValueError(f"{ACTUATOR}.{bearing}.{axis}: {error}") from error
+
+
+def _set_if_allowed(missing: MissingParameters, name: str, value: float) -> None:
+    """Set a parameter that nobody gave, unless the controller lacks it, has the value, or does not allow it."""
+    port = missing.values.interfaces[CONTROLLER].ports.get(name.removeprefix(f"{CONTROLLER}."))
+    if port is None or math.isclose(missing.values.parameter(name), value):
+        return
+    if port.minimum <= value <= port.maximum:
+        missing.set(name, value)
+
+
+def _difference(values: Assignments, name: str, of_magnet: float) -> str:
+    """Return a parameter beside the value that follows from the magnet, where they are far apart, or an empty text."""
+    component, _, variable = name.partition(".")
+    port = values.interfaces[component].ports.get(variable)
+    if port is None:
+        return ""
+    given = values.parameter(name)
+    least, most = sorted((given / LARGEST_RATIO, given * LARGEST_RATIO))
+    if least <= of_magnet <= most:
+        return ""
+    return f"{name} = {given:.4g}{port.shown_unit}, by the magnet {of_magnet:.4g}{port.shown_unit}"

@@ -1,0 +1,67 @@
+"""What the controller of the expander assumes of its magnets follows from them, with gravity and without."""
+
+from __future__ import annotations
+
+import pytest
+from strange_machine import LEVITATION
+
+import amb_cosim
+from amb_cosim.design.magnetic_bearing import axis_parameters, linear_constants
+from amb_cosim.scenario.scenario import load_scenario
+from amb_cosim.scenario.simulation import prepare
+
+WEIGHTLESS = load_scenario(LEVITATION).changed(gravity=None, settle_cycles=0)
+LINEAR = {"amb_actuator.force_law": "linear"}
+OF_MAGNET = ("turns", "pole_area", "gap", "bias_current", "static_current")
+
+
+@pytest.mark.parametrize("gravity", [None, "9.81 m/s2"], ids=["weightless", "heavy"])
+@pytest.mark.parametrize("gap", ["0.4 mm", "0.6 mm"])
+def test_controller_assumes_the_constants_of_its_magnets(gravity: str | None, gap: str) -> None:
+    """K_s and K_i by (2.8, 2.9), currents from -(I_s + I_b) to I_b."""
+    settings = LINEAR | {"amb_actuator.*.gap_?": gap, "amb_actuator.*.bias_current_y": "2.5 A"}
+    scenario = WEIGHTLESS.changed(gravity=gravity)
+    parameters = prepare(scenario, settings).plan.parameters
+    assumed, magnets = parameters["rolac_controller"], parameters["amb_actuator"]
+    for bearing in ("north", "south"):
+        for axis in "xy":
+            magnet = axis_parameters(bearing, axis, **{n: magnets[f"{bearing}.{n}_{axis}"] for n in OF_MAGNET})
+            k_s, k_i = linear_constants(magnet)
+            assert assumed[f"{bearing}.k_s_{axis}"] == pytest.approx(k_s, rel=1e-12)
+            assert assumed[f"{bearing}.k_i_{axis}"] == pytest.approx(k_i, rel=1e-12)
+            least = -(magnet.static_current + magnet.bias_current)
+            assert assumed[f"{bearing}.i_min_{axis}"] == pytest.approx(least, rel=1e-12)
+
+
+def test_weightless_expander_levitates_on_its_own_magnets() -> None:
+    """With K_s and K_i of another machine its 0.3 N/um are lost on magnets that pull harder."""
+    run = amb_cosim.run(WEIGHTLESS, set={"amb_actuator.*.static_current_?": 0}, until="5 ms", progress=False)
+    assert float(abs(run.dataset["rotor_contact.north.x"]).max()) < 2e-6
+    assert not [w for w in run.summary.warnings if "magnets" in w]
+
+
+@pytest.mark.parametrize(("factor", "told"), [(1.4, False), (0.7, False), (1.6, True), (0.6, True)])
+def test_constants_far_from_those_of_the_magnets_warn(factor: float, told: bool) -> None:
+    own = prepare(WEIGHTLESS, LINEAR).plan.parameters["rolac_controller"]["north.k_s_x"]
+    given = LINEAR | {"rolac_controller.north.k_s_x": factor * own}
+    warnings = amb_cosim.run(WEIGHTLESS, set=given, until="1 ms", progress=False).summary.warnings
+    both = f"rolac_controller.north.k_s_x = {factor * own:.4g} N/m, by the magnet {own:.4g} N/m"
+    assert any(both in warning for warning in warnings) == told
+
+
+def test_measured_constants_of_another_machine_warn() -> None:
+    """Geometry is given, the force law is that of constants which are not."""
+    warnings = prepare(WEIGHTLESS, {"amb_actuator.force_law": "measured"}).plan.warnings
+    assert "amb_actuator.north.k_s_measured_x = 2e+06 N/m, by the magnet 3.526e+05 N/m" in warnings[0]
+    measured = {"amb_actuator.force_law": "measured", "amb_actuator.*.k_[si]_measured_?": 2e3}
+    assert not prepare(WEIGHTLESS, measured).plan.warnings
+
+
+def test_constants_that_a_system_file_states_stay(tmp_path) -> None:
+    file = tmp_path / "own.toml"
+    file.write_text(
+        f'base = "{LEVITATION.parent}/levitated_expander.toml"\n[parameters.rolac_controller]\n"north.k_i_?" = 60\n'
+    )
+    scenario = WEIGHTLESS.changed(system=str(file))
+    assumed = prepare(scenario, LINEAR).plan.parameters["rolac_controller"]
+    assert assumed["north.k_i_x"] == 60.0 != assumed["south.k_i_x"]
