@@ -2,8 +2,8 @@
 
 free      it turns without contact, and no state in contact is stable
 both      it turns without contact, or stays in contact: what happens decides
-contact   no orbit misses all sites, and a state in contact is stable
-whirl     no orbit misses all sites, and no state in contact is stable: it rubs unsteadily
+contact   no stable orbit misses all sites, and a state in contact is stable
+whirl     no stable orbit misses all sites, and no state in contact is stable: it rubs unsteadily
 """
 
 from __future__ import annotations

@@ -20,6 +20,7 @@ from amb_cosim.results.places import PLANT
 from amb_cosim.rub.freeing import smallest_demand, smallest_freeing
 from amb_cosim.rub.own_whirl import OwnWhirl, own_whirls
 from amb_cosim.rub.rubbing_rotor import RubbingRotor, rubbing_rotor
+from amb_cosim.rub.stability import Dynamics
 from amb_cosim.rub.trap_map import TrapMap, states_at, trap_map
 from amb_cosim.rub.whirl import whirls
 from amb_cosim.scenario.simulation import prepare
@@ -56,6 +57,8 @@ class Traps(MachineResult):
         Spin speed (rad/s) and largest unbalance of a place (kg m) of the machine.
     sites
         Sites where it may touch.
+    loop_growth, loop_frequency
+        Growth rate (1/s) and whirl frequency (rad/s) of the rotor without contact; positive: the loop is unstable.
     kind
         What it can do at this point.
     states
@@ -67,9 +70,10 @@ class Traps(MachineResult):
     least_trapping
         Smallest unbalance with which a stable contact exists at its speed (kg m); None up to the largest of the map.
     smallest_force
-        Smallest additional currents of the bearings that leave no state in contact; None where none do.
+        Smallest additional currents of the bearings that leave no state in contact; None where none do, or the loop is
+        unstable.
     control
-        Whether each kind of control frees it.
+        Whether each kind of control frees it; empty of an unstable loop, which steady currents do not stabilise.
     speeds, unbalances
         Of the map (rad/s, kg m), shapes (n,) and (k,).
     kinds
@@ -89,6 +93,8 @@ class Traps(MachineResult):
     speed: Annotated[float, "rad/s"]
     unbalance: Annotated[float, "kg.m"]
     sites: tuple[str, ...]
+    loop_growth: Annotated[float, "1/s"]
+    loop_frequency: Annotated[float, "rad/s"]
     kind: str
     states: tuple[SynchronousState, ...]
     own: tuple[OwnWhirl, ...]
@@ -120,7 +126,7 @@ class Traps(MachineResult):
             place = "+".join(state.contact) or "free"
             motion = f"{state.growth:.3g}", f"{state.whirl_frequency:.4g}"
             table.add_row(place, forces, *currents, *motion, state.beyond(self.speed))
-        lines: list[TextPart] = [table, f"{self.kind}", *self._freeing()]
+        lines: list[TextPart] = [*self._instability(), table, f"{self.kind}", *self._freeing()]
         for state in (state for state in self.states if state.contact):
             whirling = [v for v in state.vibrations if abs(v.frequency - self.speed) > 1e-6 * self.speed][:SHOWN]
             held = ", ".join(f"{v.frequency:.4g} ({100.0 * v.damping_ratio:.2g} %)" for v in whirling)
@@ -144,12 +150,24 @@ class Traps(MachineResult):
             lines.append(f"{contact}{from_there}")
         return [*lines, *(f"notice: {note}" for note in self.notes)]
 
+    def _instability(self) -> list[str]:
+        if self.loop_growth <= 0.0:
+            return []
+        return [
+            f"the loop is unstable at this speed: without contact a whirl at {self.loop_frequency:.4g} rad/s "
+            f"grows at {self.loop_growth:.3g} 1/s, until the rotor touches"
+        ]
+
     def _freeing(self) -> list[str]:
         lines = []
-        if self.least_trapping is None:
+        if self.least_trapping is None and self.loop_growth > 0.0:
+            lines.append(f"up to {1e3 * self.unbalances[-1]:.4g} g m no steady contact is stable at this speed")
+        elif self.least_trapping is None:
             lines.append(f"up to {1e3 * self.unbalances[-1]:.4g} g m nothing traps it at this speed")
         else:
             lines.append(f"the smallest unbalance that traps it at this speed is {1e3 * self.least_trapping:.4g} g m")
+        if self.loop_growth > 0.0:
+            return lines
         if self.smallest_force is None:
             lines.append("no synchronous currents of these bearings leave it without a state in contact")
         elif any(current.amplitude for current in self.smallest_force.values()):
@@ -210,10 +228,11 @@ def traps(
     states = tuple(told(state, machine, Omega) for state in states_at(machine, Omega))
     here = trap_map(machine, np.array([Omega]), np.linspace(0.0, 1.0, LEAST + 1)[1:] * largest / amount, AT_ONCE)
     least = float(here.least_trapping()[0]) * amount
-    freeing = smallest_freeing(machine, Omega)
+    loop = Dynamics(machine.loop(Omega)).about((), np.zeros(0), np.zeros(0), machine.c, machine.mu(Omega))
+    freeing = smallest_freeing(machine, Omega) if loop.is_stable else None
     needed = None if freeing is None else currents_of(freeing.injected, machine)
     allowed = np.array([allowed_current(machine, bearing) for bearing in machine.loop(Omega).currents])
-    demand = smallest_demand(machine, Omega, allowed)
+    demand = smallest_demand(machine, Omega, allowed) if loop.is_stable else None
     demands = [currents_of(result.demanded, machine) for result in (freeing, demand) if result is not None]
     valid_to = machine.linear_components.layout(PLANT).get("valid_to") or math.inf
     notes = list(machine.notes)
@@ -225,6 +244,8 @@ def traps(
         speed=Omega,
         unbalance=amount,
         sites=machine.sites,
+        loop_growth=0.0 if loop.is_stable and loop.growth > 0.0 else loop.growth,
+        loop_frequency=loop.frequency,
         kind=KINDS[regime_of(states)],
         states=states,
         own=tuple(own_whirls(machine, Omega)),
@@ -235,7 +256,7 @@ def traps(
         rolling=rolling_contacts(machine, Omega, valid_to),
         least_trapping=least if math.isfinite(least) else None,
         smallest_force=needed,
-        control=control_of(machine, Omega, states, demands),
+        control=control_of(machine, Omega, states, demands) if loop.is_stable else {},
         speeds=speeds,
         unbalances=factors * amount,
         kinds=whole.regimes(),

@@ -36,14 +36,17 @@ def control_of(
     states: tuple[SynchronousState, ...],
     demands: Sequence[dict[str, BearingCurrent]],
 ) -> dict[str, Freed]:
-    """Return whether feedback, synchronous control and control that knows of the contact free the rotor."""
+    """Return whether feedback, synchronous control and control that knows of the contact free the rotor.
+
+    The loop must be stable at this speed.
+    """
     trapped = [state for state in states if state.contact and state.stable]
     free = [state for state in states if not state.contact and state.stable]
     local = free[0].currents if free else {}
     if free and not trapped:
         words = "frees it: no steady contact is stable" + _within(local)
     else:
-        words = "may leave it in contact" if free else "cannot free it: no orbit misses all sites"
+        words = "may leave it in contact" if free else "cannot free it: no stable orbit misses all sites"
     result = {"feedback alone": Freed(bool(free) and not trapped, local, words)}
     if not machine.loop(Omega).currents:
         return result

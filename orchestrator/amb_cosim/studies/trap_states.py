@@ -20,8 +20,8 @@ VIBRATIONS = 6  # about a state that are told, what decays least first
 KINDS = {
     Regime.FREE: "it turns without contact, and no steady contact is stable",
     Regime.BOTH: "it may turn without contact, or stay in contact",
-    Regime.CONTACT: "no orbit misses all sites; it comes to rest in contact",
-    Regime.WHIRL: "no orbit misses all sites, and it comes to rest in no steady contact: it rubs unsteadily",
+    Regime.CONTACT: "no stable orbit misses all sites; it comes to rest in contact",
+    Regime.WHIRL: "no stable orbit misses all sites, and it comes to rest in no steady contact: it rubs unsteadily",
 }
 
 

@@ -1,0 +1,56 @@
+"""Traps of an expander whose loop is unstable: the study names the instability, and no reason that is not one."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from strange_machine import LEVITATION
+
+import amb_cosim
+from amb_cosim import studies
+from amb_cosim.studies import contact_traps
+
+UNDAMPED = {"rolac_controller.*.c_b_?": 0.0, "amb_actuator.force_law": "linear"}
+
+
+@pytest.fixture(scope="module")
+def unstable() -> contact_traps.Traps:
+    return traps_of_few_points(UNDAMPED)
+
+
+def traps_of_few_points(settings: dict[str, float | str]) -> contact_traps.Traps:
+    with pytest.MonkeyPatch.context() as patch:
+        for name, points in {"SPEEDS": 4, "AMOUNTS": 2, "CURVE": 4, "LEAST": 3}.items():
+            patch.setattr(contact_traps, name, points)
+        return studies.traps(LEVITATION, unbalance="0.5 g.mm", set=settings)
+
+
+def lines_of(traps: contact_traps.Traps) -> list[str]:
+    return [part for part in traps.text() if isinstance(part, str)]
+
+
+def test_unstable_loop_is_named_first_with_growth_and_frequency(unstable: contact_traps.Traps) -> None:
+    """The free orbit of 0.5 g mm misses all sites, so nothing says that no orbit does."""
+    free = next(state for state in unstable.states if not state.contact)
+    assert free.growth > 0.0
+    assert unstable.text()[0] == (
+        f"the loop is unstable at this speed: without contact a whirl at {free.whirl_frequency:.4g} rad/s "
+        f"grows at {free.growth:.3g} 1/s, until the rotor touches"
+    )
+    false = ("no orbit misses", "nothing traps", "no synchronous currents", "frees it", "free it")
+    assert not [line for line in lines_of(unstable) if any(reason in line for reason in false)]
+
+
+def test_growth_of_the_loop_is_that_of_its_poles_at_rest(unstable: contact_traps.Traps) -> None:
+    """The fastest pole of the sampled loop in axes that stand still; it is not quite the same in all directions."""
+    loop = amb_cosim.linearise(LEVITATION, set=UNDAMPED)
+    s = np.log(loop.poles()[np.argmax(np.abs(loop.poles()))]) / loop.dt
+    assert unstable.loop_growth == pytest.approx(s.real, rel=1e-3)
+    assert abs(unstable.loop_frequency) == pytest.approx(abs(s.imag), rel=5e-3)
+
+
+def test_stable_loop_has_no_line_on_stability() -> None:
+    traps = traps_of_few_points({"amb_actuator.force_law": "linear"})
+    assert traps.loop_growth < 0.0
+    assert not [line for line in lines_of(traps) if "unstable" in line]
+    assert any("feedback alone" in line for line in lines_of(traps))
