@@ -78,12 +78,15 @@ class Identification(StudyResult):
         """Return a table with a row for each speed."""
         table = text_table("Identification", HEADINGS, left=("",))
         for result in self.results:
-            matches = ("-", "-")
+            condition, difference, outcome = "-", "-", result.reason or "done"
             if result.receptance is not None:
-                difference = np.abs(ratios(result.receptance, result.model) - 1.0).max()
-                matches = (f"{condition_number(result.receptance):.3f}", f"{100.0 * difference:.2g}")
-            outcome = result.reason or "done"
-            table.add_row(f"{result.frequency:.6g}", str(result.periods), f"{result.force:.1f}", *matches, outcome)
+                condition = f"{condition_number(result.receptance):.3f}"
+                if result.model is None:
+                    outcome = "computed, not compared"
+                else:
+                    difference = f"{100.0 * np.abs(ratios(result.receptance, result.model) - 1.0).max():.2g}"
+            numbers = f"{result.frequency:.6g}", str(result.periods), f"{result.force:.1f}"
+            table.add_row(*numbers, condition, difference, outcome)
         return [table]
 
 
@@ -121,7 +124,8 @@ def identify(
     flavour
         Flavour of the FMUs.
     computed
-        Whether they come from the linear model of the sampled loop, in place of co-simulations.
+        Whether they come from the linear model of the sampled loop, in place of co-simulations, which the others are
+        compared with; nothing else is independent of it.
     progress
         Whether bars are shown (by default in a terminal and in a notebook), or a function that is called now and then
         with an `IdentificationProgress`.

@@ -56,7 +56,7 @@ class IdentifiedReceptance:
     receptance
         R, shape (n_sensors, n_axes), complex (m/N); None if the identification failed.
     model
-        R of the linear model of the same sampled loop.
+        R of the linear model of the same sampled loop, to compare with; None where `receptance` is that one.
     inner
         Response of a controller beneath the synchronous control (`sampled_receptance.inner_response`), if there is one.
     reason
@@ -70,7 +70,7 @@ class IdentifiedReceptance:
     periods: int
     force: Annotated[float, "N"]
     receptance: Annotated[Complex | None, "m/N"]
-    model: Annotated[Complex, "m/N"]
+    model: Annotated[Complex | None, "m/N"]
     inner: Annotated[Complex | None, "N/m"] = None
     reason: str = ""
     interrupted: bool = False
@@ -156,32 +156,38 @@ def run_identification(prepared: PlannedRun, progress: Progress | None = None) -
 
     `progress` is called with the number of steps done, and of all steps.
     """
-    matches = computed_identification(prepared)
+    planned = _planned(prepared)
+    model = sampled_receptance(prepared, planned.order)
     result = run_prepared(prepared, progress)
     receptance, reason = None, result.outcome.failure or ""
     if result.outcome.failure is None:
         receptance, reason = _result(result.dataset.isel(time=-1), machine_of(prepared, CONTROLLER).controlled)
     interrupted = result.outcome.status == "interrupted"
-    return replace(matches, receptance=receptance, reason=reason, interrupted=interrupted)
+    return replace(planned, receptance=receptance, model=model, reason=reason, interrupted=interrupted)
 
 
 def computed_identification(prepared: PlannedRun) -> IdentifiedReceptance:
-    """Return what an identification would find, by the linear model of the loop; nothing is simulated."""
+    """Return what an identification would find, by the linear model of the loop; nothing is simulated or compared."""
+    planned = _planned(prepared)
+    receptance = sampled_receptance(prepared, planned.order)
+    if condition_number(receptance) > MAX_CONDITION:
+        return replace(planned, reason=ERRORS.sentences[ILL_CONDITIONED])
+    return replace(planned, receptance=receptance)
+
+
+def _planned(prepared: PlannedRun) -> IdentifiedReceptance:
+    """Return an identification before it is done."""
     machine = machine_of(prepared, CONTROLLER)
     order = int(machine.parameters[CONTROLLER]["harmonic1.order"])
-    model = sampled_receptance(prepared, order)
-    result = IdentifiedReceptance(
+    return IdentifiedReceptance(
         speed=machine.Omega,
         order=order,
         periods=int(periods(machine.Omega / (2.0 * math.pi))),
         force=force_amplitude(machine),
-        receptance=model,
-        model=model,
+        receptance=None,
+        model=None,
         inner=inner_response(prepared, order),
     )
-    if condition_number(model) > MAX_CONDITION:
-        return replace(result, receptance=None, reason=ERRORS.sentences[ILL_CONDITIONED])
-    return result
 
 
 def force_amplitude(machine: Machine) -> float:
