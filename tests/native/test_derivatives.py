@@ -123,6 +123,23 @@ def test_outputs_have_derivatives_by_all_inputs_unless_they_bend(unpacked, name)
             assert all(np.isfinite(result[0]) for pair, (_, result) in answers.items() if pair not in refused)
 
 
+def test_outputs_have_derivatives_by_stiffnesses_of_moving_bearings(unpacked):
+    """A step with another stiffness is computed in another way: 1e-6 off, whatever the change, which is no kink."""
+    model, constants = model_source("rotor_contact")
+    inputs, outputs = ([v.name for v in model.interface.of(kind) if v.type == "Real"] for kind in ("input", "output"))
+    stiffnesses = [name for name in inputs if name.endswith((".k_xx", ".k_yy"))]
+    with Library(unpacked(model, constants)).instantiate() as fmu:
+        fmu.begin(Omega=260.0, **{"d1.u": 5e-4})
+        for n in range(41):
+            if n == 20:
+                fmu.set(**dict.fromkeys(stiffnesses, -2e6))
+                fmu.set(**{name: 1e-5 for name in inputs if name.endswith("_ref")})
+            assert fmu.step(n) == OK
+            if n in (10, 20, 25, 40):
+                refused = [y for y in outputs for k in stiffnesses if derivative(fmu, [y], [k], [1.0])[0] != OK]
+                assert not refused
+
+
 def test_at_the_edge_of_what_is_allowed_there_is_none(library):
     """At u = 6 V the output `level` reaches the 12 V that it must stay below; at 5 V the model faults."""
     with library.instantiate() as fmu:

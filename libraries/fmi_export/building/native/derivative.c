@@ -16,7 +16,9 @@
    is exact but for rounding.
 
    Where no two levels agree, or the differences to both sides do not approach each other, there is no derivative, as where a
-   rotor begins to touch: the question is left without an answer, and the instance is as it was. */
+   rotor begins to touch: the question is left without an answer, and the instance is as it was. A step with changed inputs
+   may be computed in another way than the step without, and y0 be off y+ and y- by an error of the step, whatever d: the
+   differences to both sides then go apart as 1/d, which is no kink. */
 
 #include "slave.h"
 
@@ -30,7 +32,8 @@ static const double LARGEST_SHARE = 0.1; /* of the nominal size of an input */
 static const double FINER = 8.0;
 static const double AGREEMENT = 1e-6; /* of two levels, relative */
 static const double KINK = 1e-2;      /* of the differences to both sides, relative, that may be one of a bent curve */
-static const double ROUNDINGS = 256.0; /* by which a step's output may be wrong */
+static const double ROUNDINGS = 256.0; /* by which a step's output, or one of nominal size, may be wrong */
+static const double OFF = 1e-5;        /* of the same, by which it may differ between ways to compute it */
 
 /* Room for the answers to a direction: y0, and the two others of each level, each of `n` outputs. */
 typedef struct {
@@ -112,12 +115,13 @@ static double slopes_apart(const Question *question, double y, double one, doubl
 static Status settle_one(const Question *question, const char *call, double share, size_t j, double *result)
 {
     double found[LEVELS], gap[LEVELS], noise[LEVELS], least = INFINITY, y = question->answers[j];
+    double nominal = question->instance->run.data.variables[question->unknowns[j]].nominal; /* of a sum that is near zero */
     int best = -1;
     for (int k = 0; k < LEVELS; k++, share /= FINER) {
         double one = answer(question, k, 0)[j], other = answer(question, k, 1)[j];
         found[k] = quotient(question, y, one, other, share);
         gap[k] = slopes_apart(question, y, one, other, share);
-        noise[k] = ROUNDINGS * DBL_EPSILON * fmax(fabs(y), fmax(fabs(one), fabs(other))) / share;
+        noise[k] = ROUNDINGS * DBL_EPSILON * fmax(fmax(nominal, fabs(y)), fmax(fabs(one), fabs(other))) / share;
         if (!k || !question->valid[k] || !question->valid[k - 1])
             continue;
         double change = fabs(found[k] - found[k - 1]);
@@ -133,7 +137,8 @@ static Status settle_one(const Question *question, const char *call, double shar
                        name, question->input);
     int next = best + 1 < LEVELS && question->valid[best + 1];
     double finer = next ? gap[best + 1] : gap[best], coarser = next ? gap[best] : gap[best - 1];
-    if (gap[best] > KINK * fabs(found[best]) + noise[best] && finer > 0.5 * coarser)
+    int is_off = finer > 0.5 * FINER * coarser && gap[best] < noise[best] * (OFF / (ROUNDINGS * DBL_EPSILON));
+    if (gap[best] > KINK * fabs(found[best]) + noise[best] && finer > 0.5 * coarser && !is_off)
         return decline(question->instance, "%s: %s has no derivative by %s here, which differs to both sides by %g of %g",
                        call, name, question->input, gap[best], found[best]);
     *result = found[best] + (found[best] - found[best - 1]) / (FINER * FINER - 1.0);
