@@ -26,6 +26,8 @@ WHOLE = Checkpoint(
     recorded=("a.x", "b.x"),
     points=np.arange(0, 25, 2),
     table=np.random.default_rng(1).normal(size=(13, 2)),
+    recorded_each=("b.x",),
+    steps=np.random.default_rng(2).normal(size=(25, 1)),
     since={"stop": 3},
     states={"a": bytes(range(256)), "b": b"state"},
     warnings={"a": ["limit"], "b": []},
