@@ -46,7 +46,7 @@ def test_differences_are_to_the_first_run(make):
 
 
 def test_shares_have_the_names_of_the_contact_states(make):
-    result = amb_cosim.compare(make(), make(step_cycle=6.0))
+    result = amb_cosim.compare(make(), make(disturbance_cycle=6.0))
     both = row(result, "contact_share both")
     assert both.unit == "1"
     assert both.values == pytest.approx((0.1, 0.125), abs=0.01)

@@ -52,6 +52,7 @@ unbalance_factor = 2
 inputs.rotor."d1.u" = "5 g.m"
 [[event]]
 label = "step"
+role = "disturbance"
 cycle = 5
 set.rotor."d1.u" = "10 g.m"
 [[event]]

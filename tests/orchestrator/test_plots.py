@@ -28,7 +28,7 @@ def drawn(dataset, folder):
 
 
 @pytest.mark.parametrize(
-    "left_out", slow_but_first([("step_cycle", "removal_cycle"), (), ("removal_cycle",), ("step_cycle",)])
+    "left_out", slow_but_first([("disturbance_cycle", "relief_cycle"), (), ("relief_cycle",), ("disturbance_cycle",)])
 )
 def test_every_figure_is_drawn_from_the_data_set_alone(synthetic, without, tmp_path, left_out):
     requested = json.dumps([*USUAL, "whirl", "energy"])
@@ -107,15 +107,15 @@ def test_a_run_that_failed_while_settling_can_be_drawn(synthetic, tmp_path):
 
 def test_parts_of_a_run_share_a_sample_so_that_lines_join(synthetic):
     parts = motion.run_parts(synthetic())
-    assert [name for name, _, _ in parts] == ["before the step", "with the added unbalance", "after its removal"]
+    assert [name for name, _, _ in parts] == ["before the step", "from the step on", "after the removal"]
     covered = sum(within.astype(int) for _, _, within in parts)
     assert covered.min() == 1
     assert np.flatnonzero(covered == 2).tolist() == [500, 1000]
 
 
 def test_unbalance_from_the_start_has_no_part_before_it(synthetic, without):
-    parts = motion.run_parts(without(synthetic(), "step_cycle"))
-    assert [name for name, _, _ in parts] == ["with the unbalance", "after its removal"]
+    parts = motion.run_parts(without(synthetic(), "disturbance_cycle"))
+    assert [name for name, _, _ in parts] == ["before the removal", "after the removal"]
     assert sum(within.astype(int) for _, _, within in parts).min() == 1
 
 
@@ -141,7 +141,7 @@ def test_rolac_that_is_switched_on_within_the_run_is_marked(synthetic):
 
 
 def test_orbits_before_and_with_rolac_are_drawn_apart(synthetic, without):
-    dataset = acting(without(synthetic(), "step_cycle", "removal_cycle"), 8.0)
+    dataset = acting(without(synthetic(), "disturbance_cycle", "relief_cycle"), 8.0)
     parts = motion.run_parts(dataset)
     assert [name for name, _, _ in parts] == ["before ROLAC", "with ROLAC"]
     assert np.flatnonzero(parts[0][2] & parts[1][2]).tolist() == [800]

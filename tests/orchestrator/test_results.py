@@ -57,13 +57,13 @@ def test_shares_of_methods_count_steps_after_the_settling(synthetic):
 
 
 def test_share_reaches_to_the_end_without_a_removal(synthetic, without):
-    share = contact_history.contact_share(without(synthetic(15), "removal_cycle"))
+    share = contact_history.contact_share(without(synthetic(15), "relief_cycle"))
     assert share["2"] == pytest.approx(100 / 1001)
     assert sum(share.values()) == pytest.approx(1.0)
 
 
 def test_share_spans_the_whole_run_without_a_step(synthetic, without):
-    share = contact_history.contact_share(without(synthetic(10), "step_cycle", "removal_cycle"))
+    share = contact_history.contact_share(without(synthetic(10), "disturbance_cycle", "relief_cycle"))
     assert share["1"] == pytest.approx(100 / 1001)
 
 
@@ -129,7 +129,7 @@ def test_a_rotor_on_its_retainers_has_landed_where_nothing_can_lift_it(synthetic
 
 
 def test_a_run_without_a_step_has_no_outcome(synthetic, without):
-    assert contact_history.recovery(without(synthetic(), "step_cycle")) is None
+    assert contact_history.recovery(without(synthetic(), "disturbance_cycle")) is None
     assert contact_history.recovery(synthetic().drop_vars("rotor_contact.contact_state")) is None
 
 
@@ -158,7 +158,7 @@ def test_settling_is_left_out_of_the_figures(synthetic):
 
 
 def test_orbit_before_needs_a_step(synthetic, without):
-    assert orbits.orbit_before(without(synthetic(), "step_cycle")) == {"mb1": None, "mb2": None}
+    assert orbits.orbit_before(without(synthetic(), "disturbance_cycle")) == {"mb1": None, "mb2": None}
 
 
 def test_figures_survive_missing_variables_and_an_empty_record(synthetic):
@@ -209,8 +209,8 @@ def test_a_turn_of_few_samples_has_no_amplitude(synthetic):
 
 def test_settled_amplitude_before_needs_a_step_and_a_whole_turn(synthetic, without):
     nothing = {"mb1": None, "mb2": None}
-    assert orbits.settled_amplitudes(without(synthetic(), "step_cycle"))["before"] == nothing
-    assert orbits.settled_amplitudes(synthetic(20, step_cycle=0.5))["before"] == nothing
+    assert orbits.settled_amplitudes(without(synthetic(), "disturbance_cycle"))["before"] == nothing
+    assert orbits.settled_amplitudes(synthetic(20, disturbance_cycle=0.5))["before"] == nothing
     assert orbits.settled_amplitudes(synthetic(0.5))["end"] == nothing
 
 
@@ -221,12 +221,12 @@ def acting(dataset, begin):
 
 
 def test_without_a_step_the_change_is_that_rolac_begins(synthetic, without):
-    dataset = acting(without(synthetic(), "step_cycle", "removal_cycle"), 8.0)
+    dataset = acting(without(synthetic(), "disturbance_cycle", "relief_cycle"), 8.0)
     assert series.change(dataset) == pytest.approx(8.0)
     assert orbits.settled_amplitudes(dataset)["before"]["mb1"] == pytest.approx(0.5)
     assert series.change(acting(synthetic(), 8.0)) == 5.0, "a step counts first"
-    assert series.change(acting(without(synthetic(), "step_cycle"), 0.0)) is None, "it acts all the time"
-    assert series.change(acting(without(synthetic(), "step_cycle"), 99.0)) is None, "it never acts"
+    assert series.change(acting(without(synthetic(), "disturbance_cycle"), 0.0)) is None, "it acts all the time"
+    assert series.change(acting(without(synthetic(), "disturbance_cycle"), 99.0)) is None, "it never acts"
 
 
 def test_turns_follow_a_changing_speed(synthetic):

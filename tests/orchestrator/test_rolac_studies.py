@@ -191,5 +191,5 @@ def test_statistics_count_runs_that_recover_with_or_without_contact(monkeypatch,
     assert len(data["controls"]) == 6
     cell = data["controls"]["PID + ROLAC"][1]
     assert (cell["recovered_share"], cell["median_cycles"]) == (0.75, 3.0)
-    assert [run["step_cycle"] for run in cell["runs"]] == list(last)
+    assert [run["disturbance_cycle"] for run in cell["runs"]] == list(last)
     assert [run["cycles"] for run in cell["runs"]] == [0.0, 3.0, 9.0, 54.25]

@@ -81,14 +81,14 @@ def test_truth_is_no_number():
 
 
 def test_cycles_are_periods_of_the_initial_speed():
-    scenario = parse_scenario(MINIMAL + '[[event]]\nlabel = "step"\ncycle = 5\nset.a.b = 1', "mine")
-    assert scenario.moment_of("step") == pytest.approx(5.0 * 2.0 * math.pi / 100.0)
-    assert scenario.moment_of("removal") is None
+    scenario = parse_scenario(MINIMAL + '[[event]]\nrole = "disturbance"\ncycle = 5\nset.a.b = 1', "mine")
+    assert scenario.by_role("disturbance").moment(scenario.period) == pytest.approx(5.0 * 2.0 * math.pi / 100.0)
+    assert scenario.by_role("relief") is None
 
 
 def test_an_event_may_have_a_time_instead():
-    scenario = parse_scenario(MINIMAL + '[[event]]\nlabel = "step"\ntime = "120 ms"\nset.a.b = 1', "mine")
-    assert scenario.moment_of("step") == pytest.approx(0.12)
+    scenario = parse_scenario(MINIMAL + '[[event]]\nrole = "disturbance"\ntime = "120 ms"\nset.a.b = 1', "mine")
+    assert scenario.by_role("disturbance").moment(scenario.period) == pytest.approx(0.12)
 
 
 def test_every_mistake_is_one_line():
@@ -114,9 +114,9 @@ def with_points(*points: str) -> str:
         (MINIMAL + "[[event]]\nset.a.b = 1", "an event needs either cycle or time"),
         (MINIMAL + "[[event]]\ncycle = -1\nset.a.b = 1", "must be at >= 0 s"),
         (
-            MINIMAL + "[[event]]\nlabel = 'removal'\ncycle = 1\nset.a.b = 1\n"
-            "[[event]]\nlabel = 'step'\ncycle = 1\nset.a.b = 1",
-            "a removal must come after the step",
+            MINIMAL + "[[event]]\nlabel = 'removal'\nrole = 'relief'\ncycle = 1\nset.a.b = 1\n"
+            "[[event]]\nlabel = 'step'\nrole = 'disturbance'\ncycle = 1\nset.a.b = 1",
+            "must come after the disturbance",
         ),
         (MINIMAL + "end_time = 3", "a scenario needs either end_cycle or end_time"),
         (MINIMAL.replace("end_cycle = 10", ""), "a scenario needs either end_cycle or end_time"),
@@ -181,8 +181,37 @@ def test_every_packaged_scenario_is_sound():
         scenario = load_scenario(name)
         assert scenario.description
         assert scenario.source
-        if scenario.gravity is None and "step" in {event.label for event in scenario.event}:
-            assert scenario.moment_of("step") == pytest.approx(5.0 * scenario.period), "as everywhere in the thesis"
+        step = scenario.by_role("disturbance")
+        if scenario.gravity is None and step:
+            assert step.moment(scenario.period) == pytest.approx(5.0 * scenario.period), "as everywhere in the thesis"
+
+
+EVENT = "[[event]]\n{}\ncycle = {}\nset.a.b = 1\n"
+
+
+def test_labels_are_free_and_come_in_the_order_of_their_events():
+    trip, restart = EVENT.format('label = "trip"\nrole = "disturbance"', 5), EVENT.format('label = "restart"', 9)
+    scenario = parse_scenario(MINIMAL + restart + trip, "mine")
+    assert scenario.labels == ("trip", "restart")
+    assert scenario.by_role("disturbance").name == "trip"
+    assert parse_scenario(MINIMAL + EVENT.format('role = "relief"', 5), "mine").labels == ("relief",)
+
+
+@pytest.mark.parametrize(
+    ("events", "message"),
+    [
+        ([("label = 'step'", 5)], "the event labelled step needs role = 'disturbance'"),
+        ([("label = 'removal'", 5)], "the event labelled removal needs role = 'relief'"),
+        ([("role = 'relief'", 5), ("label = 'b'\nrole = 'relief'", 6)], "two events have the same role"),
+        ([("label = 'a'", 5), ("label = 'a'", 6)], "two events have the same label"),
+        ([("role = 'relief'", 5), ("role = 'disturbance'", 6)], "role relief must come after the disturbance"),
+        ([("label = 'a.b'", 5)], "label"),
+        ([("role = 'trip'", 5)], "role"),
+    ],
+)
+def test_labels_and_roles_that_cannot_be_meant_are_refused(events, message):
+    with pytest.raises(ValueError, match=message):
+        parse_scenario(MINIMAL + "".join(EVENT.format(*event) for event in events), "mine")
 
 
 @pytest.mark.parametrize("name", packaged_scenarios())

@@ -25,8 +25,15 @@ AT_REST = 0.02  # standard deviation of a force, over the largest mean, that cou
 
 def run_of(Omega, u, is_knocked, time):
     """Return time (s) and forces (N) of a run: at rest with 0.5 u, then u, or 2 u for ten turns and then u."""
-    more = [{"label": "step", "cycle": 2.0, "set": {"rotor_contact": {"d1.u": 2.0 * u if is_knocked else u}}}]
-    less = [{"label": "removal", "cycle": 12.0, "set": {"rotor_contact": {"d1.u": u}}}] if is_knocked else []
+    more = [
+        {
+            "label": "step",
+            "role": "disturbance",
+            "cycle": 2.0,
+            "set": {"rotor_contact": {"d1.u": 2.0 * u if is_knocked else u}},
+        }
+    ]
+    less = [{"role": "relief", "cycle": 12.0, "set": {"rotor_contact": {"d1.u": u}}}] if is_knocked else []
     cycles = float(np.ceil(time * Omega / (2.0 * np.pi)))
     changes = {"Omega": float(Omega), "event": (*more, *less), "end_cycle": cycles, "unbalance_factor": 1.0}
     changes["record"] = {"every": 4, "variables": ["rotor_contact.rb?.f_n_mean"]}

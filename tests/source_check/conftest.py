@@ -45,8 +45,10 @@ def known_run() -> SignalTable:
         "scenario_data": json.dumps({"unbalance_factor": 1.25}),
         "period_s": PERIOD,
         "speed_rad_s": 2.0 * np.pi / PERIOD,
-        "step_cycle": 5.0,
-        "removal_cycle": 10.0,
+        "disturbance_cycle": 5.0,
+        "relief_cycle": 10.0,
+        "disturbance_label": "step",
+        "relief_label": "removal",
     }
     coordinates = {"time": Samples(cycle * PERIOD, {}), "cycle": Samples(cycle, {})}
     return SignalTable({f"rotor_contact.{n}": Samples(v, {}) for n, v in values.items()}, coordinates, attributes)

@@ -38,7 +38,7 @@ def test_points_that_share_a_past_lead_to_the_same_bits(vary):
     design = make_design(vary)
     points = range(design.size)
     alone, _ = run(vary, points, ())
-    together, shared = run(vary, branching_order(design, points), varied_labels(design))
+    together, shared = run(vary, branching_order(design, points, SHORT.labels), varied_labels(design, SHORT.labels))
     assert together == alone
     assert len(set(alone.values())) == design.size, "the points differ"
     parts = 2 if "rotor_contact.shroud.mu" in vary else 1
@@ -49,7 +49,7 @@ def test_points_that_share_a_past_lead_to_the_same_bits(vary):
 @pytest.mark.slow
 def test_whatever_the_order_points_lead_to_the_same_bits():
     vary = {REMOVED: [9, 8.5], SIZE: ["90 g.mm", "110 g.mm"]}
-    labels, points = varied_labels(make_design(vary)), range(4)
+    labels, points = varied_labels(make_design(vary), SHORT.labels), range(4)
     alone, _ = run(vary, points, ())
     for order in ([3, 0, 2, 1], [0, 1, 2, 3], [2, 2, 1, 3, 0]):
         assert run(vary, order, labels)[0] == alone
@@ -89,7 +89,7 @@ def test_what_an_event_varies_changes_first_and_its_moments_ascend():
     vary = {MOMENT: [5, 3, 4], "rotor_contact.shroud.mu": [0.1, 0.2], REMOVED: [9, 8]}
     design = make_design(vary)
     assert varied_labels(design) == ("step", "removal")
-    ordered = [design.settings(n) for n in branching_order(design, range(design.size))]
+    ordered = [design.settings(n) for n in branching_order(design, range(design.size), SHORT.labels)]
     keys = [(s["rotor_contact.shroud.mu"], s[MOMENT], s[REMOVED]) for s in ordered]
     assert keys == sorted(keys)
 
@@ -97,4 +97,4 @@ def test_what_an_event_varies_changes_first_and_its_moments_ascend():
 def test_without_events_the_order_is_that_of_the_axes():
     design = make_design({"Omega": [3, 1, 2], "rotor_contact.shroud.mu": [0.2, 0.1]})
     assert varied_labels(design) == ()
-    assert branching_order(design, [4, 0, 2]) == [4, 0, 2]
+    assert branching_order(design, [4, 0, 2], ()) == [4, 0, 2]

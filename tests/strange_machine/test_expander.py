@@ -52,7 +52,7 @@ def test_it_falls_onto_both_retainers_and_stays_there(touchdown):
 @pytest.mark.parametrize(("lost", "outcome"), [(("north", "south"), "landed"), (("north",), "trapped")])
 def test_it_has_landed_where_both_magnets_have_lost_their_power(lost, outcome):
     off = {f"{magnet}.amplifier_off_?": True for magnet in lost}
-    event = {"label": "step", "cycle": 2, "set": {"amb_actuator": off}}
+    event = {"label": "step", "role": "disturbance", "cycle": 2, "set": {"amb_actuator": off}}
     result = amb_cosim.run(Scenario.load(TOUCHDOWN).changed(end_cycle=8, event=[event]))
     assert result.summary.recovery == outcome
 

@@ -32,7 +32,7 @@ def actuator(tmp_path_factory) -> Path:
 
 
 def with_event(actuator: Path, **values: float | bool) -> Scenario:
-    event = {"label": "step", "cycle": 2, "set": {"amb_actuator": values}}
+    event = {"label": "step", "role": "disturbance", "cycle": 2, "set": {"amb_actuator": values}}
     return Scenario.load(LEVITATION).changed(event=[event], fmu={"amb_actuator": str(actuator)}, end_cycle=4)
 
 
@@ -59,7 +59,7 @@ def test_what_an_event_does_without_is_the_first_warning(actuator):
     """Both bearings touch where both lose their power; the other warnings of such a run come later."""
     scenario = Scenario.load(TOUCHDOWN).changed(fmu={"amb_actuator": str(actuator)}, end_cycle=8)
     off = {"north.amplifier_off_x": True, "north.amplifier_off_y": True, "south.amplifier_off_y": True}
-    event = {"label": "step", "cycle": 2, "set": {"amb_actuator": off}}
+    event = {"label": "step", "role": "disturbance", "cycle": 2, "set": {"amb_actuator": off}}
     warnings = amb_cosim.run(scenario.changed(event=[event])).summary.warnings
     assert len(warnings) > 1
     assert warnings[0].startswith("event step at 0.008 s is done in part only: amb_actuator (own_actuator.fmu) has no ")

@@ -72,7 +72,7 @@ def caught() -> Summary:
     """The fall onto the retainers, with power again after 18 turns."""
     scenario = Scenario.load(TOUCHDOWN)
     (off,) = (event.model_dump(exclude_none=True) for event in scenario.event)
-    on = {"label": "removal", "cycle": 20, "set": {"amb_actuator": {"*.amplifier_off_?": False}}}
+    on = {"label": "removal", "role": "relief", "cycle": 20, "set": {"amb_actuator": {"*.amplifier_off_?": False}}}
     return amb_cosim.run(scenario.changed(event=[off, on], end_cycle=80)).summary
 
 

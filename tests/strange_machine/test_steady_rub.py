@@ -73,8 +73,15 @@ LINEAR = {
 @pytest.mark.parametrize("u", slow_but_first([60.0, 110.0]))  # g mm
 def test_co_simulation_that_is_knocked_into_contact_stays_with_the_force_of_its_stable_state(u):
     """A knock of six turns leaves it in the labyrinth with friction, though it can turn free: N to 1e-5."""
-    events = ({"label": "step", "cycle": 2.0, "set": {"rotor_contact": {"turbine.u": f"{2.2 * u} g.mm"}}},)
-    events += ({"label": "removal", "cycle": 8.0, "set": {"rotor_contact": {"turbine.u": f"{u} g.mm"}}},)
+    events = (
+        {
+            "label": "step",
+            "role": "disturbance",
+            "cycle": 2.0,
+            "set": {"rotor_contact": {"turbine.u": f"{2.2 * u} g.mm"}},
+        },
+    )
+    events += ({"role": "relief", "cycle": 8.0, "set": {"rotor_contact": {"turbine.u": f"{u} g.mm"}}},)
     knocked = given_scenario(LEVITATION, None).changed(event=events, end_cycle=150)
     machine = rubbing_rotor(prepare(knocked, LINEAR))
     states = states_at(machine, machine.Omega)

@@ -101,5 +101,5 @@ def switched_off(subject: Subject, cycle: float) -> dict[str, Any]:
     limits = {f"{b}.discharge_voltage_{a}": local[f"{b}.voltage_limit_{a}"] for b, a in subject.loop.axes}
     return {
         "parameters": {ACTUATOR: {"amplifier": "dynamic", "mean_current": True, **limits}},
-        "event": [{"label": "step", "cycle": cycle, "set": {ACTUATOR: {"*.amplifier_off_?": True}}}],
+        "event": [{"role": "disturbance", "cycle": cycle, "set": {ACTUATOR: {"*.amplifier_off_?": True}}}],
     }

@@ -14,7 +14,7 @@ from amb_cosim.commands.options import FLAVOUR, NO_PLOTS, RECEPTANCES, ROTOR, SE
 from amb_files.atomic import check_writable
 
 VARY = """Values of a variable, NAME=START:STOP:COUNT or NAME=VALUE,VALUE,...; units are understood. What an event sets
-begins with step. or removal.; names joined by & are varied together; NAME=@FILE has a table of settings a label."""
+begins with the label of an event; names joined by & are varied together; NAME=@FILE has a table of settings a label."""
 
 ADAPTIVE = """Run only the points that are needed to know maximum:METRIC, minimum:METRIC or boundary:METRIC=LEVEL
 to --certainty."""

@@ -128,12 +128,12 @@ def _panels(run: Signals, others: Iterable[RunPanels]) -> Iterator[Panel]:
 
 
 def _orbits(run: Signals, shown: NDArray[np.bool_]) -> Iterator[Curve]:
-    """Yield the clearance and the orbits; of a rotor that rolls, from before the step until it does."""
+    """Yield the clearance and the orbits; of a rotor that rolls, from before the disturbance until it does."""
     angle = np.linspace(0.0, 2.0 * np.pi, 181)
     yield Curve("clearance", np.cos(angle), np.sin(angle), "dashed")
     rolling = rolling_from(run)
     if rolling is not None:
-        begin = float(run.attrs.get("step_cycle", 0.0)) - 0.5
+        begin = float(run.attrs.get("disturbance_cycle", 0.0)) - 0.5
         shown = shown & (cycles(run) >= begin) & (cycles(run) < rolling + 0.02)
     every = max(1, np.count_nonzero(shown) // (2 * MOST_POINTS))
     for mb, site in places(run).bearings.items():

@@ -40,12 +40,12 @@ def touchable(dataset: Signals) -> list[str]:
 
 
 def loaded_interval(dataset: Signals) -> tuple[float, float]:
-    """Return the cycles of step and removal; 0 without a step, infinity without a removal."""
-    return float(dataset.attrs.get("step_cycle", 0.0)), float(dataset.attrs.get("removal_cycle", np.inf))
+    """Return the cycles of disturbance and relief; 0 without the one, infinity without the other."""
+    return float(dataset.attrs.get("disturbance_cycle", 0.0)), float(dataset.attrs.get("relief_cycle", np.inf))
 
 
 def contact_share(dataset: Signals) -> dict[str, float | None]:
-    """Return the share of the time between step and removal in each contact state, see `RotorPlaces.contact_states`."""
+    """Return the share of each of `RotorPlaces.contact_states` of the time between disturbance and relief."""
     dataset = at_every_step(dataset)
     begin, end = loaded_interval(dataset)
     state = signal(dataset, "contact_state")
@@ -57,7 +57,7 @@ def contact_share(dataset: Signals) -> dict[str, float | None]:
 
 
 def site_share(dataset: Signals) -> dict[str, float | None]:
-    """Return the share of the time between step and removal that the rotor is in contact at each site."""
+    """Return the share of the time between disturbance and relief that the rotor is in contact at each site."""
     dataset = at_every_step(dataset)
     begin, end = loaded_interval(dataset)
     within = (cycles(dataset) >= begin) & (cycles(dataset) < end)
@@ -101,11 +101,11 @@ def recovered(dataset: Signals) -> bool | None:
 
 
 def recovery(dataset: Signals) -> Recovery | None:
-    """Find what the step led to; None without a step, or where contact was not recorded.
+    """Find what the disturbance led to; None without one, or where contact was not recorded.
 
-    `unstable` is a rotor that diverges without contact, see `stability`, whether there is a step or not. Of the others
+    `unstable` is a rotor that diverges without contact, see `stability`, with a disturbance or without. Of the others
     that have not `recovered`, one whose magnets have no power at the end has `landed` on its retainers, where it
-    belongs then, and any other is `trapped`. Of the rest, `prevented` is one that never touches after the step.
+    belongs then, and any other is `trapped`. Of the rest, `prevented` is one that never touches after the disturbance.
     """
     return freed_after(dataset, contact_cycles(dataset)[1])[1]
 
@@ -114,15 +114,15 @@ def freed_after(dataset: Signals, last: float | None) -> tuple[bool | None, Reco
     """Return `recovered` and `recovery` after the last contact, in cycle `last`, None without any."""
     if signal(dataset, "contact_state") is None or not len(cycles(dataset)):
         return None, None
-    step = dataset.attrs.get("step_cycle")
+    disturbance = dataset.attrs.get("disturbance_cycle")
     if is_unstable(dataset, last):
         return False, "unstable"
     free = last is None or bool(cycles(dataset)[-1] - last >= RECOVERY_CYCLES)
-    if step is None:
+    if disturbance is None:
         return free, None
     if not free:
         return free, "landed" if without_power(dataset)[-1] else "trapped"
-    return free, "prevented" if last is None or last <= step else "recovered"
+    return free, "prevented" if last is None or last <= disturbance else "recovered"
 
 
 def whirl_at_the_end(dataset: Signals, site: str) -> float | None:

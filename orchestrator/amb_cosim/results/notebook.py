@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 SHOWN = ("touchdown", "orbits", "displacement", "contact", "magnets")  # figures, the first three for what moved
 VERDICTS = {
-    "prevented": "the step led to no contact",
+    "prevented": "the disturbance led to no contact",
     "recovered": "the rotor touched, and is free of contact again",
     "landed": "the rotor lies or turns on its retainers: no magnet has power",
     "trapped": "the rotor stays in contact",

@@ -64,9 +64,9 @@ def support(dataset: Signals, bearing: str) -> str:
 
 
 def orbit_before(dataset: Signals) -> dict[str, float | None]:
-    """Return the largest radius (mm) at each of `moving_places` in the cycle before the step; None without a step."""
-    step, cycle = float(dataset.attrs.get("step_cycle", -np.inf)), cycles(dataset)
-    return _largest_radii(dataset, (cycle >= max(step - 1.0, 0.0)) & (cycle < step))
+    """Return the largest radius (mm) at each of `moving_places` in the cycle before the disturbance, if any."""
+    begin, cycle = float(dataset.attrs.get("disturbance_cycle", -np.inf)), cycles(dataset)
+    return _largest_radii(dataset, (cycle >= max(begin - 1.0, 0.0)) & (cycle < begin))
 
 
 def orbit_after(dataset: Signals) -> dict[str, float | None]:
@@ -93,8 +93,8 @@ def settled_amplitudes(dataset: Signals) -> dict[str, dict[str, float | None]]:
 def settled_amplitude(dataset: Signals, motion: Path | None, when: When) -> float | None:
     """Return the synchronous amplitude (m) of a displacement, shape (2, n), `before` the change or at the `end`.
 
-    The change is the step or, without one, ROLAC's beginning; see `series.change`. It is the amplitude of the last
-    whole turn of the rotor up to there; None where there is none.
+    The change is that of `series.change`. It is the amplitude of the last whole
+    turn of the rotor up to there; None where there is none.
     """
     turned = turns(dataset)
     at = change(dataset) if when == "before" else np.inf

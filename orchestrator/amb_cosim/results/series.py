@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from amb_cosim.cosim.basics.choices import Role
 from amb_cosim.cosim.record.signals import AT_STEPS, EACH_STEP, Samples, Signals, SignalTable, variables_of
 
 Path = NDArray[np.float64]  # x and y of a motion over time, shape (2, n)
@@ -98,10 +99,15 @@ def turns(dataset: Signals) -> NDArray[np.float64]:
     return np.asarray(turned - np.interp(0.0, time, turned))
 
 
+def event_name(dataset: Signals, role: Role) -> str:
+    """Return the label of the event with a role in words, or the role where the run has none."""
+    return str(dataset.attrs.get(f"{role}_label", role)).replace("_", " ")
+
+
 def change(dataset: Signals) -> float | None:
-    """Return the cycle of the step or, without a step, that at which ROLAC begins to act."""
-    if "step_cycle" in dataset.attrs:
-        return float(dataset.attrs["step_cycle"])
+    """Return the cycle of the disturbance or, without one, that at which ROLAC begins to act."""
+    if "disturbance_cycle" in dataset.attrs:
+        return float(dataset.attrs["disturbance_cycle"])
     return switched_on(dataset)
 
 

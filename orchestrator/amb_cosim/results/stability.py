@@ -8,6 +8,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from amb_cosim.cosim.basics.choices import ROLES
 from amb_cosim.cosim.record.signals import Signals
 from amb_cosim.results.places import ACTUATOR, CONTROLLER, PLANT, places
 from amb_cosim.results.series import cycles, displacements, parameters, signal, speed, speed_changes
@@ -25,7 +26,7 @@ def is_unstable(dataset: Signals, last_contact: float | None = None) -> bool:
     """Return whether the rotor diverges at the end of a run whose last contact is in that cycle, None without any."""
     cycle = cycles(dataset)
     end = float(cycle.max(initial=0.0))
-    events = (float(dataset.attrs.get(name, 0.0)) for name in (LAST_CHANGE, "step_cycle", "removal_cycle"))
+    events = (float(dataset.attrs.get(name, 0.0)) for name in (LAST_CHANGE, *(f"{role}_cycle" for role in ROLES)))
     begin = max(0.0, last_contact or 0.0, *(event for event in events if event <= end))
     if end - begin < MIN_CYCLES:
         return False

@@ -8,6 +8,7 @@ from typing import Any
 
 from rich.table import Table
 
+from amb_cosim.cosim.basics.choices import ROLES
 from amb_cosim.cosim.record.signals import Signals
 from amb_cosim.cosim.record.warnings import sentences, warnings_of
 from amb_cosim.presentation.json_data import json_data
@@ -17,6 +18,7 @@ from amb_cosim.results.contact_spectrum import share_beyond_reduction, warnings_
 from amb_cosim.results.methods import shares_of_steps
 from amb_cosim.results.orbits import orbit_after, orbit_before, orbit_largest, settled_amplitudes
 from amb_cosim.results.places import places
+from amb_cosim.results.series import event_name
 from amb_cosim.results.touchdown import Retainer, Touchdown, touchdown
 
 AtPlaces = dict[str, float | None]
@@ -53,8 +55,10 @@ class Summary:
         Largest normal contact force averaged over 1 ms at each site, impacts included (N): the figure that converges.
     peak_impulse
         Largest normal impulse of the impacts within a step at each site (N s).
+    events
+        Names of the events that are the `disturbance` and the `relief` of the run, by role.
     contact_share
-        Share of the time between step and removal in each contact state, by the plant's output `contact_state`.
+        Share of the time between disturbance and relief in each contact state, by the plant's output `contact_state`.
     site_share
         Share of the same time that the rotor is in contact at each site.
     contact_states
@@ -63,11 +67,11 @@ class Summary:
         Cycles of the first and last sample in contact.
     recovered
         Whether the rotor is stable and free of contact for good; None of a run that broke off, and where there was no
-        step and no contact to recover from.
+        disturbance and no contact to recover from.
     recovery
-        What the step led to: contact `prevented`, `recovered` from, or the rotor `trapped` in it, or `landed` where no
-        magnet has power at the end; `unstable` where its orbit grows or its amplifiers stay at their limits, see
-        `stability`, with a step or without. None of any other run without a step, or that broke off.
+        What the disturbance led to: contact `prevented`, `recovered` from, or the rotor `trapped` in it, or `landed`
+        where no magnet has power at the end; `unstable` where its orbit grows or its amplifiers stay at their limits,
+        see `stability`, with a disturbance or without. None of any other run without one, or that broke off.
     rolling_from
         Cycle from which the rotor rolls on a site through a turn of its whirl or more, net of what it goes back.
     rolling_on_race_from
@@ -76,7 +80,7 @@ class Summary:
         Mean whirl speed at each site over the last cycle (rad/s); None where the rotor does not touch it at the end.
     orbit_before, orbit_after, orbit_largest
         Largest radius at each bearing, and at each retainer that is not in the plane of its bearing, in the cycle
-        before the step, in the last cycle, and at any time (mm).
+        before the disturbance, in the last cycle, and at any time (mm).
     settled_amplitude
         Synchronous amplitude at the same places `before` the change and at the `end` (mm).
     energy
@@ -110,6 +114,7 @@ class Summary:
     peak_band: float | None = field(metadata={KEY: "peak_band_rad_s"})
     averaged_contact_force: AtPlaces = field(metadata={KEY: "averaged_contact_force_N"})
     peak_impulse: AtPlaces = field(metadata={KEY: "peak_impulse_Ns"})
+    events: dict[str, str]
     contact_share: AtPlaces
     contact_states: list[str]
     site_share: AtPlaces
@@ -139,6 +144,13 @@ class Summary:
         """Return `as_dict` as JSON text."""
         return json.dumps(self.as_dict(), indent=2, allow_nan=False) + "\n"
 
+    def _interval(self) -> str:
+        """Return in words between which events the shares of contact are taken."""
+        begin, end = (self.events.get(role) for role in ROLES)
+        if begin and end:
+            return f" between {begin} and {end}"
+        return f" after the {begin}" if begin else f" before the {end}" if end else ""
+
     def table(self) -> Table:
         """Return a table of the main values, to print."""
         table = Table(title=self.scenario, show_header=False, title_justify="left")
@@ -148,7 +160,7 @@ class Summary:
             ("contact force averaged over 1 ms", self.averaged_contact_force, "N"),
             (f"peak contact force{band}{sampled}", self.peak_contact_force, "N"),
             ("peak impulse", self.peak_impulse, "N s"),
-            ("orbit before the step", self.orbit_before, "mm"),
+            (f"orbit before the {self.events.get('disturbance')}", self.orbit_before, "mm"),
             ("orbit at the end", self.orbit_after, "mm"),
             ("largest orbit", self.orbit_largest, "mm"),
             ("synchronous part before the change", self.settled_amplitude["before"], "mm"),
@@ -161,7 +173,7 @@ class Summary:
         shares = states if set(sites) <= set(states) else sites  # the states are those of the bearings alone
         texts = [f"{name} {100 * share:.1f} %" for name, share in shares.items() if share]
         if texts:
-            table.add_row("contact between step and removal", ", ".join(texts))
+            table.add_row(f"contact{self._interval()}", ", ".join(texts))
         first, last = self.first_contact, self.last_contact
         table.add_row("contact", "none" if first is None else f"from cycle {first:.4g} to {last:.4g}")
         if self.recovery is not None:
@@ -206,6 +218,7 @@ def summarise(dataset: Signals) -> Summary:
         peak_band=places(dataset).valid_to,
         averaged_contact_force={site: contact_forces.largest_averaged_force(dataset, site) for site in sites},
         peak_impulse={site: contact_history.peak(dataset, f"{site}.impulse") for site in sites},
+        events={role: event_name(dataset, role) for role in ROLES if f"{role}_cycle" in dataset.attrs},
         contact_share=contact_history.contact_share(dataset),
         contact_states=list(places(dataset).contact_states),
         site_share=contact_history.site_share(dataset),

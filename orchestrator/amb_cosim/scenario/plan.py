@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from typing import Any
 
+from amb_cosim.cosim.basics.choices import Role
 from amb_cosim.cosim.basics.time_grid import is_on_grid, nearest_point, nearest_steps
 from amb_cosim.cosim.system.assembly import Assembly
 from amb_cosim.cosim.system.assignments import Assignments
@@ -29,12 +30,13 @@ UNBALANCE = "kg.m"
 class ScenarioPlan(Plan):
     """A scenario on the time grid: cycle 0 begins at time 0, settling comes before it.
 
-    `period` is that of the initial speed (s), `marks` holds the communication points of labelled events, `warnings` are
-    sentences on parameters that change nothing or do not belong together.
+    `period` is that of the initial speed (s), `marks` holds the communication points of labelled events, `roles` the
+    labels of those with a role, `warnings` are sentences on parameters that change nothing or do not belong together.
     """
 
     period: float = math.nan
     marks: Mapping[str, int] = field(default_factory=dict)
+    roles: Mapping[Role, str] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
 
     @property
@@ -96,9 +98,9 @@ def plan_scenario(
     events: list[InputChange] = []
     marks: dict[str, int] = {}
     for number, event in enumerate(scenario.event, 1):
-        moment, message = event.moment(period), f"event {event.label or number}"
-        if event.label:
-            marks[event.label] = nearest_point("time of event", moment, h)
+        moment, message = event.moment(period), f"event {event.name or number}"
+        if event.name:
+            marks[event.name] = nearest_point("time of event", moment, h)
         events += [InputChange(moment, name, value, message) for name, value in _scaled(event.set, scenario, values)]
     experiment = Experiment(
         step_size=h,
@@ -119,8 +121,9 @@ def plan_scenario(
     plan = plan_experiment(experiment, values)
     planned = {f.name: getattr(plan, f.name) for f in fields(Plan)}
     planned["notices"] = (*plan.notices, *_rounded(end, plan))
+    roles = {event.role: event.name for event in scenario.event if event.role}
     warnings = (*idle_switches(values, given), *first.warnings)
-    return ScenarioPlan(**planned, period=period, marks=marks, warnings=warnings)
+    return ScenarioPlan(**planned, period=period, marks=marks, roles=roles, warnings=warnings)
 
 
 @dataclass(frozen=True)

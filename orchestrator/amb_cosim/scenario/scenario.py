@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import Any, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 import tomli_w
-from pydantic import Field
+from pydantic import Field, StringConstraints
 
-from amb_cosim.cosim.basics.choices import Coupling, Settling
+from amb_cosim.cosim.basics.choices import Coupling, Role, Settling
 from amb_cosim.cosim.system.stopping import StopCondition
 from amb_cosim.cosim.system.system_tables import Record, stop_condition
 from amb_cosim.cosim.system.tables import Cycles, Table, Value, Values, time_of
@@ -23,6 +23,9 @@ from amb_files.toml import parse_toml, validate
 _MACHINE = (  # fields that say what runs, and how it is set
     *("system", "rotor", "gradient", "fmu", "parameters", "Omega", "gravity", "gravity_angle", "communication_step"),
 )
+
+Label = Annotated[str, StringConstraints(pattern=r"^[a-z][a-z0-9_]*$", max_length=40)]
+FORMER_LABELS = {"step": "disturbance", "removal": "relief"}  # that stood for a role before there were roles
 
 FigureName = Literal["orbits", "displacement", "contact", "whirl", "magnets", "energy", "touchdown"]
 
@@ -51,10 +54,17 @@ class Event(_Moment):
 
     noun = "an event"
 
-    label: Literal["step", "removal"] | None = None
-    """Marks the event in figures and plots."""
+    label: Label | None = None
+    """Names the event in figures and sweeps, such as `power_loss`; by default its role. No two have the same."""
+    role: Role | None = None
+    """What it is to the run: the `disturbance` that the rotor is judged after, or the `relief` that takes it back."""
     set: dict[str, Values]
     """New values, by component and variable."""
+
+    @property
+    def name(self) -> str:
+        """Its label or, without one, its role; empty without both."""
+        return self.label or self.role or ""
 
 
 class SpeedPoint(_Moment):
@@ -229,9 +239,15 @@ class Scenario(Table):
             raise ValueError("a scenario needs either end_cycle or end_time")
         return time_of(self.end_cycle * period if self.end_cycle is not None else self.end_time or 0.0, "end_time")
 
-    def moment_of(self, label: str) -> float | None:
-        """Time in s of the event with that label, if there is one."""
-        return next((event.moment(self.period) for event in self.event if event.label == label), None)
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """Labels of events, in the order in which they happen."""
+        events = sorted(self.event, key=lambda event: event.moment(self.period))
+        return tuple(event.name for event in events if event.name)
+
+    def by_role(self, role: Role) -> Event | None:
+        """Return the event with that role, if there is one."""
+        return next((event for event in self.event if event.role == role), None)
 
 
 def positive_speed(speed: float) -> float:
@@ -290,15 +306,7 @@ def make_scenario(data: dict[str, Any], name: str) -> Scenario:
     what = f"scenario {name}"
     scenario = validate({"name": Path(name).stem} | data, Scenario, what)
     try:
-        labels = [event.label for event in scenario.event if event.label]
-        if len(set(labels)) < len(labels):
-            raise ValueError("two events have the same label")
-        step, removal = scenario.moment_of("step"), scenario.moment_of("removal")
-        if removal is not None and step is not None and removal <= step:
-            raise ValueError("a removal must come after the step")
-        for event in scenario.event:
-            if not 0.0 <= event.moment(scenario.period) < math.inf:
-                raise ValueError(f"event at {event.moment(scenario.period):g} s is not allowed; it must be at >= 0 s")
+        _check_events(scenario)
         _check_speeds(scenario)
         for stop in scenario.stop:
             stop.condition(scenario.period)
@@ -306,6 +314,20 @@ def make_scenario(data: dict[str, Any], name: str) -> Scenario:
     except ValueError as error:
         raise ValueError(f"{what}: {error}") from error
     return scenario
+
+
+def _check_events(scenario: Scenario) -> None:
+    for event in scenario.event:
+        if not 0.0 <= event.moment(scenario.period) < math.inf:
+            raise ValueError(f"event at {event.moment(scenario.period):g} s is not allowed; it must be at >= 0 s")
+        if event.label in FORMER_LABELS and event.role is None:
+            raise ValueError(f"the event labelled {event.label} needs role = '{FORMER_LABELS[event.label]}'")
+    for what, values in (("label", scenario.labels), ("role", [event.role for event in scenario.event if event.role])):
+        if len(set(values)) < len(values):
+            raise ValueError(f"two events have the same {what}")
+    disturbance, relief = scenario.by_role("disturbance"), scenario.by_role("relief")
+    if disturbance and relief and relief.moment(scenario.period) <= disturbance.moment(scenario.period):
+        raise ValueError("the event with the role relief must come after the disturbance")
 
 
 def _check_speeds(scenario: Scenario) -> None:

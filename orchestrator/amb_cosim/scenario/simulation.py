@@ -327,10 +327,12 @@ def _coordinates(plan: ScenarioPlan, time: Array) -> dict[str, Samples]:
 
 
 def _landmarks(prepared: PlannedRun, recorder: Recorder) -> dict[str, Any]:
-    """Return the places of the rotor, and the cycles of the labelled events and of the last change, as attributes."""
+    """Return the places of the rotor, labels and cycles of events with a role, and the last change, as attributes."""
     plan, cycle = prepared.plan, prepared.plan.step_size / prepared.plan.period
-    cycles = {f"{label}_cycle": n * cycle for label, n in plan.marks.items() if n <= recorder.reached}
+    events = {role: label for role, label in plan.roles.items() if plan.marks[label] <= recorder.reached}
+    cycles = {f"{role}_cycle": plan.marks[label] * cycle for role, label in events.items()}
+    labels = {f"{role}_label": label for role, label in events.items()}
     changes = (*(n for n, _, _ in plan.events), *(n for n, _ in plan.profile))
     last = max((n for n in changes if n <= recorder.reached), default=0)
     message = {PLACES: places_of(prepared.assembly).to_json(), "period_s": plan.period}
-    return {**message, **cycles, LAST_CHANGE: last * cycle}
+    return {**message, **cycles, **labels, LAST_CHANGE: last * cycle}

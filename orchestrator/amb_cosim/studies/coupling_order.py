@@ -145,7 +145,7 @@ def simulated(
     if any(result.outcome.status == "interrupted" for result in results):
         raise KeyboardInterrupt
     signals, outcome = results[0].signals, results[0].outcome
-    radii = orbit_before(signals) if "step_cycle" in signals.attrs else orbit_after(signals)
+    radii = orbit_before(signals) if "disturbance_cycle" in signals.attrs else orbit_after(signals)
     orbits = {at: radius for at, radius in radii.items() if radius is not None}
     led_to = outcome.failure or recovery(signals) or outcome.status
     row = OrderRow(run.name, step, orbits, 0.0, led_to, contact_cycles(signals)[1], 0.0)

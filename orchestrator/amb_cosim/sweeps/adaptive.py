@@ -23,6 +23,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from amb_cosim.sweeps.axes import is_phase
 from amb_cosim.sweeps.metrics import UNITS
 from amb_cosim.sweeps.panels import numeric_axes, panels, shown
 from amb_cosim.sweeps.sampling import SAMPLE, SamplePlan
@@ -36,7 +37,6 @@ if TYPE_CHECKING:
 KINDS = ("maximum", "minimum", "boundary")
 WIDTH = 2.0  # standard deviations
 MOST = 50_000  # points to choose from
-TURNS = ("step.cycle", "removal.cycle")  # names of what repeats with every turn of the rotor
 PERIODS = {"deg": 360.0, "rad": 2.0 * math.pi}
 PER_AXIS, AT_LEAST = 5, 2  # first points: so many for each axis, and so many besides
 CHECKS = 2  # points more for each axis, as close as whose spread the points that were run must lie in the end
@@ -157,7 +157,7 @@ class Sampler:
                 settings = np.asarray(column.values, np.float64)
                 shape = [-1 if j == k else 1 for j in range(len(self.design.axes))]
                 values.append(np.broadcast_to(settings.reshape(shape), self.design.shape).ravel())
-                period = 1.0 if column.name in TURNS else PERIODS.get(column.unit)
+                period = 1.0 if is_phase(column.name) else PERIODS.get(column.unit)
                 if period is not None and not 0.5 < np.ptp(settings) / period < 1.0 + 1e-9:
                     period = None  # more than a turn, or so little that it might be anything
                 periods.append(period)

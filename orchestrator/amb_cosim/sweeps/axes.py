@@ -2,9 +2,9 @@
 
     Omega=60:300:60                                   sixty speeds, in the unit of the variable
     rotor_contact.impeller.u=1 g.m:60 g.m:40          with a unit
-    step.rotor_contact.impeller.u=10 g.m,20 g.m       a list; what the event labelled `step` sets
+    trip.rotor_contact.impeller.u=10 g.m,20 g.m       a list; what the event labelled `trip` sets
     Omega=60:300:3 & rotor_contact.impeller.u=3 g.m,2 g.m,1 g.m    varied together
-    step.cycle=5:6:16                                 when the event happens
+    trip.cycle=5:6:16                                 when the event happens
     unbalance_factor=1,1.25                           a field of the scenario
     fmu.rolac_controller=first.fmu,second.fmu         another FMU for a component
     scenario=first.toml,second.toml                   other scenarios
@@ -33,6 +33,16 @@ _NAME = re.compile(r"[A-Za-z_][\w.?*\[\]]*")
 
 Settings = Mapping[str, Raw]
 Vary = Mapping[str, Any]  # names, or several joined by "&", with what they are varied over
+
+
+def is_moment(name: str) -> bool:
+    """Return whether what is varied is when an event happens, `LABEL.cycle` or `LABEL.time`."""
+    return re.fullmatch(r"[^.]+\.(cycle|time)", name) is not None
+
+
+def is_phase(name: str) -> bool:
+    """Return whether what is varied repeats with every turn of the rotor, as the cycle of an event does."""
+    return is_moment(name) and name.endswith(".cycle")
 
 
 @dataclass(frozen=True)

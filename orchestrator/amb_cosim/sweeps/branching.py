@@ -20,8 +20,6 @@ from amb_cosim.scenario.plan import ScenarioPlan
 from amb_cosim.sweeps.axes import Axis
 from amb_cosim.sweeps.sampling import SamplePlan
 
-LABELS = ("step", "removal")  # of events, in the order in which they come
-
 
 class Branches:
     """States that later points may go on from, the latest before each event that varies.
@@ -75,34 +73,34 @@ class Branches:
         )
 
 
-def varied_labels(design: SamplePlan) -> tuple[str, ...]:
-    """Return the labels of the events that a design varies, in the order in which they come."""
-    result = {label for axis in design.axes for label in [_label_of(axis)] if label}
-    return tuple(label for label in LABELS if label in result)
+def varied_labels(design: SamplePlan, labels: Sequence[str]) -> tuple[str, ...]:
+    """Return which of these labels of events, in the order in which they come, a design varies."""
+    result = {_label_of(axis, labels) for axis in design.axes}
+    return tuple(label for label in labels if label in result)
 
 
-def branching_order(design: SamplePlan, points: Sequence[int]) -> list[int]:
-    """Return points in an order in which those that share what comes before an event follow each other."""
+def branching_order(design: SamplePlan, points: Sequence[int], labels: Sequence[str]) -> list[int]:
+    """Return points in an order in which those that share what comes before an event of `labels` follow each other."""
     import numpy as np
 
     def key(point: int) -> tuple[Any, ...]:
         index = np.unravel_index(point, design.shape)
         places = [(axis, int(k)) for axis, k in zip(design.axes, index, strict=True)]
-        before = tuple(k for axis, k in places if _label_of(axis) is None)
+        before = tuple(k for axis, k in places if _label_of(axis, labels) is None)
         of_events = []
-        for label in LABELS:
-            of_one = [(axis, k) for axis, k in places if _label_of(axis) == label]
+        for label in labels:
+            of_one = [(axis, k) for axis, k in places if _label_of(axis, labels) == label]
             of_events.append(tuple(sorted((_moment(axis, k, label), k) for axis, k in of_one)))
         return before, *of_events
 
-    return sorted(points, key=key) if varied_labels(design) else list(points)
+    return sorted(points, key=key) if labels else list(points)
 
 
-def _label_of(axis: Axis) -> str | None:
+def _label_of(axis: Axis, labels: Sequence[str]) -> str | None:
     """Return the first event that what an axis sets belongs to; None where some of it belongs to none."""
     names = [name for setting in axis.alternatives for name in setting] or [column.name for column in axis.columns]
-    labels = {name.partition(".")[0] for name in names}
-    return next((label for label in LABELS if label in labels), None) if labels <= set(LABELS) else None
+    heads = {name.partition(".")[0] for name in names}
+    return next((label for label in labels if label in heads), None) if heads <= set(labels) else None
 
 
 def _moment(axis: Axis, k: int, label: str) -> float:

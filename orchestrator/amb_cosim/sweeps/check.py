@@ -8,10 +8,9 @@ from amb_cosim.cosim.fmu.fmu_interface import Port
 from amb_cosim.cosim.system.values import Raw, quantity
 from amb_cosim.scenario.plan import SPEED
 from amb_cosim.scenario.simulation import PlannedRun
-from amb_cosim.sweeps.branching import LABELS
-from amb_cosim.sweeps.panels import common_words
+from amb_cosim.sweeps.panels import common_words, first_words
 from amb_cosim.sweeps.sampling import SamplePlan
-from amb_cosim.sweeps.worker import Runner, Task
+from amb_cosim.sweeps.worker import Runner, Task, event_of
 
 FAR = 100.0  # times the scenario's own value
 
@@ -37,13 +36,18 @@ def check_points(task: Task, design: SamplePlan) -> tuple[dict[str, str], dict[s
         if not set(guids) >= {fmu.path.stem for fmu in prepared.fmus.values()}:
             guids |= {prepared.fmus[c].path.stem: interface.guid for c, interface in prepared.interfaces.items()}
         for name in settings:
-            ports = _ports_of(prepared, name)
+            label, ports = event_of(task.scenario, name), _ports_of(prepared, _without_event(task, name))
             if ports and ports[0].unit:
                 units.setdefault(name, ports[0].unit)
                 _refuse_far(task, prepared, name, settings[name])
             if words := common_words([port.description for port in ports]):
-                described.setdefault(name, words)
+                described.setdefault(name, f"{first_words(words)}, from the {label.replace('_', ' ')} on" if label else words)
     return guids, units, described
+
+
+def _without_event(task: Task, name: str) -> str:
+    """Return the name of the variable that is varied, without the event that sets it."""
+    return name.removeprefix(f"{event_of(task.scenario, name)}.")
 
 
 def unit_of(prepared: PlannedRun, name: str) -> str:
@@ -54,17 +58,16 @@ def unit_of(prepared: PlannedRun, name: str) -> str:
 
 def _ports_of(prepared: PlannedRun, name: str) -> list[Port]:
     """Return the variables that are varied under a name; none where it is none."""
-    label, _, rest = name.partition(".")
     values = prepared.assembly.assignments()
     try:
-        return [values.port(result) for result in values.matching(rest if label in LABELS else name)]
+        return [values.port(result) for result in values.matching(name)]
     except ValueError:
         return []
 
 
 def _refuse_far(task: Task, prepared: PlannedRun, name: str, value: Raw) -> None:
     """Refuse a number without a unit that is more than `FAR` times the scenario's: it may be meant in another unit."""
-    local, unit = _own_value(task, prepared, name), unit_of(prepared, name)
+    local, unit = _own_value(task, prepared, name), unit_of(prepared, _without_event(task, name))
     if isinstance(value, int | float) and unit != "1" and 0.0 < FAR * local < abs(value):
         raise ValueError(
             f"{name} = {value:g} {unit} is {abs(value) / local:.3g} times the scenario's {local:.4g} {unit}; write the "
@@ -74,20 +77,21 @@ def _refuse_far(task: Task, prepared: PlannedRun, name: str, value: Raw) -> None
 
 def _own_value(task: Task, prepared: PlannedRun, name: str) -> float:
     """Return the largest magnitude that a scenario itself gives what is varied, or its start value; 0 without."""
-    label, _, rest = name.partition(".")
+    label, variable = event_of(task.scenario, name), _without_event(task, name)
     scenario, values = task.scenario, prepared.assembly.assignments()
-    tables = [event.set for event in scenario.event if event.label == label] or [scenario.parameters, scenario.inputs]
+    of_event = [event.set for event in scenario.event if label and event.name == label]
+    tables = of_event or [scenario.parameters, scenario.inputs]
     settings = {
         f"{component}.{variable}": raw
         for table in tables
         for component, of in table.items()
         for variable, raw in of.items()
     }
-    if label not in LABELS:
+    if not label:
         settings |= {SPEED: scenario.Omega, **task.settings}
-    varied, result = {*values.matching(rest if label in LABELS else name)}, []
+    varied, result = {*values.matching(variable)}, []
     for available, raw in settings.items():
         with suppress(ValueError):  # it names nothing of this machine
             if varied & {*values.matching(available)}:
-                result.append(abs(quantity(raw, unit_of(prepared, name), available)))
-    return max(result) if result else max(abs(port.start or 0.0) for port in _ports_of(prepared, name))
+                result.append(abs(quantity(raw, unit_of(prepared, variable), available)))
+    return max(result) if result else max(abs(port.start or 0.0) for port in _ports_of(prepared, variable))

@@ -186,7 +186,7 @@ class BatchScheduler:
         self._client, self._sweep, self._store = client, sweep, store
         self._task = cloudpickle.dumps(task)  # functions of a file by value, which Dask would pickle by name
         self._report, self._interruption = report, interruption
-        self._waiting = deque(branching_order(store.design, store.missing))
+        self._waiting = deque(branching_order(store.design, store.missing, task.labels))
         self._suspects: deque[int] = deque()  # points of batches that ended processes
         self._under_way: dict[Future[Any], list[int]] = {}
         self._landed: list[PointResult] = []  # since the last time that the store was written

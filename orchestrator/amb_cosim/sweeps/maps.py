@@ -14,8 +14,9 @@ from matplotlib.ticker import MaxNLocator
 
 from amb_cosim.presentation.style import BLUE, TITLE_SIZE, StyledFigure, fitted, write_png
 from amb_cosim.presentation.units import force_unit, length_unit
+from amb_cosim.sweeps.axes import is_moment
 from amb_cosim.sweeps.outcomes import BROKEN_OFF, COLOURS
-from amb_cosim.sweeps.panels import EVENTS, descriptions, numeric_axes, panels, words_of
+from amb_cosim.sweeps.panels import descriptions, numeric_axes, panels, words_of
 from amb_cosim.sweeps.refine import boundary_group
 from amb_cosim.sweeps.sampling import SAMPLE
 from amb_cosim.sweeps.store import STORE, open_sweep
@@ -28,7 +29,7 @@ if TYPE_CHECKING:
 SPREAD = 100.0  # of the largest value over the smallest, beyond which colours are logarithmic
 DRAWN = ("contact_share", "peak_contact_force", "orbit_largest", "rolling")
 LABELS = {
-    "contact_share": "share of contact between step and removal",
+    "contact_share": "share of contact between disturbance and relief",
     "peak_contact_force": "peak contact force",
     "orbit_largest": "largest radius in bearings and retainers",
     "rolling": "rolling (1) or not (0)",
@@ -188,5 +189,5 @@ def _draw_boundary(ax: Axes, swept: Sweep, dataset: xr.Dataset, across: list[str
 def _axis_label(dataset: xr.Dataset, name: str) -> str:
     """Return what a coordinate is, in words where its variable has a description, and its unit."""
     unit, described = (dataset[name].attrs.get(key, "") for key in ("units", "description"))
-    words = words_of(name, described) if described or name.partition(".")[0] in EVENTS else name
+    words = words_of(name, described) if described or is_moment(name) else name
     return fitted(f"{words} ({unit})" if unit and unit != "1" else words, 3.6)

@@ -32,9 +32,9 @@ def needed(found: RotorPlaces) -> tuple[str, ...]:
 
 
 def evaluate(signals: Signals) -> tuple[Recovery | None, dict[str, float]]:
-    """Return what the step of a run led to, and its key values from cycle 0 on; NaN for what it does not have.
+    """Return what the disturbance of a run led to, and its key values from cycle 0 on; NaN for what it does not have.
 
-    `contact`, `recovered`, `rolling` are 1 or 0. `contact_share` is that of the time between step and removal. A value
+    `contact`, `recovered`, `rolling` are 1 or 0. `contact_share` is that between disturbance and relief. A value
     at a place, any site or bearing, has it behind its name, `peak_contact_force.seal`; without one it is the largest.
     """
     _, last = contact_history.contact_cycles(signals)

@@ -11,14 +11,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from amb_cosim.sweeps.axes import Axis
+from amb_cosim.sweeps.axes import Axis, is_moment
 from amb_cosim.sweeps.sampling import SAMPLE, SamplePlan
 
 if TYPE_CHECKING:
     import xarray as xr
 
 PREPOSITIONS = ("at", "of", "in", "on", "to")
-EVENTS = ("step", "removal")  # that set what is varied
 NOTHING: Mapping[str, str] = MappingProxyType({})
 
 
@@ -69,19 +68,19 @@ def shown(name: str, value: Any, unit: str, described: str = "") -> str:
 
 
 def words_of(name: str, described: str) -> str:
-    """Return what a variable is, by the first words of its description and the event that sets it, or `short`."""
-    words = re.split(r"; | \(| at the beginning", described)[0]
-    event = name.partition(".")[0]
-    if not words:
-        return short(name)
-    return f"{words}, from the {event} on" if event in EVENTS else words
+    """Return what a variable is, by the first words of its description, or `short`."""
+    return first_words(described) or short(name)
+
+
+def first_words(described: str) -> str:
+    """Return what a description begins with, up to what explains it."""
+    return re.split(r"; | \(| at the beginning", described)[0]
 
 
 def short(name: str) -> str:
-    """Return the last part of the name of a variable, with the event that sets it."""
-    label, _, rest = name.partition(".")
-    last = name.rpartition(".")[2]
-    return f"{last} of the {label}" if rest and label in EVENTS else last
+    """Return the last part of the name of a variable, of a moment with its event."""
+    label, _, last = name.rpartition(".")
+    return f"{last} of the {label.replace('_', ' ')}" if is_moment(name) else last
 
 
 def _titled(axis: Axis, value: Any, described: Mapping[str, str]) -> str:

@@ -9,6 +9,7 @@ from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 from amb_cosim.presentation.style import BLUE, ORANGE, TITLE_SIZE, StyledFigure, fitted, write_png
+from amb_cosim.sweeps.axes import is_phase
 from amb_cosim.sweeps.maps import MOST_PANELS, explain_failed, in_shown_unit, mark_failed
 from amb_cosim.sweeps.outcomes import BROKEN_OFF
 from amb_cosim.sweeps.panels import descriptions, numeric_axes, panels
@@ -19,7 +20,6 @@ if TYPE_CHECKING:
 
     from amb_cosim.sweeps.run import Sweep
 
-PHASES = ("step.cycle", "removal.cycle")  # names of what is varied
 METRIC = "peak_contact_force"
 QUANTILES = (0.0, 0.25, 0.5, 0.75, 1.0)
 _BEYOND = 1e300  # N, in place of infinity, which cannot be interpolated
@@ -29,7 +29,7 @@ FILE = "phase.png"
 def draw_phases(swept: Sweep) -> list[str]:
     """Draw the peak force over the phase of an event into the folder of a sweep that varies it; return the files."""
     dataset = swept.dataset
-    varied = [name for name in PHASES if name in dataset.coords]
+    varied = [str(name) for name in dataset.coords if is_phase(str(name))]
     if not varied or METRIC not in dataset or not dataset[METRIC].notnull().any():
         return []
     write_png(draw_distribution(swept, dataset, varied[0]), swept.folder / FILE)
@@ -57,7 +57,7 @@ def draw_distribution(swept: Sweep, dataset: xr.Dataset, along: str) -> StyledFi
             _draw_band(ax, phase[is_run], np.minimum(distribution(part.isel({along: is_run}), along), top))
         mark_failed(ax, part.assign_coords({along: part[along].copy(data=phase)}), [along])
         ax.set_title(fitted(panel.title, 2.8))
-        ax.set_xlabel(f"phase of the {along.partition('.')[0]} (deg)")
+        ax.set_xlabel(f"phase of the {along.partition('.')[0].replace('_', ' ')} (deg)")
         ax.set_xticks(np.arange(0.0, phase.max() + 1.0, 90.0))
     axes[0].set_ylim(0.0, top)
     axes[0].set_ylabel(label)

@@ -12,6 +12,7 @@ import stat
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,7 +21,7 @@ from amb_cosim.cosim.run.dataset import git_revision
 from amb_cosim.cosim.system.values import Raw, quantity
 from amb_cosim.presentation.progress import SweepReport as Report
 from amb_cosim.presentation.progress import sweep_bar
-from amb_cosim.scenario.scenario import Scenario, given_scenario
+from amb_cosim.scenario.scenario import Scenario, given_scenario, load_scenario
 from amb_cosim.sweeps import outcomes
 from amb_cosim.sweeps.axes import Vary
 from amb_cosim.sweeps.branching import varied_labels
@@ -120,7 +121,7 @@ def sweep(
     vary
         What is varied, by name: `{"Omega": "60:300:60"}`, `{"Omega": [90, 120]}`, for alternatives a table of settings
         for each label, for names joined by `&` the values of each. A name is a `component.variable`, a shared signal,
-        `step.` or `removal.` with an input, `cycle` or `time` of that event, a field such as `unbalance_factor`,
+        the label of an event with an input, `cycle` or `time` of that event, a field such as `unbalance_factor`,
         `fmu.COMPONENT`, or `scenario`.
     output
         Folder of the sweep, with `sweep.zarr`.
@@ -165,7 +166,8 @@ def sweep(
         check_refinement(design, refine, boundary)
     goal = None if adaptive is None else _goal(adaptive, certainty, bool(metrics), refine)
     until = None if until is None else quantity(until, "s", "until")
-    task = Task(scenario, dict(set or {}), until, flavour, tuple(metrics), tuple(keep), varied_labels(design))
+    labels = varied_labels(design, _labels(scenario, design))
+    task = Task(scenario, dict(set or {}), until, flavour, tuple(metrics), tuple(keep), labels)
     guids, units, described = check_points(task, design)
     design = design.with_units(units)
     requested = {**_request(task), "guids": guids}
@@ -183,6 +185,13 @@ def sweep(
                     if refine is not None:
                         _refine(client, name, task, store, requested, report, refine, boundary)
     return Sweep(folder, design, boundary, "" if goal is None else goal.group)
+
+
+def _labels(scenario: Scenario, design: SamplePlan) -> tuple[str, ...]:
+    """Return the labels of events of all scenarios of a sweep, in the order in which they happen."""
+    names = {str(name) for point in design.corners() if (name := design.settings(point).get("scenario"))}
+    others = (load_scenario(name).labels for name in sorted(names))
+    return tuple(dict.fromkeys((*scenario.labels, *chain.from_iterable(others))))
 
 
 def _goal(text: str, certainty: float, has_own_metrics: bool, refine: float | None) -> Goal:

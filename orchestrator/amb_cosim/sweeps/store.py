@@ -44,7 +44,7 @@ DESCRIPTIONS = {
     "contact": "1 where the rotor touched from cycle 0 on",
     "recovered": "1 where the rotor is stable and free of contact for good at the end",
     "rolling": "1 where the rotor rolled on a site through a turn of its whirl or more",
-    "contact_share": "Share of the time between step and removal in contact",
+    "contact_share": "Share of the time between disturbance and relief in contact",
 }
 
 

@@ -26,7 +26,8 @@ from amb_cosim.scenario.simulation import (
     record_prepared,
     to_result,
 )
-from amb_cosim.sweeps.branching import LABELS, Branches
+from amb_cosim.sweeps.axes import is_moment
+from amb_cosim.sweeps.branching import Branches
 from amb_cosim.sweeps.metrics import evaluate, needed, outcome_of
 from amb_files.suggestions import suggest
 
@@ -152,7 +153,7 @@ class Runner:
         assembly, instances, branches = self._assemblies[key]
         recorded = None if self.task.metrics or self.task.keep else needed(places_of(assembly))
         values = {**self.task.settings, **settings}
-        begun = repr({name: raw for name, raw in given.items() if name.partition(".")[0] not in LABELS})
+        begun = repr({name: raw for name, raw in given.items() if not event_of(scenario, name)})
         if self._first[0] != begun:
             self._first = begun, first_values(scenario, assembly, values)
         first = self._first[1]
@@ -176,14 +177,20 @@ def varied(scenario: Scenario, given: Mapping[str, Raw]) -> tuple[Scenario, dict
     fmus = {name: settings.pop(name) for name in list(settings) if name.startswith("fmu.")}
     if fmus:
         changes["fmu"] = {name.removeprefix("fmu."): str(fmu) for name, fmu in fmus.items()}
-    of_events = {name: settings.pop(name) for name in list(settings) if name.partition(".")[0] in LABELS}
+    of_events = {name: settings.pop(name) for name in list(settings) if event_of(scenario, name) or is_moment(name)}
+    for name in of_events:
+        if not event_of(scenario, name):
+            labels = ", ".join(scenario.labels) or "none"
+            raise ValueError(f"{name}: scenario {scenario.name} has no such event; its labelled events: {labels}")
     if of_events:
         changes["event"] = [_event(event, of_events) for event in scenario.event]
-        labels = [event.label for event in scenario.event if event.label]
-        for name in of_events:
-            if name.partition(".")[0] not in labels:
-                raise ValueError(f"scenario {scenario.name} has no event labelled {name.partition('.')[0]} for {name}")
     return (scenario.changed(**changes) if changes else scenario), settings
+
+
+def event_of(scenario: Scenario, name: str) -> str:
+    """Return the label of the event that a name of what is varied begins with; empty where it begins with none."""
+    label = name.partition(".")[0]
+    return label if label in scenario.labels else ""
 
 
 def _event(event: Event, given: Mapping[str, Raw]) -> dict[str, Any]:
@@ -192,7 +199,7 @@ def _event(event: Event, given: Mapping[str, Raw]) -> dict[str, Any]:
     values = {component: dict(of_one) for component, of_one in event.set.items()}
     for name, raw in given.items():
         label, _, rest = name.partition(".")
-        if label != event.label:
+        if label != event.name:
             continue
         component, _, variable = rest.partition(".")
         if rest in ("cycle", "time"):

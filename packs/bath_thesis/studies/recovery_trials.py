@@ -85,6 +85,8 @@ def trial_scenario(trial: RecoveryTrial) -> Scenario:
     """Return the scenario of Fig. 5.6 with another step, which records every sample of the contact state."""
     base = load_scenario(SCENARIO)
     before = quantity(base.inputs["rotor_contact"][DISC], "kg.m", DISC)
-    step = Event(label="step", cycle=trial.cycle, set={"rotor_contact": {DISC: before + trial.added}})
+    step = Event(
+        label="step", role="disturbance", cycle=trial.cycle, set={"rotor_contact": {DISC: before + trial.added}}
+    )
     record = Record(variables=("rotor_contact.contact_state",))
     return base.model_copy(update={"event": (step,), "end_cycle": END, "record": record})

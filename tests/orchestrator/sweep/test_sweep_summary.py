@@ -90,7 +90,7 @@ def test_maps_say_what_is_varied_in_words_and_tell_failed_runs(tmp_path):
     """A name without a description stays; the largest unbalance failed."""
     vary = {"Omega": "200:260:3", "step.rotor_contact.turbine.u": "5 g.mm:60 g.mm:3", "a.aware": ["true"]}
     design = make_design(vary).with_units({"Omega": "rad/s"})
-    unbalance = {"step.rotor_contact.turbine.u": "Unbalance of turbine (3.20); a fixed one"}
+    unbalance = {"step.rotor_contact.turbine.u": "Unbalance of turbine, from the step on (3.20); a fixed one"}
     words = {"descriptions": unbalance | {"a.aware": "Adapts to contact; else to orbits"}}
     store = SweepStore(tmp_path, design, {"scenario": {"name": "made up"}}, words)
     ends = ["recovered"] * 8 + ["failed"]

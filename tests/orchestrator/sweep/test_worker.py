@@ -158,9 +158,9 @@ def test_events_fields_fmus_and_scenarios_can_be_varied():
 @pytest.mark.parametrize(
     ("scenario", "given", "message"),
     [
-        ("run_up", {"step.cycle": 3}, "scenario run_up has no event labelled step for step.cycle"),
+        ("run_up", {"step.cycle": 3}, "step.cycle: scenario run_up has no such event"),
         ("fig4_9", {"step.cycel": 3}, "cycle"),
-        ("fig4_9", {"removal.cycle": 4}, "a removal must come after the step"),
+        ("fig4_9", {"removal.cycle": 4}, "the event with the role relief must come after the disturbance"),
         ("fig4_9", {"unbalance_factor": -1.0}, "unbalance_factor"),
         ("fig4_9", {"scenario": "fig9_9"}, "fig9_9"),
     ],

@@ -67,7 +67,7 @@ def _runs(subject: Subject) -> dict[str, tuple[str, float, dict[str, Any]]]:
         for name, (begin, end) in ramps.items()
     }
     for name, setting in faults.items():
-        event = [{"label": "step", "cycle": 1.0, "set": setting}]
+        event = [{"role": "disturbance", "cycle": 1.0, "set": setting}]
         result[name] = ("clearance_used_fault", high, {"end_time": FAULT, "event": event})
     shares = (np.arange(SHOCK_STEPS) + 0.5) / SHOCK_STEPS
     pulse = [SHOCK * float(a) for a in np.sin(np.pi * shares)]

@@ -51,7 +51,7 @@ def answer(subject: Subject) -> PartResult:
 
 
 def _with_power_back(lost: Mapping[str, Any], after: float) -> dict[str, Any]:
-    back = {"label": "removal", "time": after, "set": {ACTUATOR: {"*.amplifier_off_?": False}}}
+    back = {"role": "relief", "time": after, "set": {ACTUATOR: {"*.amplifier_off_?": False}}}
     return {**lost, "event": [*lost["event"], back]}
 
 

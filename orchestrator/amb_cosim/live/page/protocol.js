@@ -38,7 +38,7 @@
  * @property {number} point
  * @property {string} variable
  * @property {number} value
- * @property {string} label `step`, `removal` or empty
+ * @property {string} label of the event, or empty
  */
 
 /**

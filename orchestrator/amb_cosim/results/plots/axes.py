@@ -11,13 +11,14 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
+from amb_cosim.cosim.basics.choices import ROLES
 from amb_cosim.cosim.record.signals import Signals
 from amb_cosim.presentation.style import BLUE, GREEN, ORANGE, PURPLE, SKY_BLUE, TITLE_SIZE, YELLOW
 from amb_cosim.presentation.units import spin_text
 from amb_cosim.results.contact_history import touchable
 from amb_cosim.results.orbits import path
 from amb_cosim.results.places import places
-from amb_cosim.results.series import cycles, parameters, signal, speed, speed_changes, switched_on
+from amb_cosim.results.series import cycles, event_name, parameters, signal, speed, speed_changes, switched_on
 
 CONSTANT = 0.002  # relative change of a spin speed that is none to be drawn
 COLOURS = (BLUE, ORANGE, GREEN, PURPLE, SKY_BLUE, YELLOW)
@@ -124,9 +125,9 @@ def label_time_axis(axes: Axes, dataset: Signals) -> None:
 
 
 def _event_times(dataset: Signals) -> dict[str, float]:
-    """Return the place on the time axis of the step, its removal and the start of ROLAC, within the axis' limits."""
+    """Return the place on the time axis of disturbance, relief and the start of ROLAC, within the axis' limits."""
     begin, end = _time_limits(dataset)
-    event_cycles = {label: dataset.attrs.get(f"{label}_cycle") for label in ("step", "removal")}
+    event_cycles = {event_name(dataset, role): dataset.attrs.get(f"{role}_cycle") for role in ROLES}
     event_cycles["ROLAC"] = switched_on(dataset)
     times = {name: float(cycle) * _cycle_length(dataset) for name, cycle in event_cycles.items() if cycle is not None}
     return {name: time for name, time in times.items() if begin <= time <= end}
@@ -138,7 +139,7 @@ def title_padding(dataset: Signals, highest: bool) -> float | None:
 
 
 def mark_events(axes: Axes, dataset: Signals, named: bool) -> None:
-    """Draw vertical lines at the step, its removal and the start of ROLAC, with their names if `named`."""
+    """Draw vertical lines at disturbance, relief and the start of ROLAC, with their names if `named`."""
     for name, time in _event_times(dataset).items():
         axes.axvline(time, color="0.45", lw=0.8, ls=":")
         if named:

@@ -22,7 +22,7 @@ from amb_cosim.results.plots.axes import (
     time_values,
     title_padding,
 )
-from amb_cosim.results.series import cycles, speed, switched_on
+from amb_cosim.results.series import cycles, event_name, speed, switched_on
 
 SMALL_MOTION = 0.25  # share of the clearance; a smaller motion is drawn in its own size
 MOST_COLUMNS = 4  # of orbits side by side
@@ -127,22 +127,23 @@ def _draw_speed(panel: Axes, dataset: Signals) -> None:
 
 
 def run_parts(dataset: Signals) -> list[tuple[str, str, NDArray[np.bool_]]]:
-    """Return name, colour and samples of the parts of a run: before the step, with the step, after its removal.
+    """Return name, colour and samples of the parts of a run: before the disturbance, from it on, after the relief.
 
-    A run without step and removal is divided where ROLAC is switched on, if it is. Neighbouring parts share a sample.
+    A run without both is divided where ROLAC is switched on, if it is. Neighbouring parts share a sample.
     """
     cycle = cycles(dataset)
-    step, removal = dataset.attrs.get("step_cycle"), dataset.attrs.get("removal_cycle")
-    if step is None and removal is None:
+    disturbance, relief = dataset.attrs.get("disturbance_cycle"), dataset.attrs.get("relief_cycle")
+    if disturbance is None and relief is None:
         begin = switched_on(dataset)
         if begin is None:
             return [("run", AFTER, np.ones(len(cycle), dtype=bool))]
         return [("before ROLAC", BEFORE, cycle <= begin), ("with ROLAC", AFTER, cycle >= begin)]
-    begin, end = (-np.inf if step is None else step), (np.inf if removal is None else removal)
-    loaded = "with the unbalance" if step is None else "with the added unbalance"
+    begin, end = (-np.inf if disturbance is None else disturbance), (np.inf if relief is None else relief)
+    first, last = event_name(dataset, "disturbance"), event_name(dataset, "relief")
+    loaded = f"before the {last}" if disturbance is None else f"from the {first} on"
     parts = [
-        ("before the step", BEFORE, cycle <= begin),
+        (f"before the {first}", BEFORE, cycle <= begin),
         (loaded, LOADED, (cycle >= begin) & (cycle <= end)),
-        ("after its removal", AFTER, cycle >= end),
+        (f"after the {last}", AFTER, cycle >= end),
     ]
-    return [part for part, bound in zip(parts, (step, True, removal), strict=True) if bound is not None]
+    return [part for part, bound in zip(parts, (disturbance, True, relief), strict=True) if bound is not None]
