@@ -163,8 +163,8 @@ def test_rotor_that_is_relieved_whirls_on_in_contact_at_its_own_frequency():
     At its frequency, which is within the band that the study tells, the run has the computed forces to 2 %.
     """
     events = tuple(
-        {"label": label, "cycle": cycle, "set": {"rotor_contact": {"d1.u": u}}}
-        for label, cycle, u in (("step", 2.0, 0.040), ("removal", 12.0, 0.005))
+        {"role": role, "cycle": cycle, "set": {"rotor_contact": {"d1.u": u}}}
+        for role, cycle, u in (("disturbance", 2.0, 0.040), ("relief", 12.0, 0.005))
     )
     record = {"every": 1, "variables": ["rotor_contact.rb?.?", "rotor_contact.rb?.f_n_mean"]}
     changes = {"Omega": 140.0, "event": events, "end_cycle": 67, "unbalance_factor": 1.0, "record": record}

@@ -88,7 +88,7 @@ def test_kept_records_are_whole_and_the_same():
 def test_what_an_event_varies_changes_first_and_its_moments_ascend():
     vary = {MOMENT: [5, 3, 4], "rotor_contact.shroud.mu": [0.1, 0.2], REMOVED: [9, 8]}
     design = make_design(vary)
-    assert varied_labels(design) == ("step", "removal")
+    assert varied_labels(design, SHORT.labels) == ("step", "removal")
     ordered = [design.settings(n) for n in branching_order(design, range(design.size), SHORT.labels)]
     keys = [(s["rotor_contact.shroud.mu"], s[MOMENT], s[REMOVED]) for s in ordered]
     assert keys == sorted(keys)
@@ -96,5 +96,5 @@ def test_what_an_event_varies_changes_first_and_its_moments_ascend():
 
 def test_without_events_the_order_is_that_of_the_axes():
     design = make_design({"Omega": [3, 1, 2], "rotor_contact.shroud.mu": [0.2, 0.1]})
-    assert varied_labels(design) == ()
+    assert varied_labels(design, SHORT.labels) == ()
     assert branching_order(design, [4, 0, 2], ()) == [4, 0, 2]
