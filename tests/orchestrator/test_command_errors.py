@@ -200,9 +200,9 @@ RESULTS = {
     "sweep fig4_9": "nothing is varied",
     "sweep fig4_9 --vary Omega=1:2": "Omega has no number of values",
     "sweep fig4_9 --vary Omega=-1,2": "Omega = -1",
-    f"{SWEEP} --refine 3": "--refine 3 is not allowed; it must be",
-    "sweep fig4_9 --vary Omega=200:220 --sample lhs:4 --refine 0.1": "--refine needs a grid",
-    f"{SWEEP} --boundary shape --refine 0.1": "--boundary shape is not allowed",
+    f"{SWEEP} --adaptive boundary:contact --certainty 3": "--certainty 3 is not allowed; it must be",
+    "sweep fig4_9 --vary Omega=200:220 --sample lhs:4 --adaptive boundary:contact": "needs a grid",
+    f"{SWEEP} --boundary shape": "--boundary shape is not allowed",
     f"{SWEEP} --keep nothing": "--keep nothing is not allowed",
     f"{SWEEP} --metric missing.py:f": "--metric missing.py:f is not allowed",
 }

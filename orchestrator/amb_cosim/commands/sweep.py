@@ -17,7 +17,7 @@ VARY = """Values of a variable, NAME=START:STOP:COUNT or NAME=VALUE,VALUE,...; u
 begins with the label of an event; names joined by & are varied together; NAME=@FILE has a table of settings a label."""
 
 ADAPTIVE = """Run only the points that are needed to know maximum:METRIC, minimum:METRIC or boundary:METRIC=LEVEL
-to --certainty."""
+to --certainty; boundary:recovered, contact or rolling bisects a grid."""
 
 
 @click.command()
@@ -37,12 +37,9 @@ to --certainty."""
 @click.option(
     "--keep", multiple=True, metavar="OUTCOME", help="Keep full records of runs that end so: trapped, failed, ...; all."
 )
-@click.option("--refine", type=float, metavar="TOL", help="Bisect the boundary on a grid to this share of an axis.")
-@click.option(
-    "--boundary", metavar="METRIC", help="What is 1 on one side of it: recovered (default), contact, rolling."
-)
+@click.option("--boundary", metavar="METRIC", help="Whose boundary maps draw: recovered (default), contact, rolling.")
 @click.option("--adaptive", metavar="GOAL", help=ADAPTIVE)
-@click.option("--certainty", type=float, metavar="SHARE", help="Of the range of its values; 0.01 by default.")
+@click.option("--certainty", type=float, metavar="SHARE", help="Of the range of values or an axis; 0.01 by default.")
 @click.option(
     "--scheduler", metavar="ADDRESS", help="Of a Dask scheduler, such as tcp://host:8786, in place of processes here."
 )

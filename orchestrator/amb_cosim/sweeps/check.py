@@ -41,7 +41,8 @@ def check_points(task: Task, design: SamplePlan) -> tuple[dict[str, str], dict[s
                 units.setdefault(name, ports[0].unit)
                 _refuse_far(task, prepared, name, settings[name])
             if words := common_words([port.description for port in ports]):
-                described.setdefault(name, f"{first_words(words)}, from the {label.replace('_', ' ')} on" if label else words)
+                since = f", from the {label.replace('_', ' ')} on" if label else ""
+                described.setdefault(name, first_words(words) + since if label else words)
     return guids, units, described
 
 

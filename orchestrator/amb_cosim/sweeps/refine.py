@@ -142,13 +142,12 @@ class Refinement:
 def check_refinement(design: SamplePlan, tolerance: float, metric: str) -> None:
     """Raise ValueError if a sweep cannot be refined so."""
     if design.sampling != "grid":
-        raise ValueError(f"--refine needs a grid, whose points have neighbours; --sample {design.sampling} has none")
-    if metric not in BOUNDARIES:
-        raise ValueError(f"--boundary {metric} is not allowed; it must be one of {', '.join(BOUNDARIES)}")
+        needs = f"--adaptive boundary:{metric} needs a grid, whose points have neighbours"
+        raise ValueError(f"{needs}; --sample {design.sampling} has none")
     if not 1e-6 <= tolerance < 1.0:
-        raise ValueError(f"--refine {tolerance:g} is not allowed; it must be >= 1e-06 and < 1, a share of an axis")
+        raise ValueError(f"--certainty {tolerance:g} is not allowed; it must be >= 1e-06 and < 1, a share of an axis")
     if not refined_axes(design):
-        raise ValueError("--refine needs an axis with two numbers or more, in order")
+        raise ValueError(f"--adaptive boundary:{metric} needs an axis with two numbers or more, in order")
 
 
 def refined_axes(design: SamplePlan) -> list[Axis]:

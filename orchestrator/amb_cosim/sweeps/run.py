@@ -27,6 +27,7 @@ from amb_cosim.sweeps.axes import Vary
 from amb_cosim.sweeps.branching import varied_labels
 from amb_cosim.sweeps.check import check_points
 from amb_cosim.sweeps.engine import connect, end_if_imported_anew, run_missing
+from amb_cosim.sweeps.refine import BOUNDARIES, Refinement, check_refinement
 from amb_cosim.sweeps.sampling import SamplePlan, make_design
 from amb_cosim.sweeps.store import SweepStore, open_sweep
 from amb_cosim.sweeps.worker import Metric, Task
@@ -52,7 +53,7 @@ class Sweep:
     design
         Its points.
     boundary
-        Which 0 or 1 of the results its maps draw, and its refinement bisects.
+        Which 0 or 1 of the results its maps draw the boundary of.
     sought
         Group of the store with what an adaptive sweep has found; empty of any other.
     """
@@ -102,7 +103,6 @@ def sweep(
     flavour: Flavour = "native",
     metrics: Sequence[Metric] = (),
     keep: Sequence[str] = (),
-    refine: float | None = None,
     boundary: str = "recovered",
     adaptive: str | None = None,
     certainty: float = 0.01,
@@ -131,12 +131,12 @@ def sweep(
         Functions of a result that return numbers by name, besides the key values.
     keep
         Outcomes whose full records are kept in the folder `runs`: `trapped`, `failed`, ...; `all` for every run.
-    refine, boundary
-        To which share of an axis the boundary of `boundary` (recovered, contact, rolling) is bisected on a grid.
+    boundary
+        Whose boundary maps draw: recovered, contact or rolling.
     adaptive, certainty
-        What is sought, `maximum:METRIC`, `minimum:METRIC` or `boundary:METRIC=LEVEL`: of the points those alone are run
-        that are needed to know it to this share of the range of its values, at two standard deviations of a Gaussian
-        process.
+        What is sought. `boundary:METRIC` of one of these is bisected between the points of a grid to this share of an
+        axis. Of `maximum:METRIC`, `minimum:METRIC` or `boundary:METRIC=LEVEL` those points alone are run that are
+        needed to know it to this share of the range of its values, at two standard deviations of a Gaussian process.
     scheduler, jobs
         Address of a Dask scheduler; or the number of processes of a local cluster, one per processor by default. A
         script that starts a local cluster must do so under `if __name__ == "__main__":`.
@@ -160,11 +160,14 @@ def sweep(
     if unknown:
         raise ValueError(f"--keep {unknown[0]} is not allowed; it must be all or one of {', '.join(outcomes.RUN)}")
     design = make_design(vary, sample, seed)
-    if refine is not None:
-        from amb_cosim.sweeps.refine import check_refinement
-
-        check_refinement(design, refine, boundary)
-    goal = None if adaptive is None else _goal(adaptive, certainty, bool(metrics), refine)
+    kind, _, metric = (adaptive or "").partition(":")
+    bisected = kind == "boundary" and metric in BOUNDARIES
+    boundary = metric if bisected else boundary
+    if boundary not in BOUNDARIES:
+        raise ValueError(f"--boundary {boundary} is not allowed; it must be one of {', '.join(BOUNDARIES)}")
+    if bisected:
+        check_refinement(design, certainty, boundary)
+    goal = None if adaptive is None or bisected else _goal(adaptive, certainty, bool(metrics))
     until = None if until is None else quantity(until, "s", "until")
     labels = varied_labels(design, _labels(scenario, design))
     task = Task(scenario, dict(set or {}), until, flavour, tuple(metrics), tuple(keep), labels)
@@ -179,11 +182,11 @@ def sweep(
         with sweep_bar(progress) as report:
             if goal is not None:
                 _seek(goal, scheduler, jobs, name, task, store, report)
-            elif store.missing or refine is not None:
+            elif store.missing or bisected:
                 with connect(scheduler, jobs) as client:
                     run_missing(client, name, task, store, report)
-                    if refine is not None:
-                        _refine(client, name, task, store, requested, report, refine, boundary)
+                    if bisected:
+                        _refine(client, name, task, store, requested, report, certainty, boundary)
     return Sweep(folder, design, boundary, "" if goal is None else goal.group)
 
 
@@ -194,12 +197,10 @@ def _labels(scenario: Scenario, design: SamplePlan) -> tuple[str, ...]:
     return tuple(dict.fromkeys((*scenario.labels, *chain.from_iterable(others))))
 
 
-def _goal(text: str, certainty: float, has_own_metrics: bool, refine: float | None) -> Goal:
+def _goal(text: str, certainty: float, has_own_metrics: bool) -> Goal:
     require_extra("adaptive", "an adaptive sweep", "sklearn")
     from amb_cosim.sweeps.adaptive import read_goal
 
-    if refine is not None:
-        raise ValueError("--adaptive chooses points of its own; it may not be given with --refine")
     return read_goal(text, certainty, has_own_metrics)
 
 
@@ -227,8 +228,6 @@ def _refine(
     tolerance: float,
     boundary: str,
 ) -> None:
-    from amb_cosim.sweeps.refine import Refinement
-
     refinement = Refinement(store.design, store.dataset(), tolerance, boundary)
     while (points := refinement.next_round()) is not None:
         group = f"{boundary}_{refinement.rounds}"

@@ -204,8 +204,6 @@ def test_a_sweep_that_cannot_be_sampled_is_refused(tmp_path, small):
         Sampler(make_design({"control": {"PID": {}, "ROLAC": {}}}), Goal("maximum", "m"))
     with pytest.raises(ValueError, match="90000 points are too many to choose from; --adaptive takes 50000 at most"):
         Sampler(make_design({"a.x": "0:1:300", "a.y": "0:1:300"}), Goal("maximum", "m"))
-    with pytest.raises(ValueError, match="it may not be given with --refine"):
-        amb_cosim.sweep(small, {"Omega": "1:2:3"}, output=tmp_path, adaptive="maximum:contact", refine=0.1)
 
 
 def test_the_extra_is_named_where_it_is_missing(tmp_path, small, monkeypatch):
