@@ -33,8 +33,9 @@ def rotors(tmp_path: Path) -> None:
     (tmp_path / "free.toml").write_text(SHAFT)
 
 
-def test_modes_of_the_rig_are_printed_as_json_and_as_text(runner):
-    data = json.loads(runner("modes", "--json").stdout)
+def test_modes_of_the_rig_are_printed_as_json_and_as_text(runner, tmp_path):
+    text = runner("study", "modes", "--speeds", "90 rad/s,120 rad/s,145 rad/s", "-o", "out").stdout
+    data = json.loads((tmp_path / "out" / "modes.json").read_text())
     assert (data["rotor"], data["mass"]) == ("bath_rig_thesis", "diagonal")
     assert list(data["speeds"]) == ["90", "120", "145"]
     result = data["speeds"]["90"]
@@ -42,24 +43,25 @@ def test_modes_of_the_rig_are_printed_as_json_and_as_text(runner):
     np.testing.assert_allclose(result["frequencies_rad_s"], expected, rtol=1e-9)
     assert len(result["damping_ratios"]) == len(result["whirl"]) == 8
     assert result["whirl"][:2] == ["backward", "forward"]
-    text = runner("modes").stdout
     assert f"{expected[0]:.3f}" in text
     assert "unstable" not in text
 
 
-def test_modes_of_any_rotor_at_speeds_with_units(runner):
+def test_modes_of_any_rotor_at_speeds_with_units(runner, tmp_path):
     arguments = ("--rotor", "pump.toml", "--speeds", "0, 50 Hz", "--count", "3", "--mass", "consistent")
-    data = json.loads(runner("modes", *arguments, "--json").stdout)
+    text = runner("study", "modes", *arguments, "-o", "out").stdout
+    data = json.loads((tmp_path / "out" / "modes.json").read_text())
     assert (data["rotor"], data["mass"], list(data["speeds"])) == ("pump", "consistent", ["0", "314.159"])
     assert min(data["speeds"]["0"]["damping_ratios"]) < 0.0
     assert len(data["speeds"]["0"]["whirl"]) == 3
-    assert "forward, unstable" in runner("modes", *arguments).stdout
+    assert "forward, unstable" in text
 
 
-def test_motion_without_oscillation_is_reported(runner):
-    data = json.loads(runner("modes", "--rotor", "free.toml", "--speeds", "0", "--json").stdout)
+def test_motion_without_oscillation_is_reported(runner, tmp_path):
+    text = runner("study", "modes", "--rotor", "free.toml", "-o", "out").stdout
+    data = json.loads((tmp_path / "out" / "modes.json").read_text())
     assert data["speeds"]["0"]["real_eigenvalues_per_s"] == [0.0] * 8
-    assert "motion that does not oscillate" in runner("modes", "--rotor", "free.toml", "--speeds", "0").stdout
+    assert "motion that does not oscillate" in text
 
 
 @pytest.mark.slow
@@ -165,12 +167,12 @@ def test_studies_are_listed():
     assert set(studies.STUDIES) <= set(dir(studies))
     for name in studies.STUDIES:
         assert callable(getattr(studies, name))
-    with pytest.raises(AttributeError, match="has no attribute 'cambell'; the studies are natural_frequencies, "):
+    with pytest.raises(AttributeError, match="has no attribute 'cambell'; the studies are layout, "):
         studies.cambell  # noqa: B018
 
 
 @pytest.mark.parametrize("rotor", [None, "pump.toml", Path("pump.toml")])
 def test_studies_take_rotors_and_their_files(runner, rotor):
     expected = "bath_rig_thesis" if rotor is None else "pump"
-    assert studies.natural_frequencies(rotor, speeds=[90.0, "10 Hz"]).rotor == expected
-    assert studies.natural_frequencies(load_rotor(Path(rotor or rotor_path()))).rotor == expected
+    assert studies.modes(rotor, speeds=[90.0, "10 Hz"]).description.name == expected
+    assert studies.modes(load_rotor(Path(rotor or rotor_path()))).description.name == expected

@@ -97,10 +97,11 @@ RUN = {
 }
 
 ANALYSES = {
-    "modes --rotor nope.toml": "rotor file nope.toml cannot be read",
-    "modes --speeds '90 rad/s,fast'": "speeds = 'fast' is no number",
-    "modes --speeds '-5 rad/s'": "speeds = -5 rad/s is not allowed; it must be >= 0 rad/s",
-    "modes --count 0": "count = 0 is not allowed; it must be 1 or more",
+    "study modes --rotor nope.toml": "rotor file nope.toml cannot be read",
+    "study modes --speeds '90 rad/s,fast'": "speeds = 'fast' is no number",
+    "study modes --speeds '-5 rad/s'": "speeds = -5 rad/s is not allowed; it must be >= 0 rad/s",
+    "modes": "there is no command 'modes' any more; it is 'study modes' now",
+    "study modes --count 0": "count = 0 is not allowed; it must be 1 or more",
     "study campbell --up-to '3 m'": "'3 m' has unit m, which cannot be converted to rad/s",
     "study campbell --up-to 0": "up-to = 0 rad/s is not allowed; it must be > 0 rad/s",
     "study reduction --up-to 0": "up-to = 0 rad/s is not allowed; it must be > 0 rad/s",

@@ -51,5 +51,5 @@ def test_a_rotor_file_that_is_no_regular_file_is_refused(refuses, tmp_path, kind
     else:
         path.touch()
         os.truncate(path, 10 * 2**30)
-    for command in (["run", "fig4_9", "--rotor"], ["modes", "--rotor"], ["rotor", "show"]):
+    for command in (["run", "fig4_9", "--rotor"], ["study", "modes", "--rotor"], ["rotor", "show"]):
         refuses("rotor file rotor.toml cannot be read: it ", *command, "rotor.toml")

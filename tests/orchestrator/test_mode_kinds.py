@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
+import math
+import tomllib
+
 import numpy as np
 import pytest
+import tomli_w
+from strange_machine import ROTOR as EXPANDER
 
 from amb_cosim import studies
 from amb_cosim.studies.mode_kinds import kind_of
@@ -13,7 +18,7 @@ from rotor_analysis.rotor_file import load_rotor
 
 def test_modes_of_the_rig_are_those_of_figs_3_2_and_3_3():
     """Conical at 61 rad/s, cylindrical at 106, first and second flexural at 179 and 429."""
-    result = studies.modes(speed=90.0, count=8)
+    result = studies.modes(speeds=90.0, count=8)
     assert [shape.kind for shape in result.shapes] == ["conical"] * 2 + ["cylindrical"] * 2 + ["flexural"] * 4
     assert [shape.crossings for shape in result.shapes] == [1, 1, 0, 0, 2, 2, 3, 3]
     (modes,) = result.frequencies.speeds.values()
@@ -42,3 +47,17 @@ def test_bent_line_without_net_motion_is_flexural():
     result = kind_of(assemble(rotor), z, shape.ravel())
     assert result.name == "flexural"
     assert result.crossings == 3
+
+
+def test_modes_without_a_resonance_come_last(tmp_path):
+    """Bearings that damp the rigid modes of the expander beyond 1/sqrt(2) of critical damping."""
+    data = tomllib.loads(EXPANDER.read_text(encoding="utf-8"))
+    for bearing in data["bearings"]:
+        bearing["damping"] = 1400.0
+    file = tmp_path / "rotor.toml"
+    file.write_text(tomli_w.dumps(data), encoding="utf-8")
+    (at,) = studies.modes(load_rotor(file), speeds="3000 rpm", count=200).frequencies.speeds.values()
+    flat = [f for f, ratio in zip(at.frequencies, at.damping_ratios, strict=True) if ratio > math.sqrt(0.5)]
+    others = [f for f, ratio in zip(at.frequencies, at.damping_ratios, strict=True) if ratio <= math.sqrt(0.5)]
+    assert list(at.frequencies) == sorted(others) + sorted(flat)
+    assert min(flat) < min(others)

@@ -17,7 +17,7 @@ from amb_files import pack_file, packs
 COMMANDS = (
     ["--help"], ["list"], ["list", "mine"], ["rotor", "show", "mine"], ["machine", "check", "mine"], ["no_such"],
     ["study"], ["assess", "mine"], ["run", "mine", "--until", "0.001"], ["robustness", "mine"],
-    ["modes", "--rotor", "mine"], ["report", "mine"], ["sweep", "mine"], ["simulate", "mine"],
+    ["study", "modes", "--rotor", "mine"], ["report", "mine"], ["sweep", "mine"], ["simulate", "mine"],
 )  # fmt: skip
 CODE = (
     "", "1/0", "raise SystemExit(3)", "raise ValueError('a\\nb')", "import no_such_module", "x =", "STUDIES = 3",

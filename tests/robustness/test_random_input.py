@@ -145,7 +145,7 @@ def test_system_with_mistakes(campaign):
 
 def test_rotor_file_with_mistakes(campaign):
     texts = [rotor_path(name).read_text(encoding="utf-8") for name in ("bath_rig", "nelson_mcvaugh", "compressor")]
-    commands = (["rotor", "show", "r.toml"], ["modes", "--rotor", "r.toml", "--speeds", "90 rad/s"])
+    commands = (["rotor", "show", "r.toml"], ["study", "modes", "--rotor", "r.toml", "--speeds", "90 rad/s"])
 
     def case(chance):
         changed = changed_toml(chance.choice(texts), chance) if chance else texts[0].encode()

@@ -43,7 +43,7 @@ COMMANDS = {
     "modes --rotor expander.toml --speeds '100 Hz, 12000'": "--speeds 12000 has no unit; write for example '12000 rpm'",
     "study poles levitation.toml --up-to 12000": "--up-to 12000 has no unit; write for example '12000 rpm'",
     "new fan --mass 60kg --length 1m --speed 12000": "--speed 12000 has no unit; write for example '12000 rpm'",
-    "study modes --rotor expander.toml --speed 3kg": "speed = '3kg' has unit kg, which cannot be converted to rad/s",
+    "study modes --rotor expander.toml --speeds 3kg": "speeds = '3kg' has unit kg, which cannot be converted to rad/s",
     "study unbalance_response --rotor expander.toml --node 99": "node = 99 is not allowed; it must be a node",
     "study h_matrix --rotor blind.toml": "bearing 'north' has no sensors",
     "study poles levitation.toml --up-to 1kg": "up-to = '1kg' has unit kg",

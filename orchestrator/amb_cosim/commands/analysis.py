@@ -11,9 +11,8 @@ import click
 
 from amb_cosim import studies
 from amb_cosim.commands.cli_errors import refusing
-from amb_cosim.commands.options import FLAVOUR, JSON, ROTOR, SETTINGS, SPEED, UNITS, Option, output
+from amb_cosim.commands.options import FLAVOUR, ROTOR, SETTINGS, SPEED, UNITS, Option, output
 from amb_cosim.commands.packs import OWN_PACKAGE, PACKAGES, PackCommands
-from amb_cosim.commands.printing import print_result
 from amb_files.atomic import check_writable
 
 if TYPE_CHECKING:
@@ -33,22 +32,6 @@ CLOSED_BEARINGS = (
     click.option("--k-b", default="1e6 N/m", show_default=True, help="Net stiffness of the closed bearings."),
     click.option("--c-b", default="5000 N.s/m", show_default=True, help="Damping of the closed bearings."),
 )
-
-
-@click.command()
-@ROTOR
-@MASS
-@click.option("--speeds", type=SPEED, default="90 rad/s,120 rad/s,145 rad/s", show_default=True, help="Spin speeds.")
-@COUNT
-@JSON
-def modes(as_json: bool, **options: Any) -> None:
-    """Print the damped natural frequencies of a rotor.
-
-    Damping ratios and whirl directions stand beside them.
-    """
-    with refusing():
-        result = studies.natural_frequencies(**options)
-    print_result(result, as_json)
 
 
 @click.group(cls=PackCommands)
@@ -117,7 +100,7 @@ add_study(
     "modes",
     ROTOR,
     MASS,
-    click.option("--speed", type=SPEED, default="90 rad/s", show_default=True, help="Spin speed."),
+    click.option("--speeds", type=SPEED, default="0", show_default=True, help="Spin speeds; shapes are of the first."),
     COUNT,
 )
 add_study(
@@ -239,4 +222,4 @@ def linearise(scenario: str | None, controller: str | None, output: Path, **opti
         click.echo(f"notice: {note}", err=True)
 
 
-COMMANDS = (modes, study, linearise)
+COMMANDS = (study, linearise)

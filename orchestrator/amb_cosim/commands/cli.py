@@ -28,6 +28,8 @@ from amb_cosim.commands.cli_errors import Refused, interrupted
 from amb_cosim.commands.packs import PackCommands
 from amb_cosim.cosim.basics.interruption import interruptible, was_interrupted
 
+LEFT = {"modes": "study modes"}  # commands that left, and what answers their question
+
 
 class Commands(PackCommands):
     """Commands that Ctrl-C and SIGTERM end with a message and an exit code of their own."""
@@ -35,7 +37,7 @@ class Commands(PackCommands):
     sections = {  # noqa: RUF012
         "Run": ("run", "simulate", "sweep", "compare", "live", "animate", "list"),
         "Design and judge": (
-            *("new", "machine", "assess", "rotor", "modes"),
+            *("new", "machine", "assess", "rotor"),
             *("controller", "study", "identify", "linearise"),
         ),
         "FMUs and other tools": ("build", "export-ssp", "verify"),
@@ -48,6 +50,12 @@ class Commands(PackCommands):
             if argument != argument.encode("utf-8", "replace").decode():
                 raise Refused(f"argument {argument!r} is not UTF-8; rename the file or folder")
         return super().parse_args(ctx, args)
+
+    def resolve_command(self, ctx: click.Context, args: list[str]) -> Any:
+        """Return the command that is called; one that left says which answers its question now."""
+        if args[0] in LEFT:
+            raise Refused(f"there is no command {args[0]!r} any more; it is {LEFT[args[0]]!r} now")
+        return super().resolve_command(ctx, args)
 
     def invoke(self, ctx: click.Context) -> Any:
         try:

@@ -94,7 +94,7 @@ def _modes(rotor: str | None, speed: str) -> tuple[float, ...]:
         return ()
     from amb_cosim import studies
 
-    (result,) = studies.natural_frequencies(rotor, speeds=speed).speeds.values()
+    (result,) = studies.modes(rotor, speeds=speed).frequencies.speeds.values()
     return tuple(result.frequencies)
 
 

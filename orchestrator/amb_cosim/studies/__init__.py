@@ -26,7 +26,6 @@ if TYPE_CHECKING:
     from amb_cosim.studies.contact_traps import traps as traps
     from amb_cosim.studies.coupling_order import coupling as coupling
     from amb_cosim.studies.natural_modes import modes as modes
-    from amb_cosim.studies.natural_modes import natural_frequencies as natural_frequencies
     from amb_cosim.studies.receptance_identification import identify as identify
     from amb_cosim.studies.rotor_layout import layout as layout
     from amb_cosim.studies.run_spectra import waterfall as waterfall
@@ -49,13 +48,9 @@ class Study(NamedTuple):
 
 
 _OWN = {
-    "natural_frequencies": Study(
-        ".natural_modes",
-        "Compute damped natural frequencies at spin speeds, with damping ratios and whirl directions.",
-    ),
     "layout": Study(".rotor_layout", "Show parts, mass and modes of a rotor, the plant's model of it, and a picture."),
     "campbell": Study(".campbell_diagram", "Draw the Campbell diagram of a rotor."),
-    "modes": Study(".natural_modes", "Draw mode shapes with their orbits."),
+    "modes": Study(".natural_modes", "List natural frequencies and damping, and draw mode shapes."),
     "unbalance_response": Study(".unbalance_over_speed", "Compute the unbalance response over speed."),
     "coupling": Study(
         ".coupling_order",

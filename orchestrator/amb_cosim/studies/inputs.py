@@ -71,8 +71,10 @@ def spin_speed(raw: Number, name: str = "speed") -> float:
     return value
 
 
-def spin_speeds(raw: str | Sequence[Number]) -> list[float]:
-    """Return spin speeds (rad/s) given in a sequence or in a text with commas."""
+def spin_speeds(raw: Number | Sequence[Number]) -> list[float]:
+    """Return spin speeds (rad/s): one, those of a sequence, or of a text with commas."""
+    if isinstance(raw, int | float):
+        return [spin_speed(raw, "speeds")]
     return [spin_speed(part, "speeds") for part in (raw.split(",") if isinstance(raw, str) else raw)]
 
 

@@ -1,4 +1,4 @@
-"""Studies of the modes of a rotor: frequencies at several spin speeds, mode shapes at one."""
+"""Study of the modes of a rotor: frequencies at spin speeds, mode shapes at the first."""
 
 from __future__ import annotations
 
@@ -11,17 +11,19 @@ import numpy as np
 
 from amb_cosim.presentation.json_data import JsonKey, Layout
 from amb_cosim.presentation.text_tables import TextPart, labelled_table, text_table
-from amb_cosim.studies.inputs import Number, RotorSource, rotor_of, spin_speed, spin_speeds
+from amb_cosim.studies.inputs import Number, RotorSource, rotor_of, spin_speeds
 from amb_cosim.studies.mode_kinds import kind_of
 from amb_cosim.studies.result import DrawnResult, StudyResult
 from fmi_export.model import Array
 from rotor_analysis.assembly import Matrices
+from rotor_analysis.checks import require
 from rotor_analysis.modes import Complex, Mode, Whirl, overdamped_modes, translations
 from rotor_analysis.modes import modes as modes_of
 from rotor_analysis.rotor import Rotor
 from rotor_analysis.shaft import MassModel
 from rotor_analysis.supported_rotor import supported_rotor
 
+NO_RESONANCE = math.sqrt(0.5)  # damping ratio above which a response has no peak
 ROUNDING = 1e-9  # a damping ratio above minus this is that of an undamped mode, not of a growing one
 
 HEADINGS = ("speed", "mode", "frequency (rad/s)", "(Hz)", "damping ratio", "whirl")
@@ -29,7 +31,7 @@ HEADINGS = ("speed", "mode", "frequency (rad/s)", "(Hz)", "damping ratio", "whir
 
 @dataclass(frozen=True)
 class ModesAtSpeed:
-    """The lowest modes at one spin speed, by ascending frequency.
+    """The lowest modes at one spin speed, by ascending frequency; those without a resonance come last.
 
     frequencies
         Damped natural frequencies (rad/s).
@@ -101,12 +103,12 @@ class ModeShape:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ModeShapes(DrawnResult):
-    """Mode shapes of a rotor at one spin speed.
+    """Modes of a rotor at spin speeds.
 
     frequencies
-        Frequencies, damping ratios and whirl directions at the spin speed.
+        Frequencies, damping ratios and whirl directions at all of them.
     shapes
-        Shape of each mode.
+        Shape of each mode at the first.
     z
         Axial position of the nodes (m), shape (nodes,).
     description, modes
@@ -123,9 +125,8 @@ class ModeShapes(DrawnResult):
 
     @property
     def speed(self) -> float:
-        """Spin speed (rad/s)."""
-        (speed,) = self.frequencies.speeds
-        return speed
+        """Spin speed of the shapes (rad/s)."""
+        return next(iter(self.frequencies.speeds))
 
     def text(self) -> list[TextPart]:
         """Return the table of the modes, and one of their shapes."""
@@ -135,16 +136,18 @@ class ModeShapes(DrawnResult):
         return [*self.frequencies.text(), table]
 
 
-def natural_frequencies(
+def modes(
     rotor: RotorSource = None,
     *,
     mass: MassModel | None = None,
-    speeds: str | Sequence[Number] = "90,120,145",
+    speeds: Number | Sequence[Number] = "0",
     count: int = 8,
-) -> NaturalFrequencies:
-    """Return damped natural frequencies, damping ratios and whirl directions of a rotor at some spin speeds.
+) -> ModeShapes:
+    """Return natural frequencies, damping ratios and whirl directions at spin speeds, and mode shapes at the first.
 
     (lambda^2 M + lambda (C + Omega G) + K) phi = 0     (3.1 to 3.6)
+
+    Modes with a damping ratio above 1/sqrt(2), whose response has no peak, come after all others.
 
     Parameters
     ----------
@@ -165,39 +168,19 @@ def natural_frequencies(
     description = rotor_of(rotor)
     mass = mass or description.shaft.mass_matrix
     model = supported_rotor(description, mass).model
-    at_speeds = {Omega: _at_speed(model, Omega, modes_of(model, Omega, count)) for Omega in spin_speeds(speeds)}
-    return NaturalFrequencies(description.name, mass, at_speeds)
+    at = {Omega: _lowest(model, Omega, count) for Omega in spin_speeds(speeds)}
+    frequencies = {Omega: _at_speed(model, Omega, result) for Omega, result in at.items()}
+    first, z = next(iter(at.values())), np.array(description.shaft.nodes)
+    shapes = tuple(_shape(model, z, mode) for mode in first)
+    named = NaturalFrequencies(description.name, mass, frequencies)
+    return ModeShapes(named, shapes, description.shaft.nodes, description, first)
 
 
-def modes(
-    rotor: RotorSource = None, *, mass: MassModel | None = None, speed: Number = "90 rad/s", count: int = 8
-) -> ModeShapes:
-    """Return the mode shapes of a rotor at one spin speed.
-
-    Parameters
-    ----------
-    rotor
-        A rotor or a rotor file; the packs' default without.
-    mass
-        Mass matrix, `diagonal` or `consistent`; as the rotor says by default.
-    speed
-        Spin speed (rad/s), or a text with its unit.
-    count
-        Number of modes, the lowest first.
-
-    Raises
-    ------
-    ValueError
-        If the rotor file cannot be read or an argument is out of range.
-    """
-    description, Omega = rotor_of(rotor), spin_speed(speed)
-    mass = mass or description.shaft.mass_matrix
-    model = supported_rotor(description, mass).model
-    result = tuple(modes_of(model, Omega, count))
-    frequencies = NaturalFrequencies(description.name, mass, {Omega: _at_speed(model, Omega, result)})
-    z = np.array(description.shaft.nodes)
-    shapes = tuple(_shape(model, z, mode) for mode in result)
-    return ModeShapes(frequencies, shapes, description.shaft.nodes, description, result)
+def _lowest(model: Matrices, Omega: float, count: int) -> tuple[Mode, ...]:
+    """Return the lowest modes with a resonance and, where they are fewer, the lowest of the others."""
+    require(count >= 1, "count", count, "1 or more")
+    ordered = sorted(modes_of(model, Omega), key=lambda mode: mode.damping_ratio > NO_RESONANCE)
+    return tuple(ordered[:count])
 
 
 def _at_speed(model: Matrices, Omega: float, found: Sequence[Mode]) -> ModesAtSpeed:
