@@ -17,7 +17,7 @@ from amb_cosim.design.magnetic_bearing import axis_parameters, load_capacity
 from amb_cosim.new_machine.files import TEMPLATES, new_machine
 from amb_cosim.new_machine.levitation import operating_points
 from amb_cosim.new_machine.rotor_text import plain_shaft, supports
-from amb_cosim.new_machine.sizing import CAPACITY, machine_sizes
+from amb_cosim.new_machine.sizing import CAPACITY, MagnetData, machine_sizes
 from amb_cosim.scenario.scenario import load_scenario
 from rotor_analysis.packaged_rotors import rotor_path
 from rotor_analysis.rigid_body import rigid_body
@@ -88,17 +88,19 @@ def test_every_file_of_a_new_machine_can_be_read(pump):
 
 def test_bandwidth_and_signal_chain_of_a_new_machine_are_in_its_file():
     text = (TEMPLATES / "levitation.toml").read_text(encoding="utf-8")
-    parameters = tomllib.loads(re.sub(r"\$\w+", "1", text).replace('# "chain.', '"chain.'))["parameters"]
+    parameters = tomllib.loads(re.sub(r"\$\w+", "1", text.replace("$friction", "")).replace('# "chain.', '"chain.'))[
+        "parameters"
+    ]
     assert parameters["amb_actuator"]["*.bandwidth_?"] == "1.4 kHz"
     assert {"chain.noise", "chain.adc", "chain.delay", "chain.sensitivity"} <= {*parameters["rolac_controller"]}
 
 
 def test_a_new_machine_levitates_with_room_to_its_retainers(pump):
-    """No vibration of its loop grows, and a run of the scenario agrees: orbits stay within a tenth of the clearance."""
-    assert pump.gains.quality > 0.5
+    """No vibration of its loop grows, and a run of the scenario agrees: orbits stay within a sixth of the clearance."""
+    assert pump.gains.quality > 0.4
     result = amb_cosim.run(load_scenario(str(pump.folder / "levitation.toml")).changed(settle_cycles=20, end_time=0.05))
     assert result.outcome.status == "completed"
-    assert all(orbit < 0.1e3 * pump.sizes.clearance for orbit in result.summary.orbit_largest.values())
+    assert all(orbit < 0.17e3 * pump.sizes.clearance for orbit in result.summary.orbit_largest.values())
 
 
 def test_a_drawing_gets_magnets_in_its_own_bearings_and_levitates(expander):
@@ -143,7 +145,7 @@ def test_the_drawing_of_a_compressor_lands_and_is_lifted_off(tmp_path):
     assert amb_cosim.run(str(made.folder / "relevitation.toml")).summary.recovery == "recovered"
 
 
-LACKING = {"sensors": "a sensor", "sites": "a retainer", "bodies": "a plane of unbalance"}
+LACKING = {"sensors": "a sensor", "bodies": "a plane of unbalance"}
 
 
 @pytest.mark.parametrize("key", LACKING)
@@ -247,3 +249,56 @@ def test_a_name_that_a_file_cannot_hold_is_refused(name, tmp_path):
         allowed = "it must be printable, without quotation marks and backslashes"
         assert done.stderr == f"amb-cosim: name = {name!r} is not allowed; {allowed}\n"
     assert [*tmp_path.iterdir()] == []
+
+
+@pytest.fixture(scope="module")
+def bench(tmp_path_factory):
+    """The expander as a bench rotor, that nothing surrounds, with magnets of a data sheet."""
+    data = tomllib.loads(EXPANDER.read_text(encoding="utf-8").replace(*PASSIVE))
+    del data["sites"]
+    made = tmp_path_factory.mktemp("new") / "bench"
+    return new_machine(made, tomli_w.dumps(data), 15000.0 * RPM, magnet=MagnetData(90.0, 8e5))
+
+
+def test_magnets_of_a_data_sheet_have_its_constants(bench):
+    """I_b = s_0 K_s/K_i, and the pole area of K_i."""
+    sizes = bench.sizes
+    assert sizes.magnet.k_i == pytest.approx(90.0, rel=1e-9)
+    assert sizes.magnet.k_s == pytest.approx(8e5, rel=1e-9)
+    assert sizes.bias_current == pytest.approx(sizes.gap * 8e5 / 90.0)
+
+
+def test_a_rotor_that_nothing_surrounds_levitates_and_has_no_landing(bench):
+    written = {path.name for path in bench.folder.iterdir()}
+    assert written == {"README.md", "rotor.toml", "levitation.toml", "runup.toml", "machine.toml"}
+    assert "landing" not in (bench.folder / "README.md").read_text()
+    result = amb_cosim.run(bench.folder / "levitation.toml", until=0.05, progress=False)
+    assert result.summary.recovery is None
+    assert max(result.summary.orbit_largest.values()) < 0.01
+
+
+def test_a_magnet_that_cannot_carry_the_weight_is_refused(tmp_path):
+    text, speed = shaft_of("pump")
+    file = tmp_path / "rotor.toml"
+    file.write_text(text)
+    file.write_text(text + supports(load_rotor(file), None))
+    with pytest.raises(ValueError, match=r"K_i = 1 N/A is not allowed; it must be > .* to carry 2"):
+        machine_sizes(load_rotor(file), speed, MagnetData(1.0, 1e4))
+
+
+@pytest.mark.parametrize("machine", ["pump", "expander"])
+def test_first_designs_bear_a_sample_of_delay(machine, request):
+    """The demands of the scenario come a sample late, and all vibrations of the sampled loop decay with that."""
+    made = request.getfixturevalue(machine)
+    assert load_scenario(str(made.folder / "levitation.toml")).parameters["rolac_controller"]["chain.delay"] is True
+    assert made.gains.quality > 0.0
+
+
+@pytest.mark.slow
+def test_a_fast_rotor_with_overhung_wheels_gets_a_faster_controller(tmp_path):
+    """At 50 us no gains bear the delay: the packaged expander at 42,000 rpm is designed at 25 us."""
+    rotor = rotor_path("turbo_expander").read_text(encoding="utf-8")
+    made = new_machine(tmp_path / "fast", rotor, 42000.0 * RPM)
+    scenario = load_scenario(str(made.folder / "levitation.toml"))
+    assert scenario.parameters["rolac_controller"]["sample_time"] == "25 us"
+    assert made.gains.quality > 0.0

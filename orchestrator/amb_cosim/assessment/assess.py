@@ -33,6 +33,7 @@ PARTS = (
     "rest",
     "recovery",
 )
+OF_CLEARANCES = frozenset({"vibration", "faults", "landing", "rest", "recovery"})  # parts about where it can touch
 
 ProgressCallback = Callable[[str, int, int], None]  # title of the part under way, parts done, their number
 
@@ -167,6 +168,8 @@ def _answered(
 ) -> AssessmentPart:
     begin = time.perf_counter()
     try:
+        if name in OF_CLEARANCES and not subject.clearances:
+            raise ValueError(f"rotor {subject.rotor.name} has no [[sites]]: where it can touch is not known")
         answer = ask(subject)
         findings = tuple(judge(answer.measured, criteria, subject.facts))
     except (ValueError, LookupError, ArithmeticError, RuntimeError, StartFailed, FmuError, ProcessFailed) as error:

@@ -4,12 +4,18 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from amb_cosim.commands.cli_errors import refusing
 from amb_cosim.commands.options import FLAVOUR, SPEED
 from amb_cosim.cosim.basics.choices import Flavour
+
+if TYPE_CHECKING:
+    from amb_cosim.new_machine.sizing import MagnetData
+
+APART = 1.8  # times, from which on given constants of a magnet are asked about
 
 
 @click.command()
@@ -23,6 +29,8 @@ from amb_cosim.cosim.basics.choices import Flavour
     metavar="'Z Z'",
     help="Positions of the two magnetic bearings, such as '0.2 m 1.0 m', unless the rotor file has its own.",
 )
+@click.option("--k-i", help="K_i of an axis by the magnet's data sheet, such as '210 N/A', with --k-s.")
+@click.option("--k-s", help="K_s of it at the centre, such as '1.5e6 N/m', without a static current.")
 @FLAVOUR
 def new(
     folder: Path,
@@ -31,6 +39,8 @@ def new(
     length: str | None,
     speed: str,
     bearings: str | None,
+    k_i: str | None,
+    k_s: str | None,
     flavour: Flavour,
 ) -> None:
     """Write a first design of a machine into a new FOLDER.
@@ -44,21 +54,32 @@ def new(
     from amb_cosim.new_machine.levitation import WANTED_BEYOND, WANTED_IN_RANGE
 
     with refusing():
+        magnet = _magnet(k_i, k_s)
         Omega = quantity(speed, "rad/s", "speed")
         text = _rotor_text(folder.name, rotor, mass, length, Omega)
         places = None if bearings is None else [quantity(z, "m", "bearings") for z in _positions(bearings)]
         if places is not None and len(places) != 2:
             raise ValueError(f"bearings = {bearings!r} is not allowed; it must be two positions, such as '0.2 m 1.0 m'")
-        made = new_machine(folder, text, Omega, None if places is None else (places[0], places[1]), flavour)
+        made = new_machine(folder, text, Omega, None if places is None else (places[0], places[1]), magnet, flavour)
     for bearing, point in made.points.items():
         click.echo(
             f"bearing {bearing}, each axis: {made.sizes.loads[bearing]:.4g} N of the weight by "
             f"{point.static_current:.3g} A; K_s {point.k_s:.4g} N/m, K_i {point.k_i:.4g} N/A"
+            + ("" if magnet is None else f" (data sheet, unloaded: {magnet.k_s:.4g} N/m, {magnet.k_i:.4g} N/A)")
         )
-        if bearing not in {site.bearing for site in made.sizes.retainers}:
+        if made.sizes.retainers and bearing not in {site.bearing for site in made.sizes.retainers}:
             click.echo(
                 f"bearing {bearing} has no retainer; were it passive, its place is under [[seals]] of the rotor file"
             )
+    sizes = made.sizes
+    click.echo(
+        f"magnets: {sizes.turns} turns on each pole, {1e4 * sizes.pole_area:.3g} cm2, gap {1e3 * sizes.gap:.3g} mm, "
+        f"bias {sizes.bias_current:.3g} A" + _beside(magnet, made.typical)
+    )
+    if not sizes.retainers:
+        click.echo(
+            "the rotor has no retainers, so that it cannot land: they are [[sites]] with a bearing in rotor.toml"
+        )
     if "bearings" in made.assumed:
         click.echo("retainers and sensors stand beside the bearings; move them in rotor.toml where they are elsewhere")
     if "damping" in made.assumed:
@@ -69,7 +90,29 @@ def new(
         f"{gains.in_range:.3g} within the range of speed ({WANTED_IN_RANGE:g} is wanted) and {gains.beyond:.3g} beyond "
         f"({WANTED_BEYOND:g}); nearest to what is wanted is {gains.least_damped}"
     )
-    click.echo(f"wrote {folder}; next: amb-cosim run {folder / 'landing.toml'}")
+    first = folder / ("landing.toml" if sizes.retainers else "levitation.toml")
+    click.echo(f"wrote {folder}; next: amb-cosim run {first}")
+
+
+def _magnet(k_i: str | None, k_s: str | None) -> MagnetData | None:
+    """Return the constants of a data sheet, if they are given."""
+    from amb_cosim.cosim.system.values import quantity
+    from amb_cosim.new_machine.sizing import MagnetData
+
+    if k_i is None and k_s is None:
+        return None
+    if k_i is None or k_s is None:
+        raise ValueError("--k-i and --k-s belong together; give both, or none")
+    return MagnetData(quantity(k_i, "N/A", "k-i"), quantity(k_s, "N/m", "k-s"))
+
+
+def _beside(magnet: MagnetData | None, typical: MagnetData) -> str:
+    """Return what a magnet of first sizes would have, beside a data sheet's, and what a large factor may mean."""
+    if magnet is None:
+        return ""
+    text = f"; one sized for this rotor would have K_s {typical.k_s:.4g} N/m, K_i {typical.k_i:.4g} N/A"
+    ratio = max(magnet.k_i / typical.k_i, typical.k_i / magnet.k_i)
+    return f"{text}, {ratio:.2g} times apart: are they of an axis, or of a pole?" if ratio > APART else text
 
 
 def _rotor_text(name: str, rotor: str | None, mass: str | None, length: str | None, Omega: float) -> str:

@@ -6,6 +6,7 @@ import math
 import shutil
 import tempfile
 import tomllib
+from contextlib import nullcontext, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from string import Template
@@ -14,19 +15,22 @@ from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.cosim.system.values import RPM
 from amb_cosim.new_machine.levitation import Gains, OperatingPoint, best_gains, candidates, operating_points
 from amb_cosim.new_machine.rotor_text import damping, require_name, supports
-from amb_cosim.new_machine.sizing import SAMPLE_TIME, MachineSizes, machine_sizes
+from amb_cosim.new_machine.sizing import SAMPLE_TIMES, MachineSizes, MagnetData, machine_sizes
 from rotor_analysis.assembly import assemble
 from rotor_analysis.damping import free_modes
 from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import load_rotor
 
 TEMPLATES = Path(__file__).parent / "templates"
+FALL = "landing.toml"  # the scenario that others with a fall are based on
 
 
 @dataclass(frozen=True)
 class NewMachine:
     """What was written: the folder, the sizes, the operating points by bearing, and the gains that levitate it.
 
+    typical
+        K_i and K_s that a magnet of first sizes would have.
     assumed
         Parts of the rotor file that it did not have: `bearings`, with retainers and sensors, and `damping`.
     """
@@ -34,14 +38,22 @@ class NewMachine:
     folder: Path
     assumed: tuple[str, ...]
     sizes: MachineSizes
+    typical: MagnetData
     points: dict[str, OperatingPoint]
     gains: Gains
 
 
 def new_machine(
-    folder: Path, rotor: str, speed: float, bearings: tuple[float, float] | None = None, flavour: Flavour = "native"
+    folder: Path,
+    rotor: str,
+    speed: float,
+    bearings: tuple[float, float] | None = None,
+    magnet: MagnetData | None = None,
+    flavour: Flavour = "native",
 ) -> NewMachine:
     """Write rotor, scenarios, machine file and a page about them into a new folder, with gains that levitate it.
+
+    A rotor without retainers has no scenarios in which it falls.
 
     Parameters
     ----------
@@ -53,6 +65,8 @@ def new_machine(
         Its highest speed in operation (rad/s).
     bearings
         Positions of two magnetic bearings (m), where the rotor file has none; `supports` places them without.
+    magnet
+        K_i and K_s of the axes by a data sheet; first sizes without.
     flavour
         Flavour of the FMUs that are asked for their linear model.
 
@@ -77,17 +91,29 @@ def new_machine(
             raise ValueError(f"bearings are given, but the rotor file has its own: {present}; leave one of the two out")
         if not bare.bearings:
             _rotor_of(file, rotor + supports(bare, bearings))
-        sizes = machine_sizes(load_rotor(file), speed)
+        sizes = machine_sizes(load_rotor(file), speed, magnet)
+        typical = machine_sizes(load_rotor(file), speed).magnet
         points = operating_points(sizes)
-        _fill(draft, _values(folder.name, sizes, points, Gains(*candidates(sizes)[0], 0.0, 0.0)))
-        gains = best_gains(draft / "levitation.toml", sizes, flavour)
+        sample_time, gains = _first_that_levitates(draft, folder.name, sizes, points, flavour)
         if not bare.bearings:
             _rotor_of(file, rotor + supports(bare, bearings, gains.k_b, gains.c_b))
-        _fill(draft, _values(folder.name, sizes, points, gains))
+        _fill(draft, _values(folder.name, sizes, points, sample_time, gains), bool(sizes.retainers))
         folder.parent.mkdir(parents=True, exist_ok=True)
         shutil.move(draft, folder)
     assumed = {"bearings": not bare.bearings, "damping": not has_damping}
-    return NewMachine(folder, tuple(part for part, is_so in assumed.items() if is_so), sizes, points, gains)
+    return NewMachine(folder, tuple(part for part, is_so in assumed.items() if is_so), sizes, typical, points, gains)
+
+
+def _first_that_levitates(
+    draft: Path, name: str, sizes: MachineSizes, points: dict[str, OperatingPoint], flavour: Flavour
+) -> tuple[float, Gains]:
+    """Return the first sample time (s) at which gains levitate the machine with a sample of delay, and the gains."""
+    for sample_time in SAMPLE_TIMES:
+        first = Gains(*candidates(sizes)[0], 0.0, 0.0)
+        _fill(draft, _values(name, sizes, points, sample_time, first), bool(sizes.retainers))
+        with suppress(ValueError) if sample_time != SAMPLE_TIMES[-1] else nullcontext():
+            return sample_time, best_gains(draft / "levitation.toml", sizes, flavour)
+    raise AssertionError
 
 
 def _rotor_of(file: Path, text: str) -> Rotor:
@@ -96,10 +122,13 @@ def _rotor_of(file: Path, text: str) -> Rotor:
     return load_rotor(file)
 
 
-def _fill(folder: Path, values: dict[str, str]) -> None:
-    for template in sorted(TEMPLATES.iterdir()):
-        text = Template(template.read_text(encoding="utf-8")).substitute(values)
-        (folder / template.name).write_text(text, encoding="utf-8")
+def _fill(folder: Path, values: dict[str, str], falls: bool) -> None:
+    """Write the templates with values; without retainers none that a fall is in, nor a line that names one of these."""
+    texts = {file.name: file.read_text(encoding="utf-8") for file in sorted(TEMPLATES.iterdir())}
+    omitted = set() if falls else {name for name, text in texts.items() if name == FALL or f'base = "{FALL}"' in text}
+    for name in texts.keys() - omitted:
+        lines = (line for line in texts[name].splitlines(True) if not any(file in line for file in omitted))
+        (folder / name).write_text(Template("".join(lines)).substitute(values), encoding="utf-8")
 
 
 def _first_bending(rotor: Rotor) -> float:
@@ -108,7 +137,9 @@ def _first_bending(rotor: Rotor) -> float:
     return float(free_modes(full.M[::2, ::2], full.K[::2, ::2])[0][0] / (2.0 * math.pi))
 
 
-def _values(name: str, sizes: MachineSizes, points: dict[str, OperatingPoint], gains: Gains) -> dict[str, str]:
+def _values(
+    name: str, sizes: MachineSizes, points: dict[str, OperatingPoint], sample_time: float, gains: Gains
+) -> dict[str, str]:
     """The texts that the templates ask for."""
     r = 0.5 * sizes.diameter
     race_inertia, race_drag = 0.01 * sizes.mass * r**2, 0.0015 * 0.5 * sizes.mass * 9.81 * r
@@ -125,6 +156,7 @@ def _values(name: str, sizes: MachineSizes, points: dict[str, OperatingPoint], g
         "plane": sizes.plane.name,
         "sensor": sizes.rotor.sensors[0].x,
         "races": "\n".join(races),
+        "friction": '"*.mu" = 0.12  # steel on steel, lubricated' if races else "# no retainers",
         "bearing_rows": "\n".join(rows),
         "first_bending": f"{_first_bending(sizes.rotor):.0f}",
     }
@@ -139,7 +171,7 @@ def _values(name: str, sizes: MachineSizes, points: dict[str, OperatingPoint], g
         "in_range": gains.in_range,
         "beyond": gains.beyond,
         "clearance_mm": 1e3 * sizes.clearance,
-        "sample_time": 1e6 * SAMPLE_TIME,
+        "sample_time": 1e6 * sample_time,
         "turns": sizes.turns,
         "pole_area": 1e4 * sizes.pole_area,
         "gap": 1e3 * sizes.gap,

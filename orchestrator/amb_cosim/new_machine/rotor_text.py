@@ -93,13 +93,17 @@ def supports(rotor: Rotor, places: tuple[float, float] | None, k_b: float | None
         f"ascending, from {lowest:g} m to {highest:g} m, a fifth of the length apart",
     )
     diameter = max(diameter_at(rotor, z) for z in (left, right))
-    gap = min(max(round(diameter / 250.0, 4), 0.3e-3), 1e-3)
-    clearance = 0.5 * gap
+    clearance = 0.5 * gap_for(diameter)
     k_b = rotor.mass * 9.81 / clearance if k_b is None else k_b
     offsets = {"bearing": 0.0, "sensor": SENSOR_OFFSET * length, "retainer": RETAINER_OFFSET * length}
     values = {f"{part}_left": left + offset for part, offset in offsets.items()}
     values |= {f"{part}_right": right - offset for part, offset in offsets.items()}
     return _filled("supports.toml", clearance=clearance, k_b=k_b, c_b=c_b, **values)
+
+
+def gap_for(diameter: float) -> float:
+    """Return the air gap (m) of a magnet around a shaft of a diameter (m): d/250, 0.3 to 1 mm     (2)."""
+    return min(max(round(diameter / 250.0, 4), 0.3e-3), 1e-3)
 
 
 def damping() -> str:

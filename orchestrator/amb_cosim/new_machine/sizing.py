@@ -10,7 +10,8 @@ import math
 from dataclasses import dataclass
 from typing import Annotated
 
-from amb_cosim.new_machine.rotor_text import diameter_at, require_speed
+from amb_cosim.design.magnetic_bearing import axis_parameters, linear_constants
+from amb_cosim.new_machine.rotor_text import diameter_at, gap_for, require_speed
 from rotor_analysis.checks import require
 from rotor_analysis.parts import BodyOrDisc, Site
 from rotor_analysis.rigid_body import rigid_body
@@ -25,7 +26,15 @@ GRADE = 2.5e-3  # m/s, balancing grade G 2.5
 CAPACITY = 4.0  # force of an axis over its share of the weight
 FLUX = 1.2  # T in the gap at twice the bias current
 CURRENT = 10.0  # A that the amplifier gives
-SAMPLE_TIME = 50e-6  # s
+SAMPLE_TIMES = (50e-6, 25e-6)  # s, the second where no gains bear the delay of the first
+
+
+@dataclass(frozen=True)
+class MagnetData:
+    """K_i (N/A) and K_s (N/m) of an axis at its centre without static current, as a data sheet gives them."""
+
+    k_i: Annotated[float, "N/A"]
+    k_s: Annotated[float, "N/m"]
 
 
 @dataclass(frozen=True)
@@ -39,7 +48,7 @@ class MachineSizes:
     plane, retainers
         The plane of unbalance next to the centre of mass; the sites that are retainers of the bearings.
     gap
-        Of the magnets, twice the least clearance of a retainer.
+        Of the magnets, twice the least clearance of a retainer; without retainers `gap_for` the shaft.
     turns, pole_area, bias_current, current_limit
         Of a magnet.
     resistance, inductance, voltage_limit
@@ -68,38 +77,47 @@ class MachineSizes:
     loads: dict[str, float]
 
     @property
+    def magnet(self) -> MagnetData:
+        """K_i and K_s of its axes at the centre without static current."""
+        return _constants(self.turns, self.pole_area, self.gap, self.bias_current)
+
+    @property
     def clearance(self) -> float:
         """Least clearance of a retainer (m)."""
         return 0.5 * self.gap
 
 
-def machine_sizes(rotor: Rotor, speed: float) -> MachineSizes:
-    """Return first sizes of the magnets of a rotor.
+def machine_sizes(rotor: Rotor, speed: float, magnet: MagnetData | None = None) -> MachineSizes:
+    """Return first sizes of the magnets of a rotor, or those that have the constants of a data sheet.
 
     N = B s_0/(2 mu_0 I_b),  A = mu_0 F/B^2,  F = 4 W + 2 m G Omega,  W = m_b g/sqrt(2)      (1)
     L = 2 mu_0 N^2 A/s_0,  U = 2 R I_max + L I_b 2 Omega                                    (2)
+    I_b = s_0 K_s/K_i,  A such that K_i is the data sheet's                                 (3)
 
     m_b is what a bearing carries of the flexible rotor (`carried_masses`). (1) has the flux B at twice the bias
     current, where a control force of the bias current takes the magnet, and room for the unbalance of twice the
-    balancing grade; (2) a bandwidth of full swing of about twice the speed.
+    balancing grade; (2) a bandwidth of full swing of about twice the speed. (3), from (2.8) and (2.9) without a static
+    current, takes the place of (1) where a data sheet is given.
 
     Parameters
     ----------
     rotor
-        With its bearings, all of them magnetic, their retainers, and a plane of unbalance.
+        With its bearings, all of them magnetic, a sensor, and a plane of unbalance.
     speed
         Its highest speed in operation (rad/s).
+    magnet
+        Of a data sheet.
 
     Raises
     ------
     ValueError
-        If the rotor lacks one of these, or its surface in a bearing would be faster than 200 m/s.
+        If the rotor lacks one of these, its surface in a bearing would be faster than 200 m/s, or a magnet of the data
+        sheet cannot carry the weight.
     """
     require_speed(speed)
     retainers = tuple(site for site in rotor.sites if site.bearing is not None)
     for present, what, key in (
         (rotor.sensors, "a sensor", "[[sensors]] with name and z"),
-        (retainers, "a retainer", "[[sites]] with name, z, clearance and bearing, the name of the bearing it is of"),
         (rotor.discs, "a plane of unbalance", "a body with unbalance = true"),
     ):
         if not present:
@@ -113,14 +131,16 @@ def machine_sizes(rotor: Rotor, speed: float) -> MachineSizes:
     require(speed <= fastest, "speed", f"{speed:.4g} rad/s", f"{allowed} {SURFACE_SPEED:g} m/s")
     body = rigid_body(rotor)
     loads = {name: mass * STANDARD_GRAVITY / math.sqrt(2.0) for name, mass in carried_masses(rotor).items()}
-    gap = 2.0 * min(site.clearance for site in retainers)
-    bias = 0.4 * CURRENT
+    gap = 2.0 * min((site.clearance for site in retainers), default=0.5 * gap_for(diameter))
+    bias = 0.4 * CURRENT if magnet is None else gap * magnet.k_s / magnet.k_i
     turns = max(round(FLUX * gap / (2.0 * MU_0 * bias)), 4)
     force = CAPACITY * max(map(abs, loads.values())) + 2.0 * body.mass * GRADE * speed
     area = math.ceil(1e6 * MU_0 * force / FLUX**2) / 1e6
+    if magnet is not None:
+        area = _area_with(magnet, gap, bias, turns, max(map(abs, loads.values())))
     inductance = 2.0 * MU_0 * turns**2 * area / gap
-    resistance = 0.3
-    voltage = 2.0 * resistance * CURRENT + 2.0 * inductance * bias * speed
+    resistance, limit = 0.3, max(CURRENT, 2.5 * bias)
+    voltage = 2.0 * resistance * limit + 2.0 * inductance * bias * speed
     return MachineSizes(
         rotor=rotor,
         speed=speed,
@@ -132,10 +152,27 @@ def machine_sizes(rotor: Rotor, speed: float) -> MachineSizes:
         turns=turns,
         pole_area=area,
         bias_current=bias,
-        current_limit=CURRENT,
+        current_limit=limit,
         resistance=resistance,
         inductance=inductance,
         voltage_limit=float(max(50, 10 * math.ceil(0.1 * voltage))),
         unbalance=body.mass * GRADE / speed,
         loads=loads,
     )
+
+
+def _area_with(magnet: MagnetData, gap: float, bias: float, turns: int, load: float) -> float:
+    """Return the pole area (m2) with which an axis has the K_i of a data sheet, and can carry a load (N)."""
+    require(magnet.k_i > 0.0 and magnet.k_s > 0.0, "K_i and K_s", f"{magnet.k_i:g} N/A and {magnet.k_s:g} N/m", "> 0")
+    allowed = f"> {load / bias:.4g} N/A, to carry {load:.4g} N by a swing of {bias:.3g} A, which gap, K_i and K_s give"
+    require(magnet.k_i * bias > load, "K_i", f"{magnet.k_i:g} N/A", allowed)
+    return 1e-4 * magnet.k_i / _constants(turns, 1e-4, gap, bias).k_i
+
+
+def _constants(turns: int, pole_area: float, gap: float, bias: float) -> MagnetData:
+    """Return K_i and K_s of an axis at its centre without static current."""
+    p = axis_parameters(
+        turns=turns, pole_area=pole_area, gap=gap, bias_current=bias, current_limit=3.0 * bias, static_current=0.0
+    )
+    k_s, k_i = linear_constants(p)
+    return MagnetData(k_i, k_s)
