@@ -23,8 +23,9 @@ def exported(
 def with_this_project(
     scenario: str, flavour: str = "native", set: dict[str, Any] | None = None, nanoseconds: bool = False
 ) -> dict[str, list[Any]]:
-    """Return what a run of the scenario records. With `nanoseconds` steps are those of libcosim."""
+    """Return the values of a run of the scenario at its steps. With `nanoseconds` steps are those of libcosim."""
     import amb_cosim
+    from amb_cosim.cosim.record.signals import AT_STEPS
     from amb_cosim.scenario.scenario import parse_scenario
     from tests.support.nanoseconds import step_between_nanoseconds
 
@@ -33,7 +34,7 @@ def with_this_project(
 
     result = amb_cosim.run(parse_scenario(scenario, "rig"), flavour=flavour, set=set, loop="plain", progress=False)
     assert result.outcome.failure is None, result.outcome.failure
-    return {name: values.values.tolist() for name, values in result.dataset.items()}
+    return {name: v.values.tolist() for name, v in result.dataset.items() if not str(name).endswith(AT_STEPS)}
 
 
 def read_back(archive: str, set: dict[str, Any] | None = None) -> dict[str, list[Any]]:
