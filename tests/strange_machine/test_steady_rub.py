@@ -10,13 +10,17 @@ from strange_machine import LEVITATION
 
 import amb_cosim
 from amb_cosim import studies
+from amb_cosim.linear.linearisable import of_prepared
+from amb_cosim.linear.loop import Loop
 from amb_cosim.rub.rubbing_rotor import rubbing_rotor
+from amb_cosim.rub.stability import Dynamics
 from amb_cosim.rub.started import checkpoint_in
 from amb_cosim.rub.synchronous_states import all_sets, states_of
 from amb_cosim.rub.trap_map import states_at
 from amb_cosim.rub.whirl import whirls
 from amb_cosim.scenario.scenario import given_scenario
 from amb_cosim.scenario.simulation import prepare
+from amb_cosim.studies.closed_loop_poles import vibrations
 
 STEADY = given_scenario(LEVITATION, None).changed(settle_cycles=300, event=(), end_cycle=3)
 HEAVY = {"rotor_contact.turbine.u": "5 g.mm"}
@@ -163,3 +167,14 @@ def test_asking_for_what_is_not_there_names_it():
         studies.traps(LEVITATION, place="wheel")
     with pytest.raises(ValueError, match="unbalance"):
         studies.traps(LEVITATION, unbalance="-1 g.mm")
+
+
+@pytest.mark.parametrize("is_late", [False, True])
+def test_delayed_demands_leave_the_free_loop_the_growth_of_its_poles(is_late):
+    """The linear model has another realisation of the controller."""
+    values = {"rolac_controller.chain.preset": "custom", "rolac_controller.chain.delay": is_late}
+    prepared = prepare(given_scenario(LEVITATION, None).machine(), {**LINEAR, **values})
+    machine, Omega = rubbing_rotor(prepared), prepared.plan.speed
+    loop = Dynamics(machine.loop(Omega)).about((), np.zeros(0), np.zeros(0), machine.c, machine.mu(Omega))
+    poles = vibrations(Loop(of_prepared(prepared)), Omega).poles
+    assert loop.growth == pytest.approx(poles.real.max(), rel=1e-6)

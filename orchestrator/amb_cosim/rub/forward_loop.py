@@ -20,6 +20,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import matrix_balance
 
 from amb_cosim.controllers.laws import Array, Law
 from amb_cosim.linear.linearisable import LinearSource
@@ -239,12 +240,24 @@ def _forward_control(
 def minimal(law: ComplexLaw, tolerance: float = 1e-10) -> ComplexLaw:
     """Return the law of the states that its inputs reach and its outputs show, by the staircase algorithm.
 
-    P. van Dooren, IEEE Trans. Automatic Control 26 (1981) 111-129.
+    P. van Dooren, IEEE Trans. Automatic Control 26 (1981) 111-129. States are balanced first: those of a delayed
+    controller are readings (m) and currents (A), a million times apart.
     """
+    law = _balanced(law)
     reached = _reachable(law.A, law.B, tolerance)
     A, B, C = reached.conj().T @ law.A @ reached, reached.conj().T @ law.B, law.C @ reached
     displayed = _reachable(A.conj().T, C.conj().T, tolerance)
     return ComplexLaw(displayed.conj().T @ A @ displayed, displayed.conj().T @ B, C @ displayed, law.D)
+
+
+def _balanced(law: ComplexLaw) -> ComplexLaw:
+    """Return a law with its states in units in which what goes into each and what comes out of it are alike."""
+    n, (rows, columns) = len(law.A), law.D.shape
+    whole = np.block([[np.abs(law.A), np.abs(law.B)], [np.abs(law.C), np.zeros((rows, columns))]])
+    square = np.zeros((max(whole.shape),) * 2)
+    square[: whole.shape[0], : whole.shape[1]] = whole
+    unit = matrix_balance(square, permute=False, separate=True)[1][0][:n]
+    return ComplexLaw(law.A / unit[:, None] * unit, law.B / unit[:, None], law.C * unit, law.D)
 
 
 def _reachable(A: Complex, B: Complex, tolerance: float) -> Complex:
