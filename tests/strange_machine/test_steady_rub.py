@@ -16,7 +16,7 @@ from amb_cosim.rub.rubbing_rotor import rubbing_rotor
 from amb_cosim.rub.stability import Dynamics
 from amb_cosim.rub.started import checkpoint_in
 from amb_cosim.rub.synchronous_states import all_sets, states_of
-from amb_cosim.rub.trap_map import states_at
+from amb_cosim.rub.trap_map import Regime, states_at
 from amb_cosim.rub.whirl import whirls
 from amb_cosim.scenario.scenario import given_scenario
 from amb_cosim.scenario.simulation import prepare
@@ -178,3 +178,16 @@ def test_delayed_demands_leave_the_free_loop_the_growth_of_its_poles(is_late):
     loop = Dynamics(machine.loop(Omega)).about((), np.zeros(0), np.zeros(0), machine.c, machine.mu(Omega))
     poles = vibrations(Loop(of_prepared(prepared)), Omega).poles
     assert loop.growth == pytest.approx(poles.real.max(), rel=1e-6)
+
+
+@pytest.mark.slow
+def test_the_map_of_a_healthy_machine_reaches_what_touches_and_what_traps():
+    """With a hundredth of its unbalance; the orbit that nothing stops is linear in it."""
+    result = studies.traps(LEVITATION, unbalance="0.3 g.mm", set=LINEAR)
+    touching, at = result.touching
+    assert result.unbalances[0] < result.unbalance < touching < result.unbalances[-1]
+    share = np.max(result.orbits / result.clearances, axis=1)
+    assert np.interp(at, result.curves.speeds, share) == pytest.approx(result.unbalance / touching, rel=0.02)
+    k = np.argmin(np.abs(result.speeds - at))
+    assert not np.isin(result.kinds[k, result.unbalances > 1.01 * touching], [Regime.FREE, Regime.BOTH]).any()
+    assert "touches" in str(result)

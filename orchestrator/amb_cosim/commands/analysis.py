@@ -155,7 +155,7 @@ add_study(
     click.option("--unbalance", help="Its unbalance; that at the end of the scenario by default."),
     click.option("--place", metavar="DISC", help="Where the unbalance is; as in the scenario by default."),
     click.option("--up-to", type=SPEED, help="Highest spin speed of the map; twice that of the machine by default."),
-    click.option("--unbalance-up-to", help="Largest unbalance of the map; twice that of the machine by default."),
+    click.option("--unbalance-up-to", help="Largest unbalance of the map; by default beyond what traps."),
     SETTINGS,
     FLAVOUR,
 )

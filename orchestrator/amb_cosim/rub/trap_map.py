@@ -96,6 +96,23 @@ class TrapMap:
         return np.where(trapped.any(axis=1), self.factors[first], np.nan)
 
 
+def least_touching(rotor: RubbingRotor, speeds: Array) -> Array:
+    """Return the factor of the unbalance at which the orbit that nothing stops touches a site, at each speed.
+
+    k = min_s c_s / |P_s u Omega^2|     (1)
+
+    Parameters
+    ----------
+    rotor
+        The rotor, with the unbalance u that the factor multiplies.
+    speeds
+        Above zero (rad/s), shape (n,).
+    """
+    orbits = (np.abs(rotor.receptances(float(Omega)).P @ rotor.unbalance) * Omega**2 for Omega in speeds)
+    with np.errstate(divide="ignore"):
+        return np.array([np.min(rotor.c / orbit) for orbit in orbits])
+
+
 def trap_map(rotor: RubbingRotor, speeds: Array, factors: Array, most: int | None = 2) -> TrapMap:
     """Return all synchronous states over speeds (rad/s) and factors of the rotor's unbalance, and their stability.
 

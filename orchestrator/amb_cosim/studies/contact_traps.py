@@ -21,7 +21,7 @@ from amb_cosim.rub.freeing import smallest_demand, smallest_freeing
 from amb_cosim.rub.own_whirl import OwnWhirl, own_whirls
 from amb_cosim.rub.rubbing_rotor import RubbingRotor, rubbing_rotor
 from amb_cosim.rub.stability import Dynamics
-from amb_cosim.rub.trap_map import TrapMap, states_at, trap_map
+from amb_cosim.rub.trap_map import TrapMap, least_touching, states_at, trap_map
 from amb_cosim.rub.whirl import whirls
 from amb_cosim.scenario.simulation import prepare
 from amb_cosim.studies.inputs import Number, controlled, positive, speed_range, spin_speed
@@ -44,6 +44,9 @@ from rotor_analysis.checks import require
 from rotor_analysis.rotor_file import load_rotor
 
 SPEEDS, AMOUNTS, CURVE, LEAST = 200, 50, 400, 500  # points of the map, of the curves, and of unbalance at one speed
+GRADE, BEYOND_GRADE = 2.5e-3, 10.0  # m/s of balancing grade G 2.5, and times its limit that a map reaches at most
+SEARCH_SPEEDS, SEARCH_AMOUNTS, MARGIN = 40, 30, 1.25  # of the search for what traps; what the map shows beyond it
+WIDE = 10.0  # times the machine's unbalance, from which on the amounts of a map are on a logarithmic scale
 LOWEST = 0.02  # of the highest speed and of the largest unbalance, where the map begins
 SHOWN = 4  # vibrations about a state, and sustained whirls, that are printed
 AT_ONCE = 2  # sites in contact at once on the map and on the curves; at the machine's point all
@@ -69,6 +72,11 @@ class Traps(MachineResult):
         Whirls that need no unbalance, at its speed: with slip, and how sites can roll.
     least_trapping
         Smallest unbalance with which a stable contact exists at its speed (kg m); None up to the largest of the map.
+    touching, trapping
+        Smallest unbalance at any speed of the map with which the orbit that nothing stops touches a site, or a stable
+        contact exists (kg m), and the speed (rad/s); the second None up to the largest of the map.
+    grade_limit
+        Unbalance that balancing grade G 2.5 allows at each speed of the map (kg m), shape (n,).
     smallest_force
         Smallest additional currents of the bearings that leave no state in contact; None where none do, or the loop is
         unstable.
@@ -101,6 +109,9 @@ class Traps(MachineResult):
     sustained: tuple[SustainedWhirl, ...]
     rolling: tuple[RollingContact, ...]
     least_trapping: Annotated[float | None, "kg.m"]
+    touching: tuple[float, float]
+    trapping: tuple[float, float] | None
+    grade_limit: Annotated[Array, "kg.m"]
     smallest_force: dict[str, BearingCurrent] | None
     control: dict[str, Freed]
     speeds: Annotated[Array, "rad/s"]
@@ -126,7 +137,7 @@ class Traps(MachineResult):
             place = "+".join(state.contact) or "free"
             motion = f"{state.growth:.3g}", f"{state.whirl_frequency:.4g}"
             table.add_row(place, forces, *currents, *motion, state.beyond(self.speed))
-        lines: list[TextPart] = [*self._instability(), table, f"{self.kind}", *self._freeing()]
+        lines: list[TextPart] = [*self._instability(), table, f"{self.kind}", self._reach(), *self._freeing()]
         for state in (state for state in self.states if state.contact):
             whirling = [v for v in state.vibrations if abs(v.frequency - self.speed) > 1e-6 * self.speed][:SHOWN]
             held = ", ".join(f"{v.frequency:.4g} ({100.0 * v.damping_ratio:.2g} %)" for v in whirling)
@@ -157,6 +168,17 @@ class Traps(MachineResult):
             f"the loop is unstable at this speed: without contact a whirl at {self.loop_frequency:.4g} rad/s "
             f"grows at {self.loop_growth:.3g} 1/s, until the rotor touches"
         ]
+
+    def _reach(self) -> str:
+        """Return the smallest unbalances that touch and trap at any speed of the map, or up to where none does."""
+        highest, largest, (touching, at) = self.speeds[-1], self.unbalances[-1], self.touching
+        touches = f"{_grams(touching)} at {at:.4g} rad/s touches" if touching <= largest else "nothing touches"
+        if self.trapping is not None:
+            traps = f"{_grams(self.trapping[0])} at {self.trapping[1]:.4g} rad/s can trap"
+        else:
+            times = f"{largest / self.grade_limit[-1]:.3g} times the limit of G 2.5 there"
+            traps = f"up to {_grams(largest)}, {times}, none traps"
+        return f"at any speed up to {highest:.4g} rad/s the least unbalance: {touches}; {traps}"
 
     def _freeing(self) -> list[str]:
         lines = []
@@ -204,7 +226,8 @@ def traps(
         Unbalance of the machine's point (kg m), or a text with its unit, and the disc where it is. By default as the
         scenario has them; the map multiplies the unbalances of all places by one factor.
     up_to, unbalance_up_to
-        Highest speed and largest unbalance of the map; twice those of the machine by default.
+        Highest speed and largest unbalance of the map. By default twice the machine's speed, and what traps at any
+        speed up to there, what touches, and twice the machine's unbalance; ten times G 2.5 where none traps.
     set, flavour
         Values of parameters by `component.variable`, numbers or texts with units; flavour of the FMUs.
 
@@ -221,9 +244,16 @@ def traps(
     amount = float(np.abs(machine.unbalance).max())
     highest = 2.0 * Omega if up_to is None else spin_speed(up_to, "up-to")
     speeds = speed_range(highest, SPEEDS + 1)[1:]
-    largest = 2.0 * amount if unbalance_up_to is None else positive(unbalance_up_to, "kg.m", "unbalance-up-to")
-    factors = np.linspace(LOWEST, 1.0, AMOUNTS) * largest / amount
+    described = load_rotor(values.rotor)
+    limit = described.mass * GRADE / speeds
+    largest = (
+        _largest(machine, speeds, float(limit[-1]) / amount) * amount
+        if unbalance_up_to is None
+        else positive(unbalance_up_to, "kg.m", "unbalance-up-to")
+    )
+    factors = _factors(largest / amount)
     whole = trap_map(machine, speeds, factors, AT_ONCE)
+    touching, trapping = least_touching(machine, speeds), whole.least_trapping()
     curves = trap_map(machine, speed_range(highest, CURVE + 1)[1:], np.ones(1), AT_ONCE)
     states = tuple(told(state, machine, Omega) for state in states_at(machine, Omega))
     here = trap_map(machine, np.array([Omega]), np.linspace(0.0, 1.0, LEAST + 1)[1:] * largest / amount, AT_ONCE)
@@ -240,7 +270,7 @@ def traps(
         notes.append(f"map and curves have at most {AT_ONCE} sites in contact at once; the machine's states all")
     return Traps(
         scenario=values.name,
-        rotor=load_rotor(values.rotor).name,
+        rotor=described.name,
         speed=Omega,
         unbalance=amount,
         sites=machine.sites,
@@ -255,17 +285,51 @@ def traps(
         ),
         rolling=rolling_contacts(machine, Omega, valid_to),
         least_trapping=least if math.isfinite(least) else None,
+        touching=(float(touching.min()) * amount, float(speeds[touching.argmin()])),
+        trapping=None
+        if np.isnan(trapping).all()
+        else (float(np.nanmin(trapping)) * amount, float(speeds[np.nanargmin(trapping)])),
+        grade_limit=limit,
         smallest_force=needed,
         control=control_of(machine, Omega, states, demands) if loop.is_stable else {},
         speeds=speeds,
         unbalances=factors * amount,
         kinds=whole.regimes(),
-        least_trapping_over_speed=whole.least_trapping() * amount,
+        least_trapping_over_speed=trapping * amount,
         curves=curves,
         orbits=_orbits(machine, curves.speeds),
         clearances=machine.c,
         notes=tuple(notes),
     )
+
+
+def _largest(machine: RubbingRotor, speeds: Array, limit: float) -> float:
+    """Return the largest factor of a map: beyond what touches and what traps at any speed, and 2 or more.
+
+    Parameters
+    ----------
+    limit
+        Factor that balancing grade G 2.5 allows at the highest speed; ten times as much is searched.
+    """
+    touching = float(least_touching(machine, speeds).min())
+    end = max(BEYOND_GRADE * limit, MARGIN * touching, 2.0)
+    searched = np.geomspace(min(0.1 * touching, 0.1 * end), end, SEARCH_AMOUNTS)
+    step = max(1, len(speeds) // SEARCH_SPEEDS)
+    least = trap_map(machine, speeds[::step], searched, AT_ONCE).least_trapping()
+    if np.isnan(least).all():
+        return end
+    return max(MARGIN * float(np.nanmin(least)), MARGIN * touching, 2.0)
+
+
+def _factors(largest: float) -> Array:
+    """Return the factors of a map: on a linear scale, or on a logarithmic one that holds the machine's own."""
+    if largest <= WIDE:
+        return np.linspace(LOWEST, 1.0, AMOUNTS) * largest
+    return np.geomspace(0.5, largest, AMOUNTS)
+
+
+def _grams(unbalance: float) -> str:
+    return f"{1e3 * unbalance:.4g} g m"
 
 
 def _with_unbalance(machine: RubbingRotor, unbalance: Number | None, place: str | None) -> RubbingRotor:

@@ -25,7 +25,7 @@ from amb_cosim.presentation.style import (
 )
 from amb_cosim.presentation.units import force_unit, speed_unit, spin_label
 from amb_cosim.rub.branches import branches
-from amb_cosim.studies.contact_traps import Traps
+from amb_cosim.studies.contact_traps import WIDE, Traps
 
 COLOURS = (BLUE, ORANGE, GREEN, PURPLE, SKY_BLUE, YELLOW)
 FREE, BOTH, CONTACT, WHIRL = "#FFFFFF", "#F6D98B", "#E08E5B", "#C9C9D6"
@@ -134,8 +134,14 @@ def _draw_map(panel: Axes, result: Traps) -> None:
         ls="none",
         zorder=5,
     )
+    panel.plot(speeds, 1e3 * result.grade_limit, color="black", lw=0.9, ls=DASHED)
+    if amounts[-1] > WIDE * at[1]:
+        panel.set_yscale("log")
+    grade = Line2D([], [], color="black", lw=0.9, ls=DASHED, label="limit of G 2.5")
     patches = [Patch(fc=c, ec=GREY, label=label) for c, label in zip(colours, LABELS, strict=True)]
     star = Line2D([], [], marker="*", ms=10, mfc="black", mec="white", ls="none", label="the machine")
-    panel.legend(handles=[*patches, star], loc="upper center", bbox_to_anchor=(0.5, -0.1), ncols=5, handlelength=1.2)
+    panel.legend(
+        handles=[*patches, star, grade], loc="upper center", bbox_to_anchor=(0.5, -0.1), ncols=3, handlelength=1.2
+    )
     panel.set(xlabel=spin_label(), ylabel="unbalance (g m)")
     panel.set(xlim=(speeds[0], speeds[-1]), ylim=(amounts[0], amounts[-1]))
