@@ -342,6 +342,23 @@ def test_energies_are_counted_from_cycle_0(synthetic):
     json.dumps(figures, allow_nan=False)
 
 
+def test_error_of_the_balance_is_printed_beside_the_heat(synthetic):
+    """1 J of 27 J of heat, whatever spins: a rotor of 1 MJ would hide it."""
+    dataset = ledger(synthetic())
+    dataset["rotor_contact.energy.kinetic"] = dataset["rotor_contact.energy.kinetic"] + 1e6
+    summary = summarise(dataset)
+    assert summary.energy_balance < 2e-6
+    assert summary.energy_balance_of_heat == pytest.approx(1.0 / 27.0)
+    rows = dict(zip(*(column.cells for column in summary.table().columns), strict=True))
+    assert rows["error of the energy balance"] == "1 J, 0.04 of the heat of 27 J"
+
+
+def test_run_without_heat_has_no_error_of_the_balance_beside_it(synthetic):
+    summary = summarise(synthetic())
+    assert summary.energy_balance_of_heat is None
+    assert "error of the energy balance" not in list(summary.table().columns[0].cells)
+
+
 def test_the_balance_is_the_largest_on_the_way(synthetic):
     dataset = ledger(synthetic())
     assert figures_of(put(dataset, "energy.balance", (3.0, 3.01), 5.0))["energy_J"]["balance"] == pytest.approx(8.0)

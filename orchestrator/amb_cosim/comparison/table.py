@@ -15,7 +15,7 @@ from amb_cosim.results.summary import KEY, Summary
 UNITS = {"N": "N", "Ns": "N s", "mm": "mm", "rad_s": "rad/s", "cycle": "cycle", "J": "J", "s": "s", "relative": "1"}
 COST = ("wall", "real_time_factor", "steps_by_method")
 LEFT_OUT = ("scenario", "flavour", *COST, "contact_states", "touchdown", "warnings", "notices")
-SHARES = ("contact_share", "site_share", "share_beyond_reduction")
+SHARES = ("contact_share", "site_share", "share_beyond_reduction", "energy_balance", "energy_balance_of_heat")
 ABSOLUTE = ("1", "cycle")  # units of differences that are no percentages
 MOST_PERCENT = 1000.0  # beyond it a difference says more than a percentage
 ROUNDING = 1e-12  # of the first value; a smaller difference is printed as none
@@ -80,7 +80,7 @@ def _flat(summary: Summary) -> Iterator[tuple[str, tuple[Value, str]]]:
         if field.name in LEFT_OUT:
             continue
         unit = UNITS.get(str(field.metadata.get(KEY, "")).removeprefix(f"{field.name}_"), "")
-        if field.name in SHARES or field.name == "energy_balance":
+        if field.name in SHARES:
             unit = "1"
         states = dict(enumerate(summary.contact_states)) if field.name == "contact_share" else {}
         label = "relative_energy_balance" if field.name == "energy_balance" else field.name

@@ -44,3 +44,17 @@ def relative_balance(dataset: Signals) -> float | None:
     balance = largest.pop("balance")
     scale = max(largest.values())
     return balance / scale if scale > 0.0 else None
+
+
+def heat_of(energy: dict[str, float]) -> float:
+    """Return the heat (J) of `final_energies`, its parts without their signs: a rule of impacts may create energy."""
+    return sum(abs(energy[name]) for name in HEAT)
+
+
+def balance_of_heat(dataset: Signals) -> float | None:
+    """Return the error of the energy balance over the heat from cycle 0 on; None without heat.
+
+    The largest of all energies may be that of a spin beside which neither counts.
+    """
+    energy = final_energies(dataset)
+    return None if energy is None or not heat_of(energy) else energy["balance"] / heat_of(energy)

@@ -88,6 +88,8 @@ class Summary:
         impacts is negative where the nodal impact rule, `contact.impact_law` 0, creates energy.
     energy_balance
         That error over the largest of all energies.
+    energy_balance_of_heat
+        That error over the heat; None without any.
     share_beyond_reduction
         Share of the contact force's power at each site above the frequency to which the reduced rotor is accurate.
     touchdown
@@ -131,6 +133,7 @@ class Summary:
     settled_amplitude: dict[str, AtPlaces] = field(metadata={KEY: "settled_amplitude_mm"})
     energy: dict[str, float] | None = field(metadata={KEY: "energy_J"})
     energy_balance: float | None = field(metadata={KEY: "energy_balance_relative"})
+    energy_balance_of_heat: float | None
     share_beyond_reduction: AtPlaces
     touchdown: Touchdown | None
     warnings: list[str]
@@ -187,6 +190,10 @@ class Summary:
             table.add_row("rolling on a turning race", f"from cycle {self.rolling_on_race_from:.4g}")
         for label, text in _touchdown_rows(self.touchdown) if self.touchdown is not None else ():
             table.add_row(label, text)
+        if self.energy is not None and self.energy_balance_of_heat is not None:
+            heat, share = energies.heat_of(self.energy), self.energy_balance_of_heat
+            text = f"{self.energy['balance']:.1g} J, {share:.1g} of the heat of {number(heat)} J"
+            table.add_row("error of the energy balance", text)
         table.add_row("simulated", f"{self.simulated:.4g} s, {number(self.real_time_factor)} times real time")
         if self.steps_by_method is not None:
             ways = (f"{name.replace('_', ' ')} {100 * share:.3g} %" for name, share in self.steps_by_method.items())
@@ -235,6 +242,7 @@ def summarise(dataset: Signals) -> Summary:
         settled_amplitude=settled_amplitudes(dataset),
         energy=energies.final_energies(dataset),
         energy_balance=energies.relative_balance(dataset),
+        energy_balance_of_heat=energies.balance_of_heat(dataset),
         share_beyond_reduction=share_beyond_reduction(dataset),
         touchdown=touchdown(dataset),
         warnings=[*sentences(warnings_of(dataset)), *warnings_beyond_reduction(dataset)],
