@@ -55,18 +55,15 @@ def set_operating_points(missing: MissingParameters) -> list[str]:
     ----------
     missing
         The values of all parameters, and which of them were given and stay.
-
-    Raises
-    ------
-    ValueError
-        If the coils of a magnet cannot carry its bias and static current.
     """
     values, far = missing.values, list[str]()
     for bearing, axis in _axes(values):
         of_axis, law = parameters_of(values, bearing, axis), values.parameter(f"{ACTUATOR}.force_law")
+        bias, static, limit = (of_axis[name] for name in ("bias_current", "static_current", "current_limit"))
+        if not 0.0 <= bias + static <= limit or bias > limit:
+            continue  # the actuator refuses to start with it
         measured = law == values.interfaces[ACTUATOR].ports["force_law"].items.get("measured")
         slopes = tuple(of_axis[name] for name in MEASURED) if measured else _slopes(bearing, axis, of_axis, int(law))
-        bias, static = of_axis["bias_current"], of_axis["static_current"]
         assumed = {f"{CONTROLLER}.{bearing}.{name}_{axis}": k for name, k in zip(("k_s", "k_i"), slopes, strict=True)}
         currents = {"i_min": -(static + bias), "i_max": bias}
         for name, value in (assumed | {f"{CONTROLLER}.{bearing}.{n}_{axis}": i for n, i in currents.items()}).items():
@@ -102,10 +99,7 @@ def _slopes(bearing: str, axis: str, of_axis: Mapping[str, float], law: int) -> 
     """Return K_s (N/m) and K_i (N/A) of a magnet by a force law."""
     from amb_cosim.design.magnetic_bearing import axis_parameters, operating_constants  # measured ones need no scipy
 
-    try:
-        return operating_constants(axis_parameters(bearing, axis, **of_axis), law)
-    except ValueError as error:
-        raise ValueError(f"{ACTUATOR}.{bearing}.{axis}: {error}") from error
+    return operating_constants(axis_parameters(bearing, axis, **of_axis), law)
 
 
 def _set_if_allowed(missing: MissingParameters, name: str, value: float) -> None:
