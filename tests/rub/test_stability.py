@@ -7,8 +7,11 @@ import pytest
 from jeffcott import CLEARANCE, DAMPING, MASS, OWN, STIFFNESS, dynamic_stiffness, jeffcott
 
 from amb_cosim.rub.receptances import receptances, receptances_at
+from amb_cosim.rub.rubbing_rotor import rubbing_rotor
 from amb_cosim.rub.stability import Dynamics
 from amb_cosim.rub.synchronous_states import states_of
+from amb_cosim.scenario.scenario import given_scenario
+from amb_cosim.scenario.simulation import prepare
 
 C = np.array([CLEARANCE])
 
@@ -32,6 +35,18 @@ def test_journal_swings_on_its_circle_with_the_closed_forms_rates(mu, N):
     assert small.is_stable == (spring > 0.0)
     if expected[0].imag:
         assert min(abs(abs(small.frequency - Omega) - abs(root.imag)) for root in expected) < 1e-6 * Omega
+
+
+@pytest.mark.parametrize("contact", [(), (0,)], ids=["free", "in contact"])
+@pytest.mark.parametrize("scenario", [None, "compressor_levitated"], ids=["continuous", "sampled"])
+def test_growth_alone_is_that_of_all_vibrations(scenario, contact):
+    """Eigenvalues without their vectors, as the maps take them."""
+    loop, c, mu = jeffcott(1.5 * OWN), C, np.array([0.3])
+    if scenario is not None:
+        rotor = rubbing_rotor(prepare(given_scenario(scenario, None)))
+        loop, c, mu = rotor.loop(rotor.Omega), rotor.c, rotor.mu(rotor.Omega)
+    state = (contact, np.full(len(contact), 30.0), np.full(len(contact), 0.4), c, mu)
+    assert Dynamics(loop).growth(*state) == pytest.approx(Dynamics(loop).about(*state).growth, rel=1e-8)
 
 
 @pytest.mark.parametrize("mu", [0.0, 0.1])

@@ -15,13 +15,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, TypeVar
 
 import numpy as np
 from scipy.linalg import expm, matrix_balance
 
 from amb_cosim.controllers.laws import Array
 from amb_cosim.rub.forward_loop import Complex, ForwardLoop
+
+Omegas = TypeVar("Omegas", float, Array)
 
 TURNS = 1000.0  # of the rotor, within which a vibration that comes to rest falls to 1/e
 STABLE = 1e-7  # growth rate (1/s), over the speed, up to which rounding may bring a rate that is zero
@@ -55,7 +57,12 @@ class SmallMotion:
 
     def settles(self, Omega: float) -> bool:
         """Return whether vibrations fall to 1/e within `TURNS` turns at a speed (rad/s); others last in practice."""
-        return self.growth < -Omega / (2.0 * math.pi * TURNS)
+        return self.growth < slowest_decay(Omega)
+
+
+def slowest_decay(Omega: Omegas) -> Omegas:
+    """Return the growth rate (1/s), negative, below which a rotor at a speed (rad/s) comes to rest in `TURNS` turns."""
+    return -Omega / (2.0 * math.pi * TURNS)
 
 
 class Dynamics:
@@ -72,19 +79,32 @@ class Dynamics:
         at_sites, _, at_currents = loop.columns
         self.A, self.B_sites, self.B_currents = _real(A), B[:, at_sites], _real(B[:, at_currents])
         self.C_sites, self.C_readings = C[:m], _real(C[m:])
-        self.n = len(self.A)
+        self.n, self.turning = len(self.A), _real(-1j * self.frame * np.eye(len(loop.late)))
+        if loop.controller is not None and loop.sample_time is not None:
+            k, back = loop.controller, np.exp(-1j * self.frame * loop.sample_time)
+            self.K_A, self.K_B, self.K_C, self.K_D = _real(k.A * back), _real(k.B * back), _real(k.C), _real(k.D)
 
     def about(self, contact: tuple[int, ...], N: Array, psi: Array, c: Array, mu: Array) -> SmallMotion:
         """Return the vibrations about a state; N and psi are of the sites in contact, c and mu of all."""
         A, B, basis = self._held(contact, N, psi, c, mu)
-        if self.loop.controller is None or self.loop.sample_time is None:
-            s, vectors = np.linalg.eig(A)
-        else:
-            M = self._sampled(A, B, basis)
-            z, vectors = np.linalg.eig(M)
-            alive = np.abs(z) > 1e-12
-            s = np.log(np.where(alive, z, 1e-12).astype(complex)) / self.loop.sample_time
-        return self._sorted(s, basis @ vectors[: basis.shape[1]])
+        T = self._sample_time
+        values, vectors = np.linalg.eig(A if T is None else self._sampled(A, B, basis, T))
+        if T is not None:
+            values = np.log(np.where(np.abs(values) > 1e-12, values, 1e-12).astype(complex)) / T
+        return self._sorted(values, basis @ vectors[: basis.shape[1]])
+
+    def growth(self, contact: tuple[int, ...], N: Array, psi: Array, c: Array, mu: Array) -> float:
+        """Return the largest growth rate (1/s) about a state; arguments as of `about`, which takes twice as long."""
+        A, B, basis = self._held(contact, N, psi, c, mu)
+        T = self._sample_time
+        if T is None:
+            return float(np.linalg.eigvals(A).real.max())
+        return math.log(max(float(np.abs(np.linalg.eigvals(self._sampled(A, B, basis, T))).max()), 1e-12)) / T
+
+    @property
+    def _sample_time(self) -> float | None:
+        """Time between samples (s), None without a sampled controller."""
+        return None if self.loop.controller is None else self.loop.sample_time
 
     def _held(self, contact: tuple[int, ...], N: Array, psi: Array, c: Array, mu: Array) -> tuple[Array, Array, Array]:
         """Return A and B of held currents in a basis of the motions that keep sites in contact, and the basis."""
@@ -103,22 +123,17 @@ class Dynamics:
         basis = np.linalg.svd(retained)[2][len(retained) :].T
         return basis.T @ reaction @ A @ basis, basis.T @ reaction @ self.B_currents, basis
 
-    def _sampled(self, A: Array, B: Array, basis: Array) -> Array:
+    def _sampled(self, A: Array, B: Array, basis: Array, T: float) -> Array:
         """Return M of a sample of rotor and control; states are those of the rotor, of the control, and late currents.
 
         In turning axes a current that stands still turns backward, and the controller's states too.
         """
-        loop, T = self.loop, self.loop.sample_time
-        assert T is not None
-        assert loop.controller is not None
-        k, C = loop.controller, self.C_readings @ basis
-        back = np.exp(-1j * self.frame * T)
-        K_A, K_B, K_C, K_D = _real(k.A * back), _real(k.B * back), _real(k.C), _real(k.D)
+        C, K_A, K_B, K_C, K_D = self.C_readings @ basis, self.K_A, self.K_B, self.K_C, self.K_D
         b, r = B.shape[1], len(K_A)
         Phi, now, before = self._steps(A, B, T)
-        if not (loop.late > 0.0).any():
+        if not (self.loop.late > 0.0).any():
             return np.block([[Phi + now @ K_D @ C, now @ K_C], [K_B @ C, K_A]])
-        turned = _real(back * np.eye(b // 2))
+        turned = _real(np.exp(-1j * self.frame * T) * np.eye(b // 2))
         return np.block(
             [
                 [Phi + now @ K_D @ C, now @ K_C, before],
@@ -144,7 +159,7 @@ class Dynamics:
         n, b = B.shape
         block = np.zeros((n + b, n + b))
         block[:n, :n], block[:n, n:] = A, B
-        block[n:, n:] = _real(-1j * self.frame * np.eye(b // 2))
+        block[n:, n:] = self.turning
         whole = expm(block * time)
         return whole[:n, :n], whole[:n, n:]
 

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from amb_cosim.controllers.laws import Array
 from amb_cosim.rub.forward_loop import Complex
 from amb_cosim.rub.rubbing_rotor import RubbingRotor
-from amb_cosim.rub.stability import Dynamics, SmallMotion
+from amb_cosim.rub.stability import Dynamics, SmallMotion, slowest_decay
 from amb_cosim.rub.synchronous_states import States, all_sets, states_of
 
 
@@ -41,9 +41,7 @@ class StatesOfSet:
     radius
         Distances of all journals from their centres (m), shape (n, n_sites).
     growth
-        Growth rate of small motion (1/s), shape (n,); NaN where it was not asked for.
-    frequency
-        Whirl frequency of that motion (rad/s), shape (n,).
+        Growth rate of small motion (1/s), shape (n,).
     settles
         Whether it comes to rest, shape (n,).
     """
@@ -55,7 +53,6 @@ class StatesOfSet:
     psi: Annotated[Array, "rad"]
     radius: Annotated[Array, "m"]
     growth: Annotated[Array, "1/s"]
-    frequency: Annotated[Array, "rad/s"]
     settles: NDArray[np.bool_]
 
     @property
@@ -126,29 +123,29 @@ def trap_map(rotor: RubbingRotor, speeds: Array, factors: Array, most: int | Non
         Largest number of sites that are in contact at once; all without.
     """
     sets = all_sets(len(rotor.sites), most)
-    result: list[list[tuple[States, list[SmallMotion]]]] = [[] for _ in sets]
+    result: list[list[tuple[States, Array]]] = [[] for _ in sets]
     for Omega in speeds:
         at, mu = rotor.receptances(float(Omega)), rotor.mu(float(Omega))
         r = np.outer(factors, at.P @ rotor.unbalance * Omega**2)
         dynamics = Dynamics(rotor.loop(float(Omega)))
         for k, contact in enumerate(sets):
             states = states_of(contact, at.R, mu, rotor.c, r)
-            result[k].append((states, _small_motions(dynamics, states, rotor.c, mu)))
+            result[k].append((states, _growth(dynamics, states, rotor.c, mu)))
     joined = (_joined(contact, speeds, of) for contact, of in zip(sets, result, strict=True))
     return TrapMap(speeds, factors, tuple(joined))
 
 
-def _small_motions(dynamics: Dynamics, states: States, c: Array, mu: Array) -> list[SmallMotion]:
-    """Return the small motion about each state; that about free ones is one."""
+def _growth(dynamics: Dynamics, states: States, c: Array, mu: Array) -> Array:
+    """Return the growth rate (1/s) about each state; that about free ones is one."""
     n = len(states.points)
     if not states.contact:
-        return [dynamics.about((), np.zeros(0), np.zeros(0), c, mu)] * n
-    return [dynamics.about(states.contact, states.N[k], states.psi[k], c, mu) for k in range(n)]
+        return np.full(n, dynamics.growth((), np.zeros(0), np.zeros(0), c, mu) if n else np.nan)
+    return np.array([dynamics.growth(states.contact, states.N[k], states.psi[k], c, mu) for k in range(n)])
 
 
-def _joined(contact: tuple[int, ...], speeds: Array, found: list[tuple[States, list[SmallMotion]]]) -> StatesOfSet:
+def _joined(contact: tuple[int, ...], speeds: Array, found: list[tuple[States, Array]]) -> StatesOfSet:
     speed = np.concatenate([np.full(len(s.points), k, dtype=np.int64) for k, (s, _) in enumerate(found)])
-    states, small = [s for s, _ in found], [motion for _, of in found for motion in of]
+    states, growth = [s for s, _ in found], np.concatenate([of for _, of in found])
     return StatesOfSet(
         contact,
         speed,
@@ -156,9 +153,8 @@ def _joined(contact: tuple[int, ...], speeds: Array, found: list[tuple[States, l
         np.concatenate([s.N for s in states]),
         np.concatenate([s.psi for s in states]),
         np.abs(np.concatenate([s.q for s in states])),
-        np.array([motion.growth for motion in small]),
-        np.array([motion.frequency for motion in small]),
-        np.array([motion.settles(speeds[k]) for k, motion in zip(speed, small, strict=True)], dtype=bool),
+        growth,
+        growth < slowest_decay(speeds[speed]),
     )
 
 
