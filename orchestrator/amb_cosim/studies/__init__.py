@@ -50,7 +50,7 @@ class Study(NamedTuple):
 _OWN = {
     "layout": Study(".rotor_layout", "Show parts, mass and modes of a rotor, the plant's model of it, and a picture."),
     "campbell": Study(".campbell_diagram", "Draw the Campbell diagram of a rotor."),
-    "modes": Study(".natural_modes", "List natural frequencies and damping, and draw mode shapes."),
+    "modes": Study(".natural_modes", "List natural frequencies and draw mode shapes."),
     "unbalance_response": Study(".unbalance_over_speed", "Compute the unbalance response over speed."),
     "coupling": Study(
         ".coupling_order",

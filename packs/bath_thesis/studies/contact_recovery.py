@@ -34,7 +34,7 @@ NUMBER = re.compile(r"[+-]?[\d.]+(?:[eE][+-]?\d+)?")
 class TrialRow:
     """A trial in the result: cycle of the step, whether the rotor recovered, and cycles from step to last contact."""
 
-    step_cycle: float
+    disturbance_cycle: float
     recovered: bool
     cycles: float
 
