@@ -11,96 +11,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from pydantic import BaseModel, ConfigDict, Field
-
 from amb_files.toml import read_toml, validate
-
-AXES = ("xx", "xy", "yx", "yy")
-DRAWING = {"color", "scale_factor", "tag"}
-STRICT = ConfigDict(strict=True, allow_inf_nan=False)
-
-
-class SavedMaterial(BaseModel):
-    """E and G_s in Pa, rho in kg/m^3."""
-
-    model_config = STRICT
-
-    name: str
-    rho: float
-    E: float
-    G_s: float
-
-
-class SavedPart(BaseModel):
-    """What every part has: its name and its node, from 0."""
-
-    model_config = STRICT
-
-    tag: str
-    n: int = Field(ge=0)
-
-
-class SavedElement(SavedPart):
-    """An element of the shaft from its node to the next; l and r are its ends, alpha and beta its damping."""
-
-    L: float = Field(gt=0.0)
-    odl: float
-    odr: float
-    idl: float
-    idr: float
-    material: SavedMaterial
-    axial_force: float = 0.0
-    torque: float = 0.0
-    shear_effects: bool = True
-    rotary_inertia: bool = True
-    gyroscopic: bool = True
-    shear_method_calc: str = "cowper"
-    alpha: float = 0.0
-    beta: float = 0.0
-
-
-class SavedDisk(SavedPart):
-    """Mass (kg), diametral and polar inertia (kg m^2)."""
-
-    m: float
-    Id: float
-    Ip: float
-
-
-class SavedMass(SavedPart):
-    """A point mass (kg), which may differ between the axes."""
-
-    mx: float
-    my: float
-
-
-class SavedBearing(SavedPart):
-    """A bearing or seal: coefficients of one value, or over `speed`, or over the whirl `frequency` (rad/s).
-
-    Before version 3 ROSS called the speed `frequency`; read here, it is `speed`.
-    """
-
-    model_config = ConfigDict(strict=True, allow_inf_nan=False, extra="allow")
-
-    n_link: int | None = None
-    interpolation: str = "pchip"
-    speed: list[float] | None = None
-    frequency: list[float] | None = None
-    kxx: list[float]
-    kxy: list[float]
-    kyx: list[float]
-    kyy: list[float]
-    cxx: list[float]
-    cxy: list[float]
-    cyx: list[float]
-    cyy: list[float]
-    mxx: list[float] = []
-    mxy: list[float] = []
-    myx: list[float] = []
-    myy: list[float] = []
-    kzz: list[float] = []
-    czz: list[float] = []
-    mzz: list[float] = []
+from rotor_analysis.ross_magnets import magnet_of
+from rotor_analysis.ross_parts import AXES, SavedBearing, SavedDisk, SavedElement, SavedMass
 
 
 @dataclass
@@ -185,7 +98,7 @@ def _unlike(rotor: SavedRotor, frequency: float | None) -> Iterator[tuple[str, s
     for bearing in (*rotor.bearings, *rotor.seals):
         if bearing.n_link is not None:
             yield "a bearing that stands on another part", bearing.tag
-        if bearing.frequency and frequency is None:
+        if bearing.frequency and frequency is None and magnet_of(bearing) is None:
             yield "coefficients over the whirl frequency, which --frequency freezes at one value", bearing.tag
         count = len(bearing.speed or bearing.frequency or [0.0])
         settings = [getattr(bearing, f"{letter}{axes}") for letter in "kcm" for axes in AXES]

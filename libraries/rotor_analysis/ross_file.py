@@ -7,25 +7,27 @@ import re
 from collections.abc import Callable, Iterator
 from itertools import accumulate
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from amb_files.toml import validate
-from rotor_analysis.ross_elements import (
-    AXES,
-    DRAWING,
-    SavedBearing,
-    SavedElement,
-    SavedMaterial,
-    SavedRotor,
-    read_saved,
-)
+from rotor_analysis.ross_elements import SavedRotor, read_saved
+from rotor_analysis.ross_magnets import SavedMagnet, magnet_of
+from rotor_analysis.ross_parts import AXES, DRAWING, SavedBearing, SavedElement, SavedMaterial
 from rotor_analysis.rotor import Rotor
 
 
-def read_ross(path: Path, frequency: float | None = None) -> tuple[dict[str, Any], list[str]]:
-    """Return a rotor that ROSS saved as the content of a rotor file, and notes on what differs from ROSS.
+class ImportedRotor(NamedTuple):
+    """The content of a rotor file, notes on what differs from ROSS, and the magnetic bearings by name."""
 
-    Its discs are planes of unbalance; contact sites and sensors it has none.
+    content: dict[str, Any]
+    notes: list[str]
+    magnets: dict[str, SavedMagnet]
+
+
+def read_ross(path: Path, frequency: float | None = None) -> ImportedRotor:
+    """Return a rotor that ROSS saved as the content of a rotor file.
+
+    Its discs are planes of unbalance; contact sites it has none, sensors those of magnetic bearings.
 
     Parameters
     ----------
@@ -33,6 +35,7 @@ def read_ross(path: Path, frequency: float | None = None) -> tuple[dict[str, Any
         The file.
     frequency
         Whirl frequency (rad/s) at which coefficients over frequency are taken; a rotor file has them over speed alone.
+        Without it those of magnetic bearings are taken at the lowest frequency of their tables.
 
     Raises
     ------
@@ -59,10 +62,14 @@ def read_ross(path: Path, frequency: float | None = None) -> tuple[dict[str, Any
         [{"name": name(b.tag), "node": b.n + 1} | _coefficients(b, frequency) for b in of_kind]
         for of_kind in (saved.bearings, saved.seals)
     )
+    of_bearings = [magnet_of(bearing) for bearing in saved.bearings]
+    magnets = {str(b["name"]): magnet for b, magnet in zip(bearings, of_bearings, strict=True) if magnet is not None}
+    sensors = [{"name": f"{of}_probe", "node": magnet.sensor_node + 1} for of, magnet in magnets.items()]
     content = {"name": saved.title} | _shaft(saved.elements) | _damping(saved.elements[0])
-    content |= {"bodies": bodies, "bearings": bearings} | ({"seals": seals} if seals else {})
+    content |= {"bodies": bodies, "bearings": bearings}
+    content |= {key: parts for key, parts in (("seals", seals), ("sensors", sensors)) if parts}
     validate(content, Rotor, f"ROSS file {path}")
-    return content, list(dict.fromkeys(_notes(saved, frequency)))
+    return ImportedRotor(content, list(dict.fromkeys(_notes(saved, frequency))), magnets)
 
 
 def _notes(saved: SavedRotor, frequency: float | None) -> Iterator[str]:
@@ -72,15 +79,18 @@ def _notes(saved: SavedRotor, frequency: float | None) -> Iterator[str]:
     for bearing in (*saved.bearings, *saved.seals):
         if any((*bearing.kzz, *bearing.czz, *bearing.mzz)):
             yield f"{bearing.tag}: its axial coefficients are left out."
-        if bearing.frequency and frequency is not None:
-            at = f"{frequency:.6g} rad/s ({frequency / math.tau:.4g} Hz)"
+        if bearing.frequency:
+            omega, is_magnet = _frozen_at(bearing, frequency), magnet_of(bearing) is not None
+            at = f"{omega:.6g} rad/s ({omega / math.tau:.4g} Hz)"
             yield f"{bearing.tag}: its coefficients over the whirl frequency are those at {at}; modes elsewhere differ."
+            if is_magnet:
+                yield "Coefficients of magnets are for analyses without a controller; poles and runs take the scenario."
         if len(bearing.speed or ()) > 3 and bearing.interpolation == "spline":
             yield "Coefficients over speed are those of ROSS's spline, which smooths the saved ones."
         elif len(bearing.speed or ()) > 2 and bearing.interpolation != "spline":
             yield "Between the speeds of a table ROSS interpolates by monotone cubics, a rotor file by a spline."
         others = sorted(set(bearing.model_extra or {}) - DRAWING)
-        if others:
+        if others and magnet_of(bearing) is None:
             yield f"{bearing.tag}: only its stiffness, damping and mass are kept, not {', '.join(others)}."
 
 
@@ -161,8 +171,8 @@ def _collapsed(values: list[Any]) -> Any:
 
 def _coefficients(bearing: SavedBearing, frequency: float | None) -> dict[str, Any]:
     """Stiffness, damping and, where there is any, mass, of one speed or of many."""
-    if bearing.frequency and frequency is not None:
-        bearing = _frozen(bearing, frequency)
+    if bearing.frequency:
+        bearing = _frozen(bearing, _frozen_at(bearing, frequency))
     curves = {"stiffness": _tensors(bearing, "k"), "damping": _tensors(bearing, "c")}
     if any(any(getattr(bearing, f"m{axes}")) for axes in AXES):
         curves["mass"] = _tensors(bearing, "m")
@@ -170,6 +180,11 @@ def _coefficients(bearing: SavedBearing, frequency: float | None) -> dict[str, A
     if len(bearing.speed or ()) < 2:
         return rows[0]
     return {"at_speed": [{"speed": speed} | row for speed, row in zip(bearing.speed or (), rows, strict=True)]}
+
+
+def _frozen_at(bearing: SavedBearing, frequency: float | None) -> float:
+    """The whirl frequency (rad/s) at which coefficients are taken, of magnets the lowest if none is given."""
+    return (bearing.frequency or [0.0])[0] if frequency is None else frequency
 
 
 def _frozen(bearing: SavedBearing, frequency: float) -> SavedBearing:

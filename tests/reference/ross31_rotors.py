@@ -32,11 +32,15 @@ def coefficients(n, **axis):
     return ross.BearingElement(n, kxx=k, kyy=k, cxx=c, cyy=c, tag=f"bearing{n}", **axis)
 
 
-def magnet(n):
-    table = np.linspace(20.0, 1500.0, 12)
-    size = {"g0": 0.4e-3, "i0": 3.0, "ag": 1.5e-3, "nw": 100, "alpha": 0.392}
-    gains = {"kp_pid": 60000.0, "kd_pid": 120.0, "n_f": 20000.0}
-    return ross.MagneticBearingElement(n, **size, **gains, frequency=table.tolist(), tag=f"magnet{n}")
+INTEGRAL = {"i0": 2.5, "nw": 120, "kp_pid": 40000.0, "ki_pid": 2e5, "kd_pid": 70.0, "k_amp": 1.3, "k_sense": 0.9}
+TABLE = np.linspace(20.0, 1500.0, 12)  # rad/s
+FINE = np.geomspace(20.0, 1500.0, 60)  # damping by an integral part falls with the square of the frequency
+
+
+def magnet(n, table=TABLE, **other):
+    values = {"g0": 0.4e-3, "i0": 3.0, "ag": 1.5e-3, "nw": 100, "alpha": 0.392}
+    values |= {"kp_pid": 60000.0, "kd_pid": 120.0, "n_f": 20000.0} | other
+    return ross.MagneticBearingElement(n, **values, frequency=table.tolist(), tag=f"magnet{n}")
 
 
 def main():
@@ -46,6 +50,7 @@ def main():
         "over_speed": rotor([coefficients(n, speed=axis) for n in (0, 6)], "over_speed"),
         "over_frequency": rotor([coefficients(n, frequency=axis) for n in (0, 6)], "over_frequency"),
         "magnets": rotor([magnet(n) for n in (0, 6)], "magnets"),
+        "integral": rotor([magnet(0), magnet(6, FINE, **INTEGRAL)], "integral"),
     }
     results = {"ross": ross.__version__}
     for name, item in rotors.items():
@@ -57,8 +62,8 @@ def main():
             retained = [v for v in result.evalues if 20.0 < v.imag < 900.0]
             modes[str(speed)] = [[v.real, v.imag] for v in sorted(retained, key=lambda v: v.imag)]
         results[name] = {kind: modes}
-        if name == "magnets":
-            results[name]["k_s"], results[name]["k_i"] = item.bearing_elements[0].ks, item.bearing_elements[0].ki
+        if kind == "matched" and name != "over_frequency":
+            results[name]["k_s"], results[name]["k_i"] = item.bearing_elements[-1].ks, item.bearing_elements[-1].ki
     (FOLDER / "results.json").write_text(json.dumps(results, indent=1) + "\n", encoding="utf-8")
 
 

@@ -1,5 +1,7 @@
 """Rotors of ROSS 3.1: coefficients over the spin speed are read, those over the whirl frequency need a frequency.
 
+Magnetic bearings become magnets and a controller file, whose sampled closed loop has ROSS's modes.
+
 `tests/reference/ross31_rotors.py` renews the files and ROSS's numbers.
 """
 
@@ -13,7 +15,13 @@ import pytest
 from click.testing import CliRunner
 from ross_numbers import REFERENCE, complex_numbers, nearest
 
+import amb_cosim
 from amb_cosim.commands.cli import main
+from amb_cosim.linear.linearisable import of_prepared
+from amb_cosim.linear.loop import Loop
+from amb_cosim.scenario.scenario import given_scenario
+from amb_cosim.scenario.simulation import prepare
+from amb_cosim.studies.closed_loop_poles import vibrations
 from amb_files.toml import validate
 from rotor_analysis.modes import eigenvalues
 from rotor_analysis.ross_file import read_ross
@@ -48,7 +56,7 @@ def test_a_mode_frozen_at_its_own_frequency_is_the_matched_one(name):
     count = 0
     for speed, theirs in modes_of_ross(name, "matched").items():
         for mode in theirs:
-            content, notes = read_ross(FOLDER / f"{name}.toml", mode.imag)
+            content, notes, _ = read_ross(FOLDER / f"{name}.toml", mode.imag)
             assert any("its coefficients over the whirl frequency are those at" in note for note in notes)
             ours = nearest_modes(validate(content, Rotor, name), speed, [mode])
             np.testing.assert_allclose(ours, [mode], rtol=1e-4)  # ROSS iterates no further
@@ -56,10 +64,53 @@ def test_a_mode_frozen_at_its_own_frequency_is_the_matched_one(name):
     assert count > 8
 
 
-@pytest.mark.parametrize("name", ["over_frequency", "magnets"])
-def test_coefficients_over_the_whirl_frequency_are_refused_without_one(name):
+def test_coefficients_over_the_whirl_frequency_are_refused_without_one():
     with pytest.raises(ValueError, match="over the whirl frequency, which --frequency freezes at one value"):
-        read_ross(FOLDER / f"{name}.toml")
+        read_ross(FOLDER / "over_frequency.toml")
+
+
+@pytest.mark.parametrize("name", ["magnets", "integral"])
+def test_imported_magnets_and_controller_have_the_modes_of_ross(tmp_path, monkeypatch, name):
+    """But for the hold of the sampled controller, whose delay falls with the sample time."""
+    monkeypatch.chdir(tmp_path)
+    done = CliRunner().invoke(main, ["rotor", "import", str(FOLDER / f"{name}.toml")])
+    assert done.exit_code == 0, done.output
+    assert done.stdout.split() == [f"{name}_{part}.toml" for part in ("rotor", "controller", "levitation")]
+    deviations = []
+    for sample_time in ("20 us", "2 us"):
+        for part in ("controller", "levitation"):
+            file = tmp_path / f"{name}_{part}.toml"
+            file.write_text(file.read_text().replace("20 us", sample_time))
+        prepared = prepare(given_scenario(file, None).machine())
+        loop = Loop(of_prepared(prepared))
+        deviations.append(
+            max(
+                np.min(np.abs(vibrations(loop, speed).poles / mode - 1.0))
+                for speed, theirs in modes_of_ross(name, "matched").items()
+                for mode in theirs
+            )
+        )
+    assert deviations[0] < 2e-4
+    assert deviations[1] < 3e-5
+
+
+def test_a_magnet_whose_table_was_changed_needs_a_frequency(tmp_path):
+    """ROSS reads coefficients as they are saved, whatever the magnet's data beside them say."""
+    saved = (FOLDER / "magnets.toml").read_text()
+    (tmp_path / "changed.toml").write_text(saved.replace("ki_pid = 0", "ki_pid = 1e5", 1))
+    with pytest.raises(ValueError, match=r"--frequency freezes at one value \(magnet0\)"):
+        read_ross(tmp_path / "changed.toml")
+
+
+def test_an_imported_rotor_levitates_in_its_magnets(tmp_path):
+    """After a blow of unbalance it rests where it was; a wrong sign of the control or K_s leaves it on nothing."""
+    rotor = tmp_path / "integral_rotor.toml"
+    done = CliRunner().invoke(main, ["rotor", "import", str(FOLDER / "integral.toml"), "-o", str(rotor)])
+    assert done.exit_code == 0, done.output
+    inputs = {"rotor_contact.disk_0.u": "20 g.mm"}
+    result = amb_cosim.run(tmp_path / "integral_levitation.toml", set=inputs, until="0.3 s", progress=False)
+    orbit = np.hypot(result.dataset["rotor_contact.magnet0_probe.x"], result.dataset["rotor_contact.magnet0_probe.y"])
+    assert 1e-9 < float(orbit.max()) < 2e-6
 
 
 def test_a_frequency_beyond_the_table_is_refused():

@@ -96,7 +96,7 @@ def test_tags_become_names_that_differ(tmp_path):
     data["BearingElement_x"] = bearing | {"tag": "Disk 0"}
     data["SealElement_y"] = bearing | {"tag": "2nd seal"}
     data["PointMass_z"] = {"tag": "Größe", "n": 3, "mx": 2.0, "my": 2.0, "mz": 2.0}
-    content, _ = read(tmp_path, data)
+    content, *_ = read(tmp_path, data)
     assert [body["name"] for body in content["bodies"]] == ["disk_0", "disk_1", "gr_e"]
     assert [bearing["name"] for bearing in content["bearings"]] == ["bearing_0", "bearing_1", "disk_0_2"]
     assert [seal["name"] for seal in content["seals"]] == ["part_2nd_seal"]
@@ -167,7 +167,7 @@ def test_shear_coefficient_of_hutchinson_is_his_own(tmp_path):
     for key in data:
         if key.startswith("ShaftElement"):
             data[key] |= {"shear_method_calc": "hutchinson"}
-    content, notes = read(tmp_path, data)
+    content, notes, _ = read(tmp_path, data)
     assert content["shaft"]["shear"] == "hutchinson"
     assert notes == ["The shear coefficient is Hutchinson's; that of ROSS lacks a factor 1 + nu."]
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 
 import click
@@ -24,12 +25,14 @@ def rotor() -> None:
 def import_model(model: Path, output: Path | None, frequency: str | None) -> None:
     """Make a rotor file of a rotor that ROSS saved.
 
-    MODEL is the TOML file that ROSS saved. ROSS need not be installed. Coefficients over the whirl frequency, such as
-    those of ROSS's magnetic bearings, need --frequency: a rotor file has coefficients over the spin speed.
+    MODEL is the TOML file that ROSS saved. ROSS need not be installed. Of magnetic bearings under PID control come a
+    controller file and a scenario in which they levitate the rotor, beside the rotor file. Other coefficients over the
+    whirl frequency need --frequency: a rotor file has coefficients over the spin speed.
     """
     import tomli_w
 
     from amb_cosim.cosim.system.values import quantity
+    from amb_cosim.new_machine.ross_magnets import levitation_files
     from amb_files.atomic import write_atomically
     from rotor_analysis.ross_file import read_ross
 
@@ -37,13 +40,18 @@ def import_model(model: Path, output: Path | None, frequency: str | None) -> Non
     with refusing():
         check_writable(path, is_folder=False)
         at = None if frequency is None else quantity(frequency, "rad/s", "--frequency")
-        content, notes = read_ross(model, at)
+        content, notes, magnets = read_ross(model, at)
+        others = levitation_files(model.stem, path.name, magnets) if magnets else {}
+        for name in others:
+            check_writable(path.with_name(name), is_folder=False)
         head = "".join(f"# {line}\n" for line in (f"Imported from {model.name}, which ROSS saved. SI units.", *notes))
-        text = head + "\n" + tomli_w.dumps(content)
-        write_atomically(path, lambda temporary: temporary.write_text(text, encoding="utf-8"))
+        texts = {path.name: head + "\n" + tomli_w.dumps(content)} | others
+        for name, text in texts.items():
+            write_atomically(path.with_name(name), partial(Path.write_text, data=text, encoding="utf-8"))
     for note in notes:
         click.echo(f"note: {note}", err=True)
-    click.echo(path)
+    for name in texts:
+        click.echo(path.with_name(name))
 
 
 @rotor.command("show")

@@ -1,0 +1,92 @@
+"""The parts in a file that ROSS saved, as they stand there."""
+
+from __future__ import annotations
+
+from pydantic import BaseModel, ConfigDict, Field
+
+AXES = ("xx", "xy", "yx", "yy")
+DRAWING = {"color", "scale_factor", "tag"}
+STRICT = ConfigDict(strict=True, allow_inf_nan=False)
+
+
+class SavedMaterial(BaseModel):
+    """E and G_s in Pa, rho in kg/m^3."""
+
+    model_config = STRICT
+
+    name: str
+    rho: float
+    E: float
+    G_s: float
+
+
+class SavedPart(BaseModel):
+    """What every part has: its name and its node, from 0."""
+
+    model_config = STRICT
+
+    tag: str
+    n: int = Field(ge=0)
+
+
+class SavedElement(SavedPart):
+    """An element of the shaft from its node to the next; l and r are its ends, alpha and beta its damping."""
+
+    L: float = Field(gt=0.0)
+    odl: float
+    odr: float
+    idl: float
+    idr: float
+    material: SavedMaterial
+    axial_force: float = 0.0
+    torque: float = 0.0
+    shear_effects: bool = True
+    rotary_inertia: bool = True
+    gyroscopic: bool = True
+    shear_method_calc: str = "cowper"
+    alpha: float = 0.0
+    beta: float = 0.0
+
+
+class SavedDisk(SavedPart):
+    """Mass (kg), diametral and polar inertia (kg m^2)."""
+
+    m: float
+    Id: float
+    Ip: float
+
+
+class SavedMass(SavedPart):
+    """A point mass (kg), which may differ between the axes."""
+
+    mx: float
+    my: float
+
+
+class SavedBearing(SavedPart):
+    """A bearing or seal: coefficients of one value, or over `speed`, or over the whirl `frequency` (rad/s).
+
+    Before version 3 ROSS called the speed `frequency`; read here, it is `speed`.
+    """
+
+    model_config = ConfigDict(strict=True, allow_inf_nan=False, extra="allow")
+
+    n_link: int | None = None
+    interpolation: str = "pchip"
+    speed: list[float] | None = None
+    frequency: list[float] | None = None
+    kxx: list[float]
+    kxy: list[float]
+    kyx: list[float]
+    kyy: list[float]
+    cxx: list[float]
+    cxy: list[float]
+    cyx: list[float]
+    cyy: list[float]
+    mxx: list[float] = []
+    mxy: list[float] = []
+    myx: list[float] = []
+    myy: list[float] = []
+    kzz: list[float] = []
+    czz: list[float] = []
+    mzz: list[float] = []
