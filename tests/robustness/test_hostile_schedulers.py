@@ -13,11 +13,12 @@ import numpy as np
 import pytest
 from misbehaving import between, served, wrong_protocol
 
+from amb_cosim.scenario.scenario import Scenario
 from amb_cosim.sweeps import engine
 from amb_cosim.sweeps.engine import SETTINGS, ClusterFailed, connect, local_cluster, run_missing
 from amb_cosim.sweeps.sampling import make_design
 from amb_cosim.sweeps.store import SweepStore, open_sweep
-from amb_cosim.sweeps.worker import PointResult
+from amb_cosim.sweeps.worker import PointResult, Task
 
 pytestmark = pytest.mark.slow
 
@@ -71,7 +72,7 @@ def swept(address, folder):
     store = SweepStore(folder, DESIGN, {"a": 1}, {})
     try:
         with connect(f"tcp://{address}") as client:
-            run_missing(client, "sweep", None, store, lambda *_: None)
+            run_missing(client, "sweep", Task(Scenario.load("fig4_9")), store, lambda *_: None)
     except (ValueError, ClusterFailed):
         return False
     return True

@@ -133,8 +133,15 @@ def _variable(port: Port) -> dict[str, Any]:
 
 def _events(plan: ScenarioPlan) -> list[dict[str, Any]]:
     labels = {point: label for label, point in plan.marks.items()}
+    roles = {label: role for role, label in plan.roles.items()}
     return [
-        {"point": point, "variable": variable, "value": value, "label": labels.get(point, "")}
+        {
+            "point": point,
+            "variable": variable,
+            "value": value,
+            "label": (label := labels.get(point, "")),
+            "role": roles.get(label, ""),
+        }
         for point, variable, value in plan.events
     ]
 

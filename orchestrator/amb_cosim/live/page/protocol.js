@@ -39,6 +39,7 @@
  * @property {string} variable
  * @property {number} value
  * @property {string} label of the event, or empty
+ * @property {string} role of the event, or empty
  */
 
 /**

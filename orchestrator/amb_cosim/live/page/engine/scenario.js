@@ -32,8 +32,8 @@ export function scenarioToml(rig, { settings, changes }, speeds, end, descriptio
     end_time: Math.max(end, 1) * stepSize,
   };
   const events = [
-    ...(planned ? rig.events : []).map(({ point, variable, value, label }) => ({ point, label, values: { [variable]: value } })),
-    ...changes.filter(({ until }) => until === undefined).map(({ point, values }) => ({ point, label: "", values })),
+    ...(planned ? rig.events : []).map(({ point, variable, value, label, role }) => ({ point, label, role, values: { [variable]: value } })),
+    ...changes.filter(({ until }) => until === undefined).map(({ point, values }) => ({ point, label: "", role: "", values })),
   ].filter(({ point }) => point <= end).sort((a, b) => a.point - b.point);
   const { parameters, inputs } = startValues(rig, given, known);
   const lines = [
@@ -41,10 +41,11 @@ export function scenarioToml(rig, { settings, changes }, speeds, end, descriptio
     ...Object.entries(top).filter(([, value]) => value !== undefined).map(([key, value]) => `${key} = ${plain(value)}`),
     ...tables("parameters", parameters, known),
     ...tables("inputs", inputs, known),
-    ...merged(events).flatMap(({ point, label, values }) => [
+    ...merged(events).flatMap(({ point, label, role, values }) => [
       "",
       "[[event]]",
-      ...(label ? [`label = ${JSON.stringify(label)}`] : []),
+      ...(label && label !== role ? [`label = ${JSON.stringify(label)}`] : []),
+      ...(role ? [`role = ${JSON.stringify(role)}`] : []),
       `time = ${real(point * stepSize)}`,
       ...Object.entries(values).map(([name, value]) => {
         const end = endOf(rig, name), [component, variable] = split(end);
@@ -92,18 +93,18 @@ function startValues(rig, given, known) {
 
 /**
  * Put events together that follow each other at one point and have one label.
- * @param {{ point: number, label: string, values: Record<string, number> }[]} events
+ * @param {{ point: number, label: string, role: string, values: Record<string, number> }[]} events
  * @returns {typeof events}
  */
 function merged(events) {
   /** @type {typeof events} */
   const found = [];
-  for (const { point, label, values } of events) {
+  for (const { point, label, role, values } of events) {
     const latest = found.at(-1);
     if (latest?.point === point && (latest.label === label || !label)) {
       latest.values = { ...latest.values, ...values };
     } else {
-      found.push({ point, label, values });
+      found.push({ point, label, role, values });
     }
   }
   return found;
