@@ -19,11 +19,12 @@ from llvmlite import ir  # type: ignore[import-untyped]
 from numba.core import types
 from numba.extending import intrinsic
 
-from amb_cosim.cosim.basics.schedules import Changes, IntArray, PiecewiseConstant
+from amb_cosim.cosim.basics.schedules import Changes, PiecewiseConstant
 from amb_cosim.cosim.fmu.fmus import model_source
 from amb_cosim.scenario.simulation import PlannedRun
+from array_types import Array, Indices
 from benchmarks.kernels import step_kernel
-from fmi_export.model import UNCHANGED, Array, Instance
+from fmi_export.model import UNCHANGED, Instance
 
 
 class KernelCall(NamedTuple):
@@ -34,11 +35,11 @@ class KernelCall(NamedTuple):
     """
 
     inputs: Array
-    to: IntArray
-    source: IntArray
+    to: Indices
+    source: Indices
     kernel: int
-    arguments: IntArray
-    fault: IntArray
+    arguments: Indices
+    fault: Indices
     every: int
 
 
@@ -72,7 +73,7 @@ class Baseline:
 
     def __init__(self, prepared: PlannedRun) -> None:
         plan, system = prepared.plan, prepared.plan.system
-        order = prepared.scenario.coupling or system.coupling
+        order = system.coupling
         if order != "gauss_seidel" or plan.profile or prepared.scenario.fmu:
             raise ValueError(
                 f"{prepared.name} has no baseline; it must run this project's models in Gauss-Seidel order"
@@ -150,7 +151,7 @@ class Baseline:
 
 
 def _kernel_call(
-    instance: Instance, outputs: Array, to: IntArray, source: IntArray, kernel: int, every: int
+    instance: Instance, outputs: Array, to: Indices, source: Indices, kernel: int, every: int
 ) -> KernelCall:
     fault = np.zeros(2, np.intp)  # and the exception
     addresses = [fault.ctypes.data, fault.ctypes.data + fault.itemsize]
@@ -220,7 +221,7 @@ def _step(call: KernelCall, values: Array, n: int, h: float) -> int:
 
 
 @_compiled
-def _record(values: Array, recorded: IntArray, row: Array) -> None:
+def _record(values: Array, recorded: Indices, row: Array) -> None:
     for k in range(len(recorded)):
         row[k] = values[recorded[k]]
 
@@ -230,10 +231,10 @@ def _advance(
     calls: tuple[KernelCall, ...],
     values: Array,
     changes: Changes,
-    recorded: IntArray,
+    recorded: Indices,
     table: Array,
     ticks: Any,
-    step_ticks: IntArray,
+    step_ticks: Indices,
     begin: int,
     end: int,
     h: float,

@@ -14,6 +14,7 @@ from importlib.resources import files
 from typing import Any
 
 from amb_cosim.cosim.basics.choices import Flavour, Loop
+from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.scenario.simulation import PlannedRun, run_prepared
 from benchmarks import cases, peers
 from benchmarks.baseline import Baseline
@@ -35,7 +36,7 @@ def master_candidate(prepared: PlannedRun, loop: Loop) -> Candidate:
     """Run with this project's master."""
 
     def step_time() -> float:
-        result = run_prepared(prepared, loop=loop)
+        result = run_prepared(prepared, RunOptions(loop=loop))
         if result.outcome.failure is not None:
             raise CandidateFailed(result.outcome.failure)
         return float(result.dataset.attrs["wall_s"]) / prepared.plan.last

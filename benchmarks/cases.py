@@ -23,7 +23,7 @@ import numpy as np
 from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.scenario.scenario import Scenario, load_scenario, make_scenario
 from amb_cosim.scenario.simulation import PlannedRun, prepare
-from fmi_export.model import Array
+from array_types import Array
 from rotor_analysis.assembly import Matrices, assemble
 from rotor_analysis.reduction import msdc
 from rotor_analysis.rotor import Rotor

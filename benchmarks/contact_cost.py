@@ -18,12 +18,12 @@ from statistics import median
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from rich.table import Table
 
 from amb_cosim.design.plant_data import plant
 from amb_cosim.presentation.style import BLUE, ORANGE, StyledFigure, write_png
 from amb_cosim.presentation.text_tables import labelled_table
+from array_types import Array
 from fmi_export.model import Instance
 from rotor_contact.enumerations import LAWS
 from rotor_contact.structure import structure_of
@@ -38,8 +38,6 @@ SUBSTEPS = (250e-6, 125e-6, 62.5e-6, 31.25e-6, 15.625e-6)
 FORCE_TOLERANCE = 1e-3  # of the peak contact force
 ORBIT_TOLERANCE = 1e-2  # of the clearance
 SIGNALS = ("mb1.x", "mb1.y", "mb2.x", "mb2.y", "rb1.f_n", "rb2.f_n")
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

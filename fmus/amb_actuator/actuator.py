@@ -38,16 +38,16 @@ class AxisResponse(NamedTuple):
 
 @views
 def fault_code(kind: int, axis: int, n_axes: int) -> int:
-    """Return the code of a fault of one axis."""
+    """Return the code of a fault of an axis."""
     return 1 + kind * max(FEWEST_CODES, n_axes) + axis
 
 
 @kernel
 def check(axes: Axes) -> int:
     """Return the code of the first fault among the axes, or 0."""
-    dynamic, n_axes = axes.own[0].amplifier == DYNAMIC, axes.given.shape[0]
+    dynamic, n_axes = axes.common[0].amplifier == DYNAMIC, axes.parameters.shape[0]
     for k in range(n_axes):
-        axis = axes.given[k]
+        axis = axes.parameters[k]
         upper_current = axis.static_current + axis.bias_current
         larger_current = max(upper_current, axis.bias_current)
         if abs(axes.inputs[k].displacement) >= axis.gap:
@@ -61,12 +61,12 @@ def check(axes: Axes) -> int:
 
 @kernel
 def write_outputs(p: np.record, axis: np.record, u: np.record, response: AxisResponse, y: np.record) -> None:
-    """Write the outputs of one axis from the response of its two coil pairs.
+    """Write the outputs of an axis from the response of its two coil pairs.
 
     Parameters
     ----------
     p
-        Parameters of the actuator, for those that all axes share.
+        Parameters of the actuator, common to all axes.
     axis, u, y
         Parameters, inputs and outputs of the axis.
     response
@@ -95,17 +95,17 @@ def write_outputs(p: np.record, axis: np.record, u: np.record, response: AxisRes
 def initialise(constants: Array, parameters: Array, inputs: Array, state: Array, work: Array, outputs: Array) -> int:
     """Set the coil currents to the steady state of the first command, and return the fault code."""
     axes = views_of(constants, parameters, inputs, state, outputs)
-    own = axes.own[0]
+    common = axes.common[0]
     fault = check(axes)
     if fault != 0:
         return fault
-    for k in range(axes.given.shape[0]):
-        axis, u, deviation = axes.given[k], axes.inputs[k], axes.deviations[k]
-        i_c = commanded_current(axis, u, own.amplifier)
+    for k in range(axes.parameters.shape[0]):
+        axis, u, deviation = axes.parameters[k], axes.inputs[k], axes.deviations[k]
+        i_c = commanded_current(axis, u, common.amplifier)
         upper = steady_coil(axis, u, CoilPair(axis.static_current + axis.bias_current, 1.0, 0.0), i_c)
         lower = steady_coil(axis, u, CoilPair(axis.bias_current, -1.0, 0.0), i_c)
         deviation.upper, deviation.lower = upper.current, lower.current
-        write_outputs(own, axis, u, AxisResponse(i_c, upper, lower), axes.outputs[k])
+        write_outputs(common, axis, u, AxisResponse(i_c, upper, lower), axes.outputs[k])
     return 0
 
 
@@ -122,22 +122,22 @@ def step(
 ) -> int:
     """Advance the coil currents by `step_size` (s) under constant inputs, and return the fault code.
 
-    The force is that at the displacement that was given.
+    The force is evaluated at the displacement in the inputs.
     """
     axes = views_of(constants, parameters, inputs, state, outputs)
-    own = axes.own[0]
+    common = axes.common[0]
     fault = check(axes)
     if fault != 0:
         return fault
-    for k in range(axes.given.shape[0]):
-        axis, u, deviation = axes.given[k], axes.inputs[k], axes.deviations[k]
-        i_c = commanded_current(axis, u, own.amplifier)
+    for k in range(axes.parameters.shape[0]):
+        axis, u, deviation = axes.parameters[k], axes.inputs[k], axes.deviations[k]
+        i_c = commanded_current(axis, u, common.amplifier)
         upper_pair = CoilPair(axis.static_current + axis.bias_current, 1.0, deviation.upper)
         lower_pair = CoilPair(axis.bias_current, -1.0, deviation.lower)
-        upper = coil_step(axis, u, upper_pair, i_c, own.amplifier, step_size)
-        lower = coil_step(axis, u, lower_pair, i_c, own.amplifier, step_size)
+        upper = coil_step(axis, u, upper_pair, i_c, common.amplifier, step_size)
+        lower = coil_step(axis, u, lower_pair, i_c, common.amplifier, step_size)
         deviation.upper, deviation.lower = upper.current, lower.current
-        write_outputs(own, axis, u, AxisResponse(i_c, upper, lower), axes.outputs[k])
+        write_outputs(common, axis, u, AxisResponse(i_c, upper, lower), axes.outputs[k])
     return 0
 
 
@@ -152,7 +152,7 @@ def model_for(bearings: Sequence[str]) -> Model:
     Raises
     ------
     ValueError
-        If there is no bearing, or more than there are fault codes for.
+        Without a bearing, or with more bearings than fault codes.
     """
     if not 1 <= len(bearings) <= MAX_BEARINGS:
         raise ValueError(f"{len(bearings)} bearings is not allowed; there must be 1 to {MAX_BEARINGS}")

@@ -1,13 +1,13 @@
-"""Amplifier and coil: how the current of a coil pair follows its command during a step, in closed form.
+"""Amplifier and coil: the response of a coil pair's current to its command during a step, in closed form.
 
-The command is constant over a step, so the current obeys one first-order equation after the other:
+The command is constant over a step, so the current obeys a sequence of first-order equations:
 
     regulated            di/dt = omega (I_ref - i)          v = L di/dt + R i = L omega (I_ref - i) + R i
     at the voltage limit L di/dt = +-V - R i                as long as the regulator demands more than V
-    off                  L di/dt = -V_d - R i               until i = 0; V_d = 0: the coil's resistance alone
+    off                  L di/dt = -V_d - R i               until i = 0; V_d = 0: only the coil's resistance
 
-The voltage is at its limit until i reaches I_leave = (L omega I_ref -+ V)/(L omega - R), after a time that a logarithm
-gives, and does not reach the limit again before the command changes. One step is exact, however long.
+The voltage is at its limit until i reaches I_leave = (L omega I_ref -+ V)/(L omega - R), after a time given by a
+logarithm, and does not reach the limit again before the command changes. A step of any length is exact.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from fmi_export.jit import kernel
 
 
 class CoilPair(NamedTuple):
-    """One of the two coil pairs of an axis, which carries the current i = operating_current + sign * deviation.
+    """A coil pair of an axis, which carries the current i = operating_current + sign * deviation.
 
     operating_current
         Current at the operating point (A): I_s + I_b of the upper pair, I_b of the lower pair.
@@ -39,7 +39,7 @@ class CoilPair(NamedTuple):
 
 
 class CoilResponse(NamedTuple):
-    """One coil pair after a step.
+    """A coil pair after a step.
 
     current
         At the end of the step (A).
@@ -66,7 +66,7 @@ def demanded_current(p: np.record, u: np.record) -> float:
 
 @kernel
 def commanded_current(p: np.record, u: np.record, amplifier: float) -> float:
-    """Limit the demanded control current to I_c (A) that the coils and, if dynamic, the voltage limit can sustain.
+    """Limit the demanded control current to the I_c (A) that the coils and, if dynamic, the voltage limit can sustain.
 
     Both coil currents stay within [0, current_limit], and within R I <= V with a dynamic amplifier.
     """
@@ -82,7 +82,7 @@ def first_order_response(i: float, target: float, z: float) -> tuple[float, floa
 
     i + (target - i) (1 - exp(-z))      and      i + (target - i) (z - 1 + exp(-z))/z
     """
-    if z < 0.003:  # the difference would lose digits; the series is exact to the last one
+    if z < 0.003:  # the difference would lose digits; the series is exact to the last digit
         lag = z * (1.0 / 2.0 - z * (1.0 / 6.0 - z * (1.0 / 24.0 - z * (1.0 / 120.0 - z * (1.0 / 720.0)))))
     else:
         lag = 1.0 + math.expm1(-z) / z
@@ -100,7 +100,7 @@ def constant_voltage_response(p: np.record, i: float, v: float, h: float) -> Coi
 def discharge_response(p: np.record, i: float, h: float) -> CoilResponse:
     """Advance a coil whose amplifier is off for `h` (s), from the current `i` >= 0 (A).
 
-    Diodes feed the current back to the supply, against its voltage V_d, until none is left.
+    Diodes feed the current back to the supply, against its voltage V_d, until it is zero.
     """
     whole_step = constant_voltage_response(p, i, -p.discharge_voltage, h)
     if whole_step.current >= 0.0:
@@ -147,7 +147,7 @@ def regulated_response(p: np.record, i: float, target: float, h: float) -> CoilR
 
 @kernel
 def coil_step(p: np.record, u: np.record, pair: CoilPair, i_c: float, amplifier: float, h: float) -> CoilResponse:
-    """Advance one coil pair over a step; the currents that are returned are deviations from the operating point.
+    """Advance a coil pair over a step; the returned currents are deviations from the operating point.
 
     Parameters
     ----------
@@ -176,7 +176,7 @@ def coil_step(p: np.record, u: np.record, pair: CoilPair, i_c: float, amplifier:
 
 @kernel
 def steady_coil(p: np.record, u: np.record, pair: CoilPair, i_c: float) -> CoilResponse:
-    """Return a coil pair in the steady state of its command `i_c` (A), or without current where the amplifier is off.
+    """Return a coil pair in the steady state of its command `i_c` (A), or without current if the amplifier is off.
 
     As in `coil_step`, the currents are deviations from the operating point.
     """

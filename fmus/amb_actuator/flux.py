@@ -1,4 +1,4 @@
-"""Flux density in an air gap: of a coil pair, its saturation in the iron, and the pull it makes."""
+"""Flux density of a coil pair in its air gap, saturation of the iron, and the resulting pull."""
 
 from __future__ import annotations
 

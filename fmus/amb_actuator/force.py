@@ -1,4 +1,4 @@
-"""Force of one bearing axis (thesis 2.6), its linearisation (2.7 to 2.9), both also with lost turns or currents.
+"""Force of a bearing axis (thesis 2.6) and its linearisation (2.7 to 2.9), also with lost turns or currents.
 
     upper coil pair (I_s + I_b + I_c)          x > 0 towards the upper pair
           ========                             F > 0 towards the upper pair
@@ -42,7 +42,7 @@ class Coils(NamedTuple):
 
 
 class Pull(NamedTuple):
-    """Pull of one coil pair (N), its decrease per distance (N/m) and its increase per ampere (N/A), all >= 0."""
+    """Pull of a coil pair (N), its decrease per distance (N/m) and its increase per ampere (N/A), all >= 0."""
 
     force: float
     per_distance: float
@@ -89,7 +89,7 @@ def limited_current(demand: float, bias: float, static: float, limit: float) -> 
 def pull(p: np.record, current: float, distance: float) -> Pull:
     """Return the pull of a coil pair with a current (A) over a distance (m): P = B^2 A_e cos(phi)/mu_0.
 
-    B is limited by the iron. Without saturation P = mu_0 N^2 A_e cos(phi) I^2 / distance^2, one term of (2.6).
+    B is limited by the iron. Without saturation P = mu_0 N^2 A_e cos(phi) I^2 / distance^2, a term of (2.6).
     """
     per_ampere = flux_density(p.turns, 1.0, distance)
     b = per_ampere * current
@@ -118,21 +118,21 @@ def nonlinear_force(p: np.record, x: float, c: Coils, total: bool = False) -> tu
 def linear_force(p: np.record, k_s: float, k_i: float, x: float, c: Coils, total: bool = False) -> tuple[float, float]:
     """Return the force (N) and its gradient (N/m) of the linear law F = K_s x + K_i I_c     (2.7).
 
-    Where turns or bias are lost, it is (2.6) linearised about the remaining operating point. With a = I_s + I_b,
-    b = I_b and the working fractions n_u, n_l of the turns, currents are split into a bias level e and a control
-    current,
+    If turns or bias are lost, it is (2.6) linearised about the remaining operating point. With a = I_s + I_b, b = I_b
+    and the working fractions n_u, n_l of the turns, currents are split into a bias level e and a control current,
 
         i_upper = e a + I_c,   i_lower = e b - I_c,   e = (i_upper + i_lower)/(a + b)
 
         F = K_s e^2 (n_u^2 a^2 + n_l^2 b^2)/(a^2 + b^2) x + K_i e (n_u^2 a + n_l^2 b)/(a + b) I_c
             + K_i/2 [e^2 (n_u^2 a^2 - n_l^2 b^2) - (a^2 - b^2)]/(a + b)
 
-    A healthy bearing has e = 1 and the last term zero. That term less its part a^2 - b^2 is the `total` force's, which
-    is F_0 = K_i/2 I_s at the centre of a healthy bearing, that of (2.6) with (2.9), and zero without currents.
+    For a healthy bearing e = 1, and the last term is zero. For the `total` force, this term is taken without its part
+    a^2 - b^2: the force is then F_0 = K_i/2 I_s at the centre of a healthy bearing, as by (2.6) with (2.9), and zero
+    without currents.
     """
     a, b = p.static_current + p.bias_current, p.bias_current
     squares = a * a + b * b
-    if squares == 0.0:  # without bias there is no control current either
+    if squares == 0.0:  # without bias the control current is zero, too
         return k_s * x, k_s
     level = 1.0 + (c.upper - c.lower) / (a + b)
     control = 0.5 * (c.upper + c.lower - (level - 1.0) * (a - b))
@@ -159,7 +159,7 @@ def force(law: float, p: np.record, x: float, c: Coils, total: bool = False) -> 
     c
         Coil currents and working turns.
     total
-        Whether the force is the whole one, in place of that in excess of the static load F_0.
+        Whether to return the total force instead of the force in excess of the static load F_0.
     """
     if law == NONLINEAR:
         return nonlinear_force(p, x, c, total)

@@ -1,4 +1,4 @@
-"""Variable table of the actuator, which follows from its bearings."""
+"""Variable table of the actuator, derived from its bearings."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import replace
 
 from amb_actuator.flux import saturation_flux
 from fmi_export.interface import Interface, interface, repeated
-from fmi_export.variables import Enumeration, Variable, at_place, one_of, output, parameter
+from fmi_export.variables import Enumeration, Variable, at_place, enumerated, output, parameter
 
 Declare = Callable[..., Variable]
 """Declares a variable of an axis; see `at_place`."""
@@ -17,14 +17,14 @@ FORCE_LAW = Enumeration(
     "ForceLaw",
     (
         ("linear", "constants from the geometry (2.8, 2.9)"),
-        ("measured", "linear too, constants measured (Fig. 2.5)"),
+        ("measured", "linear with measured constants (Fig. 2.5)"),
         ("nonlinear", "square of current over gap (2.6), with saturation"),
     ),
 )
 LAWS = FORCE_LAW.names
 LINEAR, MEASURED, NONLINEAR = range(len(LAWS))
 AMPLIFIER = Enumeration(
-    "Amplifier", (("ideal", "the currents are there at once"), ("dynamic", "bandwidth and voltage limit"))
+    "Amplifier", (("ideal", "the currents follow immediately"), ("dynamic", "bandwidth and voltage limit"))
 )
 IDEAL, DYNAMIC = range(2)
 
@@ -37,7 +37,7 @@ POLE_FACE, HALF_POLE_ANGLE, MAX_FORCE = 1399e-6, math.radians(22.5), 1700.0
 
 
 def _axis(bearing: str, axis: str) -> list[Variable]:
-    """Declare the variables of one axis."""
+    """Declare the variables of an axis."""
     parameter_of, input_of, output_of = at_place(f"{bearing}.{{}}_{axis}", f"{bearing.upper()}, {axis} axis")
     return [
         *_magnet(parameter_of, *MEASURED_CONSTANTS.get(bearing, CONSTANTS_FROM_GEOMETRY)),
@@ -103,7 +103,7 @@ def _amplifier(declare: Declare) -> list[Variable]:
         declare(
             "amplifier_gain",
             "A/V",
-            "Control current demanded by a volt of command, {} (Table 2.4)",
+            "Control current per volt of command, {} (Table 2.4)",
             0.5,
             minimum=-1e6,
             maximum=1e6,
@@ -114,7 +114,7 @@ def _amplifier(declare: Declare) -> list[Variable]:
         declare(
             "voltage_limit",
             "V",
-            "Largest voltage of the dynamic amplifier, either way, {} (assumed)",
+            "Largest voltage magnitude of the dynamic amplifier, {} (assumed)",
             150.0,
             minimum=1e-3,
             maximum=1e9,
@@ -122,7 +122,7 @@ def _amplifier(declare: Declare) -> list[Variable]:
         declare(
             "discharge_voltage",
             "V",
-            "Voltage that brings the currents down while the amplifiers are off; 0: the coils' resistance alone, {}",
+            "Voltage that reduces the currents while the amplifiers are off; 0: only the coils' resistance, {}",
             0.0,
             minimum=0.0,
             maximum=1e9,
@@ -132,8 +132,8 @@ def _amplifier(declare: Declare) -> list[Variable]:
 
 def _inputs(declare: Declare, displacement: str) -> list[Variable]:
     at_centre = declare("", "m", "Rotor displacement from the centre, {}", field="displacement", display_unit="um")
-    command = "Command as a voltage; amplifier_gain times it adds to the demanded control current, {}"
-    lost = "Fault: share of the {} coil pair's turns that is lost, {{}}"
+    command = "Command voltage; times amplifier_gain, it is added to the demanded control current, {}"
+    lost = "Fault: lost fraction of the {} coil pair's turns, {{}}"
     off = "Fault: amplifiers off, currents decay through the coils, {}"
     return [
         declare("i", "A", "Demanded control current, {}", field="demanded_current"),
@@ -141,7 +141,7 @@ def _inputs(declare: Declare, displacement: str) -> list[Variable]:
         declare("command_voltage", "V", command),
         *(declare(f"coil_loss_{c}", "1", lost.format(c), minimum=0.0, maximum=1.0) for c in ("upper", "lower")),
         declare("amplifier_off", "1", off, type="Boolean"),
-        declare("stuck", "1", "Fault: currents stay as they are, {}", type="Boolean"),
+        declare("stuck", "1", "Fault: currents keep their values, {}", type="Boolean"),
     ]
 
 
@@ -167,12 +167,12 @@ def _outputs(declare: Declare, b: str, a: str) -> list[Variable]:
 
     def of_coils(letter: str, unit: str, description: str, field: str) -> list[Variable]:
         others = {"upper": losses[1], "lower": losses[0]}
-        own = {
+        common = {
             coil: {key: tuple(name for name in names if name != other) for key, names in by_current.items()}
             for coil, other in others.items()
         }
         return [
-            declare(f"{letter}_{coil}", unit, description.format(coil), field=f"{coil}_{field}", **own[coil])
+            declare(f"{letter}_{coil}", unit, description.format(coil), field=f"{coil}_{field}", **common[coil])
             for coil in others
         ]
 
@@ -181,11 +181,11 @@ def _outputs(declare: Declare, b: str, a: str) -> list[Variable]:
 
     force = "Force on the rotor, in excess of the static load unless total_force, {}"
     reference = "Displacement where the force was evaluated, {}"
-    clipped = f"the demanded current is cut to what the coils allow, 0 to {{{b}.current_limit_{a}}} A each"
-    saturated = "The flux density of a coil pair is beyond the knee, where force_law 2 limits it, {}"
+    clipped = f"the demanded current is limited to the range of the coils, 0 to {{{b}.current_limit_{a}}} A each"
+    saturated = "The flux density of a coil pair is beyond the knee; only force_law 2 limits it, {}"
     beyond = (
-        f"a coil pair saturates at {{{b}.b_sat_{a}}} T, which force_law 2 (nonlinear) alone counts with: others pull "
-        "too hard"
+        f"a coil pair saturates at {{{b}.b_sat_{a}}} T, which only force_law 2 (nonlinear) models: the other laws "
+        f"overestimate the force"
     )
     at_limit = f"an amplifier is at its voltage limit, {{{b}.voltage_limit_{a}}} V"
     return [
@@ -212,7 +212,7 @@ def _outputs(declare: Declare, b: str, a: str) -> list[Variable]:
         *of_coils("i", "A", "Current of the {} coil pair, {{}}", "current"),
         flag(
             "clipped",
-            "The demanded current was cut to the coil limits, {}",
+            "The demanded current was limited to the range of the coils, {}",
             clipped,
             depends_on=(*demand, *off),
             starts_from=(*command, *off),
@@ -225,12 +225,12 @@ def _outputs(declare: Declare, b: str, a: str) -> list[Variable]:
             **(by_current | {"starts_from": ()}),
         ),
         *of_coils("v", "V", "Voltage at the {} coil pair, {{}}", "voltage"),
-        declare("copper_loss", "W", "Heat in both coil pairs, {}", minimum=0.0, **by_current),
+        declare("copper_loss", "W", "Copper loss of both coil pairs, {}", minimum=0.0, **by_current),
     ]
 
 
 def axes_of(bearings: Sequence[str]) -> list[tuple[str, str]]:
-    """Return the axes of bearings in the order of their variables: x and y of each in turn."""
+    """Return the axes of bearings in the order of their variables, alternating x and y."""
     return [(bearing, axis) for bearing in bearings for axis in "xy"]
 
 
@@ -239,13 +239,13 @@ def interface_of(bearings: Sequence[str]) -> Interface:
     return interface(
         *_MODEL_PARAMETERS,
         repeated("axes", axes_of(bearings), _axis),
-        output("fault_code", "1", "0 while all is well; the log says what else means", type="Integer", starts_from=()),
+        output("fault_code", "1", "0 without a fault; the log explains other codes", type="Integer", starts_from=()),
     )
 
 
 _MODEL_PARAMETERS = (
-    parameter("force_law", "1", "How force follows from displacement and currents", LINEAR, **one_of(FORCE_LAW)),
-    parameter("amplifier", "1", "How the currents follow what is demanded", IDEAL, **one_of(AMPLIFIER)),
+    parameter("force_law", "1", "Force as a function of displacement and currents", LINEAR, **enumerated(FORCE_LAW)),
+    parameter("amplifier", "1", "Response of the currents to the demand", IDEAL, **enumerated(AMPLIFIER)),
     parameter(
         "total_force",
         "1",
@@ -257,12 +257,12 @@ _MODEL_PARAMETERS = (
     parameter(
         "mean_current",
         "1",
-        "Force of the mean currents over a step in place of those at its end: "
-        "for a master that moves the rotor over the same step afterwards",
+        "Force of the mean currents over a step instead of the final ones, "
+        "for masters that move the rotor over the same step afterwards",
         0.0,
         type="Boolean",
     ),
 )
 
-# One bearing, for the record types of its axes.
+# A single bearing, for the record types of its axes.
 SMALLEST = interface_of(("b",)).with_all_parts()

@@ -1,4 +1,4 @@
-"""How kernels see the constants, the parameters, inputs and outputs, and the state: an array of records of the axes."""
+"""Views of constants, parameters, inputs, outputs and state for kernels: arrays of records of the axes."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from fmi_export.records import record, size_of
 
 Records = np.ndarray[tuple[int], np.dtype[np.record]]
 
-SIZES = record(("n_bearings", "f8"))  # all that the constants are
-PARAMETERS = SMALLEST.own_record("parameter")
+SIZES = record(("n_bearings", "f8"))  # the only constants
+PARAMETERS = SMALLEST.common_record("parameter")
 AXIS, AXIS_INPUTS, AXIS_OUTPUTS = (SMALLEST.element_record(kind, "axes") for kind in ("parameter", "input", "output"))
 # Deviations of the coil currents of an axis from the operating point (A), see `Coils`.
 DEVIATIONS = record(("upper", "f8"), ("lower", "f8"))
@@ -24,14 +24,14 @@ N_PARAMETERS, N_DEVIATIONS = size_of(PARAMETERS), size_of(DEVIATIONS)
 
 
 class Axes(NamedTuple):
-    """The arrays of an actuator: record `PARAMETERS`, in an array of one, and records of the axes, shape (n_axes,).
+    """The arrays of an actuator: record `PARAMETERS` (length 1) and records of the axes, shape (n_axes,).
 
-    given, inputs, outputs, deviations
+    parameters, inputs, outputs, deviations
         Records `AXIS`, `AXIS_INPUTS`, `AXIS_OUTPUTS` and `DEVIATIONS`.
     """
 
-    own: Records
-    given: Records
+    common: Records
+    parameters: Records
     inputs: Records
     deviations: Records
     outputs: Records
@@ -39,7 +39,7 @@ class Axes(NamedTuple):
 
 @views
 def n_axes_of(constants: Array) -> int:
-    """Return the number of axes, two of each bearing."""
+    """Return the number of axes, two per bearing."""
     return 2 * int(part(constants, 0, SIZES, 1)[0].n_bearings)
 
 

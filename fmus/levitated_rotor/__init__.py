@@ -1,1 +1,1 @@
-"""Assemblies: all components of a system in one FMU, such as rotor, magnetic bearings and controller."""
+"""Assemblies: all components of a system in a single FMU, such as rotor, magnetic bearings and controller."""

@@ -1,7 +1,7 @@
-"""What is assembled: components of a system, and how they are connected.
+"""Components of an assembly and their connections.
 
-A variable of a part is called `component.variable`. An input of a part is fed by an output of a part (a connection), or
-by an input of the assembly: one that a shared signal feeds has the signal's name, any other its own.
+A variable of a part is called `component.variable`. Each input of a part is fed by an output of a part (a connection)
+or by an input of the assembly, which has the name of its shared signal or a separate name.
 """
 
 from __future__ import annotations
@@ -11,18 +11,18 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
-from fmi_export.model import AssemblyPart, Wiring
+from fmi_export.model import AssembledModel, Wiring
 from fmi_export.variables import FAULT_CODE, Causality, Variable
 
 IMPULSE = "N.s"  # unit of outputs that are sums over a step
 SAMPLE_TIME = "sample_time"  # parameter of a part that samples
-SLOPE = "_dot"  # ends the name of an input that is the slope of another one over a step
+SLOPE = "_dot"  # ends the name of an input that is the slope of another input over a step
 
 
-def variables(part: AssemblyPart, causality: Causality) -> list[tuple[str, Variable]]:
-    """Return variables of a part by their names in the assembly; without the fault code, which the parts share."""
-    found = part.model.interface.of(causality)
-    return [(f"{part.name}.{v.name}", v) for v in found if v.name != FAULT_CODE]
+def variables(part: AssembledModel, causality: Causality) -> list[tuple[str, Variable]]:
+    """Return variables of a part by their names in the assembly, without the fault code, which the parts share."""
+    variables = part.model.interface.of(causality)
+    return [(f"{part.name}.{v.name}", v) for v in variables if v.name != FAULT_CODE]
 
 
 @dataclass(frozen=True)
@@ -34,21 +34,21 @@ class Composite:
     parts
         In the order in which they step.
     connections
-        Output that feeds an input of a part, by that input.
+        Output that feeds each connected input.
     signals
-        Inputs of parts that a shared signal feeds, by its name.
+        Inputs of parts that each shared signal feeds, by its name.
     step_size
         Communication step of the system (s).
     jacobi
-        Whether all parts see what the others show at the beginning of a step.
+        Whether all parts read the outputs of the others at the beginning of a step.
 
     Raises
     ------
     ValueError
-        If a name is that of no variable of this kind, or an input is fed twice.
+        If no variable of this kind has a name, or an input is fed twice.
     """
 
-    parts: tuple[AssemblyPart, ...]
+    parts: tuple[AssembledModel, ...]
     connections: Mapping[str, str]
     signals: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     step_size: float = 250e-6
@@ -64,17 +64,17 @@ class Composite:
 
     @cached_property
     def part_inputs(self) -> dict[str, Variable]:
-        """Inputs of all parts in turn, by name."""
+        """Inputs of all parts in order, by name."""
         return {name: v for part in self.parts for name, v in variables(part, "input")}
 
     @cached_property
     def outputs(self) -> dict[str, Variable]:
-        """Outputs of all parts in turn, by name."""
+        """Outputs of all parts in order, by name."""
         return {name: v for part in self.parts for name, v in variables(part, "output")}
 
     @cached_property
     def sources(self) -> dict[str, str]:
-        """What feeds each input of a part: an output of a part, or an input of the assembly."""
+        """Source of each input of a part: an output of a part, or an input of the assembly."""
         signal_of = {target: signal for signal, targets in self.signals.items() for target in targets}
         return {name: self.connections.get(name, signal_of.get(name, name)) for name in self.part_inputs}
 
@@ -89,18 +89,18 @@ class Composite:
 
     @property
     def slopes(self) -> dict[str, str]:
-        """Inputs of the assembly that follow a slope within a step, with the input that is their slope."""
+        """Inputs of the assembly that have a slope within a step, with the input for the slope."""
         fed = ((self.sources[name], self.sources.get(name + SLOPE, "")) for name in self.part_inputs)
         return {source: slope for source, slope in fed if source in self.inputs and slope in self.inputs}
 
     @property
     def sample_time(self) -> str:
-        """The parameter that says when steps are cut: that of the one part that samples; empty without such a part."""
+        """The parameter that splits steps: the sample time of the sampling part; empty without such a part."""
         sampling = [p.name for p in self.parts if p.every == 1 and SAMPLE_TIME in p.model.interface.position]
         return f"{sampling[0]}.{SAMPLE_TIME}" if len(sampling) == 1 else ""
 
-    def named(self, part: AssemblyPart, name: str) -> str:
-        """Return the variable of the assembly that has the value of a variable of a part."""
+    def named(self, part: AssembledModel, name: str) -> str:
+        """Return the variable of the assembly that corresponds to a variable of a part."""
         full = f"{part.name}.{name}"
         return self.sources.get(full, full)
 
@@ -118,7 +118,7 @@ class Composite:
         )
 
 
-def _check(kind: str, names: Any, known: Any) -> None:
-    unknown = [name for name in names if name not in known]
+def _check(kind: str, names: Any, allowed: Any) -> None:
+    unknown = [name for name in names if name not in allowed]
     if unknown:
         raise ValueError(f"no part has an {kind} {', '.join(unknown)}")

@@ -1,4 +1,4 @@
-"""Variable table of an assembly: those of its parts, without the inputs that an output feeds."""
+"""Variable table of an assembly: variables of its parts, without inputs that an output feeds."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from fmi_export.interface import Interface
-from fmi_export.model import STEP_SIZE, AssemblyPart
+from fmi_export.model import STEP_SIZE, AssembledModel
 from fmi_export.variables import FAULT_CODE, Array, Variable, output
 from levitated_rotor.assembly import Composite, variables
 
@@ -19,10 +19,10 @@ def interface_of(composite: Composite) -> Interface:
 
 Needs = dict[str, set[str] | None]  # variables of the assembly that an output needs, by its name
 
-FAULT = output(FAULT_CODE, "1", "0 while all is well; the log says what else means", type="Integer", starts_from=())
+FAULT = output(FAULT_CODE, "1", "0 without a fault; the log explains other codes", type="Integer", starts_from=())
 
 
-def renamed(composite: Composite, part: AssemblyPart, sentence: str) -> str:
+def renamed(composite: Composite, part: AssembledModel, sentence: str) -> str:
     """Return a sentence of a part in which `{name}` names variables of the assembly."""
     return re.sub(
         r"\{([^}]+)\}",
@@ -31,7 +31,7 @@ def renamed(composite: Composite, part: AssemblyPart, sentence: str) -> str:
     )
 
 
-def _array(composite: Composite, part: AssemblyPart, v: Variable) -> Array | None:
+def _array(composite: Composite, part: AssembledModel, v: Variable) -> Array | None:
     return v.array and v.array._replace(name=composite.named(part, v.array.name))
 
 
@@ -75,7 +75,7 @@ def _outputs(composite: Composite) -> Iterator[Variable]:
 
 
 def _reaching(composite: Composite) -> Needs:
-    """Return what reaches each output without delay."""
+    """Return the inputs that reach each output without delay."""
     return {
         name: {composite.named(part, u) for u in v.depends_on}
         for part in composite.parts
@@ -84,7 +84,7 @@ def _reaching(composite: Composite) -> Needs:
 
 
 def _starting(composite: Composite) -> Needs:
-    """Return what each output depends on at the start, None where that is not declared."""
+    """Return the dependencies of each output at the start, None if not declared."""
     needs: Needs = {}
     for part in composite.parts:
         declared = part.model.interface.initial_dependencies
@@ -95,16 +95,16 @@ def _starting(composite: Composite) -> Needs:
 
 
 def _closed(composite: Composite, needs: Needs) -> dict[str, tuple[str, ...] | None]:
-    """Return the parameters and inputs of the assembly that the needs of each output lead to, in the table's order."""
+    """Return the parameters and inputs of the assembly that each output depends on, in the table's order."""
     order = [name for part in composite.parts for name, _ in variables(part, "parameter")] + list(composite.inputs)
-    found: dict[str, tuple[str, ...] | None] = {}
-    for shown in needs:
-        known, new = set(), {shown}
+    result: dict[str, tuple[str, ...] | None] = {}
+    for name in needs:
+        reached, new = set(), {name}
         while new:
-            known |= new
+            reached |= new
             further = [needs.get(name, set()) for name in new]
             if None in further:
                 break
-            new = {name for names in further for name in names or ()} - known
-        found[shown] = None if new else tuple(name for name in order if name in known)
-    return found
+            new = {name for names in further for name in names or ()} - reached
+        result[name] = None if new else tuple(name for name in order if name in reached)
+    return result

@@ -12,12 +12,12 @@ FAULTS = {1: "outputs do not settle during initialisation; the connections close
 
 
 def no_kernel(*_: object) -> NoReturn:
-    """Raise NotImplementedError: what steps the parts of an assembly is `assembly.c`, in its FMU."""
+    """Raise NotImplementedError: `assembly.c`, in the FMU, steps the parts of an assembly."""
     raise NotImplementedError("an assembly has no kernels of its own; build its FMU")
 
 
 def model_for(composite: Composite, name: str, description: str) -> Model:
-    """Return the model of an assembly; its constants are those of its parts in turn.
+    """Return the model of an assembly; its constants are those of its parts in order.
 
     Raises
     ------

@@ -1,3 +1,3 @@
-"""Sampled linear controller: any number of states, measured signals and demands, matrices that depend on the speed."""
+"""Sampled linear controller with any number of states, measured signals and demands, and speed-dependent matrices."""
 
 PACKAGES = ("linear_controller", "signal_chain", "fmi_export")  # whose code the kernels need

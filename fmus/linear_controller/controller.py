@@ -1,4 +1,4 @@
-"""The controller: readings less setpoints through the law, demands within limits and late, at its own instants."""
+"""The controller: the law applied to readings minus setpoints at its own instants, with limited, delayed demands."""
 
 from __future__ import annotations
 
@@ -45,12 +45,12 @@ def first_crossed(parameters: Parameters) -> int:
 
 @inlined_kernel
 def observe(parameters: Parameters, inputs: Inputs, state: State, work: Work, sampling: bool) -> bool:
-    """Write the errors e, readings less setpoints, into `work.given`; return whether one is beyond the ADC range."""
-    errors = work.given[state.x.shape[0] :]
+    """Write the errors e into `work.law_inputs`; return whether one is beyond the ADC range."""
+    errors = work.law_inputs[state.x.shape[0] :]
     for s in range(errors.shape[0]):
         errors[s] = parameters.scales[s] * inputs.signals[s].measured
     started = state.head[0].n_samples > 0.0
-    is_beyond = read(parameters.own[0], inputs.faults, state.sensors, started, sampling, errors)
+    is_beyond = read(parameters.common[0], inputs.faults, state.sensors, started, sampling, errors)
     for s in range(errors.shape[0]):
         errors[s] -= inputs.signals[s].setpoint
     return is_beyond
@@ -60,60 +60,60 @@ def observe(parameters: Parameters, inputs: Inputs, state: State, work: Work, sa
 def compute(
     parameters: Parameters, inputs: Inputs, state: State, work: Work, matrices: LawMatrices, sampling: bool
 ) -> TableRows:
-    """Compute errors and demands, the latter into `state.last`; return the rows of the table that were used.
+    """Compute errors and demands, the latter into `state.last`; return the rows of the table used.
 
-    `sampling` is false at the initialisation, which is no sample.
+    `sampling` is false at initialisation, which takes no sample.
     """
-    head, own = state.head[0], inputs.own[0]
-    bracket = find_bracket(matrices.speeds, own.Omega)
+    head, common = state.head[0], inputs.common[0]
+    bracket = find_bracket(matrices.speeds, common.Omega)
     head.speed_extrapolated = bracket.is_beyond
     head.adc_limited = observe(parameters, inputs, state, work, sampling)
     if head.n_samples == 0.0:
         law.start_states(parameters, matrices, bracket, state, work)
     else:
-        law.fade_jump(parameters.own[0], state)
-    if own.reset != 0.0 or own.enable == 0.0:
+        law.fade_jump(parameters.common[0], state)
+    if common.reset != 0.0 or common.enable == 0.0:
         law.reset_slow(matrices, bracket, state, work)
     law.evaluate(matrices, bracket, state, work)
-    starts = head.was_on == 0.0 or (own.reset != 0.0 and head.was_reset == 0.0)
-    is_transfer = own.enable != 0.0 and head.n_samples > 0.0 and starts
+    starts = head.was_on == 0.0 or (common.reset != 0.0 and head.was_reset == 0.0)
+    is_transfer = common.enable != 0.0 and head.n_samples > 0.0 and starts
     head.demand_limited = law.limit(parameters, inputs, state, work, is_transfer)
     return bracket
 
 
 @inlined_kernel
 def take_sample(parameters: Parameters, inputs: Inputs, state: State, work: Work, matrices: LawMatrices) -> None:
-    """Compute one sample: errors, demands, states of the next one."""
+    """Compute one sample: errors, demands, states of the next sample."""
     head = state.head[0]
     bracket = compute(parameters, inputs, state, work, matrices, True)
     law.advance(matrices, bracket, state, work)
-    delay.keep(state.kept, int(head.n_samples), state.last)
-    head.was_on = inputs.own[0].enable
-    head.was_reset = inputs.own[0].reset
+    delay.keep(state.history, int(head.n_samples), state.last)
+    head.was_on = inputs.common[0].enable
+    head.was_reset = inputs.common[0].reset
     head.n_samples += 1.0
 
 
 @inlined_kernel
 def write_outputs(matrices: LawMatrices, state: State, outputs: Outputs) -> None:
-    """Write all outputs but the demands; states in the order in which they were given."""
-    head, own = state.head[0], outputs.own[0]
-    own.adc_limited = head.adc_limited
-    own.demand_limited = head.demand_limited
-    own.speed_extrapolated = head.speed_extrapolated
+    """Write all outputs but the demands; states in the order of the law."""
+    head, common = state.head[0], outputs.common[0]
+    common.adc_limited = head.adc_limited
+    common.demand_limited = head.demand_limited
+    common.speed_extrapolated = head.speed_extrapolated
     for k in range(state.x.shape[0]):
         outputs.states[int(matrices.order[k])] = state.x[k]
 
 
 @kernel
 def initialise(constants: Array, parameters: Array, inputs: Array, state: Array, work: Array, outputs: Array) -> int:
-    """Compute state and outputs at the start; it is no sample. Arguments as of every model (`Model.initialise`)."""
+    """Compute state and outputs at the start, without a sample; arguments as for every `Model.initialise`."""
     sizes, matrices = sizes_of(constants), matrices_of(constants)
-    given, memory, y = parameters_of(parameters, sizes), state_of(state, sizes), outputs_of(outputs, sizes)
-    crossed = first_crossed(given)
+    p, memory, y = parameters_of(parameters, sizes), state_of(state, sizes), outputs_of(outputs, sizes)
+    crossed = first_crossed(p)
     if crossed >= 0:
         return FAULT_LIMITS + crossed
-    compute(given, inputs_of(inputs, sizes), memory, work_of(work, sizes), matrices, False)
-    delay.fill(memory.kept, memory.last)
+    compute(p, inputs_of(inputs, sizes), memory, work_of(work, sizes), matrices, False)
+    delay.fill(memory.history, memory.last)
     write_outputs(matrices, memory, y)
     copy(memory.last, y.demands)
     return 0
@@ -130,33 +130,33 @@ def step(
     time: float,
     step_size: float,
 ) -> int:
-    """Take the sample that is due in the step, if one is; arguments as of every model (`Model.step`)."""
+    """Take the sample that is due in the step, if any; arguments as for every `Model.step`."""
     sizes = sizes_of(constants)
-    given, memory = parameters_of(parameters, sizes), state_of(state, sizes)
-    own, head = given.own[0], memory.head[0]
-    if is_too_long(time, step_size, own.sample_time):
+    p, memory = parameters_of(parameters, sizes), state_of(state, sizes)
+    common, head = p.common[0], memory.head[0]
+    if is_too_long(time, step_size, common.sample_time):
         return FAULT_LONG_STEP
     if head.n_samples == 0.0:
         head.begin = time
-    late = own.delay + (1.0 if is_on(own.chain.preset, own.chain.delay) else 0.0)
+    late = common.delay + (1.0 if is_on(common.chain.preset, common.chain.delay) else 0.0)
     fraction = late - math.floor(late)
-    due = is_due(head.begin + head.n_samples * own.sample_time, time, step_size)
+    due = is_due(head.begin + head.n_samples * common.sample_time, time, step_size)
     if not due and fraction == 0.0:
         return UNCHANGED
     y, matrices = outputs_of(outputs, sizes), matrices_of(constants)
     if due:
-        crossed = first_crossed(given)
+        crossed = first_crossed(p)
         if crossed >= 0:
             return FAULT_LIMITS + crossed
-        take_sample(given, inputs_of(inputs, sizes), memory, work_of(work, sizes), matrices)
+        take_sample(p, inputs_of(inputs, sizes), memory, work_of(work, sizes), matrices)
     newest = head.n_samples - 1.0
     last = earlier = 1.0
     if fraction > 0.0:
-        change = head.begin + (newest + fraction) * own.sample_time
+        change = head.begin + (newest + fraction) * common.sample_time
         last = delay.share_after(change, time, step_size)
-        earlier = delay.share_after(change - own.sample_time, time, step_size)
+        earlier = delay.share_after(change - common.sample_time, time, step_size)
     write_outputs(matrices, memory, y)
-    delay.show(memory.kept, int(newest), late, (last, earlier), y.demands)
+    delay.show(memory.history, int(newest), late, (last, earlier), y.demands)
     return 0
 
 

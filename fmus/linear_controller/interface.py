@@ -1,4 +1,4 @@
-"""Variable table of the controller, which follows from its signals, demands and states."""
+"""Variable table of the controller, derived from its signals, demands and states."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from signal_chain.variables import CHAIN, FAULT_INPUTS, sensor_faults, sensor_sc
 MAX_DELAY = 32.0  # samples
 NO_LIMIT = 1e9  # A
 LARGEST_SPEED = 1e4  # rad/s
-ROUNDING = 1e-9  # relative; of a sample time that was converted from another unit
+ROUNDING = 1e-9  # relative; a sample time converted from another unit has rounding
 
 
-def _own_parameters(sample_time: float) -> list[Variable]:
+def _common_parameters(sample_time: float) -> list[Variable]:
     return [
         parameter(
             "sample_time",
             "s",
-            "Time between samples, which the matrices are made for; the longest communication step",
+            "Time between samples, for which the matrices hold; the longest communication step",
             sample_time,
             minimum=(1.0 - ROUNDING) * sample_time,
             maximum=(1.0 + ROUNDING) * sample_time,
@@ -26,7 +26,7 @@ def _own_parameters(sample_time: float) -> list[Variable]:
         parameter(
             "delay",
             "1",
-            "Delay of the demands in samples, beside that of chain.delay; within a sample they change at their instant",
+            "Delay of the demands in samples, in addition to chain.delay; fractions change them within a sample",
             0.0,
             minimum=0.0,
             maximum=MAX_DELAY,
@@ -34,7 +34,7 @@ def _own_parameters(sample_time: float) -> list[Variable]:
         parameter(
             "start_at_rest",
             "1",
-            "The first sample finds filters at rest under the signals there are, and integrators at zero; otherwise "
+            "At the first sample filters are at rest under the present signals and integrators are zero; otherwise "
             "all states are zero",
             1.0,
             type="Boolean",
@@ -42,7 +42,7 @@ def _own_parameters(sample_time: float) -> list[Variable]:
         parameter(
             "transfer_time",
             "s",
-            "Time constant with which the jump fades that switching on or a reset would have made; 0: the demand jumps",
+            "Time constant with which the jump at switch-on or reset fades; 0: the demand jumps",
             0.01,
             minimum=0.0,
             maximum=1e3,
@@ -63,9 +63,9 @@ def _demand_parameters(name: str) -> list[Variable]:
         return parameter(f"{name}.{field}", unit, f"{description}, {name}", start, **bounds)
 
     return [
-        tunable("gain", "1", "Factor of what the matrices give", 1.0),
-        tunable("offset", "A", "What is added to it", 0.0),
-        tunable("lower", "A", "Least demand", -NO_LIMIT),
+        tunable("gain", "1", "Gain of the law's demand", 1.0),
+        tunable("offset", "A", "Offset added to it", 0.0),
+        tunable("lower", "A", "Smallest demand", -NO_LIMIT),
         tunable("upper", "A", "Largest demand", NO_LIMIT),
     ]
 
@@ -74,7 +74,7 @@ def _feedforward(name: str) -> list[Variable]:
     return [input_(f"{name}.feedforward", "A", f"Added to the demand {name}", minimum=-1e6, maximum=1e6, field=".")]
 
 
-# What the demands at the start depend on, beside the matrices.
+# What the demands at the start depend on, in addition to the matrices.
 _START = (
     *("start_at_rest", "Omega", "enable", "reset", "scales[*]", "signals[*].measured", "signals[*].setpoint"),
     *("faults[*].dead", "faults[*].stuck", "faults[*].offset", "chain.preset", "chain.adc", "chain.sensitivity"),
@@ -84,8 +84,8 @@ _DAC = ("chain.preset", "chain.dac", "chain.dac_bits", "chain.dac_range", "chain
 
 
 def _demand_output(name: str, reached: tuple[str, ...]) -> list[Variable]:
-    own = tuple(f"{name}.{field}" for field in ("gain", "offset", "lower", "upper", "feedforward"))
-    start = (*_START, *own, *_DAC)
+    common = tuple(f"{name}.{field}" for field in ("gain", "offset", "lower", "upper", "feedforward"))
+    start = (*_START, *common, *_DAC)
     depends_on = (*reached, f"{name}.feedforward")
     return [output(name, "A", f"Demand {name}", depends_on=depends_on, starts_from=start, field=".")]
 
@@ -95,7 +95,7 @@ def _state(number: int, reached: tuple[str, ...]) -> list[Variable]:
         output(
             f"state.x{number}",
             "1",
-            f"State number {number}, in the coordinates of the matrices that were given",
+            f"State number {number}, in the coordinates of the original matrices",
             depends_on=reached,
             starts_from=_START,
             field=".",
@@ -112,25 +112,25 @@ def interface_of(ports: Ports, sample_time: float) -> Interface:
     reached = (*switches, *measured, *(f"{name}.setpoint" for name in ports.signals))
     forward = tuple(f"{name}.feedforward" for name in ports.demands)
     return interface(
-        _own_parameters(sample_time),
+        _common_parameters(sample_time),
         CHAIN,
         repeated("scales", [(name, name) for name in ports.signals], sensor_scale),
         repeated("demands", demands, _demand_parameters),
         input_(
             "Omega",
             "rad/s",
-            "Rotor speed, which selects the matrices where they depend on it",
+            "Rotor speed, which selects the matrices if they depend on it",
             minimum=-LARGEST_SPEED,
             maximum=LARGEST_SPEED,
         ),
         input_(
             "enable",
             "1",
-            "Switches the law on; without it a demand is its offset and feedforward",
+            "Enables the law; otherwise a demand is its offset plus feedforward",
             type="Boolean",
             start=1.0,
         ),
-        input_("reset", "1", "Holds the integrators, the slow states, at zero", type="Boolean"),
+        input_("reset", "1", "Keeps the integrators (slow states) at zero", type="Boolean"),
         repeated("signals", signals, _signal),
         repeated("faults", [(name, name) for name in ports.signals], sensor_faults),
         repeated("feedforward", demands, _feedforward),
@@ -141,7 +141,7 @@ def interface_of(ports: Ports, sample_time: float) -> Interface:
             type="Boolean",
             depends_on=(*reached, *forward),
             starts_from=None,
-            warning="a demand is at its limit, which its lower and upper set, or the range of the DAC",
+            warning="a demand is at its limit, set by its lower and upper, or by the range of the DAC",
         ),
         output(
             "adc_limited",
@@ -155,22 +155,22 @@ def interface_of(ports: Ports, sample_time: float) -> Interface:
         output(
             "speed_extrapolated",
             "1",
-            "The speed is beyond the table of matrices, which are those of its nearest speed",
+            "The speed is outside the table; the matrices are those of its nearest speed",
             type="Boolean",
             depends_on=("Omega",),
             starts_from=("Omega",),
-            warning="Omega = {Omega} rad/s is beyond the table of matrices, which are those of its nearest speed",
+            warning="Omega = {Omega} rad/s is outside the table; the matrices are those of its nearest speed",
         ),
         repeated("demand_values", [(name, reached) for name in ports.demands], _demand_output),
         repeated(
             "states",
             [(k + 1, reached) for k in range(ports.n_states)],
             _state,
-            array=Array("states", "States in the coordinates of the matrices that were given"),
+            array=Array("states", "States in the coordinates of the original matrices"),
         ),
-        output("fault_code", "1", "0 while all is well; the log says what else means", type="Integer", starts_from=()),
+        output("fault_code", "1", "0 without a fault; the log explains other codes", type="Integer", starts_from=()),
     )
 
 
-# One of each, for the record types of the parts.
+# A single element of each, for the record types of the parts.
 SMALLEST = interface_of(Ports(("y",), ("u",), 1), 1e-4).with_all_parts()

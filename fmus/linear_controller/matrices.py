@@ -1,16 +1,16 @@
-"""The matrices of a controller, as its constants hold them, and their products.
+"""The matrices of a controller, as stored in its constants, and their products.
 
-The law is one matrix, M = [A B; C D], with [x(n+1); u(n)] = M [x(n); e(n)]; e are readings less setpoints. It and three
-others are kept as dense blocks at their places, columns one after the other, so that what is block-diagonal costs its
-blocks alone. For each speed of the table there is a set of values; the places are the same for all.
+The law is one matrix, M = [A B; C D], with [x(n+1); u(n)] = M [x(n); e(n)]; e are readings minus setpoints. It and
+three others are stored as dense blocks in column order, so that block-diagonal matrices cost only their blocks. Each
+speed of the table has its own values; the positions of the blocks are the same for all.
 
     law        M, shape (n_states + n_demands, n_states + n_signals)
-    tracking   L, (n_states, n_demands): what a state gets of a demand's excess, see `law`
+    tracking   L, (n_states, n_demands): feedback of a demand's excess to the states, see `law`
     rest       S, (n_states, n_signals): states at rest under a signal, integrators at zero
-    slow       P, (n_states, n_states): the part of the states that `reset` takes away
+    slow       P, (n_states, n_states): the part of the states that `reset` removes
 
-Between two speeds of the table M = (1 - w) M_lower + w M_upper with w from 0 to 1: it is continuous, and the states
-are not touched. Beyond the table it is that of the nearest speed.
+Between two speeds of the table M = (1 - w) M_lower + w M_upper with w from 0 to 1, which is continuous; the states are
+unchanged. Outside the table the nearest speed holds.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ SIZES = record(
     ("n_signals", "f8"),
     ("n_demands", "f8"),
     ("n_speeds", "f8"),
-    ("n_values", "f8"),  # of one speed
+    ("n_values", "f8"),  # of a speed
     ("n_law", "f8"),  # numbers of blocks of the four matrices
     ("n_tracking", "f8"),
     ("n_rest", "f8"),
@@ -58,7 +58,7 @@ class LawMatrices(NamedTuple):
     speeds
         Ascending, shape (n_speeds,) (rad/s).
     order
-        Number of each state in the coordinates that were given, shape (n_states,).
+        Number of each state in the coordinates of the law, shape (n_states,).
     law, tracking, rest, slow
         Records BLOCK.
     values
@@ -132,7 +132,7 @@ def find_bracket(speeds: Array, Omega: float) -> TableRows:
 def add_blocks(blocks: Records, values: Array, factor: float, source: Array, target: Array) -> None:
     """Add `factor` times a matrix times `source` to `target`.
 
-    Four columns at once take a fourth of the loads and stores of the target, and rows do not wait for each other.
+    Processing four columns at once takes a quarter of the loads and stores of the target, with independent rows.
     """
     for k in range(blocks.shape[0]):
         block = blocks[k]

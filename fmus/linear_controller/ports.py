@@ -1,4 +1,4 @@
-"""What a linear controller is connected to: measured signals, demands, and how many states it has."""
+"""Ports of a linear controller: measured signals, demands, and the number of states."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class Ports:
     Raises
     ------
     ValueError
-        If there is none of one kind or too many, or a name is no name of a variable or occurs twice.
+        If there are no signals or demands, too many, or a name is not a variable name or occurs twice.
     """
 
     signals: tuple[str, ...]
@@ -37,7 +37,7 @@ class Ports:
             raise ValueError(f"{self.n_states} states is not allowed; there must be 0 to {MAX_STATES}")
 
     def layout(self) -> dict[str, Any]:
-        """Return the same in types of JSON, which an FMU keeps."""
+        """Return the same as JSON types, for storage in an FMU."""
         return asdict(self)
 
 

@@ -1,4 +1,4 @@
-"""How kernels see the arrays of an instance: records of what stands alone, arrays of what is repeated."""
+"""Views of the arrays of an instance for kernels: records of single variables, arrays of repeated ones."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from fmi_export.linear_state import LinearState
 from fmi_export.model import Array
 from fmi_export.parts import part
 from fmi_export.records import record, size_of
-from linear_controller.delay import N_KEPT
+from linear_controller.delay import N_HISTORY
 from linear_controller.interface import SMALLEST
 from linear_controller.matrices import REAL, Records, Sizes, sizes_of
 from signal_chain.readings import N_STREAM, SensorMemory, sensor_memory_of, sensor_memory_size
 
-PARAMETERS, INPUTS, OUTPUTS = (SMALLEST.own_record(kind) for kind in ("parameter", "input", "output"))
+PARAMETERS, INPUTS, OUTPUTS = (SMALLEST.common_record(kind) for kind in ("parameter", "input", "output"))
 DEMAND = SMALLEST.element_record("parameter", "demands")
 SIGNAL = SMALLEST.element_record("input", "signals")
 SENSOR_FAULTS = SMALLEST.element_record("input", "faults")
@@ -23,7 +23,7 @@ HEAD = record(
     ("n_samples", "f8"),  # samples taken
     ("was_on", "f8"),  # whether the law was on at the last sample
     ("was_reset", "f8"),  # whether the integrators were held at zero
-    ("adc_limited", "f8"),  # flags that the outputs show of the last sample
+    ("adc_limited", "f8"),  # flags of the last sample, for the outputs
     ("demand_limited", "f8"),
     ("speed_extrapolated", "f8"),
 )
@@ -32,26 +32,26 @@ N_DEMAND, N_SIGNAL, N_FAULTS = size_of(DEMAND), size_of(SIGNAL), size_of(SENSOR_
 
 
 class Parameters(NamedTuple):
-    """Record `PARAMETERS`, in an array of one; scales of the sensors; records `DEMAND`."""
+    """Record `PARAMETERS`, in an array of length 1; scales of the sensors; records `DEMAND`."""
 
-    own: Records
+    common: Records
     scales: Array
     demands: Records
 
 
 class Inputs(NamedTuple):
-    """Record `INPUTS`, in an array of one; records `SIGNAL` and `SENSOR_FAULTS`; what is added to the demands (A)."""
+    """Record `INPUTS` (length 1); records `SIGNAL` and `SENSOR_FAULTS`; what is added to the demands (A)."""
 
-    own: Records
+    common: Records
     signals: Records
     faults: Records
     feedforward: Array
 
 
 class Outputs(NamedTuple):
-    """Record `OUTPUTS`, in an array of one; demands (A); states."""
+    """Record `OUTPUTS`, in an array of length 1; demands (A); states."""
 
-    own: Records
+    common: Records
     demands: Array
     states: Array
 
@@ -60,15 +60,15 @@ class State(NamedTuple):
     """The state.
 
     head
-        Record HEAD, in an array of one.
+        Record HEAD, in an array of length 1.
     x
         States of the law, in the order of the blocks, shape (n_states,).
     jump
-        What is left of the jump that switching on would have made, shape (n_demands,) (A).
+        Remainder of the jump at switch-on, shape (n_demands,) (A).
     last
         Demands computed at the last sample, shape (n_demands,) (A).
-    kept
-        Demands of the last samples, see `delay`, shape (N_KEPT, n_demands) (A).
+    history
+        Demands of the last samples, see `delay`, shape (N_HISTORY, n_demands) (A).
     sensors
         Memory of the sensors.
     """
@@ -77,15 +77,15 @@ class State(NamedTuple):
     x: Array
     jump: Array
     last: Array
-    kept: Array
+    history: Array
     sensors: SensorMemory
 
 
 class Work(NamedTuple):
     """The work array: states and errors [x; e], states of the next sample and the law's demands [x; u], excess (A)."""
 
-    given: Array
-    found: Array
+    law_inputs: Array
+    law_outputs: Array
     excess: Array
 
 
@@ -125,7 +125,7 @@ def outputs_of(outputs: Array, sizes: Sizes) -> Outputs:
 @views
 def state_size(sizes: Sizes) -> int:
     """Return the size of the state."""
-    return N_HEAD + sizes.n_states + (2 + N_KEPT) * sizes.n_demands + sensor_memory_size(sizes.n_signals)
+    return N_HEAD + sizes.n_states + (2 + N_HISTORY) * sizes.n_demands + sensor_memory_size(sizes.n_signals)
 
 
 @views
@@ -138,8 +138,8 @@ def state_of(state: Array, sizes: Sizes) -> State:
         part(state, N_HEAD, REAL, sizes.n_states),
         part(state, jump, REAL, n),
         part(state, jump + n, REAL, n),
-        part(state, jump + 2 * n, REAL, (N_KEPT, n)),
-        sensor_memory_of(state, jump + (2 + N_KEPT) * n, sizes.n_signals),
+        part(state, jump + 2 * n, REAL, (N_HISTORY, n)),
+        sensor_memory_of(state, jump + (2 + N_HISTORY) * n, sizes.n_signals),
     )
 
 
@@ -152,16 +152,16 @@ def work_size(sizes: Sizes) -> int:
 @views
 def work_of(work: Array, sizes: Sizes) -> Work:
     """Return views into the work array."""
-    given, found = sizes.n_states + sizes.n_signals, sizes.n_states + sizes.n_demands
+    n_in, n_out = sizes.n_states + sizes.n_signals, sizes.n_states + sizes.n_demands
     return Work(
-        part(work, 0, REAL, given),
-        part(work, given, REAL, found),
-        part(work, given + found, REAL, sizes.n_demands),
+        part(work, 0, REAL, n_in),
+        part(work, n_in, REAL, n_out),
+        part(work, n_in + n_out, REAL, sizes.n_demands),
     )
 
 
 def linear_state(constants: Array) -> LinearState:
-    """Return the places of what moves linearly without a delay: states of the law, last demands, filters."""
+    """Return the places of the state that move linearly without a delay: states of the law, last demands, filters."""
     sizes = sizes_of(constants)
     sensors = state_size(sizes) - sensor_memory_size(sizes.n_signals)
     return LinearState(

@@ -1,10 +1,10 @@
 """Recursive open-loop adaptive control: the integral law for the synchronous force (thesis 5.22, 5.23).
 
 docs/theory/synchronous_control.md has the law. With Q = Q_0 + R U and its H it is U' = -alpha (U - U_opt): the forces
-approach the weighted least-squares optimum with time constant 1/alpha, as long as the revolution over which Q is
-averaged is short against it.
+approach the weighted least-squares optimum with time constant 1/alpha, provided that this is long compared with the
+revolution over which Q is averaged.
 
-While it may not adapt, the forces fade, U' = -fade U, and go on from what is left once it may again: they never jump.
+While it may not adapt, the forces fade, U' = -fade U, and continue from the remainder afterwards: they never jump.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from rolac_controller.control_loop import N_HARMONICS
 from rolac_controller.sizes import Records
 
 ROUNDING = 1e-12
-FADED = 1e-6  # N; a fading force that is smaller is none
+FADED = 1e-6  # N; a smaller fading force is set to zero
 
 
 @kernel
@@ -43,7 +43,7 @@ def integral_step(H: Complex, gain: float, Q: Complex, delta_U: Complex) -> None
 
 @kernel
 def forces_at(U: Complex, harmonics: Records, theta: float, u: Array) -> None:
-    """Compute u = Re[U exp(j n theta)] of each axis, all harmonics added (5.23).
+    """Compute u = Re[U exp(j n theta)] of each axis, summed over harmonics (5.23).
 
     Parameters
     ----------
@@ -67,7 +67,7 @@ def forces_at(U: Complex, harmonics: Records, theta: float, u: Array) -> None:
 
 @kernel
 def fade_forces(U: Complex, share: float) -> None:
-    """Take a share, 0 to 1, from all forces, shape (N_HARMONICS, n_axes) (N), and all of what is `FADED`."""
+    """Reduce all forces, shape (N_HARMONICS, n_axes) (N), by a fraction, 0 to 1; forces below `FADED` become zero."""
     for k in range(N_HARMONICS):
         for axis in range(U.shape[1]):
             faded = squared_magnitude(U[k, axis]) < FADED * FADED
@@ -76,7 +76,7 @@ def fade_forces(U: Complex, share: float) -> None:
 
 @kernel
 def turn_forces(U: Complex, harmonics: Records, angle: float) -> None:
-    """Keep the forces at this moment where the rotor angle jumps by `angle` (rad): U becomes U exp(-j n angle).
+    """Keep the present forces when the rotor angle jumps by `angle` (rad): U becomes U exp(-j n angle).
 
     Arguments as in `limit_forces`.
     """
@@ -90,7 +90,7 @@ def turn_forces(U: Complex, harmonics: Records, angle: float) -> None:
 
 @kernel
 def limit_forces(U: Complex, harmonics: Records, largest: float) -> bool:
-    """Scale the forces of an axis back where their amplitudes add up to more than `largest`; return if any does.
+    """Scale down the forces of an axis if the sum of their amplitudes exceeds `largest`; return whether any does.
 
     The forces are the integrals themselves, so a limited force does not wind up.
 

@@ -1,6 +1,6 @@
-"""Complex arithmetic whose bits are the same compiled and in plain Python.
+"""Complex arithmetic with the same bits compiled and in plain Python.
 
-Products and sums already are. Division is not: numba, C and Python each divide complex numbers in their own way.
+Products and sums are the same anyway. Division is not: numba, C and Python each divide complex numbers differently.
 """
 
 from __future__ import annotations

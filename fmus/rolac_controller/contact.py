@@ -1,15 +1,15 @@
-"""Contact with the retainer bearings: how much of it there is, and an adaptation that takes it into account.
+"""Contact with the retainer bearings: its share of the time, and an adaptation that accounts for it.
 
-A journal in contact is kept on its circle by a force -N q/c, like a spring N/c between the journal and the centre.
+A journal in contact is held on its circle by a force -N q/c, like a spring N/c between the journal and the centre.
 With D = R_b^-1, the dynamic stiffness of the free rotor at the bearings, the total force on it is F = (D + N/c) q. To
-let it go, U must change along -F. ROLAC changes it along H Q ~ -D q, which is the wrong way where Re D < 0: above the
-critical speed of a mode the response turns by more than 90 degrees when the mode gets stiff through contact. The
-phase of D + N/c lies between 0 (stiffness) and 90 degrees (damping). Contact-aware adaptation therefore keeps the size
-of the step and turns it against the journal's displacement, with a lead psi, by the share p of contact:
+release it, U must change along -F. ROLAC changes it along H Q ~ -D q, which is the wrong direction for Re D < 0: above
+the critical speed of a mode the response rotates by more than 90 degrees when contact stiffens the mode. The phase of
+D + N/c is between 0 (stiffness) and 90 degrees (damping). Contact-aware adaptation therefore keeps the size of the step
+and rotates it against the journal's displacement, with a lead psi, in proportion to the share p of contact:
 
     U_b' = alpha [ (1 - p) (H Q)_b - p exp(j psi) |(H Q)_b| q_b/|q_b| ]           for each bearing b
 
-With p = 0 it is ROLAC. It draws the journals in until they are free, and ROLAC then finds the optimum.
+With p = 0 it is ROLAC. It moves the journals inward until they are free; ROLAC then converges to the optimum.
 """
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ from rolac_controller.records import Parameters
 
 @inlined_kernel
 def is_in_contact(parameters: Parameters, contact_state: float, displacements: Array, bearing: int) -> bool:
-    """Return whether a journal is in contact, by the source that `contact.source` selects."""
-    contact, sensor_of_axis = parameters.own[0].contact, parameters.sensor_of_axis
+    """Return whether a journal is in contact, according to `contact.source`."""
+    contact, sensor_of_axis = parameters.common[0].contact, parameters.sensor_of_axis
     if contact.source == GIVEN:
         return int(contact_state) >> bearing & 1 == 1
     if contact.source == OWN_SENSORS:
@@ -54,7 +54,7 @@ def update_contact_share(
     shares
         Shape (n_bearings,), in [0, 1]; changed.
     """
-    if parameters.own[0].contact.source == NO_SOURCE:
+    if parameters.common[0].contact.source == NO_SOURCE:
         return False
     weight = min(abs(delta_theta) / (2.0 * math.pi), 1.0)
     any_contact = False
@@ -67,7 +67,7 @@ def update_contact_share(
 
 @kernel
 def turn_against_displacement(parameters: Parameters, share: float, Q: Complex, delta_U: Complex, bearing: int) -> None:
-    """Turn a step of the adaptation against the displacement of one bearing, by its share of contact.
+    """Rotate a step of the adaptation against the displacement of one bearing, by its share of contact.
 
     Parameters
     ----------
@@ -87,6 +87,6 @@ def turn_against_displacement(parameters: Parameters, share: float, Q: Complex, 
     if q_squared == 0.0:
         return
     size = share * math.sqrt(step_squared / q_squared)
-    direction = size * phasor(parameters.own[0].contact.lead)
+    direction = size * phasor(parameters.common[0].contact.lead)
     for axis in range(2 * bearing, 2 * bearing + 2):
         delta_U[axis] = (1.0 - share) * delta_U[axis] - direction * Q[int(sensor_of_axis[axis])]

@@ -1,4 +1,4 @@
-"""What a controller is connected to: magnetic bearings, sensor planes, and which plane closes the loop of a bearing."""
+"""Connections of a controller: magnetic bearings, sensor planes, and the plane that closes the loop of each bearing."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import Any, NamedTuple
 
-N_HARMONICS = 4  # that can be controlled at the same time
+N_HARMONICS = 4  # controlled at the same time
 MAX_BEARINGS = 30  # `contact_state` has a bit for each, and FMI's integers have 32
 
 
@@ -29,12 +29,12 @@ class LoopAxis(NamedTuple):
 
     @property
     def name(self) -> str:
-        """The axis as one name, `mb1.x`."""
+        """The axis as a name, `mb1.x`."""
         return f"{self.bearing}.{self.direction}"
 
 
 class SensorSignal(NamedTuple):
-    """The signal of a sensor, and where it is."""
+    """The signal of a sensor, and its position."""
 
     name: str
     where: str
@@ -54,7 +54,7 @@ class ControlLoop:
     Raises
     ------
     ValueError
-        If there is no bearing, or a bearing has no sensor plane of its own.
+        Without a bearing, or if a bearing lacks its sensor plane.
     """
 
     bearings: tuple[str, ...]
@@ -94,7 +94,7 @@ class ControlLoop:
         return 2 * len(self.planes), 2 * len(self.bearings)
 
     def layout(self) -> dict[str, Any]:
-        """Return the same in types of JSON, which an FMU keeps."""
+        """Return the same as JSON types, for storage in an FMU."""
         return asdict(self)
 
 

@@ -1,6 +1,6 @@
 """The controller: axes under PID, all sensors Fourier-transformed, synchronous control on top.
 
-A call of `step` takes a sample where one is due (see `sampling`): inputs at its beginning, currents constant until the
+A call of `step` takes a sample where it is due (see `sampling`): inputs at its beginning, currents constant until the
 next sample.
 """
 
@@ -39,7 +39,7 @@ FAULT_LONG_STEP, FAULT_NO_TABLE, FAULT_HARMONICS, FAULT_WEIGHTS, FAULT_PLANES = 
 
 @kernel
 def orders_ascend(harmonics: Records) -> bool:
-    """Return whether the orders of the harmonics ascend until the first 0, and are 0 from there on."""
+    """Return whether the orders of the harmonics ascend until the first 0, and are 0 after it."""
     for k in range(1, N_HARMONICS):
         order, before = harmonics[k].order, harmonics[k - 1].order
         if order != 0.0 and (order <= before or before == 0.0):
@@ -49,7 +49,7 @@ def orders_ascend(harmonics: Records) -> bool:
 
 @kernel
 def planes_differ(positions: Array) -> bool:
-    """Return whether no two sensor planes are at the same place; positions of shape (n_planes,) (m)."""
+    """Return whether all sensor planes are at different positions; shape (n_planes,) (m)."""
     for k in range(positions.shape[0]):
         for other in range(k):
             if positions[k] == positions[other]:
@@ -59,38 +59,38 @@ def planes_differ(positions: Array) -> bool:
 
 @inlined_kernel
 def lacks_table(inputs: Inputs, state: State, table: TableViews) -> bool:
-    """Return whether ROLAC is on without any H, and no identification that could find one was made or requested."""
-    own = inputs.own[0]
-    never_identified = state.identification.course[0].stage == NOT_STARTED and not own.identify
-    return bool(own.rolac_enable != 0.0 and table.n_rows[0] == 0.0 and never_identified)
+    """Return whether ROLAC is on without any H, and no identification has been made or requested."""
+    common = inputs.common[0]
+    never_identified = state.identification.course[0].stage == NOT_STARTED and not common.identify
+    return bool(common.rolac_enable != 0.0 and table.n_rows[0] == 0.0 and never_identified)
 
 
 @inlined_kernel
 def window_is_valid(parameters: Parameters, Omega: float, samples: float) -> bool:
-    """Return whether a window with a revolution of so many samples shows the synchronous displacements at a speed.
+    """Return whether the synchronous displacements of a window of this length are valid at a speed.
 
-    It does if it holds a full revolution, the speed is at least `rolac.min_speed`, and the revolution took the time
-    that this speed suggests, within a factor `SPEED_RATIO`. The last condition excludes a rotor angle that does not
-    turn with the speed, and revolutions from before a large change of speed.
+    It must contain a full revolution, the speed must be at least `rolac.min_speed`, and the revolution must have taken
+    the time that this speed implies, within a factor `SPEED_RATIO`. The last condition excludes a rotor angle that does
+    not rotate with the speed, and revolutions from before a large change of speed.
     """
-    own = parameters.own[0]
-    turns = samples * own.sample_time * Omega / (2.0 * math.pi)
-    return bool(own.rolac.min_speed <= Omega and 1.0 / SPEED_RATIO < turns < SPEED_RATIO)
+    common = parameters.common[0]
+    turns = samples * common.sample_time * Omega / (2.0 * math.pi)
+    return bool(common.rolac.min_speed <= Omega and 1.0 / SPEED_RATIO < turns < SPEED_RATIO)
 
 
 @inlined_kernel
 def observe(parameters: Parameters, inputs: Inputs, state: State, work: Work) -> None:
-    """Find the displacements and synchronous components at this sample, contact, and sensors that are suspect."""
-    own, findings, window = inputs.own[0], work.findings[0], state.window
+    """Compute displacements and synchronous components at this sample, contact, and suspect sensors."""
+    common, findings, window = inputs.common[0], work.findings[0], state.window
     findings.adc_limited = sensors.measure(
         parameters, inputs, state.sensors, state.head[0].n_samples > 0.0, True, work.displacements
     )
-    jump = angle_jump(window, own.theta)
+    jump = angle_jump(window, common.theta)
     if jump != 0.0:
-        turn_forces(state.U, parameters.harmonics, jump - own.Omega * parameters.own[0].sample_time)
-    add_sample(window, parameters.harmonics, own.theta, work.displacements)
+        turn_forces(state.U, parameters.harmonics, jump - common.Omega * parameters.common[0].sample_time)
+    add_sample(window, parameters.harmonics, common.theta, work.displacements)
     samples = samples_of_revolution(window)
-    valid = window_is_valid(parameters, own.Omega, samples)
+    valid = window_is_valid(parameters, common.Omega, samples)
     findings.window_valid = valid
     clear(work.Q)
     if valid:
@@ -98,7 +98,7 @@ def observe(parameters: Parameters, inputs: Inputs, state: State, work: Work) ->
     findings.delta_theta = last_delta_theta(window)
     findings.suspect_sensor = suspect_sensor(work.displacements, samples, state.checks)
     findings.in_contact = update_contact_share(
-        parameters, own.contact_state, work.displacements, findings.delta_theta, state.contact_shares
+        parameters, common.contact_state, work.displacements, findings.delta_theta, state.contact_shares
     )
 
 
@@ -108,10 +108,10 @@ def control(
 ) -> None:
     """Compute the currents of all axes, I = I_pid + u/K_i within their limits (5.1 to 5.4, 5.23), through the DAC.
 
-    `sample_time` (s) is 0 at the initialisation, which integrates nothing.
+    `sample_time` (s) is 0 at initialisation, which integrates nothing.
     """
-    own, head, theta = parameters.own[0], state.head[0], inputs.own[0].theta
-    chain, direct, dac = own.chain, own.pid.direct, dac_of(own.chain)
+    common, head, theta = parameters.common[0], state.head[0], inputs.common[0].theta
+    chain, direct, dac = common.chain, common.pid.direct, dac_of(common.chain)
     delayed = is_on(chain.preset, chain.delay) and sample_time > 0.0
     head.current_limited = 0.0
     forces_at(state.U, parameters.harmonics, theta, work.u)
@@ -121,7 +121,7 @@ def control(
         displacement, setpoint = work.displacements[int(parameters.sensor_of_axis[k])], inputs.setpoints[k]
         if head.n_samples == 0.0:
             memory.displacement = displacement
-        differentiate(memory, displacement, own.derivative_time, own.sample_time)
+        differentiate(memory, displacement, common.derivative_time, common.sample_time)
         demand = pid_current(gains, direct, memory, setpoint) + work.u[k] / gains.k_i
         limits = within_converter(gains.i_min, gains.i_max, chain, dac)
         if not limits.low <= demand <= limits.high:
@@ -130,12 +130,12 @@ def control(
         current = converted(limited, chain, dac)
         outputs.axes[k].current = state.currents[k] if delayed else current
         state.currents[k] = current
-    outputs.own[0].current_limited = head.current_limited
+    outputs.common[0].current_limited = head.current_limited
 
 
 @inlined_kernel
 def start(parameters: Parameters, inputs: Inputs, state: State, work: Work, table: TableViews, outputs: Outputs) -> int:
-    """Compute the currents for the first inputs, proportional terms alone; return a fault code. It is no sample."""
+    """Compute the initial currents, without a sample, from proportional terms; return a fault code."""
     if lacks_table(inputs, state, table):
         return FAULT_NO_TABLE
     findings = work.findings[0]
@@ -151,14 +151,14 @@ def start(parameters: Parameters, inputs: Inputs, state: State, work: Work, tabl
 def take_sample(
     parameters: Parameters, inputs: Inputs, state: State, work: Work, table: TableViews, outputs: Outputs
 ) -> int:
-    """Compute one sample: measured signals, synchronous components and forces, currents; return a fault code."""
+    """Compute a sample: measured signals, synchronous components and forces, currents; return a fault code."""
     if lacks_table(inputs, state, table):
         return FAULT_NO_TABLE
     observe(parameters, inputs, state, work)
     identification.advance(parameters, inputs, state, work, table)
     work.findings[0].status = permitted_status(parameters, inputs, state, work)
     update_forces(parameters, inputs, state, work, table)
-    control(parameters, inputs, state, work, parameters.own[0].sample_time, outputs)
+    control(parameters, inputs, state, work, parameters.common[0].sample_time, outputs)
     state.head[0].n_samples += 1.0
     write_synchronous(parameters, inputs, state, work, table, outputs)
     write_identification(inputs, state.identification, outputs)
@@ -171,15 +171,15 @@ def initialise(constants: Array, parameters: Array, inputs: Array, state: Array,
     work[:] = 0.0
     outputs[:] = 0.0
     sizes = sizes_of(constants)
-    given, w = parameters_of(parameters, constants, sizes), work_of(work, sizes)
+    p, w = parameters_of(parameters, constants, sizes), work_of(work, sizes)
     table = table_in_use(state, state_size(sizes), constants, sizes)
-    if not orders_ascend(given.harmonics):
+    if not orders_ascend(p.harmonics):
         return FAULT_HARMONICS
-    if not planes_differ(given.plane_positions):
+    if not planes_differ(p.plane_positions):
         return FAULT_PLANES
-    if not load(built_table(constants, sizes), given, table, w.svd):
+    if not load(built_table(constants, sizes), p, table, w.svd):
         return FAULT_WEIGHTS
-    return start(given, inputs_of(inputs, sizes), state_of(state, sizes), w, table, outputs_of(outputs, sizes))
+    return start(p, inputs_of(inputs, sizes), state_of(state, sizes), w, table, outputs_of(outputs, sizes))
 
 
 @kernel
@@ -193,10 +193,10 @@ def step(
     time: float,
     step_size: float,
 ) -> int:
-    """Take the sample that is due in the step, if one is; arguments as of every model (`Model.step`)."""
+    """Take the sample that is due in the step, if any; arguments as for every `Model.step`."""
     sizes = sizes_of(constants)
-    given, memory = parameters_of(parameters, constants, sizes), state_of(state, sizes)
-    sample_time, prediction_time, head = given.own[0].sample_time, given.own[0].prediction_time, memory.head[0]
+    p, memory = parameters_of(parameters, constants, sizes), state_of(state, sizes)
+    sample_time, prediction_time, head = p.common[0].sample_time, p.common[0].prediction_time, memory.head[0]
     if is_too_long(time, step_size, sample_time):
         return FAULT_LONG_STEP
     if head.n_samples == 0.0:
@@ -212,7 +212,7 @@ def step(
     if not due:
         return UNCHANGED
     table = table_in_use(state, state_size(sizes), constants, sizes)
-    return take_sample(given, used, memory, w, table, outputs_of(outputs, sizes))
+    return take_sample(p, used, memory, w, table, outputs_of(outputs, sizes))
 
 
 def model_for(loop: ControlLoop) -> Model:
@@ -243,7 +243,7 @@ def _faults(loop: ControlLoop) -> dict[int, str]:
         "so rolac_enable must be 0 until an identification has been requested",
         FAULT_HARMONICS: f"the orders of the harmonics, {orders}, are not allowed; they must ascend, and be 0 after "
         "the last",
-        FAULT_WEIGHTS: "the sensor weights leave a receptance of the table with a condition number beyond "
-        "identification.max_condition = {identification.max_condition}; more sensors must count",
+        FAULT_WEIGHTS: "the sensor weights give a receptance of the table a condition number above "
+        "identification.max_condition = {identification.max_condition}; give weight to more sensors",
         FAULT_PLANES: f"{positions} is not allowed; they must differ",
     }

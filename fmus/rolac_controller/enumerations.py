@@ -1,4 +1,4 @@
-"""Values of parameters and outputs that are one of a list: numbers, names and meanings."""
+"""Enumerations of parameters and outputs: numbers, names and meanings."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ MODES = Enumeration(
     "SynchronousControl",
     (
         ("rolac", "recursive open-loop adaptive control (5.22)"),
-        ("olac", "an update whenever the vibration is steady"),
+        ("olac", "updates whenever the vibration is steady"),
         ("notch", "generalised notch: no synchronous current"),
         ("force_free", "no synchronous bearing force"),
     ),
@@ -31,7 +31,7 @@ SOURCES = Enumeration(
 )
 NO_SOURCE, OWN_SENSORS, GIVEN = range(3)
 
-# Of rolac_status. From TOO_SLOW on the PID works alone.
+# Of rolac_status. From TOO_SLOW on only the PID acts.
 STATUSES = Enumeration(
     "RolacStatus",
     (
@@ -39,14 +39,14 @@ STATUSES = Enumeration(
         ("adapting", ""),
         ("identifying", "forces held while an identification runs"),
         ("too_slow", "PID alone: Omega is below rolac.min_speed"),
-        ("no_window", "PID alone: no full revolution in the window, or theta does not turn as Omega says"),
+        ("no_window", "PID alone: no full revolution in the window, or theta does not rotate at Omega"),
         ("no_h", "PID alone: the table has no H for the speed; with several harmonics, for one of them"),
-        ("sensor_suspect", "PID alone: suspect_sensor does not move"),
+        ("sensor_suspect", "PID alone: the reading of suspect_sensor is constant"),
     ),
 )
 OFF, ADAPTING, IDENTIFYING, TOO_SLOW, NO_WINDOW, NO_H, SENSOR_SUSPECT = range(7)
 
-# Of identification_state. The slots begin with SLOT_BEFORE; one for each axis and `LastStages` follow.
+# Of identification_state. The slots begin with SLOT_BEFORE; a slot for each axis and `LastStages` follow.
 NOT_STARTED, WAITING, SLOT_BEFORE = range(3)
 
 
@@ -60,7 +60,7 @@ class LastStages(NamedTuple):
 
 @kernel
 def last_stages(n_axes: int) -> LastStages:
-    """Return the last values of identification_state of a controller with so many axes."""
+    """Return the last values of identification_state for this number of axes."""
     slot_after = SLOT_BEFORE + 1 + n_axes
     return LastStages(slot_after, slot_after + 1, slot_after + 2)
 

@@ -1,4 +1,4 @@
-"""Test forces of an identification: how strong, how long, with which phases (thesis 5.11 to 5.14, 6.3 to 6.6)."""
+"""Test forces of an identification: amplitude, duration and phases (thesis 5.11 to 5.14, 6.3 to 6.6)."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from rolac_controller.sizes import Records
 
 FEWEST_PERIODS, PERIODS_PER_HZ = 45.0, 3.0
 FORCE = 220.0  # N
-ROUNDING = 1e-6  # by which a number of periods may exceed a whole one
+ROUNDING = 1e-6  # by which a number of periods may exceed a whole number
 
 
 @kernel
 def amplitude_at(frequency: float) -> float:
-    """Return the amplitude A(f) = 220/S(f) of a test force (N), the larger the less the rotor moves (6.5, 6.6).
+    """Return the amplitude A(f) = 220/S(f) of a test force (N), inverse to the rotor's response (6.5, 6.6).
 
-    S(f) = 0.25 f + 2 up to 10 Hz, -0.2 f + 6.5 up to 30 Hz, 0.4 from there on.
+    S(f) = 0.25 f + 2 up to 10 Hz, -0.2 f + 6.5 up to 30 Hz, 0.4 above.
     """
     if frequency <= 10.0:
         return FORCE / (0.25 * frequency + 2.0)
@@ -60,19 +60,19 @@ def schroeder_phase(harmonics: Records, number: int) -> float:
 
 @kernel
 def force_component(harmonics: Records, number: int, multi: bool, scale: float, frequency: float) -> complex:
-    """Return one harmonic of the test force, complex (N).
+    """Return a harmonic of the test force, complex (N).
 
-    One harmonic alone has the amplitude A(f). Several have A sqrt(P), each at its own frequency, so that the power
-    stays the same (5.14), and Schroeder's phases.
+    A single harmonic has the amplitude A(f). Several have A sqrt(P), each at its own frequency, so that the power is
+    the same (5.14), and Schroeder's phases.
 
     Parameters
     ----------
     harmonics
         Records HARMONIC, shape (N_HARMONICS,); the first order 0 ends them.
     number
-        Which harmonic, from 0.
+        Number of the harmonic, from 0.
     multi
-        Whether all harmonics are excited, or the first alone.
+        Whether all harmonics are excited, or only the first.
     scale
         Factor on the force.
     frequency

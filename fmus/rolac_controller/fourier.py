@@ -7,10 +7,10 @@ q ~ Re[sum Q_n exp(j n theta)]. At constant speed it is that over a period of ti
       o-----|-o-------o-------o---  ...  ---o-------o-------o-------o      angle ->
       excess|<------------------------ 2 pi ----------------------->|
 
-Trapezoidal rule on the products q exp(-j n theta), the oldest segment cut where the revolution begins by
+Trapezoidal rule on the products q exp(-j n theta); the oldest segment is cut at the beginning of the revolution by
 linear interpolation. Each segment is added once, when it enters, and subtracted once, when it leaves. Segments are
 subtracted from one sum (`old`) and added to another (`fresh`): when the last segment of the old sum has left, its
-accumulated rounding is dropped and the fresh sum takes its place, so that nothing drifts.
+accumulated rounding is dropped and the fresh sum replaces it, which prevents drift.
 """
 
 from __future__ import annotations
@@ -27,8 +27,8 @@ from rolac_controller.control_loop import N_HARMONICS
 from rolac_controller.sizes import Records
 
 CAPACITY = 2048  # samples: down to 2 Hz at 4 kHz
-LARGEST_STEP = 0.5 * math.pi  # rad between samples; more is a jump of the angle, and the window starts again
-ANGLE_TOLERANCE = 1e-9  # rad by which a revolution may fall short, so that rounding does not cost a sample
+LARGEST_STEP = 0.5 * math.pi  # rad between samples; more is a jump of the angle, which restarts the window
+ANGLE_TOLERANCE = 1e-9  # rad by which a revolution may fall short due to rounding
 FEWEST_SAMPLES = 4.0  # in a period of a harmonic
 
 EXTENT = record(
@@ -42,10 +42,10 @@ N_EXTENT = size_of(EXTENT)
 
 
 class Window(NamedTuple):
-    """The samples of the last revolution, and what was summed up of them.
+    """The samples of the last revolution, and their sums.
 
     extent
-        Record EXTENT, in an array of one.
+        Record EXTENT, in an array of length 1.
     old, fresh
         The two sums, integral q exp(-j n theta) dtheta, shape (N_HARMONICS, n_sensors).
     thetas, displacements, phasors
@@ -63,13 +63,13 @@ class Window(NamedTuple):
 
 @views
 def window_size(n_sensors: int) -> int:
-    """Return the size of the window of so many sensors."""
+    """Return the size of the window for this number of sensors."""
     return N_EXTENT + 4 * N_HARMONICS * n_sensors + CAPACITY * (1 + n_sensors + 2 * N_HARMONICS)
 
 
 @views
 def window_of(array: Array, start: int, n_sensors: int) -> Window:
-    """Return the window as views into an array from `start` on; all zeros is an empty one."""
+    """Return the window as views into an array from `start`; all zeros are an empty window."""
     size = 2 * N_HARMONICS * n_sensors
     old = start + N_EXTENT
     thetas = old + 2 * size
@@ -87,20 +87,20 @@ def window_of(array: Array, start: int, n_sensors: int) -> Window:
 
 @kernel
 def angle_between(earlier: float, later: float) -> float:
-    """Return the change of angle in [-pi, pi), whether the angles are wrapped to a revolution or not (rad)."""
+    """Return the change of angle in [-pi, pi) (rad); the angles may be wrapped to a revolution."""
     change = later - earlier
     return change - 2.0 * math.pi * math.floor((change + math.pi) / (2.0 * math.pi))
 
 
 @kernel
 def ring_index(number: float) -> int:
-    """Return where sample `number` is in the ring."""
+    """Return the position of sample `number` in the ring."""
     return int(number) % CAPACITY
 
 
 @inlined_kernel
 def segment_angle(window: Window, number: float) -> float:
-    """Return the angle from sample `number` to the one after it (rad)."""
+    """Return the angle from sample `number` to the next (rad)."""
     return angle_between(window.thetas[ring_index(number)], window.thetas[ring_index(number + 1)])
 
 
@@ -113,7 +113,7 @@ def window_angle(window: Window) -> float:
 
 @inlined_kernel
 def last_delta_theta(window: Window) -> float:
-    """Return the angle from the sample before the newest to the newest (rad); 0 where there is none before it."""
+    """Return the angle from the second newest sample to the newest (rad); 0 if there is only one."""
     extent = window.extent[0]
     if extent.next - extent.first < 2:
         return 0.0
@@ -132,7 +132,7 @@ def angle_jump(window: Window, theta: float) -> float:
 
 @inlined_kernel
 def add_segment(window: Window, harmonics: Records, integral: Complex, number: float, sign: float) -> float:
-    """Add (sign 1) or subtract (sign -1) the segment from sample `number` to the next to one of the two sums.
+    """Add (sign 1) or subtract (sign -1) the segment from sample `number` to the next to one sum.
 
     Returns
     -------
@@ -180,7 +180,7 @@ def clear_window(window: Window) -> None:
 
 @inlined_kernel
 def add_sample(window: Window, harmonics: Records, theta: float, displacements: Array) -> None:
-    """Add one sample and remove what lies more than a revolution back.
+    """Add one sample and remove those more than a revolution old.
 
     Parameters
     ----------
@@ -213,7 +213,7 @@ def add_sample(window: Window, harmonics: Records, theta: float, displacements: 
 
 @inlined_kernel
 def samples_of_revolution(window: Window) -> float:
-    """Return the length of the last revolution in samples, with its fraction; 0 while there is less than one."""
+    """Return the length of the last revolution in samples, with its fraction; 0 without a full revolution."""
     excess = window_angle(window) - 2.0 * math.pi
     if excess < -ANGLE_TOLERANCE:
         return 0.0
@@ -224,15 +224,15 @@ def samples_of_revolution(window: Window) -> float:
 
 @inlined_kernel
 def transform(window: Window, harmonics: Records, Q: Complex) -> None:
-    """Find the components of the last revolution in all harmonics.
+    """Compute the components of the last revolution in all harmonics.
 
     Q_n = (1/pi) integral of q exp(-j n theta) dtheta over the last 2 pi (5.20, 5.21). For a signal with
     amplitude a in harmonic m (m = 0: constant) and delta rad between samples, the error is below
 
         a (m^2 + n^2) delta^3 sqrt(3) / (216 pi)
 
-    to leading order in (m + n) delta, and nothing but rounding when the revolution is a whole number of
-    samples (aliases excepted, m + n >= 2 pi/delta).
+    to leading order in (m + n) delta, and only rounding if the revolution is a whole number of samples
+    (except aliases, m + n >= 2 pi/delta).
 
     Parameters
     ----------

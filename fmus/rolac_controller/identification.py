@@ -1,9 +1,9 @@
-"""Identification of the receptance while the rotor runs (thesis 5.15 to 5.19, 6.3 to 6.7): its course.
+"""Sequence of the identification of the receptance of a running rotor (thesis 5.15 to 5.19, 6.3 to 6.7).
 
-A slot of N_per revolutions for each axis and two more, before and after; the forces of ROLAC do not change meanwhile.
+A slot of N_per revolutions for each axis, and one before and after; the forces of ROLAC are constant meanwhile.
 docs/theory/identification.md has a sketch.
 
-Q is averaged over the last revolutions of each slot; `identified_receptance` makes R and H of the means.
+Q is averaged over the last revolutions of each slot; `identified_receptance` computes R and H from the means.
 """
 
 from __future__ import annotations
@@ -38,14 +38,14 @@ SPEED_TOLERANCE = 0.01  # relative
 
 @inlined_kernel
 def is_running(memory: IdentificationMemory) -> bool:
-    """Return whether one of the slots is in progress."""
+    """Return whether a slot is in progress."""
     n_axes = memory.R.shape[2]
     return bool(SLOT_BEFORE <= memory.course[0].stage <= last_stages(n_axes).slot_after)
 
 
 @inlined_kernel
 def progress(memory: IdentificationMemory) -> float:
-    """Return the share of the slots that has passed."""
+    """Return the completed fraction of the slots."""
     course, n_axes = memory.course[0], memory.R.shape[2]
     if course.stage == last_stages(n_axes).done:
         return 1.0
@@ -58,7 +58,7 @@ def progress(memory: IdentificationMemory) -> float:
 
 @inlined_kernel
 def axis_under_test(memory: IdentificationMemory) -> int:
-    """Return the axis that carries the test force now, or -1."""
+    """Return the axis with the test force, or -1."""
     axis = int(memory.course[0].stage) - SLOT_BEFORE - 1
     return axis if 0 <= axis < memory.R.shape[2] else -1
 
@@ -76,18 +76,18 @@ def add_test_force(parameters: Parameters, memory: IdentificationMemory, theta: 
 
 @inlined_kernel
 def advance(parameters: Parameters, inputs: Inputs, state: State, work: Work, table: TableViews) -> None:
-    """Advance the identification by one sample: start, average, change slots, finish or fail.
+    """Advance the identification by a sample: start, average, change slots, finish or fail.
 
     Parameters
     ----------
     state
         Its `identification` is changed.
     work
-        With the findings of this sample and the components Q of all harmonics.
+        Contains the findings of this sample and the components Q of all harmonics.
     table
         Table in use; updated when the identification succeeds.
     """
-    memory, identify = state.identification, inputs.own[0].identify
+    memory, identify = state.identification, inputs.common[0].identify
     course = memory.course[0]
     rises = identify != 0.0 and course.requested == 0.0
     course.requested = identify
@@ -98,7 +98,7 @@ def advance(parameters: Parameters, inputs: Inputs, state: State, work: Work, ta
         if not identify:
             course.stage = NOT_STARTED
         elif work.findings[0].window_valid:
-            begin(parameters, inputs.own[0].Omega, memory)
+            begin(parameters, inputs.common[0].Omega, memory)
         return
     if is_running(memory):
         error = cause_of_failure(inputs, state, work)
@@ -111,12 +111,12 @@ def advance(parameters: Parameters, inputs: Inputs, state: State, work: Work, ta
 
 @kernel
 def advance_slot(parameters: Parameters, memory: IdentificationMemory, work: Work, table: TableViews) -> None:
-    """Advance a slot by one sample; arguments as in `advance`."""
+    """Advance a slot by a sample; arguments as in `advance`."""
     course, stages = memory.course[0], last_stages(memory.R.shape[2])
     course.angle += work.findings[0].delta_theta
     length = 2.0 * math.pi * course.n_revolutions
     slot = memory.Q[int(course.stage) - SLOT_BEFORE]
-    if course.angle > length - 2.0 * math.pi * parameters.own[0].identification.average:
+    if course.angle > length - 2.0 * math.pi * parameters.common[0].identification.average:
         for k in range(N_HARMONICS):
             for s in range(slot.shape[1]):
                 slot[k, s] += work.Q[k, s]
@@ -142,20 +142,20 @@ def begin(parameters: Parameters, Omega: float, memory: IdentificationMemory) ->
     course.angle = 0.0
     course.n_samples = 0.0
     course.speed = Omega
-    course.force_scale = parameters.own[0].identification.force_scale
+    course.force_scale = parameters.common[0].identification.force_scale
     course.n_revolutions = periods(Omega / (2.0 * math.pi))
     memory.Q[:] = 0.0
 
 
 @inlined_kernel
 def cause_of_failure(inputs: Inputs, state: State, work: Work) -> int:
-    """Return why the identification cannot go on, or NO_ERROR."""
+    """Return the cause of failure of the identification, or NO_ERROR."""
     speed = state.identification.course[0].speed
-    if not inputs.own[0].identify:
+    if not inputs.common[0].identify:
         return SWITCHED_OFF
     if not work.findings[0].window_valid:
         return WINDOW_LOST
-    if abs(inputs.own[0].Omega - speed) > SPEED_TOLERANCE * speed:
+    if abs(inputs.common[0].Omega - speed) > SPEED_TOLERANCE * speed:
         return SPEED_CHANGED
     if state.head[0].current_limited:  # at the sample before
         return CURRENT_LIMITED

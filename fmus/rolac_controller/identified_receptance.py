@@ -2,7 +2,7 @@
 
     Q = Q_0 + R U:   R_i = (Q with a force U_i on axis i - Q without) / U_i
 
-The slot before is the reference; the slot after shows whether the vibration without force has stayed the same.
+The first slot is the reference; the last shows whether the vibration without force has changed.
 """
 
 from __future__ import annotations
@@ -39,12 +39,12 @@ N_COURSE = size_of(COURSE)
 
 
 class IdentificationMemory(NamedTuple):
-    """Where an identification is, and what it has found.
+    """State and results of an identification.
 
     course
-        Record COURSE, in an array of one.
+        Record COURSE, in an array of length 1.
     Q
-        Mean of each slot, while it runs the sum, shape (n_axes + 2, N_HARMONICS, n_sensors) (m).
+        Mean of each slot (the sum while it runs), shape (n_axes + 2, N_HARMONICS, n_sensors) (m).
     R
         Last result, shape (N_HARMONICS, n_sensors, n_axes) (m/N).
     """
@@ -62,7 +62,7 @@ def identification_memory_size(sizes: Sizes) -> int:
 
 @views
 def identification_memory_of(array: Array, start: int, sizes: Sizes) -> IdentificationMemory:
-    """Return the memory of an identification as views into an array from `start` on."""
+    """Return the memory of an identification as views into an array from `start`."""
     n_axes, n_sensors = sizes.n_axes, sizes.n_sensors
     slots = start + N_COURSE
     return IdentificationMemory(
@@ -74,20 +74,20 @@ def identification_memory_of(array: Array, start: int, sizes: Sizes) -> Identifi
 
 @kernel
 def excitation_component(parameters: Parameters, memory: IdentificationMemory, number: int) -> complex:
-    """Return one harmonic of the test force (N)."""
+    """Return a harmonic of the test force (N)."""
     course = memory.course[0]
-    multi, frequency = parameters.own[0].identification.multi != 0.0, course.speed / (2.0 * math.pi)
+    multi, frequency = parameters.common[0].identification.multi != 0.0, course.speed / (2.0 * math.pi)
     return force_component(parameters.harmonics, number, multi, course.force_scale, frequency)
 
 
 @kernel
 def evaluate(parameters: Parameters, memory: IdentificationMemory, H: Complex, svd: SvdWork, table: TableViews) -> int:
-    """Compute the receptances of all harmonics and store them in the table if all of them can be inverted.
+    """Compute the receptances of all harmonics, and store them in the table if all are invertible.
 
     Parameters
     ----------
     memory
-        With the means of all slots; receives R and the condition numbers.
+        Contains the means of all slots; receives R and the condition numbers.
     H, svd
         Overwritten; H has shape (n_axes, n_sensors).
     table
@@ -98,8 +98,8 @@ def evaluate(parameters: Parameters, memory: IdentificationMemory, H: Complex, s
     int
         Value of `identification_error`; NO_ERROR if the table was updated.
     """
-    course, given = memory.course[0], parameters.own[0].identification
-    if vibration_changed(memory.Q, given.max_drift):
+    course, identification = memory.course[0], parameters.common[0].identification
+    if vibration_changed(memory.Q, identification.max_drift):
         return VIBRATION_CHANGED
     course.completed_speed = course.speed
     error = NO_ERROR
@@ -107,12 +107,12 @@ def evaluate(parameters: Parameters, memory: IdentificationMemory, H: Complex, s
     for k in range(N_HARMONICS):
         memory.R[k][:] = 0.0
         course.conditions[k] = 0.0
-        if parameters.harmonics[k].order == 0.0 or (k > 0 and not given.multi):
+        if parameters.harmonics[k].order == 0.0 or (k > 0 and not identification.multi):
             continue
         n_excited = k + 1
         divide_by_force(memory.Q, k, excitation_component(parameters, memory, k), memory.R[k])
         course.conditions[k] = negative_pseudo_inverse(memory.R[k], parameters.sensor_weights, H, svd)
-        if course.conditions[k] > given.max_condition:
+        if course.conditions[k] > identification.max_condition:
             error = ILL_CONDITIONED
     if error != NO_ERROR:
         return error
@@ -125,9 +125,9 @@ def evaluate(parameters: Parameters, memory: IdentificationMemory, H: Complex, s
 
 @kernel
 def divide_by_force(Q: Complex, number: int, force: complex, R: Complex) -> None:
-    """Compute R of one harmonic from the means of all slots, shape (n_axes + 2, N_HARMONICS, n_sensors) (6.7).
+    """Compute R of a harmonic from the means of all slots, shape (n_axes + 2, N_HARMONICS, n_sensors) (6.7).
 
-    The first slot and the last are without a test force; slot 1 + k has it on axis k.
+    The first and last slots have no test force; slot 1 + k has it on axis k.
     """
     if force == 0.0:
         return

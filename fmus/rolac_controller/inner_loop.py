@@ -1,10 +1,10 @@
-"""The response of a controller that closes the loop in place of the PID, or beside it, at speeds of a table.
+"""Tabulated response of a controller that closes the loop instead of, or in addition to, the PID.
 
-The constants hold it: the number of rows, their keys, ascending in harmonic order and speed, and C of each,
+It is in the constants: the number of rows, their keys, ascending in harmonic order and speed, and C of each,
 
     u = -C q,   C of shape (n_axes, n_sensors) (N/m),
 
-the force that the inner controller's currents stand for, K_i i, for what the sensors show, q, at the harmonic.
+the force K_i i of the inner controller's currents in response to the sensor readings q at the harmonic.
 """
 
 from __future__ import annotations
@@ -41,6 +41,6 @@ def inner_loop_of(constants: Array, sizes: Sizes) -> InnerLoop:
 
 @views
 def table_start(constants: Array, sizes: Sizes) -> int:
-    """Return where the table of receptances begins in the constants: after that of the inner loop."""
+    """Return the start of the table of receptances in the constants, after that of the inner loop."""
     start = N_SIZES + sizes.n_axes
     return start + 1 + int(constants[start]) * (N_KEY + 2 * sizes.n_axes * sizes.n_sensors)

@@ -1,4 +1,4 @@
-"""Variable table of the controller, which follows from the bearings and sensor planes of its loop."""
+"""Variable table of the controller, derived from the bearings and sensor planes of its loop."""
 
 from __future__ import annotations
 
@@ -13,5 +13,5 @@ def interface_of(loop: ControlLoop) -> Interface:
     return interface(parameter_variables(loop), input_variables(loop), output_variables(loop))
 
 
-# One of each, for the record types of the parts.
+# A single element of each, for the record types of the parts.
 SMALLEST = interface_of(ControlLoop(("b",), (SensorPlane("p", "p.x", "p.y", 0.0),), ("p",))).with_all_parts()

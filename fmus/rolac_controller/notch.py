@@ -1,16 +1,16 @@
-"""Generalised notch and synchronous force rejection: what magnetic bearings commonly do about unbalance.
+"""Generalised notch and synchronous force rejection, the common laws of magnetic bearings against unbalance.
 
 Neither reduces the vibration; they remove the bearing's response to it. The synchronous control force of an axis is
-E = U - C Q, with C the response of the loop's controller and Q the synchronous displacements of the sensors: of the PID
-(`pid.response`), at the sensor of the axis, and of a controller besides (`inner_loop`). With Q = Q_0 + R U it is
-E = E_0 + S^-1 U, S^-1 = I - C R, and
+E = U - C Q, with C the response of the loop's controller and Q the synchronous displacements of the sensors. C is that
+of the PID (`pid.response`), at the sensor of the axis, and of an additional controller (`inner_loop`). With
+Q = Q_0 + R U it is E = E_0 + S^-1 U, S^-1 = I - C R, and
 
     U' = -alpha S (U - C Q)
 
-takes it to zero with the rate alpha: the current has no synchronous part any more. R. Herzog, P. Buehler, C. Gaehler
+reduces it to zero at the rate alpha: the current then has no synchronous part. R. Herzog, P. Buehler, C. Gaehler
 and R. Larsonneur, "Unbalance compensation using generalized notch filters in the multivariable feedback of magnetic
-bearings", IEEE Trans. Control Systems Technology 4 (1996). With C - K_s in place of C it is the whole force of the
-bearing, K_s x + K_i I, that vanishes: the rotor turns about its principal axis of inertia.
+bearings", IEEE Trans. Control Systems Technology 4 (1996). With C - K_s instead of C, the whole force of the bearing,
+K_s x + K_i I, vanishes: the rotor rotates about its principal axis of inertia.
 """
 
 from __future__ import annotations
@@ -24,21 +24,21 @@ from rolac_controller.receptance_table import MISSING, find_bracket, interpolate
 from rolac_controller.records import Parameters
 from rolac_controller.state import Work
 
-SINGULAR = 1e-9  # pivot below which there is no solution; the matrix is of order one
+SINGULAR = 1e-9  # pivot below which the system is singular; the matrix is of order 1
 
 
 @kernel
 def control_response(parameters: Parameters, order: float, Omega: float, C: Complex) -> None:
-    """Compute C of the whole controller at a harmonic, u = -C q, shape (n_axes, n_sensors) (N/m).
+    """Compute C of the complete controller at a harmonic, u = -C q, shape (n_axes, n_sensors) (N/m).
 
     Parameters
     ----------
     order, Omega
         Of the harmonic, and spin speed (rad/s).
     C
-        Receives it; with `rolac.mode` FORCE_FREE less K_s, so that -C q is the whole force of the bearing.
+        Receives it; with `rolac.mode` FORCE_FREE minus K_s, so that -C q is the whole force of the bearing.
     """
-    own, inner = parameters.own[0], parameters.inner
+    common, inner = parameters.common[0], parameters.inner
     bracket = find_bracket(inner, order, Omega)
     if bracket.coverage == MISSING:
         clear(C)
@@ -46,19 +46,19 @@ def control_response(parameters: Parameters, order: float, Omega: float, C: Comp
         interpolate(inner.C[bracket.lower], inner.C[bracket.upper], bracket.weight, C)
     for i in range(C.shape[0]):
         gains, s = parameters.axes[i], int(parameters.sensor_of_axis[i])
-        C[i, s] += response(gains, own.pid.direct, own.derivative_time, own.sample_time, order * Omega)
-        if own.rolac.mode == FORCE_FREE:
+        C[i, s] += response(gains, common.pid.direct, common.derivative_time, common.sample_time, order * Omega)
+        if common.rolac.mode == FORCE_FREE:
             C[i, s] -= gains.k_s
 
 
 @kernel
 def reject_synchronous(parameters: Parameters, order: float, Omega: float, Q: Complex, U: Complex, work: Work) -> None:
-    """Change the forces of a harmonic by one step of U' = -alpha S (U - C Q).
+    """Change the forces of a harmonic by a step of U' = -alpha S (U - C Q).
 
     Parameters
     ----------
     parameters
-        With `rolac.mode` FORCE_FREE it is the whole force of the bearing that vanishes.
+        With `rolac.mode` FORCE_FREE the whole force of the bearing vanishes.
     order, Omega
         Of the harmonic, and spin speed (rad/s).
     Q
@@ -66,9 +66,9 @@ def reject_synchronous(parameters: Parameters, order: float, Omega: float, Q: Co
     U
         Forces of the harmonic, shape (n_axes,) (N); changed.
     work
-        With the receptance R at this speed (m/N); its `C`, `inverse_S` and `E` are overwritten.
+        Contains the receptance R at this speed (m/N); its `C`, `inverse_S` and `E` are overwritten.
     """
-    own, n_axes = parameters.own[0], U.shape[0]
+    common, n_axes = parameters.common[0], U.shape[0]
     R, C, inverse_S, E = work.R, work.C, work.inverse_S, work.E
     control_response(parameters, order, Omega, C)
     for i in range(n_axes):
@@ -83,12 +83,12 @@ def reject_synchronous(parameters: Parameters, order: float, Omega: float, Q: Co
         E[i] = U[i] - total
     if solve_in_place(inverse_S, E):
         for i in range(n_axes):
-            U[i] -= own.rolac.alpha * own.sample_time * E[i]
+            U[i] -= common.rolac.alpha * common.sample_time * E[i]
 
 
 @kernel
 def solve_in_place(A: Complex, b: Complex) -> bool:
-    """Solve A x = b by elimination with pivoting; return whether there is a solution.
+    """Solve A x = b by elimination with pivoting; return whether it is solvable.
 
     Parameters
     ----------

@@ -1,8 +1,8 @@
 """Open-loop adaptive control, the predecessor of ROLAC: an update from a full revolution of steady vibration.
 
-    U <- U + H(Omega) Q     where |Q - Q one revolution before| <= steadiness |Q|
+    U <- U + H(Omega) Q     where |Q - Q a revolution before| <= steadiness |Q|
 
-After an update the next comparison needs two revolutions of new data, and so waits until the rotor has settled.
+After an update the next comparison needs two revolutions of new data, which gives the rotor time to settle.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ N_PROGRESS = size_of(PROGRESS)
 
 
 class OlacMemory(NamedTuple):
-    """Record PROGRESS, in an array of one; Q one revolution before, shape (N_HARMONICS, n_sensors) (m)."""
+    """Record PROGRESS, in an array of length 1; Q a revolution before, shape (N_HARMONICS, n_sensors) (m)."""
 
     progress: Records
     previous_Q: Complex
@@ -38,20 +38,20 @@ class OlacMemory(NamedTuple):
 
 @views
 def olac_memory_size(n_sensors: int) -> int:
-    """Return the size of the memory for so many sensors."""
+    """Return the size of the memory for this number of sensors."""
     return N_PROGRESS + 2 * N_HARMONICS * n_sensors
 
 
 @views
 def olac_memory_of(array: Array, start: int, n_sensors: int) -> OlacMemory:
-    """Return the memory as views into an array from `start` on."""
+    """Return the memory as views into an array from `start`."""
     previous_Q = part(array, start + N_PROGRESS, COMPLEX, (N_HARMONICS, n_sensors))
     return OlacMemory(part(array, start, PROGRESS, 1), previous_Q)
 
 
 @inlined_kernel
 def forget(memory: OlacMemory) -> None:
-    """Forget all: OLAC is off."""
+    """Clear the memory: OLAC is off."""
     progress = memory.progress[0]
     if progress.angle != 0.0 or progress.n_revolutions != 0.0 or progress.n_updates != 0.0:
         progress.angle = 0.0
@@ -62,7 +62,7 @@ def forget(memory: OlacMemory) -> None:
 
 @kernel
 def update_is_due(olac: np.record, delta_theta: float, Q: Complex, memory: OlacMemory) -> bool:
-    """Return whether this sample ends a revolution of steady vibration, and an update is allowed.
+    """Return whether this sample completes a revolution of steady vibration, and an update is allowed.
 
     Parameters
     ----------

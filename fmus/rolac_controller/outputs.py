@@ -1,4 +1,4 @@
-"""What the controller shows of its state."""
+"""Outputs of the controller from its state."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from rolac_controller.state import State, Work
 
 @kernel
 def polar(z: complex) -> tuple[float, float]:
-    """Return amplitude and phase (rad) of a component; both are zero where there is none."""
+    """Return amplitude and phase (rad) of a component; both are zero if there is none."""
     if z.real == 0.0 and z.imag == 0.0:
         return 0.0, 0.0
     return math.sqrt(squared_magnitude(z)), math.atan2(z.imag, z.real)
@@ -29,14 +29,14 @@ def write_synchronous(
     parameters: Parameters, inputs: Inputs, state: State, work: Work, table: TableViews, outputs: Outputs
 ) -> None:
     """Write components, forces and status of the synchronous control."""
-    shown = int(inputs.own[0].shown_harmonic) - 1
+    harmonic = int(inputs.common[0].shown_harmonic) - 1
     n_axes, n_sensors = state.U.shape[1], work.Q.shape[1]
     for axis in range(n_axes):
-        amplitude, phase = polar(state.U[shown, axis])
+        amplitude, phase = polar(state.U[harmonic, axis])
         outputs.axes[axis].force_amplitude = amplitude
         outputs.axes[axis].force_phase = phase
     for s in range(n_sensors):
-        amplitude, phase = polar(work.Q[shown, s])
+        amplitude, phase = polar(work.Q[harmonic, s])
         outputs.sensors[s].amplitude = amplitude
         outputs.sensors[s].phase = phase
     for k in range(N_HARMONICS):
@@ -50,25 +50,25 @@ def write_synchronous(
         outputs.harmonics[k].force = math.sqrt(force)
     for bearing in range(state.contact_shares.shape[0]):
         outputs.contact_shares[bearing] = state.contact_shares[bearing]
-    own, findings = outputs.own[0], work.findings[0]
-    own.rolac_active = 1.0 if findings.status == ADAPTING else 0.0
-    own.window_valid = findings.window_valid
-    own.rolac_status = findings.status
-    own.rolac_limited = findings.force_limited
-    own.h_extrapolated = findings.extrapolated
-    own.adc_limited = findings.adc_limited
-    own.suspect_sensor = findings.suspect_sensor
-    own.table_rows = table.n_rows[0]
+    common, findings = outputs.common[0], work.findings[0]
+    common.rolac_active = 1.0 if findings.status == ADAPTING else 0.0
+    common.window_valid = findings.window_valid
+    common.rolac_status = findings.status
+    common.rolac_limited = findings.force_limited
+    common.h_extrapolated = findings.extrapolated
+    common.adc_limited = findings.adc_limited
+    common.suspect_sensor = findings.suspect_sensor
+    common.table_rows = table.n_rows[0]
 
 
 @inlined_kernel
 def write_identification(inputs: Inputs, memory: IdentificationMemory, outputs: Outputs) -> None:
     """Write the stage of the identification, and the last receptance."""
-    shown = int(inputs.own[0].shown_harmonic) - 1
-    own, course = outputs.own[0], memory.course[0]
-    own.identification_state = course.stage
-    own.identification_error = course.error
-    own.identification_progress = progress(memory)
-    own.identification_speed = course.completed_speed
-    own.condition_number = course.conditions[shown]
-    copy_all(memory.R[shown], outputs.receptance)
+    harmonic = int(inputs.common[0].shown_harmonic) - 1
+    common, course = outputs.common[0], memory.course[0]
+    common.identification_state = course.stage
+    common.identification_error = course.error
+    common.identification_progress = progress(memory)
+    common.identification_speed = course.completed_speed
+    common.condition_number = course.conditions[harmonic]
+    copy_all(memory.R[harmonic], outputs.receptance)

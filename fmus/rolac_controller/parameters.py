@@ -1,4 +1,4 @@
-"""Parameters of the controller: names, units, defaults, ranges, and their places in the record that kernels read."""
+"""Parameters of the controller: names, units, defaults, ranges, and their positions in the record of kernels."""
 
 from __future__ import annotations
 
@@ -6,12 +6,12 @@ import math
 from functools import partial
 
 from fmi_export.interface import repeated
-from fmi_export.variables import Array, Variable, at_place, one_of, parameter
+from fmi_export.variables import Array, Variable, at_place, enumerated, parameter
 from rolac_controller.control_loop import N_HARMONICS, ControlLoop, SensorPlane
 from rolac_controller.enumerations import MODES, NO_SOURCE, ROLAC, SOURCES
 from signal_chain.variables import CHAIN, sensor_scale
 
-# 2.8 and 2.9 with Table 2.2: the linear law that the actuator starts with.
+# 2.8 and 2.9 with Table 2.2: the actuator's default linear law.
 BEARING_K_S, BEARING_K_I = 2376955.7160887653, 563.1506658084571
 
 LARGEST_ORDER = 50
@@ -41,8 +41,8 @@ GENERAL = (
     parameter(
         "prediction_time",
         "s",
-        "How far displacements and angle are extrapolated, for a master that passes them on late: in Jacobi order two "
-        "communication steps",
+        "Extrapolation of displacements and angle, for masters with delayed connections: two communication steps in "
+        "Jacobi order",
         0.0,
         minimum=0.0,
         maximum=0.1,
@@ -50,10 +50,10 @@ GENERAL = (
     _tunable(
         "derivative_time",
         "s",
-        "Time constant of the derivative's filter; 0: plain backward difference",
+        "Time constant of the derivative's filter; 0: backward difference",
         0.0,
     ),
-    _switch("pid.direct", "PID with the gains k_p and k_d in place of K_b + K_s and C_b"),
+    _switch("pid.direct", "PID with the gains k_p and k_d instead of K_b + K_s and C_b"),
 )
 
 
@@ -66,7 +66,7 @@ def _axis(b: str, a: str) -> list[Variable]:
         gain("k_integral", "N/(m.s)", "Gain K_I of the integral, {} (5.3)", 0.0, minimum=0.0),
         gain("k_s", "N/m", "Negative stiffness K_s of the bearing, compensated, {} (2.8)", BEARING_K_S),
         gain("k_i", "N/A", "Current stiffness K_i of the bearing, {} (2.9)", BEARING_K_I, minimum=1.0),
-        gain("i_min", "A", "Least control current, -(I_s + I_b), {}", -5.57, maximum=0.0),
+        gain("i_min", "A", "Smallest control current, -(I_s + I_b), {}", -5.57, maximum=0.0),
         gain("i_max", "A", "Largest control current, I_b, {}", 4.43, minimum=0.0),
         gain("k_p", "N/m", "Proportional gain with pid.direct, {}", 2.7e6),
         gain("k_d", "N.s/m", "Derivative gain with pid.direct, {}", 5e3, minimum=0.0),
@@ -79,7 +79,7 @@ def _harmonic(number: int) -> list[Variable]:
         _choice(
             f"harmonic{number}.order",
             f"Harmonic number {number} that is transformed and controlled, a multiple of the speed"
-            + ("" if first else "; 0: none, and none after it"),
+            + ("" if first else "; 0: neither this one nor later ones"),
             1 if first else 0,
             1 if first else 0,
             LARGEST_ORDER,
@@ -96,12 +96,12 @@ def _harmonic(number: int) -> list[Variable]:
 
 
 def _weight(sensor: str, where: str) -> list[Variable]:
-    description = f"Weight in W of the sensor, {where} (5.10)"
+    description = f"Weight of the sensor in W, {where} (5.10)"
     return [parameter(f"{sensor}.weight", "1", description, 1.0, minimum=0.0, maximum=1e6, field=".")]
 
 
 ADAPTATION = (
-    parameter("rolac.mode", "1", "Law of the synchronous control", ROLAC, **one_of(MODES)),
+    parameter("rolac.mode", "1", "Law of the synchronous control", ROLAC, **enumerated(MODES)),
     _tunable(
         "rolac.alpha",
         "1/s",
@@ -111,7 +111,7 @@ ADAPTATION = (
     _tunable(
         "rolac.fade",
         "1/s",
-        "Rate at which the force fades while ROLAC is off or leaves the PID alone; from 1/sample_time on at once",
+        "Rate at which the force fades while ROLAC is off or suspended; from 1/sample_time on immediately",
         20.0,
     ),
     _tunable(
@@ -128,24 +128,26 @@ ADAPTATION = (
     ),
     _switch(
         "rolac.extrapolate",
-        "Beyond the speeds of its table H is that of the nearest one; otherwise there is no ROLAC there",
+        "Outside the table, use H of its nearest speed; otherwise ROLAC is off there",
         True,
         tunable=True,
     ),
-    _switch("rolac.check_sensors", "No ROLAC while a sensor stands still for a revolution in which others move", True),
+    _switch(
+        "rolac.check_sensors", "Suspend ROLAC while a reading is constant for a revolution in which others change", True
+    ),
     _tunable(
         "olac.steadiness",
         "1",
-        "Change of the vibration from one revolution to the next, relative to it, that counts as steady for OLAC",
+        "Relative change of the vibration between revolutions that counts as steady for OLAC",
         0.02,
     ),
-    _choice("olac.updates", "Updates after OLAC is switched on; 0: no end", 0, 0, 10**6),
-    parameter("contact.source", "1", "How contact is known", NO_SOURCE, **one_of(SOURCES)),
-    _switch("contact.aware", "In contact the adaptation counts with the contact, which contact.source tells", False),
+    _choice("olac.updates", "Number of updates after OLAC is switched on; 0: unlimited", 0, 0, 10**6),
+    parameter("contact.source", "1", "How contact is detected", NO_SOURCE, **enumerated(SOURCES)),
+    _switch("contact.aware", "Contact-aware adaptation, with contact detected as contact.source selects", False),
     _tunable(
         "contact.lead",
         "rad",
-        "Lead against the displacement that contact-aware adaptation gives the force on a journal in contact",
+        "Lead, relative to the displacement, of the contact-aware step for a journal in contact",
         math.pi / 6.0,
         maximum=math.pi / 2.0,
     ),
@@ -160,7 +162,7 @@ ADAPTATION = (
     _tunable(
         "contact.threshold",
         "1",
-        "Displacement over clearance from which contact.source sensors takes a journal to be in contact",
+        "Displacement over clearance above which contact.source sensors detects contact",
         0.98,
         maximum=1.0,
     ),
@@ -185,7 +187,7 @@ IDENTIFICATION = (
     _tunable(
         "identification.max_drift",
         "1",
-        "Largest change of the vibration without force, over the largest response, that is accepted",
+        "Largest accepted change of the vibration without force, relative to the largest response",
         0.05,
     ),
     parameter(

@@ -1,4 +1,4 @@
-"""PID of one bearing axis (thesis 5.1 to 5.4), sampled; docs/theory/controller.md has its equations.
+"""PID of a bearing axis (thesis 5.1 to 5.4), sampled; docs/theory/controller.md has its equations.
 
 K_s cancels the bearing's negative stiffness: the closed bearing has net stiffness K_b and damping C_b.
 `k_s`, `k_i` are constants of the bearing (N/m, N/A); the gain of the integral is `k_integral`.
@@ -14,7 +14,7 @@ from rolac_controller.complex_numbers import phasor, quotient, scaled, squared_m
 from signal_chain.demands import Limits
 
 PID_MEMORY = record(
-    ("integral", "f8"),  # K_I integral(x - x_set) (N), so that a change of K_I while running makes no bump
+    ("integral", "f8"),  # K_I integral(x - x_set) (N), so that a change of K_I causes no bump
     ("displacement", "f8"),  # m
     ("derivative", "f8"),  # m/s
 )
@@ -86,7 +86,7 @@ def pid_current(gains: np.record, direct: float, memory: np.record, setpoint: fl
 def limit_and_integrate(
     gains: np.record, memory: np.record, setpoint: float, demand: float, limits: Limits, sample_time: float
 ) -> float:
-    """Return the demanded current within its limits (A); integrate over a sample unless that would push further out."""
+    """Return the demanded current within its limits (A); integrate a sample unless that would exceed them further."""
     error = memory.displacement - setpoint
     winds_up = (demand > limits.high and error < 0.0) or (demand < limits.low and error > 0.0)
     if not winds_up:
@@ -97,7 +97,7 @@ def limit_and_integrate(
 
 @kernel
 def response(gains: np.record, direct: float, filter_time: float, sample_time: float, omega: float) -> complex:
-    """Return C in K_i I_pid = -C x for a vibration at omega (rad/s), as it is sampled (N/m).
+    """Return C in K_i I_pid = -C x for a sampled vibration at omega (rad/s) (N/m).
 
     C = k + c D + K_I J with z = exp(j omega h), D = (1 - 1/z) / (tau + h - tau/z), J = h / (z - 1).
     """

@@ -1,11 +1,11 @@
-"""Displacements and angle ahead of a step, for a master that passes them on late.
+"""Prediction of displacements and angle, for masters with delayed connections.
 
-In Jacobi order with the step h the displacements of t reach the rotor as a force at t + 2 h. The controller then counts
-with what will be there at t + p, p = `prediction_time` = 2 h, from the displacements at its last two steps, t_b and t:
+In Jacobi order with step h, displacements at t reach the rotor as a force at t + 2 h. The controller then extrapolates
+to t + p, p = `prediction_time` = 2 h, from the displacements at its last two steps, t_b and t:
 
     x(t + p) ~ x(t) + p (x(t) - x(t_b))/(t - t_b),      theta(t + p) ~ theta(t) + p Omega(t)
 
-The first is off by x'' p (p + t - t_b)/2 to leading order. Sensors, with their noise, filter and faults, come after it.
+The first has an error of x'' p (p + t - t_b)/2 to leading order. Noise, filter and faults of sensors are applied after.
 """
 
 from __future__ import annotations
@@ -19,21 +19,21 @@ from rolac_controller.records import Inputs
 
 @inlined_kernel
 def predict(inputs: Inputs, prediction_time: float, time: float, head: np.record, last_displacements: Array) -> None:
-    """Move angle and displacements of the inputs ahead, and remember the displacements as they were.
+    """Extrapolate angle and displacements of the inputs, and store the original displacements.
 
     Parameters
     ----------
     inputs
-        Of the step from `time` (s) on; changed.
+        Inputs of the step from `time` (s); changed.
     prediction_time
-        How far to look ahead, p (s).
+        Extrapolation time p (s).
     head
-        The state's record HEAD: time of the step before, if there was one.
+        The state's record HEAD: time of the step before, if any.
     last_displacements
         At the step before, shape (n_sensors,) (m).
     """
-    own, elapsed = inputs.own[0], time - head.last_time
-    own.theta += prediction_time * own.Omega
+    common, elapsed = inputs.common[0], time - head.last_time
+    common.theta += prediction_time * common.Omega
     share = prediction_time / elapsed if head.n_samples > 0.0 and elapsed > 0.0 else 0.0
     for k in range(last_displacements.shape[0]):
         x = inputs.displacements[k]

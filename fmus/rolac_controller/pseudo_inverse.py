@@ -1,9 +1,9 @@
-"""Receptance to the matrix H of the adaptive law, by a singular value decomposition.
+"""The matrix H of the adaptive law from the receptance, by a singular value decomposition.
 
     H = -(R^H W R)^-1 R^H W = -(W^(1/2) R)^+ W^(1/2)                                    (5.10)
 
 One-sided Jacobi rotations make the columns of A = W^(1/2) R orthogonal; then A V = B, B^H B = Sigma^2 and
-A^+ = V Sigma^-2 B^H. Rotations do not lose what a product A^H A would: small singular values stay accurate.
+A^+ = V Sigma^-2 B^H. Unlike a product A^H A, rotations keep small singular values accurate.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ def svd_work_size(sizes: Sizes) -> int:
 
 @views
 def svd_work_of(array: Array, start: int, sizes: Sizes) -> SvdWork:
-    """Return the scratch of a decomposition as views into an array from `start` on."""
+    """Return the scratch of a decomposition as views into an array from `start`."""
     n_axes, n_sensors = sizes.n_axes, sizes.n_sensors
     V = start + 2 * n_sensors * n_axes
     return SvdWork(

@@ -1,7 +1,7 @@
 """The table of receptances R and matrices H that the controller uses and updates.
 
-Its array is the number of rows, then their keys, ascending in harmonic order and speed, then all R, then all H. The
-constants of the FMU hold the table that it was built with; its state holds the one in use, which has room for more.
+Its array is the number of rows, their keys, ascending in harmonic order and speed, all R, and all H. The constants of
+the FMU contain the table that it was built with; its state contains the one in use, which has room for more rows.
 """
 
 from __future__ import annotations
@@ -20,11 +20,11 @@ from rolac_controller.sizes import KEY, N_KEY, Records, Sizes, sizes_of
 SPARE_ROWS = 48  # for identifications: twelve speeds, four harmonics
 SAME_SPEED = 0.005  # relative; an identification this close to a speed of the table replaces its row
 
-MISSING, WITHIN, BEYOND = range(3)  # how the speeds of the table cover a speed
+MISSING, WITHIN, BEYOND = range(3)  # whether the speeds of the table cover a speed
 
 
 class TableViews(NamedTuple):
-    """Views of a table: the number of rows in use, shape (1,), and all the rows there is room for.
+    """Views of a table: the number of rows in use, shape (1,), and all rows.
 
     keys
         Records KEY, shape (n,).
@@ -39,7 +39,7 @@ class TableViews(NamedTuple):
 
 
 class Bracket(NamedTuple):
-    """Rows on both sides of a speed, the weight of the upper one, and how the table covers the speed."""
+    """Rows on both sides of a speed, the weight of the upper row, and how the table covers the speed."""
 
     lower: int
     upper: int
@@ -49,7 +49,7 @@ class Bracket(NamedTuple):
 
 @views
 def table_of(array: Array, start: int, capacity: int, sizes: Sizes) -> TableViews:
-    """Return the table of so many rows that an array holds from `start` on."""
+    """Return the table with this number of rows in an array, from `start`."""
     n_axes, n_sensors = sizes.n_axes, sizes.n_sensors
     keys = start + 1
     R = keys + capacity * N_KEY
@@ -76,7 +76,7 @@ def built_table(constants: Array, sizes: Sizes) -> TableViews:
 
 @views
 def table_in_use(state: Array, start: int, constants: Array, sizes: Sizes) -> TableViews:
-    """Return the table that the state of an FMU with these constants holds from `start` on."""
+    """Return the table in the state of an FMU with these constants, from `start`."""
     return table_of(state, start, built_rows(constants, sizes) + SPARE_ROWS, sizes)
 
 
@@ -89,7 +89,7 @@ def table_size(constants: Array) -> int:
 
 @kernel
 def copy_row(source: TableViews, k: int, target: TableViews, place: int) -> None:
-    """Write row k of a table into a place of another one, or of the same."""
+    """Copy row k of a table to a row of another table, or of the same."""
     target.keys[place].order = source.keys[k].order
     target.keys[place].speed = source.keys[k].speed
     copy_all(source.R[k], target.R[place])
@@ -100,25 +100,25 @@ def copy_row(source: TableViews, k: int, target: TableViews, place: int) -> None
 def load(built: TableViews, parameters: Parameters, table: TableViews, svd: SvdWork) -> bool:
     """Copy the built table into use; return False if the sensor weights leave one of its receptances ill-conditioned.
 
-    With weights that are not one, H is computed anew.
+    With weights other than one, H is recomputed.
 
     Parameters
     ----------
     built, table
-        The table that the FMU was built with and the one in use.
+        The table that the FMU was built with and the table in use.
     svd
         Overwritten.
     """
     weights = parameters.sensor_weights
-    all_one = True
+    is_unweighted = True
     for s in range(weights.shape[0]):
-        all_one = all_one and weights[s] == 1.0
+        is_unweighted = is_unweighted and weights[s] == 1.0
     table.n_rows[0] = built.n_rows[0]
     for k in range(int(built.n_rows[0])):
         copy_row(built, k, table, k)
-        if not all_one:
+        if not is_unweighted:
             condition = negative_pseudo_inverse(table.R[k], weights, table.H[k], svd)
-            if condition > parameters.own[0].identification.max_condition:
+            if condition > parameters.common[0].identification.max_condition:
                 return False
     return True
 
@@ -127,7 +127,7 @@ def load(built: TableViews, parameters: Parameters, table: TableViews, svd: SvdW
 def find_bracket(table: TableViews | InnerLoop, order: float, speed: float) -> Bracket:
     """Return the rows of a harmonic on both sides of a speed (rad/s).
 
-    Beyond the first and the last speed both rows are the nearest one.
+    Outside the table both rows are the nearest one.
     """
     lower = upper = -1
     for k in range(int(table.n_rows[0])):
@@ -152,7 +152,7 @@ def find_bracket(table: TableViews | InnerLoop, order: float, speed: float) -> B
 
 @kernel
 def interpolate(lower: Complex, upper: Complex, weight: float, matrix: Complex) -> None:
-    """Compute the matrix between two others of the same shape, linear in the weight of the upper one."""
+    """Compute the matrix between two others of the same shape, linear in the weight of the upper matrix."""
     for i in range(matrix.shape[0]):
         for j in range(matrix.shape[1]):
             matrix[i, j] = (1.0 - weight) * lower[i, j] + weight * upper[i, j]
@@ -160,7 +160,7 @@ def interpolate(lower: Complex, upper: Complex, weight: float, matrix: Complex) 
 
 @kernel
 def store(table: TableViews, order: float, speed: float, R: Complex, H: Complex) -> bool:
-    """Replace the row of that order and speed, or insert one; return False if the table is full.
+    """Replace or insert the row of this order and speed; return False if the table is full.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""How kernels see parameters, inputs and outputs: a record of those that stand alone, and arrays of the rest."""
+"""Views of parameters, inputs and outputs for kernels: a record of single variables, and arrays of repeated ones."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from rolac_controller.inner_loop import InnerLoop, inner_loop_of
 from rolac_controller.interface import SMALLEST
 from rolac_controller.sizes import N_SIZES, Records, Sizes
 
-PARAMETERS, INPUTS, OUTPUTS = (SMALLEST.own_record(kind) for kind in ("parameter", "input", "output"))
-GAINS = SMALLEST.element_record("parameter", "axes")  # of the PID of one axis
-HARMONIC = SMALLEST.element_record("parameter", "harmonics")  # order and power of one harmonic
+PARAMETERS, INPUTS, OUTPUTS = (SMALLEST.common_record(kind) for kind in ("parameter", "input", "output"))
+GAINS = SMALLEST.element_record("parameter", "axes")  # of the PID of an axis
+HARMONIC = SMALLEST.element_record("parameter", "harmonics")  # order and power of a harmonic
 SENSOR_FAULTS = SMALLEST.element_record("input", "faults")
 AXIS_OUTPUTS = SMALLEST.element_record("output", "axes")
 SENSOR_OUTPUTS = SMALLEST.element_record("output", "sensors")
@@ -29,7 +29,7 @@ N_ORDERS, N_HARMONIC = N_HARMONICS * size_of(HARMONIC), N_HARMONICS * size_of(HA
 
 
 class Parameters(NamedTuple):
-    """Record of type `PARAMETERS`, in an array of one, and the parameters of axes, harmonics, sensors and planes.
+    """Record of type `PARAMETERS`, in an array of length 1, and the parameters of axes, harmonics, sensors and planes.
 
     axes, harmonics
         Records `GAINS`, shape (n_axes,), and `HARMONIC`, shape (N_HARMONICS,); the first order 0 ends them.
@@ -40,10 +40,10 @@ class Parameters(NamedTuple):
     sensor_of_axis
         From the constants: number of the sensor that closes the loop of each axis, shape (n_axes,).
     inner
-        From the constants: response of the controller that closes the loop beside the PID.
+        From the constants: response of the additional controller that closes the loop.
     """
 
-    own: Records
+    common: Records
     axes: Records
     harmonics: Records
     sensor_weights: Array
@@ -55,18 +55,18 @@ class Parameters(NamedTuple):
 
 
 class Inputs(NamedTuple):
-    """Record of type `INPUTS`, in an array of one; displacements (m), setpoints (m); records `SENSOR_FAULTS`."""
+    """Record of type `INPUTS`, in an array of length 1; displacements (m), setpoints (m); records `SENSOR_FAULTS`."""
 
-    own: Records
+    common: Records
     displacements: Array
     setpoints: Array
     faults: Records
 
 
 class Outputs(NamedTuple):
-    """Record of type `OUTPUTS`, in an array of one; records of axes, sensors, harmonics; shares of contact; R (m/N)."""
+    """Record of type `OUTPUTS` (length 1); records of axes, sensors, harmonics; shares of contact; R (m/N)."""
 
-    own: Records
+    common: Records
     axes: Records
     sensors: Records
     harmonics: Records

@@ -1,4 +1,4 @@
-"""Sensors that cannot be right: one whose reading does not change for a revolution in which others do."""
+"""Detection of faulty sensors: those whose reading is constant for a revolution in which others change."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ CHECK_MEMORY = record(
 def suspect_sensor(displacements: Array, samples_of_revolution: float, memory: Records) -> int:
     """Return the number of the first sensor that did not change for a revolution although another did.
 
-    Numbers start from 1; 0 means that there is none.
+    Numbers start from 1; 0 means none.
 
     Parameters
     ----------
     displacements
         As measured, shape (n_sensors,) (m).
     samples_of_revolution
-        Length of the last revolution in samples; 0 where there is none.
+        Length of the last revolution in samples; 0 if there is none.
     memory
         Records CHECK_MEMORY of the sensors; changed.
     """

@@ -1,4 +1,4 @@
-"""From the displacements of the rotor to what the controller reads.
+"""Sensors: from the displacements of the rotor to the readings of the controller.
 
 displacement -> axial offset -> scale -> signal chain (`signal_chain.readings`)
 """
@@ -15,7 +15,7 @@ from signal_chain.readings import SensorMemory, read
 def plane_weight(parameters: Parameters, plane: int, other: int) -> float:
     """Return the weight of the displacement of plane `other` in that of the sensors of `plane`.
 
-    Sensors may sit beside their plane: Lagrange's polynomial through all planes interpolates the bent shaft there.
+    Sensors may be offset from their plane: Lagrange's polynomial through all planes interpolates the bent shaft.
     """
     z = parameters.plane_positions[plane] + parameters.plane_offsets[plane]
     z_other = parameters.plane_positions[other]
@@ -43,7 +43,7 @@ def displacement_at(parameters: Parameters, inputs: Inputs, plane: int, axis: in
 def measure(
     parameters: Parameters, inputs: Inputs, memory: SensorMemory, started: bool, sampling: bool, measured: Array
 ) -> bool:
-    """Compute what the controller reads of the sensors at this sample; return whether one is beyond the ADC range.
+    """Compute the readings of the sensors at this sample; return whether one is beyond the ADC range.
 
     Parameters
     ----------
@@ -56,4 +56,4 @@ def measure(
     """
     for s in range(measured.shape[0]):
         measured[s] = parameters.sensor_scales[s] * displacement_at(parameters, inputs, s // 2, s % 2)
-    return read(parameters.own[0], inputs.faults, memory, started, sampling, measured)
+    return read(parameters.common[0], inputs.faults, memory, started, sampling, measured)

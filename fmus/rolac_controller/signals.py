@@ -1,9 +1,9 @@
-"""Inputs and outputs of the controller: names, units, ranges, and their places in the records that kernels see."""
+"""Inputs and outputs of the controller: names, units, ranges, and their positions in the records of kernels."""
 
 from __future__ import annotations
 
 from fmi_export.interface import repeated
-from fmi_export.variables import Array, Enumeration, Variable, input_, one_of, output
+from fmi_export.variables import Array, Enumeration, Variable, enumerated, input_, output
 from rolac_controller.control_loop import N_HARMONICS, ControlLoop
 from rolac_controller.enumerations import ERRORS, STATUSES, stages
 from signal_chain.variables import FAULT_INPUTS, sensor_faults
@@ -29,7 +29,7 @@ def _setpoint(b: str, a: str) -> list[Variable]:
 def input_variables(loop: ControlLoop) -> list[Variable]:
     """Return the inputs of a controller of this loop."""
     return [
-        *_OWN_INPUTS,
+        *_COMMON_INPUTS,
         _contact_state(loop.bearings),
         # The range is wide, but narrow enough to reject values in mm or um.
         *repeated("displacements", loop.sensors, _displacement, array=_displacement_array(loop)),
@@ -39,14 +39,14 @@ def input_variables(loop: ControlLoop) -> list[Variable]:
 
 
 def _contact_state(bearings: tuple[str, ...]) -> Variable:
-    """Which journals touch, as a sum of 1, 2, 4, ... in the order of the bearings."""
+    """Journals in contact, as a sum of 1, 2, 4, ... in the order of the bearings."""
     parts = ", ".join(f"{2**k} at {bearing.upper()}" for k, bearing in enumerate(bearings))
-    description = f"With contact.source given: 0 no contact, else the sum of {parts}"
+    description = f"With contact.source given: 0 no contact, otherwise the sum of {parts}"
     largest = 2 ** len(bearings) - 1
     return input_("contact_state", "1", description, type="Integer", minimum=0, maximum=largest)
 
 
-_OWN_INPUTS = (
+_COMMON_INPUTS = (
     input_(
         "Omega",
         "rad/s",
@@ -88,11 +88,11 @@ def _inputs_of_sensor(loop: ControlLoop, sensor: int) -> tuple[str, ...]:
 # What the displacements that the controller reads at its start depend on, beside inputs and scales of the sensors.
 MEASURED = ("chain.preset", "chain.adc", "chain.sensitivity", "chain.adc_range")
 DAC = ("chain.preset", "chain.dac", "chain.dac_bits", "chain.dac_range", "chain.amplifier_gain")
-GAINS = ("k_b", "k_s", "k_i", "k_p", "i_min", "i_max")  # that a current at rest depends on
+GAINS = ("k_b", "k_s", "k_i", "k_p", "i_min", "i_max")  # parameters that a current at rest depends on
 
 
 def _measured_at_start(loop: ControlLoop, sensor: int) -> tuple[str, ...]:
-    """Parameters and inputs that a sensor's measured displacement depends on at the start, the ADC's bits aside."""
+    """Parameters and inputs that a sensor's measured displacement depends on at the start, without the ADC's bits."""
     name = loop.sensor_names[sensor]
     faults = tuple(f"{name}.fault_{kind}" for kind in ("dead", "stuck", "offset"))  # noise begins with the samples
     others = (*loop.sensor_names[sensor % 2 :: 2], f"plane{sensor // 2 + 1}.offset", "plane_positions[*]")
@@ -107,12 +107,12 @@ def _current_at_start(loop: ControlLoop, b: str, a: str, sensor: str) -> tuple[s
 
 
 def _later(name: str, unit: str, what: str, depends_on: tuple[str, ...], **options: object) -> Variable:
-    """Declare an output that shows something from the first sample on: it always starts with the same value."""
+    """Declare an output that is valid from the first sample and always starts with the same value."""
     return output(name, unit, what, depends_on=depends_on, starts_from=(), **options)
 
 
 def _axis(b: str, a: str, adaptation: tuple[str, ...], start: tuple[str, ...]) -> list[Variable]:
-    at, shown = f"{b.upper()}, {a} axis", (*adaptation, *SELECTION_INPUTS)
+    at, reached = f"{b.upper()}, {a} axis", (*adaptation, *SELECTION_INPUTS)
     return [
         output(
             f"{b}.i_{a}",
@@ -122,13 +122,13 @@ def _axis(b: str, a: str, adaptation: tuple[str, ...], start: tuple[str, ...]) -
             starts_from=start,
             field="current",
         ),
-        _later(f"{b}.u_{a}", "N", f"Amplitude of the synchronous force, {at}", shown, field="force_amplitude"),
-        _later(f"{b}.u_phase_{a}", "rad", f"Phase of the synchronous force, {at}", shown, field="force_phase"),
+        _later(f"{b}.u_{a}", "N", f"Amplitude of the synchronous force, {at}", reached, field="force_amplitude"),
+        _later(f"{b}.u_phase_{a}", "rad", f"Phase of the synchronous force, {at}", reached, field="force_phase"),
     ]
 
 
-def _sensor(name: str, where: str, own_inputs: tuple[str, ...]) -> list[Variable]:
-    reached = (*own_inputs, *ROTATION_INPUTS, *SELECTION_INPUTS)
+def _sensor(name: str, where: str, signal_inputs: tuple[str, ...]) -> list[Variable]:
+    reached = (*signal_inputs, *ROTATION_INPUTS, *SELECTION_INPUTS)
     amplitude, phase = f"Synchronous amplitude, {where}", f"Phase of the synchronous part, {where}"
     return [
         _later(f"amplitude.{name}", "m", amplitude, reached, field="amplitude", display_unit="um"),
@@ -150,9 +150,9 @@ def _harmonic(number: int, sensors: tuple[str, ...], adaptation: tuple[str, ...]
 
 def _receptance(sensor: str, b: str, a: str, adaptation: tuple[str, ...]) -> list[Variable]:
     what = f"part of the identified receptance, {sensor} by a force at {b}.{a} (6.7)"
-    shown = (*adaptation, *SELECTION_INPUTS)
+    reached = (*adaptation, *SELECTION_INPUTS)
     parts = (("re", "Real"), ("im", "Imaginary"))
-    return [_later(f"r.{sensor}.{b}_{a}.{part}", "m/N", f"{word} {what}", shown) for part, word in parts]
+    return [_later(f"r.{sensor}.{b}_{a}.{part}", "m/N", f"{word} {what}", reached) for part, word in parts]
 
 
 def _receptance_array(loop: ControlLoop) -> Array:
@@ -162,7 +162,7 @@ def _receptance_array(loop: ControlLoop) -> Array:
 
 
 def _contact_share(b: str, sensors: tuple[str, ...]) -> list[Variable]:
-    what = f"Share of the last revolutions in contact at {b.upper()}, as contact.source tells"
+    what = f"Share of the last revolutions in contact at {b.upper()}, detected by contact.source"
     reached = (*sensors, "theta", "contact_state")
     return [_later(f"{b}.contact_share", "1", what, reached, minimum=0.0, maximum=1.0, field=".")]
 
@@ -180,7 +180,7 @@ def _number(name: str, what: str, maximum: float, depends_on: tuple[str, ...]) -
 def _choice(
     name: str, what: str, values: Enumeration, depends_on: tuple[str, ...], starts_from: tuple[str, ...] = ()
 ) -> Variable:
-    return output(name, "1", what, depends_on=depends_on, starts_from=starts_from, **one_of(values))
+    return output(name, "1", what, depends_on=depends_on, starts_from=starts_from, **enumerated(values))
 
 
 def output_variables(loop: ControlLoop) -> list[Variable]:
@@ -196,7 +196,7 @@ def output_variables(loop: ControlLoop) -> list[Variable]:
         _flag("window_valid", "The synchronous signals span a full revolution", ROTATION_INPUTS),
         _choice(
             "rolac_status",
-            "What ROLAC does",
+            "Status of ROLAC",
             STATUSES,
             adaptation,
             starts_from=("rolac_enable", "Omega", "rolac.min_speed"),
@@ -209,15 +209,15 @@ def output_variables(loop: ControlLoop) -> list[Variable]:
         ),
         _flag(
             "h_extrapolated",
-            "The speed is beyond the table, and H that of its nearest speed",
+            "The speed is outside the table; H is that of its nearest speed",
             adaptation,
-            "Omega = {Omega} rad/s is beyond the table of H, which is that of the nearest speed",
+            "Omega = {Omega} rad/s is outside the table; H is that of its nearest speed",
         ),
         _flag(
             "current_limited",
             "A demanded current is at its limit",
             (*adaptation, *setpoints),
-            "a demanded current is at its limit, which i_min and i_max of its axis set, or the range of the DAC",
+            "a demanded current is at its limit, set by i_min and i_max of its axis, or by the range of the DAC",
             starts_from=tuple(sorted({name for start in currents.values() for name in start})),
         ),
         _flag(
@@ -229,26 +229,26 @@ def output_variables(loop: ControlLoop) -> list[Variable]:
         ),
         _number(
             "suspect_sensor",
-            "Number of a sensor that does not move while others do, in the order of their displacements; 0: none",
+            "Number of a sensor whose reading is constant while others change, in their order; 0: none",
             len(loop.sensors),
             sensors,
         ),
         _number("table_rows", "Speeds in the table of H, times harmonics", 1e6, adaptation),
         _choice("identification_state", "Stage of the identification", stages(loop.axis_names), adaptation),
-        _choice("identification_error", "Why the identification failed", ERRORS, adaptation),
+        _choice("identification_error", "Cause of failure of the identification", ERRORS, adaptation),
         _later(
             "identification_progress",
             "1",
-            "Share of the identification that is done",
+            "Completed fraction of the identification",
             adaptation,
             minimum=0.0,
             maximum=1.0,
         ),
-        _later("identification_speed", "rad/s", "Speed of the last identification that was completed", adaptation),
+        _later("identification_speed", "rad/s", "Speed of the last completed identification", adaptation),
         _later(
             "condition_number",
             "1",
-            "Condition number of the last receptance identified, sensors weighted",
+            "Condition number of the last identified receptance, with sensor weights",
             (*adaptation, *SELECTION_INPUTS),
             minimum=0.0,
             maximum=LARGEST_CONDITION,
@@ -264,5 +264,5 @@ def output_variables(loop: ControlLoop) -> list[Variable]:
             shape=loop.shape,
             array=_receptance_array(loop),
         ),
-        output("fault_code", "1", "0 while all is well; the log says what else means", type="Integer", starts_from=()),
+        output("fault_code", "1", "0 without a fault; the log explains other codes", type="Integer", starts_from=()),
     ]

@@ -1,4 +1,4 @@
-"""How many bearings and sensors a controller has, and which sensor closes the loop of an axis: in its constants."""
+"""Sizes of a controller, stored in its constants: bearings, sensors, and the sensor that closes each axis's loop."""
 
 from __future__ import annotations
 

@@ -30,9 +30,9 @@ HEAD = record(
     ("begin", "f8"),  # time of the first sample (s)
     ("n_samples", "f8"),  # samples taken
     ("current_limited", "f8"),  # 1 if a current was at its limit at the last sample
-    ("last_time", "f8"),  # of the last step, if there is a prediction (s)
+    ("last_time", "f8"),  # of the last step, with a prediction (s)
 )
-# What was found at this sample; flags are 0 or 1.
+# Results of this sample; flags are 0 or 1.
 FINDINGS = record(
     ("delta_theta", "f8"),  # angle since the sample before (rad)
     ("adc_limited", "f8"),
@@ -50,7 +50,7 @@ class State(NamedTuple):
     """The state; the table of receptances in use follows it in the array.
 
     head
-        Record HEAD, in an array of one.
+        Record HEAD, in an array of length 1.
     axes
         Records PID_MEMORY, shape (n_axes,).
     currents
@@ -62,7 +62,7 @@ class State(NamedTuple):
     checks
         Records CHECK_MEMORY, shape (n_sensors,).
     last_displacements
-        At the last step, if there is a prediction, shape (n_sensors,) (m).
+        At the last step, with a prediction, shape (n_sensors,) (m).
     """
 
     head: Records
@@ -82,7 +82,7 @@ class Work(NamedTuple):
     """The work array.
 
     findings
-        Record FINDINGS, in an array of one.
+        Record FINDINGS, in an array of length 1.
     displacements, Q
         At this sample: measured, shape (n_sensors,), and synchronous, shape (N_HARMONICS, n_sensors) (m).
     u
@@ -204,7 +204,7 @@ def n_work(constants: Array) -> int:
 
 
 def linear_state(constants: Array) -> LinearState:
-    """Return the places of what moves linearly: PID, currents, filters, displacements that a prediction keeps."""
+    """Return the positions of the linear part of the state: PID, currents, filters, displacements of a prediction."""
     sizes = sizes_of(constants)
     n_axes, n_sensors = sizes.n_axes, sizes.n_sensors
     U = N_HEAD + n_axes * (N_PID + 1)

@@ -1,4 +1,4 @@
-"""Synchronous control: whether it may adapt now, and the forces of all harmonics by the law of `rolac.mode`."""
+"""Synchronous control: conditions for adaptation, and the forces of all harmonics by the law of `rolac.mode`."""
 
 from __future__ import annotations
 
@@ -31,11 +31,11 @@ from rolac_controller.state import State, Work
 
 @inlined_kernel
 def permitted_status(parameters: Parameters, inputs: Inputs, state: State, work: Work) -> int:
-    """Return the status of the synchronous control as far as it does not depend on the table."""
-    rolac, findings = parameters.own[0].rolac, work.findings[0]
-    if not inputs.own[0].rolac_enable:
+    """Return the part of the synchronous control's status that does not depend on the table."""
+    rolac, findings = parameters.common[0].rolac, work.findings[0]
+    if not inputs.common[0].rolac_enable:
         return OFF
-    if inputs.own[0].Omega < rolac.min_speed:
+    if inputs.common[0].Omega < rolac.min_speed:
         return TOO_SLOW
     if not findings.window_valid:
         return NO_WINDOW
@@ -46,16 +46,16 @@ def permitted_status(parameters: Parameters, inputs: Inputs, state: State, work:
 
 @inlined_kernel
 def update_forces(parameters: Parameters, inputs: Inputs, state: State, work: Work, table: TableViews) -> None:
-    """Advance the synchronous forces U by one sample.
+    """Advance the synchronous forces U by a sample.
 
-    They adapt under ADAPTING alone, stay under IDENTIFYING, and fade to zero under any other status.
+    They adapt only under ADAPTING, are constant under IDENTIFYING, and fade to zero under any other status.
 
     Parameters
     ----------
     state
         `U` and `olac` are changed.
     work
-        The finding `status` is that of `permitted_status`; it becomes NO_H where H is missing for a harmonic.
+        Its `status` is that of `permitted_status`, and becomes NO_H if H is missing for a harmonic.
         Receives `extrapolated`, whether H is that of the nearest speed, and `force_limited`.
     table
         Table in use.
@@ -68,23 +68,23 @@ def update_forces(parameters: Parameters, inputs: Inputs, state: State, work: Wo
     if findings.status == ADAPTING:
         adapt(parameters, inputs, state, work, table)
     if findings.status in (ADAPTING, IDENTIFYING):
-        findings.force_limited = limit_forces(state.U, parameters.harmonics, parameters.own[0].rolac.force_limit)
+        findings.force_limited = limit_forces(state.U, parameters.harmonics, parameters.common[0].rolac.force_limit)
     else:
-        own = parameters.own[0]
-        fade_forces(state.U, min(own.rolac.fade * own.sample_time, 1.0))
+        common = parameters.common[0]
+        fade_forces(state.U, min(common.rolac.fade * common.sample_time, 1.0))
         forget(state.olac)
 
 
 @inlined_kernel
 def is_covered(parameters: Parameters, inputs: Inputs, table: TableViews, findings: np.record) -> bool:
-    """Return whether the table has H of all harmonics for this speed; notes in `findings` where it is extrapolated."""
+    """Return whether the table has H of all harmonics for this speed; sets `extrapolated` in `findings`."""
     extrapolated = 0.0
     for k in range(N_HARMONICS):
         order = parameters.harmonics[k].order
         if order == 0.0:
             break
-        coverage = find_bracket(table, order, inputs.own[0].Omega).coverage
-        if coverage == MISSING or (coverage == BEYOND and not parameters.own[0].rolac.extrapolate):
+        coverage = find_bracket(table, order, inputs.common[0].Omega).coverage
+        if coverage == MISSING or (coverage == BEYOND and not parameters.common[0].rolac.extrapolate):
             return False
         if coverage == BEYOND:
             extrapolated = 1.0
@@ -94,10 +94,10 @@ def is_covered(parameters: Parameters, inputs: Inputs, table: TableViews, findin
 
 @inlined_kernel
 def adapt(parameters: Parameters, inputs: Inputs, state: State, work: Work, table: TableViews) -> None:
-    """Change the forces of all harmonics by one step of the law; arguments as in `update_forces`."""
-    own, Omega = parameters.own[0], inputs.own[0].Omega
-    mode = own.rolac.mode
-    if mode == OLAC and not update_is_due(own.olac, work.findings[0].delta_theta, work.Q, state.olac):
+    """Change the forces of all harmonics by a step of the law; arguments as in `update_forces`."""
+    common, Omega = parameters.common[0], inputs.common[0].Omega
+    mode = common.rolac.mode
+    if mode == OLAC and not update_is_due(common.olac, work.findings[0].delta_theta, work.Q, state.olac):
         return
     for k in range(N_HARMONICS):
         order = parameters.harmonics[k].order
@@ -118,16 +118,16 @@ def interpolate_matrix(table: TableViews, bracket: Bracket, mode: float, work: W
 
 @inlined_kernel
 def step_harmonic(parameters: Parameters, order: float, Omega: float, state: State, work: Work, number: int) -> None:
-    """Change the forces of one harmonic, of an order at a speed (rad/s), by one step of the law."""
-    own = parameters.own[0]
-    mode = own.rolac.mode
+    """Change the forces of a harmonic, of an order at a speed (rad/s), by a step of the law."""
+    common = parameters.common[0]
+    mode = common.rolac.mode
     Q, U = work.Q[number], state.U[number]
     if mode in (NOTCH, FORCE_FREE):
         reject_synchronous(parameters, order, Omega, Q, U, work)
         return
-    gain = own.rolac.alpha * own.sample_time if mode == ROLAC else 1.0
+    gain = common.rolac.alpha * common.sample_time if mode == ROLAC else 1.0
     integral_step(work.H, gain, Q, work.delta_U)
-    if mode == ROLAC and own.contact.aware:
+    if mode == ROLAC and common.contact.aware:
         for bearing in range(state.contact_shares.shape[0]):
             turn_against_displacement(parameters, state.contact_shares[bearing], Q, work.delta_U, bearing)
     for axis in range(U.shape[0]):

@@ -1,4 +1,4 @@
-"""What moves beside the shaft: housings of retainers on their mounts, races in them, and the rotor's spin.
+"""Bodies other than the shaft: retainer housings on their mounts, races in them, and the rotor's spin.
 
 docs/theory/retainers.md has the equations of motion; omega_0 there is `RACE_SPEED_SCALE`. T is the friction force on
 the rotor, forward positive. Unbalance couples a free spin to the shaft by p, so that
@@ -6,8 +6,8 @@ the rotor, forward positive. Unbalance couples a free spin to the shaft by p, so
     (J - p . M^-1 p) Omega' = M_drive - c_s Omega - p . a
 
 where a is the shaft's acceleration at constant speed; damping that rotates with the shaft adds its torque. Mass matrix
-and energy hold the coupling; what gravity and base do to the unbalance itself is left out. Each body exists where its
-mass or inertia is given.
+and energy include the coupling; the effect of gravity and base motion on the unbalance itself is neglected. A body
+exists if its mass or inertia is set.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import math
 
 import numpy as np
 
-from fmi_export.jit import kernel, kernel_apart
+from fmi_export.jit import kernel, noinline_kernel
 from fmi_export.model import Array
 from fmi_export.records import record
 from rotor_contact.dynamics import Motion, accelerations, forces, spin_coupling
@@ -28,8 +28,8 @@ RACE_SPEED_SCALE = 1.0  # rad/s, over which the constant drag of a race changes 
 RESOLUTION = 0.2  # of a body's fastest time constant; a substep is no longer
 SHORTEST_SUBSTEP = 1e-7  # s, that a body may ask for
 
-# The spin during a step: its degree of freedom, -1 if the speed is given; inertia (kg m^2), drag (N m s), the drive's
-# demanded speed (rad/s), gain (N m s), torque and its limit (N m); and 1/sqrt(J - p . M^-1 p).
+# The spin during a step: its degree of freedom, -1 if the speed is prescribed; inertia (kg m^2), drag (N m s), the
+# drive's demanded speed (rad/s), gain (N m s), torque and its limit (N m); and 1/sqrt(J - p . M^-1 p).
 SPIN = record(
     ("row", np.int64),
     ("inertia", np.float64),
@@ -45,7 +45,7 @@ Spin = np.record
 
 @kernel
 def place_bodies(parameters: Parameters, inputs: Inputs, sites: Sites, spin: Spin, n: int) -> int:
-    """Give the bodies their degrees of freedom after the n of the shaft; return how many there are in all.
+    """Assign degrees of freedom to the bodies after the n of the shaft; return the total number.
 
     Housings come first, x and y in turn, then races, then the spin.
     """
@@ -93,7 +93,7 @@ def drive_torque(spin: Spin, Omega: float) -> float:
     return min(max(torque, -spin.torque_limit), spin.torque_limit)
 
 
-@kernel_apart
+@noinline_kernel
 def couple_spin(motion: Motion, spin: Spin, theta: float) -> float:
     """Write the coupling of a free spin at the rotor angle `theta` (rad); return J - p . M^-1 p (kg m^2)."""
     direction_x, direction_y = -math.sin(theta), math.cos(theta)
@@ -113,19 +113,19 @@ def couple_spin(motion: Motion, spin: Spin, theta: float) -> float:
 
 @kernel
 def least_inertia(motion: Motion) -> float:
-    """Return an inertia (kg m^2) beyond which J - p . M^-1 p is positive at every angle."""
-    given, caused = forces(motion), accelerations(motion)
+    """Return an inertia (kg m^2) above which J - p . M^-1 p is positive at every angle."""
+    acting, caused = forces(motion), accelerations(motion)
     total = 0.0
-    for i in range(given.cosine.shape[0]):
-        total += given.cosine[i] * caused.cosine[i] + given.sine[i] * caused.sine[i]
+    for i in range(acting.cosine.shape[0]):
+        total += acting.cosine[i] * caused.cosine[i] + acting.sine[i] * caused.sine[i]
     return total
 
 
 @kernel
 def accelerate_bodies(w: Workspace, q: Array, v: Array, damping_torque: float, a: Array) -> None:
-    """Write the accelerations of the bodies without contact into `a`, and change those of the shaft by the spin's.
+    """Write the accelerations of the bodies without contact into `a`, and add the effect of the spin on the shaft.
 
-    `damping_torque` is that of the shaft's damping on the spin (N m).
+    `damping_torque` is the torque of the shaft's damping on the spin (N m).
     """
     for site in w.sites:
         if site.housing >= 0:
@@ -149,7 +149,7 @@ def accelerate_bodies(w: Workspace, q: Array, v: Array, damping_torque: float, a
 
 @kernel
 def mount_heat(sites: Sites, spin: Spin, v: Array) -> float:
-    """Return the heat per second (W) in the mounts' dampers and of the spin's drag."""
+    """Return the dissipation (W) of mount dampers and spin drag."""
     power = 0.0
     for site in sites:
         if site.housing >= 0:
@@ -172,7 +172,7 @@ def power_on_bodies(sites: Sites, spin: Spin, v: Array) -> float:
     return power
 
 
-@kernel_apart
+@noinline_kernel
 def kinetic_energy(sites: Sites, v: Array) -> float:
     """Return the kinetic energy (J) of housings and races."""
     energy = 0.0
@@ -185,7 +185,7 @@ def kinetic_energy(sites: Sites, v: Array) -> float:
     return energy
 
 
-@kernel_apart
+@noinline_kernel
 def strain_energy(sites: Sites, q: Array) -> float:
     """Return the strain energy (J) of the mounts."""
     energy = 0.0
@@ -198,7 +198,7 @@ def strain_energy(sites: Sites, q: Array) -> float:
 
 @kernel
 def coupling_energy(motion: Motion, spin: Spin, theta: float, v: Array) -> float:
-    """Return the kinetic energy Omega p . v (J) that shaft and free spin share."""
+    """Return the kinetic energy Omega p . v (J) of the coupling of shaft and free spin."""
     if spin.row < 0:
         return 0.0
     couple_spin(motion, spin, theta)
@@ -211,7 +211,7 @@ def coupling_energy(motion: Motion, spin: Spin, theta: float, v: Array) -> float
 
 @kernel
 def body_limit(sites: Sites, spin: Spin) -> float:
-    """Return the length (s) of a substep that resolves mounts, races and drive; their coupling must be up to date."""
+    """Return the length (s) of a substep that resolves mounts, races and drive; requires an up-to-date coupling."""
     fastest = 1e-300
     for site in sites:
         if site.housing >= 0:

@@ -1,4 +1,4 @@
-"""Contact forces by collocation on the exact motion, where the constraint holds over a whole piece of a step.
+"""Contact forces by collocation on the exact motion, for pieces of a step in which the constraint persists.
 
 Between events the force at a site is smooth: over a piece of length h it is the cubic through its values at the Lobatto
 points, F_j = -N_j n_j + T_j t_j, from which the motion follows exactly (`exact_motion`). The values follow from
@@ -7,14 +7,14 @@ points, F_j = -N_j n_j + T_j t_j, from which the motion follows exactly (`exact_
     j > 0    n_j . v_j = 0           that on the velocity
              T_j = -mu_j sign N_j    sliding, or slip_j = 0 for a journal that rolls
 
-v_j is linear in x and in all forces (S). So the equations of all sites and points together are linear but for the
-directions n_j, which follow from the displacements q_j, that is from the forces: they are solved again until the
-directions settle. A sweep lets them turn with the displacements, from those of the sweep before,
+v_j is linear in x and in all forces (S). The equations of all sites and points are thus linear except for the
+directions n_j, which depend on the displacements q_j and hence on the forces. They are solved repeatedly until the
+directions converge. Each sweep includes the rotation of the directions with the displacements,
 
     n_j . v_j + (t_j . v_j/c) t_j . (q_j - q_j_before) = 0        (1)
 
-without which one more would be needed. Displacements are not held on the circle at the inner points. How far they leave
-it is the error that counts; at the end it is smaller by far.
+which saves a sweep. Displacements are not constrained to the circle at the inner points. Their distance from it is the
+error measure; at the end of the piece it is much smaller.
 
 Lobatto collocation of index-2 systems: Hairer, Lubich and Roche, The Numerical Solution of Differential-Algebraic
 Systems by Runge-Kutta Methods, Springer 1989.
@@ -26,7 +26,7 @@ import math
 
 import numpy as np
 
-from fmi_export.jit import kernel, kernel_apart
+from fmi_export.jit import kernel, noinline_kernel
 from fmi_export.model import Array
 from rotor_contact.contact import find_multipliers, number_unknowns, put_on_circles
 from rotor_contact.enumerations import ROLLING
@@ -41,14 +41,14 @@ from rotor_contact.site_in_piece import follows_circle, friction_heat, keeps_mod
 from rotor_contact.workspace import Workspace, energy_integrals, site_integrals, stages_of
 
 MAX_SWEEPS = 8
-SETTLED = 1e-5  # of the largest force: change of the forces in a sweep, of which the next one's is a fiftieth
+SETTLED = 1e-5  # of the largest force: change of the forces in a sweep, the next sweep's is a fiftieth
 
 
-@kernel_apart
+@noinline_kernel
 def find_forces(w: Workspace, propagator: Propagator) -> bool:
     """Write the contact forces of a piece into x; return False if an event may be in the piece.
 
-    The first `n_free` of x must be written. False too where the forces cannot be found, or not accurately enough.
+    The first `n_free` of x must be set. Also returns False if the forces cannot be computed accurately enough.
     """
     if not _find_first_forces(w, propagator):
         return False
@@ -66,7 +66,7 @@ def find_forces(w: Workspace, propagator: Propagator) -> bool:
 
 @kernel
 def _find_first_forces(w: Workspace, propagator: Propagator) -> bool:
-    """Write the forces at the beginning to the first point, and as a guess to all others; return False if one pulls."""
+    """Write the initial forces to the first point and, as a guess, to the others; return False if any is tensile."""
     n, n_sites = w.Minv.shape[0], w.sites.shape[0]
     start, free = propagator.start, n_free(n)
     later = free + 2 * n_sites
@@ -100,7 +100,7 @@ def _find_first_forces(w: Workspace, propagator: Propagator) -> bool:
 
 @kernel
 def _set_force(propagator: Propagator, n: int, n_sites: int, k: int, point: int, f_n: float, f_t: float) -> None:
-    """Write the force at a site at a Lobatto point, in the direction there."""
+    """Write the force at a site at a Lobatto point, in its direction."""
     node = propagator.nodes[k, point]
     node.f_n, node.f_t = f_n, f_t
     unit = n_free(n) + 2 * (n_sites * point + k)
@@ -110,7 +110,7 @@ def _set_force(propagator: Propagator, n: int, n_sites: int, k: int, point: int,
 
 @kernel
 def _locate_nodes(w: Workspace, propagator: Propagator) -> None:
-    """Locate the sites at the Lobatto points under the forces in x, and write their slip there."""
+    """Locate the sites at the Lobatto points under the forces in x, and write their slip."""
     later = n_free(w.Minv.shape[0]) + 2 * w.sites.shape[0]
     for k in range(w.sites.shape[0]):
         site = w.sites[k]
@@ -133,10 +133,10 @@ def _locate_nodes(w: Workspace, propagator: Propagator) -> None:
 
 @kernel
 def _solve_nodes(w: Workspace, propagator: Propagator, size: int) -> tuple[bool, float]:
-    """Solve the forces at all points after the first in the directions there.
+    """Solve the forces at all points after the first in their directions.
 
-    `size` is the number of unknowns at one point. Returns whether there is a solution, and the largest change of a
-    force, as a share of the largest force.
+    `size` is the number of unknowns at a point. Returns whether the equations are solvable, and the largest change of a
+    force relative to the largest force.
     """
     n, n_sites = w.Minv.shape[0], w.sites.shape[0]
     for k in range(n_sites):
@@ -163,7 +163,7 @@ def _solve_nodes(w: Workspace, propagator: Propagator, size: int) -> tuple[bool,
 
 @kernel
 def _write_equations(w: Workspace, propagator: Propagator, k: int, point: int, size: int) -> None:
-    """Write the equations of site k at a Lobatto point after the first, as (1) says."""
+    """Write the equations (1) of site k at a Lobatto point after the first."""
     n, n_sites = w.Minv.shape[0], w.sites.shape[0]
     A, b = propagator.equations
     site, node = w.sites[k], propagator.nodes[k, point]
@@ -197,7 +197,7 @@ def _write_equations(w: Workspace, propagator: Propagator, k: int, point: int, s
 
 @kernel
 def _is_smooth(w: Workspace, propagator: Propagator) -> bool:
-    """Return whether no site opens, sticks or slips in the piece, and all follow their circles closely enough."""
+    """Return whether no site opens, sticks or slips in the piece, and all stay close enough to their circles."""
     for k in range(w.sites.shape[0]):
         site = w.sites[k]
         if is_constrained(site):
@@ -210,16 +210,17 @@ def _is_smooth(w: Workspace, propagator: Propagator) -> bool:
 
 @kernel
 def _inner_point(site: Site, free: np.record, contact: np.record, number: int) -> Point:
-    """Return where the journal of a site is, from the centre of its retainer, at an inner Lobatto point."""
+    """Return the journal position of a site relative to its retainer's centre at an inner Lobatto point."""
     a, b = free.journal[number], contact.journal[number]
     return Point(a.x + b.x - site.offset_x, a.y + b.y - site.offset_y, a.v_x + b.v_x, a.v_y + b.v_y)
 
 
-@kernel_apart
+@noinline_kernel
 def find_end_forces(w: Workspace, propagator: Propagator, end: Array) -> bool:
-    """Put the end of a piece on the circles and leave the forces there with the sites; return False if one pulls.
+    """Project the end of a piece onto the circles and store the forces at the sites; return False if any is tensile.
 
-    They follow from the acceleration at the end, and so are as accurate as the motion: more than the cubic's value.
+    The forces follow from the acceleration at the end and are therefore as accurate as the motion, more so than the
+    cubic.
     """
     n = w.Minv.shape[0]
     a = stages_of(w.stages).k_1[n : 2 * n]
@@ -239,9 +240,9 @@ def find_end_forces(w: Workspace, propagator: Propagator, end: Array) -> bool:
     return True
 
 
-@kernel_apart
+@noinline_kernel
 def add_contact(w: Workspace, propagator: Propagator, z: Array, h: float) -> None:
-    """Add heat and work of friction and the integral of the normal force in a piece of length h (s) to z; note peaks.
+    """Add heat and work of friction and the integral of the normal force in a piece of length h (s) to z; update peaks.
 
     The drive's work is -int T R_s Omega dt.
     """

@@ -1,7 +1,7 @@
 """Compliant contact: the classical force laws (thesis 4.1 to 4.9, 4.13), for comparison with the constraint.
 
 docs/theory/contact_laws.md has their equations. With K = k_c / sqrt(delta_c) k_c is the secant stiffness at delta_c of
-the laws with a power of 3/2; v_s there is `RATE_SCALE`. For friction, which does not stick but creeps, see
+the laws with a power of 3/2; v_s there is `RATE_SCALE`. Friction creeps instead of sticking; see
 `friction.compliant_friction`.
 """
 
@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 
-from fmi_export.jit import kernel, kernel_apart
+from fmi_export.jit import kernel, noinline_kernel
 from fmi_export.model import Array
 from rotor_contact.enumerations import (
     CONSTRAINT,
@@ -84,11 +84,12 @@ def normal_force(site: Site, delta: float, rate: float) -> float:
     return max(force, 0.0)
 
 
-@kernel_apart
+@noinline_kernel
 def stored_energy(site: Site, delta: float) -> float:
     """Return the elastic energy (J) at penetration `delta` >= 0 (m): the integral of the force at rate zero.
 
-    The switched law, whose integral has no simple form, counts k_c delta^2/2; the difference is heat and comes back.
+    The integral of the switched law has no simple form; k_c delta^2/2 is used, and the difference counts as reversible
+    heat.
     """
     k_c: float = site.k_c
     if is_hertzian(site.law):
@@ -112,7 +113,7 @@ def elastic_force(site: Site, delta: float) -> float:
 
 @kernel
 def apply_compliant(w: Workspace, z: Array, Omega: float, a: Array) -> float:
-    """Add the effect of compliant contacts at z to the acceleration `a`; return the heat of their compression (W)."""
+    """Add the effect of compliant contacts at z to the acceleration `a`; return their dissipation (W)."""
     n = w.n
     q = z[:n]
     v = z[n : 2 * n]
@@ -138,7 +139,7 @@ def compliant_limit(Minv: Array, sites: Sites, v: Array, Omega: float, longest: 
         if is_compliant(site):
             mobility = Minv[site.row, site.row] + site.mobility
             rate = abs(radial_component(site, v))
-            # the largest penetration that is possible: at first touch there is no stiffness yet
+            # the largest penetration that is possible: at first touch the stiffness is still zero
             delta = max(site.radius - site.clearance, 0.0) + rate * limit
             depth = math.sqrt(delta / site.delta_c) if is_hertzian(site.law) else 1.0
             stiffness = 1.5 * site.k_c * depth * (1.0 + 1.5 * site.alpha_c * rate)

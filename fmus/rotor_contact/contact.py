@@ -6,12 +6,12 @@ Every site has two unknowns, N_k and T_k, and two equations in every mode (4.27 
     sliding    n_k . a_k = -|v_k|^2 / r_k        T_k + mu_k sign_k N_k = 0
     rolling    n_k . a_k = -|v_k|^2 / r_k        t_k . a_k = -R_s Omega'
 
-r_k, v_k and a_k are displacement, velocity and acceleration of the journal from its retainer; that of a race and of a
-free spin belong to the left of the last equation. The equation of N_k in contact is (4.15) divided by 2 r_k, that of
-T_k in rolling is (4.33). Those of a free site need
-no solution, and T_k of a sliding one is put into the other equations: N_k of the constrained sites and T_k of those
-that roll are solved for. The same equations, with other right-hand sides, give impulses (`impact`) and corrections
-(`project`). Compliant contacts (`compliant`) have none. For n, t and their signs see `site`.
+r_k, v_k and a_k are displacement, velocity and acceleration of the journal relative to its retainer; the accelerations
+of a race and of a free spin belong to the left side of the last equation. The equation of N_k in contact is (4.15)
+divided by 2 r_k; that of T_k in rolling is (4.33). Free sites are omitted, and T_k of a sliding site is substituted, so
+the unknowns are N_k of the constrained sites and T_k of those that roll. The same equations, with other right-hand
+sides, give impulses (`impact`) and corrections (`project`). Compliant contacts (`compliant`) have none. For n, t and
+their signs see `site`.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ def is_any_constrained(sites: Sites) -> bool:
 
 @kernel
 def number_unknowns(sites: Sites) -> int:
-    """Assign N, and T of the sites that roll, their place among the unknowns; return how many unknowns there are."""
+    """Assign indices of unknowns to N, and to T of the sites that roll; return the number of unknowns."""
     count = 0
     for site in sites:
         if is_constrained(site):
@@ -101,7 +101,7 @@ def write_equations(w: Workspace, friction: float) -> int:
 
 @kernel
 def _add_bodies(w: Workspace, friction: float) -> None:
-    """Add to the left-hand sides what housings, races and spin give way (`response`)."""
+    """Add the response of housings, races and spin to the left-hand sides (`response`)."""
     A = w.equations.matrix
     for site in w.sites:
         if is_constrained(site):
@@ -115,14 +115,14 @@ def _add_bodies(w: Workspace, friction: float) -> None:
                 continue
             column, ratio = other.unknown, friction_ratio(other, friction)
             spin = ratio * other.spin_t - other.spin_n
-            own = 1.0 if row == column else 0.0
-            A[row, column] += site.spin_n * spin - own * site.mobility
+            delta = 1.0 if row == column else 0.0
+            A[row, column] += site.spin_n * spin - delta * site.mobility
             if site.mode == ROLLING:
                 A[row + 1, column] += site.spin_t * spin
             if other.mode == ROLLING:
                 A[row, column + 1] += site.spin_n * other.spin_t
                 if site.mode == ROLLING:
-                    A[row + 1, column + 1] += site.spin_t * other.spin_t + own * (site.mobility + site.race_mobility)
+                    A[row + 1, column + 1] += site.spin_t * other.spin_t + delta * (site.mobility + site.race_mobility)
 
 
 @kernel
@@ -152,9 +152,9 @@ def apply_contact(w: Workspace, q: Array, v: Array, Omega: float, a: Array) -> b
 
 @kernel
 def find_multipliers(w: Workspace, q: Array, v: Array, Omega: float, a: Array) -> bool:
-    """Solve f_n and f_t of the constrained sites from the acceleration `a` without contact; return False if singular.
+    """Solve f_n and f_t of the constrained sites from the contact-free acceleration `a`; return False if singular.
 
-    Arguments as for `apply_contact`; of `a` only what belongs to the sites is read.
+    Arguments as for `apply_contact`; only the entries of `a` that belong to sites are read.
     """
     for site in w.sites:
         if is_constrained(site):
@@ -178,9 +178,9 @@ def find_multipliers(w: Workspace, q: Array, v: Array, Omega: float, a: Array) -
 
 @kernel
 def project(w: Workspace, q: Array, v: Array, Omega: float) -> bool:
-    """Put constrained sites on the circle and onto the velocity constraint, by the mass-weighted smallest change.
+    """Project constrained sites onto the circle and the velocity constraint, by the smallest mass-weighted change.
 
-    Without this the drift of the integrated constraint (4.14) grows with time. Friction has no part in it.
+    This prevents drift of the integrated constraint (4.14). Friction is not involved.
     """
     if not is_any_constrained(w.sites):
         return True
@@ -197,9 +197,9 @@ def project(w: Workspace, q: Array, v: Array, Omega: float) -> bool:
 
 @kernel
 def put_on_circles(w: Workspace, q: Array) -> bool:
-    """Put constrained sites on the circle by the mass-weighted smallest change; return False if singular.
+    """Project constrained sites onto the circle by the smallest mass-weighted change; return False if singular.
 
-    One Newton step is enough: it squares the error that a substep leaves.
+    One Newton step suffices: it squares the error left by a substep.
     """
     size = _write_corrections(w, q)
     for site in w.sites:

@@ -1,7 +1,7 @@
-"""Acceleration of the shaft without contact, with everything that is constant over a step collected once.
+"""Acceleration of the shaft without contact; everything constant over a step is collected once.
 
-The equation of motion, with damping that rotates, is that of docs/theory/rotor.md. The work of the rotating
-damping comes from the spin: beyond a critical speed its force R J q drives the rotor into forward whirl.
+docs/theory/rotor.md has the equation of motion, with rotating damping. The work of the rotating damping comes from the
+spin: above a critical speed its force R J q drives the rotor into forward whirl.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ import math
 from typing import NamedTuple
 
 from fmi_export.flat import copy
-from fmi_export.jit import kernel, kernel_apart, views
+from fmi_export.jit import kernel, noinline_kernel, views
 from fmi_export.model import Array
 from fmi_export.parts import part
 from rotor_contact.passive_bearings import Bearings, add_bearings, heat_per_second, set_passive
@@ -26,8 +26,8 @@ LEAST_SPEED_GAIN = 1e-4  # rad/s, that changes the coefficients; less turns no v
 class Excitation(NamedTuple):
     """Steady part, cosine part and sine part of forces (N) or of accelerations (m/s^2), shape (n,) each.
 
-    Their sum is steady + A cosine + B sine, where A + i B = exp(i theta) (Omega^2 - i Omega') is the direction and size
-    of a unit unbalance.
+    Their sum is steady + A cosine + B sine, where A + i B = exp(i theta) (Omega^2 - i Omega') is the acceleration of a
+    unit unbalance.
     """
 
     steady: Array
@@ -36,7 +36,7 @@ class Excitation(NamedTuple):
 
 
 class Forces(NamedTuple):
-    """The same of forces, and the steady ones `without_magnets`."""
+    """Excitation forces, and the steady forces `without_magnets`."""
 
     steady: Array
     cosine: Array
@@ -47,8 +47,8 @@ class Forces(NamedTuple):
 class Coefficients(NamedTuple):
     """The columns of K = M^-1 (K - Omega R J - gradients + passive bearings and seals), C = M^-1 (C + R + Omega G).
 
-    Shape (n, n) each; row j is column j, so that a product runs along the memory. Omega is that at the beginning of the
-    step.
+    Shape (n, n) each; row j holds column j, so that products access contiguous memory. Omega is the speed at the
+    beginning of the step.
     """
 
     K_columns: Array
@@ -56,10 +56,10 @@ class Coefficients(NamedTuple):
 
 
 class SpinCoupling(NamedTuple):
-    """What couples the shaft to a free spin, shape (n,) each; see `bodies`.
+    """Coupling of the shaft to a free spin, shape (n,) each; see `bodies`.
 
     p
-        Force on the shaft (N) against a unit of angular acceleration, which is also the torque against one of q''.
+        Force on the shaft (N) opposing a unit of angular acceleration; also the torque opposing a unit of q''.
     s
         M^-1 p, scaled by 1/sqrt(J - p . M^-1 p).
     """
@@ -72,19 +72,19 @@ class Motion(NamedTuple):
     """Coefficients of q'' = steady + A cosine + B sine - K q - C q' during one step (see `Excitation`).
 
     rows
-        Shape (N_ROWS + 2 n, n); `coefficients`, `accelerations`, `forces` and `spin_coupling` say what they are. All
-        kernels of a step hand this tuple on, which takes the longer the more arrays there are.
+        Shape (N_ROWS + 2 n, n); `coefficients`, `accelerations`, `forces` and `spin_coupling` are views into it. A
+        single array, because all kernels of a step pass this tuple on, at a cost per array.
     bearings
         Records of type `BEARING`.
     over_speed
-        See `Structure`: what of the coefficients changes with the speed within the step, shape (2 n, n).
+        The coefficients' dependence on the speed within the step, see `Structure`, shape (2 n, n).
     is_damped
-        Whether the shaft has damping of its own, or there are seals.
+        Whether the shaft has material damping, or there are seals.
     seals
         See `Structure`.
     theta, Omega, Omega_dot
-        Rotor angle (rad) and spin speed (rad/s) at the beginning of the step, spin acceleration (rad/s^2); where the
-        spin is a degree of freedom, the acceleration is 0 here.
+        Rotor angle (rad) and spin speed (rad/s) at the beginning of the step, spin acceleration (rad/s^2); 0 if the
+        spin is a degree of freedom.
     """
 
     rows: Array
@@ -106,14 +106,14 @@ def coefficients(motion: Motion) -> Coefficients:
 
 @views
 def accelerations(motion: Motion) -> Excitation:
-    """Return the accelerations by all forces given."""
+    """Return the accelerations due to all excitation forces."""
     n = motion.rows.shape[1]
     return Excitation(motion.rows[2 * n], motion.rows[2 * n + 1], motion.rows[2 * n + 2])
 
 
 @views
 def forces(motion: Motion) -> Forces:
-    """Return the forces behind these accelerations."""
+    """Return the forces that cause these accelerations."""
     n = motion.rows.shape[1]
     return Forces(motion.rows[2 * n + 3], motion.rows[2 * n + 4], motion.rows[2 * n + 5], motion.rows[2 * n + 8])
 
@@ -133,9 +133,9 @@ def motion_of(
     return Motion(rows, bearings, structure.over_speed, structure.is_damped, structure.seals, theta, Omega, Omega_dot)
 
 
-@kernel_apart
+@noinline_kernel
 def collect_forces(structure: Structure, parameters: Parameters, inputs: Inputs, motion: Motion) -> None:
-    """Write the forces of a step that no magnet makes (3.1 to 3.6), and the rows of the bearings, into a motion.
+    """Write the non-magnetic forces of a step (3.1 to 3.6), and the rows of the bearings, into a motion.
 
     The coefficients K, C and the accelerations are not written yet.
 
@@ -176,7 +176,7 @@ def collect_forces(structure: Structure, parameters: Parameters, inputs: Inputs,
 
 @kernel
 def set_bearings(parameters: Parameters, motion: Motion) -> None:
-    """Give a motion its passive bearings, and magnets without force."""
+    """Set the passive bearings of a motion, and magnets without force."""
     given = forces(motion)
     copy(given.without_magnets, given.steady)
     for k in range(motion.bearings.shape[0]):
@@ -206,7 +206,7 @@ def unbalance_xy(unbalance: float, phase: float) -> tuple[float, float]:
     return unbalance * math.cos(phase), unbalance * math.sin(phase)
 
 
-@kernel_apart
+@noinline_kernel
 def collect_coefficients(structure: Structure, motion: Motion) -> None:
     """Write the coefficients and accelerations of a step from its forces (3.13)."""
     n = structure.K.shape[0]
@@ -216,7 +216,7 @@ def collect_coefficients(structure: Structure, motion: Motion) -> None:
             K[j, i] = structure.MinvK[i, j] - motion.Omega * structure.over_speed[n + i, j]
             C[j, i] = structure.MinvC[i, j] + motion.Omega * structure.over_speed[i, j]
     add_bearings(structure.Minv, motion.bearings, True, K, C)
-    add_seals(structure.Minv, motion.seals, motion.Omega, K, C)
+    add_seals(motion.seals, motion.Omega, K, C)
     given, caused = forces(motion), accelerations(motion)
     _divide_by_mass(structure.Minv, given.steady, caused.steady)
     _divide_by_mass(structure.Minv, given.cosine, caused.cosine)
@@ -268,9 +268,9 @@ def free_acceleration(motion: Motion, speed_gain: float, unbalance: complex, q: 
 
 @kernel
 def input_power(motion: Motion, unbalance: complex, q: Array, v: Array) -> float:
-    """Return the power (W) of all forces on the shaft given as inputs, without passive bearings.
+    """Return the power (W) of all input forces on the shaft, without passive bearings.
 
-    `unbalance` is its direction, or 0 where its work is not one of the inputs.
+    `unbalance` is its direction, or 0 if its work does not count as input.
     """
     power = 0.0
     A, B = unbalance.real, unbalance.imag
@@ -286,7 +286,7 @@ def input_power(motion: Motion, unbalance: complex, q: Array, v: Array) -> float
 
 @kernel
 def damping_power(motion: Motion, v: Array) -> float:
-    """Return the heat per second from the passive bearings, at the velocities v (m/s) (W)."""
+    """Return the dissipation (W) of the passive bearings at the velocities v (m/s)."""
     power = 0.0
     for bearing in motion.bearings:
         row = bearing.row
@@ -296,10 +296,10 @@ def damping_power(motion: Motion, v: Array) -> float:
 
 @kernel
 def shaft_damping(forms: Array, Omega: float, q: Array, v: Array) -> tuple[float, float]:
-    """Return the heat per second (W) of the shaft's damping and its torque (N m) on the spin.
+    """Return the dissipation (W) of the shaft's damping and its torque (N m) on the spin.
 
-    With the velocity seen from the rotor, w = v - Omega J q:  heat = v . C v + w . R w,  torque = (J q) . R w.
-    C and R are symmetric: their rows are read in place of columns, eight sums at once.
+    With the velocity relative to the rotating shaft, w = v - Omega J q: heat = v . C v + w . R w, torque = (J q) . R w.
+    C and R are symmetric, so rows are read instead of columns, with eight sums at once.
     """
     n = forms.shape[1]
     heat = quadratic_form(forms[n : 2 * n], v) if is_damped_to_ground(forms) else 0.0
@@ -334,7 +334,7 @@ def shaft_damping(forms: Array, Omega: float, q: Array, v: Array) -> tuple[float
 
 @kernel
 def is_damped_to_ground(forms: Array) -> bool:
-    """Return whether there is any damping that does not turn with the shaft: C is not negative, so by its diagonal."""
+    """Return whether there is any non-rotating damping; C is not negative, so its diagonal decides."""
     n = forms.shape[1]
     for i in range(n):
         if forms[n + i, i] != 0.0:

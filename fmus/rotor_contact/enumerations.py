@@ -33,13 +33,14 @@ METHOD = Enumeration(  # how a step was computed
     "Method",
     (
         ("exact", "the whole step by its matrices"),
-        ("pieces", "its half, its quarter and so on by theirs"),
-        ("events", "by substeps where something begins or ends in it, or its forces are not smooth"),
+        ("pieces", "halves, quarters, ... by their matrices"),
+        ("events", "by substeps around contact events and where forces are not smooth"),
         (
             "no_matrices",
-            "by substeps: not 32 steps alike yet, speed or modes too fast for matrices, or four substeps at most",
+            "by substeps: fewer than 32 identical steps so far, speed or modes too fast for matrices, or a rotor "
+            "without modes in at most four substeps",
         ),
-        ("yielding", "by substeps: a contact law that yields"),
+        ("yielding", "by substeps: a compliant contact law"),
         ("integrated", "by substeps: solver.exact_motion is false"),
     ),
 )

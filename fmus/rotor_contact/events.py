@@ -1,6 +1,6 @@
 """Motion through located contact events.
 
-Between events the motion is smooth. Each kind of event is the rising zero crossing of an indicator:
+Between events the motion is smooth. An event is a rising zero crossing of an indicator:
 
     free         gap closes             |r| - c
     constrained  normal force vanishes  -N
@@ -8,8 +8,8 @@ Between events the motion is smooth. Each kind of event is the rising zero cross
     sliding      slip vanishes          -sign v_slip
     rolling      friction too small     |T| - mu_s N
 
-The crossing is located by repeating the substep with another length, so events are not rounded to steps; then modes and
-velocities change, and integration goes on from there.
+The crossing is located by repeating the substep with another length, so events are not rounded to steps. Then modes and
+velocities change, and integration continues.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ import math
 import numpy as np
 
 from fmi_export.flat import copy
-from fmi_export.jit import kernel, kernel_apart
+from fmi_export.jit import kernel, noinline_kernel
 from fmi_export.model import Array
 from rotor_contact.enumerations import FREE, NODAL, ROLLING
 from rotor_contact.friction import friction_excess, has_friction, reversed_slip
@@ -47,13 +47,13 @@ from rotor_contact.workspace import Workspace, stages_of
 
 FAULT_TOO_MANY_EVENTS, FAULT_TOO_STIFF = 1, 8
 
-MAX_SUBSTEPS = 1e5  # of one communication step
+MAX_SUBSTEPS = 1e5  # of a communication step
 
-EVENT_LIMIT = 50  # events of one step; beyond it impacts do not rebound and flights shorter than a substep are skipped
+EVENT_LIMIT = 50  # events of a step; beyond it impacts do not rebound and flights shorter than a substep are skipped
 MIN_EVENT_DISTANCE = 1.0 / 200.0  # of a step, between two events beyond that limit: this bounds their number
 MAX_PENETRATION = 1e-2  # of the clearance, that a journal may pass its retainer because of that
-SHORTEST_FLIGHT = 1e-3  # of a substep; a shorter one is sustained contact
-FORCE_SCALE = 1e3  # N that count as much as 1 m/s of slip or one clearance: makes indicators comparable
+SHORTEST_FLIGHT = 1e-3  # of a substep; a shorter flight is sustained contact
+FORCE_SCALE = 1e3  # N that count as much as 1 m/s of slip or a clearance: makes indicators comparable
 TOLERANCE = 1e-12  # of the indicators, below which nothing has happened
 EVENT_OFFSET = 1e-11  # value of the indicator at a located event
 MAX_NEWTON_STEPS = 4  # for the time of a touch
@@ -82,7 +82,7 @@ def indicator(sites: Sites, z: Array, n: int, Omega: float) -> float:
 
 @kernel
 def largest_penetration(sites: Sites, q: Array) -> float:
-    """Return how far the free journals are beyond their rigid retainers, the largest over its clearance."""
+    """Return the largest penetration of free journals into their rigid retainers, relative to the clearance."""
     largest = 0.0
     for site in sites:
         if can_impact(site):
@@ -92,9 +92,9 @@ def largest_penetration(sites: Sites, q: Array) -> float:
 
 @kernel
 def locate_touch(w: Workspace, tau: float, dt: float) -> float:
-    """Find the length (s) of the substep that ends on the first touch of a free site; 0 if that is not the event.
+    """Find the length (s) of the substep that ends on the first touch of a free site; 0 if it does not end on one.
 
-    Cubic estimate, refined by Newton's method on the radius; z_new is left at the touch.
+    The cubic estimate is refined by Newton's method on the radius; z_new is set to the touch.
     """
     n = w.n
     stages = stages_of(w.stages)
@@ -127,10 +127,10 @@ def locate_touch(w: Workspace, tau: float, dt: float) -> float:
 
 @kernel
 def locate_event(w: Workspace, tau: float, dt: float) -> float:
-    """Find the length (s) in (0, dt] of the substep that ends on the first event; z_new is left there.
+    """Find the length (s) in (0, dt] of the substep that ends on the first event; z_new is set to it.
 
-    Regula falsi by Anderson and Bjoerck for indicator = EVENT_OFFSET, so that the event is just past; bisection while
-    the left end lies on the event itself (a site that has just opened starts on the circle).
+    Regula falsi by Anderson and Bjoerck for indicator = EVENT_OFFSET, just past the event; bisection while the left end
+    lies on the event itself (a site that has just opened starts on the circle).
     """
     n = w.n
     stages = stages_of(w.stages)
@@ -168,7 +168,7 @@ def locate_event(w: Workspace, tau: float, dt: float) -> float:
 
 @kernel
 def _share_of_other_end(f: float, before: float) -> float:
-    """Return what of the value at the other end counts, after the same end has been replaced twice."""
+    """Return the weight of the value at the other end after the same end has been replaced twice."""
     share = 1.0 - f / before
     return share if share > 0.0 else 0.5
 
@@ -190,7 +190,7 @@ def may_touch_between(w: Workspace, dt: float) -> bool:
 
 @kernel
 def apply_impacts(w: Workspace, Omega: float, law: int, rebounds: bool) -> bool:
-    """Apply the impact law where free sites have reached their retainers; return False if no impulse was found."""
+    """Apply the impact law where free sites have reached their retainers; return False if no impulse exists."""
     n = w.n
     z = stages_of(w.stages).z
     q = z[:n]
@@ -206,14 +206,14 @@ def apply_impacts(w: Workspace, Omega: float, law: int, rebounds: bool) -> bool:
     return newton_impact(w, v, Omega)
 
 
-@kernel_apart
+@noinline_kernel
 def advance(w: Workspace, solver: np.record, law: int, step_size: float, memory: np.record) -> int:
-    """Advance z over one communication step of `step_size` (s); return a fault code.
+    """Advance z over a communication step of `step_size` (s); return a fault code.
 
-    Substeps are no longer than `solver.max_substep`, nor than fast whirl allows, and end on events. They are halved, up
-    to `MAX_HALVINGS` times, where their velocities err by more than `solver.tolerance` (m/s); `memory.n_halvings` keeps
-    how often for the next step, `memory.tolerance_missed` tells where that was not enough. A step that would take more
-    than `MAX_SUBSTEPS` is a fault, so that every step ends.
+    Substeps are at most `solver.max_substep` long, shorter during fast whirl, and end on events. They are halved, up to
+    `MAX_HALVINGS` times, while the error of their velocities exceeds `solver.tolerance` (m/s). `memory.n_halvings`
+    stores the number for the next step; `memory.tolerance_missed` is set if it was not enough. More than `MAX_SUBSTEPS`
+    substeps are a fault, so every step ends.
     """
     n = w.n
     stages = stages_of(w.stages)

@@ -1,6 +1,6 @@
-"""Motion at constant speed under constant inputs: the exact solution, by matrices that serve all steps alike.
+"""Exact motion at constant speed under constant inputs, by matrices that all steps share.
 
-But for contact the rotor is linear,
+Without contact the rotor is linear,
 
     q'' = -K q - C q' + M^-1 [ f + p cos(Omega t) + r sin(Omega t) + F(t) ]        (3.1, unbalance in p and r)
 
@@ -10,11 +10,11 @@ and with contact forces that are polynomials through their values at Lobatto poi
     (q, v, o)(h) = P x,  (V_c, V_s) = V x,  x = (q, v, f, A, B, F_j)(0),    V_c - i V_s = int_0^h v exp(-i Omega t) dt
 
 A + i B is the direction of the unbalance at the beginning, of which p and r follow (`series.direct_unbalance`). V_c and
-V_s give its work, p V_c + r V_s; o are what the heat of damping takes at the
-points of Gauss's quadrature: the velocities at the bearings, or q and v if the shaft is damped.
+V_s give its work, p V_c + r V_s; o are the values at Gauss points that give the heat of damping: the velocities at the
+bearings, or q and v if the shaft is damped.
 
-A communication step is divided into equal pieces, short enough for the series. Where a contact might begin, end, stick
-or slip in one of them, the step is left to `events`.
+A communication step is divided into equal pieces, short enough for the series. If a contact might begin, end, stick or
+slip in one of them, `events` integrates the step.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ import math
 import numpy as np
 
 from fmi_export.flat import copy
-from fmi_export.jit import kernel, kernel_apart
+from fmi_export.jit import kernel, noinline_kernel
 from fmi_export.model import Array
 from rotor_contact.collocation import add_contact, find_end_forces, find_forces
 from rotor_contact.compliant import is_any_compliant
@@ -66,8 +66,8 @@ def propagate(
 ) -> bool:
     """Write the state a communication step after `before` to z; return False if an event may be in the step.
 
-    P is built for `key` over the first STEPS_BEFORE_BUILD steps, of which `n_steps` have been; before that it is False
-    too, and so it is where a site is in contact under a force law.
+    P is built for `key` over the first STEPS_BEFORE_BUILD steps, of which `n_steps` are done. Also returns False until
+    then, and while a compliant site is in contact.
     """
     if not is_built(propagator, key):
         collect_coefficients(structure, w.motion)
@@ -96,7 +96,7 @@ def propagate(
 
 @kernel
 def _propagate_piece(w: Workspace, propagator: Propagator, tau: float, h: float, in_contact: bool) -> bool:
-    """Find the end of one piece of length h (s) that begins at `tau` (s) with the state in x.
+    """Find the end of a piece of length h (s) that begins at `tau` (s) with the state in x.
 
     Heat and work go to z. Returns False if an event may be in the piece.
     """
@@ -127,13 +127,13 @@ def _propagate_piece(w: Workspace, propagator: Propagator, tau: float, h: float,
                 return False
     if in_contact and not find_end_forces(w, propagator, end):
         return False
-    heat = given = 0.0
+    heat = work_in = 0.0
     if motion.is_damped:
-        heat, given = _shaft_heat_and_work(w, end)
+        heat, work_in = _shaft_heat_and_work(w, end)
     elif damped:
         heat = _damping_heat(motion, end, n)
     integrals = energy_integrals(z, n)
-    integrals.work += _work(motion, propagator, unbalance, start, end) + h * given
+    integrals.work += _work(motion, propagator, unbalance, start, end) + h * work_in
     integrals.damping_heat += h * heat
     if in_contact:
         add_contact(w, propagator, z, h)
@@ -142,7 +142,7 @@ def _propagate_piece(w: Workspace, propagator: Propagator, tau: float, h: float,
 
 @kernel
 def _journal(site: Site, response: np.record, number: int) -> Point:
-    """Return the journal from the centre of its retainer at a Lobatto point after the first."""
+    """Return the journal position relative to its retainer's centre at a Lobatto point after the first."""
     at = response.journal[number]
     return Point(at.x - site.offset_x, at.y - site.offset_y, at.v_x, at.v_y)
 
@@ -162,7 +162,7 @@ def _work(motion: Motion, propagator: Propagator, unbalance: complex, start: Arr
 
 @kernel
 def _damping_heat(motion: Motion, end: Array, n: int) -> float:
-    """Return the mean heat per second (W) of the passive bearings during a piece, by Gauss's quadrature."""
+    """Return the mean dissipation (W) of the passive bearings during a piece, by Gauss quadrature."""
     heat = 0.0
     for k in range(N_GAUSS):
         for b in range(motion.bearings.shape[0]):
@@ -171,9 +171,9 @@ def _damping_heat(motion: Motion, end: Array, n: int) -> float:
     return heat
 
 
-@kernel_apart
+@noinline_kernel
 def _shaft_heat_and_work(w: Workspace, end: Array) -> tuple[float, float]:
-    """Return the mean heat per second of all dampers during a piece, and what spin and seals give to the rotor (W)."""
+    """Return the mean dissipation of all dampers in a piece, and the mean power of spin and seals on the rotor (W)."""
     n = w.Minv.shape[0]
     heat = work = 0.0
     for k in range(N_GAUSS):

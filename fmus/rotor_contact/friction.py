@@ -1,4 +1,4 @@
-"""The friction law: how large the friction of a site may be, and which way it points.
+"""The friction law: limit and direction of the friction at a site.
 
     sliding    T = -mu(v) N sign(v)                        v = v_slip (4.10)
     rolling    |T| <= mu_s N,  mu_s = max(mu, mu_static)   (4.30 to 4.35)
@@ -10,9 +10,8 @@ with the slip velocity over v_S = `stribeck_velocity` > 0 (Stribeck; thesis Fig.
     mu(v) = mu + (mu_s - mu) exp(-(v/v_S)^2)
 
 This is the Gaussian form of Armstrong-Helouvry, Dupont and Canudas de Wit, Automatica 30 (1994) 1083-1138; unlike
-exp(-|v|/v_S) it is smooth where the slip vanishes. All other files ask this one: the contact equations stay linear in N
-whatever the law, because mu is evaluated at the slip velocity `site.slip` of the present state, in an impact at that
-before it.
+exp(-|v|/v_S) it is smooth where the slip vanishes. The contact equations stay linear in N for any law, because mu is
+evaluated at the slip velocity `site.slip` of the present state (in an impact, of the state before it).
 """
 
 from __future__ import annotations
@@ -40,7 +39,7 @@ def kinetic_coefficient(site: Site, slip: float) -> float:
 
 @kernel
 def static_coefficient(site: Site) -> float:
-    """Return the coefficient mu_s up to which a site sticks."""
+    """Return the coefficient of static friction mu_s."""
     return max(site.mu, site.mu_static)
 
 
@@ -52,7 +51,7 @@ def has_friction(site: Site) -> bool:
 
 @kernel
 def friction_ratio(site: Site, scale: float) -> float:
-    """Return T/N of a constrained site that slides, 0 if it rolls and T is an unknown; `scale` 0 removes friction."""
+    """Return T/N of a sliding site, 0 for a rolling one, whose T is an unknown; `scale` 0 removes friction."""
     if site.mode == ROLLING:
         return 0.0
     ratio: float = -scale * kinetic_coefficient(site, site.slip) * site.slip_sign
@@ -61,7 +60,7 @@ def friction_ratio(site: Site, scale: float) -> float:
 
 @kernel
 def friction_excess(site: Site) -> float:
-    """Return |T| - mu_s N (N) of a rolling site: positive where it cannot stick any longer."""
+    """Return |T| - mu_s N (N) of a rolling site; positive if it can no longer stick."""
     excess: float = abs(site.f_t) - static_coefficient(site) * site.f_n
     return excess
 
@@ -75,35 +74,35 @@ def exceeds_static_impulse(site: Site) -> bool:
 
 @kernel
 def reversed_slip(site: Site, slip: float) -> float:
-    """Return the velocity (m/s) of a sliding site in the direction of its friction: positive once slip has reversed."""
+    """Return the velocity (m/s) of a sliding site in the direction of its friction; positive once slip has reversed."""
     velocity: float = -site.slip_sign * slip
     return velocity
 
 
 @kernel
 def close_in_sliding(site: Site, v: Array, Omega: float) -> None:
-    """Close a site in sliding, with friction against the present slip."""
+    """Close a site in sliding mode, with friction opposing the present slip."""
     site.mode = SLIDING
     site.slip_sign = 1.0 if slip_velocity(site, v, Omega) >= 0.0 else -1.0
 
 
 @kernel
 def start_sliding(site: Site, friction: float) -> None:
-    """Let a rolling site slide; its friction so far, `friction` (forward positive), keeps its direction."""
+    """Let a rolling site slide; `friction` (forward positive) keeps its direction."""
     site.mode = SLIDING
     site.slip_sign = -1.0 if friction > 0.0 else 1.0
 
 
 @kernel
 def compliant_friction(site: Site, normal: float, slip: float) -> float:
-    """Return T (N) of a compliant contact with normal force `normal` (N) that slips with `slip` (m/s)."""
+    """Return T (N) of a compliant contact with normal force `normal` (N) and slip velocity `slip` (m/s)."""
     force: float = -kinetic_coefficient(site, slip) * normal * math.tanh(slip / SLIP_SCALE)
     return force
 
 
 @kernel
 def compliant_friction_damping(site: Site, slip: float) -> float:
-    """Return a bound (N s/m) of the slope of a compliant contact's friction over the slip velocity."""
+    """Return a bound (N s/m) of the slope of compliant friction over the slip velocity."""
     damping = 0.0
     if abs(slip) < 3.0 * SLIP_SCALE:
         damping = kinetic_coefficient(site, slip) * site.f_n / SLIP_SCALE
@@ -114,5 +113,5 @@ def compliant_friction_damping(site: Site, slip: float) -> float:
 
 @kernel
 def is_below_slip_scale(site: Site, slip: float) -> bool:
-    """Return whether friction of a compliant contact is below its full value, which counts as rolling."""
+    """Return whether the friction of a compliant contact is below its full value, which counts as rolling."""
     return has_friction(site) and abs(slip) < SLIP_SCALE

@@ -1,4 +1,4 @@
-"""Impacts: what the velocities become when journals touch their retainers (thesis 4.22, 4.23, and Newton's law)."""
+"""Impacts: change of velocity when journals touch their retainers (thesis 4.22, 4.23, and Newton's law)."""
 
 from __future__ import annotations
 
@@ -33,8 +33,8 @@ from rotor_contact.workspace import Workspace, stages_of
 
 @kernel
 def mark_touching(sites: Sites, q: Array, v: Array) -> bool:
-    """Mark free sites that have reached their retainer and move outward; return whether there is one."""
-    found = False
+    """Mark free sites that have reached their retainer and move outward; return whether there are any."""
+    any_reached = False
     for site in sites:
         site.touching = 0
         site.rebound = site.restitution
@@ -46,8 +46,8 @@ def mark_touching(sites: Sites, q: Array, v: Array) -> bool:
             put_on_circle(site, q)
             if outward:
                 site.touching = 1
-                found = True
-    return found
+                any_reached = True
+    return any_reached
 
 
 @kernel
@@ -55,8 +55,7 @@ def nodal_impact(w: Workspace, v: Array, Omega: float) -> None:
     """Set the radial velocity of each touching node alone to zero (4.22, 4.23), and let it slide.
 
     This is the rule of the thesis, for fixed retainers. It does not conserve momentum: the rest of the rotor keeps its
-    velocity. The impulse reported is that of Newton's law, which takes the same velocity away without rebound and
-    friction.
+    velocity. The reported impulse is that of Newton's law for the same velocity change, without rebound and friction.
     """
     stages = stages_of(w.stages)
     before = stages.before[: v.shape[0]]
@@ -78,25 +77,25 @@ def nodal_impact(w: Workspace, v: Array, Omega: float) -> None:
 
 @kernel
 def newton_impact(w: Workspace, v: Array, Omega: float) -> bool:
-    """Apply impulses at all touching and closed sites at once; return False if no consistent set was found.
+    """Apply impulses at all touching and closed sites at once; return False if no consistent set exists.
 
-    v+ = v- - M^-1 J^T P with n . v+ = -e n . v- at touching sites, n . v+ = 0 at sites already closed, P >= 0 with
-    sites that would be pulled left out, and a Coulomb impulse that opposes slip and cannot reverse it. The coefficient
-    of friction is that of the slip velocity before the impact.
+    v+ = v- - M^-1 J^T P with n . v+ = -e n . v- at touching sites, n . v+ = 0 at sites already closed, P >= 0 (sites
+    that would be pulled are omitted), and a Coulomb impulse that opposes slip and cannot reverse it. The coefficient of
+    friction is that of the slip velocity before the impact.
 
     Parameters
     ----------
     w
-        The workspace; `site.touching` says which sites touch, and `site.rebound` is their e.
+        The workspace; `site.touching` marks the sites that touch, `site.rebound` is their e.
     v
         Velocities (m/s), changed in place.
     Omega
-        Spin speed (rad/s), where it is given.
+        Spin speed (rad/s), where it is prescribed.
 
     Notes
     -----
-    A combination of restitution and friction that would create energy (possible with several coupled sites) is
-    repeated without either. The energy is that of the whole contact: what friction takes from the spin counts.
+    If restitution and friction would create energy (possible with several coupled sites), the impact is repeated
+    without either. The energy includes what friction takes from the spin.
     """
     stages = stages_of(w.stages)
     before = stages.before[: v.shape[0]]
@@ -129,7 +128,7 @@ def newton_impact(w: Workspace, v: Array, Omega: float) -> bool:
 
 @kernel
 def _heat(site: Site, v: Array, before: Array, Omega: float) -> float:
-    """Return the energy (J) that the site's impulses turn into heat: the mean velocity before and after counts."""
+    """Return the energy (J) that the site's impulses turn into heat, by the mean of the velocities before and after."""
     approach = 0.5 * (radial_component(site, before) + radial_component(site, v))
     slip = 0.5 * (slip_velocity(site, before, Omega) + slip_velocity(site, v, Omega))
     heat: float = site.p_n * approach - site.p_t * slip
@@ -138,7 +137,7 @@ def _heat(site: Site, v: Array, before: Array, Omega: float) -> float:
 
 @kernel
 def _find_impulses(w: Workspace, v: Array, before: Array, Omega: float, friction: float) -> bool:
-    """Find one consistent set of impulses p_n, p_t; return False if there is none.
+    """Find a consistent set of impulses p_n, p_t; return False if none exists.
 
     `friction` is 1, or 0 to leave restitution and sliding friction out.
     """
@@ -173,7 +172,7 @@ def _find_impulses(w: Workspace, v: Array, before: Array, Omega: float, friction
 
 @kernel
 def _adjust_friction(sites: Sites, v: Array, Omega: float) -> bool:
-    """Change one site between slip and stick if its impulse asks for it; return whether something changed."""
+    """Switch a site between slip and stick if its impulse requires it; return whether anything changed."""
     for site in sites:
         if not is_constrained(site):
             continue
@@ -188,7 +187,7 @@ def _adjust_friction(sites: Sites, v: Array, Omega: float) -> bool:
 
 @kernel
 def _close_again(sites: Sites, v: Array, Omega: float) -> bool:
-    """Close one site that was left out but approaches now that others have changed; return whether there is one."""
+    """Close an omitted site that approaches after others have changed; return whether there was one."""
     for site in sites:
         if site.mode == FREE and site.mode_before != FREE and radial_component(site, v) > 1e-9:
             close_in_sliding(site, v, Omega)

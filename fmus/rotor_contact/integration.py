@@ -23,7 +23,7 @@ MIN_SUBSTEP = 0.01  # of the longest substep; none is shorter however fast the w
 
 @kernel
 def spin_speed(w: Workspace, tau: float, z: Array) -> float:
-    """Return the spin speed (rad/s) at `tau` (s) after the beginning of the step: given, or part of the state z."""
+    """Return the spin speed (rad/s) at `tau` (s) into the step: prescribed, or part of the state z."""
     row = w.spin[0].row
     if row >= 0:
         speed: float = z[w.n + row]
@@ -35,7 +35,7 @@ def spin_speed(w: Workspace, tau: float, z: Array) -> float:
 def derivative(w: Workspace, tau: float, z: Array, dz: Array) -> bool:
     """Write d/dt of z at `tau` (s) with contact into `dz`; return False if the contact equations are singular.
 
-    Friction heat is -T v_slip. Where the speed is given, the drive's work is -T R_s Omega, also where nothing slips.
+    Friction heat is -T v_slip. If the speed is prescribed, the drive's work is -T R_s Omega, even without slip.
     """
     n = w.n
     motion, spin = w.motion, w.spin[0]
@@ -51,7 +51,7 @@ def derivative(w: Workspace, tau: float, z: Array, dz: Array) -> bool:
     unbalance = unbalance_direction(theta, Omega, motion.Omega_dot)
     free_acceleration(motion, speed_gain, unbalance, q, v, a)
     if speed_gain != 0.0:
-        add_change_of_seals(w.Minv, motion.seals, motion.Omega, motion.Omega + speed_gain, q, v, a)
+        add_change_of_seals(motion.seals, motion.Omega, motion.Omega + speed_gain, q, v, a)
     shaft_heat = damping_torque = 0.0
     if motion.is_damped:
         shaft_heat, damping_torque = shaft_damping(w.forms, Omega, q, v)
@@ -68,7 +68,7 @@ def derivative(w: Workspace, tau: float, z: Array, dz: Array) -> bool:
 def _write_rates(
     w: Workspace, Omega: float, unbalance: complex, shaft_heat: float, damping_torque: float, z: Array, dz: Array
 ) -> None:
-    """Write the rates of all integrals at z, but for the heat of compliant contacts, into `dz`.
+    """Write the rates of all integrals at z, except the heat of compliant contacts, into `dz`.
 
     `shaft_heat` (W) and `damping_torque` (N m) are those of `shaft_damping`.
     """
@@ -106,7 +106,7 @@ def _write_rates(
 
 @kernel
 def substep(w: Workspace, tau: float, dt: float) -> bool:
-    """Advance z to z_new by `dt` (s) from `tau`, projected onto the constraints; leave its derivative in k_new."""
+    """Advance z to z_new by `dt` (s) from `tau`, projected onto the constraints; store its derivative in k_new."""
     n = w.n
     stages = stages_of(w.stages)
     z, z_new, trial = stages.z, stages.z_new, stages.trial
@@ -125,9 +125,9 @@ def substep(w: Workspace, tau: float, dt: float) -> bool:
 
 @kernel
 def note_peak_forces(w: Workspace) -> None:
-    """Note the largest normal force at each site in the last substep: that of a parabola over it.
+    """Update the largest normal force at each site in the last substep: the maximum of a parabola.
 
-    In the middle the mean of the two stages there errs by one order less than either.
+    At the midpoint, the mean of the two stages is one order more accurate than either.
     """
     n, stages = w.n, stages_of(w.stages)
     for k in range(w.sites.shape[0]):
@@ -140,8 +140,8 @@ def note_peak_forces(w: Workspace) -> None:
 def velocity_error(w: Workspace, dt: float) -> float:
     """Estimate the error of the velocities (m/s) of the last substep, the largest of all planes, housings and races.
 
-    A third-order formula is embedded that takes the derivative at the end in place of the last stage; the estimate is
-    the difference, dt/6 (k_4 - k_new).
+    An embedded third-order formula uses the derivative at the end instead of the last stage; the estimate is the
+    difference, dt/6 (k_4 - k_new).
     """
     n = w.n
     stages = stages_of(w.stages)
@@ -156,7 +156,7 @@ def velocity_error(w: Workspace, dt: float) -> float:
 
 @kernel
 def _body_error(w: Workspace, a: Array, a_new: Array) -> float:
-    """Return the largest square of the difference of two accelerations at the retainers' surfaces (m^2/s^4)."""
+    """Return the largest squared difference of two accelerations at the retainers' surfaces (m^2/s^4)."""
     largest = 0.0
     for site in w.sites:
         if site.housing >= 0:
@@ -173,7 +173,7 @@ def _body_error(w: Workspace, a: Array, a_new: Array) -> float:
 def substep_limit(w: Workspace, Omega: float, longest: float) -> float:
     """Return the length (s) of a substep that resolves every contact at z, at most `longest`.
 
-    No constrained site whirls by more than `MAX_WHIRL_ANGLE` in it; see also `body_limit`, `compliant_limit`.
+    Constrained sites whirl by at most `MAX_WHIRL_ANGLE` in it; see also `body_limit`, `compliant_limit`.
     """
     n = w.n
     v = stages_of(w.stages).z[n : 2 * n]

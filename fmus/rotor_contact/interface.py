@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from fmi_export.interface import Interface, interface, repeated
-from fmi_export.variables import Array, Variable, input_, one_of, output, parameter
+from fmi_export.variables import Array, Variable, enumerated, input_, output, parameter
 from rotor_contact import start_values
 from rotor_contact.enumerations import IMPACT_LAW, METHOD, NEWTON
 from rotor_contact.planes import ContactSite, MeasuredPlane, Planes
@@ -13,7 +13,7 @@ from rotor_contact.site_variables import site_outputs, site_parameters
 
 
 def _bearing_parameters(bearing: str) -> list[Variable]:
-    at = f"at {bearing.upper()}, both axes; on top of the forces given as inputs"
+    at = f"at {bearing.upper()}, both axes; added to the input forces"
     return [
         parameter(f"{bearing}.k_b", "N/m", f"Passive bearing stiffness {at}", 0.0, tunable=True),
         parameter(f"{bearing}.c_b", "N.s/m", f"Passive bearing damping {at}", 0.0, minimum=0.0, tunable=True),
@@ -28,7 +28,7 @@ def _axis_inputs(bearing: str, axis: str) -> list[Variable]:
         input_(
             f"{bearing}.{axis}_ref",
             "m",
-            f"Displacement at which that force holds, {at}",
+            f"Displacement at which that force applies, {at}",
             field="reference",
             display_unit="um",
         ),
@@ -56,10 +56,10 @@ def _seal_outputs(seal: str) -> list[Variable]:
         output(
             f"{seal}.beyond_table",
             "1",
-            f"Whether the speed is beyond the speeds of {seal.upper()}'s coefficients, which are held there",
+            f"Whether the speed is outside the range of {seal.upper()}'s coefficients, which are then constant",
             type="Boolean",
             starts_from=("Omega",),
-            warning=f"the speed is beyond the speeds for which {seal} has coefficients; those of the end are held",
+            warning=f"the speed is outside the range for which {seal} has coefficients; those at the limit are used",
         )
     ]
 
@@ -92,13 +92,14 @@ def interface_of(planes: Planes) -> Interface:
         input_(
             "Omega",
             "rad/s",
-            "Spin speed at the beginning of a step; with spin.free the speed at the start, then what the drive demands",
+            "Spin speed at the beginning of a step; with spin.free the start speed, then the speed that the drive "
+            "demands",
             minimum=-1e4,
             maximum=1e4,
         ),
         input_("Omega_dot", "rad/s2", "Spin acceleration during a step, without spin.free"),
         input_("drive.torque", "N.m", "Torque of the drive at the demanded speed, with spin.free"),
-        input_("drive.torque_limit", "N.m", "Largest torque of the drive, either way; 0: it is off", minimum=0.0),
+        input_("drive.torque_limit", "N.m", "Largest torque of the drive, in either direction; 0: off", minimum=0.0),
         input_("base.a_x", "m/s2", "Acceleration of the base in x", field="base_acceleration.x"),
         input_("base.a_y", "m/s2", "Acceleration of the base in y", field="base_acceleration.y"),
         repeated("axes", axes, _axis_inputs),
@@ -112,8 +113,8 @@ def interface_of(planes: Planes) -> Interface:
             "Whether a substep of the last step was less accurate than solver.tolerance",
             type="Boolean",
             starts_from=(),
-            warning="a substep was less accurate than solver.tolerance = {solver.tolerance} m/s; it takes a "
-            "solver.max_substep below {solver.max_substep} s",
+            warning="a substep was less accurate than solver.tolerance = {solver.tolerance} m/s; "
+            "use a solver.max_substep below {solver.max_substep} s",
         ),
         output(
             "solver.energy_missed",
@@ -124,19 +125,19 @@ def interface_of(planes: Planes) -> Interface:
             warning="energy is not conserved: the contact is too stiff, or its friction too strong, for substeps of "
             "solver.max_substep = {solver.max_substep} s",
         ),
-        output("solver.method", "1", "How the last step was computed", starts_from=(), **one_of(METHOD)),
+        output("solver.method", "1", "How the last step was computed", starts_from=(), **enumerated(METHOD)),
         repeated("displacements", displacements, _displacement_output),
         repeated("sensors", sensors, _displacement_output, array=_sensor_array([name for name, *_ in sensors])),
         repeated("sites", [(site.name, planes) for site in sites], site_outputs),
         repeated("seals", [(seal,) for seal in planes.seals], _seal_outputs),
         _contact_state(planes),
         *_energies(planes),
-        output("fault_code", "1", "0 while all is well; the log says what else means", type="Integer", starts_from=()),
+        output("fault_code", "1", "0 without a fault; the log explains other codes", type="Integer", starts_from=()),
     )
 
 
 def _contact_state(planes: Planes) -> Variable:
-    """Which bearings' retainers the rotor touches, as a sum of 1, 2, 4, ... in the order of the bearings."""
+    """Bearings whose retainers the rotor touches, as a sum of 1, 2, 4, ... in the order of the bearings."""
     parts = [
         f"{2**k} {' or '.join(site.name.upper() for site in planes.sites if site.bearing == bearing) or bearing}"
         for k, bearing in enumerate(planes.bearings)
@@ -149,7 +150,7 @@ def _contact_state(planes: Planes) -> Variable:
 
 def _model_parameters(max_substep: float) -> list[Variable]:
     return [
-        parameter("contact.impact_law", "1", "What an impact does to the velocities", NEWTON, **one_of(IMPACT_LAW)),
+        parameter("contact.impact_law", "1", "Effect of an impact on the velocities", NEWTON, **enumerated(IMPACT_LAW)),
         parameter("solver.max_substep", "s", "Longest integration step", max_substep, minimum=1e-9, maximum=1e-3),
         parameter(
             "solver.tolerance",
@@ -162,14 +163,14 @@ def _model_parameters(max_substep: float) -> list[Variable]:
             "solver.energy_limit",
             "1",
             "Share of the largest energy so far by which energy.balance may be off before the step fails; a tenth of "
-            "it is a warning",
+            "it causes a warning",
             0.1,
             minimum=0.0,
         ),
         parameter(
             "solver.exact_motion",
             "1",
-            "Take steps at constant speed by their exact solution, once 32 were alike; contact by collocation",
+            "Compute steps at constant speed by their exact solution after 32 identical steps; contact by collocation",
             1.0,
             type="Boolean",
         ),
@@ -184,8 +185,8 @@ def _model_parameters(max_substep: float) -> list[Variable]:
         parameter(
             "initial.orbit",
             "1",
-            "Start on the synchronous orbit in the passive bearings, put back onto the retainers where it passes them, "
-            "in place of at rest",
+            "Start on the synchronous orbit in the passive bearings, moved back to the retainers where it passes "
+            "them, instead of at rest",
             0.0,
             type="Boolean",
         ),
@@ -206,7 +207,7 @@ def _spin_parameters(polar_inertia: float) -> list[Variable]:
         parameter(
             "drive.gain",
             "N.m.s",
-            "Torque of the drive per speed that is missing to what Omega demands",
+            "Torque of the drive per difference from the demanded Omega",
             0.0,
             minimum=0.0,
         ),
@@ -224,36 +225,34 @@ def _energies(planes: Planes) -> list[Variable]:
         output(
             "energy.strain",
             "J",
-            "Strain energy of shaft, passive bearings, mounts and yielding contacts, without seals",
+            "Strain energy of shaft, passive bearings, mounts and compliant contacts, without seals",
             starts_from=start_values.strain(planes),
         ),
         output(
             "energy.damping",
             "J",
-            "Heat so far of damping: passive bearings, seals, shaft, mounts, drag of a free spin",
+            "Heat of damping so far: passive bearings, seals, shaft, mounts, drag of a free spin",
             starts_from=(),
         ),
-        output("energy.friction", "J", "Heat so far of sliding friction and of the drag on races", starts_from=()),
+        output("energy.friction", "J", "Heat of sliding friction and race drag so far", starts_from=()),
         output(
             "energy.impact",
             "J",
-            "Heat so far of impacts, friction in them included, and of yielding contacts",
+            "Heat of impacts so far, including their friction, and of compliant contacts",
             starts_from=(),
         ),
-        output("energy.dissipated", "J", "Heat so far, the sum of the three", starts_from=()),
+        output("energy.dissipated", "J", "Heat so far, sum of the three", starts_from=()),
         output(
             "energy.work",
             "J",
-            "Work so far of all inputs, the drive's included, and of the seals' stiffness",
+            "Work of all inputs (including the drive) and of the seals' stiffness so far",
             starts_from=(),
         ),
-        output(
-            "energy.balance", "J", "Gain of kinetic + strain + dissipated beyond the work; ideally zero", starts_from=()
-        ),
+        output("energy.balance", "J", "Gain of kinetic + strain + dissipated minus work; ideally zero", starts_from=()),
     ]
 
 
-# One of each, for the record types of the parts.
+# A single element of each, for the record types of the parts.
 SMALLEST = interface_of(
     Planes(("d",), ("b",), (ContactSite("s", 1e-3, 0.0),), (MeasuredPlane("p", "p.x", "p.y"),), seals=("l",)),
 ).with_all_parts()

@@ -1,4 +1,4 @@
-"""How the flat state and scratch arrays of the plant are laid out."""
+"""Layout of the plant's flat state and scratch arrays."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fmi_export.flat import copy
-from fmi_export.jit import kernel, kernel_apart, views
+from fmi_export.jit import kernel, noinline_kernel, views
 from fmi_export.model import Array
 from fmi_export.parts import part
 from fmi_export.records import record, size_of
@@ -44,13 +44,13 @@ HEAD = record(
     ("initial_energy", np.float64),  # kinetic and strain energy at the start (J)
     ("n_halvings", np.float64),  # how often `events.advance` halves its substeps
     ("n_steps", np.float64),  # for how many steps the key of the propagator has not changed
-    ("tolerance_missed", np.float64),  # whether a substep of the last step was less accurate than asked for
+    ("tolerance_missed", np.float64),  # whether a substep of the last step was less accurate than requested
     ("coupling", np.float64),  # energy that shaft and free spin share by unbalance (J)
     ("largest_energy", np.float64),  # of mechanical energy, heat and work so far (J)
     ("level", np.float64),  # of the matrices, for the next piece
     ("n_matrix_steps", np.float64),  # for how many steps the key of the matrices has not changed
     ("place", np.float64),  # of the speed on the grid of the matrices
-    ("method", np.float64),  # how the last step was computed, one of `METHOD`
+    ("method", np.float64),  # how the last step was computed, see `METHOD`
 )
 # Mode and direction of slip; temperature (K); heat so far (J).
 SITE_STATE = record(("mode", np.float64), ("slip_sign", np.float64), ("temperature", np.float64), ("heat", np.float64))
@@ -62,9 +62,9 @@ Records = np.ndarray[tuple[int], np.dtype[np.record]]
 
 
 class State(NamedTuple):
-    """The state: record `HEAD`, in an array of one; the latest keys; the sites; z = (q, v, energy integrals).
+    """The state: record `HEAD`, in an array of length 1; the latest keys; the sites; z = (q, v, energy integrals).
 
-    z has room for all bodies; with those that there are it ends earlier.
+    z has room for all bodies; with fewer bodies it ends earlier.
     """
 
     head: Records
@@ -75,12 +75,12 @@ class State(NamedTuple):
 
 
 class Scratch(NamedTuple):
-    """The scratch array by its uses.
+    """The scratch array as views.
 
     propagator
-        Kept from step to step as a cache; `propagator.is_built` revalidates it.
+        Cache across steps; `propagator.is_built` revalidates it.
     matrices
-        The same; `step_matrices.is_for` and `matrix_rows.is_complete` revalidate it.
+        Cache across steps; `step_matrices.is_for` and `matrix_rows.is_complete` revalidate it.
     spin, sites, equations
         As in `Workspace`.
     stages
@@ -92,7 +92,7 @@ class Scratch(NamedTuple):
     orbit
         Equations of the steady orbit, shape (2 n, 2 n + 1).
     step_cache
-        What the records of sites and spin, and the forces that no magnet makes, follow from.
+        Inputs of the records of sites and spin, and of the non-magnetic forces.
     """
 
     spin: Records
@@ -175,7 +175,7 @@ def state_of(state: Array, structure: Structure) -> State:
 def scratch_of(work: Array, structure: Structure) -> Scratch:
     """Return views into the scratch array of a rotor with this structure.
 
-    What is read most comes first, at even places: kernels use vectors of two numbers.
+    Frequently read parts come first, at even offsets: kernels use vectors of two numbers.
     """
     n, n_bearings, n_sites = structure.K.shape[0], structure.bearings.shape[0], structure.sites.shape[0]
     stages = N_SPIN + propagator_size(n, n_bearings, n_sites, structure.is_damped)
@@ -204,7 +204,7 @@ def scratch_of(work: Array, structure: Structure) -> Scratch:
 
 @views
 def workspace_of(structure: Structure, motion: Motion, scratch: Scratch, n: int) -> Workspace:
-    """Return what the kernels of one step pass on together; n is the number of all degrees of freedom."""
+    """Return the workspace of a step; n is the number of all degrees of freedom."""
     size = stage_size(n, structure.sites.shape[0])
     return Workspace(
         n,
@@ -219,11 +219,11 @@ def workspace_of(structure: Structure, motion: Motion, scratch: Scratch, n: int)
     )
 
 
-@kernel_apart
+@noinline_kernel
 def place_sites(structure: Structure, parameters: Parameters, inputs: Inputs, scratch: Scratch) -> int:
     """Fill the records of the sites and of the spin; return the number of all degrees of freedom.
 
-    What of a site is no parameter becomes zero.
+    Fields of a site that are not parameters are set to zero.
     """
     for k in range(structure.sites.shape[0]):
         copy(parameters.sites[k], scratch.site_rows[k])
@@ -234,7 +234,7 @@ def place_sites(structure: Structure, parameters: Parameters, inputs: Inputs, sc
 
 @kernel
 def load_sites(states: Records, sites: Sites) -> None:
-    """Give the sites the modes of their states, and let all begin that a step adds up."""
+    """Set the modes of the sites from their states, and reset everything that a step accumulates."""
     for k in range(sites.shape[0]):
         site = sites[k]
         site.mode = int(states[k].mode)
@@ -245,9 +245,9 @@ def load_sites(states: Records, sites: Sites) -> None:
 
 @kernel
 def store_sites(sites: Sites, states: Records, z: Array, n: int) -> None:
-    """Store what a step must leave: modes and heat in the states, energies of impacts in the energy integrals of z.
+    """Store the results of a step: modes and heat in the states, energies of impacts in the energy integrals of z.
 
-    z is a row of `Workspace.stages`; the integrals of the sites in it are those of the step.
+    z is a row of `Workspace.stages`; its site integrals are those of the step.
     """
     integrals = energy_integrals(z, n)
     for k in range(sites.shape[0]):

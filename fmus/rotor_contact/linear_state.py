@@ -1,4 +1,4 @@
-"""What of the plant's state moves linearly while the rotor touches nothing."""
+"""The part of the plant's state that moves linearly while the rotor touches nothing."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from rotor_contact.structure import structure_of
 
 
 def linear_state(constants: Array) -> LinearState:
-    """Return the places of q and v, of the angle and of the energies of a rotor at constant speed without housings."""
+    """Return the positions of q, v, angle and energies of a rotor at constant speed without housings."""
     structure, names = structure_of(constants), HEAD.names or ()
     z = place_of_motion(structure)
     energy = names.index("initial_energy"), names.index("largest_energy")

@@ -15,7 +15,7 @@ LOBATTO_POINTS = (0.0, 0.5 - 0.5 / math.sqrt(5.0), 0.5 + 0.5 / math.sqrt(5.0), 1
 LOBATTO_WEIGHTS = (1.0 / 12.0, 5.0 / 12.0, 5.0 / 12.0, 1.0 / 12.0)
 
 _FAR, _NEAR, _CUBIC = 2.5 * (math.sqrt(5.0) + 1.0), 2.5 * (math.sqrt(5.0) - 1.0), 5.0 * math.sqrt(5.0)
-# Coefficients of 1, s, s^2, s^3 of the polynomial that is 1 at one point and 0 at the others.
+# Coefficients of 1, s, s^2, s^3 of the polynomial that is 1 at a point and 0 at the others.
 LAGRANGE = (
     (1.0, -6.0, 10.0, -5.0),
     (0.0, _FAR, -_FAR - _CUBIC, _CUBIC),
@@ -26,7 +26,7 @@ LAGRANGE = (
 
 @kernel
 def least_of_cubic(f_0: float, f_1: float, f_2: float, f_3: float) -> float:
-    """Return a bound from below of the cubic through four values, the least of its Bezier points."""
+    """Return a lower bound of the cubic through four values, its smallest Bezier point."""
     b_1 = (f_3 - 3.0 * f_0 + _FAR * f_1 - _NEAR * f_2) / 3.0
     b_2 = (f_0 - 3.0 * f_3 + _FAR * f_2 - _NEAR * f_1) / 3.0
     return min(min(f_0, f_3), min(b_1, b_2))
@@ -34,10 +34,10 @@ def least_of_cubic(f_0: float, f_1: float, f_2: float, f_3: float) -> float:
 
 @kernel
 def positive_share(f_0: float, f_1: float, f_2: float, f_3: float) -> float:
-    """Return up to which share of the interval the cubic through four values is sure to be positive.
+    """Return the share of the interval over which the cubic through four values is certainly positive.
 
-    Where it falls through zero is found among `N_LOOKS` places. If it does between none of these, but has a Bezier
-    point below zero, the answer is 0.5.
+    Zero crossings are sought between `N_LOOKS` points. If there is none, but a Bezier point is negative, the result is
+    0.5.
     """
     if least_of_cubic(f_0, f_1, f_2, f_3) > 0.0:
         return 1.0
@@ -66,7 +66,7 @@ def greatest_of_cubic(f_0: float, f_1: float, f_2: float, f_3: float) -> float:
 
 @kernel
 def greatest_of_parabola(f_0: float, f_mid: float, f_1: float) -> float:
-    """Return the greatest value of the parabola through values at both ends and in the middle."""
+    """Return the greatest value of the parabola through values at both ends and the middle."""
     return greatest_value(f_0, 4.0 * f_mid - 3.0 * f_0 - f_1, 2.0 * (f_0 + f_1) - 4.0 * f_mid, 0.0)
 
 
@@ -74,7 +74,7 @@ def greatest_of_parabola(f_0: float, f_mid: float, f_1: float) -> float:
 def greatest_value(c_0: float, c_1: float, c_2: float, c_3: float) -> float:
     """Return the greatest value of c_0 + c_1 s + c_2 s^2 + c_3 s^3 over 0 <= s <= 1.
 
-    Where the slope falls through zero, c_1 + 2 c_2 s + 3 c_3 s^2 = 0, s = c_1/(sqrt(c_2^2 - 3 c_1 c_3) - c_2).
+    The slope falls through zero, c_1 + 2 c_2 s + 3 c_3 s^2 = 0, at s = c_1/(sqrt(c_2^2 - 3 c_1 c_3) - c_2).
     """
     greatest = max(c_0, c_0 + c_1 + c_2 + c_3)
     square = c_2 * c_2 - 3.0 * c_1 * c_3

@@ -1,11 +1,11 @@
-"""Which levels of the matrices there are: so many that the shortest piece is short enough for its Taylor series."""
+"""Levels of the matrices: enough that the shortest piece is short enough for its Taylor series."""
 
 from __future__ import annotations
 
 import math
 
 from fmi_export.flat import copy
-from fmi_export.jit import kernel, kernel_apart
+from fmi_export.jit import kernel, noinline_kernel
 from fmi_export.model import Array
 from rotor_contact.dynamics import Motion, accelerations
 from rotor_contact.lobatto import N_LOBATTO
@@ -31,9 +31,9 @@ ISOTROPY_TOLERANCE = 1e-10  # of the largest: by how much x and y may differ
 SMALLEST_TERM = 1e-20  # of the series, as in `series`
 
 
-@kernel_apart
+@noinline_kernel
 def choose_levels(structure: Structure, motion: Motion, sites: Sites, key: MatricesKey, matrices: StepMatrices) -> None:
-    """Let the matrices be for `key`: find its sizes and ports; the coefficients of the motion must be collected."""
+    """Prepare the matrices for `key`: find sizes and ports; requires the coefficients of the motion."""
     if is_for(matrices, key):
         return
     _begin(matrices, key)
@@ -65,9 +65,9 @@ def choose_levels(structure: Structure, motion: Motion, sites: Sites, key: Matri
     isotropic = seals_are_isotropic(motion.seals)
     sizes.isotropic = 1.0 if isotropic and _is_isotropic(structure.Minv, coefficients_at(matrices, 0).columns) else 0.0
     fastest = _fastest(coefficients_at(matrices, 0).columns)
-    if motion.seals.shape[1] > 0:
-        for place in range(motion.seals.shape[0]):
-            write_coefficients(structure, motion, sites, matrices, 0, motion.seals[place, 0].begin)
+    if motion.seals.records.shape[1] > 0:
+        for place in range(motion.seals.records.shape[0]):
+            write_coefficients(structure, motion, sites, matrices, 0, motion.seals.records[place, 0].begin)
             fastest = max(fastest, _fastest(coefficients_at(matrices, 0).columns))
     rate = fastest + abs(motion.Omega)
     n_built, shortest = LEAST_LEVELS, step_size * 0.5 ** (LEAST_LEVELS - 1)
@@ -85,7 +85,7 @@ def choose_levels(structure: Structure, motion: Motion, sites: Sites, key: Matri
 
 @kernel
 def _begin(matrices: StepMatrices, key: MatricesKey) -> None:
-    """Let the matrices be for this key, with no row built."""
+    """Assign the matrices to this key, with no row built."""
     copy(key.values, matrices.key.values)
     for slot in matrices.slots:
         slot.index = math.nan
@@ -94,7 +94,7 @@ def _begin(matrices: StepMatrices, key: MatricesKey) -> None:
 
 @kernel
 def _port_of(matrices: StepMatrices, row: int) -> int:
-    """Return the port with the coordinate `row` of its x; add it where there is none."""
+    """Return the port whose x is coordinate `row`; add it if there is none."""
     sizes = matrices.sizes[0]
     for port in range(int(sizes.n_ports)):
         if matrices.ports[port] == row:
@@ -106,7 +106,7 @@ def _port_of(matrices: StepMatrices, row: int) -> int:
 
 @kernel
 def _is_isotropic(Minv: Array, KC: Array) -> bool:
-    """Return whether the rotor is isotropic: whether what y does is what x does, turned by a right angle."""
+    """Return whether the rotor is isotropic: whether y behaves like x turned by a right angle."""
     n = KC.shape[1]
     largest = unlike = 0.0
     for j in range(0, 2 * n, 2):
@@ -126,7 +126,7 @@ def _is_isotropic(Minv: Array, KC: Array) -> bool:
 
 @kernel
 def _fastest(KC: Array) -> float:
-    """Return a bound (1/s) of how fast anything can change, by the largest row sums."""
+    """Return a bound (1/s) of the rates of change, from the largest row sums."""
     n = KC.shape[1]
     elastic = viscous = 0.0
     for i in range(n):
@@ -142,7 +142,7 @@ def _fastest(KC: Array) -> float:
 def write_coefficients(
     structure: Structure, motion: Motion, sites: Sites, matrices: StepMatrices, slot: int, Omega: float
 ) -> None:
-    """Write K and C without magnets at a speed, as columns, those of housings included."""
+    """Write K and C without magnets at a speed, including housings, as columns."""
     KC = coefficients_at(matrices, slot).columns
     n, m = KC.shape[1], structure.K.shape[0]
     KC[:, :] = 0.0
@@ -151,7 +151,7 @@ def write_coefficients(
             KC[j, i] = structure.MinvK[i, j] - Omega * structure.over_speed[m + i, j]
             KC[n + j, i] = structure.MinvC[i, j] + Omega * structure.over_speed[i, j]
     add_bearings(structure.Minv, motion.bearings, False, KC[:n], KC[n:])
-    add_seals(structure.Minv, motion.seals, Omega, KC[:n], KC[n:])
+    add_seals(motion.seals, Omega, KC[:n], KC[n:])
     for site in sites:
         if site.housing >= 0:
             x, y = site.housing, site.housing + 1

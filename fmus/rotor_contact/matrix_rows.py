@@ -1,12 +1,12 @@
-"""Rows of the matrices: those of the shortest level by Taylor series in time, of each of the others by doubling.
+"""Rows of the matrices: the shortest level by Taylor series in time, the others by doubling.
 
-A piece of twice the length is two pieces one after the other. The cubic force over it is a cubic over either half, so
+A piece of twice the length is two pieces in sequence. The cubic force over it is a cubic over either half, so
 with Y_i, the motion up to Lobatto point c_i of a piece of length T,
 
     Y_i(2 T): x -> Y_i(T) (y, e, F'') with y = Y_i(T) (q, v, e, F'),  F'_j = F(c_j/2),  F''_j = F((c_i + c_j)/2)
 
-F being the cubic over [0, 1] through the given values, and e what goes with steady forces and unbalance, the latter
-turned by Omega c_i T. P is Y_3.
+where F is the cubic over [0, 1] through the values, and e the effect of steady forces and unbalance, the latter turned
+by Omega c_i T. P is Y_3.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from __future__ import annotations
 import math
 
 from fmi_export.flat import copy
-from fmi_export.jit import kernel, kernel_apart
+from fmi_export.jit import kernel, noinline_kernel
 from fmi_export.model import Array
 from rotor_contact.dynamics import Motion
 from rotor_contact.lobatto import LAGRANGE, LOBATTO_POINTS, N_LOBATTO
@@ -45,11 +45,11 @@ FIRST_HALF = tuple(_lagrange(0.5 * c) for c in LOBATTO_POINTS)
 SECOND_PART = tuple(tuple(_lagrange(0.5 * (c + s)) for s in LOBATTO_POINTS) for c in LOBATTO_POINTS[1:])
 
 
-@kernel_apart
+@noinline_kernel
 def build_slot(
     structure: Structure, motion: Motion, sites: Sites, matrices: StepMatrices, index: float, share: float
 ) -> None:
-    """Build the levels for the speed at a place of the grid until a share of their rows, from 0 to 1, is there."""
+    """Build the levels for a speed of the grid until a share of their rows (0 to 1) is built."""
     sizes, which = matrices.sizes[0], slot_of(index)
     slot = matrices.slots[which]
     n, Omega = int(sizes.n), grid_speed(matrices, index)
@@ -76,7 +76,7 @@ def build_slot(
 
 @kernel
 def _rotate_rows(matrices: StepMatrices, slot: int, level: int, row: int) -> None:
-    """Write the rows after the last ones, which belong to x, for y."""
+    """Write the rows for y from the last rows, which are for x."""
     (P, S), inner = level_of(matrices, slot, level), inner_motion(matrices, slot, level)
     rotate_row(P[row], P[row + 1])
     rotate_row(S[row], S[row + 1])
@@ -86,7 +86,7 @@ def _rotate_rows(matrices: StepMatrices, slot: int, level: int, row: int) -> Non
 
 @kernel
 def share_of(matrices: StepMatrices, index: float) -> float:
-    """Return which share of the rows for the speed at a place of the grid is built."""
+    """Return the share of rows built for a speed of the grid."""
     sizes, slot = matrices.sizes[0], matrices.slots[slot_of(index)]
     if slot.index != index:
         return 0.0
@@ -96,14 +96,14 @@ def share_of(matrices: StepMatrices, index: float) -> float:
 
 @kernel
 def is_complete(matrices: StepMatrices, index: float) -> bool:
-    """Return whether all levels for the speed at a place of the grid are built."""
+    """Return whether all levels for a speed of the grid are built."""
     sizes, slot = matrices.sizes[0], matrices.slots[slot_of(index)]
     return bool(slot.index == index and slot.n_rows == n_rows(int(sizes.n), int(sizes.n_ports)) * sizes.n_built)
 
 
 @kernel
 def are_complete(matrices: StepMatrices, index: float) -> bool:
-    """Return whether all levels for the speeds around a place of the grid are built."""
+    """Return whether all levels for the speeds around a point of the grid are built."""
     low = math.floor(index)
     return is_complete(matrices, low) and (index == low or is_complete(matrices, low + 1.0))
 
@@ -112,19 +112,19 @@ def are_complete(matrices: StepMatrices, index: float) -> bool:
 def _add_force(
     structure: Structure, sites: Sites, matrices: StepMatrices, row: int, cosine: float, sine: float, a: Array
 ) -> None:
-    """Add to `a` the acceleration by the force of a row of x, which is `cosine` times that at the beginning.
+    """Add to `a` the acceleration due to the force of a row of x, which is `cosine` times its initial value.
 
-    That of the unbalance has turned, and is `sine` times the force of the other direction too.
+    The unbalance force has turned: `sine` times the force of the other direction is added.
     """
     sizes = matrices.sizes[0]
     n, m = int(sizes.n), structure.K.shape[0]
-    given = matrices.key.forces
+    port_forces = matrices.key.forces
     if row < 2 * n:
         return
     if row == 2 * n:
         if cosine != 0.0:
             for j in range(m):
-                force = cosine * given[0, j]
+                force = cosine * port_forces[0, j]
                 if force != 0.0:
                     for i in range(m):
                         a[i] += structure.Minv[j, i] * force
@@ -135,7 +135,7 @@ def _add_force(
     elif row < 2 * n + 3:
         turned = sine if row == 2 * n + 1 else -sine
         for j in range(m):
-            c, s = given[1, j], given[2, j]
+            c, s = port_forces[1, j], port_forces[2, j]
             force = cosine * c + turned * s if row == 2 * n + 1 else cosine * s + turned * c
             if force != 0.0:
                 for i in range(m):
@@ -156,7 +156,7 @@ def _add_force(
 def _write_acceleration(
     structure: Structure, sites: Sites, matrices: StepMatrices, slot: int, level: int, row: int
 ) -> None:
-    """Write what S observes of the acceleration at the beginning."""
+    """Write the observations (S) of the initial acceleration."""
     S = level_of(matrices, slot, level).S
     KC = coefficients_at(matrices, slot).columns
     n = KC.shape[1]
@@ -170,24 +170,24 @@ def _write_acceleration(
 
 @kernel
 def _observe(matrices: StepMatrices, x: Array, observed: Array, unbalance: int, first: int, stride: int) -> None:
-    """Write what is observed of displacements, velocities or accelerations x to `observed`.
+    """Write the observations of displacements, velocities or accelerations x to `observed`.
 
-    Unbalance goes to its columns from `unbalance` on, port k to those from first + stride k on.
+    Unbalance is written to the columns from `unbalance`, port k to those from first + stride k.
     """
-    n_ports, given = int(matrices.sizes[0].n_ports), matrices.key.forces
+    n_ports, port_forces = int(matrices.sizes[0].n_ports), matrices.key.forces
     for port in range(n_ports):
         row, at = int(matrices.ports[port]), first + stride * port
         observed[at], observed[at + 1] = x[row], x[row + 1]
     cosine = sine = 0.0
-    for i in range(given.shape[1]):
-        cosine += given[1, i] * x[i]
-        sine += given[2, i] * x[i]
+    for i in range(port_forces.shape[1]):
+        cosine += port_forces[1, i] * x[i]
+        sine += port_forces[2, i] * x[i]
     observed[unbalance], observed[unbalance + 1] = cosine, sine
 
 
 @kernel
 def _observe_row(matrices: StepMatrices, slot: int, level: int, row: int) -> None:
-    """Write what S observes at the Lobatto points after the first."""
+    """Write the observations (S) at the Lobatto points after the first."""
     P, S = level_of(matrices, slot, level)
     n, n_ports = P.shape[1] // 2, int(matrices.sizes[0].n_ports)
     inner = inner_motion(matrices, slot, level)
@@ -209,7 +209,7 @@ def _integrate_row(
     Omega: float,
     room: Array,
 ) -> None:
-    """Taylor-integrate the motion from a unit of x over the shortest piece, term by term in t/h."""
+    """Taylor-integrate the motion due to a unit of x over the shortest piece, term by term in t/h."""
     sizes = matrices.sizes[0]
     n = int(sizes.n)
     h = sizes.step_size * 0.5**level
@@ -252,17 +252,17 @@ def _integrate_row(
 
 @kernel
 def _double_row(matrices: StepMatrices, slot: int, level: int, row: int, Omega: float, x: Array) -> None:
-    """Write a row of a level from the one below, of half the length."""
+    """Write a row of a level from the level of half its length."""
     sizes = matrices.sizes[0]
     n, axes = int(sizes.n), 2 * int(sizes.n_ports)
     below = sizes.step_size * 0.5 ** (level + 1)
     forces = 2 * n + 3
     point, axis = (row - forces) // axes, (row - forces) % axes
-    known, found = inner_motion(matrices, slot, level + 1), inner_motion(matrices, slot, level)
+    finer, target_motion = inner_motion(matrices, slot, level + 1), inner_motion(matrices, slot, level)
     ends, new_ends = level_of(matrices, slot, level + 1).P, level_of(matrices, slot, level).P
     for i in range(N_LOBATTO - 1):
-        Y = ends if i == 2 else (known.first if i == 0 else known.second)
-        target = (new_ends if i == 2 else (found.first if i == 0 else found.second))[row]
+        Y = ends if i == 2 else (finer.first if i == 0 else finer.second)
+        target = (new_ends if i == 2 else (target_motion.first if i == 0 else target_motion.second))[row]
         x[:] = 0.0
         if row < forces:
             copy(Y[row], x)

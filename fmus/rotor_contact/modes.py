@@ -33,10 +33,10 @@ MAX_TENSION = 1e-9  # N, below which a normal force counts as none
 
 @kernel
 def resolve_modes(w: Workspace, tau: float, shortest: float) -> int:
-    """Find modes that are consistent with the forces at z: no tension, no friction beyond the law; leave k_1.
+    """Find modes that are consistent with the forces at z: no tension, no friction beyond the law; store k_1.
 
-    Sites that would touch again within `shortest` (s) count as closed: the bouncing of one site, or of two in turn,
-    accumulates there. Returns a fault code: where friction is strong no modes may be consistent.
+    Sites that would touch again within `shortest` (s) count as closed: there the bounces of one site, or of two
+    alternately, accumulate. Returns a fault code: with strong friction, no modes may be consistent.
     """
     n = w.n
     stages = stages_of(w.stages)
@@ -53,16 +53,16 @@ def resolve_modes(w: Workspace, tau: float, shortest: float) -> int:
         if not derivative(w, tau, z, k_1):
             return FAULT_SINGULAR
         if not (
-            _open_one(w.sites)
+            _open_tensile(w.sites)
             or _change_friction(w.sites, v, Omega)
-            or _close_one(w.sites, z, k_1[n : 2 * n], Omega, shortest)
+            or _close_soonest(w.sites, z, k_1[n : 2 * n], Omega, shortest)
         ):
             return 0
     return FAULT_MODES
 
 
 @kernel
-def _open_one(sites: Sites) -> bool:
+def _open_tensile(sites: Sites) -> bool:
     """Open the closed site with the largest tension; return whether there is one."""
     force = -MAX_TENSION
     opened = -1
@@ -78,7 +78,7 @@ def _open_one(sites: Sites) -> bool:
 
 
 @kernel
-def _close_one(sites: Sites, z: Array, a: Array, Omega: float, shortest: float) -> bool:
+def _close_soonest(sites: Sites, z: Array, a: Array, Omega: float, shortest: float) -> bool:
     """Close a free site on its circle whose next flight takes less than `shortest` (s); return whether there is one."""
     n = a.shape[0]
     v = z[n : 2 * n]
@@ -96,10 +96,10 @@ def _close_one(sites: Sites, z: Array, a: Array, Omega: float, shortest: float) 
 
 @kernel
 def _change_friction(sites: Sites, v: Array, Omega: float) -> bool:
-    """Let one site stick that has stopped slipping, or slip that cannot stick; return whether something changed.
+    """Make a site stick if it stopped slipping, or slip if it cannot stick; return whether anything changed.
 
-    Of several that cannot stick the one furthest beyond its limit slips first: another may roll on once it does. An
-    impact elsewhere may have reversed the slip of a sliding site: friction turns with it.
+    Of several sites that cannot stick, the one furthest beyond its limit slips first: then another may continue to
+    roll. If an impact elsewhere has reversed the slip of a sliding site, its friction reverses, too.
     """
     excess = 0.0
     loosest = -1

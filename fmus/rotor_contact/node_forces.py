@@ -1,8 +1,8 @@
-"""Contact forces at the Lobatto points of a piece: the equations of `collocation`, with bodies that move.
+"""Contact forces at the Lobatto points of a piece: the equations of `collocation`, with moving bodies.
 
-As there the normal velocity vanishes at each point after the first, of the journal from its housing, and a journal that
-rolls does not slip on its race; spin and races give way to friction as `piece` says. Forces of magnets at the points
-follow from the displacements there. All this is solved again until it settles.
+At each point after the first, the normal velocity of the journal relative to its housing vanishes, and a rolling
+journal does not slip on its race; spin and races respond to friction (`piece`). Forces of magnets depend on the
+displacements at these points. The equations are solved repeatedly until they converge.
 """
 
 from __future__ import annotations
@@ -44,29 +44,29 @@ def port_of_bearing(matrices: StepMatrices, b: int) -> int:
 
 @kernel
 def first_port_number(matrices: StepMatrices) -> int:
-    """Return where the numbers of the ports begin; before them are their coordinates, as many as there can be."""
+    """Return the offset of the numbers of the ports, which follow the coordinates of all possible ports."""
     return matrices.ports.shape[0] // 2
 
 
 @kernel
 def magnets_act(w: Workspace) -> bool:
-    """Return whether any bearing exerts a force beside its stiffness, or damps."""
-    given = forces(w.motion)
+    """Return whether any bearing has damping, or a force other than that of its stiffness."""
+    acting = forces(w.motion)
     for bearing in w.motion.bearings:
         if is_damping(bearing):
             return True
         for axis in range(2):
             row = bearing.row + axis
-            if bearing.gradient[axis] != 0.0 or given.steady[row] != given.without_magnets[row]:
+            if bearing.gradient[axis] != 0.0 or acting.steady[row] != acting.without_magnets[row]:
                 return True
     return False
 
 
 @kernel
 def columns_in_use(w: Workspace, matrices: StepMatrices) -> tuple[int, int]:
-    """Return the first column of S after those of accelerations, and how many of them are of ports that matter.
+    """Return the first column of S after those of accelerations, and the number of columns of relevant ports.
 
-    What bearings see that exert no force is not asked for.
+    Observations at bearings without force are not computed.
     """
     sizes = matrices.sizes[0]
     n_ports = sizes.n_ports if magnets_act(w) else sizes.n_site_ports
@@ -76,9 +76,9 @@ def columns_in_use(w: Workspace, matrices: StepMatrices) -> tuple[int, int]:
 @kernel
 def magnet_force(w: Workspace, b: int, axis: int, displacement: float) -> float:
     """Return the force (N) of a magnetic bearing at a displacement (m) along an axis."""
-    bearing, given = w.motion.bearings[b], forces(w.motion)
+    bearing, acting = w.motion.bearings[b], forces(w.motion)
     row = bearing.row + axis
-    force: float = given.steady[row] - given.without_magnets[row] + bearing.gradient[axis] * displacement
+    force: float = acting.steady[row] - acting.without_magnets[row] + bearing.gradient[axis] * displacement
     return force
 
 
@@ -103,25 +103,25 @@ def set_magnet_forces(w: Workspace, matrices: StepMatrices, point: int) -> float
 
 @kernel
 def observe(w: Workspace, matrices: StepMatrices, A: float, B: float) -> None:
-    """Observe the ports under the forces at the nodes, and under unbalance in the direction A + i B."""
+    """Compute the observations at the ports under node forces and an unbalance in the direction A + i B."""
     piece = piece_of(matrices)
     observed, axes = piece.observed, piece.known.shape[0] // N_LOBATTO
     first, columns = columns_in_use(w, matrices)
     of_state, of_A, of_B = observed[0, first:], observed[2, first:], observed[3, first:]
-    of_known, of_contact, of_all = observed[4, first:], observed[5, first:], observed[6, first:]
+    of_bearings, of_contact, of_all = observed[4, first:], observed[5, first:], observed[6, first:]
     for c in range(columns):
-        of_known[c] = of_state[c] + A * of_A[c] + B * of_B[c]
+        of_bearings[c] = of_state[c] + A * of_A[c] + B * of_B[c]
         of_contact[c] = 0.0
     for unit in range(0, piece.known.shape[0], 2):
-        _add_force(piece, unit, piece.known, first, columns, of_known)
-        _add_force(piece, unit, piece.contact, first, columns, of_known if unit < axes else of_contact)
+        _add_force(piece, unit, piece.known, first, columns, of_bearings)
+        _add_force(piece, unit, piece.contact, first, columns, of_bearings if unit < axes else of_contact)
     for c in range(columns):
-        of_all[c] = of_known[c] + of_contact[c]
+        of_all[c] = of_bearings[c] + of_contact[c]
 
 
 @kernel
 def _add_force(piece: Piece, unit: int, force: Array, first: int, columns: int, target: Array) -> None:
-    """Add what S sees of the force at x and y of a port, in its columns from `first` on, to `target`."""
+    """Add the observations (S) of a force at x and y of a port, in the columns from `first`, to `target`."""
     f_x, f_y = force[unit], force[unit + 1]
     if f_x != 0.0 or f_y != 0.0:
         of_x, of_y = piece.of_forces[unit, first:], piece.of_forces[unit + 1, first:]
@@ -131,7 +131,7 @@ def _add_force(piece: Piece, unit: int, force: Array, first: int, columns: int, 
 
 @kernel
 def observed_journal(site: Site, matrices: StepMatrices, observed: Array, k: int, point: int) -> Point:
-    """Return what is observed of the journal of site k, from its housing, at a Lobatto point after the first."""
+    """Return the observed journal of site k, relative to its housing, at a Lobatto point after the first."""
     n_ports = int(matrices.sizes[0].n_ports)
     housing = port_of_housing(matrices, k) if site.housing >= 0 else -1
     return _observed_from(observed, n_ports, point, port_of_site(matrices, k), housing)
@@ -139,7 +139,7 @@ def observed_journal(site: Site, matrices: StepMatrices, observed: Array, k: int
 
 @kernel
 def _observed_from(observed: Array, n_ports: int, point: int, port: int, housing: int) -> Point:
-    """Return what is observed of a port, as that of a housing sees it, if `housing` >= 0."""
+    """Return the observation at a port, relative to the port `housing` if that is >= 0."""
     at = place_index(n_ports, point, port)
     x, y, v_x, v_y = observed[at], observed[at + 1], observed[at + 2], observed[at + 3]
     if housing >= 0:
@@ -153,7 +153,7 @@ def _observed_from(observed: Array, n_ports: int, point: int, port: int, housing
 
 @kernel
 def locate_nodes(w: Workspace, matrices: StepMatrices) -> None:
-    """Write normal, slip and ratio of friction of all constrained sites at the Lobatto points after the first."""
+    """Write normal, slip and friction ratio of all constrained sites at the Lobatto points after the first."""
     piece = piece_of(matrices)
     for k in range(w.sites.shape[0]):
         site = w.sites[k]
@@ -173,7 +173,7 @@ def locate_nodes(w: Workspace, matrices: StepMatrices) -> None:
 
 @kernel
 def set_contact_forces(w: Workspace, matrices: StepMatrices) -> None:
-    """Write the forces of all nodes to the ports."""
+    """Write the node forces to the ports."""
     piece, n_ports = piece_of(matrices), int(matrices.sizes[0].n_ports)
     piece.contact[:] = 0.0
     for k in range(w.sites.shape[0]):
@@ -195,9 +195,9 @@ def set_contact_forces(w: Workspace, matrices: StepMatrices) -> None:
 
 @kernel
 def solve_nodes(w: Workspace, matrices: StepMatrices, size: int, h: float) -> tuple[bool, float, float]:
-    """Solve the forces at all points after the first in the directions there; `size` is the unknowns of one point.
+    """Solve the forces at all points after the first in their directions; `size` is the number of unknowns per point.
 
-    Returns whether there is a solution, the largest change of a force, and the largest force (N).
+    Returns whether the equations are solvable, the largest change of a force, and the largest force (N).
     """
     for k in range(w.sites.shape[0]):
         if is_constrained(w.sites[k]):
@@ -225,15 +225,15 @@ def _write_equations(w: Workspace, matrices: StepMatrices, k: int, point: int, s
     piece = piece_of(matrices)
     A, b = matrices.equations
     site, node = w.sites[k], matrices.nodes[k, point]
-    of_known = observed_journal(site, matrices, piece.observed[4], k, point)
+    of_bearings = observed_journal(site, matrices, piece.observed[4], k, point)
     of_contact = observed_journal(site, matrices, piece.observed[5], k, point)
     row, rolling = (point - 1) * size + site.unknown, site.mode == ROLLING
     n_x, n_y = node.n_x, node.n_y
-    turn = (-n_y * (of_known.v_x + of_contact.v_x) + n_x * (of_known.v_y + of_contact.v_y)) / site.clearance
+    turn = (-n_y * (of_bearings.v_x + of_contact.v_x) + n_x * (of_bearings.v_y + of_contact.v_y)) / site.clearance
     t_x, t_y = -turn * n_y, turn * n_x
-    b[row] = t_x * of_contact.x + t_y * of_contact.y - n_x * of_known.v_x - n_y * of_known.v_y
+    b[row] = t_x * of_contact.x + t_y * of_contact.y - n_x * of_bearings.v_x - n_y * of_bearings.v_y
     if rolling:
-        b[row + 1] = n_y * of_known.v_x - n_x * of_known.v_y - _surface_speed(w, matrices, piece, k, point, h)
+        b[row + 1] = n_y * of_bearings.v_x - n_x * of_bearings.v_y - _surface_speed(w, matrices, piece, k, point, h)
     n_ports = int(matrices.sizes[0].n_ports)
     port, housing = port_of_site(matrices, k), port_of_housing(matrices, k) if site.housing >= 0 else -1
     for other in range(w.sites.shape[0]):
@@ -267,7 +267,7 @@ def _write_equations(w: Workspace, matrices: StepMatrices, k: int, point: int, s
 
 @kernel
 def _slip_response(w: Workspace, k: int, other: int, h: float) -> float:
-    """Return how fast the slip at site k grows under a unit of friction at another, by spin and race, times h."""
+    """Return the growth rate of slip at site k per unit of friction at another site, by spin and race, times h."""
     site, cause = w.sites[k], w.sites[other]
     rate = 0.0
     if site.spin >= 0:
@@ -279,7 +279,7 @@ def _slip_response(w: Workspace, k: int, other: int, h: float) -> float:
 
 @kernel
 def _surface_speed(w: Workspace, matrices: StepMatrices, piece: Piece, k: int, point: int, h: float) -> float:
-    """Return the velocity (m/s) of the surface of journal k over its race, without friction after the first point."""
+    """Return the surface velocity (m/s) of journal k relative to its race, without friction after the first point."""
     site = w.sites[k]
     speed = piece.spin[0, point] * site.journal_radius
     if site.race >= 0:

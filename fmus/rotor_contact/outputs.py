@@ -45,7 +45,7 @@ def write_outputs(
         _write_site(sites[k], v, Omega, outputs.sites[k])
         _write_retainer(sites[k], q, v, x.sites[k], structure.valid_to, outputs.sites[k])
     for k in range(outputs.seals.shape[0]):
-        seal = structure.seals[0, k]
+        seal = structure.seals.records[0, k]
         outputs.seals[k].beyond_table = 1.0 if Omega < seal.lowest or Omega > seal.highest else 0.0
     own.contact_state = _contact_state(structure, sites)
     mechanical = write_mechanical_energy(structure, parameters, w, x, own.energy)
@@ -54,7 +54,7 @@ def write_outputs(
 
 @kernel
 def energy_error(energy: np.record, head: np.record) -> float:
-    """Return how far the balance of the outputs `energy` is off, as a share of the largest energy so far."""
+    """Return the error of the energy balance in the outputs `energy`, relative to the largest energy so far."""
     mechanical = energy.kinetic + energy.strain
     largest = max(max(head.largest_energy, mechanical), max(abs(energy.dissipated), abs(energy.work)))
     head.largest_energy = largest
@@ -76,7 +76,7 @@ def _contact_state(structure: Structure, sites: Sites) -> float:
 
 @kernel
 def _write_site(site: Site, v: Array, Omega: float, y: np.record) -> None:
-    """Write the outputs of the contact at a site (its radius and normal must be up to date) into `y`."""
+    """Write the contact outputs of a site into `y`; its radius and normal must be up to date."""
     closed = site.mode != FREE
     slip = slip_velocity(site, v, Omega)
     y.x, y.y = site.radius * site.n_x, site.radius * site.n_y
@@ -99,7 +99,7 @@ def _write_site(site: Site, v: Array, Omega: float, y: np.record) -> None:
 
 @kernel
 def _write_retainer(site: Site, q: Array, v: Array, known: np.record, valid_to: float, y: np.record) -> None:
-    """Write the outputs of the retainer of a site, and what the model does not allow for, into `y`."""
+    """Write the retainer outputs of a site, and its warnings, into `y`."""
     y.housing_x = q[site.housing] if site.housing >= 0 else 0.0
     y.housing_y = q[site.housing + 1] if site.housing >= 0 else 0.0
     y.race_speed = v[site.race] if site.race >= 0 else 0.0

@@ -1,8 +1,8 @@
-"""The passive parts of the bearings: all that knows their coefficients, which `interface` declares.
+"""The passive parts of the bearings; `interface` declares their coefficients.
 
-    f = -(k_b q + c_b q'),   q = (x, y) of the shaft there, f the force on it            (1)
+    f = -(k_b q + c_b q'),   q = (x, y) of the shaft at it, f the force on it            (1)
 
-They store k_b |q|^2/2 and take c_b |q'|^2.
+They store k_b |q|^2/2 and dissipate c_b |q'|^2.
 """
 
 from __future__ import annotations
@@ -23,33 +23,33 @@ Bearings = np.ndarray[tuple[int], np.dtype[np.record]]
 
 @views
 def bearings_size(count: int) -> int:
-    """Return how many float64 `count` bearings take in a record of several things, an even number."""
+    """Return the number of float64, even, that `count` bearings occupy in an array."""
     return (count * N_BEARING + 1) // 2 * 2
 
 
 @kernel
-def set_passive(bearing: np.record, given: np.record) -> None:
-    """Give a bearing the coefficients of another one, or of parameters, and a magnet without force."""
-    bearing.k_b = given.k_b
-    bearing.c_b = given.c_b
+def set_passive(bearing: np.record, source: np.record) -> None:
+    """Copy the coefficients of another bearing or of parameters to a bearing, with a magnet without force."""
+    bearing.k_b = source.k_b
+    bearing.c_b = source.c_b
     bearing.gradient[0] = bearing.gradient[1] = 0.0
 
 
 @kernel
-def same_passive(bearing: np.record, known: np.record, tolerance: float) -> bool:
-    """Return whether coefficients are those of a known bearing but for `tolerance`, relative."""
-    return is_near(bearing.k_b, known.k_b, tolerance) and is_near(bearing.c_b, known.c_b, tolerance)
+def same_passive(bearing: np.record, reference: np.record, tolerance: float) -> bool:
+    """Return whether coefficients equal those of a reference bearing within the relative `tolerance`."""
+    return is_near(bearing.k_b, reference.k_b, tolerance) and is_near(bearing.c_b, reference.c_b, tolerance)
 
 
 @kernel
 def is_damping(bearing: np.record) -> bool:
-    """Return whether a bearing takes energy."""
+    """Return whether a bearing dissipates energy."""
     return bool(bearing.c_b != 0.0)
 
 
 @kernel
 def add_bearings(Minv: Array, bearings: Bearings, with_magnets: bool, K: Array, C: Array) -> None:
-    """Add bearings (1), and the gradients of their magnets if asked, to the columns of M^-1 K and M^-1 C."""
+    """Add bearings (1) and, optionally, the gradients of their magnets, to the columns of M^-1 K and M^-1 C."""
     for bearing in bearings:
         for axis in range(2):
             row = bearing.row + axis
@@ -61,13 +61,13 @@ def add_bearings(Minv: Array, bearings: Bearings, with_magnets: bool, K: Array, 
 
 @kernel
 def heat_per_second(bearing: np.record, v_x: float, v_y: float) -> float:
-    """Return what a bearing takes at a velocity (m/s): c_b |v|^2 (W)."""
+    """Return the dissipation of a bearing at a velocity (m/s): c_b |v|^2 (W)."""
     heat: float = bearing.c_b * (v_x * v_x + v_y * v_y)
     return heat
 
 
 @kernel
-def stored_in_bearing(given: np.record, x: float, y: float) -> float:
+def stored_in_bearing(parameters: np.record, x: float, y: float) -> float:
     """Return the strain energy (J) of a bearing whose shaft is at x and y (m), from its parameters."""
-    energy: float = 0.5 * given.k_b * (x * x + y * y)
+    energy: float = 0.5 * parameters.k_b * (x * x + y * y)
     return energy

@@ -1,14 +1,14 @@
 """The path of a journal between two states: the cubic through both ends with their velocities.
 
-It differs from the motion by the fourth derivative times dt^4/384: nanometres over the usual steps.
+Its error is the fourth derivative times dt^4/384: nanometres over usual steps.
 
-With its Bezier points b_0 to b_3 the square of its radius is a polynomial of sixth degree, whose Bezier points are
+With its Bezier points b_0 to b_3, the square of its radius is a polynomial of degree 6 with the Bezier points
 
     b_0.b_0,  b_0.b_1,  (2 b_0.b_2 + 3 b_1.b_1)/5,  (b_0.b_3 + 9 b_1.b_2)/10,
     (2 b_1.b_3 + 3 b_2.b_2)/5,  b_2.b_3,  b_3.b_3
 
-and none of its values is beyond the largest of these. A path that leaves the circle along it shows so; its own Bezier
-points lie on the tangent, beyond the circle.
+and none of its values exceeds the largest of these. This detects a path that leaves the circle tangentially, whose own
+Bezier points lie on the tangent, outside the circle.
 """
 
 from __future__ import annotations
@@ -35,9 +35,9 @@ class Point(NamedTuple):
 
 @kernel
 def stays_within(site: Site, z: Array, z_new: Array, dt: float, n: int, margin: float) -> bool:
-    """Return whether the path at a site stays clear of its retainer by the fraction `margin` of the clearance.
+    """Return whether the path at a site keeps a distance of `margin` times the clearance from its retainer.
 
-    A cubic lies within the convex hull of its four Bezier points, so it does where these do.
+    A cubic lies within the convex hull of its four Bezier points, so checking these suffices.
 
     Parameters
     ----------
@@ -48,7 +48,7 @@ def stays_within(site: Site, z: Array, z_new: Array, dt: float, n: int, margin: 
     dt
         Time between them (s).
     n, margin
-        Degrees of freedom, and the fraction of the clearance.
+        Degrees of freedom, and a fraction of the clearance.
     """
     row = site.row
     limit = (1.0 - margin) * site.clearance
@@ -63,17 +63,17 @@ def stays_within(site: Site, z: Array, z_new: Array, dt: float, n: int, margin: 
 
 @kernel
 def point_of(site: Site, z: Array, n: int) -> Point:
-    """Return where the journal of a site on the ground is in a state; arguments as for `stays_within`."""
+    """Return the position of a journal in a fixed retainer in a state; arguments as for `stays_within`."""
     row = site.row
     return Point(z[row] - site.offset_x, z[row + 1] - site.offset_y, z[n + row], z[n + row + 1])
 
 
 @kernel
 def leaves_or_stays_within(site: Site, begin: Point, end: Point, dt: float, margin: float) -> bool:
-    """Return whether a path stays within its retainer, or leaves it from the beginning on.
+    """Return whether a path stays within its retainer, or moves away from it from the beginning.
 
-    From the third of the Bezier points of the square of the radius it must be clear by the fraction `margin` of the
-    clearance; the first three may be on the circle.
+    The Bezier points of the squared radius after the third must keep the fraction `margin` of the clearance; the first
+    three may lie on the circle.
     """
     third = dt * (1.0 / 3.0)
     x_1, y_1 = begin.x + third * begin.v_x, begin.y + third * begin.v_y
@@ -92,15 +92,15 @@ def leaves_or_stays_within(site: Site, begin: Point, end: Point, dt: float, marg
 
 @kernel
 def touch_time(site: Site, z: Array, z_new: Array, dt: float, n: int) -> float:
-    """Return the time (s) at which a path that ends beyond its retainer crosses it; arguments as for `stays_within`."""
+    """Return the time (s) at which a path that ends outside its retainer crosses it; arguments: see `stays_within`."""
     return _crossing(site.clearance, point_of(site, z, n), point_of(site, z_new, n), dt, N_BISECTIONS)[1] * dt
 
 
 @kernel
 def share_before_touch(site: Site, begin: Point, end: Point, dt: float) -> float:
-    """Return which share of the time `dt` (s) passes before the path between two points is beyond the retainer.
+    """Return the share of the time `dt` (s) before the path between two points leaves the retainer.
 
-    0 if it is beyond at the beginning already, or at neither end.
+    0 if it is outside at the beginning, or at neither end.
     """
     square = site.clearance * site.clearance
     if not (end.x * end.x + end.y * end.y > square and begin.x * begin.x + begin.y * begin.y < square):
@@ -110,7 +110,7 @@ def share_before_touch(site: Site, begin: Point, end: Point, dt: float) -> float
 
 @kernel
 def _crossing(clearance: float, begin: Point, end: Point, dt: float, n_bisections: int) -> tuple[float, float]:
-    """Return between which shares of the time `dt` (s) a path that ends beyond a clearance (m) crosses it."""
+    """Return the shares of the time `dt` (s) between which a path that ends beyond a clearance (m) crosses it."""
     low, high = 0.0, 1.0
     for _ in range(n_bisections):
         s = 0.5 * (low + high)

@@ -1,14 +1,15 @@
-"""Scratch of one piece, and what moves beside the lateral coordinates in it: spin and races.
+"""Scratch of a piece, and the motion of spin and races in it.
 
 Both turn under torques that are cubics through their values at the Lobatto points, like the forces,
 
     Omega_j = Omega_0 + h sum_i a_ji M_i/J,    a_ji = int_0^c_j l_i ds
 
-A free spin shares momentum with the shaft by unbalance: with p = -sin(theta) cosine + cos(theta) sine (`bodies`)
+Unbalance couples the momentum of a free spin to that of the shaft: with p = -sin(theta) cosine + cos(theta) sine
+(`bodies`)
 
     (J Omega + p . v)' = M + p' . v,    p' = -Omega (cos(theta) cosine + sin(theta) sine)
 
-where M is the torque of drive, drag, friction and of damping that turns with the shaft.
+where M is the torque of drive, drag, friction and rotating damping.
 """
 
 from __future__ import annotations
@@ -36,25 +37,25 @@ INTEGRALS = tuple(tuple(_integral(j, i) for i in range(N_LOBATTO)) for j in rang
 
 
 class Piece(NamedTuple):
-    """One piece of a step.
+    """A piece of a step.
 
     x
-        As `step_matrices` says, shape (n_x,).
+        See `step_matrices`, shape (n_x,).
     ends
-        Its end, and room for as many numbers, shape (2, 2 N).
+        The end of the piece, and scratch of the same size, shape (2, 2 N).
     observed
-        What S sees, shape (7, n_columns): by state and steady forces, nothing (room for products), by A = 1 and B = 1,
-        by these, the magnets and contact at the first point together, by contact at the other points, and by all. What
-        bearings see is not there while they exert no force.
+        Observations (S), shape (7, n_columns), due to: state and steady forces; nothing (scratch); A = 1; B = 1; all
+        these with magnets and contact at the first point; contact at the other points; everything. Columns of bearings
+        without force are omitted.
     of_forces
-        What S sees of unit forces at the ports, shape (8 n_ports, n_columns); these are ordered as in x.
+        Observations (S) of unit forces at the ports, ordered as in x, shape (8 n_ports, n_columns).
     known, contact
         Forces at the ports (N), of magnets and of contacts, shape (8 n_ports,) each.
     spin
         Speed, angle, torque without contact and torque of friction at the Lobatto points; then cosine . v and sine . v
         at the first, shape (5, 4).
     races
-        Speeds of the races there, shape (n_sites, 4).
+        Speeds of the races, shape (n_sites, 4).
     """
 
     x: Array
@@ -89,7 +90,7 @@ def piece_of(matrices: StepMatrices) -> Piece:
 
 @kernel
 def start_rotations(w: Workspace, matrices: StepMatrices, theta: float, Omega: float) -> None:
-    """Guess that spin and races go on as they are, and the unbalance: what an earlier piece has left is no guess."""
+    """Set the initial guess: spin, races and unbalance continue unchanged (values of an earlier piece are no guess)."""
     piece, z = piece_of(matrices), stages_of(w.stages).z
     for point in range(N_LOBATTO):
         piece.spin[0, point], piece.spin[1, point] = Omega, theta
@@ -97,11 +98,11 @@ def start_rotations(w: Workspace, matrices: StepMatrices, theta: float, Omega: f
         for k in range(w.sites.shape[0]):
             race = w.sites[k].race
             piece.races[k, point] = z[w.n + race] if race >= 0 else 0.0
-    given, v = matrices.key.forces, z[w.n :]
+    acting, v = matrices.key.forces, z[w.n :]
     cosine = sine = 0.0
-    for i in range(given.shape[1]):
-        cosine += given[1, i] * v[i]
-        sine += given[2, i] * v[i]
+    for i in range(acting.shape[1]):
+        cosine += acting[1, i] * v[i]
+        sine += acting[2, i] * v[i]
     piece.spin[4, 0], piece.spin[4, 1] = cosine, sine
     n_ports = int(matrices.sizes[0].n_ports)
     for point in range(1, N_LOBATTO):
@@ -111,7 +112,7 @@ def start_rotations(w: Workspace, matrices: StepMatrices, theta: float, Omega: f
 
 @kernel
 def advance_rotations(w: Workspace, matrices: StepMatrices, h: float, damping_torque: float) -> None:
-    """Turn spin and races over a piece of length h (s) under the friction at the nodes; call it until it settles."""
+    """Advance spin and races over a piece of length h (s) under node friction; call it until it converges."""
     piece = piece_of(matrices)
     for k in range(w.sites.shape[0]):
         site = w.sites[k]
@@ -129,7 +130,7 @@ def advance_rotations(w: Workspace, matrices: StepMatrices, h: float, damping_to
 
 @kernel
 def _advance_race(matrices: StepMatrices, speeds: Array, k: int, site: Site, h: float) -> None:
-    """Turn the race of site k."""
+    """Advance the race of site k."""
     a = b = c = 0.0
     for i in range(N_LOBATTO):
         torque = -race_drag(site, speeds[i])
@@ -144,7 +145,7 @@ def _advance_race(matrices: StepMatrices, speeds: Array, k: int, site: Site, h: 
 
 @kernel
 def _advance_spin(w: Workspace, matrices: StepMatrices, piece: Piece, h: float, damping_torque: float) -> None:
-    """Turn the free spin."""
+    """Advance the free spin."""
     spin = w.spin[0]
     speed, angle, torque, friction = piece.spin[0], piece.spin[1], piece.spin[2], piece.spin[3]
     shared = (0.0, 0.0, 0.0, 0.0)
@@ -188,7 +189,7 @@ def unbalance_velocity(matrices: StepMatrices, point: int) -> tuple[float, float
 
 @kernel
 def phase_error(piece: Piece) -> float:
-    """Return how far (rad) the rotor's angle at the inner points is from that at the mean speed."""
+    """Return the difference (rad) of the rotor's angle at the inner points from that at the mean speed."""
     angle = piece.spin[1]
     largest = 0.0
     for point in range(1, N_LOBATTO - 1):

@@ -1,11 +1,11 @@
-"""Heat and work in one piece, by Lobatto's quadrature; that of damping in the shaft, and of seals, by Hermite's.
+"""Heat and work in one piece, by Lobatto quadrature; those of shaft damping and seals by Hermite quadrature.
 
-What damping takes of it, P, is known at the ends of a piece alone, but with its slope:
+The power P of damping is known only at the ends of a piece, but with its slope:
 
     int P dt = h (P_0 + P_1)/2 + h^2 (P_0' - P_1')/12
 
-The slope counts in short pieces, after an impact. Over whole steps one after the other it would cancel; with seals it
-always counts. The symmetric part of their stiffness takes the difference of q . K q/2, K at the mean speed.
+The slope is used in short pieces after an impact; over consecutive whole steps it would cancel. With seals it is always
+used. The symmetric part of their stiffness contributes the difference of q . K q/2, with K at the mean speed.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import math
 from typing import NamedTuple
 
 from fmi_export.flat import copy, same_bits
-from fmi_export.jit import kernel, kernel_apart
+from fmi_export.jit import kernel, noinline_kernel
 from fmi_export.model import Array
 from rotor_contact.bodies import drive_torque, race_drag
 from rotor_contact.dynamics import is_damped_to_ground, unbalance_direction
@@ -31,10 +31,9 @@ from rotor_contact.workspace import Workspace, energy_integrals, site_integrals,
 
 
 class ShaftDamping(NamedTuple):
-    """Heat per second (W) of damping in shaft and seals, how fast it changes (W/s), and the shaft's torque (N m) on the
-    spin; the power (W) of the seals' skew stiffness, and how fast that changes.
+    """Dissipation (W), torque on the spin (N m), and skew power of seals (W), with rates (W/s).
 
-    `has_slope` is whether the slopes are known.
+    `has_slope` marks whether the rates are known.
     """
 
     heat: float
@@ -45,11 +44,11 @@ class ShaftDamping(NamedTuple):
     has_slope: bool
 
 
-@kernel_apart
+@noinline_kernel
 def damping_of_shaft(w: Workspace, Omega: float, z: Array) -> ShaftDamping:
-    """Return what the shaft's damping takes at z (see `dynamics`), without its slope.
+    """Return the power of the shaft's damping at z (see `dynamics`), without its slope.
 
-    With w = v - Omega J q the heat is v . C v + w . R w, the torque (J q) . R w. C v and R w are left in stages.
+    With w = v - Omega J q the heat is v . C v + w . R w, the torque (J q) . R w. C v and R w are stored in stages.
     """
     if not w.motion.is_damped:
         return ShaftDamping(0.0, 0.0, 0.0, 0.0, 0.0, False)
@@ -71,9 +70,9 @@ def damping_of_shaft(w: Workspace, Omega: float, z: Array) -> ShaftDamping:
 
 @kernel
 def known_damping(w: Workspace, matrices: StepMatrices, Omega: float, z: Array) -> ShaftDamping:
-    """Return what `damping_of_shaft` does; it is kept for the next step, which begins at this z.
+    """Return the same as `damping_of_shaft`, cached for the next step, which begins at this z.
 
-    C v and R w are not left in stages.
+    C v and R w are not stored in stages.
     """
     n, known = w.Minv.shape[0], matrices.damping
     if known[0] == Omega and same_bits(z[:n], known[4 : 4 + n]) and same_bits(z[w.n : w.n + n], known[4 + n :]):
@@ -85,13 +84,13 @@ def known_damping(w: Workspace, matrices: StepMatrices, Omega: float, z: Array) 
     return damping
 
 
-@kernel_apart
+@noinline_kernel
 def add_slope(
     w: Workspace, matrices: StepMatrices, z: Array, index: float, theta: float, Omega: float, damping: ShaftDamping
 ) -> ShaftDamping:
-    """Return the same with its slopes, of the shaft 2 (a . C v + (a - Omega J v) . R w), just after `damping_of_shaft`.
+    """Return the power with its slopes, for the shaft 2 (a . C v + (a - Omega J v) . R w), after `damping_of_shaft`.
 
-    The contact forces at z must be with the sites.
+    Requires the contact forces at z in the sites.
     """
     n, stages = w.Minv.shape[0], stages_of(w.stages)
     v, a, of_fixed, of_turned = z[w.n : w.n + n], stages.k_2[:n], stages.k_3[:n], stages.k_4[:n]
@@ -108,7 +107,7 @@ def add_slope(
 def _accelerate(
     w: Workspace, matrices: StepMatrices, z: Array, index: float, theta: float, Omega: float, a: Array
 ) -> None:
-    """Write the shaft's acceleration at z, nearly: with the matrices of the speed on the grid below."""
+    """Write the approximate acceleration of the shaft at z, with the matrices of the next lower speed of the grid."""
     n, size = w.Minv.shape[0], int(matrices.sizes[0].n)
     room = piece_of(matrices).x[: 2 * size]
     copy(z[:size], room)
@@ -135,7 +134,7 @@ def _accelerate(
 
 @kernel
 def mean_heat(before: ShaftDamping, after: ShaftDamping, h: float) -> float:
-    """Return the mean heat per second (W) of the damping of shaft and seals in a piece of length h (s)."""
+    """Return the mean dissipation (W) of shaft and seals in a piece of length h (s)."""
     return _mean(before.heat, after.heat, before.slope - after.slope, before.has_slope and after.has_slope, h)
 
 
@@ -148,23 +147,23 @@ def mean_skew_power(before: ShaftDamping, after: ShaftDamping, h: float) -> floa
 
 @kernel
 def _mean(before: float, after: float, bent: float, has_slope: bool, h: float) -> float:
-    """Return the mean of the cubic through two values a time h apart whose slopes differ by `bent`, where known."""
+    """Return the mean of the cubic through two values a time h apart, whose slopes differ by `bent` if known."""
     mean = 0.5 * (before + after)
     return mean + h * bent / 12.0 if has_slope else mean
 
 
 @kernel
 def add_energies(w: Workspace, matrices: StepMatrices, h: float, before: ShaftDamping, after: ShaftDamping) -> None:
-    """Add heat and work of a piece of length h (s) from z to z_new; note the peaks of the forces.
+    """Add heat and work of a piece of length h (s) from z to z_new; update the peak forces.
 
-    Given is what the damping of shaft and seals takes at both ends.
+    Arguments include the power of shaft damping and seals at both ends.
     """
     n, stages = w.Minv.shape[0], stages_of(w.stages)
     z, z_new, piece = stages.z, stages.z_new, piece_of(matrices)
     integrals, speeds = energy_integrals(z_new, w.n), piece.spin[0]
     is_free, torque = w.spin[0].row >= 0, 0.5 * (before.torque + after.torque)
     steady, damping, friction, work = matrices.key.forces[0], h * mean_heat(before, after, h), 0.0, 0.0
-    if w.motion.seals.shape[1] > 0:
+    if w.motion.seals.records.shape[1] > 0:
         mean_speed = 0.5 * (speeds[0] + speeds[N_LOBATTO - 1])
         work += h * mean_skew_power(before, after, h) + stored_by_seals(w.motion.seals, mean_speed, z)
         work -= stored_by_seals(w.motion.seals, mean_speed, z_new)

@@ -1,8 +1,8 @@
-"""A communication step by the matrices: pieces as long as the motion in them is smooth, events by integration between.
+"""A communication step by matrices: pieces as long as their motion is smooth, with integrated events between them.
 
-A piece lasts a step, or its half, its quarter and so on; where something may begin or end in it, or a force is not
-smooth, half its length is tried, and after one that went well twice its length. What the shortest piece cannot do is
-left to `events`, for as long as that piece would last.
+A piece lasts a step, half of it, a quarter and so on. If a contact event may occur in it, or a force is not smooth, a
+shorter piece is tried; after a smooth one, twice its length. Where the shortest piece fails, `events` integrates over
+its length.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import math
 import numpy as np
 
 from fmi_export.flat import copy, is_near, same_bits
-from fmi_export.jit import kernel, kernel_apart
+from fmi_export.jit import kernel, noinline_kernel
 from fmi_export.model import Array
 from rotor_contact.bodies import RACE_SPEED_SCALE
 from rotor_contact.compliant import is_any_compliant
@@ -32,8 +32,10 @@ from rotor_contact.structure import Structure
 from rotor_contact.workspace import Workspace, stages_of
 
 STEPS_PER_SPEED = 16.0  # steps that count less for every speed of the grid that is passed
-FEW_SUBSTEPS = 4.0  # that cost less than matrices
+FEW_SUBSTEPS = 4.0  # of a rotor without modes, that cost less than matrices
 NO_MATRICES_YET = -1
+OF_TWICE_THE_LENGTH = 8.0  # roughness of a piece, that of its half being 1
+TOO_ROUGH = 2.0  # of a piece whose forces do not settle
 FASTEST_DRIVE = 0.3  # of a piece, times how fast drive and drag change the speed
 
 
@@ -41,11 +43,11 @@ FASTEST_DRIVE = 0.3  # of a piece, times how fast drive and drag change the spee
 def steps_with_matrices(
     motion: Motion, sites: Sites, step_size: float, origin: float, key: MatricesKey, memory: np.record
 ) -> float:
-    """Return for how many steps what the matrices are for has not changed, at most a few more than STEPS_BEFORE_BUILD.
+    """Return the number of steps with an unchanged key of the matrices, at most a few more than STEPS_BEFORE_BUILD.
 
-    `key` is updated; `origin` is a speed (rad/s) that is to be on the grid. Each speed of the grid that is passed
-    counts against `STEPS_PER_SPEED` steps, so that a speed that changes fast is integrated: to build the matrices costs
-    as much as some thirty steps.
+    `key` is updated; `origin` is a speed (rad/s) of the grid. Each passed speed of the grid counts against
+    `STEPS_PER_SPEED` steps, so fast speed changes are integrated: building the matrices costs as much as about thirty
+    steps.
     """
     same = is_near(step_size, key.step_size[0], STEP_TOLERANCE) and key.origin[0] == origin
     if not same:
@@ -76,7 +78,7 @@ def steps_with_matrices(
 
 @kernel
 def _housing_is_unchanged(site: np.record, known: np.record) -> bool:
-    """Return whether the housing of a site is as it was; update what is known of it."""
+    """Return whether the housing of a site is unchanged; update its stored parameters."""
     moves = site.housing >= 0
     row = float(site.housing)
     same = known.row == row
@@ -97,9 +99,9 @@ def _housing_is_unchanged(site: np.record, known: np.record) -> bool:
 def update_matrices(
     structure: Structure, motion: Motion, sites: Sites, key: MatricesKey, matrices: StepMatrices, share: float
 ) -> bool:
-    """Build the matrices around the motion's speed until a share of it is there; return whether it can be used.
+    """Build the matrices around the motion's speed up to a share; return whether they can be used.
 
-    Then the next speed on the grid is built while the present one is on the way to it.
+    Then the next speed of the grid is built while the present speed approaches it.
     """
     if not is_for(matrices, key):
         collect_coefficients(structure, motion)
@@ -126,7 +128,7 @@ def update_matrices(
     return True
 
 
-@kernel_apart
+@noinline_kernel
 def advance_by_pieces(
     structure: Structure,
     w: Workspace,
@@ -140,11 +142,12 @@ def advance_by_pieces(
 ) -> int:
     """Advance z over a communication step; return a fault code, or NO_MATRICES_YET with z as it was.
 
-    `is_steady` is whether the speed is given and stays: then it is on the grid.
+    `is_steady` states whether the speed is prescribed and constant: then it is on the grid.
 
-    `memory.method` tells whether the step was one piece, several, or in part integrated.
+    `memory.method` is set to one piece, several, or partly integrated.
     """
-    if step_size <= FEW_SUBSTEPS * solver.max_substep or is_any_compliant(w.sites):
+    is_rigid = structure.K.shape[0] == structure.n_translations
+    if (is_rigid and step_size <= FEW_SUBSTEPS * solver.max_substep) or is_any_compliant(w.sites):
         return NO_MATRICES_YET
     origin = w.motion.Omega if is_steady else 0.0
     share = steps_with_matrices(w.motion, w.sites, step_size, origin, key, memory) / STEPS_BEFORE_BUILD
@@ -163,14 +166,14 @@ def advance_by_pieces(
         length = total >> level
         h = length * unit
         index = place_on_grid(matrices, Omega + 0.5 * h * w.motion.Omega_dot)
-        begun = done = False
+        begun, done, roughness = False, False, 0.0
         if at + length <= event and known and _is_slow(w, h) and are_complete(matrices, index):
             begun = True
             begin_piece(w, matrices, level, index)
-            share, smooth = 1.0, False
+            share, roughness = 1.0, TOO_ROUGH
             if solve_piece(w, matrices, h, theta, Omega, damping.torque):
-                share, smooth = smooth_share(w, matrices, h)
-            done = smooth and end_piece(w, matrices, level, index, h)
+                share, roughness = smooth_share(w, matrices, h)
+            done = share == 1.0 and roughness <= 1.0 and end_piece(w, matrices, level, index, h)
             if share < 1.0:
                 event = at + share * length
         if done:
@@ -181,7 +184,7 @@ def advance_by_pieces(
                 copy(stages.z_new, z)
                 theta, Omega, damping = new_theta, new_Omega, after
                 at += length
-                if level == int(memory.level):
+                if level == int(memory.level) and roughness * OF_TWICE_THE_LENGTH <= 1.0:
                     memory.level = max(level - 1.0, 0.0)
                 if level > 0:
                     memory.method = max(memory.method, PIECES)
@@ -189,7 +192,7 @@ def advance_by_pieces(
             known, damping = find_forces_at(w, matrices, z, theta, Omega, True)
         if begun and level < int(sizes.n_levels) - 1:
             if not event < at + length:
-                memory.level = level + 1.0
+                memory.level = level_for(level, roughness, int(sizes.n_levels))
             continue
         part = Motion(
             w.motion.rows,
@@ -215,10 +218,20 @@ def advance_by_pieces(
 
 
 @kernel
+def level_for(level: int, roughness: float, n_levels: int) -> float:
+    """Return the level, of `n_levels`, whose pieces are likely to be smooth if one of `level` has this roughness."""
+    level += 1
+    while roughness > OF_TWICE_THE_LENGTH and level < n_levels - 1:
+        roughness /= OF_TWICE_THE_LENGTH
+        level += 1
+    return float(level)
+
+
+@kernel
 def _level_at(at: int, room: float, level: int, n_levels: int) -> int:
     """Return the level, at least `level`, of the longest piece from `at` that ends within `room`, in units.
 
-    A piece of 2^k units begins at a multiple of its length. Where none is so short, it is the shortest.
+    A piece of 2^k units begins at a multiple of its length. If none is short enough, the shortest is returned.
     """
     length = 2 ** (n_levels - 1 - level)
     while length > 1 and (at % length != 0 or length > room):
@@ -231,11 +244,11 @@ def _level_at(at: int, room: float, level: int, n_levels: int) -> int:
 def find_forces_at(
     w: Workspace, matrices: StepMatrices, z: Array, theta: float, Omega: float, with_slope: bool
 ) -> tuple[bool, ShaftDamping]:
-    """Find the contact forces at z; return whether they hold, and what the shaft's damping takes."""
+    """Find the contact forces at z; return whether they are valid, and the power of the shaft's damping."""
     index = place_on_grid(matrices, Omega)
     if not are_complete(matrices, index):
         return False, ShaftDamping(0.0, 0.0, 0.0, 0.0, 0.0, False)
-    needs_slope = (with_slope and w.motion.is_damped) or w.motion.seals.shape[1] > 0
+    needs_slope = (with_slope and w.motion.is_damped) or w.motion.seals.records.shape[1] > 0
     damping = damping_of_shaft(w, Omega, z) if needs_slope else known_damping(w, matrices, Omega, z)
     holds = find_contact_forces(w, matrices, z, index, theta, Omega, damping.torque)
     if needs_slope:
@@ -245,7 +258,7 @@ def find_forces_at(
 
 @kernel
 def _is_slow(w: Workspace, h: float) -> bool:
-    """Return whether drive, drag and races change the speeds by little over a piece of length h (s)."""
+    """Return whether drive, drag and races change the speeds only slightly over a piece of length h (s)."""
     spin = w.spin[0]
     if spin.row >= 0 and not h * (spin.gain + spin.drag) <= FASTEST_DRIVE * spin.inertia:
         return False
@@ -259,7 +272,7 @@ def _is_slow(w: Workspace, h: float) -> bool:
 
 @kernel
 def angle_and_speed_after(w: Workspace, z: Array, theta: float, Omega: float, h: float) -> tuple[float, float]:
-    """Return angle (rad) and speed (rad/s) after a time h (s): given, or those of the state z there."""
+    """Return angle (rad) and speed (rad/s) after a time h (s): prescribed, or those of the state z there."""
     row = w.spin[0].row
     if row >= 0:
         return z[row], z[w.n + row]

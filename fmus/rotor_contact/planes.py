@@ -1,4 +1,4 @@
-"""The planes of a rotor that the plant has variables for: discs, bearings, contact sites and sensors."""
+"""The rotor's planes with plant variables: discs, bearings, contact sites and sensors."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from typing import Any
 
 @dataclass(frozen=True)
 class ContactSite:
-    """A place where the rotor can touch: start values of its clearance and journal radius (m).
+    """A contact site: start values of its clearance and journal radius (m).
 
-    `bearing` is the bearing whose retainer it is, `sensor` the sensor plane in the same place, if there are.
+    `bearing` is the bearing whose retainer it is, `sensor` the sensor plane at the same position, if any.
     """
 
     name: str
@@ -32,22 +32,22 @@ class MeasuredPlane:
 
 @dataclass(frozen=True)
 class Planes:
-    """Names of all planes, each kind in the order of its variables.
+    """Names of all planes by kind, in the order of their variables.
 
     discs
-        Where unbalance sits and external forces act.
+        Planes of unbalance and external forces.
     bearings
         Magnetic bearings: names.
     sites, sensors
-        Where the rotor can touch, and where it is measured.
+        Contact sites and sensor planes.
     max_substep
         Start value of solver.max_substep (s), shorter for a rotor with faster modes.
     polar_inertia
         Start value of spin.inertia (kg m^2).
     valid_to
-        Frequency up to which the reduction of the rotor holds (rad/s), for those who judge a run.
+        Frequency up to which the rotor's reduction is accurate (rad/s), for judging a run.
     moved_by
-        For a bearing, sensor plane or site, by name: sites whose journal moves it while the rest of the rotor stays.
+        For a bearing, sensor plane or site, by name: sites whose journal moves it while the rest of the rotor is fixed.
     mixes_axes
         Whether a steady load in x deflects the rotor in y, by damping that rotates with the shaft or by seals.
     seals
@@ -66,5 +66,5 @@ class Planes:
     seals: tuple[str, ...] = ()
 
     def layout(self) -> dict[str, Any]:
-        """Return the same in types of JSON, which an FMU keeps."""
+        """Return the same in JSON types, to store in an FMU."""
         return asdict(self)

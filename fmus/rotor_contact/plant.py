@@ -1,4 +1,4 @@
-"""The plant's step: from the flat arrays of an FMU to the integration and back."""
+"""The plant's step: from the FMU's flat arrays to the integration and back."""
 
 from __future__ import annotations
 
@@ -58,10 +58,10 @@ TURN = 2.0 * math.pi
 
 @kernel
 def initialise(constants: Array, parameters: Array, inputs: Array, state: Array, work: Array, outputs: Array) -> int:
-    """Set the rotor at angle zero, at rest in the centre or on its orbit; return a fault code.
+    """Set the rotor to angle zero, at rest in the centre or on its orbit; return a fault code.
 
     Sites are free unless the orbit passes them. Housings and races are at rest. The orbit is that in the passive
-    bearings: with the magnetic ones it would depend on forces that depend on it.
+    bearings; with magnetic bearings it would depend on forces that depend on it.
     """
     structure = structure_of(constants)
     p, u, y = parameters_of(parameters, structure), inputs_of(inputs, structure), outputs_of(outputs, structure)
@@ -186,7 +186,7 @@ def step(
 
 @kernel
 def _method(solver: np.record, sites: Sites, is_built: bool) -> float:
-    """Return why a step is integrated; `is_built` is whether there are matrices for the whole of it."""
+    """Return the reason why a step is integrated; `is_built` states whether matrices exist for all of it."""
     if solver.exact_motion == 0.0:
         return float(INTEGRATED)
     if is_any_compliant(sites):
@@ -196,7 +196,7 @@ def _method(solver: np.record, sites: Sites, is_built: bool) -> float:
 
 @kernel
 def _prepare(structure: Structure, parameters: Array, inputs: Array, scratch: Scratch) -> int:
-    """Find what does not depend on the state nor on the magnets; return the number of all degrees of freedom."""
+    """Compute everything independent of state and magnets; return the number of all degrees of freedom."""
     cache = scratch.step_cache
     if not is_valid(cache, structure, parameters, inputs):
         p, u = parameters_of(parameters, structure), inputs_of(inputs, structure)
@@ -212,7 +212,7 @@ def model_for(planes: Planes) -> Model:
     Raises
     ------
     ValueError
-        If there are more sites than fault codes.
+        If it has more sites than fault codes.
     """
     if len(planes.sites) > MAX_SITES:
         raise ValueError(f"{len(planes.sites)} contact sites is not allowed; it must be at most {MAX_SITES}")
@@ -233,12 +233,12 @@ def model_for(planes: Planes) -> Model:
 
 
 def _stable(planes: Planes) -> str:
-    """Return what comes before other cures for a rotor with modes that are faster than most substeps."""
+    """Return the advice that comes first for a rotor with modes faster than most substeps."""
     if planes.max_substep >= Planes.max_substep:
         return ""
     return (
         f"its fastest mode is stable with solver.max_substep up to {STABLE * planes.max_substep:.3g} s, which is "
-        "{solver.max_substep} s: lower that, or let the rotor keep fewer modes or planes; else "
+        "{solver.max_substep} s: lower it, or retain fewer modes or planes; otherwise "
     )
 
 
@@ -249,22 +249,23 @@ def _faults(planes: Planes) -> dict[int, str]:
         f"{_stable(planes)}shorten the communication step",
         FAULT_SINGULAR: f"the contact equations have no unique solution; {_stable(planes)}lower the coefficients of "
         "friction",
-        FAULT_MODES: "the sites in contact can neither stick nor slip nor open in a way that is consistent with the "
+        FAULT_MODES: "no combination of stick, slip and opening of the sites in contact is consistent with the "
         "forces; lower the coefficients of friction",
-        FAULT_NO_ORBIT: "initial.orbit = {initial.orbit} is not allowed; there must be passive bearings with stiffness "
-        f"that hold the rotor, {stiffness}",
+        FAULT_NO_ORBIT: "initial.orbit = {initial.orbit} is not allowed; it requires passive bearings with stiffness "
+        f"that support the rotor, {stiffness}",
         FAULT_LONG_STEP: "the communication step is too long; it must be at most 100000 times solver.max_substep = "
         "{solver.max_substep} s",
         FAULT_ENERGY: "energy is not conserved: energy.balance = {energy.balance} J is more than solver.energy_limit = "
         "{solver.energy_limit} of the largest energy so far; lower solver.max_substep, or the stiffness or friction of "
         "the contact",
-        FAULT_TOO_STIFF: "a contact is too stiff to follow: its law asks for more than 100000 substeps in one "
+        FAULT_TOO_STIFF: "a contact is too stiff to follow: its law requires more than 100000 substeps in one "
         "communication step; lower its stiffness or damping, raise delta_c, or shorten the step",
         FAULT_INERTIA: "spin.inertia = {spin.inertia} kg.m2 is not allowed with a free spin and this unbalance; "
-        "it must be the polar inertia of rotor and drive, more than that of the unbalance itself",
+        "it must be the polar inertia of rotor and drive, greater than that of the unbalance itself",
         FAULT_FAST: "a housing, a race or the spin changes too fast to follow: mount_stiffness and mount_damping over "
-        "housing_mass, drag over race_inertia, drive.gain over spin.inertia must leave time constants of 0.5 us",
-        FAULT_NODAL: "contact.impact_law = 0 is not allowed where a housing can move; it must be 1, which conserves "
+        "housing_mass, drag over race_inertia, drive.gain over spin.inertia must give time constants of at least 0.5 "
+        "us",
+        FAULT_NODAL: "contact.impact_law = 0 is not allowed if a housing can move; it must be 1, which conserves "
         "momentum",
         **{
             FAULT_OFFSET

@@ -1,8 +1,8 @@
-"""Products of a matrix and a vector, with sums that do not wait for each other."""
+"""Products of a matrix and a vector, with independent partial sums."""
 
 from __future__ import annotations
 
-from fmi_export.jit import kernel, kernel_apart
+from fmi_export.jit import kernel, noinline_kernel
 from fmi_export.model import Array
 from fmi_export.parts import part
 from rotor_contact.structure import REAL
@@ -12,7 +12,7 @@ from rotor_contact.structure import REAL
 def row_combination(x: Array, A: Array, y: Array, size: int) -> None:
     """Write the first `size` numbers of x A, the rows of A weighted with x, into `y`, which must not overlap them.
 
-    The matrix is read from its beginning to its end, four rows at once; those with weight zero are left out.
+    The matrix is read in order, four rows at once; rows with weight zero are skipped.
     """
     for i in range(size):
         y[i] = 0.0
@@ -31,11 +31,11 @@ def row_combination(x: Array, A: Array, y: Array, size: int) -> None:
         j += 1
 
 
-@kernel_apart
+@noinline_kernel
 def combination_between(x: Array, A: Array, B: Array, share: float, y: Array, first: int, size: int) -> None:
-    """Write x [(1 - share) A + share B], of which the columns from `first` on, into y: `size` numbers.
+    """Write the columns from `first` of x [(1 - share) A + share B] into y: `size` numbers.
 
-    As in `row_combination` four rows are read at once, and those with weight zero are left out.
+    As in `row_combination`, four rows are read at once, and rows with weight zero are skipped.
     """
     rest = 1.0 - share
     for i in range(size):
@@ -60,14 +60,14 @@ def combination_between(x: Array, A: Array, B: Array, share: float, y: Array, fi
         j += 1
 
 
-@kernel_apart
+@noinline_kernel
 def isotropic_combination_between(
     x: Array, single: int, A: Array, B: Array, share: float, y: Array, turned: Array, first: int, size: int
 ) -> None:
-    """Write the same where rows are answers to x and y in turn, but for row `single`, a multiple of two.
+    """Write the same for rows that are alternately responses to x and y, except row `single`, a multiple of two.
 
-    Those to y are not read: the answer to (v, w) is v times that to x, and w times the same turned by a right angle.
-    `turned` is room for as many numbers as y.
+    The responses to y are not read: the response to (v, w) is v times that to x, plus w times the same turned by a
+    right angle. `turned` is scratch of the size of y.
     """
     rest = 1.0 - share
     for i in range(size):
@@ -104,7 +104,7 @@ def isotropic_combination_between(
 
 @kernel
 def rotate_row(of_x: Array, of_y: Array) -> None:
-    """Write the answer to y, which is that to x turned by a right angle; both are x and y in turn."""
+    """Write the response to y, which is that to x turned by a right angle; both alternate x and y."""
     for i in range(0, of_x.shape[0], 2):
         of_y[i], of_y[i + 1] = -of_x[i + 1], of_x[i]
 
@@ -139,7 +139,7 @@ def subtract_products(A: Array, x: Array, B: Array, y: Array, target: Array) -> 
 
 @kernel
 def dot(x: Array, y: Array) -> float:
-    """Return x . y, of arrays of one size."""
+    """Return x . y, of arrays of the same size."""
     a = b = c = d = 0.0
     i = 0
     while i + 4 <= x.shape[0]:
@@ -157,7 +157,7 @@ def dot(x: Array, y: Array) -> float:
 
 @kernel
 def quadratic_form(A: Array, x: Array) -> float:
-    """Return x^T A x of the first n of x and the first n rows of A, which has n columns, n being even."""
+    """Return x^T A x of the first n of x and the first n rows of A, which has n columns; n is even."""
     n = A.shape[1]
     total = rest = 0.0
     i = 0

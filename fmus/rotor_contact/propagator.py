@@ -1,4 +1,4 @@
-"""The propagator of exact motion: matrices for one piece of a step, and when they are worth building.
+"""The propagator of exact motion: matrices for a piece of a step, and criteria for building them.
 
 P, V and S are explained in `exact_motion` and `collocation`; `series` builds them.
 """
@@ -55,9 +55,7 @@ Nodes = np.ndarray[tuple[int, int], np.dtype[np.record]]
 
 
 class Key(NamedTuple):
-    """What a propagator is for: all its numbers, of which a record of type `STEP_KEY`, in an array of one, and records
-    of type `BEARING` are views.
-    """
+    """Key of a propagator: all numbers, with views as `STEP_KEY` (array of length 1) and `BEARING` records."""
 
     values: Array
     step: np.ndarray[tuple[int], np.dtype[np.record]]
@@ -65,24 +63,24 @@ class Key(NamedTuple):
 
 
 class Propagator(NamedTuple):
-    """P, V and S with what they were built for, and room to use and to build them.
+    """P, V and S with their key, and scratch to use and build them.
 
     P, V
         Shapes (n_rows, 2 n + N_GAUSS n_observed) and (n_rows, 2 n); row j is the effect of unit j of x. The first
-        `n_free` are those of free flight, the others unit forces in x and y at a site at one Lobatto point: all sites
-        at the first point, then all at the next. After these n_x rows come those of which `direct_unbalance` makes the
-        two of the unbalance: unit forces that go with the cosine, and with the sine.
+        `n_free` are for free flight, the others for unit forces in x and y at a site at a Lobatto point: all sites at
+        the first point, then all at the next. The n_x rows are followed by those from which `direct_unbalance` computes
+        the two rows of the unbalance: unit forces with the course of cosine and sine.
     S
-        What each site sees of these, shape (n_sites, n_rows, N_OBSERVED).
+        Observations of these at each site, shape (n_sites, n_rows, N_OBSERVED).
     key
-        What P, V and S were built for.
+        Key that P, V and S were built for.
     unbalance, work
-        Cosine and sine part of the unbalance, shape (2 n,), and what its work takes of x at each of its two directions,
-        shape (2, n_x): V in their direction.
+        Cosine and sine part of the unbalance, shape (2 n,), and the coefficients of its work at x for each of its two
+        directions, shape (2, n_x): V in these directions.
     start, end
-        What P maps from and to: x, shape (n_x,), and what P says of the end.
+        Argument and result of P: x, shape (n_x,), and the end.
     free_response, contact_response
-        What each site sees without contact and by contact, shape (n_sites, N_OBSERVED) each.
+        Observations at each site without contact and due to contact, shape (n_sites, N_OBSERVED) each.
     nodes
         Records of type `NODE`, shape (n_sites, N_LOBATTO).
     equations
@@ -90,7 +88,7 @@ class Propagator(NamedTuple):
     series
         Terms of the series, shape (N_SERIES, n).
     built
-        Record of type `BUILT`, in an array of one.
+        Record of type `BUILT`, in an array of length 1.
     """
 
     P: Array
@@ -111,7 +109,7 @@ class Propagator(NamedTuple):
 
 @views
 def key_size(n_bearings: int) -> int:
-    """Return how many float64 a `Key` takes, an even number."""
+    """Return the number of float64 in a `Key`, an even number."""
     return N_STEP_KEY + bearings_size(n_bearings)
 
 
@@ -127,13 +125,13 @@ def key_of(array: Array, start: int, n_bearings: int) -> Key:
 
 @views
 def n_free(n: int) -> int:
-    """Return how many numbers of x there are without contact: q, v, steady forces, direction of the unbalance."""
+    """Return the size of x without contact: q, v, steady forces, direction of the unbalance."""
     return 3 * n + 2
 
 
 @views
 def n_start(n: int, n_sites: int) -> int:
-    """Return how many numbers x holds."""
+    """Return the size of x."""
     return n_free(n) + 2 * N_LOBATTO * n_sites
 
 
@@ -145,7 +143,7 @@ def n_end(n: int, n_bearings: int, is_damped: bool) -> int:
 
 @views
 def propagator_size(n: int, n_bearings: int, n_sites: int, is_damped: bool) -> int:
-    """Return how many float64 a `Propagator` of a rotor with n degrees of freedom takes."""
+    """Return the number of float64 in a `Propagator` of a rotor with n degrees of freedom."""
     n_x, columns, n_equations = n_start(n, n_sites), n_end(n, n_bearings, is_damped), 2 * (N_LOBATTO - 1) * n_sites
     rows = n_x + 2 * n
     at_sites = n_sites * ((rows + 2) * N_OBSERVED + N_LOBATTO * N_NODE)
@@ -197,9 +195,9 @@ def observed(response: Array) -> np.record:
 
 @kernel
 def steps_unchanged(motion: Motion, step_size: float, key: Key, memory: np.record) -> float:
-    """Return for how many steps P has been the same, at most STEPS_BEFORE_BUILD; it must be worth building.
+    """Return the number of steps with the same P, at most STEPS_BEFORE_BUILD.
 
-    `key` and `memory.n_steps`, the number, are updated. Of values that differ by rounding alone the first counts.
+    Updates `key` and `memory.n_steps`, the number. A value that differs only by rounding is not replaced.
     """
     same = _is_for(key, motion, step_size)
     if not same:
@@ -212,23 +210,23 @@ def steps_unchanged(motion: Motion, step_size: float, key: Key, memory: np.recor
 
 @kernel
 def _is_for(key: Key, motion: Motion, step_size: float) -> bool:
-    """Return whether a key is that of a step at constant speed, but for rounding."""
+    """Return whether a key is that of a step at constant speed, within rounding."""
     step = key.step[0]
     same = motion.Omega_dot == 0.0 and is_near(motion.Omega, step.Omega, ROUNDING)
     same = same and is_near(step_size, step.step_size, STEP_TOLERANCE)
     for k in range(motion.bearings.shape[0]):
-        bearing, known = motion.bearings[k], key.bearings[k]
-        same = same and same_passive(bearing, known, ROUNDING)
+        bearing, reference = motion.bearings[k], key.bearings[k]
+        same = same and same_passive(bearing, reference, ROUNDING)
         for axis in range(2):
-            same = same and is_near(bearing.gradient[axis], known.gradient[axis], ROUNDING)
+            same = same and is_near(bearing.gradient[axis], reference.gradient[axis], ROUNDING)
     return same
 
 
 @kernel
 def without_rounding(motion: Motion, key: Key) -> Motion:
-    """Return a motion with the speed, and with the bearings, of the key that it has but for rounding.
+    """Return a motion with the exact speed and bearings of the key that it matches within rounding.
 
-    So P is the same to the last bit, whichever step it is built at.
+    So P is the same to the last bit, regardless of the step in which it is built.
     """
     copy_all(key.bearings, motion.bearings)
     Omega: float = key.step[0].Omega
@@ -246,13 +244,13 @@ def without_rounding(motion: Motion, key: Key) -> Motion:
 
 @kernel
 def is_left_to_pieces(propagator: Propagator) -> bool:
-    """Return whether the series of a step would take too many pieces."""
+    """Return whether the series of a step would require too many pieces."""
     return bool(propagator.built[0].n_pieces == 0.0)
 
 
 @kernel
 def is_begun(propagator: Propagator, key: Key) -> bool:
-    """Return whether what there is of P is for this key."""
+    """Return whether the built part of P is for this key."""
     return same_bits(propagator.key.values, key.values)
 
 

@@ -1,4 +1,4 @@
-"""How shaft and bodies answer to a contact: M^-1 J^T for the forces along n and t, all degrees of freedom together.
+"""Response of shaft and bodies to a contact: M^-1 J^T for the forces along n and t, for all degrees of freedom.
 
 The journal takes -N n + T t, its housing the opposite, its race the torque -T (R_s + c), a free spin T R_s. With the
 coupling p of spin and shaft (`bodies`) a force f on the shaft and a torque r T on the spin cause
@@ -35,7 +35,7 @@ def add_contact_response(w: Workspace, site: Site, normal: float, friction: floa
 
 @kernel
 def _add_response_of_shaft(Minv: Array, site: Site, normal: float, friction: float, target: Array) -> None:
-    """Add M^-1 (-normal n + friction t) to the part of `target` that is the shaft's."""
+    """Add M^-1 (-normal n + friction t) to the shaft's part of `target`."""
     j = site.row
     f_x = -normal * site.n_x - friction * site.n_y
     f_y = -normal * site.n_y + friction * site.n_x

@@ -1,11 +1,11 @@
-"""The matrices of exact motion over one piece of a step, by Taylor series in time: the motion from each unit of x.
+"""The matrices of exact motion over a piece of a step, by Taylor series in time: the motion due to each unit of x.
 
-x are the state, steady forces, the direction of the unbalance, and contact forces at the Lobatto points. Forces have
-these courses over time:
+x contains the state, steady forces, the direction of the unbalance, and contact forces at the Lobatto points. Forces
+vary over time as
 
     steady 1,    unbalance cos(Omega t) and sin(Omega t),    contact l_j(t/h)
 
-l_j being the cubic that is 1 at Lobatto point j and 0 at the others.
+where l_j is the cubic that is 1 at Lobatto point j and 0 at the others.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import math
 from typing import NamedTuple
 
 from fmi_export.flat import copy, same_bits
-from fmi_export.jit import kernel, kernel_apart
+from fmi_export.jit import kernel, noinline_kernel
 from fmi_export.model import Array
 from fmi_export.parts import part
 from rotor_contact.dynamics import Motion, coefficients, forces
@@ -26,7 +26,7 @@ from rotor_contact.structure import REAL
 
 LONGEST_PIECE = 2.0  # times how fast anything can change
 MAX_PIECES = 16
-SMALLEST_TERM = 1e-20  # of the series, which ends there; its terms fall at least like (rate h)^k/k!
+SMALLEST_TERM = 1e-20  # of the series, which ends at it; its terms fall at least like (rate h)^k/k!
 GAUSS_POINTS = (0.06943184420297371, 0.33000947820757187, 0.6699905217924281, 0.9305681557970262)  # in [0, 1]
 
 # What a row of P is the response to: a unit of displacement, of velocity, or of a force with the course above. The
@@ -46,11 +46,11 @@ class Basis(NamedTuple):
 Powers = tuple[float, float, float, float, float, float, float]
 
 
-@kernel_apart
+@noinline_kernel
 def build_rows(Minv: Array, motion: Motion, sites: Sites, key: Key, propagator: Propagator, share: float) -> None:
-    """Build P, V and S for this key until a share of them, from 0 to 1, is there.
+    """Build P, V and S for this key until a share of them, from 0 to 1, is built.
 
-    To build a little in each step keeps the longest step short. The motion must have the coefficients of the key.
+    Building a little in each step keeps the longest step short. The motion must have the coefficients of the key.
     """
     built, n = propagator.built[0], Minv.shape[0]
     if not is_begun(propagator, key):
@@ -66,7 +66,7 @@ def build_rows(Minv: Array, motion: Motion, sites: Sites, key: Key, propagator: 
 
 @kernel
 def _begin(motion: Motion, propagator: Propagator) -> None:
-    """Find how many pieces a step needs, and how many terms their series."""
+    """Find the number of pieces per step, and of terms of their series."""
     K, C = coefficients(motion)
     n = K.shape[0]
     elastic = viscous = 0.0  # the largest row sums bound how fast anything can change
@@ -93,19 +93,19 @@ def _begin(motion: Motion, propagator: Propagator) -> None:
 
 @kernel
 def direct_unbalance(motion: Motion, propagator: Propagator) -> None:
-    """Write the two rows of the unbalance, and what its work takes of x, where the unbalance has changed.
+    """Write the two rows of the unbalance, and the coefficients of its work, if the unbalance has changed.
 
     The force is p cos(Omega t) + r sin(Omega t) with p = A c + B s and r = A s - B c (c `cosine`, s `sine`), so its
     work is p V_c + r V_s = A (c V_c + s V_s) + B (s V_c - c V_s).
     """
     _, cosine, sine, _ = forces(motion)
     n = cosine.shape[0]
-    known = propagator.unbalance
-    if not (same_bits(cosine, known[:n]) and same_bits(sine, known[n:])):
+    reference = propagator.unbalance
+    if not (same_bits(cosine, reference[:n]) and same_bits(sine, reference[n:])):
         _direct_unbalance(cosine, sine, propagator)
 
 
-@kernel_apart
+@noinline_kernel
 def _direct_unbalance(cosine: Array, sine: Array, propagator: Propagator) -> None:
     n = cosine.shape[0]
     copy(cosine, propagator.unbalance)
@@ -140,7 +140,7 @@ def _combine(cosine: Array, sine: Array, matrix: Array, n: int) -> None:
 
 @kernel
 def basis_of(row: int, n: int, n_x: int, sites: Sites) -> Basis:
-    """Return what a row of P is the response to; `n_x` is the number of rows of x."""
+    """Return the unit that a row of P responds to; `n_x` is the number of rows of x."""
     if row >= n_x:
         return Basis(COSINE + (row - n_x) // n, (row - n_x) % n, 0)
     if row >= n_free(n):
@@ -154,7 +154,7 @@ def basis_of(row: int, n: int, n_x: int, sites: Sites) -> Basis:
 def _integrate_basis_column(
     Minv: Array, motion: Motion, sites: Sites, propagator: Propagator, row: int, basis: Basis
 ) -> None:
-    """Taylor-integrate the response to one unit of x over a piece, term by term in t/h, into a row of P, V and S.
+    """Taylor-integrate the response to a unit of x over a piece, term by term in t/h, into a row of P, V and S.
 
     The rows of `series` are the terms of q, v, of the real and imaginary part of int v exp(i Omega (h - t)) dt, and the
     acceleration.
@@ -206,7 +206,7 @@ def _integrate_basis_column(
 
 @kernel
 def _force_term(basis: Basis, term: int, cosine: float, sine: float) -> float:
-    """Return the coefficient of (t/h)^(term - 1) of the unit force, `cosine` and `sine` being those of its two."""
+    """Return the coefficient of (t/h)^(term - 1) of the unit force; `cosine` and `sine` are its two coefficients."""
     if basis.kind == CONTACT:
         return LAGRANGE[basis.point][term - 1] if term <= N_LOBATTO else 0.0
     if basis.kind == STEADY or basis.kind == COSINE:
@@ -216,7 +216,7 @@ def _force_term(basis: Basis, term: int, cosine: float, sine: float) -> float:
 
 @kernel
 def _observe_end(Minv: Array, motion: Motion, sites: Sites, propagator: Propagator, row: int, basis: Basis) -> None:
-    """Write the accelerations of the sites at the end of a piece into S; a contact force counts as none there."""
+    """Write the accelerations of the sites at the end of a piece into S; without contact forces."""
     K, C = coefficients(motion)
     n, angle, response = Minv.shape[0], motion.Omega * propagator.built[0].length, propagator.P[row]
     force = 1.0 if basis.kind == STEADY else 0.0
@@ -245,7 +245,7 @@ def _next(powers: Powers) -> Powers:
 
 @kernel
 def _observe_term(motion: Motion, sites: Sites, propagator: Propagator, row: int, powers: Powers) -> None:
-    """Add a term of the series to what is observed between both ends: by the dampers, and by the sites."""
+    """Add a term of the series to the observations between both ends, for the dampers and the sites."""
     n, n_dampers = motion.rows.shape[1], n_observed(motion)
     q, v, response = propagator.series[0], propagator.series[1], propagator.P[row]
     for point in range(N_GAUSS):
@@ -263,13 +263,13 @@ def _observe_term(motion: Motion, sites: Sites, propagator: Propagator, row: int
 
 @kernel
 def n_observed(motion: Motion) -> int:
-    """Return how many numbers of q and v the heat of damping takes: all, or the velocities at the bearings' axes."""
+    """Return the number of values for the heat of damping: all of q and v, or the velocities at the bearings."""
     return 2 * motion.rows.shape[1] if motion.is_damped else n_axes(motion)
 
 
 @kernel
 def damper_motion(motion: Motion, q: Array, v: Array, b: int) -> float:
-    """Return number b of those of `n_observed`."""
+    """Return value b of those counted by `n_observed`."""
     n = motion.rows.shape[1]
     if motion.is_damped:
         number: float = q[b] if b < n else v[b - n]

@@ -1,4 +1,4 @@
-"""How kernels see parameters, inputs and outputs: a record of those that stand alone, and arrays of the rest."""
+"""Parameters, inputs and outputs as kernels see them: a record of single variables, and arrays of the others."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from rotor_contact.structure import REAL, Structure
 
 Records = np.ndarray[tuple[int], np.dtype[np.record]]
 
-PARAMETERS, INPUTS, OUTPUTS = (SMALLEST.own_record(kind) for kind in ("parameter", "input", "output"))
+PARAMETERS, INPUTS, OUTPUTS = (SMALLEST.common_record(kind) for kind in ("parameter", "input", "output"))
 SITE_PARAMETERS = SMALLEST.element_record("parameter", "sites")
 BEARING_PARAMETERS = SMALLEST.element_record("parameter", "bearings")
 AXIS_INPUTS = SMALLEST.element_record("input", "axes")
@@ -32,7 +32,7 @@ N_AXIS, N_DISC, N_CORE, N_SITE_OUTPUTS = (size_of(r) for r in (AXIS_INPUTS, DISC
 class Parameters(NamedTuple):
     """Record of type `PARAMETERS`, in an array of one, and the parameters of the sites and of the bearings.
 
-    Those of the sites are numbers, shape (n_sites, N_SITE_PARAMETERS).
+    Site parameters are numbers, shape (n_sites, N_SITE_PARAMETERS).
     """
 
     own: Records
@@ -43,7 +43,7 @@ class Parameters(NamedTuple):
 class Inputs(NamedTuple):
     """Record of type `INPUTS`, in an array of one; records of the bearings' axes, of the discs, of the bearings' cores.
 
-    Axes are x and y of each bearing in turn.
+    Axes alternate x and y of each bearing.
     """
 
     own: Records
@@ -71,7 +71,7 @@ def n_parameters(structure: Structure) -> int:
 
 @views
 def first_disc_input(structure: Structure) -> int:
-    """Return the place of the first input after those of the bearings' axes."""
+    """Return the position of the inputs after those of the bearings' axes."""
     return N_INPUTS + 2 * structure.bearings.shape[0] * N_AXIS
 
 
@@ -117,5 +117,5 @@ def outputs_of(outputs: Array, structure: Structure) -> Outputs:
         part(outputs, N_OUTPUTS, REAL, n_axes),
         part(outputs, N_OUTPUTS + n_axes, REAL, n_sensors),
         part(outputs, N_OUTPUTS + n_axes + n_sensors, SITE_OUTPUTS, n_sites),
-        part(outputs, seals, SEAL_OUTPUTS, structure.seals.shape[1]),
+        part(outputs, seals, SEAL_OUTPUTS, structure.seals.records.shape[1]),
     )

@@ -6,8 +6,8 @@
               |  \\ ___ /      force on the rotor: -N n + T t, N >= 0
               +--------> x     v_slip = Omega R_s + t . v - omega_r (R_s + c)
 
-Displacement r and velocity v of the journal are those from the retainer, which may move (`bodies`); omega_r is the
-speed of its race. Vectors are over all degrees of freedom: those of the shaft, then those of the bodies.
+Displacement r and velocity v of the journal are relative to the retainer, which may move (`bodies`); omega_r is the
+speed of its race. Vectors cover all degrees of freedom: those of the shaft, then those of the bodies.
 """
 
 from __future__ import annotations
@@ -27,12 +27,12 @@ SITE = record(
     *((name, np.float64) for name in SITE_PARAMETERS.names or ()),
     ("row", np.int64),  # of the site's x among the degrees of freedom; y is the next
     ("housing", np.int64),  # the same of its housing, -1 if that is fixed
-    ("race", np.int64),  # degree of freedom of its race, -1 if there is none
-    ("spin", np.int64),  # that of the rotor's spin, -1 if the speed is given
+    ("race", np.int64),  # degree of freedom of its race, -1 without a race
+    ("spin", np.int64),  # that of the rotor's spin, -1 if the speed is prescribed
     ("base_x", np.float64),  # acceleration of the base (m/s^2)
     ("base_y", np.float64),
     ("mobility", np.float64),  # 1/m of the housing (1/kg), 0 if it is fixed
-    ("race_mobility", np.float64),  # (R_s + c)^2/J of the race (1/kg), 0 if there is none
+    ("race_mobility", np.float64),  # (R_s + c)^2/J of the race (1/kg), 0 without a race
     ("spin_n", np.float64),  # how a force along n and along t couples to a free spin, see `bodies` (1/sqrt(kg))
     ("spin_t", np.float64),
     ("mode", np.int64),  # FREE, SLIDING or ROLLING
@@ -115,7 +115,7 @@ def tangential_component(site: Site, v: Array) -> float:
 
 @kernel
 def square_of_velocity(site: Site, v: Array) -> float:
-    """Return |v|^2 of the journal from its retainer (m^2/s^2)."""
+    """Return |v|^2 of the journal relative to its retainer (m^2/s^2)."""
     v_x, v_y = v[site.row], v[site.row + 1]
     if site.housing >= 0:
         v_x -= v[site.housing]
@@ -126,10 +126,10 @@ def square_of_velocity(site: Site, v: Array) -> float:
 
 @kernel
 def slip_velocity(site: Site, v: Array, Omega: float) -> float:
-    """Return v_slip (4.10), the velocity of the journal surface over that of the retainer (m/s).
+    """Return v_slip (4.10), the velocity of the journal surface relative to the retainer (m/s).
 
-    `Omega` (rad/s) is the spin speed where it is given; a free spin is in `v`. The same with accelerations gives the
-    change of v_slip in contact.
+    `Omega` (rad/s) is the spin speed if prescribed; a free spin is in `v`. With accelerations, the function returns the
+    rate of v_slip in contact.
     """
     speed = Omega if site.spin < 0 else v[site.spin]
     slip: float = speed * site.journal_radius + tangential_component(site, v)
@@ -157,7 +157,7 @@ def put_on_circle(site: Site, q: Array) -> None:
 
 @kernel
 def remove_radial_velocity(site: Site, v: Array) -> float:
-    """Set the radial velocity of the site's node alone to zero (4.22); return its value before (m/s)."""
+    """Set the radial velocity of the site's node alone to zero (4.22); return its previous value (m/s)."""
     speed: float = radial_component(site, v)
     v[site.row] -= speed * site.n_x
     v[site.row + 1] -= speed * site.n_y

@@ -1,4 +1,4 @@
-"""A site over one piece of a step, by its state at the four Lobatto points: whether its mode lasts, and its heat."""
+"""A site over a piece of a step, by its state at the four Lobatto points: persistence of its mode, and its heat."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from fmi_export.jit import kernel, kernel_apart
+from fmi_export.jit import kernel, noinline_kernel
 from rotor_contact.enumerations import ROLLING, SLIDING
 from rotor_contact.friction import STICK_SPEED, has_friction, static_coefficient
 from rotor_contact.lobatto import LOBATTO_POINTS, LOBATTO_WEIGHTS, N_LOBATTO, greatest_of_cubic, positive_share
@@ -16,19 +16,19 @@ from rotor_contact.site import Site
 MAX_DEVIATION = 1e-6  # of the clearance, from the circle at the inner points
 CLOSE_MARGIN = 4e-6  # of the clearance, within which the path between Lobatto points is not trusted over a step
 
-Nodes = np.ndarray[tuple[int], np.dtype[np.record]]  # of type `propagator.NODE`, those of one site
+Nodes = np.ndarray[tuple[int], np.dtype[np.record]]  # of type `propagator.NODE`, those of a site
 Points = tuple[Point, Point, Point]  # the journal from the centre of its retainer, at the points after the first
 
 
 @kernel
 def keeps_mode(site: Site, nodes: Nodes) -> bool:
-    """Return whether a constrained site neither opens nor sticks nor slips in the piece."""
+    """Return whether a constrained site keeps its mode (no opening, sticking or slipping) in the piece."""
     return share_in_mode(site, nodes) == 1.0
 
 
 @kernel
 def share_in_mode(site: Site, nodes: Nodes) -> float:
-    """Return up to which share of the piece a constrained site is sure neither to open nor to stick nor to slip."""
+    """Return the share of the piece over which a constrained site certainly keeps its mode."""
     a, b, c, d = nodes[0], nodes[1], nodes[2], nodes[3]
     share = positive_share(a.f_n, b.f_n, c.f_n, d.f_n)
     if site.mode == ROLLING:
@@ -47,35 +47,41 @@ def share_in_mode(site: Site, nodes: Nodes) -> float:
 @kernel
 def follows_circle(site: Site, first: Point, second: Point) -> bool:
     """Return whether the journal of a constrained site is close enough to its circle at both inner points."""
-    limit = MAX_DEVIATION * site.clearance
-    return bool(
-        abs(math.hypot(first.x, first.y) - site.clearance) <= limit
-        and abs(math.hypot(second.x, second.y) - site.clearance) <= limit
+    return bool(off_circle(site, first, second) <= 1.0)
+
+
+@kernel
+def off_circle(site: Site, first: Point, second: Point) -> float:
+    """Return the distance of a constrained journal from its circle at the inner points, relative to the limit."""
+    farthest = max(
+        abs(math.hypot(first.x, first.y) - site.clearance), abs(math.hypot(second.x, second.y) - site.clearance)
     )
+    deviation: float = farthest / (MAX_DEVIATION * site.clearance)
+    return deviation
 
 
-@kernel_apart
+@noinline_kernel
 def stays_clear(site: Site, begin: Point, points: Points, h: float) -> bool:
-    """Return whether the journal of a free site stays clear in a piece of length h (s), by the path between points."""
+    """Return whether a free journal stays clear in a piece of length h (s), by the path between points."""
     return clear_share(site, begin, points, h, CLOSE_MARGIN) == 1.0
 
 
 @kernel
 def close_margin(share: float) -> float:
-    """Return within which fraction of the clearance the path is not trusted over a piece of this share of a step.
+    """Return the fraction of the clearance within which the path is not trusted over a piece of this share of a step.
 
-    It errs by the fourth power of the piece's length; the square is enough for a journal that has just left its circle
-    slowly to be clear of it within the next few short pieces.
+    The error of the path is of fourth order in the length; with the square, a journal that has just left its circle
+    slowly is clear of it within a few short pieces.
     """
     return CLOSE_MARGIN * share * share
 
 
 @kernel
 def clear_share(site: Site, begin: Point, points: Points, h: float, margin: float) -> float:
-    """Return up to which share of a piece of length h (s) the journal of a free site stays clear.
+    """Return the share of a piece of length h (s) over which a free journal stays clear.
 
-    Where it touches is that of the path between points; where it may graze, within the fraction `margin` of the
-    clearance, the last point before is the answer.
+    A touch is located on the path between points. If the journal may graze, within the fraction `margin` of the
+    clearance, the result is the last point before.
     """
     first, second, last = points
     c_1, c_2 = LOBATTO_POINTS[1], LOBATTO_POINTS[2]
@@ -90,7 +96,7 @@ def clear_share(site: Site, begin: Point, points: Points, h: float, margin: floa
 
 @kernel
 def friction_heat(site: Site, nodes: Nodes, h: float, of_site: np.record) -> float:
-    """Return the heat of friction (J) at a constrained site; add its normal impulse to its integrals, note its peak.
+    """Return the friction heat (J) at a constrained site; add its normal impulse to its integrals, update its peak.
 
     Heat is -int T v_slip dt.
     """

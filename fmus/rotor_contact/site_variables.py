@@ -1,8 +1,8 @@
-"""Variables of a contact site: clearance, laws, the retainer as a body, and what happens there."""
+"""Variables of a contact site: clearance, laws, the retainer as a body, and its contact."""
 
 from __future__ import annotations
 
-from fmi_export.variables import Variable, one_of, output, parameter
+from fmi_export.variables import Variable, enumerated, output, parameter
 from rotor_contact import start_values
 from rotor_contact.enumerations import CONSTRAINT, CONTACT_LAW, CONTACT_MODE
 from rotor_contact.planes import ContactSite, Planes
@@ -14,13 +14,13 @@ def site_parameters(contact: ContactSite) -> list[Variable]:
     at = f"at {site.upper()}"
     return [
         parameter(f"{site}.enabled", "1", f"Whether the rotor can touch {at}", 1.0, type="Boolean"),
-        parameter(f"{site}.law", "1", f"Contact law {at}", CONSTRAINT, **one_of(CONTACT_LAW)),
+        parameter(f"{site}.law", "1", f"Contact law {at}", CONSTRAINT, **enumerated(CONTACT_LAW)),
         parameter(f"{site}.clearance", "m", f"Radial clearance {at}", contact.clearance, minimum=1e-6, maximum=0.1),
         parameter(f"{site}.mu", "1", f"Coefficient of friction {at}", 0.0, minimum=0.0, maximum=10.0),
         parameter(
             f"{site}.mu_static",
             "1",
-            f"Coefficient of static friction {at}; that of sliding counts if it is larger",
+            f"Coefficient of static friction {at}; the sliding coefficient applies if larger",
             0.0,
             minimum=0.0,
             maximum=10.0,
@@ -28,7 +28,7 @@ def site_parameters(contact: ContactSite) -> list[Variable]:
         parameter(
             f"{site}.stribeck_velocity",
             "m/s",
-            f"Slip velocity {at} over which sliding friction falls from mu_static to mu; 0: it is mu at once",
+            f"Slip velocity {at} over which sliding friction falls from mu_static to mu; 0: mu at any slip",
             0.0,
             minimum=0.0,
             maximum=1e3,
@@ -70,12 +70,10 @@ def site_parameters(contact: ContactSite) -> list[Variable]:
 
 
 def _retainer_parameters(site: str, at: str) -> list[Variable]:
-    """What makes a retainer a body: housing on a mount, race, temperature."""
+    """Parameters of a retainer as a body: housing on a mount, race, temperature."""
     not_negative = {"minimum": 0.0, "maximum": 1e12}
     return [
-        parameter(
-            f"{site}.housing_mass", "kg", f"Mass of the retainer's housing {at}; 0: it is fixed", 0.0, **not_negative
-        ),
+        parameter(f"{site}.housing_mass", "kg", f"Mass of the retainer's housing {at}; 0: fixed", 0.0, **not_negative),
         *(
             parameter(
                 f"{site}.mount_stiffness_{axis}", "N/m", f"Stiffness of its mount {at} in {axis}", 0.0, **not_negative
@@ -91,7 +89,7 @@ def _retainer_parameters(site: str, at: str) -> list[Variable]:
         parameter(
             f"{site}.race_inertia",
             "kg.m2",
-            f"Polar inertia of what turns in the retainer {at}, race and rolling elements; 0: nothing does",
+            f"Polar inertia of the rotating parts of the retainer {at}, race and rolling elements; 0: none",
             0.0,
             **not_negative,
         ),
@@ -100,12 +98,18 @@ def _retainer_parameters(site: str, at: str) -> list[Variable]:
         parameter(
             f"{site}.heat_capacity",
             "J/K",
-            f"Heat capacity of the retainer {at}; 0: its temperature stays",
+            f"Heat capacity of the retainer {at}; 0: constant temperature",
             0.0,
             **not_negative,
         ),
-        parameter(f"{site}.heat_transfer", "W/K", f"Heat given off per temperature {at}", 0.0, **not_negative),
-        parameter(f"{site}.temperature_limit", "K", f"Temperature that is allowed {at}", 393.15, **not_negative),
+        parameter(
+            f"{site}.heat_transfer",
+            "W/K",
+            f"Heat flow to the surroundings per temperature difference {at}",
+            0.0,
+            **not_negative,
+        ),
+        parameter(f"{site}.temperature_limit", "K", f"Allowed temperature {at}", 393.15, **not_negative),
     ]
 
 
@@ -128,7 +132,7 @@ def site_outputs(site: str, planes: Planes) -> list[Variable]:
         output(
             f"{site}.gap",
             "m",
-            f"Clearance left {at}, zero in contact, negative if the contact yields",
+            f"Remaining clearance {at}, zero in contact, negative in compliant contact",
             starts_from=journal,
             display_unit="um",
         ),
@@ -137,20 +141,20 @@ def site_outputs(site: str, planes: Planes) -> list[Variable]:
             "1",
             f"Mode of contact {at}",
             starts_from=forces,
-            **one_of(CONTACT_MODE),
+            **enumerated(CONTACT_MODE),
         ),
         output(f"{site}.f_n", "N", f"Normal contact force {at}, inward on the rotor", starts_from=forces),
         output(
             f"{site}.f_n_peak",
             "N",
-            f"Largest normal contact force {at} during the last communication step, the impulses of impacts aside",
+            f"Largest normal contact force {at} during the last communication step, without impact impulses",
             starts_from=forces,
         ),
         output(
             f"{site}.f_n_mean",
             "N",
-            f"Mean of the normal contact force {at} over the last communication step, the impulses of impacts "
-            "included, which are larger means of shorter steps",
+            f"Mean of the normal contact force {at} over the last communication step, including impact impulses "
+            f"(whose mean grows as steps get shorter)",
             starts_from=(),
         ),
         output(
@@ -162,14 +166,14 @@ def site_outputs(site: str, planes: Planes) -> list[Variable]:
         output(
             f"{site}.impulse",
             "N.s",
-            f"Normal impulse of the impacts {at} during the last communication step, such that momentum is conserved; "
-            "their sum over steps is that of any steps",
+            f"Normal impulse of the impacts {at} during the last communication step, conserving momentum; the sum "
+            f"over steps does not depend on the step size",
             starts_from=(),
         ),
         output(
             f"{site}.slip_velocity",
             "m/s",
-            f"Velocity of the journal surface over the retainer {at}",
+            f"Velocity of the journal surface relative to the retainer {at}",
             starts_from=start_values.slip(planes, site),
         ),
         output(
@@ -194,15 +198,15 @@ def site_outputs(site: str, planes: Planes) -> list[Variable]:
         output(
             f"{site}.friction_power",
             "W",
-            f"Heat per second of sliding friction {at}",
+            f"Heat flow of sliding friction {at}",
             starts_from=start_values.sliding(planes),
         ),
-        output(f"{site}.heat", "J", f"Heat so far of friction, race drag and impacts {at}", starts_from=()),
+        output(f"{site}.heat", "J", f"Heat of friction, race drag and impacts {at}", starts_from=()),
         output(f"{site}.temperature", "K", f"Temperature of the retainer {at}", starts_as="ambient_temperature"),
         output(
             f"{site}.passed",
             "1",
-            f"Whether the rotor is beyond the clearance {at}, where it cannot touch because enabled is false",
+            f"Whether the rotor is beyond the clearance {at}, which it cannot touch because enabled is false",
             type="Boolean",
             starts_from=journal,
             warning=f"the rotor passes {site.upper()}, which {site}.enabled = false leaves out: the gap is "
@@ -211,11 +215,12 @@ def site_outputs(site: str, planes: Planes) -> list[Variable]:
         output(
             f"{site}.beyond_reduction",
             "1",
-            f"Whether it whirls in contact {at} faster than the frequency to which the rotor's reduction is accurate",
+            f"Whether the rotor whirls in contact {at} faster than the frequency up to which the rotor's reduction is "
+            f"accurate",
             type="Boolean",
             starts_from=start_values.sliding_contact(planes),
-            warning=f"the whirl in contact at {site.upper()}, {{{site}.whirl_speed}} rad/s, is faster than the rotor's "
-            "reduction is accurate for: keep more planes or modes",
+            warning=f"the whirl in contact at {site.upper()}, {{{site}.whirl_speed}} rad/s, is faster than "
+            "the frequency up to which the rotor's reduction is accurate: retain more planes or modes",
         ),
         output(
             f"{site}.overheated",

@@ -1,4 +1,4 @@
-"""One piece of a step by the matrices: the exact motion with the forces at the nodes, where nothing begins or ends."""
+"""One piece of a step by the matrices: the exact motion with node forces, without contact events."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ from rotor_contact.piece import advance_rotations, phase_error, piece_of, start_
 from rotor_contact.products import combination_between, isotropic_combination_between
 from rotor_contact.seals import add_missed_between_speeds
 from rotor_contact.site import Site, can_touch, is_constrained, slip_velocity
-from rotor_contact.site_in_piece import clear_share, close_margin, follows_circle, share_in_mode
+from rotor_contact.site_in_piece import clear_share, close_margin, off_circle, share_in_mode
 from rotor_contact.step_matrices import LevelsAround, StepMatrices, grid_speed, levels_around
 from rotor_contact.workspace import Workspace, stages_of
 
@@ -48,9 +48,9 @@ CUBIC, BEND = 5.0 * math.sqrt(5.0), 0.05  # t^3 is within a twentieth of a parab
 def find_contact_forces(
     w: Workspace, matrices: StepMatrices, z: Array, index: float, theta: float, Omega: float, torque: float
 ) -> bool:
-    """Find the contact forces at z from the acceleration there; return False if a constrained site pulls.
+    """Find the contact forces at z from the acceleration there; return False if a constrained site is in tension.
 
-    `index` is the speed's place on the grid, `torque` that of rotating damping on the spin (N m).
+    `index` is the position of the speed on the grid, `torque` that of rotating damping on the spin (N m).
     """
     if not is_any_constrained(w.sites):
         return True
@@ -106,9 +106,9 @@ def _combine(
     first: int,
     columns: int,
 ) -> None:
-    """Write x times a matrix between those of two speeds into y: `columns` numbers, of its columns from `first` on.
+    """Write x times a matrix interpolated between two speeds into y: `columns` numbers, from column `first`.
 
-    `room` is for as many numbers.
+    `room` is scratch of the same size.
     """
     sizes = matrices.sizes[0]
     if sizes.isotropic != 0.0:
@@ -119,7 +119,7 @@ def _combine(
 
 @kernel
 def _accelerate_spin(w: Workspace, observed: Array, theta: float, Omega: float, torque: float, a: Array) -> None:
-    """Write the free spin's acceleration, and add its effect on the shaft at the sites, as `bodies` does."""
+    """Write the free spin's acceleration, and add its effect on the shaft at the sites (see `bodies`)."""
     spin = w.spin[0]
     couple_spin(w.motion, spin, theta)
     torque += drive_torque(spin, Omega) - spin.drag * Omega
@@ -138,7 +138,7 @@ def _accelerate_spin(w: Workspace, observed: Array, theta: float, Omega: float, 
 
 @kernel
 def begin_piece(w: Workspace, matrices: StepMatrices, level: int, index: float) -> None:
-    """Observe the motion from z and that of unit forces, by matrices between the two speeds around `index`."""
+    """Compute the observations due to z and to unit forces, by matrices between the two speeds around `index`."""
     piece, z = piece_of(matrices), stages_of(w.stages).z
     n = int(matrices.sizes[0].n)
     observed = piece.observed
@@ -167,7 +167,7 @@ def begin_piece(w: Workspace, matrices: StepMatrices, level: int, index: float) 
 
 @kernel
 def _observe_units(matrices: StepMatrices, around: LevelsAround, port: int, first: int, columns: int) -> None:
-    """Observe the motion of unit forces at a port."""
+    """Compute the observations due to unit forces at a port."""
     sizes, of_forces = matrices.sizes[0], piece_of(matrices).of_forces
     n_ports = int(sizes.n_ports)
     for point in range(N_LOBATTO):
@@ -181,9 +181,9 @@ def _observe_units(matrices: StepMatrices, around: LevelsAround, port: int, firs
 
 @kernel
 def solve_piece(w: Workspace, matrices: StepMatrices, h: float, theta: float, Omega: float, torque: float) -> bool:
-    """Find all forces at the nodes, with spin and races; return False if they do not settle.
+    """Find all node forces, with spin and races; return False if they do not converge.
 
-    The contact forces at z must be with the sites.
+    Requires the contact forces at z in the sites.
     """
     piece, in_contact = piece_of(matrices), is_any_constrained(w.sites)
     size = number_unknowns(w.sites) if in_contact else 0
@@ -233,27 +233,28 @@ def solve_piece(w: Workspace, matrices: StepMatrices, h: float, theta: float, Om
 
 @kernel
 def _direction(w: Workspace, matrices: StepMatrices, h: float, theta: float) -> complex:
-    """Return the direction of the unbalance at the beginning, with the mean speed and acceleration of the piece."""
+    """Return the initial direction of the unbalance, with the mean speed and acceleration of the piece."""
     spin = piece_of(matrices).spin
     speed, gain = (spin[1, 3] - spin[1, 0]) / h, (spin[0, 3] - spin[0, 0]) / h
     return unbalance_direction(theta, speed, gain)
 
 
 @kernel
-def smooth_share(w: Workspace, matrices: StepMatrices, h: float) -> tuple[float, bool]:
-    """Return up to which share of the piece, of length h (s), nothing begins, ends, sticks or slips in it.
+def smooth_share(w: Workspace, matrices: StepMatrices, h: float) -> tuple[float, float]:
+    """Return the share of a piece of length h (s) without contact events, and its roughness over the limit.
 
-    It is 1 if a force is not smooth enough, or a journal leaves its circle; then the second, whether all is well, is
-    False.
+    Twice the length gives eight times the roughness. The share is also 1 if a journal leaves its circle or the piece is
+    too rough.
     """
     piece, z = piece_of(matrices), stages_of(w.stages).z
-    share, is_smooth = 1.0, phase_error(piece) <= MAX_PHASE
+    share, roughness = 1.0, phase_error(piece) / MAX_PHASE
     margin: float = close_margin(h / matrices.sizes[0].step_size)
     largest = LEAST_FORCE
     for k in range(w.sites.shape[0]):
         if is_constrained(w.sites[k]):
             for point in range(N_LOBATTO):
                 largest = max(largest, abs(matrices.nodes[k, point].f_n))
+    allowed = MAX_ROUGHNESS * largest
     for k in range(w.sites.shape[0]):
         site = w.sites[k]
         if can_touch(site):
@@ -263,23 +264,23 @@ def smooth_share(w: Workspace, matrices: StepMatrices, h: float) -> tuple[float,
             a, b, c, d = matrices.nodes[k, 0], matrices.nodes[k, 1], matrices.nodes[k, 2], matrices.nodes[k, 3]
             rough_n = abs(5.0 * (d.f_n - a.f_n) + CUBIC * (b.f_n - c.f_n))
             rough_t = abs(5.0 * (d.f_t - a.f_t) + CUBIC * (b.f_t - c.f_t))
-            is_smooth = is_smooth and BEND * max(rough_n, rough_t) <= MAX_ROUGHNESS * largest
+            roughness = max(roughness, BEND * max(rough_n, rough_t) / allowed)
             first, second = _journal(site, matrices, k, 1), _journal(site, matrices, k, 2)
-            is_smooth = is_smooth and follows_circle(site, first, second)
+            roughness = max(roughness, off_circle(site, first, second))
             share = min(share, share_in_mode(site, matrices.nodes[k]))
-    return share if is_smooth else 1.0, bool(is_smooth and share == 1.0)
+    return share if roughness <= 1.0 else 1.0, roughness
 
 
 @kernel
 def _journal(site: Site, matrices: StepMatrices, k: int, point: int) -> Point:
-    """Return the journal of site k from the centre of its retainer at a Lobatto point after the first."""
+    """Return the journal of site k relative to its retainer's centre at a Lobatto point after the first."""
     at = observed_journal(site, matrices, piece_of(matrices).observed[6], k, point)
     return Point(at.x - site.offset_x, at.y - site.offset_y, at.v_x, at.v_y)
 
 
 @kernel
 def _journal_at_start(site: Site, z: Array, n: int) -> Point:
-    """Return the same at the beginning."""
+    """Return the same at the first point."""
     begin, row = point_of(site, z, n), site.housing
     if row >= 0:
         return Point(begin.x - z[row], begin.y - z[row + 1], begin.v_x - z[n + row], begin.v_y - z[n + row + 1])
@@ -304,7 +305,7 @@ def end_piece(w: Workspace, matrices: StepMatrices, level: int, index: float, h:
         low = math.floor(index)
         below, above = grid_speed(matrices, low), grid_speed(matrices, low + 1.0)
         Omega = grid_speed(matrices, index)
-        add_missed_between_speeds(w.Minv, w.motion.seals, below, above, Omega, h, stages.z, z_new, w.n)
+        add_missed_between_speeds(w.motion.seals, below, above, Omega, h, stages.z, z_new, w.n)
     for k in range(w.sites.shape[0]):
         race = w.sites[k].race
         if race >= 0:

@@ -1,4 +1,4 @@
-"""Where the rotor starts: at rest, or on the orbit that it would have without its retainers."""
+"""Start of the rotor: at rest, or on the orbit that it would have without retainers."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ MAX_DEFLECTION = 1.0  # m; an equilibrium further away is that of a rotor withou
 
 @kernel
 def start_on_orbit(motion: Motion, equations: Equations, q: Array, v: Array) -> bool:
-    """Compute the steady motion q = q_s + Re(Q exp(i theta)) at theta = 0; return False if there is none.
+    """Compute the steady motion q = q_s + Re(Q exp(i theta)) at theta = 0; return False if none exists.
 
     K q_s = steady,  (K - Omega^2 + i Omega C) Q = Omega^2 (cosine - i sine)        (coefficients of `Motion`)
 
@@ -64,7 +64,7 @@ def start_on_orbit(motion: Motion, equations: Equations, q: Array, v: Array) -> 
 
 @kernel
 def clamp_to_clearance(sites: Sites, q: Array, v: Array, Omega: float) -> None:
-    """Move journals that are beyond their retainer onto it, sliding; the rest of the rotor stays where it is."""
+    """Move journals outside their retainer onto it, sliding; the rest of the rotor does not move."""
     for site in sites:
         if can_touch(site) and locate_journal(site, q) > site.clearance:
             put_on_circle(site, q)

@@ -1,8 +1,8 @@
-"""What the plant's outputs depend on at the start (`plant.initialise`), for `starts_from` of the variable table.
+"""Dependencies of the plant's outputs at the start (`plant.initialise`), for `starts_from` of the variable table.
 
-At rest in the centre nothing does but what is measured from the retainers. On its orbit the rotor has the deflection by
-the steady loads and the whirl by unbalance; journals beyond their clearance are put back onto it, each for itself.
-Contact forces then follow from all that accelerates the rotor, the forces of the magnetic bearings included.
+At rest in the centre, only quantities relative to the retainers have dependencies. On its orbit the rotor has the
+deflection due to steady loads and the whirl due to unbalance; journals beyond their clearance are moved back
+individually. Contact forces then depend on everything that accelerates the rotor, including magnetic bearing forces.
 """
 
 from __future__ import annotations
@@ -33,46 +33,46 @@ def _put_back(sites: Iterable[str]) -> tuple[str, ...]:
 
 
 def displacement(planes: Planes, place: str, axis: str) -> tuple[str, ...]:
-    """What the displacement at a bearing or a sensor plane depends on.
+    """Dependencies of the displacement at a bearing or a sensor plane.
 
-    Without contact there the axes are coupled by the whirl alone, unless the shaft has damping that rotates.
+    Without contact only the whirl couples the axes, unless the shaft has rotating damping.
     """
     sites = planes.moved_by.get(place, ())
     return (*WHIRL, *_loads("xy" if sites or planes.mixes_axes else axis), *_put_back(sites))
 
 
 def journal(planes: Planes, site: str) -> tuple[str, ...]:
-    """What position and velocity of the journal at a site depend on."""
+    """Dependencies of position and velocity of the journal at a site."""
     return (*ORBIT, *_put_back(planes.moved_by.get(site, (site,))))
 
 
 def strain(planes: Planes) -> tuple[str, ...]:
-    """What the deflection of the whole rotor depends on."""
+    """Dependencies of the deflection of the whole rotor."""
     return (*ORBIT, *(f"sites[*].{name}" for name in PUT_BACK))
 
 
 def motion(planes: Planes) -> tuple[str, ...]:
-    """What the velocities of the whole rotor depend on: they are the whirl's but where a journal is put back."""
+    """Dependencies of the velocities of the whole rotor: those of the whirl, unless a journal is moved back."""
     return strain(planes) if planes.sites else WHIRL
 
 
 def slip(planes: Planes, site: str) -> tuple[str, ...]:
-    """What the slip velocity at a site depends on: put back, its own journal keeps it."""
+    """Dependencies of the slip velocity at a site; a journal that is moved back keeps it."""
     others = [other for other in planes.moved_by.get(site, ()) if other != site]
     own = (f"{site}.offset_x", f"{site}.offset_y", f"{site}.journal_radius")
     return (*ORBIT, *own, *_put_back(others))
 
 
 def sliding(planes: Planes) -> tuple[str, ...]:
-    """What the forces depend on of contacts that slide; what turns in a retainer then does not count."""
+    """Dependencies of the forces of sliding contacts; rotating parts of a retainer then have no effect."""
     return (*strain(planes), *(f"sites[*].{name}" for name in CONTACT), *FREE_SPIN, *MAGNETS)
 
 
 def sliding_contact(planes: Planes) -> tuple[str, ...]:
-    """What it depends on whether a journal that whirls is in contact; a single one opens whatever its friction is."""
+    """Dependencies of the contact state of a whirling journal; a single one opens regardless of its friction."""
     return sliding(planes) if len(planes.sites) > 1 else (*strain(planes), "sites[*].law", *FREE_SPIN, *MAGNETS)
 
 
 def forces(planes: Planes) -> tuple[str, ...]:
-    """What the contact forces depend on; without spin and whirl the contacts roll."""
+    """Dependencies of the contact forces; without spin and whirl the contacts roll."""
     return (*sliding(planes), "sites[*].race_inertia")

@@ -1,7 +1,7 @@
-"""What a step has in common with the last: the records of sites and bodies, and the forces that no magnet makes.
+"""Data shared with the last step: records of sites and bodies, and non-magnetic forces.
 
-It is kept in the scratch array beside the parameters and inputs that it follows from, and found anew where one of these
-differs in a bit: cached values are revalidated against their inputs.
+The cache is in the scratch array with the parameters and inputs that it depends on, and is recomputed if any of these
+differs in a bit.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from rotor_contact.structure import REAL, Structure
 
 
 class StepCache(NamedTuple):
-    """Number of all degrees of freedom, in an array of two; parameters and inputs that all this follows from."""
+    """Number of all degrees of freedom, in an array of two; the parameters and inputs that the cache depends on."""
 
     n: Array
     parameters: Array
@@ -26,14 +26,14 @@ class StepCache(NamedTuple):
 
 @views
 def step_cache_size(structure: Structure) -> int:
-    """Return how many float64 a `StepCache` takes, an even number."""
+    """Return the number of float64 in a `StepCache`, an even number."""
     size = 2 + n_parameters(structure) + n_inputs(structure)
     return size + size % 2
 
 
 @views
 def step_cache_of(work: Array, at: int, structure: Structure) -> StepCache:
-    """Return a `StepCache` in an array from `at` on."""
+    """Return a `StepCache` in an array, from `at`."""
     inputs = at + 2 + n_parameters(structure)
     return StepCache(
         part(work, at, REAL, 2),
@@ -44,7 +44,7 @@ def step_cache_of(work: Array, at: int, structure: Structure) -> StepCache:
 
 @kernel
 def is_valid(step_cache: StepCache, structure: Structure, parameters: Array, inputs: Array) -> bool:
-    """Return whether all but the magnets' forces is as when `store` was called last."""
+    """Return whether everything except the magnets' forces is unchanged since the last call of `store`."""
     discs = first_disc_input(structure)
     return (
         same_bits(parameters, step_cache.parameters)
@@ -55,7 +55,7 @@ def is_valid(step_cache: StepCache, structure: Structure, parameters: Array, inp
 
 @kernel
 def store(step_cache: StepCache, parameters: Array, inputs: Array, n: int) -> None:
-    """Keep parameters, inputs and the number of all degrees of freedom that follows from them."""
+    """Store parameters, inputs and the resulting number of all degrees of freedom."""
     copy(parameters, step_cache.parameters)
     copy(inputs, step_cache.inputs)
     step_cache.n[0] = n

@@ -1,19 +1,19 @@
-"""Matrices of exact motion for a step, its half, its quarter and so on, at speeds on a grid.
+"""Matrices of exact motion for a step, a half, a quarter and so on, at speeds on a grid.
 
-The lateral motion of shaft and housings, N coordinates, is linear between events but for forces at a few of them: the
-ports, which are the planes of sites and bearings, and the housings. With forces there that are cubic over a piece of
-length h, through values F_j at its Lobatto points, a state follows from the present one by matrices,
+Between events, the lateral motion of shaft and housings (N coordinates) is linear except for forces at a few of them:
+the ports, that is, planes of sites and bearings, and housings. If these forces are cubic over a piece of length h,
+through values F_j at its Lobatto points, matrices map the present state to the next,
 
     (q, v)(h) = x P,    (a(0), (q, v)(c_i h), i = 1..3) at the ports = x S,    x = (q, v, 1, A, B, F_j)(0)
 
-as in `exact_motion`; 1 goes with the steady forces that no magnet makes, A + i B is the direction of the unbalance.
-Besides the ports S observes cosine . q and sine . q, of which the unbalance's work and its torque on a free spin
-follow. Those of level l are for a piece of h/2^l; `matrix_rows` builds them, from that of a piece so short that the
-series converges fast. What is shorter than h/2^(MAX_LEVELS - 1) is not kept.
+as in `exact_motion`; 1 multiplies the steady non-magnetic forces, A + i B is the direction of the unbalance. In
+addition to the ports, S observes cosine . q and sine . q, which give the unbalance's work and its torque on a free
+spin. Level l is for a piece of h/2^l; `matrix_rows` builds the levels, starting from a piece so short that the series
+converges fast. Levels shorter than h/2^(MAX_LEVELS - 1) are not stored.
 
-P and S depend on the speed through gyroscopic terms, rotating damping and the course of the unbalance. Between speeds
-on a grid of spacing d they are interpolated, which errs by (g d h)^2/8, where g <= 2 is how much of their velocity
-gyroscopic terms turn per unit of speed and time (a thin disc has 2). A given speed that does not change is on the grid.
+P and S depend on the speed through gyroscopic terms, rotating damping and the rotation of the unbalance. They are
+interpolated between speeds on a grid of spacing d, with a relative error of (g d h)^2/8, where g <= 2 is the rate of
+gyroscopic rotation of the velocity per speed (2 for a thin disc). A constant prescribed speed is on the grid.
 """
 
 from __future__ import annotations
@@ -36,14 +36,14 @@ from rotor_contact.structure import REAL
 
 INTERPOLATION_ERROR = 1e-6  # of the velocities, by speeds between those on the grid
 GYROSCOPIC = 2.0  # largest g, see above
-MAX_LEVELS = 6  # that are kept
+MAX_LEVELS = 6  # that are stored
 MOST_LEVELS = 14  # that are built: beyond it rounding would count
 MAX_COORDINATES = 128  # of a shaft; memory and time to build grow with their square and cube
 N_SLOTS = 3  # of speeds: those around the present one, and the next
 PORT_COLUMNS = 4 * (N_LOBATTO - 1)  # of S: x and y of q and v at each Lobatto point after the first
 
 # Coordinates N of shaft and housings, ports (those of bearings alone come last, after `n_site_ports`), levels (those
-# built, `n_built`, and those kept), terms of the series; length of a step (s), spacing of the speeds.
+# built, `n_built`, and those stored), terms of the series; length of a step (s), spacing of the speeds.
 SIZES = record(
     ("n", np.float64),
     ("n_ports", np.float64),
@@ -56,7 +56,7 @@ SIZES = record(
     ("isotropic", np.float64),  # whether y answers as x does, turned by a right angle
     ("unused", np.float64),
 )
-# What is kept for a speed: its number on the grid, and how many rows of all levels are built.
+# What is stored for a speed: its number on the grid, and how many rows of all levels are built.
 SLOT = record(("index", np.float64), ("n_rows", np.float64))
 # What motion depends on, per site: 1/m, stiffness and damping in x and y, base acceleration.
 SITE_KEY = record(
@@ -73,10 +73,10 @@ Records = np.ndarray[tuple[int], np.dtype[np.record]]
 
 
 class MatricesKey(NamedTuple):
-    """What the matrices depend on but for the speed: all numbers, and the views into them that have names.
+    """Key of the matrices without the speed: all numbers, and named views into them.
 
-    `step_size` and `origin`, a speed on the grid (rad/s), in arrays of one, records of
-    types `BEARING`, without magnets and rows, and `SITE_KEY`, and the forces (N) that go with 1, A and B, shape (3, n).
+    `step_size` and `origin`, a speed on the grid (rad/s), in arrays of length 1, records of types `BEARING`, without
+    magnets and rows, and `SITE_KEY`, and the forces (N) multiplied by 1, A and B, shape (3, n).
     """
 
     values: Array
@@ -88,10 +88,10 @@ class MatricesKey(NamedTuple):
 
 
 class StepMatrices(NamedTuple):
-    """The matrices in memory, with what they are for and the scratch of a piece.
+    """The matrices in memory, with their key and the scratch of a piece.
 
     sizes, key
-        Record of type `SIZES`, in an array of one; what they are for, empty where that is not known.
+        Record of type `SIZES`, in an array of length 1; key of the matrices, empty if unknown.
     slots
         Records of type `SLOT`.
     ports
@@ -99,11 +99,11 @@ class StepMatrices(NamedTuple):
     memory
         Matrices of all slots, see `level_of`.
     effects
-        Accelerations by the forces that go with A, with B and with 1, shape (3, n).
+        Accelerations due to the forces multiplied by A, B and 1, shape (3, n).
     damping
-        Speed and state at which `piece_energy` found last what damping takes, and that; shape (2 n + 4,).
+        Speed and state at which `piece_energy` last computed the power of damping, and its result, shape (2 n + 4,).
     pieces
-        Scratch of one piece, see `piece`.
+        Scratch of a piece, see `piece`.
     nodes
         Records of type `NODE`, shape (n_sites, N_LOBATTO).
     equations
@@ -130,7 +130,7 @@ class Level(NamedTuple):
 
 
 class LevelsAround(NamedTuple):
-    """The matrices of a level at the speeds of the grid below and above a speed, which is `share` of the way."""
+    """The matrices of a level at the speeds of the grid below and above a speed, at the fraction `share`."""
 
     low: Level
     high: Level
@@ -138,7 +138,7 @@ class LevelsAround(NamedTuple):
 
 
 class SlotCoefficients(NamedTuple):
-    """The columns of K and of C, one below the other, shape (2 N, N)."""
+    """The columns of K and of C, stacked, shape (2 N, N)."""
 
     columns: Array
 
@@ -152,32 +152,31 @@ class InnerMotion(NamedTuple):
 
 @views
 def n_rows(n: int, n_ports: int) -> int:
-    """Return the number n_x of numbers of x."""
+    """Return n_x, the size of x."""
     return 2 * n + 3 + 2 * N_LOBATTO * n_ports
 
 
 @views
 def n_columns(n_ports: int) -> int:
-    """Return the number of columns of S: accelerations first, then of unbalance and ports q and v at the Lobatto
-    points after the first (`place_index`).
+    """Return the number of columns of S: accelerations, then q and v at later Lobatto points (`place_index`).
 
-    It is rounded up to eights, which products take at once.
+    It is rounded up to a multiple of eight, which products process at once.
     """
     return ((1 + n_ports) * (2 + PORT_COLUMNS) + 7) // 8 * 8
 
 
 @views
 def place_index(n_ports: int, point: int, port: int) -> int:
-    """Return the column of S from which the displacements at a Lobatto point after the first are.
+    """Return the first column of S with displacements at a Lobatto point after the first.
 
-    Before those of the first port are those of the unbalance, which count as port -1.
+    Those of the unbalance, which count as port -1, precede the first port.
     """
     return 2 * (1 + n_ports) + PORT_COLUMNS * (1 + port) + 4 * (point - 1)
 
 
 @views
 def velocity_index(n_ports: int, point: int, port: int) -> int:
-    """Return the column of S from which the velocities there are."""
+    """Return the first column of S with velocities there."""
     return place_index(n_ports, point, port) + 2
 
 
@@ -188,7 +187,7 @@ def level_size(n: int, n_ports: int) -> int:
 
 @views
 def slot_size(n: int, n_ports: int) -> int:
-    """Return how many float64 a slot takes: K and C, levels, and the motion up to the inner Lobatto points, twice."""
+    """Return the number of float64 in a slot: K and C, levels, and the motion up to the inner Lobatto points, twice."""
     return 2 * n * n + MAX_LEVELS * level_size(n, n_ports) + 4 * n_rows(n, n_ports) * 2 * n
 
 
@@ -196,7 +195,7 @@ def slot_size(n: int, n_ports: int) -> int:
 def level_of(matrices: StepMatrices, slot: int, level: int) -> Level:
     """Return the matrices of a level at the speed of a slot.
 
-    Levels beyond those kept are in the places of the last two in turn, which are built after them.
+    Levels beyond the stored ones alternate in the memory of the last two, which are built after them.
     """
     sizes = matrices.sizes[0]
     n, n_ports = int(sizes.n), int(sizes.n_ports)
@@ -220,7 +219,7 @@ def coefficients_at(matrices: StepMatrices, slot: int) -> SlotCoefficients:
 
 @views
 def inner_motion(matrices: StepMatrices, slot: int, level: int) -> InnerMotion:
-    """Return P up to the inner Lobatto points of a level; they are kept of two levels at a time."""
+    """Return P up to the inner Lobatto points of a level; those of two levels at a time are stored."""
     n, n_ports = int(matrices.sizes[0].n), int(matrices.sizes[0].n_ports)
     rows = n_rows(n, n_ports)
     at = slot * slot_size(n, n_ports) + 2 * n * n + MAX_LEVELS * level_size(n, n_ports) + 2 * (level % 2) * rows * 2 * n
@@ -237,13 +236,13 @@ def most_ports(n_bearings: int, n_sites: int) -> int:
 
 @views
 def matrices_key_size(n: int, n_bearings: int, n_sites: int) -> int:
-    """Return how many float64 a `MatricesKey` takes, an even number."""
+    """Return the number of float64 in a `MatricesKey`, an even number."""
     return 2 + bearings_size(n_bearings) + N_SITE_KEY * n_sites + 4 * n
 
 
 @views
 def matrices_key_of(array: Array, at: int, n: int, n_bearings: int, n_sites: int) -> MatricesKey:
-    """Return a `MatricesKey` in an array from `at` on."""
+    """Return a `MatricesKey` in an array, from `at`."""
     bearings = at + 2
     sites = bearings + bearings_size(n_bearings)
     return MatricesKey(
@@ -258,7 +257,7 @@ def matrices_key_of(array: Array, at: int, n: int, n_bearings: int, n_sites: int
 
 @views
 def pieces_size(n: int, n_bearings: int, n_sites: int) -> int:
-    """Return how many float64 the scratch of a piece takes at most."""
+    """Return the largest number of float64 in the scratch of a piece."""
     n_ports = most_ports(n_bearings, n_sites)
     n, rows, columns = n + 2 * n_sites, n_rows(n + 2 * n_sites, n_ports), n_columns(n_ports)
     return rows + 8 * n + 8 * columns + (2 * N_LOBATTO * n_ports) * (columns + 3) + (8 + n_sites) * N_LOBATTO
@@ -266,7 +265,7 @@ def pieces_size(n: int, n_bearings: int, n_sites: int) -> int:
 
 @views
 def matrices_size(n: int, n_bearings: int, n_sites: int) -> int:
-    """Return how many float64 a `StepMatrices` takes, an even number."""
+    """Return the number of float64 in a `StepMatrices`, an even number."""
     n_ports, n_equations = most_ports(n_bearings, n_sites), 2 * (N_LOBATTO - 1) * n_sites
     size = N_SIZES + matrices_key_size(n, n_bearings, n_sites) + N_SLOTS * N_SLOT
     size += 2 * (n_ports + n_bearings + 2 * n_sites) + 2 * pieces_size(n, n_bearings, n_sites)
@@ -276,7 +275,7 @@ def matrices_size(n: int, n_bearings: int, n_sites: int) -> int:
 
 @views
 def step_matrices_of(work: Array, at: int, n: int, n_bearings: int, n_sites: int) -> StepMatrices:
-    """Return a `StepMatrices` in an array from `at` on."""
+    """Return a `StepMatrices` in an array, from `at`."""
     n_ports, n_equations = most_ports(n_bearings, n_sites), 2 * (N_LOBATTO - 1) * n_sites
     n_pieces = 2 * pieces_size(n, n_bearings, n_sites)
     key = at + N_SIZES
@@ -310,21 +309,21 @@ def spacing_for(step_size: float) -> float:
 
 @kernel
 def grid_speed(matrices: StepMatrices, index: float) -> float:
-    """Return the speed (rad/s) at a place of the grid."""
+    """Return a speed (rad/s) of the grid."""
     speed: float = matrices.key.origin[0] + index * matrices.sizes[0].spacing
     return speed
 
 
 @kernel
 def place_on_grid(matrices: StepMatrices, Omega: float) -> float:
-    """Return the place of a speed (rad/s) on the grid."""
+    """Return the position of a speed (rad/s) on the grid."""
     place: float = (Omega - matrices.key.origin[0]) / matrices.sizes[0].spacing
     return place
 
 
 @views
 def levels_around(matrices: StepMatrices, level: int, index: float) -> LevelsAround:
-    """Return the matrices of a level around a place of the grid."""
+    """Return the matrices of a level around a point of the grid."""
     low = math.floor(index)
     share = index - low
     high = low + 1.0 if share > 0.0 else low
@@ -333,7 +332,7 @@ def levels_around(matrices: StepMatrices, level: int, index: float) -> LevelsAro
 
 @kernel
 def slot_of(index: float) -> int:
-    """Return the slot for a place of the grid."""
+    """Return the slot of a point of the grid."""
     return int(index - N_SLOTS * math.floor(index / N_SLOTS))
 
 

@@ -1,4 +1,4 @@
-"""What the plant's kernels need of a rotor, computed once and stored in the FMU as one flat array."""
+"""Rotor data for the plant's kernels, computed once and stored in the FMU as one flat array."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from fmi_export.jit import views
 from fmi_export.model import Array
 from fmi_export.parts import part
 from fmi_export.records import record, size_of
-from rotor_contact.seals import SEAL, Seals
+from rotor_contact.seals import N_SEAL, SEAL, Seals
 
 REAL = np.dtype(np.float64)
 
@@ -33,19 +33,20 @@ N_SIZES = size_of(SIZES)
 class Structure(NamedTuple):
     """The reduced rotor, n degrees of freedom. A product with M^-1 is an acceleration.
 
-    Degrees of freedom are x and y in turn: the first `n_translations` of planes, the rest of rotations or modes.
+    Degrees of freedom alternate x and y: the first `n_translations` are translations of planes, the rest rotations or
+    modes.
 
     valid_to
-        Frequency (rad/s) up to which the natural frequencies are those of the full model; infinite if it is not known.
+        Frequency (rad/s) up to which the natural frequencies match those of the full model; infinite if unknown.
     forms
-        Mass M (kg), damping C and R (N s/m) of the shaft, one below the other, shape (3 n, n). R turns with the rotor,
-        J q being q turned by a right angle in the direction of spin: its force is -R (v - Omega J q).
+        Mass M (kg), damping C and R (N s/m) of the shaft, stacked, shape (3 n, n). R rotates with the rotor: its force
+        is -R (v - Omega J q), where J q is q turned by a right angle in the direction of spin.
     K
         Stiffness (N/m), shape (n, n).
     Minv, MinvK, MinvC
         M^-1 and its products with K and with C + R, shape (n, n).
     over_speed
-        M^-1 G and M^-1 R J, G being the gyroscopic matrix, one below the other, shape (2 n, n); Omega multiplies both.
+        M^-1 G and M^-1 R J, stacked, shape (2 n, n), with the gyroscopic matrix G; Omega multiplies both.
     B_disc
         Forces on the degrees of freedom for unit forces x, y on each disc, shape (2 n_discs, n).
     B_base
@@ -57,7 +58,7 @@ class Structure(NamedTuple):
     site_bearings
         Number of the bearing whose retainer a site is, or -1.
     seals
-        Records of type `seals.SEAL`, shape (ranges of speeds, seals); their mass is in M.
+        Seals and passive bearings (`seals.Seals`); their mass is in M.
     """
 
     n_translations: int
@@ -84,6 +85,7 @@ def structure_of(constants: Array) -> Structure:
     sizes = part(constants, 0, SIZES, 1)[0]
     n, n_discs, n_bearings = int(sizes.n), int(sizes.n_discs), int(sizes.n_bearings)
     n_sites, n_sensors = int(sizes.n_sites), int(sizes.n_sensors)
+    n_seals, n_seal_ranges = int(sizes.n_seals), int(sizes.n_seal_ranges)
     K = N_SIZES + 3 * n * n
     over_speed = K + 4 * n * n
     B_disc = over_speed + 2 * n * n
@@ -107,5 +109,8 @@ def structure_of(constants: Array) -> Structure:
         part(constants, bearings, REAL, n_bearings),
         part(constants, sites, REAL, n_sites),
         part(constants, sites + n_sites, REAL, n_sites),
-        part(constants, seals, SEAL, (int(sizes.n_seal_ranges), int(sizes.n_seals))),
+        Seals(
+            part(constants, seals, SEAL, (n_seal_ranges, n_seals)),
+            part(constants, seals + n_seal_ranges * n_seals * N_SEAL, REAL, (4 * n_seals, n)),
+        ),
     )

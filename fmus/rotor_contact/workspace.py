@@ -1,4 +1,4 @@
-"""What the kernels of one step pass on together."""
+"""Data that the kernels of a step pass on."""
 
 from __future__ import annotations
 
@@ -26,16 +26,16 @@ N_STAGES = 9
 
 
 class Stages(NamedTuple):
-    """States z = (q, v, energy integrals, integrals of the sites) and derivatives of one substep.
+    """States z = (q, v, energy integrals, integrals of the sites) and derivatives of a substep.
 
-    Each has the shape (2 n + N_INTEGRALS + N_SITE_INTEGRALS n_sites,), n being the number of all degrees of freedom.
+    Each has the shape (2 n + N_INTEGRALS + N_SITE_INTEGRALS n_sites,), where n is the number of all degrees of freedom.
 
     They are the rows of `Workspace.stages`.
 
     z, z_new
-        At the beginning and at the end of the substep.
+        States at the beginning and the end of the substep.
     k_1, k_new
-        Derivatives there.
+        Derivatives of z and z_new.
     trial, k_2, k_3, k_4
         State and derivatives of the Runge-Kutta stages in between.
     before
@@ -54,7 +54,7 @@ class Stages(NamedTuple):
 
 
 class Workspace(NamedTuple):
-    """Rotor, motion, contact sites, contact equations and integration stages of one step.
+    """Rotor, motion, contact sites, contact equations and integration stages of a step.
 
     n
         Number of all degrees of freedom: those of the shaft, m in number, and of the bodies.
@@ -65,7 +65,7 @@ class Workspace(NamedTuple):
     motion
         Coefficients of the shaft's motion without contact.
     spin
-        Record of type `bodies.SPIN`, in an array of one.
+        Record of type `bodies.SPIN`, in an array of length 1.
     sites
         Records of type `site.SITE`.
     equations
@@ -73,7 +73,7 @@ class Workspace(NamedTuple):
     stages
         States and derivatives of the integration, for `stages_of`.
     n_translations
-        Number of degrees of freedom that are x and y of planes; they come first.
+        Number of degrees of freedom that are translations of planes; they come first.
     """
 
     n: int
@@ -102,6 +102,6 @@ def energy_integrals(z: Array, n: int) -> np.record:
 
 @views
 def site_integrals(z: Array, n: int, k: int) -> np.record:
-    """Return the integrals of site k, of the same."""
+    """Return the integrals of site k in a state or its derivative."""
     integrals: np.record = part(z, 2 * n + N_INTEGRALS + k * N_SITE_INTEGRALS, SITE_INTEGRALS, 1)[0]
     return integrals

@@ -1,1 +1,1 @@
-"""Files that a user writes or keeps: TOML checked against a declared form, files and folders that appear whole."""
+"""User files: TOML checked against a declared form, files and folders written atomically."""

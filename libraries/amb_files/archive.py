@@ -1,4 +1,4 @@
-"""Zip archives: written with the same bytes for the same content, and unpacked after a check."""
+"""Zip archives: written reproducibly, and unpacked after a check."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ MOST_UNPACKED = 256 * 2**20  # bytes
 MOST_ENTRIES = 10_000  # each of which takes a third of a millisecond to unpack
 LONGEST = 200  # characters of an error in a message
 ENCRYPTED = 1  # in the flags of an entry
-OF_THE_DISK = (errno.ENOSPC, errno.EDQUOT, errno.EACCES, errno.EROFS, errno.EIO)  # errors that are no archive's
+OF_THE_DISK = (errno.ENOSPC, errno.EDQUOT, errno.EACCES, errno.EROFS, errno.EIO)  # errors unrelated to archives
 
 
 def write_archive(target: Path, content: Mapping[str, bytes]) -> Path:
-    """Write `content` (by the names in the archive) to a zip file, whole or not at all, and return its path.
+    """Write `content` (by name) to a zip file atomically, and return its path.
 
-    FMUs in it, which are compressed themselves, are stored as they are.
+    FMUs in it are already compressed, and stored unchanged.
     """
 
     def archive(path: Path) -> None:
@@ -42,33 +42,34 @@ def unpack(archive: Path, folder: Path, name: str) -> None:
     Parameters
     ----------
     archive, folder
-        The file, and where its entries go; the folder is made if it is missing.
+        The file, and the folder for its entries, which is created if it is missing.
     name
-        What messages call the archive.
+        Name of the archive in messages.
 
     Raises
     ------
     ValueError
-        If it is no zip file, damaged, encrypted, packed in an unknown way, has more than `MOST_ENTRIES` entries,
-        unpacks to more than `MOST_UNPACKED` bytes, or has entries that lie outside of it, or two of a name that differ.
+        If it is not a zip file, damaged, encrypted, compressed by an unknown method, has more than `MOST_ENTRIES`
+        entries, unpacks to more than `MOST_UNPACKED` bytes, has entries outside the folder, or two different entries of
+        a name.
     """
     folder.mkdir(parents=True, exist_ok=True)
     try:
         if not zipfile.is_zipfile(archive):
-            raise ValueError("it is no zip archive")
+            raise ValueError("it is not a zip archive")
         with zipfile.ZipFile(archive) as content:
             _check(content)
             content.extractall(folder)
     except OSError as error:
         if error.errno in OF_THE_DISK:
             raise
-        raise ValueError(f"{name} cannot be unpacked: {_shown(error)}") from error
-    except Exception as error:  # each way of packing has errors of its own
-        raise ValueError(f"{name} cannot be unpacked: {_shown(error)}") from error
+        raise ValueError(f"{name} cannot be unpacked: {_shortened(error)}") from error
+    except Exception as error:  # each compression method raises different errors
+        raise ValueError(f"{name} cannot be unpacked: {_shortened(error)}") from error
 
 
 def _check(archive: zipfile.ZipFile) -> None:
-    """Raise ValueError for entries that are not to be unpacked."""
+    """Raise ValueError for entries that must not be unpacked."""
     entries = archive.infolist()
     size = sum(entry.file_size for entry in entries)
     if size > MOST_UNPACKED:
@@ -89,14 +90,14 @@ def _check(archive: zipfile.ZipFile) -> None:
             raise ValueError(f"there are two entries {entry.filename} that differ, which is not allowed")
 
 
-def _shown(error: Exception) -> str:
-    """Return the text of an error in one short line: it may hold a damaged name."""
+def _shortened(error: Exception) -> str:
+    """Return the text of an error in a single short line; it may contain a damaged name."""
     text = "".join(letter if letter.isprintable() else "?" for letter in str(error) or type(error).__name__)
     return text if len(text) <= LONGEST else f"{text[:LONGEST]}..."
 
 
 def is_unpacked(archive: Path, folder: Path) -> bool:
-    """Return whether a folder holds the entries of a zip file, by their sizes and checksums."""
+    """Return whether a folder contains the entries of a zip file, by their sizes and checksums."""
     try:
         with zipfile.ZipFile(archive) as content:
             entries = [entry for entry in content.infolist() if not entry.is_dir()]

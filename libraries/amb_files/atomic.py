@@ -1,4 +1,4 @@
-"""Files and folders that appear whole or not at all."""
+"""Atomic writing of files and folders."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from amb_files.temporary_folders import PREFIX, temporary_folder
 
 
 def write_atomically(path: Path, write: Callable[[Path], object]) -> None:
-    """Call `write` with a temporary path, then move the result to `path`, whole or not at all.
+    """Call `write` with a temporary path, then move the result to `path` atomically.
 
-    A link is followed. What is no regular file, a device or a pipe, gets the bytes.
+    Links are followed. Devices and pipes receive the bytes directly.
 
     Parameters
     ----------
     path
-        The file; one that exists is replaced. Its folder must exist.
+        The file; an existing one is replaced. Its folder must exist.
     write
-        Writes the file at the path that it is given.
+        Function that writes the file at a path.
 
     Raises
     ------
@@ -46,18 +46,18 @@ def write_atomically(path: Path, write: Callable[[Path], object]) -> None:
 def create_atomically(
     folder: Path, fill: Callable[[Path], object], is_whole: Callable[[Path], bool] = Path.is_dir
 ) -> None:
-    """Create `folder` with what `fill` puts into it, whole or not at all; do nothing if it exists and is whole.
+    """Create `folder` atomically with the content that `fill` writes; do nothing if it exists and is complete.
 
-    Where two processes create it at the same time, the folder of the first one stays.
+    If two processes create it at the same time, the folder of the first one remains.
 
     Parameters
     ----------
     folder
         The folder to create. Its parent must exist.
     fill
-        Writes the content into the temporary folder that it is given.
+        Function that writes the content into a temporary folder.
     is_whole
-        Whether a folder that exists holds what it should; one that does not is replaced.
+        Function that returns whether an existing folder is complete; an incomplete one is replaced.
 
     Raises
     ------
@@ -108,13 +108,13 @@ def check_writable(path: Path, is_folder: bool) -> None:
 
 
 def is_special(path: Path) -> bool:
-    """Return whether there is something that is neither a regular file nor a folder, such as a device or a pipe."""
+    """Return whether a path exists and is neither a regular file nor a folder, such as a device or a pipe."""
     return path.exists() and not path.is_file() and not path.is_dir()
 
 
 @contextmanager
 def _naming(path: Path) -> Iterator[None]:
-    """Name what could not be written in an error of the operating system, in place of a temporary file or nothing."""
+    """Name the output in errors of the operating system, instead of a temporary file or nothing."""
     try:
         yield
     except OSError as error:

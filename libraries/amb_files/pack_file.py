@@ -1,4 +1,4 @@
-"""What packs say of themselves in `pack.toml`, and what is taken where nothing is named."""
+"""The files `pack.toml` of packs: descriptions and defaults."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ class PackFile:
     """The file `pack.toml`.
 
     description
-        One line about the pack.
+        A line about the pack.
     rotor, scenario, changing_speed
-        What is taken where no rotor, no scenario, and no scenario of a changing speed is named. One pack may say each.
+        Defaults for rotor, scenario, and scenario with changing speed. At most one pack may define each.
     live
-        Scenarios that the live rig shows beside the one that is asked for, in order.
+        Scenarios that the live rig offers in addition to the requested one, in order.
     """
 
     description: StrictStr = ""
@@ -36,12 +36,12 @@ class PackFile:
 
 @cache
 def pack_files() -> dict[str, PackFile]:
-    """Return what the packs say of themselves, by name.
+    """Return the pack files, by name of the pack.
 
     Raises
     ------
     ValueError
-        If a file cannot be read or does not have the form.
+        If a file cannot be read or is malformed.
     """
     files = {name: folder / "pack.toml" for name, folder in packs().items()}
     return {
@@ -52,17 +52,17 @@ def pack_files() -> dict[str, PackFile]:
 
 
 def default(key: Default) -> str:
-    """Return the name that a pack gives for what is not named.
+    """Return the default that a pack defines.
 
     Raises
     ------
     ValueError
-        If no pack, or more than one, gives a name.
+        If no pack, or more than one, defines it.
     """
     values = {pack: name for pack, file in pack_files().items() if (name := getattr(file, key)) is not None}
     if len(values) != 1:
-        which = f"packs {' and '.join(values)} both say" if values else "no pack says"
-        raise ValueError(f"{which} which {key} is taken where none is named; one pack must")
+        which = f"packs {' and '.join(values)} both define" if values else "no pack defines"
+        raise ValueError(f"{which} a default {key}; exactly one pack must")
     (name,) = values.values()
     return str(name)
 
@@ -73,12 +73,12 @@ def rotor_path(rotor: str | Path | None = None) -> Path:
     Parameters
     ----------
     rotor
-        Name of a rotor, such as `compressor`, or a path; the default of the packs without.
+        Name of a rotor, such as `compressor`, or a path; default: that of the packs.
 
     Raises
     ------
     ValueError
-        If it is neither; the message suggests names. A path that ends in `.toml` is not looked at.
+        If it is neither; the message suggests names. A path that ends in `.toml` is not checked.
     """
     name = default("rotor") if rotor is None else rotor
     available, path = files_of("rotors"), Path(name)

@@ -1,13 +1,13 @@
-"""Packs: packages with what belongs to one machine or one source, found by entry points.
+"""Packs: packages with the data of a machine or source, found by entry points.
 
 A distribution that declares
 
     [project.entry-points."amb_cosim.packs"]
     my_pump = "my_pump"
 
-adds the package `my_pump`. Its folders hold files of one kind, each named as what it describes: `rotors`, `systems`,
-`scenarios`, `sweeps`. Its file `pack.toml`, if there is one, has the form of `PackFile`; what it computes by itself
-is in modules whose names say what they are for: `studies`, `commands`.
+adds the package `my_pump`. Its folders `rotors`, `systems`, `scenarios` and `sweeps` contain files of that kind, which
+are known by their names. The optional file `pack.toml` has the form of `PackFile`; the modules `studies` and `commands`
+add studies and commands.
 """
 
 from __future__ import annotations
@@ -25,25 +25,25 @@ GROUP = "amb_cosim.packs"
 
 @cache
 def packs() -> dict[str, Path]:
-    """Return the folders of the installed packs, by name; a pack without a package is left out with a warning."""
+    """Return the folders of the installed packs, by name; a pack without a package is skipped with a warning."""
     folders: dict[str, Path] = {}
     for point in sorted(entry_points(group=GROUP)):
         try:
             folders[point.name] = _folder(point.value)
         except Exception:  # whatever the import of a parent package raises
-            print(f"warning: pack {point.name!r} is left out; there is no package {point.value!r}", file=sys.stderr)
+            print(f"warning: pack {point.name!r} is skipped; there is no package {point.value!r}", file=sys.stderr)
     return folders
 
 
-def files_of(kind: str, **own: Path) -> dict[str, Path]:
-    """Return the TOML files of one kind in all packs, by their names without suffix, pack after pack.
+def files_of(kind: str, **general: Path) -> dict[str, Path]:
+    """Return the TOML files of the same kind in all packs, by their names without suffix, pack after pack.
 
     Parameters
     ----------
     kind
         Folder of the packs, such as `rotors`.
-    own
-        Folders of other packages that are searched as if they were packs, by name.
+    general
+        Folders of other packages to search like packs, by name.
 
     Raises
     ------
@@ -52,7 +52,7 @@ def files_of(kind: str, **own: Path) -> dict[str, Path]:
     """
     result: dict[str, Path] = {}
     owners: dict[str, str] = {}
-    for pack, folder in (own | packs()).items():
+    for pack, folder in (general | packs()).items():
         for file in sorted((folder / kind).glob("*.toml")):
             other = owners.setdefault(file.stem, pack)
             if other != pack:
@@ -63,9 +63,9 @@ def files_of(kind: str, **own: Path) -> dict[str, Path]:
 
 @cache
 def modules_of(name: str) -> dict[str, ModuleType]:
-    """Return the module of that name of each pack that has one, imported, by pack.
+    """Import the module of a name in each pack that has one; return them by pack.
 
-    One that cannot be imported is left out with a warning.
+    A module that cannot be imported is skipped with a warning.
     """
     result: dict[str, ModuleType] = {}
     for pack, folder in packs().items():
@@ -74,7 +74,7 @@ def modules_of(name: str) -> dict[str, ModuleType]:
                 result[pack] = import_module(f"{folder.name}.{name}")
             except (Exception, SystemExit) as error:  # whatever its code raises
                 why = f"{type(error).__name__}: {error}"
-                print(f"warning: pack {pack!r} is without its {name}, which fail on import: {why!r}", file=sys.stderr)
+                print(f"warning: pack {pack!r} has no {name}, because their import fails: {why!r}", file=sys.stderr)
     return result
 
 

@@ -7,9 +7,16 @@ from collections.abc import Iterable
 
 
 def suggest(name: str, options: Iterable[str], limit: int = 12) -> str:
-    """Suggest the options closest to `name`; list the first `limit` options where none is close.
+    """Suggest the options closest to `name`; if none is close, list the first `limit` options.
 
-    The text is the second half of a message: `did you mean drop?` or `there are a, b and 3 more`.
+    The text is the second half of a message.
+
+    Examples
+    --------
+    >>> suggest("clearence", ["clearance", "stiffness"])
+    'did you mean clearance?'
+    >>> suggest("x", ["a", "b", "c"], limit=2)
+    'there are a, b and 1 more'
     """
     options = list(options)
     near = difflib.get_close_matches(name, options, n=5) or [o for o in options if name in o][:5]

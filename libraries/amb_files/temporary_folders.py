@@ -1,4 +1,4 @@
-"""Temporary folders that go with their process: what a killed one left is removed by the next that comes by."""
+"""Temporary folders that end with their process; a later process removes those of a killed one."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ PREFIX = ".amb-cosim-"
 
 @contextmanager
 def temporary_folder(parent: Path | None = None) -> Iterator[Path]:
-    """Yield a new folder in `parent`, the system's folder for temporary files by default; it is gone afterwards.
+    """Yield a new folder in `parent`, by default the system's folder for temporary files, and remove it afterwards.
 
-    It is locked while it is used, which ends with the process, however that ends. Folders without a lock that this made
-    for the same user are removed from `parent`; a digest at the end of their names tells them from all others.
+    It is locked until the process ends, however that happens. Unlocked folders that this function made for the same
+    user are removed from `parent`; a digest at the end of their names identifies them.
     """
     parent = Path(tempfile.gettempdir()) if parent is None else parent
     _remove_abandoned(parent)
@@ -32,20 +32,20 @@ def temporary_folder(parent: Path | None = None) -> Iterator[Path]:
     try:
         lock = _create_locked(folder)
         yield folder
-    finally:  # also of a signal that came while the folder was made
+    finally:  # also for a signal during the creation of the folder
         shutil.rmtree(folder, ignore_errors=True)
         _unlock(lock)
 
 
 def _create_locked(folder: Path) -> int | None:
-    """Create a folder and lock it, again where another process has removed it before it was locked."""
+    """Create a folder and lock it; repeat if another process removes it before it is locked."""
     while True:
         folder.mkdir(mode=0o700)
         try:
             lock = _lock(folder, wait=True)
         except FileNotFoundError:
             continue
-        except OSError:  # a file system without locks, from which nothing is removed either
+        except OSError:  # a file system without locks; nothing is removed from it
             return None
         if folder.is_dir():
             return lock
@@ -53,12 +53,12 @@ def _create_locked(folder: Path) -> int | None:
 
 
 def _name(token: str) -> str:
-    """Return the name of a folder: nobody gives it to one of his own, for it ends with a digest of itself."""
+    """Return the name of a folder, which ends with a digest of itself, so that it cannot occur by accident."""
     return f"{PREFIX}{token}-{hashlib.sha256(f'{PREFIX}{token}'.encode()).hexdigest()[:16]}"
 
 
 def _is_ours(folder: Path) -> bool:
-    """Return whether a folder is one that `stage` made for this user."""
+    """Return whether a folder was made here for this user."""
     token = re.fullmatch(f"{re.escape(PREFIX)}([0-9a-f]{{16}})-[0-9a-f]{{16}}", folder.name)
     try:
         return token is not None and folder.name == _name(token[1]) and folder.lstat().st_uid == os.geteuid()

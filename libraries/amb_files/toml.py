@@ -1,4 +1,4 @@
-"""Reads TOML and checks it against a declared form; every mistake is one line with its key, value and what is allowed.
+"""Reads TOML and checks it against a declared form; each error is one line with key, value and allowed range.
 
 The form of a file is declared once, as types with limits and units:
 
@@ -13,12 +13,12 @@ The form of a file is declared once, as types with limits and units:
 
     rotor = validate(read_toml(path, name), Rotor, name := f"rotor file {path}")
 
-A wrong file raises a ValueError such as
+An invalid file raises a ValueError such as
 
     rotor file pump.toml: bodies[0].mass (impeller) = -1.0 kg is not allowed; it must be > 0 kg
     rotor file pump.toml: unknown key bodies[1].mas (seal); did you mean mass?
 
-Positions in brackets count from 0; the name in parentheses is that of the part, where it has one.
+Positions in brackets count from 0; the name in parentheses is that of the part, if it has one.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ T = TypeVar("T")
 LARGEST = 64 * 2**20  # bytes of a file
 DEEPEST = 100  # levels of tables and lists
 LONGEST_KEY = 1000  # dots of a dotted key
-NO_KEY = re.compile(r"[,=\[\]{}#\n]")  # what stands between keys
+NO_KEY = re.compile(r"[,=\[\]{}#\n]")  # separators of keys
 
 STRICT = ConfigDict(extra="forbid", allow_inf_nan=False, arbitrary_types_allowed=True)
 
@@ -55,14 +55,14 @@ def parse_toml(text: str, name: str) -> dict[str, Any]:
     text
         Content of the file.
     name
-        What messages call it, such as `scenario drop`.
+        Its name in messages, such as `scenario drop`.
 
     Raises
     ------
     ValueError
-        If the text is not valid TOML, the message has line and column; or if tables in it lie too deep.
+        If the text is not valid TOML (the message has line and column), or tables are nested too deeply.
     """
-    too_deep = ValueError(f"{name} is not allowed: its tables and lists lie more than {DEEPEST} deep")
+    too_deep = ValueError(f"{name} is not allowed: its tables and lists are nested more than {DEEPEST} deep")
     # a dotted key takes the square of its length
     if max(part.count(".") for part in NO_KEY.split(text)) > LONGEST_KEY:
         raise too_deep
@@ -70,7 +70,7 @@ def parse_toml(text: str, name: str) -> dict[str, Any]:
         data = tomllib.loads(text)
     except RecursionError as error:
         raise too_deep from error
-    except ValueError as error:  # Python's own, for a number of thousands of digits
+    except ValueError as error:  # from Python, for a number with thousands of digits
         raise ValueError(f"{name} is not valid TOML: {error}") from error
     inner: list[Any] = [data]
     for _ in range(DEEPEST):
@@ -89,7 +89,7 @@ def read_toml(source: Path | Traversable, name: str) -> dict[str, Any]:
     source
         The file, or a resource of a package.
     name
-        What messages call it, such as `rotor file pump.toml`.
+        Its name in messages, such as `rotor file pump.toml`.
 
     Raises
     ------
@@ -100,7 +100,7 @@ def read_toml(source: Path | Traversable, name: str) -> dict[str, Any]:
 
 
 def read_text(source: Path | Traversable, name: str) -> str:
-    """Return the text of a file; arguments as for `read_toml`, errors too, for a file that cannot be read."""
+    """Return the text of a file; arguments and errors as for `read_toml`."""
     try:
         return read_bytes(source, name).decode("utf-8")
     except UnicodeDecodeError as error:
@@ -112,7 +112,7 @@ def read_bytes(source: Path | Traversable, name: str) -> bytes:
     try:
         if isinstance(source, Path):
             if is_special(source):
-                raise ValueError(f"{name} cannot be read: it is no regular file")
+                raise ValueError(f"{name} cannot be read: it is not a regular file")
             size = source.stat().st_size
             if size > LARGEST:
                 raise ValueError(f"{name} cannot be read: it has {size >> 20} MB; it must have <= {LARGEST >> 20} MB")
@@ -127,16 +127,16 @@ def validate(data: object, form: type[T], name: str) -> T:
     Parameters
     ----------
     data
-        What `read_toml` returned, or a part of it.
+        Result of `read_toml`, or a part of it.
     form
         A class declared with `table`, or a pydantic model.
     name
-        What messages call the data; it begins every line.
+        Name of the data in messages; it begins every line.
 
     Raises
     ------
     ValueError
-        If the data does not have the form; one line for each mistake.
+        If the data are malformed; one line for each error.
     """
     try:
         return TypeAdapter(form).validate_python(data)
@@ -148,7 +148,7 @@ def validate(data: object, form: type[T], name: str) -> T:
 def table(form: type[T]) -> type[T]:
     """Declare the form of a TOML table as a frozen dataclass that checks its fields.
 
-    Unknown keys, NaN and infinity are not allowed. Made in Python it raises the same ValueError as from a file.
+    Unknown keys, NaN and infinity are not allowed. Instances made in Python raise the same ValueError as files.
     """
     checked: Any = pydantic_dataclass(config=STRICT, frozen=True)(form)
     checked.__init__ = _raising_sentences(checked.__init__, checked)

@@ -1,4 +1,4 @@
-"""The user's cache folder, or a temporary one of this process where others could write to the user's."""
+"""The user's cache folder, or a temporary one of this process if others could write to the user's."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from amb_files.temporary_folders import temporary_folder
 OTHERS = stat.S_IWOTH | stat.S_IWGRP
 
 log = logging.getLogger(__name__)
-_own = ExitStack()
+_exit_stack = ExitStack()
 
 
 def user_cache(name: str = "amb-cosim") -> Path:
-    """Return the user's cache folder of a program, made if it is missing.
+    """Return the user's cache folder of a program, created if it is missing.
 
-    It holds machine code that is loaded. Where it cannot be written, or somebody else owns it or may write to it, it is
-    a temporary folder that goes with this process; the second is logged once.
+    It contains machine code that is loaded. If it is not writable, or somebody else owns it or can write to it, a
+    temporary folder of this process is used instead; the second case is logged once.
     """
     folder = platformdirs.user_cache_path(name, appauthor=False)
     try:
@@ -39,10 +39,10 @@ def user_cache(name: str = "amb-cosim") -> Path:
 
 
 def is_private(folder: Path) -> bool:
-    """Return whether a folder is this user's and nobody but root may change it or put another in its place.
+    """Return whether a folder is this user's and only root and the user can change or replace it.
 
-    A group of which the user is the only member counts as the user; a folder like /tmp, where only owners may rename,
-    may be among the parents.
+    A group with the user as its only member counts as the user; parents may include a folder like /tmp, where only
+    owners can rename.
     """
     if not hasattr(os, "geteuid"):  # Windows: the profile is the user's
         return True
@@ -52,14 +52,14 @@ def is_private(folder: Path) -> bool:
         if status.st_uid != user and (path == folder or status.st_uid != 0):
             return False
         writable = status.st_mode & OTHERS
-        if writable == stat.S_IWGRP and _is_group_of_one(status.st_gid):
+        if writable == stat.S_IWGRP and _has_single_member(status.st_gid):
             writable = 0
         if writable and (path == folder or not status.st_mode & stat.S_ISVTX):
             return False
     return True
 
 
-def _is_group_of_one(number: int) -> bool:
+def _has_single_member(number: int) -> bool:
     import grp
     import pwd
 
@@ -74,6 +74,6 @@ def _is_group_of_one(number: int) -> bool:
 def _of_this_process(reason: str) -> Path:
     """Return a temporary folder, and log why it is needed."""
     if reason:
-        log.warning("%s; this process compiles what it needs anew", reason)
-    atexit.register(_own.close)
-    return _own.enter_context(temporary_folder())
+        log.warning("%s; this process recompiles what it needs", reason)
+    atexit.register(_exit_stack.close)
+    return _exit_stack.enter_context(temporary_folder())

@@ -1,4 +1,4 @@
-"""Turns what pydantic reports into one sentence for each mistake."""
+"""Turns pydantic's errors into a sentence each."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ _KINDS = {
 _BOUNDS = {annotated_types.Gt: ">", annotated_types.Ge: ">=", annotated_types.Lt: "<", annotated_types.Le: "<="}
 _LONGEST = 60  # characters of a value in a message
 _UNKNOWN = ("extra_forbidden", "unexpected_keyword_argument")
-_MANY = 3  # unknown keys of a table that are told in one sentence
+_MANY = 3  # unknown keys of a table in a single sentence
 
 
 @dataclass(frozen=True)
@@ -49,35 +49,35 @@ class Unit:
 
 @dataclass(frozen=True)
 class Allowed:
-    """What is allowed, in words, in an `Annotated` type; messages show it in place of what pydantic says."""
+    """Allowed values in words, in an `Annotated` type; messages show it instead of pydantic's text."""
 
     text: str
 
 
 @dataclass(frozen=True)
 class _Declared:
-    """How a place in the data is declared: its type, and what `Annotated` and `Field` add."""
+    """Declaration of a place in the data: its type, and the additions of `Annotated` and `Field`."""
 
     hint: Any
     metadata: tuple[Any, ...] = ()
 
 
 def sentences(error: ValidationError, form: type[Any], data: object) -> list[str]:
-    """Write one sentence for each mistake: its key, the value, what is allowed.
+    """Write a sentence per error: key, value and allowed range.
 
     Parameters
     ----------
     error
-        What the validation of `data` against `form` raised.
+        Error raised by the validation of `data` against `form`.
     form
         A pydantic model or dataclass.
     data
-        What was validated: mappings, sequences and scalars.
+        The validated data: mappings, sequences and scalars.
     """
     by_place: dict[Location, list[ErrorDetails]] = {}
     for details in error.errors():
         by_place.setdefault(_keys(details, data), []).append(details)
-    for keys, result in list(by_place.items()):  # a list is too short where its items are wrong
+    for keys, result in list(by_place.items()):  # a list counts as too short if its items are invalid
         if result[0]["type"] == "too_short" and any(other[: len(keys)] == keys != other for other in by_place):
             del by_place[keys]
     unknown: dict[Location, list[Location]] = {}
@@ -86,7 +86,7 @@ def sentences(error: ValidationError, form: type[Any], data: object) -> list[str
             unknown.setdefault(keys[:-1], []).append(keys)
     together = []
     for strangers in unknown.values():
-        if len(strangers) >= _MANY:  # no slip of the pen, but a file of another kind
+        if len(strangers) >= _MANY:  # not a typo but a file of another kind
             result = [by_place.pop(keys)[0] for keys in strangers]
             names = ", ".join(_place(keys, data) for keys in strangers)
             together.append(f"unknown keys {names}; {suggest(names, _options(form, result[0]))}")
@@ -104,7 +104,7 @@ def _sentence(errors: list[ErrorDetails], form: type[Any], data: object) -> str:
     metadata = [extra for declared in _declared(form, first["loc"]) for extra in declared.metadata]
     if kind == "value_error":
         message = message.removeprefix("Value error, ")
-        if not message.startswith("it must be "):  # whole sentences, one in a line
+        if not message.startswith("it must be "):  # complete sentences, one per line
             return "\n".join(_at_place(line, keys, data) for line in message.splitlines())
         allowed = message.removeprefix("it must be ")
     else:
@@ -112,16 +112,16 @@ def _sentence(errors: list[ErrorDetails], form: type[Any], data: object) -> str:
     allowed = next((extra.text for extra in metadata if isinstance(extra, Allowed)), allowed)
     value = _at(data, keys)
     unit = _unit(metadata) if isinstance(value, int | float) and not isinstance(value, bool) else ""
-    return f"{place or 'it'} = {_shown(value)}{unit} is not allowed; it must be {allowed}"
+    return f"{place or 'it'} = {_shortened(value)}{unit} is not allowed; it must be {allowed}"
 
 
 def _options(form: type[Any], unknown: ErrorDetails) -> list[str]:
-    """Return the keys that could stand in the place of an unknown one."""
+    """Return the keys that an unknown one could stand for."""
     return [key for declared in _declared(form, unknown["loc"][:-1]) for key in _fields(declared.hint)]
 
 
 def _at_place(sentence: str, keys: Location, data: object) -> str:
-    """Return a form's own sentence with its place: `diameter = ...` of a shaft is `shaft.diameter = ...`."""
+    """Return a form's sentence with its place: `diameter = ...` of a shaft becomes `shaft.diameter = ...`."""
     named = re.match(r"(\w+)(?= (?:=|is missing|is given))", sentence)
     if named:
         return _place((*keys, named[1]), data) + sentence[named.end() :]
@@ -150,8 +150,8 @@ def _unit(metadata: Sequence[Any]) -> str:
     return next((f" {extra.text}" for extra in metadata if isinstance(extra, Unit)), "")
 
 
-def _shown(value: object) -> str:
-    """Return the value as TOML writes it, shortened; a table is only called one."""
+def _shortened(value: object) -> str:
+    """Return the value as TOML, shortened; tables are not written out."""
     if isinstance(value, Mapping):
         return "a table"
     if isinstance(value, bool):
@@ -161,7 +161,7 @@ def _shown(value: object) -> str:
 
 
 def _place(keys: Location, data: object) -> str:
-    """Key path such as `bodies[2].mass (d3)`; the name is that of the innermost part that has one."""
+    """Key path such as `bodies[2].mass (d3)`; the name is that of the innermost part that has a name."""
     text, name = "", ""
     for depth, key in enumerate(keys):
         text += f"[{key}]" if isinstance(key, int) else f".{key}" if text else key
@@ -201,7 +201,7 @@ def _at(data: Any, keys: Location) -> Any:
 
 
 def _declared(form: Any, location: Location) -> list[_Declared]:
-    """Return how the place is declared; several where a union leaves it open."""
+    """Return the declarations of the place; several for a union."""
     here = list(_unwrapped(_Declared(form)))
     for part in location:
         tagged = [d for d in here if any(isinstance(extra, Tag) and extra.tag == part for extra in d.metadata)]
@@ -209,7 +209,7 @@ def _declared(form: Any, location: Location) -> list[_Declared]:
             here = tagged
             continue
         inner = [d for outer in here for d in _member(outer.hint, part)]
-        if inner:  # the name of a union's member that has no tag leads nowhere
+        if inner:  # the name of an untagged union member is not a key
             here = inner
     return here
 

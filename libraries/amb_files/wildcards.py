@@ -1,6 +1,6 @@
-"""Names with characters that stand for others: `*` for any, `?` for any one, `[xy]` for one of these.
+"""Names with wildcards: `*` for any characters, `?` for any one, `[xy]` for one of these.
 
-Brackets with numbers are the index of an array, and stand for themselves: `u[2]`, `gains[*,1]`.
+Brackets with numbers are array indices and are taken literally: `u[2]`, `gains[*,1]`.
 """
 
 from __future__ import annotations
@@ -14,17 +14,25 @@ _INDEX = re.compile(r"\[(?=[\d,*?]*\])")
 
 
 def is_pattern(name: str) -> bool:
-    """Return whether a name has characters that stand for others."""
+    """Return whether a name has wildcards."""
     return bool(set("*?[") & set(_INDEX.sub("", name)))
 
 
 def matches(name: str, pattern: str) -> bool:
-    """Return whether a name is what a pattern stands for."""
+    """Return whether a name matches a pattern."""
     return _compiled(pattern).match(name) is not None
 
 
 def matching_names(names: Iterable[str], pattern: str) -> list[str]:
-    """Return the names that a pattern stands for, in their order."""
+    """Return the names that match a pattern, in their order.
+
+    Examples
+    --------
+    >>> matching_names(["left.k_b", "right.k_b", "left.c_b"], "*.k_b")
+    ['left.k_b', 'right.k_b']
+    >>> matching_names(["u[1]", "u[2]"], "u[2]")
+    ['u[2]']
+    """
     match = _compiled(pattern).match
     return [name for name in names if match(name)]
 

@@ -1,1 +1,1 @@
-"""What the FMUs share when they run: variable tables, records, kernels and the FMI slave; `building` builds FMUs."""
+"""Shared code of running FMUs: variable tables, records, kernels and the FMI slave; `building` builds FMUs."""

@@ -1,8 +1,8 @@
-"""Decides which copy of the model code an FMU runs; shipped at the top of the FMU's resources.
+"""Selects the copy of the model code that an FMU runs; shipped at the top of the FMU's resources.
 
-All pythonfmu FMUs of a process share one `sys.modules`. An installed package is preferred when it is the very
-code the FMU was built from: its compiled kernels are cached on disk. Otherwise the FMU's own copy is used.
-When the process already runs another version, the FMU is refused, because it would silently run that one.
+All pythonfmu FMUs of a process share one `sys.modules`. An installed package is preferred if the FMU was built from
+exactly that code, because its compiled kernels are cached on disk. Otherwise the FMU's copy is used. If the process
+already runs another version, the FMU is refused, because it would silently run that one.
 """
 
 import hashlib
@@ -12,7 +12,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-BUILD_ONLY = "building"  # the subpackage that builds FMUs: no FMU contains it, and no digest covers it
+BUILD_ONLY = "building"  # the subpackage that builds FMUs, which neither FMUs nor digests include
 
 
 def digest(package: Path) -> str:
@@ -34,10 +34,10 @@ def find(name: str) -> Path | None:
 
 
 # pythonfmu 0.7 runs the script once more for every instance and then releases the script's globals without
-# having taken a reference. Holding one for each run keeps the module alive however often that happens.
+# having taken a reference. A reference for each run keeps the module alive however often that happens.
 _script_globals: list[dict[str, Any]] = []
 
-# Digest of each package that this process runs. Its folder cannot be asked later: hosts delete an extracted
+# Digest of each package that this process runs. Its folder cannot be read later: hosts delete an extracted
 # FMU after use, and its packages stay loaded.
 _running: dict[str, str] = {}
 
@@ -45,22 +45,22 @@ _running: dict[str, str] = {}
 def choose_code(script: dict[str, Any]) -> None:
     """Make the packages of an FMU importable; its script calls this first, with its `globals()`.
 
-    Packages that are already loaded stay; `refuse_other_code` checks later whether the FMU was built from them. Not
-    here, because pythonfmu drops the text of an error that a script raises.
+    Packages that are already loaded stay; `refuse_other_code` checks later whether the FMU was built from them, because
+    pythonfmu drops the text of an error that a script raises.
     """
     _script_globals.append(script)
     # pythonfmu puts the resources first; `__file__` would name the folder of the first FMU of this kind.
     resources = Path(sys.path[0])
-    sys.path[:] = list(dict.fromkeys(sys.path))  # it adds an entry for every instance
+    sys.path[:] = list(dict.fromkeys(sys.path))  # it adds an entry per instance
     for name, expected in build_facts(resources)["packages"].items():
         folder = find(name)
-        found = digest(folder) if folder is not None else ""
+        installed = digest(folder) if folder is not None else ""
         if name in sys.modules:
-            _running.setdefault(name, found)
+            _running.setdefault(name, installed)
             continue
         _running[name] = expected
         code = str(resources / "code")
-        if found != expected and code not in sys.path:
+        if installed != expected and code not in sys.path:
             sys.path.insert(1, code)
             importlib.invalidate_caches()
 
@@ -71,7 +71,7 @@ def refuse_other_code(built: dict[str, Any]) -> None:
     Raises
     ------
     ImportError
-        If the process runs another version of one of the packages.
+        If the process runs another version of a package.
     """
     for name, expected in built["packages"].items():
         if _running.get(name) != expected:

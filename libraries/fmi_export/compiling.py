@@ -1,4 +1,4 @@
-"""Compiling by one process, while others that need the same wait for what it keeps on disk."""
+"""Locks for compiling: a single process compiles, others that need the same wait for its result on disk."""
 
 from __future__ import annotations
 
@@ -7,36 +7,36 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
-UNTOLD = 1.0  # s that nobody is told of
+UNTOLD = 1.0  # s of waiting without a message
 
 log = logging.getLogger(__name__)
 
 
 @contextmanager
 def compiling(place: Path, what: str) -> Iterator[None]:
-    """Let one process at a time make what is kept at a place; the operating system lets the next in where it dies.
+    """Let processes in turn make the file at a place; if it dies, the operating system lets the next one in.
 
-    Who had to wait finds it there, or makes it. Where there can be no lock, nobody waits.
+    A process that has waited finds the result there, or makes it. Without support for locks, none waits.
 
     Parameters
     ----------
     place
-        File or folder that is made; the lock is beside it, and goes with the work.
+        File or folder to make; the lock is beside it during the work.
     what
-        What those who wait say that they wait for.
+        Description for the message of waiting processes.
     """
     lock = Path(f"{place}.lock")
     with ExitStack() as stack:
-        with suppress(ImportError, OSError, NotImplementedError):  # the host of an FMU has what it has
+        with suppress(ImportError, OSError, NotImplementedError):  # the host of an FMU may lack it
             lock.parent.mkdir(parents=True, exist_ok=True)
-            stack.enter_context(_told(lock, what))
+            stack.enter_context(_notice(lock, what))
             stack.callback(_remove, lock)
         yield
 
 
 @contextmanager
-def _told(path: Path, what: str) -> Iterator[None]:
-    from filelock import FileLock, Timeout  # takes 0.1 s to load, and is needed seldom
+def _notice(path: Path, what: str) -> Iterator[None]:
+    from filelock import FileLock, Timeout  # takes 0.1 s to load, and is rarely needed
 
     lock = FileLock(path)
     try:
@@ -51,5 +51,5 @@ def _told(path: Path, what: str) -> Iterator[None]:
 
 
 def _remove(lock: Path) -> None:
-    with suppress(OSError):  # Windows keeps a file that others have open
+    with suppress(OSError):  # Windows does not delete open files
         lock.unlink()

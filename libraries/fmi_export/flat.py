@@ -12,16 +12,16 @@ BITS = np.dtype(np.int64)
 
 
 @kernel
-def is_near(value: float, known: float, tolerance: float) -> bool:
-    """Return whether a value differs from a known one by no more than `tolerance` of that; NaN does."""
-    return abs(value - known) <= tolerance * abs(known)
+def is_near(value: float, reference: float, tolerance: float) -> bool:
+    """Return whether a value is within a relative `tolerance` of a reference; NaN is not."""
+    return abs(value - reference) <= tolerance * abs(reference)
 
 
 @kernel
 def copy(source: Array, target: Array) -> None:
     """Write `source` into the beginning of `target`; the two must not overlap.
 
-    An assignment to a slice would do the same, but numba prepares it for overlapping arrays by an allocation.
+    An assignment to a slice would do the same, but numba allocates for it, in case the arrays overlap.
     """
     for i in range(source.shape[0]):
         target[i] = source[i]
@@ -29,9 +29,9 @@ def copy(source: Array, target: Array) -> None:
 
 @kernel
 def same_bits(a: Array, b: Array) -> bool:
-    """Return whether two flat arrays of one size are equal in every bit.
+    """Return whether two flat arrays of the same size are equal in every bit.
 
-    Four comparisons at once do not wait for each other.
+    It makes four independent comparisons at once.
     """
     size = a.shape[0]
     p = q = r = s = np.int64(0)

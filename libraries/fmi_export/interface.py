@@ -1,4 +1,4 @@
-"""The variable table of an FMU: all its variables in one order, and where each is in the arrays of the kernels."""
+"""The variable table of an FMU: the order of its variables, and their positions in the arrays of the kernels."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ class Interface:
     Raises
     ------
     ValueError
-        If a name occurs twice, the order is not parameters, inputs, outputs, a dependency is no input, an output starts
-        from something that is neither parameter nor input, or a warning names no variable.
+        If a name occurs twice, the order is not parameters, inputs, outputs, a dependency is not an input, an output
+        starts from anything other than parameters and inputs, or a warning names an unknown variable.
     """
 
     variables: tuple[Variable, ...]
@@ -62,13 +62,13 @@ class Interface:
 
     @cached_property
     def initial_dependencies(self) -> dict[str, tuple[str, ...]]:
-        """Names of the parameters and inputs that each output depends on at its start, where that is declared."""
+        """Names of the parameters and inputs that each output depends on at its start, if declared."""
         places: dict[str, list[int]] = {}
         for i, v in enumerate(self.variables):
             for name in _called(v) if v.causality != "output" else ():
                 places.setdefault(name, []).append(i)
-        found: dict[str, tuple[str, ...]] = {}
-        names: dict[tuple[str, ...], tuple[str, ...]] = {}  # outputs of equal parts start from the same
+        result: dict[str, tuple[str, ...]] = {}
+        names: dict[tuple[str, ...], tuple[str, ...]] = {}  # outputs of equal parts have the same start dependencies
         for v in self.of("output"):
             start = _start_of(v)
             if start is None:
@@ -79,21 +79,21 @@ class Interface:
                     raise ValueError(f"{v.name} starts from {', '.join(unknown)}, which are no parameters or inputs")
                 chosen = {i for name in start for i in places.get(name, ())}
                 names[start] = tuple(self.variables[i].name for i in sorted(chosen))
-            found[v.name] = names[start]
-        return found
+            result[v.name] = names[start]
+        return result
 
     def _lacks(self, name: str) -> bool:
-        """Return whether `name` is that of parts, `sites[*].clearance`, of which this interface has none."""
+        """Return whether `name` refers to parts, such as `sites[*].clearance`, that this interface does not have."""
         array, is_repeated, _ = name.partition("[*]")
         return bool(is_repeated) and not any(v.field.startswith(f"{array}[") for v in self.variables)
 
     def with_all_parts(self) -> Interface:
-        """Return itself, an interface that has one of each part that there can be.
+        """Return itself, an interface with at least one of each possible part.
 
         Raises
         ------
         ValueError
-            If an output starts from parts that it has none of: no other interface of the model has them either.
+            If an output starts from parts that it does not have: no other interface of the model has them either.
         """
         for v in self.of("output"):
             missing = [name for name in _start_of(v) or () if self._lacks(name)]
@@ -108,7 +108,7 @@ class Interface:
 
     @cached_property
     def warnings(self) -> dict[int, str]:
-        """Sentences of the outputs that are warnings, by value reference."""
+        """Texts of the outputs that are warnings, by value reference."""
         return {i: v.warning for i, v in enumerate(self.variables) if v.warning}
 
     @cached_property
@@ -136,13 +136,13 @@ class Interface:
         parameters, inputs, outputs = (record_of((v.field or v.name) for v in self.of(kind)) for kind in ORDER)
         return parameters, inputs, outputs
 
-    def own_record(self, causality: Causality) -> np.dtype[np.record]:
+    def common_record(self, causality: Causality) -> np.dtype[np.record]:
         """Return the record type of the variables that are not repeated; they come first in their array."""
-        own = [v.field or v.name for v in self.of(causality) if not _is_repeated(v)]
-        return record_of(place for place in own if place != FAULT_CODE)
+        common = [v.field or v.name for v in self.of(causality) if not _is_repeated(v)]
+        return record_of(place for place in common if place != FAULT_CODE)
 
     def element_record(self, causality: Causality, field: str) -> np.dtype[np.record]:
-        """Return the record type of one of the equal parts that `repeated` declared as `field`."""
+        """Return the record type of an element of the equal parts that `repeated` declared as `field`."""
         prefix = f"{field}[0]."
         return record_of(v.field.removeprefix(prefix) for v in self.of(causality) if v.field.startswith(prefix))
 
@@ -166,8 +166,8 @@ class Interface:
 def interface(*groups: Variable | Iterable[Variable]) -> Interface:
     """Return the interface of variables and groups of them.
 
-    They are sorted into parameters, inputs and outputs, of each kind first those that stand alone, then the repeated
-    ones, so that the former have the same places however many of the latter there are; `fault_code` is the last output.
+    They are sorted into parameters, inputs and outputs. In each kind, single variables come before repeated ones, so
+    that their positions do not depend on the number of the latter; `fault_code` is the last output.
     """
     flat: list[Variable] = []
     for group in groups:
@@ -184,7 +184,7 @@ def _is_repeated(v: Variable) -> bool:
 
 
 def _called(v: Variable) -> list[str]:
-    """Return the names that `starts_from` may call a variable by."""
+    """Return the names that `starts_from` may use for a variable."""
     return [v.name, re.sub(r"\[[\d,]+\]", "[*]", v.field)] if _is_repeated(v) else [v.name]
 
 
@@ -208,12 +208,12 @@ def repeated(
     members
         Arguments of `declare` for each part.
     declare
-        Gives the variables of one part. Within the part a variable is called by its `field` or, without one, by what
-        follows the last dot of its name; a `field` of `"."` means that the part is one variable.
+        Function that returns the variables of a part. Within the part the name of a variable is its `field` or, by
+        default, its name after the last dot; a `field` of `"."` means that the part is one variable.
     shape
-        Shape of the array; one dimension by default.
+        Shape of the array; a dimension by default.
     array
-        What the parts are together in FMI 3.0; single variables by default.
+        Array of the parts in FMI 3.0; default: single variables.
     """
     variables = []
     size = shape or (len(members),)
@@ -222,6 +222,6 @@ def repeated(
         parts = list(declare(*member))
         whole = array and array._replace(shape=size if len(parts) == 1 else (*size, len(parts)))
         for v in parts:
-            own = v.field or v.name.rpartition(".")[2]
-            variables.append(replace(v, field=at if own == "." else f"{at}.{own}", array=whole))
+            common = v.field or v.name.rpartition(".")[2]
+            variables.append(replace(v, field=at if common == "." else f"{at}.{common}", array=whole))
     return variables

@@ -1,4 +1,4 @@
-"""The one decorator of every model kernel: compiled where numba is installed, plain Python elsewhere."""
+"""Decorators of model kernels: compiled if numba is installed, otherwise plain Python."""
 
 from __future__ import annotations
 
@@ -21,16 +21,16 @@ try:
 
     keep_stores()
     COMPILED = not cast(Any, numba.config).DISABLE_JIT
-except ImportError:  # the kernels are ordinary Python too, only slower
+except ImportError:  # the kernels are also ordinary Python, but slower
     COMPILED = False
 
 
 def kernel(function: F) -> F:
-    """Compile `function` in numba's nopython mode, with IEEE division and an on-disk cache where one can be written.
+    """Compile `function` in numba's nopython mode, with IEEE division and an on-disk cache where it can be written.
 
     A kernel takes flat float64 arrays and scalars, allocates nothing and raises nothing: the same source is
-    later compiled into FMUs that need no Python. It is compiled without numba's run-time system (`_nrt`): allocating
-    is then an error of compilation, and no time goes into counting references to arrays, which is most of it otherwise.
+    later compiled into FMUs without Python. It is compiled without numba's run-time system (`_nrt`): allocating is then
+    a compilation error, and no time is spent on counting references to arrays, which otherwise takes most of it.
     """
     return _compiled(function)
 
@@ -38,22 +38,22 @@ def kernel(function: F) -> F:
 def inlined_kernel(function: F) -> F:
     """Compile `function` as `kernel` does, into each place that calls it.
 
-    A call copies all the arrays of its arguments, seven or nine numbers each: more work than a short kernel has.
+    A call copies the descriptors of its array arguments, seven or nine numbers each: more work than a short kernel.
     """
     return _compiled(function, forceinline=True)
 
 
-def kernel_apart(function: F) -> F:
+def noinline_kernel(function: F) -> F:
     """Compile `function` as `kernel` does, and keep it out of the code of its callers in native FMUs.
 
-    For what few steps do: beside it, what every step does would have fewer registers and longer ways.
+    For code that few steps run: inlined, it would cost the other code registers and locality.
     """
     KERNELS_APART.add((*function.__module__.split("."), *function.__qualname__.split(".")))
     return _compiled(function)
 
 
 KERNELS_APART: set[tuple[str, ...]] = set()
-PACKAGES = "PACKAGES"  # of a package: the names of all whose code its kernels need
+PACKAGES = "PACKAGES"  # of a package: the names of all packages whose code its kernels need
 
 
 def _compiled(function: F, **options: bool) -> F:
@@ -63,27 +63,27 @@ def _compiled(function: F, **options: bool) -> F:
         settings: dict[str, Any] = {"error_model": "numpy", **KERNEL_OPTIONS, **options}
         try:
             return cast(F, compile_once(keep_cache_sound(numba.njit(cache=True, **settings)(function))))
-        except RuntimeError:  # no folder can be written, neither the package's nor the user's
+        except RuntimeError:  # neither the package's nor the user's folder is writable
             return cast(F, numba.njit(**settings)(function))
 
 
 def views(function: F) -> F:
-    """Let kernels call `function`, which hands out views into its arguments; called from Python it stays Python.
+    """Let kernels call `function`, which returns views into its arguments; called from Python it stays Python.
 
-    So does a formula that Python needs too. Its machine code becomes part of its callers'; numba's own inlining would
-    infer its types anew at every call, two fifths of the time to compile the plant. A kernel cannot give a view to
-    Python: it does not own the memory.
+    It also suits formulas that Python needs, too. Its machine code becomes part of its callers'; numba's inlining
+    would infer its types at every call, two fifths of the time to compile the plant. A kernel cannot return a view to
+    Python, because it does not own the memory.
     """
     return numba.extending.register_jitable(forceinline=True, **KERNEL_OPTIONS)(function) if COMPILED else function
 
 
 @contextmanager
 def _cache_of(package: str) -> Iterator[None]:
-    """Let numba cache in a folder named after all the code a kernel may call.
+    """Let numba cache in a folder named after all the code that a kernel may call.
 
-    By itself numba notices a change of the file a function is in, but not of what it calls in other files,
-    and would go on running old machine code after an upgrade. A package whose kernels call those of others than
-    `fmi_export` names all that it needs as `PACKAGES`.
+    numba detects changes in the file of a function, but not in other files that it calls, and would continue to run old
+    machine code after an upgrade. A package whose kernels call packages other than `fmi_export` lists them in
+    `PACKAGES`.
     """
     config: Any = numba.config
     before = config.CACHE_DIR
@@ -98,13 +98,13 @@ def _cache_of(package: str) -> Iterator[None]:
 
 @cache
 def _cache_folder(package: str, base: str) -> str:
-    """Folder below `base`, or below the package's own `__pycache__`; empty where nothing can be written."""
+    """Folder below `base`, or below the package's own `__pycache__`; empty if nothing is writable."""
     here = Path(__file__).parent
     loaded = sys.modules.get(package)
-    own = Path(loaded.__file__).parent if loaded is not None and loaded.__file__ else here
-    parent = Path(base) if base else own / "__pycache__"
+    home = Path(loaded.__file__).parent if loaded is not None and loaded.__file__ else here
+    parent = Path(base) if base else home / "__pycache__"
     others = [find(name) for name in getattr(loaded, PACKAGES, ()) if name not in (package, "fmi_export")]
-    code = [own, *(folder for folder in others if folder is not None), here]
+    code = [home, *(folder for folder in others if folder is not None), here]
     folder = parent / "-".join(["kernels", *(digest(folder)[:16] for folder in code)])
     try:
         folder.mkdir(parents=True, exist_ok=True)

@@ -1,4 +1,4 @@
-"""What of a model's state moves linearly while nothing limits it, so that a host can solve for steady motion."""
+"""The linear part of a model's state, for hosts that solve for steady motion."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ class LinearState(NamedTuple):
     """Places in the state of a model.
 
     rows
-        First place, and the one after the last, of each row of numbers that follow x(n+1) = A x(n) + B u(n) + f(theta),
-        with constant A and B and a first harmonic f of the angle, as long as nothing limits them.
+        First place, and that after the last, of each row of numbers that follow x(n+1) = A x(n) + B u(n) + f(theta),
+        with constant A and B and a first harmonic f of the angle, as long as no limit is active.
     angle
-        Place of the angle theta (rad), which grows by the same with every step; None where there is none.
+        Place of the angle theta (rad), which grows by the same amount in every step; None if there is none.
     energy
-        Places of the energy that the output `energy.balance` is counted from, and of the largest energy so far (J);
-        None where the model has no such output.
+        Places of the reference energy of the output `energy.balance`, and of the largest energy so far (J); None if the
+        model has no such output.
     unless
-        Variables (`*` and `?` match any characters and one) that are not 0 where it does not move so.
+        Variables (`*` and `?` are wildcards) that are not 0 if the motion is not linear.
     """
 
     rows: tuple[tuple[int, int], ...]

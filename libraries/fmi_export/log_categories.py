@@ -2,8 +2,8 @@
 
 LOG_CATEGORIES = {
     "logStatusWarning": "Something was limited or ignored.",
-    "logStatusDiscard": "A question was refused, and nothing has changed.",
+    "logStatusDiscard": "A request was refused, and nothing has changed.",
     "logStatusError": "The model stopped; fault_code says why.",
-    "logStatusFatal": "The FMU cannot be used any more.",
+    "logStatusFatal": "The FMU can no longer be used.",
     "logAll": "Everything.",
 }

@@ -1,6 +1,6 @@
 """A model: an interface and two kernels on flat arrays. An instance: its arrays, checked and stepped.
 
-A unit test needs no more than this, and the FMI slave wraps it.
+Unit tests use it directly, and the FMI slave wraps it.
 """
 
 from __future__ import annotations
@@ -22,11 +22,11 @@ InitialiseKernel = Callable[[Array, Array, Array, Array, Array, Array], int]
 StepKernel = Callable[[Array, Array, Array, Array, Array, Array, float, float], int]
 Size = int | Callable[[Array], int]
 
-UNCHANGED = -1  # what a step returns that is no fault and leaves all outputs as they are
-MOST_PARTS = 8  # of an assembly, so that fault codes can say which; as in `building/native/data.h`
-STEP_SIZE = "step_size"  # names the communication step in the sentence of a fault
+UNCHANGED = -1  # returned by a step without fault that leaves all outputs unchanged
+MOST_PARTS = 8  # of an assembly, limited by the fault codes; as in `building/native/data.h`
+STEP_SIZE = "step_size"  # name of the communication step in the text of a fault
 
-# Faults that every model shares; a model numbers its own from 1 to 99.
+# Faults that every model shares; those of a model are 1 to 99.
 FAULT_STEP_SIZE = 999
 FAULT_RANGE = 1000  # plus the value reference of the variable that left its range
 FAULT_NOT_FINITE = 100_000  # plus the value reference of the output that left its range or is not finite
@@ -39,7 +39,7 @@ class Model:
     Parameters
     ----------
     name, description
-        Model identifier of the FMU, and its one-line description.
+        Model identifier of the FMU, and its short description.
     interface
         The variable table. Its last output is `fault_code`.
     initialise
@@ -49,25 +49,24 @@ class Model:
     n_state, n_work
         Sizes of the state and of the scratch array, both float64; functions where they depend on the constants.
     faults
-        Sentence for each fault code the kernels return; `{name}` in it is replaced by that variable's value, and
-        `{step_size}` by the communication step (s). An output in it has the value that the kernel wrote in the call
-        that returned the fault.
+        Text for each fault code of the kernels; `{name}` in it is replaced by that variable's value, and `{step_size}`
+        by the communication step (s). Outputs in it have the values of the call that returned the fault.
     packages
-        Names of the packages that the kernels need; they are shipped inside the FMU. The first one contains the script
+        Names of the packages that the kernels need; they are included in the FMU. The first one contains the script
         that PythonFMU loads, `<name>_fmu.py`.
     step_size, variable_step
         Usual communication step (s), and whether it may change from step to step.
     layout
-        What the model's package makes its interface from, in types of JSON; empty where that is always the same. The
-        kernels do not depend on it: sizes that do are among the constants.
+        Data from which the model's package makes its interface, as JSON types; empty if that is always the same. The
+        kernels do not depend on it: sizes that vary are among the constants.
     linear_state
-        What of the state of a model with these constants moves linearly; None where that is not known.
+        Linear part of the state of a model with these constants; None if it is not known.
     author
-        Who made the model; empty where it is not said.
+        Author of the model; may be empty.
     parts, wiring
-        Of an assembly: what is stepped together in place of kernels of its own, and how.
+        Of an assembly: its components, which replace kernels of its own, and their wiring.
 
-    Matrices and tables, which any library may compute, are passed to the kernels as `constants`, a flat array that is
+    Matrices and tables, computed by any library, are passed to the kernels as `constants`, a flat array that is
     computed when the FMU is built and stored in it. A kernel writes every output on every call that returns 0; a step
     in which no output changes may return `UNCHANGED` instead. A saved state consists of parameters, inputs, outputs and
     state. `work` is a cache; a kernel revalidates it.
@@ -87,7 +86,7 @@ class Model:
     layout: Mapping[str, Any] = field(default_factory=dict)
     linear_state: Callable[[Array], LinearState] | None = None
     author: str = ""
-    parts: tuple[AssemblyPart, ...] = ()
+    parts: tuple[AssembledModel, ...] = ()
     wiring: Wiring | None = None
 
     def __post_init__(self) -> None:
@@ -104,8 +103,8 @@ class Model:
 
 
 @dataclass(frozen=True, eq=False)
-class AssemblyPart:
-    """A component of an assembly: its name, its model with constants, and how many steps one of its own spans."""
+class AssembledModel:
+    """A model in an assembly: its name, its constants, and the number of steps in one of its own."""
 
     name: str
     model: Model
@@ -115,21 +114,21 @@ class AssemblyPart:
 
 @dataclass(frozen=True)
 class Wiring:
-    """What feeds the parts of an assembly, and when they step; see `building/native/data.h`.
+    """Connections and timing of the parts of an assembly; see `building/native/data.h`.
 
     Parameters
     ----------
     sources
-        Position of what feeds each input of each part in turn: among the inputs of the assembly, then its outputs,
+        Position of the source of each input of each part in turn: among the inputs of the assembly, then its outputs,
         which are those of the parts in turn without their fault codes.
     ramps
         Positions of an input of the assembly, and of its slope over a step.
     gathered
-        Outputs that tell of all of a step, and whether they are sums over it; others are largest there.
+        Outputs that cover all of a step, and whether they are sums over it; the others are maxima.
     sample_time
-        Parameter of the assembly that is the time between two instants at which steps are cut (s), or that time.
+        Parameter of the assembly with the time between the instants that divide steps (s), or that time.
     jacobi
-        Whether all parts see what the others show at the beginning of a step, not what those before them have found.
+        Whether all parts use the outputs at the beginning of a step, instead of the latest ones.
     """
 
     sources: tuple[int, ...]
@@ -145,7 +144,7 @@ def with_starts(model: Model, starts: Mapping[str, float]) -> Model:
     Raises
     ------
     ValueError
-        If there is no such parameter or input, or the value is out of its range.
+        If no such parameter or input exists, or the value is out of its range.
     """
     unknown = set(starts) - {v.name for v in model.interface.variables if v.causality != "output"}
     if unknown:
@@ -172,10 +171,10 @@ class Fault(ValueError):
 
 
 class Instance:
-    """One running model: parameters, inputs, outputs, state and scratch as flat arrays.
+    """A running model: parameters, inputs, outputs, state and scratch as flat arrays.
 
-    A fault leaves the outputs at their last good values and is final until the instance is initialised again;
-    `message` is its sentence.
+    A fault leaves the outputs at their last valid values and remains until the instance is initialised again;
+    `message` is its text.
     """
 
     def __init__(self, model: Model, constants: Array) -> None:
@@ -191,10 +190,10 @@ class Instance:
         self.work = self._zeros(model.n_work)
         # Arguments of every step, built once:
         arrays = (self.constants, self.parameters, self.inputs, self.state, self.work, self._next_outputs)
-        given, lowest, highest = table.n_parameters + table.n_inputs, table.minimum, table.maximum
+        n_inputs, lowest, highest = table.n_parameters + table.n_inputs, table.minimum, table.maximum
         self._arrays = arrays
-        self._given = (self.values, lowest, highest, given)
-        self._found = (self._next_outputs, lowest[given:], highest[given:], table.n_outputs)
+        self._inputs_range = (self.values, lowest, highest, n_inputs)
+        self._outputs_range = (self._next_outputs, lowest[n_inputs:], highest[n_inputs:], table.n_outputs)
         self._step_size = 0.0
         self.fault = 0
         self.message = ""
@@ -211,7 +210,7 @@ class Instance:
     def initialise(self) -> None:
         """Compute the initial state and outputs from parameters and inputs; raises `Fault`."""
         self.fault = 0
-        self._check_given()
+        self._check_inputs()
         self.state[:] = 0.0
         self._finish(self.model.initialise(*self._arrays))
 
@@ -221,9 +220,9 @@ class Instance:
             raise Fault(self.fault, f"stopped by an earlier fault: {self.message}")
         if not (0.0 < step_size < np.inf):
             raise self.stop(FAULT_STEP_SIZE, f"step size = {step_size:g} s is not allowed; it must be > 0 s and finite")
-        self._check_given()
+        self._check_inputs()
         self._step_size = float(step_size)
-        # An int would be another signature, which numba would compile.
+        # With an int numba would compile another signature.
         self._finish(self.model.step(*self._arrays, float(time), self._step_size))
 
     def stop(self, code: int, message: str = "") -> Fault:
@@ -234,7 +233,7 @@ class Instance:
         return Fault(code, self.message)
 
     def explain(self, code: int) -> str:
-        """Return a sentence for a fault code, with the wrong value where there is one."""
+        """Return the text of a fault code, with the invalid value if any."""
         variables = self.model.interface.variables
         if code >= FAULT_NOT_FINITE:
             i = code - FAULT_NOT_FINITE
@@ -248,14 +247,14 @@ class Instance:
         return filled(self.model.faults.get(code, f"fault {code}"), self._named)
 
     def _named(self, name: str) -> float:
-        """Return what the sentence of a fault calls so; an output has the value that the kernel found."""
+        """Return the value of a name in the text of a fault; outputs have the kernel's values."""
         if name == STEP_SIZE:
             return self._step_size
-        i = self.model.interface.position[name] - self._given[3]
+        i = self.model.interface.position[name] - self._inputs_range[3]
         return self[name] if i < 0 else float(self._next_outputs[i])
 
-    def _check_given(self) -> None:
-        i = first_outside(*self._given)
+    def _check_inputs(self) -> None:
+        i = first_outside(*self._inputs_range)
         if i >= 0:
             raise self.stop(FAULT_RANGE + i)
 
@@ -263,8 +262,8 @@ class Instance:
         if fault == UNCHANGED:
             return
         if not fault:
-            i = first_outside(*self._found)
-            fault = FAULT_NOT_FINITE + self._given[3] + i if i >= 0 else 0
+            i = first_outside(*self._outputs_range)
+            fault = FAULT_NOT_FINITE + self._inputs_range[3] + i if i >= 0 else 0
         if fault:
             raise self.stop(int(fault))
         self.outputs[:] = self._next_outputs

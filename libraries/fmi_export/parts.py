@@ -1,4 +1,4 @@
-"""Views into flat arrays at places that are known only when a kernel runs."""
+"""Views into flat arrays at positions known only at run time."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from fmi_export.model import Array
 
 
 def part(array: Array, start: int, dtype: Any, shape: Any) -> Any:
-    """Return the numbers of an array without gaps from `start` on as an array of another type and shape, not copied.
+    """Return the numbers of a contiguous array from `start` on as an array of another type and shape, without a copy.
 
-    In kernels it costs nothing where the result is not used, and does not check that the numbers are there; slices,
-    `view` and `reshape` would do the same with divisions and branches, more work than a short kernel has.
+    In kernels it costs nothing if the result is not used, and does not check bounds; slices, `view` and `reshape` would
+    do the same with divisions and branches, more work than a short kernel.
 
     Parameters
     ----------
     array
-        Of any shape, its rows one after the other.
+        Of any shape, in row order.
     start
         Number of the first, from 0.
     dtype
@@ -32,12 +32,12 @@ def part(array: Array, start: int, dtype: Any, shape: Any) -> Any:
 
 
 def clear(array: Any) -> None:
-    """Set all numbers of an array without gaps to zero."""
+    """Set all numbers of a contiguous array to zero."""
     array[...] = 0.0
 
 
 def copy_all(source: Any, target: Any) -> None:
-    """Write an array without gaps into another one of the same shape and type; the two must not overlap."""
+    """Copy a contiguous array into another of the same shape and type; the two must not overlap."""
     target[...] = source
 
 

@@ -1,8 +1,8 @@
-"""Record types of flat float64 arrays, from the places of their numbers: `Omega`, `energy.kinetic`, `sites[2].gap`.
+"""Record types of flat float64 arrays, from the names of their numbers: `Omega`, `energy.kinetic`, `sites[2].gap`.
 
 A kernel views an array as a record, `p = parameters.view(PARAMETERS)[0]`, and reads `p.sites[2].gap` where the number
-is: nothing is copied, and nothing is looked up when it runs. A dot opens a record within a record, brackets an
-array; two numbers `re` and `im` side by side are one complex number.
+is: without copies or lookups at run time. A dot denotes a record within a record, brackets an array; two adjacent
+numbers `re` and `im` are one complex number.
 """
 
 from __future__ import annotations
@@ -32,12 +32,12 @@ def size_of(dtype: np.dtype[np.record]) -> int:
 
 
 def record_of(places: Iterable[str]) -> np.dtype[np.record]:
-    """Return the record type of consecutive numbers with these places.
+    """Return the record type of consecutive numbers with these names.
 
     Raises
     ------
     ValueError
-        If a place is not written as above, or numbers that belong together do not lie side by side.
+        If a name is not written as above, or numbers of a record or array are not adjacent.
     """
     paths = [_parse(place) for place in places]
     dtype = _dtype(paths)

@@ -1,9 +1,9 @@
-"""The kernels of any model, as PythonFMU calls them for the guard, which is the slave that hosts see.
+"""The kernels of any model, called by PythonFMU for the guard, which is the slave that hosts see.
 
-The guard keeps the arrays of the instance and checks them before and after; a kernel works on them where they are.
+The guard owns the arrays of the instance and checks them before and after; a kernel works on them in place.
 
-Nothing may leave a method as an exception: PythonFMU would corrupt reference counts, and the guard would not call it
-any more. What is logged instead is for the guard the reason of a failure.
+No exception may leave a method: PythonFMU would corrupt reference counts, and the guard would no longer call it. Errors
+are logged instead, and the guard uses that text as the reason of the failure.
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ from fmi_export.model import Array
 
 
 class ModelSlave(Fmi2Slave):  # type: ignore[misc]
-    """Base of the FMUs' entry points; a subclass names as `model` what has the kernels, a `Model` or their module.
+    """Base class of the FMUs' entry points; `model` of a subclass is a `Model`, or the module with the kernels.
 
-    In an assembly the guard makes one for each part, which its name says.
+    In an assembly the guard creates one per part, identified by its name.
     """
 
     model: Any
@@ -33,7 +33,7 @@ class ModelSlave(Fmi2Slave):  # type: ignore[misc]
 
     def __init__(self, **kwargs: Any) -> None:
         super().__init__(**kwargs)
-        import amb_cosim_bootstrap  # lies beside the script that runs this
+        import amb_cosim_bootstrap  # beside the script that runs this
 
         resources = Path(self.resources)
         build = amb_cosim_bootstrap.build_facts(resources)
@@ -45,7 +45,7 @@ class ModelSlave(Fmi2Slave):  # type: ignore[misc]
             self.model, self.arrays = importlib.import_module(module), [self.arrays[0][first:stop]]
 
     def set_string(self, vrs: list[int], values: list[str]) -> None:
-        """Take the arrays after the constants, of which the guard gives address and size, one after another."""
+        """Receive address and size of the arrays after the constants, in order, from the guard."""
         numbers = [int(number) for number in values[0].split()]
         places = zip(numbers[::2], numbers[1::2], strict=True)
         self.arrays += [np.ctypeslib.as_array((c_double * size).from_address(address)) for address, size in places]
@@ -58,7 +58,7 @@ class ModelSlave(Fmi2Slave):  # type: ignore[misc]
         return True
 
     def _call(self, kernel: Callable[..., int], *times: float) -> None:
-        """Call a kernel, and leave its fault as the last output."""
+        """Call a kernel, and store its fault in the last output."""
         try:
             self.arrays[-1][-1] = kernel(*self.arrays, *times)
         except Exception as error:

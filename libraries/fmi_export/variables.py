@@ -1,6 +1,6 @@
-"""Variables: the one place where the interface of an FMU is declared.
+"""Variables: declarations of the interface of an FMU.
 
-Every variable of a model, parameters first, then inputs, then outputs, has one slot in a flat float64 array.
+Every variable of a model, parameters first, then inputs, then outputs, has a slot in a flat float64 array.
 Its value reference is its position in that array, so kernels, the pythonfmu slave and the modelDescription
 all read the same table. Kernels see it as records whose fields follow from the table (`records`).
 """
@@ -15,7 +15,7 @@ from typing import Any, Literal, NamedTuple, get_args
 
 LARGEST = sys.float_info.max
 FAULT_CODE = "fault_code"  # name of the last output of every model
-TOOL = "amb-cosim"  # whose annotations in a modelDescription say which outputs are warnings
+TOOL = "amb-cosim"  # whose annotations in a modelDescription mark the outputs that are warnings
 
 Causality = Literal["parameter", "input", "output"]
 Type = Literal["Real", "Integer", "Boolean"]
@@ -23,7 +23,7 @@ ORDER: tuple[Causality, ...] = get_args(Causality)  # of the variables in a tabl
 
 
 class Array(NamedTuple):
-    """The array that numbered variables make together in FMI 3.0; `repeated` gives its shape."""
+    """The array that numbered variables form in FMI 3.0; `repeated` gives its shape."""
 
     name: str
     description: str
@@ -34,7 +34,7 @@ class Array(NamedTuple):
 class Enumeration:
     """Values of a switch or a status: the numbers from 0 on, each with a name and a description.
 
-    `name` is that of the type in a modelDescription, in capitals like a class.
+    `name` is that of the type in a modelDescription, capitalised like a class.
     """
 
     name: str
@@ -46,34 +46,34 @@ class Enumeration:
 
     @property
     def sentences(self) -> tuple[str, ...]:
-        """What the values mean: their descriptions, or names where these say it all."""
+        """Descriptions of the values, or their names if these are sufficient."""
         return tuple(description or name for name, description in self.items)
 
     def in_words(self) -> str:
-        """All numbers with their names and descriptions, in one line."""
+        """All numbers with their names and descriptions, in a single line."""
         values = (f"{k} {name}{what and f': {what}'}" for k, (name, what) in enumerate(self.items))
         return "; ".join(values)
 
 
 @dataclass(frozen=True)
 class Variable:
-    """One FMI variable. `unit` is SI in FMI notation (`N.s/m`), `1` where dimensionless.
+    """An FMI variable. `unit` is SI in FMI notation (`N.s/m`), `1` where dimensionless.
 
-    `depends_on` of an output names the inputs that reach it without delay; it says which connections of a
-    co-simulation may close an algebraic loop. `field` is the variable's place in the record that kernels read,
-    `sites[2].clearance`, if it is not the name itself; see `records`.
+    `depends_on` of an output lists the inputs that affect it without delay, and so the connections of a co-simulation
+    that may close an algebraic loop. `field` is the variable's name in the record that kernels read,
+    `sites[2].clearance`, if it differs from the name; see `records`.
 
-    `array` is what FMI 3.0 has in place of this variable and its neighbours.
+    `array` is the array that replaces this variable and its neighbours in FMI 3.0.
 
-    `starts_from` of an output names the parameters and inputs that its value depends on when it is initialised:
-    variables, or `sites[*].clearance` for that of all `repeated` parts; where it is None, that may be all of them.
-    `starts_as` names one whose value it has then. Both describe an initialisation that succeeds.
+    `starts_from` of an output lists the parameters and inputs that its value depends on at initialisation: variables,
+    or `sites[*].clearance` for those of all `repeated` parts; with None, it may depend on all of them. `starts_as`
+    names the one whose value it has then. Both describe a successful initialisation.
 
-    `display_unit` is what a Real is shown in, where that is not what values of its unit usually are
-    (`building.units.DISPLAYED`). `enumeration` gives the values of an Integer names; see `one_of`.
+    `display_unit` of a Real is its display unit, if it is not the usual one of its unit (`building.units.DISPLAYED`).
+    `enumeration` names the values of an Integer; see `enumerated`.
 
-    `warning` makes a Boolean output a warning: the sentence that is logged when it becomes true. `{name}` in it is
-    replaced by that variable's value.
+    `warning` makes a Boolean output a warning: the text that is logged when it becomes true. `{name}` in it is replaced
+    by that variable's value.
     """
 
     name: str
@@ -102,7 +102,9 @@ class Variable:
             0,
             len(self.enumeration.items) - 1,
         ):
-            raise ValueError(f"{self.name} must be an Integer of all values of {self.enumeration.name}; see `one_of`")
+            raise ValueError(
+                f"{self.name} must be an Integer of all values of {self.enumeration.name}; see `enumerated`"
+            )
         if self.warning and (self.causality, self.type) != ("output", "Boolean"):
             raise ValueError(f"{self.name} cannot be a warning; a Boolean output can")
 
@@ -119,7 +121,7 @@ class Variable:
         return str(int(value)) if self.type == "Integer" else f"{float(value):{real}}"
 
     def describe_range(self, value: float) -> str:
-        """Return a sentence for a value that is not allowed: name, value, unit and the allowed range."""
+        """Return the message for a value that is not allowed: name, value, unit and the allowed range."""
         if self.enumeration:
             names = ", ".join(f"{k} ({name})" for k, name in enumerate(self.enumeration.names))
             return f"{self.name} = {value:g} is not allowed; it must be one of {names}"
@@ -131,18 +133,18 @@ class Variable:
         return f"{self.name} = {value:g}{unit} is not allowed; it must be {allowed}"
 
 
-def one_of(enumeration: Enumeration) -> dict[str, Any]:
-    """Return the options of a variable that has one of these values."""
+def enumerated(enumeration: Enumeration) -> dict[str, Any]:
+    """Return the options of a variable with one of these values."""
     return {"type": "Integer", "minimum": 0, "maximum": len(enumeration.items) - 1, "enumeration": enumeration}
 
 
 def named_in(sentence: str) -> list[str]:
-    """Return the names of the variables whose values a sentence shows, `{name}`."""
+    """Return the names of the variables in a text, `{name}`."""
     return re.findall(r"\{([^}]+)\}", sentence)
 
 
 def filled(sentence: str, value: Callable[[str], float]) -> str:
-    """Return a sentence with the values of the variables that it names."""
+    """Return a text with the values of its variables filled in."""
     return re.sub(r"\{([^}]+)\}", lambda match: f"{value(match[1]):g}", sentence)
 
 
@@ -162,16 +164,16 @@ def output(name: str, unit: str, description: str, **options: object) -> Variabl
 
 
 def at_place(pattern: str, place: str) -> tuple[Callable[..., Variable], ...]:
-    """Return `parameter`, `input_` and `output` for the variables of one place, such as an axis of a bearing.
+    """Return `parameter`, `input_` and `output` for the variables of the same place, such as an axis of a bearing.
 
-    Their names are those that are declared, within a `pattern` such as `left.{}_x`; `field` is the name as it is
-    declared, unless it is given. `{}` in a description stands for the place.
+    Their names are the declared ones within a `pattern` such as `left.{}_x`; `field` is by default the declared name.
+    `{}` in a description stands for the place.
     """
 
     def of_place(declare: Callable[..., Variable]) -> Callable[..., Variable]:
         def declared(name: str, unit: str, description: str, *start: float, **options: object) -> Variable:
-            given = {"field": name} | options
-            return declare(pattern.format(name), unit, description.format(place), *start, **given)
+            placed = {"field": name} | options
+            return declare(pattern.format(name), unit, description.format(place), *start, **placed)
 
         return declared
 

@@ -1,4 +1,4 @@
-"""A rotor on its bearings in as few coordinates as its lowest modes take, for analyses over many speeds."""
+"""A rotor on its bearings in as few coordinates as its lowest modes require, for analyses over many speeds."""
 
 from __future__ import annotations
 
@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fmi_export.model import Array
+from array_types import Array, Complex
 from rotor_analysis.assembly import Matrices, assemble, on_bearings
 from rotor_analysis.masters import needed_masters
-from rotor_analysis.modes import Complex, eigenvalues, modes
+from rotor_analysis.modes import eigenvalues, modes
 from rotor_analysis.reduction import craig_bampton_by_modes, reduce_by, unreduced
 from rotor_analysis.rotor import Rotor
 from rotor_analysis.shaft import MassModel
@@ -24,7 +24,7 @@ class AnalysisModel:
     """A reduced rotor on its bearings.
 
     supported
-        The rotor, its full model, and the reduced one that is analysed.
+        The rotor, its full model, and the reduced model for the analysis.
     error
         Largest relative error of the eigenvalues of the lowest modes at the lowest and the highest speed; 0 if nothing
         was reduced.
@@ -37,25 +37,25 @@ class AnalysisModel:
 def analysis_model(
     rotor: Rotor, mass: MassModel | None, speeds: Array, count: int, accuracy: float = ACCURACY
 ) -> AnalysisModel:
-    """Return the smallest of a row of reductions whose lowest modes are those of the full model.
+    """Return the smallest of several reductions whose lowest modes match the full model.
 
     max |lambda - lambda_full| / |lambda_full| <= accuracy, over `count` modes at both ends of `speeds`
 
-    It keeps the planes of bearings and seals, and more and more modes of the rotor held there (Craig and Bampton
-    1968); the full model where no reduction is accurate.
+    It retains the planes of bearings and seals, and an increasing number of modes of the rotor fixed there (Craig and
+    Bampton 1968); the full model if no reduction is accurate.
 
     Parameters
     ----------
     rotor
         Its description, with stiffness and damping of the bearings.
     mass
-        `consistent` or `diagonal`; as the rotor says without.
+        `consistent` or `diagonal`; by default that of the rotor.
     speeds
         Spin speeds (rad/s) of the analysis, shape (n,).
     count
         Number of modes, the lowest first.
     accuracy
-        Relative error of their eigenvalues that is allowed; with 0 nothing is reduced.
+        Allowed relative error of their eigenvalues; with 0 nothing is reduced.
     """
     free = assemble(rotor, mass)
     full = on_bearings(free, rotor)
@@ -77,6 +77,6 @@ def analysis_model(
 
 
 def _error(reduced: Matrices, speed: float, exact: Complex, count: int) -> float:
-    """Largest relative distance of the lowest modes of a reduction from the nearest eigenvalue of the full model."""
+    """Return the largest relative distance of a reduction's lowest modes from the nearest full-model eigenvalues."""
     result = np.array([mode.eigenvalue for mode in modes(reduced, speed, count)])
     return float(np.max(np.min(np.abs(result[:, None] - exact), axis=1) / np.abs(result), initial=0.0))

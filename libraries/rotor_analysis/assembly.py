@@ -1,4 +1,4 @@
-"""Assembly of the rotor, four degrees of freedom a node (x, y, x', y'): see `Matrices`."""
+"""Assembly of the rotor, with four degrees of freedom per node (x, y, x', y'): see `Matrices`."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fmi_export.model import Array
+from array_types import Array
 from rotor_analysis import beam
 from rotor_analysis.damping import damping_matrices
 from rotor_analysis.element import Element
@@ -19,17 +19,33 @@ from rotor_analysis.shaft import MassModel
 MINUS_I = np.array([[0.0, 1.0], [-1.0, 0.0]])
 
 
+@dataclass(frozen=True, eq=False)
+class AttachedBearing:
+    """A bearing or seal on a model, at a point that need not be a coordinate.
+
+    bearing
+        Its coefficients depend on the spin speed.
+    right, left
+        Map from the coordinates to x and y of its position, shape (2, size), and from forces along x and y there to
+        forces on the coordinates, shape (size, 2).
+    """
+
+    bearing: Bearing
+    right: Array
+    left: Array
+
+
 @dataclass(frozen=True)
 class Matrices:
     """Second-order model, M q'' + (C + R + Omega G) q' + (K - Omega R J) q = f, in SI units.
 
-    Rows come in pairs, x and y of the first plane, of the next, ...; J turns each pair by a right angle, from x to y.
-    Damping that turns with the shaft resists motion relative to it, with the force -R (q' - Omega J q).
+    Rows are pairs, x and y of each plane; J turns each pair by a right angle, from x to y. Rotating damping resists
+    motion relative to the shaft, with the force -R (q' - Omega J q).
 
     M, C, R, G, K
         Square arrays: mass, damping in the fixed frame and in the frame of the shaft, gyroscopic matrix, stiffness.
     translations
-        Node number (from 1) to the rows of its x and y.
+        Rows of x and y by node number (from 1).
     over_speed
         Bearings and seals on the model whose coefficients depend on the spin speed; `at` adds them to M, K and C.
     """
@@ -40,7 +56,7 @@ class Matrices:
     G: Array
     K: Array
     translations: dict[int, tuple[int, int]]
-    over_speed: tuple[Bearing, ...] = ()
+    over_speed: tuple[AttachedBearing, ...] = ()
 
     @property
     def size(self) -> int:
@@ -51,7 +67,7 @@ class Matrices:
         return [row for node in nodes for row in self.translations[node]]
 
     def with_bearing(self, node: int, stiffness: Array, damping: Array, mass: Array | None = None) -> Matrices:
-        """Add a bearing's 2 x 2 stiffness (N/m), damping (N s/m) and mass (kg) at `node`, which keeps its translations.
+        """Add a bearing's 2 x 2 stiffness (N/m), damping (N s/m) and mass (kg) at `node`.
 
         Raises
         ------
@@ -70,14 +86,15 @@ class Matrices:
     def at(self, Omega: float) -> Matrices:
         """Return the model at spin speed Omega (rad/s) as M q'' + (C + Omega G) q' + K q = f, without R.
 
-        C and K hold the damping that turns with the shaft, and with M what all bearings and seals have at this speed.
+        C and K include rotating damping; M, C and K include all bearings and seals at this speed.
         """
         model = replace(self, over_speed=()) if self.over_speed else self
         if self.R.any():
             C, K = self.C + self.R, self.K - Omega * self.R @ turned(self.size)
             model = replace(model, C=C, R=np.zeros_like(self.R), K=K)
-        for bearing in self.over_speed:
-            model = model.with_bearing(bearing.node, *bearing.at(Omega))
+        for item in self.over_speed:
+            K, C, M = (item.left @ matrix @ item.right for matrix in item.bearing.at(Omega))
+            model = replace(model, M=model.M + M, C=model.C + C, K=model.K + K)
         return model
 
 
@@ -94,8 +111,8 @@ def assemble(rotor: Rotor, mass: MassModel | None = None) -> Matrices:
     rotor
         Its description.
     mass
-        `consistent` (from the static deflection) or `diagonal` (half the element at each end node); as the rotor says
-        by default.
+        `consistent` (from the static deflection) or `diagonal` (half the element at each end node); by default that of
+        the rotor.
 
     Returns
     -------
@@ -151,10 +168,11 @@ def on_bearings(model: Matrices, rotor: Rotor) -> Matrices:
 
 
 def with_bearings(model: Matrices, bearings: Iterable[Bearing]) -> Matrices:
-    """Return a model with bearings, at whose nodes it keeps its translations."""
+    """Return a model with bearings, whose nodes must have translations in it."""
     for bearing in bearings:
         if bearing.at_speed:
-            model = replace(model, over_speed=(*model.over_speed, bearing))
+            place = np.eye(model.size)[model.rows((bearing.node,))]
+            model = replace(model, over_speed=(*model.over_speed, AttachedBearing(bearing, place, place.T)))
         else:
             model = model.with_bearing(bearing.node, *bearing.at(0.0))
     return model

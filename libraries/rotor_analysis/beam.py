@@ -1,8 +1,8 @@
 """One-plane matrices of a beam element, Timoshenko or Rayleigh, uniform or a cone (`tapered`).
 
-Degrees of freedom of an element of length L: (w_1, beta_1, w_2, beta_2) in one plane, with the rotation beta of the
-section (the slope dw/dz less the shear angle). Both planes of an axisymmetric rotor then have the same matrices, and
-r = x + i y obeys
+Degrees of freedom of an element of length L: (w_1, beta_1, w_2, beta_2) in a single plane, with the rotation beta of
+the section (the slope dw/dz minus the shear angle). Both planes of an axisymmetric rotor then have the same matrices,
+and r = x + i y obeys
 
     M r'' - i Omega G_1 r' + K r = f
 """
@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fmi_export.model import Array
+from array_types import Array
 from rotor_analysis import tapered
 from rotor_analysis.element import Element
 

@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 from scipy.optimize import brentq
 
-from fmi_export.model import Array
+from array_types import Array
 from rotor_analysis.assembly import Matrices
 from rotor_analysis.modes import Mode, Whirl
 from rotor_analysis.tracking import continue_modes, track_modes
@@ -23,7 +23,8 @@ class CriticalSpeed:
     number
         Number of the mode in the diagram, from 1.
     damping_ratio, whirl
-        Of the mode there. Unbalance excites forward whirl; a backward mode of an isotropic rotor passes unnoticed.
+        Damping and whirl of the mode there. Unbalance excites forward whirl; it does not excite a backward mode of an
+        isotropic rotor.
     """
 
     Omega: float
@@ -64,8 +65,8 @@ def campbell(model: Matrices, speeds: Array, count: int = 8) -> Campbell:
 
     |Im lambda_k(Omega)| = Omega,  (lambda^2 M + lambda (C + Omega G) + K) phi = 0
 
-    A crossing between two of the speeds is refined by root finding on the eigenproblem (Brent's method), with the mode
-    recognised by its shape. Two crossings of a mode between two neighbouring speeds are not found.
+    A crossing between two speeds is refined by root finding on the eigenproblem (Brent's method), where the mode is
+    identified by its shape. Two crossings of a mode between adjacent speeds are not found.
 
     Parameters
     ----------
@@ -98,7 +99,7 @@ def _crossing(model: Matrices, number: int, mode: Mode, low: float, high: float)
         return continue_modes(model, [mode], low, Omega)[0] if Omega > low else mode
 
     def frequency_excess(Omega: float) -> float:
-        """Damped frequency less spin speed; a mode that does not oscillate has no frequency."""
+        """Return damped frequency minus spin speed; a mode that does not oscillate has no frequency."""
         result = mode_at(Omega)
         return (result.frequency if result else 0.0) - Omega
 

@@ -1,4 +1,4 @@
-"""Checks of values, and the numbers with limits and units that the forms of a rotor file share."""
+"""Number types with limits and units for rotor files."""
 
 from __future__ import annotations
 
@@ -13,14 +13,8 @@ from amb_files.validation_errors import Unit
 IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 
 
-def require(condition: bool, what: str, value: object, allowed: str) -> None:
-    """Raise a ValueError with the name `what`, its value and what is allowed, unless `condition` holds."""
-    if not condition:
-        raise ValueError(f"{what} = {value} is not allowed; it must be {allowed}")
-
-
 def as_tuple(value: object) -> object:
-    """Return one value for all as a tuple of one, and a list as it is."""
+    """Return a single value as a tuple of length 1, and a list unchanged."""
     return value if isinstance(value, list | tuple) else (value,)
 
 
@@ -37,7 +31,7 @@ def _variable(name: str) -> str:
 
 
 def _moderate(value: float) -> float:
-    """Refuse what the model's products and powers cannot hold."""
+    """Refuse values that overflow in the model's products and powers."""
     if value != 0.0 and not 1e-20 <= abs(value) <= 1e20:
         raise ValueError("it must be from 1e-20 to 1e20 in size")
     return value

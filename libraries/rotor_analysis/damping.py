@@ -1,4 +1,4 @@
-"""Damping of a rotor between its bearings, and how much of it turns with the shaft."""
+"""Damping of a rotor without its bearings, and the share of it that rotates with the shaft."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pydantic import BeforeValidator, StrictFloat
 
 from amb_files.toml import table
 from amb_files.validation_errors import Unit
-from fmi_export.model import Array
+from array_types import Array
 from rotor_analysis.checks import Moderate, as_tuple
 
 Rate = Annotated[StrictFloat, Ge(0.0), Moderate, Unit("1/s")]
@@ -19,28 +19,29 @@ Ratio = Annotated[StrictFloat, Ge(0.0), Lt(1.0)]
 Ratios = Annotated[tuple[Ratio, ...], BeforeValidator(as_tuple)]
 Share = Annotated[StrictFloat, Ge(0.0), Le(1.0)]
 
-N_RIGID = 2  # modes of the free rotor in one plane: translation and tilting
+N_RIGID = 2  # modes of the free rotor in a single plane: translation and tilting
 
 
 @table
 class Damping:
-    """Damping of a rotor without its bearings. What is given adds up.
+    """Damping of a rotor without its bearings: the sum of all contributions.
 
-    Each elastic mode gets of hysteretic damping the viscous damping of equal loss at its own frequency, zeta = eta / 2.
-    Damping that turns with the shaft, as that of its material and of its fits does, drives whirl that is slower than
-    the spin.
+    Hysteretic damping is replaced, for each elastic mode, by viscous damping of equal loss at its frequency, zeta = eta
+    / 2. Rotating damping, such as that of material and fits, drives whirl that is slower than the spin.
     """
 
     mass: Rate = 0.0
-    """Multiplies the shaft's mass matrix: damping by the surroundings, which never turns."""
+    """Factor of the shaft's mass matrix: external damping, which does not rotate."""
     stiffness: Time = 0.0
-    """Multiplies the shaft's stiffness matrix."""
+    """Factor of the shaft's stiffness matrix."""
     modal: Ratios = ()
-    """Damping ratios of the elastic modes of the free rotor, the lowest first; the last one holds for all beyond."""
+    """Damping ratios of the elastic modes of the free rotor, the lowest first; the last one applies to all higher
+    modes.
+    """
     loss_factor: Ratio = 0.0
-    """eta = energy lost per cycle / (2 pi greatest strain energy) of hysteretic material damping."""
+    """eta = energy loss per cycle / (2 pi maximum strain energy) of hysteretic material damping."""
     rotating: Share = 1.0
-    """Share of all but `mass` that turns with the shaft."""
+    """Share of all damping except `mass` that rotates with the shaft."""
 
     def ratios(self, count: int) -> Array:
         """Return the damping ratios of the first `count` elastic modes by `modal` and `loss_factor`, shape (count,)."""
@@ -50,12 +51,12 @@ class Damping:
 
 
 def free_modes(M: Array, K: Array) -> tuple[Array, Array]:
-    """Return the elastic modes of a free rotor in one plane, K phi = omega^2 M phi.
+    """Return the elastic modes of a free rotor in a single plane, K phi = omega^2 M phi.
 
     Parameters
     ----------
     M, K
-        Mass and stiffness over the degrees of freedom of one plane, shape (n, n), without bearings.
+        Mass and stiffness over the degrees of freedom of a plane, shape (n, n), without bearings.
 
     Returns
     -------
@@ -70,7 +71,7 @@ def free_modes(M: Array, K: Array) -> tuple[Array, Array]:
 
 
 def damping_matrices(damping: Damping, shaft_mass: Array, M: Array, K: Array) -> tuple[Array, Array]:
-    """Return the damping in the fixed frame and that which turns with the shaft, in one plane (N s/m).
+    """Return the damping in the fixed frame and the rotating damping, in a single plane (N s/m).
 
     C = mass M_shaft + (1 - rotating) C_i,  R = rotating C_i,
     C_i = stiffness K + sum over the elastic modes of 2 zeta_k omega_k (M phi_k) (M phi_k)^T
@@ -78,9 +79,9 @@ def damping_matrices(damping: Damping, shaft_mass: Array, M: Array, K: Array) ->
     Parameters
     ----------
     damping
-        What the rotor file says.
+        Damping of the rotor file.
     shaft_mass, M, K
-        Mass of the shaft, mass and stiffness of the free rotor over the degrees of freedom of one plane, shape (n, n).
+        Mass of the shaft, mass and stiffness of the free rotor over the degrees of freedom of a plane, shape (n, n).
     """
     internal = damping.stiffness * K
     if damping.modal or damping.loss_factor:

@@ -1,4 +1,4 @@
-"""One element of a shaft: its material and its section, which may change along it as a cone's does."""
+"""An element of a shaft: its material and its section, which may be conical."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ class Element:
         return self.diameter[0] != self.diameter[1] or self.inner_diameter[0] != self.inner_diameter[1]
 
     def diameters_at(self, s: float) -> tuple[float, float]:
-        """Return the outer and the inner diameter (m) at s, from 0 at one end to 1 at the other."""
+        """Return the outer and the inner diameter (m) at s, from 0 at the first end to 1 at the other."""
         return between(self.diameter, s), between(self.inner_diameter, s)
 
     def area_at(self, s: float) -> float:
@@ -109,5 +109,5 @@ class Element:
 
 
 def between(ends: tuple[float, float], s: float) -> float:
-    """Return the value at s of what changes linearly from the first to the second of `ends`, exactly so at both."""
+    """Return the linear interpolation at s between two `ends`, exact at both."""
     return ends[0] if ends[0] == ends[1] else (1.0 - s) * ends[0] + s * ends[1]

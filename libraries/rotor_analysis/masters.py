@@ -1,10 +1,10 @@
-"""Choice of master planes: those that something needs, and as many more as the first modes ask for."""
+"""Choice of master planes: those of parts, and as many others as the first modes require."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from fmi_export.model import Array
+from array_types import Array
 from rotor_analysis.assembly import Matrices
 from rotor_analysis.reduction import Reduction, msdc
 from rotor_analysis.rotor import Rotor
@@ -12,16 +12,16 @@ from rotor_analysis.undamped import undamped_modes
 
 
 def needed_masters(rotor: Rotor) -> tuple[int, ...]:
-    """Return the nodes of discs, bearings, seals, sites and sensors, ascending; if they are one, the ends too."""
+    """Return the nodes of discs, bearings, seals, sites and sensors, ascending; if there is only one, also the ends."""
     nodes = {*rotor.disc_nodes, *rotor.bearing_nodes, *rotor.seal_nodes, *rotor.site_nodes, *rotor.sensor_nodes}
     ends = {1, len(rotor.shaft.nodes)} if len(nodes) < 2 else set()
     return tuple(sorted(nodes | ends))
 
 
 def condense_to_accuracy(full: Matrices, rotor: Rotor, modes: int, accuracy: float) -> Reduction:
-    """Return the condensation to the planes that are needed and to others, until the first modes are accurate.
+    """Return the condensation to the planes of parts and to others, until the first modes are accurate.
 
-    The plane that is added is where the least accurate mode departs most from what the masters make of it.
+    Each new plane is placed at the largest error of the least accurate mode.
 
     Parameters
     ----------
@@ -32,12 +32,12 @@ def condense_to_accuracy(full: Matrices, rotor: Rotor, modes: int, accuracy: flo
     modes
         Number of modes that must be accurate.
     accuracy
-        Relative error that is allowed of their frequencies.
+        Allowed relative error of their frequencies.
 
     Raises
     ------
     ValueError
-        If all planes are not enough.
+        If all planes together do not suffice.
     """
     frequencies, shapes = undamped_modes(full, rotor, modes)
     masters = needed_masters(rotor)
@@ -57,13 +57,13 @@ def condense_to_accuracy(full: Matrices, rotor: Rotor, modes: int, accuracy: flo
 
 
 def not_reached(accuracy: float, kept: str, error: Array, otherwise: str = "") -> ValueError:
-    """Return the error that says that a reduction that keeps all planes or modes is not accurate enough."""
+    """Return the error for a reduction that retains all planes or modes and is still not accurate enough."""
     reached = f"with all {kept} the error is {np.max(error):.1e}"
-    return ValueError(f"reduction.accuracy = {accuracy:g} is not reached: {reached}; ask for less{otherwise}")
+    return ValueError(f"reduction.accuracy = {accuracy:g} is not reached: {reached}; increase it{otherwise}")
 
 
 def frequency_error(exact: Array, found: Array) -> Array:
-    """Return |found / exact - 1| of each frequency, infinite where none is found, shape (len(exact),)."""
+    """Return |found / exact - 1| of each frequency, infinite for missing ones, shape (len(exact),)."""
     error = np.full(len(exact), np.inf)
     error[: len(found)] = np.abs(found / exact[: len(found)] - 1.0)
     return error

@@ -1,4 +1,4 @@
-"""A mesh as fine as the first modes need: elements are divided where that changes a natural frequency."""
+"""A mesh that is fine enough for the first modes: elements are divided if that changes a natural frequency."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from fmi_export.model import Array
+from array_types import Array
 from rotor_analysis.assembly import assemble, element_matrices
 from rotor_analysis.element import Element
 from rotor_analysis.rotor import Rotor
@@ -23,29 +23,29 @@ LARGE = 0.25  # elements with this share of the largest contribution are divided
 
 
 def refine_to_accuracy(rotor: Rotor, modes: int, accuracy: float) -> Rotor:
-    """Return `rotor` with elements so short that halving them all changes no natural frequency by more than `accuracy`.
+    """Return `rotor` on a mesh whose halving changes no natural frequency by more than `accuracy`.
 
-    Element by element, to first order: with the mode shape phi, phi^T M phi = 1, and the dynamic stiffness
-    D = K - omega^2 M of an element, whole and in two halves with the middle condensed,
+    The change is computed for each element to first order: with the mode shape phi, phi^T M phi = 1, and the dynamic
+    stiffness D = K - omega^2 M of an element, whole and in two halves with the middle condensed,
 
         delta omega / omega = phi^T (D_halves - D) phi / (2 omega^2)
 
-    While the sum over the elements is more than `accuracy` for a mode, the elements that were given are divided into
-    more equal parts where these contribute most.
+    While the sum over the elements exceeds `accuracy` for a mode, the original elements that contribute most are
+    divided into more equal parts.
 
     Parameters
     ----------
     rotor
-        Its description; parts and masters stay where they are on the shaft.
+        Its description; parts and masters keep their positions on the shaft.
     modes
         Number of modes: the first of the undamped rotor at rest (`undamped_modes`).
     accuracy
-        Relative change that is allowed.
+        Allowed relative change.
 
     Raises
     ------
     ValueError
-        If the mesh would need more than 500 nodes.
+        If the mesh would require more than 500 nodes.
     """
     z = np.array(rotor.shaft.nodes)
     counts = np.ceil(np.diff(z) / (z[-1] - z[0]) * modes).astype(int)
@@ -62,7 +62,7 @@ def refine_to_accuracy(rotor: Rotor, modes: int, accuracy: float) -> Rotor:
         coarse = np.any(missed > LARGE * np.max(missed, axis=0), axis=1)
         divided = np.unique(np.repeat(np.arange(len(counts)), counts)[coarse])
         counts[divided] += np.maximum(1, counts[divided] // 3)
-    raise ValueError(f"mesh.accuracy = {accuracy:g} is not reached with {MOST_NODES} nodes; ask for less")
+    raise ValueError(f"mesh.accuracy = {accuracy:g} is not reached with {MOST_NODES} nodes; increase it")
 
 
 def _change_by_halving(rotor: Rotor, modes: int) -> Array:

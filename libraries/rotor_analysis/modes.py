@@ -1,4 +1,4 @@
-"""Modes of a rotor at one spin speed: q(t) = Re[phi exp(lambda t)]."""
+"""Modes of a rotor at a spin speed: q(t) = Re[phi exp(lambda t)]."""
 
 from __future__ import annotations
 
@@ -6,14 +6,12 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import eig, eigh, eigvals
 
-from fmi_export.model import Array
+from amb_files.checks import require
+from array_types import Array, Bools, Complex
 from rotor_analysis.assembly import Matrices
-from rotor_analysis.checks import require
 
-Complex = NDArray[np.complex128]
 Whirl = Literal["forward", "backward", "mixed"]
 
 AT_REST = 1e-3  # rad/s; rounding gives an unsupported rotor, which does not oscillate, up to 1e-4 rad/s
@@ -23,15 +21,15 @@ FREQUENCY_SCALE = 1e3  # rad/s; scales velocities, so that both halves of the ei
 
 @dataclass(frozen=True, eq=False)
 class Mode:
-    """One mode of free motion.
+    """A mode of free motion.
 
     eigenvalue
-        lambda (rad/s), the one with Im >= 0 of a conjugate pair.
+        lambda (rad/s), that with Im >= 0 of a conjugate pair.
     shape
         phi over the model's rows; the largest translation is 1 (no unit), or the largest slope if no node translates.
     whirl_sense
-        Per node of the model, 1 for a forward circle, -1 for a backward one, 0 for a straight line, between for an
-        ellipse: 2 Im(x conj(y)) / (|x|^2 + |y|^2). Forward is from x to y, as positive spin. 0 where a node rests.
+        Per node of the model, 1 for a forward circle, -1 for a backward one, 0 for a straight line, in between for an
+        ellipse: 2 Im(x conj(y)) / (|x|^2 + |y|^2). Forward is from x to y, as positive spin. 0 for a node at rest.
     """
 
     eigenvalue: complex
@@ -54,7 +52,7 @@ class Mode:
 
     @property
     def whirl(self) -> Whirl:
-        """`forward` or `backward` if all nodes that move whirl this way; `mixed` otherwise, and for straight lines."""
+        """`forward` or `backward` if all moving nodes whirl this way; otherwise, and for straight lines, `mixed`."""
         senses = [sense for sense in self.whirl_sense.values() if sense != 0.0]
         if senses and min(senses) > 1e-6:
             return "forward"
@@ -68,8 +66,8 @@ def modes(model: Matrices, Omega: float, count: int | None = None) -> list[Mode]
 
     (lambda^2 M + lambda (C + Omega G) + K) phi = 0,  Im lambda > 0
 
-    Where eigenvalues coincide, as for an isotropic rotor at rest, the shapes are combined into the most
-    backward and the most forward whirl. Overdamped motion does not oscillate: see `overdamped_modes`.
+    If eigenvalues coincide, as for an isotropic rotor at rest, the shapes are combined into the most backward and the
+    most forward whirl. Overdamped motion does not oscillate: see `overdamped_modes`.
 
     Parameters
     ----------
@@ -78,7 +76,7 @@ def modes(model: Matrices, Omega: float, count: int | None = None) -> list[Mode]
     Omega
         Spin speed (rad/s), positive from x to y.
     count
-        How many to return; all of them by default.
+        Number of modes to return; all by default.
 
     Raises
     ------
@@ -121,7 +119,7 @@ def damped_frequencies(model: Matrices, Omega: float, count: int | None = None) 
     Omega
         Spin speed (rad/s).
     count
-        How many to return; all of them by default.
+        Number of modes to return; all by default.
     """
     values = eigenvalues(model, Omega)
     frequencies = values.imag[_oscillating(values)]
@@ -133,7 +131,7 @@ def translations(model: Matrices, shape: Complex) -> Complex:
     return shape[[row for node in sorted(model.translations) for row in model.translations[node]]].reshape(-1, 2)
 
 
-def _oscillating(values: Complex) -> NDArray[np.bool_]:
+def _oscillating(values: Complex) -> Bools:
     return np.isfinite(values) & (np.abs(values.imag) > np.maximum(AT_REST, 1e-6 * np.abs(values)))
 
 

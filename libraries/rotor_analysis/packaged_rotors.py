@@ -1,4 +1,4 @@
-"""Rotors by name: those of the installed packs, one of which is the default."""
+"""Rotors of the installed packs by name; one is the default."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What sits on the shaft: bodies, bearings, contact sites and sensors, each at a node or at a position z."""
+"""Parts on the shaft: bodies, bearings, contact sites and sensors, each at a node or at a position z."""
 
 from __future__ import annotations
 
@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 import numpy as np
 from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, StrictBool, StrictFloat, Tag
 
+from amb_files.checks import require
 from amb_files.toml import table
 from amb_files.validation_errors import Unit
-from fmi_export.model import Array
-from rotor_analysis.checks import Inertia, Length, Mass, Moderate, Name, Node, Position, Size, Variable, require
+from array_types import Array
+from rotor_analysis.checks import Inertia, Length, Mass, Moderate, Name, Node, Position, Size, Variable
 
 if TYPE_CHECKING:
     from scipy.interpolate import BSpline
@@ -21,7 +22,7 @@ Tensor = tuple[tuple[float, float], tuple[float, float]]  # ((xx, xy), (yx, yy))
 
 
 def _as_tensor(value: object) -> object:
-    """A 2 x 2 tensor, or one number for both axes of an isotropic bearing."""
+    """A 2 x 2 tensor, or a single number for both axes of an isotropic bearing."""
     rows: Any = value if isinstance(value, list | tuple) else ((value, 0.0), (0.0, value))
     whole = len(rows) == 2 and all(isinstance(row, list | tuple) and len(row) == 2 for row in rows)
     if not whole or not all(_is_finite(number) for row in rows for number in row):
@@ -47,21 +48,19 @@ NodeUnlessZ = Annotated[Node, Field(default=AT_Z)]  # a default of the field its
 
 
 class _Placed:
-    """A part at `node`, or at `z` until its rotor finds the node there."""
+    """A part at `node`, or at `z` until its rotor assigns the node there."""
 
     node: int
     z: float | None
 
     def __post_init__(self) -> None:
         if (self.node == AT_Z) == (self.z is None):
-            raise ValueError(
-                f"{'both node and z are' if self.node else 'neither node nor z is'} given; give one of them"
-            )
+            raise ValueError(f"{'both node and z are' if self.node else 'neither node nor z is'} set; set one of them")
 
 
 @table
 class Body(_Placed):
-    """A rigid body on the shaft. A plane of unbalance that carries nothing else has mass 0."""
+    """A rigid body on the shaft. A plane that only carries unbalance has mass 0."""
 
     name: Name
     """Name, the first part of its variables in the plant."""
@@ -77,7 +76,7 @@ class Body(_Placed):
     """Whether it is a plane of unbalance and external force of the plant, with the inputs NAME.u, NAME.phi, NAME.f_x
     and NAME.f_y."""
     z: Position | None = None
-    """Position along the shaft, in place of `node`; the shaft then has a node there."""
+    """Position along the shaft, instead of `node`; the shaft then has a node there."""
 
 
 @table
@@ -98,7 +97,7 @@ class Disc(_Placed):
     """Whether it is a plane of unbalance and external force of the plant, with the inputs NAME.u, NAME.phi, NAME.f_x
     and NAME.f_y."""
     z: Position | None = None
-    """Position along the shaft, in place of `node`; the shaft then has a node there."""
+    """Position along the shaft, instead of `node`; the shaft then has a node there."""
 
     @property
     def diametral_inertia(self) -> float:
@@ -126,7 +125,7 @@ BodyOrDisc = Annotated[
 
 @table
 class AtSpeed:
-    """Coefficients of a bearing at one spin speed."""
+    """Coefficients of a bearing at a spin speed."""
 
     speed: Annotated[StrictFloat, Moderate, Unit("rad/s")]
     """Spin speed."""
@@ -140,7 +139,7 @@ class AtSpeed:
 
 @table
 class Bearing(_Placed):
-    """A linear bearing or seal. The tensors are cross-coupled where they are not diagonal; one number is for both axes.
+    """A linear bearing or seal. A tensor that is not diagonal couples the axes; a single number applies to both axes.
 
     f = -(K q + C q' + M q''),   q = (x, y) of the shaft there, f the force on it                  (1)
 
@@ -157,12 +156,11 @@ class Bearing(_Placed):
     damping: TensorOrNumber = NO_TENSOR
     """2 x 2 damping or one number (N s/m)."""
     z: Position | None = None
-    """Position along the shaft, in place of `node`; the shaft then has a node there."""
+    """Position along the shaft, instead of `node`; the shaft then has a node there."""
     at_speed: tuple[AtSpeed, ...] = ()
-    """Coefficients over the spin speed, in place of those above: ascending, a spline between; beyond, those of the
-    ends."""
+    """Coefficients over the spin speed, instead of those above: ascending, spline in between, constant outside."""
     mass: TensorOrNumber = NO_TENSOR
-    """2 x 2 mass that moves with the shaft, that of a fluid, or one number (kg)."""
+    """2 x 2 mass that moves with the shaft (of a fluid), or one number (kg)."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -171,13 +169,13 @@ class Bearing(_Placed):
         require(not speeds or (ascending and len(speeds) > 1), "at_speed", f"{speeds} rad/s", "ascending, two or more")
         for name in ("stiffness", "damping", "mass"):
             if speeds and getattr(self, name) != NO_TENSOR:
-                raise ValueError(f"{name} is given, but at_speed is too; give one of them")
+                raise ValueError(f"{name} and at_speed are both set; set one of them")
 
     def at(self, Omega: float) -> tuple[Array, Array, Array]:
         """Return K (N/m), C (N s/m) and M (kg) of (1) at spin speed Omega (rad/s), shape (2, 2) each.
 
-        Between the speeds of the table by the cubic spline through it (not-a-knot; a parabola through three, a line
-        through two), below and beyond it the values at its ends.
+        The table is interpolated by a cubic spline (not-a-knot; a parabola through three speeds, a line through two)
+        and constant outside.
         """
         if not self.at_speed:
             return np.array(self.stiffness), np.array(self.damping), np.array(self.mass)
@@ -196,7 +194,7 @@ class Bearing(_Placed):
 
 @table
 class Site(_Placed):
-    """A place where the rotor can touch."""
+    """A contact site."""
 
     name: Name
     """Name, the first part of its variables in the plant."""
@@ -205,16 +203,16 @@ class Site(_Placed):
     clearance: Length = DEFAULT_CLEARANCE
     """Radial clearance."""
     journal_radius: Size | None = None
-    """Radius of the rotor where it touches; that of the shaft by default."""
+    """Radius of the rotor at the contact; by default that of the shaft."""
     bearing: Name | None = None
     """Bearing whose retainer it is."""
     z: Position | None = None
-    """Position along the shaft, in place of `node`; the shaft then has a node there."""
+    """Position along the shaft, instead of `node`; the shaft then has a node there."""
 
 
 @table
 class Sensor(_Placed):
-    """A plane where displacement is measured."""
+    """A plane of displacement sensors."""
 
     name: Name
     """Name, the first part of its variables in the plant."""
@@ -225,7 +223,7 @@ class Sensor(_Placed):
     y: Variable = ""
     """The same along y; NAME.y by default."""
     z: Position | None = None
-    """Position along the shaft, in place of `node`; the shaft then has a node there."""
+    """Position along the shaft, instead of `node`; the shaft then has a node there."""
 
     def __post_init__(self) -> None:
         super().__post_init__()

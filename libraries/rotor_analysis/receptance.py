@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fmi_export.model import Array
-from rotor_analysis.modes import Complex
+from array_types import Array, Complex
 from rotor_analysis.response import dynamic_stiffness
 from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import load_rotor
@@ -24,7 +23,7 @@ def receptance(speeds: Array, k_b: float = 1e6, c_b: float = 5000.0, rotor: Roto
     k_b, c_b
         Net stiffness (N/m) and damping (N s/m) of both bearings under PID control.
     rotor
-        A rotor description; the packs' default without.
+        A rotor description; by default the packs' default rotor.
 
     Returns
     -------

@@ -1,15 +1,18 @@
-"""The model of the plant: the free rotor reduced as its file says, its error, and up to which frequency it holds."""
+"""The model of the plant: the free rotor reduced as in its file, its error, and its frequency limit."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
-from fmi_export.model import Array
+from array_types import Array
 from rotor_analysis.assembly import Matrices, assemble
 from rotor_analysis.damping import free_modes
+from rotor_analysis.free_rotor import free_rotor
 from rotor_analysis.masters import condense_to_accuracy, frequency_error, needed_masters, not_reached
+from rotor_analysis.modal_reduction import reduce_to_shapes, space_for_band, space_with_modes
 from rotor_analysis.reduction import Reduction, craig_bampton, craig_bampton_by_modes, msdc, unreduced
 from rotor_analysis.rotor import Mesh, Rotor
 from rotor_analysis.undamped import undamped_modes
@@ -24,7 +27,7 @@ class ReductionError:
     frequencies
         Natural frequencies of the full model (rad/s), ascending, shape (count,).
     percent
-        Of the reduced model over these less one, in percent, shape (count,); NaN where it has no such mode.
+        Relative errors of the reduced model (%), shape (count,); NaN for modes that it does not have.
     """
 
     frequencies: Array
@@ -32,12 +35,12 @@ class ReductionError:
 
 
 def reduced_rotor(rotor: Rotor) -> Reduction:
-    """Return the model of the free rotor that the plant has, without its bearings.
+    """Return the plant's model of the free rotor, without its bearings.
 
     The translations x and y of the master planes come first, in order, then those of the modes. Unreduced, the
-    coordinates are x, y and the slopes x', y' of every node. Where the rotor names no masters, they are the planes of
-    discs, bearings, seals, sites and sensors and, for MSDC, more until the first modes are accurate. Where it names no
-    number of modes for Craig and Bampton's method, there are as many as that takes.
+    coordinates are x, y and the slopes x', y' of every node. By default the masters are the planes of discs, bearings,
+    seals, sites and sensors and, for MSDC, others until the first modes are accurate; the number of modes in Craig and
+    Bampton's method is as large as accuracy requires.
 
     Parameters
     ----------
@@ -47,12 +50,14 @@ def reduced_rotor(rotor: Rotor) -> Reduction:
     Raises
     ------
     ValueError
-        If the masters do not hold the rotor, or the accuracy is not reached.
+        If the masters do not support the rotor, or the accuracy is not reached.
     """
     full, options = assemble(rotor), rotor.reduction
     count = (rotor.mesh or Mesh()).modes
     if options.method == "none":
         return unreduced(full)
+    if options.method == "free_modes":
+        return _by_free_modes(full, rotor, count)
     if options.method == "msdc":
         named = rotor.masters
         return msdc(full, named) if named else condense_to_accuracy(full, rotor, count, options.accuracy)
@@ -72,10 +77,11 @@ def reduction_error(rotor: Rotor, count: int = 6) -> ReductionError:
 
 
 def valid_to(full: Matrices, reduced: Matrices) -> float:
-    """Return the frequency (rad/s) up to which a reduction of the free rotor holds.
+    """Return the frequency (rad/s) up to which a reduction of the free rotor is valid.
 
-    It is the natural frequency of the highest elastic mode such that this mode and all below it are within 1 % of the
-    full model's, of the undamped rotor without bearings at rest; 0 if there is none. The mesh has an error of its own.
+    It is the natural frequency of the highest elastic mode such that this and all lower modes are within 1 % of the
+    full model, for the undamped rotor at rest without bearings; 0 if there is none. The error of the mesh is not
+    included.
 
     Parameters
     ----------
@@ -86,6 +92,25 @@ def valid_to(full: Matrices, reduced: Matrices) -> float:
     within = frequency_error(exact[: len(result)], result) <= HOLDS_WITHIN
     count = len(result) if within.all() else int(np.argmin(within))
     return float(exact[count - 1]) if count else 0.0
+
+
+def force_nodes(rotor: Rotor) -> tuple[int, ...]:
+    """Return the nodes of the contact sites, or else of the bearings, or else of the ends."""
+    nodes = {*rotor.site_nodes} or {*rotor.bearing_nodes} or {1, len(rotor.shaft.nodes)}
+    return tuple(sorted(nodes))
+
+
+def _by_free_modes(full: Matrices, rotor: Rotor, count: int) -> Reduction:
+    """The reduction by the free modes, and the residual shapes of its contact sites, as the rotor file requires."""
+    free, forces, options = free_rotor(full), force_nodes(rotor), rotor.reduction
+    places = tuple(sorted({*rotor.bearing_nodes, *rotor.site_nodes})) or forces
+    if options.modes is not None:
+        space = space_with_modes(free, options.modes, forces)
+    else:
+        default = float(free.frequencies[min(max(count - 2, 1), len(free.mu)) - 1])
+        highest = default if options.band is None else 2.0 * math.pi * options.band
+        space = space_for_band(free, highest, forces, options.accuracy, places)
+    return reduce_to_shapes(full, space, places)
 
 
 def _craig_bampton_to_accuracy(full: Matrices, rotor: Rotor, masters: tuple[int, ...], count: int) -> Reduction:

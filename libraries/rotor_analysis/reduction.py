@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fmi_export.model import Array
+from array_types import Array
 from rotor_analysis.assembly import Matrices, turned
 
 
@@ -44,21 +44,21 @@ def msdc(full: Matrices, planes: tuple[int, ...]) -> Reduction:
     Raises
     ------
     ValueError
-        If a plane has no translations in `full`, the slaves can move freely with the masters held (K_ss singular), or
-        a bearing elsewhere is not the same in all directions while some of the damping turns with the shaft.
+        If a plane has no translations in `full`, the slaves can move freely with the masters fixed (K_ss singular), or
+        a bearing at another node is anisotropic while some damping rotates.
     """
     return reduce_by(full, _in_turn(planes), *_static(full, planes))
 
 
 def craig_bampton(full: Matrices, planes: tuple[int, ...], modes: int) -> Reduction:
-    """Reduce a model to the translations at `planes` and the modes of the rotor held there.
+    """Reduce a model to the translations at `planes` and the modes of the rotor fixed there.
 
     q_s = -R_D q_m + Phi xi with K_ss Phi = M_ss Phi diag(omega^2), Phi^T M_ss Phi = 1      (Craig and Bampton 1968)
 
     Parameters
     ----------
     full
-        The model to reduce, with bearings at `planes` alone: the same in both planes of motion elsewhere.
+        The model to reduce, with bearings only at `planes`, otherwise the same in both planes of motion.
     planes
         Node numbers whose translations are kept.
     modes
@@ -67,13 +67,13 @@ def craig_bampton(full: Matrices, planes: tuple[int, ...], modes: int) -> Reduct
     Raises
     ------
     ValueError
-        As `msdc`, or if there are not as many modes.
+        As `msdc`, or if there are fewer modes.
     """
     return craig_bampton_by_modes(full, planes)(modes)
 
 
 def craig_bampton_by_modes(full: Matrices, planes: tuple[int, ...]) -> Callable[[int], Reduction]:
-    """Return a function that gives `craig_bampton` for a number of modes; what all numbers share is computed once.
+    """Return a function that returns `craig_bampton` for a number of modes; the common part is computed once.
 
     Raises
     ------
@@ -101,7 +101,7 @@ def craig_bampton_by_modes(full: Matrices, planes: tuple[int, ...]) -> Callable[
 
 
 def unreduced(full: Matrices) -> Reduction:
-    """Return a model as it is, with the slopes among its coordinates."""
+    """Return a model without reduction, with slopes among its coordinates."""
     identity = np.eye(full.size)
     return Reduction(full, identity, identity)
 
@@ -111,16 +111,16 @@ def _static(full: Matrices, planes: tuple[int, ...]) -> tuple[Array, Array]:
     unknown = [node for node in planes if node not in full.translations]
     if unknown:
         raise ValueError(f"planes {unknown} are not in the model; there are {sorted(full.translations)}")
-    for bearing in full.over_speed:
-        if bearing.node not in planes:
-            at = f"node {bearing.node} of bearing {bearing.name}, whose coefficients depend on speed"
+    for item in full.over_speed:
+        if item.bearing.node not in planes:
+            at = f"node {item.bearing.node} of bearing {item.bearing.name}, whose coefficients depend on speed"
             raise ValueError(f"planes {list(planes)} are not allowed; they must include {at}")
     masters = full.rows(planes)
     slaves = [row for row in range(full.size) if row not in set(masters)]
     K_ss = full.K[np.ix_(slaves, slaves)]
     size = np.sqrt(np.abs(np.diag(K_ss)))
     if slaves and np.linalg.cond(K_ss / np.outer(size, size)) > 1e14:
-        raise ValueError(f"planes {list(planes)} do not hold the rotor: keep at least two planes of the shaft")
+        raise ValueError(f"planes {list(planes)} do not support the rotor: retain at least two planes of the shaft")
     right = np.zeros((full.size, len(masters)))
     left = np.zeros((len(masters), full.size))
     right[masters] = np.eye(len(masters))
@@ -136,16 +136,16 @@ def _in_turn(planes: tuple[int, ...]) -> dict[int, tuple[int, int]]:
 
 
 def reduce_by(full: Matrices, translations: dict[int, tuple[int, int]], right: Array, left: Array) -> Reduction:
-    """Return `full` in other coordinates, with their rows of x and y at the planes; `Reduction` says what the rest is.
+    """Return `full` in other coordinates, with their rows of x and y at the planes; see `Reduction`.
 
     Raises
     ------
     ValueError
-        If a bearing at no plane is not the same in all directions while some of the damping turns with the shaft.
+        If a bearing that is not at a plane is anisotropic while some damping rotates.
     """
     J = turned(full.size)
     if full.R.any() and not np.allclose(right @ turned(right.shape[1]), J @ right, atol=1e-9):
-        what = "since the shaft's damping turns with it, they must include bearings that are not the same in x and y"
+        what = "since the shaft has rotating damping, they must include anisotropic bearings"
         raise ValueError(f"planes {list(translations)} are not allowed; {what}")
     reduced = Matrices(
         M=left @ full.M @ right,
@@ -154,6 +154,6 @@ def reduce_by(full: Matrices, translations: dict[int, tuple[int, int]], right: A
         G=left @ full.G @ right,
         K=left @ full.K @ right,
         translations=translations,
-        over_speed=full.over_speed,
+        over_speed=tuple(replace(item, right=item.right @ right, left=left @ item.left) for item in full.over_speed),
     )
     return Reduction(reduced, right, left)

@@ -6,10 +6,9 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from fmi_export.model import Array
+from amb_files.checks import require
+from array_types import Array, Complex
 from rotor_analysis.assembly import Matrices
-from rotor_analysis.checks import require
-from rotor_analysis.modes import Complex
 from rotor_analysis.supported_rotor import SupportedRotor
 
 
@@ -86,8 +85,8 @@ def orbit(amplitudes: Complex) -> tuple[Array, Array, Array]:
     Returns
     -------
     major, minor, phase
-        Semi-axes |r_f| + |r_b| and |r_f| - |r_b| (m; minor < 0 turns backward), and the angle of r_f (rad), by which
-        the forward part leads the x axis at theta = 0. Shape (...) each.
+        Semi-axes |r_f| + |r_b| and |r_f| - |r_b| (m; backward if minor < 0), and the angle of r_f (rad), by which the
+        forward part leads the x axis at theta = 0. Shape (...) each.
     """
     x, y = amplitudes[..., 0], amplitudes[..., 1]
     forward, backward = 0.5 * (x + 1j * y), 0.5 * (x - 1j * y)

@@ -1,8 +1,7 @@
-"""The elements in a file that ROSS saved, and what of them a rotor file cannot hold.
+"""The elements in a file saved by ROSS, and their features that a rotor file cannot describe.
 
-ROSS (ross-rotordynamics, 2.3 to 3.1) counts nodes from 0 and gives a shaft element by its node, several at one node
-where sleeves bend with the shaft. Its elements have six degrees of freedom per node; a rotor file has the four of
-bending.
+ROSS (ross-rotordynamics, 2.3 to 3.1) counts nodes from 0 and lists shaft elements by node, several per node if sleeves
+bend with the shaft. Its elements have six degrees of freedom per node; a rotor file has the four of bending.
 """
 
 from __future__ import annotations
@@ -13,21 +12,21 @@ from pathlib import Path
 
 from amb_files.toml import read_toml, validate
 from rotor_analysis.ross_magnets import magnet_of
-from rotor_analysis.ross_parts import AXES, SavedBearing, SavedDisk, SavedElement, SavedMass
+from rotor_analysis.ross_parts import AXES, SavedBearing, SavedDisk, SavedMass, SavedShaftElement
 
 
 @dataclass
 class SavedRotor:
-    """What a file holds, in its order.
+    """Content of a file, in order.
 
     others
-        Tables that are none of these.
+        Other tables.
     over_both
         Bearings and seals with coefficients over speed and frequency.
     """
 
     title: str
-    elements: list[SavedElement] = field(default_factory=list)
+    elements: list[SavedShaftElement] = field(default_factory=list)
     disks: list[SavedDisk] = field(default_factory=list)
     masses: list[SavedMass] = field(default_factory=list)
     bearings: list[SavedBearing] = field(default_factory=list)
@@ -37,12 +36,13 @@ class SavedRotor:
 
 
 def read_saved(path: Path, frequency: float | None = None) -> SavedRotor:
-    """Read the elements of a rotor that ROSS saved as TOML; coefficients over frequency need a `frequency` (rad/s).
+    """Read the elements of a rotor saved by ROSS as TOML; coefficients over frequency require a `frequency` (rad/s).
 
     Raises
     ------
     ValueError
-        If the file cannot be read or is none of ROSS's, or holds what a rotor file cannot; the message names all of it.
+        If the file cannot be read, is not a ROSS file, or has features that a rotor file cannot describe; the message
+        lists them.
     """
     name = f"ROSS file {path}"
     data = read_toml(path, name)
@@ -63,7 +63,7 @@ def read_saved(path: Path, frequency: float | None = None) -> SavedRotor:
                 table = {**table, "speed": table.get("frequency"), "frequency": None, "interpolation": "spline"}
             of_kind.append(validate(table, SavedBearing, what))
         elif kind == "ShaftElement":
-            rotor.elements.append(validate(table, SavedElement, what))
+            rotor.elements.append(validate(table, SavedShaftElement, what))
         elif kind == "DiskElement":
             rotor.disks.append(validate(table, SavedDisk, what))
         elif kind == "PointMass":
@@ -82,7 +82,7 @@ def read_saved(path: Path, frequency: float | None = None) -> SavedRotor:
 
 
 def _unlike(rotor: SavedRotor, frequency: float | None) -> Iterator[tuple[str, str]]:
-    """What a rotor file cannot hold, and the part that has it."""
+    """Features that a rotor file cannot describe, and their parts."""
     for tag in rotor.over_both:
         yield "coefficients over speed and frequency", tag
     for key in rotor.others:
@@ -91,23 +91,23 @@ def _unlike(rotor: SavedRotor, frequency: float | None) -> Iterator[tuple[str, s
     last = max(element.n for element in rotor.elements) + 1
     for part in (*rotor.disks, *rotor.masses, *rotor.bearings, *rotor.seals):
         if part.n > last:
-            yield "a part beside the shaft", part.tag
+            yield "a part next to the shaft", part.tag
     for mass in rotor.masses:
         if mass.mx != mass.my:
             yield "a mass that differs between x and y", mass.tag
     for bearing in (*rotor.bearings, *rotor.seals):
         if bearing.n_link is not None:
-            yield "a bearing that stands on another part", bearing.tag
+            yield "a bearing that is supported by another part", bearing.tag
         if bearing.frequency and frequency is None and magnet_of(bearing) is None:
             yield "coefficients over the whirl frequency, which --frequency freezes at one value", bearing.tag
         count = len(bearing.speed or bearing.frequency or [0.0])
         settings = [getattr(bearing, f"{letter}{axes}") for letter in "kcm" for axes in AXES]
         if any(len(values) != count for values in settings if values):
-            yield "coefficients that are not as many as their speeds", bearing.tag
+            yield "coefficients whose number differs from that of their speeds", bearing.tag
 
 
-def _unlike_a_shaft(elements: list[SavedElement]) -> Iterator[tuple[str, str]]:
-    at_node: dict[int, SavedElement] = {}
+def _unlike_a_shaft(elements: list[SavedShaftElement]) -> Iterator[tuple[str, str]]:
+    at_node: dict[int, SavedShaftElement] = {}
     for element in elements:
         first, beside = elements[0], at_node.setdefault(element.n, element)
         for reason, unlike in (

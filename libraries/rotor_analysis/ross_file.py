@@ -1,4 +1,4 @@
-"""Makes the content of a rotor file from a rotor that ROSS saved (`ross_elements`)."""
+"""Converts a rotor saved by ROSS (`ross_elements`) to the content of a rotor file."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 from amb_files.toml import validate
 from rotor_analysis.ross_elements import SavedRotor, read_saved
 from rotor_analysis.ross_magnets import SavedMagnet, magnet_of
-from rotor_analysis.ross_parts import AXES, DRAWING, SavedBearing, SavedElement, SavedMaterial
+from rotor_analysis.ross_parts import AXES, DRAWING, SavedBearing, SavedMaterial, SavedShaftElement
 from rotor_analysis.rotor import Rotor
 
 
@@ -25,22 +25,23 @@ class ImportedRotor(NamedTuple):
 
 
 def read_ross(path: Path, frequency: float | None = None) -> ImportedRotor:
-    """Return a rotor that ROSS saved as the content of a rotor file.
+    """Return a rotor saved by ROSS as the content of a rotor file.
 
-    Its discs are planes of unbalance; contact sites it has none, sensors those of magnetic bearings.
+    Its discs are planes of unbalance; it has no contact sites; its sensors are those of magnetic bearings.
 
     Parameters
     ----------
     path
         The file.
     frequency
-        Whirl frequency (rad/s) at which coefficients over frequency are taken; a rotor file has them over speed alone.
-        Without it those of magnetic bearings are taken at the lowest frequency of their tables.
+        Whirl frequency (rad/s) at which coefficients over frequency are evaluated, because a rotor file has them only
+        over speed. By default those of magnetic bearings are evaluated at the lowest frequency of their tables.
 
     Raises
     ------
     ValueError
-        If the file cannot be read, is none of ROSS's, or holds what a rotor file cannot; the message names all of it.
+        If the file cannot be read, is not a ROSS file, or has features that a rotor file cannot describe; the message
+        lists them.
     """
     saved, name = read_saved(path, frequency), _names()
     bodies: list[dict[str, Any]] = [
@@ -78,7 +79,7 @@ def _notes(saved: SavedRotor, frequency: float | None) -> Iterator[str]:
         yield "The shear coefficient is Hutchinson's; that of ROSS lacks a factor 1 + nu."
     for bearing in (*saved.bearings, *saved.seals):
         if any((*bearing.kzz, *bearing.czz, *bearing.mzz)):
-            yield f"{bearing.tag}: its axial coefficients are left out."
+            yield f"{bearing.tag}: its axial coefficients are omitted."
         if bearing.frequency:
             omega, is_magnet = _frozen_at(bearing, frequency), magnet_of(bearing) is not None
             at = f"{omega:.6g} rad/s ({omega / math.tau:.4g} Hz)"
@@ -95,7 +96,7 @@ def _notes(saved: SavedRotor, frequency: float | None) -> Iterator[str]:
 
 
 def _names() -> Callable[[str], str]:
-    """A function that makes tags the names of parts: letters, digits and underscores, each once."""
+    """Return a function that converts tags to unique names of letters, digits and underscores."""
     taken: set[str] = set()
 
     def name(tag: str) -> str:
@@ -109,9 +110,9 @@ def _names() -> Callable[[str], str]:
     return name
 
 
-def _shaft(elements: list[SavedElement]) -> dict[str, Any]:
+def _shaft(elements: list[SavedShaftElement]) -> dict[str, Any]:
     """The tables `shaft` and `materials`; the first element at a node is the shaft, others there are sleeves on it."""
-    first: dict[int, SavedElement] = {}
+    first: dict[int, SavedShaftElement] = {}
     for element in elements:
         first.setdefault(element.n, element)
     base = [first[n] for n in sorted(first)]
@@ -146,14 +147,14 @@ def _shaft(elements: list[SavedElement]) -> dict[str, Any]:
     return {"shaft": shaft | ({"sleeves": sleeves} if sleeves else {}), "materials": materials}
 
 
-def _damping(element: SavedElement) -> dict[str, Any]:
-    """The table `damping`, where there is any; that of ROSS is in the fixed frame."""
+def _damping(element: SavedShaftElement) -> dict[str, Any]:
+    """Return the table `damping`, if there is any; ROSS has damping in the fixed frame."""
     values = {"mass": element.alpha, "stiffness": element.beta}
     return {"damping": values | {"rotating": 0.0}} if any(values.values()) else {}
 
 
-def _materials(elements: list[SavedElement]) -> tuple[dict[str, Any], Callable[[SavedMaterial], str]]:
-    """The table `materials`, and a function that gives a material's name there."""
+def _materials(elements: list[SavedShaftElement]) -> tuple[dict[str, Any], Callable[[SavedMaterial], str]]:
+    """Return the table `materials`, and a function that returns a material's name in it."""
     name, names = _names(), dict[str, str]()
     table: dict[str, Any] = {}
     for material in (element.material for element in elements):
@@ -165,12 +166,12 @@ def _materials(elements: list[SavedElement]) -> tuple[dict[str, Any], Callable[[
 
 
 def _collapsed(values: list[Any]) -> Any:
-    """One value in place of many that are the same."""
+    """Return a single value in place of equal ones."""
     return values[0] if len(set(values)) == 1 else values
 
 
 def _coefficients(bearing: SavedBearing, frequency: float | None) -> dict[str, Any]:
-    """Stiffness, damping and, where there is any, mass, of one speed or of many."""
+    """Return stiffness, damping and, if any, mass, at one or several speeds."""
     if bearing.frequency:
         bearing = _frozen(bearing, _frozen_at(bearing, frequency))
     curves = {"stiffness": _tensors(bearing, "k"), "damping": _tensors(bearing, "c")}
@@ -183,17 +184,17 @@ def _coefficients(bearing: SavedBearing, frequency: float | None) -> dict[str, A
 
 
 def _frozen_at(bearing: SavedBearing, frequency: float | None) -> float:
-    """The whirl frequency (rad/s) at which coefficients are taken, of magnets the lowest if none is given."""
+    """Return the whirl frequency (rad/s) for coefficients; for magnets, the lowest by default."""
     return (bearing.frequency or [0.0])[0] if frequency is None else frequency
 
 
 def _frozen(bearing: SavedBearing, frequency: float) -> SavedBearing:
-    """The bearing with its coefficients at a whirl frequency (rad/s), by monotone cubics as in ROSS.
+    """Return the bearing with its coefficients at a whirl frequency (rad/s), by monotone cubics as in ROSS.
 
     Raises
     ------
     ValueError
-        If its table does not reach there.
+        If the frequency is outside its table.
     """
     from scipy.interpolate import PchipInterpolator  # slow to import
 
@@ -209,7 +210,7 @@ def _frozen(bearing: SavedBearing, frequency: float) -> SavedBearing:
 
 
 def _tensors(bearing: SavedBearing, letter: str) -> list[list[list[float]]]:
-    """[[xx, xy], [yx, yy]] at each speed, as ROSS has them: before version 3 by a smoothing spline from four on."""
+    """Return [[xx, xy], [yx, yy]] at each speed as in ROSS: before version 3 by a smoothing spline for four or more."""
     curves = []
     for axes in AXES:
         values = getattr(bearing, f"{letter}{axes}") or [0.0] * len(bearing.speed or [0.0])

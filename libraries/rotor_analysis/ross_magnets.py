@@ -1,4 +1,4 @@
-"""The magnetic bearings in a file that ROSS saved: geometry, bias and gains of their PID control."""
+"""The magnetic bearings in a file saved by ROSS: geometry, bias and gains of their PID control."""
 
 from __future__ import annotations
 
@@ -6,13 +6,13 @@ import cmath
 import math
 from typing import Any
 
-from rotor_analysis.ross_parts import SavedBearing, SavedPart
+from rotor_analysis.ross_parts import SavedBearing, SavedElement
 
 MU_0 = 4e-7 * math.pi  # H/m, as in ROSS
 RELATIVE = 1e-6  # of a table's stiffness, by which that of the magnet may differ
 
 
-class SavedMagnet(SavedPart):
+class SavedMagnet(SavedElement):
     """A magnetic bearing of two equal axes; lengths in m, `ag` in m^2, `i0` in A, `alpha` in rad, gains per metre.
 
     g0, ag, nw, alpha, i0
@@ -51,7 +51,7 @@ class SavedMagnet(SavedPart):
 
 
 def magnet_of(bearing: SavedBearing) -> SavedMagnet | None:
-    """Return the magnet that a bearing is, if (1) gives its table over the whirl frequency; None of another bearing."""
+    """Return the magnet of a bearing if its table over the whirl frequency satisfies (1), otherwise None."""
     fields: dict[str, Any] = {"tag": bearing.tag, "n": bearing.n} | (bearing.model_extra or {})
     if not bearing.frequency or not set(SavedMagnet.model_fields) <= set(fields):
         return None

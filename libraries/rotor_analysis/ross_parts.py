@@ -1,4 +1,4 @@
-"""The parts in a file that ROSS saved, as they stand there."""
+"""The parts in a file saved by ROSS, unchanged."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ class SavedMaterial(BaseModel):
     G_s: float
 
 
-class SavedPart(BaseModel):
-    """What every part has: its name and its node, from 0."""
+class SavedElement(BaseModel):
+    """Data of every part: its name and its node, from 0."""
 
     model_config = STRICT
 
@@ -29,7 +29,7 @@ class SavedPart(BaseModel):
     n: int = Field(ge=0)
 
 
-class SavedElement(SavedPart):
+class SavedShaftElement(SavedElement):
     """An element of the shaft from its node to the next; l and r are its ends, alpha and beta its damping."""
 
     L: float = Field(gt=0.0)
@@ -48,7 +48,7 @@ class SavedElement(SavedPart):
     beta: float = 0.0
 
 
-class SavedDisk(SavedPart):
+class SavedDisk(SavedElement):
     """Mass (kg), diametral and polar inertia (kg m^2)."""
 
     m: float
@@ -56,17 +56,17 @@ class SavedDisk(SavedPart):
     Ip: float
 
 
-class SavedMass(SavedPart):
+class SavedMass(SavedElement):
     """A point mass (kg), which may differ between the axes."""
 
     mx: float
     my: float
 
 
-class SavedBearing(SavedPart):
-    """A bearing or seal: coefficients of one value, or over `speed`, or over the whirl `frequency` (rad/s).
+class SavedBearing(SavedElement):
+    """A bearing or seal: constant coefficients, or coefficients over `speed` or the whirl `frequency` (rad/s).
 
-    Before version 3 ROSS called the speed `frequency`; read here, it is `speed`.
+    ROSS before version 3 names the speed `frequency`; it is read as `speed`.
     """
 
     model_config = ConfigDict(strict=True, allow_inf_nan=False, extra="allow")

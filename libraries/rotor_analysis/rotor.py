@@ -1,7 +1,7 @@
-"""Description of a rotor: its shaft, what sits on it, and how the plant's model is reduced. SI units.
+"""Description of a rotor: its shaft, its parts, and the reduction of the plant's model. SI units.
 
-The classes declare the form of a rotor file, with limits and units; `rotor_file.load_rotor` reads one. Made in Python,
-they check their values in the same way.
+The classes declare the form of a rotor file, with limits and units; `rotor_file.load_rotor` reads one. Created in
+Python, they check their values in the same way.
 """
 
 from __future__ import annotations
@@ -13,66 +13,85 @@ from typing import Annotated, Any, Literal
 from annotated_types import Ge, Gt, Lt
 from pydantic import StrictFloat, StrictInt, StrictStr
 
+from amb_files.checks import require
 from amb_files.suggestions import suggest
 from amb_files.toml import table
-from rotor_analysis.checks import Name, Node, require
+from amb_files.validation_errors import Unit
+from rotor_analysis.checks import Moderate, Name, Node
 from rotor_analysis.damping import Damping
 from rotor_analysis.element import Element, Material
 from rotor_analysis.parts import NO_TENSOR, Bearing, BodyOrDisc, Part, Sensor, Site
 from rotor_analysis.shaft import Shaft, ShaftOrSections
 
-Method = Literal["msdc", "craig_bampton", "none"]
+Method = Literal["free_modes", "msdc", "craig_bampton", "none"]
 
 KINDS = ("bodies", "bearings", "seals", "sites", "sensors")
 
 
 @table
 class ReductionOptions:
-    """How the plant's model is made. Where masters or modes are not named, they are chosen for `accuracy`."""
+    """Reduction of the plant's model. Masters and modes that are not set are chosen for `accuracy`."""
 
     method: Method | None = None
-    """`msdc` condenses it to the translations at the nodes `masters`, `craig_bampton` keeps as many `modes` of the
-    rotor held there too, `none` keeps the full model; by default `msdc` where masters are named, else
-    `craig_bampton`."""
+    """`msdc` condenses the rotor to the translations at the nodes `masters`, `craig_bampton` also retains `modes` of
+    the rotor fixed there, `none` keeps the full model. Default: `msdc` if masters are set, otherwise `craig_bampton`.
+    """
     masters: tuple[Node, ...] = ()
-    """Nodes whose translations are kept; bearings, seals and sites among them."""
+    """Nodes whose translations are retained, including bearings and sites."""
     modes: Annotated[StrictInt, Ge(0)] | None = None
-    """Modes of the rotor held at its masters."""
+    """Number of modes of the rotor fixed at its masters; with `free_modes`, of elastic modes of the free rotor."""
+    band: Annotated[StrictFloat, Gt(0.0), Moderate, Unit("Hz")] | None = None
+    """With `free_modes`, the frequency up to which the receptance between contact sites is accurate; by default that of
+    the last of `mesh.modes` modes of the free rotor, rigid motions among them."""
     accuracy: Annotated[StrictFloat, Gt(0.0), Lt(1.0)] = 1e-3
-    """Relative error of the first natural frequencies that is allowed."""
+    """Allowed relative error of that receptance or of the first natural frequencies."""
 
     def __post_init__(self) -> None:
         if self.method is None:
             object.__setattr__(self, "method", "msdc" if self.masters else "craig_bampton")
+        if self.modes is not None and self.band is not None:
+            raise ValueError("modes and band are both set; set one of them")
         for name, values, methods in (
             ("masters", len(self.masters) > 0, ("msdc", "craig_bampton")),
-            ("modes", self.modes is not None, ("craig_bampton",)),
+            ("modes", self.modes is not None, ("free_modes", "craig_bampton")),
+            ("band", self.band is not None, ("free_modes",)),
         ):
             if values and self.method not in methods:
-                raise ValueError(f"{name} is given, which belongs to {' or '.join(methods)}, not to {self.method!r}")
+                raise ValueError(f"{name} is set, which belongs to {' or '.join(methods)}, not to {self.method!r}")
 
 
 @table
 class Mesh:
-    """How fine the elements are: so that halving them moves no mode by more than allowed."""
+    """Fineness of the elements: halving them moves no mode by more than allowed."""
 
     modes: Annotated[StrictInt, Ge(1)] = 6
-    """How many modes, from the lowest."""
+    """Number of modes, from the lowest."""
     accuracy: Annotated[StrictFloat, Gt(0.0), Lt(1.0)] = 1e-4
-    """Relative change of their frequencies that is allowed."""
+    """Allowed relative change of their frequencies."""
 
 
 @table
 class Rotor:
-    """A rotor: its shaft with bodies, bearings, seals, contact sites and sensors, its damping, the shaft's materials.
+    """A rotor: shaft, bodies, bearings, seals, contact sites, sensors, damping, and materials.
 
-    Parts may be placed by `z`; the shaft then has a node there, and the parts and masters their numbers on this mesh.
+    Parts can be placed by `z`: the shaft then gets a node there, and the numbers of parts and masters refer to this
+    mesh.
 
     Raises
     ------
     ValueError
-        If a value is out of range, a part is at a place that does not exist, or two parts have the same name; one line
-        for each mistake.
+        If a value is out of range, a part is at a position that does not exist, or two parts have the same name; one
+        line for each mistake.
+
+    Examples
+    --------
+    >>> from rotor_analysis.parts import Bearing, Disc
+    >>> from rotor_analysis.shaft import Shaft
+    >>> shaft = Shaft((0.0, 0.5, 1.0), (0.05,), youngs_modulus=210e9, density=7850.0, poissons_ratio=0.3)
+    >>> supports = (Bearing("left", 1, stiffness=1e7), Bearing("right", 3, stiffness=1e7))
+    >>> fan = Rotor("fan", shaft, (Disc("wheel", 2, 10.0, 0.1, 0.06),), supports)
+    >>> round(fan.mass, 2)  # of shaft and wheel (kg)
+    25.41
     """
 
     name: StrictStr
@@ -82,22 +101,21 @@ class Rotor:
     bodies: tuple[BodyOrDisc, ...] = ()
     """Rigid bodies and discs on the shaft."""
     bearings: tuple[Bearing, ...] = ()
-    """Linear bearings, for the analyses; in co-simulation only their places count, forces come from another
-    component."""
+    """Linear bearings for analyses; in co-simulation only their positions matter, another component applies forces."""
     sites: tuple[Site, ...] = ()
-    """Places where the rotor can touch."""
+    """Contact sites."""
     sensors: tuple[Sensor, ...] = ()
-    """Planes where displacement is measured."""
+    """Planes of displacement sensors."""
     reduction: ReductionOptions = ReductionOptions()
-    """How the plant's model is made."""
+    """Reduction of the plant's model."""
     materials: dict[Name, Material] = field(default_factory=dict)
-    """Materials by name, which elements and sleeves may be of."""
+    """Materials of elements and sleeves, by name."""
     mesh: Mesh | None = None
-    """How fine the elements are, in place of the nodes as they are."""
+    """Fineness of the elements; by default the nodes are used unchanged."""
     damping: Damping = Damping()
     """Damping of the rotor without its bearings."""
     seals: tuple[Bearing, ...] = ()
-    """Seals and passive bearings, which act in the analyses and in co-simulation alike."""
+    """Seals and passive bearings, which act both in analyses and in co-simulation."""
 
     def __post_init__(self) -> None:
         wrong = [*self._misplaced(), *self._misnamed()]
@@ -112,12 +130,12 @@ class Rotor:
             list(self.masters),
             "a list without repetition",
         )
-        missing = sorted({*self.bearing_nodes, *self.seal_nodes, *self.site_nodes} - set(self.masters))
+        missing = sorted({*self.bearing_nodes, *self.site_nodes} - set(self.masters))
         require(
             not self.masters or not missing,
             "reduction.masters",
             list(self.masters),
-            f"a list that includes bearings, seals and sites {missing}",
+            f"a list that includes bearings and sites {missing}",
         )
         require(len(self.masters) != 1, "reduction.masters", list(self.masters), "two nodes or more")
 
@@ -128,7 +146,7 @@ class Rotor:
                 yield f"{kind}[{k}]", part
 
     def _misplaced(self) -> Iterator[str]:
-        """One sentence for each part or master at a place that does not exist."""
+        """Return a sentence for each part or master at a position that does not exist."""
         nodes = self.shaft.nodes
         for key, part in self._parts():
             if part.z is not None and self.shaft.node_at(part.z) is None and not nodes[0] < part.z < nodes[-1]:
@@ -141,13 +159,13 @@ class Rotor:
                 yield f"{what} = {node} is not allowed; it must be a node number from 1 to {len(nodes)}"
 
     def _misnamed(self) -> Iterator[str]:
-        """One sentence for each name that two parts or signals have, and for each that nothing has."""
+        """Return a sentence for each duplicate name of parts or signals, and for each unknown one."""
         names = [(f"{key}.name", part.name) for key, part in self._parts()]
         signals = [(f"sensors[{k}].{axis}", getattr(s, axis)) for k, s in enumerate(self.sensors) for axis in "xy"]
         taken: set[str] = set()
         for key, name in (*names, *signals):
             if name in taken:
-                yield f"{key} = {name!r} is not allowed; it must be a name that nothing else on the rotor has"
+                yield f"{key} = {name!r} is not allowed; it must be unique on the rotor"
             taken.add(name)
         for material in dict.fromkeys((*self.shaft.material, *(sleeve.material for sleeve in self.shaft.sleeves))):
             if material is not None and material not in self.materials:
@@ -159,7 +177,7 @@ class Rotor:
                 yield f"sites[{k}].bearing ({site.name}) = {site.bearing!r} is not the name of a bearing; {hint}"
 
     def _on(self, shaft: Shaft) -> dict[str, Any]:
-        """The fields of this rotor on another mesh of its shaft, which must have nodes where it is needed."""
+        """Return the fields of this rotor on another mesh of its shaft, which must have the required nodes."""
 
         def number(node: int, z: float | None = None) -> int:
             place = self.shaft.nodes[node - 1] if z is None else z
@@ -192,13 +210,18 @@ class Rotor:
 
     @property
     def masters(self) -> tuple[int, ...]:
-        """Nodes whose translations the reduction keeps, as the rotor names them."""
+        """Nodes whose translations the reduction retains, as set in the rotor."""
         return self.reduction.masters
 
     @property
     def discs(self) -> tuple[BodyOrDisc, ...]:
         """The bodies that are planes of unbalance and external force."""
         return tuple(body for body in self.bodies if body.unbalance)
+
+    @property
+    def nodes_by_name(self) -> dict[str, int]:
+        """Node numbers of all parts, by their names."""
+        return {part.name: part.node for _, part in self._parts()}
 
     @property
     def part_nodes(self) -> tuple[int, ...]:

@@ -2,39 +2,64 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import lru_cache
 from pathlib import Path
+from typing import Any
+
+from pydantic import TypeAdapter
 
 from amb_files.toml import parse_toml, read_text, validate
 from rotor_analysis.packaged_rotors import rotor_path
 from rotor_analysis.rotor import Mesh, Rotor
 
+RotorSource = Rotor | Path | str | None
+"""A rotor, the name of a packaged rotor, the path of a rotor file, or None for the packs' default."""
 
-def load_rotor(source: str | Path | None = None) -> Rotor:
+Tables = Mapping[str, Mapping[str, Any]]
+
+
+def load_rotor(source: RotorSource = None, tables: Tables | None = None) -> Rotor:
     """Read a rotor description.
 
     Parameters
     ----------
     source
-        The name of a rotor of a pack, or a TOML file of the form of `Rotor`; the packs' default without. Where it gives
-        the shaft by sections, or says `[mesh]`, the elements are divided until the first modes are as accurate as asked
-        for.
+        The name of a packaged rotor, or a TOML file with the fields of `Rotor`; by default the packs' default rotor. If
+        the file has a shaft by sections, or `[mesh]`, the elements are divided until the first modes have the required
+        accuracy. A `Rotor` is returned unchanged.
+    tables
+        Keys of the file's tables with other values, such as `{"mesh": {"accuracy": 1e-3}}`.
 
     Raises
     ------
     ValueError
-        If there is no such rotor, or its file cannot be read, has a missing or unknown key, or a value out of range;
-        one line for each mistake.
+        If no such rotor exists, or its file cannot be read, has a missing or unknown key, or a value out of range;
+        a line for each mistake.
     """
+    if isinstance(source, Rotor):
+        if not tables:
+            return source
+        data = TypeAdapter(Rotor).dump_python(source, mode="json", exclude_none=True)
+        return rotor_from(_merged(data, tables), f"rotor {source.name}")
     path = rotor_path(source)
     name = f"rotor file {path}"
-    return _rotor_of(read_text(path, name), name)
+    text = read_text(path, name)
+    return rotor_from(_merged(parse_toml(text, name), tables), name) if tables else _rotor_of(text, name)
+
+
+def _merged(data: dict[str, Any], tables: Tables) -> dict[str, Any]:
+    return data | {table: {**data.get(table, {}), **values} for table, values in tables.items()}
 
 
 @lru_cache(maxsize=8)
 def _rotor_of(text: str, name: str) -> Rotor:
-    """The rotor that a text describes, kept for the next model of the same rotor: a mesh may take long to refine."""
-    data = parse_toml(text, name)
+    """Return the rotor described by a text, cached for the next model, because refining a mesh may take long."""
+    return rotor_from(parse_toml(text, name), name)
+
+
+def rotor_from(data: dict[str, Any], name: str) -> Rotor:
+    """Return the rotor described by the data of a file, with its mesh refined if requested."""
     rotor = validate(data, Rotor, name)
     mesh = rotor.mesh or (Mesh() if "sections" in data["shaft"] else None)
     if mesh is None:

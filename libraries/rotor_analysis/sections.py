@@ -1,11 +1,12 @@
-"""Pieces of a shaft: the sections it is made of, and the sleeves on it."""
+"""Pieces of a shaft: its sections, and the sleeves on it."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
 
+from amb_files.checks import require
 from amb_files.toml import table
-from rotor_analysis.checks import Length, Name, Position, Size, require
+from rotor_analysis.checks import Length, Name, Position, Size
 from rotor_analysis.element import between
 
 SAME_PLACE = 1e-9  # m; a position this close to a node is that node's
@@ -13,7 +14,7 @@ SAME_PLACE = 1e-9  # m; a position this close to a node is that node's
 
 @dataclass(frozen=True)
 class ElementSection:
-    """The section of an element, which may change along it, and its material by name; without its place."""
+    """The section of an element, which may change along it, and the name of its material; without its position."""
 
     diameter: float
     inner_diameter: float
@@ -26,13 +27,13 @@ class ElementSection:
         return self.diameter != self.diameter_end or self.inner_diameter != self.inner_diameter_end
 
     def check(self) -> None:
-        """Raise a ValueError unless the bore is thinner than the shaft at both ends."""
+        """Raise a ValueError unless the bore is smaller than the shaft at both ends."""
         for end in ("", "_end"):
             outer, inner = getattr(self, f"diameter{end}"), getattr(self, f"inner_diameter{end}")
             require(inner < outer, f"inner_diameter{end}", f"{inner} m", f">= 0 m and < {outer} m, the diameter")
 
     def part(self, begin: float, end: float) -> ElementSection:
-        """Return the part from `begin` to `end`, as shares of the length."""
+        """Return the part from `begin` to `end`, relative to the length."""
         outer = [between((self.diameter, self.diameter_end), s) for s in (begin, end)]
         inner = [between((self.inner_diameter, self.inner_diameter_end), s) for s in (begin, end)]
         return ElementSection(outer[0], inner[0], outer[1], inner[1], self.material)
@@ -56,7 +57,7 @@ class ShaftSection:
     inner_diameter_end: Size | None = None
     """Inner diameter there."""
     material: Name | None = None
-    """Name of one of the `materials`; the shaft's own without."""
+    """Name of one of the `materials`; that of the shaft by default."""
 
     def __post_init__(self) -> None:
         _give_ends(self)
@@ -79,7 +80,7 @@ class Sleeve:
     inner_diameter_end: Size | None = None
     """Inner diameter there."""
     material: Name | None = None
-    """Name of one of the `materials`; the shaft's own without."""
+    """Name of one of the `materials`; that of the shaft by default."""
 
     def __post_init__(self) -> None:
         require(self.begin < self.end, "end", f"{self.end} m", f"> {self.begin} m, its begin")
@@ -97,7 +98,7 @@ class Sleeve:
 
 
 def _give_ends(part: ShaftSection | Sleeve) -> None:
-    """Fill in the diameters at the other end of a part that is no cone, and check all four."""
+    """Fill in the diameters at the other end of a part that is not a cone, and check all four."""
     for name in ("diameter", "inner_diameter"):
         if getattr(part, f"{name}_end") is None:
             object.__setattr__(part, f"{name}_end", getattr(part, name))

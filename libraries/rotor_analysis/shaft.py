@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from annotated_types import MinLen
 from pydantic import AfterValidator, BeforeValidator, Discriminator, Tag
 
+from amb_files.checks import require
 from amb_files.toml import table
-from rotor_analysis.checks import Length, Name, Position, Size, as_tuple, require
+from rotor_analysis.checks import Length, Name, Position, Size, as_tuple
 from rotor_analysis.element import Density, Element, Material, PoissonsRatio, Shear, Theory, YoungsModulus
 from rotor_analysis.sections import PER_ELEMENT, SAME_PLACE, ElementSection, ShaftSection, Sleeve
 
@@ -26,7 +27,7 @@ MaterialNames = Annotated[tuple[Name | None, ...], BeforeValidator(as_tuple)]
 
 @table
 class Shaft:
-    """A stepped circular shaft. Elements without a material of their own are of the one that is given here."""
+    """A stepped circular shaft. Elements without a separate material have the material defined here."""
 
     nodes: tuple[Position, ...]
     """Positions z of the nodes, ascending."""
@@ -49,7 +50,7 @@ class Shaft:
     material: MaterialNames = ()
     """Names of `materials`, one for each element or one for all."""
     shear: Shear = "cowper"
-    """Whose shear coefficient: Cowper's or Hutchinson's."""
+    """Author of the shear coefficient, Cowper or Hutchinson."""
     mass_matrix: MassModel = "diagonal"
     """`diagonal` or `consistent`."""
     sleeves: tuple[Sleeve, ...] = ()
@@ -86,11 +87,11 @@ class Shaft:
                 require(inside, f"sleeves[{k}].{name}", f"{place} m", allowed)
 
     def node_at(self, z: float) -> int | None:
-        """Return the number (from 1) of the node at z (m), None where there is none."""
+        """Return the number (from 1) of the node at z (m), or None."""
         return next((k for k, place in enumerate(self.nodes, start=1) if abs(place - z) <= SAME_PLACE), None)
 
     def with_nodes_at(self, places: Iterable[float]) -> Shaft:
-        """Return the same shaft with nodes at `places` (m) and the ends of sleeves too, all within its ends."""
+        """Return the same shaft with additional nodes at `places` (m) and the ends of sleeves, within its ends."""
         z = list(self.nodes)
         for place in (*places, *(end for sleeve in self.sleeves for end in (sleeve.begin, sleeve.end))):
             if all(abs(place - other) > SAME_PLACE for other in z):
@@ -98,7 +99,7 @@ class Shaft:
         return self.on_nodes(tuple(sorted(z)))
 
     def on_nodes(self, nodes: tuple[float, ...]) -> Shaft:
-        """Return the same shaft on other nodes (m), such that no section changes between two of them.
+        """Return the same shaft on other nodes (m), between which no section may change.
 
         Raises
         ------
@@ -114,7 +115,7 @@ class Shaft:
         return replace(self, nodes=nodes, **per_element)
 
     def elements(self, materials: Mapping[str, Material]) -> tuple[tuple[Element, ...], ...]:
-        """Return the elements between the nodes, each with the sleeves on it; `materials` are those that they name."""
+        """Return the elements between the nodes, each with the sleeves on it; `materials` are those by name."""
         local = None
         if self.youngs_modulus is not None and self.density is not None and self.poissons_ratio is not None:
             local = Material(self.youngs_modulus, self.density, self.poissons_ratio)
@@ -134,12 +135,12 @@ class Shaft:
         return [ElementSection(*values) for values in zip(*map(self._per_element, PER_ELEMENT), strict=True)]
 
     def _per_element(self, name: str) -> tuple[Any, ...]:
-        """The values of a field, one for each element: those at the other end as at the first unless given."""
+        """Return the values of a field, one for each element; those at the other end default to those at the first."""
         values = getattr(self, name) or ((None,) if name == "material" else getattr(self, name.removesuffix("_end")))
         return values * (len(self.nodes) - 1) if len(values) == 1 else values
 
     def _piece(self, begin: float, end: float) -> ElementSection:
-        """What the shaft is from `begin` to `end` (m): a part of one element, or several uniform ones alike."""
+        """Return the shaft from `begin` to `end` (m): a part of an element, or several identical uniform ones."""
         pieces = zip(pairwise(self.nodes), self._pieces(), strict=True)
         covered = [(piece, a, b) for (a, b), piece in pieces if a < end and b > begin]
         if len(covered) == 1:
@@ -158,10 +159,10 @@ class Shaft:
 
 @table
 class SectionedShaft:
-    """A shaft given by its sections from z = 0; it has nodes at their ends."""
+    """A shaft defined by its sections from z = 0, with nodes at their ends."""
 
     sections: Annotated[tuple[ShaftSection, ...], MinLen(1)]
-    """The sections, one after the other."""
+    """The sections, in sequence."""
     youngs_modulus: YoungsModulus | None = None
     """E of sections without a named material."""
     density: Density | None = None
@@ -171,9 +172,9 @@ class SectionedShaft:
     theory: Theory = "timoshenko"
     """`timoshenko`, or `rayleigh` without shear deformation."""
     material: Name | None = None
-    """Material of the sections and sleeves that name none of their own."""
+    """Material of the sections and sleeves that do not name one."""
     shear: Shear = "cowper"
-    """Whose shear coefficient: Cowper's or Hutchinson's."""
+    """Author of the shear coefficient, Cowper or Hutchinson."""
     mass_matrix: MassModel = "consistent"
     """`diagonal` or `consistent`."""
     sleeves: tuple[Sleeve, ...] = ()
@@ -198,19 +199,19 @@ class SectionedShaft:
 
 
 def _of_material(sleeves: tuple[Sleeve, ...], material: str | None) -> tuple[Sleeve, ...]:
-    """The sleeves, of `material` unless they name their own."""
+    """Return the sleeves, with `material` as default."""
     return tuple(replace(sleeve, material=sleeve.material or material) for sleeve in sleeves)
 
 
 def _check_material(shaft: Shaft | SectionedShaft, named: Iterable[str | None]) -> None:
-    """Raise a ValueError unless the shaft has a material of its own where an element names none, and only there."""
+    """Raise a ValueError unless the shaft defines a material exactly if some element does not name one."""
     needed = any(name is None for name in named)
     for name in ("youngs_modulus", "density", "poissons_ratio"):
         missing = getattr(shaft, name) is None
         if needed and missing:
             raise ValueError(f"{name} is missing")
         if not needed and not missing:
-            raise ValueError(f"{name} is given, but every element names its material")
+            raise ValueError(f"{name} is set, but every element names its material")
 
 
 def _kind_of_shaft(value: object) -> str:

@@ -1,4 +1,4 @@
-"""The static load of the bearings: how a rotor at rest, flexible as it is, spreads its weight over them."""
+"""The static load of the bearings: distribution of the weight of a flexible rotor at rest."""
 
 from __future__ import annotations
 
@@ -9,19 +9,21 @@ from rotor_analysis.rotor import Rotor
 
 
 def carried_masses(rotor: Rotor) -> dict[str, float]:
-    """Return the mass (kg) that each bearing carries while the planes of all bearings are held in line.
+    """Return the mass (kg) that each bearing carries with the planes of all bearings aligned.
 
-    K q = M e + r with q = 0 at the bearings: M e is the weight per unit of gravity, -r what the bearings carry. Weight
-    in any lateral direction is spread in this way. A bearing that holds the rotor down carries a negative mass.
+    K q = M e + r with q = 0 at the bearings: M e is the weight per unit of gravity, -r the load of the bearings. This
+    holds for weight in any lateral direction. A bearing that pulls the rotor down carries a negative mass.
 
     Raises
     ------
     ValueError
-        If the bearings do not hold the rotor, as a single one does not.
+        If the bearings do not support the rotor, for example a single one.
     """
     nodes = rotor.bearing_nodes
     if len(set(nodes)) < 2:
-        raise ValueError(f"rotor {rotor.name!r} has {len(nodes)} bearings; its weight takes two or more, apart")
+        raise ValueError(
+            f"rotor {rotor.name!r} has {len(nodes)} bearings; its weight requires two or more, at a distance"
+        )
     model = assemble(rotor)
     K, M = model.K[::2, ::2], model.M[::2, ::2]  # along x: translation and slope of each node
     along = np.zeros(len(K))

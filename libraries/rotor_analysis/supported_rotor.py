@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fmi_export.model import Array
+from amb_files.checks import require
+from array_types import Array
 from rotor_analysis.assembly import Matrices, assemble, on_bearings
-from rotor_analysis.checks import require
 from rotor_analysis.reduced_rotor import reduced_rotor
 from rotor_analysis.reduction import Reduction, msdc, reduce_by, unreduced
 from rotor_analysis.rotor import Rotor
@@ -24,7 +24,7 @@ class SupportedRotor:
     full
         The finite-element model with the bearings.
     reduction
-        The model that is analysed: `full` condensed to some planes, or `full` itself with `right` = `left` = 1.
+        The model for analyses: `full` condensed to some planes, or `full` itself with `right` = `left` = 1.
     """
 
     rotor: Rotor
@@ -33,12 +33,12 @@ class SupportedRotor:
 
     @property
     def model(self) -> Matrices:
-        """The matrices that are analysed."""
+        """The matrices for analyses."""
         return self.reduction.model
 
     @property
     def nodes(self) -> tuple[int, ...]:
-        """All nodes of the rotor, condensed or not."""
+        """All nodes of the rotor, including condensed ones."""
         return tuple(range(1, len(self.rotor.shaft.nodes) + 1))
 
     def displacement_of(self, nodes: tuple[int, ...]) -> Array:
@@ -65,14 +65,14 @@ def supported_rotor(
     rotor
         Its description, with stiffness and damping of the bearings.
     mass
-        `consistent` or `diagonal`; as the rotor says by default.
+        `consistent` or `diagonal`; by default that of the rotor.
     planes
-        Node numbers whose translations are kept; the full model by default.
+        Node numbers whose translations are retained; the full model by default.
 
     Raises
     ------
     ValueError
-        If `mass` is neither, or the planes do not exist or do not hold the rotor.
+        If `mass` is neither, or the planes do not exist or do not support the rotor.
     """
     full = on_bearings(assemble(rotor, mass), rotor)
     if planes is None:

@@ -12,7 +12,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from fmi_export.model import Array
+from array_types import Array
 from rotor_analysis.element import Element
 
 _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(5)
@@ -48,7 +48,7 @@ def rotary_inertia(element: Element, phi: float) -> Array:
 def lumped(element: Element) -> Array:
     """Return mass (kg) and diametral inertia without an m L^2 term (kg m^2) of each end, shape (2, 2).
 
-    rho A and rho I are shared between the ends as by a lever, so that the centre of mass stays.
+    rho A and rho I are distributed to the ends by the lever rule, which preserves the centre of mass.
     """
     density = element.material.density
     return _integral(

@@ -1,4 +1,4 @@
-"""Mode tracking: modes at one spin speed, mesh or model are paired with those of another by their shapes."""
+"""Mode tracking: modes at different speeds, or of different meshes or models, are paired by their shapes."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from itertools import pairwise
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from fmi_export.model import Array
+from amb_files.checks import require
+from array_types import Array, Complex
 from rotor_analysis.assembly import Matrices
-from rotor_analysis.checks import require
-from rotor_analysis.modes import Complex, Mode, modes
+from rotor_analysis.modes import Mode, modes
 
 HALVING_ASSURANCE = 0.9  # below it a step in speed is halved
 LOWEST_ASSURANCE = 0.5  # below it a mode has no continuation
@@ -44,7 +44,7 @@ def modal_assurance(M: Array, first: Sequence[Complex], second: Sequence[Complex
 def pair_modes(M: Array, known: Sequence[Complex], found: Sequence[Complex]) -> list[tuple[int | None, float]]:
     """Return, for each known shape, the index of the found shape that continues it, and the MAC of the pair.
 
-    Each found shape is used once. The index is None where none is left or the MAC is below 0.5.
+    Each found shape is used once. The index is None if none is left or the MAC is below 0.5.
     """
     criterion = modal_assurance(M, known, found)
     pairs: list[tuple[int | None, float]] = [(None, 0.0)] * len(known)

@@ -1,10 +1,10 @@
-"""Natural frequencies and shapes of the undamped rotor at rest in one plane: quick, and alike for any model of it."""
+"""Natural frequencies and shapes of the undamped rotor at rest in a single plane, for any model of it."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from fmi_export.model import Array
+from array_types import Array
 from rotor_analysis.assembly import Matrices, assemble, on_bearings
 from rotor_analysis.rotor import Rotor
 
@@ -14,15 +14,26 @@ SHIFTS = (1e4, 1e6, 1e8, 1e10)
 
 
 def natural_frequencies(rotor: Rotor, count: int) -> Array:
-    """Return the natural frequencies (rad/s) among the first `count` modes of the undamped rotor at rest, ascending."""
+    """Return the natural frequencies (rad/s) among the first `count` modes of the undamped rotor at rest, ascending.
+
+    Examples
+    --------
+    >>> from rotor_analysis.parts import Bearing, Disc
+    >>> from rotor_analysis.shaft import Shaft
+    >>> shaft = Shaft((0.0, 0.5, 1.0), (0.05,), youngs_modulus=210e9, density=7850.0, poissons_ratio=0.3)
+    >>> supports = (Bearing("left", 1, stiffness=1e7), Bearing("right", 3, stiffness=1e7))
+    >>> fan = Rotor("fan", shaft, (Disc("wheel", 2, 10.0, 0.1, 0.06),), supports)
+    >>> natural_frequencies(fan, 2).round(1)
+    array([ 386.3, 1597.1])
+    """
     return undamped_modes(assemble(rotor), rotor, count)[0]
 
 
 def undamped_modes(model: Matrices, rotor: Rotor, count: int) -> tuple[Array, Array]:
     """Return the first modes of a model of `rotor` on its bearings, K phi = omega^2 M phi.
 
-    K and M are the means over both planes. A rotor that fewer than two bearings or seals hold moves rigidly in one or
-    two of these modes, without a frequency; they are left out.
+    K and M are the means over both planes. With fewer than two bearings or seals, one or two of these modes are rigid
+    motions without a frequency, which are omitted.
 
     Parameters
     ----------
@@ -31,7 +42,7 @@ def undamped_modes(model: Matrices, rotor: Rotor, count: int) -> tuple[Array, Ar
     rotor
         Its description.
     count
-        How many modes, rigid motion among them; fewer where the model has no more.
+        Number of modes, including rigid motions; fewer if the model has fewer.
 
     Returns
     -------

@@ -1,1 +1,1 @@
-"""Around the law of a sampled controller: sensors with their faults, filter, converters, instants of its samples."""
+"""The signal chain of a sampled controller: sensors with faults, filter, converters, sampling instants."""

@@ -1,10 +1,10 @@
-"""Anti-aliasing filter of one sensor: a first-order low-pass, as its samples see it.
+"""Anti-aliasing filter of a sensor: a sampled first-order low-pass.
 
     F(s) = omega / (s + omega)
     y_(n+1) = E y_n + (1 - E - P) x_n + P x_(n+1),    E = exp(-omega h),    P = 1 - (1 - E)/(omega h)
 
-Between samples the signal is taken as linear, for which each step is exact. Frequencies above half the sampling
-frequency never reach the FMU: the filter's lag and attenuation are modelled, not the aliasing that it prevents.
+Each step is exact for a signal that is linear between samples. Frequencies above half the sampling frequency never
+reach the FMU: the filter's lag and attenuation are modelled, not the aliasing that it prevents.
 """
 
 from __future__ import annotations

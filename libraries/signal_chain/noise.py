@@ -1,4 +1,4 @@
-"""Random numbers that are the same on every machine: L'Ecuyer's MRG32k3a, whose state is six whole numbers.
+"""Machine-independent random numbers: L'Ecuyer's MRG32k3a, with a state of six whole numbers.
 
     x_n = (1403580 x_(n-2) - 810728 x_(n-3)) mod m_1,   m_1 = 2^32 - 209
     y_n = (527612 y_(n-1) - 1370589 y_(n-3)) mod m_2,   m_2 = 2^32 - 22853
@@ -24,7 +24,7 @@ MULTIPLIER, MODULUS = 69069.0, 4294967296.0  # of the congruential generator tha
 
 @kernel
 def start_stream(stream: np.record, seed: float) -> None:
-    """Set a stream, record STREAM, to the start that belongs to a whole number."""
+    """Initialise a stream, record STREAM, from a whole number."""
     value = seed
     for _ in range(8):
         value = (MULTIPLIER * value + 1.0) % MODULUS
@@ -58,7 +58,7 @@ def uniform(stream: np.record) -> float:
 
 @kernel
 def normal_pair(stream: np.record) -> tuple[float, float]:
-    """Return two normally distributed numbers of a stream, with mean 0 and deviation 1 (Box and Muller)."""
+    """Return two normally distributed numbers of a stream, with mean 0 and standard deviation 1 (Box and Muller)."""
     radius = math.sqrt(-2.0 * math.log(uniform(stream)))
     angle = 2.0 * math.pi * uniform(stream)
     return radius * math.cos(angle), radius * math.sin(angle)

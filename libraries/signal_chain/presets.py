@@ -1,4 +1,4 @@
-"""Which effects of the signal chain are on."""
+"""Presets of the signal chain."""
 
 from __future__ import annotations
 
@@ -7,14 +7,14 @@ from fmi_export.variables import Enumeration
 
 # Of chain.preset.
 PRESETS = Enumeration(
-    "SignalChain", (("ideal", "no effects"), ("rig", "all effects"), ("custom", "those whose switches are on"))
+    "SignalChain", (("ideal", "no effects"), ("rig", "all effects"), ("custom", "the effects that are switched on"))
 )
 IDEAL, RIG, CUSTOM = range(3)
 
 
 @kernel
 def is_on(preset: float, switch: float) -> bool:
-    """Return whether an effect is on: never for the ideal chain, always for the rig's, by its switch otherwise.
+    """Return whether an effect is on: never in the ideal chain, always in the rig's, otherwise by its switch.
 
     Parameters
     ----------

@@ -1,8 +1,8 @@
-"""From what sensors are shown to what a controller reads.
+"""From sensor signals to the readings of a controller.
 
 sound signal -> noise, faults -> anti-aliasing filter -> ADC -> reading
 
-A sound signal is that of a sensor without noise and faults: what it measures, times its scale.
+A sound signal is that of a sensor without noise and faults: the measured value times its scale.
 """
 
 from __future__ import annotations
@@ -24,12 +24,12 @@ from signal_chain.sensor_faults import with_faults
 
 Records = np.ndarray[tuple[int], np.dtype[np.record]]
 
-SENSOR = record(("shown", "f8"), ("filter", FILTER))  # what the sensor showed at the last sample
+SENSOR = record(("displayed", "f8"), ("filter", FILTER))  # the sensor's signal at the last sample
 N_STREAM, N_SENSOR = size_of(STREAM), size_of(SENSOR)
 
 
 class SensorMemory(NamedTuple):
-    """Random numbers, record STREAM in an array of one, and records SENSOR."""
+    """Random numbers, record STREAM in an array of length 1, and records SENSOR."""
 
     random: Records
     each: Records
@@ -49,7 +49,7 @@ def sensor_memory_of(array: Array, start: int, n_sensors: int) -> SensorMemory:
 
 @inlined_kernel
 def add_noise(deviation: float, faults: Records, random: Records, signals: Array) -> None:
-    """Add noise of a standard deviation, and the bursts of the faults; random numbers come in pairs of signals."""
+    """Add noise of a standard deviation, and bursts of faults; random numbers are drawn for pairs of signals."""
     n = signals.shape[0]
     for x in range(0, n, 2):
         y = min(x + 1, n - 1)
@@ -63,35 +63,35 @@ def add_noise(deviation: float, faults: Records, random: Records, signals: Array
 
 
 @inlined_kernel
-def read(own: np.record, faults: Records, memory: SensorMemory, started: bool, sampling: bool, signals: Array) -> bool:
-    """Turn sound signals into what the controller reads at this sample; return whether one is beyond the ADC range.
+def read(p: np.record, faults: Records, memory: SensorMemory, started: bool, sampling: bool, signals: Array) -> bool:
+    """Turn sound signals into the controller's readings at this sample; return whether one is beyond the ADC range.
 
     Parameters
     ----------
-    own
+    p
         The controller's parameters: `sample_time` (s) and the record `chain`.
     faults
         Fault inputs of each sensor.
     memory
         Changed.
     started
-        Whether there was a sample before; filters begin at rest at the first one.
+        Whether there was an earlier sample; filters are at rest at the first one.
     sampling
-        Whether this is a sample, and not the initialisation, which is without noise.
+        Whether this is a sample and not the initialisation, which has no noise.
     signals
         Sound signals, shape (n_sensors,); receives the readings.
     """
-    chain = own.chain
+    chain = p.chain
     if not started:
         start_stream(memory.random[0], chain.seed)
     if sampling:
         add_noise(chain.noise_rms if is_on(chain.preset, chain.noise) else 0.0, faults, memory.random, signals)
     filtering = is_on(chain.preset, chain.filter)
-    E, P = coefficients(chain.cutoff, own.sample_time) if filtering else (0.0, 0.0)
+    E, P = coefficients(chain.cutoff, p.sample_time) if filtering else (0.0, 0.0)
     for s in range(signals.shape[0]):
         sensor = memory.each[s]
-        displayed = with_faults(faults[s], signals[s], sensor.shown if started else signals[s])
-        sensor.shown = displayed
+        displayed = with_faults(faults[s], signals[s], sensor.displayed if started else signals[s])
+        sensor.displayed = displayed
         signals[s] = displayed
         if filtering and started:
             signals[s] = filter_sample(sensor.filter, displayed, E, P)

@@ -1,18 +1,18 @@
-"""When the controller samples: at its own instants, whatever the communication step.
+"""Sampling instants of the controller, which are independent of the communication step.
 
 The instants are t_n = begin + n T with T = `sample_time`; `begin` is the time of the first step. A step [t, t + h) that
-contains an instant takes the sample with the inputs it has, and the currents hold until the next one:
+contains an instant takes the sample with its inputs, and the currents hold until the next one:
 
     t_n           |               |               |               |
     h = T/4       *   .   .   .   *   .   .   .   *   .   .   .   *        * sample, . nothing changes
     h = 0.7 T     *          .          *          *          *            up to h before its instant
 
 An instant at the end of a step belongs to the next one. Masters round: n h differs from t_n in its last digits, and a
-sum of steps drifts from it by up to n^2 1e-16 h, 2e-5 h after a million. The last `TOLERANCE` h of a step therefore
-count as its end, which delays a sample by much less than a step that straddles its instant advances it. A sum that has
-drifted further has its samples taken a step earlier, and with h = T it cannot lose any: a step takes one at most.
+sum of steps drifts by up to n^2 1e-16 h, 2e-5 h after a million steps. The last `TOLERANCE` h of a step therefore count
+as its end, which delays a sample by much less than a step across its instant advances it. If a sum has drifted further,
+samples are taken a step earlier. With h = T none is lost, because a step takes at most one.
 
-A step longer than T would contain two instants and have inputs for one.
+A step longer than T would contain two instants and have inputs for only the first.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ from __future__ import annotations
 from fmi_export.jit import inlined_kernel
 
 TOLERANCE = 1e-3  # of the communication step
-LONGEST_STEP = 1.0 + 1e-9  # samples, as a master with another rounding of sample_time has it
-ROUNDING = 4.5e-16  # relative; of the time, which a master subtracts to find the step
+LONGEST_STEP = 1.0 + 1e-9  # samples, for masters that round sample_time differently
+ROUNDING = 4.5e-16  # relative to the time, from which a master computes the step by subtraction
 
 
 @inlined_kernel

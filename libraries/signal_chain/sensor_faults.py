@@ -11,14 +11,14 @@ from fmi_export.jit import kernel
 def with_faults(faults: np.record, sound: float, last: float) -> float:
     """Return the signal of a sensor under its faults; noise is added before.
 
-    Dead: 0, whatever else. Stuck: what it showed last. Offset: added to the sound signal.
+    Dead: 0, whatever the other faults. Stuck: its last signal. Offset: added to the sound signal.
 
     Parameters
     ----------
     faults
         The sensor's fault inputs.
     sound, last
-        What the sensor would show, and what it showed at the sample before (m).
+        Signal without faults, and signal at the previous sample (m).
     """
     if faults.dead:
         return 0.0

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from fmi_export.variables import Variable, input_, one_of, parameter
+from fmi_export.variables import Variable, enumerated, input_, parameter
 from signal_chain.presets import IDEAL, PRESETS
 
 FAULT_INPUTS = ("fault_dead", "fault_stuck", "fault_offset", "fault_noise")
@@ -18,12 +18,12 @@ def _count(name: str, description: str, start: int, minimum: int, maximum: int) 
 
 # Table 2.3 and section 2.4 of the thesis; cut-off, noise and seed are assumed.
 CHAIN = (
-    parameter("chain.preset", "1", "Effects of the signal chain", IDEAL, **one_of(PRESETS)),
+    parameter("chain.preset", "1", "Effects of the signal chain", IDEAL, **enumerated(PRESETS)),
     _switch("chain.noise", "Sensor noise"),
     _switch("chain.filter", "Anti-aliasing filter"),
     _switch("chain.adc", "Quantisation and range of the ADC"),
     _switch("chain.dac", "Quantisation and range of the DAC"),
-    _switch("chain.delay", "Currents one sample late"),
+    _switch("chain.delay", "Delay of the currents by one sample"),
     parameter(
         "chain.noise_rms",
         "m",
@@ -44,9 +44,9 @@ CHAIN = (
     ),
     parameter("chain.sensitivity", "V/m", "Sensitivity of the sensors (Table 2.3)", 8000.0, minimum=1e-3, maximum=1e12),
     _count("chain.adc_bits", "Resolution of the ADC (2.4)", 16, 2, 32),
-    parameter("chain.adc_range", "V", "Range of the ADC, either way (2.4)", 10.0, minimum=1e-6, maximum=1e6),
+    parameter("chain.adc_range", "V", "Range of the ADC, positive and negative (2.4)", 10.0, minimum=1e-6, maximum=1e6),
     _count("chain.dac_bits", "Resolution of the DAC (2.4)", 14, 2, 32),
-    parameter("chain.dac_range", "V", "Range of the DAC, either way (2.4)", 10.0, minimum=1e-6, maximum=1e6),
+    parameter("chain.dac_range", "V", "Range of the DAC, positive and negative (2.4)", 10.0, minimum=1e-6, maximum=1e6),
     parameter("chain.amplifier_gain", "A/V", "Gain of the amplifiers (Table 2.4)", 0.5, minimum=1e-9, maximum=1e9),
 )
 
@@ -58,9 +58,9 @@ def sensor_faults(name: str, where: str) -> list[Variable]:
         return input_(f"{name}.fault_{kind}", unit, f"Fault: {description}, {where}", field=kind, **options)
 
     return [
-        fault("dead", "1", "the sensor shows 0", type="Boolean"),
-        fault("stuck", "1", "the sensor stays as it is", type="Boolean"),
-        fault("offset", "m", "the sensor shows so much more", minimum=-0.1, maximum=0.1, display_unit="um"),
+        fault("dead", "1", "the sensor reads 0", type="Boolean"),
+        fault("stuck", "1", "the sensor keeps its last reading", type="Boolean"),
+        fault("offset", "m", "added to the reading", minimum=-0.1, maximum=0.1, display_unit="um"),
         fault("noise", "m", "standard deviation of a burst of noise", minimum=0.0, maximum=0.1, display_unit="um"),
     ]
 

@@ -4,32 +4,32 @@
     result = amb_cosim.run("drop", set={"rotor_contact.*.clearance": "0.6 mm"}, until=0.3)
 
     run          run a scenario and return its Result
-    Batch        members of a scenario stepped side by side, in threads: set, step, get, reset
+    Batch        step copies of a scenario side by side, in threads: set, step, get, reset
     scenarios    names and descriptions of the scenarios of the packs
     Scenario     a scenario as an object: load, changed, save
-    check        check that a scenario fits the components that it runs
-    compare      put runs or saved results side by side: table of summaries, overlaid figures
+    check        check a scenario against the components that it runs
+    compare      compare runs or saved results: table of summaries, overlaid figures
     Result       a run: dataset, summary, plot, outcome, save; Result.load reads one from its folder
-    linearise    the linear model of a machine, of a part of it, or of its sampled loop, as control.StateSpace
-    linear_controller  make a controller from a law: python-control, scipy, arrays, a dict of speeds, a file
+    linearise    return the linear model of a machine, a part, or its sampled loop, as control.StateSpace
+    linear_controller  make a controller from a law: python-control, SciPy, arrays, a dict of speeds, a file
     build        write the FMUs of rotor, actuator and controller, for use in any tool
-    build_assembled  write one FMU that holds all three, for masters that could not couple them well
-    verify       run the experiments that an FMU carries, and compare with its reference results
+    build_assembled  write an FMU that holds all three, for masters that could not couple them well
+    verify       run the experiments in an FMU, and compare with its reference results
     export_ssp   write a scenario with its FMUs as an SSP archive, for other tools
     identify     identify receptances of the levitated rotor by co-simulation, into a table for ROLAC
-    sweep        run a scenario over a grid or a sample of its values, thousands of runs, on Dask
+    sweep        run a scenario over a grid or a sample of values, thousands of runs, on Dask
     draw_sweep   draw maps of a sweep into its folder
-    assess       whether a machine may run: verdicts by criteria of standards, with figures
-    units        units of what is drawn, from now on or in a `with`: units("rpm", "um", "kN")
-    live         the page that runs a scenario in a browser, shown in a notebook: live("my_scenario.toml")
-    studies      questions answered by analysis or by many runs: Campbell diagram, sensitivity, recovery, ...
-    simulate     run any FMI 2.0 co-simulation FMUs from a system file or an SSP archive
-    System       components and connections of one's own
+    assess       assess a machine by criteria of standards, with figures
+    units        choose the units of figures, from now on or in a `with`: units("rpm", "um", "kN")
+    live         the page that runs a scenario in a browser, displayed in a notebook: live("my_scenario.toml")
+    studies      analyses of a machine: Campbell diagram, sensitivity, robustness, ...
+    simulate     run any co-simulation FMUs (FMI 2.0 and 3.0) from a system file or an SSP archive
+    System       your own components and connections
     load_system  read a system file, or a system by its name
-    cosim        the layer below, which knows FMI and numbers and no rotor: components, master, recording
+    cosim        the layer below, which knows FMI but no rotor: components, master, recording
 
-Each has its documentation: help(amb_cosim.run). What is wrong with an input is a ValueError that says where, and what
-is allowed. Everything is loaded when it is first used.
+For documentation, use for example help(amb_cosim.run). Invalid input raises ValueError; the message names the value and
+the allowed range. Each part is loaded at first use.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Rotors as environments of gymnasium: gains or other inputs are actions, displacements observations.
 
-It takes the extra `gym`. The environments are the members of a `Batch`, stepped together.
+It requires the extra `gym`. The environments are the members of a `Batch`, stepped together.
 """
 
 from __future__ import annotations
@@ -13,13 +13,11 @@ import gymnasium as gym
 import numpy as np
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
-from numpy.typing import NDArray
 
-from amb_cosim.results.places import CONTROLLER, PLANT
+from amb_cosim.results.component_names import CONTROLLER, PLANT
 from amb_cosim.scenario.batch import Batch
 from amb_cosim.scenario.scenario import Scenario
-
-Array = NDArray[np.float64]
+from array_types import Array, Bools
 
 CONTACT = f"{PLANT}.contact_state"
 CURRENTS = (f"{CONTROLLER}.*.i_x", f"{CONTROLLER}.*.i_y")
@@ -28,23 +26,23 @@ CURRENTS = (f"{CONTROLLER}.*.i_x", f"{CONTROLLER}.*.i_y")
 class RotorVectorEnv(VectorEnv[Array, Array, Any]):
     """Members of a scenario, from cycle 0 on, as a vectorised environment.
 
-    An action holds for `decision_steps` communication steps. The reward of such a decision is
+    An action holds for `decision_steps` communication steps. The reward of a decision is
 
         r = -c - w sum(i^2)
 
-    with c = 1 where the rotor is in contact at its end and 0 where it is free, the currents i (A) at its end, of all
-    axes of the controller, and their weight w (1/A^2). An episode ends (terminated) where a step fails, with reward
-    `failure_reward`, and is cut (truncated) after `decisions`. Members that end are reset in the same call
-    (`AutoresetMode.SAME_STEP`), and their last observations are `infos["final_obs"]`.
+    with c = 1 if the rotor is in contact at its end and 0 otherwise, the currents i (A) of all controller axes at its
+    end, and their weight w (1/A^2). An episode is terminated if a step fails, with reward `failure_reward`, and
+    truncated after `decisions`. Members that end are reset in the same call (`AutoresetMode.SAME_STEP`), and their last
+    observations are `infos["final_obs"]`.
 
     Parameters
     ----------
     scenario, num_envs, options
-        As for `amb_cosim.Batch`; `set` makes members differ.
+        As for `amb_cosim.Batch`; members differ through `set`.
     actions
         Lowest and highest value of each input or tunable parameter that an action sets, in the unit of the variable.
     observations
-        Names of what is observed, in their units.
+        Names of the observed variables, in their units.
     decision_steps, decisions
         Communication steps of a decision, and decisions of an episode.
     current_weight, failure_reward
@@ -53,7 +51,7 @@ class RotorVectorEnv(VectorEnv[Array, Array, Any]):
     Raises
     ------
     ValueError
-        As `Batch` does, and if an action's range is none.
+        As for `Batch`, and if the range of an action is invalid.
     """
 
     metadata = {"render_modes": [], "autoreset_mode": AutoresetMode.SAME_STEP}  # noqa: RUF012 (gymnasium has it so)
@@ -89,7 +87,7 @@ class RotorVectorEnv(VectorEnv[Array, Array, Any]):
         self._currents = [self.batch.get(name) for name in names if name.endswith((".i_x", ".i_y"))]
         self._decision_steps, self._decisions = decision_steps, decisions
         self._weight, self._failure_reward = current_weight, failure_reward
-        self._made = np.zeros(num_envs, np.intp)  # decisions of the episode
+        self._made = np.zeros(num_envs, np.intp)  # decisions so far in the episode
         self.num_envs = num_envs
         self.single_action_space = gym.spaces.Box(low, high, dtype=np.float64)
         self.single_observation_space = gym.spaces.Box(-np.inf, np.inf, (len(observations),), np.float64)
@@ -99,14 +97,14 @@ class RotorVectorEnv(VectorEnv[Array, Array, Any]):
     def reset(
         self, *, seed: int | list[int | None] | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Array, dict[str, Any]]:
-        """Bring all members back to cycle 0; nothing is drawn, so that the seed changes nothing."""
+        """Reset all members to cycle 0; nothing is random, so the seed has no effect."""
         super().reset(seed=seed if isinstance(seed, int) else None)
         self.batch.reset()
         self._made[:] = 0
         return self._observe(), {}
 
-    def step(self, actions: Array) -> tuple[Array, Array, NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]]:
-        """Set actions, shape (members, actions), and make the steps of a decision."""
+    def step(self, actions: Array) -> tuple[Array, Array, Bools, Bools, dict[str, Any]]:
+        """Set actions, shape (members, actions), and run the steps of a decision."""
         values, shape = np.asarray(actions, np.float64), (self.num_envs, len(self._actions))
         if values.shape != shape:
             raise ValueError(f"actions of shape {values.shape} are not allowed; it must be {shape}: members, actions")

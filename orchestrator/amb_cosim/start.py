@@ -14,10 +14,15 @@ def main() -> None:
             signal.signal(number, _end)
     from amb_cosim.commands.cli import main
 
-    main(prog_name="amb-cosim")
+    try:
+        main(prog_name="amb-cosim")
+    except SystemExit as ended:
+        if ended.code in CODES.values():  # the message is written; Python clears away what the exception left half-made
+            os.dup2(os.open(os.devnull, os.O_WRONLY), 2)
+        raise
 
 
 def _end(number: int, _: object) -> None:
-    """End the process at once: an exception would be lost in some imports, and shown with a traceback by others."""
+    """End the process at once: an exception would be lost in some imports, and displayed with a traceback by others."""
     os.write(2, b"amb-cosim: interrupted\n")
     os._exit(CODES[signal.Signals(number)])

@@ -4,35 +4,22 @@ from __future__ import annotations
 
 import click
 
-from amb_cosim import studies
 from amb_cosim.commands.analysis import CLOSED_BEARINGS, UP_TO, UP_TO_50_HZ, add_study
 from amb_cosim.commands.cli import main
-from amb_cosim.commands.options import FLAVOUR, JSON, ROTOR, SPEED
-from amb_cosim.commands.printing import print_result
+from amb_cosim.commands.options import FLAVOUR, ROTOR, SPEED
 from source_check.report_command import report
-from source_check.robustness_command import robustness
 
 main.add_command(report)
-main.add_command(robustness)
+main.former |= {"tables": "study tables", "robustness": "report --robustness --pack NAME"}  # commands that left
 
 MEASURED_AT = "5 Hz,10 Hz,15 Hz,16 Hz,20 Hz,25 Hz,30 Hz,35 Hz,45 Hz"
-
-
-@main.command()
-@JSON
-def tables(as_json: bool) -> None:
-    """Print the thesis's tables 3.1 to 3.4 and constants.
-
-    They are computed from the models.
-    """
-    print_result(studies.thesis_tables(), as_json)
 
 
 add_study(
     "tables",
     ROTOR,
     UP_TO,
-    click.option("--planes", help="Nodes to condense to, 1,4,11,13; the master planes of the rotor by default."),
+    click.option("--planes", help="Nodes to keep (1,4,11,13); default: the master planes."),
 )
 add_study(
     "reduction",
@@ -45,8 +32,8 @@ add_study(
     click.option("--speed", default="0.1 m/s", show_default=True, help="Speed of approach."),
     click.option("--restitution", type=float, default=0.7, show_default=True, help="Share of it that is returned."),
     click.option("--k-c", default="1e8 N/m", show_default=True, help="Contact stiffness."),
-    click.option("--delta-c", default="10 um", show_default=True, help="Penetration at which laws are engaged."),
-    click.option("--mass", help="Mass; what the rig's journal at MB1 resists a blow with by default."),
+    click.option("--delta-c", default="10 um", show_default=True, help="Penetration at which laws are fully engaged."),
+    click.option("--mass", help="Mass; default: the effective mass of MB1's journal."),
 )
 add_study(
     "synchronous_response",
@@ -65,9 +52,11 @@ add_study(
         "--steps",
         default="8,12,16,20,24,28,32,36,40,44,48 g.m",
         show_default=True,
-        help="Unbalances added on D1, before the factor of scenario fig5_6.",
+        help="Added unbalances on D1, before the factor of fig5_6.",
     ),
-    click.option("--instants", type=int, default=5, show_default=True, help="Instants of the step within a turn."),
+    click.option(
+        "--instants", type=int, default=5, show_default=True, help="Instants of the step within a revolution."
+    ),
     click.option("--alpha", default="7 1/s", show_default=True, help="Adaptation rate."),
     FLAVOUR,
     shows_progress=True,

@@ -1,4 +1,4 @@
-"""How far a value is from what the thesis states: a number that can be averaged over statements."""
+"""Misfit of a value against a statement of the thesis: a number that can be averaged over statements."""
 
 from __future__ import annotations
 
@@ -12,19 +12,19 @@ DIFFERS = 1.0  # what a text or a truth value adds that differs: as much as a fa
 
 
 def misfit(statement: Statement, ours: Computed | None) -> float:
-    """Return how far a value is from a statement; 0 is agreement.
+    """Return the misfit of a value against a statement; 0 is agreement.
 
     |ln((|ours| + a) / (|thesis| + a))|, at most ln 10, with a the absolute tolerance
 
-    A limit that is kept adds nothing. A number of the other sign, and one that does not exist, add ln 10. Of a list the
-    mean counts. A text or a truth value that differs adds 1.
+    A limit that is met counts 0. A number of opposite sign, or a missing one, counts ln 10; a list counts its mean; a
+    different text or truth value counts 1.
 
     Parameters
     ----------
     statement
         The statement, in its unit.
     ours
-        What was computed, in the same unit.
+        The computed value, in the same unit.
     """
     thesis = statement.value
     if isinstance(thesis, bool | str):

@@ -1,9 +1,8 @@
-"""Identification of the rig: what the thesis does not state is fitted to the frequencies that it prints.
+"""Identification of the rig: parameters that the thesis does not state are fitted to its printed frequencies.
 
-The thesis gives no axial positions of the inner discs and no masses of the magnetic bearings' cores. They are found
-here from the damped natural frequencies of the 13-node model in Table 3.1, of which
-`printed_frequencies.toml` holds 32 of 48 (90 and 145 rad/s, both mass matrices).
-Run it: `python -m bath_thesis.parameter_fit`.
+The thesis states neither the axial positions of the inner discs nor the masses of the magnetic bearings' cores. They
+are fitted here to the damped natural frequencies of the 13-node model in Table 3.1, of which `printed_frequencies.toml`
+contains 32 of 48 (90 and 145 rad/s, both mass matrices). Run it: `python -m bath_thesis.parameter_fit`.
 
 Fixed beforehand: length 1.948 m, shaft diameter 0.05 m, bearings at 0.624 m and 1.321 m (Fig. 2.1), end discs at the
 shaft ends, four discs of 10 kg and radius 0.12 m, net stiffness k_p - K_s = 0.756e6 and 0.544e6 N/m, steel of
@@ -14,9 +13,9 @@ The fitted parameters p minimise
 
     sum ((f_i(p) / f_i - 1) / 0.3 %)^2 + sum ((p_k - prior_k) / deviation_k)^2
 
-The frequencies alone do not determine all of p: a heavier core at one bearing and a lighter one at the other fit as
-well, and so does softer steel with the other parameters shifted. The priors decide there; `PARAMETERS` has them with
-bounds and reasons. Their widths are a choice; docs/theory/rig.md says what other widths give.
+The frequencies alone do not determine all of p: a heavier core at one bearing and a lighter one at the other fit
+equally well, as does softer steel with other parameters shifted. The priors in `PARAMETERS`, with bounds and reasons,
+resolve this. Their widths are a choice; docs/theory/rig.md has the results with other widths.
 """
 
 from __future__ import annotations
@@ -30,10 +29,10 @@ from rich.table import Table
 from scipy.optimize import least_squares
 
 from amb_cosim.presentation.text_tables import text_table
+from amb_files.checks import require
+from array_types import Array
 from bath_thesis.printed import table_of
 from bath_thesis.studies.frequency_tables import MASSES
-from fmi_export.model import Array
-from rotor_analysis.checks import require
 from rotor_analysis.modes import damped_frequencies
 from rotor_analysis.parts import Bearing, Disc
 from rotor_analysis.rotor import Rotor
@@ -70,8 +69,8 @@ _CORE = (100.0 - 4.0 * DISC_MASS - _SHAFT_MASS) / 2.0  # two alike, and 100 kg i
 PARAMETERS = (
     Parameter("z_d2", "m", (0.05, 0.60), None, None, "between the end disc and MB1"),
     Parameter("z_d3", "m", (0.66, 1.31), None, None, "between the bearings"),
-    Parameter("core1_mass", "kg", (2.0, 40.0), _CORE, (_CORE, 5.0), "half of 100 kg less discs and shaft"),
-    Parameter("core2_mass", "kg", (2.0, 40.0), _CORE, (_CORE, 5.0), "half of 100 kg less discs and shaft"),
+    Parameter("core1_mass", "kg", (2.0, 40.0), _CORE, (_CORE, 5.0), "half of 100 kg minus discs and shaft"),
+    Parameter("core2_mass", "kg", (2.0, 40.0), _CORE, (_CORE, 5.0), "half of 100 kg minus discs and shaft"),
     Parameter("core_radius", "m", (0.03, 0.20), 0.06, (0.09, 0.03), "assumed: between shaft and discs"),
     Parameter("core_width", "m", (0.02, 0.30), 0.08, (0.12, 0.03), "assumed"),
     Parameter("youngs_modulus", "Pa", (1.9e11, 2.2e11), 2.0e11, (2.07e11, 1e9), "handbook, carbon steel"),
@@ -90,9 +89,9 @@ class FitResult:
     """Result of the fit.
 
     values
-        Of the parameters, in the order of `PARAMETERS`.
+        Values of the parameters, in the order of `PARAMETERS`.
     deviations
-        Of the computed from the printed frequencies (percent), shape (32,).
+        Deviations of the computed from the printed frequencies (percent), shape (32,).
     sensitivity
         Change of the deviations (percent) for a relative change of each parameter by one, shape (32, parameters).
     standard_deviation
@@ -109,7 +108,7 @@ class FitResult:
 
     @property
     def singular_values(self) -> Array:
-        """Singular values of the sensitivity, descending: how well combinations are determined."""
+        """Singular values of the sensitivity, descending: they show how well combinations are determined."""
         return np.asarray(np.linalg.svd(self.sensitivity, compute_uv=False))
 
 

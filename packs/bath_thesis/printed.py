@@ -1,4 +1,4 @@
-"""Numbers that the thesis prints, in the files `printed_NAME.toml` beside this one."""
+"""Numbers printed in the thesis, from the files `printed_NAME.toml` next to this one."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Quantities and plots that the thesis's statements alone need: of runs of its rig, and of its studies."""
+"""Quantities and plots for the thesis's statements only: of runs of its rig, and of its studies."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from amb_cosim.reporting.panels import Curve, Panel, curve, horizontal_axis
 from amb_cosim.results.contact_history import contact_cycles
 from amb_cosim.results.places import places
 from amb_cosim.results.series import signal
+from amb_files.toml import validate
 from bath_thesis.studies.contact_hysteresis import ContactLaws
 from bath_thesis.studies.frequency_tables import COUNT, ThesisTables
 from bath_thesis.studies.h_interpolation import InverseReceptance
@@ -21,6 +22,7 @@ from bath_thesis.studies.measured_response import SynchronousResponse
 from bath_thesis.studies.reduced_models import FULL, ModelReduction
 from rotor_analysis.campbell import campbell
 from rotor_analysis.modes import damped_frequencies
+from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import load_rotor
 from rotor_analysis.supported_rotor import supported_rotor
 from source_check.run_quantities import parameter, sensor_amplitude
@@ -52,7 +54,7 @@ def frequencies(tables: ThesisTables, mesh: str, mass: str, speed: float) -> Ann
 def frequency_errors(
     tables: ThesisTables, mesh: str, mass: str, speed: float, reference: str = REFERENCE, reference_mass: str = ""
 ) -> Annotated[list[float], "1"]:
-    """Return frequencies over those of another model less one, at one speed (rad/s), with sign (1).
+    """Return the relative deviations of frequencies from those of another model, at one speed (rad/s) (1).
 
     `reference` is a mesh, with consistent mass unless `reference_mass` says otherwise.
     """
@@ -62,12 +64,12 @@ def frequency_errors(
 
 
 def error_sizes(tables: ThesisTables, mesh: str, mass: str, speed: float) -> Annotated[list[float], "1"]:
-    """Return the sizes of `frequency_errors` (1)."""
+    """Return the absolute values of `frequency_errors` (1)."""
     return [abs(error) for error in frequency_errors(tables, mesh, mass, speed)]
 
 
 def mean_error(tables: ThesisTables, mesh: str, mass: str) -> Annotated[float, "1"]:
-    """Return the mean size of `frequency_errors` over eight frequencies and three speeds (1)."""
+    """Return the mean absolute value of `frequency_errors` over eight frequencies and three speeds (1)."""
     errors = [frequency_errors(tables, mesh, mass, speed) for speed in (90.0, 120.0, 145.0)]
     return float(np.mean(np.abs(errors)))
 
@@ -75,7 +77,7 @@ def mean_error(tables: ThesisTables, mesh: str, mass: str) -> Annotated[float, "
 def largest_error(
     tables: ThesisTables, mesh: str, mass: str, reference: str, reference_mass: str
 ) -> Annotated[float, "1"]:
-    """Return the largest size of `frequency_errors` over three speeds (1)."""
+    """Return the largest absolute value of `frequency_errors` over three speeds (1)."""
     errors = [frequency_errors(tables, mesh, mass, s, reference, reference_mass) for s in (90.0, 120.0, 145.0)]
     return float(np.max(np.abs(errors)))
 
@@ -123,7 +125,7 @@ def table_speeds(force: IdentificationForce) -> Annotated[list[float], "rad/s"]:
 
 
 def test_response(force: IdentificationForce, frequency: float) -> Annotated[float, "m"]:
-    """Return how far the test force at a frequency (Hz) moves the journal in MB1 in x (m)."""
+    """Return the amplitude of the journal in MB1 in x under the test force at a frequency (Hz) (m)."""
     return float(np.interp(frequency, force.columns.frequencies, force.columns.response_mb1))
 
 
@@ -151,7 +153,9 @@ FASTEST = 300.0  # rad/s, up to which critical speeds are looked for
 def critical_speeds(run: Signals, count: int) -> Annotated[list[float], "rad/s"]:
     """Return the lowest critical speeds with forward whirl (rad/s) on bearings with the gains of axis x of MB1."""
     k_b, c_b = (parameter(run, "rolac_controller", f"mb1.{gain}_x") or 0.0 for gain in ("k_b", "c_b"))
-    rotor = load_rotor(json.loads(run.attrs["scenario_data"]).get("rotor")).on_equal_bearings(k_b, c_b)
+    stated = json.loads(run.attrs["scenario_data"]).get("rotor")
+    rotor = validate(stated, Rotor, "rotor of the run") if isinstance(stated, dict) else load_rotor(stated)
+    rotor = rotor.on_equal_bearings(k_b, c_b)
     result = campbell(supported_rotor(rotor).model, np.linspace(0.0, FASTEST, 121), 2 * count)
     return [crossing.Omega for crossing in result.critical_speeds if crossing.whirl == "forward"][:count]
 
@@ -196,7 +200,7 @@ def h_panels(found: InverseReceptance) -> list[Panel]:
 
 
 def force_panels(found: IdentificationForce) -> list[Panel]:
-    """Return the amplitude of the test force, and how far it moves the journals, over the frequency."""
+    """Return the amplitude of the test force, and of the journals under it, over the frequency."""
     columns = found.columns
     moved = {"MB1": columns.response_mb1, "MB2": columns.response_mb2}
     responses = tuple(curve(name, columns.frequencies, 1e3 * response) for name, response in moved.items())
@@ -207,7 +211,7 @@ def force_panels(found: IdentificationForce) -> list[Panel]:
 
 
 def norm_panels(found: SynchronousResponse) -> list[Panel]:
-    """Return the norm of the response over the spin speed, the lines of (5.19), and what was identified (5.18)."""
+    """Return the norm of the response over the spin speed, the lines of (5.19), and the identified norm (5.18)."""
     at = found.at_speeds
     curves = [curve("(5.19)", found.speeds, 1e6 * found.thesis, "dashed")]
     for k in range(0, len(found.forces), 2):
@@ -237,7 +241,7 @@ def force_at_touch(found: ContactLaws, law: str) -> Annotated[float, "N"]:
 
 
 def smallest_force(found: ContactLaws, law: str) -> Annotated[float, "N"]:
-    """Return the smallest force of a contact law in a blow (N), point B of Fig. 4.1 where it is negative."""
+    """Return the smallest force of a contact law in a blow (N), point B of Fig. 4.1 if negative."""
     return found.laws[law].smallest_force
 
 

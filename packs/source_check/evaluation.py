@@ -1,4 +1,4 @@
-"""Statements computed and judged: what the report and its table are made of."""
+"""Computed and judged statements, the data of the report and its table."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
-from amb_cosim.cosim.run.run_plan import Progress
+from amb_cosim.cosim.run.options import Progress
 from amb_cosim.scenario.scenario import load_scenario
 from amb_cosim.studies.stored_robustness import StoredOutcome
 from amb_files.atomic import write_atomically
@@ -23,7 +23,7 @@ DATA = "report.json"
 
 
 class Computation(NamedTuple):
-    """One way to compute a statement: source, request, and the factor or reading that it takes."""
+    """One way to compute a statement: source, request, and its factor or reading."""
 
     source: str
     request: QuantityRequest
@@ -32,24 +32,24 @@ class Computation(NamedTuple):
 
 @dataclass(frozen=True)
 class Judged:
-    """A statement with what was computed, and the verdict.
+    """A statement with its computed value and verdict.
 
     source
-        Name of the source that the verdict rests on; empty where nothing is computed.
+        Name of the source of the verdict; empty if nothing is computed.
     ours
-        What was computed, in the statement's unit.
+        The computed value, in the statement's unit.
     reading
-        The factor or reading that it took.
+        The factor or reading used.
     ratios
-        Ours over what is stated, for each number.
+        Computed over stated value, for each number.
     reason
-        Why it is missed or not computed.
+        Reason why it is missed or not computed.
     beside
-        What other ways lead to, which are not judged, by what they are.
+        Results of other ways, which are not judged, by name.
     converged, is_met_there
-        The same on the model with more modes, and whether the statement is met there; None where that is not computed.
+        The same on the model with more modes, and whether the statement is met there; None if not computed.
     robustness
-        Whether the outcome that it states is robust, and what flips it; empty where that is not known.
+        Whether the stated outcome is robust, and what flips it; empty if unknown.
     """
 
     statement: Statement
@@ -67,7 +67,7 @@ class Judged:
 
 @dataclass(frozen=True)
 class Report:
-    """Judged statements of a file in its order, and the answers of their sources by name."""
+    """Judged statements of a file in order, and the answers of their sources by name."""
 
     statements: Statements
     judged: tuple[Judged, ...]
@@ -75,7 +75,7 @@ class Report:
 
     @property
     def failures(self) -> dict[str, str]:
-        """Why a source could not be run at all, by its name."""
+        """Reason why a source could not be run, by name."""
         return {
             name: next(iter(answer.failures.values()))
             for name, answer in self.answers.items()
@@ -91,7 +91,7 @@ class Report:
         return Counter(item.verdict for item in (self.judged if chapter is None else self.of_chapter(chapter)))
 
     def as_dict(self) -> dict[str, Any]:
-        """Return statements, values and verdicts, ready for JSON."""
+        """Return statements, values and verdicts for JSON."""
         return {
             "counts": {
                 "all": _named(self.counts()),
@@ -142,7 +142,7 @@ def assess(
     Raises
     ------
     ValueError
-        If `only` names something that is not there.
+        If `only` contains an unknown name.
     OSError
         If an answer cannot be written.
     """
@@ -152,7 +152,7 @@ def assess(
 
 
 def jobs_of(statements: Statements, chosen: Iterable[Statement], folder: Path) -> list[Job]:
-    """Return a job for each source that some statements need, the longest runs first."""
+    """Return a job for each source that the statements require, the longest runs first."""
     requests: dict[str, list[QuantityRequest]] = {}
     for statement in chosen:
         if statement.source:
@@ -176,7 +176,7 @@ def judged(
 ) -> Judged:
     """Return a statement with the verdict that follows from the answers of its sources.
 
-    `outcomes` says of runs, by their names, whether their outcomes are robust.
+    `outcomes` states the robustness of outcomes of runs, by name.
     """
     tried = computations(statement, statements)
     values = [found[way.source].values.get(way.request.key) for way in tried]
@@ -208,13 +208,13 @@ def judged(
 
 
 def _robustness(statement: Statement, source: str, outcomes: Mapping[str, StoredOutcome]) -> str:
-    """Return the verdict on an outcome, a text or a truth value, of a run that was repeated with small changes."""
+    """Return the verdict on an outcome (a text or truth value) of a run that was repeated with small changes."""
     available = outcomes.get(source)
     return available.text if available is not None and isinstance(statement.value, str | bool) else ""
 
 
 def computations(statement: Statement, statements: Statements) -> list[Computation]:
-    """Return the ways to compute a statement, in the order in which they are tried."""
+    """Return the ways to compute a statement, in the order of trial."""
     if not statement.quantity:
         return []
     first = _way(statement, statement.source, statement.quantity, dict(statement.arguments), "", statements.sources)
@@ -223,7 +223,7 @@ def computations(statement: Statement, statements: Statements) -> list[Computati
 
 
 def alternatives(statement: Statement, statements: Statements) -> list[Computation]:
-    """Return the ways that are shown beside a statement."""
+    """Return the additional ways that are shown with a statement."""
     return [_other(statement, reading, statements) for reading in statement.beside]
 
 

@@ -1,4 +1,4 @@
-"""The report as one HTML page that needs no other file."""
+"""The report as one self-contained HTML page."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ PAGE = "report.html"
 
 @dataclass(frozen=True)
 class Section:
-    """Statements that rest on one source, with its answer; without a source, statements that have none."""
+    """Statements of one source, with its answer, or statements without a source."""
 
     name: str
     answer: SourceResult | None
@@ -30,12 +30,12 @@ class Section:
 
     @property
     def places(self) -> str:
-        """Places in the source of the statements, each once."""
+        """Distinct places in the source of the statements."""
         return ", ".join(dict.fromkeys(item.statement.where for item in self.judged))
 
     @property
     def reading(self) -> str:
-        """The reading that all its statements take, if there is one."""
+        """The common reading of all its statements, if any."""
         counted = (Verdict.REPRODUCED, Verdict.WITH_READING, Verdict.MISSED)
         readings = {item.reading for item in self.judged if item.verdict in counted}
         return readings.pop() if len(readings) == 1 else ""
@@ -47,7 +47,7 @@ class Section:
 
 
 def write_page(report: Report, path: Path) -> Path:
-    """Write the page; it appears complete or not at all."""
+    """Write the page; it appears completely or not at all."""
     text = page(report)
     write_atomically(path, lambda file: file.write_text(text, encoding="utf-8"))
     return path
@@ -83,7 +83,7 @@ def page(report: Report) -> str:
 
 
 def sections(report: Report, chapter: Chapter) -> Iterator[Section]:
-    """Yield the statements of a chapter by source, in the order of their file; those without any together."""
+    """Yield the statements of a chapter by source, in the order of their file; those without a source together."""
     groups: dict[str, list[Judged]] = {}
     sources = _source_of_group(report)
     for item in report.of_chapter(chapter):
@@ -94,5 +94,5 @@ def sections(report: Report, chapter: Chapter) -> Iterator[Section]:
 
 
 def _source_of_group(report: Report) -> dict[str, str]:
-    """Return a source for each figure and table that has one, for its statements without."""
+    """Return a source for each figure and table that has one, for its statements without a source."""
     return {item.statement.group: item.statement.source for item in reversed(report.judged) if item.statement.source}

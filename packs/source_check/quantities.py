@@ -1,8 +1,8 @@
-"""Quantities and plots by which statements are computed: those of this room, and those of the module that a file names.
+"""Quantities and plots for statements: those of this package, and those of the module named in a file.
 
-They are the public functions of a module. Their first argument is a run (`Signals`), or the result of a study. One that
-returns panels draws. Any other is a quantity; the unit of its number is in the annotation of what it returns,
-`Annotated[float, "N"]`, which texts, truth values and numbers with a unit of their own do without.
+They are the public functions of a module. Their first argument is a run (`Signals`), or the result of a study. A
+function that returns panels is a plot. Any other is a quantity; the unit of its number is in the annotation of the
+return type, `Annotated[float, "N"]`, which is not needed for texts, truth values and numbers with units.
 """
 
 from __future__ import annotations
@@ -18,35 +18,35 @@ from amb_cosim.reporting.panels import Panel, run_panels
 from source_check import run_quantities, study_panels, study_quantities
 
 Quantities = Mapping[str, tuple[Callable[..., Any], str]]
-"""Functions and the units of their numbers, by name."""
+"""Functions and units of their numbers, by name."""
 
 
 def quantities_of_runs(module: str = "") -> Quantities:
-    """Return the quantities of runs, with those of a module, if it is named."""
+    """Return the quantities of runs, with those of a module, if any."""
     return {
         f.name: (f.call, f.unit) for f in _functions(run_quantities.__name__, module) if f.is_of_run and not f.draws
     }
 
 
 def quantities_of_studies(module: str = "") -> Quantities:
-    """Return the quantities of studies, with those of a module, if it is named."""
+    """Return the quantities of studies, with those of a module, if any."""
     available = [f for f in _functions(study_quantities.__name__, module) if is_dataclass(f.subject)]
     return {f.name: (f.call, f.unit) for f in available if not f.draws}
 
 
 def panels_of_run(run: Signals, module: str = "") -> tuple[Panel, ...]:
-    """Return the plots of a run, with those of a module, if it is named."""
+    """Return the plots of a run, with those of a module, if any."""
     return run_panels(run, [f.call for f in _functions(module) if f.is_of_run and f.draws])
 
 
 def panels_of_study(result: Any, module: str = "") -> tuple[Panel, ...]:
-    """Return the plots of a study's result, of this room or of a module; none where a study has no curves."""
+    """Return the plots of a study's result, of this package or of a module; none if a study has no curves."""
     available = [f for f in _functions(study_panels.__name__, module) if f.draws and not f.is_of_run]
     return next((tuple(f.call(result)) for f in available if isinstance(result, f.subject)), ())
 
 
 class _Function(NamedTuple):
-    """A public function of a module, the type of its first argument, and that of what it returns."""
+    """A public function of a module, with the types of its first argument and return value."""
 
     call: Callable[..., Any]
     subject: Any
@@ -70,7 +70,7 @@ class _Function(NamedTuple):
 
 
 def _functions(*modules: str) -> Iterator[_Function]:
-    """Yield the public functions of modules that have arguments; an empty name is none."""
+    """Yield the public functions with arguments of modules; empty names are ignored."""
     for module in filter(None, modules):
         for function in vars(import_module(module)).values():
             if isfunction(function) and function.__module__ == module and not function.__name__.startswith("_"):

@@ -1,4 +1,4 @@
-"""Command `report`: what packs state beside what is computed here."""
+"""Command `report`: statements of packs, compared with computed values."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from amb_cosim.commands.cli_errors import Failed, refusing
+from amb_cosim.commands.cli_errors import Failed, Refused, refusing
 from amb_cosim.commands.options import UNITS, output
 from amb_files.atomic import check_writable
 from fmi_export.building.extras import require_extra
@@ -18,38 +18,55 @@ if TYPE_CHECKING:
 
 
 @click.command()
-@output("Folder for the page and its data; what fits of an earlier report there is used again.", "results/report")
+@output("Folder for page and data; matching results are reused.", "results/report")
 @click.option(
     "--pack",
     "packs",
     multiple=True,
     metavar="NAME",
-    help="A pack that states something; by default all that have what `only` names.",
+    help="Pack with statements; default: all that match --only.",
 )
-@click.option("--only", multiple=True, metavar="NAME", help="A chapter, figure, table: ch4, table3_1; may be repeated.")
-@click.option("--jobs", type=click.IntRange(1, 256), help="Most processes at a time; by default one for a processor.")
+@click.option("--only", multiple=True, metavar="NAME", help="A chapter, figure or table: ch4, table3_1; repeatable.")
+@click.option("--jobs", type=click.IntRange(1, 256), help="Number of processes; default: one per processor.")
+@click.option(
+    "--robustness",
+    is_flag=True,
+    help="Check and store which outcomes of each --pack are robust; write no page.",
+)
 @UNITS
-def report(output: Path, packs: tuple[str, ...], only: tuple[str, ...], jobs: int | None) -> None:
-    """Check what packs state and write a page of verdicts.
+def report(output: Path, packs: tuple[str, ...], only: tuple[str, ...], jobs: int | None, robustness: bool) -> None:
+    """Check the statements of packs and write a page of verdicts.
 
-    Each of several packs gets a folder of its own.
+    With several packs, each has its own folder.
     """
+    from source_check.robustness_runs import store_robustness
     from source_check.statements import load_statements, packs_with_statements
 
+    failures: dict[str, str] = {}
+    if robustness:
+        if not packs:
+            raise Refused("--robustness needs --pack NAME")
+        for pack in packs:
+            failures |= store_robustness(pack, only, jobs)
+        _fail(failures)
+        return
     with refusing():
         check_writable(output, is_folder=True)
         available = {pack: load_statements(pack) for pack in packs or packs_with_statements()}
     chosen = {pack: of for pack, of in available.items() if of.named.keys() >= {*only}} or available
-    failures: dict[str, str] = {}
     for pack, statements in chosen.items():
         folder = output if len(chosen) == 1 else output / pack
         failures |= _assess(statements, folder, only, jobs, pack).failures
+    _fail(failures)
+
+
+def _fail(failures: dict[str, str]) -> None:
     if failures:
         raise Failed("\n".join(f"{name}: {reason}" for name, reason in failures.items()))
 
 
 def _assess(statements: Statements, folder: Path, only: tuple[str, ...], jobs: int | None, pack: str) -> Report:
-    """Compute and judge statements, write data, table and page into a folder, and tell how many have which verdict."""
+    """Compute and judge statements, write data, table and page into a folder, and print the number of each verdict."""
     from rich.console import Console
 
     from amb_cosim.presentation.progress import bars

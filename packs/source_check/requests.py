@@ -1,4 +1,4 @@
-"""A quantity that is requested of a run or of a study, and its value."""
+"""A requested quantity of a run or of a study, and its value."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from source_check.verdict import Computed
 
 @dataclass(frozen=True)
 class QuantityRequest:
-    """A quantity with its arguments, and the unit that its number is wanted in."""
+    """A quantity with its arguments, and the requested unit."""
 
     quantity: str
     arguments: tuple[tuple[str, Any], ...]
@@ -28,7 +28,7 @@ class QuantityRequest:
 
 
 def evaluate(subject: Any, request: QuantityRequest, quantities: Mapping[str, Any]) -> Computed | None:
-    """Return a quantity of a run or of a study in the unit that is wanted; None if it has none.
+    """Return a quantity of a run or of a study in the requested unit; None if it has none.
 
     Raises
     ------

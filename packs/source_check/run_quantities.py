@@ -1,6 +1,6 @@
 """Named quantities of a run: each takes its signals and returns a number in SI units, a text, or None if it has none.
 
-Windows `begin` and `end` are in cycles of the initial speed; without them the whole run from cycle 0 on counts.
+Windows `begin` and `end` are in cycles of the initial speed; by default they cover the run from cycle 0.
 """
 
 from __future__ import annotations
@@ -9,21 +9,20 @@ import json
 from typing import Annotated
 
 import numpy as np
-from numpy.typing import NDArray
 
 from amb_cosim.cosim.record.signals import Signals
 from amb_cosim.results import contact_forces, contact_history
 from amb_cosim.results.orbits import When, radius, settled_amplitude, support
 from amb_cosim.results.places import places
 from amb_cosim.results.series import cycles, displacements, parameters, signal, speed
+from array_types import Array, Bools
 
-Bools = NDArray[np.bool_]
 HERTZ = 2.0 * np.pi  # rad/s
 BOUNCE = 0.1  # cycles; a break of the contact that is shorter is a bounce
 
 
 def peak_force(run: Signals, site: str, begin: float = 0.0, end: float = np.inf) -> Annotated[float | None, "N"]:
-    """Return the largest normal contact force at a site (N), within steps too, without the impulses of impacts."""
+    """Return the largest normal contact force at a site (N), including those within steps, without impact impulses."""
     return contact_forces.peak_force(run, site, begin, end)
 
 
@@ -46,7 +45,7 @@ def contact_share(
 
 
 def cycles_in(run: Signals, states: str, begin: float = 0.0, end: float = np.inf) -> Annotated[float | None, "1"]:
-    """Return how long the rotor is in some contact states, in cycles."""
+    """Return the time in some contact states, in cycles."""
     if signal(run, "contact_state") is None:
         return None
     within = _window(run, begin, end)
@@ -62,7 +61,7 @@ def longest_spell(run: Signals, states: str, begin: float = 0.0, end: float = np
 
 
 def first_contact(run: Signals, since: float = 0.0) -> Annotated[float | None, "1"]:
-    """Return the cycle of the first sample in contact from cycle 0 on, counted from `since`."""
+    """Return the cycle of the first sample in contact from cycle 0, relative to `since`."""
     first = contact_history.contact_cycles(run)[0]
     return None if first is None else first - since
 
@@ -78,7 +77,7 @@ def second_site_after(run: Signals) -> Annotated[float | None, "1"]:
 
 
 def last_contact(run: Signals, since: float = 0.0) -> Annotated[float | None, "1"]:
-    """Return the cycle of the last sample in contact, counted from `since`, 0 without contact after it."""
+    """Return the cycle of the last sample in contact, relative to `since`; 0 without contact after it."""
     last = contact_history.contact_cycles(run)[1]
     return 0.0 if last is None else max(0.0, last - since)
 
@@ -92,7 +91,7 @@ def contact_duration(run: Signals) -> Annotated[float | None, "1"]:
 def first_spell(
     run: Signals, bounce: float = BOUNCE, states: str = "", begin: float = 0.0
 ) -> Annotated[float | None, "1"]:
-    """Return how long the first contact from a cycle on lasts, of any state or of some; both in cycles.
+    """Return the duration of the first contact from a cycle, in any or some states; both in cycles.
 
     A break longer than `bounce` ends it.
     """
@@ -102,7 +101,7 @@ def first_spell(
 
 
 def first_site(run: Signals, begin: float = 0.0) -> str:
-    """Return the retainer that is touched first, by its name, `both` or `none`."""
+    """Return the retainer that is touched first, by name, `both` or `none`."""
     result = _is_in_any(run) & _window(run, begin, np.inf)
     state = signal(run, "contact_state")
     if state is None or not result.any():
@@ -111,13 +110,13 @@ def first_site(run: Signals, begin: float = 0.0) -> str:
 
 
 def sites_touched(run: Signals, begin: float = 0.0, end: float = np.inf) -> str:
-    """Return the retainers that are touched, by their names with `and` between them, or `none`."""
+    """Return the touched retainers, as names joined by `and`, or `none`."""
     touched = [site.upper() for site in places(run).retainers if (peak_force(run, site, begin, end) or 0.0) > 0.0]
     return " and ".join(touched) or "none"
 
 
 def site_of_largest_force(run: Signals, begin: float = 0.0, end: float = np.inf) -> str | None:
-    """Return the site, retainer or other, with the largest normal contact force, None without contact."""
+    """Return the site (retainer or other) with the largest normal contact force; None without contact."""
     forces = {site.upper(): peak_force(run, site, begin, end) or 0.0 for site in places(run).sites}
     return max(forces, key=lambda site: forces[site]) if any(forces.values()) else None
 
@@ -131,12 +130,12 @@ def states_seen(run: Signals, begin: float = 0.0, end: float = np.inf) -> str:
 
 
 def outcome(run: Signals) -> str | None:
-    """Return what the step led to: `prevented`, `recovered`, `landed` or `trapped`."""
+    """Return the outcome of the step: `prevented`, `recovered`, `landed` or `trapped`."""
     return contact_history.recovery(run)
 
 
 def rolling_from(run: Signals, since: float = 0.0) -> Annotated[float | None, "1"]:
-    """Return the cycle from which the rotor rolls on a site through a turn of its whirl, counted from `since`."""
+    """Return the cycle from which the rotor rolls on a site for a turn of its whirl, relative to `since`."""
     rolling = contact_history.rolling_from(run)
     return None if rolling is None else rolling - since
 
@@ -153,7 +152,7 @@ def whirl_at_end(run: Signals, site: str) -> Annotated[float | None, "rad/s"]:
 
 
 def rolls_at_end(run: Signals, site: str = "") -> bool:
-    """Return whether the rotor rolls on any site, or on one that is named, at the end of the run."""
+    """Return whether the rotor rolls on any or on a named site at the end of the run."""
     modes = [signal(run, f"{item}.mode") for item in ([site] if site else places(run).sites)]
     return any(mode is not None and int(mode[-1]) == contact_history.ROLLING for mode in modes)
 
@@ -233,7 +232,7 @@ def _spacing(run: Signals) -> float:
     return float(when[-1] - when[0]) / max(len(when) - 1, 1)
 
 
-def _spells(when: NDArray[np.float64], inside: Bools, bounce: float = BOUNCE) -> list[tuple[float, float]]:
+def _spells(when: Array, inside: Bools, bounce: float = BOUNCE) -> list[tuple[float, float]]:
     """Return begin and end of each spell inside, in cycles; breaks up to `bounce` do not end one."""
     spells: list[tuple[float, float]] = []
     for moment in when[inside].tolist():
@@ -256,5 +255,5 @@ def parameter(run: Signals, component: str, name: str) -> float | None:
 
 
 def unbalance_factor(run: Signals) -> Annotated[float, "1"]:
-    """Return the factor on the unbalances that the scenario states (1)."""
+    """Return the factor on the unbalances of the scenario (1)."""
     return float(json.loads(run.attrs["scenario_data"]).get("unbalance_factor", 1.0))

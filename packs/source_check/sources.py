@@ -1,4 +1,4 @@
-"""Runs and studies that statements are computed from: each done once, in a process of its own, and kept."""
+"""Runs and studies for statements: each is computed once, in a separate process, and stored."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from amb_cosim.cosim.run.run_plan import Progress
+from amb_cosim.cosim.run.options import Progress
 from amb_cosim.reporting.panels import Panel, panel_of
 from amb_cosim.reporting.pictures import picture_of
 from amb_cosim.scenario.file import read_scenario
@@ -45,7 +45,7 @@ OTHER = (
     "sweeps/",
     FILE,
     ROBUSTNESS,
-    *(f"{name}.py" for name in ("page", "table", "texts", "report_command", "robustness_command")),
+    *(f"{name}.py" for name in ("page", "table", "texts", "report_command", "robustness_runs")),
     "reporting/page_parts.py",
     "commands",
 )
@@ -54,9 +54,9 @@ FOLDER = "sources"  # in that of the report
 
 @dataclass(frozen=True)
 class Job:
-    """A source with everything that is requested of it, and the file that keeps the answer.
+    """A source with its requests, and the file that stores the answer.
 
-    `quantities` is the module with those that are not of this room.
+    `quantities` is the module with quantities from outside this package.
     """
 
     name: str
@@ -69,16 +69,16 @@ class Job:
 
 @dataclass(frozen=True)
 class SourceResult:
-    """What came of a source.
+    """Results of a source.
 
     values, failures
-        What was requested, by the key of each, in its unit; why something has no value.
+        Requested values in their units, by key, and reasons for missing ones.
     title, text, parameters
-        Of the run or the study: what it is, the text of its file, and what it ran with.
+        Title of the run or the study, the text of its file, and its settings.
     panels, picture
-        Plots as data, and one picture of them, a PNG.
+        Plots as data, and a picture of them (PNG).
     wall
-        Time that it took (s).
+        Wall-clock time (s).
     """
 
     values: Mapping[str, Computed]
@@ -92,7 +92,7 @@ class SourceResult:
 
 
 def code_digest() -> str:
-    """Return a hash of the code, rotors and systems that answers depend on; a scenario's own text is not in it."""
+    """Return a hash of the code, rotors and systems that answers depend on, without the text of a scenario."""
     sha = hashlib.sha256()
     for folder in (*map(package_folder, PACKAGES), *packs().values()):
         for file in sorted(folder.rglob("*")):
@@ -115,16 +115,16 @@ def job_of(
 def answers(jobs: Sequence[Job], processes: int | None, progress: Progress) -> dict[str, SourceResult]:
     """Return the answer of each job by the name of its source.
 
-    An answer that is kept under the job's key is read; the others are worked out in parallel processes and kept.
+    An answer stored under the job's key is read; the others are computed in parallel processes and stored.
 
     Parameters
     ----------
     jobs
-        What is requested.
+        The requests.
     processes
-        Most processes at a time; as many as there are processors by default.
+        Largest number of processes; by default one per processor.
     progress
-        Called with the number of jobs done and of all.
+        Called with the number of finished jobs and of all.
 
     Raises
     ------
@@ -136,7 +136,7 @@ def answers(jobs: Sequence[Job], processes: int | None, progress: Progress) -> d
     progress(len(result), len(jobs))
     if open_jobs:
         open_jobs[0].file.parent.mkdir(parents=True, exist_ok=True)
-        build_fmus((job.source for job in open_jobs), open_jobs[0].file.parent)
+        build_fmus(job.source for job in open_jobs)
         simulate_in_processes(
             keep_answer, open_jobs, lambda done, _: progress(len(result) + done, len(jobs)), processes=processes
         )
@@ -144,7 +144,7 @@ def answers(jobs: Sequence[Job], processes: int | None, progress: Progress) -> d
 
 
 def keep_answer(job: Job) -> None:
-    """Run the source of a job, evaluate what is requested, and keep the answer; a failure is part of the answer."""
+    """Run the source of a job, evaluate the requests, and store the answer; a failure is part of the answer."""
     begin = time.perf_counter()
     try:
         facts = _of_run(job) if job.source.scenario else _of_study(job)
@@ -158,7 +158,7 @@ def keep_answer(job: Job) -> None:
 
 def _of_run(job: Job) -> dict[str, Any]:
     source = job.source
-    prepared = prepare_source(source, job.file.with_suffix(".rotor.toml"))
+    prepared = prepare_source(source)
     result = run_prepared(prepared)
     if result.outcome.failure is not None:
         raise ValueError(f"the run ended early: {result.outcome.failure}")
@@ -207,7 +207,7 @@ def _evaluate_all(job: Job, subject: Any, quantities: Mapping[str, Any]) -> dict
 
 
 def scenario_text(name: str) -> str:
-    """Return the text of a scenario's file and, before it, of those that it is based on."""
+    """Return the text of a scenario's file, preceded by those of its bases."""
     text = read_text(files_of("scenarios")[name], name)
     base = parse_toml(text, name).get("base")
     local = f"# {name}.toml\n{text}"
@@ -215,7 +215,7 @@ def scenario_text(name: str) -> str:
 
 
 def scenario_parameters(name: str) -> dict[str, Any]:
-    """Return what a scenario runs with, in the words of its file: speed, factor, inputs, parameters and events."""
+    """Return the settings of a scenario, in the words of its file: speed, factor, inputs, parameters and events."""
     scenario = load_scenario(name)
     result: dict[str, Any] = {"scenario": name, "Omega": scenario.Omega}
     if scenario.unbalance_factor != 1.0:
@@ -236,7 +236,7 @@ def study_title(study: str) -> str:
     """Return one line about a study."""
     from amb_cosim.studies import STUDIES
 
-    return STUDIES[study].description if study in STUDIES else "What the models start with"
+    return STUDIES[study].description if study in STUDIES else "Start values of the models"
 
 
 def _scenario_data(source: Source) -> Any:

@@ -1,4 +1,4 @@
-"""Statements of a source as data: where, what, value, tolerance, and how the same is computed here."""
+"""Statements of a source as data: place, content, value, tolerance, and computation."""
 
 from __future__ import annotations
 
@@ -27,28 +27,28 @@ Relation = Literal["equal", "below", "above"]
 
 
 class Source(Table):
-    """A run of a scenario or a study, from which statements are computed."""
+    """A run of a scenario or a study for statements."""
 
     scenario: str = ""
-    """Name of a scenario; either this or `study`."""
+    """Name of a scenario; set either this or `study`."""
     set: Values = Field(default={})
-    """Values that replace its own."""
+    """Values that replace those of the scenario."""
     end_cycle: float | None = Field(default=None, gt=0.0)
-    """Cycle at which the run ends, in place of its own."""
+    """Cycle at which the run ends, in place of the scenario's."""
     unbalance_factor: float | None = Field(default=None, gt=0.0)
     """Factor on all unbalances, in place of the scenario's."""
     rotor: dict[str, dict[str, Any]] = Field(default={})
     """Tables that replace those of its rotor file."""
     rotor_file: str = ""
-    """Name of a rotor in place of its own."""
+    """Name of a rotor, in place of the scenario's."""
     study: str = ""
     """Name of a study of `amb_cosim.studies`, or `model_inputs`."""
     arguments: Values = Field(default={})
     """Arguments of the study."""
     title: str = ""
-    """One line about it, in place of the scenario's or the study's own."""
+    """One-line description, in place of that of the scenario or study."""
     reading: str = ""
-    """What differs from the words of the source, where they leave something open or do not lead to what they report."""
+    """Assumptions on open points of the source, and deviations from it."""
 
     @model_validator(mode="after")
     def _is_one(self) -> Source:
@@ -63,9 +63,9 @@ class Reading(Table):
     source: str
     """Its source."""
     quantity: str = ""
-    """Its quantity, where it differs."""
+    """Its quantity, if it differs."""
     arguments: Values | None = None
-    """Arguments of the quantity, where they differ."""
+    """Arguments of the quantity, if they differ."""
     how: str = ""
     """The same in words."""
 
@@ -80,41 +80,41 @@ class Statement(Table):
     what: str
     """Content, in the project's words."""
     value: Expected | None = None
-    """What is stated; a list for a row of a table."""
+    """The statement; a list for a row of a table."""
     unit: str = ""
     """Its unit."""
     relation: Relation = "equal"
     """With `below` and `above` the value is a limit."""
     tolerance: float = Field(default=0.0, ge=0.0)
-    """How far our value may be from it, relative to it; of this and `absolute` the larger one counts."""
+    """Allowed deviation, relative to the value; the larger of this and `absolute` applies."""
     absolute: float = Field(default=0.0, ge=0.0)
     """The same in its unit."""
     because: str = ""
-    """Why the tolerance is what it is."""
+    """Reason for the tolerance."""
     source: str = ""
-    """What it is computed from."""
+    """Run or study for the computation."""
     quantity: str = ""
-    """Which quantity of that."""
+    """Quantity of that run or study."""
     arguments: Values = Field(default={})
     """Arguments of the quantity."""
     reading: tuple[Reading, ...] = ()
-    """Other ways to compute it, tried in turn where the first one misses."""
+    """Other ways to compute it, tried in turn if the first one misses."""
     beside: tuple[Reading, ...] = ()
-    """Other ways that are shown beside, and not judged."""
+    """Other ways, which are shown but not judged."""
     converged: str = ""
-    """Source of the same quantity on a model with more modes, shown and judged in a column of its own."""
+    """Source of the same quantity on a model with more modes, shown and judged in a separate column."""
     given: bool = False
-    """Whether the model takes the value over as an input."""
+    """Whether the value is an input of the model."""
     definition: bool = False
     """Whether any model must meet it: a conversion of units, a kinematic identity, a formula of the source itself."""
     inferred: str = ""
-    """What is read into the words of the source where they do not say it: a number for a word, a comparison."""
+    """Interpretation of the source's words, such as a number for a word."""
     why: str = ""
-    """Why it is missed, where it is."""
+    """Reason if it is missed."""
     picture: str = ""
-    """What a figure without numbers shows."""
+    """Content of a figure without numbers."""
     missing: str = ""
-    """Why it is not computed."""
+    """Reason why it is not computed."""
 
     @model_validator(mode="after")
     def _is_complete(self) -> Statement:
@@ -145,7 +145,7 @@ class Chapter(Table):
     """Patterns of the groups of its statements, such as `table4_*`."""
 
     def has(self, statement: Statement) -> bool:
-        """Return whether a statement is one of the chapter."""
+        """Return whether a statement belongs to the chapter."""
         return any(fnmatchcase(statement.group, pattern) for pattern in self.groups)
 
 
@@ -153,19 +153,19 @@ class Statements(Table):
     """The content of the file."""
 
     title: str
-    """What the page is called."""
+    """Title of the page."""
     about: str = ""
-    """What it compares."""
+    """Sentence on what it compares."""
     note: str = ""
-    """What a reader must know of its verdicts."""
+    """Note on its verdicts."""
     label: str = "stated"
-    """What the source is called in the heads of tables."""
+    """Name of the source in table headings."""
     converged: str = "converged model"
-    """What the model with more modes is called there."""
+    """Name of the model with more modes in table headings."""
     quantities: str = ""
-    """Module with quantities and plots of its own, see `source_check.quantities`."""
+    """Module with its own quantities and plots, see `source_check.quantities`."""
     chapter: tuple[Chapter, ...] = (Chapter(key="all", name="statements"),)
-    """Parts of the statements; without, they are one."""
+    """Parts of the statements; default: one."""
     sources: dict[str, Source]
     """Runs and studies by name."""
     statement: tuple[Statement, ...]
@@ -197,18 +197,18 @@ class Statements(Table):
 
 
 def parse_statements(data: Mapping[str, Any], name: str) -> Statements:
-    """Return the statements in what a file holds.
+    """Return the statements in the content of a file.
 
     Raises
     ------
     ValueError
-        If the data does not have the form; one line for each mistake, which begins with `name`.
+        If the data is malformed; one line for each mistake, which begins with `name`.
     """
     return validate(data, Statements, name)
 
 
 def packs_with_statements() -> list[str]:
-    """Return the names of the packs that state something."""
+    """Return the names of the packs with statements."""
     return [pack for pack, folder in packs().items() if (folder / FILE).is_file()]
 
 
@@ -219,7 +219,7 @@ def load_statements(pack: str) -> Statements:
     Raises
     ------
     ValueError
-        If there is no such pack, it states nothing, or its file does not have the form.
+        If there is no such pack, it has no statements, or its file is malformed.
     """
     if pack not in packs_with_statements():
         raise ValueError(f"pack {pack!r} has no {FILE}; {suggest(pack, packs_with_statements())}")
@@ -228,12 +228,12 @@ def load_statements(pack: str) -> Statements:
 
 
 def selected(statements: Statements, only: Collection[str] = ()) -> tuple[Statement, ...]:
-    """Return the statements of some chapters (`ch4`) and groups (`table3_1`); all without `only`.
+    """Return the statements of some chapters (`ch4`) and groups (`table3_1`); by default all.
 
     Raises
     ------
     ValueError
-        If there is no statement of that name.
+        If there is no statement with that name.
     """
     named = statements.named
     for name in only:

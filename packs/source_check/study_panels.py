@@ -10,7 +10,7 @@ from amb_cosim.reporting.panels import Panel, curve
 from amb_cosim.studies.campbell_diagram import CampbellDiagram
 from amb_cosim.studies.natural_modes import ModeShapes
 from amb_cosim.studies.sensor_receptance import SensorReceptance
-from amb_cosim.studies.unbalance_over_speed import UnbalanceResponse
+from amb_cosim.studies.unbalance_records import UnbalanceResponse
 
 SHOWN_MODES = 8
 
@@ -51,7 +51,7 @@ def receptance_panels(found: SensorReceptance) -> list[Panel]:
 
 
 def _real(shape: Any) -> Any:
-    """Return a complex shape turned so that its largest displacement is real and positive."""
+    """Return a complex shape, rotated so that its largest displacement is real and positive."""
     largest = shape[int(np.argmax(np.abs(shape)))]
     return np.real(shape * np.conj(largest)) / abs(largest)
 

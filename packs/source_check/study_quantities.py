@@ -23,14 +23,14 @@ BEYOND_SATURATION = 1e4  # A
 
 @dataclass(frozen=True)
 class ModelInputs:
-    """What the models start with: values of their parameters by component, and the rotor."""
+    """Start values of the models: values of their parameters by component, and the rotor."""
 
     parameters: dict[str, dict[str, float]]
     rotor: Rotor
 
 
 def model_inputs() -> ModelInputs:
-    """Return the start values of all parameters of the three models, and the rotor that they are of by default."""
+    """Return the start values of all parameters of the three models, and their default rotor."""
     from amb_cosim.export import models
 
     made = {name: getattr(models, name)()[0] for name in models.MODELS}
@@ -87,7 +87,7 @@ def node_count(inputs: ModelInputs) -> Annotated[float, "1"]:
 
 
 def plane_count(inputs: ModelInputs) -> Annotated[float, "1"]:
-    """Return the number of planes that the condensed model keeps."""
+    """Return the number of planes of the condensed model."""
     return float(len(inputs.rotor.masters))
 
 
@@ -129,7 +129,7 @@ def mode_frequency(modes: ModeShapes, pair: int) -> Annotated[float, "rad/s"]:
 
 
 def mode_kind(modes: ModeShapes, pair: int) -> str:
-    """Return what the shape of a pair of modes is: `conical`, `cylindrical`, or `flexural` with its crossings."""
+    """Return the kind of a pair of modes: `conical`, `cylindrical`, or `flexural` with its crossings."""
     shape = modes.shapes[2 * pair - 2]
     return f"flexural, {shape.crossings} nodes" if shape.kind == "flexural" else shape.kind
 

@@ -20,7 +20,7 @@ def markdown(report: Report) -> str:
 
 
 def write_table(report: Report, path: Path) -> None:
-    """Write what `markdown` returns."""
+    """Write the text of `markdown`."""
     text = markdown(report)
     write_atomically(path, lambda file: file.write_text(text, encoding="utf-8"))
 
@@ -38,7 +38,7 @@ def _counts(report: Report) -> Iterator[str]:
 def _chapter(report: Report, chapter: Chapter) -> Iterator[str]:
     yield from ("", f"## {chapter.name.capitalize()}", "")
     columns = ("where", "what", report.statements.label, "here", "ratio", report.statements.converged, "verdict")
-    yield _row(*columns, "how, or why not")
+    yield _row(*columns, "method, or reason")
     yield _row(*("---" for _ in range(8)))
     yield from map(_line, report.of_chapter(chapter))
 

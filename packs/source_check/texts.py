@@ -12,7 +12,7 @@ MOST_NUMBERS = 4  # of a list, that are shown
 
 
 def value_text(value: Expected | Computed | None, unit: str = "") -> str:
-    """Return a value with its unit; of a long list the first and the last numbers."""
+    """Return a value with its unit; for a long list, the first and last numbers."""
     if value is None:
         return "–"
     if isinstance(value, bool):
@@ -28,12 +28,12 @@ def value_text(value: Expected | Computed | None, unit: str = "") -> str:
 
 
 def stated_text(statement: Statement) -> str:
-    """Return what is stated."""
+    """Return the stated value."""
     return RELATIONS[statement.relation] + value_text(statement.value, statement.unit)
 
 
 def ratio_text(one: Judged) -> str:
-    """Return ours over what is stated: one number, or the least and the largest."""
+    """Return the computed over the stated value: one number, or the smallest and the largest."""
     if not one.ratios:
         return "–"
     low, high = f"{min(one.ratios):.3g}", f"{max(one.ratios):.3g}"
@@ -41,16 +41,16 @@ def ratio_text(one: Judged) -> str:
 
 
 def converged_text(one: Judged) -> str:
-    """Return what the model with more modes leads to, and whether the statement is met there."""
+    """Return the value of the model with more modes, and whether it meets the statement."""
     if one.is_met_there is None:
         return "–"
     return f"{value_text(one.converged, one.statement.unit)}, {'met' if one.is_met_there else 'not met'}"
 
 
 def remark_text(one: Judged, known: str = "") -> str:
-    """Return the reading that a verdict takes, why it is missed, or what there is to see; and what other ways give.
+    """Return the reading of a verdict, the reason of a miss, or a remark; and the results of other ways.
 
-    A reading that is `known` to the reader is left out.
+    A reading that is `known` to the reader is omitted.
     """
     reading = (
         one.reading if one.verdict in (Verdict.WITH_READING, Verdict.WITHIN_LIMIT) and one.reading != known else ""
@@ -62,7 +62,7 @@ def remark_text(one: Judged, known: str = "") -> str:
 
 
 def tolerance_text(statement: Statement) -> str:
-    """Return how far a value may be off, and why."""
+    """Return the tolerance of a value, and its reason."""
     margins = [f"{100.0 * statement.tolerance:g} %"] if statement.tolerance else []
     margins += [_with_unit(f"{statement.absolute:g}", statement.unit)] if statement.absolute else []
     within = f"within {' or '.join(margins)}" if margins else ""

@@ -1,4 +1,4 @@
-"""Verdicts: whether what is computed here is what a source states."""
+"""Verdicts: whether a computed value agrees with a source."""
 
 from __future__ import annotations
 
@@ -11,31 +11,31 @@ Computed = bool | float | str | list[float]
 
 
 class Verdict(StrEnum):
-    """What became of a statement."""
+    """Verdict on a statement."""
 
     REPRODUCED = "reproduced"
     WITH_READING = "reproduced with a stated factor or reading"
     WITHIN_LIMIT = "within a stated limit"
     DEFINITION = "follows from the definition"
     MISSED = "not reproduced"
-    GIVEN = "taken over as an input"
+    GIVEN = "input of the model"
     NOT_COMPUTED = "not computed"
     PICTURE = "no number to compare"
 
 
 def meets(statement: Statement, ours: Computed | None) -> bool:
-    """Return whether a value is within the tolerance of what is stated.
+    """Return whether a value is within the tolerance of a statement.
 
     |ours - stated| <= max(tolerance |stated|, absolute)
 
-    A limit may be passed by as much; of a list every number counts. Texts and truth values are equal or not.
+    A limit may be exceeded by as much; in a list every number must agree. Texts and truth values must be equal.
 
     Parameters
     ----------
     statement
         The statement, in its unit.
     ours
-        What was computed, in the same unit; None is never within.
+        The computed value, in the same unit; None never agrees.
     """
     stated = statement.value
     if ours is None or stated is None:
@@ -52,14 +52,14 @@ def meets(statement: Statement, ours: Computed | None) -> bool:
 
 
 def judge(statement: Statement, values: list[tuple[Computed | None, str]]) -> tuple[Verdict, int]:
-    """Return the verdict on a statement, and the number of the value that it rests on.
+    """Return the verdict on a statement, and the index of the value that it is based on.
 
     Parameters
     ----------
     statement
         The statement.
     values
-        What was computed in each of its ways, in order, with the factor or reading of that way, empty without.
+        Computed values in order of its ways, each with factor or reading (empty if none).
     """
     if statement.picture:
         return Verdict.PICTURE, 0
@@ -74,7 +74,7 @@ def judge(statement: Statement, values: list[tuple[Computed | None, str]]) -> tu
 
 
 def _when_met(statement: Statement, reading: str) -> Verdict:
-    """Return the verdict on a statement that is met: the one that claims least."""
+    """Return the verdict on a statement that is met: the weakest claim."""
     if statement.given:
         return Verdict.GIVEN
     if statement.definition:
@@ -85,7 +85,7 @@ def _when_met(statement: Statement, reading: str) -> Verdict:
 
 
 def ratios(statement: Statement, ours: Computed | None) -> tuple[float, ...]:
-    """Return ours over what is stated, for each number that can be divided; empty for texts and limits."""
+    """Return computed over stated values, for each number that can be divided; empty for texts and limits."""
     stated = statement.value
     if statement.relation != "equal" or isinstance(stated, bool | str) or isinstance(ours, bool | str | None):
         return ()

@@ -57,7 +57,7 @@ def test_a_folder_of_another_user_is_not_used(home, monkeypatch):
 def test_a_group_of_the_user_alone_counts_as_the_user(home, monkeypatch):
     result = user_cache.user_cache()
     result.chmod(0o770)
-    monkeypatch.setattr(user_cache, "_is_group_of_one", lambda _: True)
+    monkeypatch.setattr(user_cache, "_has_single_member", lambda _: True)
     assert is_private(result)
-    monkeypatch.setattr(user_cache, "_is_group_of_one", lambda _: False)
+    monkeypatch.setattr(user_cache, "_has_single_member", lambda _: False)
     assert not is_private(result)

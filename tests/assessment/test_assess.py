@@ -72,7 +72,7 @@ def test_page_and_data_hold_every_verdict(compressor, tmp_path):
 
 
 def test_a_broken_part_is_not_answered_and_ends_nothing(monkeypatch):
-    from amb_cosim.assessment.parts import free_modes
+    from amb_cosim.assessment.analyses import free_modes
 
     def broken(subject):
         raise ValueError("the drawing is wet")
@@ -86,7 +86,7 @@ def test_a_broken_part_is_not_answered_and_ends_nothing(monkeypatch):
 def test_a_part_that_there_is_not_is_refused():
     with pytest.raises(ValueError, match="did you mean landing"):
         assess("compressor", only=["landng"])
-    assert "landing" in room.PARTS
+    assert "landing" in room.ANALYSES
 
 
 def test_the_turbo_expander_is_told_what_to_do():

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from amb_cosim.assessment.analyses.rest import coast_down
 from amb_cosim.assessment.assess import assess
-from amb_cosim.assessment.parts.rest import coast_down
 
 TIMES = np.linspace(0.0, 1.0, 201)
 J = 0.5  # kg m^2
@@ -55,7 +55,7 @@ def test_the_compressor_is_followed_to_standstill_in_its_retainers():
     (part,) = assess("compressor", only=["rest"]).parts
     assert not part.reason
     result = {item.measured.quantity: item.measured for item in part.findings}
-    assert result["standstill_time"].where == "followed to its end"
+    assert result["standstill_time"].where == "simulated to the end"
     assert 0.0 < result["rest_time"].value <= result["standstill_time"].value < 20.0
     of_spin = 0.5 * 0.8767 * (9000.0 * np.pi / 30.0) ** 2
     assert 0.01 * of_spin < result["retainer_heat"].value < 0.05 * of_spin  # the gas takes the rest

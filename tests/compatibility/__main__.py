@@ -13,12 +13,12 @@ from pathlib import Path
 PAGE = Path(__file__).parents[2] / "docs" / "reference" / "compatibility.md"
 HEAD = """# Compatibility
 
-What the tests ran, written by them: `pytest --hosts hosts.json -m "host and (slow or not slow)"`, then
-`python -m tests.compatibility hosts.json`. A row is a tool that ran FMUs of this project in a test, with the version
-that was installed. libcosim is compared at its own times, which are whole nanoseconds. "To the last bit" is without
-`prediction_time` of the controller, which divides by differences of times: where it is set, a tool that sums its steps
-is within 2e-10 (FMPy), and libcosim within 9e-12 of this master's run. Tools that no test runs, and
-what else is to be known of each, stand on [the pages on other tools](../how-to/tools/README.md).
+This page is written from test runs: `pytest --hosts hosts.json -m "host and (slow or not slow)"`, then
+`python -m tests.compatibility hosts.json`. Each row is a tool that ran FMUs of this project in a test, with its
+installed version. libcosim is compared at its own times, which are whole nanoseconds. "To the last bit" holds without
+`prediction_time` of the controller, which divides by differences of times: with it, a tool that sums its steps is
+within 2e-10 (FMPy), and libcosim within 9e-12 of this master's run.
+[The pages on other tools](../how-to/tools/README.md) cover untested tools and further details.
 
 """
 COLUMNS = ("tool", "version", "platform", "FMUs", "what the tests compare", "result")

@@ -78,7 +78,7 @@ def test_import_samples_names_and_writes_arrays(command, tmp_path):
     [
         (("show", "none.toml"), "no controller file 'none.toml'"),
         (("show", "lead.toml", "--speed", "3 m"), "--speed"),
-        (("build", "none.mat"), "no controller file 'none.mat'"),
+        (("show", "none.mat"), "no controller file 'none.mat'"),
         (("import", "lead.csv"), "no controller file 'lead.csv'"),
         (("import", "lead.toml", "--inputs", "a"), "1 inputs is not allowed"),
         (("import", "lead.toml", "-o", "law.json"), "its name must end with .npz or .mat"),

@@ -9,6 +9,7 @@ import scipy.signal
 from scipy.io import savemat
 
 from amb_cosim import linear_controller
+from amb_files import array_files
 
 T = 1e-4
 LAG = control.tf([1.0], [0.01, 1.0])
@@ -90,7 +91,7 @@ def test_interpolated_matrices_may_not_be_unstable_either():
     """Two stable matrices whose mean is not: their poles are 0, those between them +-2.165 and more."""
     low = ([[0.0, 5.0], [0.0, 0.0]], [[1.0], [1.0]], [[1.0, 1.0]], [[0.0]])
     high = ([[0.0, 0.0], [5.0, 0.0]], *low[1:])
-    with pytest.raises(ValueError, match=r"magnitude 2\.16506351 at 125 rad/s where it is interpolated is not allowed"):
+    with pytest.raises(ValueError, match=r"magnitude 2\.16506351 at 125 rad/s between the given speeds is not allowed"):
         make({100.0: low, 200.0: high}, sampled_arrays=True)
     make({100.0: low, 200.0: high}, sampled_arrays=True, allow_unstable=True)
 
@@ -231,3 +232,37 @@ def test_damaged_file_is_refused_or_read(tmp_path, suffix, seed):
     path.write_bytes(whole[: rng.integers(1, len(whole) + 1)])
     message = message_of(path)
     assert not message or message.startswith(str(path))
+
+
+def test_an_array_of_python_objects_is_refused_without_advice_to_unpickle(tmp_path):
+    np.savez(tmp_path / "law.npz", A=np.array([{}], object), **dict(zip("BCD", MATRICES[1:], strict=True)))
+    with pytest.raises(ValueError, match=r"law\.npz: .*an array of Python objects, which is not allowed$"):
+        linear_controller(tmp_path / "law.npz")
+
+
+def test_a_small_file_with_huge_arrays_is_refused_before_they_are_read(tmp_path):
+    np.savez_compressed(tmp_path / "law.npz", A=np.zeros((6000, 6000)), B=0.0, C=0.0, D=0.0)
+    assert (tmp_path / "law.npz").stat().st_size < 1e6
+    with pytest.raises(ValueError, match=r"its arrays have 288\d+ bytes; it must have <= 268435456$"):
+        linear_controller(tmp_path / "law.npz")
+
+
+def test_reading_a_mat_file_takes_no_more_memory_than_is_allowed(tmp_path, monkeypatch):
+    path = tmp_path / "law.mat"
+    savemat(path, {"A": np.zeros((5000, 5000)), "B": 0.0, "C": 0.0, "D": 0.0}, do_compression=True)
+    assert path.stat().st_size < 1e6
+    monkeypatch.setattr(array_files, "MAT_SPACE", 2**28)
+    with pytest.raises(ValueError, match=r"it cannot be read as a \.mat file: .*(allocate|[Mm]emory)"):
+        linear_controller(path)
+
+
+def test_the_reason_for_a_damaged_file_is_short(tmp_path):
+    """A wrong length of a name in an archive makes zipfile print so much of the file as a name."""
+    path = tmp_path / "law.npz"
+    np.savez(path, A=np.zeros((40, 40)), B=0.0, C=0.0, D=0.0)
+    content = bytearray(path.read_bytes())
+    content[26:28] = (5000).to_bytes(2, "little")  # of the first entry's name
+    path.write_bytes(content)
+    with pytest.raises(ValueError, match=r"cannot be read as an \.npz file: File name in directory") as caught:
+        linear_controller(path)
+    assert len(str(caught.value)) < 500

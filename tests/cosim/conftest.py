@@ -1,4 +1,4 @@
-"""FMUs that are not this project's, built once by PythonFMU or from C."""
+"""The command line, and FMUs that are not this project's, built once by PythonFMU or from C."""
 
 from __future__ import annotations
 
@@ -6,6 +6,10 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+
+from tests.orchestrator.conftest import runner
+
+__all__ = ["runner"]
 
 SUPPORT = Path(__file__).parent / "support"
 

@@ -66,8 +66,8 @@ def test_an_fmu_that_ends_the_simulation_is_named_with_its_reason(system_file):
 def test_fmus_that_save_no_state_are_refused_where_steps_are_repeated(system_file):
     system_file.write_text('coupling = "iterative"\n' + system_file.read_text(encoding="utf-8"), encoding="utf-8")
     refusal = re.escape(
-        "coupling = 'iterative' is not allowed with spring, left, right: it repeats steps, and an FMU cannot save and "
-        "restore its state there (canGetAndSetFMUstate)"
+        "coupling = 'iterative' is not allowed with spring, left, right: it repeats steps, and an FMU there "
+        "cannot save and restore its state (canGetAndSetFMUstate)"
     )
     with pytest.raises(ValueError, match=f"^{refusal}$"):
         amb_cosim.simulate(system_file)

@@ -30,7 +30,7 @@ CHECKPOINT = Checkpoint(
     states={"a": b"state of a", "b": b""},
     warnings={"a": ["limit"], "b": []},
 )
-REFUSED = r"is no checkpoint, or damaged; it must be a file that --save-at wrote, unchanged$"
+REFUSED = r"is not a checkpoint, or is damaged; it must be an unchanged file from --save-at$"
 
 
 @pytest.fixture
@@ -117,7 +117,7 @@ def test_a_checkpoint_of_another_form_is_refused(file, monkeypatch):
     monkeypatch.setattr("amb_cosim.cosim.run.checkpoint.VERSION", 1)
     CHECKPOINT.save(file)
     monkeypatch.undo()
-    with pytest.raises(ValueError, match=r"is a checkpoint of form 1; it must be 2, as this version writes it$"):
+    with pytest.raises(ValueError, match=r"is a checkpoint of format 1; it must be 2, as this version writes it$"):
         Checkpoint.load(file)
 
 
@@ -132,9 +132,9 @@ def test_what_is_no_file_is_refused_at_once(tmp_path):
 def test_a_run_from_another_file_ends_with_code_2_and_one_sentence(file, tmp_path):
     """Before anything is built."""
     forge(file, table=np.ones((3, 1)))
-    for start in (file, tmp_path):
+    for start, allowed in ((file, "an unchanged file from --save-at"), (tmp_path, "a file that --save-at wrote")):
         done = CliRunner().invoke(main, ["run", str(RUB), "--from", str(start), "-o", str(tmp_path / "out")])
         assert done.exit_code == 2
-        assert "it must be a file that --save-at wrote" in " ".join(done.stderr.split())
+        assert f"it must be {allowed}" in " ".join(done.stderr.split())
         assert len(done.stderr.strip().splitlines()) == 1
         assert not (tmp_path / "out").exists()

@@ -55,7 +55,7 @@ def cut(data: bytearray) -> None:
     (with_a_bit_flipped, ""),
     (encrypted, "modelDescription.xml is encrypted"),
     (packed_in_an_unknown_way, "compression method is not supported"),
-    (cut, "it is no zip archive"),
+    (cut, "it is not a zip archive"),
 ])  # fmt: skip
 def test_a_damaged_archive_is_refused(whole, tmp_path, damage, message):
     path = tmp_path / "mass.fmu"
@@ -101,13 +101,11 @@ def test_entries_that_occur_twice_are_read_if_they_are_equal(whole, tmp_path):
 
 
 @pytest.mark.parametrize(("changes", "message"), [
-    ({LIBRARY: lambda content: content[: len(content) // 2]}, f"{LIBRARY} is damaged: its end is missing"),
-    ({LIBRARY: lambda content: content[:40]}, f"{LIBRARY} is damaged: its end is missing"),
     ({LIBRARY: None}, f"has no library Mass for {fmpy.platform}"),
     ({"resources/slavemodule.txt": None}, "resources/slavemodule.txt is missing"),
     ({"resources/mass.py": None}, "its script resources/mass.py is missing"),
-    ({DESCRIPTION: None}, "is no FMU that can be read"),
-    ({DESCRIPTION: lambda content: content[:-100]}, "is no FMU that can be read"),
+    ({DESCRIPTION: None}, "is not a readable FMU"),
+    ({DESCRIPTION: lambda content: content[:-100]}, "is not a readable FMU"),
     ({DESCRIPTION: lambda content: content.replace(b"guid=", b"name=")}, r"modelDescription.xml: .*'guid'"),
     ({DESCRIPTION: lambda content: content.replace(b'Identifier="', b'Identifier="../')}, "must be a name in C"),
 ])  # fmt: skip

@@ -92,7 +92,7 @@ def test_elements_that_nothing_feeds_keep_the_values_that_were_set(run):
     ("what", "status", "reason"),
     [
         (END, "failed", "fmi3DoStep answered Discard: with terminateSimulation the FMU ends the simulation"),
-        (EARLY, "failed", "fmi3DoStep answered Discard: the FMU returned early from the step, which it was not"),
+        (EARLY, "failed", "fmi3DoStep answered Discard: the FMU returned early from the step, which is not allowed"),
         (MINUS_ONE, "failed", "fmi3DoStep answered -1, a status that FMI does not have: the FMU logged nothing"),
         (FAIL, "failed", "fmi3DoStep answered Error: it is hot"),
         (WARN, "completed", ""),
@@ -132,7 +132,7 @@ def test_results_without_an_experiment_are_those_of_the_default_one(arrays3_fmu,
         fmu.writestr(f"{place}/out.csv", "\n".join(("time,m,sum,text", *rows)))
     (item,) = amb_cosim.verify(path)
     assert (item.experiment, item.n_points, item.n_values) == ("out", 3, 3 * 7)
-    assert (item.largest.variable, item.largest.time, item.largest.expected, item.largest.found) == (
+    assert (item.largest.variable, item.largest.time, item.largest.expected, item.largest.computed) == (
         "sum",
         0.2,
         90.0,

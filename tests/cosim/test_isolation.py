@@ -150,7 +150,7 @@ def test_the_first_run_of_an_fmu_from_elsewhere_warns(run_python, system):
         return [process.stderr for process in said]
 
     first, second = run_python(warnings, path=str(system(GOOD)))
-    assert first.endswith("Unruly.fmu runs here for the first time: it is a program, with all that you may do\n")
+    assert first.endswith("Unruly.fmu runs here for the first time: an FMU is a program with all your permissions\n")
     assert second == ""
 
 

@@ -56,7 +56,7 @@ def test_a_message_that_is_not_utf8_is_kept(run):
 
 def test_a_value_that_is_no_number_fails_the_run_and_keeps_its_record(run):
     result = run("nan")
-    assert result.outcome.failure == "one failed at t = 0.006 s: one.y = nan, which is no finite number"
+    assert result.outcome.failure == "one failed at t = 0.006 s: one.y = nan, which is not a finite number"
     assert result.dataset.sizes["time"] == 11
 
 
@@ -64,7 +64,7 @@ def test_an_infinite_value_is_a_warning_with_name_and_time(run):
     result = run("inf")
     assert result.outcome.status == "completed"
     assert [w.sentence for w in warnings_of(result.dataset)] == [
-        "one.y = inf at t = 0.006 s, which is no finite number"
+        "one.y = inf at t = 0.006 s, which is not a finite number"
     ]
     assert not warnings_of(run("nothing").dataset)
 
@@ -96,7 +96,7 @@ def test_a_crash_as_it_is_ended_costs_no_record(run, function):
     np.testing.assert_allclose(result.dataset["one.y"][-1], 0.01)
     (warned,) = warnings_of(result.dataset)
     assert (
-        "the process of one ended with SIGSEGV, as they were terminated and freed; the record is whole"
+        "the process of one ended with SIGSEGV, when the FMUs were terminated and freed; the record is complete"
         in warned.sentence
     )
 
@@ -112,7 +112,7 @@ def test_ctrl_c_says_what_it_waits_for_and_ends_what_was_started(system, hostile
         time.sleep(1.0)
         os.kill(process.pid, signal.SIGINT)
         line = next(line for line in process.stderr if "waiting" in line)
-        assert "waiting for a step of one to end; a second Ctrl-C ends it at once" in line
+        assert "waiting for the end of a step of one; a second Ctrl-C ends it at once" in line
         os.kill(process.pid, signal.SIGINT)
         process.communicate(timeout=60)
     assert process.returncode == 130

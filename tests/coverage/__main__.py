@@ -23,7 +23,7 @@ MODELS = [f"tests/{name}" for name in ("rotor_contact", "amb_actuator", "rolac_c
 HOST = [
     *(f"tests/{name}" for name in ("fmi_export", "native", "swap", "orchestrator", "cosim", "ssp")),
     # Here coverage.py handles SIGTERM.
-    "--deselect=tests/orchestrator/test_interruption.py::test_sigterm_ends_a_program_that_uses_the_package_as_before",
+    "--deselect=tests/cosim/test_interruption.py::test_sigterm_ends_a_program_that_uses_the_package_as_before",
 ]
 PARTS = {  # of what is Python
     "master": "orchestrator/amb_cosim/cosim",
@@ -31,7 +31,7 @@ PARTS = {  # of what is Python
     "models, and flavour python": "libraries/fmi_export",
 }
 C = [
-    *("tests/native", "tests/fmi_export", "tests/orchestrator/test_compiled.py"),
+    *("tests/native", "tests/fmi_export", "tests/cosim/test_compiled.py"),
     # The counters are exported too.
     "--deselect=tests/native/test_exports.py::test_the_linux_library_exports_the_fmi_functions_alone",
     "--deselect=tests/fmi_export/test_guard.py::test_the_guard_has_the_functions_of_the_standard_and_no_python",

@@ -47,12 +47,12 @@ def test_links_and_pictures_of_a_page_lead_to_files(page):
 
 
 @pytest.mark.parametrize("page", THEORY, ids=lambda page: page.stem)
-def test_every_theory_page_is_listed_and_says_how_far_it_holds(page):
+def test_every_theory_page_is_listed_and_states_its_limits(page):
     index = text_of(ROOT / "docs" / "theory" / "index.md")
     if page.stem in ("index", "rig"):
         return
     assert f"({page.name})" in index
-    assert "## How far it holds" in text_of(page)
+    assert "## Limits" in text_of(page)
 
 
 @pytest.mark.parametrize("page", THEORY, ids=lambda page: page.stem)

@@ -121,35 +121,6 @@ def test_a_damaged_cache_of_a_kernel_is_made_anew(run_python, tmp_path, monkeypa
     assert [run_python(host, folder=tmp_path) for _ in range(2)] == [[6.0, 0], [6.0, 1]]
 
 
-def bits_unnoticed(folder: str) -> int:
-    """Turn bits of the cache's files, one at a time; return how many of them numba would have gone on with."""
-    import sys
-    from contextlib import suppress
-    from pathlib import Path
-
-    sys.path.insert(0, folder)
-    from cached.caller import doubled
-
-    doubled(3.0)
-    files, unnoticed = doubled._cache._cache_file, 0
-    (key,) = files._load_index()
-    for path in Path(files._cache_path).glob("caller.*"):
-        whole = path.read_bytes()
-        for at in range(0, len(whole), 7):
-            path.write_bytes(whole[:at] + bytes([whole[at] ^ 1]) + whole[at + 1 :])
-            with suppress(Exception):  # whatever reading a damaged file leads to
-                unnoticed += files.load(key) is not None
-        path.write_bytes(whole)
-    return unnoticed
-
-
-@pytest.mark.slow
-def test_every_wrong_bit_of_machine_code_in_the_cache_is_noticed(run_python, tmp_path):
-    """A process that ran such code could crash, or compute something else."""
-    write(tmp_path, "cached", 2.0)
-    assert run_python(bits_unnoticed, folder=tmp_path) == 0
-
-
 def test_a_kernel_is_compiled_where_no_cache_can_be_written(run_python, tmp_path):
     def doubled(folder: str) -> float:
         import os

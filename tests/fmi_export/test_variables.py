@@ -8,7 +8,7 @@ import pytest
 from fmi_export.building.interface_page import full_description
 from fmi_export.interface import Interface, interface, repeated
 from fmi_export.model import Model
-from fmi_export.variables import Enumeration, input_, one_of, output, parameter
+from fmi_export.variables import Enumeration, enumerated, input_, output, parameter
 
 A = parameter("a", "m", "A length", 2.0, minimum=1.0, maximum=3.0)
 U = input_("u", "N", "A force")
@@ -70,7 +70,7 @@ LAW = Enumeration("Law", (("rigid", "a constraint"), ("spring", "")))
 
 
 def test_an_enumeration_gives_the_values_from_zero_on_names():
-    law = parameter("law", "1", "Law", 1, **one_of(LAW))
+    law = parameter("law", "1", "Law", 1, **enumerated(LAW))
     assert (law.type, law.minimum, law.maximum) == ("Integer", 0, 1)
     assert law.describe_range(3.0) == "law = 3 is not allowed; it must be one of 0 (rigid), 1 (spring)"
     assert full_description(law) == "Law. 0 rigid: a constraint; 1 spring"
@@ -79,13 +79,13 @@ def test_an_enumeration_gives_the_values_from_zero_on_names():
 @pytest.mark.parametrize("options", [{"maximum": 2}, {"type": "Real"}])
 def test_a_range_that_is_not_that_of_the_enumeration_is_refused(options):
     with pytest.raises(ValueError, match="law must be an Integer of all values of Law"):
-        parameter("law", "1", "Law", 1, **(one_of(LAW) | options))
+        parameter("law", "1", "Law", 1, **(enumerated(LAW) | options))
 
 
 def test_two_enumerations_of_one_name_are_refused():
     other = Enumeration("Law", (("soft", ""), ("spring", "")))
     with pytest.raises(ValueError, match="there are two enumerations called Law"):
-        interface(parameter("a", "1", "A", 0, **one_of(LAW)), parameter("b", "1", "B", 0, **one_of(other)))
+        interface(parameter("a", "1", "A", 0, **enumerated(LAW)), parameter("b", "1", "B", 0, **enumerated(other)))
 
 
 @pytest.mark.parametrize("options", [{}, {"type": "Integer"}])

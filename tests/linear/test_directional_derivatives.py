@@ -15,7 +15,7 @@ from fmpy.logging import addLoggerProxy
 import amb_cosim
 from amb_cosim.controllers.laws import Law
 from amb_cosim.cosim.fmu.fmus import provide
-from amb_cosim.linear.parts import LinearPart, sampled
+from amb_cosim.linear.components import LinearComponent, sampled
 
 H = 1e-4
 OUTPUTS = [f"{bearing}.{axis}" for bearing in ("mb1", "mb2") for axis in "xy"]
@@ -61,7 +61,7 @@ def test_those_of_the_plant_are_its_linear_model_over_a_step(plant):
     """To 1e-9 of the largest; D of the sampled model at the end of the step is C Gamma."""
     model = amb_cosim.linearise("compressor_levitated", OMEGA, components=["rotor_contact"])
     names = partial(map, "rotor_contact.{}".format)
-    law = sampled(LinearPart(Law(model.A, model.B, model.C, model.D), model.input_names, model.output_names), H)
+    law = sampled(LinearComponent(Law(model.A, model.B, model.C, model.D), model.input_names, model.output_names), H)
     part = law.selected(list(names(INPUTS)), list(names(OUTPUTS))).law
     result = derivatives(plant, OUTPUTS, INPUTS)
     expected = part.C @ part.B

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from amb_cosim.cosim.fmu.fmu_description import read_interface
-from amb_cosim.linear.foreign import foreign_part
+from amb_cosim.linear.foreign import foreign_component
 
 SOURCE = Path(__file__).parent / "support" / "spring.c"
 H = 1e-4
@@ -45,7 +45,7 @@ def folder(fmu_from_c, unpack):
 
 def spring(folder, **start):
     interface = read_interface(folder, "spring")
-    return foreign_part("spring", folder, interface, {"f": FORCE, **start}, (["f"], ["y"]), H)
+    return foreign_component("spring", folder, interface, {"f": FORCE, **start}, (["f"], ["y"]), H)
 
 
 def exact_poles():

@@ -8,7 +8,7 @@ from scipy.io import loadmat
 from strange_machine import LEVITATION, ROTOR
 
 import amb_cosim
-from amb_cosim.linear.foreign import foreign_part
+from amb_cosim.linear.foreign import foreign_component
 from amb_cosim.linear.linearisable import linearisable
 from amb_cosim.linear.linearise import model_of
 
@@ -128,7 +128,7 @@ def test_fmu_from_elsewhere_is_known_by_differences():
     )
     local = linearisable(COMPRESSOR, fmu={"rolac_controller": lead})
     interface, folder = local.assembly.interfaces["rolac_controller"], local.assembly.fmus["rolac_controller"].folder
-    part = foreign_part("rolac_controller", folder, interface, {"Omega": 900.0}, (AXES, DEMANDS), H)
+    part = foreign_component("rolac_controller", folder, interface, {"Omega": 900.0}, (AXES, DEMANDS), H)
     (exact,) = local.parts(["rolac_controller"])
     exact = exact.selected(part.inputs, part.outputs)
     for z in np.exp(1j * np.array([0.0, 0.1, 2.0])):
@@ -177,7 +177,7 @@ def test_what_a_model_cannot_have_is_named(compressor):
         model_of(compressor, components=["rotor"])
     with pytest.raises(ValueError, match=r"inputs: nothing in the linear model matches 'rotor_contact\.mb1\.k_xx'"):
         model_of(compressor, ["rotor_contact.mb1.k_xx"])
-    with pytest.raises(ValueError, match=r"at: 'speed' is no component\.variable and no signal"):
+    with pytest.raises(ValueError, match=r"at: 'speed' is not a component\.variable or a signal"):
         linearisable(COMPRESSOR, {"speed": 3.0})
     with pytest.raises(ValueError, match=r"at: amb_actuator\.mb1\.gap_x is a parameter; it must be an input"):
         linearisable(COMPRESSOR, {"amb_actuator.mb1.gap_x": 3.0})

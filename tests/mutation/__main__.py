@@ -27,11 +27,11 @@ TARGETS = {
     "fourier": ("fmus/rolac_controller/fourier.py", "tests/rolac_controller/test_fourier.py"),
     "master": (
         "orchestrator/amb_cosim/cosim/master/master.py",
-        "tests/orchestrator/test_master.py",
-        "tests/orchestrator/test_iteration.py",
+        "tests/cosim/test_master.py",
+        "tests/cosim/test_iteration.py",
     ),
-    "iteration": ("orchestrator/amb_cosim/cosim/master/iteration.py", "tests/orchestrator/test_iteration.py"),
-    "compiled": ("orchestrator/amb_cosim/cosim/master/compiled.py", "tests/orchestrator/test_compiled.py"),
+    "iteration": ("orchestrator/amb_cosim/cosim/master/iteration.py", "tests/cosim/test_iteration.py"),
+    "compiled": ("orchestrator/amb_cosim/cosim/master/compiled.py", "tests/cosim/test_compiled.py"),
 }
 
 

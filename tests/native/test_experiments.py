@@ -159,15 +159,15 @@ def test_a_fault_in_the_experiment_is_told_as_the_fmu_has_it(changed, native, mo
 @pytest.mark.parametrize(
     ("file", "old", "new", "sentence"),
     [
-        ("fmi-ls-manifest.xml", "", None, "carries no experiment with reference results"),
+        ("fmi-ls-manifest.xml", "", None, "contains no experiment with reference results"),
         ("fmi-ls-manifest.xml", "<Related", "<<Related", "cannot read fmi-ls-manifest.xml: not well-formed"),
-        ("fmi-ls-manifest.xml", 'source="', 'source="../../../../../', "is no file of the FMU"),
-        ("fmi-ls-manifest.xml", 'source="', 'source="https://server/', "is no file of the FMU"),
+        ("fmi-ls-manifest.xml", 'source="', 'source="../../../../../', "is not a file of the FMU"),
+        ("fmi-ls-manifest.xml", 'source="', 'source="https://server/', "is not a file of the FMU"),
         ("smoke_test.exp", "", None, "there is no file 'smoke_test.exp' in the FMU"),
         ("smoke_test.exp", 'stopTime="', 'stopTime="x', "stopTime = 'x0.0025' is no number"),
-        ("references.csv", "time,", "moment,", "references.csv is no table with a column 'time'"),
+        ("references.csv", "time,", "moment,", "references.csv is not a table with a column 'time'"),
         ("references.csv", "level", "lvel", "the FMU has no variables lvel"),
-        ("references.csv", "\n0.0,", "\n0.0,zero,", "references.csv is no table with a column 'time'"),
+        ("references.csv", "\n0.0,", "\n0.0,zero,", "references.csv is not a table with a column 'time'"),
         ("references.csv", "level", "time", "references.csv has two columns 'time'"),
     ],
 )
@@ -180,8 +180,8 @@ def test_what_is_wrong_with_an_experiment_is_an_error_with_its_place(changed, fi
 @pytest.mark.parametrize(
     ("old", "new", "sentence"),
     [
-        ("TransientSimulation", "SteadyState", "it is no simulation over time but SteadyState"),
-        ('type="text/csv"', 'type="application/hdf5"', "are of type application/hdf5, which is not read"),
+        ("TransientSimulation", "SteadyState", "it is not a simulation over time but SteadyState"),
+        ('type="text/csv"', 'type="application/hdf5"', "are of type application/hdf5, which is not supported"),
     ],
 )
 def test_an_experiment_of_another_kind_is_told_and_not_run(changed, old, new, sentence):
@@ -209,7 +209,7 @@ def test_references_beyond_the_run_verify_nothing(changed, native, moving):
     line = ",".join(references(native(moving))[-1].values())
     (item,) = amb_cosim.verify(changed("references.csv", line, with_cell(line, 0, "0.0031")))
     assert not item.is_equal
-    assert "from 0 s to 0.0031 s, reach beyond the run from 0 s to 0.0025 s" in str(item)
+    assert "from 0 s to 0.0031 s, exceed the run from 0 s to 0.0025 s" in str(item)
 
 
 def test_a_stop_time_at_the_start_verifies_nothing(changed):

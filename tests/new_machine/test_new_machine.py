@@ -11,6 +11,7 @@ from click.testing import CliRunner
 from strange_machine import ROTOR as EXPANDER
 
 import amb_cosim
+from amb_cosim import studies
 from amb_cosim.assessment.machine_file import load_machine
 from amb_cosim.commands.cli import main
 from amb_cosim.design.magnetic_bearing import axis_parameters, load_capacity
@@ -101,6 +102,23 @@ def test_a_new_machine_levitates_with_room_to_its_retainers(pump):
     result = amb_cosim.run(load_scenario(str(pump.folder / "levitation.toml")).changed(settle_cycles=20, end_time=0.05))
     assert result.outcome.status == "completed"
     assert all(orbit < 0.17e3 * pump.sizes.clearance for orbit in result.summary.orbit_largest.values())
+
+
+@pytest.mark.slow
+def test_unbalance_peaks_at_the_critical_speeds_of_the_sampled_loop(pump):
+    """Response by frequency and eigenvalues of the sampled loop are computed independently; AF = 1/(2 zeta)."""
+    scenario = pump.folder / "levitation.toml"
+    response = studies.unbalance_response(scenario=scenario)
+    sharp = [item for item in response.critical_speeds if item.amplification > 5.0]
+    assert sharp
+    crossings = studies.poles(scenario, up_to=float(response.speeds[-1])).critical_speeds
+    for item in sharp:
+        nearest = min(crossings, key=lambda crossing: abs(crossing.speed - item.speed))
+        assert item.speed == pytest.approx(nearest.speed, rel=0.01)
+        assert item.amplification == pytest.approx(np.pi / nearest.decrement, rel=0.1)
+        assert item.margin == pytest.approx(100.0 * (item.speed / response.operating_speed - 1.0))
+    half = studies.unbalance_response(scenario=scenario, unbalance=0.5 * response.unbalance)
+    assert half.critical_speeds[0].amplitude == pytest.approx(0.5 * response.critical_speeds[0].amplitude)
 
 
 def test_a_drawing_gets_magnets_in_its_own_bearings_and_levitates(expander):
@@ -224,10 +242,10 @@ def test_the_machine_to_assess_lands_in_the_retainers_of_its_landing(pump):
 @pytest.mark.parametrize(
     ("given", "message"),
     [
-        (("--mass", "60 kg"), "mass = '60 kg' is given, but the rotor file has its own"),
+        (("--mass", "60 kg"), "mass = '60 kg' conflicts with the rotor file, which has its own"),
         (
             ("--bearings", "0.1 m 0.3 m"),
-            "the rotor file has its own: north at 0.11 m, guide at 0.22 m, south at 0.32 m",
+            "the rotor file, which has its own: north at 0.11 m, guide at 0.22 m, south at 0.32 m",
         ),
         (("--speed", "1e6 rpm"), "speed = 104720 rad/s is not allowed; it must be > 0 rad/s and <= 20000 rad/s"),
         (("--rotor", "expandor"), "no rotor 'expandor'; did you mean turbo_expander?"),

@@ -19,7 +19,7 @@ from pump import SHAFT, UNSTABLE
 from amb_cosim import studies
 from amb_cosim.commands import analysis
 from amb_cosim.commands.options import ROTOR, SETTINGS
-from amb_cosim.presentation.text_tables import TextPart
+from amb_cosim.presentation.text_tables import TextBlock
 from amb_cosim.studies.result import DrawnResult
 from rotor_analysis.modes import damped_frequencies
 from rotor_analysis.packaged_rotors import rotor_path
@@ -61,7 +61,7 @@ def test_motion_without_oscillation_is_reported(runner, tmp_path):
     text = runner("study", "modes", "--rotor", "free.toml", "-o", "out").stdout
     data = json.loads((tmp_path / "out" / "modes.json").read_text())
     assert data["speeds"]["0"]["real_eigenvalues_per_s"] == [0.0] * 8
-    assert "motion that does not oscillate" in text
+    assert "aperiodic motion" in text
 
 
 @pytest.mark.slow
@@ -108,7 +108,7 @@ class Level(DrawnResult):
     name: ClassVar[str] = "mine"
     level: float
 
-    def text(self) -> list[TextPart]:
+    def text(self) -> list[TextBlock]:
         return [f"level {self.level:g}"]
 
 

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from command_line import COMMAND
 
+import amb_cosim
 from amb_cosim.cosim.fmu.fmus import model_source
 from amb_cosim.cosim.run.dataset import load
 from amb_cosim.design.plant_data import plant
@@ -65,15 +66,33 @@ def test_a_reader_that_leaves_ends_a_command_without_a_word(tmp_path, arguments)
     }
 
 
-def test_tables_are_printed_as_json_and_as_text(runner):
-    data = json.loads(runner("tables", "--json").stdout)
+def test_tables_of_the_thesis_are_data_and_text():
+    result = amb_cosim.studies.thesis_tables()
+    data = result.as_dict()
     assert len(data["table_3_1"]["13_node"]["consistent"]["90"]) == 8
     assert len(data["table_3_4"]["90"]["condensed"]) == 8
     assert data["amb"]["k_s"] == pytest.approx(2376.96e3, rel=1e-4)
     assert data["amb"]["k_i"] == pytest.approx(563.15, rel=1e-4)
-    text = runner("tables").stdout
-    assert "Table 3.1" in text
-    assert f"{data['table_3_1']['13_node']['consistent']['90'][0]:.2f}" in text
+    assert f"{data['table_3_1']['13_node']['consistent']['90'][0]:.2f}" in str(result)
+
+
+@pytest.mark.parametrize(
+    ("former", "present"),
+    [
+        (("modes", "bath_rig"), "study modes"),
+        (("machine", "check", "compressor"), "assess --check FILE"),
+        (("controller", "build", "lead.toml"), "build --controller FILE"),
+        (("tables",), "study tables"),
+        (("robustness", "bath_thesis"), "report --robustness --pack NAME"),
+    ],
+)
+def test_a_command_that_left_says_where_its_question_is_answered(refuses, former, present):
+    refuses(f"any more; use 'amb-cosim {present}'", *former)
+
+
+def test_an_option_that_left_says_which_one_to_use(refuses):
+    message = "there is no option --refine any more; use '--adaptive boundary:METRIC'"
+    refuses(message, "sweep", "fig4_9", "--refine", "0.01")
 
 
 def test_build_writes_the_three_fmus(runner, tmp_path):
@@ -102,7 +121,7 @@ def test_fmus_without_arrays_are_of_fmi_3(refuses):
 
 
 def test_fmus_of_flavour_python_have_no_c_code(refuses):
-    refuses("C code is of native FMUs alone (--sources)", "build", "--sources", "--flavour", "python", "-o", "fmus")
+    refuses("--sources requires native FMUs", "build", "--sources", "--flavour", "python", "-o", "fmus")
 
 
 def test_build_takes_a_rotor_of_ones_own(runner, tmp_path):

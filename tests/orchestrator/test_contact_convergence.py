@@ -4,30 +4,27 @@ from __future__ import annotations
 
 import csv
 import json
-import tomllib
 from dataclasses import replace
 
 import numpy as np
 import pytest
-import tomli_w
 
 from amb_cosim import studies
 from amb_cosim.cosim.record.signals import Samples, SignalTable
-from amb_cosim.scenario.scenario import load_scenario
+from amb_cosim.scenario.scenario import given_scenario
 from amb_cosim.studies import contact_convergence, convergence_runs
 from amb_cosim.studies.convergence_runs import CaseResult, Contact, ConvergenceCase, varied_cases
-from rotor_analysis.packaged_rotors import rotor_path
 from rotor_analysis.reduced_rotor import reduced_rotor
 from rotor_analysis.rotor_file import load_rotor
 
 
 def base_of(rotor):
-    return ConvergenceCase(load_scenario("fig4_9"), {}, "native", "scenario", "scenario", 1.0, str(rotor_path(rotor)))
+    return ConvergenceCase(given_scenario("fig4_9", rotor))
 
 
 @pytest.fixture
-def cases(tmp_path):
-    return lambda rotor: list(varied_cases(base_of(rotor), tmp_path))
+def cases():
+    return lambda rotor: list(varied_cases(base_of(rotor)))
 
 
 @pytest.mark.parametrize(
@@ -39,13 +36,13 @@ def test_modes_are_halved_and_doubled(cases, rotor, modes):
     result = [case for case in cases(rotor) if case.varied == "modes"]
     assert [case.value for case in result] == modes
     for case in result:
-        model = reduced_rotor(load_rotor(case.rotor)).model
+        model = reduced_rotor(load_rotor(case.scenario.rotor)).model
         assert (model.size // 2 - 6, len(model.translations)) == (case.value, 6)
 
 
 def test_meshes_differ_in_nodes_or_mass_matrix_and_in_nothing_else(cases):
     base = load_rotor("bath_rig_thesis")
-    result = [(case, load_rotor(case.rotor)) for case in cases("bath_rig_thesis") if case.varied == "mesh"]
+    result = [(case, load_rotor(case.scenario.rotor)) for case in cases("bath_rig_thesis") if case.varied == "mesh"]
     described = {(len(rotor.shaft.nodes), rotor.shaft.mass_matrix) for _, rotor in result}
     assert len(described) == len(result)
     assert (13, "consistent") in described
@@ -169,16 +166,11 @@ def test_study_writes_table_data_and_figure(study, tmp_path):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("scenario", ["fig4_9", "fig4_12", "fig4_14"])
-def test_more_modes_leave_contact_forces_of_the_recommended_rig(tmp_path, scenario):
+def test_more_modes_leave_contact_forces_of_the_recommended_rig(scenario):
     """A quarter more; twice as many take minutes each, by the study. Forces within a millisecond hang on more modes."""
-    data = tomllib.loads(rotor_path("bath_rig").read_text(encoding="utf-8"))
-    data["reduction"]["modes"] = 30
-    (tmp_path / "more.toml").write_text(tomli_w.dumps(data), encoding="utf-8")
-    local = base_of("bath_rig")
-    local = replace(local, scenario=load_scenario(scenario), settings={"rotor_contact.contact.impact_law": 1})
-    here, more = (
-        convergence_runs.simulate_case(case).sites
-        for case in (local, replace(local, rotor=str(tmp_path / "more.toml")))
-    )
+    settings = {"rotor_contact.contact.impact_law": 1}
+    rotors = (load_rotor("bath_rig"), load_rotor("bath_rig", {"reduction": {"modes": 30}}))
+    cases = [ConvergenceCase(given_scenario(scenario, rotor), settings) for rotor in rotors]
+    here, more = (convergence_runs.simulate_case(case).sites for case in cases)
     for site, contact in here.items():
         assert more[site].mean_force == pytest.approx(contact.mean_force, rel=0.05)

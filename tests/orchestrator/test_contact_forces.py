@@ -10,7 +10,8 @@ import pytest
 
 from amb_cosim.cosim.record.signals import Samples, SignalTable
 from amb_cosim.results import contact_forces, contact_history, orbits
-from amb_cosim.results.places import PLANT, RotorPlaces, places_of
+from amb_cosim.results.component_names import PLANT
+from amb_cosim.results.places import RotorPlaces, places_of
 from amb_cosim.results.plots.axes import stations
 from amb_cosim.results.plots.contact import contact
 from amb_cosim.results.plots.motion import displacement

@@ -130,7 +130,7 @@ def assert_refused(result, expected):
 
 # Tables that are refused wherever they are given for the rig in the loop of the levitated system.
 WRONG = {
-    "another rotor": (lambda t: replace(t, rotor="pump"), None, "it is of rotor 'pump', not of 'bath_rig_thesis'"),
+    "another rotor": (lambda t: replace(t, rotor="pump"), None, "it belongs to rotor 'pump', not 'bath_rig_thesis'"),
     "truncated": (lambda t: t, -400, "is not valid TOML"),
 }
 OTHER_LOOP = (
@@ -218,7 +218,7 @@ def test_a_scenario_names_its_table_and_its_rotor_beside_itself(table, tmp_path)
         prepared = prepare(load_scenario(str(path)), flavour="python")
         np.testing.assert_array_equal(constants_of(prepared.fmus["rolac_controller"].path), table.constants(RIG_LOOP))
     (folder / "case.toml").write_text('base = "fig5_6"\nreceptances = "t.toml"\n')
-    with pytest.raises(ValueError, match="it is of rotor 'mine', not of 'bath_rig_thesis'"):
+    with pytest.raises(ValueError, match="it belongs to rotor 'mine', not 'bath_rig_thesis'"):
         prepare(load_scenario(str(folder / "case.toml")))
 
 

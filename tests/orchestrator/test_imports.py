@@ -1,5 +1,6 @@
 """The files of the packages import each other without a circle."""
 
+import re
 import tomllib
 from graphlib import TopologicalSorter
 from pathlib import Path
@@ -21,9 +22,18 @@ def test_no_circle_of_files_is_left():
     TopologicalSorter(imported).prepare()  # a CycleError names the files of a circle
 
 
-def test_the_table_of_who_may_import_whom_has_every_room():
+def test_the_table_of_allowed_imports_has_every_room():
     text = (Path(__file__).parents[2] / "CONTRIBUTING.md").read_text(encoding="utf-8")
-    table = text.partition("Who may import whom")[2]
+    table = text.partition("Allowed imports")[2]
     rooms = {path.parent.name for path in Path(amb_cosim.__file__).parent.glob("*/__init__.py")} | {"gym"}
     missing = sorted(room for room in rooms if f"/{room}`" not in table)
     assert not missing
+
+
+def test_files_to_start_reading_at_exist():
+    root = Path(__file__).parents[2]
+    text = (root / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    table = text.partition("Where to start reading")[2].partition("Allowed imports")[0]
+    files = re.findall(r"\]\(([^)#]+)\)", table)
+    assert len(files) > 15
+    assert [file for file in files if not (root / file).is_file()] == []

@@ -81,5 +81,5 @@ def test_numbers_of_numpy_become_numbers():
 def test_unknown_units_and_types_are_refused():
     with pytest.raises(ValueError, match=r"pressure has the unit 'Pa', which is not allowed; it must be one of"):
         json_data(Unknown(1.0))
-    with pytest.raises(TypeError, match="object has no form in JSON"):
+    with pytest.raises(TypeError, match="object cannot be written as JSON"):
         json_data([object()])

@@ -11,6 +11,7 @@ from matplotlib.text import Text
 
 import amb_cosim
 from amb_cosim.studies.campbell_diagram import CampbellDiagram, CriticalSpeedRow, ModeOverSpeed
+from amb_cosim.studies.closed_loop_poles import ClosedLoopPoles, PoleOverSpeed
 from amb_cosim.studies.figures import figure
 from amb_cosim.studies.figures.over_speed import damping_ratio
 
@@ -62,3 +63,48 @@ def test_decrement_and_damping_ratio_are_those_of_one_decay():
     zeta = 0.2
     delta = zeta * 2.0 * math.pi / math.sqrt(1.0 - zeta**2)
     assert damping_ratio(delta) == pytest.approx(zeta)
+
+
+def test_label_of_a_zone_stands_within_it():
+    panel = figure(close_modes()).axes[1]
+    text = next(text for text in panel.texts if text.get_text() == "less than API 617 requires")
+    _, height = text.get_position()
+    ends = panel.transData.transform([(1.0, panel.get_ylim()[0]), (1.0, damping_ratio(0.1))])
+    bottom, limit = panel.transAxes.inverted().transform(ends)[:, 1]
+    assert height == pytest.approx(0.5 * (bottom + limit))
+
+
+def crossing_poles() -> ClosedLoopPoles:
+    """One vibration of 100 rad/s, whose decrement falls from 0.2 to 0.1, and one far above."""
+    speeds = np.linspace(0.0, 200.0, 21)
+    decrements = np.linspace(0.2, 0.1, 21)
+    poles = tuple(
+        PoleOverSpeed(np.full(21, f), decrements / (2.0 * math.pi), decrements, ("forward",) * 21)
+        for f in (100.5, 900.0)
+    )
+    return ClosedLoopPoles(
+        scenario="any",
+        rotor="any",
+        sample_time=1e-4,
+        speeds=speeds,
+        poles=poles,
+        least_damped=decrements,
+        unstable=(),
+        operating_speed=150.0,
+    )
+
+
+def test_critical_speed_is_where_a_vibration_has_the_frequency_of_rotation():
+    (critical,) = crossing_poles().critical_speeds
+    assert (critical.mode, critical.speed) == (1, pytest.approx(100.5))
+    assert critical.decrement == pytest.approx(0.14975)
+
+
+def test_critical_speeds_and_poles_of_a_levitated_machine_are_drawn():
+    top, _, plane = figure(crossing_poles()).axes
+    marks = [line for line in top.lines if line.get_marker() == "o"]
+    assert [line.get_xdata()[0] for line in marks] == [pytest.approx(100.5)]
+    assert any("1: 100.5" in text.get_text() for text in top.texts)
+    dots = [line for line in plane.lines if line.get_marker() == "o"]
+    assert [line.get_ydata()[0] for line in dots] == [pytest.approx(100.5), pytest.approx(900.0)]
+    assert dots[0].get_xdata()[0] == pytest.approx(-0.125 * 100.5 / (2.0 * math.pi))

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from falls import CLEARANCE, LANDED, OMEGA, fall
 from matplotlib.image import imread
+from matplotlib.lines import Line2D
 from slow import slow_but_first
 
 from amb_cosim.results import plots
@@ -61,8 +62,9 @@ def test_a_touchdown_is_drawn_with_what_moves_and_warms(tmp_path):
     dataset = fall()
     assert drawn(dataset, tmp_path) == ["touchdown", "displacement", "contact"]
     figure = plots.Plots(dataset).touchdown()
-    orbit, _, heights, speeds, temperatures = figure.axes
-    assert orbit.get_xlim() == pytest.approx((-0.7875, 0.7875))
+    orbit, _, heights, speeds, heat, temperatures = figure.axes
+    assert orbit.get_xlim() == pytest.approx((-0.81, 0.81))
+    assert heat.get_ylabel() == "heat (J)"
     fallen, *_ = heights.lines
     assert np.interp(LANDED, *fallen.get_data()) == pytest.approx(-1e3 * CLEARANCE)
     assert temperatures.get_ylabel() == "temperature (°C)"
@@ -177,5 +179,79 @@ def test_figures_that_cannot_be_drawn_are_refused(synthetic):
 
 
 def test_representation_lists_the_figures(synthetic):
-    listed = "orbits(), displacement(), contact(), whirl(), magnets(), energy(), touchdown()"
+    listed = "orbits(), displacement(), contact(), whirl(), magnets(), energy(), touchdown(), turns()"
     assert repr(plots.Plots(synthetic())) == f"Plots of synthetic: {listed}"
+
+
+def impact(dataset, begin, end):
+    """The run with its contact force, 1 kN, in some cycles alone."""
+    cycle = dataset["cycle"].values
+    for name in ("f_n", "impulse"):
+        for site in ("rb1", "rb2"):
+            dataset[f"rotor_contact.{site}.{name}"] = dataset[f"rotor_contact.{site}.{name}"] * 0.0
+    dataset["rotor_contact.rb1.f_n"] = ("time", np.where((cycle >= begin) & (cycle < end), 1e3, 0.0))
+    return dataset
+
+
+def test_contact_within_a_small_part_of_a_run_is_enlarged(synthetic):
+    figure = plots.Plots(impact(synthetic(), 6.0, 6.4)).contact()
+    assert len(figure.axes) == 6
+    begin, end = figure.axes[-1].get_xlim()
+    assert begin < 6.0 < 6.4 < end < 7.5
+    assert figure.axes[1].get_title("left") == "the same, enlarged"
+
+
+def test_contact_through_much_of_a_run_is_drawn_once(synthetic):
+    assert len(plots.Plots(impact(synthetic(), 6.0, 12.0)).contact().axes) == 3
+
+
+def test_samples_in_the_legend_have_the_colours_of_the_curves(synthetic):
+    figure = plots.Plots(synthetic()).contact()
+    (legend,) = figure.legends
+    colours = [line.get_color() for line in legend.findobj(Line2D)]
+    assert colours[:2] == [figure.axes[0].lines[0].get_color(), figure.axes[1].lines[0].get_color()]
+    assert "#999999" not in colours
+
+
+def test_orbits_show_up_as_up(synthetic):
+    """Gravity at 225 degrees, halfway between -x and -y: what moves along x moves to the upper right."""
+    dataset = synthetic(parameters=synthetic().attrs["parameters"].replace('{"rotor_contact": {', GRAVITY))
+    dataset["rotor_contact.mb1.x"] = ("time", np.linspace(0.0, 5e-4, dataset.sizes["time"]))
+    dataset["rotor_contact.mb1.y"] = dataset["rotor_contact.mb1.x"] * 0.0
+    panel = plots.Plots(dataset).orbits().axes[0]
+    assert (panel.get_xlabel(), panel.get_ylabel()) == ("to the right (mm)", "up (mm)")
+    x, y = panel.lines[2].get_data()
+    assert np.nanmax(x) == pytest.approx(0.5 / np.sqrt(2.0))
+    assert np.nanmax(y) == pytest.approx(0.5 / np.sqrt(2.0))
+    assert [text.get_text() for text in panel.texts] == ["$x$", "$y$"]
+
+
+GRAVITY = '{"rotor_contact": {"gravity": 9.81, "gravity_angle": 3.9269908169872414, '
+
+
+def test_orbits_without_a_direction_of_gravity_have_x_and_y(synthetic):
+    panel = plots.Plots(synthetic()).orbits().axes[0]
+    assert (panel.get_xlabel(), panel.get_ylabel()) == ("$x$ (mm)", "$y$ (mm)")
+
+
+def test_retainer_does_not_cover_an_orbit_that_lies_on_it(synthetic):
+    panel = plots.Plots(synthetic()).orbits().axes[0]
+    (ring,) = panel.patches
+    assert ring.zorder < min(line.zorder for line in panel.lines)
+    assert ring.a - ring.width == pytest.approx(1e3 * CLEARANCE_OF_RB1)
+
+
+CLEARANCE_OF_RB1 = 0.75e-3
+
+
+def test_figures_bear_name_and_description(synthetic):
+    title = plots.Plots(synthetic(description="A rotor that rubs")).contact().get_suptitle()
+    assert title.splitlines() == ["synthetic, $\\Omega$ = 314.2 rad/s", "A rotor that rubs"]
+
+
+def test_events_are_named_above_the_magnets(synthetic):
+    dataset = synthetic()
+    for axis in "xy":
+        dataset[f"amb_actuator.mb1.f_{axis}"] = dataset["rotor_contact.mb1.x"] * 1e5
+    figure = plots.Plots(dataset).magnets()
+    assert [text.get_text() for text in figure.axes[1].texts[-2:]] == ["step", "removal"]

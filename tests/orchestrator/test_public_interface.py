@@ -41,7 +41,15 @@ def test_only_names_of_this_project_are_installed():
     project = tomllib.loads((Path(__file__).parents[2] / "pyproject.toml").read_text(encoding="utf-8"))
     packages = {Path(p).name for p in project["tool"]["hatch"]["build"]["targets"]["wheel"]["packages"]}
     models = {"rotor_contact", "amb_actuator", "rolac_controller", "linear_controller", "levitated_rotor"}
-    libraries = {"amb_files", "rotor_analysis", "fmi_export", "signal_chain"}
+    libraries = {
+        "amb_files",
+        "array_types",
+        "ball_bearings",
+        "rotor_analysis",
+        "fmi_export",
+        "signal_chain",
+        "thrust_bearings",
+    }
     packs = set(project["project"]["entry-points"]["amb_cosim.packs"])
     assert packages == {"amb_cosim", "source_check"} | models | libraries | packs
 

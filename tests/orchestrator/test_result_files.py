@@ -43,12 +43,12 @@ def test_turned_bits_of_a_result_are_harmless_or_an_error(synthetic, tmp_path, o
     assert refused == 25
     at = whole.index(b"TREE") + 24  # a list of chunks, of which HDF5 has no checksum
     file.write_bytes(whole[:at] + bytes([whole[at] ^ 1]) + whole[at + 1 :])
-    with pytest.raises(ValueError, match="its checksum is not that of its content"):
+    with pytest.raises(ValueError, match="its checksum does not match its content"):
         Result.load(file)
     file.write_bytes(whole[:-4])  # as another program leaves it
     assert Result.load(file).dataset.equals(dataset)
     file.write_bytes(whole[: len(whole) // 4])
-    with pytest.raises(ValueError, match="is no result of a run, or damaged"):
+    with pytest.raises(ValueError, match="is not a result of a run, or is damaged"):
         Result.load(file)
 
 

@@ -10,6 +10,7 @@ import pytest
 
 from amb_cosim.results import contact_history, orbits, series
 from amb_cosim.results.summary import summarise
+from amb_cosim.results.summary_table import table
 
 
 def figures_of(dataset):
@@ -291,7 +292,7 @@ def test_rolling_on_a_turning_race_is_no_whirl_but_named(synthetic):
     figures = figures_of(dataset)
     assert figures["rolling_from_cycle"] is None
     assert figures["rolling_on_race_from_cycle"] == pytest.approx(6.0)
-    assert "rolling on a turning race" in summarise(dataset).table().columns[0].cells
+    assert "rolling on a turning race" in table(summarise(dataset), whole=True).columns[0].cells
 
 
 def test_whirl_at_the_end_is_a_mean_over_the_last_cycle(synthetic):
@@ -349,14 +350,14 @@ def test_error_of_the_balance_is_printed_beside_the_heat(synthetic):
     summary = summarise(dataset)
     assert summary.energy_balance < 2e-6
     assert summary.energy_balance_of_heat == pytest.approx(1.0 / 27.0)
-    rows = dict(zip(*(column.cells for column in summary.table().columns), strict=True))
+    rows = dict(zip(*(column.cells for column in table(summary, whole=True).columns), strict=True))
     assert rows["error of the energy balance"] == "1 J, 0.04 of the heat of 27 J"
 
 
 def test_run_without_heat_has_no_error_of_the_balance_beside_it(synthetic):
     summary = summarise(synthetic())
     assert summary.energy_balance_of_heat is None
-    assert "error of the energy balance" not in list(summary.table().columns[0].cells)
+    assert "error of the energy balance" not in list(table(summary, whole=True).columns[0].cells)
 
 
 def test_the_balance_is_the_largest_on_the_way(synthetic):

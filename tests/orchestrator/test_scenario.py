@@ -137,7 +137,7 @@ def with_points(*points: str) -> str:
         (with_points("time = '1 V'\nOmega = 3"), "time of a speed point = '1 V' has unit V"),
         (
             with_points("time = 0\nOmega = 3"),
-            "speed point at 0 s is not allowed; it must be at > 0 s, where Omega holds",
+            "speed point at 0 s is not allowed; it must be at > 0 s, because Omega defines the start",
         ),
         (with_points("time = nan\nOmega = 3"), "speed point at nan s is not allowed"),
         (

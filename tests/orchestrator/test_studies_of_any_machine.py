@@ -48,7 +48,7 @@ def test_axis_that_does_not_exist_is_refused_with_those_that_do():
 def test_loop_without_magnetic_bearings_has_no_sensitivity():
     with pytest.raises(ValueError, match="no component 'amb_actuator'"):
         studies.sensitivity("compressor_touchdown")
-    with pytest.raises(ValueError, match="has no component amb_actuator; a linear loop needs one"):
+    with pytest.raises(ValueError, match="has no component amb_actuator; a linear loop requires one"):
         studies.linearisation("compressor_touchdown")
 
 

@@ -51,7 +51,7 @@ SLOW = [
     ("sensitivity --speed '90 rad/s'", "zone D (ISO 14839-3: A below 3, B below 4, C below 5)", has_data),
     ("coupling", "Jacobi, predicting", has_data),
     ("coupling_error", "nonlinear law", has_data),
-    ("reduction --up-to '20 rad/s'", "not those of a coarser mesh of the same rotor", stands_beside_the_print),
+    ("reduction --up-to '20 rad/s'", "not frequencies of a coarser mesh of the same rotor", stands_beside_the_print),
     ("recovery --steps '20 g.m' --instants 1", "", frees_by_contact_aware_control),
 ]
 

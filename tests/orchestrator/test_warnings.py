@@ -55,8 +55,8 @@ def test_a_warning_without_a_log_is_known_from_the_samples():
 @pytest.mark.parametrize(
     ("log", "samples", "expected"),
     [
-        ([None], [], "before time 0 only, while the run settled"),
-        ([-1.5], [], "before time 0 only, while the run settled"),
+        ([None], [], "only before time 0, during settling"),
+        ([-1.5], [], "only before time 0, during settling"),
         ([-1.5], [1.0], "from before time 0 to 1 s, 12.5 % of the time"),
         ([0.5], [1.0], "from 0.5 s to 1 s, 12.5 % of the time"),
         ([1.0], [1.0], "at 1 s, 12.5 % of the time"),
@@ -146,7 +146,7 @@ def test_a_run_has_the_warnings_of_each_component(tmp_path, run_python, flavour,
     by_name = {f"{warned.component}.{warned.variable}": warned for warned in values}
     assert sorted(by_name) == ["magnets.mb1.clipped_x", "magnets.mb1.saturated_x", "spare.mb2.saturated_x"]
     clipped, saturated = by_name["magnets.mb1.clipped_x"], by_name["spare.mb2.saturated_x"]
-    assert clipped.sentence == "the demanded current is cut to what the coils allow, 0 to 10 A each"
+    assert clipped.sentence == "the demanded current is limited to the range of the coils, 0 to 10 A each"
     assert clipped.first == pytest.approx(6e-3), "the end of the step that began with the command"
     assert saturated.sentence.startswith("a coil pair saturates at 0.5 T")
     assert saturated.first == pytest.approx(-10e-3), "from the initialisation on"
@@ -182,11 +182,11 @@ def test_a_run_after_another_logger_of_fmpy_hears_the_fmus(run_python, tmp_path)
 
 @pytest.mark.parametrize(("whole", "lines"), [(False, 3), (True, 4)])
 def test_on_a_terminal_a_warning_is_one_line_unless_explained(capsys, whole, lines):
-    sentence = "a substep was less accurate than solver.tolerance = 5e-08 m/s; it takes a smaller one"
+    sentence = "a substep was less accurate than solver.tolerance = 5e-08 m/s; use a smaller one"
     show_warnings([sentence, sentence], Console(force_terminal=True, width=60), whole=whole)
     printed = capsys.readouterr().out.splitlines()
     assert len(printed) == lines
-    assert ("--explain" in printed[-1]) is not whole
+    assert ("--all" in printed[-1]) is not whole
 
 
 def test_where_no_terminal_limits_lines_warnings_are_whole(capsys):

@@ -83,5 +83,5 @@ def test_saved_result_gives_figure_and_data(make, runner, check_picture, tmp_pat
 @pytest.mark.parametrize("samples", [0, 1])
 def test_run_without_samples_is_refused(make, samples):
     run = make(whirl(0.3e-3, 50.0))
-    with pytest.raises(ValueError, match="no samples at equal steps"):
+    with pytest.raises(ValueError, match="spectra require samples at equal steps"):
         studies.waterfall(Result(run.dataset.isel(time=slice(samples)), DONE))

@@ -25,6 +25,7 @@ PARTS = re.compile(r"\b([mre]b[12?*]|d[1-4?*]\.(u|phi|f_[xy?]))(?!\w)")
 # Pages that run scenarios of a pack as examples, and name their parts in commands and results. All others are general.
 EXAMPLES = {
     *(
+        "adaptive_sweep",
         "batch",
         "change_the_friction_law",
         "cluster",
@@ -38,7 +39,7 @@ EXAMPLES = {
         "run_many_cases",
         "traps",
     ),
-    *("swap_a_component", "sweep", "wasm"),
+    *("swap_a_component", "sweep", "sweep_results", "wasm"),
     *(f"tools/{tool}" for tool in ("README", "dymola", "ecos", "fmpy", "fmusim", "libcosim", "omsimulator", "pyfmi")),
 }
 

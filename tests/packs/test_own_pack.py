@@ -73,7 +73,7 @@ MISTAKES = [
 SLOW = [
     ("scenarios/drop.toml", "", "run drop", "packs bath_thesis and my_pump both have scenarios/drop.toml"),
     ("systems/passive.toml", "", "run drop", "packs amb_cosim and my_pump both have systems/passive.toml"),
-    ("pack.toml", 'rotor = "pump"', "study modes", "packs bath_thesis and my_pump both say which rotor is taken"),
+    ("pack.toml", 'rotor = "pump"', "study modes", "packs bath_thesis and my_pump both define a default rotor"),
     ("statements.toml", "", "report --pack my_pump", "statements.toml of pack my_pump: title is missing"),
 ]
 

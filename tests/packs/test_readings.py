@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -43,11 +42,11 @@ def test_readings_name_scenarios_and_begin_with_the_scenarios_as_they_are() -> N
                 load_scenario(instead)
 
 
-def test_a_reading_changes_the_rotor_of_every_source(tmp_path: Path) -> None:
+def test_a_reading_changes_the_rotor_of_every_source() -> None:
     reading = ReadingCase(chapter=4, name="four planes", rotor={"reduction": {"masters": [1, 4, 11, 13]}})
     source = under(reading, Source(scenario="fig4_9"))
-    prepared = prepare_source(source, tmp_path / "rotor.toml")
-    changed, rig = load_rotor(prepared.scenario.rotor or ""), load_rotor()
+    prepared = prepare_source(source)
+    changed, rig = load_rotor(prepared.scenario.rotor), load_rotor()
     assert changed.reduction.masters == (1, 4, 11, 13)
     assert changed.bodies == rig.bodies
     assert under(ReadingCase(chapter=4, name="plain"), Source(scenario="fig4_9")) == Source(scenario="fig4_9")
@@ -62,8 +61,8 @@ def test_a_reading_replaces_scenario_values_and_factor() -> None:
 
 
 @pytest.mark.parametrize("chapter", CHAPTERS)
-def test_a_reading_is_measured_on_every_statement_of_a_run(chapter: int, tmp_path: Path) -> None:
-    cases = cases_of(next(reading for reading in READINGS if reading.chapter == chapter), tmp_path)
+def test_a_reading_is_measured_on_every_statement_of_a_run(chapter: int) -> None:
+    cases = cases_of(next(reading for reading in READINGS if reading.chapter == chapter))
     answered = [statement.key for case in cases for statement in case.statements]
     assert sorted(answered) == sorted(statement.key for statement in statements_of(chapter))
     assert len({case.name for case in cases}) == len(cases)
@@ -92,7 +91,7 @@ def test_the_misfit_of_a_reading_is_the_mean_over_all_statements(monkeypatch: py
     monkeypatch.setattr(thesis_readings, "simulate_in_processes", lambda _, cases, __: [found(case) for case in cases])
     monkeypatch.setattr(thesis_readings, "build_fmus", lambda *_: None)
     result = studies.readings("6")
-    runs, count = len(cases_of(first, Path())), len(statements_of(6))
+    runs, count = len(cases_of(first)), len(statements_of(6))
     wanted = {reading.name: 0.0 if reading == first else runs / count for reading in READINGS if reading.chapter == 6}
     assert result.misfit["6"] == pytest.approx(wanted)
     assert set(result.met["6"].values()) == {count, count - runs}

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import amb_cosim
+from amb_cosim.rub.contact_whirl import contact_whirls, pressed
 from amb_cosim.rub.forward_loop import loop_on_springs
 from amb_cosim.rub.freeing import smallest_demand, smallest_freeing
-from amb_cosim.rub.own_whirl import own_whirls, pressed
 from amb_cosim.rub.receptances import receptances, receptances_at
 from amb_cosim.rub.rolling import rolling
 from amb_cosim.rub.rubbing_rotor import rubbing_rotor
@@ -176,7 +176,7 @@ def test_rotor_that_is_relieved_whirls_on_in_contact_at_its_own_frequency():
     z = run["rotor_contact.rb1.x"].values[late] + 1j * run["rotor_contact.rb1.y"].values[late]
     frequency = np.polyfit(time[late], np.unwrap(np.angle(z)), 1)[0]
     assert frequency == pytest.approx(145.4, abs=0.2)
-    bands = [whirl for whirl in own_whirls(relieved, 140.0) if whirl.signs == (1, 1)]
+    bands = [whirl for whirl in contact_whirls(relieved, 140.0) if whirl.signs == (1, 1)]
     assert [whirl.frequencies[0] < frequency < whirl.frequencies[1] for whirl in bands] == [True]
     at = receptances_at(relieved.loop(140.0), frequency)
     forces = pressed(at.R[None], (0, 1), (1, 1), relieved.c)[0][0].real

@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 from amb_cosim.scenario.scenario import load_scenario
-from amb_cosim.studies.stored_robustness import StoredOutcome, known_outcomes, load_robustness, write_robustness
+from amb_cosim.studies.stored_robustness import StoredOutcome, load_robustness, stored_outcomes, write_robustness
 from amb_files.packs import packs
-from source_check.robustness_command import outcome_cases, outcome_of_case
+from source_check.robustness_runs import outcome_cases, outcome_of_case
 
 ROOT = Path(__file__).parents[2]
 PACKS = ("bath_thesis", "rotor_literature")
@@ -21,20 +21,19 @@ RUN = (
 
 
 @pytest.fixture(scope="module")
-def cases(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("rotors")
-    return {case.name: case for pack in PACKS for case in outcome_cases(pack, folder)}
+def cases():
+    return {case.name: case for pack in PACKS for case in outcome_cases(pack)}
 
 
 def test_every_run_that_a_pack_has_or_states_something_of_is_judged(cases):
-    assert cases.keys() == known_outcomes().keys()
+    assert cases.keys() == stored_outcomes().keys()
 
 
 def test_scenarios_and_pages_call_fragile_what_is_fragile(cases):
     page = (ROOT / "docs/validation/scenarios.md").read_text(encoding="utf-8")
     scenarios = {name for name, case in cases.items() if case.name == case.scenario.name and not case.settings}
-    for name in scenarios & known_outcomes().keys():
-        is_fragile = bool(known_outcomes()[name].flips)
+    for name in scenarios & stored_outcomes().keys():
+        is_fragile = bool(stored_outcomes()[name].flips)
         assert ("fragile" in load_scenario(name).description) is is_fragile, name
         if is_fragile:
             rows = [line for line in page.splitlines() if line.startswith("|") and re.search(rf"`{name}`", line)]
@@ -45,7 +44,7 @@ def test_scenarios_and_pages_call_fragile_what_is_fragile(cases):
 @pytest.mark.slow
 @pytest.mark.parametrize("name", RUN)
 def test_what_is_kept_is_what_runs_lead_to(cases, name):
-    assert outcome_of_case(cases[name]) == known_outcomes()[name]
+    assert outcome_of_case(cases[name]) == stored_outcomes()[name]
 
 
 def test_what_is_written_is_read_and_adds_to_what_was_there(monkeypatch, tmp_path):
@@ -60,9 +59,9 @@ def test_what_is_written_is_read_and_adds_to_what_was_there(monkeypatch, tmp_pat
     load_robustness.cache_clear()
 
 
-def test_pack_or_run_that_does_not_exist_is_refused(tmp_path):
+def test_pack_or_run_that_does_not_exist_is_refused():
     with pytest.raises(ValueError, match="there is no pack 'bath'; did you mean bath_thesis"):
-        outcome_cases("bath", tmp_path)
+        outcome_cases("bath")
     with pytest.raises(ValueError, match="--only fig4_99 is not allowed; did you mean"):
-        outcome_cases("bath_thesis", tmp_path, ("fig4_99",))
+        outcome_cases("bath_thesis", ("fig4_99",))
     assert set(PACKS) <= packs().keys()

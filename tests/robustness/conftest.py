@@ -23,7 +23,7 @@ def fmu_folder() -> Callable[[str, Any], Path]:
 
 @pytest.fixture
 def rounds(is_long: bool) -> int:
-    return 300 if is_long else 30
+    return 300 if is_long else 10
 
 
 @pytest.fixture

@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-import json
 import os
 import random
 import shutil
-import subprocess
-import sys
-from pathlib import Path
 
 import h5py
 import numpy as np
@@ -27,15 +23,6 @@ communication_step = "1 ms"
 stop_time = "20 ms"
 record.variables = ["*"]
 """
-
-
-@pytest.mark.skipif(sys.platform == "win32", reason="each round is a fork")
-def test_damaged_kernels_in_numbas_cache_are_compiled_anew(tmp_path, first_seed, rounds):
-    script = Path(__file__).parent / "support" / "damaged_kernels.py"
-    command = [sys.executable, script, tmp_path, str(first_seed), str(rounds)]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=3600, check=False)
-    assert done.returncode == 0, done.stderr[-3000:]
-    assert json.loads(done.stdout.splitlines()[-1]) == [], done.stderr[-3000:]
 
 
 @pytest.fixture

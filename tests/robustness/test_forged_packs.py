@@ -15,8 +15,8 @@ from amb_cosim.assessment.criteria import packaged_criteria
 from amb_files import pack_file, packs
 
 COMMANDS = (
-    ["--help"], ["list"], ["list", "mine"], ["rotor", "show", "mine"], ["machine", "check", "mine"], ["no_such"],
-    ["study"], ["assess", "mine"], ["run", "mine", "--until", "0.001"], ["robustness", "mine"],
+    ["--help"], ["list"], ["list", "mine"], ["rotor", "show", "mine"], ["assess", "--check", "mine"], ["no_such"],
+    ["study"], ["assess", "mine"], ["run", "mine", "--until", "0.001"], ["report", "--robustness", "--pack", "mine"],
     ["study", "modes", "--rotor", "mine"], ["report", "mine"], ["sweep", "mine"], ["simulate", "mine"],
 )  # fmt: skip
 CODE = (

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import importlib
 import io
 import logging
 import random
@@ -52,14 +53,26 @@ def log():
     logger.removeHandler(handler)
 
 
-@pytest.fixture(scope="module")
-def scheduler():
-    """Host and port of a scheduler with two workers."""
+@pytest.fixture(scope="module", params=["tcp", "tls"])
+def scheduler(request):
+    """Protocol, host and port of a scheduler with two workers; with TLS the client's settings have its certificates."""
     import dask
+    from distributed import Client
+    from distributed.security import Security
 
-    with dask.config.set(SETTINGS), local_cluster(2, security=None) as cluster:
-        host, _, port = cluster.scheduler_address.removeprefix("tcp://").rpartition(":")
-        yield host, int(port)
+    security = Security.temporary() if request.param == "tls" else None
+    settings = dict(SETTINGS)
+    if security is not None:
+        own = security.get_tls_config_for_role("client")
+        names = {"ca-file": "ca_file", "client.cert": "cert", "client.key": "key"}
+        settings |= {f"distributed.comm.tls.{name}": own[key] for name, key in names.items()}
+    with dask.config.set(settings), local_cluster(2, security=security) as cluster:
+        protocol, _, place = cluster.scheduler_address.partition("://")
+        assert protocol == request.param
+        host, _, port = place.rpartition(":")
+        with Client(cluster) as client:
+            client.run(importlib.import_module, "amb_cosim.sweeps.worker")  # which takes some seconds, once
+        yield protocol, host, int(port)
 
 
 def peaks(sweep, task, points):
@@ -71,28 +84,45 @@ def swept(address, folder):
     """Run what a store misses; return whether all points are in it."""
     store = SweepStore(folder, DESIGN, {"a": 1}, {})
     try:
-        with connect(f"tcp://{address}") as client:
+        with connect(address) as client:
             run_missing(client, "sweep", Task(Scenario.load("fig4_9")), store, lambda *_: None)
     except (ValueError, ClusterFailed):
         return False
     return True
 
 
+@pytest.mark.parametrize("scheduler", ["tls"], indirect=True)
+def test_without_its_certificates_a_scheduler_with_tls_lets_nobody_in(impatient, scheduler):
+    import dask
+
+    _, host, port = scheduler
+    others = dict.fromkeys(("ca-file", "client.cert", "client.key"))
+    with dask.config.set({f"distributed.comm.tls.{name}": value for name, value in others.items()}):
+        for protocol in ("tls", "tcp"):
+            address = f"{protocol}://{host}:{port}"
+            with (
+                pytest.raises(ValueError, match=f"no Dask scheduler answers at {address}: ") as caught,
+                connect(address),
+            ):
+                pass
+            assert "\n" not in str(caught.value)
+
+
 @pytest.mark.filterwarnings("error::pytest.PytestUnraisableExceptionWarning")
-def test_a_sweep_goes_on_after_a_scheduler_that_fails_at_any_byte(
+def test_a_sweep_goes_on_after_a_scheduler_that_leaves_at_any_byte(
     impatient, scheduler, log, tmp_path, monkeypatch, first_seed, rounds
 ):
     """Points that had come are in the store and right; with a scheduler that works the others come too, in silence."""
     monkeypatch.setattr(engine, "run_batch", peaks)
-    host, port = scheduler
+    protocol, host, port = scheduler
     failed = 0
     for seed in range(first_seed, first_seed + rounds):
         begin = time.monotonic()
         with served(between(host, port, random.Random(seed), 0, 30_000)) as address:
-            whole = swept(address, tmp_path / "out")
+            whole = swept(f"{protocol}://{address}", tmp_path / "out")
         assert time.monotonic() < begin + LONGEST, f"seed {seed}"
         failed += not whole
-        assert swept(f"{host}:{port}", tmp_path / "out"), f"seed {seed}"
+        assert swept(f"{protocol}://{host}:{port}", tmp_path / "out"), f"seed {seed}"
         result = open_sweep(tmp_path / "out")["peak"].values
         np.testing.assert_array_equal(result, 1.0 / (np.arange(40) + 3.0), err_msg=f"seed {seed}")
         shutil.rmtree(tmp_path / "out")

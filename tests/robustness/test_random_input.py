@@ -61,7 +61,8 @@ def prepared(loaded, tmp_path_factory):
     from rig import LOOP
 
     from amb_cosim.commands.cli import main
-    from amb_cosim.cosim.fmu.fmus import ensure_built
+    from amb_cosim.cosim.basics.build_target import BuildTarget
+    from amb_cosim.cosim.fmu.fmus import model_source
     from amb_cosim.design.receptance_file import empty_table, loop_parameters
 
     folder = tmp_path_factory.mktemp("prepared")
@@ -77,7 +78,8 @@ def prepared(loaded, tmp_path_factory):
     constants = {f"{b}.{name}_{axis}": values[name] for b in ("mb1", "mb2") for name in values for axis in "xy"}
     table = empty_table("bath_rig_thesis", LOOP, loop_parameters(LOOP, constants))
     table.updated(100.0, receptance).updated(50.0, receptance).write(folder / "h.toml")
-    shutil.copy(ensure_built("amb_actuator").path, folder / "one.fmu")
+    for fmi in (2, 3):
+        BuildTarget("native", None, fmi).build(*model_source("amb_actuator"), folder / f"fmi{fmi}")
     return folder
 
 
@@ -155,6 +157,20 @@ def test_rotor_file_with_mistakes(campaign):
 
 
 @many
+def test_machine_file_with_mistakes(campaign):
+    from strange_machine import FOLDER
+
+    text = (FOLDER / "machine.toml").read_text(encoding="utf-8")
+    shared = {path.name: path.read_bytes() for path in FOLDER.glob("*.toml")}
+
+    def case(chance):
+        changed = changed_toml(text, chance) if chance else text.encode()
+        return ["assess", "--check", "mine.toml"], shared | {"mine.toml": changed}
+
+    campaign(case)
+
+
+@many
 def test_receptance_table_with_mistakes(campaign, prepared):
     text = (prepared / "h.toml").read_text(encoding="utf-8")
     command = ["run", "fig4_9", "--receptances", "h.toml", "--until", "0.002", "--no-plots"]
@@ -169,8 +185,9 @@ def test_ssp_archive_with_mistakes(campaign, prepared):
 
 
 @many
-def test_fmu_archive_with_mistakes(campaign, prepared):
-    data = (prepared / "one.fmu").read_bytes()
+@pytest.mark.parametrize("fmi", [2, 3])
+def test_fmu_archive_with_mistakes(campaign, prepared, fmi):
+    data = (prepared / f"fmi{fmi}" / "amb_actuator.fmu").read_bytes()
 
     def case(chance):
         changed = changed_archive(data, chance) if chance else data

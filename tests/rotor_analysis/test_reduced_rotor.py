@@ -156,10 +156,13 @@ def test_rotor_without_parts_keeps_the_ends_of_its_shaft():
     [
         (
             {"method": "none", "masters": (1, 2)},
-            "masters is given, which belongs to msdc or craig_bampton, not to 'none'",
+            "masters is set, which belongs to msdc or craig_bampton, not to 'none'",
         ),
-        ({"method": "msdc", "modes": 3}, "modes is given, which belongs to craig_bampton, not to 'msdc'"),
-        ({"method": "guyan"}, r"method = 'guyan' is not allowed; it must be 'msdc', 'craig_bampton' or 'none'"),
+        ({"method": "msdc", "modes": 3}, "modes is set, which belongs to free_modes or craig_bampton, not to 'msdc'"),
+        (
+            {"method": "guyan"},
+            r"method = 'guyan' is not allowed; it must be 'free_modes', 'msdc', 'craig_bampton' or 'none'",
+        ),
     ],
 )
 def test_option_of_another_method_is_refused(options, message):
@@ -174,6 +177,6 @@ def test_more_modes_than_there_are_is_refused():
 
 def test_accuracy_that_no_condensation_has_is_refused():
     with pytest.raises(
-        ValueError, match=r"accuracy = 1e-09 is not reached: with all planes the error is .*; ask for less"
+        ValueError, match=r"accuracy = 1e-09 is not reached: with all planes the error is .*; increase it"
     ):
         reduced_rotor(compressor(method="msdc", accuracy=1e-9))

@@ -94,7 +94,7 @@ def test_reduced_free_rotor_keeps_mass_centre_and_rigid_motion():
 
 @pytest.mark.parametrize("planes", [(4,), ()])
 def test_too_few_planes_to_hold_the_rotor_are_refused(planes):
-    with pytest.raises(ValueError, match="do not hold the rotor: keep at least two planes"):
+    with pytest.raises(ValueError, match="do not support the rotor: retain at least two planes"):
         msdc(assemble(ROTOR), planes)
 
 

@@ -1,19 +1,15 @@
 """Unbalance response and the linear system: closed forms with their phase, and independent models of the rig."""
 
-import control
 import numpy as np
 import pytest
 from analysis_cases import MASS, jeffcott, rigid, spring, tensor
 from rotor_cases import OnePlane
-from scipy.integrate import solve_ivp
 
 from rotor_analysis.assembly import Matrices
-from rotor_analysis.modes import eigenvalues
 from rotor_analysis.parts import Bearing
 from rotor_analysis.response import orbit, steady_state, unbalance_response
 from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import load_rotor
-from rotor_analysis.state_space import state_space, unbalance_step
 from rotor_analysis.supported_rotor import supported_rotor
 
 SPEEDS = np.array([20.0, 150.0, 310.0, 900.0])
@@ -90,47 +86,6 @@ def test_slow_unbalance_between_masters_acts_by_static_deflection():
     np.testing.assert_allclose(result, expected, rtol=1e-5)
 
 
-def test_transfer_function_at_the_spin_speed_is_the_unbalance_response():
-    rotor = load_rotor()
-    Omega = 130.0
-    support = supported_rotor(rotor, planes=rotor.masters)
-    system = state_space(support, Omega, (1,), (4, 11))
-    assert system.output_labels == ["x4", "y4", "x11", "y11"]
-    response = control.evalfr(system, 1j * Omega) @ (1e-2 * Omega**2 * np.array([1.0, -1j]))
-    expected = unbalance_response(support, {1: 1e-2}, np.array([Omega]), (4, 11))
-    np.testing.assert_allclose(response, expected.ravel(), rtol=1e-8)
-
-
-def test_poles_of_the_linear_system_are_the_eigenvalues_of_the_modes():
-    rotor = load_rotor()
-    support = supported_rotor(rotor, planes=rotor.masters)
-    poles = state_space(support, 90.0, (4,), (4,)).poles()
-    result = eigenvalues(support.model, 90.0)
-    for pole in poles:
-        assert np.min(np.abs(result - pole)) < 1e-8 * abs(pole)
-
-
-def test_step_of_unbalance_is_the_solution_of_the_equations_of_motion():
-    """Fig. 3.8: 120 rad/s, unbalance on D1 from 0.5 to 22.5 g m; against an integration of the one-plane model."""
-    rotor, Omega = load_rotor(), 120.0
-    one_plane = OnePlane.of(rotor, 1e6, 5000.0)
-    before, after = np.array([0.5e-3, 0, 0, 0]), np.array([22.5e-3, 0, 0, 0])
-    times = np.linspace(0.0, 0.4, 401)
-
-    def motion(t, z):
-        r, v = z.reshape(2, -1)
-        force = Omega**2 * one_plane.unbalance(after) * np.exp(1j * Omega * t)
-        return np.concatenate([v, one_plane.acceleration(Omega, r, v, force)])
-
-    r = one_plane.orbit(Omega, before)
-    exact = solve_ivp(motion, (0.0, 0.4), np.concatenate([r, 1j * Omega * r]), "DOP853", times, rtol=1e-9, atol=1e-12)
-    support = supported_rotor(rotor.on_equal_bearings(1e6, 5000.0), planes=rotor.masters)
-    result = unbalance_step(support, Omega, {1: 0.5e-3}, {1: 22.5e-3}, times, rotor.masters)
-    expected = exact.y[:6]
-    scale = np.max(np.abs(expected))
-    np.testing.assert_allclose(result[:, 0] + 1j * result[:, 1], expected, atol=1e-6 * scale)
-
-
 @pytest.mark.parametrize(
     ("call", "message"),
     [
@@ -141,8 +96,6 @@ def test_step_of_unbalance_is_the_solution_of_the_equations_of_motion():
         (lambda s: unbalance_response(s, {2: 1e-3}, SPEEDS, (0,)), "node = 0 is not allowed"),
         (lambda s: unbalance_response(s, {2: np.nan}, SPEEDS, (1,)), "unbalance at node 2 = nan kg m is not allowed"),
         (lambda s: unbalance_response(s, {2: 1.0}, np.array([np.inf]), (1,)), "Omega = inf rad/s is not allowed"),
-        (lambda s: state_space(s, np.nan, (), (1,)), "Omega = nan rad/s is not allowed"),
-        (lambda s: unbalance_step(s, 9.0, {}, {}, np.array([0.1, 0.2]), (1,)), "it must be two or more, from 0 s"),
     ],
 )
 def test_bad_input_is_refused_by_name(call, message):

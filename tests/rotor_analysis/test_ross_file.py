@@ -118,9 +118,13 @@ CANNOT = {
     "some shear": (ELEMENT, {"shear_effects": False}, "elements with and without shear (Shaft Element 2)"),
     "some damping": (ELEMENT, {"beta": 1e-5}, "different damping (Shaft Element 2)"),
     "pieces": (ELEMENT, {"n": 7}, "a shaft in pieces (no element at node 2)"),
-    "support": (BEARING, {"n_link": 8}, "a bearing that stands on another part (Bearing 1)"),
-    "speeds": (BEARING, {"frequency": [0.0, 1.0]}, "coefficients that are not as many as their speeds (Bearing 1)"),
-    "beside": (DISC, {"n": 12}, "a part beside the shaft (Disk 0)"),
+    "support": (BEARING, {"n_link": 8}, "a bearing that is supported by another part (Bearing 1)"),
+    "speeds": (
+        BEARING,
+        {"frequency": [0.0, 1.0]},
+        "coefficients whose number differs from that of their speeds (Bearing 1)",
+    ),
+    "beside": (DISC, {"n": 12}, "a part next to the shaft (Disk 0)"),
     "gear": ("GearElement_g", {"tag": "g"}, "an element of another kind (GearElement_g)"),
     "mass": ("PointMass_p", {"tag": "p", "n": 2, "mx": 1.0, "my": 2.0}, "a mass that differs between x and y (p)"),
 }
@@ -146,13 +150,13 @@ def test_all_that_cannot_be_is_named_at_once(tmp_path):
         read(tmp_path, data)
     torque, link = str(caught.value).splitlines()
     assert "(Shaft Element 0, Shaft Element 1, Shaft Element 2 and 3 more)" in torque
-    assert "stands on another part" in link
+    assert "is supported by another part" in link
 
 
 @pytest.mark.parametrize(
     ("key", "changes", "note"),
     [
-        (BEARING, {"kzz": [1e5]}, "Bearing 1: its axial coefficients are left out."),
+        (BEARING, {"kzz": [1e5]}, "Bearing 1: its axial coefficients are omitted."),
         (BEARING, {"seal_leakage": 0.1}, "Bearing 1: only its stiffness, damping and mass are kept, not seal_leakage."),
     ],
 )

@@ -12,7 +12,7 @@ from rotor_analysis.modes import modes
 from rotor_analysis.parts import AtSpeed, Bearing
 from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import load_rotor
-from rotor_analysis.supported_rotor import supported_rotor
+from rotor_analysis.supported_rotor import supported_plant, supported_rotor
 
 HELD = [Bearing(name, node, tensor(1e7)) for name, node in (("left", 1), ("right", 3))]
 Q = 2e4  # N/m
@@ -58,10 +58,20 @@ def test_mass_over_speed_is_that_of_each_speed():
         np.testing.assert_allclose(seal.at(Omega)[2], tensor(mass), rtol=1e-12, atol=1e-12)
 
 
-def test_planes_of_the_plant_hold_the_seals():
+def test_plant_has_a_seal_anywhere_without_a_coordinate_for_it():
+    """Its force at a node between the masters is that of the shape of the shaft there."""
     rig = load_rotor()
-    with pytest.raises(ValueError, match=r"a list that includes bearings, seals and sites \[8\]"):
-        replace(rig, seals=(Bearing("labyrinth", 8),), reduction=replace(rig.reduction, masters=(1, 4, 5, 11, 13)))
+    rows = tuple(AtSpeed(speed, tensor(k, 2e5), tensor(1e3), tensor(3.0)) for speed, k in ((0.0, 1e6), (100.0, 3e6)))
+    seal = Bearing("labyrinth", 8, at_speed=rows)
+    sealed = replace(rig, seals=(seal,))
+    plant, bare = supported_plant(sealed), supported_plant(rig)
+    row = bare.displacement_of((8,))
+    assert plant.model.size == bare.model.size
+    for Omega in (30.0, 150.0):
+        K, C, M = seal.at(Omega)
+        model, expected = plant.model.at(Omega), bare.model.at(Omega)
+        for name, local in (("K", K), ("C", C), ("M", M)):
+            np.testing.assert_allclose(getattr(model, name), getattr(expected, name) + row.T @ local @ row, atol=1e-9)
 
 
 SEAL = """

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from analysis_cases import STEEL
 
+from bath_thesis.meshes import coarsen
 from rotor_analysis.assembly import assemble
 from rotor_analysis.element import Material
 from rotor_analysis.mesh_accuracy import refine_to_accuracy
-from rotor_analysis.meshes import coarsen
 from rotor_analysis.rotor import Rotor
 from rotor_analysis.sections import Sleeve
 from rotor_analysis.shaft import Shaft

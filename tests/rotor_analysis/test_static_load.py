@@ -43,5 +43,7 @@ def test_middle_bearing_under_the_disc_carries_it_alone():
 
 def test_single_bearing_does_not_hold_a_rotor():
     shaft = Shaft((0.0, L / 2, L), (0.03,), 2.1e11, 7850.0, 0.3)
-    with pytest.raises(ValueError, match=r"rotor 'swing' has 1 bearings; its weight takes two or more, apart"):
+    with pytest.raises(
+        ValueError, match=r"rotor 'swing' has 1 bearings; its weight requires two or more, at a distance"
+    ):
         carried_masses(Rotor("swing", shaft, bearings=(Bearing("only", 2),)))

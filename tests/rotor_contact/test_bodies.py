@@ -42,7 +42,7 @@ def test_bodies_too_fast_to_follow_are_refused_with_the_reason(case):
 
 
 def test_nodal_rule_is_refused_for_a_housing_that_moves():
-    with pytest.raises(Fault, match=r"contact\.impact_law = 0 is not allowed where a housing can move; it must be 1"):
+    with pytest.raises(Fault, match=r"contact\.impact_law = 0 is not allowed if a housing can move; it must be 1"):
         plant({"contact.impact_law": NODAL, "rb2.housing_mass": 1.0})
 
 

@@ -73,7 +73,7 @@ def test_sites_that_no_force_moves_have_no_multipliers():
 
 
 def test_modes_that_change_for_ever_are_a_fault(monkeypatch):
-    monkeypatch.setattr(modes, "_open_one", lambda _: True)
+    monkeypatch.setattr(modes, "_open_tensile", lambda _: True)
     search = getattr(modes.resolve_modes, "py_func", modes.resolve_modes)
     w = contact("fixed", (FREE,) * 4, 0)[0]
     assert search(w, 0.0, 0.0) == modes.FAULT_MODES

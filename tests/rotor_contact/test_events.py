@@ -196,9 +196,7 @@ def test_a_rotor_with_stiff_modes_is_told_to_have_shorter_substeps_or_fewer_mode
     long = {"solver.max_substep": 1e-4}
     x = needlessly_stiff(tuple(range(1, 22)), **long)
     start = x.model.interface["solver.max_substep"].start
-    message = (
-        rf"too many contact events.* up to {2.5 * start:.3g} s, which is 0.0001 s: lower that, or let the rotor keep"
-    )
+    message = rf"too many contact events.* up to {2.5 * start:.3g} s, which is 0.0001 s: lower it, or retain"
     with pytest.raises(Fault, match=message):
         run(x, 80)
     run(needlessly_stiff(tuple(range(1, 22))), 80)

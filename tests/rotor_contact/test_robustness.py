@@ -197,6 +197,6 @@ def test_step_far_below_the_substep_ends_in_a_yielding_contact(law, h):
 def test_contact_too_stiff_to_follow_is_a_fault_after_a_bounded_number_of_substeps():
     stiff = {"rb1.law": 5.0, "rb1.alpha_c": 1000.0, "rb1.k_c": 1e12, "rb1.delta_c": 1e-9, "d1.f_x": 1e7}
     x = plant(stiff)
-    with pytest.raises(Fault, match="too stiff to follow: its law asks for more than 100000 substeps"):
+    with pytest.raises(Fault, match="too stiff to follow: its law requires more than 100000 substeps"):
         run(x, 400)
     assert np.all(np.isfinite(x.outputs))

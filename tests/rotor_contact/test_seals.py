@@ -11,7 +11,7 @@ from scipy.interpolate import CubicSpline
 from scipy.linalg import expm
 
 from amb_cosim.design.plant_data import plant_structure
-from amb_cosim.linear.machine import rotor_part
+from amb_cosim.linear.rotor_and_magnets import rotor_component
 from rotor_analysis.parts import AtSpeed, Bearing, Disc
 from rotor_analysis.shaft import Shaft
 from rotor_analysis.supported_rotor import supported_plant
@@ -40,9 +40,10 @@ UNLIKE = Bearing("ring", 2, ((3e5, 5e4), (2e4, -1e5)), ((400.0, 30.0), (10.0, 20
 
 
 def sealed_rotor(*seals):
+    """Node 3 is no master: a seal there acts through the shape of the shaft between masters."""
     shaft = Shaft(diameter=(0.05,), nodes=(0.0, 0.25, 0.5, 0.75, 1.0), **STEEL)
     bodies = tuple(Disc(f"b{node}", node, 8.0, 0.12, 0.03) for node in (2, 4))
-    rotor = plant_rotor("sealed", shaft, bodies, (1, 2, 3, 4, 5), (1, 5), (2, 4, 2, 4), (2, 4, 2, 4))
+    rotor = plant_rotor("sealed", shaft, bodies, (1, 2, 4, 5), (1, 5), (2, 4, 2, 4), (2, 4, 2, 4))
     return replace(rotor, seals=seals)
 
 
@@ -87,9 +88,7 @@ def test_coefficients_are_those_of_the_rotor_file_at_every_speed(Omega):
     seals = plant_structure(ROTOR)[0].seals
     for k, seal in enumerate(ROTOR.seals):
         K, C, _ = seal.at(Omega)
-        np.testing.assert_allclose(
-            np.array(seal_at(seals, k, Omega)[1:]), [*K.ravel(), *C.ravel()], rtol=1e-9, atol=1e-6
-        )
+        np.testing.assert_allclose(np.array(seal_at(seals, k, Omega)), [*K.ravel(), *C.ravel()], rtol=1e-9, atol=1e-6)
 
 
 @pytest.mark.parametrize(("exact", "tolerance"), [(0.0, 3e-6), (1.0, 1e-10)], ids=["runge_kutta", "exact"])
@@ -109,7 +108,7 @@ def test_free_motion_at_a_speed_is_that_of_the_analyses(exact, tolerance):
 
 @pytest.mark.parametrize(
     ("exact", "Omega", "tolerance"),
-    [(0.0, 120.0, 1e-5), (1.0, 120.0, 1e-6), (1.0, 390.0, 2e-4)],
+    [(0.0, 120.0, 1e-5), (1.0, 120.0, 2e-6), (1.0, 390.0, 2e-4)],
     ids=["runge_kutta", "pieces", "pieces_beyond_the_table"],
 )
 def test_motion_through_the_speeds_of_a_table_is_that_of_the_analyses(exact, Omega, tolerance):
@@ -169,7 +168,7 @@ def test_linear_model_has_the_seals_of_its_speed(Omega):
     x = plant(HELD, ROTOR)
     layout = {"bearings": ["mb1", "mb2"], "discs": ["d1", "d2", "d3", "d4"], "sensors": [], "sites": []}
     values = {name: x[name] for name in ("mb1.k_b", "mb2.k_b", "mb1.c_b", "mb2.c_b")}
-    A = rotor_part("rotor", layout, x.constants, values, Omega).law.A
+    A = rotor_component("rotor", layout, x.constants, values, Omega).law.A
     np.testing.assert_allclose(A, matrices(ROTOR, Omega), rtol=1e-7, atol=1e-3)
 
 
@@ -184,8 +183,8 @@ def test_speed_beyond_a_table_is_told():
 
 
 def test_mass_is_in_the_plant_and_must_be_constant_and_symmetric():
-    bare, sealed = (structure_of(plant(HELD, rotor).constants).forms[:10].trace() for rotor in (sealed_rotor(), ROTOR))
-    assert sealed - bare == pytest.approx(4.0)
+    bare, sealed = (structure_of(plant(HELD, rotor).constants).forms[:8].sum() for rotor in (sealed_rotor(), ROTOR))
+    assert sealed - bare == pytest.approx(4.0, rel=1e-6)  # 2 kg along x, 2 kg along y
     varied = (replace(OVER_SPEED[0], mass=turned(1.0, 0.0)), *OVER_SPEED[1:])
     for seal, message in (
         (Bearing("piston", 3, at_speed=varied), "mass of seal piston over speed is not allowed in the plant"),

@@ -139,8 +139,8 @@ def test_a_value_of_what_no_fmu_has_is_a_notice(archive):
     bound = BOUND.format(attributes="", content=f"<ssd:ParameterValues>{values}</ssd:ParameterValues>")
     result = amb_cosim.simulate(archive(structure(system_binding=bound)), step_size=1e-3).dataset
     assert json.loads(result.attrs["notices"]) == [
-        "there is no sprng.k; what is said of it is dropped",
-        "spring: Spring.fmu has no kk; what is said of it is dropped",
+        "there is no sprng.k; its settings are ignored",
+        "spring: Spring.fmu has no kk; its settings are ignored",
     ]
 
 
@@ -223,22 +223,22 @@ INNER = '<ssd:System name="inner"/>'
     [
         ("<ssd", r"SystemStructure\.ssd is no XML"),
         (structure().replace('version="1.0" name="two"', 'version="1.0"'), r"does not follow SSP 1\.0, line 1.*'name'"),
-        (structure([INNER]), "element inner is no FMU"),
+        (structure([INNER]), "element inner is not an FMU"),
         (structure([component("a.b", "resources/Mass.fmu", MASS)]), r"component a\.b has a dot in its name"),
         (structure([component("left", "../Mass.fmu", MASS)]), r"has no file '\.\./Mass\.fmu'"),
         (structure([component("left", "http://host/Mass.fmu", MASS)]), "sources must be relative paths"),
         (
             structure([component("left", "resources/Mass.fmu", MASS, attributes='implementation="ModelExchange"')]),
-            "asks for",
+            "requires",
         ),
-        (structure(experiment=""), "says no stop time; give --until$"),
+        (structure(experiment=""), "defines no stop time; set --until$"),
         (
             structure(extra_link=TURNED),
-            r"the connection from left\.push transforms its value, which is taken from a Real",
+            r"the connection from left\.push transforms its value, which is supported only from a Real",
         ),
         (structure(system_binding=MAPPED), "has a mapping"),
-        (structure(system_binding=IN_FMU), r"left\.ssv lies in an FMU, where it is not read"),
-        (structure().replace(PUSH.format("right"), DOUBLED_SIGNAL), "transforms its value, which is not taken"),
+        (structure(system_binding=IN_FMU), r"left\.ssv is inside an FMU, which is not supported"),
+        (structure().replace(PUSH.format("right"), DOUBLED_SIGNAL), "transforms its value, which is not supported"),
         (structure(extra_link=SWITCHED), r"the connection from left\.x transforms its value"),
     ],
 )
@@ -295,13 +295,13 @@ def test_a_start_at_a_communication_point_is_safe_from_rounding(archive, start, 
 
 
 def test_a_step_must_be_known(archive):
-    with pytest.raises(ValueError, match=r"says no communication step; give --step$"):
+    with pytest.raises(ValueError, match=r"defines no communication step; set --step$"):
         load_ssp(archive(structure()))
 
 
 def test_what_is_no_archive_is_refused(tmp_path):
     (tmp_path / "text.ssp").write_text("no archive", encoding="utf-8")
-    with pytest.raises(ValueError, match="it is no zip archive"):
+    with pytest.raises(ValueError, match="it is not a zip archive"):
         load_ssp(tmp_path / "text.ssp")
     with pytest.raises(ValueError, match=r"no archive .*none\.ssp"):
         load_ssp(tmp_path / "none.ssp")
@@ -311,7 +311,7 @@ def test_the_command_refuses_what_an_archive_has_no_use_for(archive):
     path = archive(structure())
     for options, message in (
         (["--rotor", "compressor"], "--rotor cannot be used with an SSP archive"),
-        ([], "says no communication step"),
+        ([], "defines no communication step"),
         (["--step", "1 kg"], "--step = '1 kg' has unit kg"),
     ):
         refused = CliRunner().invoke(main, ["run", str(path), *options])

@@ -14,23 +14,26 @@ from scipy.optimize import brentq
 from slow import slow_but_first
 from strange_machine import LEVITATION
 
+from amb_cosim.assessment.analyses import cross_coupling, rest
+from amb_cosim.assessment.analyses.envelope import largest_needed
+from amb_cosim.assessment.analyses.sensitivity import sensitivities
 from amb_cosim.assessment.assess import assess
-from amb_cosim.assessment.coefficients import anticipated, real_coefficients
-from amb_cosim.assessment.coupled import coupled_loop
-from amb_cosim.assessment.feedback import bearing_forces
 from amb_cosim.assessment.machine_file import CompressorStage, MachineFile, load_machine
 from amb_cosim.assessment.page import page
-from amb_cosim.assessment.parts import cross_coupling, rest
-from amb_cosim.assessment.parts.envelope import largest_needed
-from amb_cosim.assessment.parts.sensitivity import sensitivities
-from amb_cosim.assessment.response import passive, synchronous_response
-from amb_cosim.assessment.subject import Subject
+from amb_cosim.assessment.retainer_bearings import TITLE
+from amb_cosim.assessment.stages import anticipated, co_simulated, real_coefficients
+from amb_cosim.assessment.subject import subject_of
 from amb_cosim.commands.cli import main
 from amb_cosim.design.plant_data import plant
+from amb_cosim.linear.linearisable import of_prepared
 from amb_cosim.linear.linearise import model_of
 from amb_cosim.linear.loop import Loop
-from amb_cosim.linear.machine import rotor_part
-from amb_cosim.results.places import PLANT
+from amb_cosim.linear.rotor_and_magnets import rotor_component
+from amb_cosim.machine.coupled import coupled_loop
+from amb_cosim.machine.feedback import bearing_forces
+from amb_cosim.machine.response import passive, synchronous_response
+from amb_cosim.results.component_names import PLANT
+from amb_cosim.scenario.simulation import prepare
 from rotor_analysis.parts import Bearing
 
 FAST = ["free_modes", "critical_map", "closed_loop", "cross_coupling", "unbalance", "envelope"]
@@ -47,7 +50,7 @@ OF_THE_RIG = re.compile(r"\b(mb|rb|eb|d|s)[1-8]\b|bath", re.IGNORECASE)
 
 @pytest.fixture(scope="module")
 def expander():
-    return Subject(MACHINES["expander"]())
+    return subject_of(MACHINES["expander"]())
 
 
 @pytest.mark.parametrize("name", slow_but_first(MACHINES))
@@ -63,7 +66,7 @@ def test_fast_parts_answer_by_the_names_of_the_machine(name):
 def test_commands_describe_the_machine_and_write_its_page(tmp_path):
     pytest.importorskip("plotly")
     file, run = str(LEVITATION.parent / "machine.toml"), CliRunner()
-    message = run.invoke(main, ["machine", "check", file])
+    message = run.invoke(main, ["assess", "--check", file])
     assert message.exit_code == 0, message.output
     assert {"north", "gland", "catch_n", "turbine"} <= set(re.findall(r"\w+", message.output))
     assert not OF_THE_RIG.search(message.output)
@@ -80,7 +83,7 @@ def test_level_one_takes_the_seals_away_and_level_two_has_them(expander):
     rotor = expander.rotor
     nothing = replace(rotor, seals=tuple(Bearing(seal.name, seal.node) for seal in rotor.seals))
     model, constants = plant(nothing)
-    bare = rotor_part(PLANT, model.layout, constants, expander.parameters[PLANT], Omega).law.A
+    bare = rotor_component(PLANT, model.layout, constants, expander.parameters[PLANT], Omega).law.A
 
     def of_loop(others):
         (part,) = coupled_loop(expander, others).linear_components.at(Omega).parts([PLANT])
@@ -94,7 +97,7 @@ def test_level_one_takes_the_seals_away_and_level_two_has_them(expander):
 
 def test_response_has_seals_and_stages_as_the_loop_has_them(expander):
     Omega, gland = 1000.0, expander.rotor.seals[0]
-    free = expander.condensed.model
+    free = expander.free_rotor.model
     rows = np.ix_(*2 * [free.translations[gland.node]])
     K, C, _ = gland.at(Omega)
     with_seal = passive(expander, Omega)
@@ -110,7 +113,7 @@ def test_response_has_seals_and_stages_as_the_loop_has_them(expander):
 def test_the_co_simulated_rotor_has_the_stages_as_the_loop_has_them(expander):
     Omega = expander.file.speed.highest
     (of_loop,) = coupled_loop(expander, real_coefficients(expander)).linear_components.at(Omega).parts([PLANT])
-    (of_run,) = Subject(expander.co_simulated).linear_components.at(Omega).parts([PLANT])
+    (of_run,) = of_prepared(prepare(co_simulated(expander, Omega))).parts([PLANT])
     (bare,) = expander.linear_components.at(Omega).parts([PLANT])
     size = np.abs(bare.law.A).max()
     np.testing.assert_allclose(of_run.law.A, of_loop.law.A, atol=1e-9 * size)
@@ -151,7 +154,7 @@ def test_the_threshold_of_cross_coupling_is_that_of_the_receptance_without(expan
     force is along the velocity. So -1/Q is an eigenvalue of H W.
     """
     stage = CompressorStage(at="turbine", cross_coupling="20 N/mm")
-    machine = Subject(expander.file.model_copy(update={"stages": (stage,)}))
+    machine = subject_of(expander.file.model_copy(update={"stages": (stage,)}))
     Omega, limit = machine.file.speed.highest, machine.file.highest_frequency
     model = passive(machine, Omega, anticipated(machine, 0.0))
     nodes = sorted(model.translations)
@@ -188,8 +191,8 @@ def test_sensitivity_is_that_of_python_control(expander):
         np.testing.assert_allclose(values[::40], theirs, rtol=1e-6)
 
 
-@pytest.fixture(scope="module")
-def co_simulated():
+@pytest.fixture(scope="module", name="co_simulated")
+def assessed():
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr(rest, "LONGEST", 1.0)
         result = assess(MACHINES["expander"](), only=CO_SIMULATED)
@@ -215,6 +218,19 @@ def test_the_page_says_no_name_of_the_rig(co_simulated):
     words = re.sub(r"data:[^\"]*", "", text)
     assert "catch_n" in words
     assert not OF_THE_RIG.search(words)
+
+
+@pytest.mark.slow
+def test_a_landing_loads_the_balls_by_the_largest_force_of_their_site(co_simulated):
+    (part,) = (part for part in co_simulated.parts if part.key == "landing")
+    (table,) = (table for table in part.answer.tables if table.title == TITLE)
+    ((site, force, Q, *_),) = table.rows
+    pressure = measured_in(co_simulated, "landing")["landing_ball_pressure"]
+    assert (site, pressure.where) == ("catch_s", "catch_s")
+    landings = part.answer.tables[0].rows
+    assert 0.0 < float(force) <= max(float(row[2]) for row in landings)
+    assert float(Q) >= 4.37 * float(force) / 11.0  # more with clearance
+    assert 0.0 < pressure.value < 4200.0
 
 
 @pytest.mark.slow

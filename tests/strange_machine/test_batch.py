@@ -228,9 +228,9 @@ def test_states_that_are_dropped_are_freed(batch):
 
 
 def test_states_of_another_batch_are_refused(batch):
-    with batch_of(5) as other, pytest.raises(ValueError, match="no states of this batch"):
+    with batch_of(5) as other, pytest.raises(ValueError, match="these are not states of this batch"):
         batch.restore(other.save())
-    with pytest.raises(ValueError, match="no states of this batch"):
+    with pytest.raises(ValueError, match="these are not states of this batch"):
         batch.restore({})
 
 

@@ -151,16 +151,16 @@ def killed_runs(folder, cycles, moments, autosave):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("kills", [1, 30])
+@pytest.mark.parametrize("kills", [1, 8])
 def test_a_killed_run_goes_on_to_the_same_bits(tmp_path, kills, first_seed):
     """Checkpoints come so fast that many a kill comes while one is written; every third comes while a run begins."""
     random = np.random.default_rng(first_seed)
     moments = [-random.random() if k % 3 == 2 else 0.1 * random.random() for k in range(kills)]
     message = killed_runs(tmp_path, CYCLES_FOR_A_KILL * (kills + 1), moments, 0.02)
-    went_on = ["the run goes on from" in errors for errors in message]
+    went_on = ["the run continues from" in errors for errors in message]
     assert not went_on[0]
     assert all(went_on[k] for k, moment in enumerate([*moments, 0.0]) if k and moment >= 0.0), message
-    assert not any("begins anew" in errors for errors in message), message
+    assert not any("starts from the beginning" in errors for errors in message), message
     (tmp_path / "whole").mkdir()
     assert "goes on" not in killed_runs(tmp_path / "whole", CYCLES_FOR_A_KILL * (kills + 1), [], 0)[0]
     result, whole = (amb_cosim.Result.load(folder / "out").dataset for folder in (tmp_path, tmp_path / "whole"))

@@ -31,8 +31,8 @@ COMMANDS = {
     "run expander.toml": "unknown keys shaft, materials, bodies, ",
     "run machine.toml": "Omega is missing",
     "rotor show levitation.toml": "unknown keys description, system, rotor, ",
-    "machine check expander.toml": "bearings, seals, sites, sensors, damping, reduction; there are name, ",
-    "machine check wrong.toml": "rotor expander has no part 'turbin'; did you mean turbine?",
+    "assess --check expander.toml": "bearings, seals, sites, sensors, damping, reduction; there are name, ",
+    "assess --check wrong.toml": "rotor expander has no part 'turbin'; did you mean turbine?",
     "assess machine.toml --only closed_lop": "no part 'closed_lop'; did you mean closed_loop?",
     "assess machine.toml --criteria text.toml": "criteria text.toml is not valid TOML",
     "assess machine.toml --units furlong": "units = 'furlong' is not allowed; it must be one of rad/s, Hz, rpm",
@@ -53,15 +53,15 @@ COMMANDS = {
     "live levitation.toml --rotor nope.toml": "rotor file nope.toml cannot be read: No such file",
     "export-ssp text.toml -o a.ssp": "is not valid TOML",
     "build --rotor text.toml -o fmus": "is not valid TOML",
-    "verify text.toml": "cannot be unpacked: it is no zip archive",
+    "verify text.toml": "cannot be unpacked: it is not a zip archive",
     "simulate text.toml": "is not valid TOML",
     "sweep levitation.toml --vary Omega=1kg:2kg:3": "Omega = '1.0 kg' has unit kg",
     "sweep levitation.toml --vary rotor_contact.turbine.u=1m,2m": "has unit m, which cannot be converted to kg.m",
     "sweep levitation.toml --vary step.rotor_contact.turbine.u=5:40:5": (
-        "write the unit that is meant, such as step.rotor_contact.turbine.u='5 kg.m'"
+        "add the intended unit, such as step.rotor_contact.turbine.u='5 kg.m'"
     ),
     "compare levitation.toml levitation.toml --set 2:rotor_contact.turbin.u=1": "did you mean turbine.u",
-    "animate levitation.toml": "levitation.toml is no result of a run, or damaged",
+    "animate levitation.toml": "levitation.toml is not a result of a run, or is damaged",
     "list --filter nothing_like_it": "no scenario and no sweep has the words 'nothing_like_it'",
 }
 

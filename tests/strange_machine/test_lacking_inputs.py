@@ -38,13 +38,13 @@ def with_event(actuator: Path, **values: float | bool) -> Scenario:
 
 def test_an_event_without_any_variable_is_refused(actuator):
     scenario = with_event(actuator, **{"north.amplifier_off_x": True})
-    expected = r"event step at 0\.008 s would do nothing: amb_actuator \(own_actuator\.fmu\) has no "
+    expected = r"event step at 0\.008 s has no effect: amb_actuator \(own_actuator\.fmu\) has no "
     with pytest.raises(ValueError, match=expected + r"north\.amplifier_off_x, did you mean .*north\.amplifier_off_y"):
         prepare(scenario)
 
 
 def test_patterns_that_match_nothing_are_refused_too(actuator):
-    with pytest.raises(ValueError, match=r"event step at 0\.008 s would do nothing: .* has no \*\.amplifier_gone_\?"):
+    with pytest.raises(ValueError, match=r"event step at 0\.008 s has no effect: .* has no \*\.amplifier_gone_\?"):
         prepare(with_event(actuator, **{"*.amplifier_gone_?": True}))
 
 
@@ -62,7 +62,7 @@ def test_what_an_event_does_without_is_the_first_warning(actuator):
     event = {"label": "step", "role": "disturbance", "cycle": 2, "set": {"amb_actuator": off}}
     warnings = amb_cosim.run(scenario.changed(event=[event])).summary.warnings
     assert len(warnings) > 1
-    assert warnings[0].startswith("event step at 0.008 s is done in part only: amb_actuator (own_actuator.fmu) has no ")
+    assert warnings[0].startswith("event step at 0.008 s is incomplete: amb_actuator (own_actuator.fmu) has no ")
     assert "north.amplifier_off_x" in warnings[0]
 
 
@@ -70,7 +70,7 @@ def test_what_an_event_does_without_is_the_first_warning(actuator):
 def test_a_first_value_that_nothing_feels_is_refused(actuator, value):
     first = {"amb_actuator": {"north.amplifier_off_x": value}}
     scenario = Scenario.load(LEVITATION).changed(fmu={"amb_actuator": str(actuator)}, inputs=first)
-    with pytest.raises(ValueError, match=r"first value .* of amb_actuator\.north\.amplifier_off_x would do nothing"):
+    with pytest.raises(ValueError, match=r"initial value .* of amb_actuator\.north\.amplifier_off_x has no effect"):
         prepare(scenario)
 
 
@@ -78,7 +78,7 @@ def test_a_first_value_that_nothing_feels_is_refused(actuator, value):
 def test_a_first_value_of_zero_is_dropped_with_a_notice(actuator, value):
     first = {"amb_actuator": {"north.amplifier_off_x": value}}
     scenario = Scenario.load(LEVITATION).changed(fmu={"amb_actuator": str(actuator)}, inputs=first)
-    dropped = "amb_actuator: own_actuator.fmu has no north.amplifier_off_x; what is said of it is dropped"
+    dropped = "amb_actuator: own_actuator.fmu has no north.amplifier_off_x; its settings are ignored"
     assert dropped in prepare(scenario).plan.notices
 
 
@@ -99,5 +99,5 @@ def test_an_event_of_a_system_file_is_refused_alike(actuator, tmp_path):
         """,
         encoding="utf-8",
     )
-    with pytest.raises(ValueError, match=r"event 1 at 0\.0005 s would do nothing: amb_actuator \(own_actuator\.fmu\)"):
+    with pytest.raises(ValueError, match=r"event 1 at 0\.0005 s has no effect: amb_actuator \(own_actuator\.fmu\)"):
         amb_cosim.simulate(system, rotor=ROTOR)

@@ -157,7 +157,7 @@ def test_study_tells_what_frees_the_expander_and_draws_its_map(monkeypatch, tmp_
     assert result.sites == ("catch_n", "catch_s", "labyrinth", "shroud")
     assert result.kinds.shape == (6, 4)
     assert result.least_trapping < result.unbalance
-    assert "it may turn without contact, or stay in contact" in str(result)
+    assert "free rotation or contact, depending on the start" in str(result)
     assert any("at most 2 sites" in note for note in result.notes)
     assert {file.name for file in studies.save(result, tmp_path).iterdir()} == {"traps.json", "traps.png"}
 

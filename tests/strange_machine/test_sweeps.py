@@ -81,9 +81,7 @@ def test_a_script_without_a_main_guard_is_told_to_have_one(tmp_path):
 
 def test_the_summary_begins_with_runs_that_failed(tmp_path):
     first = filled(tmp_path, {"a.x": "1:3:3"}, [at(3.0, 4.0), None, at(2.0, 5.0)]).summary.splitlines()[0]
-    assert first.startswith(
-        "3 runs, 1 failed, 2 recovered; peak contact force, unknown where a run broke off, up to 5 N"
-    )
+    assert first.startswith("3 runs, 1 failed, 2 recovered; peak contact force, unknown for aborted runs, up to 5 N")
 
 
 def crosses(figure) -> list[tuple[float, ...]]:

@@ -16,7 +16,9 @@ def test_an_end_off_the_grid_is_rounded_and_told():
     result = amb_cosim.run(SHORT, until=0.00501)
     assert result.outcome.time == pytest.approx(0.005)
     (notice,) = result.summary.notices
-    assert notice == "until = 0.00501 s is no whole number of communication steps of 5e-05 s; the run ends at 0.005 s"
+    assert (
+        notice == "until = 0.00501 s is not a whole number of communication steps of 5e-05 s; the run ends at 0.005 s"
+    )
 
 
 @pytest.mark.parametrize(

@@ -117,7 +117,7 @@ def test_fmus_are_called_like_the_components_whatever_the_model(tmp_path):
 
 
 def test_an_fmu_of_a_file_cannot_have_a_scenarios_values(tmp_path):
-    with pytest.raises(ValueError, match=r"amb_actuator of system \w+ cannot be built: only models can"):
+    with pytest.raises(ValueError, match=r"amb_actuator of system \w+ cannot be built; only models can"):
         amb_cosim.build(tmp_path / "fmus", scenario=SCENARIO.changed(fmu={"amb_actuator": "mine.fmu"}))
     assert not (tmp_path / "fmus").exists()
 

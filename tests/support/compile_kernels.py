@@ -4,12 +4,55 @@ Machine code is made of the two kernels of a model, and of those named, which Py
 call it would cost as much again.
 """
 
+import ctypes
+import importlib
 import sys
 import warnings
+from collections.abc import Collection
+from typing import Any
 
-from fmi_export.numba_internals import compile_entries, type_calls_once
+from fmi_export.numba_internals import finalize, linked, type_calls_once
 
 STEPPED = {"rotor_contact": "plant", "amb_actuator": "actuator"}  # modules of others are named `controller`
+
+
+def compile_entries(entries: Collection[str]) -> None:
+    """Let numba compile and cache only `entries` (`module.function`), each once with everything that it calls.
+
+    To be called before any kernel is loaded. Calling other functions from Python is then a MemoryError: instead of
+    machine code they have the function of Python that raises one.
+    """
+    caching: Any = importlib.import_module("numba.core.caching")
+    codegen: Any = importlib.import_module("numba.core.codegen")
+    make_function: Any = importlib.import_module("numba._dynfunc").make_function
+    context: Any = importlib.import_module("numba.core.cpu").CPUContext
+    wrap, load, save = context.create_cpython_wrapper, context.get_executable, caching.Cache.save_overload
+    refuse = ctypes.cast(ctypes.pythonapi.PyErr_NoMemory, ctypes.c_void_p).value
+
+    def is_entry(described: Any) -> bool:
+        return f"{described.modname}.{described.qualname}" in entries
+
+    def wrap_entry(context: Any, library: Any, described: Any, *arguments: Any, **options: Any) -> None:
+        if is_entry(described):
+            wrap(context, library, described, *arguments, **options)
+
+    def load_entry(context: Any, library: Any, described: Any, environment: Any) -> Any:
+        if not is_entry(described):
+            return make_function(described.lookup_module(), described.qualname, "", refuse, environment, (library,))
+        if not library.codegen._engine.is_symbol_defined(described.llvm_cpython_wrapper_name):  # nor from the cache
+            library._final_module = linked(library)
+            library._optimize_final_module()
+            library._finalize_final_module()
+        return load(context, library, described, environment)
+
+    def save_entry(cache_on_disk: Any, signature: Any, result: Any) -> None:
+        if is_entry(result.fndesc):
+            save(cache_on_disk, signature, result)
+
+    codegen.CPUCodeLibrary.finalize = finalize
+    context.create_cpython_wrapper, context.get_executable = wrap_entry, load_entry
+    caching.Cache.save_overload = save_entry
+
 
 name, *called = sys.argv[1:]
 own = [f"{name}.{STEPPED.get(name, 'controller')}.{kernel}" for kernel in ("initialise", "step")]

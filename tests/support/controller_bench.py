@@ -5,24 +5,22 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 from rig import CONTROLLER, LOOP
 from scipy.signal import cont2discrete
 
 from amb_cosim.design.controller_data import no_table
+from array_types import Complex
 from fmi_export.model import Array, Instance
 from rolac_controller.control_loop import ControlLoop
 from rolac_controller.controller import model_for
 
-Matrix = NDArray[np.float64]
-Signal = Callable[[float], Matrix]
-Complex = NDArray[np.complex128]
+Signal = Callable[[float], Array]
 
 
 SAMPLES = 40  # per revolution
 
 
-def synchronous(theta: float) -> Matrix:
+def synchronous(theta: float) -> Array:
     """A vibration of 0.1 mm at all sensors."""
     return 1e-4 * np.cos(theta + np.arange(8.0))
 
@@ -54,7 +52,7 @@ class Bench:
     def __setitem__(self, name: str, value: float) -> None:
         self.instance[name] = value
 
-    def sense(self, displacements: Matrix | list[float]) -> None:
+    def sense(self, displacements: Array | list[float]) -> None:
         """Set all sensors (m)."""
         for name, value in zip(self.sensors, displacements, strict=True):
             self[name] = float(value)
@@ -80,7 +78,7 @@ class Bench:
         """Synchronous forces U of the axes (N)."""
         return np.array([self[f"{b}.u_{a}"] * np.exp(1j * self[f"{b}.u_phase_{a}"]) for b, a in self.axes])
 
-    def axis_forces(self) -> Matrix:
+    def axis_forces(self) -> Array:
         """Forces K_i I that the demanded currents make (N)."""
         return np.array([self[f"{b}.k_i_{a}"] * self[f"{b}.i_{a}"] for b, a in self.axes])
 
@@ -100,13 +98,13 @@ class Bench:
 class Plant:
     """A linear plant in discrete time, x+ = A x + B u, q = C x + disturbance(theta); u is held over a sample."""
 
-    def __init__(self, a: Matrix, b: Matrix, c: Matrix) -> None:
+    def __init__(self, a: Array, b: Array, c: Array) -> None:
         self.a, self.b, self.c = a, b, c
         self.x = np.zeros(len(a))
         self.disturbance: Signal = lambda theta: np.zeros(8)
 
     @classmethod
-    def sampled(cls, a: Matrix, b: Matrix, c: Matrix, h: float) -> Plant:
+    def sampled(cls, a: Array, b: Array, c: Array, h: float) -> Plant:
         """x' = A x + B u, sampled every h (s)."""
         return cls(*cont2discrete((a, b, c, np.zeros((len(c), b.shape[1]))), h)[:3])
 

@@ -1,6 +1,8 @@
 /* An FMU of FMI 2.0, or with -DFMI_VERSION=3 of FMI 3.0, that does at one of its calls what no FMU should.
  *
- * HOSTILE_DEED says what, HOSTILE_CALL at which call, counted from 0: of all calls, or of those of HOSTILE_FUNCTION alone. */
+ * HOSTILE_DEED says what, HOSTILE_CALL at which call, counted from 0: of all calls, or of those of HOSTILE_FUNCTION
+ * alone.
+ */
 #include <math.h>
 #include <signal.h>
 #include <stdbool.h>
@@ -21,130 +23,229 @@ typedef void (*Logger)(void *, int, const char *, const char *);
 #define N_VALUES
 typedef void (*Logger)(void *, const char *, int, const char *, const char *, ...);
 #endif
-struct Instance { double u, y, reached; Logger log; void *environment; };
+struct Instance {
+    double u, y, reached;
+    Logger log;
+    void *environment;
+};
 
-static void say(Instance *self, const char *text) {
-  if (!self) return;
+static void say(Instance *self, const char *text)
+{
+    if (!self)
+        return;
 #if FMI_VERSION == 3
-  self->log(self->environment, WARNING, "log", text);
+    self->log(self->environment, WARNING, "log", text);
 #else
-  self->log(self->environment, "one", WARNING, "log", text);
+    self->log(self->environment, "one", WARNING, "log", text);
 #endif
 }
 
-static int deep(volatile char *above) { volatile char here[4096]; here[0] = *above; return deep(here) + here[0]; }
+static int deep(volatile char *above)
+{
+    volatile char here[4096];
+    here[0] = *above;
+    return deep(here) + here[0];
+}
 
-static void sleep_long(void) { for (int i = 0; i < 600; i++) sleep(1); _exit(0); }
+static void sleep_long(void)
+{
+    for (int i = 0; i < 600; i++)
+        sleep(1);
+    _exit(0);
+}
 
 /* The status after a deed. */
-static int done(const char *deed, Instance *self) {
+static int done(const char *deed, Instance *self)
+{
 #define IS(name) (strcmp(deed, #name) == 0)
-  char *volatile memory = malloc(8);
-  if (IS(segv)) *(volatile int *)8 = 1;
-  if (IS(abort)) abort();
-  if (IS(leave)) exit(0);
-  if (IS(kill)) kill(getpid(), SIGKILL);
-  if (IS(overflow)) return deep("") & 1;
-  if (IS(fork) && !fork()) sleep_long();
-  if (IS(fork_away) && !fork()) { setsid(); sleep_long(); }
-  if (IS(daemon) && !fork()) { setsid(); if (fork()) _exit(0); sleep_long(); }
-  if (IS(hang)) for (;;) pause();
-  if (IS(speak)) for (int fd = 0; fd < 16; fd++) if (write(fd, "words among the answers\n", 24)) {}
-  if (IS(close)) for (int fd = 0; fd < 64; fd++) close(fd);
-  if (IS(eat)) {
-    volatile char *all = mmap(NULL, (size_t)1 << 46, 3, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
-    if (all != MAP_FAILED) all[0] = 1;
-  }
-  if (IS(term)) kill(getpid(), SIGTERM);
-  if (IS(free_twice)) { free(memory); free(memory); }
-  if (IS(deaf)) { signal(SIGTERM, SIG_IGN); signal(SIGINT, SIG_IGN); }
-  if (IS(nan) && self) self->y = NAN;
-  if (IS(latin)) say(self, "Temp\xe9rature trop \xe9lev\xe9" "e");
-  if (IS(inf) && self) self->y = INFINITY;
-  return IS(discard) ? DISCARD : IS(error) ? ERROR : IS(fatal) ? FATAL : IS(minus_one) ? -1 : IS(ninety_nine) ? 99 : OK;
+    char *volatile memory = malloc(8);
+    if (IS(segv))
+        *(volatile int *)8 = 1;
+    if (IS(abort))
+        abort();
+    if (IS(leave))
+        exit(0);
+    if (IS(kill))
+        kill(getpid(), SIGKILL);
+    if (IS(overflow))
+        return deep("") & 1;
+    if (IS(fork) && !fork())
+        sleep_long();
+    if (IS(fork_away) && !fork()) {
+        setsid();
+        sleep_long();
+    }
+    if (IS(daemon) && !fork()) {
+        setsid();
+        if (fork())
+            _exit(0);
+        sleep_long();
+    }
+    if (IS(hang))
+        for (;;)
+            pause();
+    if (IS(speak))
+        for (int fd = 0; fd < 16; fd++)
+            if (write(fd, "words among the answers\n", 24)) {
+            }
+    if (IS(close))
+        for (int fd = 0; fd < 64; fd++)
+            close(fd);
+    if (IS(eat)) {
+        volatile char *all = mmap(NULL, (size_t)1 << 46, 3, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+        if (all != MAP_FAILED)
+            all[0] = 1;
+    }
+    if (IS(term))
+        kill(getpid(), SIGTERM);
+    if (IS(free_twice)) {
+        free(memory);
+        free(memory);
+    }
+    if (IS(deaf)) {
+        signal(SIGTERM, SIG_IGN);
+        signal(SIGINT, SIG_IGN);
+    }
+    if (IS(nan) && self)
+        self->y = NAN;
+    if (IS(latin))
+        say(self, "Temp\xe9rature trop \xe9lev\xe9"
+                  "e");
+    if (IS(inf) && self)
+        self->y = INFINITY;
+    return IS(discard)       ? DISCARD
+           : IS(error)       ? ERROR
+           : IS(fatal)       ? FATAL
+           : IS(minus_one)   ? -1
+           : IS(ninety_nine) ? 99
+                             : OK;
 }
 
 /* Counts a call; returns its status. */
-static int called(const char *function, Instance *self) {
-  static int count;
-  const char *which = getenv("HOSTILE_CALL"), *deed = getenv("HOSTILE_DEED"), *only = getenv("HOSTILE_FUNCTION");
-  if (!which || !deed || (only && strcmp(only, function)) || count++ != atoi(which)) return OK;
-  return done(deed, self);
+static int called(const char *function, Instance *self)
+{
+    static int count;
+    const char *which = getenv("HOSTILE_CALL"), *deed = getenv("HOSTILE_DEED"), *only = getenv("HOSTILE_FUNCTION");
+    if (!which || !deed || (only && strcmp(only, function)) || count++ != atoi(which))
+        return OK;
+    return done(deed, self);
 }
 
-static Instance *made(Logger log, void *environment) {
-  Instance *self = malloc(sizeof *self);
-  *self = (Instance){0.0, 0.0, 0.0, log, environment};
-  return called("Instantiate", self) ? NULL : self;
+static Instance *made(Logger log, void *environment)
+{
+    Instance *self = malloc(sizeof *self);
+    *self = (Instance){0.0, 0.0, 0.0, log, environment};
+    return called("Instantiate", self) ? NULL : self;
 }
 
 const char *FMI(GetVersion)(void) { return FMI_VERSION == 3 ? "3.0" : "2.0"; }
 #if FMI_VERSION == 3
-Instance *fmi3InstantiateCoSimulation(const char *name, const char *token, const char *resources, bool visible, bool logging,
-                                      bool events, bool early, const unsigned *intermediate, size_t n, void *environment,
-                                      Logger log, void *update) { return made(log, environment); }
+Instance *fmi3InstantiateCoSimulation(const char *name, const char *token, const char *resources, bool visible,
+                                      bool logging, bool events, bool early, const unsigned *intermediate, size_t n,
+                                      void *environment, Logger log, void *update)
+{
+    return made(log, environment);
+}
 int fmi3DoStep(Instance *self, double time, double step, bool no_way_back, bool *event, bool *end, bool *early,
-               double *reached) {
-  *event = *end = *early = false, *reached = time + step / 4;
+               double *reached)
+{
+    *event = *end = *early = false, *reached = time + step / 4;
 #else
-typedef struct { Logger log; void *allocate, *release, *finished, *environment; } Callbacks;
+typedef struct {
+    Logger log;
+    void *allocate, *release, *finished, *environment;
+} Callbacks;
 const char *fmi2GetTypesPlatform(void) { return "default"; }
 Instance *fmi2Instantiate(const char *name, int type, const char *guid, const char *resources, const Callbacks *calls,
-                          int visible, int logging) { return made(calls->log, calls->environment); }
-int fmi2DoStep(Instance *self, double time, double step, int no_way_back) {
+                          int visible, int logging)
+{
+    return made(calls->log, calls->environment);
+}
+int fmi2DoStep(Instance *self, double time, double step, int no_way_back)
+{
 #define fmi2SetFloat64 fmi2SetReal
 #define fmi2GetFloat64 fmi2GetReal
 #define fmi2GetFMUState fmi2GetFMUstate
 #define fmi2SetFMUState fmi2SetFMUstate
 #define fmi2FreeFMUState fmi2FreeFMUstate
 #endif
-  self->y = time + step, self->reached = time + step / 4;
-  return called("DoStep", self);
+    self->y = time + step, self->reached = time + step / 4;
+    return called("DoStep", self);
 }
-void FMI(FreeInstance)(Instance *self) { called("FreeInstance", self); free(self); }
-int FMI(SetFloat64)(Instance *self, const unsigned *references, size_t n, const double *values N_VALUES) {
-  for (size_t k = 0; k < n; k++) self->u = values[k];
-  return called("Set", self);
+void FMI(FreeInstance)(Instance *self)
+{
+    called("FreeInstance", self);
+    free(self);
 }
-int FMI(GetFloat64)(Instance *self, const unsigned *references, size_t n, double *values N_VALUES) {
-  for (size_t k = 0; k < n; k++) values[k] = self->y;
-  return called("Get", self);
+int FMI(SetFloat64)(Instance *self, const unsigned *references, size_t n, const double *values N_VALUES)
+{
+    for (size_t k = 0; k < n; k++)
+        self->u = values[k];
+    return called("Set", self);
 }
-int FMI(GetFMUState)(Instance *self, Instance **state) {
-  if (!*state) *state = malloc(sizeof **state);
-  **state = *self;
-  return called("GetFMUState", self);
+int FMI(GetFloat64)(Instance *self, const unsigned *references, size_t n, double *values N_VALUES)
+{
+    for (size_t k = 0; k < n; k++)
+        values[k] = self->y;
+    return called("Get", self);
 }
-int FMI(SetFMUState)(Instance *self, const Instance *state) { *self = *state; return called("SetFMUState", self); }
-int FMI(FreeFMUState)(Instance *self, Instance **state) {
-  free(*state);
-  *state = NULL;
-  return called("FreeFMUState", self);
+int FMI(GetFMUState)(Instance *self, Instance **state)
+{
+    if (!*state)
+        *state = malloc(sizeof **state);
+    **state = *self;
+    return called("GetFMUState", self);
+}
+int FMI(SetFMUState)(Instance *self, const Instance *state)
+{
+    *self = *state;
+    return called("SetFMUState", self);
+}
+int FMI(FreeFMUState)(Instance *self, Instance **state)
+{
+    free(*state);
+    *state = NULL;
+    return called("FreeFMUState", self);
 }
 
-#define CALL(name) int FMI(name)(Instance *self) { return called(#name, self); }
+#define CALL(name)                                                                                                     \
+    int FMI(name)(Instance * self) { return called(#name, self); }
 #define CALL3(a, b, c) CALL(a) CALL(b) CALL(c)
-CALL3(Terminate, Reset, EnterInitializationMode) CALL(ExitInitializationMode) CALL(SetDebugLogging)
-CALL3(GetString, SetString, GetBoolean) CALL(SetBoolean) CALL(GetDirectionalDerivative)
+CALL3(Terminate, Reset, EnterInitializationMode)
+CALL(ExitInitializationMode)
+CALL(SetDebugLogging)
+CALL3(GetString, SetString, GetBoolean)
+CALL(SetBoolean)
+CALL(GetDirectionalDerivative)
 #if FMI_VERSION == 3
 CALL3(InstantiateModelExchange, InstantiateScheduledExecution, SerializedFMUStateSize)
-CALL(SerializeFMUState) CALL(DeserializeFMUState)
-CALL3(GetFloat32, GetInt8, GetUInt8) CALL3(GetInt16, GetUInt16, GetInt32) CALL3(GetUInt32, GetInt64, GetUInt64)
-CALL3(SetFloat32, SetInt8, SetUInt8) CALL3(SetInt16, SetUInt16, SetInt32) CALL3(SetUInt32, SetInt64, SetUInt64)
-CALL3(GetBinary, SetBinary, GetClock) CALL3(SetClock, GetIntervalDecimal, GetIntervalFraction)
-CALL3(GetShiftDecimal, GetShiftFraction, SetIntervalDecimal) CALL3(SetIntervalFraction, SetShiftDecimal, SetShiftFraction)
-CALL3(EnterEventMode, EnterStepMode, EvaluateDiscreteStates) CALL3(UpdateDiscreteStates, SetTime, SetContinuousStates)
+CALL(SerializeFMUState)
+CALL(DeserializeFMUState)
+CALL3(GetFloat32, GetInt8, GetUInt8)
+CALL3(GetInt16, GetUInt16, GetInt32)
+CALL3(GetUInt32, GetInt64, GetUInt64)
+CALL3(SetFloat32, SetInt8, SetUInt8)
+CALL3(SetInt16, SetUInt16, SetInt32)
+CALL3(SetUInt32, SetInt64, SetUInt64)
+CALL3(GetBinary, SetBinary, GetClock)
+CALL3(SetClock, GetIntervalDecimal, GetIntervalFraction)
+CALL3(GetShiftDecimal, GetShiftFraction, SetIntervalDecimal)
+CALL3(SetIntervalFraction, SetShiftDecimal, SetShiftFraction)
+CALL3(EnterEventMode, EnterStepMode, EvaluateDiscreteStates)
+CALL3(UpdateDiscreteStates, SetTime, SetContinuousStates)
 CALL3(EnterConfigurationMode, ExitConfigurationMode, GetNumberOfVariableDependencies)
 CALL3(GetVariableDependencies, GetAdjointDerivative, GetOutputDerivatives)
 CALL3(EnterContinuousTimeMode, CompletedIntegratorStep, GetContinuousStateDerivatives)
 CALL3(GetEventIndicators, GetContinuousStates, ActivateModelPartition)
 CALL3(GetNominalsOfContinuousStates, GetNumberOfEventIndicators, GetNumberOfContinuousStates)
 #else
-CALL3(SetupExperiment, GetInteger, SetInteger) CALL3(SerializedFMUstateSize, SerializeFMUstate, DeSerializeFMUstate)
-CALL3(SetRealInputDerivatives, GetRealOutputDerivatives, CancelStep) CALL(GetStatus) CALL(GetIntegerStatus)
-int fmi2GetRealStatus(Instance *self, int kind, double *value) {
-  *value = self->reached;
-  return called("GetRealStatus", self);
+CALL3(SetupExperiment, GetInteger, SetInteger)
+CALL3(SerializedFMUstateSize, SerializeFMUstate, DeSerializeFMUstate)
+CALL3(SetRealInputDerivatives, GetRealOutputDerivatives, CancelStep)
+CALL(GetStatus) CALL(GetIntegerStatus) int fmi2GetRealStatus(Instance *self, int kind, double *value)
+{
+    *value = self->reached;
+    return called("GetRealStatus", self);
 }
 CALL(GetBooleanStatus) CALL(GetStringStatus)
 #endif

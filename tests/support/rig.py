@@ -10,7 +10,7 @@ import sampled_loop
 from amb_actuator.actuator import model_for as actuator_for
 from amb_cosim.design import controller_data
 from amb_cosim.design.rotor_models import control_loop
-from amb_cosim.design.sampled_loop import given_parameters as parameters_of_loop
+from amb_cosim.design.sampled_loop import parameters_of_loop
 from rolac_controller.controller import model_for as controller_for
 from rolac_controller.enumerations import last_stages
 from rolac_controller.sizes import sizes_of

@@ -14,16 +14,15 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.linalg import expm
 
-from amb_cosim.design.sampled_loop import given_parameters, sensor_response
+from amb_cosim.design.sampled_loop import parameters_of_loop, sensor_response
+from array_types import Complex
 from rolac_controller.control_loop import ControlLoop
 from rolac_controller.pid import response
 from rolac_controller.records import Parameters
 from signal_chain.presets import is_on
-
-Complex = NDArray[np.complex128]
 
 
 def zoh_response(a: ArrayLike, b: ArrayLike, c: ArrayLike, omega: float, sample_time: float) -> Complex:
@@ -54,7 +53,7 @@ def zoh_response(a: ArrayLike, b: ArrayLike, c: ArrayLike, omega: float, sample_
 
 def controller_response(parameters: Parameters, omega: float) -> Complex:
     """Return C S of the PID at omega (rad/s), shape (n_axes, n_sensors) (N/m): its force is -C S q for a measured q."""
-    local = parameters.own[0]
+    local = parameters.common[0]
     force = np.zeros((len(parameters.axes), len(parameters.sensor_scales)), dtype=np.complex128)
     for axis, sensor in enumerate(parameters.sensor_of_axis):
         gains = parameters.axes[axis]
@@ -91,8 +90,8 @@ def identified_receptance(
     p: Complex = np.asarray(plant, dtype=np.complex128)
     if p.shape != loop.shape:
         raise ValueError(f"plant of shape {p.shape} is not allowed; it must be {loop.shape}")
-    values = given_parameters(loop, parameters or {})
-    local = values.own[0]
+    values = parameters_of_loop(loop, parameters or {})
+    local = values.common[0]
     if is_on(local.chain.preset, local.chain.delay):
         p = p * np.exp(-1j * omega * local.sample_time)
     F = sensor_response(values, omega)

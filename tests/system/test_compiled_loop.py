@@ -93,6 +93,7 @@ def with_both_loops(scenario: str, flavour: str) -> dict[str, Any]:
     """Return the differences between the loops, and what the compiled one recorded."""
     import numpy as np
 
+    from amb_cosim.cosim.run.options import RunOptions
     from amb_cosim.scenario.scenario import Record, parse_scenario
     from amb_cosim.scenario.simulation import prepare, run_prepared
 
@@ -101,7 +102,7 @@ def with_both_loops(scenario: str, flavour: str) -> dict[str, Any]:
         every = Record.model_validate(parsed.record.model_dump() | {"variables": ("*", "rolac_controller.r.*")})
         parsed = parsed.model_copy(update={"record": every})
     prepared = prepare(parsed, flavour=flavour)
-    plain, fast = run_prepared(prepared, loop="plain"), run_prepared(prepared, loop="compiled")
+    plain, fast = run_prepared(prepared, RunOptions(loop="plain")), run_prepared(prepared, RunOptions(loop="compiled"))
     assert list(plain.dataset.variables) == list(fast.dataset.variables)
     local = ("wall_s",)
     return {
@@ -176,6 +177,7 @@ def interrupted(flavour: str, scenario: str) -> dict[str, Any]:
     import signal
     import threading
 
+    from amb_cosim.cosim.run.options import RunOptions
     from amb_cosim.scenario.scenario import parse_scenario
     from amb_cosim.scenario.simulation import prepare, run_prepared
 
@@ -200,7 +202,7 @@ def interrupted(flavour: str, scenario: str) -> dict[str, Any]:
     for thread in threads:
         thread.start()
     try:
-        result = run_prepared(prepared, report, loop="compiled")
+        result = run_prepared(prepared, RunOptions(progress=report))
     finally:
         stop.set()
         for thread in threads:

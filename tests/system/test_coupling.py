@@ -139,8 +139,8 @@ def test_jacobi_order_at_steps_of_a_sample_is_warned_of(in_orders: Any) -> None:
     assert deviation(predicting, in_orders[0]) < 0.05
     ((late,), (foreseen,)) = (run["warnings"] for run in (trapped, predicting))
     assert "communication_step = 250 us in Jacobi order each force comes 500 us after the displacements that it" in late
-    assert "that it answers; that changes the damping" in late
-    assert "that it answers, of which the controller predicts 500 us;" in foreseen
+    assert "that it responds to; that changes the damping" in late
+    assert "that it responds to, of which the controller predicts 500 us;" in foreseen
     assert late.endswith("Keep to steps of at most 50 us, a fifth of the controller's sample time (coupling)")
 
 

@@ -9,10 +9,12 @@ import pytest
 
 import amb_cosim
 from amb_cosim.cosim.run.checkpoint import Checkpoint
+from amb_cosim.cosim.run.options import RunOptions
+from amb_cosim.cosim.run.run_plan import run_plan
 from amb_cosim.cosim.run.saving import Saves
 from amb_cosim.scenario.file import packaged_scenarios
 from amb_cosim.scenario.scenario import load_scenario
-from amb_cosim.scenario.simulation import prepare, record_prepared
+from amb_cosim.scenario.simulation import prepare
 from amb_cosim.sweeps.worker import Runner, Task
 
 CYCLES, FEW_CYCLES = 15, 7  # of a run at most; the first events come before the sixth
@@ -43,10 +45,10 @@ def prepared_for(scenario, cycles, flavour):
 def test_a_continued_scenario_has_the_same_bits(name, flavour, tmp_path):
     prepared = prepared_for(load_scenario(name), CYCLES, flavour)
     middle = prepared.plan.last // 2
-    plain = record_prepared(prepared, saves=Saves((0, middle)))
+    plain = run_plan(prepared.assembly, prepared.plan, RunOptions(saves=Saves((0, middle))))
     for n, state in plain.checkpoints.items():
         start = Checkpoint.load(state.save(tmp_path / f"{n}.npz"))
-        continued = record_prepared(prepared, start=start)
+        continued = run_plan(prepared.assembly, prepared.plan, RunOptions(start=start))
         assert continued.recorder.points.tobytes() == plain.recorder.points.tobytes()
         assert continued.recorder.table.tobytes() == plain.recorder.table.tobytes()
         assert continued.outcome == plain.outcome
@@ -58,7 +60,7 @@ def test_members_of_a_batch_have_the_bits_of_a_scenario(name, flavour):
     """At the last point, at which events have not come yet, all outputs of the plant are those of a run alone."""
     scenario = shortened(name)
     prepared = prepared_for(scenario, FEW_CYCLES, flavour)
-    alone = record_prepared(prepared).recorder
+    alone = run_plan(prepared.assembly, prepared.plan).recorder
     columns = [k for k, signal in enumerate(prepared.plan.recorded) if signal.startswith("rotor_contact.")]
     columns = [k for k in columns if prepared.plan.recorded[k] not in prepared.plan.inputs]
     with amb_cosim.Batch(scenario, 3, flavour=flavour, threads=2) as batch:

@@ -1,1 +1,1 @@
-"""Builds FMUs of both flavours, their descriptions and the pages of their interfaces; no FMU contains this package."""
+"""Builds FMUs of both flavours, their descriptions and interface pages; FMUs do not contain this package."""

@@ -1,4 +1,4 @@
-"""modelDescription.xml of a model, from its variable table alone; the same for every flavour of FMU."""
+"""modelDescription.xml of a model, from its variable table; the same for every flavour of FMU."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from fmi_export.log_categories import LOG_CATEGORIES
 from fmi_export.model import Model
 from fmi_export.variables import LARGEST, TOOL, Variable
 
-EPOCH = "SOURCE_DATE_EPOCH"  # environment variable: s since 1970, the time that a build tells; without, it tells none
+EPOCH = "SOURCE_DATE_EPOCH"  # environment variable: time of the build in s since 1970; default: no time
 
 
 def model_description(
@@ -67,14 +67,14 @@ def describe(
     enumeration: Callable[[Element, str], Element],
     *further: str,
 ) -> None:
-    """Add all that comes before the variables, in whichever version of FMI.
+    """Add everything before the variables, for any version of FMI.
 
     Parameters
     ----------
     abilities
-        Attributes that are true of the slave in co-simulation, as the version calls them.
+        Attributes that are true for the slave in co-simulation, as named by the version.
     enumeration
-        Adds an Enumeration of a name to the types, and returns the element of its items.
+        Function that adds a named Enumeration to the types, and returns the element of its items.
     further
         Units besides those of the variables.
     """
@@ -113,7 +113,7 @@ def describe(
 
 
 def identity_of(v: Variable, name: str, reference: int, description: str) -> dict[str, str]:
-    """Return the attributes that say what a variable is: an array has its first element's but for the first three."""
+    """Return the identifying attributes of a variable; arrays differ from their first element in the first three."""
     attributes = {
         "name": name,
         "valueReference": str(reference),
@@ -127,12 +127,12 @@ def identity_of(v: Variable, name: str, reference: int, description: str) -> dic
 
 
 def range_of(v: Variable) -> dict[str, str]:
-    """Return the attributes of a variable's type: units, limits and Enumeration, as far as it has them."""
+    """Return the attributes of a variable's type: units, limits and Enumeration, if it has them."""
     values: dict[str, str] = {}
     if v.type == "Real":
         values["unit"] = v.unit
-        if shown_in(v):
-            values["displayUnit"] = shown_in(v)
+        if display_unit_of(v):
+            values["displayUnit"] = display_unit_of(v)
         if v.unit in NOMINAL and v.causality != "parameter":
             values["nominal"] = repr(NOMINAL[v.unit])
     if v.type != "Boolean":
@@ -144,13 +144,13 @@ def range_of(v: Variable) -> dict[str, str]:
 
 
 def _add_units(root: Element, model: Model, *further: str) -> None:
-    """Add the units of the variables, what they are shown in, and further units."""
+    """Add the units and display units of the variables, and further units."""
     reals = [v for v in model.interface.variables if v.type == "Real"]
     definitions = SubElement(root, "UnitDefinitions")
     for unit in sorted({*further, *(v.unit for v in reals)}):
         definition = SubElement(definitions, "Unit", name=unit)
         SubElement(definition, "BaseUnit", _numbers(base_unit(unit)))
-        for displayed in sorted({shown_in(v) for v in reals if v.unit == unit} - {""}):
+        for displayed in sorted({display_unit_of(v) for v in reals if v.unit == unit} - {""}):
             SubElement(definition, "DisplayUnit", {"name": displayed} | _numbers(display_unit(unit, displayed)))
 
 
@@ -158,8 +158,8 @@ def _numbers(values: Mapping[str, float]) -> dict[str, str]:
     return {name: repr(value) for name, value in values.items()}
 
 
-def shown_in(v: Variable) -> str:
-    """Return the display unit of a Real, empty where that is its unit."""
+def display_unit_of(v: Variable) -> str:
+    """Return the display unit of a Real, empty if it is its unit."""
     return v.display_unit or DISPLAYED.get(v.unit, "")
 
 

@@ -18,8 +18,8 @@ TYPES = {"Real": "Float64", "Integer": "Int32", "Boolean": "Boolean"}
 def model_description3(model: Model, token: str, tool: str, version: str) -> Element:
     """Return the root element of the FMI 3.0 co-simulation description of `model`; `token` is the instantiation token.
 
-    Value references are those of FMI 2.0. Arrays are as `arrays` finds them; `time`, which FMI 3.0 asks for, follows
-    the last variable.
+    Value references are those of FMI 2.0. `arrays` finds the arrays; `time`, which FMI 3.0 requires, follows the last
+    variable.
     """
     root = Element("fmiModelDescription", fmiVersion="3.0", instantiationToken=token)
     states, derivatives = ("canGetAndSetFMUState", "canSerializeFMUState"), ("Directional", "Adjoint")
@@ -46,7 +46,7 @@ def model_description3(model: Model, token: str, tool: str, version: str) -> Ele
 def variable_notes(table: Interface) -> bytes:
     """Return the file `NOTES`: warnings, and names and descriptions that elements of arrays have in FMI 2.0, by name.
 
-    Annotations of variables would say so too, but FMI Library calls those of FMI 3.0 unknown.
+    Annotations of variables could say so, too, but FMI Library reports those of FMI 3.0 as unknown.
     """
     result: dict[str, dict[str, object]] = {}
     for slot in slots(table):
@@ -72,13 +72,13 @@ def _variable(slot: Slot) -> Element:
     return element
 
 
-def _add_structure(structure: Element, table: Interface, found: list[Slot]) -> None:
-    """Add the outputs and the initial unknowns, which depend on what any element of theirs depends on.
+def _add_structure(structure: Element, table: Interface, slots: list[Slot]) -> None:
+    """Add the outputs and the initial unknowns, with the union of the dependencies of their elements.
 
-    The initial dependencies of an output that declares none may be everything, which FMI says by leaving them out.
+    An output that declares no initial dependencies may depend on everything, which FMI expresses by omitting them.
     """
-    reference_of = {v.name: slot.reference for slot in found for v in slot.variables}
-    outputs = [slot for slot in found if slot.variables[0].causality == "output"]
+    reference_of = {v.name: slot.reference for slot in slots for v in slot.variables}
+    outputs = [slot for slot in slots if slot.variables[0].causality == "output"]
 
     def add(kind: str, slot: Slot, needs: list[tuple[str, ...] | None]) -> None:
         unknown = SubElement(structure, kind, valueReference=str(slot.reference))

@@ -1,7 +1,7 @@
-"""What an FMU holds for people: a page about its model, sketch, licences, icon.
+"""Documentation in an FMU: a page about its model, sketch, licences, icon.
 
-The page is the README of the model's package, followed by the FMU's variables, faults and warnings. It needs no network
-and no other file but the sketch.
+The page is the README of the model's package, followed by the FMU's variables, faults and warnings. It needs neither a
+network nor other files, except the sketch.
 """
 
 from __future__ import annotations
@@ -28,14 +28,14 @@ img { max-width: 100%; }
 
 
 def documentation(model: Model, licences: Iterable[str] = ()) -> dict[str, bytes]:
-    """Return the files of an FMU's documentation by their paths in it, as far as its package has them.
+    """Return the files of an FMU's documentation by their paths in it, if its package has them.
 
     Parameters
     ----------
     model
         The model of the FMU.
     licences
-        Other distributions whose code is in the FMU.
+        Other distributions with code in the FMU.
     """
     folder = package_folder(model.packages[0])
     files = {
@@ -51,7 +51,7 @@ def documentation(model: Model, licences: Iterable[str] = ()) -> dict[str, bytes
 
 
 def licence(distribution: str) -> str:
-    """Return the text of the licence that an installed distribution has."""
+    """Return the licence text of an installed distribution."""
     files = importlib.metadata.files(distribution) or []
     texts = [file.read_text(encoding="utf-8") for file in files if file.name.upper().startswith(("LICENSE", "LICENCE"))]
     return texts[0] if texts else f"{distribution} {importlib.metadata.version(distribution)}\n"
@@ -69,7 +69,7 @@ def page(model: Model) -> str:
 
 
 def _html(markdown: str) -> str:
-    """Return Markdown as HTML; links to files that the FMU does not hold become their text."""
+    """Return Markdown as HTML; links to files outside the FMU become their text."""
     from markdown_it import MarkdownIt  # takes as long to load as a build
 
     text = markdown.replace(f"({DOCUMENTATION}/", "(./")

@@ -1,17 +1,17 @@
-"""The experiment with reference results that an FMU carries, for an importer to check that it runs it as here.
+"""The experiment with reference results in an FMU, by which importers can be checked.
 
-It lies where FMI-LS-REF 1.0.0-alpha.1 (github.com/modelica/fmi-ls-ref) has it, in the experiments format of the
+Its location is that of FMI-LS-REF 1.0.0-alpha.1 (github.com/modelica/fmi-ls-ref), its format that of experiments of the
 Modelica Association (github.com/modelica/ma-hs-experiments):
 
     extra/org.fmi-standard.fmi-ls-ref/
       fmi-ls-manifest.xml    an experiment/smoke-test
       smoke_test.exp         step size and stop time, and the names of both tables
       stimuli.csv            inputs, each constant
-      references.csv         all outputs at the start and after each step, with all their digits
+      references.csv         all outputs at the start and after each step, with all digits
 
-Ten usual steps from the start values, where inputs that have a nominal size, displacements, currents and forces, have a
-few per cent of it, each another. The results are those of FMPy with the engine of this machine; other C libraries
-differ in last bits.
+It takes ten usual steps from the start values. Inputs with a nominal size (displacements, currents and forces) have
+different values of a few per cent of it. The results are those of FMPy with the engine of this machine; other C
+libraries differ in last bits.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ STANDARD = {  # of the manifest, in this namespace
 NAMESPACE = "http://fmi-standard.org/fmi-ls-manifest"
 EXPERIMENTS = "application/x-ma-hs-experiments"  # type of the file
 STEPS = 10
-SHARE = 0.02  # least size of a stimulus, of the nominal one
+SHARE = 0.02  # smallest stimulus, relative to the nominal size
 TEXT = """This FMU carries an experiment with reference results (FMI-LS-REF, extra/org.fmi-standard.fmi-ls-ref):
 {steps} steps of {h!r} s from the start values, with the inputs of stimuli.csv if it is there, lead to references.csv.
 A tool that runs the FMU as it should has these values, but for last bits where its C library is another.
@@ -55,13 +55,13 @@ Columns = dict[str, list[Any]]
 def experiment_files(model: Model, constants: Array, by_slot: bool = False) -> dict[str, bytes]:
     """Return the files of the experiment by their paths in an FMU.
 
-    There are none where no engine of this machine is at hand, since none is compiled for this, or where the model
-    cannot take these steps.
+    There are none if no engine of this machine is available, since none is compiled for this, or if the model cannot
+    take these steps.
 
     Parameters
     ----------
     by_slot
-        Whether the FMU has the arrays of FMI 3.0, which are one column each, their values apart by blanks.
+        Whether the FMU has the arrays of FMI 3.0, which are one column each, with values separated by blanks.
     """
     try:
         engine = engine_at_hand(model.compiled, host_platform())
@@ -112,10 +112,10 @@ def _simulated(model: Model, constants: Array, engine: Engine, start: Mapping[st
     return {name: result[name].tolist() for name in ("time", *names)}
 
 
-def _files(model: Model, stimuli: Mapping[str, float], found: Columns, by_slot: bool) -> dict[str, bytes]:
+def _files(model: Model, stimuli: Mapping[str, float], results: Columns, by_slot: bool) -> dict[str, bytes]:
     outputs, inputs = model.interface.of("output"), [v for v in model.interface.of("input") if v.name in stimuli]
-    times = [found["time"][0], found["time"][-1]]
-    tables = {"references": _table(model, outputs, found, by_slot)}
+    times = [results["time"][0], results["time"][-1]]
+    tables = {"references": _table(model, outputs, results, by_slot)}
     if inputs:
         values: Columns = {"time": times} | {name: [value] * 2 for name, value in stimuli.items()}
         tables["stimuli"] = _table(model, inputs, values, by_slot)
@@ -145,7 +145,7 @@ def _experiments(model: Model, has_stimuli: bool) -> bytes:
 
 
 def _table(model: Model, variables: Sequence[Variable], values: Columns, by_slot: bool) -> bytes:
-    """Return a table of time and variables, arrays in one column if they have one."""
+    """Return a table of time and variables, arrays in a single column if they have one."""
     names = {v.name for v in variables}
     groups = {v.name: [v.name] for v in variables}
     if by_slot:

@@ -1,4 +1,4 @@
-"""What an FMU is built from, as digests: the guid changes with it, and with nothing else."""
+"""Digests of the sources of an FMU: the guid changes only with them."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from fmi_export.model import Array, Model
 
 DOCUMENTATION = "documentation"  # folder of a package with the pictures of its model
 
-DESCRIBING = (  # files here that decide what an archive holds, beside code and data
+DESCRIBING = (  # files here that determine an archive, in addition to code and data
     *("python_fmu.py", "description.py", "description3.py", "arrays.py"),
     *("units.py", "documentation.py", "interface_page.py", "experiment.py", "terminals.py"),
 )
 
 
 def guid_of(model: Model, constants: Array, flavour: str = "") -> str:
-    """Return an identifier that changes with the model, its code, the constants or `flavour`, with nothing else."""
+    """Return an identifier that changes only with the model, its code, the constants or `flavour`."""
     sha = hashlib.sha256(model.interface.canonical() + flavour.encode())
     parts = [[part.name, part.model.name, part.every] for part in model.parts]
     facts = [model.name, model.description, [*model.faults.items()], model.step_size, model.variable_step]
@@ -47,7 +47,7 @@ def digests(packages: Iterable[str]) -> dict[str, str]:
 
 
 def package_folder(package: str) -> Path:
-    """Return the folder of an installed package; raises ValueError if there is none."""
+    """Return the folder of an installed package; raises ValueError if not installed."""
     spec = importlib.util.find_spec(package)
     if spec is None or spec.origin is None:
         raise ValueError(f"package {package} is not installed")

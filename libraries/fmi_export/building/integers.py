@@ -1,4 +1,4 @@
-"""Copies an FMU for hosts without Enumerations: ecos ignores values of them, libcosim knows no variable of the type."""
+"""Copies an FMU for hosts without Enumerations: ecos ignores their values, libcosim their variables."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ DESCRIPTION = "modelDescription.xml"
 def with_integers(fmu: Path, target: Path) -> Path:
     """Write a copy of an FMI 2.0 FMU whose Enumerations are described as Integers, and return its path.
 
-    Everything else is as it was: a value is set and read by the same functions.
+    Everything else is unchanged: values are set and read by the same functions.
     """
     write_atomically(target, partial(_copy, fmu))
     return target

@@ -24,7 +24,7 @@ CODE = re.compile(r"(`[^`]*`)")
 
 @dataclass(frozen=True)
 class PageTable:
-    """A titled table; what stands between backticks in a cell is a name."""
+    """A titled table; text between backticks in a cell is a name."""
 
     title: str
     header: tuple[str, ...]
@@ -32,7 +32,7 @@ class PageTable:
 
 
 def tables(model: Model) -> list[PageTable]:
-    """Return the tables of a model: its variables by causality, its faults and, where it has any, its warnings."""
+    """Return the tables of a model: variables by causality, faults and, if any, warnings."""
     header = ("name", "type", "unit", "start", "allowed", "description")
     of = model.interface.of
     displayed = [
@@ -60,12 +60,12 @@ def full_description(v: Variable) -> str:
 
 
 def sentence(template: str) -> str:
-    """Return a sentence with the names of the variables whose values it shows between backticks."""
+    """Return a sentence with the names of its variables between backticks."""
     return re.sub(r"\{([^}]+)\}", r"`\1`", template)
 
 
 def outside_code(cell: str, escape: Callable[[str], str]) -> str:
-    """Return a cell with `escape` applied to what does not stand between backticks."""
+    """Return a cell with `escape` applied to the text outside backticks."""
     return "".join(part if CODE.fullmatch(part) else escape(part) for part in CODE.split(cell))
 
 

@@ -30,7 +30,7 @@ from fmi_export.model import Array, Model
 
 
 def build_python_fmu(model: Model, constants: Array, folder: Path, platforms: Iterable[str] | None = None) -> Path:
-    """Write `<model.name>.fmu` into `folder` and return its path; the file appears complete or not at all.
+    """Write `<model.name>.fmu` into `folder` atomically, and return its path.
 
     Parameters
     ----------
@@ -39,7 +39,7 @@ def build_python_fmu(model: Model, constants: Array, folder: Path, platforms: It
     constants
         Its constants, flat float64.
     folder
-        Where the FMU goes; made if it is missing.
+        Folder for the FMU, created if it is missing.
     platforms
         FMI names of the platforms that it runs on, or `all`; this machine's by default; see `guard.libraries`.
 
@@ -67,12 +67,12 @@ def build_python_fmu(model: Model, constants: Array, folder: Path, platforms: It
 
 
 def python_guid(model: Model, constants: Array) -> str:
-    """Return an identifier that changes with the interface, the code (of the guard too) or the constants."""
+    """Return an identifier that changes with the interface, the code (including the guard) or the constants."""
     return guid_of(model, constants, "python " + guard_key())
 
 
 def what_it_needs() -> str:
-    """Return a sentence on what an FMU that is built here asks of the process that imports it."""
+    """Return a sentence on the requirements of an FMU built here on the importing process."""
     library, _ = _this_python()
     local = f"starts that of this machine, {library}" if library else "cannot run it: this Python is no shared library"
     return (
@@ -105,7 +105,7 @@ def _content(archive: Path) -> dict[str, bytes]:
 
 
 def _data(model: Model, constants: Array, guid: str) -> bytes:
-    """Return what the guard knows of the model: all but the constants, which the kernels in Python have as a file."""
+    """Return the data of the guard: everything except the constants, which kernels in Python read from a file."""
     return model_data(_without_constants(model, constants), np.zeros(0), guid, guard_key())
 
 
@@ -117,7 +117,7 @@ def _without_constants(model: Model, constants: Array) -> Model:
 
 
 def _this_python() -> tuple[str, str]:
-    """Return library (empty where there is none) and interpreter of this Python, which a host without one starts."""
+    """Return library (empty if there is none) and interpreter of this Python, which a host without one starts."""
     name = "python3.dll" if sys.platform == "win32" else str(sysconfig.get_config_var("INSTSONAME"))
     folder = sys.base_prefix if sys.platform == "win32" else sysconfig.get_config_var("LIBDIR")
     library = Path(folder or "", name)
@@ -126,7 +126,7 @@ def _this_python() -> tuple[str, str]:
 
 def _script(model: Model) -> Path:
     """Return the script that PythonFMU loads; raises ValueError if the model's package has none."""
-    name = model.packages[0] if model.parts else model.name  # one script is that of all assemblies
+    name = model.packages[0] if model.parts else model.name  # a script is that of all assemblies
     script = package_folder(model.packages[0]) / f"{name}_fmu.py"
     if not script.is_file():
         raise ValueError(

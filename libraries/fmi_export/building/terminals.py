@@ -1,4 +1,4 @@
-"""terminalsAndIcons.xml of FMI 3.0: what an importer connects at once."""
+"""terminalsAndIcons.xml of FMI 3.0: groups of variables that an importer connects at once."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ NAME = "signals"
 
 
 def terminals(table: Interface) -> bytes:
-    """Return the file with one terminal, a bus of all inputs and outputs by their names.
+    """Return the file with one terminal, a bus of all inputs and outputs by name.
 
-    Outputs of this project's models have the names of the inputs that they feed: of two such buses those members are
-    connected which both have, an output to an input.
+    Outputs of this project's models have the names of the inputs that they feed: connecting two such buses connects the
+    members that both have, an output to an input.
     """
     root = Element("fmiTerminalsAndIcons", fmiVersion="3.0")
     bus = SubElement(
@@ -25,7 +25,7 @@ def terminals(table: Interface) -> bytes:
         "Terminal",
         name=NAME,
         matchingRule="bus",
-        description="Inputs and outputs; an output feeds the inputs of its name",
+        description="Inputs and outputs; an output feeds the inputs of the same name",
     )
     for slot in slots(table):
         if slot.variables[0].causality != "parameter" and slot.name != FAULT_CODE:

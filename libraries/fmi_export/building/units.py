@@ -1,8 +1,7 @@
 """Units: FMI base-unit exponents and conversions, by pint.
 
-Importing pint and reading its definitions takes longer than a run or a build, so the units of SI that models use and
-the conversions that values are most often written with are listed here; pint is loaded for all others, and what it says
-of a pair of units is kept for other starts.
+Importing pint and reading its definitions takes longer than a run or a build (0.8 s). The SI units of models and the
+most common conversions are therefore listed here; pint is loaded for others.
 """
 
 from __future__ import annotations
@@ -32,24 +31,23 @@ SI_UNITS = {
     "H": {"kg": 1, "m": 2, "s": -2, "A": -2},
     "T": {"kg": 1, "s": -2, "A": -1},
 }
-# Sizes of what changes in a run, by unit: displacements of a rotor in its clearances, currents, forces. Importers scale
-# tolerances by them; without one they take 1, as if a rotor moved by metres.
+# Nominal sizes by unit: displacements of a rotor in its clearances, currents, forces. Importers scale tolerances by
+# them; the default would be 1, as if a rotor moved by metres.
 NOMINAL = {"m": 1e-4, "A": 1.0, "N": 1e3}
 
 FACTOR = re.compile(r"([A-Za-z]+)(-?\d+)?")
-# A unit as text, parentheses left out: names with small exponents. Pint calculates whatever else it is given.
+# A unit as text without parentheses: names with small exponents. Pint would evaluate any expression.
 _NAME = r"(?:1|%|°?[^\W\d]+(?:(?:\*\*|\^)?-?\d{1,2})?)"
 UNIT = re.compile(rf"{_NAME}(?:\s*[./*\s]\s*{_NAME})*")
 LONGEST_UNIT = 60  # characters
 LEAST, MOST = 1e-100, 1e100  # sizes of numbers whose squares and products are still numbers
 QUOTIENT = re.compile(r"([^/()]+)(?:/(?:\(([^/()]+)\)|([^/().]+)))?")
 
-PROBES = (math.pi, -1e-3, 7e5)  # numbers at which a conversion must be a factor to be kept as one
-
-# One of the first unit in the second, as pint has it to the last bit.
+# The first unit in terms of the second, with pint's bits.
 COMMON = {
     ("mm", "m"): 1e-3,
     ("um", "m"): 1e-6,
+    ("mm/s", "m/s"): 1e-3,
     ("ms", "s"): 1e-3,
     ("us", "s"): 1e-6,
     ("g.m", "kg.m"): 1e-3,
@@ -61,6 +59,7 @@ COMMON = {
     ("Hz", "1/s"): 1.0,
     ("deg", "rad"): math.pi / 180.0,
     ("kN", "N"): 1e3,
+    ("kW", "W"): 1e3,
     ("N/mm", "N/m"): 1e3,
     ("N/um", "N/m"): 1e6,
     ("kN/mm", "N/m"): 1e6,
@@ -71,7 +70,7 @@ COMMON = {
     ("%", "1"): 1e-2,
 }
 
-# What importers show values of a unit in, unless the variable says otherwise.
+# Display units by unit, unless the variable has its own.
 DISPLAYED = {
     "rad/s": "rpm",
     "rad": "deg",
@@ -86,12 +85,12 @@ DISPLAYED = {
 
 
 def display_unit(unit: str, name: str) -> dict[str, float]:
-    """Return `factor` and, where there is one, `offset` of a display unit: factor times a value in `unit` plus offset.
+    """Return `factor` and, if any, `offset` of a display unit: factor times a value in `unit` plus offset.
 
     Raises
     ------
     ValueError
-        If it is no unit of the same dimension.
+        If it is not a unit of the same dimension.
     """
     if (unit, name) == ("K", "degC"):
         return {"factor": 1.0, "offset": -273.15}
@@ -120,14 +119,14 @@ def parse_unit(unit: str) -> pint.Unit:
     Raises
     ------
     ValueError
-        If the unit is not known.
+        If the unit is unknown.
     """
     text = re.sub(r"(?<=[A-Za-z])(-?\d)", r"**\1", unit.strip().replace(".", "*"))
     try:
         if len(unit) > LONGEST_UNIT or not UNIT.fullmatch(unit.strip().replace("(", "").replace(")", "")):
-            raise ValueError("it is no product or quotient of units")
+            raise ValueError("it is not a product or quotient of units")
         return registry().Unit("" if text == "1" else text)
-    except Exception as error:  # pint has errors of its own, and those of the calculator that reads its texts
+    except Exception as error:  # errors of pint, and of the calculator that reads its texts
         displayed = unit if len(unit) <= LONGEST_UNIT else f"{unit[:LONGEST_UNIT]}..."
         raise ValueError(
             f"unknown unit {displayed!r}; use SI units such as m, mm, kg.m, N, N.s/m, rad/s, Hz"
@@ -135,7 +134,13 @@ def parse_unit(unit: str) -> pint.Unit:
 
 
 def base_unit(unit: str) -> dict[str, float | int]:
-    """Return the exponents of the FMI base units (kg, m, s, A, K, mol, cd, rad), and `factor` where it is not one."""
+    """Return the exponents of the FMI base units (kg, m, s, A, K, mol, cd, rad), and `factor` if it is not 1.
+
+    Examples
+    --------
+    >>> base_unit("N.s/m")
+    {'kg': 1, 's': -1}
+    """
     available = _of_si(unit)
     if available is not None:
         return available
@@ -170,13 +175,23 @@ def _of_si(unit: str) -> dict[str, float | int] | None:
 def to_unit(text: str | float, unit: str, name: str) -> float:
     """Convert `text` (`0.75 mm`, `25 g.m`, or a number without unit, taken to be in `unit`) to a number in `unit`.
 
-    A hertz converts to and from an angular velocity as one revolution per second.
+    A hertz converts to and from an angular velocity as a revolution per second.
 
     Raises
     ------
     ValueError
-        If `text` is no number, has an unknown unit, or one of another dimension, or is no number that a calculation
-        can hold. Infinities and NaN are left to the caller, who knows what is allowed.
+        If `text` is not a number, has an unknown unit or one of another dimension, or is too large or small to
+        calculate with. Infinities and NaN are left to the caller.
+
+    Examples
+    --------
+    >>> to_unit("0.75 mm", "m", "clearance")
+    0.00075
+    >>> to_unit("50 Hz", "rad/s", "speed")
+    314.1592653589793
+    >>> to_unit("3 kg", "m", "clearance")
+    Traceback (most recent call last):
+    ValueError: clearance = '3 kg' has unit kg, which cannot be converted to m
     """
     try:
         value = _converted(text, unit, name)
@@ -202,23 +217,15 @@ def _converted(text: str | float, unit: str, name: str) -> float:
         return number
     if (values, unit) in COMMON:
         return number * COMMON[values, unit]
-    from fmi_export.building.kept_factors import keep_factor, kept_factor
-
-    retained = kept_factor(values, unit)
-    if retained is not None:
-        return number * retained
-    value, factor = (_by_pint(item, values, unit, f"{name} = {text!r}") for item in (number, 1.0))
-    if all(_by_pint(item, values, unit, name) == item * factor for item in (0.0, number, *PROBES)):  # not of degC
-        keep_factor(values, unit, factor)
-    return value
+    return _by_pint(number, values, unit, f"{name} = {text!r}")
 
 
-def _by_pint(number: float, given: str, unit: str, what: str) -> float:
+def _by_pint(number: float, values: str, unit: str, what: str) -> float:
     import pint
 
-    source, target = parse_unit(given), parse_unit(unit)
+    source, target = parse_unit(values), parse_unit(unit)
     try:
-        contexts = ("rotation",) if "rad" in {*base_unit(given), *base_unit(unit)} else ()
+        contexts = ("rotation",) if "rad" in {*base_unit(values), *base_unit(unit)} else ()
         return float(registry().Quantity(number, source).to(target, *contexts).magnitude)
     except pint.DimensionalityError as error:
-        raise ValueError(f"{what} has unit {given}, which cannot be converted to {unit}") from error
+        raise ValueError(f"{what} has unit {values}, which cannot be converted to {unit}") from error

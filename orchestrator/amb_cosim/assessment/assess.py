@@ -1,4 +1,4 @@
-"""Assesses a machine: every part answered by itself, judged by criteria; a part that fails is not answered, because."""
+"""Assesses a machine: computes each part separately and judges it by criteria; a failed part has a reason."""
 
 from __future__ import annotations
 
@@ -6,55 +6,72 @@ import time
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from importlib import import_module
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
+from amb_cosim.assessment.analyses import (
+    axial,
+    closed_loop,
+    critical_map,
+    cross_coupling,
+    envelope,
+    faults,
+    free_modes,
+    landing,
+    recovery,
+    rest,
+    robustness,
+    sensitivity,
+    unbalance,
+    vibration,
+)
 from amb_cosim.assessment.criteria import Criterion, load_criteria
-from amb_cosim.assessment.findings import Finding, Judgement, PartResult, PartTable, judge
+from amb_cosim.assessment.findings import AnalysisResult, Finding, Judgement, ResultTable, judge
 from amb_cosim.assessment.machine_file import MachineFile, load_machine
-from amb_cosim.assessment.subject import Subject
+from amb_cosim.assessment.subject import Subject, subject_of
 from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.cosim.basics.errors import FmuError, ProcessFailed, StartFailed
 from amb_files.suggestions import suggest
 
-PARTS = (
-    "free_modes",
-    "critical_map",
-    "closed_loop",
-    "cross_coupling",
-    "unbalance",
-    "envelope",
-    "sensitivity",
-    "robustness",
-    "vibration",
-    "faults",
-    "landing",
-    "rest",
-    "recovery",
-)
-OF_CLEARANCES = frozenset({"vibration", "faults", "landing", "rest", "recovery"})  # parts about where it can touch
+ANALYSES: dict[str, ModuleType] = {  # in the order of the page
+    "free_modes": free_modes,
+    "critical_map": critical_map,
+    "closed_loop": closed_loop,
+    "cross_coupling": cross_coupling,
+    "unbalance": unbalance,
+    "envelope": envelope,
+    "sensitivity": sensitivity,
+    "robustness": robustness,
+    "axial": axial,
+    "vibration": vibration,
+    "faults": faults,
+    "landing": landing,
+    "rest": rest,
+    "recovery": recovery,
+}
+OF_CLEARANCES = frozenset({"vibration", "faults", "landing", "rest", "recovery"})  # parts that need contact sites
 
 ProgressCallback = Callable[[str, int, int], None]  # title of the part under way, parts done, their number
 
 
 @dataclass(frozen=True)
-class AssessmentPart:
-    """A part of an assessment.
+class Analysis:
+    """An analysis of an assessment.
 
     key, title
         Name for `only`, and title on the page.
     answer, findings
-        What it found, and the verdicts on that.
+        Its results, and the verdicts on them.
     reason
-        Why it is not answered; empty where it is.
+        Reason of a failure; otherwise empty.
     wall
-        Time that it took (s).
+        Wall-clock time (s).
     """
 
     key: str
     title: str
-    answer: PartResult
+    answer: AnalysisResult
     findings: tuple[Finding, ...]
     reason: str = ""
     wall: float = 0.0
@@ -62,12 +79,12 @@ class AssessmentPart:
 
 @dataclass(frozen=True)
 class Assessment:
-    """What became of a machine under its criteria."""
+    """Results of a machine under its criteria."""
 
     machine: MachineFile
     facts: Mapping[str, float]
     criteria: tuple[Criterion, ...]
-    parts: tuple[AssessmentPart, ...]
+    parts: tuple[Analysis, ...]
 
     @property
     def findings(self) -> tuple[Finding, ...]:
@@ -76,16 +93,16 @@ class Assessment:
 
     @property
     def missed(self) -> tuple[Finding, ...]:
-        """Verdicts on what is missed."""
+        """Verdicts on missed criteria."""
         return tuple(finding for finding in self.findings if finding.verdict is Judgement.MISSED)
 
     @property
     def unanswered(self) -> dict[str, str]:
-        """Parts that are not answered, and why."""
+        """Parts that failed, with reasons."""
         return {part.key: part.reason for part in self.parts if part.reason}
 
     def counts(self) -> Counter[Judgement]:
-        """Return how many verdicts of each kind there are; a part that is not answered is one."""
+        """Return the number of verdicts of each kind; a failed part counts as one."""
         counts = Counter(finding.verdict for finding in self.findings)
         counts[Judgement.UNANSWERED] += len(self.unanswered)
         return counts
@@ -112,73 +129,87 @@ def assess(
     Parameters
     ----------
     machine
-        A machine file, the name of a machine of a pack, or what `load_machine` returned.
+        A machine file, the name of a packaged machine, or the result of `load_machine`.
     only
-        Names of parts; all without.
+        Names of parts; all by default.
     criteria
-        Files of criteria in place of those that the machine file names, or that come with the package.
+        Files of criteria, in place of those of the machine file or the package.
     flavour
         Flavour of the FMUs.
     progress
-        Called with the title of the part under way, the parts done, and their number.
+        Called with the title of the current part, the number of finished parts, and their total.
 
     Raises
     ------
     ValueError
-        If the machine file, a file of criteria or a name is wrong. A part that fails is no exception: it is not
-        answered, with a reason.
+        If the machine file, a file of criteria or a name is wrong. A failed part raises no exception but is reported
+        with a reason.
+
+    Examples
+    --------
+    >>> part = assess("turbo_expander", only=["free_modes"]).parts[0]
+    >>> [mode.where for mode in part.answer.measured]
+    ['mode 1, 558 Hz', 'mode 2, 1439 Hz', 'mode 3, 2254 Hz']
     """
     file = machine if isinstance(machine, MachineFile) else load_machine(machine)
     requested = load_criteria(criteria or file.criteria)
-    unknown = [name for name in only if name not in PARTS]
+    unknown = [name for name in only if name not in ANALYSES]
     if unknown:
-        raise ValueError(f"no part {unknown[0]!r}; {suggest(unknown[0], PARTS)}")
+        raise ValueError(f"no part {unknown[0]!r}; {suggest(unknown[0], ANALYSES)}")
     subject = check_machine(file, flavour)
-    chosen = [name for name in PARTS if not only or name in only]
+    chosen = chosen_parts(file, only)
     parts = []
     for done, name in enumerate(chosen):
-        module = import_module(f"amb_cosim.assessment.parts.{name}")
+        part = ANALYSES[name]
         if progress is not None:
-            progress(module.TITLE, done, len(chosen))
-        parts.append(_answered(name, module.TITLE, module.answer, subject, requested))
+            progress(part.TITLE, done, len(chosen))
+        parts.append(_answered(name, part.TITLE, part.answer, subject, requested))
     return Assessment(file, subject.facts, requested, tuple(parts))
 
 
+def chosen_parts(file: MachineFile, only: Sequence[str] = ()) -> list[str]:
+    """Return the names of the parts in `only`, or of all parts that concern the machine, in the order of the page."""
+    needless = () if file.thrust_bearing is not None else ("axial",)
+    return [name for name in ANALYSES if (name in only if only else name not in needless)]
+
+
 def check_machine(file: MachineFile, flavour: Flavour = "native") -> Subject:
-    """Return the machine of a file, after a look at everything that all parts need.
+    """Return the machine of a file, after checking everything that all parts need.
 
     Raises
     ------
     ValueError
-        If its components do not fit, it has less than two magnetic bearings under a controller, or a stage is at no
-        part of the rotor.
+        If its components do not match, it has fewer than two magnetic bearings under a controller, a stage or the
+        thrust bearing is not at a part of the rotor, or the controller of the latter is wrong.
     """
-    subject = Subject(file, flavour)
+    subject = subject_of(file, flavour)
     _ = subject.loop.axes, subject.facts
     for stage in file.stages:
         subject.node_of(stage.at)
+    if file.thrust_bearing is not None:
+        _ = subject.node_of(file.thrust_bearing.at), file.thrust_bearing.law
     if len(subject.magnets) < 2:
         count = f"{len(subject.magnets)} magnetic bearings under a controller"
-        raise ValueError(f"machine {file.name} has {count}; an assessment takes two or more")
+        raise ValueError(f"machine {file.name} has {count}; an assessment requires two or more")
     return subject
 
 
 def _answered(
-    name: str, title: str, ask: Callable[[Subject], PartResult], subject: Subject, criteria: tuple[Criterion, ...]
-) -> AssessmentPart:
+    name: str, title: str, ask: Callable[[Subject], AnalysisResult], subject: Subject, criteria: tuple[Criterion, ...]
+) -> Analysis:
     begin = time.perf_counter()
     try:
         if name in OF_CLEARANCES and not subject.clearances:
-            raise ValueError(f"rotor {subject.rotor.name} has no [[sites]]: where it can touch is not known")
+            raise ValueError(f"rotor {subject.rotor.name} has no [[sites]], so its possible contacts are unknown")
         answer = ask(subject)
         findings = tuple(judge(answer.measured, criteria, subject.facts))
     except (ValueError, LookupError, ArithmeticError, RuntimeError, StartFailed, FmuError, ProcessFailed) as error:
         reason = str(error) or type(error).__name__
-        return AssessmentPart(name, title, PartResult(), (), reason, time.perf_counter() - begin)
-    return AssessmentPart(name, title, answer, findings, "", time.perf_counter() - begin)
+        return Analysis(name, title, AnalysisResult(), (), reason, time.perf_counter() - begin)
+    return Analysis(name, title, answer, findings, "", time.perf_counter() - begin)
 
 
-def _part_data(part: AssessmentPart) -> dict[str, Any]:
+def _part_data(part: Analysis) -> dict[str, Any]:
     return {
         "title": part.title,
         "not_answered_because": part.reason or None,
@@ -189,26 +220,26 @@ def _part_data(part: AssessmentPart) -> dict[str, Any]:
     }
 
 
-def _table_data(one: PartTable) -> dict[str, Any]:
-    return {"title": one.title, "heads": list(one.heads), "rows": [list(row) for row in one.rows]}
+def _table_data(table: ResultTable) -> dict[str, Any]:
+    return {"title": table.title, "heads": list(table.heads), "rows": [list(row) for row in table.rows]}
 
 
-def _finding_data(one: Finding) -> dict[str, Any]:
+def _finding_data(table: Finding) -> dict[str, Any]:
     data: dict[str, Any] = {
-        "quantity": one.measured.quantity,
-        "where": one.measured.where,
-        "value": one.measured.value,
-        "unit": one.measured.unit,
-        "facts": dict(one.measured.facts),
-        "note": one.measured.note,
-        "verdict": one.verdict.value,
+        "quantity": table.measured.quantity,
+        "where": table.measured.where,
+        "value": table.measured.value,
+        "unit": table.measured.unit,
+        "facts": dict(table.measured.facts),
+        "note": table.measured.note,
+        "verdict": table.verdict.value,
     }
-    if one.criterion is not None:
+    if table.criterion is not None:
         data |= {
-            "limit": one.limit,
-            "zone": one.zone or None,
-            "reason": one.reason or None,
-            "advice": one.advice or None,
-            "criterion": one.criterion.model_dump(mode="json"),
+            "limit": table.limit,
+            "zone": table.zone or None,
+            "reason": table.reason or None,
+            "advice": table.advice or None,
+            "criterion": table.criterion.model_dump(mode="json"),
         }
     return data

@@ -1,4 +1,4 @@
-"""Criteria as data: what a standard or a user asks of a quantity, where that is from, and whether it was read there."""
+"""Criteria as data: requirements of a standard or a user on a quantity, with source and its reliability."""
 
 from __future__ import annotations
 
@@ -14,39 +14,39 @@ from amb_files.packs import files_of
 from amb_files.suggestions import suggest
 from amb_files.toml import read_toml, validate
 
-Known = Literal["read", "secondary", "recalled", "own", "missing"]
-KNOWN: Mapping[Known, str] = {
+Reading = Literal["read", "secondary", "recalled", "own", "missing"]
+READINGS: Mapping[Reading, str] = {
     "read": "read in the standard",
     "secondary": "from a secondary source; the standard itself was not read",
     "recalled": "recalled; no source was read",
     "own": "own criterion",
-    "missing": "its limits are not known; no source could be read",
+    "missing": "its limits are unknown; no source was found",
 }
 
 
 class Criterion(Table):
-    """One demand on a quantity.
+    """A demand on a quantity.
 
     key, clause, what
         Name; clause of the standard; the demand in the project's words.
     quantity, unit
-        What it is asked of, as the parts of an assessment name it, and the unit of its limits.
+        Judged quantity, by its name in the parts of an assessment, and the unit of its limits.
     relation
         Whether the quantity must be `below` or `above` the limit.
     limit
-        Formula of the limit, of the machine's and the quantity's own variables.
+        Formula of the limit, in variables of the machine and the quantity.
     zones, accepted
-        In place of a limit: upper limits of zones by name, ascending, and the last that is accepted. What is above all
-        of them is in the zone `beyond`.
+        In place of a limit: upper limits of zones by name, ascending, and the last accepted zone. Values above all of
+        them are in the zone `beyond`.
     beyond
         Name of the zone above all others.
     when
-        Formula of the cases in which it is asked; always without.
+        Formula of the cases to which it applies; all by default.
     source, known
-        Where the number is from, and whether it was read there. A criterion of which no source was found is `missing`:
-        it has no limit, and what it is asked of is told beside it.
+        Source of the number, and its reliability. A criterion without a source is `missing`: it has no limit, and the
+        quantity is reported without a verdict.
     advice
-        What to do where it is missed.
+        Advice if it is missed.
     """
 
     key: str = Field(pattern=r"^[a-z0-9_]+$")
@@ -61,7 +61,7 @@ class Criterion(Table):
     beyond: str = ""
     when: str = ""
     source: str
-    known: Known
+    known: Reading
     advice: str = ""
     standard: str = ""
     edition: str = ""
@@ -70,7 +70,7 @@ class Criterion(Table):
     def _is_complete(self) -> Criterion:
         if self.known == "missing":
             if self.limit or self.zones:
-                raise ValueError(f"criterion {self.key} is missing, and has limits; say where they are from")
+                raise ValueError(f"criterion {self.key} is missing but has limits; state their source")
         elif bool(self.limit) == bool(self.zones):
             raise ValueError(f"criterion {self.key} needs either limit or zones")
         if self.zones and (self.accepted not in self.zones or not self.beyond):
@@ -85,11 +85,11 @@ class Criterion(Table):
 
     @property
     def where(self) -> str:
-        """Standard, edition and clause in one text."""
+        """Standard, edition and clause in a single text."""
         return ", ".join(filter(None, (f"{self.standard} {self.edition}".strip(), self.clause)))
 
     def applies(self, facts: Mapping[str, float]) -> bool:
-        """Return whether it is asked in a case with these variables."""
+        """Return whether it applies to a case with these variables."""
         return not self.when or bool(evaluate(self.when, facts))
 
     def limit_of(self, facts: Mapping[str, float]) -> float:
@@ -103,7 +103,7 @@ class Criterion(Table):
         return next((name for name, upper in self.zones.items() if value < upper), self.beyond)
 
     def is_met(self, value: float, facts: Mapping[str, float]) -> bool:
-        """Return whether a value meets it; a zone ends below its limit, a limit itself is allowed."""
+        """Return whether a value meets it; a zone excludes its limit, a limit itself is allowed."""
         limit = self.limit_of(facts)
         if self.zones:
             return value < limit
@@ -111,7 +111,7 @@ class Criterion(Table):
 
 
 class CriteriaFile(Table):
-    """A file of criteria: of one standard and edition, or of a user's own."""
+    """A file of criteria: of a standard and edition, or of a user."""
 
     standard: str
     edition: str = ""
@@ -128,7 +128,7 @@ class CriteriaFile(Table):
 
 
 def check_formulas(criteria: Sequence[Criterion], facts: Mapping[str, float]) -> None:
-    """Evaluate each formula that the machine's own variables decide.
+    """Evaluate each formula that depends only on the machine's variables.
 
     Raises
     ------
@@ -145,17 +145,17 @@ def check_formulas(criteria: Sequence[Criterion], facts: Mapping[str, float]) ->
 
 
 def packaged_criteria() -> dict[str, Path]:
-    """Return the files of criteria that come with this package and with packs, by name."""
+    """Return the files of criteria of this package and of packs, by name."""
     return files_of("criteria", amb_cosim=Path(__file__).parent)
 
 
 def load_criteria(sources: Sequence[str | Path] = ()) -> tuple[Criterion, ...]:
-    """Return criteria of files, each a name or a path; without any, those that come with the package and with packs.
+    """Return criteria of files, each a name or a path; by default those of the package and of packs.
 
     Raises
     ------
     ValueError
-        If there is no such file or it is wrong; one line for each mistake.
+        If there is no such file or it is invalid; a line for each mistake.
     """
     return tuple(item for source in (sources or packaged_criteria()) for item in _of_file(source))
 

@@ -1,6 +1,6 @@
 """Undamped critical speeds of a rotor on springs, and antinodes of their shapes.
 
-A synchronous forward whirl r exp(i Omega t) of the undamped rotor, with G_1 its polar inertias in one plane:
+A synchronous forward whirl r exp(i Omega t) of the undamped rotor, with G_1 its polar inertias in a single plane:
 
     (K + sum k_b e_b e_b^T) phi = Omega^2 (M - G_1) phi                                           (1)
 
@@ -15,7 +15,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from fmi_export.model import Array
+from array_types import Array
 from rotor_analysis.assembly import Matrices
 
 
@@ -29,7 +29,7 @@ def critical_speeds(free: Matrices, springs: Mapping[int, float], count: int) ->
     springs
         Stiffness (N/m), above 0, by node; two nodes or more.
     count
-        How many.
+        Number of critical speeds.
 
     Returns
     -------
@@ -39,7 +39,7 @@ def critical_speeds(free: Matrices, springs: Mapping[int, float], count: int) ->
     Raises
     ------
     ValueError
-        If the springs do not hold the rotor.
+        If the springs do not support the rotor.
     """
     from scipy.linalg import eigh
 
@@ -59,7 +59,7 @@ def critical_speeds(free: Matrices, springs: Mapping[int, float], count: int) ->
 
 
 def antinodes(shape: Array) -> list[tuple[int, slice]]:
-    """Return for each lobe of a shape, between its zeros, the place where it is largest and the places it spans."""
+    """Return for each lobe of a shape, between its zeros, the position of its maximum and the positions it spans."""
     signs = np.sign(shape)
     edges = [0, *(k + 1 for k in range(len(shape) - 1) if signs[k] * signs[k + 1] < 0.0), len(shape)]
     spans = [slice(a, b) for a, b in pairwise(edges)]

@@ -1,4 +1,4 @@
-"""What a machine file describes, as text."""
+"""Description of a machine file as text."""
 
 from __future__ import annotations
 
@@ -9,11 +9,14 @@ from scipy.constants import mu_0
 
 from amb_actuator.force import static_pull
 from amb_cosim.assessment.criteria import Criterion
+from amb_cosim.assessment.retainer_bearings import DATA_HEADS, TITLE, check_sites
 from amb_cosim.assessment.subject import Subject, rpm
+from amb_cosim.assessment.thrust_bearing import DATA_HEADS as DATA_OF_THRUST
 from amb_cosim.design.magnetic_bearing import current_range, linearisation, operating_constants
-from amb_cosim.presentation.text_tables import TextPart, labelled_table
-from amb_cosim.results.places import ACTUATOR, PLANT
-from fmi_export.model import Array
+from amb_cosim.presentation.text_tables import TextBlock, labelled_table
+from amb_cosim.results.component_names import ACTUATOR, PLANT
+from amb_cosim.scenario.gravity import STANDARD_GRAVITY
+from array_types import Array
 from rotor_analysis.static_load import carried_masses
 
 MAGNET_HEADS = (
@@ -30,7 +33,7 @@ MAGNET_HEADS = (
 LEAKAGE = 4.0
 
 
-def description(subject: Subject, criteria: Sequence[Criterion]) -> list[TextPart]:
+def description(subject: Subject, criteria: Sequence[Criterion]) -> list[TextBlock]:
     """Return tables of bearings, sensors, retainers and stages of a machine, and lines on its speeds and criteria."""
     rotor, z, speed = subject.rotor, subject.z, subject.file.speed
     carried = carried_masses(rotor)
@@ -47,10 +50,10 @@ def description(subject: Subject, criteria: Sequence[Criterion]) -> list[TextPar
     sensors = labelled_table("Sensors", "plane", "z (mm)")
     for name, node in subject.probes.items():
         sensors.add_row(name, f"{1e3 * z[node - 1]:.1f}")
-    sites = labelled_table("Places that the rotor can touch", "place", "z (mm)", "radial clearance (mm)")
+    sites = labelled_table("Contact sites", "place", "z (mm)", "radial clearance (mm)")
     for name, (node, clearance) in subject.clearances.items():
         sites.add_row(name, f"{1e3 * z[node - 1]:.1f}", f"{1e3 * clearance:.4g}")
-    stages = labelled_table("Stages that drive whirl", "at", "anticipated (MN/m)")
+    stages = labelled_table("Stages with cross coupling", "at", "anticipated (MN/m)")
     for stage in subject.file.stages:
         stages.add_row(stage.at, f"{1e-6 * stage.anticipated(speed.highest):.4g}")
     seals = labelled_table(
@@ -59,24 +62,34 @@ def description(subject: Subject, criteria: Sequence[Criterion]) -> list[TextPar
     for seal in rotor.seals:
         tensors = (scale * of for scale, of in zip((1e-6, 1e-3, 1.0), seal.at(speed.highest), strict=True))
         seals.add_row(seal.name, f"{1e3 * z[seal.node - 1]:.1f}", *(_tensor(item) for item in tensors))
+    check_sites(subject.file.retainer_bearings, subject.clearances)
+    balls = labelled_table(f"{TITLE}, under an equal share of the weight", "retainer", *DATA_HEADS)
+    for item in subject.file.retainer_bearings:
+        balls.add_row(*item.data(STANDARD_GRAVITY * rotor.mass / len(subject.file.retainer_bearings)))
+    axial = labelled_table("Thrust bearing", "at", *DATA_OF_THRUST)
+    if subject.file.thrust_bearing is not None:
+        weight = subject.file.axial_gravity * rotor.mass
+        axial.add_row(subject.file.thrust_bearing.at, *subject.file.thrust_bearing.data(weight))
     facts = (
         f"{subject.file.name}: {rotor.mass:.4g} kg, {rpm(speed.lowest):.0f} to {rpm(speed.highest):.0f} 1/min, trip at "
         f"{rpm(speed.tripping):.0f} 1/min, G {1e3 * subject.file.balancing.speed:g}, "
         f"sampled every {subject.loop.sample_time:g} s"
     )
     unread = sum(item.known != "read" and item.known != "own" for item in criteria)
-    message = f"{len(criteria)} criteria, {unread} of them of standards that nobody read"
+    message = f"{len(criteria)} criteria, {unread} of them written without access to the standard"
     if not subject.parameters[PLANT]["gravity"]:
-        message += "; the machine has no gravity, without which nothing lands"
-    tables: list[TextPart] = [facts, bearings, magnets, *doubts, sensors, sites]
+        message += "; the machine has no gravity, so nothing lands"
+    tables: list[TextBlock] = [facts, bearings, magnets, *doubts, sensors, sites]
+    tables += [axial] if subject.file.thrust_bearing is not None else []
+    tables += [balls] if subject.file.retainer_bearings else []
     return [*tables, *([seals] if rotor.seals else []), *([stages] if subject.file.stages else []), message]
 
 
 def magnet_numbers(p: np.record, law: int) -> tuple[float, ...]:
-    """Return gap (mm), currents of the upper and the lower coils (A), force without and with all control current (N),
-    K_s (MN/m), K_i (N/A), and inductance as given and by the gap (mH).
+    """Return gap (mm), coil currents (A), forces (N), K_s (MN/m), K_i (N/A), and inductances (mH).
 
-    L = 2 mu_0 N^2 A/s_0 of a coil pair with N turns a pole, without leakage and iron.
+    Coils are the upper and the lower; forces are without and with all control current; inductances are of the file and
+    of the gap, L = 2 mu_0 N^2 A/s_0 of a coil pair with N turns per pole, without leakage and iron.
 
     Parameters
     ----------
@@ -91,14 +104,14 @@ def magnet_numbers(p: np.record, law: int) -> tuple[float, ...]:
     return tuple(map(float, numbers))
 
 
-def inductance_doubt(axis: str, given: float, of_gap: float) -> list[str]:
-    """Return a line where an inductance is not that of its gap within a factor of LEAKAGE, and none elsewhere.
+def inductance_doubt(axis: str, value: float, of_gap: float) -> list[str]:
+    """Return a line for each inductance that differs from that of its gap by more than a factor of LEAKAGE.
 
-    Leakage and the iron's path change it by less; a unit that was left out, or another magnet, by more.
+    Leakage and the iron's path change it by less; an omitted unit, or another magnet, by more.
     """
-    if of_gap / LEAKAGE <= given <= of_gap * LEAKAGE:
+    if of_gap / LEAKAGE <= value <= of_gap * LEAKAGE:
         return []
-    message = f"inductance_{axis[-1]} = {given:.4g} mH, where turns, area and gap give {of_gap:.4g} mH: check its unit"
+    message = f"inductance_{axis[-1]} = {value:.4g} mH, but turns, area and gap give {of_gap:.4g} mH: check its unit"
     return [f"{axis}: {message}"]
 
 

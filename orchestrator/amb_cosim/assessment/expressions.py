@@ -41,7 +41,7 @@ def names_in(formula: str) -> set[str]:
     Raises
     ------
     ValueError
-        If it is no formula.
+        If it is not a formula.
     """
     return {node.id for node in ast.walk(_parsed(formula)) if isinstance(node, ast.Name)} - {*FUNCTIONS}
 
@@ -61,7 +61,7 @@ def evaluate(formula: str, values: Mapping[str, float]) -> float:
     Raises
     ------
     ValueError
-        If it is no formula, names what there is not, or has no finite value.
+        If it is not a formula, has an unknown name, or has no finite value.
     """
     try:
         value = _value(_parsed(formula).body, values)
@@ -80,7 +80,7 @@ def _parsed(formula: str) -> ast.Expression:
     try:
         return ast.parse(formula.strip(), mode="eval")
     except (SyntaxError, RecursionError, MemoryError) as error:
-        raise ValueError(f"{formula!r} is no formula") from error
+        raise ValueError(f"{formula!r} is not a formula") from error
 
 
 def _value(node: ast.AST, values: Mapping[str, float]) -> Any:
@@ -119,6 +119,6 @@ def _power(base: float, exponent: float) -> float:
     if not abs(exponent) <= LARGEST_POWER:
         raise ValueError(f"a power beyond {LARGEST_POWER:g} is not allowed")
     if base < 0.0 and not exponent.is_integer():
-        raise ValueError(f"{base:g} ** {exponent:g} is no real number")
+        raise ValueError(f"{base:g} ** {exponent:g} is not a real number")
     power: float = base**exponent
     return power

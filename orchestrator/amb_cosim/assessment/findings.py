@@ -1,4 +1,4 @@
-"""What was computed of a machine, and the verdict on it."""
+"""Computed quantities of a machine, and the verdicts on them."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from amb_cosim.reporting.panels import Panel
 
 
 class Judgement(StrEnum):
-    """What became of a question."""
+    """Verdict on a quantity or an analysis."""
 
     MET = "met"
     MISSED = "missed"
@@ -25,13 +25,13 @@ class Quantity:
     """A quantity of the machine.
 
     quantity, where
-        Its name, as criteria have it, and place, axis, mode or speed.
+        Its name in criteria, and place, axis, mode or speed.
     value, unit
         Number and unit.
     facts
-        Variables of its own that formulas of criteria may name.
+        Its variables for formulas of criteria.
     note
-        What a reader must know of it.
+        Note for the reader.
     """
 
     quantity: str
@@ -43,8 +43,8 @@ class Quantity:
 
 
 @dataclass(frozen=True)
-class PartTable:
-    """A table of a part: title, heads, and rows of texts."""
+class ResultTable:
+    """A table of an analysis: title, heads, and rows of texts."""
 
     title: str
     heads: tuple[str, ...]
@@ -52,12 +52,12 @@ class PartTable:
 
 
 @dataclass(frozen=True)
-class PartResult:
-    """What a part found: quantities, plots, tables, and what a reader must know."""
+class AnalysisResult:
+    """Results of an analysis: quantities, plots, tables, and notes."""
 
     measured: tuple[Quantity, ...] = ()
     panels: tuple[Panel, ...] = ()
-    tables: tuple[PartTable, ...] = ()
+    tables: tuple[ResultTable, ...] = ()
     notes: tuple[str, ...] = ()
 
 
@@ -66,11 +66,11 @@ class Finding:
     """A verdict on a quantity.
 
     measured, criterion
-        What was computed, and what is asked of it, if anything is.
+        The computed quantity, and its criterion, if any.
     verdict, limit, zone
-        The verdict, the limit it rests on, and the zone where the criterion has zones.
+        The verdict, its limit, and the zone if the criterion has zones.
     reason
-        Why there is none.
+        Reason for a missing verdict.
     """
 
     measured: Quantity
@@ -82,12 +82,12 @@ class Finding:
 
     @property
     def advice(self) -> str:
-        """What to do, where a criterion is missed."""
+        """Advice for a missed criterion."""
         return self.criterion.advice if self.criterion is not None and self.verdict is Judgement.MISSED else ""
 
     @property
     def limit_text(self) -> str:
-        """The limit with relation and unit, or the zones that are accepted."""
+        """The limit with relation and unit, or the accepted zones."""
         if self.criterion is None or self.limit is None:
             return "–"
         number = _with_unit(self.limit, self.criterion.unit)
@@ -97,7 +97,7 @@ class Finding:
 
     @property
     def value_text(self) -> str:
-        """The value with unit and zone, in as many digits as tell it from a limit that it misses."""
+        """The value with unit and zone, with enough digits to distinguish it from a missed limit."""
         value, unit, limit = self.measured.value, self.measured.unit, self.limit
         number = number_text(value)
         if self.verdict is Judgement.MISSED and limit is not None and number == number_text(limit):
@@ -111,38 +111,38 @@ def _with_unit(value: float, unit: str) -> str:
 
 
 def judge(measured: Sequence[Quantity], criteria: Sequence[Criterion], machine: Mapping[str, float]) -> list[Finding]:
-    """Return the verdicts on quantities, criterion by criterion, and after these what no criterion asks for.
+    """Return the verdicts on quantities, criterion by criterion, and then the quantities without a criterion.
 
     Parameters
     ----------
     measured
-        What was computed.
+        Computed quantities.
     criteria
-        What is asked.
+        Criteria.
     machine
-        Variables of the machine that formulas may name.
+        Variables of the machine for formulas.
     """
     result: list[Finding] = []
-    for one in measured:
-        facts = {**machine, **one.facts}
-        requested = [criterion for criterion in criteria if criterion.quantity == one.quantity]
-        judged = [verdict for criterion in requested if (verdict := _judged(one, criterion, facts)) is not None]
-        result += judged or [Finding(one, None, Judgement.NOT_JUDGED)]
+    for item in measured:
+        facts = {**machine, **item.facts}
+        requested = [criterion for criterion in criteria if criterion.quantity == item.quantity]
+        judged = [verdict for criterion in requested if (verdict := _judged(item, criterion, facts)) is not None]
+        result += judged or [Finding(item, None, Judgement.NOT_JUDGED)]
     order = {criterion.key: k for k, criterion in enumerate(criteria)}
-    return sorted(result, key=lambda one: len(order) if one.criterion is None else order[one.criterion.key])
+    return sorted(result, key=lambda item: len(order) if item.criterion is None else order[item.criterion.key])
 
 
-def _judged(one: Quantity, criterion: Criterion, facts: Mapping[str, float]) -> Finding | None:
+def _judged(item: Quantity, criterion: Criterion, facts: Mapping[str, float]) -> Finding | None:
     try:
         if not criterion.applies(facts):
             return None
         if criterion.known == "missing":
-            return Finding(one, criterion, Judgement.NOT_JUDGED, reason="No source of its limits could be read")
+            return Finding(item, criterion, Judgement.NOT_JUDGED, reason="No source for its limits was found")
         limit = criterion.limit_of(facts)
-        verdict = Judgement.MET if criterion.is_met(one.value, facts) else Judgement.MISSED
+        verdict = Judgement.MET if criterion.is_met(item.value, facts) else Judgement.MISSED
     except ValueError as error:
-        return Finding(one, criterion, Judgement.UNANSWERED, reason=str(error))
-    if criterion.unit != one.unit:
-        reason = f"the criterion is in {criterion.unit or '1'}, the quantity in {one.unit or '1'}"
-        return Finding(one, criterion, Judgement.UNANSWERED, reason=reason)
-    return Finding(one, criterion, verdict, limit, criterion.zone_of(one.value))
+        return Finding(item, criterion, Judgement.UNANSWERED, reason=str(error))
+    if criterion.unit != item.unit:
+        reason = f"the criterion is in {criterion.unit or '1'}, the quantity in {item.unit or '1'}"
+        return Finding(item, criterion, Judgement.UNANSWERED, reason=reason)
+    return Finding(item, criterion, verdict, limit, criterion.zone_of(item.value))

@@ -1,21 +1,23 @@
-"""The form of a machine file, which names a machine's parts, its speeds and its loads, and reads one.
+"""The format of a machine file, which names a machine's parts, speeds and loads, and its reader.
 
-A machine file refers to what is described elsewhere: a rotor file with bearings, retainers, sensors and seals, a
-controller file, the parameters of the components as a scenario has them, or a scenario whose machine it is.
+A machine file refers to other files: a rotor file with bearings, retainers, sensors and seals, a controller file,
+parameters of components as in a scenario, or a scenario that defines the machine.
 """
 
 from __future__ import annotations
 
+import math
 import re
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-import numpy as np
 from pydantic import Field, model_validator
 
+from amb_cosim.assessment.retainer_bearings import RetainerBearing
+from amb_cosim.assessment.thrust_bearing import ThrustBearing
 from amb_cosim.cosim.system.tables import Table, Value, Values
 from amb_cosim.cosim.system.values import RPM, Raw, quantity
-from amb_cosim.results.places import CONTROLLER
+from amb_cosim.results.component_names import CONTROLLER
 from amb_cosim.scenario.file import overlaid, read_scenario, with_paths
 from amb_cosim.scenario.scenario import Scenario, make_scenario
 from amb_files.packs import files_of
@@ -24,15 +26,14 @@ from amb_files.toml import read_toml, validate
 from rotor_analysis.parts import AtSpeed, Bearing
 
 HIGHEST = 1e5  # rad/s
-WHIRL = np.array([[0.0, 1.0], [-1.0, 0.0]])  # a stiffness Q WHIRL with Q > 0 drives forward whirl
 GRADE = re.compile(r"G ?(\d+(?:\.\d+)?)")  # as ISO 21940-11 writes it, in mm/s
 
 OF_MACHINE = ("system", "rotor", "gravity", "gravity_angle", "communication_step", "fmu", "parameters")
-KEPT = (*OF_MACHINE, "gradient", "inputs")  # of the scenario whose machine it is
+OF_SCENARIO = (*OF_MACHINE, "gradient", "inputs")  # of the scenario whose machine it is
 
 
 class Speeds(Table):
-    """Speeds of the machine: least and largest in operation, and that at which it trips, 1.05 times maximum without."""
+    """Speeds of the machine: smallest and largest in operation, and the trip speed (default: 1.05 times maximum)."""
 
     minimum: Value
     maximum: Value
@@ -49,12 +50,12 @@ class Speeds(Table):
 
     @property
     def lowest(self) -> float:
-        """Least speed in operation (rad/s)."""
+        """Lowest operating speed (rad/s)."""
         return quantity(self.minimum, "rad/s", "speed.minimum")
 
     @property
     def highest(self) -> float:
-        """Largest speed in operation (rad/s)."""
+        """Highest operating speed (rad/s)."""
         return quantity(self.maximum, "rad/s", "speed.maximum")
 
     @property
@@ -81,16 +82,16 @@ class Balancing(Table):
 
 
 class CompressorStage(Table):
-    """A stage that drives whirl: the part of the rotor that it acts `at`, and either its data or its coupling.
+    """A stage that drives whirl: the rotor part that it acts `at`, and either its data or its coupling.
 
     kind, power, diameter, width, density_ratio
-        Centrifugal or axial; power, impeller's or pitch diameter, least width of diffuser or impeller, or height of
-        blades; density of discharge over that of suction, of a centrifugal stage.
+        Centrifugal or axial; power, impeller's or pitch diameter, smallest width of diffuser or impeller, or height of
+        blades; ratio of discharge to suction density of a centrifugal stage.
     cross_coupling
         Anticipated cross-coupled stiffness in their place.
     real
-        By a better calculation, for level II: cross-coupled stiffness, or stiffness, damping and mass at speeds, as
-        of a seal in a rotor file; the anticipated coupling without.
+        Result of a better calculation, for level II: cross-coupled stiffness, or stiffness, damping and mass over
+        speed, as for a seal in a rotor file; by default the anticipated coupling.
     """
 
     at: str
@@ -114,7 +115,7 @@ class CompressorStage(Table):
         """Return the anticipated cross-coupled stiffness (N/m) at a speed (rad/s).
 
         Q_a = P B C (rho_d/rho_s)/(D H N), B = 3 and C = 9.55 for P in W, D and H in m, N in 1/min; axial: B = 1.5
-        without the densities (API 617, as ROSS's report of 2020 has it).
+        without the densities (API 617, cited from ROSS's report of 2020).
         """
         if self.cross_coupling is not None:
             return quantity(self.cross_coupling, "N/m", f"cross_coupling of stage at {self.at}")
@@ -136,7 +137,7 @@ class CompressorStage(Table):
         return quantity(self.real, "N/m", f"real of stage at {self.at}")
 
     def coefficients(self) -> Bearing | None:
-        """Return the coefficients for level II over speed, where there are any."""
+        """Return the coefficients for level II over speed, if any."""
         if not isinstance(self.real, tuple) or not self.real:
             return None
         if len(self.real) == 1:
@@ -146,7 +147,7 @@ class CompressorStage(Table):
 
 
 class Tolerances(Table):
-    """By how much constants may differ from their nominal values, as shares of these."""
+    """Tolerances of constants relative to their nominal values."""
 
     k_i: Annotated[float, Field(ge=0.0, lt=1.0)] = 0.1
     k_s: Annotated[float, Field(ge=0.0, lt=1.0)] = 0.15
@@ -158,21 +159,28 @@ class MachineFile(Table):
     """A machine: its parts, its speeds, its loads.
 
     name, description, source
-        What it is called; what it is; where the data are from.
+        Name, one-line description, and source of the data.
     scenario
-        Name or file of a scenario whose machine it is; what stands here comes in place of what is there.
+        Name or file of a scenario that defines the machine; fields of this file replace those of the scenario.
     rotor, controller
-        Rotor file; controller of blocks or arrays, or an FMU. Without a controller it is the PID of `rolac_controller`.
+        Rotor file; controller of blocks or arrays, or an FMU. By default the PID of `rolac_controller`.
     system, gravity, gravity_angle, communication_step, fmu, parameters
         As in a scenario: `parameters.amb_actuator` are magnets and amplifiers, `parameters.rotor_contact` retainers.
     speed, balancing, stages
-        Speeds in operation, balancing grade, stages that drive whirl.
+        Operating speeds, balancing grade, stages that drive whirl.
+    retainer_bearings
+        Ball bearings of retainers, whose balls a landing loads.
+    tilt
+        Angle of the shaft above the horizontal, with its end of largest z up: 90 deg for a vertical machine. Gravity
+        then has the component -g sin(tilt) along z, and g cos(tilt) across.
+    thrust_bearing
+        Axial magnetic bearing.
     up_to
-        Frequency up to which modes are asked for their damping; twice the trip speed by default.
+        Frequency up to which the damping of modes is judged; by default twice the trip speed.
     tolerances
-        For the worst case of its margins.
+        Tolerances for the worst case of its margins.
     criteria
-        Files of criteria; those that come with the package without.
+        Files of criteria; by default those of the package.
     """
 
     name: str = "machine"
@@ -190,6 +198,9 @@ class MachineFile(Table):
     speed: Speeds
     balancing: Balancing = Balancing()
     stages: tuple[CompressorStage, ...] = ()
+    retainer_bearings: tuple[RetainerBearing, ...] = ()
+    tilt: Value | None = None
+    thrust_bearing: ThrustBearing | None = None
     up_to: Value | None = None
     tolerances: Tolerances = Tolerances()
     criteria: tuple[str, ...] = ()
@@ -198,32 +209,55 @@ class MachineFile(Table):
     def _has_a_rotor(self) -> MachineFile:
         if not self.scenario and self.rotor is None:
             raise ValueError("a machine needs rotor, or scenario")
-        _ = self.highest_frequency, self.balancing.speed
+        _ = self.highest_frequency, self.balancing.speed, self.shaft_tilt
         return self
 
     @property
     def highest_frequency(self) -> float:
-        """Frequency up to which modes count (rad/s)."""
+        """Frequency up to which modes are judged (rad/s)."""
         if self.up_to is None:
             return 2.0 * self.speed.tripping
         return _positive(self.up_to, "rad/s", "up_to")
 
+    @property
+    def shaft_tilt(self) -> float:
+        """Angle of the shaft above the horizontal (rad)."""
+        if self.tilt is None:
+            return 0.0
+        value = quantity(self.tilt, "rad", "tilt")
+        if not abs(value) <= 0.5 * math.pi * (1.0 + 1e-9):
+            raise ValueError(f"tilt = {math.degrees(value):g} deg is not allowed; it must be >= -90 deg and <= 90 deg")
+        return value
+
+    @property
+    def axial_gravity(self) -> float:
+        """Gravity along z (m/s^2), -g sin(tilt)."""
+        raw = self._scenario_data().get("gravity")
+        return 0.0 if raw is None else 0.0 - quantity(raw, "m/s2", "gravity") * math.sin(self.shaft_tilt)
+
     def as_scenario(self, Omega: float, **fields: Any) -> Scenario:
         """Return a scenario of the machine at a speed (rad/s), a second without settling unless `fields` differ."""
-        base = read_scenario(self.scenario) if self.scenario else {}
-        data = {key: base[key] for key in KEPT if key in base}
-        local = self.model_dump(mode="json", exclude_unset=True, exclude_none=True, include={*OF_MACHINE})
-        data = overlaid(_without_motion(data), local)
+        data = self._scenario_data()
+        if self.tilt is not None and data.get("gravity") is not None:
+            across = math.cos(self.shaft_tilt)
+            data = overlaid(data, {"gravity": quantity(data["gravity"], "m/s2", "gravity") * max(across, 0.0)})
         if self.controller is not None:
             data = overlaid(data, {"fmu": {CONTROLLER: self.controller}})
         data = overlaid(data, {"inputs": {CONTROLLER: {"rolac_enable": False}}})
         data = overlaid(data, {"Omega": Omega, "settle_cycles": 0} | fields)
         return make_scenario(data if {"end_time", "end_cycle"} & {*data} else data | {"end_time": 1.0}, self.name)
 
+    def _scenario_data(self) -> dict[str, Any]:
+        """Return the data of its scenario, with what the file itself states."""
+        base = read_scenario(self.scenario) if self.scenario else {}
+        data = {key: base[key] for key in OF_SCENARIO if key in base}
+        local = self.model_dump(mode="json", exclude_unset=True, exclude_none=True, include={*OF_MACHINE})
+        return overlaid(_without_motion(data), local)
+
 
 def _without_motion(data: dict[str, Any]) -> dict[str, Any]:
     """Return a scenario's data without the loads of its rotor."""
-    from amb_cosim.results.places import PLANT
+    from amb_cosim.results.component_names import PLANT
 
     inputs = {component: of for component, of in data.get("inputs", {}).items() if component != PLANT}
     return {key: value for key, value in data.items() if key != "inputs"} | ({"inputs": inputs} if inputs else {})
@@ -242,12 +276,12 @@ def packaged_machines() -> dict[str, Path]:
 
 
 def load_machine(source: str | Path) -> MachineFile:
-    """Read a machine: the name of one of a pack, or a file. Paths in it are relative to it.
+    """Read a machine, by the name of a packaged machine or from a file. Paths in a file are relative to it.
 
     Raises
     ------
     ValueError
-        If there is none, or it is wrong; one line for each mistake.
+        If there is none, or it is invalid; a line for each mistake.
     """
     available = packaged_machines()
     path = available.get(str(source), Path(source))
@@ -255,10 +289,13 @@ def load_machine(source: str | Path) -> MachineFile:
         kind = "file" if str(source).endswith(".toml") else "machine"
         raise ValueError(f"no {kind} {str(source)!r}; {suggest(str(source), available)}")
     name = f"machine file {path}"
-    data = with_paths(read_toml(path, name), lambda given: str(path.parent / given))
+    data = with_paths(read_toml(path, name), lambda file: str(path.parent / file))
     for key in ("controller", "scenario"):
         if isinstance(data.get(key), str) and data[key] not in (files_of("scenarios") if key == "scenario" else ()):
             data[key] = str(path.parent / data[key])
+    axial = data.get("thrust_bearing")
+    if isinstance(axial, dict) and isinstance(axial.get("controller"), str):
+        data["thrust_bearing"] = axial | {"controller": str(path.parent / axial["controller"])}
     if isinstance(data.get("criteria"), list):
         from amb_cosim.assessment.criteria import packaged_criteria
 

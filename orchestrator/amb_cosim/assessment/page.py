@@ -1,4 +1,4 @@
-"""An assessment as one HTML page that needs no other file."""
+"""An assessment as one self-contained HTML page."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from importlib.metadata import version
 from pathlib import Path
 
 from amb_cosim.assessment.assess import Assessment
-from amb_cosim.assessment.criteria import KNOWN
+from amb_cosim.assessment.criteria import READINGS
 from amb_cosim.assessment.findings import Judgement
 from amb_cosim.presentation.templates import templates_of
 from amb_cosim.reporting.page_parts import asset, in_script, number_text, picture_url, plotly_script
@@ -20,25 +20,25 @@ from amb_files.atomic import write_atomically
 PAGE, DATA = "assessment.html", "assessment.json"
 
 
-def write_assessment(found: Assessment, folder: Path) -> Path:
-    """Write data and page into a folder, each complete or not at all, and return the path of the page."""
-    text, data = page(found), json.dumps(found.as_dict(), indent=1, allow_nan=False) + "\n"
+def write_assessment(assessment: Assessment, folder: Path) -> Path:
+    """Write data and page into a folder, each atomically, and return the path of the page."""
+    text, data = page(assessment), json.dumps(assessment.as_dict(), indent=1, allow_nan=False) + "\n"
     folder.mkdir(parents=True, exist_ok=True)
     write_atomically(folder / DATA, lambda file: file.write_text(data, encoding="utf-8"))
     write_atomically(folder / PAGE, lambda file: file.write_text(text, encoding="utf-8"))
     return folder / PAGE
 
 
-def page(found: Assessment) -> str:
+def page(assessment: Assessment) -> str:
     """Return the text of the page."""
     environment = templates_of("amb_cosim.assessment", "template")
-    environment.globals.update(badge=lambda verdict: verdict.name.lower(), number=number_text, known=KNOWN)
-    panels = {part.key: [panel.in_chosen_units() for panel in part.answer.panels] for part in found.parts}
+    environment.globals.update(badge=lambda verdict: verdict.name.lower(), number=number_text, known=READINGS)
+    panels = {part.key: [panel.in_chosen_units() for panel in part.answer.panels] for part in assessment.parts}
     return environment.get_template("assessment.html.j2").render(
-        found=found,
-        machine=found.machine,
+        assessment=assessment,
+        machine=assessment.machine,
         verdicts=list(Judgement),
-        counts=found.counts(),
+        counts=assessment.counts(),
         pictures={key: _picture(drawn) for key, drawn in panels.items()},
         version=version("amb-cosim"),
         date=datetime.now(UTC).strftime("%Y-%m-%d"),

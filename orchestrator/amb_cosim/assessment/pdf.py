@@ -1,4 +1,4 @@
-"""The page as PDF, printed by a browser where one is there."""
+"""The page as PDF, printed by a browser if available."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ PDF = "assessment.pdf"
 
 
 def browser() -> str | None:
-    """Return the path of a browser that can print, if there is one."""
+    """Return the path of a browser that can print, if any."""
     return next((path for name in BROWSERS if (path := shutil.which(name))), None)
 
 
 def print_page(page: Path) -> Path | None:
-    """Print a page beside itself as PDF and return its path; None without a browser, or where that fails."""
+    """Print a page as PDF next to it and return its path; None without a browser or if printing fails."""
     result = browser()
     if result is None:
         return None
@@ -29,7 +29,7 @@ def print_page(page: Path) -> Path | None:
         command = [result, *options, f"--print-to-pdf={path}", page.resolve().as_uri()]
         subprocess.run(command, check=True, capture_output=True, timeout=LONGEST)
         if not path.is_file():
-            raise OSError("the browser wrote nothing")
+            raise OSError("the browser wrote no file")
 
     try:
         write_atomically(page.with_name(PDF), printed)

@@ -1,4 +1,4 @@
-"""Co-simulations of a machine with unbalance, and how near the rotor comes to what it can touch."""
+"""Co-simulations of a machine with unbalance, and the rotor's distance to contact."""
 
 from __future__ import annotations
 
@@ -7,13 +7,14 @@ from typing import Any
 
 import numpy as np
 
-from amb_cosim.assessment.response import synchronous_response
+from amb_cosim.assessment.stages import co_simulated
 from amb_cosim.assessment.subject import Subject
 from amb_cosim.assessment.unbalance_cases import UnbalanceCase, unbalance_cases
-from amb_cosim.results.places import ACTUATOR, CONTROLLER, PLANT
+from amb_cosim.machine.response import synchronous_response
+from amb_cosim.results.component_names import ACTUATOR, CONTROLLER, PLANT
 from amb_cosim.results.result import Result
 from amb_cosim.scenario.simulation import prepare, run_prepared
-from fmi_export.model import Array
+from array_types import Array
 
 SETTLING = 20.0  # cycles
 FRICTION = 0.15  # of a landing that is followed
@@ -22,7 +23,7 @@ NOISY = {"chain.noise": True, "chain.adc": True, "chain.dac": True, "chain.filte
 
 
 def worst_case(subject: Subject, Omega: float) -> UnbalanceCase:
-    """Return the case of unbalance under which the probes move most at a speed (rad/s)."""
+    """Return the unbalance case with the largest probe displacement at a speed (rad/s)."""
     cases = unbalance_cases(subject)
     loads = [case.of(subject.unbalance_of_grade()) for case in cases]
     q = np.abs(synchronous_response(subject, np.array([Omega]), loads)[0]).max(axis=2)
@@ -31,13 +32,13 @@ def worst_case(subject: Subject, Omega: float) -> UnbalanceCase:
 
 
 def unbalance_inputs(subject: Subject, case: UnbalanceCase) -> dict[str, float]:
-    """Return the unbalance (kg m) of the balancing grade, and its phase (rad), at the rotor's own planes of unbalance.
+    """Return the unbalance (kg m) of the balancing grade, and its phase (rad), at the rotor's planes of unbalance.
 
-    Each part of the case is at the plane that is nearest to it; those of opposite sign that meet there subtract.
+    Each part of the case is moved to the nearest plane; parts of opposite sign there subtract.
     """
     discs = subject.rotor.discs
     if not discs:
-        raise ValueError(f"rotor {subject.rotor.name} has no plane of unbalance: give a body unbalance = true")
+        raise ValueError(f"rotor {subject.rotor.name} has no plane of unbalance; set unbalance = true for a body")
     sums = dict.fromkeys((disc.name for disc in discs), 0.0)
     for node, u in case.of(subject.unbalance_of_grade()).items():
         nearest = min(discs, key=lambda disc, at=node: abs(subject.z[disc.node - 1] - subject.z[at - 1]))  # type: ignore[misc]
@@ -49,7 +50,7 @@ def unbalance_inputs(subject: Subject, case: UnbalanceCase) -> dict[str, float]:
 def simulate(
     subject: Subject, Omega: float, inputs: Mapping[str, float] | None = None, *, real: bool = False, **fields: Any
 ) -> Result:
-    """Return the run of a machine from a speed (rad/s) on.
+    """Return the run of a machine, starting at a speed (rad/s).
 
     Parameters
     ----------
@@ -58,11 +59,11 @@ def simulate(
     Omega
         Speed at the beginning (rad/s).
     inputs
-        First inputs of the rotor, by name.
+        Initial inputs of the rotor, by name.
     real
-        Whether sensors are noisy and converters step, unless the machine says what its signal chain does.
+        Whether to use sensor noise and converter resolution, unless the machine defines its signal chain.
     fields
-        As of a scenario.
+        Fields of a scenario.
 
     Raises
     ------
@@ -76,7 +77,7 @@ def simulate(
     values: dict[str, Any] = {"settle_cycles": SETTLING, "parameters": parameters, **fields}
     if inputs:
         values["inputs"] = {PLANT: dict(inputs)}
-    scenario = subject.co_simulated.as_scenario(Omega, **values)
+    scenario = co_simulated(subject, Omega, **values)
     result = run_prepared(prepare(scenario, None, flavour=subject.flavour))
     if result.outcome.status == "interrupted":
         raise KeyboardInterrupt
@@ -86,7 +87,7 @@ def simulate(
 
 
 def clearance_used(subject: Subject, result: Result) -> dict[str, Array]:
-    """Return the displacement over the clearance at every place that the rotor can touch, from cycle 0 on, by place."""
+    """Return the displacement over the clearance at every contact site, from cycle 0 on, by site."""
     signals, matches = result.signals, {}
     displayed = np.asarray(signals["time"].values) >= 0.0
     for name, (_, clearance) in subject.clearances.items():
@@ -96,7 +97,7 @@ def clearance_used(subject: Subject, result: Result) -> dict[str, Array]:
 
 
 def switched_off(subject: Subject, cycle: float) -> dict[str, Any]:
-    """Return the fields of a scenario in which all amplifiers lose their power at a cycle: coils discharge."""
+    """Return the fields of a scenario in which all amplifiers lose their power at a cycle, and coils discharge."""
     local = subject.parameters[ACTUATOR]
     limits = {f"{b}.discharge_voltage_{a}": local[f"{b}.voltage_limit_{a}"] for b, a in subject.loop.axes}
     return {

@@ -1,4 +1,4 @@
-"""Where unbalance is placed for each mode, and how much."""
+"""Placement and amount of unbalance for each mode."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from amb_cosim.assessment.critical_speeds import critical_speeds, lobe_masses
-from amb_cosim.assessment.feedback import parallel_stiffness
 from amb_cosim.assessment.subject import Subject, rpm
-from fmi_export.model import Array
+from amb_cosim.machine.feedback import parallel_stiffness
+from array_types import Array
 
 MOST = 5  # modes
 BEYOND = 1.5  # of the trip speed, up to which the critical speed of a mode may be
@@ -18,16 +18,16 @@ SOFTEST = 0.02  # of the largest stiffness of a bearing, in place of less
 
 @dataclass(frozen=True)
 class UnbalanceCase:
-    """Unbalance that excites one mode.
+    """Unbalance that excites a mode.
 
     name
-        What it is called.
+        Its name.
     critical_speed
         Undamped critical speed of the mode (rad/s).
     shape
         Its shape at the nodes, the largest 1.
     shares
-        Share of the whole unbalance by node, with the sign of the shape: the mass of each lobe, at its antinode.
+        Share of the total unbalance by node, with the sign of the shape: the mass of each lobe, at its antinode.
     """
 
     name: str
@@ -36,14 +36,14 @@ class UnbalanceCase:
     shares: dict[int, float]
 
     def of(self, whole: float) -> dict[int, complex]:
-        """Return the unbalance (kg m) by node of a whole (kg m)."""
+        """Return the unbalance (kg m) by node for a total (kg m)."""
         return {node: complex(share * whole) for node, share in self.shares.items()}
 
 
 def unbalance_cases(subject: Subject) -> list[UnbalanceCase]:
-    """Return a case for each mode whose undamped critical speed is up to 1.5 times the trip speed; two at least.
+    """Return a case for each mode with an undamped critical speed up to 1.5 times the trip speed, at least two.
 
-    The shapes are those of the rotor on its bearings as stiff as they are at the largest speed.
+    The shapes are those of the rotor on its bearings with their stiffness at the largest speed.
     """
     speed = subject.file.speed
     stiffness = {name: float(k[0].real) for name, k in parallel_stiffness(subject, np.array([speed.highest])).items()}
@@ -64,7 +64,7 @@ def unbalance_cases(subject: Subject) -> list[UnbalanceCase]:
 
 
 def response_speeds(subject: Subject, points: int = 160) -> Array:
-    """Return speeds (rad/s) of a response, from 3 % of the largest to half above it, and those of operation."""
+    """Return the speeds (rad/s) of a response, from 3 % to 150 % of the largest, and those of operation."""
     speed = subject.file.speed
     swept = np.linspace(0.03, 1.5, points) * speed.highest
     return np.unique([*swept, speed.lowest, speed.highest, speed.tripping])

@@ -1,1 +1,1 @@
-"""The commands of `amb-cosim`, one file for each group of them."""
+"""The commands of `amb-cosim`, one file per group."""

@@ -12,25 +12,56 @@ import click
 from amb_cosim import studies
 from amb_cosim.commands.cli_errors import refusing
 from amb_cosim.commands.options import FLAVOUR, ROTOR, SETTINGS, SPEED, UNITS, Option, output
-from amb_cosim.commands.packs import OWN_PACKAGE, PACKAGES, PackCommands
+from amb_cosim.commands.packs import GENERAL, PACKAGES, PackCommands
 from amb_files.atomic import check_writable
 
 if TYPE_CHECKING:
     from amb_cosim.studies.result import DrawnResult
 
+
+def _renamed(_: click.Context, __: click.Parameter, texts: tuple[str, ...]) -> dict[str, str]:
+    pairs = [text.partition("=") for text in texts]
+    with refusing():
+        for name, sign, place in pairs:
+            if not (name and sign and place):
+                raise ValueError(f"--channel {name + sign + place} is not allowed; it must be NAME=PLACE")
+    return {name.strip(): place.strip() for name, _, place in pairs}
+
+
 MASS = click.option(
-    "--mass", type=click.Choice(["diagonal", "consistent"]), help="Mass matrix; by default as the rotor file says."
+    "--mass", type=click.Choice(["diagonal", "consistent"]), help="Mass matrix; default: that of the rotor file."
 )
 SCENARIO = click.argument("scenario", required=False)
-COUNT = click.option("--count", type=int, default=8, show_default=True, help="Number of modes, the lowest first.")
+COUNT = click.option("--count", type=int, default=8, show_default=True, help="Number of modes, lowest first.")
 UP_TO = click.option("--up-to", type=SPEED, default="628 rad/s", show_default=True, help="Highest spin speed.")
 UP_TO_50_HZ = click.option("--up-to", type=SPEED, default="50 Hz", show_default=True, help="Highest speed.")
 CONTROLLER = click.option(
-    "--controller", metavar="FILE", help="Controller file (TOML, .npz, .mat) or FMU in place of the scenario's."
+    "--controller", metavar="FILE", help="Controller file (TOML, .npz, .mat) or FMU to use instead."
 )
 CLOSED_BEARINGS = (
     click.option("--k-b", default="1e6 N/m", show_default=True, help="Net stiffness of the closed bearings."),
     click.option("--c-b", default="5000 N.s/m", show_default=True, help="Damping of the closed bearings."),
+)
+MEASURED = (
+    click.option("--measured", metavar="FILE", help="Measurement: .uff, .mat, .npz, .csv, or a result."),
+    click.option(
+        "--loop",
+        type=click.Choice(["free", "linear", "open", "closed"]),
+        help="Support of the rotor; default: closed, free for a rotor.",
+    ),
+    click.option("--input", "inputs", multiple=True, metavar="CHANNEL", help="Input, such as fan.f_x; repeatable."),
+    click.option("--response", "outputs", multiple=True, metavar="CHANNEL", help="Output, such as eye.x; repeatable."),
+    click.option(
+        "--channel",
+        "channels",
+        multiple=True,
+        callback=_renamed,
+        metavar="NAME=PLACE",
+        help="Place of a measured channel: acc1='0.12 m.x'.",
+    ),
+    click.option("--estimator", type=click.Choice(["H1", "H2"]), default="H1", show_default=True, help="Estimator."),
+    click.option("--segment", help="Length of a segment; default: 1/8 of the record."),
+    click.option("--window", default="hann", show_default=True, help="Window of a segment."),
 )
 
 
@@ -41,14 +72,14 @@ def study() -> None:
 
 study.sections = {
     "Rotor": ("campbell", "modes", "unbalance_response"),
-    "Bearings and control": ("linearisation", "receptance", "sensitivity", "poles"),
+    "Bearings and control": ("linearisation", "receptance", "response", "fit", "sensitivity", "poles"),
     "Contact": ("traps", "waterfall"),
     "Is a result right?": ("robustness", "convergence", "coupling"),
 }
 
 
 def add_study(name: str, *options: Option, shows_progress: bool = False) -> None:
-    """Add a study of `amb_cosim.studies.STUDIES` to the command line; modules `commands` of packs do so for theirs.
+    """Add a study of `amb_cosim.studies.STUDIES` to the command line; modules `commands` of packs do so, too.
 
     Parameters
     ----------
@@ -57,7 +88,7 @@ def add_study(name: str, *options: Option, shows_progress: bool = False) -> None
     options
         Options of the command. Their values are passed by keyword.
     shows_progress
-        Whether the study shows a progress bar of its own.
+        Whether the study shows its own progress bar.
     """
 
     described = studies.study_of(name)
@@ -84,7 +115,7 @@ def add_study(name: str, *options: Option, shows_progress: bool = False) -> None
     for add_option in (*always, *reversed(options)):
         decorated = add_option(decorated)
     added = study.command(name, help=described.description)(decorated)
-    PACKAGES[added] = described.module.partition(".")[0] or OWN_PACKAGE
+    PACKAGES[added] = described.module.partition(".")[0] or GENERAL
 
 
 add_study(
@@ -93,24 +124,31 @@ add_study(
     MASS,
     UP_TO,
     COUNT,
-    click.option("--speed", type=SPEED, help="Speed of the machine, which the figure marks."),
-    click.option("--full", is_flag=True, help="Analyse the full model, not the smallest one within 1e-5."),
+    click.option("--speed", type=SPEED, help="Speed of the machine, marked in the figure."),
+    click.option("--full", is_flag=True, help="Analyse the full model, not the smallest sufficient one."),
 )
 add_study(
     "modes",
     ROTOR,
     MASS,
-    click.option("--speeds", type=SPEED, default="0", show_default=True, help="Spin speeds; shapes are of the first."),
+    click.option(
+        "--speeds", type=SPEED, default="0", show_default=True, help="Spin speeds; mode shapes are drawn at the first."
+    ),
     COUNT,
 )
 add_study(
     "unbalance_response",
+    SCENARIO,
     ROTOR,
+    CONTROLLER,
     MASS,
-    UP_TO,
-    click.option("--unbalance", default="10 g.m", show_default=True, help="Unbalance."),
-    click.option("--node", type=int, help="Its node; the first disc by default."),
-    click.option("--clearance", help="Radial clearance everywhere; that of the rotor's sites by default."),
+    click.option("--up-to", type=SPEED, help="Highest speed; default: twice the scenario's, or 628 rad/s."),
+    click.option("--unbalance", help="Unbalance; default: the scenario's, or 10 g.m."),
+    click.option("--place", metavar="PART", help="Place of the unbalance; default: the first disc."),
+    click.option("--node", type=int, help="Node of the unbalance, instead of --place."),
+    click.option("--clearance", help="Radial clearance everywhere; default: that of each site."),
+    SETTINGS,
+    FLAVOUR,
 )
 add_study("coupling", SCENARIO, ROTOR, SETTINGS, FLAVOUR)
 add_study(
@@ -119,7 +157,11 @@ add_study(
     ROTOR,
     SETTINGS,
     click.option(
-        "--starts", type=int, default=4, show_default=True, help="Runs whose clearances differ by 1e-6; 50 if chaotic."
+        "--starts",
+        type=int,
+        default=4,
+        show_default=True,
+        help="Runs with clearances differing by 1e-6; 50 if chaotic.",
     ),
     FLAVOUR,
     shows_progress=True,
@@ -129,10 +171,10 @@ add_study(
     SCENARIO,
     ROTOR,
     CONTROLLER,
-    click.option("--speed", type=SPEED, help="Spin speed; that of the scenario by default."),
+    click.option("--speed", type=SPEED, help="Spin speed; default: that of the scenario."),
     click.option("--amplifier", is_flag=True, help="Amplifiers with bandwidth and voltage limit."),
     click.option("--delay", is_flag=True, help="Delay currents by one sample."),
-    click.option("--sample-time", help="Sample time of the controller; that of the scenario by default."),
+    click.option("--sample-time", help="Sample time of the controller; default: the scenario's."),
     SETTINGS,
     FLAVOUR,
 )
@@ -141,7 +183,7 @@ add_study(
     SCENARIO,
     ROTOR,
     CONTROLLER,
-    click.option("--up-to", type=SPEED, help="Highest spin speed; 1.5 times that of the scenario by default."),
+    click.option("--up-to", type=SPEED, help="Highest spin speed; default: 1.5 times the scenario's."),
     COUNT,
     SETTINGS,
     FLAVOUR,
@@ -151,11 +193,11 @@ add_study(
     SCENARIO,
     ROTOR,
     CONTROLLER,
-    click.option("--speed", type=SPEED, help="Spin speed of the machine; that of the scenario by default."),
-    click.option("--unbalance", help="Its unbalance; that at the end of the scenario by default."),
-    click.option("--place", metavar="DISC", help="Where the unbalance is; as in the scenario by default."),
-    click.option("--up-to", type=SPEED, help="Highest spin speed of the map; twice that of the machine by default."),
-    click.option("--unbalance-up-to", help="Largest unbalance of the map; by default beyond what traps."),
+    click.option("--speed", type=SPEED, help="Spin speed of the machine; default: the scenario's."),
+    click.option("--unbalance", help="Its unbalance; default: that at the end of the scenario."),
+    click.option("--place", metavar="DISC", help="Place of the unbalance; default: as in the scenario."),
+    click.option("--up-to", type=SPEED, help="Highest speed of the map; default: twice the machine's."),
+    click.option("--unbalance-up-to", help="Largest unbalance of the map; default: beyond the traps."),
     SETTINGS,
     FLAVOUR,
 )
@@ -163,9 +205,9 @@ add_study(
     "linearisation",
     SCENARIO,
     ROTOR,
-    click.option("--axis", metavar="BEARING.x|y", help="Axis; the first one by default."),
-    click.option("--bias-current", help="Bias current of the coils; that of the axis by default."),
-    click.option("--static-current", help="Current that carries the static load; that of the axis by default."),
+    click.option("--axis", metavar="BEARING.x|y", help="Axis; default: the first."),
+    click.option("--bias-current", help="Bias current of the coils; default: that of the axis."),
+    click.option("--static-current", help="Current that carries the static load; default: the axis's."),
     SETTINGS,
 )
 add_study(
@@ -173,16 +215,37 @@ add_study(
     SCENARIO,
     ROTOR,
     SETTINGS,
-    click.option("--change", type=float, default=0.01, show_default=True, help="Share more and less of each quantity."),
+    click.option("--change", type=float, default=0.01, show_default=True, help="Relative change of each quantity."),
     FLAVOUR,
     shows_progress=True,
 )
 add_study("receptance", ROTOR, UP_TO_50_HZ, *CLOSED_BEARINGS)
 add_study(
+    "response",
+    SCENARIO,
+    ROTOR,
+    CONTROLLER,
+    *MEASURED,
+    click.option("--speed", type=SPEED, help="Spin speed; default: the scenario's, 0 for a rotor."),
+    click.option("--up-to", help="Highest frequency; default: as measured, or 1 kHz."),
+    SETTINGS,
+    FLAVOUR,
+)
+add_study(
+    "fit",
+    ROTOR,
+    *MEASURED,
+    click.option(
+        "--free", multiple=True, metavar="NAME=LO:HI", help="Parameter with bounds: bodies.fan.mass=3:5; repeatable."
+    ),
+    click.option("--speed", type=SPEED, help="Spin speed; default: at rest."),
+    click.option("--up-to", help="Highest frequency; default: as measured."),
+)
+add_study(
     "waterfall",
     click.argument("source", required=False),
-    click.option("--up-to", type=SPEED, default="60 Hz", show_default=True, help="Highest frequency."),
-    click.option("--window", help="Length of a window; 1 s, or an eighth of a shorter run, by default."),
+    click.option("--up-to", type=SPEED, help="Highest frequency; default: 2.5 times the highest spin frequency."),
+    click.option("--window", help="Length of a window; default: 1 s, or an eighth of the run."),
     ROTOR,
     SETTINGS,
     FLAVOUR,
@@ -194,10 +257,12 @@ add_study(
 @SCENARIO
 @ROTOR
 @CONTROLLER
-@click.option("--at", type=SPEED, help="Spin speed; that of the scenario by default.")
-@click.option("--input", "inputs", multiple=True, metavar="PATTERN", help="component.variable; free ones by default.")
-@click.option("--shown", "outputs", multiple=True, metavar="PATTERN", help="component.variable; all by default.")
-@click.option("--component", "components", multiple=True, metavar="NAME", help="Of the model; all by default.")
+@click.option("--at", type=SPEED, help="Spin speed; default: that of the scenario.")
+@click.option(
+    "--input", "inputs", multiple=True, metavar="PATTERN", help="component.variable; default: unconnected inputs."
+)
+@click.option("--shown", "outputs", multiple=True, metavar="PATTERN", help="component.variable; default: all.")
+@click.option("--component", "components", multiple=True, metavar="NAME", help="Components of the model; default: all.")
 @click.option("--open", "opened", multiple=True, metavar="PATTERN", help="Inputs whose connection is cut.")
 @SETTINGS
 @FLAVOUR
@@ -205,10 +270,10 @@ add_study(
 def linearise(scenario: str | None, controller: str | None, output: Path, **options: Any) -> None:
     """Write the linear model of a machine or a part.
 
-    The file has A, B, C, D with names and units, of the machine, a part of it, or its sampled loop.
+    The file contains A, B, C, D of the machine, a part of it, or its sampled loop, with names and units.
     """
     import amb_cosim
-    from amb_cosim.results.places import CONTROLLER as COMPONENT
+    from amb_cosim.results.component_names import CONTROLLER as COMPONENT
 
     values: dict[str, Any] = {name: value or None for name, value in options.items() if name != "opened"}
     fmu = None if controller is None else {COMPONENT: controller}

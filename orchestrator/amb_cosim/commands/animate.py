@@ -14,16 +14,16 @@ from amb_files.atomic import check_writable
 
 @click.command()
 @click.argument("result", type=click.Path(path_type=Path))
-@output("File, .gif or .mp4; default orbits.gif in the result's folder.")
-@click.option("--begin", type=float, metavar="CYCLE", help="First cycle; that of the run by default.")
-@click.option("--end", type=float, metavar="CYCLE", help="Last cycle; that of the run by default.")
-@click.option("--frames-per-cycle", type=float, default=20.0, show_default=True, help="Pictures of one cycle.")
-@click.option("--frames-per-second", type=int, default=25, show_default=True, help="Pictures shown in a second.")
+@output("File, .gif or .mp4; default: orbits.gif with the result.")
+@click.option("--begin", type=float, metavar="CYCLE", help="First cycle; default: that of the run.")
+@click.option("--end", type=float, metavar="CYCLE", help="Last cycle; default: that of the run.")
+@click.option("--frames-per-cycle", type=float, default=20.0, show_default=True, help="Frames per cycle.")
+@click.option("--frames-per-second", type=int, default=25, show_default=True, help="Frames per second.")
 @click.option("--trail", type=float, default=1.0, show_default=True, metavar="CYCLES", help="Length of the trail.")
 def animate(result: Path, output: Path | None, **options: Any) -> None:
     """Write an animation of the orbits of a saved run.
 
-    The run is given by its folder or its file .nc.
+    RESULT is the folder of the run or its file .nc.
     """
     from rich.console import Console
 

@@ -1,4 +1,4 @@
-"""Commands of a machine file: `machine check` looks at one, `assess` says whether the machine may run."""
+"""The command for machine files: check one, or judge whether the machine may run."""
 
 from __future__ import annotations
 
@@ -13,56 +13,38 @@ from amb_files.atomic import check_writable
 from fmi_export.building.extras import require_extra
 
 
-@click.group()
-def machine() -> None:
-    """Check machine files."""
-
-
-@machine.command("check")
-@click.argument("file")
-@FLAVOUR
-def check(file: str, flavour: Flavour) -> None:
-    """Check a machine FILE and print what it describes.
-
-    In place of a FILE, the name of a machine of a pack may be given.
-    """
-    from amb_cosim.assessment.assess import check_machine
-    from amb_cosim.assessment.criteria import check_formulas, load_criteria
-    from amb_cosim.assessment.description import description
-    from amb_cosim.assessment.machine_file import load_machine
-    from amb_cosim.presentation.text_tables import print_parts
-
-    with refusing():
-        result = load_machine(file)
-        criteria = load_criteria(result.criteria)
-        subject = check_machine(result, flavour)
-        check_formulas(criteria, subject.facts)
-        parts = description(subject, criteria)
-    print_parts(parts)
-
-
 @click.command()
 @click.argument("file")
 @output("Folder for page, data and PDF; default results/assess_NAME.")
-@click.option("--only", multiple=True, metavar="PART", help="A part, such as closed_loop; may be repeated.")
+@click.option("--only", multiple=True, metavar="PART", help="A part, such as closed_loop; repeatable.")
 @click.option(
     "--criteria",
     multiple=True,
     metavar="NAME|FILE",
-    help="Criteria in place of those of the machine file; may be repeated.",
+    help="Criteria instead of those of the machine file; repeatable.",
 )
-@click.option("--pdf/--no-pdf", default=True, help="Whether a browser prints the page as PDF, where there is one.")
+@click.option("--check", is_flag=True, help="Check the file and print its content, without verdicts.")
+@click.option("--pdf/--no-pdf", default=True, help="Print the page as PDF with an installed browser.")
 @UNITS
 @FLAVOUR
 def assess(
-    file: str, output: Path | None, only: tuple[str, ...], criteria: tuple[str, ...], pdf: bool, flavour: Flavour
+    file: str,
+    output: Path | None,
+    only: tuple[str, ...],
+    criteria: tuple[str, ...],
+    check: bool,
+    pdf: bool,
+    flavour: Flavour,
 ) -> None:
     """Assess a machine against API 617 and ISO 14839.
 
-    One page has the verdicts by criteria, and what to change. The machine is that of a FILE, or of a pack.
+    The page has a verdict for each criterion, and what to change. FILE may be the name of a packaged machine.
 
-    Exit code 0 says that all parts are answered, whatever the verdicts.
+    The exit code is 0 if all parts could be assessed, regardless of the verdicts.
     """
+    if check:
+        _print_description(file, criteria, flavour)
+        return
     from rich.console import Console
 
     from amb_cosim.assessment.assess import assess as answer
@@ -98,4 +80,21 @@ def assess(
         raise Failed("\n".join(f"{name}: not answered, because {reason}" for name, reason in result.unanswered.items()))
 
 
-COMMANDS = (machine, assess)
+def _print_description(file: str, criteria: tuple[str, ...], flavour: Flavour) -> None:
+    """Check a machine file, its criteria and their formulas, and print its content."""
+    from amb_cosim.assessment.assess import check_machine
+    from amb_cosim.assessment.criteria import check_formulas, load_criteria
+    from amb_cosim.assessment.description import description
+    from amb_cosim.assessment.machine_file import load_machine
+    from amb_cosim.presentation.text_tables import print_parts
+
+    with refusing():
+        machine = load_machine(file)
+        chosen = load_criteria(criteria or machine.criteria)
+        subject = check_machine(machine, flavour)
+        check_formulas(chosen, subject.facts)
+        parts = description(subject, chosen)
+    print_parts(parts)
+
+
+COMMANDS = (assess,)

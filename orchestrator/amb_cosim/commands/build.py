@@ -12,7 +12,7 @@ from amb_cosim.commands.options import FLAVOUR, FMI, PLATFORMS, RECEPTANCES, ROT
 from amb_cosim.cosim.basics.choices import Flavour
 from amb_files.atomic import check_writable
 
-SYSTEM = "levitated"  # what is assembled without a scenario
+SYSTEM = "levitated"  # assembled without a scenario
 
 
 @click.command()
@@ -25,38 +25,54 @@ SYSTEM = "levitated"  # what is assembled without a scenario
     is_flag=False,
     flag_value=SYSTEM,
     metavar="[SCENARIO]",
-    help="One FMU, levitated_rotor, in place of three: rotor, actuator and controller stepped together, with the "
-    "scenario's values (name or TOML file) to start with; without one those of the system levitated. Of a system file, "
-    "one FMU of all its components.",
+    help="One FMU of all components; default: system levitated.",
 )
 @click.option(
     "--scenario",
     metavar="SCENARIO",
-    help="The FMUs of a scenario's components (name, TOML or system file), with its parameters and first inputs as "
-    "start values, for masters that are wired by hand.",
+    help="Use a scenario's values as start values.",
+)
+@click.option(
+    "--controller",
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="Only linear_controller.fmu, with the law of this file.",
 )
 @PLATFORMS
 @FMI
-@click.option("--no-arrays", is_flag=True, help="FMI 3.0 with a variable for each value, for hosts without arrays.")
-@click.option(
-    "--sources",
-    is_flag=True,
-    help="Native FMUs that hold their C code too, which any C99 compiler builds, for other targets.",
-)
+@click.option("--no-arrays", is_flag=True, help="FMI 3.0 with one variable per value.")
+@click.option("--sources", is_flag=True, help="Include the C code (C99) in native FMUs, for other targets.")
 def build(
-    output: Path, flavour: Flavour, assembled: str | None, scenario: str | None, no_arrays: bool, **options: Any
+    output: Path,
+    flavour: Flavour,
+    assembled: str | None,
+    scenario: str | None,
+    controller: Path | None,
+    no_arrays: bool,
+    **options: Any,
 ) -> None:
     """Build the FMUs into a folder.
 
-    Those of flavour native run in any process. Those of flavour python need Python with NumPy in the process that
-    imports them, or on the machine as a shared library."""
+    FMUs of flavour native run in any process. Those of flavour python need Python with NumPy in the importing process,
+    or on the machine as a shared library.
+
+    With --assembled, one FMU contains rotor, actuator and controller of a scenario (name or TOML file), or all
+    components of a system file, and steps them together. With --scenario, the FMUs of the components have the
+    scenario's parameters and initial inputs as start values, for masters wired by hand.
+
+    Platforms are linux64 and win64, for native FMUs also darwin64, aarch64-linux, aarch64-darwin, and wasm32
+    (WebAssembly for browsers), which all does not include.
+    """
     import amb_cosim
 
     options |= {"flavour": flavour, "arrays": not no_arrays}
     with refusing():
         if assembled is not None and scenario is not None:
-            raise ValueError("--assembled and --scenario exclude each other: --assembled SCENARIO is one FMU of all")
+            raise ValueError("--assembled and --scenario exclude each other; use --assembled SCENARIO")
         check_writable(output, is_folder=True)
+        if controller is not None:
+            _build_controller(controller, output, assembled, scenario, **options)
+            return
         if assembled is not None:
             whole = None if assembled == SYSTEM else assembled
             click.echo(amb_cosim.build_assembled(output, whole, **options))
@@ -67,6 +83,24 @@ def build(
         from fmi_export.building.python_fmu import what_it_needs
 
         click.echo(what_it_needs(), err=True)
+
+
+def _build_controller(
+    file: Path,
+    output: Path,
+    *others: str | None,
+    rotor: str | None,
+    receptances: Path | None,
+    arrays: bool,
+    sources: bool,
+    **options: Any,
+) -> None:
+    """Build the FMU of a controller file."""
+    import amb_cosim
+
+    if any((*others, rotor, receptances, not arrays, sources)):
+        raise ValueError(f"--controller {file} can only be combined with --flavour, --platforms, --fmi and --output")
+    click.echo(amb_cosim.linear_controller(file).build(output, **options))
 
 
 COMMANDS = (build,)

@@ -1,4 +1,4 @@
-"""Command that shows and clears the folder of what is built and unpacked once."""
+"""Command that shows and empties the cache."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from amb_cosim.commands.cli_errors import refusing
 
 
 @click.command()
-@click.option("--clear", is_flag=True, help="Remove all of it; what is needed again is built again.")
+@click.option("--clear", is_flag=True, help="Empty the cache; its content is rebuilt when needed.")
 def cache(clear: bool) -> None:
-    """Show or empty the cache of what was built.
+    """Show or empty the cache of built files.
 
-    The list says when each was used last.
+    The list shows when each was used last.
     """
     from amb_cosim.cosim.basics.cache import LIMIT, cache_entries, cache_folder, remove_entries
 
@@ -26,7 +26,9 @@ def cache(clear: bool) -> None:
             click.echo(f"{day} {entry.size / 2**20:8.1f} MB  {entry.path.name}")
         message = f"{len(entries)} in {cache_folder()}, {size / 2**20:.1f} MB"
         click.echo(
-            f"removed {message}" if clear else f"{message}; above {LIMIT / 2**30:g} GB what was unused longest goes"
+            f"removed {message}"
+            if clear
+            else f"{message}; above {LIMIT / 2**30:g} GB the least recently used files are removed"
         )
 
 

@@ -1,4 +1,4 @@
-"""The command line `amb-cosim`, made of the commands beside this file."""
+"""The command line `amb-cosim`."""
 
 from __future__ import annotations
 
@@ -19,6 +19,7 @@ from amb_cosim.commands import (
     listing,
     live,
     new,
+    plot,
     rotor,
     run,
     sweep,
@@ -28,16 +29,16 @@ from amb_cosim.commands.cli_errors import Refused, interrupted
 from amb_cosim.commands.packs import PackCommands
 from amb_cosim.cosim.basics.interruption import interruptible, was_interrupted
 
-LEFT = {"modes": "study modes"}  # commands that left, and what answers their question
+FORMER = {"modes": "study modes", "machine": "assess --check FILE"}
 
 
 class Commands(PackCommands):
-    """Commands that Ctrl-C and SIGTERM end with a message and an exit code of their own."""
+    """Commands that end with a message and an exit code on Ctrl-C and SIGTERM."""
 
     sections = {  # noqa: RUF012
-        "Run": ("run", "simulate", "sweep", "compare", "live", "animate", "list"),
+        "Run": ("run", "simulate", "sweep", "compare", "plot", "live", "animate", "list"),
         "Design and judge": (
-            *("new", "machine", "assess", "rotor"),
+            *("new", "assess", "rotor"),
             *("controller", "study", "identify", "linearise"),
         ),
         "FMUs and other tools": ("build", "export-ssp", "verify"),
@@ -45,17 +46,11 @@ class Commands(PackCommands):
     }
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """Refuse what is not UTF-8: results, pages and figures hold the names of files as text."""
+        """Refuse arguments that are not UTF-8: results, pages and figures contain file names as text."""
         for argument in args:
             if argument != argument.encode("utf-8", "replace").decode():
                 raise Refused(f"argument {argument!r} is not UTF-8; rename the file or folder")
         return super().parse_args(ctx, args)
-
-    def resolve_command(self, ctx: click.Context, args: list[str]) -> Any:
-        """Return the command that is called; one that left says which answers its question now."""
-        if args[0] in LEFT:
-            raise Refused(f"there is no command {args[0]!r} any more; it is {LEFT[args[0]]!r} now")
-        return super().resolve_command(ctx, args)
 
     def invoke(self, ctx: click.Context) -> Any:
         try:
@@ -63,13 +58,13 @@ class Commands(PackCommands):
                 return super().invoke(ctx)
         except KeyboardInterrupt as error:
             raise interrupted("interrupted") from error
-        except Exception as error:  # an import that a signal interrupts may fail with an error of its own
+        except Exception as error:  # an import interrupted by a signal may fail with any error
             if was_interrupted():
                 raise interrupted(getattr(error, "message", "interrupted")) from error
             raise
 
 
-@click.group(cls=Commands, context_settings={"help_option_names": ["-h", "--help"]})
+@click.group(cls=Commands, former=FORMER, context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(package_name="amb-cosim")
 def main() -> None:
     """Co-simulation of a flexible rotor in magnetic bearings that can touch its retainer bearings."""
@@ -80,6 +75,7 @@ for command in (
     *new.COMMANDS,
     *listing.COMMANDS,
     *compare.COMMANDS,
+    *plot.COMMANDS,
     *animate.COMMANDS,
     *build.COMMANDS,
     *verify.COMMANDS,

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class Failed(click.ClickException):
-    """Something went wrong on the way: one message and exit code 1."""
+    """A failure: one message and exit code 1."""
 
     exit_code = 1
 
@@ -46,9 +46,9 @@ class Refused(Failed):
 
 @contextmanager
 def refusing() -> Iterator[None]:
-    """Turn errors in the input and of an FMU that refuses to start into `Refused`, those of writing into `Failed`.
+    """Turn invalid input and FMUs that refuse to start into `Refused`, errors in writing into `Failed`.
 
-    So is the end of the process that FMUs ran in.
+    The end of the process that runs the FMUs is `Failed`, too.
     """
     try:
         yield
@@ -62,7 +62,7 @@ def refusing() -> Iterator[None]:
 
 
 def interrupted(message: str) -> Failed:
-    """Return the error of a command that a signal ended."""
+    """Return the error of a command ended by a signal."""
     return Terminated(message) if was_terminated() else Interrupted(message)
 
 
@@ -73,7 +73,7 @@ def refuse_nothing(outcome: Outcome) -> None:
 
 
 def tell_failure(outcome: Outcome, folder: Path) -> None:
-    """Raise an error with what ended a run before its time, if something did."""
+    """Raise an error with the cause if a run ended early."""
     if outcome.failure is not None:
         failed = interrupted if outcome.status == "interrupted" else Failed
-        raise failed(f"{outcome.failure}; what was recorded until then is in {folder}")
+        raise failed(f"{outcome.failure}; the record until then is in {folder}")

@@ -1,4 +1,4 @@
-"""Command that puts runs side by side."""
+"""Command that compares runs."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from amb_cosim.commands.options import NO_PLOTS, UNITS, UNTIL, output
 from amb_cosim.cosim.basics.choices import Flavour
 from amb_files.atomic import check_writable
 
-ONE = re.compile(r"(\d{1,3}):(.*)", re.DOTALL)
+NUMBERED = re.compile(r"(\d{1,3}):(.*)", re.DOTALL)
 
 
 @click.command()
@@ -24,14 +24,14 @@ ONE = re.compile(r"(\d{1,3}):(.*)", re.DOTALL)
     "settings",
     multiple=True,
     metavar="[N:]COMPONENT.VARIABLE=VALUE",
-    help="Replace a value in all runs, or in the Nth; units are understood.",
+    help="Set a value in all runs, or in the Nth; units allowed.",
 )
 @click.option("--rotor", "rotors", multiple=True, metavar="[N:]NAME|FILE", help="Rotor of all runs, or of the Nth.")
 @click.option(
     "--flavour", "flavours", multiple=True, metavar="[N:]native|python", help="FMUs of all runs, or of the Nth."
 )
 @UNTIL
-@output("Folder; default results/comparison.")
+@output("Folder; default: results/comparison.")
 @NO_PLOTS
 @UNITS
 def compare(
@@ -45,8 +45,8 @@ def compare(
 ) -> None:
     """Compare runs or saved results side by side.
 
-    A, B, ... are names of scenarios, their TOML files, or folders (or files .nc) of saved results. A number in front,
-    as in --set 2:rotor_contact.*.law=hertz, is that of the run that an option is for.
+    A, B, ... are names of scenarios, their TOML files, or folders (or files .nc) of saved results. To apply an option
+    to one run only, put its number in front: --set 2:rotor_contact.*.law=hertz.
     """
     import amb_cosim
     from amb_cosim.presentation.text_tables import print_parts
@@ -74,15 +74,15 @@ def compare(
 
 
 def _names_run(texts: Sequence[str]) -> bool:
-    """Return whether one of the texts is for one run."""
-    return any(ONE.fullmatch(text) for text in texts)
+    """Return whether one of the texts is for a single run."""
+    return any(NUMBERED.fullmatch(text) for text in texts)
 
 
 def _by_run(texts: Sequence[str], count: int, option: str) -> list[list[str]]:
-    """Return the texts that are for each run: those for all, and its own after them."""
-    for_all = [text for text in texts if not ONE.fullmatch(text)]
+    """Return the texts for each run: those for all, then its own."""
+    for_all = [text for text in texts if not NUMBERED.fullmatch(text)]
     of_each = [list(for_all) for _ in range(count)]
-    for match in filter(None, (ONE.fullmatch(text) for text in texts)):
+    for match in filter(None, (NUMBERED.fullmatch(text) for text in texts)):
         number = int(match[1])
         if not 1 <= number <= count:
             raise ValueError(f"{option} {match[0]}: there is no run {number}; it must be from 1 to {count}")
@@ -91,7 +91,7 @@ def _by_run(texts: Sequence[str], count: int, option: str) -> list[list[str]]:
 
 
 def _last(texts: Sequence[str], count: int, option: str) -> str | list[str | None] | None:
-    """Return the last text for all runs, or for each of them where one is for one run."""
+    """Return the last text for all runs, or for each if one is for a single run."""
     of_each = [local[-1] if local else None for local in _by_run(texts, count, option)]
     return of_each if _names_run(texts) else of_each[0] if of_each else None
 

@@ -1,14 +1,14 @@
-"""Commands about a controller file: show what it does, build its FMU, import arrays."""
+"""Commands for controller files: show, import."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import click
 
 from amb_cosim.commands.cli_errors import refusing
-from amb_cosim.commands.options import FLAVOUR, FMI, JSON, PLATFORMS, ROTOR, SPEED, output
+from amb_cosim.commands.former import Group
+from amb_cosim.commands.options import JSON, ROTOR, SPEED, output
 from amb_cosim.commands.printing import show as print_data
 from amb_files.atomic import check_writable
 
@@ -16,11 +16,11 @@ FILE = click.argument("file", type=click.Path(path_type=Path))
 AT_SPEED = click.option("--speed", type=SPEED, default="0 rpm", help="Speed of the law and of the rotor's modes.")
 
 
-@click.group()
+@click.group(cls=Group, former={"build": "build --controller FILE"})
 def controller() -> None:
-    """Show, build or import a controller file.
+    """Show or import a controller file.
 
-    It consists of blocks (TOML) or of arrays (.npz, .mat).
+    A controller file contains blocks (TOML) or arrays (.npz, .mat).
     """
 
 
@@ -33,8 +33,8 @@ def controller() -> None:
 def show(file: Path, output: Path | None, rotor: str | None, speed: str, as_json: bool) -> None:
     """Print a sampled controller and draw its Bode plots.
 
-    With --rotor the phase at each of its modes on the bearings of its file: from -180 to 0 degrees the demand damps a
-    mode that moves sensor and bearing alike."""
+    With --rotor, the phase at each mode of the rotor on its bearings is printed: between -180 and 0 degrees the demand
+    damps a mode in which sensor and bearing move alike."""
     from amb_cosim.controllers import bode
     from amb_cosim.controllers.show import description, text
 
@@ -49,31 +49,16 @@ def show(file: Path, output: Path | None, rotor: str | None, speed: str, as_json
     print_data(result.as_dict(), lambda _: text(result), as_json)
 
 
-@controller.command("build")
-@FILE
-@output("Folder for the FMU.", "build")
-@FLAVOUR
-@PLATFORMS
-@FMI
-def build(file: Path, output: Path, **options: Any) -> None:
-    """Build linear_controller.fmu from a controller file."""
-    import amb_cosim
-
-    with refusing():
-        check_writable(output, is_folder=True)
-        click.echo(amb_cosim.linear_controller(file).build(output, **options))
-
-
 @controller.command("import")
 @FILE
-@output("File to write, .npz or .mat; FILE_controller.npz by default.")
-@click.option("--inputs", metavar="NAMES", help="Measured signals, with commas; those of the file by default.")
-@click.option("--outputs", metavar="NAMES", help="Demands, with commas; those of the file by default.")
-@click.option("--sample-time", metavar="TIME", help="Of a law that is continuous, 100us for instance.")
+@output("Output, .npz or .mat; default: FILE_controller.npz.")
+@click.option("--inputs", metavar="NAMES", help="Measured signals, with commas; default: the file's.")
+@click.option("--outputs", metavar="NAMES", help="Demands, with commas; default: the file's.")
+@click.option("--sample-time", metavar="TIME", help="Sample time for a continuous law, such as 100us.")
 def import_arrays(
     file: Path, output: Path | None, inputs: str | None, outputs: str | None, sample_time: str | None
 ) -> None:
-    """Make a controller file of arrays A, B, C, D.
+    """Make a controller file from arrays A, B, C, D.
 
     The arrays of FILE (.mat, .npz) are checked, sampled and named.
     """

@@ -15,7 +15,7 @@ from amb_files.atomic import check_writable
 @click.command("export-ssp")
 @click.argument("name")
 @SETTINGS
-@output("The archive; default NAME.ssp.")
+@output("Archive to write; default: NAME.ssp.")
 @UNTIL
 @ROTOR
 @RECEPTANCES
@@ -24,13 +24,13 @@ from amb_files.atomic import check_writable
 @click.option(
     "--connectors",
     is_flag=True,
-    help="Make signals and inputs that change connectors of the system; libcosim refuses these.",
+    help="Add system connectors for inputs (not for libcosim).",
 )
 @click.option("--integers", is_flag=True, help="Describe Enumerations as Integers, for libcosim and ecos.")
 def export_ssp(name: str, output: Path | None, **options: Any) -> None:
     """Write a scenario with its FMUs as an SSP archive.
 
-    NAME is a scenario or its TOML file; the archive is SSP 1.0, for other tools.
+    NAME is a scenario or its TOML file. The archive is SSP 1.0, for other tools.
     """
     import amb_cosim
 

@@ -18,20 +18,20 @@ from amb_files.atomic import check_writable
     "--speeds",
     type=SPEED,
     metavar="LIST",
-    help="Spin speeds with commas, each with its unit (5 Hz,10 Hz); twelve from 5 to 35 Hz by default.",
+    help="Spin speeds (5 Hz,10 Hz); default: twelve, 5 to 35 Hz.",
 )
-@output("Table of receptances; what it holds of other speeds stays.", "receptances.toml")
-@click.option("--scenario", metavar="NAME|FILE", help="Scenario whose machine and parameters are taken.")
+@output("Table of receptances; its other speeds are kept.", "receptances.toml")
+@click.option("--scenario", metavar="NAME|FILE", help="Scenario that provides machine and parameters.")
 @ROTOR
 @SETTINGS
 @FLAVOUR
-@click.option("--computed", is_flag=True, help="From the linear model of the sampled loop; nothing is simulated.")
+@click.option("--computed", is_flag=True, help="Compute from the linear model, without simulation.")
 def identify(output: Path, **options: Any) -> None:
     """Identify receptances of the levitated rotor.
 
-    The controller identifies them in a co-simulation, into a table.
+    The controller identifies them in a co-simulation and writes a table after each speed.
 
-    Give the table to `run` or `build` with --receptances. It is written after each speed.
+    Pass the table to `run` or `build` with --receptances.
     """
     from amb_cosim.presentation.text_tables import print_parts
 

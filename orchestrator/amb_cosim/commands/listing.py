@@ -1,4 +1,4 @@
-"""The command that lists scenarios and ready sweeps, a line each, or tells all of one."""
+"""The command that lists scenarios and sweeps, or shows everything about one."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ if TYPE_CHECKING:
     from rich.console import Console
 
 SWEEPS = "sweeps"  # theme of sweeps
-OTHERS = "others"  # theme of scenarios that tell none
+OTHERS = "others"  # theme of scenarios without one
 
 
 class ListedItem(NamedTuple):
-    """A scenario or a sweep: what is said of it, and by which words it is found."""
+    """A scenario or a sweep: its description, and the words that find it."""
 
     name: str
     file: Path
@@ -28,14 +28,14 @@ class ListedItem(NamedTuple):
     source: str
 
     def has(self, words: tuple[str, ...]) -> bool:
-        """Whether all words are somewhere in what is said of it."""
+        """Whether its description contains all words."""
         text = " ".join((self.name, self.theme, self.description, self.outcome, self.source)).lower()
         return all(word in text for word in words)
 
 
 @click.command("list")
 @click.argument("name", required=False)
-@click.option("--filter", "words", metavar="WORDS", default="", help="Only those that have all these words.")
+@click.option("--filter", "words", metavar="WORDS", default="", help="List only entries that contain all these words.")
 def list_scenarios(name: str | None, words: str) -> None:
     """List scenarios and sweeps, or show all of NAME."""
     from rich.console import Console
@@ -50,7 +50,7 @@ def list_scenarios(name: str | None, words: str) -> None:
             item = next((entry for entry in entries if entry.name == name), None)
             if item is None:
                 names = [entry.name for entry in entries]
-                raise ValueError(f"there is no scenario and no sweep {name}; {suggest(name, names)}")
+                raise ValueError(f"there is no scenario or sweep {name}; {suggest(name, names)}")
             _tell(item)
             return
         wanted = tuple(words.lower().split())
@@ -67,17 +67,17 @@ def list_scenarios(name: str | None, words: str) -> None:
             for entry in of_pack:
                 if entry.theme == theme:
                     _line(console, f"    {entry.name:{width}}  {entry.description}")
-    _line(console, "amb-cosim list NAME tells all of one; amb-cosim run NAME and amb-cosim sweep NAME run it.")
+    _line(console, "Details: amb-cosim list NAME. To run: amb-cosim run NAME, amb-cosim sweep NAME.")
 
 
 def _entries() -> Iterator[ListedItem]:
-    """Give the scenarios and the sweeps of all packs."""
+    """Yield the scenarios and the sweeps of all packs."""
     from amb_cosim.scenario.scenario import load_scenarios
-    from amb_cosim.studies.stored_robustness import known_outcomes
+    from amb_cosim.studies.stored_robustness import stored_outcomes
     from amb_cosim.sweeps.ready import named_sweeps
     from amb_files.packs import files_of
 
-    available, files = known_outcomes(), files_of("scenarios")
+    available, files = stored_outcomes(), files_of("scenarios")
     for name, item in load_scenarios().items():
         outcome = f"{available[name].outcome}; {available[name].verdict}" if name in available else ""
         yield ListedItem(name, files[name], item.theme or OTHERS, item.description, outcome, item.source)
@@ -87,7 +87,7 @@ def _entries() -> Iterator[ListedItem]:
 
 
 def _line(console: Console, text: str, style: str | None = None) -> None:
-    """Print a line, cut where a terminal ends."""
+    """Print a line, cut to the width of the terminal."""
     if console.is_terminal:
         console.print(text, style=style, no_wrap=True, overflow="ellipsis", markup=False, highlight=False)
     else:
@@ -95,7 +95,7 @@ def _line(console: Console, text: str, style: str | None = None) -> None:
 
 
 def _tell(entry: ListedItem) -> None:
-    """Print all that is said of a scenario or a sweep."""
+    """Print everything about a scenario or a sweep."""
     for label in ("name", "theme", "description", "outcome", "source", "file"):
         if text := str(getattr(entry, label)):
             click.echo(f"{label:12} {text}")

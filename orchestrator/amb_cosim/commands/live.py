@@ -1,4 +1,4 @@
-"""Command that writes the live rig: a page on which a browser runs the FMUs."""
+"""Command that writes the live rig, a page that runs the FMUs in a browser."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from amb_files.atomic import check_writable
 @click.argument("scenario", required=False)
 @ROTOR
 @output("Page to write.", "rig.html")
-@click.option("--only", is_flag=True, help="SCENARIO alone; by default others too, one for each thing to see.")
+@click.option("--only", is_flag=True, help="Only SCENARIO; by default others are included.")
 @click.option("--docs", default="", metavar="ADDRESS", help="Folder docs of the documentation, for links to theory.")
-@click.option("--open/--no-open", "opens", default=True, help="Whether the page is opened in a browser.")
+@click.option("--open/--no-open", "opens", default=True, help="Open the page in a browser.")
 def live(scenario: str | None, rotor: str | None, output: Path, only: bool, docs: str, opens: bool) -> None:
     """Write and open a page that runs a scenario live.
 
-    The page runs the FMUs in a browser, where you can push the rotor. It needs no network.
+    The page runs the FMUs in a browser, where you can push the rotor. It works without a network.
     """
     from rich.console import Console
 
@@ -30,7 +30,7 @@ def live(scenario: str | None, rotor: str | None, output: Path, only: bool, docs
 
     with refusing():
         check_writable(output, is_folder=False)
-        with Console(stderr=True).status("compiling the models for the browser, where they are not yet"):
+        with Console(stderr=True).status("compiling the models for the browser, unless cached"):
             write_page(rigs_of(scenario, rotor, alone=only), output, docs)
     click.echo(f"live rig in {output}")
     if opens:

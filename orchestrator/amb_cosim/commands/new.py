@@ -15,22 +15,22 @@ from amb_cosim.cosim.basics.choices import Flavour
 if TYPE_CHECKING:
     from amb_cosim.new_machine.sizing import MagnetData
 
-APART = 1.8  # times, from which on given constants of a magnet are asked about
+APART = 1.8  # factor above which constants of a magnet are questioned
 
 
 @click.command()
 @click.argument("folder", type=click.Path(path_type=Path))
 @click.option("--rotor", metavar="NAME|FILE", help="Rotor file of the drawing (TOML), or a rotor of a pack.")
-@click.option("--mass", help="Mass of the rotor, such as '60 kg', where there is no drawing yet.")
-@click.option("--length", help="Its length, such as '1.2 m'.")
-@click.option("--speed", type=SPEED, prompt=True, help="Its highest speed in operation, such as '12000 rpm'.")
+@click.option("--mass", help="Mass of the rotor, such as '60 kg'.")
+@click.option("--length", help="Length of the rotor, such as '1.2 m'.")
+@click.option("--speed", type=SPEED, prompt=True, help="Highest operating speed, such as '12000 rpm'.")
 @click.option(
     "--bearings",
     metavar="'Z Z'",
-    help="Positions of the two magnetic bearings, such as '0.2 m 1.0 m', unless the rotor file has its own.",
+    help="Positions of the two bearings, such as '0.2 m 1.0 m'.",
 )
-@click.option("--k-i", help="K_i of an axis by the magnet's data sheet, such as '210 N/A', with --k-s.")
-@click.option("--k-s", help="K_s of it at the centre, such as '1.5e6 N/m', without a static current.")
+@click.option("--k-i", help="K_i of an axis from a data sheet ('210 N/A'); with --k-s.")
+@click.option("--k-s", help="K_s at the centre, without static current ('1.5e6 N/m').")
 @FLAVOUR
 def new(
     folder: Path,
@@ -45,9 +45,9 @@ def new(
 ) -> None:
     """Write a first design of a machine into a new FOLDER.
 
-    The folder has rotor, magnets, a controller that levitates the rotor, and scenarios.
+    The folder contains rotor, magnets, a controller that levitates the rotor, and scenarios.
 
-    The rotor is that of a file, or a plain shaft of a mass and a length. What is not given is asked for.
+    The rotor comes from a file, or is a plain shaft with a mass and a length. Missing values are prompted for.
     """
     from amb_cosim.cosim.system.values import quantity
     from amb_cosim.new_machine.files import new_machine
@@ -69,7 +69,7 @@ def new(
         )
         if made.sizes.retainers and bearing not in {site.bearing for site in made.sizes.retainers}:
             click.echo(
-                f"bearing {bearing} has no retainer; were it passive, its place is under [[seals]] of the rotor file"
+                f"bearing {bearing} has no retainer; if it is passive, list it under [[seals]] of the rotor file"
             )
     sizes = made.sizes
     click.echo(
@@ -77,46 +77,44 @@ def new(
         f"bias {sizes.bias_current:.3g} A" + _beside(magnet, made.typical)
     )
     if not sizes.retainers:
-        click.echo(
-            "the rotor has no retainers, so that it cannot land: they are [[sites]] with a bearing in rotor.toml"
-        )
+        click.echo("the rotor has no retainers and cannot land; add them to rotor.toml as [[sites]] with a bearing")
     if "bearings" in made.assumed:
-        click.echo("retainers and sensors stand beside the bearings; move them in rotor.toml where they are elsewhere")
+        click.echo("retainers and sensors are placed next to the bearings; move them in rotor.toml if necessary")
     if "damping" in made.assumed:
-        click.echo("damping of the bending modes is assumed, 0.3, 0.5, then 1 %; put what you measure into rotor.toml")
+        click.echo("damping of the bending modes is assumed: 0.3, 0.5, then 1 %; enter measured values in rotor.toml")
     gains = made.gains
     click.echo(
         f"levitates with K_b = {gains.k_b:.3g} N/m, C_b = {gains.c_b:.3g} N s/m: damping ratios are at least "
         f"{gains.in_range:.3g} within the range of speed ({WANTED_IN_RANGE:g} is wanted) and {gains.beyond:.3g} beyond "
-        f"({WANTED_BEYOND:g}); nearest to what is wanted is {gains.least_damped}"
+        f"({WANTED_BEYOND:g}); nearest to the target is {gains.least_damped}"
     )
     first = folder / ("landing.toml" if sizes.retainers else "levitation.toml")
     click.echo(f"wrote {folder}; next: amb-cosim run {first}")
 
 
 def _magnet(k_i: str | None, k_s: str | None) -> MagnetData | None:
-    """Return the constants of a data sheet, if they are given."""
+    """Return the constants of a data sheet, if any."""
     from amb_cosim.cosim.system.values import quantity
     from amb_cosim.new_machine.sizing import MagnetData
 
     if k_i is None and k_s is None:
         return None
     if k_i is None or k_s is None:
-        raise ValueError("--k-i and --k-s belong together; give both, or none")
+        raise ValueError("--k-i and --k-s must be set together")
     return MagnetData(quantity(k_i, "N/A", "k-i"), quantity(k_s, "N/m", "k-s"))
 
 
 def _beside(magnet: MagnetData | None, typical: MagnetData) -> str:
-    """Return what a magnet of first sizes would have, beside a data sheet's, and what a large factor may mean."""
+    """Return the constants of a magnet sized for the rotor, and a question if those of a data sheet differ much."""
     if magnet is None:
         return ""
     text = f"; one sized for this rotor would have K_s {typical.k_s:.4g} N/m, K_i {typical.k_i:.4g} N/A"
     ratio = max(magnet.k_i / typical.k_i, typical.k_i / magnet.k_i)
-    return f"{text}, {ratio:.2g} times apart: are they of an axis, or of a pole?" if ratio > APART else text
+    return f"{text}, {ratio:.2g} times apart: are the given ones of an axis or of a pole?" if ratio > APART else text
 
 
 def _rotor_text(name: str, rotor: str | None, mass: str | None, length: str | None, Omega: float) -> str:
-    """Return the text of the rotor file that is named, or of a plain shaft."""
+    """Return the text of the named rotor file, or of a plain shaft."""
     from amb_cosim.cosim.system.values import quantity
     from amb_cosim.new_machine.rotor_text import plain_shaft
     from amb_files.toml import read_text
@@ -128,9 +126,9 @@ def _rotor_text(name: str, rotor: str | None, mass: str | None, length: str | No
         return plain_shaft(name, m, quantity(length or click.prompt("Length"), "m", "length"), Omega)
     for key, values in (("mass", mass), ("length", length)):
         if values is not None:
-            raise ValueError(f"{key} = {values!r} is given, but the rotor file has its own; give one of them")
+            raise ValueError(f"{key} = {values!r} conflicts with the rotor file, which has its own; set one of them")
     path = rotor_path(rotor)
-    load_rotor(path)  # what is wrong with it names this file
+    load_rotor(path)  # errors name this file
     return read_text(path, f"rotor file {path}")
 
 

@@ -1,4 +1,4 @@
-"""Options that several commands share, named as the arguments of the functions that they are passed to."""
+"""Shared options, named after the arguments that they are passed to."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Option = Callable[[Callable[..., None]], Callable[..., None]]
 
 
 def output(text: str, default: str | None = None, metavar: str | None = None) -> Option:
-    """Return the option of what is written: a file or a folder, as the `text` says."""
+    """Return the option for the output, a file or a folder with help `text`."""
     path = click.Path(path_type=Path)
     return click.option("-o", "--output", type=path, default=default, show_default=True, help=text, metavar=metavar)
 
@@ -43,12 +43,12 @@ def _is_number(text: str) -> bool:
 
 
 class Speed(click.ParamType):  # type: ignore[type-arg]  # generic in later versions alone
-    """One speed or several with commas, each with its unit: a number alone could be rpm as well as rad/s."""
+    """One speed, or several with commas, each with its unit: a plain number could be rpm or rad/s."""
 
     name = "speed"
 
     def convert(self, value: str, param: click.Parameter | None, ctx: click.Context | None) -> str:
-        """Return the text, or refuse a number other than 0 without a unit."""
+        """Return the text; refuse numbers other than 0 without a unit."""
         option = "" if param is None else param.opts[0]
         with refusing():
             for part in value.split(","):
@@ -69,27 +69,24 @@ UNITS: Option = click.option(
     callback=_choose_units,
     envvar="AMB_COSIM_UNITS",
     metavar="UNIT,...",
-    help="Units of figures: rpm, Hz or rad/s; mm, um or m; N or kN. By default rad/s, others by their size.",
+    help="Units of figures: rpm, Hz, rad/s; mm, um, m; N, kN.",
 )
-EXPLAIN = click.option("--explain", is_flag=True, help="Print warnings whole, not cut to a line of the terminal.")
-UNTIL = click.option("--until", metavar="TIME", help="End of a run, 0.3 (s) or 300ms, from the beginning of cycle 0.")
-ROTOR = click.option(
-    "--rotor", metavar="NAME|FILE", help="Rotor of a pack, or rotor file (TOML); the packs' default without."
-)
+ALL = click.option("--all", "show_all", is_flag=True, help="Print all values, and warnings whole.")
+UNTIL = click.option("--until", metavar="TIME", help="End time after cycle 0 begins, 0.3 (s) or 300ms.")
+ROTOR = click.option("--rotor", metavar="NAME|FILE", help="Packaged rotor or rotor file; default: the packs' default.")
 FLAVOUR = click.option(
     "--flavour",
     type=click.Choice(FLAVOURS),
     default="native",
     show_default=True,
-    help="Compiled FMUs that need no Python, or ones that PythonFMU runs, in a process that has Python.",
+    help="Native FMUs, or FMUs that run in Python by PythonFMU.",
 )
 PLATFORMS = click.option(
     "--platform",
     "platforms",
     metavar="NAMES",
     callback=lambda _context, _option, text: text and [name.strip() for name in text.split(",")],
-    help="linux64, win64, and for native FMUs darwin64, aarch64-linux, aarch64-darwin; some with commas, or all of "
-    "these; wasm32, WebAssembly for browsers; this machine's by default.",
+    help="Platforms with commas, or all; default: this machine's.",
 )
 FMI = click.option(
     "--fmi",
@@ -97,30 +94,30 @@ FMI = click.option(
     default="2",
     show_default=True,
     callback=lambda _context, _option, text: int(text),
-    help="Version of FMI: 2.0, or 3.0 for native FMUs, which has sensors and receptance as arrays.",
+    help="Version of FMI: 2.0, or 3.0 for native FMUs.",
 )
 RECEPTANCES = click.option(
     "--receptances",
     type=click.Path(path_type=Path),
     metavar="FILE",
-    help="Table of receptances (TOML), as identify writes it, for the controller's H; the rotor model's H by default.",
+    help="Table of receptances for H; default: from the rotor model.",
 )
 SETTINGS = click.option(
     "--set",
     multiple=True,
     callback=_parsed,
     metavar="COMPONENT.VARIABLE=VALUE",
-    help="Replace a value; units are understood.",
+    help="Set a value; units are allowed.",
 )
 ISOLATED = click.option(
     "--isolated/--no-isolated",
     default=None,
-    help="Whether FMUs run in a process of their own, so that a crash is a message; default for files.",
+    help="Run FMUs in a separate process; default for files.",
 )
 LOOP = click.option(
     "--loop",
     type=click.Choice(LOOPS),
     default="compiled",
     show_default=True,
-    help="What calls the FMUs step by step: machine code, or Python, for reference.",
+    help="Master loop: compiled, or plain Python for reference.",
 )

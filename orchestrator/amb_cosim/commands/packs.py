@@ -1,26 +1,27 @@
-"""Groups to which packs add commands, in their modules `commands`."""
+"""Command groups to which packs add commands, in their modules `commands`."""
 
 from __future__ import annotations
 
 import click
 
 from amb_cosim.commands.cli_errors import refusing
+from amb_cosim.commands.former import Group
 
-OWN_PACKAGE = __name__.partition(".")[0]
+GENERAL = __name__.partition(".")[0]
 PACKAGES: dict[click.Command, str] = {}  # of commands whose function is made here for a package
 
 
-class PackCommands(click.Group):
-    """A group to which packs add commands; they are imported for a list, and for a command that is not here.
+class PackCommands(Group):
+    """A group to which packs add commands; they are imported for listings, and for commands not defined here.
 
-    `sections` has the names of this package's commands by the heading under which help lists them; those of another
-    package stand under its name.
+    `sections` has the names of this package's commands by the heading under which help lists them; commands of other
+    packages are listed under the package's name.
     """
 
     sections: dict[str, tuple[str, ...]] = {}  # noqa: RUF012, a group sets its own
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        """Return a command, of this package or of a pack."""
+        """Return a command of this package or of a pack."""
         if cmd_name not in self.commands:
             _add_commands()
         return super().get_command(ctx, cmd_name)
@@ -40,7 +41,7 @@ class PackCommands(click.Group):
             if command is None or command.hidden:
                 continue
             package = package_of(command)
-            title = heading.get(name, "Commands") if package == OWN_PACKAGE else f"Package {package}"
+            title = heading.get(name, "Commands") if package == GENERAL else f"Package {package}"
             listed.setdefault(title, []).append((name, command))
         limit = formatter.width - 6 - max(len(name) for commands in listed.values() for name, _ in commands)
         for title, commands in listed.items():
@@ -51,11 +52,11 @@ class PackCommands(click.Group):
 
 def package_of(command: click.Command) -> str:
     """Return the package that adds a command."""
-    return PACKAGES.get(command) or (command.callback.__module__ if command.callback else OWN_PACKAGE).partition(".")[0]
+    return PACKAGES.get(command) or (command.callback.__module__ if command.callback else GENERAL).partition(".")[0]
 
 
 def _add_commands() -> None:
-    """Have the packs add their commands, which they do when they are imported."""
+    """Import the packs' modules, which add their commands."""
     from amb_files.packs import modules_of
 
     with refusing():

@@ -1,4 +1,4 @@
-"""How commands print what they found: as JSON, or as tables and lines."""
+"""Printing of results, as JSON or as tables and lines."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Any
 import click
 
 if TYPE_CHECKING:
-    from amb_cosim.presentation.text_tables import TextPart
+    from amb_cosim.presentation.text_tables import TextBlock
     from amb_cosim.studies.result import StudyResult
 
 
-def show(data: dict[str, Any], as_text: Callable[[dict[str, Any]], Iterable[TextPart]], as_json: bool) -> None:
+def show(data: dict[str, Any], as_text: Callable[[dict[str, Any]], Iterable[TextBlock]], as_json: bool) -> None:
     """Print data as JSON, or the tables and lines that `as_text` returns for it."""
     from amb_cosim.presentation.text_tables import print_parts
 

@@ -1,4 +1,4 @@
-"""Commands about a rotor file: import one, show what it holds."""
+"""Commands for rotor files: import, show."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ from amb_files.atomic import check_writable
 
 @click.group()
 def rotor() -> None:
-    """Import a rotor file, or show what one holds."""
+    """Import or show a rotor file."""
 
 
 @rotor.command("import")
 @click.argument("model", type=click.Path(path_type=Path))
-@output("Rotor file; MODEL_rotor.toml by default.")
-@click.option("--frequency", help="Whirl frequency to freeze coefficients over frequency at, 100 Hz or 628 rad/s.")
+@output("Rotor file; default: MODEL_rotor.toml.")
+@click.option("--frequency", help="Whirl frequency of frozen coefficients, such as 100 Hz.")
 def import_model(model: Path, output: Path | None, frequency: str | None) -> None:
-    """Make a rotor file of a rotor that ROSS saved.
+    """Convert a rotor saved by ROSS to a rotor file.
 
-    MODEL is the TOML file that ROSS saved. ROSS need not be installed. Of magnetic bearings under PID control come a
-    controller file and a scenario in which they levitate the rotor, beside the rotor file. Other coefficients over the
-    whirl frequency need --frequency: a rotor file has coefficients over the spin speed.
+    MODEL is the TOML file that ROSS saved. ROSS need not be installed. For magnetic bearings under PID control, a
+    controller file and a scenario in which they levitate the rotor are written, too. Other coefficients over whirl
+    frequency require --frequency, because rotor files have coefficients over spin speed.
     """
     import tomli_w
 
@@ -61,7 +61,7 @@ def import_model(model: Path, output: Path | None, frequency: str | None) -> Non
 def show(name: str, output: Path | None, as_json: bool) -> None:
     """Show and draw parts, mass and modes of a rotor.
 
-    NAME is a rotor of a pack or a rotor file; the plant's model of it is shown, too.
+    NAME is a packaged rotor or a rotor file. The plant's model of it is shown, too.
     """
     from amb_cosim import studies
     from rotor_analysis.packaged_rotors import rotor_path

@@ -11,7 +11,7 @@ import click
 
 from amb_cosim.commands.cli_errors import refuse_nothing, refusing, tell_failure
 from amb_cosim.commands.options import (
-    EXPLAIN,
+    ALL,
     FLAVOUR,
     ISOLATED,
     LOOP,
@@ -28,8 +28,8 @@ from amb_files.atomic import check_writable
 if TYPE_CHECKING:
     from amb_cosim.results.result import Result
 
-FOLDER = output("Folder for the results; default results/NAME.")
-AUTOSAVE = """Time between automatic checkpoints, from which the same command goes on if it is killed; 0 for none."""
+FOLDER = output("Folder for the results; default: results/NAME.")
+AUTOSAVE = """Time between automatic checkpoints; 0 for none."""
 AUTOSAVED = "autosave.npz"
 
 
@@ -38,7 +38,7 @@ AUTOSAVED = "autosave.npz"
 @SETTINGS
 @FOLDER
 @UNTIL
-@click.option("--step", metavar="TIME", help="Communication step of an SSP archive that says none, such as 1ms.")
+@click.option("--step", metavar="TIME", help="Communication step of an SSP archive without one (1ms).")
 @ROTOR
 @RECEPTANCES
 @FLAVOUR
@@ -46,9 +46,9 @@ AUTOSAVED = "autosave.npz"
 @ISOLATED
 @NO_PLOTS
 @UNITS
-@EXPLAIN
+@ALL
 @click.option("--save-at", multiple=True, metavar="MOMENT", help="Save the state at 'cycle 5', '0.3 s', ....")
-@click.option("--from", "start", metavar="FILE", help="Go on from a state that --save-at saved.")
+@click.option("--from", "start", metavar="FILE", help="Continue from a state saved by --save-at.")
 @click.option(
     "--autosave", type=click.FloatRange(0.0), default=60.0, show_default=True, metavar="SECONDS", help=AUTOSAVE
 )
@@ -58,7 +58,7 @@ def run(
     output: Path | None,
     step: str | None,
     no_plots: bool,
-    explain: bool,
+    show_all: bool,
     summary_json: str | None,
     autosave: float,
     **options: Any,
@@ -74,23 +74,24 @@ def run(
         with refusing():
             unused = [option for option, value in values.items() if value is not None]
             if unused:
-                raise ValueError(f"{' and '.join(unused)} cannot be used with an SSP archive, which has its FMUs in it")
+                raise ValueError(f"{' and '.join(unused)} cannot be used with an SSP archive, which contains its FMUs")
             step_size = None if step is None else time_of(step, "--step")
             until = options.pop("until")
             stop_time = None if until is None else quantity(until, "s", "--until")
-        _simulate(Path(name), output, explain, stop_time=stop_time, step_size=step_size, **options)
+        _simulate(Path(name), output, show_all, stop_time=stop_time, step_size=step_size, **options)
         return
     from rich.console import Console
 
     import amb_cosim
-    from amb_cosim.presentation.text_tables import show_notices, show_warnings
+    from amb_cosim.presentation.text_tables import show_notices
+    from amb_cosim.results.summary_table import print_summary
     from amb_files.atomic import write_atomically
 
     folder = output or Path("results") / Path(name).stem
     copy = Path(summary_json) if summary_json not in (None, "-") else None
     with refusing():
         if step is not None:
-            raise ValueError("--step is for SSP archives; a scenario says communication_step")
+            raise ValueError("--step is for SSP archives; set communication_step in the scenario")
         scenario = amb_cosim.Scenario.load(name)
         check_writable(folder, is_folder=True)
         if copy is not None:
@@ -109,8 +110,7 @@ def run(
     if summary_json == "-":
         click.echo(text, nl=False)
     console = Console(stderr=summary_json == "-")
-    console.print(result.summary.table())
-    show_warnings(result.summary.warnings, console, whole=explain)
+    print_summary(result.summary, console, show_all)
     show_notices(result.summary.notices)
     for message in saved:
         console.print(message)
@@ -119,7 +119,7 @@ def run(
 
 
 def _save(result: Result, moment: str, folder: Path) -> str:
-    """Write the state of a run at a moment into a folder, and say where, or that the run did not come so far."""
+    """Write the state of a run at a point into a folder; print where, or that the run ended earlier."""
     try:
         file = result.checkpoint(moment).save(folder / f"checkpoint_{re.sub('[^0-9A-Za-z.]+', '_', moment)}.npz")
     except ValueError as error:
@@ -135,17 +135,17 @@ def _save(result: Result, moment: str, folder: Path) -> str:
 @FLAVOUR
 @LOOP
 @ISOLATED
-@EXPLAIN
-def simulate(system_file: Path, output: Path | None, explain: bool, **options: Any) -> None:
-    """Run FMUs as a system file or an SSP archive says.
+@ALL
+def simulate(system_file: Path, output: Path | None, show_all: bool, **options: Any) -> None:
+    """Run the FMUs of a system file or an SSP archive.
 
-    They are any co-simulation FMUs of FMI 2.0 and 3.0.
+    Any co-simulation FMUs of FMI 2.0 and 3.0 are supported.
     """
-    _simulate(system_file, output, explain, **options)
+    _simulate(system_file, output, show_all, **options)
 
 
-def _simulate(system_file: Path, output: Path | None, explain: bool, **options: Any) -> None:
-    """Run a system file or an SSP archive, save what was recorded, and tell how it ended."""
+def _simulate(system_file: Path, output: Path | None, show_all: bool, **options: Any) -> None:
+    """Run a system file or an SSP archive, save the record, and print the outcome."""
     import amb_cosim
     from amb_cosim.cosim.record.warnings import sentences, warnings_of
     from amb_cosim.presentation.progress import progress_bar
@@ -158,7 +158,7 @@ def _simulate(system_file: Path, output: Path | None, explain: bool, **options: 
             result = amb_cosim.simulate(system_file, progress=report, **options)
         refuse_nothing(result.outcome)
         result.save(folder)
-    show_warnings(sentences(warnings_of(result.signals)), whole=explain)
+    show_warnings(sentences(warnings_of(result.signals)), whole=show_all)
     show_notices(json.loads(result.signals.attrs["notices"]))
     click.echo(f"{result.outcome}; results in {folder}")
     tell_failure(result.outcome, folder)

@@ -10,48 +10,51 @@ from typing import Any
 import click
 
 from amb_cosim.commands.cli_errors import Failed, interrupted, refusing
+from amb_cosim.commands.former import former_option
 from amb_cosim.commands.options import FLAVOUR, NO_PLOTS, RECEPTANCES, ROTOR, SETTINGS, UNITS, UNTIL, output
 from amb_files.atomic import check_writable
-
-VARY = """Values of a variable, NAME=START:STOP:COUNT or NAME=VALUE,VALUE,...; units are understood. What an event sets
-begins with the label of an event; names joined by & are varied together; NAME=@FILE has a table of settings a label."""
-
-ADAPTIVE = """Run only the points that are needed to know maximum:METRIC, minimum:METRIC or boundary:METRIC=LEVEL
-to --certainty; boundary:recovered, contact or rolling bisects a grid."""
 
 
 @click.command()
 @click.argument("name")
-@click.option("--vary", "vary", multiple=True, metavar="NAME=VALUES", help=VARY)
-@click.option("--sample", metavar="lhs:N|sobol:N|saltelli:N", help="Draw N points of the ranges without a count.")
-@click.option("--seed", type=int, default=0, show_default=True, help="Of the sample.")
+@click.option(
+    "--vary", "vary", multiple=True, metavar="NAME=VALUES", help="Values of a variable, see above; repeatable."
+)
+@click.option("--sample", metavar="lhs:N|sobol:N|saltelli:N", help="Sample N points of the ranges without a count.")
+@click.option("--seed", type=int, default=0, show_default=True, help="Seed of the sample.")
 @SETTINGS
-@output("Folder; default results/sweep_NAME.")
+@output("Folder; default: results/sweep_NAME.")
 @UNTIL
 @ROTOR
 @RECEPTANCES
 @FLAVOUR
 @click.option(
-    "--metric", "metrics", multiple=True, metavar="FILE:FUNCTION", help="A function of a result: numbers by name."
+    "--metric",
+    "metrics",
+    multiple=True,
+    metavar="FILE:FUNCTION",
+    help="Function of a result that returns named numbers.",
 )
-@click.option(
-    "--keep", multiple=True, metavar="OUTCOME", help="Keep full records of runs that end so: trapped, failed, ...; all."
-)
-@click.option("--boundary", metavar="METRIC", help="Whose boundary maps draw: recovered (default), contact, rolling.")
-@click.option("--adaptive", metavar="GOAL", help=ADAPTIVE)
-@click.option("--certainty", type=float, metavar="SHARE", help="Of the range of values or an axis; 0.01 by default.")
-@click.option(
-    "--scheduler", metavar="ADDRESS", help="Of a Dask scheduler, such as tcp://host:8786, in place of processes here."
-)
-@click.option("--jobs", type=int, help="Number of processes here; one a processor by default.")
+@click.option("--keep", multiple=True, metavar="OUTCOME", help="Outcomes with full records: trapped, failed, ...; all.")
+@click.option("--boundary", metavar="METRIC", help="Boundary in maps: recovered (default), contact, rolling.")
+@click.option("--adaptive", metavar="GOAL", help="Run only the points that a goal needs, see above.")
+@former_option("--refine", "--adaptive boundary:METRIC")
+@click.option("--certainty", type=float, metavar="SHARE", help="Relative to the range of values or axis; default 0.01.")
+@click.option("--scheduler", metavar="ADDRESS", help="Dask scheduler to use, such as tcp://host:8786.")
+@click.option("--jobs", type=int, help="Number of local processes; default: one per processor.")
 @NO_PLOTS
 @UNITS
 def sweep(name: str, vary: tuple[str, ...], output: Path | None, no_plots: bool, **options: Any) -> None:
     """Run a scenario over a grid or a sample of values.
 
-    What runs lead to is in OUTPUT/sweep.zarr as soon as they end, and the same command goes on with a sweep that was
-    ended. In place of a scenario NAME may be a ready sweep, such as `amb-cosim list` shows; options go over what it
-    has.
+    Results of runs are in OUTPUT/sweep.zarr as soon as they end; the same command continues an interrupted sweep. NAME
+    may also be a ready sweep listed by `amb-cosim list`; options override its settings.
+
+    --vary takes NAME=START:STOP:COUNT, NAME=VALUE,VALUE,... with units, or NAME=@FILE, a table with one setting per
+    label. Names joined by & vary together; variables that an event sets begin with the label of the event.
+
+    --adaptive takes maximum:METRIC, minimum:METRIC or boundary:METRIC=LEVEL, found to --certainty, or
+    boundary:recovered, boundary:contact or boundary:rolling, which bisects a grid.
     """
     folder = output or Path("results") / f"sweep_{Path(name).stem}"
     with refusing():
@@ -67,9 +70,9 @@ def sweep(name: str, vary: tuple[str, ...], output: Path | None, no_plots: bool,
         try:
             swept = run_sweep(scenario, output=folder, **merged)
         except KeyboardInterrupt as error:
-            raise interrupted(f"interrupted; the same command goes on with what is in {folder}") from error
+            raise interrupted(f"interrupted; the same command continues with the runs in {folder}") from error
         except ClusterFailed as error:
-            raise Failed(f"{error}; the same command goes on with what is in {folder}") from error
+            raise Failed(f"{error}; the same command continues with the runs in {folder}") from error
         if not no_plots:
             from amb_cosim.sweeps.figures import draw_sweep
 
@@ -80,13 +83,13 @@ def sweep(name: str, vary: tuple[str, ...], output: Path | None, no_plots: bool,
         raise Failed(f"no run of the sweep succeeded; reasons are above and in {folder}")
 
 
-def _request(name: str, given: Mapping[str, Any]) -> tuple[str, dict[str, Any]]:
-    """Return scenario and options of `amb_cosim.sweep`, those of a ready sweep under what is given."""
+def _request(name: str, options: Mapping[str, Any]) -> tuple[str, dict[str, Any]]:
+    """Return scenario and options of `amb_cosim.sweep`; given options override those of a ready sweep."""
     from amb_cosim.sweeps.ready import named_sweeps
 
     ready = named_sweeps().get(name)
     merged = {} if ready is None else ready.options
-    for key, value in given.items():
+    for key, value in options.items():
         if isinstance(value, Mapping):
             merged[key] = {**merged.get(key, {}), **value}
         elif value is not None:
@@ -95,18 +98,18 @@ def _request(name: str, given: Mapping[str, Any]) -> tuple[str, dict[str, Any]]:
 
 
 def _function(text: str) -> Callable[..., Any]:
-    """Return the function that FILE:FUNCTION names; workers get it by value."""
+    """Return the function named by FILE:FUNCTION; workers receive it by value."""
     file, _, name = text.rpartition(":")
     if not file or not Path(file).is_file():
         raise ValueError(f"--metric {text} is not allowed; it must be FILE:FUNCTION, and FILE must exist")
     spec = importlib.util.spec_from_file_location(f"amb_cosim_metric_{Path(file).stem}", file)  # no package's name
     if spec is None or spec.loader is None:
-        raise ValueError(f"--metric {text}: {file} is no Python file")
+        raise ValueError(f"--metric {text}: {file} is not a Python file")
     module = importlib.util.module_from_spec(spec)
     try:
         spec.loader.exec_module(module)
         function = getattr(module, name)
-    except (Exception, SystemExit) as error:  # whatever the user's file raises
+    except (Exception, SystemExit) as error:  # any error of the user's file
         raise ValueError(f"--metric {text}: {type(error).__name__}: {error}") from error
     import sys
 

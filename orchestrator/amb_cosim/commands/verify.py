@@ -1,4 +1,4 @@
-"""The command that checks an FMU against the reference results that it carries."""
+"""The command that checks an FMU against its reference results."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from amb_cosim.commands.cli_errors import refusing
 def verify(ctx: click.Context, fmu: Path) -> None:
     """Check an FMU against its reference results.
 
-    FMPy runs the experiments that the FMU carries (FMI-LS-REF).
+    FMPy runs the experiments in the FMU (FMI-LS-REF).
 
-    Exit code 1 if a value is not equal, or an experiment cannot be run.
+    The exit code is 1 if a value differs, or an experiment cannot be run.
     """
     from amb_cosim.cosim.verify.verification import verify
 

@@ -1,1 +1,1 @@
-"""Runs side by side: their summaries in one table, how far their signals differ, and figures over each other."""
+"""Comparison of runs: summaries in one table, differences of signals, and overlaid figures."""

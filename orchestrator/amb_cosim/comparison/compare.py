@@ -1,4 +1,4 @@
-"""Runs side by side: what is compared, the runs and their differences, and the files that say them."""
+"""Comparison of runs: sources, runs, differences, and output files."""
 
 from __future__ import annotations
 
@@ -12,11 +12,12 @@ from typing import TYPE_CHECKING, Any
 from amb_cosim.comparison.signals import SignalComparison, compare_signals
 from amb_cosim.comparison.table import ComparedValue, rows_of, table_of
 from amb_cosim.cosim.basics.choices import FLAVOURS, Flavour
-from amb_cosim.cosim.run.run_plan import Progress
+from amb_cosim.cosim.run.options import Progress
 from amb_cosim.cosim.system.values import Raw
 from amb_cosim.presentation.json_data import json_data
-from amb_cosim.presentation.text_tables import TextPart, rendered
+from amb_cosim.presentation.text_tables import TextBlock, html_of, rendered
 from amb_cosim.results.result import Result
+from amb_cosim.scenario.rotors import RotorSource, named
 from amb_cosim.scenario.scenario import Scenario, load_scenario, scenarios
 from amb_cosim.scenario.simulation import run
 from amb_files.atomic import write_atomically
@@ -27,18 +28,18 @@ if TYPE_CHECKING:
 Source = str | Path | Scenario | Result
 """A scenario, its name or TOML file; or a result, its folder or its file."""
 
-MOST = 8  # runs, which figures can still tell apart
+MOST = 8  # runs that remain distinguishable in figures
 FILE = "comparison.json"
 
 
 @dataclass(frozen=True, eq=False)
 class Side:
-    """One of the runs that are compared.
+    """One of the compared runs.
 
     label
-        Name that tells it from the others: that of its scenario, and what differs.
+        Its unique name: that of its scenario, and the settings that differ.
     source
-        What was given: name, file or folder.
+        Name, file or folder.
     settings
         Values that replaced the scenario's; empty for a saved result.
     result
@@ -53,14 +54,14 @@ class Side:
 
 @dataclass(frozen=True, eq=False)
 class Comparison:
-    """Runs side by side; `print` shows their table.
+    """Compared runs; `print` shows their table.
 
     sides
-        The runs, the first of which the others are compared with.
+        The runs; the others are compared with the first.
     rows
-        Quantities of the summaries with their differences to the first run.
+        Quantities of the summaries with their differences from the first run.
     signals
-        Which signals the runs have in common, how far these differ, and which only some have.
+        The common signals, their differences, and the signals that only some runs have.
     """
 
     sides: tuple[Side, ...]
@@ -77,13 +78,19 @@ class Comparison:
         """The runs."""
         return [side.result for side in self.sides]
 
-    def text(self) -> list[TextPart]:
+    def text(self) -> list[TextBlock]:
         """Return the table of the summaries, and lines about outcomes and signals."""
         outcomes = [f"{side.label}: {side.result.outcome}" for side in self.sides]
         return [table_of(self.rows, self.labels), *outcomes, *self.signals.text()]
 
     def __str__(self) -> str:
         return rendered(self.text())
+
+    def __repr__(self) -> str:
+        return f"Comparison({', '.join(self.labels)}: {len(self.rows)} quantities)"
+
+    def _repr_html_(self) -> str:
+        return html_of(self.text())
 
     def as_dict(self) -> dict[str, Any]:
         """Return the data, ready for JSON."""
@@ -100,13 +107,13 @@ class Comparison:
         return {"runs": runs, "rows": json_data(self.rows), "signals": json_data(self.signals)}
 
     def figures(self) -> dict[str, Figure]:
-        """Return the overlaid figures that the runs have data for: `orbits`, `displacement` and `contact`."""
+        """Return the overlaid figures for which the runs have data: `orbits`, `displacement` and `contact`."""
         from amb_cosim.comparison.plots import overlays
 
         return overlays({side.label: side.result.signals for side in self.sides})
 
     def save(self, folder: str | Path, plots: bool = True) -> Path:
-        """Write `comparison.json` and, if wanted, the figures; return the folder.
+        """Write `comparison.json` and, if requested, the figures; return the folder.
 
         Raises
         ------
@@ -128,69 +135,69 @@ class Comparison:
 def compare(
     *sources: Source,
     set: Mapping[str, Raw] | Sequence[Mapping[str, Raw] | None] | None = None,
-    rotor: str | Path | Sequence[str | Path | None] | None = None,
+    rotor: RotorSource | Sequence[RotorSource] = None,
     flavour: Flavour | Sequence[Flavour] = "native",
     until: Raw | None = None,
     progress: bool | Progress | None = None,
 ) -> Comparison:
     """Run scenarios, or read results, and return them side by side.
 
-    Settings, rotor and flavour are one for all runs, or a sequence with one for each source. One for all leaves saved
-    results as they are. A run that Ctrl-C interrupts is the last one.
+    Settings, rotor and flavour apply to all runs, or are a sequence with one per source. Settings for all do not affect
+    saved results. Ctrl-C interrupts the present run and skips the rest.
 
     Parameters
     ----------
     sources
-        Two to eight of them: a scenario, its name or TOML file; or a result, its folder or its file.
+        Two to eight: a scenario, its name or TOML file; or a result, its folder or file.
     set
         Values by `component.variable` that replace the scenario's.
     rotor
-        Name of a rotor of a pack, or rotor file, in place of the scenario's.
+        A `Rotor`, name of a packaged rotor, or rotor file, to use instead of the scenario's.
     flavour
         `native` or `python`.
     until
-        End of the runs from the beginning of cycle 0, in s or as a text with a unit.
+        End of the runs after the beginning of cycle 0, in s or as a text with a unit.
     progress
         As in `run`.
 
     Raises
     ------
     ValueError
-        If there are too few or too many sources, one of them is wrong, or something is set for a saved result.
+        If there are too few or too many sources, one is invalid, or a value is set for a saved result.
     """
     if not 2 <= len(sources) <= MOST:
-        raise ValueError(f"{len(sources)} runs are not allowed; it must be from 2 to {MOST} that are compared")
+        raise ValueError(f"{len(sources)} runs are not allowed; the number must be from 2 to {MOST}")
     settings, rotors, flavours = (
-        _for_each(given, len(sources), name) for given, name in ((set, "set"), (rotor, "rotor"), (flavour, "flavour"))
+        _for_each(value, len(sources), name) for value, name in ((set, "set"), (rotor, "rotor"), (flavour, "flavour"))
     )
     plans = []
     for number, source in enumerate(sources):
         loaded = load(source)
         if isinstance(loaded, Result):
-            for given, values, default in ((set, settings, None), (rotor, rotors, None), (flavour, flavours, "native")):
-                local = values[number] if _is_each(given) else None
+            for value, values, default in ((set, settings, None), (rotor, rotors, None), (flavour, flavours, "native")):
+                local = values[number] if _is_each(value) else None
                 if local and local != default:
-                    raise ValueError(f"{_shown(source)} is a saved result; {local} cannot be set for it")
+                    raise ValueError(f"{_source_text(source)} is a saved result; {local} cannot be set for it")
         if flavours[number] not in FLAVOURS:
             raise ValueError(f"flavour = {flavours[number]!r} is not allowed; it must be one of {', '.join(FLAVOURS)}")
         plans.append(loaded)
     if (set or rotor or until) and all(isinstance(plan, Result) for plan in plans):
-        raise ValueError("all that is compared are saved results; nothing can be set for them")
+        raise ValueError("settings require a scenario; all of these are saved results")
     sides: list[Side] = []
     for source, plan, local, its_rotor, its_flavour in zip(sources, plans, settings, rotors, flavours, strict=True):
         if isinstance(plan, Result):
-            sides.append(Side(plan.scenario, _shown(source), {}, plan))
+            sides.append(Side(plan.scenario, _source_text(source), {}, plan))
             continue
         result = run(plan, set=local, rotor=its_rotor, flavour=its_flavour, until=until, progress=progress)
         label = _label(plan.name, local, its_rotor, its_flavour, (set, rotor, flavour))
-        sides.append(Side(label, _shown(source), local or {}, result))
+        sides.append(Side(label, _source_text(source), local or {}, result))
         if result.outcome.status == "interrupted":
             break
     return side_by_side(sides)
 
 
 def side_by_side(sides: Sequence[Side]) -> Comparison:
-    """Return the comparison of runs; where two have one label, each gets its number."""
+    """Return the comparison of runs; equal labels are numbered."""
     count = Counter(side.label for side in sides)
     named = tuple(
         Side(f"{side.label} ({k})" if count[side.label] > 1 else side.label, side.source, side.settings, side.result)
@@ -202,12 +209,12 @@ def side_by_side(sides: Sequence[Side]) -> Comparison:
 
 
 def load(source: Source) -> Scenario | Result:
-    """Return the scenario or the result that a source names.
+    """Return the scenario or result of a source.
 
     Raises
     ------
     ValueError
-        If there is none, or it is wrong.
+        If there is none, or it is invalid.
     """
     if isinstance(source, Scenario | Result):
         return source
@@ -216,30 +223,30 @@ def load(source: Source) -> Scenario | Result:
     return load_scenario(str(source))
 
 
-def _shown(source: Source) -> str:
+def _source_text(source: Source) -> str:
     if isinstance(source, Result):
         return source.scenario
     return source.name if isinstance(source, Scenario) else str(source)
 
 
-def _is_each(given: Any) -> bool:
-    """Return whether something is given for each source."""
-    return isinstance(given, Sequence) and not isinstance(given, str)
+def _is_each(value: Any) -> bool:
+    """Return whether there is one value per source."""
+    return isinstance(value, Sequence) and not isinstance(value, str)
 
 
-def _for_each(given: Any, count: int, name: str) -> list[Any]:
-    """Return what each source gets."""
-    if not _is_each(given):
-        return [given] * count
-    if len(given) != count:
-        raise ValueError(f"{name} for {len(given)} of {count} runs; give one for all, or one for each")
-    return list(given)
+def _for_each(value: Any, count: int, name: str) -> list[Any]:
+    """Return the value for each source."""
+    if not _is_each(value):
+        return [value] * count
+    if len(value) != count:
+        raise ValueError(f"{name} for {len(value)} of {count} runs; set one for all, or one for each")
+    return list(value)
 
 
-def _label(name: str, own: Mapping[str, Raw] | None, rotor: Any, flavour: str, given: tuple[Any, ...]) -> str:
-    """Return the name of a scenario with what is set for it but not for all."""
-    settings, rotors, flavours = (_is_each(each) for each in given)
-    parts = [f"{key}={value}" for key, value in (own or {}).items()] if settings else []
-    parts += [Path(rotor).stem] if rotors and rotor else []
+def _label(name: str, settings: Mapping[str, Raw] | None, rotor: Any, flavour: str, requested: tuple[Any, ...]) -> str:
+    """Return the name of a scenario with the settings that are not common to all."""
+    varied, rotors, flavours = (_is_each(each) for each in requested)
+    parts = [f"{key}={value}" for key, value in (settings or {}).items()] if varied else []
+    parts += [Path(str(named(rotor))).stem] if rotors and rotor else []
     parts += [flavour] if flavours else []
     return ", ".join([name, *parts])

@@ -1,4 +1,4 @@
-"""Signals of several runs side by side: which they share, how far these differ, and which only some have."""
+"""Comparison of signals of several runs: common ones, their differences, and those that only some have."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ import numpy as np
 from amb_cosim.cosim.record.signals import AT_STEPS, Signals, variables_of
 from amb_cosim.results.series import cycles
 
-SHOWN = 6  # names of a list that is printed
+MOST_NAMES = 6  # most names in a printed list
 
 
 @dataclass(frozen=True)
 class LargestDifference:
-    """Largest difference of a signal to the first run's: its size in the signal's unit, and its cycle."""
+    """Largest difference of a signal from the first run's, in the signal's unit, and its cycle."""
 
     signal: str
     unit: str
@@ -25,17 +25,18 @@ class LargestDifference:
 
 @dataclass(frozen=True)
 class AgainstFirst:
-    """One run against the first, over the samples at times that both have.
+    """Comparison of a run with the first, over the samples at common times.
 
     label
         The run.
     same_times
-        Whether both have samples at the same times, as far as the shorter run goes; only then signals are compared.
+        Whether both have samples at the same times, up to the end of the shorter run; otherwise signals are not
+        compared.
     compared, equal
-        Number of signals in common, and of those that are equal to the last bit.
+        Number of common signals, and of those that are bitwise equal.
     largest
-        Difference of the signal that deviates most, relative to its range in the first run; None if those that differ
-        have no range there.
+        Difference of the signal that deviates most, relative to its range in the first run; None if the differing ones
+        are constant there.
     """
 
     label: str
@@ -52,9 +53,9 @@ class SignalComparison:
     common
         Signals that all runs have.
     only_some
-        Runs that have a signal, by signal, where not all have it.
+        Runs that have a signal, by signal, if not all have it.
     against_first
-        Each other run against the first.
+        Comparison of each other run with the first.
     """
 
     common: tuple[str, ...]
@@ -62,15 +63,13 @@ class SignalComparison:
     against_first: tuple[AgainstFirst, ...]
 
     def text(self) -> list[str]:
-        """Return a line for each run, and for each group of signals that only some have."""
+        """Return a line for each run, and for each group of signals that only some runs have."""
         lines = []
         for result in self.against_first:
             if not result.same_times:
-                lines.append(
-                    f"{result.label}: sampled at other times than the first run, so that signals are not compared"
-                )
+                lines.append(f"{result.label}: sampled at other times than the first run; signals are not compared")
                 continue
-            text = f"{result.label}: {result.equal} of {result.compared} common signals are equal to the last bit"
+            text = f"{result.label}: {result.equal} of {result.compared} common signals are bitwise equal"
             if result.largest is not None:
                 worst = result.largest
                 text += (
@@ -81,20 +80,20 @@ class SignalComparison:
         for signal, labels in self.only_some.items():
             groups.setdefault(labels, []).append(signal)
         for labels, names in groups.items():
-            more = f" and {len(names) - SHOWN} more" if len(names) > SHOWN else ""
-            lines.append(f"only in {' and '.join(labels)}: {', '.join(names[:SHOWN])}{more}")
+            more = f" and {len(names) - MOST_NAMES} more" if len(names) > MOST_NAMES else ""
+            lines.append(f"only in {' and '.join(labels)}: {', '.join(names[:MOST_NAMES])}{more}")
         return lines
 
 
 def compare_signals(labels: Sequence[str], runs: Sequence[Signals]) -> SignalComparison:
-    """Return which signals runs have in common, and how far those of the others differ from the first run's.
+    """Return the common signals of runs, and their differences from the first run.
 
     Parameters
     ----------
     labels
         Names of the runs.
     runs
-        What they recorded.
+        Their records.
     """
     names = [signal_names(run) for run in runs]
     every = dict.fromkeys(name for result in names for name in result)
@@ -111,12 +110,12 @@ def compare_signals(labels: Sequence[str], runs: Sequence[Signals]) -> SignalCom
 
 
 def signal_names(run: Signals) -> list[str]:
-    """Return the names of the recorded variables, each once."""
+    """Return the names of the recorded variables without repetition."""
     return [name for name in variables_of(run) if not name.endswith(AT_STEPS)]
 
 
 def _against(label: str, first: Signals, run: Signals, names: Iterable[str]) -> AgainstFirst:
-    """Return how far the signals of a run differ from those of the first."""
+    """Return the differences of a run's signals from those of the first."""
     shorter = min(first.sizes["time"], run.sizes["time"])
     times, first_times = (np.asarray(result["time"].values[:shorter]) for result in (run, first))
     compared = [*names]

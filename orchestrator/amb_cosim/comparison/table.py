@@ -1,4 +1,4 @@
-"""Quantities of several summaries side by side, with their differences to the first."""
+"""Table of quantities of several summaries, with differences from the first."""
 
 from __future__ import annotations
 
@@ -11,30 +11,30 @@ from rich.table import Table
 from amb_cosim.presentation.text_tables import number, text_table
 from amb_cosim.results.summary import KEY, Summary
 
-# Units as the keys of a summary end with them.
+# Units as suffixes of the keys of a summary.
 UNITS = {"N": "N", "Ns": "N s", "mm": "mm", "rad_s": "rad/s", "cycle": "cycle", "J": "J", "s": "s", "relative": "1"}
 COST = ("wall", "real_time_factor", "steps_by_method")
-LEFT_OUT = ("scenario", "flavour", *COST, "contact_states", "touchdown", "warnings", "notices")
+LEFT_OUT = ("scenario", "flavour", *COST, "contact_states", "touchdown", "warnings", "notices", "verdict")
 SHARES = ("contact_share", "site_share", "share_beyond_reduction", "energy_balance", "energy_balance_of_heat")
-ABSOLUTE = ("1", "cycle")  # units of differences that are no percentages
-MOST_PERCENT = 1000.0  # beyond it a difference says more than a percentage
-ROUNDING = 1e-12  # of the first value; a smaller difference is printed as none
+ABSOLUTE = ("1", "cycle")  # units whose differences are absolute rather than percentages
+MOST_PERCENT = 1000.0  # percentage above which the absolute difference is printed
+ROUNDING = 1e-12  # of the first run's value; a smaller difference is printed as none
 
 Value = float | str | bool | None
 
 
 @dataclass(frozen=True)
 class ComparedValue:
-    """One quantity of all runs.
+    """A quantity of all runs.
 
     quantity
-        Its key in the summary, with the bearing, site or state that it is of.
+        Its key in the summary, with its bearing, site or state.
     unit
-        Its unit; empty for a text.
+        Its unit; empty for texts.
     values
-        Value of each run; None where it has none.
+        Value of each run; may be None.
     differences
-        Value less that of the first run; None where one of them is no number.
+        Value minus that of the first run; None if one of them is not a number.
     """
 
     quantity: str
@@ -44,7 +44,7 @@ class ComparedValue:
 
 
 def rows_of(summaries: Sequence[Summary]) -> tuple[ComparedValue, ...]:
-    """Return the quantities that at least one of the runs has, in the order of the summary."""
+    """Return the quantities of all runs, in the order of the summary."""
     flat = [dict(_flat(summary)) for summary in summaries]
     units = {name: unit for values in flat for name, (_, unit) in values.items()}
     rows = []
@@ -55,7 +55,7 @@ def rows_of(summaries: Sequence[Summary]) -> tuple[ComparedValue, ...]:
 
 
 def table_of(rows: Sequence[ComparedValue], labels: Sequence[str]) -> Table:
-    """Return a table with a column for each run, and the difference to the first one beside the values of the others.
+    """Return a table with a column for each run, and the difference from the first next to the other values.
 
     Quantities that are zero in all runs are left out.
     """
@@ -67,15 +67,15 @@ def table_of(rows: Sequence[ComparedValue], labels: Sequence[str]) -> Table:
     for row in rows:
         if not any(row.values):
             continue
-        cells = [row.quantity.replace("_", " "), row.unit, _shown(row.values[0])]
+        cells = [row.quantity.replace("_", " "), row.unit, _cell(row.values[0])]
         for run in range(1, len(labels)):
-            cells += [_shown(row.values[run]), _change(row, run)]
+            cells += [_cell(row.values[run]), _change(row, run)]
         table.add_row(*cells)
     return table
 
 
 def _flat(summary: Summary) -> Iterator[tuple[str, tuple[Value, str]]]:
-    """Yield name, value and unit of each quantity; those of several places have a name for each."""
+    """Yield name, value and unit of each quantity, with one name per place."""
     for field in fields(summary):
         if field.name in LEFT_OUT:
             continue
@@ -102,14 +102,15 @@ def _difference(value: Value, first: Value) -> float | None:
     return value - first
 
 
-def _shown(value: Value) -> str:
+def _cell(value: Value) -> str:
     if isinstance(value, bool):
         return "yes" if value else "no"
     return value if isinstance(value, str) else number(value)
 
 
 def _change(row: ComparedValue, run: int) -> str:
-    """Return the difference of a run in percent of the first value; that of a share or a cycle as it is."""
+    """Return the difference of a run in percent of the first run's value; for shares and cycles, the absolute
+    difference."""
     difference, first = row.differences[run], row.values[0]
     if difference is None or isinstance(first, bool | str | None):
         return ""

@@ -1,1 +1,1 @@
-"""Controllers as data: from a law in any form to the constants of the model `linear_controller`."""
+"""Controllers as data: conversion of a law in any form to the constants of the model `linear_controller`."""

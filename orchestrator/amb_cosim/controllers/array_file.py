@@ -5,13 +5,11 @@
     inputs, outputs  names: cell arrays of text or char matrices in `.mat`, arrays of text in `.npz`
     speeds           rad/s, with a table
 
-Files that this package wrote have `slow_time`, `allow_unstable` and start values of parameters besides.
+Files written by this package also contain `slow_time`, `allow_unstable` and start values of parameters.
 """
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -19,41 +17,21 @@ from typing import Any
 import numpy as np
 
 from amb_cosim.controllers.laws import Law
+from amb_files.array_files import SUFFIXES, read_content
 from amb_files.atomic import write_atomically
-from amb_files.temporary_folders import temporary_folder
 
-SUFFIXES = (".npz", ".mat")
 MATRICES = ("A", "B", "C", "D")
 NAMES = ("inputs", "outputs", "start_names", "input_units", "output_units")
 KEYS = (*MATRICES, *NAMES, "Ts", "speeds", "slow_time", "allow_unstable", "start_values")
 
-# A damaged .mat file can crash scipy's reader, and with it the process.
-READ_MAT = """
-import sys
-import numpy as np
-from scipy.io import loadmat
-
-def text(item):
-    return item if isinstance(item, str) else text(item.item()) if np.size(item) == 1 else "?"
-
-source, target, *keys = sys.argv[1:]
-try:
-    content = loadmat(source, appendmat=False)
-    found = {key: np.asarray(content[key]) for key in keys if key in content}
-    found = {k: np.array([text(i) for i in np.ravel(v)]) if v.dtype.kind in "OU" else v for k, v in found.items()}
-    np.savez(target, **found)
-except Exception as error:
-    sys.exit(" ".join(str(error).split()) or type(error).__name__)
-"""
-
 
 def write_arrays(path: Path, laws: Mapping[float, Law], facts: Mapping[str, Any]) -> Path:
-    """Write laws by speed, and facts by the names above, into a file whose name says of which kind; return its path.
+    """Write laws by speed, and the other data above, into a file whose suffix selects the format; return its path.
 
     Raises
     ------
     ValueError
-        If the name ends in another way.
+        If the suffix is not allowed.
     """
     each = list(laws.values())
     content: dict[str, Any] = {
@@ -76,14 +54,14 @@ def write_arrays(path: Path, laws: Mapping[float, Law], facts: Mapping[str, Any]
 
 
 def read_arrays(path: Path) -> dict[str, Any]:
-    """Return what a file has as arguments of `linear_controller`, and `starts`.
+    """Return the content of a file as arguments of `linear_controller`, and `starts`.
 
     Raises
     ------
     ValueError
-        If it cannot be read, lacks a matrix, or has something else in an array's place.
+        If it cannot be read, lacks a matrix, or an array is invalid.
     """
-    content = _content(path)
+    content = read_content(path, KEYS)
     lacks = [name for name in MATRICES if name not in content]
     if lacks:
         raise ValueError(f"it lacks {', '.join(lacks)}; it must have the arrays A, B, C, D")
@@ -120,28 +98,6 @@ def _laws(content: Mapping[str, Any], step: float | None) -> Law | dict[float, L
     if len(table) < len(speeds):
         raise ValueError(f"speeds = {speeds.tolist()} rad/s is not allowed; they must differ")
     return table
-
-
-def _content(path: Path) -> dict[str, Any]:
-    if path.suffix == ".npz":
-        return _load_npz(path)
-    with temporary_folder() as folder:
-        target = folder / "arrays.npz"
-        command = [sys.executable, "-P", "-c", READ_MAT, str(path), str(target), *KEYS]
-        process = subprocess.run(command, capture_output=True, text=True, check=False)
-        if process.returncode:
-            lines = process.stderr.strip().splitlines() if process.returncode > 0 else []
-            raise ValueError(f"it cannot be read as a .mat file: {lines[-1] if lines else 'it is damaged'}")
-        return _load_npz(target)
-
-
-def _load_npz(path: Path) -> dict[str, Any]:
-    try:
-        with np.load(path, allow_pickle=False) as file:
-            return {key: file[key] for key in KEYS if key in file.files}
-    except Exception as error:  # whatever reading a damaged file leads to
-        said = " ".join(str(error).split()) or type(error).__name__
-        raise ValueError(f"it cannot be read as an .npz file: {said}") from error
 
 
 def _save_npz(path: Path, content: Mapping[str, Any]) -> None:

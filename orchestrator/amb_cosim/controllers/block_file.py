@@ -11,11 +11,11 @@
     "left.x" = 0.5
     "right.x" = -0.5
 
-    [demands.tilting]                      # and sums of demands that they may feed
+    [demands.tilting]                      # and sums of demands that they may drive
     "left.i_x" = 1
     "right.i_x" = -1
 
-    [[channel]]                            # blocks one after the other; what is fed twice is added
+    [[channel]]                            # blocks in sequence; what is fed twice is added
     from = "tilting"                       # a list for equal channels: from = ["left.x", "left.y"]
     to = "tilting"
     gain = -1.0                            # or over speed: [["0 rpm", -1.0], ["9000 rpm", -1.2]]
@@ -40,11 +40,12 @@ from pydantic import Field
 
 from amb_cosim.controllers.blocks import Block, Warp, schedule
 from amb_cosim.controllers.discretisation import check_sample_time, sampled
-from amb_cosim.controllers.laws import Array, Law, in_series, law_of, side_by_side
+from amb_cosim.controllers.laws import Law, in_series, law_of, side_by_side
 from amb_cosim.cosim.system.tables import Table, Value
 from amb_cosim.cosim.system.values import quantity
 from amb_files.suggestions import suggest
 from amb_files.toml import read_toml, validate
+from array_types import Array
 
 Names = Annotated[tuple[str, ...], Field(min_length=1, max_length=64)]
 T = TypeVar("T")
@@ -52,7 +53,7 @@ Gains = Annotated[tuple[tuple[Value, float], ...], Field(min_length=1, max_lengt
 
 
 class Channel(Table):
-    """Blocks in series from a signal to a demand, or from each of several to one of several."""
+    """Blocks in series from a signal to a demand, or from each of several signals to one of several demands."""
 
     from_: Annotated[str | Names, Field(alias="from")]
     to: str | Names
@@ -79,7 +80,7 @@ class ControllerTable(Table):
 
 
 def read_blocks(path: Path, continuous: bool = False) -> dict[str, Any]:
-    """Return what a file has as arguments of `linear_controller`.
+    """Return the content of a file as arguments of `linear_controller`.
 
     Parameters
     ----------
@@ -89,12 +90,12 @@ def read_blocks(path: Path, continuous: bool = False) -> dict[str, Any]:
     Raises
     ------
     ValueError
-        If it cannot be read, or something in it is not allowed; one line for each mistake of its form.
+        If it cannot be read or is invalid; one line for each error of form.
     """
     table = validate(read_toml(path, "controller"), ControllerTable, "controller")
     time = check_sample_time(quantity(table.sample_time, "s", "sample_time"))
     if table.prewarp and table.method != "tustin":
-        raise ValueError(f"prewarp is not allowed with {table.method}; tustin alone is prewarped")
+        raise ValueError(f"prewarp is not allowed with {table.method}; only tustin supports it")
 
     def warp(omega: float) -> float:
         if not table.prewarp or continuous:
@@ -130,7 +131,7 @@ def _laws(table: ControllerTable, warp: Warp) -> dict[float, Law]:
         where = f"channel {number}"
         ends = [[end] if isinstance(end, str) else list(end) for end in (channel.from_, channel.to)]
         if len(ends[0]) != len(ends[1]):
-            raise ValueError(f"{where}: from has {len(ends[0])} names and to {len(ends[1])}; they must be as many")
+            raise ValueError(f"{where}: from has {len(ends[0])} names and to {len(ends[1])}; they must be equally many")
         gains.append(_gains(channel, where))
         scheduled = [speed for k, block in enumerate(channel.blocks, 1) for speed in _of(where, k, block, block.speeds)]
         speeds |= {*scheduled, *(speed for speed, _ in gains[-1])}
@@ -160,7 +161,7 @@ def _law_at(block: Block, speed: float, warp: Warp) -> Law:
 
 
 def _of(where: str, number: int, block: Block, ask: Callable[[], T]) -> T:
-    """Return what a block answers; its errors say which one it is."""
+    """Return the result of a block's function; its errors name the block."""
     try:
         return ask()
     except ValueError as error:
@@ -168,7 +169,7 @@ def _of(where: str, number: int, block: Block, ask: Callable[[], T]) -> T:
 
 
 def _gains(channel: Channel, where: str) -> list[tuple[float, float]]:
-    """Return gains by speed, ascending (rad/s); one alone has the speed 0."""
+    """Return gains by ascending speed (rad/s); a single one has the speed 0."""
     if isinstance(channel.gain, int | float):
         gains = [(0.0, float(channel.gain))]
     else:
@@ -182,7 +183,7 @@ def _gains(channel: Channel, where: str) -> list[tuple[float, float]]:
 
 
 def _weights(name: str, ports: Sequence[str], sums: Mapping[str, Mapping[str, float]], where: str, kind: str) -> Array:
-    """Return the weight of each port in a name: of itself, or of a sum."""
+    """Return the weight of each port in a name, which is a port or a sum."""
     if name not in sums and name not in ports:
         raise ValueError(f"{where} = {name!r} is not allowed; {suggest(name, [*ports, *sums])}")
     weights = np.zeros(len(ports))

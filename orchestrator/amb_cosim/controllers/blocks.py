@@ -1,4 +1,4 @@
-"""Blocks of controllers as magnetic bearings have them, from their tables in a file to continuous laws.
+"""Controller blocks for magnetic bearings: from tables in a file to continuous laws.
 
     gain          gain
     pid           kp + ki/s + kd s/(1 + s/w),  w = roll_off
@@ -9,7 +9,7 @@
     low_pass      Butterworth of an order, -3 dB at `frequency`
     second_order  (s^2/v^2 + 2 y s/v + 1) / (s^2/w^2 + 2 z s/w + 1); without zeros the numerator is 1
 
-W. Larsonneur in G. Schweitzer, E. H. Maslen, Magnetic Bearings, Springer, 2009, chapter 8 for how they are used.
+W. Larsonneur in G. Schweitzer, E. H. Maslen, Magnetic Bearings, Springer, 2009, chapter 8, describes their use.
 """
 
 from __future__ import annotations
@@ -27,11 +27,11 @@ from amb_cosim.cosim.system.values import quantity
 
 Points = Annotated[tuple[tuple[Value, Value], ...], Field(min_length=1, max_length=1000)]  # of (speed, value)
 ValueOf = Callable[[Value, str], float]
-Warp = Callable[[float], float]  # of a frequency in rad/s, for which the sampled law is as stated
+Warp = Callable[[float], float]  # allowed frequencies (rad/s) for an accurate sampled law
 
 
 def angular_frequency(raw: Value, name: str) -> float:
-    """Return a frequency in rad/s; a number is in Hz. Raises ValueError if it is none above 0."""
+    """Return a frequency in rad/s; a number is in Hz. Raises ValueError if it is not a frequency > 0."""
     values = f"{raw!r} Hz" if isinstance(raw, int | float) and not isinstance(raw, bool) else raw
     value = quantity(values, "rad/s", name)
     if not 0.0 < value < math.inf:
@@ -50,7 +50,7 @@ def _number(raw: Value, unit: str, name: str, low: float, high: float) -> float:
 
 
 def schedule(points: Sequence[tuple[Value, Value]], name: str, value_of: ValueOf) -> list[tuple[float, float]]:
-    """Return points over speed, ascending (rad/s), and the value at each; raises ValueError if they do not ascend."""
+    """Return ascending speeds (rad/s), and the value at each; raises ValueError if they do not ascend."""
     result = [(quantity(speed, "rad/s", f"speed of {name}"), value_of(raw, name)) for speed, raw in points]
     speeds = [speed for speed, _ in result]
     if speeds != sorted(set(speeds)):
@@ -59,14 +59,14 @@ def schedule(points: Sequence[tuple[Value, Value]], name: str, value_of: ValueOf
 
 
 class BlockTable(Table):
-    """What all blocks can be asked for."""
+    """Base class of blocks."""
 
     def speeds(self) -> list[float]:
-        """Return the speeds (rad/s) for which something of the block is given."""
+        """Return the speeds (rad/s) at which a parameter of the block is given."""
         return []
 
     def at(self, speed: float) -> Self:
-        """Return the block as it is at a speed (rad/s)."""
+        """Return the block at a speed (rad/s)."""
         return self
 
 
@@ -97,7 +97,7 @@ class Pid(BlockTable):
         if kd == 0.0:
             return law_of(([kp, ki], [1.0, 0.0])) if ki else law_of(kp)
         if self.roll_off is None:
-            raise ValueError("roll_off is missing; a derivative must have one")
+            raise ValueError("roll_off is missing; it is required with a derivative")
         tau = 1.0 / warp(angular_frequency(self.roll_off, "roll_off"))
         if ki == 0.0:
             return law_of(([kp * tau + kd, kp], [tau, 1.0]))
@@ -121,7 +121,7 @@ class LeadLag(BlockTable):
 
 
 class Notch(BlockTable):
-    """A notch of a damping and depth, at a frequency or at points of it over speed."""
+    """A notch with a damping and a depth, at a frequency that may depend on speed."""
 
     type: Literal["notch"]
     frequency: Value | Points
@@ -143,14 +143,14 @@ class Notch(BlockTable):
         return schedule(points, "frequency", angular_frequency) if isinstance(points, tuple) else []
 
     def law(self, warp: Warp) -> Law:
-        assert not isinstance(self.frequency, tuple), "a law is that of a block at a speed"
+        assert not isinstance(self.frequency, tuple), "a law requires a block at a speed"
         w = warp(angular_frequency(self.frequency, "frequency"))
         z, depth = _number(self.damping, "1", "damping", 1e-6, 10.0), _number(self.depth, "1", "depth", 0.0, 1e3)
         return law_of(([1.0, 2.0 * depth * z * w, w * w], [1.0, 2.0 * z * w, w * w]))
 
 
 class BandStop(BlockTable):
-    """A stop between two frequencies."""
+    """A band-stop filter between two frequencies."""
 
     type: Literal["band_stop"]
     low: Value
@@ -181,7 +181,7 @@ class LowPass(BlockTable):
 
 
 class SecondOrder(BlockTable):
-    """A section by frequencies and dampings of its poles and zeros."""
+    """A second-order section by frequencies and damping ratios of its poles and zeros."""
 
     type: Literal["second_order"]
     frequency: Value

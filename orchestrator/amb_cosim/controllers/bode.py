@@ -1,4 +1,4 @@
-"""Frequency responses of a controller, as it is sampled and before: from each measured signal to each demand."""
+"""Frequency responses of a controller, sampled and continuous, from each measured signal to each demand."""
 
 from __future__ import annotations
 
@@ -7,31 +7,31 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
-from amb_cosim.controllers.laws import Array, Law
+from amb_cosim.controllers.laws import Law
 from amb_cosim.controllers.linear_controller import LinearController
+from array_types import Array, Complex
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-LOWEST, POINTS = 1e-4, 600  # of the frequencies: over half the sampling frequency, and how many
+LOWEST, POINTS = 1e-4, 600  # lowest frequency over half the sampling frequency, and number of frequencies
 
 
 @dataclass(frozen=True)
 class LawPath:
-    """A signal and a demand that the law connects: responses over frequency, before sampling where that is known."""
+    """A connection from a signal to a demand: sampled and, if known, continuous frequency responses."""
 
     signal: str
     demand: str
-    sampled: NDArray[np.complex128]
-    continuous: NDArray[np.complex128] | None
+    sampled: Complex
+    continuous: Complex | None
 
 
-def response(law: Law, omega: Array, sample_time: float | None) -> NDArray[np.complex128]:
+def response(law: Law, omega: Array, sample_time: float | None) -> Complex:
     """Return C (p 1 - A)^-1 B + D with p = exp(j omega T), or j omega without T; shape (n, n_demands, n_signals)."""
     p = 1j * omega if sample_time is None else np.exp(1j * omega * sample_time)
-    item = np.eye(len(law.A))  # of all frequencies at once, the matrices of a large law would fill the memory
+    item = np.eye(len(law.A))  # for all frequencies at once, the matrices of a large law would fill the memory
     return np.asarray([law.C @ np.linalg.solve(point * item - law.A, law.B) + law.D for point in p])
 
 
@@ -42,9 +42,9 @@ def frequencies(controller: LinearController) -> Array:
 
 
 def connections(controller: LinearController, omega: Array, speed: float, continuous: Law | None) -> list[LawPath]:
-    """Return the connections of a controller at a speed of its table, with that of its continuous law if there is one.
+    """Return the connections of a controller at a speed of its table, with that of its continuous law if any.
 
-    `delay` of the controller is in both: the sampled law's is exp(-j omega delay T).
+    Both include the controller's `delay`, exp(-j omega delay T) for the sampled law.
     """
     late = np.exp(-1j * omega * controller.sample_time * controller.starts.get("delay", 0.0))[:, None, None]
     result = late * response(controller.laws[speed], omega, controller.sample_time)
@@ -57,17 +57,17 @@ def connections(controller: LinearController, omega: Array, speed: float, contin
     ]
 
 
-def draw(found: Sequence[LawPath], omega: Array, modes: Sequence[float]) -> Figure:
+def draw(laws: Sequence[LawPath], omega: Array, modes: Sequence[float]) -> Figure:
     """Return Bode plots: sampled solid, continuous dashed, modes (rad/s) as lines.
 
-    Connections of equal responses share a line.
+    Connections with equal responses share a line.
     """
     from amb_cosim.presentation.style import DASHED, GREY, StyledFigure
 
     figure = StyledFigure(figsize=(8.0, 6.0), layout="constrained")
     above, below = figure.subplots(2, 1, sharex=True)
     hertz = omega / (2.0 * np.pi)
-    for number, (names, path) in enumerate(_grouped(found)):
+    for number, (names, path) in enumerate(_grouped(laws)):
         colour, label = f"C{number}", ", ".join(names[:4]) + (" ..." if len(names) > 4 else "")
         above.loglog(hertz, np.abs(path.sampled), color=colour, label=label)
         below.semilogx(hertz, _degrees(path.sampled), color=colour)
@@ -81,10 +81,8 @@ def draw(found: Sequence[LawPath], omega: Array, modes: Sequence[float]) -> Figu
     above.set(ylabel="gain (A/m)")
     below.set(xlabel="frequency (Hz)", ylabel="phase (deg)")
     above.legend(loc="best")
-    available = any(path.continuous is not None for path in found)
-    figure.suptitle(
-        "As it is sampled" + (", and dashed before" if available else "") + ("; grey: modes" if modes else "")
-    )
+    available = any(path.continuous is not None for path in laws)
+    figure.suptitle("Sampled" + (", dashed: continuous" if available else "") + ("; grey: modes" if modes else ""))
     return figure
 
 
@@ -93,13 +91,13 @@ def phase_at(path: LawPath, omega: Array, frequency: float) -> float:
     return float((np.interp(frequency, omega, _degrees(path.sampled)) + 180.0) % 360.0 - 180.0)
 
 
-def _degrees(values: NDArray[np.complex128]) -> Array:
+def _degrees(values: Complex) -> Array:
     return np.asarray(np.degrees(np.unwrap(np.angle(values))))
 
 
-def _grouped(found: Sequence[LawPath]) -> list[tuple[list[str], LawPath]]:
+def _grouped(laws: Sequence[LawPath]) -> list[tuple[list[str], LawPath]]:
     groups: list[tuple[list[str], LawPath]] = []
-    for path in found:
+    for path in laws:
         name = f"{path.signal} to {path.demand}"
         for names, first in groups:
             if np.allclose(first.sampled, path.sampled, rtol=1e-9, atol=0.0):

@@ -1,21 +1,19 @@
-"""The constants of a linear controller, as `linear_controller.matrices` reads them: dense blocks for each speed."""
+"""The constants of a linear controller, in the layout of `linear_controller.matrices`: dense blocks for each speed."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from amb_cosim.controllers.laws import Law
 from amb_cosim.controllers.slow_modes import SlowModes, groups_of
+from array_types import Array, Bools
 from linear_controller.matrices import BLOCK, SIZES
 
-Array = NDArray[np.float64]
-Indices = NDArray[np.intp]
 Block = tuple[int, int, int, int]  # row, rows, column, columns
 
-OVERHEAD = 150  # what a block costs beside its numbers, in products
+OVERHEAD = 150  # fixed cost of a block, in products
 
 
 def constants_of(speeds: Sequence[float], laws: Sequence[Law], modes: Sequence[SlowModes]) -> Array:
@@ -26,7 +24,7 @@ def constants_of(speeds: Sequence[float], laws: Sequence[Law], modes: Sequence[S
     speeds
         Ascending (rad/s).
     laws, modes
-        Sampled, of the same shapes, and their slow modes, at each speed.
+        Sampled laws of the same shapes, and their slow modes, at each speed.
     """
     n, (p, m) = len(laws[0].A), laws[0].D.shape
     groups = groups_of(np.any([law.A != 0.0 for law in laws], axis=0))
@@ -75,15 +73,15 @@ def _blocks_of(
 
 
 def _cheapest(matrices: Array, rows: Sequence[tuple[int, int]], columns: Sequence[tuple[int, int]]) -> list[Block]:
-    """Return blocks that cover all that is not zero: one for all, or one for each pair of ranges."""
+    """Return blocks that cover all nonzero entries: one for all, or one for each pair of ranges."""
     filled = np.any(matrices != 0.0, axis=0)
     item = _filled(filled, (0, filled.shape[0]), (0, filled.shape[1]))
     many = [block for row in rows for column in columns for block in _filled(filled, row, column)]
     return min(item, many, key=_cost)
 
 
-def _filled(filled: NDArray[np.bool_], rows: tuple[int, int], columns: tuple[int, int]) -> list[Block]:
-    """Return the least block with all that is not zero in ranges of rows and columns, or none."""
+def _filled(filled: Bools, rows: tuple[int, int], columns: tuple[int, int]) -> list[Block]:
+    """Return the smallest block with all nonzero entries in ranges of rows and columns, if any."""
     at = np.argwhere(filled[slice(*rows), slice(*columns)])
     if not len(at):
         return []
@@ -103,7 +101,7 @@ def _cost(blocks: Sequence[Block]) -> int:
 
 
 def _joined(sizes: Sequence[int]) -> list[int]:
-    """Return sizes of small groups, joined to n with n^2 <= OVERHEAD: the least cost of a state."""
+    """Return sizes of small groups, joined to n with n^2 <= OVERHEAD for the lowest cost per state."""
     joined: list[int] = []
     for size in sizes:
         if joined and (joined[-1] + size) ** 2 <= OVERHEAD:

@@ -1,15 +1,15 @@
-"""From a continuous law to the sampled one: python-control's methods, on balanced states.
+"""Discretisation of continuous laws: python-control's methods, on balanced states.
 
-    tustin           s -> 2/T (z - 1)/(z + 1); with a prewarped frequency w, w / tan(w T/2) in place of 2/T: the
+    tustin           s -> 2/T (z - 1)/(z + 1); with a prewarped frequency w, w / tan(w T/2) replaces 2/T: the
                      response there is that of the continuous law
-    zoh, foh         the response to a signal that is held, or linear, between samples
+    zoh, foh         the response to a signal that is held or linear between samples
     euler            s -> (z - 1)/T
     backward_diff    s -> (z - 1)/(T z)
-    matched          poles and zeros by z = exp(s T); for one signal and one demand
+    matched          poles and zeros by z = exp(s T); for a signal and one demand
     impulse          the impulse response
 
-Balancing scales the states by powers of two until the rows and columns of A have like norms: rounding, of the matrix
-exponential above all, is then relative to each state. It is taken back after, without rounding.
+Balancing scales the states by powers of two until the rows and columns of A have similar norms. Rounding errors, mainly
+of the matrix exponential, are then relative to each state. The scaling is undone afterwards without rounding.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ def check_sample_time(sample_time: float) -> float:
 
 
 def sampled(law: Law, sample_time: float, method: str = "tustin", prewarp: float | None = None) -> Law:
-    """Return a law as it is sampled; a law that is sampled already stays as it is.
+    """Return the sampled law; a law that is already sampled is returned unchanged.
 
     Parameters
     ----------
@@ -52,7 +52,7 @@ def sampled(law: Law, sample_time: float, method: str = "tustin", prewarp: float
     Raises
     ------
     ValueError
-        If the law is sampled at another time, or method or frequency are not allowed.
+        If the law has another sample time, or method or frequency is not allowed.
     """
     check_sample_time(sample_time)
     if method not in METHODS:
@@ -65,7 +65,7 @@ def sampled(law: Law, sample_time: float, method: str = "tustin", prewarp: float
             )
         return law
     if prewarp is not None and method != "tustin":
-        raise ValueError(f"prewarp is not allowed with {method}; tustin alone is prewarped")
+        raise ValueError(f"prewarp is not allowed with {method}; only tustin supports it")
     nyquist = np.pi / sample_time
     if prewarp is not None and not 0.0 < prewarp < nyquist:
         raise ValueError(

@@ -1,20 +1,18 @@
-"""The example whose variables the reference page shows: a phase lead on the two axes of a bearing."""
+"""The example of the reference page: a phase lead on the two axes of a bearing."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-import numpy as np
-from numpy.typing import NDArray
-
 from amb_cosim.controllers.laws import law_of, side_by_side
 from amb_cosim.controllers.linear_controller import linear_controller
+from array_types import Array
 
 if TYPE_CHECKING:
     from fmi_export.model import Model
 
 
-def two_axes() -> tuple[Model, NDArray[np.float64]]:
+def two_axes() -> tuple[Model, Array]:
     """Return model and constants of the example."""
     lead = law_of(([-40.0, -2e4], [2e-4, 1.0]))
     return linear_controller(

@@ -1,10 +1,10 @@
-"""A law u = K y in any of the forms that engineers have it in, as matrices of a state space.
+"""Conversion of a law u = K y in the usual forms to state-space matrices.
 
     python-control   StateSpace, TransferFunction (zpk gives one)
     scipy.signal     StateSpace, TransferFunction, ZerosPolesGain, dlti of these
     tuples           (A, B, C, D); (zeros, poles, gain); (numerator, denominator); D alone
 
-None of these libraries is imported for what does not come from it.
+Each library is imported only for its own objects.
 """
 
 from __future__ import annotations
@@ -14,15 +14,15 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from array_types import Array
+
 FORMS = "a StateSpace or TransferFunction of control or scipy.signal, or arrays (A, B, C, D), (z, p, k) or (num, den)"
 
 
 @dataclass(frozen=True)
 class Law:
-    """Matrices A, B, C, D; `sample_time` is None for a continuous law, and 0 for a sampled one that does not say.
+    """Matrices A, B, C, D; `sample_time` is None for a continuous law, and 0 for a sampled one without it.
 
     Raises
     ------
@@ -57,12 +57,12 @@ def law_of(K: Any, sampled: bool = False) -> Law:
     K
         See above.
     sampled
-        Whether arrays, which do not say it, are those of a sampled law.
+        Whether arrays are those of a sampled law.
 
     Raises
     ------
     ValueError
-        If it is none of these forms, its numbers are not allowed, or a transfer function has more zeros than poles.
+        If it has another form, its numbers are not allowed, or a transfer function has more zeros than poles.
     """
     library = type(K).__module__.partition(".")[0]
     kind = type(K).__name__
@@ -87,9 +87,9 @@ def law_of(K: Any, sampled: bool = False) -> Law:
 
 
 def series_of_sections(zeros: Any, poles: Any, gain: float) -> Law:
-    """Return k prod(s - z) / prod(s - p) as sections of second order one after the other.
+    """Return k prod(s - z) / prod(s - p) as sections of second order in sequence.
 
-    Each section's coefficients are those of two zeros and two poles: a polynomial of high order would lose digits.
+    Each section has two zeros and two poles, because a polynomial of high order would lose digits.
     """
     from scipy.signal import zpk2sos
 
@@ -98,7 +98,7 @@ def series_of_sections(zeros: Any, poles: Any, gain: float) -> Law:
         if not np.isfinite(roots).all():
             raise ValueError(f"{name} = {roots} is not allowed; they must be finite")
     if len(z) > len(p):
-        raise ValueError(f"{len(z)} zeros with {len(p)} poles is not allowed; there must be as many poles or more")
+        raise ValueError(f"{len(z)} zeros with {len(p)} poles is not allowed; there must be at least as many poles")
     if not np.isfinite(gain):
         raise ValueError(f"gain = {gain} is not allowed; it must be finite")
     if not len(p):
@@ -114,20 +114,20 @@ def series_of_sections(zeros: Any, poles: Any, gain: float) -> Law:
 
 
 def in_series(first: Law, then: Law) -> Law:
-    """Return the law `then` of what `first` gives."""
+    """Return the laws `first` and `then` in series."""
     n, m = len(first.A), len(then.A)
     A = np.block([[first.A, np.zeros((n, m))], [then.B @ first.C, then.A]])
     return Law(A, np.vstack([first.B, then.B @ first.D]), np.hstack([then.D @ first.C, then.C]), then.D @ first.D)
 
 
 def side_by_side(laws: Sequence[Law]) -> Law:
-    """Return laws that know nothing of each other as one: block-diagonal matrices."""
+    """Return independent laws as one with block-diagonal matrices."""
 
     def blocks(name: str) -> Array:
         parts = [getattr(law, name) for law in laws]
         whole = np.zeros((sum(len(part) for part in parts), sum(part.shape[1] for part in parts)))
         row = column = 0
-        for part in parts:  # block_diag takes matrices without rows or columns for rows
+        for part in parts:  # block_diag treats matrices without rows or columns as rows
             whole[row : row + len(part), column : column + part.shape[1]] = part
             row, column = row + len(part), column + part.shape[1]
         return whole
@@ -136,7 +136,7 @@ def side_by_side(laws: Sequence[Law]) -> Law:
 
 
 def _assembled(rows: Sequence[Sequence[Law]]) -> Law:
-    """Return a matrix of laws of one signal each as one law."""
+    """Return a matrix of single-signal laws as one law."""
     each = side_by_side([law for row in rows for law in row])
     p, m = len(rows), len(rows[0])
     from_signals, to_demands = np.tile(np.eye(m), (p, 1)), np.kron(np.eye(p), np.ones((1, m)))
@@ -157,7 +157,7 @@ def _of_ratio(numerator: Any, denominator: Any) -> Law:
     num = np.trim_zeros(np.atleast_1d(_numbers("numerator", numerator)), "f")
     den = np.trim_zeros(np.atleast_1d(_numbers("denominator", denominator)), "f")
     if not len(den):
-        raise ValueError("denominator = 0 is not allowed; it must have a coefficient other than 0")
+        raise ValueError("denominator = 0 is not allowed; it must have a nonzero coefficient")
     if len(num) > len(den):
         raise ValueError(
             f"a numerator of degree {len(num) - 1} over a denominator of degree {len(den) - 1} is not allowed; a law "
@@ -171,19 +171,19 @@ def _of_ratio(numerator: Any, denominator: Any) -> Law:
 
 
 def with_step(law: Law, sample_time: float | None) -> Law:
-    """Return a law with another statement of its sample time."""
+    """Return a law with another sample time."""
     return Law(law.A, law.B, law.C, law.D, sample_time)
 
 
 def _step_of(dt: Any, continuous: float | None) -> float | None:
-    """Return the sample time that a library states: None where it is continuous, 0 where it is open."""
+    """Return the sample time that a library states: None if continuous, 0 if unspecified."""
     if dt is None or dt is False or (dt == continuous and dt is not True):
         return None
     return 0.0 if dt is True else float(dt)
 
 
 def _is_matrix(K: Any) -> bool:
-    """Return whether a list is a matrix of numbers, and no tuple of matrices."""
+    """Return whether a list is a matrix of numbers rather than a tuple of matrices."""
     return isinstance(K, list) and all(isinstance(row, list) and all(np.isscalar(x) for x in row) for row in K)
 
 

@@ -1,4 +1,4 @@
-"""A linear controller from Python: a law, or one for each speed, sampled, and what it reads and demands."""
+"""A linear controller from Python: a sampled law, or one for each speed, with its signals and demands."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from amb_cosim.controllers.discretisation import check_sample_time, sampled
 from amb_cosim.controllers.laws import Law, law_of
 from amb_cosim.cosim.basics.choices import Flavour, Fmi
+from array_types import Array
 from linear_controller.ports import Ports
 
 if TYPE_CHECKING:
@@ -24,28 +24,28 @@ if TYPE_CHECKING:
 
 MODEL = "linear_controller"
 SLOW_TIME = 0.1  # s
-STABLE = 1.0 + 1e-9  # largest pole of a law that is not called unstable: integrators are at 1
-WEIGHTS = (0.25, 0.5, 0.75)  # of interpolated matrices whose poles are looked at
+STABLE = 1.0 + 1e-9  # largest pole magnitude of a law that counts as stable: integrators are at 1
+WEIGHTS = (0.25, 0.5, 0.75)  # number of interpolated matrices whose poles are checked
 
 
 @dataclass(frozen=True, eq=False)
 class LinearController:
-    """A sampled law, or one for each of a list of speeds, with all that its FMU has; `linear_controller` makes one.
+    """A sampled law, or one per speed, with the data of its FMU; created by `linear_controller`.
 
     Parameters
     ----------
     laws
-        Sampled, of one order, by speed (rad/s), ascending.
+        Sampled laws of one order by speed (rad/s), ascending.
     ports
         Names of signals and demands.
     sample_time
         s.
     slow_time
-        Time constant from which a mode counts as slow, see `slow_modes` (s).
+        Time constant (s) above which a mode counts as slow; see `slow_modes`.
     starts
         Start values of the FMU's parameters, by name.
     allow_unstable
-        Whether it may have poles outside of the unit circle.
+        Whether poles outside the unit circle are allowed.
     """
 
     laws: Mapping[float, Law]
@@ -56,7 +56,7 @@ class LinearController:
     allow_unstable: bool = False
 
     @cached_property
-    def model_and_constants(self) -> tuple[Model, NDArray[np.float64]]:
+    def model_and_constants(self) -> tuple[Model, Array]:
         """The model of its FMU, and its constants."""
         from amb_cosim.controllers.constants import constants_of
         from amb_cosim.controllers.slow_modes import slow_modes
@@ -81,7 +81,7 @@ class LinearController:
         return BuildTarget(flavour, platforms, fmi).build(*self.model_and_constants, Path(folder))
 
     def save(self, path: str | Path) -> Path:
-        """Write it as plain arrays (`.npz`, `.mat`), from which `linear_controller` makes it again; return the path."""
+        """Write it as plain arrays (`.npz`, `.mat`), which `linear_controller` can read; return the path."""
         from amb_cosim.controllers.array_file import write_arrays
 
         facts = {
@@ -96,7 +96,7 @@ class LinearController:
         return write_arrays(Path(path), self.laws, facts)
 
     def __fspath__(self) -> str:
-        """Return the path of a file of it in the user's cache: in a scenario it stands for the FMU."""
+        """Return the path of its file in the user's cache, which a scenario can use in place of the FMU."""
         from amb_cosim.cosim.basics.cache import cache_folder
 
         model, constants = self.model_and_constants
@@ -105,7 +105,8 @@ class LinearController:
         return str(path if path.is_file() else self.save(path))
 
     def state_space(self, speed: float | None = None) -> Any:
-        """Return the sampled law as control.StateSpace, the one at a speed (rad/s) of several; dots of names are _."""
+        """Return the sampled law, for several the one at a speed (rad/s), as control.StateSpace; dots in names become
+        _."""
         import control
 
         law = self.laws[speed] if speed is not None else next(iter(self.laws.values()))
@@ -132,37 +133,47 @@ def linear_controller(
 ) -> LinearController:
     """Return a sampled controller u = K y, a component for scenarios and FMUs.
 
-    For a K that was designed for negative feedback, u = -K y, write `-K`.
+    For a K designed for negative feedback, u = -K y, pass `-K`.
 
     Parameters
     ----------
     K
         control.StateSpace or TransferFunction, one of scipy.signal, arrays (A, B, C, D), (z, p, k) or (num, den), or a
-        dict of speeds (rad/s) to such of one order, whose matrices are interpolated; or the path of a file
-        with the arrays A, B, C, D (`.npz`, `.mat`) or with blocks (`.toml`).
+        dict from speeds (rad/s) to these, of one order, whose matrices are interpolated; or the path of a file with the
+        arrays A, B, C, D (`.npz`, `.mat`) or with blocks (`.toml`).
     inputs, outputs
-        Names of the measured signals (m) and of the demands (A), as the other components call them; by default the
-        labels that K has.
+        Names of the measured signals (m) and of the demands (A), as in the other components; by default the labels of
+        K.
     sample_time
-        Time between samples (s); by default that of a K that is sampled.
+        Time between samples (s); by default that of a sampled K.
     method, prewarp
-        How a continuous K is sampled: `tustin`, with the response kept at the frequency `prewarp` (rad/s) where one is
-        given, `zoh`, `foh`, `euler`, `backward_diff`, `matched`, `impulse`.
+        Discretisation of a continuous K: `tustin`, exact at the frequency `prewarp` (rad/s) if given, `zoh`, `foh`,
+        `euler`, `backward_diff`, `matched`, `impulse`.
     sampled_arrays
         Whether arrays, which do not say it, are those of a sampled law.
     gains, offsets, limits
-        Of each demand, or of all: factor, sum (A), least and largest value (A).
+        Factor, added value (A), and smallest and largest value (A) of each demand, or of all.
     delay
-        Of the demands, in samples, whole or not.
+        Delay of the demands in samples, integer or fractional.
     slow_time
-        Modes with a longer time constant (s) follow what a limited demand does: the anti-windup.
+        Modes with a longer time constant (s) track the limited demand (anti-windup).
     allow_unstable
-        Whether the controller itself may have poles outside of the unit circle.
+        Whether the controller itself may have poles outside the unit circle.
 
     Raises
     ------
     ValueError
-        If anything is not what it must be; the message names it.
+        If an argument is invalid; the message names it.
+
+    Examples
+    --------
+    A PD law with a filter, u = -(2e4 + 500 s/(1 + s/100)) y, sampled at 10 kHz:
+
+    >>> import control
+    >>> s = control.tf("s")
+    >>> law = linear_controller(-(2e4 + 500 * s / (1 + s / 100)), ["left.x"], ["left.i_x"], 1e-4)
+    >>> round(law.state_space()(1.0).real)  # A/m at rest
+    -20000
     """
     if isinstance(K, str | Path):
         values = {"inputs": inputs, "outputs": outputs, "sample_time": sample_time}
@@ -187,21 +198,22 @@ def linear_controller(
     ports = Ports(*names, len(next(iter(laws.values())).A))
     starts = _starts(ports, gains, offsets, limits, delay)
     controller = LinearController(laws, ports, time, slow_time, starts, allow_unstable)
-    _ = controller.model_and_constants  # raises what is wrong with them
+    _ = controller.model_and_constants  # raises errors of these arguments
     return controller
 
 
-def _from_file(path: Path, given: Mapping[str, Any]) -> LinearController:
-    """Return the controller in a file; what is `given`, arguments of `linear_controller`, replaces what it says."""
-    from amb_cosim.controllers.array_file import SUFFIXES, read_arrays
+def _from_file(path: Path, options: Mapping[str, Any]) -> LinearController:
+    """Return the controller in a file; arguments of `linear_controller` in `given` override the file."""
+    from amb_cosim.controllers.array_file import read_arrays
     from amb_cosim.controllers.block_file import read_blocks
+    from amb_files.array_files import SUFFIXES
 
     if not path.is_file():
         raise ValueError(f"no controller file {str(path)!r}")
     if path.suffix not in (*SUFFIXES, ".toml"):
         raise ValueError(f"no controller file {str(path)!r}: its name must end with .toml or {' or '.join(SUFFIXES)}")
     try:
-        arguments = (read_blocks(path) if path.suffix == ".toml" else read_arrays(path)) | dict(given)
+        arguments = (read_blocks(path) if path.suffix == ".toml" else read_arrays(path)) | dict(options)
         starts = arguments.pop("starts", {})
         controller = linear_controller(**arguments)
         if starts:
@@ -213,11 +225,11 @@ def _from_file(path: Path, given: Mapping[str, Any]) -> LinearController:
 
 
 def _laws(K: Any, sampled_arrays: bool) -> dict[float, Law]:
-    """Return the laws by speed, ascending; one alone has the speed 0."""
+    """Return the laws by ascending speed; a single one has the speed 0."""
     if not isinstance(K, Mapping):
         return {0.0: law_of(K, sampled_arrays)}
     if not K:
-        raise ValueError("a controller without any speed is not allowed; it must have a law for one at least")
+        raise ValueError("a controller without any speed is not allowed; it must have a law for at least one")
     for speed in K:
         if isinstance(speed, bool) or not isinstance(speed, Real) or not abs(float(speed)) <= 1e4:
             raise ValueError(f"a speed of {speed!r} is not allowed; it must be a number from -1e4 to 1e4 rad/s")
@@ -226,7 +238,7 @@ def _laws(K: Any, sampled_arrays: bool) -> dict[float, Law]:
 
 
 def _named(speed: float, count: int, make: Any) -> Law:
-    """Return what `make` gives; its errors name the speed where there are several."""
+    """Return the result of `make`; its errors name the speed if there are several."""
     try:
         law: Law = make()
     except ValueError as error:
@@ -236,7 +248,7 @@ def _named(speed: float, count: int, make: Any) -> Law:
 
 def _sample_time(law: Law) -> float:
     if not law.sample_time:
-        raise ValueError("sample_time is missing; it must be given for a K that does not say it")
+        raise ValueError("sample_time is missing; it is required for a K that does not state it")
     return law.sample_time
 
 
@@ -245,8 +257,8 @@ def _check_alike(laws: Mapping[float, Law]) -> None:
     for other, law in others:
         if law.A.shape != first.A.shape:
             raise ValueError(
-                f"{len(first.A)} states at {speed:g} rad/s and {len(law.A)} at {other:g} rad/s is not allowed; laws "
-                "between which is interpolated must be of one order"
+                f"{len(first.A)} states at {speed:g} rad/s and {len(law.A)} at {other:g} rad/s is not allowed; "
+                "interpolated laws must have the same order"
             )
         if law.D.shape != first.D.shape:
             raise ValueError(
@@ -264,7 +276,7 @@ def _check_stable(laws: Mapping[float, Law]) -> None:
         largest = float(np.abs(np.linalg.eigvals(A)).max())
         if largest > STABLE:
             where = f" at {speed:g} rad/s" if len(points) > 1 else ""
-            how = " where it is interpolated" if speed not in laws else ""
+            how = " between the given speeds" if speed not in laws else ""
             raise ValueError(
                 f"a controller with a pole of magnitude {largest:.9g}{where}{how} is not allowed; it must be <= 1 in "
                 "the z plane, unless allow_unstable"

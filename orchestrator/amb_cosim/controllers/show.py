@@ -1,4 +1,4 @@
-"""What a controller file holds, for people: connections, phases at modes, poles."""
+"""Description of a controller file: connections, phases at modes, poles."""
 
 from __future__ import annotations
 
@@ -11,10 +11,11 @@ import numpy as np
 
 from amb_cosim.controllers.block_file import read_blocks
 from amb_cosim.controllers.bode import LawPath, connections, frequencies, phase_at
-from amb_cosim.controllers.laws import Array, Law
+from amb_cosim.controllers.laws import Law
 from amb_cosim.controllers.linear_controller import LinearController, linear_controller
 from amb_cosim.cosim.system.values import quantity
-from amb_cosim.presentation.text_tables import TextPart, number, text_table
+from amb_cosim.presentation.text_tables import TextBlock, number, text_table
+from array_types import Array
 
 
 @dataclass(frozen=True)
@@ -28,7 +29,7 @@ class Description:
     modes: tuple[float, ...]
 
     def as_dict(self) -> dict[str, Any]:
-        """Return it in types of JSON."""
+        """Return the description as JSON data."""
         law = self.controller.laws[self.speed]
         return {
             "sample_time_s": self.controller.sample_time,
@@ -51,12 +52,13 @@ class Description:
 
 
 def description(file: Path, speed: str, modes: Sequence[float]) -> Description:
-    """Return what a file holds at the speed of its table that is nearest; modes of a rotor (rad/s) below half sampling.
+    """Return the description of a file at the nearest speed of its table, with modes (rad/s) below half the sampling
+    rate.
 
     Raises
     ------
     ValueError
-        If file or speed are not allowed.
+        If the file or the speed is not allowed.
     """
     controller = linear_controller(file)
     requested = quantity(speed, "rad/s", "--speed")
@@ -67,12 +69,12 @@ def description(file: Path, speed: str, modes: Sequence[float]) -> Description:
     return Description(controller, nearest, omega, result, below)
 
 
-def text(found: Description) -> list[TextPart]:
+def text(description: Description) -> list[TextBlock]:
     """Return tables of a description."""
-    data = found.as_dict()
-    headings = ("signal", "demand", "gain at rest (A/m)", "largest (A/m)", *(f"{hz:.4g} Hz" for hz in data["modes_hz"]))
+    data = description.as_dict()
+    headings = ("signal", "demand", "static gain (A/m)", "largest (A/m)", *(f"{hz:.4g} Hz" for hz in data["modes_hz"]))
     table = text_table(
-        "Connections" + ("; phase at the modes (deg)" if found.modes else ""), headings, left=("signal", "demand")
+        "Connections" + ("; phase at the modes (deg)" if description.modes else ""), headings, left=("signal", "demand")
     )
     for path in data["connections"]:
         phases = (f"{phase:.1f}" for phase in path["phase_at_modes_deg"])
@@ -87,7 +89,7 @@ def text(found: Description) -> list[TextPart]:
 
 
 def _continuous(file: Path, speed: float) -> Law | None:
-    """Return the continuous law of a file of blocks at a speed; None of arrays."""
+    """Return the continuous law of a block file at a speed; None for arrays."""
     if file.suffix != ".toml":
         return None
     law = read_blocks(file, continuous=True)["K"]

@@ -1,14 +1,14 @@
-"""The slow modes of a sampled law: those that do not forget what a limited demand has not done.
+"""The slow modes of a sampled law, which wind up when a demand is limited.
 
 A = [V V_f] diag(A_s, A_f) [W; W_f] with the modes |lambda| >= alpha = exp(-T / slow_time) in A_s: real Schur form,
-ordered, and a Sylvester equation. With C_s = C V, F = A_s / alpha, all of whose modes are outside the unit circle,
+ordered, and a Sylvester equation. With C_s = C V and F = A_s / alpha, whose modes are all outside the unit circle,
 
     X = F^-T (X + C_s^T C_s) F^-1,    P = X^-1                                         (1)
     L = alpha V F P C_s^T (C_s P C_s^T + 1)^-1                                         (2)
 
 is the gain of the Kalman filter for F without process noise: A_s - W L C_s has the modes alpha^2 / conj(lambda).
 B. D. O. Anderson and J. B. Moore, Optimal Filtering, 1979, chapter 4, with a prescribed degree of stability as in their
-Optimal Control, 1990. Modes that no demand shows have no part in it.
+Optimal Control, 1990. Modes that are unobservable from the demands are not included.
 """
 
 from __future__ import annotations
@@ -18,21 +18,19 @@ import warnings
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from amb_cosim.controllers.laws import Law
-
-Array = NDArray[np.float64]
+from array_types import Array, Bools, Indices
 
 
 @dataclass(frozen=True)
 class SlowModes:
-    """What the model needs of them, in the coordinates of the law.
+    """Data of the slow modes for the model, in the coordinates of the law.
 
     tracking
         L, shape (n_states, n_demands).
     rest
-        V_f (1 - A_f)^-1 W_f B: states at rest under a signal of one, slow modes at zero; shape (n_states, n_signals).
+        V_f (1 - A_f)^-1 W_f B: steady states under a unit signal, slow modes at zero; shape (n_states, n_signals).
     slow
         V W, shape (n_states, n_states).
     """
@@ -42,8 +40,8 @@ class SlowModes:
     slow: Array
 
 
-def groups_of(pattern: NDArray[np.bool_]) -> list[NDArray[np.intp]]:
-    """Return the states that do not depend on each other as groups, from which entries of A are not zero."""
+def groups_of(pattern: Bools) -> list[Indices]:
+    """Return groups of mutually independent states, from the nonzero entries of A."""
     from scipy.sparse.csgraph import connected_components
 
     if not len(pattern):
@@ -60,12 +58,12 @@ def slow_modes(law: Law, sample_time: float, slow_time: float) -> SlowModes:
     law
         Sampled at `sample_time` (s).
     slow_time
-        Time constant from which a mode is slow (s).
+        Time constant (s) above which a mode is slow.
 
     Raises
     ------
     ValueError
-        If slow and fast modes cannot be told apart.
+        If slow and fast modes cannot be distinguished.
     """
     n, (p, m) = len(law.A), law.D.shape
     alpha = math.exp(-sample_time / slow_time)
@@ -85,12 +83,12 @@ def slow_modes(law: Law, sample_time: float, slow_time: float) -> SlowModes:
         tracking = np.hstack(bases) @ _gain(_block_diagonal(parts), np.hstack(maps), alpha)
     result = SlowModes(tracking, rest, slow)
     if not all(np.isfinite(value).all() for value in (tracking, rest, slow)):
-        raise ValueError("the modes of A cannot be told apart; another slow_time may do")
+        raise ValueError("the slow and fast modes of A cannot be separated; try another slow_time")
     return result
 
 
 def _split(A: Array, B: Array, alpha: float) -> tuple[Array, Array, Array, Array]:
-    """Return V, W and A_s of the slow modes, and the rest of the fast ones."""
+    """Return V, W and A_s of the slow modes, and the rest term of the fast ones."""
     from scipy.linalg import matrix_balance, schur, solve_sylvester
 
     _, (scale, _) = matrix_balance(A, permute=False, separate=True)
@@ -109,7 +107,7 @@ def _gain(A_s: Array, C_s: Array, alpha: float) -> Array:
 
     F_inverse = alpha * np.linalg.inv(A_s)
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # of a mode that is just slow X is very large, and its gain nothing
+        warnings.simplefilter("ignore")  # for a mode at the limit X is very large, and its gain negligible
         X = solve_discrete_lyapunov(F_inverse.T, F_inverse.T @ C_s.T @ C_s @ F_inverse)
     to_demands = np.linalg.pinv((X + X.T) / 2.0, rcond=1e-12, hermitian=True) @ C_s.T
     return np.asarray(A_s @ to_demands @ np.linalg.inv(C_s @ to_demands + np.eye(len(C_s))))

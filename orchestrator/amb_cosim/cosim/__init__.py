@@ -2,14 +2,14 @@
 
 system          System, Component, Connection, Signal: what is connected with what, checked
 system_file     a system, and what is done with it, from a TOML file
-fmus            FMUs of models and files, built for a build_target into the cache; fmu_libraries, elf: checks
+fmus            FMUs of models and files, built for a build_target into the cache; fmu_libraries: checks
 experiment      Experiment: times, events, profiles, stop conditions, recording, in seconds; planning: on the time_grid
 assignments     values of parameters and inputs, with units
 simulation      assemble, run_plan: from a system and a plan to a recording
-run             simulate a system file: all of the above in one call
+run             simulate a system file: all of the above in a single call
 master          the algorithm, in plain Python; compiled: the same in C, by loop.c of fmi_export and loop_library
-component       one FMU instance; bindings: the functions of FMI 2.0 (binding2) and 3.0 (binding3); exchange: values
+component       an FMU instance; bindings: the functions of FMI 2.0 (binding2) and 3.0 (binding3); exchange: values
 fmu_interface   what a modelDescription says; fmu_description reads it
-recorder        what is kept; dataset: the same with labels and units, as signals; netcdf: their file
+recorder        what is stored; dataset: the same with labels and units, as signals; netcdf: their file
 choices         what a user chooses between; errors: of FMUs and runs; interruption: Ctrl-C and SIGTERM
 """

@@ -1,1 +1,1 @@
-"""From a rotor to the constants of its plant, actuator and controller, and the design of its magnetic bearings."""
+"""Constants of plant, actuator and controller from a rotor, and the design of its magnetic bearings."""

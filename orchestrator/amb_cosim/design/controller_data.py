@@ -5,24 +5,22 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from array_types import Array, Complex
 from rolac_controller.control_loop import ControlLoop
 from rolac_controller.parameters import LARGEST_ORDER
 from rolac_controller.sizes import KEY, SIZES
 
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
-
-# A receptance is measured to about four digits; beyond this condition number none of them is significant in H.
+# A receptance is measured to about four digits; above this condition number none is significant in H.
 MAX_CONDITION = 1e4
 
-# Speeds of a controller's table by default (rad/s).
+# Default speeds of a controller's table (rad/s).
 SPEEDS = tuple(2.0 * np.pi * f for f in (5.0, 10.0, 15.0, 20.0, 22.0, 24.0, 25.0, 26.0, 27.0, 28.0, 29.0, 35.0))
 
 
 def condition_number(receptance: ArrayLike, weights: ArrayLike | None = None) -> float:
-    """Return the largest over the smallest singular value of W^(1/2) R; infinite where R is singular.
+    """Return the largest over the smallest singular value of W^(1/2) R; infinite if R is singular.
 
     Parameters and errors are those of `inverse_receptance`, which allows at most MAX_CONDITION.
     """
@@ -38,7 +36,7 @@ def inverse_receptance(receptance: ArrayLike, weights: ArrayLike | None = None) 
     Parameters
     ----------
     receptance
-        R, shape (n_sensors, n_axes), complex (m/N): sensors by forces of the bearings' axes.
+        R, shape (n_sensors, n_axes), complex (m/N): rows are sensors, columns are forces of the bearings' axes.
     weights
         Diagonal of W, shape (n_sensors,), non-negative; ones by default.
 
@@ -50,7 +48,7 @@ def inverse_receptance(receptance: ArrayLike, weights: ArrayLike | None = None) 
     Raises
     ------
     ValueError
-        If a shape is wrong, a number is not finite, a weight is negative, or R is ill-conditioned.
+        If a shape is invalid, a number is not finite, a weight is negative, or R is ill-conditioned.
     """
     weighted, root = _weighted(receptance, weights)
     condition = condition_number(receptance, weights)
@@ -63,7 +61,7 @@ def inverse_receptance(receptance: ArrayLike, weights: ArrayLike | None = None) 
 
 
 def no_table(loop: ControlLoop) -> Array:
-    """Return the constants of a controller without a table: all functions but ROLAC, which must first identify."""
+    """Return the constants of a controller without a table: all functions except ROLAC, which must first identify H."""
     return pack_rows(loop, ())
 
 
@@ -113,8 +111,8 @@ def pack_rows(
 ) -> Array:
     """Return the constants of a controller from (order, speed, R), ascending in order and speed; see `pack`.
 
-    They are laid out as `rolac_controller.sizes`, `inner_loop` and `receptance_table` read them. `inner` are
-    (order, speed, C) of a controller that closes the loop beside the PID (`rolac_controller.inner_loop`).
+    The layout is that of `rolac_controller.sizes`, `inner_loop` and `receptance_table`. `inner` are (order, speed, C)
+    of a controller that closes the loop in parallel with the PID (`rolac_controller.inner_loop`).
     """
     keys, receptances, inverses = [], [], []
     for order, speed, receptance in rows:

@@ -1,6 +1,6 @@
 """Design figures of a bearing axis without a simulation: linear range, slew rate, load capacity, bandwidth.
 
-The functions take the parameters of one axis as a record, as the kernels of the actuator do; `axis_parameters` returns
+The functions take the parameters of one axis as a record, like the kernels of the actuator; `axis_parameters` returns
 one.
 """
 
@@ -13,7 +13,6 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from amb_actuator.force import (
@@ -27,7 +26,7 @@ from amb_actuator.force import (
 )
 from amb_actuator.interface import LINEAR, MEASURED, NONLINEAR, axes_of, interface_of
 from amb_actuator.records import AXIS
-from fmi_export.model import Array
+from array_types import Array, Bools
 from fmi_export.variables import Variable
 
 if TYPE_CHECKING:
@@ -35,7 +34,7 @@ if TYPE_CHECKING:
 
 
 class Linearisation(NamedTuple):
-    """Force in excess of the static load (N), K_s = dF/dx (N/m) and K_i = dF/dI_c (N/A), arrays of one shape."""
+    """Force in excess of the static load (N), K_s = dF/dx (N/m) and K_i = dF/dI_c (N/A), arrays of the same shape."""
 
     force: Array
     k_s: Array
@@ -43,7 +42,7 @@ class Linearisation(NamedTuple):
 
 
 class LinearRange(NamedTuple):
-    """Displacements at I_c = 0 (m) and control currents at x = 0 (A) between which the linear law holds."""
+    """Limits of the linear law: displacements at I_c = 0 (m) and control currents at x = 0 (A)."""
 
     x_low: float
     x_high: float
@@ -65,7 +64,7 @@ def axis_parameters(bearing: str = "mb1", axis: str = "x", **changes: float) -> 
     Parameters
     ----------
     bearing, axis
-        Name of the bearing, `mb1` and `mb2` of which have measured constants; `x` or `y`.
+        Name of the bearing (`mb1` and `mb2` have measured constants), and `x` or `y`.
     changes
         Values by name without bearing and axis, `bias_current=4.3`.
 
@@ -94,7 +93,7 @@ def axis_parameters(bearing: str = "mb1", axis: str = "x", **changes: float) -> 
 
 @lru_cache(maxsize=64)
 def _variables_of(bearing: str, axis: str) -> dict[str, Variable]:
-    """Return the parameters of an axis by their names without bearing and axis; nobody changes them."""
+    """Return the parameters of an axis by their names without bearing and axis; do not modify them."""
     table = interface_of([bearing])
     return {name: table[f"{bearing}.{name}_{axis}"] for name in AXIS.names or ()}
 
@@ -115,14 +114,14 @@ def operating_constants(p: np.record, law: int) -> tuple[float, float]:
 
 
 def static_current_for(load: float, p: np.record, law: int = NONLINEAR) -> float:
-    """Return the static current I_s (A) with which an axis at its centre carries a static load under a force law.
+    """Return the static current I_s (A) of a centred axis that carries a static load under a force law.
 
     P(I_s + I_b) - P(I_b) = load; without saturation under the linear law, and K_i/2 I_s = load under the measured one.
 
     Parameters
     ----------
     load
-        Force F_0 of the axis on the rotor (N), negative towards negative displacements.
+        Force F_0 of the axis on the rotor (N), positive towards positive displacements.
     p
         Parameters of the axis; its static current is ignored.
     law
@@ -147,7 +146,7 @@ def static_current_for(load: float, p: np.record, law: int = NONLINEAR) -> float
 
 
 def current_range(p: np.record) -> tuple[float, float]:
-    """Return the least and the largest control current (A) that both coil pairs can carry."""
+    """Return the smallest and the largest control current (A) that both coil pairs can carry."""
     low, high = (
         limited_current(sign * math.inf, p.bias_current, p.static_current, p.current_limit) for sign in (-1.0, 1.0)
     )
@@ -167,19 +166,19 @@ def linearisation(p: np.record, x: Array | float = 0.0, i_c: Array | float = 0.0
     Raises
     ------
     ValueError
-        If a displacement is not within the air gap or a current not within what the coils carry.
+        If a displacement is outside the air gap or a current outside the limits of the coils.
     """
     x_all, i_all = np.broadcast_arrays(np.asarray(x, dtype=np.float64), np.asarray(i_c, dtype=np.float64))
     low, high = current_range(p)
     _check("x", x_all, ~(np.abs(x_all) < p.gap), "m", f"> {-p.gap:g} m and < {p.gap:g} m")
-    slack = 1e-12 * p.current_limit  # both ends are sums and differences of currents
+    slack = 1e-12 * p.current_limit  # both limits are sums and differences of currents
     outside = ~((low - slack <= i_all) & (i_all <= high + slack))
     _check("i_c", i_all, outside, "A", f">= {low:g} A and <= {high:g} A")
     rows = np.empty((x_all.size, 3))
-    for row, x_one, i_one in zip(rows, x_all.flat, i_all.flat, strict=True):
-        row[:2] = nonlinear_force(p, x_one, Coils(i_one, i_one, 1.0, 1.0))
-        upper = pull(p, p.static_current + p.bias_current + i_one, p.gap - x_one)
-        lower = pull(p, p.bias_current - i_one, p.gap + x_one)
+    for row, x_k, i_k in zip(rows, x_all.flat, i_all.flat, strict=True):
+        row[:2] = nonlinear_force(p, x_k, Coils(i_k, i_k, 1.0, 1.0))
+        upper = pull(p, p.static_current + p.bias_current + i_k, p.gap - x_k)
+        lower = pull(p, p.bias_current - i_k, p.gap + x_k)
         row[2] = upper.per_current + lower.per_current
     return Linearisation(*(column.reshape(x_all.shape) for column in rows.T))
 
@@ -187,7 +186,7 @@ def linearisation(p: np.record, x: Array | float = 0.0, i_c: Array | float = 0.0
 def linear_error(p: np.record, x: Array | float, i_c: Array | float) -> Array:
     """Return the error of F = K_s x + K_i I_c (2.7) against (2.6) with saturation, over |K_s x| + |K_i I_c|.
 
-    Measured by the sum of both terms, the error stays finite where they cancel. At the operating point it is 0.
+    Relative to the sum of magnitudes, the error stays finite where the terms cancel. At the operating point it is 0.
     Parameters and errors as in `linearisation`.
     """
     k_s, k_i = linear_constants(p)
@@ -200,7 +199,7 @@ def linear_error(p: np.record, x: Array | float, i_c: Array | float) -> Array:
 def linear_range(p: np.record, tolerance: float = 0.05) -> LinearRange:
     """Return the range in which the error of the linear law is at most `tolerance`, along x and along I_c.
 
-    Where it holds everywhere, the limit is that of the gap or of the coils.
+    If it holds everywhere, the limit is that of the gap or of the coils.
 
     Raises
     ------
@@ -225,9 +224,10 @@ def _first_crossing(excess: Callable[[float], float], end: float) -> float:
 
 
 def force_slew_rate(p: np.record) -> tuple[float, float]:
-    """Return the fastest rise and the fastest fall (N/s) of the force, both coils at the voltage limit.
+    """Return the fastest rise and fall (N/s) of the force, with both coils at the voltage limit.
 
-    dF/dt = K_upper (V - R a)/L + K_lower (V + R b)/L, with a = I_s + I_b and b = I_b; falling, the signs of R turn.
+    dF/dt = K_upper (V - R a)/L + K_lower (V + R b)/L, with a = I_s + I_b and b = I_b; for a falling force, the signs of
+    R change.
     """
     a, b = p.static_current + p.bias_current, p.bias_current
     k_upper, k_lower = pull(p, a, p.gap).per_current, pull(p, b, p.gap).per_current
@@ -238,7 +238,7 @@ def force_slew_rate(p: np.record) -> tuple[float, float]:
 
 
 def current_amplitude(p: np.record, frequency: Array | float) -> Array:
-    """Return the largest amplitude (A) of the control current that coil and voltage limits allow at a frequency (Hz).
+    """Return the largest amplitude (A) of the control current within coil and voltage limits at a frequency (Hz).
 
     R I_0 + I |R + j omega L| <= V for the coil pair with the larger current I_0 at rest.
     """
@@ -255,7 +255,7 @@ def full_swing_bandwidth(p: np.record, amplitude: float) -> float:
     Raises
     ------
     ValueError
-        If the amplitude is not positive, or more than coils and voltage allow even at rest.
+        If the amplitude is not positive, or above the static limit of coils and voltage.
     """
     largest = float(current_amplitude(p, 0.0))
     if not 0.0 < amplitude <= largest:
@@ -266,8 +266,8 @@ def full_swing_bandwidth(p: np.record, amplitude: float) -> float:
 def load_capacity(p: np.record, loads: Array) -> LoadCapacity:
     """Return the remaining control force above static loads of the axis at its centre, with saturation.
 
-    Each load sets its own static current (`static_current_for`). The remaining force is that at the largest and at the
-    least control current. Of a vertical load on a bearing, each of its two axes at 45 degrees carries 1/sqrt(2).
+    Each load sets its static current (`static_current_for`). The remaining force is that at the largest and at the
+    smallest control current. Two axes at 45 degrees each carry 1/sqrt(2) of a vertical load.
 
     Parameters
     ----------
@@ -279,7 +279,7 @@ def load_capacity(p: np.record, loads: Array) -> LoadCapacity:
     Raises
     ------
     ValueError
-        If a load is more than the axis can carry.
+        If a load exceeds the capacity of the axis.
     """
     rows = []
     for load in np.asarray(loads, dtype=np.float64):
@@ -295,9 +295,9 @@ def load_capacity(p: np.record, loads: Array) -> LoadCapacity:
 def amplifier_transfer(p: np.record) -> control.TransferFunction:
     """Return the transfer function from commanded control current to coil current, A/A: omega_b/(s + omega_b).
 
-    It holds within the voltage limit. Times `amplifier_gain` it is A/V, and times K_i (N/A) the force at rest.
+    It holds within the voltage limit. Multiply it by `amplifier_gain` for A/V, and by K_i (N/A) for the force at x = 0.
     """
-    import control  # slow to import, and a run needs nothing of it
+    import control  # slow to import, and not needed for a run
 
     omega = 2.0 * math.pi * float(p.bandwidth)
     return control.tf([omega], [1.0, omega])
@@ -307,6 +307,6 @@ def _voltage_margin(p: np.record) -> float:
     return float(p.voltage_limit - p.resistance * (p.static_current + p.bias_current))
 
 
-def _check(name: str, values: Array, outside: NDArray[np.bool_], unit: str, allowed: str) -> None:
+def _check(name: str, values: Array, outside: Bools, unit: str, allowed: str) -> None:
     if outside.any():
         raise ValueError(f"{name} = {values[outside].flat[0]:g} {unit} is not allowed; it must be {allowed}")

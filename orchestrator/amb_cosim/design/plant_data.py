@@ -1,4 +1,4 @@
-"""The plant of a rotor: its variables, and the matrices of the reduced rotor in one flat array."""
+"""The plant of a rotor: its variables, and the matrices of the reduced rotor in a single flat array."""
 
 from __future__ import annotations
 
@@ -8,7 +8,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from fmi_export.model import Array, Model
+from array_types import Array
+from fmi_export.model import Model
 from rotor_analysis.assembly import Matrices, assemble, turned
 from rotor_analysis.parts import Bearing
 from rotor_analysis.reduced_rotor import reduced_rotor, valid_to
@@ -16,12 +17,12 @@ from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import load_rotor
 from rotor_contact.planes import ContactSite, MeasuredPlane, Planes
 from rotor_contact.plant import model_for
-from rotor_contact.seals import SEAL, Seals, add_seals
+from rotor_contact.seals import SEAL, SealRecords, Seals, add_seals
 from rotor_contact.structure import SIZES, Structure
 
-MAX_SUBSTEP = 250e-6  # s, of a rotor without fast modes
-RESOLUTION = 1.0  # rad of the fastest mode in a substep
-ROUNDING = 1e-9  # share of a site's displacement in that of another place that counts as none
+MAX_SUBSTEP = 250e-6  # s, longest substep of a rotor without fast modes
+RESOLUTION = 1.0  # rad of the fastest mode per substep
+ROUNDING = 1e-9  # relative contribution of a site to the displacement of a place that counts as zero
 
 
 def plant(rotor: Rotor | None = None) -> tuple[Model, Array]:
@@ -30,17 +31,17 @@ def plant(rotor: Rotor | None = None) -> tuple[Model, Array]:
     Raises
     ------
     ValueError
-        If the rotor has no bearing, cannot be reduced as its file says (`reduced_rotor`), or has seals with a mass that
-        the plant cannot have (`constant_mass`).
+        If the rotor has no bearing, cannot be reduced as its file requires (`reduced_rotor`), or has seals with a mass
+        that the plant does not support (`constant_mass`).
     """
     structure, planes = plant_structure(rotor or load_rotor())
     return model_for(planes), flat_constants(structure)
 
 
 def plant_structure(rotor: Rotor) -> tuple[Structure, Planes]:
-    """Return what the plant's kernels need of a rotor (`reduced_rotor`), and the planes with their names in its file.
+    """Return the data of a rotor for the plant's kernels (`reduced_rotor`), and the planes by their names in its file.
 
-    The start value of the longest substep makes it short enough for the fastest mode of the free rotor.
+    The start value of the longest substep is short enough for the fastest mode of the free rotor.
 
     Raises
     ------
@@ -56,13 +57,14 @@ def plant_structure(rotor: Rotor) -> tuple[Structure, Planes]:
     place = {row: k for k, row in enumerate(order)}
     at, left, right = np.ix_(order, order), reduction.left[order], reduction.right[:, order]
     M, C, R, K, G = (matrix[at] for matrix in (reduced.M, reduced.C, reduced.R, reduced.K, reduced.G))
-    seal_rows = [[place[row] for row in reduced.translations[node]] for node in rotor.seal_nodes]
-    for seal, at_seal in zip(rotor.seals, seal_rows, strict=True):
-        M[np.ix_(at_seal, at_seal)] += constant_mass(seal)
+    at_seals = full.rows(rotor.seal_nodes)
+    for k, seal in enumerate(rotor.seals):
+        at_seal = at_seals[2 * k : 2 * k + 2]
+        M += left[:, at_seal] @ constant_mass(seal) @ right[at_seal]
     if rotor.seals and not np.linalg.eigvalsh(M)[0] > 0.0:
         raise ValueError(f"rotor {rotor.name!r} with the mass of its seals is not allowed; it must be positive")
-    seals = seal_records(rotor.seals, [rows[0] for rows in seal_rows])
     Minv: Array = np.linalg.inv(M).astype(np.float64)
+    seals = Seals(seal_records(rotor.seals), np.concatenate([right[at_seals], (Minv @ left[:, at_seals]).T]))
 
     base_motion = np.zeros((full.size, 2))
     for rows in full.translations.values():
@@ -93,12 +95,12 @@ def plant_structure(rotor: Rotor) -> tuple[Structure, Planes]:
     max_substep = float(min(MAX_SUBSTEP, RESOLUTION / _fastest(structure)))
     planes = _planes(rotor, max_substep, _polar_inertia(full), structure.valid_to)
     return structure, replace(
-        planes, moved_by=_moved_by(planes, structure), mixes_axes=bool(np.any(R) or _are_cross_coupled(seals))
+        planes, moved_by=_moved_by(planes, structure), mixes_axes=bool(np.any(R) or _are_cross_coupled(seals.records))
     )
 
 
 def _moved_by(planes: Planes, structure: Structure) -> dict[str, tuple[str, ...]]:
-    """Return the sites whose journal's displacement alone, the other coordinates zero, moves each place."""
+    """Return the sites whose displacement alone, with other coordinates zero, moves each place."""
     rows = dict(zip((site.name for site in planes.sites), structure.sites.astype(int), strict=True))
     unit = np.eye(len(structure.K))
     weights = {name: unit[row] for name, row in rows.items()}
@@ -111,21 +113,21 @@ def _moved_by(planes: Planes, structure: Structure) -> dict[str, tuple[str, ...]
 
 
 def _fastest(structure: Structure) -> float:
-    """Return the largest eigenvalue (rad/s) of the rotor with its seals, else free, without gyroscopic forces."""
+    """Return the largest eigenvalue (rad/s) of the otherwise free rotor with its seals, without gyroscopic forces."""
     if not structure.is_damped:
         return float(np.sqrt(np.max(np.abs(np.linalg.eigvals(structure.MinvK)))))
     identity, zero = np.eye(len(structure.K)), np.zeros_like(structure.K)
     largest = 0.0
-    for Omega in {0.0, *structure.seals["begin"].ravel().tolist()}:
+    for Omega in {0.0, *structure.seals.records["begin"].ravel().tolist()}:
         K, C = structure.MinvK.T.copy(), structure.MinvC.T.copy()
-        add_seals(structure.Minv, structure.seals, Omega, K, C)
+        add_seals(structure.seals, Omega, K, C)
         A = np.block([[zero, identity], [-K.T, -C.T]])
         largest = max(largest, float(np.max(np.abs(np.linalg.eigvals(A)))))
     return largest
 
 
 def _polar_inertia(full: Matrices) -> float:
-    """Return the polar inertia (kg m^2) of a rotor: what couples its tilting as a rigid body in both planes."""
+    """Return the polar inertia (kg m^2) of a rotor, which couples its rigid-body tilting in both planes."""
     tilt = np.zeros((2, full.size))
     for rows in full.translations.values():
         for axis in range(2):
@@ -158,7 +160,7 @@ def _planes(rotor: Rotor, max_substep: float, polar_inertia: float, valid_to: fl
 
 
 def _shaft_radius(rotor: Rotor, node: int) -> float:
-    """Return the larger radius (m) of the shaft beside a node."""
+    """Return the larger shaft radius (m) next to a node."""
     before, after = rotor.elements[: node - 1][-1:], rotor.elements[node - 1 : node]
     beside = [layer.diameter[1] for layers in before for layer in layers]
     beside += [layer.diameter[0] for layers in after for layer in layers]
@@ -166,8 +168,8 @@ def _shaft_radius(rotor: Rotor, node: int) -> float:
 
 
 def flat_constants(structure: Structure) -> Array:
-    """Return a structure as `rotor_contact.structure.structure_of` reads it."""
-    n_translations, is_damped, valid_to, *arrays = structure
+    """Return a structure in the layout of `rotor_contact.structure.structure_of`."""
+    n_translations, is_damped, valid_to, *arrays, seals = structure
     sizes = np.array(
         [
             (
@@ -179,17 +181,17 @@ def flat_constants(structure: Structure) -> Array:
                 len(structure.sensors),
                 is_damped,
                 valid_to,
-                structure.seals.shape[1],
-                structure.seals.shape[0],
+                seals.records.shape[1],
+                seals.records.shape[0],
             )
         ],
         dtype=SIZES,
     )
-    return np.concatenate([sizes.view(np.float64), *(np.ravel(part).view(np.float64) for part in arrays)])
+    return np.concatenate([sizes.view(np.float64), *(np.ravel(part).view(np.float64) for part in (*arrays, *seals))])
 
 
 def constant_mass(seal: Bearing) -> Array:
-    """Return the mass (kg) of a seal, shape (2, 2), as the plant needs it.
+    """Return the mass (kg) of a seal for the plant, shape (2, 2).
 
     Raises
     ------
@@ -198,26 +200,22 @@ def constant_mass(seal: Bearing) -> Array:
     """
     masses = [np.array(row.mass) for row in seal.at_speed] or [np.array(seal.mass)]
     if any(not np.array_equal(mass, masses[0]) for mass in masses):
-        raise ValueError(f"mass of seal {seal.name} over speed is not allowed in the plant; give it the same at all")
+        raise ValueError(f"mass of seal {seal.name} over speed is not allowed in the plant; it must be constant")
     if masses[0][0, 1] != masses[0][1, 0]:
         text = masses[0].tolist()
         raise ValueError(f"mass of seal {seal.name} = {text} kg is not allowed in the plant; it must be symmetric")
     return masses[0]
 
 
-def seal_records(seals: Sequence[Bearing], rows: Sequence[int]) -> Seals:
-    """Return the records of seals with these rows of x over all ranges between the speeds of their tables."""
+def seal_records(seals: Sequence[Bearing]) -> SealRecords:
+    """Return the records of seals over all ranges between the speeds of their tables."""
     speeds = sorted({row.speed for seal in seals for row in seal.at_speed})
     records = np.zeros((len(speeds) + 1 if seals else 0, len(seals)), dtype=SEAL)
-    for k, (seal, row) in enumerate(zip(seals, rows, strict=True)):
+    for k, seal in enumerate(seals):
         of_seal = records[:, k]
         local = [at.speed for at in seal.at_speed]
         of_seal["begin"] = [speeds[0] if speeds else 0.0, *speeds]
-        of_seal["row"], of_seal["lowest"], of_seal["highest"] = (
-            row,
-            min(local, default=-np.inf),
-            max(local, default=np.inf),
-        )
+        of_seal["lowest"], of_seal["highest"] = min(local, default=-np.inf), max(local, default=np.inf)
         cubics = of_seal["coefficients"].reshape(len(of_seal), 8, 4)
         for place, begin in enumerate(of_seal["begin"]):
             if place and local and local[0] <= begin < local[-1]:
@@ -230,6 +228,6 @@ def seal_records(seals: Sequence[Bearing], rows: Sequence[int]) -> Seals:
     return records.view(np.recarray)
 
 
-def _are_cross_coupled(seals: Seals) -> bool:
-    """Return whether the stiffness of a seal couples x and y at some speed."""
-    return bool(np.any(seals["coefficients"][..., 4:12]))
+def _are_cross_coupled(records: SealRecords) -> bool:
+    """Return whether the stiffness of a seal couples x and y at any speed."""
+    return bool(np.any(records["coefficients"][..., 4:12]))

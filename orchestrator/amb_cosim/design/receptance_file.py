@@ -1,4 +1,4 @@
-"""Identified receptances in a TOML file: read, updated, and written whole or not at all."""
+"""Identified receptances in a TOML file: reading, updating and atomic writing."""
 
 from __future__ import annotations
 
@@ -12,13 +12,14 @@ from typing import Annotated, Literal, get_args
 
 import numpy as np
 from annotated_types import Ge, Gt, Le
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from pydantic import PlainValidator, StrictFloat, StrictInt, StrictStr
 
-from amb_cosim.design.controller_data import Complex, condition_number, inverse_receptance, pack_rows
+from amb_cosim.design.controller_data import condition_number, inverse_receptance, pack_rows
 from amb_files.atomic import write_atomically
 from amb_files.toml import read_toml, table, validate
 from amb_files.validation_errors import Unit
+from array_types import Array, Complex
 from rolac_controller.control_loop import ControlLoop
 from rolac_controller.interface import interface_of
 from rolac_controller.parameters import LARGEST_ORDER
@@ -27,7 +28,7 @@ from rolac_controller.receptance_table import SAME_SPEED
 Format = Literal["amb-cosim receptances 2"]
 (FORMAT,) = get_args(Format)
 
-# Parameters of the controller that a synchronous receptance depends on, besides those of axes, sensors and planes.
+# Controller parameters on which a synchronous receptance depends, besides those of axes, sensors and planes.
 _SHARED = (
     *("sample_time", "derivative_time", "pid.direct"),
     *("chain.preset", "chain.filter", "chain.delay", "chain.cutoff"),
@@ -36,7 +37,7 @@ _GAINS = ("k_b", "c_b", "k_integral", "k_s", "k_i", "k_p", "k_d")
 
 
 def loop_parameters(loop: ControlLoop, parameters: Mapping[str, float] | None = None) -> dict[str, float]:
-    """Return the parameters that a receptance depends on: those given, and the start values of the others."""
+    """Return the parameters on which a receptance depends: set ones, and the start values of the others."""
     values, table = parameters or {}, interface_of(loop)
     names = {
         *_SHARED,
@@ -49,9 +50,10 @@ def loop_parameters(loop: ControlLoop, parameters: Mapping[str, float] | None = 
 
 @dataclass(frozen=True)
 class Entry:
-    """A receptance R, shape (n_sensors, n_axes) (m/N), of one harmonic at one speed (rad/s).
+    """A receptance R, shape (n_sensors, n_axes) (m/N), of a harmonic at one speed (rad/s).
 
-    `inner` is the response C of a controller that closes the loop beside the PID, shape (n_axes, n_sensors) (N/m).
+    `inner` is the response C of a controller that closes the loop in parallel with the PID, shape (n_axes, n_sensors)
+    (N/m).
     """
 
     order: int
@@ -62,18 +64,18 @@ class Entry:
 
 @dataclass(frozen=True)
 class ReceptanceTable:
-    """Receptances of one rotor in one control loop.
+    """Receptances of a rotor in a single control loop.
 
     Parameters
     ----------
     rotor
-        Name of the rotor; a table cannot be used for another one.
+        Name of the rotor; the table is valid only for it.
     sensors, axes
         Names of the rows and columns of a receptance.
     parameters
-        Those of the controller that they were identified with, as `loop_parameters` returns them.
+        Parameters of the controller during identification, as `loop_parameters` returns them.
     entries
-        Ascending in order and speed.
+        Entries, ascending in order and speed.
     """
 
     rotor: str
@@ -85,9 +87,9 @@ class ReceptanceTable:
     def updated(
         self, speed: float, receptance: ArrayLike, order: int = 1, inner: Complex | None = None
     ) -> ReceptanceTable:
-        """Return the table with a new receptance, which replaces one at that speed (within 0.5 %) if there is one.
+        """Return the table with a new receptance, which replaces one at that speed (within 0.5 %) if any.
 
-        `inner` is as of an `Entry`.
+        `inner` is as for `Entry`.
 
         Raises
         ------
@@ -106,8 +108,8 @@ class ReceptanceTable:
         retained = [e for e in self.entries if e is not old]
         return replace(self, entries=tuple(sorted([*retained, new], key=lambda e: (e.order, e.speed))))
 
-    def constants(self, loop: ControlLoop) -> NDArray[np.float64]:
-        """Return the constants of a controller FMU of a loop with this table.
+    def constants(self, loop: ControlLoop) -> Array:
+        """Return the constants of a controller FMU with this table.
 
         Raises
         ------
@@ -121,7 +123,7 @@ class ReceptanceTable:
         return pack_rows(loop, ((e.order, e.speed, e.receptance) for e in self.entries), inner)
 
     def write(self, path: Path) -> None:
-        """Write the table; a failure or an interruption leaves the old file as it was."""
+        """Write the table atomically: a failure or an interruption leaves the old file unchanged."""
 
         def to_disk(temporary: Path) -> None:
             with temporary.open("w", encoding="utf-8") as file:
@@ -134,7 +136,7 @@ class ReceptanceTable:
 
     def _text(self) -> str:
         head = [
-            "# Receptances R (m/N): Q = Q_0 + R U, displacements of sensors (rows) by forces on axes (columns).",
+            "# Receptances R (m/N): Q = Q_0 + R U, displacements at sensors (rows) by forces on axes (columns).",
             f'format = "{FORMAT}"',
             f"rotor = {_quoted(self.rotor)}",
             f"sensors = {_list(self.sensors)}",
@@ -153,9 +155,9 @@ def empty_table(
     parameters: Mapping[str, float] | None = None,
     inner: Mapping[str, float] | None = None,
 ) -> ReceptanceTable:
-    """Return a table without entries for the rotor of this name, its loop and the controller's parameters.
+    """Return an empty table for the rotor of this name, its loop and the controller's parameters.
 
-    `inner` are those of a controller beneath it, by `component.name`.
+    `inner` are those of an inner controller, by `component.name`.
     """
     available = {**loop_parameters(loop, parameters), **(inner or {})}
     return ReceptanceTable(rotor, loop.sensor_names, loop.axis_names, available)
@@ -183,15 +185,14 @@ def read_table(
     Raises
     ------
     ValueError
-        If the file cannot be read, is not a complete table, or belongs to another rotor or loop; one line for each
-        mistake.
+        If the file cannot be read, is incomplete, or belongs to another rotor or loop; one line for each error.
     """
     name = f"table of receptances {path}"
     file = validate(read_toml(path, name), _ReceptanceFile, name)
     entries = tuple(Entry(entry.order, entry.speed, entry.receptance, entry.inner) for entry in file.receptance)
     result = ReceptanceTable(file.rotor, file.sensors, file.axes, file.loop, entries)
     if rotor is not None and result.rotor != rotor:
-        raise ValueError(f"{name}: it is of rotor {result.rotor!r}, not of {rotor!r}")
+        raise ValueError(f"{name}: it belongs to rotor {result.rotor!r}, not {rotor!r}")
     if loop is not None:
         _check_names(result, loop, name)
     _check_parameters(result, parameters or {}, name)
@@ -199,7 +200,7 @@ def read_table(
 
 
 def _lines(entry: Entry) -> list[str]:
-    def rows(matrix: NDArray[np.float64]) -> list[str]:
+    def rows(matrix: Array) -> list[str]:
         return [f"  [{', '.join(repr(float(value)) for value in row)}]," for row in matrix]
 
     hertz, condition = entry.speed / (2.0 * math.pi), condition_number(entry.receptance)
@@ -220,7 +221,7 @@ def _lines(entry: Entry) -> list[str]:
 
 
 def _quoted(text: str) -> str:
-    """Return a TOML string: the JSON string, with the control character escaped that JSON does not escape."""
+    """Return a TOML string: the JSON string, with the one control character escaped that JSON leaves."""
     return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
 
 
@@ -228,16 +229,16 @@ def _list(names: Iterable[str]) -> str:
     return f"[{', '.join(_quoted(name) for name in names)}]"
 
 
-def _as_matrix(value: object) -> NDArray[np.float64]:
+def _as_matrix(value: object) -> Array:
     rows = value if isinstance(value, list) and all(isinstance(row, list) for row in value) else []
     numbers = [number for row in rows for number in row]
     finite = all(type(number) in (int, float) and math.isfinite(number) for number in numbers)
     if not numbers or len({len(row) for row in rows}) != 1 or not finite:
-        raise ValueError("it must be rows of equally many numbers, all finite")
+        raise ValueError("it must be rows of equal length with finite numbers")
     return np.array(value, dtype=np.float64)
 
 
-Matrix = Annotated[NDArray[np.float64], PlainValidator(_as_matrix)]
+Matrix = Annotated[Array, PlainValidator(_as_matrix)]
 
 
 @table
@@ -253,9 +254,11 @@ class _Receptance:
 
     def __post_init__(self) -> None:
         if self.real.shape != self.imaginary.shape:
-            raise ValueError(f"real is {_shape(self.real)} and imaginary {_shape(self.imaginary)}; they must be alike")
+            raise ValueError(
+                f"real is {_shape(self.real)} and imaginary {_shape(self.imaginary)}; they must be the same"
+            )
         if (self.inner_real is None) != (self.inner_imaginary is None):
-            raise ValueError("inner_real and inner_imaginary must both be given, or none of them")
+            raise ValueError("inner_real and inner_imaginary must both be set, or neither")
         for name, matrix in (("inner_real", self.inner_real), ("inner_imaginary", self.inner_imaginary)):
             if matrix is not None and matrix.shape != self.real.T.shape:
                 raise ValueError(f"{name} is {_shape(matrix)}; it must be {_shape(self.real.T)}, axes by sensors")
@@ -271,7 +274,7 @@ class _Receptance:
 
     @property
     def inner(self) -> Complex | None:
-        """C = inner_real + j inner_imaginary, shape (n_axes, n_sensors), if there is one."""
+        """C = inner_real + j inner_imaginary, shape (n_axes, n_sensors), if any."""
         if self.inner_real is None or self.inner_imaginary is None:
             return None
         return self.inner_real + 1j * self.inner_imaginary
@@ -306,7 +309,7 @@ class _ReceptanceFile:
             raise ValueError("receptance must ascend in order and speed")
 
 
-def _shape(matrix: NDArray[np.float64]) -> str:
+def _shape(matrix: Array) -> str:
     return f"{matrix.shape[0]} rows of {matrix.shape[1]} numbers"
 
 

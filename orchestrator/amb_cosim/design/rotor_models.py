@@ -8,27 +8,28 @@ from pathlib import Path
 import numpy as np
 
 from amb_actuator import actuator as amb_actuator
-from amb_cosim.design.controller_data import MAX_CONDITION, Array, condition_number, no_table, pack
+from amb_cosim.design.controller_data import MAX_CONDITION, condition_number, no_table, pack
 from amb_cosim.design.receptance_file import ReceptanceTable, loop_parameters, read_table
+from array_types import Array
 from fmi_export.model import Model
 from rolac_controller import controller as rolac_controller
 from rolac_controller.control_loop import ControlLoop, SensorPlane
 from rotor_analysis.receptance import receptance
 from rotor_analysis.rotor import Rotor
-from rotor_analysis.rotor_file import load_rotor
+from rotor_analysis.rotor_file import RotorSource, load_rotor
 
-# Speeds of the table of a controller for which no receptance was identified (rad/s), and its closed bearings.
+# Speeds (rad/s) of the table of a controller without identified receptances, and its bearing coefficients.
 SPEEDS = 2.0 * np.pi * np.arange(5.0, 101.0)
 K_B, C_B = 1e6, 5000.0  # N/m, N s/m
 
 
 def control_loop(rotor: Rotor | None = None) -> ControlLoop:
-    """Return bearings and sensor planes of a rotor, the default without one; the nearest plane closes a bearing's loop.
+    """Return bearings and sensor planes of a rotor or the default rotor; a bearing uses the nearest plane.
 
     Raises
     ------
     ValueError
-        If the rotor has no bearing, or a bearing has no sensor plane of its own.
+        If the rotor has no bearing, or a bearing lacks a sensor plane of its own.
     """
     rotor = rotor or load_rotor()
     z = rotor.shaft.nodes
@@ -42,7 +43,8 @@ def control_loop(rotor: Rotor | None = None) -> ControlLoop:
 
 
 def actuator(rotor: Rotor | None = None) -> tuple[Model, Array]:
-    """Return the actuator of a rotor, the packs' default without, and its constants; errors of `actuator.model_for`."""
+    """Return the actuator of a rotor, by default the packs', and its constants; raises errors of
+    `actuator.model_for`."""
     names = tuple(bearing.name for bearing in (rotor or load_rotor()).bearings)
     return amb_actuator.model_for(names), np.array([len(names)], dtype=np.float64)
 
@@ -55,13 +57,13 @@ def controller(rotor: Rotor | None = None, table: ReceptanceTable | None = None)
     rotor
         A rotor description.
     table
-        Identified receptances. By default they are those of the rotor model on closed bearings with `K_B` and `C_B`,
-        from 5 to 100 Hz, as far as they can be inverted.
+        Identified receptances. By default those of the rotor model on bearings with `K_B` and `C_B`, from 5 to 100 Hz,
+        as far as they can be inverted.
 
     Raises
     ------
     ValueError
-        As `control_loop`; if the table is of other sensors or axes or has no entry.
+        As `control_loop`, and if the table has other sensors or axes or no entry.
     """
     rotor = rotor or load_rotor()
     loop = control_loop(rotor)
@@ -72,13 +74,13 @@ def controller(rotor: Rotor | None = None, table: ReceptanceTable | None = None)
 def check_loop(
     receptances: Path,
     parameters: Mapping[str, float | None],
-    rotor: str | Path | None = None,
+    rotor: RotorSource = None,
     inner: Mapping[str, float] | None = None,
 ) -> None:
-    """Raise a ValueError if a table was identified in another loop than that of a controller with these parameters.
+    """Raise a ValueError if a table was identified in a loop with other controller parameters than these.
 
-    The controller is that of a rotor, by default that of the packs; `inner` are parameters of a linear controller
-    beneath it, by `component.name`.
+    The controller is that of a rotor, by default the packs'; `inner` are parameters of an inner linear controller, by
+    `component.name`.
     """
     available = {name: value for name, value in parameters.items() if value is not None}
     loop = control_loop(load_rotor(rotor))

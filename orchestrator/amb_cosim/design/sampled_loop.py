@@ -1,13 +1,13 @@
-"""What the controller sees of a vibration in the sampled loop: its parameters, sensors and filter."""
+"""Response of the controller's sensors and filter to a vibration in the sampled loop."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
 from amb_cosim.design.controller_data import no_table
+from array_types import Array, Complex
 from rolac_controller.control_loop import ControlLoop
 from rolac_controller.interface import interface_of
 from rolac_controller.records import Parameters, parameters_of
@@ -16,17 +16,14 @@ from rolac_controller.sizes import sizes_of
 from signal_chain.lowpass import coefficients
 from signal_chain.presets import is_on
 
-Complex = NDArray[np.complex128]
-Array = NDArray[np.float64]
 
-
-def given_parameters(loop: ControlLoop, parameters: Mapping[str, float]) -> Parameters:
-    """Return the parameters of a controller as kernels see them: start values, and what is given by name.
+def parameters_of_loop(loop: ControlLoop, parameters: Mapping[str, float]) -> Parameters:
+    """Return the parameters of a controller as a kernel record: start values, with the given ones replaced.
 
     Raises
     ------
     ValueError
-        If there is no such parameter.
+        If no such parameter exists.
     """
     table, constants = interface_of(loop), no_table(loop)
     values: Array = table.start[: table.n_parameters].copy()
@@ -43,9 +40,9 @@ def filter_response(cutoff: float, omega: float, sample_time: float) -> complex:
 
 
 def sensor_matrix(parameters: Parameters) -> Array:
-    """Return what the sensors show over the displacements in their planes, shape (n_sensors, n_sensors) (1).
+    """Return sensor readings over the displacements in their planes, shape (n_sensors, n_sensors) (1).
 
-    A sensor has its scale, and one beside its plane sees the others too (`sensors.plane_weight`).
+    Each sensor has a scale; one that is off its plane also responds to the other planes (`sensors.plane_weight`).
     """
     planes = range(len(parameters.plane_positions))
     weights = np.array([[plane_weight(parameters, p, q) for q in planes] for p in planes])
@@ -53,13 +50,13 @@ def sensor_matrix(parameters: Parameters) -> Array:
 
 
 def axis_matrix(parameters: Parameters) -> Array:
-    """Return what the sensor of each axis shows over the displacements in all planes, shape (n_axes, n_sensors) (1)."""
+    """Return the sensor reading of each axis over the displacements in all planes, shape (n_axes, n_sensors) (1)."""
     return sensor_matrix(parameters)[np.asarray(parameters.sensor_of_axis, dtype=np.intp)]
 
 
 def sensor_response(parameters: Parameters, omega: float) -> Complex:
     """Return F, the measured over the true vibration at omega (rad/s), shape (n_sensors, n_sensors)."""
-    local, passed = parameters.own[0], 1.0 + 0j
+    local, passed = parameters.common[0], 1.0 + 0j
     if is_on(local.chain.preset, local.chain.filter):
         passed = filter_response(local.chain.cutoff, omega, local.sample_time)
     return np.asarray(sensor_matrix(parameters) * passed, dtype=np.complex128)

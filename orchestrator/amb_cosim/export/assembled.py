@@ -1,4 +1,4 @@
-"""Systems as one FMU: the levitated rotor, or any other whose components are models, with a scenario's start values."""
+"""Systems in one FMU: the levitated rotor, or any system of models, with a scenario's start values."""
 
 from __future__ import annotations
 
@@ -10,12 +10,13 @@ from typing import Any
 import numpy as np
 
 from amb_cosim.cosim.basics.build_target import BuildTarget
-from amb_cosim.cosim.basics.choices import Coupling, Flavour, Fmi
+from amb_cosim.cosim.basics.choices import Flavour, Fmi
 from amb_cosim.cosim.fmu.fmus import build_models
 from amb_cosim.cosim.system.experiment import Plan
 from amb_cosim.export.models import Made
 from amb_cosim.export.planned import plan_models
-from amb_cosim.results.places import ACTUATOR, CONTROLLER, PLANT
+from amb_cosim.results.component_names import ACTUATOR, CONTROLLER, PLANT
+from amb_cosim.scenario.rotors import RotorSource
 from amb_cosim.scenario.scenario import Scenario
 
 NAME = "levitated_rotor"
@@ -23,40 +24,45 @@ DESCRIPTION = (
     "Flexible rotor levitated by magnetic bearings under sampled control, in one: rotor_contact, amb_actuator and "
     "rolac_controller"
 )
-SYSTEM = "levitated"  # what is assembled without a scenario
-IN_ORDER = (CONTROLLER, ACTUATOR, PLANT)  # models of the components of what is called so, as they step
+SYSTEM = "levitated"  # the default system
+IN_ORDER = (CONTROLLER, ACTUATOR, PLANT)  # models of its components, in order of their steps
 
 
 def build_assembled(
     folder: str | Path,
     scenario: str | Path | Scenario | None = None,
     flavour: Flavour = "native",
-    rotor: str | Path | None = None,
+    rotor: RotorSource = None,
     receptances: str | Path | None = None,
     platforms: Iterable[str] | None = None,
     fmi: Fmi = 2,
     arrays: bool = True,
     sources: bool = False,
 ) -> Path:
-    """Write one FMU with all components of a system into a folder and return its path.
+    """Write an FMU with all components of a system into a folder and return its path.
 
-    It is `levitated_rotor` where these are controller, actuator and rotor, and called like the system otherwise.
+    It is `levitated_rotor` for controller, actuator and rotor, and otherwise has the name of the system.
 
     Parameters
     ----------
     scenario
-        Whose system is assembled, of whose rotor, and whose parameters and first inputs are the start values: a
-        `Scenario`, a name or the path of a TOML file; the path of a system file; the system `levitated` by default.
+        Provides system, rotor, and start values of parameters and inputs: a `Scenario`, a name or the path of a TOML
+        file, or the path of a system file; default: the system `levitated`.
     rotor, receptances
-        In place of the scenario's; see `build`.
+        Replace the scenario's; see `build`.
     folder, flavour, platforms, fmi, arrays, sources
         As for `build`.
 
     Raises
     ------
     ValueError
-        If the scenario or a file is wrong, a component of the system is no model, its coupling is iterative, or the FMU
-        cannot be built.
+        If the scenario or a file is invalid, a component of the system is not a model, its coupling is iterative, or
+        the FMU cannot be built.
+
+    Examples
+    --------
+    >>> build_assembled("fmus", "compressor_levitated").name
+    'levitated_rotor.fmu'
     """
     options = {"scenario": scenario, "rotor": rotor, "receptances": receptances}
     target = BuildTarget(flavour, platforms, fmi, arrays, sources)
@@ -65,7 +71,7 @@ def build_assembled(
 
 def levitated_rotor(
     scenario: str | Path | Scenario | None = None,
-    rotor: str | Path | None = None,
+    rotor: RotorSource = None,
     receptances: str | Path | None = None,
     **_: Any,
 ) -> Made:
@@ -74,36 +80,31 @@ def levitated_rotor(
 
     planned = plan_models(SYSTEM if scenario is None else scenario, rotor, receptances)
     plan = planned.plan
-    model, constants = assembled(plan, planned.made, planned.coupling)
+    model, constants = assembled(plan, planned.made)
     starts = {f"{component}.{name}": value for component, of in plan.parameters.items() for name, value in of.items()}
     return with_starts(model, starts | dict(plan.inputs)), constants
 
 
-def assembled(plan: Plan, made: Mapping[str, Made], coupling: Coupling | None = None) -> Made:
+def assembled(plan: Plan, made: Mapping[str, Made]) -> Made:
     """Return the model of a planned system whose components are these models, and its constants.
 
-    Steps are cut at the samples of the one component that has a sample time, else at the communication step.
-
-    Parameters
-    ----------
-    coupling
-        In place of the system's.
+    Steps are divided at the samples of the one component with a sample time, otherwise at the communication step.
 
     Raises
     ------
     ValueError
         If the coupling is iterative.
     """
-    from fmi_export.model import AssemblyPart
+    from fmi_export.model import AssembledModel
     from levitated_rotor.assembly import Composite
     from levitated_rotor.model import model_for
 
     system = plan.system
-    coupling = coupling or system.coupling
+    coupling = system.coupling
     if coupling == "iterative":
         raise ValueError("coupling = 'iterative' is not allowed in an assembly; it must be 'gauss_seidel' or 'jacobi'")
     composite = Composite(
-        tuple(AssemblyPart(c.name, *made[c.name], c.every) for c in system.components),
+        tuple(AssembledModel(c.name, *made[c.name], c.every) for c in system.components),
         {link.target: link.source for link in system.connections},
         {signal.name: signal.targets for signal in system.signals},
         plan.step_size,

@@ -1,4 +1,4 @@
-"""The models as FMUs, one each: the three of the rotor, or the components of a scenario with its values."""
+"""FMUs of the models: the three of the rotor, or the components of a scenario with its values."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from amb_cosim.cosim.basics.choices import Flavour, Fmi
 from amb_cosim.cosim.fmu.fmus import build_models
 from amb_cosim.export.models import MODELS
 from amb_cosim.export.planned import plan_models
+from amb_cosim.scenario.rotors import RotorSource
 from amb_cosim.scenario.scenario import Scenario
 from amb_files.atomic import write_atomically
 from amb_files.temporary_folders import temporary_folder
@@ -20,7 +21,7 @@ from amb_files.temporary_folders import temporary_folder
 def build(
     folder: str | Path,
     flavour: Flavour = "native",
-    rotor: str | Path | None = None,
+    rotor: RotorSource = None,
     receptances: str | Path | None = None,
     platforms: Iterable[str] | None = None,
     fmi: Fmi = 2,
@@ -33,29 +34,34 @@ def build(
     Parameters
     ----------
     folder
-        Where the FMUs go; made if it is missing.
+        Folder for the FMUs, created if it is missing.
     flavour, platforms
-        `native` FMUs are compiled, for this machine or for the platforms named (`linux64`, `win64`, `darwin64`,
-        `aarch64-linux`, `aarch64-darwin`, `wasm32`); `python` ones are run by PythonFMU.
+        `native` FMUs are compiled, for this machine or for the named platforms (`linux64`, `win64`, `darwin64`,
+        `aarch64-linux`, `aarch64-darwin`, `wasm32`); `python` FMUs are run by PythonFMU.
     rotor
-        Name of a rotor of a pack, or rotor file (TOML); the scenario's, or the packs' default, without.
+        Name of a packaged rotor, or rotor file (TOML); default: that of the scenario or of the packs.
     receptances
-        Table file that the controller gets its H from; the scenario's, or the rotor model's, by default.
+        Table file with the controller's H; default: that of the scenario, or H of the rotor model.
     fmi
-        Version of FMI of native FMUs, 2 or 3; FMUs of flavour python have 2.
+        FMI version of native FMUs, 2 or 3; FMUs of flavour python have 2.
     scenario
-        Whose parameters and first inputs are the start values: a `Scenario`, a name or the path of a TOML file, or of
-        a system file. Each FMU is then called like its component. Events and what changes the speed are not in them.
+        Provides the start values of parameters and inputs: a `Scenario`, a name or the path of a TOML or system file.
+        Each FMU then has the name of its component. Events and speed profiles are not included.
     arrays
-        Whether FMUs of FMI 3.0 have array variables; without, each value has a reference of its own.
+        Whether FMUs of FMI 3.0 have array variables; without, each value has a separate reference.
     sources
-        Whether native FMUs hold their C code too, for targets that none is compiled for here.
+        Whether native FMUs include their C code, for other targets.
 
     Raises
     ------
     ValueError
-        If a file is wrong, or has not what the plant's interface shows, if the table is of another rotor, if a
-        component of the scenario is no model, or the platforms or the compiler are not what they must be.
+        If a file is invalid or incomplete, the table is of another rotor, a component of the scenario is not a model,
+        or a platform or the compiler is not available.
+
+    Examples
+    --------
+    >>> [file.name for file in build("fmus", scenario="compressor_levitated")]
+    ['rolac_controller.fmu', 'amb_actuator.fmu', 'rotor_contact.fmu']
     """
     target = BuildTarget(flavour, platforms, fmi, arrays, sources)
     if scenario is not None:
@@ -68,10 +74,10 @@ def _build_planned(
     folder: Path,
     target: BuildTarget,
     scenario: str | Path | Scenario,
-    rotor: str | Path | None,
+    rotor: RotorSource,
     receptances: str | Path | None,
 ) -> list[Path]:
-    """Write the FMU of each component of a scenario, with its values to start with."""
+    """Write the FMU of each component of a scenario, with its start values."""
     from fmi_export.model import with_starts
 
     planned = plan_models(scenario, rotor, receptances)

@@ -1,4 +1,4 @@
-"""Scenarios for other tools: as SSP archives."""
+"""Export of scenarios as SSP archives."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from pathlib import Path
 from amb_cosim.cosim.basics.build_target import BuildTarget
 from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.cosim.system.values import Raw
+from amb_cosim.scenario.rotors import RotorSource
 from amb_cosim.scenario.scenario import Scenario, given_scenario
 from amb_cosim.scenario.simulation import prepare
 
@@ -18,7 +19,7 @@ def export_ssp(
     *,
     set: Mapping[str, Raw] | None = None,
     until: Raw | None = None,
-    rotor: str | Path | None = None,
+    rotor: RotorSource = None,
     receptances: str | Path | None = None,
     flavour: Flavour = "native",
     platforms: Iterable[str] | None = None,
@@ -34,15 +35,20 @@ def export_ssp(
     path
         The archive.
     platforms
-        What its FMUs are compiled for; this machine without. See `amb_cosim.build`.
+        Platforms of its FMUs; default: this machine. See `amb_cosim.build`.
     connectors, integers
-        Whether signals and inputs that change are connectors of the system, and Enumerations Integers; see
+        Whether signals and changing inputs are connectors of the system, and Enumerations are Integers; see
         `cosim.ssp.export_ssp`.
 
     Raises
     ------
     ValueError
-        If the scenario, a value or a file is wrong.
+        If the scenario, a value or a file is invalid.
+
+    Examples
+    --------
+    >>> export_ssp("compressor_levitated", "compressor.ssp").name
+    'compressor.ssp'
     """
     from amb_cosim.cosim import ssp
 
@@ -53,7 +59,6 @@ def export_ssp(
         Path(path),
         prepared.assembly,
         prepared.plan,
-        scenario.coupling or prepared.plan.system.coupling,
         name=scenario.name,
         target=BuildTarget(flavour, platforms),
         connectors=connectors,

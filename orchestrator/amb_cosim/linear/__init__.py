@@ -1,1 +1,1 @@
-"""Linear models: of each component, of the machine they make together, and of its sampled loop."""
+"""Linear models of components, of the machine, and of its sampled loop."""

@@ -2,7 +2,7 @@
 
     signals -> scale -> anti-aliasing filter -> law -> whole samples of delay -> demands (-> a share of a sample later)
 
-Noise and converters of the signal chain, limits and anti-windup are not linear, and not in it.
+Noise and converters of the signal chain, limits and anti-windup are nonlinear and not included.
 """
 
 from __future__ import annotations
@@ -13,20 +13,21 @@ from typing import Any
 
 import numpy as np
 
-from amb_cosim.controllers.laws import Array, Law, in_series, side_by_side
-from amb_cosim.design.sampled_loop import axis_matrix, given_parameters
-from amb_cosim.linear.parts import LinearPart, names_of
+from amb_cosim.controllers.laws import Law, in_series, side_by_side
+from amb_cosim.design.sampled_loop import axis_matrix, parameters_of_loop
+from amb_cosim.linear.components import LinearComponent, names_of
+from array_types import Array
 from linear_controller.matrices import find_bracket, matrices_of, sizes_of
 from rolac_controller.control_loop import ControlLoop, SensorPlane
 from rolac_controller.pid import damping, setpoint_stiffness, stiffness
 from signal_chain.lowpass import coefficients
 from signal_chain.presets import is_on
 
-NOTE = "limits, noise, converters and faults are not in it"
+NOTE = "limits, noise, converters and faults are not included"
 
 
-def pid_part(name: str, layout: Mapping[str, Any], parameters: Mapping[str, float]) -> LinearPart:
-    """Return demanded currents (A) over what the sensors of all planes are shown and over setpoints (m) (5.1 to 5.4).
+def pid_component(name: str, layout: Mapping[str, Any], parameters: Mapping[str, float]) -> LinearComponent:
+    """Return demanded currents (A) over displacements at the sensors of all planes and over setpoints (m) (5.1 to 5.4).
 
     I = -[k x - k_set x_set + c (z - 1)/((tau + T) z - tau) x + K_I T/(z - 1) (x - x_set)] / K_i
 
@@ -35,11 +36,11 @@ def pid_part(name: str, layout: Mapping[str, Any], parameters: Mapping[str, floa
     name
         Of the component.
     layout, parameters
-        Of the model `rolac_controller`; its synchronous control is not in it.
+        Of the model `rolac_controller`; its synchronous control is not included.
     """
     loop = _control_loop(layout)
-    values = given_parameters(loop, parameters)
-    local = values.own[0]
+    values = parameters_of_loop(loop, parameters)
+    local = values.common[0]
     time, tau, direct = float(local.sample_time), float(local.derivative_time), local.pid.direct
     laws = []
     for gains in values.axes:
@@ -62,9 +63,9 @@ def pid_part(name: str, layout: Mapping[str, Any], parameters: Mapping[str, floa
     return _part(name, law, time, inputs, outputs, f"{left_out}, {NOTE}")
 
 
-def law_part(
+def law_component(
     name: str, layout: Mapping[str, Any], constants: Array, parameters: Mapping[str, float], Omega: float
-) -> LinearPart:
+) -> LinearComponent:
     """Return demands (A) over signals, setpoints (m) and feedforward (A) of the model `linear_controller` at a speed.
 
     u = gain (C x + D e) + feedforward, e = F scale y - setpoint
@@ -98,7 +99,7 @@ def law_part(
 
 
 def law_at(constants: Array, Omega: float) -> Law:
-    """Return the matrices of a `linear_controller` at a speed (rad/s), from its constants, in its own coordinates."""
+    """Return the matrices of a `linear_controller` at a speed (rad/s), from its constants, in its coordinates."""
     sizes, matrices = sizes_of(constants), matrices_of(constants)
     n, m, p = sizes
     bracket = find_bracket(matrices.speeds, Omega)
@@ -119,7 +120,7 @@ def static(D: Array) -> Law:
 
 
 def delayed(count: int, samples: int) -> Law:
-    """Return a law that shows its `count` signals so many samples later."""
+    """Return a law that delays its `count` signals by a number of samples."""
     item = Law(np.zeros((count, count)), np.eye(count), np.eye(count), np.zeros((count, count)))
     law = static(np.eye(count))
     for _ in range(samples):
@@ -134,11 +135,11 @@ def _filter(cutoff: float, sample_time: float) -> Law:
     return Law(np.vstack([row, np.zeros((1, 2))]), np.array([[P], [1.0]]), row, np.array([[P]]))
 
 
-def _filtered(own: np.record, count: int, filtered: Sequence[int]) -> Law:
-    """Return the law that filters some of its signals and passes the others, by a controller's parameters."""
-    if not is_on(own.chain.preset, own.chain.filter):
+def _filtered(p: np.record, count: int, filtered: Sequence[int]) -> Law:
+    """Return the law that filters some signals and passes the others, from a controller's parameters."""
+    if not is_on(p.chain.preset, p.chain.filter):
         return static(np.eye(count))
-    item = _filter(float(own.chain.cutoff), float(own.sample_time))
+    item = _filter(float(p.chain.cutoff), float(p.sample_time))
     return side_by_side([item if k in filtered else static(np.eye(1)) for k in range(count)])
 
 
@@ -149,6 +150,6 @@ def _control_loop(layout: Mapping[str, Any]) -> ControlLoop:
 
 def _part(
     name: str, law: Law, time: float, inputs: Sequence[str], outputs: Sequence[str], note: str, late: float = 0.0
-) -> LinearPart:
+) -> LinearComponent:
     whole = Law(law.A, law.B, law.C, law.D, time)
-    return LinearPart(whole, names_of(name, inputs), names_of(name, outputs), late, (f"{name}: {note}",))
+    return LinearComponent(whole, names_of(name, inputs), names_of(name, outputs), late, (f"{name}: {note}",))

@@ -1,13 +1,12 @@
-"""The linear model of an FMU whose equations are not known, from its derivatives or from its answers to pulses.
+"""The linear model of an FMU with unknown equations, from its derivatives or its responses to pulses.
 
 An instance runs from the same start once undisturbed, and once for each input with that input raised by delta during
-one communication step. The differences of its outputs, over delta, are the samples of its impulse response,
+a communication step. The differences of its outputs, over delta, are the samples of its impulse response,
 
     H_0 = D,  H_k = C A^(k-1) B,                                                                     (1)
 
 of which the eigensystem realisation algorithm makes A, B, C: J.-N. Juang and R. S. Pappa, An eigensystem realization
-algorithm, J. Guidance 8 (1985) 620-627. An FMU that is not linear, or that depends on time, shows itself in pulses of
-the other sign.
+algorithm, J. Guidance 8 (1985) 620-627. Pulses of the other sign reveal an FMU that is nonlinear or depends on time.
 """
 
 from __future__ import annotations
@@ -17,11 +16,12 @@ from pathlib import Path
 
 import numpy as np
 
-from amb_cosim.controllers.laws import Array, Law
+from amb_cosim.controllers.laws import Law
 from amb_cosim.cosim.basics.errors import FmuError
 from amb_cosim.cosim.fmu.component import FmuComponent
 from amb_cosim.cosim.fmu.fmu_interface import FmuInterface
-from amb_cosim.linear.parts import LinearPart, names_of, zoh
+from amb_cosim.linear.components import LinearComponent, names_of, zoh
+from array_types import Array
 
 STEPS = 240  # communication steps of a response
 RANK = 1e-9  # singular value of the responses' matrix, over the largest, that is no state
@@ -33,18 +33,18 @@ DELTAS = {"m": 1e-6, "N": 1.0, "A": 1e-3, "V": 1e-3}  # of an input, by its unit
 DELTA = 1e-3
 
 
-def foreign_part(
+def foreign_component(
     name: str,
     folder: Path,
     interface: FmuInterface,
     start: Mapping[str, float],
     ends: tuple[Sequence[str], Sequence[str]],
     sample_time: float,
-) -> LinearPart:
+) -> LinearComponent:
     """Return the model of an FMU about its start values, at the end of each communication step.
 
-    By the directional derivatives of an FMU that gives them of all its states, where these tell what pulses lead to;
-    else by the pulses.
+    By the directional derivatives of an FMU that provides them for all its states, if these predict the responses to
+    pulses; else by the pulses.
 
     Parameters
     ----------
@@ -62,7 +62,7 @@ def foreign_part(
     FmuError
         If it refuses to start or to step.
     ValueError
-        If what it answers is not finite.
+        If its outputs are not finite.
     """
     inputs, outputs = ends
     deltas = [DELTAS.get(interface.ports[i].unit or "", DELTA) for i in inputs]
@@ -79,17 +79,19 @@ def foreign_part(
     each = np.array([(up - down) / (2.0 * d) for (up, down), d in zip(pulses, deltas, strict=True)])
     bent = np.array([(up + down - 2.0 * still) / (2.0 * d) for (up, down), d in zip(pulses, deltas, strict=True)])
     if not np.isfinite(each).all():
-        raise ValueError(f"{name}: its outputs are not finite; no linear model is there")
+        raise ValueError(f"{name}: its outputs are not finite; it has no linear model")
     markov = np.moveaxis(each, 0, 2)  # (step, output, input)
     law, stated = _best(derived, markov, sample_time)
     curvature = _relative(bent, markov)
     if curvature > STATED:
         stated += f"; it is not linear, pulses of both signs differ by {curvature:.1g}"
-    return LinearPart(law, names_of(name, inputs), names_of(name, outputs), notes=(f"{name}: {stated}",), at_end=True)
+    return LinearComponent(
+        law, names_of(name, inputs), names_of(name, outputs), notes=(f"{name}: {stated}",), at_end=True
+    )
 
 
 def _best(derived: Law | None, markov: Array, sample_time: float) -> tuple[Law, str]:
-    """Return the law by derivatives where it tells the pulses, else that of the pulses, and what is stated."""
+    """Return the law from derivatives if it predicts the pulses, otherwise the law from the pulses, and a note."""
     missed = ""
     if derived is not None:
         error = _relative(responses(derived, len(markov)) - markov, markov)
@@ -158,7 +160,7 @@ class _Answers:
         self.arguments = inputs, outputs, start
 
     def begin(self) -> None:
-        """Bring the instance to its start."""
+        """Reset the instance to its start."""
         self.component.reset(*self.arguments)
         self.component.inputs[:] = self.rest
         self.component.enter(0.0)
@@ -168,7 +170,7 @@ class _Answers:
     def to(self, pulse: Array) -> Array:
         """Return the outputs after each step but the first, shape (STEPS, n_outputs), with a pulse during the second.
 
-        The first step has none, for an FMU may start at rest under what it is first shown.
+        The first step has none, because an FMU may start at rest under its initial inputs.
         """
         component, result = self.component, []
         self.begin()
@@ -182,7 +184,7 @@ class _Answers:
 
 
 def realised(markov: Array, sample_time: float) -> Law:
-    """Return the law of least order whose impulse response is `markov`, shape (steps, n_outputs, n_inputs) (1)."""
+    """Return the law of lowest order whose impulse response is `markov`, shape (steps, n_outputs, n_inputs) (1)."""
     steps, p, m = markov.shape
     half = (steps - 1) // 2
     sizes = [np.abs(markov).max(axis=axes) for axes in ((0, 2), (0, 1))]

@@ -1,4 +1,4 @@
-"""What a linear model is made from: the components of a scenario or a system, and what they start with."""
+"""Source of a linear model: the components of a scenario or a system, and their start values."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ from os import PathLike, fspath
 from pathlib import Path
 from typing import Any
 
-from amb_cosim.controllers.laws import Array
 from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.cosim.fmu.fmus import MADE_FROM_FILE, model_source
 from amb_cosim.cosim.system.assembly import Assembly, assemble
@@ -18,52 +17,54 @@ from amb_cosim.cosim.system.planning import plan_experiment
 from amb_cosim.cosim.system.system import System
 from amb_cosim.cosim.system.system_file import is_system, load_experiment, load_system
 from amb_cosim.cosim.system.values import Raw, convert, quantity
-from amb_cosim.linear.control import law_part, pid_part
-from amb_cosim.linear.foreign import foreign_part
-from amb_cosim.linear.machine import actuator_part, rotor_part
-from amb_cosim.linear.parts import LinearPart
-from amb_cosim.results.places import ACTUATOR, CONTROLLER, PLANT
+from amb_cosim.linear.components import LinearComponent
+from amb_cosim.linear.control import law_component, pid_component
+from amb_cosim.linear.foreign import foreign_component
+from amb_cosim.linear.rotor_and_magnets import actuator_component, rotor_component
+from amb_cosim.results.component_names import ACTUATOR, CONTROLLER, PLANT
 from amb_cosim.scenario.plan import SPEED
+from amb_cosim.scenario.rotors import RotorSource
 from amb_cosim.scenario.scenario import Scenario, given_scenario
 from amb_cosim.scenario.simulation import PlannedRun, prepare
+from array_types import Array
 
 LINEAR = "linear_controller"
 
 
 @dataclass(frozen=True)
 class LinearSource:
-    """What a linear model is made from: the components of a run with all that they start with.
+    """Source of a linear model: the components of a run with all start values.
 
     assembly, plan
-        Of the run.
+        FMUs and plan of the run.
     point
-        Values about which the model is linear, by signal or `component.variable`; `Omega` in rad/s.
+        Operating point, by signal or `component.variable`; `Omega` in rad/s.
     rotor
-        What the plant is made for, as models are.
+        Rotor of the plant.
     """
 
     assembly: Assembly
     plan: Plan
     point: Mapping[str, float]
-    rotor: str | None = None
-    _kept: dict[str, Any] = field(default_factory=dict)  # constants and parts that do not depend on the speed
+    rotor: RotorSource = None
+    _cache: dict[str, Any] = field(default_factory=dict)  # constants and parts that do not depend on the speed
 
     def at(self, Omega: float) -> LinearSource:
-        """Return the same at another spin speed (rad/s); an FMU that is no model of ours stays as it is."""
+        """Return the same at another spin speed (rad/s); a foreign FMU is unchanged."""
         return replace(self, point={**self.point, SPEED: Omega})
 
-    def parts(self, names: Sequence[str]) -> list[LinearPart]:
+    def parts(self, names: Sequence[str]) -> list[LinearComponent]:
         """Return the linear parts of components."""
         return [self._part(name) for name in names]
 
-    def _part(self, name: str) -> LinearPart:
+    def _part(self, name: str) -> LinearComponent:
         kind = self._kind(name)
         if kind in (PLANT, LINEAR):
             constants = self.constants(name)
-            make = rotor_part if kind == PLANT else law_part
+            make = rotor_component if kind == PLANT else law_component
             return make(name, self.layout(name), constants, self.parameters(name), self._speed(name))
         makers = {ACTUATOR: self._actuator, CONTROLLER: self._pid}
-        part: LinearPart = self._keep(name, lambda: makers.get(kind, self._foreign)(name))
+        part: LinearComponent = self._keep(name, lambda: makers.get(kind, self._foreign)(name))
         return part
 
     def units(self) -> dict[str, str]:
@@ -83,7 +84,7 @@ class LinearSource:
         return MADE_FROM_FILE.get(Path(fmu).suffix, fmu)
 
     def layout(self, name: str) -> dict[str, Any]:
-        """Return what the FMU of a component says of its parts; nothing of one that has no layout."""
+        """Return the parts that the FMU of a component declares; none without a layout."""
         return self.assembly.fmus[name].layout or {}
 
     def parameters(self, name: str) -> dict[str, float]:
@@ -91,15 +92,15 @@ class LinearSource:
         values = self._keep("parameters", lambda: self.plan.all_parameters(self.assembly.interfaces))[name]
         return {variable: value or 0.0 for variable, value in values.items()}
 
-    def _actuator(self, name: str) -> LinearPart:
+    def _actuator(self, name: str) -> LinearComponent:
         prefix = f"{name}."
         local = {end.removeprefix(prefix): value for end, value in self.point.items() if end.startswith(prefix)}
-        return actuator_part(name, self.layout(name), self.parameters(name), local)
+        return actuator_component(name, self.layout(name), self.parameters(name), local)
 
-    def _pid(self, name: str) -> LinearPart:
-        return pid_part(name, self.layout(name), self.parameters(name))
+    def _pid(self, name: str) -> LinearComponent:
+        return pid_component(name, self.layout(name), self.parameters(name))
 
-    def _foreign(self, name: str) -> LinearPart:
+    def _foreign(self, name: str) -> LinearComponent:
         system, interface = self.assembly.system, self.assembly.interfaces[name]
         every = next(c.every for c in self.plan.system.components if c.name == name)
         start = dict(self.plan.parameters[name])
@@ -114,18 +115,18 @@ class LinearSource:
         used = {link.source for link in system.connections}
         outputs = [p.name for p in interface.of("output") if p.type == "Real" and f"{name}.{p.name}" in used]
         folder, time = self.assembly.fmus[name].folder, every * self.plan.step_size
-        return foreign_part(name, folder, interface, start, (inputs, outputs), time)
+        return foreign_component(name, folder, interface, start, (inputs, outputs), time)
 
     def constants(self, name: str) -> Array:
-        """Return the constants of a component that is one of our models."""
+        """Return the constants of a component that is a model of this project."""
         fmu = self.assembly.system.component(name).fmu
         constants: Array = self._keep(f"constants {fmu}", lambda: model_source(fmu, rotor=self.rotor)[1])
         return constants
 
     def _keep(self, name: str, make: Callable[[], Any]) -> Any:
-        if name not in self._kept:
-            self._kept[name] = make()
-        return self._kept[name]
+        if name not in self._cache:
+            self._cache[name] = make()
+        return self._cache[name]
 
     def _value(self, name: str) -> float | None:
         return self.point.get(name, self.plan.inputs.get(name))
@@ -140,38 +141,35 @@ def linearisable(
     source: str | Path | Scenario | System | None = None,
     at: Raw | Mapping[str, Raw] | None = None,
     *,
-    rotor: str | Path | None = None,
+    rotor: RotorSource = None,
     fmu: Mapping[str, str | PathLike[str]] | None = None,
     set: Mapping[str, Raw] | None = None,
     flavour: Flavour = "native",
 ) -> LinearSource:
     """Return the components of a scenario or a system with all that they start with; arguments as of `linearise`."""
     values = at if isinstance(at, Mapping) else {} if at is None else {SPEED: at}
-    replaced = {component: fspath(file) for component, file in (fmu or {}).items()}
     if isinstance(source, System) or (isinstance(source, str | Path) and is_system(source)):
-        assembly, plan = _of_system(source, replaced, rotor, set or {}, flavour)
-        return LinearSource(assembly, plan, _point(assembly, values), None if rotor is None else str(rotor))
-    scenario = given_scenario(source, rotor)
-    prepared = prepare(scenario.changed(fmu=replaced) if replaced else scenario, set, flavour=flavour)
-    return of_prepared(prepared, values)
+        assembly, plan = _of_system(source, fmu or {}, rotor, set or {}, flavour)
+        return LinearSource(assembly, plan, _point(assembly, values), rotor)
+    return of_prepared(prepare(given_scenario(source, rotor, fmu=fmu), set, flavour=flavour), values)
 
 
 def of_prepared(prepared: PlannedRun, at: Mapping[str, Raw] | None = None) -> LinearSource:
-    """Return what the linear model of a prepared run is made from, at other values than it starts with if given."""
+    """Return the sources of the linear model of a prepared run, optionally at other values than its start values."""
     return LinearSource(prepared.assembly, prepared.plan, _point(prepared.assembly, at or {}), prepared.scenario.rotor)
 
 
 def _of_system(
     source: str | Path | System,
-    fmu: Mapping[str, str],
-    rotor: str | Path | None,
+    fmu: Mapping[str, str | PathLike[str]],
+    rotor: RotorSource,
     set: Mapping[str, Raw],
     flavour: Flavour,
 ) -> tuple[Assembly, Plan]:
     system = source if isinstance(source, System) else load_system(source)
     for component, file in fmu.items():
-        system = system.with_fmu(component, file)
-    assembly = assemble(system, flavour, **({} if rotor is None else {"rotor": str(rotor)}))
+        system = system.with_fmu(component, fspath(file))
+    assembly = assemble(system, flavour, **({} if rotor is None else {"rotor": rotor}))
     values = assembly.assignments()
     for name, raw in set.items():
         values.set(name, raw)
@@ -184,7 +182,7 @@ def _of_system(
 
 
 def _sample_time(values: Assignments) -> float:
-    """Return the least `sample_time` (s) of the components, and 1 ms without any."""
+    """Return the shortest `sample_time` (s) of the components, or 1 ms."""
     times = [
         values.parameter(f"{c}.sample_time")
         for c, interface in values.interfaces.items()
@@ -193,14 +191,14 @@ def _sample_time(values: Assignments) -> float:
     return min(times, default=1e-3)
 
 
-def _point(assembly: Assembly, given: Mapping[str, Raw]) -> dict[str, float]:
+def _point(assembly: Assembly, operating: Mapping[str, Raw]) -> dict[str, float]:
     """Return values in the units of the variables; of inputs, whether fed or not, or of shared signals."""
     result, system = {}, assembly.system
-    for name, raw in given.items():
+    for name, raw in operating.items():
         end = system.first_end(name)
         if "." not in end:
             if name != SPEED:
-                raise ValueError(f"at: {name!r} is no component.variable and no signal")
+                raise ValueError(f"at: {name!r} is not a component.variable or a signal")
             result[name] = quantity(raw, "rad/s", name)
             continue
         port = system.port(end, assembly.interfaces)

@@ -1,4 +1,4 @@
-"""The linear model of a scenario or of any system: from the constants of our models, by what other FMUs answer."""
+"""The linear model of a scenario or system, from constants of this project's models and responses of other FMUs."""
 
 from __future__ import annotations
 
@@ -9,10 +9,11 @@ from pathlib import Path
 from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.cosim.system.system import System
 from amb_cosim.cosim.system.values import Raw
+from amb_cosim.linear.components import LinearComponent, delayed_by_a_step, loop_of
 from amb_cosim.linear.linearisable import LinearSource, linearisable
 from amb_cosim.linear.model import LinearModel, linear_model
-from amb_cosim.linear.parts import LinearPart, loop_of, shown_a_step_later
 from amb_cosim.scenario.plan import SPEED
+from amb_cosim.scenario.rotors import RotorSource
 from amb_cosim.scenario.scenario import Scenario
 from amb_files.suggestions import suggest
 from amb_files.wildcards import matching_names
@@ -26,7 +27,7 @@ def linearise(
     *,
     components: Sequence[str] | None = None,
     opened: Sequence[str] = (),
-    rotor: str | Path | None = None,
+    rotor: RotorSource = None,
     fmu: Mapping[str, str | PathLike[str]] | None = None,
     set: Mapping[str, Raw] | None = None,
     flavour: Flavour = "native",
@@ -34,8 +35,8 @@ def linearise(
     """Return the linear model of a machine, of a part of it, or of its sampled loop, as control.StateSpace.
 
     The rotor without contact and the magnetic bearings are continuous. With a controller among the components the model
-    is sampled as that is: exactly, the currents held over each sample. What is injected at an input adds to what feeds
-    it there.
+    is sampled as that is: exactly, the currents held over each sample. Values injected at an input are added to its
+    feed.
 
         rotor = linearise("drop", components=["rotor_contact"])
         plant = linearise("drop", components=["rotor_contact", "amb_actuator"])
@@ -44,14 +45,14 @@ def linearise(
     Parameters
     ----------
     source
-        A `Scenario`, the name of one of a pack, or a TOML file of one; a `System`, or the name or file of one; the
-        packs' default scenario without.
+        A `Scenario`, the name of a packaged scenario, or its TOML file; a `System`, or its name or file; the packs'
+        default scenario without.
     at
         Spin speed (rad/s, or a text with its unit), or values by name: `Omega`, and `component.variable` of inputs,
         such as displacements and currents of magnetic bearings. Those of the scenario at its start, and 0 elsewhere.
     inputs, outputs
-        Names or patterns `component.variable`; an input as an output is the sum that arrives there. By default inputs
-        that nothing feeds, and all outputs.
+        Names or patterns `component.variable`; an input as an output is the sum at that input. By default inputs that
+        nothing feeds, and all outputs.
     components
         Those of the model; all by default.
     opened
@@ -65,6 +66,12 @@ def linearise(
         If a name or value is not allowed, components sample at different times, or an FMU has no linear model.
     FmuError
         If an FMU that is no model of ours refuses to run.
+
+    Examples
+    --------
+    >>> rotor = linearise("compressor_levitated", components=["rotor_contact"])
+    >>> rotor.nstates, rotor.ninputs, rotor.noutputs
+    (28, 20, 16)
     """
     made = linearisable(source, at, rotor=rotor, fmu=fmu, set=set, flavour=flavour)
     return model_of(made, inputs, outputs, components, opened)
@@ -99,9 +106,10 @@ def model_of(
 
 
 def in_order(
-    parts: Sequence[LinearPart], feeds: Mapping[str, str], names: Sequence[str]
-) -> tuple[list[LinearPart], dict[str, str]]:
-    """Return parts and feeds where what an FMU shows at the end of its step reaches those before it a step later."""
+    parts: Sequence[LinearComponent], feeds: Mapping[str, str], names: Sequence[str]
+) -> tuple[list[LinearComponent], dict[str, str]]:
+    """Return parts and feeds in which outputs of an FMU at the end of its step reach earlier components a step
+    later."""
     place = {name: k for k, name in enumerate(names)}
     result, changed = list(parts), dict(feeds)
     for k, part in enumerate(parts):
@@ -109,13 +117,13 @@ def in_order(
             continue
         back = [(t, s) for t, s in feeds.items() if s in part.outputs and place[t.partition(".")[0]] <= k]
         if back:
-            result[k], later = shown_a_step_later(part, [s for _, s in back])
+            result[k], later = delayed_by_a_step(part, [s for _, s in back])
             changed |= {target: later[source] for target, source in back}
     return result, changed
 
 
 def _matching(what: str, patterns: Sequence[str], names: Sequence[str]) -> list[str]:
-    """Return the names that are given, or match a pattern, in order and once."""
+    """Return the names, and those that match patterns, in order without duplicates."""
     result: dict[str, None] = {}
     for pattern in [patterns] if isinstance(patterns, str) else patterns:
         matching = [pattern] if pattern in names else matching_names(names, pattern)

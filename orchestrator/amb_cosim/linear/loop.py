@@ -5,7 +5,7 @@
              +------------------------------- controller <-------------------------------+
 
 With all loops closed i = S e, and the diagonal of S holds the sensitivities of the axes as ISO 14839-3 defines them:
-1/(1 + L) with the other loops closed. Of a decentralised control those at the sensors are the same.
+1/(1 + L) with the other loops closed. In decentralised control those at the sensors are the same.
 """
 
 from __future__ import annotations
@@ -16,15 +16,12 @@ from functools import cached_property
 
 import control
 import numpy as np
-from numpy.typing import NDArray
 
-from amb_cosim.controllers.laws import Array
 from amb_cosim.linear.linearisable import LinearSource
 from amb_cosim.linear.linearise import model_of
 from amb_cosim.linear.model import LinearModel
-from amb_cosim.results.places import ACTUATOR, PLANT
-
-Complex = NDArray[np.complex128]
+from amb_cosim.results.component_names import ACTUATOR, PLANT
+from array_types import Array, Complex
 
 NYQUIST = 1.0 - 1e-9  # of half the sample rate: python-control warns if rounding takes a frequency beyond it
 BALANCING = 60  # steps of Osborne's iteration
@@ -70,17 +67,17 @@ class Loop:
 
     @property
     def demands(self) -> tuple[str, ...]:
-        """Inputs where the demanded currents arrive (A)."""
+        """Inputs of the demanded currents (A)."""
         return tuple(f"{ACTUATOR}.{b}.i_{a}" for b, a in self.axes)
 
     @cached_property
     def sources(self) -> tuple[str, ...]:
-        """Outputs of the controller that they come from."""
+        """Outputs of the controller that feed them."""
         return tuple(self.linear_components.assembly.system.source_of(demand) or "" for demand in self.demands)
 
     @cached_property
     def readings(self) -> tuple[str, ...]:
-        """Inputs of the controller where displacements arrive (m)."""
+        """Inputs of the controller for displacements (m)."""
         controllers = {source.partition(".")[0] for source in self.sources}
         links = self.linear_components.assembly.system.connections
         units = self.linear_components.units()
@@ -106,17 +103,17 @@ class Loop:
 
     @cached_property
     def closed(self) -> LinearModel:
-        """The closed loop: demands and readings over what is injected at both."""
+        """The closed loop: demands and readings over injections at both."""
         ends = (*self.demands, *self.readings)
         return model_of(self.linear_components, ends, ends)
 
     def sensitivity(self) -> LinearModel:
-        """Return demands that arrive over currents injected there, S = (1 + L)^-1, axes by axes.
+        """Return the sensitivity S = (1 + L)^-1, demanded over injected currents, axes by axes.
 
         Raises
         ------
         ValueError
-            If the closed loop is not stable; the sensitivity of an unstable loop cannot be measured.
+            If the closed loop is unstable; the sensitivity of an unstable loop cannot be measured.
         """
         model = model_of(self.linear_components, self.demands, self.demands)
         check_stable(model)
@@ -124,7 +121,7 @@ class Loop:
 
 
 def check_stable(model: LinearModel) -> None:
-    """Raise a ValueError if a sampled model is not stable."""
+    """Raise a ValueError if a sampled model is unstable."""
     worst = max(model.poles(), key=abs)
     if abs(worst) >= 1.0:
         raise ValueError(
@@ -133,7 +130,7 @@ def check_stable(model: LinearModel) -> None:
         )
 
 
-def pole_frequency(pole: complex | Array, sample_time: float) -> float | Array:
+def pole_frequency(pole: complex | Array | Complex, sample_time: float) -> float | Array:
     """Return the frequency (Hz) of the vibration of a discrete-time pole."""
     return np.abs(np.angle(pole)) / (2.0 * math.pi * sample_time)
 
@@ -141,7 +138,7 @@ def pole_frequency(pole: complex | Array, sample_time: float) -> float | Array:
 def response(system: control.StateSpace, frequencies: Array) -> Complex:
     """Return a frequency response, shape (outputs, inputs, n), at frequencies (Hz), shape (n,).
 
-    Frequencies above half the sample rate count as half the sample rate.
+    Frequencies above half the sample rate are limited to it.
     """
     omega = 2.0 * math.pi * np.minimum(frequencies, NYQUIST * 0.5 / system.dt)
     full = control.frequency_response(system, omega, squeeze=False)
@@ -162,7 +159,7 @@ def disk_margin(S: Complex) -> Array:
 
     J. D. Blight, R. L. Dailey, D. Gangsaas, Practical control law design for aircraft using multivariable techniques,
     Int. J. Control 59 (1994) 93-137; P. Seiler, A. Packard, P. Gahinet, IEEE Control Systems 40 (2020) 78-95. D is that
-    of E. E. Osborne, J. ACM 7 (1960) 338-345, which balances rows and columns. For one loop the bound is alpha itself;
+    of E. E. Osborne, J. ACM 7 (1960) 338-345, which balances rows and columns. For a loop the bound is alpha itself;
     python-control's `disk_margins` needs slycot for more.
 
     Parameters

@@ -1,4 +1,4 @@
-"""A linear model as engineers have it: control.StateSpace with names, units, and what is not in it."""
+"""A linear model as control.StateSpace with names, units, and notes on its limits."""
 
 from __future__ import annotations
 
@@ -8,7 +8,8 @@ from typing import Any
 
 import control
 
-from amb_cosim.linear.parts import LinearPart
+from amb_cosim.linear.components import LinearComponent
+from amb_cosim.presentation.text_tables import TextBlock, html_of, text_table
 
 CONTINUOUS = 0.0  # sample time of a continuous model
 
@@ -21,9 +22,9 @@ class LinearModel(control.StateSpace):  # type: ignore[misc]  # python-control h
     input_units, output_units
         Units of these, SI.
     operating_point
-        Values about which the model is linear, by name: the speed `Omega` (rad/s), and others that were given.
+        Operating point by name: the speed `Omega` (rad/s), and other set values.
     notes
-        What is not in the model, or how a part is known that is no model of ours, in sentences.
+        Effects that the model neglects, or the source of a foreign part, in sentences.
     """
 
     input_names: tuple[str, ...]
@@ -33,13 +34,32 @@ class LinearModel(control.StateSpace):  # type: ignore[misc]  # python-control h
     operating_point: Mapping[str, float]
     notes: tuple[str, ...]
 
+    def __repr__(self) -> str:
+        time = f"sampled every {self.dt:g} s" if self.dt else "continuous"
+        return f"LinearModel({self.nstates} states, {self.ninputs} inputs, {self.noutputs} outputs, {time})"
+
+    def text(self) -> list[TextBlock]:
+        """Return size, signals with their units, operating point and notes."""
+        signals = text_table("", ("signal", "unit", "kind"), left=("signal", "unit", "kind"))
+        for kind, names, units in (
+            ("input", self.input_names, self.input_units),
+            ("output", self.output_names, self.output_units),
+        ):
+            for name, unit in zip(names, units, strict=True):
+                signals.add_row(name, unit, kind)
+        point = ", ".join(f"{name} = {value:g}" for name, value in self.operating_point.items())
+        return [repr(self), f"at {point}" if point else "at rest", signals, *self.notes]
+
+    def _repr_html_(self) -> str:
+        return html_of(self.text())
+
     def save(self, path: str | Path) -> Path:
         """Write the matrices A, B, C, D, Ts, names and units as arrays (`.mat`, `.npz`) and return the path.
 
         Raises
         ------
         ValueError
-            If the name ends in another way.
+            If the suffix is not allowed.
         """
         from amb_cosim.controllers.array_file import write_arrays
         from amb_cosim.controllers.laws import Law
@@ -54,8 +74,8 @@ class LinearModel(control.StateSpace):  # type: ignore[misc]  # python-control h
         return write_arrays(Path(path), {0.0: Law(self.A, self.B, self.C, self.D)}, facts)
 
 
-def linear_model(part: LinearPart, units: Mapping[str, str], point: Mapping[str, float]) -> LinearModel:
-    """Return a part as a `LinearModel`; units are by name, and 1 of those that lack."""
+def linear_model(part: LinearComponent, units: Mapping[str, str], point: Mapping[str, float]) -> LinearModel:
+    """Return a part as a `LinearModel`; units are by name, 1 by default."""
     law = part.law
     names: dict[str, Any] = {
         "inputs": [name.replace(".", "_") for name in part.inputs],

@@ -1,7 +1,7 @@
 """The live rig: a scenario, its FMUs as WebAssembly, and the page that runs them in a browser.
 
-The package is a function too: `amb_cosim.live("my_scenario.toml")` as the last line of a cell opens the page in a
-notebook; see `amb_cosim.live.notebook.live`.
+The package can be called: `amb_cosim.live("my_scenario.toml")` as the last line of a cell opens the page in a notebook;
+see `amb_cosim.live.notebook.live`.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ class _CallableModule(ModuleType):
     """A package that is called as its function `notebook.live`."""
 
     def __call__(self, *arguments: Any, **options: Any) -> LivePage:
-        """Make the page of a scenario; see `amb_cosim.live.notebook.live`."""
+        """Create the page of a scenario; see `amb_cosim.live.notebook.live`."""
         from amb_cosim.live.notebook import live
 
         return live(*arguments, **options)

@@ -1,4 +1,4 @@
-"""Which scenarios a page has."""
+"""The scenarios of a page."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from amb_files.pack_file import pack_files
 
 
 def rigs_of(name: str | None = None, rotor: str | None = None, *, alone: bool = False) -> list[Rig]:
-    """Return the rigs of a page: that of a scenario, then, unless `alone` or with another rotor, those that packs show.
+    """Return the rigs of a page: that of a scenario and, unless `alone` or with another rotor, those of the packs.
 
     Parameters
     ----------
     name
-        Name of a scenario of a pack, or scenario file; the packs' default without.
+        Name of a packaged scenario, or scenario file; default: that of the packs.
     rotor
-        Rotor that takes the place of the scenario's.
+        Rotor that replaces the scenario's.
 
     Raises
     ------
@@ -28,5 +28,5 @@ def rigs_of(name: str | None = None, rotor: str | None = None, *, alone: bool = 
     first = given_scenario(name, rotor)
     alone = alone or rotor is not None
     others = [] if alone else [other for pack in pack_files().values() for other in pack.live if other != first.name]
-    source = cache(model_source)  # the constants of a rotor take long, and most scenarios have the same
+    source = cache(model_source)  # computing the constants of a rotor takes long, and most scenarios share them
     return [rig(first, source), *(rig(load_scenario(other), source) for other in others)]

@@ -1,4 +1,4 @@
-"""What the page draws of a rotor: its shaft with discs, bearings and contact sites, and the shape that sensors show."""
+"""Drawing data of a rotor: its shaft with discs, bearings and contact sites, and the shape that sensors define."""
 
 from __future__ import annotations
 
@@ -8,34 +8,34 @@ from typing import Any
 
 import numpy as np
 
-from amb_cosim.results.places import PLANT
-from fmi_export.model import Array
+from amb_cosim.results.component_names import PLANT
+from array_types import Array
 from rotor_analysis.assembly import assemble
 from rotor_analysis.parts import Disc
 from rotor_analysis.reduction import msdc
 from rotor_analysis.rotor import Rotor
-from rotor_analysis.rotor_file import load_rotor
+from rotor_analysis.rotor_file import RotorSource, load_rotor
 
 DENSITY = 7850.0  # kg/m3, steel: of bodies that are given by their inertia
 
 
 def geometry(
-    rotor_file: str | None, layout: Mapping[str, Any], gravity_angle: float, magnetic: Collection[str]
+    source: RotorSource, layout: Mapping[str, Any], gravity_angle: float, magnetic: Collection[str]
 ) -> dict[str, Any]:
-    """Return what `protocol.js` calls a Geometry.
+    """Return a `Geometry` as defined by `protocol.js`.
 
     Parameters
     ----------
-    rotor_file
-        Name of a rotor or rotor file; the packs' default without.
+    source
+        The rotor, its name or its file; by default the packs' default rotor.
     layout
-        What the plant's interface was made from.
+        Layout of the plant's interface.
     gravity_angle
         Direction of gravity (rad), from x towards y.
     magnetic
         Names of the bearings whose magnets pull the rotor.
     """
-    rotor = load_rotor(rotor_file)
+    rotor = load_rotor(source)
     z = rotor.shaft.nodes
     signals = {s.node: (f"{PLANT}.{s.x}", f"{PLANT}.{s.y}") for s in reversed(rotor.sensors)}
     signals |= {b.node: (f"{PLANT}.{b.name}.x", f"{PLANT}.{b.name}.y") for b in reversed(rotor.bearings)}
@@ -82,9 +82,9 @@ def geometry(
 
 
 def _shape(rotor: Rotor, places: tuple[int, ...]) -> Array:
-    """Return the displacements of all nodes when one of some nodes is displaced by 1, the others held at 0.
+    """Return the displacements of all nodes for a unit displacement of each of some nodes, the others fixed at 0.
 
-    That is q = -K_ss^-1 K_sm q_m in one plane of motion (3.8), shape (nodes, places).
+    That is q = -K_ss^-1 K_sm q_m in a single plane of motion (3.8), shape (nodes, places).
     """
     full = assemble(rotor)
     if len(places) == 1:
@@ -102,7 +102,7 @@ def _radii(rotor: Rotor) -> list[float]:
 def _cylinder(body: Any) -> dict[str, float]:
     """Return radius and width (m) of the steel cylinder with the mass and the polar inertia of a body.
 
-    I_p = m r^2 / 2 and m = rho pi r^2 b. A disc has its own; a point of mass is drawn as a sphere's section.
+    I_p = m r^2 / 2 and m = rho pi r^2 b. A disc has its own dimensions; a point mass is drawn as a section of a sphere.
     """
     if isinstance(body, Disc):
         return {"radius": body.radius, "width": body.width}

@@ -13,14 +13,14 @@ HEIGHT = 900  # pixels
 
 @dataclass(frozen=True, repr=False)
 class LivePage:
-    """A page of the live rig, which a notebook shows in a frame as the last line of a cell.
+    """A page of the live rig, which a notebook shows in a frame.
 
     scenario
-        Name of the scenario that it begins with.
+        Name of the first scenario.
     text
-        The page; it needs no other file and no server.
+        The page, which requires no other file and no server.
     height
-        Of the frame (pixels).
+        Height of the frame (pixels).
     """
 
     scenario: str
@@ -28,7 +28,7 @@ class LivePage:
     height: int = HEIGHT
 
     def save(self, path: str | Path) -> Path:
-        """Write the page to a file, to be opened in a browser; it appears complete or not at all."""
+        """Write the page to a file for a browser, atomically."""
         file = Path(path)
         write_atomically(file, lambda stage: stage.write_text(self.text, encoding="utf-8"))
         return file
@@ -50,18 +50,18 @@ def live(
     Parameters
     ----------
     scenario
-        Name of a scenario of a pack, or scenario file; the packs' default without.
+        Name of a packaged scenario, or scenario file; default: that of the packs.
     rotor
-        Rotor that takes the place of the scenario's.
+        Rotor that replaces the scenario's.
     others
-        Whether the page has the scenarios that packs show too.
+        Whether the page includes the scenarios of the packs.
     height
         Of the frame in a notebook (pixels), 200 or more.
 
     Raises
     ------
     ValueError
-        If the scenario, the rotor or a file is wrong, a browser cannot run the scenario, or the height is less.
+        If the scenario, the rotor or a file is wrong, a browser cannot run the scenario, or the height is smaller.
     """
     from amb_cosim.live.choice import rigs_of
     from amb_cosim.live.page import page

@@ -1,4 +1,4 @@
-"""The live rig as one HTML page that needs no other file."""
+"""The live rig as one self-contained HTML page."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ WORKER = "worker.js"
 
 
 def write_page(rigs: Sequence[Rig], path: Path, documentation: str = "") -> Path:
-    """Write the page; it appears complete or not at all. See `page` for the arguments."""
+    """Write the page atomically; see `page` for the arguments."""
     text = page(rigs, documentation)
     write_atomically(path, lambda file: file.write_text(text, encoding="utf-8"))
     return path
@@ -35,10 +35,10 @@ def page(rigs: Sequence[Rig], documentation: str = "") -> str:
     Parameters
     ----------
     rigs
-        The scenarios that it has, the first of which it shows.
+        Its scenarios; the first is shown.
     documentation
-        Address of the documentation's folder `docs`, relative to the page or whole, for links to its theory; none are
-        made without.
+        Address of the documentation's folder `docs`, relative or absolute, for links to theory pages; by default there
+        are none.
     """
     environment = templates_of("amb_cosim.live", "page")
     sources = dict(_sources())
@@ -54,7 +54,7 @@ def page(rigs: Sequence[Rig], documentation: str = "") -> str:
 
 
 def _data(rigs: Iterable[Rig], documentation: str) -> dict[str, Any]:
-    """What the page reads, compressed: each rig, and once what several share."""
+    """Data of the page, compressed: each rig, and shared parts once."""
     displayed: list[dict[str, Any]] = []
     variables: dict[str, Any] = {}
     parts: dict[str, bytes] = {}
@@ -71,7 +71,7 @@ def _data(rigs: Iterable[Rig], documentation: str) -> dict[str, Any]:
 
 
 def _packed(content: bytes) -> str:
-    """Bytes by gzip, which a browser undoes by itself, in base64; the same bytes give the same text."""
+    """Gzipped bytes, which browsers can decompress, in base64; the same bytes give the same text."""
     return base64.b64encode(gzip.compress(content, mtime=0)).decode("ascii")
 
 
@@ -93,10 +93,10 @@ def _text(name: str) -> Markup:
 
 
 def _script(text: str) -> Markup:
-    """JavaScript that may stand in a script element; what is escaped occurs in strings alone."""
+    """JavaScript escaped for a script element; escaped characters occur only in strings."""
     return Markup(text.replace("</script", "<\\/script").replace("<!--", "<\\!--"))
 
 
 def _json(data: Any) -> Markup:
-    """JSON that may stand in a script element."""
+    """JSON escaped for a script element."""
     return Markup(json.dumps(data, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c"))

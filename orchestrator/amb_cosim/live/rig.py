@@ -1,4 +1,4 @@
-"""A scenario as the live rig takes it: its plan as JSON, and the bytes of one FMU with all components."""
+"""A scenario for the live rig: its plan as JSON, and the bytes of one FMU with all components."""
 
 from __future__ import annotations
 
@@ -15,8 +15,10 @@ from amb_cosim.export.assembled import assembled
 from amb_cosim.export.models import Made
 from amb_cosim.export.planned import made_for
 from amb_cosim.live.geometry import geometry
-from amb_cosim.results.places import PLANT, places_of
+from amb_cosim.results.component_names import PLANT
+from amb_cosim.results.places import places_of
 from amb_cosim.scenario.plan import ScenarioPlan
+from amb_cosim.scenario.rotors import named
 from amb_cosim.scenario.scenario import Scenario
 from amb_cosim.scenario.simulation import PlannedRun, prepare
 from fmi_export.variables import FAULT_CODE
@@ -32,9 +34,9 @@ class Rig:
     """A scenario for the page.
 
     data
-        What `protocol.js` calls a Rig, for a JSON file.
+        A `Rig` as defined by `protocol.js`, for a JSON file.
     parts
-        Module and constants of the FMU, by the keys that `data` names.
+        Module and constants of the FMU, by the keys in `data`.
     """
 
     data: dict[str, Any]
@@ -42,17 +44,17 @@ class Rig:
 
 
 def rig(scenario: Scenario, source: Callable[..., Made] = model_source) -> Rig:
-    """Return a scenario with all that a browser needs to run it.
+    """Return a scenario with everything that a browser needs to run it.
 
     Parameters
     ----------
     source
-        As `model_source`, which several rigs may ask for the same.
+        As `model_source`; several rigs may share models.
 
     Raises
     ------
     ValueError
-        If the scenario is wrong, or runs what a browser cannot: an FMU that was given as a file, or iterative coupling.
+        If the scenario is invalid, or requires features that a browser lacks: an FMU file, iterative coupling.
     """
     prepared = prepare(scenario)
     _check(prepared)
@@ -77,7 +79,7 @@ def rig(scenario: Scenario, source: Callable[..., Made] = model_source) -> Rig:
         "description": scenario.description,
         "source": scenario.source,
         "system": scenario.system,
-        "rotor": scenario.rotor,
+        "rotor": named(scenario.rotor),
         "receptances": scenario.receptances,
         "gradient": scenario.gradient,
         "stepSize": plan.step_size,
@@ -110,9 +112,11 @@ def _check(prepared: PlannedRun) -> None:
     if prepared.assembly.from_elsewhere:
         name = prepared.assembly.from_elsewhere[0]
         path = prepared.fmus[name].path
-        raise ValueError(f"{name} is the FMU file {path}; the live rig runs this project's models alone")
+        raise ValueError(f"{name} is the FMU file {path}; the live rig runs only this project's models")
     if PLANT not in prepared.interfaces:
-        raise ValueError(f"system {prepared.assembly.system.name} has no component {PLANT}, which the live rig shows")
+        raise ValueError(
+            f"system {prepared.assembly.system.name} has no component {PLANT}, which the live rig requires"
+        )
 
 
 def _variable(port: Port) -> dict[str, Any]:
@@ -154,9 +158,9 @@ def _gravity_angle(prepared: PlannedRun) -> float:
 
 
 def _fmu(prepared: PlannedRun, source: Callable[..., Made]) -> tuple[Model, dict[str, bytes]]:
-    """Return the components in one model, and the bytes of its FMU: the module, and the constants by its guid.
+    """Return the components in a single model, and the bytes of its FMU: the module, and the constants by its guid.
 
-    Start values are those of the models, so that scenarios of one system and rotor share it.
+    Start values are those of the models, so that scenarios of a system and rotor share it.
     """
     from fmi_export.building.native.data import model_data
     from fmi_export.building.native.engines import engine, engine_key
@@ -165,7 +169,7 @@ def _fmu(prepared: PlannedRun, source: Callable[..., Made]) -> tuple[Model, dict
     scenario = prepared.scenario
     table = None if scenario.receptances is None else Path(scenario.receptances)
     made = made_for(prepared.plan.system, source, rotor=scenario.rotor, receptances=table)
-    model, constants = assembled(prepared.plan, made, scenario.coupling)
+    model, constants = assembled(prepared.plan, made)
     key, guid = engine_key(model.compiled), native_guid(model, constants)
     module = engine(model.compiled, WEBASSEMBLY).library
     return model, {key: module, guid: model_data(model, constants, guid, key)}

@@ -1,8 +1,8 @@
-"""Joins JavaScript modules to one script, so that a page needs no other file and its build no other program.
+"""Joins JavaScript modules into one script, so that the page is self-contained and its build requires no other program.
 
-Each module becomes a function that is called once and returns what the module exports; an import takes it from there.
-The modules keep to what is easily read so: every import names what it takes from a file by its relative path, every
-export stands before a function, a class or a constant or lists names, nothing is imported in a circle.
+Each module becomes a function that is called once and returns the module's exports, which imports use. The modules use
+a simple subset: every import lists names from a file by its relative path, every export precedes a function, class or
+constant or lists names, and there are no circular imports.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ class Module:
 
 
 def joined(entry: str, sources: Mapping[str, str]) -> str:
-    """Return one script that does what a module does.
+    """Return one script equivalent to a module.
 
     Parameters
     ----------
@@ -40,7 +40,7 @@ def joined(entry: str, sources: Mapping[str, str]) -> str:
     Raises
     ------
     ValueError
-        If a module is missing, is imported in a circle, or imports or exports in a form that this does not read.
+        If a module is missing, imports are circular, or an import or export has an unsupported form.
     """
     order: list[str] = []
     modules: dict[str, Module] = {}
@@ -70,7 +70,7 @@ def read_module(path: str, source: str) -> Module:
     Raises
     ------
     ValueError
-        If it imports or exports in a form that this does not read.
+        If an import or export has an unsupported form.
     """
     imports = tuple(
         (posixpath.normpath(posixpath.join(posixpath.dirname(path), place)), _names(names))
@@ -90,7 +90,7 @@ def read_module(path: str, source: str) -> Module:
 
 
 def _names(names: str) -> tuple[tuple[str, str], ...]:
-    """What an import takes: names in the other module and here."""
+    """Names of an import: in the other module and here."""
     pairs = [name.split(" as ") for name in names.replace("\n", " ").split(",") if name.strip()]
     return tuple((pair[0].strip(), pair[-1].strip()) for pair in pairs)
 

@@ -1,4 +1,4 @@
-"""The files of a new machine: a folder of texts with the sizes filled in, which appears whole or not at all."""
+"""The files of a new machine: a folder of templates with the sizes filled in, created atomically."""
 
 from __future__ import annotations
 
@@ -16,23 +16,24 @@ from amb_cosim.cosim.system.values import RPM
 from amb_cosim.new_machine.levitation import Gains, OperatingPoint, best_gains, candidates, operating_points
 from amb_cosim.new_machine.rotor_text import damping, require_name, supports
 from amb_cosim.new_machine.sizing import SAMPLE_TIMES, MachineSizes, MagnetData, machine_sizes
+from amb_cosim.scenario.gravity import STANDARD_GRAVITY
 from rotor_analysis.assembly import assemble
 from rotor_analysis.damping import free_modes
 from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import load_rotor
 
 TEMPLATES = Path(__file__).parent / "templates"
-FALL = "landing.toml"  # the scenario that others with a fall are based on
+FALL = "landing.toml"  # the base scenario of those with a drop
 
 
 @dataclass(frozen=True)
 class NewMachine:
-    """What was written: the folder, the sizes, the operating points by bearing, and the gains that levitate it.
+    """Written files: the folder, the sizes, the operating points by bearing, and the gains that levitate it.
 
     typical
-        K_i and K_s that a magnet of first sizes would have.
+        K_i and K_s of a magnet of the first design.
     assumed
-        Parts of the rotor file that it did not have: `bearings`, with retainers and sensors, and `damping`.
+        Parts added to the rotor file: `bearings`, with retainers and sensors, and `damping`.
     """
 
     folder: Path
@@ -53,27 +54,27 @@ def new_machine(
 ) -> NewMachine:
     """Write rotor, scenarios, machine file and a page about them into a new folder, with gains that levitate it.
 
-    A rotor without retainers has no scenarios in which it falls.
+    A rotor without retainers has no drop scenarios.
 
     Parameters
     ----------
     folder
-        Where; its name is that of the machine.
+        The folder, which has the name of the machine.
     rotor
-        Text of a rotor file: of `plain_shaft`, or of a drawing. Damping is assumed where it has no `[damping]`.
+        Text of a rotor file: of `plain_shaft`, or of a drawing. Without `[damping]`, a default is assumed.
     speed
-        Its highest speed in operation (rad/s).
+        Highest operating speed (rad/s).
     bearings
-        Positions of two magnetic bearings (m), where the rotor file has none; `supports` places them without.
+        Positions of two magnetic bearings (m), if the rotor file has none; by default `supports` places them.
     magnet
-        K_i and K_s of the axes by a data sheet; first sizes without.
+        K_i and K_s of the axes by a data sheet; by default those of the first design.
     flavour
-        Flavour of the FMUs that are asked for their linear model.
+        Flavour of the FMUs to linearise.
 
     Raises
     ------
     ValueError
-        If the folder exists, its name cannot stand in a TOML file, the rotor file is not valid, it has bearings and
+        If the folder exists, its name is not allowed in a TOML file, the rotor file is not valid, it has bearings and
         positions are given, it lacks what `machine_sizes` needs, or no gains levitate the rotor.
     """
     require_name(folder.name)
@@ -88,7 +89,9 @@ def new_machine(
         bare = _rotor_of(file, rotor)
         if bare.bearings and bearings:
             present = ", ".join(f"{b.name} at {bare.shaft.nodes[b.node - 1]:g} m" for b in bare.bearings)
-            raise ValueError(f"bearings are given, but the rotor file has its own: {present}; leave one of the two out")
+            raise ValueError(
+                f"bearing positions conflict with the rotor file, which has its own: {present}; omit one of the two"
+            )
         if not bare.bearings:
             _rotor_of(file, rotor + supports(bare, bearings))
         sizes = machine_sizes(load_rotor(file), speed, magnet)
@@ -107,7 +110,7 @@ def new_machine(
 def _first_that_levitates(
     draft: Path, name: str, sizes: MachineSizes, points: dict[str, OperatingPoint], flavour: Flavour
 ) -> tuple[float, Gains]:
-    """Return the first sample time (s) at which gains levitate the machine with a sample of delay, and the gains."""
+    """Return the first sample time (s) with gains that levitate the machine at one sample of delay, and the gains."""
     for sample_time in SAMPLE_TIMES:
         first = Gains(*candidates(sizes)[0], 0.0, 0.0)
         _fill(draft, _values(name, sizes, points, sample_time, first), bool(sizes.retainers))
@@ -140,9 +143,9 @@ def _first_bending(rotor: Rotor) -> float:
 def _values(
     name: str, sizes: MachineSizes, points: dict[str, OperatingPoint], sample_time: float, gains: Gains
 ) -> dict[str, str]:
-    """The texts that the templates ask for."""
+    """The texts that fill the templates."""
     r = 0.5 * sizes.diameter
-    race_inertia, race_drag = 0.01 * sizes.mass * r**2, 0.0015 * 0.5 * sizes.mass * 9.81 * r
+    race_inertia, race_drag = 0.01 * sizes.mass * r**2, 0.0015 * 0.5 * sizes.mass * STANDARD_GRAVITY * r
     races = [
         f'"{site.name}.race_inertia" = "{race_inertia:.5g} kg.m2"\n"{site.name}.race_drag" = "{race_drag:.5g} N.m"'
         for site in sizes.retainers

@@ -1,4 +1,4 @@
-"""Gains that levitate a first design: stiffness and damping of the closed bearings, the best of a grid."""
+"""Gains that levitate a first design: the best closed-loop stiffness and damping of a grid."""
 
 from __future__ import annotations
 
@@ -11,8 +11,7 @@ from typing import Annotated
 from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.cosim.system.values import RPM
 from amb_cosim.design.magnetic_bearing import axis_parameters, linearisation, static_current_for
-from amb_cosim.linear.linearisable import of_prepared
-from amb_cosim.linear.loop import Loop
+from amb_cosim.machine.machine import Machine
 from amb_cosim.new_machine.sizing import MachineSizes
 from amb_cosim.scenario.scenario import load_scenario
 from amb_cosim.scenario.simulation import prepare
@@ -36,12 +35,12 @@ class OperatingPoint:
 
 @dataclass(frozen=True)
 class Gains:
-    """Stiffness and damping of the closed bearings, and the least damping ratios that vibrations have with them.
+    """Stiffness and damping of the closed bearings, and the smallest damping ratios of vibrations with them.
 
     in_range, beyond
-        Of those up to 1.2 times the highest speed, which unbalance excites, and of those above.
+        Smallest damping of vibrations up to 1.2 times the highest speed, which unbalance excites, and above.
     frequency, speed
-        Of the vibration that is damped least for what is wanted of it, and the speed at which it is.
+        Frequency of the vibration that is furthest below its target, and its speed.
     """
 
     k_b: Annotated[float, "N/m"]
@@ -53,12 +52,12 @@ class Gains:
 
     @property
     def least_damped(self) -> str:
-        """Words for the vibration that is damped least."""
+        """Description of the least damped vibration."""
         return f"the vibration at {self.frequency / (2.0 * math.pi):.0f} Hz at {self.speed * RPM:.0f} rpm"
 
     @property
     def quality(self) -> float:
-        """The lesser of the two over what is wanted of it; above 0 the rotor levitates, at 1 it is well damped."""
+        """The smaller of the two over its target; above 0 the rotor levitates, at 1 it is well damped."""
         return min(self.in_range / WANTED_IN_RANGE, self.beyond / WANTED_BEYOND)
 
 
@@ -95,7 +94,7 @@ def gains_of(scenario: Path, k_b: float, c_b: float, speed: float, flavour: Flav
         Gains of its PID (N/m, N s/m).
     """
     values = {"rolac_controller.*.k_b_?": k_b, "rolac_controller.*.c_b_?": c_b}
-    loop = Loop(of_prepared(prepare(load_scenario(str(scenario)).machine(), values, flavour=flavour)))
+    loop = Machine(prepare(load_scenario(str(scenario)).machine(), values, flavour=flavour)).loop
     result = []
     for Omega in (share * speed for share in SPEEDS):
         at = vibrations(loop, Omega)
@@ -113,7 +112,7 @@ def best_gains(scenario: Path, sizes: MachineSizes, flavour: Flavour) -> Gains:
     Raises
     ------
     ValueError
-        If none levitates the rotor; the message says what to change.
+        If none levitates the rotor; the message suggests a change.
     """
     result = [gains_of(scenario, k_b, c_b, sizes.speed, flavour) for k_b, c_b in candidates(sizes)]
     best = max(result, key=lambda gains: gains.quality)
@@ -127,7 +126,7 @@ def best_gains(scenario: Path, sizes: MachineSizes, flavour: Flavour) -> Gains:
 
 
 def _advice(frequency: float, speed: float) -> str:
-    """What an engineer would change where a vibration (rad/s) of a machine of this speed (rad/s) grows."""
+    """Return advice for an unstable vibration (rad/s) of a machine of this speed (rad/s)."""
     if frequency <= RANGE * speed:
         return "move sensors to their bearings and bearings apart, or lower the speed"
     return "it bends: give the rotor its measured [damping], and move sensors to their bearings, away from its nodes"

@@ -1,6 +1,6 @@
 """The text of a rotor file for a start: a plain shaft with a wheel; supports and damping for a rotor that has none.
 
-A drawing's rotor file takes the place of the first, and where it has bearings, retainers and sensors of the second too.
+A drawing's rotor file replaces the first and, if it has bearings, retainers and sensors, also the second.
 """
 
 from __future__ import annotations
@@ -9,11 +9,12 @@ import math
 from pathlib import Path
 from string import Template
 
-from rotor_analysis.checks import require
+from amb_cosim.scenario.gravity import STANDARD_GRAVITY
+from amb_files.checks import require
 from rotor_analysis.rotor import Rotor
 
 STEEL = 7850.0  # kg/m3
-SHAFT_SHARE = 0.7  # of the mass that is shaft; the rest is one wheel
+SHAFT_SHARE = 0.7  # fraction of the mass in the shaft; the rest is one wheel
 WHEEL_PLACE = 0.45  # of the length
 RIM_SPEED = 400.0  # m/s that the wheel may have
 BEARING_PLACES = (0.18, 0.82)  # of the length
@@ -22,7 +23,7 @@ TEMPLATES = Path(__file__).parent / "rotor_templates"
 
 
 def plain_shaft(name: str, mass: float, length: float, speed: float) -> str:
-    """Return a rotor file of one steel cylinder and one wheel, without supports.
+    """Return a rotor file of a steel cylinder and one wheel, without supports.
 
     d = sqrt(4 m_shaft/(pi rho L)),  m_shaft = 0.7 m;  the wheel's rim has 400 m/s at most    (1)
 
@@ -36,8 +37,8 @@ def plain_shaft(name: str, mass: float, length: float, speed: float) -> str:
     Raises
     ------
     ValueError
-        If the name cannot stand in a TOML file, a number is not positive, or the shaft would be thicker than a quarter
-        of its length.
+        If the name is not allowed in a TOML file, a number is not positive, or the shaft would be thicker than a
+        quarter of its length.
     """
     require_name(name)
     for key, value, unit, most in (("mass", mass, "kg", 1e5), ("length", length, "m", 50.0)):
@@ -63,7 +64,7 @@ def plain_shaft(name: str, mass: float, length: float, speed: float) -> str:
 
 
 def supports(rotor: Rotor, places: tuple[float, float] | None, k_b: float | None = None, c_b: float = 0.0) -> str:
-    """Return the text of bearings, retainers and sensors for a rotor file that has none of them.
+    """Return the text of bearings, retainers and sensors for a rotor file without any.
 
     s_0 = d/250, 0.3 to 1 mm,  clearance = s_0/2,  d of the shaft in the bearings    (2)
 
@@ -80,7 +81,7 @@ def supports(rotor: Rotor, places: tuple[float, float] | None, k_b: float | None
     Raises
     ------
     ValueError
-        If the bearings are not on the shaft one after the other.
+        If the bearings are not on the shaft in sequence.
     """
     begin, end = rotor.shaft.nodes[0], rotor.shaft.nodes[-1]
     length = end - begin
@@ -94,7 +95,7 @@ def supports(rotor: Rotor, places: tuple[float, float] | None, k_b: float | None
     )
     diameter = max(diameter_at(rotor, z) for z in (left, right))
     clearance = 0.5 * gap_for(diameter)
-    k_b = rotor.mass * 9.81 / clearance if k_b is None else k_b
+    k_b = rotor.mass * STANDARD_GRAVITY / clearance if k_b is None else k_b
     offsets = {"bearing": 0.0, "sensor": SENSOR_OFFSET * length, "retainer": RETAINER_OFFSET * length}
     values = {f"{part}_left": left + offset for part, offset in offsets.items()}
     values |= {f"{part}_right": right - offset for part, offset in offsets.items()}
@@ -107,7 +108,7 @@ def gap_for(diameter: float) -> float:
 
 
 def damping() -> str:
-    """Return the text of the damping that is assumed of a rotor file without any."""
+    """Return the text of the damping that is assumed for a rotor file without any."""
     return _filled("damping.toml")
 
 
@@ -119,13 +120,13 @@ def diameter_at(rotor: Rotor, z: float) -> float:
 
 
 def require_name(name: str) -> None:
-    """Raise a ValueError unless a name can stand between quotes in a TOML file."""
+    """Raise a ValueError unless a name is allowed between quotes in a TOML file."""
     is_plain = name.isprintable() and not set(name) & {'"', "\\"}
     require(is_plain, "name", repr(name), "printable, without quotation marks and backslashes")
 
 
 def require_speed(speed: float) -> None:
-    """Raise a ValueError unless a speed (rad/s) is one of a machine."""
+    """Raise a ValueError unless a speed (rad/s) is plausible for a machine."""
     require(0.0 < speed <= 2e4, "speed", f"{speed:g} rad/s", "> 0 rad/s and <= 20000 rad/s")
 
 

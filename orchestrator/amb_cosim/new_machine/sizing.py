@@ -1,6 +1,6 @@
-"""First sizes of the magnetic bearings of a rotor from its weight and its speed, as handbooks give them.
+"""First sizes of the magnetic bearings of a rotor from its weight and speed, by handbook rules.
 
-They are a start, to be replaced by the data sheets: every number stands in a file that says where it comes from.
+Replace them by data sheets: every number is in a file that states its source.
 Sources: G. Schweitzer, E. H. Maslen, Magnetic Bearings, Springer, 2009; ISO 21940-11 (balancing grades).
 """
 
@@ -12,26 +12,26 @@ from typing import Annotated
 
 from amb_cosim.design.magnetic_bearing import axis_parameters, linear_constants
 from amb_cosim.new_machine.rotor_text import diameter_at, gap_for, require_speed
-from rotor_analysis.checks import require
+from amb_cosim.scenario.gravity import STANDARD_GRAVITY
+from amb_files.checks import require
 from rotor_analysis.parts import BodyOrDisc, Site
 from rotor_analysis.rigid_body import rigid_body
 from rotor_analysis.rotor import Rotor
 from rotor_analysis.static_load import carried_masses
 
 MU_0 = 4e-7 * math.pi  # V s/(A m)
-STANDARD_GRAVITY = 9.81  # m/s2
 
-SURFACE_SPEED = 200.0  # m/s that laminations on the shaft bear
+SURFACE_SPEED = 200.0  # m/s, limit of laminations on the shaft
 GRADE = 2.5e-3  # m/s, balancing grade G 2.5
 CAPACITY = 4.0  # force of an axis over its share of the weight
 FLUX = 1.2  # T in the gap at twice the bias current
-CURRENT = 10.0  # A that the amplifier gives
+CURRENT = 10.0  # A, current limit of the amplifier
 SAMPLE_TIMES = (50e-6, 25e-6)  # s, the second where no gains bear the delay of the first
 
 
 @dataclass(frozen=True)
 class MagnetData:
-    """K_i (N/A) and K_s (N/m) of an axis at its centre without static current, as a data sheet gives them."""
+    """K_i (N/A) and K_s (N/m) of an axis at its centre without static current, from a data sheet."""
 
     k_i: Annotated[float, "N/A"]
     k_s: Annotated[float, "N/m"]
@@ -39,7 +39,7 @@ class MagnetData:
 
 @dataclass(frozen=True)
 class MachineSizes:
-    """The magnets of a rotor, alike in all its bearings, sized for what the most loaded one carries.
+    """The magnets of a rotor, identical in all bearings, sized for the most loaded one.
 
     rotor, speed
         The rotor, and its highest speed in operation.
@@ -94,7 +94,7 @@ def machine_sizes(rotor: Rotor, speed: float, magnet: MagnetData | None = None) 
     L = 2 mu_0 N^2 A/s_0,  U = 2 R I_max + L I_b 2 Omega                                    (2)
     I_b = s_0 K_s/K_i,  A such that K_i is the data sheet's                                 (3)
 
-    m_b is what a bearing carries of the flexible rotor (`carried_masses`). (1) has the flux B at twice the bias
+    m_b is the share of the flexible rotor's mass on a bearing (`carried_masses`). (1) has the flux B at twice the bias
     current, where a control force of the bias current takes the magnet, and room for the unbalance of twice the
     balancing grade; (2) a bandwidth of full swing of about twice the speed. (3), from (2.8) and (2.9) without a static
     current, takes the place of (1) where a data sheet is given.
@@ -111,7 +111,7 @@ def machine_sizes(rotor: Rotor, speed: float, magnet: MagnetData | None = None) 
     Raises
     ------
     ValueError
-        If the rotor lacks one of these, its surface in a bearing would be faster than 200 m/s, or a magnet of the data
+        If the rotor lacks any of these, its surface in a bearing would be faster than 200 m/s, or a magnet of the data
         sheet cannot carry the weight.
     """
     require_speed(speed)

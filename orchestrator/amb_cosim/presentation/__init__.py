@@ -1,1 +1,1 @@
-"""How results are shown and written: text tables, JSON, progress bars and the style of figures."""
+"""Presentation of results: text tables, JSON, progress bars and the style of figures."""

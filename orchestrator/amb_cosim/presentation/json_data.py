@@ -13,7 +13,7 @@ from typing import Annotated, Any, get_args, get_origin, get_type_hints
 
 import numpy as np
 
-# How a unit is written at the end of a key.
+# Suffixes of keys, by unit.
 SUFFIXES = {
     "rad/s": "rad_s",
     "Hz": "hz",
@@ -42,27 +42,28 @@ SUFFIXES = {
     "1/s": "per_s",
     "%": "percent",
     "samples": "samples",
+    "dB": "db",
 }
 
 
 class Layout(Enum):
-    """How a field differs from the others in JSON."""
+    """Special layouts of a field in JSON."""
 
     OMITTED = "left out"
-    OMITTED_IF_NONE = "left out where it is None"
-    MERGED = "its own fields stand in its place"
+    OMITTED_IF_NONE = "omitted if None"
+    MERGED = "its own fields replace it"
     PAIRS = "complex numbers as pairs [real, imaginary]"
 
 
 @dataclasses.dataclass(frozen=True)
 class JsonKey:
-    """A key that does not follow from the field's name and unit."""
+    """A key other than that of the field's name and unit."""
 
     name: str
 
 
 def json_data(value: Any) -> Any:
-    """Return the dicts, lists, numbers and texts that JSON can hold for a result.
+    """Return a result as dicts, lists, numbers and texts for JSON.
 
     Dataclasses become objects, mappings too (a number as a key is written with six digits), arrays lists, complex
     arrays `{"real": .., "imaginary": ..}`, and NaN null.
@@ -70,7 +71,7 @@ def json_data(value: Any) -> Any:
     Raises
     ------
     TypeError
-        If a value has no form in JSON.
+        If a value cannot be written as JSON.
     ValueError
         If a field has a unit that `SUFFIXES` does not list.
     """
@@ -88,7 +89,7 @@ def json_data(value: Any) -> Any:
         return None if np.isnan(value) else value
     if value is None or isinstance(value, bool | int | str):
         return value
-    raise TypeError(f"{type(value).__name__} has no form in JSON")
+    raise TypeError(f"{type(value).__name__} cannot be written as JSON")
 
 
 def _object(value: Any) -> dict[str, Any]:

@@ -9,26 +9,26 @@ from contextlib import contextmanager
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
-from amb_cosim.cosim.run.run_plan import Progress as Report
+from amb_cosim.cosim.run.options import Progress as Report
 
 SweepReport = Callable[[int, int, str], None]  # points done, their number, address of the dashboard
 
 STARTING = "starting (a first run compiles the models)"
 
 
-def bars(console: Console, shown: bool | None = None) -> Progress:
-    """Return progress bars with a description, the time passed and the time left, which vanish at the end.
+def bars(console: Console, visible: bool | None = None) -> Progress:
+    """Return progress bars with a description, elapsed and remaining time, which vanish at the end.
 
-    Unless `shown` says otherwise there are none where standard error is neither a terminal nor a notebook.
+    By default there are none if standard error is neither a terminal nor a notebook.
     """
     columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn(), TimeRemainingColumn())
-    hidden = not (console.is_terminal or console.is_jupyter) if shown is None else not shown
+    hidden = not (console.is_terminal or console.is_jupyter) if visible is None else not visible
     return Progress(*columns, console=console, transient=True, disable=hidden)
 
 
 @contextmanager
 def progress_bar(progress: bool | Report | None = None) -> Iterator[Report]:
-    """Show a bar for one simulation, unless `progress` is a function; yield what is called with the steps done."""
+    """Show a bar for one simulation, unless `progress` is a function; yield the function for the steps done."""
     if callable(progress):
         yield progress
         return
@@ -41,7 +41,7 @@ def progress_bar(progress: bool | Report | None = None) -> Iterator[Report]:
 def sweep_bar(progress: bool | SweepReport | None = None) -> Iterator[SweepReport]:
     """Show a bar for a sweep with its rate, the time left and the dashboard's address, unless `progress` is a function.
 
-    Yield what is called with the points done, their number, and the address.
+    Yield a function to call with the number of finished points, of all points, and the address.
     """
     if callable(progress):
         yield progress

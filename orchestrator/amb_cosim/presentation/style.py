@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from functools import partial
 from io import BytesIO
 from pathlib import Path
@@ -14,19 +15,27 @@ from matplotlib.axes import Axes
 from matplotlib.backend_bases import RendererBase
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.legend_handler import HandlerBase, HandlerTuple
+from matplotlib.lines import Line2D
+from matplotlib.patches import Annulus, Patch
 from matplotlib.ticker import MaxNLocator
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from amb_files.atomic import write_atomically
+from array_types import Array
 
 # Colours that colour-blind readers can distinguish (Okabe and Ito).
 GREY, ORANGE, BLUE, GREEN, PURPLE = "#999999", "#D55E00", "#0072B2", "#009E73", "#CC79A7"
 YELLOW, SKY_BLUE = "#E69F00", "#56B4E9"
+COLOURS = (BLUE, ORANGE, GREEN, PURPLE, SKY_BLUE, YELLOW, "#000000", "#8A5A00", "#5B4FA2", "#004D40")  # of many curves
 
 DASHED = (0, (4, 2))
 TITLE_SIZE = 10.5  # points, of a figure's title
 LETTER = 0.085  # inches, width of one in a panel's title
 RESOLUTION = 200  # dots per inch of a file
+RING = 0.06  # width of a retainer's ring, of its clearance
+RETAINER: dict[str, Any] = {"facecolor": "0.85", "edgecolor": "0.45", "lw": 0.5, "zorder": 0.5}
+OF_SAMPLES: dict[Any, HandlerBase] = {tuple: HandlerTuple(ndivide=None, pad=0.0)}  # a legend's `handler_map`
 
 STYLE: dict[Any, Any] = {
     "font.size": 9.0,
@@ -44,7 +53,7 @@ STYLE: dict[Any, Any] = {
 
 
 class StyledFigure(Figure):
-    """A figure in the project's style, which a notebook shows as a picture."""
+    """A figure in the project's style, shown as a picture in notebooks."""
 
     def __init__(self, *arguments: Any, **options: Any) -> None:
         super().__init__(*arguments, **options)
@@ -59,24 +68,39 @@ class StyledFigure(Figure):
         return png(self)
 
 
-def set_orbit_axes(panel: Axes, title: str, limit: float, unit: str) -> None:
-    """Give a panel that shows an orbit its title, and axes of equal scale up to `limit` either way, in `unit`."""
-    panel.set(title=title, xlabel=f"$x$ ({unit})", aspect="equal", xlim=(-limit, limit), ylim=(-limit, limit))
+def set_orbit_axes(panel: Axes, title: str, limit: float, label: str) -> None:
+    """Set title, label below, and equal axes up to `limit` in all directions for a panel with an orbit."""
+    panel.set(title=title, xlabel=label, aspect="equal", xlim=(-limit, limit), ylim=(-limit, limit))
     for axis in (panel.xaxis, panel.yaxis):
         axis.set_major_locator(MaxNLocator(4, symmetric=True))
 
 
+def draw_retainer(panel: Axes, clearance: float, centre: tuple[float, float] = (0.0, 0.0)) -> None:
+    """Draw the inner edge of a retainer as a grey ring below the orbits, which may lie on it."""
+    panel.add_patch(Annulus(centre, (1.0 + RING) * clearance, RING * clearance, **RETAINER))
+
+
+def retainer_sample() -> Patch:
+    """Return the entry of a legend for the rings that `draw_retainer` draws."""
+    return Patch(**{**RETAINER, "label": "retainer, from its clearance on"})
+
+
+def samples(colours: Iterable[str], **options: Any) -> tuple[Line2D, ...]:
+    """Return the entry of a legend for curves of several colours: a piece of each; see `OF_SAMPLES`."""
+    return tuple(Line2D([], [], color=colour, **options) for colour in colours)
+
+
 def fitted(text: str, width: float) -> str:
-    """Return a title in lines that fit into a width (inches)."""
+    """Return a title broken into lines that fit a width (inches)."""
     return "\n".join(wrap(text, max(int(width / LETTER), 8))) or text
 
 
-def spread(places: ArrayLike, gap: float) -> NDArray[np.float64]:
-    """Return places at least `gap` apart, in the order of the given ones and as near to them as the whole can be.
+def spread(places: ArrayLike, gap: float) -> Array:
+    """Return positions at least `gap` apart, in the order of the given ones and as near to them as possible.
 
         minimise sum_k (p_k - q_k)^2    subject to    p_(k+1) - p_k >= gap
 
-    That is isotonic regression of q_k - k gap: neighbours that come too near are spread about their mean.
+    This is an isotonic regression of q_k - k gap: neighbours that are too close are spread about their mean.
     """
     wanted = np.asarray(places, np.float64)
     order = np.argsort(wanted, kind="stable")
@@ -100,5 +124,10 @@ def png(figure: Figure) -> bytes:
 
 
 def write_png(figure: Figure, path: Path) -> None:
-    """Write a figure as PNG; the file appears complete or not at all."""
+    """Write a figure as PNG atomically."""
     write_atomically(path, partial(figure.savefig, dpi=RESOLUTION, format="png"))
+
+
+def write_figure(figure: Figure, path: Path) -> None:
+    """Write a figure in the format of the file's suffix, `.png`, `.pdf` or `.svg`; complete or not at all."""
+    write_atomically(path, partial(figure.savefig, dpi=RESOLUTION, format=path.suffix.lower()[1:]))

@@ -1,4 +1,4 @@
-"""Templates of pages, which refuse names that nobody gave them."""
+"""Templates of pages, which refuse undefined names."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 
 
 def templates_of(package: str, folder: str) -> Environment:
-    """Return the templates in a folder of a package; text that they are given is escaped."""
+    """Return the templates in a folder of a package; they escape text."""
     return Environment(
         loader=PackageLoader(package, folder),
         autoescape=True,

@@ -1,4 +1,4 @@
-"""Tables and lines as commands print them."""
+"""Tables and lines for printing by commands."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from io import StringIO
 from rich.console import Console
 from rich.table import Table
 
-TextPart = Table | str
+TextBlock = Table | str
 
-WIDTH = 160  # characters of a text that no terminal limits
+WIDTH = 160  # characters of a text outside a terminal
 
 
 def text_table(
@@ -43,7 +43,7 @@ def text_table(
 
 
 def labelled_table(title: str, label: str, *numbers: str) -> Table:
-    """Return a table whose rows begin with a label, aligned to the left, and go on with numbers.
+    """Return a table whose rows start with a label, aligned to the left, followed by numbers.
 
     Parameters
     ----------
@@ -60,11 +60,20 @@ def number(value: float | None) -> str:
     return "-" if value is None else f"{value:.4g}"
 
 
-def rendered(parts: Iterable[TextPart]) -> str:
+def rendered(parts: Iterable[TextBlock]) -> str:
     """Return tables and lines as one text."""
     text = StringIO()
     print_parts(parts, Console(file=text, width=WIDTH))
     return text.getvalue()
+
+
+def html_of(parts: Iterable[TextBlock], height: str = "28em") -> str:
+    """Return tables and lines as HTML for a notebook, at most `height` high; the rest scrolls."""
+    console = Console(record=True, file=StringIO(), width=WIDTH, force_jupyter=False, highlight=False)
+    for part in parts:
+        console.print(part)
+    text = console.export_html(inline_styles=True, code_format="<pre>{code}</pre>")
+    return f'<div style="max-height: {height}; overflow: auto">{text}</div>'
 
 
 def show_warnings(sentences: Iterable[str], console: Console | None = None, *, whole: bool = True) -> None:
@@ -76,17 +85,17 @@ def show_warnings(sentences: Iterable[str], console: Console | None = None, *, w
         options = {"no_wrap": True, "overflow": "ellipsis"} if cuts else {"soft_wrap": not console.is_terminal}
         console.print(line, markup=False, highlight=False, **options)
     if cuts and any(len(line) > console.width for line in lines):
-        console.print("--explain shows warnings whole", highlight=False)
+        console.print("--all shows warnings whole", highlight=False)
 
 
 def show_notices(sentences: Iterable[str]) -> None:
-    """Print what components that replace others do without, a line for each, to standard error."""
+    """Print the scenario settings that replacing components lack, one per line, to standard error."""
     console = Console(stderr=True)
     for sentence in sentences:
         console.print(f"notice: {sentence}", markup=False, highlight=False, soft_wrap=True)
 
 
-def print_parts(parts: Iterable[TextPart], console: Console | None = None) -> None:
+def print_parts(parts: Iterable[TextBlock], console: Console | None = None) -> None:
     """Print tables and lines, to standard output by default."""
     console = console or Console()
     if not console.is_terminal:  # a file has no width to cut tables to

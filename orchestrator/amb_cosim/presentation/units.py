@@ -1,6 +1,6 @@
-"""Units that figures and pages show: for speeds as asked, for lengths and forces as asked or as large as they are.
+"""Units of figures and pages: for speeds as chosen, for lengths and forces as chosen or by their size.
 
-All that is drawn asks here, so that one choice holds for a whole command or notebook.
+All figures use this module, so one choice holds for a whole command or notebook.
 """
 
 from __future__ import annotations
@@ -12,9 +12,11 @@ from dataclasses import dataclass
 from types import TracebackType
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-SIZES = {  # of each unit in the SI unit of its quantity, the first; a frequency is a speed too, a hertz one turn
+from array_types import Array
+
+SIZES = {  # of each unit in the SI unit of its quantity, the first; a frequency is a speed too, a hertz a turn
     "speed": {"rad/s": 1.0, "Hz": 2.0 * math.pi, "rpm": 2.0 * math.pi / 60.0},
     "length": {"m": 1.0, "mm": 1e-3, "um": 1e-6},
     "force": {"N": 1.0, "kN": 1e3},
@@ -32,17 +34,17 @@ _VALUE = re.compile(rf"(?<![\w.])(-?\d[\d.]*(?:e[-+]?\d+)?) ({_NAMES})(?![\w/])"
 
 @dataclass(frozen=True)
 class ShownUnit:
-    """A unit in which values are shown: its name, and its size in the SI unit."""
+    """A display unit: its name, and its size in the SI unit."""
 
     name: str
     size: float
 
     @property
     def label(self) -> str:
-        """The unit as it is printed."""
+        """The printed unit."""
         return self.name.replace("um", "\N{MICRO SIGN}m")
 
-    def of(self, values: ArrayLike) -> NDArray[np.float64]:
+    def of(self, values: ArrayLike) -> Array:
         """Return values of the SI unit in this one."""
         return np.asarray(values, np.float64) / self.size
 
@@ -51,24 +53,32 @@ class ShownUnit:
         return f"{self.number(value, digits)} {self.label}"
 
     def number(self, value: float, digits: int = 4) -> str:
-        """Return a value of the SI unit in this one, as a number to be read: 15000, not 1.5e+04."""
+        """Return a value of the SI unit in this one, as a readable number: 15000, not 1.5e+04."""
         displayed = value / self.size
         return f"{displayed:.0f}" if 10.0**digits <= abs(displayed) < 1e7 else f"{displayed:.{digits}g}"
 
 
 class units:  # used as a function, and in `with`
-    """Choose the units of what is drawn from now on, or within `with`: `units("rpm", "um")`, `units("rpm,um,kN")`.
+    """Choose the units of figures from now on, or within `with`: `units("rpm", "um")`, `units("rpm,um,kN")`.
 
     Parameters
     ----------
     names
         `rad/s`, `Hz` or `rpm` for speeds and frequencies, `mm`, `um` or `m` for lengths, `N` or `kN` for forces. A
-        quantity that is not named keeps its own: rad/s, and lengths and forces by their size.
+        quantity without a unit keeps the default: rad/s, and lengths and forces by their size.
 
     Raises
     ------
     ValueError
-        If a name is none of these, or two are of one quantity.
+        If a name is unknown, or two units are for one quantity.
+
+    Examples
+    --------
+    >>> with units("rpm"):
+    ...     speed_unit().name
+    'rpm'
+    >>> speed_unit().name
+    'rad/s'
     """
 
     def __init__(self, *names: str) -> None:
@@ -93,7 +103,7 @@ def parse_units(text: str) -> dict[str, str]:
     Raises
     ------
     ValueError
-        If a name is no unit that is shown, or two are of one quantity.
+        If a name is not a display unit, or two are of one quantity.
     """
     result: dict[str, str] = {}
     for values in filter(None, re.split(r"[,;\s]+", text.replace("\N{MICRO SIGN}", "u"))):
@@ -122,9 +132,9 @@ def force_unit(largest: float) -> ShownUnit:
 
 
 def relabelled(label: str, *quantities: str) -> tuple[str, float]:
-    """Return the label of an axis with the chosen unit in place of the one it ends with, and the factor of its values.
+    """Return the label of an axis with its unit replaced by the chosen one, and the factor of its values.
 
-    A label is a unit alone, or ends with one in brackets; one without a unit of these quantities that was chosen stays,
+    A label is a unit, or ends with one in brackets; a label without a unit of a chosen quantity is returned unchanged,
     with factor 1.
     """
     head, name, tail = _LABEL.match(label).groups("")  # type: ignore[union-attr]  # it matches any text
@@ -135,11 +145,18 @@ def relabelled(label: str, *quantities: str) -> tuple[str, float]:
 
 
 def convert_units_in_text(text: str) -> str:
-    """Return a text with the values of chosen quantities in it, a number and its unit, in the chosen units."""
+    """Return a text with the values of chosen quantities in it, a number and its unit, in the chosen units.
 
-    def value(found: re.Match[str]) -> str:
-        unit = chosen_for(found[2])
-        return unit.text(float(found[1]) * _size(found[2])) if unit else found[0]
+    Examples
+    --------
+    >>> with units("rpm"):
+    ...     convert_units_in_text("the rotor is at 104.72 rad/s")
+    'the rotor is at 1000 rpm'
+    """
+
+    def value(match: re.Match[str]) -> str:
+        unit = chosen_for(match[2])
+        return unit.text(float(match[1]) * _size(match[2])) if unit else match[0]
 
     return _VALUE.sub(value, text)
 
@@ -156,7 +173,7 @@ def spin_label() -> str:
 
 
 def spin_text(*speeds: float) -> str:
-    """Return one spin speed (rad/s), or the first and the last of several, as a title says it."""
+    """Return one spin speed (rad/s), or the first and last of several, as text for a title."""
     unit = speed_unit()
     symbol = SYMBOLS[unit.name].partition(" ")[0]
     return f"{symbol} = {' to '.join(map(unit.number, speeds))} {unit.label}"

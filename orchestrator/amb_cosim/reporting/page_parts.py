@@ -1,4 +1,4 @@
-"""Parts of pages that need no other file: style, script, data and pictures inside the page, numbers as text."""
+"""Parts of self-contained pages: style, script, data and pictures inside the page, numbers as text."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from markupsafe import Markup
 
 
 def asset(name: str, package: str = "amb_cosim.reporting") -> Markup:
-    """Return a file of a package's folder `template`, as it stands: a style or a script."""
+    """Return a file of a package's folder `template`, unchanged: a style or a script."""
     return Markup((files(package) / "template" / name).read_text(encoding="utf-8"))
 
 
 def in_script(data: Any) -> Markup:
-    """Return JSON that may stand in a script element."""
+    """Return JSON escaped for a script element."""
     return Markup(json.dumps(data, allow_nan=False).replace("<", "\\u003c"))
 
 

@@ -9,7 +9,7 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from amb_cosim.cosim.record.signals import Signals
 from amb_cosim.presentation.units import convert_units_in_text, relabelled
@@ -18,6 +18,7 @@ from amb_cosim.results.contact_history import ROLLING, rolling_from, touchable
 from amb_cosim.results.orbits import path, radius, support
 from amb_cosim.results.places import places
 from amb_cosim.results.series import cycles, parameters, signal, speed, speed_changes
+from array_types import Array, Bools, Indices
 
 MOST_POINTS = 2400  # of a curve
 HERTZ = 2.0 * np.pi  # rad/s
@@ -25,17 +26,20 @@ HERTZ = 2.0 * np.pi  # rad/s
 
 @dataclass(frozen=True)
 class Curve:
-    """One curve: its name, points, and whether it is drawn as `lines`, `dots` or a `dashed` line."""
+    """A curve: its name, points, and whether it is drawn as `lines`, `dots` or a `dashed` line."""
 
     name: str
-    x: NDArray[np.float64]
-    y: NDArray[np.float64]
+    x: Array
+    y: Array
     style: str = "lines"
 
 
 @dataclass(frozen=True)
 class Panel:
-    """One plot: title, labels of its axes, curves, whether both axes have the same scale, and which are logarithmic."""
+    """A plot: title, labels of its axes, curves, whether both axes have the same scale, and which are logarithmic.
+
+    Zones are ranges of y from the least: the value at which each ends, and its name.
+    """
 
     title: str
     x: str
@@ -43,15 +47,19 @@ class Panel:
     curves: tuple[Curve, ...]
     is_round: bool = False
     log: str = ""
+    zones: tuple[tuple[float, str], ...] = ()
 
     def as_data(self) -> dict[str, Any]:
         """Return the plot for JSON; points are little-endian 32-bit numbers in base64, as Plotly reads them."""
+        finite = [c.y[np.isfinite(c.y)] for c in self.curves]
         return {
             "title": self.title,
             "x": self.x,
             "y": self.y,
             "round": self.is_round,
             "log": self.log,
+            "zones": [list(zone) for zone in self.zones],
+            "least": min((float(np.min(y)) for y in finite if len(y)), default=0.0),
             "curves": [{"name": c.name, "style": c.style, "x": _packed(c.x), "y": _packed(c.y)} for c in self.curves],
         }
 
@@ -66,13 +74,14 @@ class Panel:
 
 
 RunPanels = Callable[[Signals], Iterable[Panel]]
-"""Plots that something else makes of a run."""
+"""Additional plots of a run."""
 
 
 def panel_of(data: dict[str, Any]) -> Panel:
     """Return the plot that `Panel.as_data` wrote."""
     curves = (Curve(c["name"], _unpacked(c["x"]), _unpacked(c["y"]), c["style"]) for c in data["curves"])
-    return Panel(data["title"], data["x"], data["y"], tuple(curves), data["round"], data["log"])
+    zones = tuple((float(limit), str(name)) for limit, name in data.get("zones", ()))
+    return Panel(data["title"], data["x"], data["y"], tuple(curves), data["round"], data["log"], zones)
 
 
 def run_panels(run: Signals, others: Iterable[RunPanels] = ()) -> tuple[Panel, ...]:
@@ -80,7 +89,7 @@ def run_panels(run: Signals, others: Iterable[RunPanels] = ()) -> tuple[Panel, .
     return tuple(_panels(run, others)) if run.sizes["time"] else ()
 
 
-def horizontal_axis(run: Signals) -> tuple[NDArray[np.float64], str, NDArray[np.bool_]]:
+def horizontal_axis(run: Signals) -> tuple[Array, str, Bools]:
     """Return cycles, or spin speeds where they change, from cycle 0 on, their label, and the samples that these are."""
     displayed = np.asarray(cycles(run) >= 0.0)
     if speed_changes(run):
@@ -127,23 +136,23 @@ def _panels(run: Signals, others: Iterable[RunPanels]) -> Iterator[Panel]:
         yield Panel(title, "x / C_r", "y / C_r", tuple(_orbits(run, displayed)), is_round=True)
 
 
-def _orbits(run: Signals, shown: NDArray[np.bool_]) -> Iterator[Curve]:
+def _orbits(run: Signals, inside: Bools) -> Iterator[Curve]:
     """Yield the clearance and the orbits; of a rotor that rolls, from before the disturbance until it does."""
     angle = np.linspace(0.0, 2.0 * np.pi, 181)
     yield Curve("clearance", np.cos(angle), np.sin(angle), "dashed")
     rolling = rolling_from(run)
     if rolling is not None:
         begin = float(run.attrs.get("disturbance_cycle", 0.0)) - 0.5
-        shown = shown & (cycles(run) >= begin) & (cycles(run) < rolling + 0.02)
-    every = max(1, np.count_nonzero(shown) // (2 * MOST_POINTS))
+        inside = inside & (cycles(run) >= begin) & (cycles(run) < rolling + 0.02)
+    every = max(1, np.count_nonzero(inside) // (2 * MOST_POINTS))
     for mb, site in places(run).bearings.items():
         of_place = path(run, support(run, mb))
         if of_place is not None:
-            x, y = of_place[:, shown][:, ::every] / _clearance(run, site)
+            x, y = of_place[:, inside][:, ::every] / _clearance(run, site)
             yield Curve(mb.upper(), x, y)
 
 
-def _relative_radius(run: Signals, bearing: str) -> NDArray[np.float64]:
+def _relative_radius(run: Signals, bearing: str) -> Array:
     r = radius(run, support(run, bearing))
     assert r is not None  # every run records the bearings
     return np.asarray(r / _clearance(run, places(run).bearings[bearing]))
@@ -153,7 +162,7 @@ def _clearance(run: Signals, site: str) -> float:
     return float(parameters(run).get(f"{site}.clearance", 0.75e-3))
 
 
-def _extremes(values: NDArray[np.float64], parts: int) -> NDArray[np.intp]:
+def _extremes(values: Array, parts: int) -> Indices:
     """Return the indices of the least and the largest value in each of some equal parts, ascending."""
     edges = np.linspace(0, len(values), parts + 1).astype(int)
     retained = {0, len(values) - 1}
@@ -163,9 +172,9 @@ def _extremes(values: NDArray[np.float64], parts: int) -> NDArray[np.intp]:
     return np.array(sorted(retained), dtype=np.intp)
 
 
-def _packed(values: NDArray[np.float64]) -> dict[str, str]:
+def _packed(values: Array) -> dict[str, str]:
     return {"dtype": "f4", "bdata": base64.b64encode(np.asarray(values, "<f4").tobytes()).decode("ascii")}
 
 
-def _unpacked(data: dict[str, str]) -> NDArray[np.float64]:
+def _unpacked(data: dict[str, str]) -> Array:
     return np.frombuffer(base64.b64decode(data["bdata"]), "<f4").astype(np.float64)

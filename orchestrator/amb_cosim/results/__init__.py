@@ -1,1 +1,1 @@
-"""What a run leaves behind: its result, and the quantities, summary and figures that are made of its signals alone."""
+"""Results of a run: quantities, summary and figures, computed from its signals."""

@@ -1,4 +1,4 @@
-"""Animation of a run: the rotor's centre at each bearing moves within the clearance, with a trail behind it."""
+"""Animation of a run: the rotor's centre at each bearing within the clearance, with a trail."""
 
 from __future__ import annotations
 
@@ -40,15 +40,15 @@ def animate(
     Parameters
     ----------
     recorded
-        What the run recorded: `result.signals` or `result.dataset`.
+        The record of the run: `result.signals` or `result.dataset`.
     path
-        File to write, `.gif`, or `.mp4` where the program ffmpeg is installed.
+        File to write, `.gif`, or `.mp4` if the program ffmpeg is installed.
     begin, end
-        First and last cycle that is shown; those of the run by default.
+        First and last cycle to show; default: those of the run.
     frames_per_cycle
-        Pictures of one cycle.
+        Frames per cycle.
     frames_per_second
-        Pictures shown in a second.
+        Frames per second.
     trail
         Length of the trail (cycles).
 
@@ -105,7 +105,7 @@ def frame_cycles(
     count = math.floor((last - first) * frames_per_cycle) + 1
     if count > MOST_FRAMES:
         raise ValueError(
-            f"{count} pictures are not allowed; {MOST_FRAMES} are: show fewer cycles, or fewer frames per cycle"
+            f"{count} frames are not allowed; {MOST_FRAMES} are: show fewer cycles, or fewer frames per cycle"
         )
     return np.clip(first + np.arange(count) / frames_per_cycle, low, high)
 
@@ -115,33 +115,33 @@ def _writer(path: Path, frames_per_second: int) -> AbstractMovieWriter:
     from matplotlib.animation import FFMpegWriter, PillowWriter
 
     if path.suffix.lower() not in FORMATS:
-        raise ValueError(f"{path} is no animation; its name must end with {' or '.join(FORMATS)}")
+        raise ValueError(f"{path} is not an animation; its name must end with {' or '.join(FORMATS)}")
     if not 1 <= frames_per_second <= 100:
         raise ValueError(f"frames per second = {frames_per_second} is not allowed; it must be from 1 to 100")
     if path.suffix.lower() == ".gif":
         return PillowWriter(fps=frames_per_second)
     if shutil.which("ffmpeg") is None:
         raise ValueError(
-            f"{path} cannot be written: the program ffmpeg, which writes .mp4, is not installed; .gif needs none"
+            f"{path} cannot be written: the program ffmpeg, which writes .mp4, is not installed; .gif does not need it"
         )
     return FFMpegWriter(fps=frames_per_second, codec="libx264", extra_args=["-pix_fmt", "yuv420p"])
 
 
 class Scene:
-    """The picture of a moment: for each station the clearance, a trail, the rotor's centre, and the contact force.
+    """One frame: for each station the clearance, a trail, the rotor's centre, and the contact force.
 
     Parameters
     ----------
     recorded
-        What the run recorded.
+        The record of the run.
     trail
         Length of the trail (cycles).
     """
 
     def __init__(self, recorded: Signals, trail: float) -> None:
-        from amb_cosim.presentation.style import BLUE, DASHED, ORANGE, StyledFigure, fitted, set_orbit_axes
+        from amb_cosim.presentation.style import BLUE, ORANGE, StyledFigure, draw_retainer, fitted, set_orbit_axes
         from amb_cosim.results.places import places
-        from amb_cosim.results.plots.axes import clearance, stations
+        from amb_cosim.results.plots.axes import clearance, mark_axes, orbit_labels, stations
 
         if not all(radius(recorded, bearing) is not None for bearing in places(recorded).bearings):
             raise ValueError("the run did not record the displacement at all bearings")
@@ -156,27 +156,28 @@ class Scene:
         self.figure.subplots_adjust(left=0.75 / (3.6 * len(displayed)), right=0.98, top=0.82, bottom=0.12, wspace=0.25)
         self.title = self.figure.suptitle(" ")
         self.drawn: list[tuple[Any, ...]] = []
-        angle = np.linspace(0.0, 2.0 * np.pi, 181)
         for panel, station in zip(panels, displayed, strict=True):
-            path = station.path(recorded)
+            path = station.seen(recorded)
             force = peaks(recorded, station.site) if station.site else None
             gap = clearance(recorded, station.site) if station.site else 0.0
             limit = max(float(np.nanmax(np.hypot(*path))), gap)
             unit = length_unit(limit)
             (x, y), c = unit.of(path), gap / unit.size
             if station.site:
-                panel.plot(c * np.cos(angle), c * np.sin(angle), color="black", ls=DASHED, lw=1.0)
+                draw_retainer(panel, c)
             (line,) = panel.plot([], [], color=BLUE, lw=0.9)
             (dot,) = panel.plot([], [], "o", color=BLUE, ms=6.0)
             text = panel.text(0.5, 0.5, "", transform=panel.transAxes, ha="center", va="center", color=ORANGE)
-            set_orbit_axes(panel, fitted(station.title, 3.3), 1.1 * limit / unit.size, unit.label)
-            panel.set_ylabel(f"$y$ ({unit.label})" if panel is panels[0] else "")
+            right, up = orbit_labels(recorded, unit.label)
+            set_orbit_axes(panel, fitted(station.title, 3.3), 1.14 * limit / unit.size, right)
+            mark_axes(panel, recorded)
+            panel.set_ylabel(up if panel is panels[0] else "")
             self.drawn.append((x, y, np.zeros(len(x)) if force is None else force, line, dot, text, (BLUE, ORANGE)))
         forces = (float(force.max(initial=0.0)) for _, _, force, *_ in self.drawn)
         self.force_unit = force_unit(max(forces, default=0.0))
 
     def show(self, cycle: float) -> None:
-        """Move everything to where it is at a cycle."""
+        """Move everything to its position at a cycle."""
         last = int(np.searchsorted(self.cycles, cycle, side="right"))
         first = int(np.searchsorted(self.cycles, cycle - self.trail))
         last = max(last, first + 1)
@@ -188,6 +189,6 @@ class Scene:
         self.title.set_text(f"{self.name}: cycle {cycle:.2f}, {spin_text(self.speeds[last - 1])}")
 
     def _force_text(self, force: float) -> str:
-        """Return a contact force, with decimals that do not change from picture to picture."""
+        """Return a contact force, with the same decimals in all frames."""
         unit = self.force_unit
         return f"{force / unit.size:.{2 if unit.name == 'kN' else 0}f} {unit.name}"

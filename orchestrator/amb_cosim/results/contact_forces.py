@@ -1,33 +1,33 @@
 """Normal contact forces at a site over a run: the largest, the largest averaged over a millisecond, the impulse.
 
-The plant knows the force between samples: `f_n_peak` is the largest of a step, without the impulses of impacts, and
-`f_n_mean` its mean over the step, with them. Of an FMU that lacks them the samples `f_n` and the impulses must do:
-`is_sampled` tells so. A run that records every so many steps has them of every step besides, see `at_every_step`.
+The plant outputs the force between samples: `f_n_peak` is the largest of a step, without the impulses of impacts, and
+`f_n_mean` its mean over the step, including them. For an FMU without these, samples `f_n` and impulses are used;
+`is_sampled` reports that. A thinned record contains them for every step, see `at_every_step`.
 
-A peak says how hard the contact of the model is: it grows with the modes and the nodes that a rotor keeps, and an
-impulse has none. The force averaged over `WINDOW` is the figure that converges.
+A peak describes the hardness of the model's contact: it grows with the modes and nodes of the rotor, and an impulse has
+none. The force averaged over `WINDOW` converges.
 """
 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from amb_cosim.cosim.record.signals import Signals
 from amb_cosim.results.series import at_every_step, cycles, signal
+from array_types import Array
 
 WINDOW = 1e-3  # s, over which contact forces are averaged
 
 
 def is_sampled(dataset: Signals, site: str) -> bool:
-    """Return whether only samples of the force at a site are known, not what lies between them."""
+    """Return whether only samples of the force at a site are known, not the values between them."""
     dataset = at_every_step(dataset)
     step, steps = dataset.attrs.get("communication_step_s", np.inf), np.diff(dataset["time"].values)
     return signal(dataset, f"{site}.f_n_peak") is None or bool(steps.max(initial=0.0) > 1.5 * float(step))
 
 
-def peaks(dataset: Signals, site: str) -> NDArray[np.float64] | None:
-    """Return the largest normal force (N) from sample to sample, or its samples; None where neither was recorded."""
+def peaks(dataset: Signals, site: str) -> Array | None:
+    """Return the largest normal force (N) between samples, or its samples; None if neither was recorded."""
     steps = at_every_step(dataset)
     result = _peaks(steps, site)
     if result is None or steps is dataset or not dataset.sizes["time"]:
@@ -42,7 +42,7 @@ def peak_force(dataset: Signals, site: str, begin: float = 0.0, end: float = np.
     return _largest(steps, _peaks(steps, site), begin, end)
 
 
-def averaged_force(dataset: Signals, site: str) -> NDArray[np.float64] | None:
+def averaged_force(dataset: Signals, site: str) -> Array | None:
     """Return the normal force (N) averaged over the `WINDOW` before each sample, impacts included."""
     return _at_samples(dataset, _averaged(at_every_step(dataset), site))
 
@@ -53,25 +53,25 @@ def largest_averaged_force(dataset: Signals, site: str, begin: float = 0.0, end:
     return _largest(steps, _averaged(steps, site), begin, end)
 
 
-def received_impulse(dataset: Signals, site: str) -> NDArray[np.float64] | None:
+def received_impulse(dataset: Signals, site: str) -> Array | None:
     """Return the normal impulse (N s) of forces and impacts at a site from the first sample to each."""
     return _at_samples(dataset, _received(at_every_step(dataset), site))
 
 
-def _peaks(dataset: Signals, site: str) -> NDArray[np.float64] | None:
+def _peaks(dataset: Signals, site: str) -> Array | None:
     result = signal(dataset, f"{site}.f_n_peak")
     result = signal(dataset, f"{site}.f_n") if result is None else result
     return None if result is None else np.asarray(result, np.float64)
 
 
-def _averaged(dataset: Signals, site: str) -> NDArray[np.float64] | None:
+def _averaged(dataset: Signals, site: str) -> Array | None:
     impulse, time = _received(dataset, site), dataset["time"].values
     if impulse is None or len(time) < 2:
         return None
     return np.asarray((impulse - np.interp(time - WINDOW, time, impulse)) / WINDOW, np.float64)
 
 
-def _received(dataset: Signals, site: str) -> NDArray[np.float64] | None:
+def _received(dataset: Signals, site: str) -> Array | None:
     mean, force, impacts = (signal(dataset, f"{site}.{name}") for name in ("f_n_mean", "f_n", "impulse"))
     steps = np.diff(dataset["time"].values)
     if mean is not None:
@@ -83,14 +83,14 @@ def _received(dataset: Signals, site: str) -> NDArray[np.float64] | None:
     return np.asarray(np.cumsum([0.0, *received])[: dataset.sizes["time"]], np.float64)
 
 
-def _at_samples(dataset: Signals, values: NDArray[np.float64] | None) -> NDArray[np.float64] | None:
-    """Return at the samples of a record what is known at every step; the samples are among the steps."""
+def _at_samples(dataset: Signals, values: Array | None) -> Array | None:
+    """Return values of every step at the samples of a record, which are among the steps."""
     steps = at_every_step(dataset)
     if values is None or steps is dataset:
         return values
     return values[np.searchsorted(steps["time"].values, dataset["time"].values)]
 
 
-def _largest(dataset: Signals, values: NDArray[np.float64] | None, begin: float, end: float) -> float | None:
+def _largest(dataset: Signals, values: Array | None, begin: float, end: float) -> float | None:
     within = (cycles(dataset) >= max(begin, 0.0)) & (cycles(dataset) < end)
     return None if values is None or not within.any() else float(values[within].max())

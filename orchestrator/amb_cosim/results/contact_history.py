@@ -1,14 +1,13 @@
-"""Contact of the rotor over a run: peaks, contact states, recovery, rolling; from a data set alone.
+"""Contact of the rotor over a run: peaks, contact states, recovery, rolling; from a data set.
 
-Every function returns None where the data set does not hold what it takes.
+Every function returns None if the data set lacks the required variables.
 """
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from amb_cosim.cosim.record.signals import Signals
 from amb_cosim.results.contact_forces import peak_force
@@ -16,6 +15,7 @@ from amb_cosim.results.places import places
 from amb_cosim.results.power import without_power
 from amb_cosim.results.series import at_every_step, cycles, signal
 from amb_cosim.results.stability import is_unstable
+from array_types import Bools
 
 RECOVERY_CYCLES = 5.0
 FREE, ROLLING = 0, 2  # values of a site's mode
@@ -33,14 +33,14 @@ def peak(dataset: Signals, name: str) -> float | None:
 
 
 def touchable(dataset: Signals) -> list[str]:
-    """Return the retainer bearings, and the other sites that the rotor has touched; all of them without retainers."""
+    """Return the retainer bearings and the other touched sites; without retainers, all sites."""
     others, retainers = places(dataset).others, places(dataset).retainers
     touched = [site for site in others if peak_force(dataset, site) or peak(dataset, f"{site}.impulse")]
     return [*retainers, *touched] if retainers else list(others)
 
 
 def loaded_interval(dataset: Signals) -> tuple[float, float]:
-    """Return the cycles of disturbance and relief; 0 without the one, infinity without the other."""
+    """Return the cycles of disturbance and relief; 0 and infinity if there are none."""
     return float(dataset.attrs.get("disturbance_cycle", 0.0)), float(dataset.attrs.get("relief_cycle", np.inf))
 
 
@@ -68,7 +68,7 @@ def site_share(dataset: Signals) -> dict[str, float | None]:
     }
 
 
-def in_contact(dataset: Signals) -> NDArray[np.bool_] | None:
+def in_contact(dataset: Signals) -> Bools | None:
     """Return which samples are in contact, or follow a step with contact or an impact."""
     state = signal(dataset, "contact_state")
     if state is None:
@@ -93,19 +93,19 @@ def contact_cycles(dataset: Signals) -> tuple[float | None, float | None]:
 
 
 def recovered(dataset: Signals) -> bool | None:
-    """Return whether the rotor is free of contact for good: five cycles follow the last contact, and it is stable.
+    """Return whether the rotor stays free of contact: five cycles follow the last contact, and it is stable.
 
-    A rotor that never touched has nothing to recover from, and counts as recovered.
+    A rotor that never touched counts as recovered.
     """
     return freed_after(dataset, contact_cycles(dataset)[1])[0]
 
 
 def recovery(dataset: Signals) -> Recovery | None:
-    """Find what the disturbance led to; None without one, or where contact was not recorded.
+    """Return the outcome of the disturbance; None without one, or if contact was not recorded.
 
     `unstable` is a rotor that diverges without contact, see `stability`, with a disturbance or without. Of the others
     that have not `recovered`, one whose magnets have no power at the end has `landed` on its retainers, where it
-    belongs then, and any other is `trapped`. Of the rest, `prevented` is one that never touches after the disturbance.
+    belongs then, and any other is `trapped`. Otherwise, `prevented` means no contact after the disturbance.
     """
     return freed_after(dataset, contact_cycles(dataset)[1])[1]
 
@@ -136,20 +136,35 @@ def whirl_at_the_end(dataset: Signals, site: str) -> float | None:
 
 def rolling_from(dataset: Signals) -> float | None:
     """Return the first cycle from which the rotor rolls on a site through a net turn of whirl without a break."""
-    return min((start for start, whirled, _ in _rolled(dataset) if whirled >= 2.0 * np.pi), default=None)
+    return min((r.start for r in _rolled(dataset) if r.whirled >= 2.0 * np.pi), default=None)
+
+
+def rolls_at_the_end(dataset: Signals) -> list[str]:
+    """Return the sites on which the rotor rolls to the last step, through a net turn of whirl or more."""
+    return [r.site for r in _rolled(dataset) if r.to_the_end and r.whirled >= 2.0 * np.pi]
 
 
 def rolling_on_race_from(dataset: Signals) -> float | None:
     """Return the first cycle from which the rotor rolls on a race that turns with it, a turn of it or more.
 
-    The rotor whirls less than a turn meanwhile: it lies on the race, or swings to and fro.
+    Meanwhile the rotor whirls less than a turn: it lies on the race, or swings.
     """
-    with_race = (start for start, whirled, race in _rolled(dataset) if whirled < 2.0 * np.pi <= race)
+    with_race = (r.start for r in _rolled(dataset) if r.whirled < 2.0 * np.pi <= r.race_turned)
     return min(with_race, default=None)
 
 
-def _rolled(dataset: Signals) -> list[tuple[float, float, float]]:
-    """Return of each time of rolling its first cycle, and the net angles (rad) of whirl and of the race."""
+class _Rolling(NamedTuple):
+    """A time of rolling at a site: its first cycle, net angles (rad) of whirl and race, whether it lasts."""
+
+    site: str
+    start: float
+    whirled: float
+    race_turned: float
+    to_the_end: bool
+
+
+def _rolled(dataset: Signals) -> list[_Rolling]:
+    """Return the times of rolling from cycle 0 on."""
     dataset = at_every_step(dataset)
     steps = np.diff(dataset["time"].values, prepend=np.nan)  # a sample's mode is that at the end of its step
     result = []
@@ -164,5 +179,5 @@ def _rolled(dataset: Signals) -> list[tuple[float, float, float]]:
                 0.0 if speed is None else abs(float(np.sum(speed[i + 1 : j] * steps[i + 1 : j])))
                 for speed in (whirl, race)
             )
-            result.append((float(cycles(dataset)[i]), whirled, turned))
+            result.append(_Rolling(site, float(cycles(dataset)[i]), whirled, turned, j == len(mode)))
     return result

@@ -1,34 +1,34 @@
-"""How much of the contact force lies at frequencies that the reduced rotor does not have."""
+"""The share of the contact force at frequencies beyond the reduced rotor's range."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
-from numpy.typing import NDArray
 
 from amb_cosim.cosim.record.signals import Signals
 from amb_cosim.presentation.text_tables import number
 from amb_cosim.results.contact_history import touchable
 from amb_cosim.results.places import places
 from amb_cosim.results.series import cycles, signal
+from array_types import Array
 
 WARNED_SHARE = 0.1
 _SEGMENT = 256  # samples of a spectrum; of several, half overlapping, the mean is taken
 
 
 def share_beyond_reduction(dataset: Signals) -> dict[str, float | None]:
-    """Return the share of the power of the normal contact force above the frequency to which the reduction holds.
+    """Return the share of the power of the normal contact force above the frequency up to which the reduction is valid.
 
         share = sum(S(omega), omega > valid_to) / sum(S(omega))
 
-    S is the power spectrum of `f_n`, by Welch's method, from cycle 0 on. It reaches to half the sampling frequency. The
-    impulses of impacts are no part of it: as forces of no duration they have equal power at all frequencies.
+    S is the power spectrum of `f_n`, by Welch's method, from cycle 0 on, up to half the sampling frequency. It does not
+    include the impulses of impacts, which have equal power at all frequencies.
 
     Returns
     -------
     dict
-        By site, see `contact_history.touchable`; None where the rotor's FMU does not say up to which frequency its
-        reduction holds, and where the force was not recorded or is zero.
+        By site, see `contact_history.touchable`; None if the rotor's FMU does not state the frequency up to which its
+        reduction is valid, or the force was not recorded or is zero.
     """
     return {site: _share(dataset, site) for site in touchable(dataset)}
 
@@ -59,11 +59,11 @@ def _share(dataset: Signals, site: str) -> float | None:
     return float(power[omega > limit].sum() / total) if total > 0.0 else None
 
 
-def _spectrum(values: NDArray[np.float64], h: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _spectrum(values: Array, h: float) -> tuple[Array, Array]:
     """Return frequencies (rad/s) and the power there, up to a factor.
 
-    They are those of `scipy.signal.welch`, which takes longer to import than a run; but samples left over at the end
-    have a segment of their own.
+    They are those of `scipy.signal.welch`, which takes longer to import than a run, except that remaining samples at
+    the end have their own segment.
     """
     size = min(_SEGMENT, len(values))
     last = len(values) - size

@@ -1,18 +1,18 @@
-"""Energies of the rotor over a run, from a data set alone."""
+"""Energies of the rotor over a run, from a data set."""
 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from amb_cosim.cosim.record.signals import Signals
 from amb_cosim.results.series import cycles, signal
+from array_types import Array
 
 HEAT = ("damping", "friction", "impact")
 
 
-def energies(dataset: Signals) -> dict[str, NDArray[np.float64]] | None:
-    """Return the energies of the plant (J) at each sample; work, heat and balance count from cycle 0.
+def energies(dataset: Signals) -> dict[str, Array] | None:
+    """Return the energies of the plant (J) at each sample; work, heat and balance start at cycle 0.
 
     None if they were not recorded, or cycle 0 was not reached.
     """
@@ -54,7 +54,7 @@ def heat_of(energy: dict[str, float]) -> float:
 def balance_of_heat(dataset: Signals) -> float | None:
     """Return the error of the energy balance over the heat from cycle 0 on; None without heat.
 
-    The largest of all energies may be that of a spin beside which neither counts.
+    The largest energy may be that of the spin, which hides the error.
     """
     energy = final_energies(dataset)
     return None if energy is None or not heat_of(energy) else energy["balance"] / heat_of(energy)

@@ -1,4 +1,4 @@
-"""Control currents and forces of the magnets of a run, and what they can do at most."""
+"""Control currents and forces of the magnets of a run, and their limits."""
 
 from __future__ import annotations
 
@@ -6,23 +6,23 @@ import math
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from amb_cosim.cosim.record.signals import Signals
-from amb_cosim.results.places import ACTUATOR, CONTROLLER
+from amb_cosim.results.component_names import ACTUATOR, CONTROLLER
 from amb_cosim.results.series import parameters_of
+from array_types import Array
 
 MU_0 = 4e-7 * math.pi  # H/m
 Limits = tuple[float, float]
 
 
-def control_current(dataset: Signals, axis: str) -> NDArray[np.float64] | None:
+def control_current(dataset: Signals, axis: str) -> Array | None:
     """Return the control current (A) of an axis, `BEARING.x`, at each sample; None if it was not recorded."""
     bearing, _, direction = axis.rpartition(".")
     return _recorded(dataset, f"{CONTROLLER}.{bearing}.i_{direction}")
 
 
-def magnet_force(dataset: Signals, axis: str) -> NDArray[np.float64] | None:
+def magnet_force(dataset: Signals, axis: str) -> Array | None:
     """Return the force (N) of an axis at each sample; None if it was not recorded."""
     bearing, _, direction = axis.rpartition(".")
     return _recorded(dataset, f"{ACTUATOR}.{bearing}.f_{direction}")
@@ -35,7 +35,7 @@ def is_magnetic(dataset: Signals, bearing: str) -> bool:
 
 
 def current_limits(dataset: Signals, axis: str) -> Limits | None:
-    """Return the least and the largest control current (A) of an axis, `BEARING.x`; None where they are not known."""
+    """Return the smallest and largest control current (A) of an axis, `BEARING.x`; None if unknown."""
     bearing, _, direction = axis.rpartition(".")
     values = parameters_of(dataset, CONTROLLER)
     low, high = (values.get(f"{bearing}.{name}_{direction}") for name in ("i_min", "i_max"))
@@ -45,12 +45,12 @@ def current_limits(dataset: Signals, axis: str) -> Limits | None:
 
 
 def force_limits(dataset: Signals, axis: str) -> Limits | None:
-    """Return the least and the largest force (N) of an axis at its centre; None where they are not known.
+    """Return the smallest and largest force (N) of an axis at its centre; None if unknown.
 
         P = B^2 A_e cos(phi)/mu_0,   B = min(B_sat, mu_0 N I_max/l);   -P - F_0 <= F <= P - F_0             (2.6)
 
-    One coil pair pulls with all that iron and amplifier allow, the other with nothing. F_0 is the static load, which a
-    force without its static part leaves out.
+    One coil pair pulls with the largest force that iron and amplifier allow, the other does not pull. F_0 is the static
+    load, which a force without its static part excludes.
     """
     values = parameters_of(dataset, ACTUATOR)
     p = _axis(values, axis)
@@ -66,16 +66,16 @@ def force_limits(dataset: Signals, axis: str) -> Limits | None:
     return -pull_of_square * flux**2 - static, pull_of_square * flux**2 - static
 
 
-def _axis(given: dict[str, Any], axis: str) -> dict[str, float]:
+def _axis(parameters: dict[str, Any], axis: str) -> dict[str, float]:
     """Return the numbers of an axis by their names without it."""
     bearing, _, direction = axis.rpartition(".")
     begin, end = f"{bearing}.", f"_{direction}"
     return {
         name[len(begin) : -len(end)]: float(value)
-        for name, value in given.items()
+        for name, value in parameters.items()
         if name.startswith(begin) and name.endswith(end) and not isinstance(value, str)
     }
 
 
-def _recorded(dataset: Signals, label: str) -> NDArray[np.float64] | None:
+def _recorded(dataset: Signals, label: str) -> Array | None:
     return np.asarray(dataset[label].values, np.float64) if label in dataset else None

@@ -1,4 +1,4 @@
-"""How the plant computed its steps, from a data set alone."""
+"""The plant's methods of computing its steps, from a data set."""
 
 from __future__ import annotations
 

@@ -5,21 +5,23 @@ from __future__ import annotations
 from typing import Literal, get_args
 
 import numpy as np
-from numpy.typing import NDArray
 
 from amb_cosim.cosim.record.signals import Signals
 from amb_cosim.results.places import places
 from amb_cosim.results.series import Path, change, cycles, displacements, parameters, turns
+from array_types import Array, Bools
 
 When = Literal["before", "end"]
 
+UPRIGHT = 1e-6  # rad
 _FEWEST_SAMPLES = 8  # of a turn, for three coefficients
 
 
 def path(dataset: Signals, place: str) -> Path | None:
     """Return the displacement x and y (m) at a bearing, or at a site from the centre of its retainer, shape (2, n).
 
-    Where an FMU does not tell that of a site, that of the retainer's bearing or of the sensor plane there counts.
+    If an FMU does not output the displacement at a site, that of the retainer's bearing or of the sensor plane there is
+    used.
     """
     result = places(dataset)
     bearing = result.retainers.get(place, "")
@@ -33,7 +35,7 @@ def path(dataset: Signals, place: str) -> Path | None:
 
 
 def centre(dataset: Signals, site: str) -> Path:
-    """Return where the centre of a retainer is, by its offset and the motion of its housing, shape (2, n) (m)."""
+    """Return the centre of a retainer, from its offset and the motion of its housing, shape (2, n) (m)."""
     values, size = parameters(dataset), dataset.sizes["time"]
     moved = displacements(dataset, f"{site}.housing_x", f"{site}.housing_y")
     offset = np.array([[float(values.get(f"{site}.offset_{axis}") or 0.0)] for axis in "xy"])
@@ -41,25 +43,46 @@ def centre(dataset: Signals, site: str) -> Path:
 
 
 def path_at_rest(dataset: Signals, place: str) -> Path | None:
-    """Return the displacement (m) at a bearing or a site as one sees it who stands by, shape (2, n)."""
+    """Return the displacement (m) at a bearing or a site in the inertial frame, shape (2, n)."""
     result = path(dataset, place)
     return None if result is None else result + centre(dataset, place)
 
 
-def radius(dataset: Signals, place: str) -> NDArray[np.float64] | None:
+def upright(dataset: Signals) -> complex:
+    """Return the factor of x + j y that turns a motion until gravity points downwards, as the live page shows it.
+
+        exp(-j (pi/2 + a)),    a: `gravity_angle`, the direction of gravity from x towards y
+
+    Magnets often stand at 45 degrees to the vertical. It counts where gravity is 0, too; it is 1 without an angle.
+    """
+    values = parameters(dataset)
+    angle, down = values.get("gravity_angle"), np.sign(float(values.get("gravity") or 1.0))
+    if angle is None:
+        return 1.0 + 0.0j
+    factor = complex(down * np.exp(-1j * (0.5 * np.pi + float(angle))))
+    return 1.0 + 0.0j if abs(factor - 1.0) < UPRIGHT else factor
+
+
+def turned_upright(dataset: Signals, motion: Path) -> Path:
+    """Return a displacement, shape (2, n), to the right and upwards, see `upright`."""
+    z = upright(dataset) * (motion[0] + 1j * motion[1])
+    return np.array([z.real, z.imag])
+
+
+def radius(dataset: Signals, place: str) -> Array | None:
     """Return the radial displacement (m) at a bearing, or at a site from the centre of its retainer; see `path`."""
     result = path(dataset, place)
     return None if result is None else np.hypot(*result)
 
 
 def moving_places(dataset: Signals) -> tuple[str, ...]:
-    """Return the bearings, and the retainers that are not in the plane of theirs."""
+    """Return the bearings, and the retainers outside the plane of their bearing."""
     result = places(dataset)
     return (*result.bearings, *result.apart)
 
 
 def support(dataset: Signals, bearing: str) -> str:
-    """Return where the motion in a bearing is judged: its retainer or, where it has none, the bearing itself."""
+    """Return the place at which the motion in a bearing is judged: its retainer or, without one, the bearing itself."""
     return places(dataset).bearings.get(bearing) or bearing
 
 
@@ -93,8 +116,8 @@ def settled_amplitudes(dataset: Signals) -> dict[str, dict[str, float | None]]:
 def settled_amplitude(dataset: Signals, motion: Path | None, when: When) -> float | None:
     """Return the synchronous amplitude (m) of a displacement, shape (2, n), `before` the change or at the `end`.
 
-    The change is that of `series.change`. It is the amplitude of the last whole
-    turn of the rotor up to there; None where there is none.
+    The change is that of `series.change`. The amplitude is that of the last full revolution
+    before it; None if there is none.
     """
     turned = turns(dataset)
     at = change(dataset) if when == "before" else np.inf
@@ -108,12 +131,12 @@ def settled_amplitude(dataset: Signals, motion: Path | None, when: When) -> floa
     return synchronous_amplitude(x, y, 2.0 * np.pi * turned[within])
 
 
-def synchronous_amplitude(x: NDArray[np.float64], y: NDArray[np.float64], theta: NDArray[np.float64]) -> float:
+def synchronous_amplitude(x: Array, y: Array, theta: Array) -> float:
     """Fit the major semi-axis of the ellipse on which a point moves synchronously with the rotor.
 
         x + j y ~ z_0 + z_f exp(j theta) + z_b exp(-j theta),       a = abs(z_f) + abs(z_b)
 
-    The three coefficients are fitted by least squares, so that a turn need not be a whole number of samples.
+    The three coefficients are fitted by least squares, so a revolution need not be a whole number of samples.
 
     Parameters
     ----------
@@ -127,6 +150,6 @@ def synchronous_amplitude(x: NDArray[np.float64], y: NDArray[np.float64], theta:
     return float(abs(forward) + abs(backward))
 
 
-def _largest_radii(dataset: Signals, within: NDArray[np.bool_]) -> dict[str, float | None]:
+def _largest_radii(dataset: Signals, within: Bools) -> dict[str, float | None]:
     radii = {place: radius(dataset, place) for place in moving_places(dataset)}
     return {at: None if r is None or not within.any() else float(1e3 * r[within].max()) for at, r in radii.items()}

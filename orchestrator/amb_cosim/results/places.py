@@ -12,8 +12,8 @@ from typing import Any
 from amb_cosim.cosim.fmu.fmu_interface import FmuInterface
 from amb_cosim.cosim.record.signals import Signals
 from amb_cosim.cosim.system.assembly import Assembly
+from amb_cosim.results.component_names import PLANT
 
-PLANT, ACTUATOR, CONTROLLER = "rotor_contact", "amb_actuator", "rolac_controller"  # models, and components of systems
 ATTRIBUTE = "places"  # of a data set
 
 
@@ -22,17 +22,17 @@ class RotorPlaces:
     """Bearings and contact sites, in the order of the plant's variables.
 
     bearings
-        Each bearing with its retainer, the site where the rotor touches down in it; empty where it has none.
+        Each bearing with its retainer, the site where the rotor touches down in it; empty if it has none.
     sites
         All contact sites.
     measured
-        The displacements x and y of each site that is no retainer but lies in a sensor plane, by their names.
+        The displacements x and y of each site in a sensor plane, other than retainers, by their names.
     apart
-        The retainers that do not lie in the plane of their bearing, whose motion there is another.
+        The retainers outside the plane of their bearing, where the motion differs.
     valid_to
-        Frequency up to which the reduced rotor is accurate (rad/s); None where it does not say.
+        Frequency up to which the reduced rotor is accurate (rad/s); None if not stated.
     magnetic
-        The bearings that get a force: what controller and actuator have for others pulls nothing.
+        The bearings that exert a force: controller and actuator variables of others have no effect.
     """
 
     bearings: Mapping[str, str]
@@ -49,12 +49,12 @@ class RotorPlaces:
 
     @property
     def others(self) -> tuple[str, ...]:
-        """The sites that are no retainers: bushes, seals."""
+        """The sites other than retainers: bushes, seals."""
         return tuple(site for site in self.sites if site not in self.retainers)
 
     @property
     def contact_states(self) -> tuple[str, ...]:
-        """What each value of the plant's `contact_state` means: which bearings the rotor touches."""
+        """The meaning of each value of the plant's `contact_state`: the bearings that the rotor touches."""
         names = [(site or bearing).upper() for bearing, site in self.bearings.items()]
         together = ["+".join(n for k, n in enumerate(names) if value >> k & 1) for value in range(2 ** len(names))]
         together[0] = "none"
@@ -66,7 +66,7 @@ class RotorPlaces:
 
 
 def places(dataset: Signals) -> RotorPlaces:
-    """Return the places of the rotor that a data set is about."""
+    """Return the places of the rotor of a data set."""
     return _read(dataset.attrs[ATTRIBUTE])
 
 
@@ -87,7 +87,7 @@ def _read(text: str) -> RotorPlaces:
 def places_of(assembly: Assembly) -> RotorPlaces:
     """Return the places of a system's plant from the layout in its FMU; without one, from the names of its variables.
 
-    Then the first retainer belongs to the first bearing, and so on. Without a plant there are none.
+    In that case the first retainer belongs to the first bearing, and so on. Without a plant there are none.
     """
     if PLANT not in assembly.interfaces:
         return RotorPlaces({}, ())
@@ -96,7 +96,7 @@ def places_of(assembly: Assembly) -> RotorPlaces:
 
 
 def _named_places(assembly: Assembly) -> RotorPlaces:
-    """Return the places without what the wiring tells."""
+    """Return the places without information from the wiring."""
     fmu, plant = assembly.fmus.get(PLANT), assembly.interfaces[PLANT]
     layout = None if fmu is None else fmu.layout
     if layout is not None:

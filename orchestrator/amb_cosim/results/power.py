@@ -1,22 +1,23 @@
-"""When the amplifiers of the magnets are off."""
+"""Times at which the amplifiers of the magnets are off."""
 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from amb_cosim.cosim.record.signals import Signals
-from amb_cosim.results.places import ACTUATOR, places
+from amb_cosim.results.component_names import ACTUATOR
+from amb_cosim.results.places import places
+from array_types import Bools
 
 
-def amplifiers_off(dataset: Signals) -> list[NDArray[np.bool_]]:
-    """Return for each axis of a magnet whose amplifier a run switches the samples in which it is off."""
+def amplifiers_off(dataset: Signals) -> list[Bools]:
+    """Return the samples in which the amplifier is off, for each axis of a magnet with a switched amplifier."""
     magnets = places(dataset).magnetic
     labels = [f"{ACTUATOR}.{magnet}.amplifier_off_{axis}" for magnet in magnets for axis in "xy"]
     return [np.asarray(dataset[label].values, bool) for label in labels if label in dataset]
 
 
-def without_power(dataset: Signals) -> NDArray[np.bool_]:
+def without_power(dataset: Signals) -> Bools:
     """Return the samples in which the amplifiers of all magnets are off; none without magnets."""
     off = amplifiers_off(dataset)
     if not off or len(off) < 2 * len(places(dataset).magnetic):

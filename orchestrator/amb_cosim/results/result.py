@@ -1,4 +1,4 @@
-"""What a run leaves behind: its data set, its summary, its figures, and how it ended."""
+"""The result of a run: its data set, summary, figures, and outcome."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from amb_cosim.cosim.run.dataset import Run, load
 from amb_cosim.cosim.run.recording import Outcome
+from amb_cosim.cosim.system.values import Raw
 from amb_files.atomic import write_atomically
 
 if TYPE_CHECKING:
@@ -28,7 +29,14 @@ class Result(Run):
     outcome
         How it ended: `status` (completed, stopped, failed, interrupted), `time` (s), `component`, `reason`.
     checkpoints
-        States that `save_at` asked for, by communication point; see `checkpoint`.
+        States saved by `save_at`, by communication point; see `checkpoint`.
+
+    Examples
+    --------
+    >>> import amb_cosim
+    >>> folder = amb_cosim.run("compressor_levitated", until="20 ms").save("compressor", plots=False)
+    >>> print(Result.load(folder).outcome)
+    completed at t = 0.02 s
     """
 
     @classmethod
@@ -47,7 +55,9 @@ class Result(Run):
             dataset = load(file)
             return cls(dataset, Outcome(*json.loads(dataset.attrs["outcome"])))
         except Exception as error:  # HDF5, its readers and JSON have each their own
-            raise ValueError(f"{file} is no result of a run, or damaged: {error or type(error).__name__}") from error
+            raise ValueError(
+                f"{file} is not a result of a run, or is damaged: {error or type(error).__name__}"
+            ) from error
 
     @property
     def scenario(self) -> str:
@@ -63,7 +73,7 @@ class Result(Run):
 
     @property
     def plot(self) -> Plots:
-        """Figures of the run: `plot.orbits()`, `displacement`, `contact`, `whirl`, `magnets`, ...; `interactive()`."""
+        """Figures of a run: `plot("left.x")`, `plot.orbits()`, `turns`, `contact`, `magnets`, ...; `interactive()`."""
         from amb_cosim.results.plots import Plots
 
         return Plots(self.signals)
@@ -80,6 +90,20 @@ class Result(Run):
 
             draw_all(self.signals, folder)
         return folder
+
+    def to_csv(self, path: str | Path, *variables: str, begin: Raw | None = None, until: Raw | None = None) -> Path:
+        """Write variables as a table with names and units in its first row; see `plot` for the arguments."""
+        from amb_cosim.results.selection import select, to_csv
+
+        to_csv(select(self.signals, variables, begin, until), Path(path))
+        return Path(path)
+
+    def to_mat(self, path: str | Path, *variables: str, begin: Raw | None = None, until: Raw | None = None) -> Path:
+        """Write variables as a MAT file, underscores for the dots of names; see `plot` for the arguments."""
+        from amb_cosim.results.selection import select, to_mat
+
+        to_mat(select(self.signals, variables, begin, until), Path(path))
+        return Path(path)
 
     def __repr__(self) -> str:
         return f"<Result of {self.scenario}: {self.outcome}; {len(self.dataset.data_vars)} variables>"

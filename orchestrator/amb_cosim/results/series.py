@@ -1,4 +1,4 @@
-"""Signals of a data set as arrays; None for what was not recorded."""
+"""Signals of a data set as arrays; None if not recorded."""
 
 from __future__ import annotations
 
@@ -10,15 +10,16 @@ from numpy.typing import NDArray
 
 from amb_cosim.cosim.basics.choices import Role
 from amb_cosim.cosim.record.signals import AT_STEPS, EACH_STEP, Samples, Signals, SignalTable, variables_of
+from array_types import Array
 
-Path = NDArray[np.float64]  # x and y of a motion over time, shape (2, n)
+Path = Array  # x and y of a motion over time, shape (2, n)
 
 _PLANT = "rotor_contact"
 _CONTROL_ACTS = "rolac_controller.rolac_active"
 
 
 def at_every_step(dataset: Signals) -> Signals:
-    """Return what a thinned record has of every step, over `time` and `cycle`; any other data set as it is."""
+    """Return the values of every step in a thinned record, over `time` and `cycle`; any other data set unchanged."""
     if EACH_STEP not in dataset:
         return dataset
     time = dataset[EACH_STEP].values
@@ -46,12 +47,12 @@ def flags(dataset: Signals, name: str) -> dict[int, str] | None:
 
 
 def displacements(dataset: Signals, x: str, y: str) -> Path | None:
-    """Return two variables as x and y, shape (2, n), of what unit they are; None where one was not recorded."""
+    """Return two variables as x and y, shape (2, n), in their unit; None if one was not recorded."""
     of_x, of_y = signal(dataset, x), signal(dataset, y)
     return None if of_x is None or of_y is None else np.array([of_x, of_y], np.float64)
 
 
-def cycles(dataset: Signals) -> NDArray[np.float64]:
+def cycles(dataset: Signals) -> Array:
     """Return the cycle of each sample."""
     return np.asarray(dataset["cycle"].values, dtype=np.float64)
 
@@ -62,7 +63,7 @@ def parameters(dataset: Signals) -> dict[str, Any]:
 
 
 def parameters_of(dataset: Signals, component: str) -> dict[str, Any]:
-    """Return the parameters of a component; none of one that the run did not have."""
+    """Return the parameters of a component; none if the run did not have it."""
     result: dict[str, Any] = json.loads(dataset.attrs.get("parameters", "{}")).get(component, {})
     return result
 
@@ -72,7 +73,7 @@ def speed_changes(dataset: Signals) -> bool:
     return "speed_profile" in dataset.attrs or _free_speed(dataset) is not None
 
 
-def speed(dataset: Signals) -> NDArray[np.float64]:
+def speed(dataset: Signals) -> Array:
     """Return the spin speed (rad/s) at each sample."""
     free = _free_speed(dataset)
     if free is not None:
@@ -82,16 +83,16 @@ def speed(dataset: Signals) -> NDArray[np.float64]:
     return np.interp(dataset["time"].values, times, speeds)
 
 
-def _free_speed(dataset: Signals) -> NDArray[np.float64] | None:
-    """Return the speed of a rotor that spins freely (rad/s); None of another, or where it was not recorded."""
+def _free_speed(dataset: Signals) -> Array | None:
+    """Return the speed of a freely spinning rotor (rad/s); None for others, or if it was not recorded."""
     measured = signal(dataset, "speed")
     if measured is None or not parameters(dataset).get("spin.free"):
         return None
     return np.asarray(measured, np.float64)
 
 
-def turns(dataset: Signals) -> NDArray[np.float64]:
-    """Return the turns of the rotor at each sample from cycle 0 on; at constant speed these are the cycles."""
+def turns(dataset: Signals) -> Array:
+    """Return the revolutions of the rotor at each sample from cycle 0 on; at constant speed these are the cycles."""
     if not speed_changes(dataset) or not dataset.sizes["time"]:
         return cycles(dataset)
     time, Omega = dataset["time"].values, speed(dataset)
@@ -100,19 +101,19 @@ def turns(dataset: Signals) -> NDArray[np.float64]:
 
 
 def event_name(dataset: Signals, role: Role) -> str:
-    """Return the label of the event with a role in words, or the role where the run has none."""
+    """Return the label of the event with a role in words, or the role if the run has none."""
     return str(dataset.attrs.get(f"{role}_label", role)).replace("_", " ")
 
 
 def change(dataset: Signals) -> float | None:
-    """Return the cycle of the disturbance or, without one, that at which ROLAC begins to act."""
+    """Return the cycle of the disturbance or, without one, that in which ROLAC starts."""
     if "disturbance_cycle" in dataset.attrs:
         return float(dataset.attrs["disturbance_cycle"])
     return switched_on(dataset)
 
 
 def switched_on(dataset: Signals) -> float | None:
-    """Return the cycle at which ROLAC begins to act; None if it acts from the beginning or never."""
+    """Return the cycle in which ROLAC starts; None if it is on from the beginning or never."""
     if _CONTROL_ACTS not in dataset:
         return None
     acts = np.asarray(dataset[_CONTROL_ACTS].values, dtype=bool)

@@ -1,29 +1,30 @@
-"""Whether a levitated rotor diverges: its orbit grows, or its amplifiers are at their limits for good.
+"""Whether a levitated rotor diverges: its orbit grows, or its amplifiers stay at their limits.
 
-Judged is the end of a run, from the last change, the last contact and cycle 0 on; `MIN_CYCLES` at least.
+The end of a run is judged: the time since the last change, the last contact and cycle 0, at least `MIN_CYCLES`.
 """
 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from amb_cosim.cosim.basics.choices import ROLES
 from amb_cosim.cosim.record.signals import Signals
-from amb_cosim.results.places import ACTUATOR, CONTROLLER, PLANT, places
+from amb_cosim.results.component_names import ACTUATOR, CONTROLLER, PLANT
+from amb_cosim.results.places import places
 from amb_cosim.results.series import cycles, displacements, parameters, signal, speed, speed_changes
+from array_types import Array
 
 LAST_CHANGE = "last_change_cycle"  # attribute of a data set: of the last event or point of the speed
 MIN_CYCLES = 5.0
 GROWTH = 1.5  # of the mean square from the first to the last third
-NOTICEABLE = 1e-4  # of the least clearance: motion below is none
-STEADY_SPEED = 0.01  # relative change that is none
-LIMITED_SHARE = 0.5  # of the last cycles, beyond which an axis is at its limits for good
+NOTICEABLE = 1e-4  # of the smallest clearance; smaller motion counts as rest
+STEADY_SPEED = 0.01  # relative change that is ignored
+LIMITED_SHARE = 0.5  # of the last cycles, beyond which an axis stays at its limits
 _TESTING = f"{CONTROLLER}.identification_progress"
 
 
 def is_unstable(dataset: Signals, last_contact: float | None = None) -> bool:
-    """Return whether the rotor diverges at the end of a run whose last contact is in that cycle, None without any."""
+    """Return whether the rotor diverges at the end of a run; `last_contact` is a cycle, or None."""
     cycle = cycles(dataset)
     end = float(cycle.max(initial=0.0))
     events = (float(dataset.attrs.get(name, 0.0)) for name in (LAST_CHANGE, *(f"{role}_cycle" for role in ROLES)))
@@ -33,23 +34,23 @@ def is_unstable(dataset: Signals, last_contact: float | None = None) -> bool:
     return orbit_grows(dataset, _since(cycle, begin)) or is_limited(dataset, _since(cycle, end - MIN_CYCLES))
 
 
-def _since(cycle: NDArray[np.float64], begin: float) -> slice:
+def _since(cycle: Array, begin: float) -> slice:
     """Return the samples after a cycle."""
     return slice(int(np.searchsorted(cycle, begin, "right")), len(cycle))
 
 
 def orbit_grows(dataset: Signals, within: slice) -> bool:
-    """Return whether the motion at the bearings grows, and ever faster, as the modes of an unstable loop do.
+    """Return whether the motion at the bearings grows at an increasing rate, as modes of an unstable loop do.
 
         s_k = mean(|z(t) - z_1|^2) over third k of the time, z_1 = mean(z) over the first,    summed over the bearings
         s_3 - s_2 > s_2 - s_1 > 0    and    s_3 > 1.5 s_1
 
-    An orbit on its way to a larger steady one grows ever slower instead. At a speed that changes nothing is said.
+    An orbit that approaches a larger steady one grows at a decreasing rate. With a changing speed the result is false.
 
     Parameters
     ----------
     within
-        Samples that are judged, without events, contact and test forces.
+        Samples to judge, without events, contact and test forces.
     """
     if within.stop - within.start < 3:
         return False
@@ -71,7 +72,7 @@ def orbit_grows(dataset: Signals, within: slice) -> bool:
 
 
 def is_limited(dataset: Signals, within: slice) -> bool:
-    """Return whether an axis is cut to its limits in more than half of the samples, all amplifiers being on."""
+    """Return whether an axis is at its limits in more than half of the samples with all amplifiers on."""
 
     def share(label: str) -> float:
         samples = np.asarray(dataset[label].values)[within] if label in dataset else np.zeros(1)
@@ -85,13 +86,13 @@ def is_limited(dataset: Signals, within: slice) -> bool:
 
 
 def needed() -> tuple[str, ...]:
-    """Return patterns of the variables that are judged beside the displacements at the bearings."""
+    """Return patterns of the judged variables, other than the displacements at the bearings."""
     names = ("clipped", "voltage_limited", "amplifier_off", "stuck")
     return (*(f"{ACTUATOR}.*.{name}_?" for name in names), f"{CONTROLLER}.current_limited", _TESTING, f"{PLANT}.speed")
 
 
 def _least_clearance(dataset: Signals) -> float:
-    """Return the smallest clearance of the sites (m); 0 where there is none."""
+    """Return the smallest clearance of the sites (m); 0 without sites."""
     values = parameters(dataset)
     result = (values.get(f"{site}.clearance") for site in places(dataset).sites)
     return min((float(clearance) for clearance in result if clearance is not None), default=0.0)

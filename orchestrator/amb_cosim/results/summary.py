@@ -1,4 +1,4 @@
-"""The summary of a run: key values of its data set, one function each."""
+"""The summary of a run: key values of its data set, a function each."""
 
 from __future__ import annotations
 
@@ -6,35 +6,33 @@ import json
 from dataclasses import dataclass, field, fields
 from typing import Any
 
-from rich.table import Table
-
 from amb_cosim.cosim.basics.choices import ROLES
 from amb_cosim.cosim.record.signals import Signals
 from amb_cosim.cosim.record.warnings import sentences, warnings_of
 from amb_cosim.presentation.json_data import json_data
-from amb_cosim.presentation.text_tables import number
 from amb_cosim.results import contact_forces, contact_history, energies
 from amb_cosim.results.contact_spectrum import share_beyond_reduction, warnings_beyond_reduction
 from amb_cosim.results.methods import shares_of_steps
 from amb_cosim.results.orbits import orbit_after, orbit_before, orbit_largest, settled_amplitudes
 from amb_cosim.results.places import places
 from amb_cosim.results.series import event_name
-from amb_cosim.results.touchdown import Retainer, Touchdown, touchdown
+from amb_cosim.results.touchdown import Touchdown, touchdown
+from amb_cosim.results.verdict import Verdict, verdict
 
 AtPlaces = dict[str, float | None]
-KEY = "key"  # of a field's metadata: its name in JSON, with the unit
+KEY = "key"  # of a field's metadata: its name in JSON, with the unit; None for what is not in it
 
 
 @dataclass(frozen=True)
 class Summary:
-    """Key values of a run from cycle 0 on; None where the data set does not hold what a value takes.
+    """Key values of a run from cycle 0 on; None if the data set lacks the required variables.
 
     Attributes
     ----------
     scenario, flavour
-        What was run, with which FMUs.
+        Name of the scenario, and flavour of the FMUs.
     completed
-        Whether it came to the end that it planned, or to one of its stop conditions.
+        Whether it reached its end, or one of its stop conditions.
     stopped
         The stop condition that ended it.
     settling, simulated, wall
@@ -45,14 +43,14 @@ class Summary:
         Share of the steps that the plant computed exactly, in pieces, and by substeps for each reason, by its output
         `solver.method`.
     peak_contact_force
-        Largest normal contact force at each site (N), without the impulses of impacts. It grows with the modes that
-        the rotor keeps.
+        Largest normal contact force at each site (N), without the impulses of impacts. It grows with the number of
+        retained modes.
     peak_band
-        Frequency up to which these modes are accurate (rad/s), which the peak is of.
+        Frequency up to which these modes are accurate (rad/s).
     peak_is_sampled
-        Whether this is the largest sample alone at a site, see `contact_forces.is_sampled`.
+        Whether this is only the largest sample at a site, see `contact_forces.is_sampled`.
     averaged_contact_force
-        Largest normal contact force averaged over 1 ms at each site, impacts included (N): the figure that converges.
+        Largest normal contact force averaged over 1 ms at each site, impacts included (N), which converges.
     peak_impulse
         Largest normal impulse of the impacts within a step at each site (N s).
     events
@@ -62,12 +60,12 @@ class Summary:
     site_share
         Share of the same time that the rotor is in contact at each site.
     contact_states
-        What these states are: for two bearings none, the one, the other, both.
+        Names of these states: for two bearings none, the first, the second, both.
     first_contact, last_contact
         Cycles of the first and last sample in contact.
     recovered
-        Whether the rotor is stable and free of contact for good; None of a run that broke off, and where there was no
-        disturbance and no contact to recover from.
+        Whether the rotor is stable and stays free of contact; None for a run that ended early, and without disturbance
+        and contact.
     recovery
         What the disturbance led to: contact `prevented`, `recovered` from, or the rotor `trapped` in it, or `landed`
         where no magnet has power at the end; `unstable` where its orbit grows or its amplifiers stay at their limits,
@@ -93,12 +91,14 @@ class Summary:
     share_beyond_reduction
         Share of the contact force's power at each site above the frequency to which the reduced rotor is accurate.
     touchdown
-        How the rotor fell onto its retainers; None for a run without gravity or without contact.
+        The fall of the rotor onto its retainers; None for a run without gravity or without contact.
     warnings
         A sentence for each kind of warning that a component gave: what, where, from when until when. And one if much of
         the contact force's power is beyond the reduction.
     notices
-        What components that replace others do without, and an end of the run that was rounded to whole steps.
+        Scenario settings that replacing components lack, and an end of the run rounded to whole steps.
+    verdict
+        Outcome of the run, in a word and a sentence, and the values that determine it. It is printed, and not in JSON.
     """
 
     scenario: str
@@ -138,69 +138,16 @@ class Summary:
     touchdown: Touchdown | None
     warnings: list[str]
     notices: list[str]
+    verdict: Verdict = field(metadata={KEY: None})
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the values under names that hold their units, ready for JSON."""
-        return {f.metadata.get(KEY, f.name): json_data(getattr(self, f.name)) for f in fields(self)}
+        """Return the values by names that include their units, ready for JSON."""
+        keys = {f.name: f.metadata.get(KEY, f.name) for f in fields(self)}
+        return {key: json_data(getattr(self, name)) for name, key in keys.items() if key is not None}
 
     def to_json(self) -> str:
         """Return `as_dict` as JSON text."""
         return json.dumps(self.as_dict(), indent=2, allow_nan=False) + "\n"
-
-    def _interval(self) -> str:
-        """Return in words between which events the shares of contact are taken."""
-        begin, end = (self.events.get(role) for role in ROLES)
-        if begin and end:
-            return f" between {begin} and {end}"
-        return f" after the {begin}" if begin else f" before the {end}" if end else ""
-
-    def table(self) -> Table:
-        """Return a table of the main values, to print."""
-        table = Table(title=self.scenario, show_header=False, title_justify="left")
-        sampled = ", of the samples" if any(self.peak_is_sampled.values()) else ""
-        band = "" if self.peak_band is None else f",\nmodes to {number(self.peak_band)} rad/s"
-        for label, values, unit in (
-            ("contact force averaged over 1 ms", self.averaged_contact_force, "N"),
-            (f"peak contact force{band}{sampled}", self.peak_contact_force, "N"),
-            ("peak impulse", self.peak_impulse, "N s"),
-            (f"orbit before the {self.events.get('disturbance')}", self.orbit_before, "mm"),
-            ("orbit at the end", self.orbit_after, "mm"),
-            ("largest orbit", self.orbit_largest, "mm"),
-            ("synchronous part before the change", self.settled_amplitude["before"], "mm"),
-            ("synchronous part at the end", self.settled_amplitude["end"], "mm"),
-        ):
-            if any(value is not None for value in values.values()):
-                table.add_row(label, _at_places(values, unit))
-        states = dict(zip(self.contact_states, self.contact_share.values(), strict=True))
-        sites = {site.upper(): share for site, share in self.site_share.items()}
-        shares = states if set(sites) <= set(states) else sites  # the states are those of the bearings alone
-        texts = [f"{name} {100 * share:.1f} %" for name, share in shares.items() if share]
-        if texts:
-            table.add_row(f"contact{self._interval()}", ", ".join(texts))
-        first, last = self.first_contact, self.last_contact
-        table.add_row("contact", "none" if first is None else f"from cycle {first:.4g} to {last:.4g}")
-        if self.recovery is not None:
-            table.add_row("outcome", self.recovery)
-        elif self.recovered is not None:
-            table.add_row("recovered", "yes" if self.recovered else "no")
-        if self.rolling_from is not None:
-            whirls = ", ".join(f"{at.upper()} {number(w)} rad/s" for at, w in self.whirl_speed.items())
-            table.add_row("rolling", f"from cycle {self.rolling_from:.4g}; mean whirl in the last cycle {whirls}")
-        if self.rolling_on_race_from is not None:
-            table.add_row("rolling on a turning race", f"from cycle {self.rolling_on_race_from:.4g}")
-        for label, text in _touchdown_rows(self.touchdown) if self.touchdown is not None else ():
-            table.add_row(label, text)
-        if self.energy is not None and self.energy_balance_of_heat is not None:
-            heat, share = energies.heat_of(self.energy), self.energy_balance_of_heat
-            text = f"{self.energy['balance']:.1g} J, {share:.1g} of the heat of {number(heat)} J"
-            table.add_row("error of the energy balance", text)
-        table.add_row("simulated", f"{self.simulated:.4g} s, {number(self.real_time_factor)} times real time")
-        if self.steps_by_method is not None:
-            ways = (f"{name.replace('_', ' ')} {100 * share:.3g} %" for name, share in self.steps_by_method.items())
-            table.add_row("steps of the rotor", ", ".join(ways))
-        if self.stopped is not None:
-            table.add_row("stopped", self.stopped)
-        return table
 
 
 def summarise(dataset: Signals) -> Summary:
@@ -209,6 +156,7 @@ def summarise(dataset: Signals) -> Summary:
     first, last = contact_history.contact_cycles(dataset)
     sites = contact_history.touchable(dataset)
     recovered, recovery = _recovery(dataset, first is not None)
+    fall = touchdown(dataset)
     return Summary(
         scenario=dataset.attrs["scenario"],
         flavour=dataset.attrs["flavour"],
@@ -244,9 +192,10 @@ def summarise(dataset: Signals) -> Summary:
         energy_balance=energies.relative_balance(dataset),
         energy_balance_of_heat=energies.balance_of_heat(dataset),
         share_beyond_reduction=share_beyond_reduction(dataset),
-        touchdown=touchdown(dataset),
+        touchdown=fall,
         warnings=[*sentences(warnings_of(dataset)), *warnings_beyond_reduction(dataset)],
         notices=json.loads(dataset.attrs.get("notices", "[]")),
+        verdict=verdict(dataset, fall),
     )
 
 
@@ -258,39 +207,3 @@ def _recovery(dataset: Signals, touched: bool) -> tuple[bool | None, contact_his
     if not dataset.attrs["completed"]:
         return None, None
     return (recovered if touched or recovery is not None else None), recovery
-
-
-def _at_places(values: AtPlaces, unit: str) -> str:
-    return ", ".join(f"{at.upper()} {number(value)} {unit}" for at, value in values.items())
-
-
-def _touchdown_rows(found: Touchdown) -> list[tuple[str, str]]:
-    """Return labels and texts of a touchdown, for a table."""
-    hits = (f"{hit.site.upper()} {number(hit.impulse)} N s after {number(hit.after)} s" for hit in found.first_impacts)
-    ends = (
-        ("the rotor lies still", found.rest_after),
-        ("it is free of contact", found.free_after),
-        ("it stands still", found.standstill_after),
-    )
-    return [
-        ("release", f"{number(found.release)} s from cycle 0"),
-        ("drop", ", ".join(f"{bearing.upper()} {number(mm)} mm" for bearing, mm in found.drop.items())),
-        ("first impacts", "\n".join(hits) or "-"),
-        *((f"in {site.upper()}", _of_retainer(retainer)) for site, retainer in found.retainers.items()),
-        ("at last", ", ".join(f"{what} after {number(time)} s" for what, time in ends if time is not None) or "moving"),
-    ]
-
-
-def _of_retainer(retainer: Retainer) -> str:
-    """Return what a retainer went through, in a few lines."""
-    whirl = "" if retainer.whirl_speed is None else f" whirl at {number(abs(retainer.whirl_speed))} rad/s"
-    lines = [
-        f"free {number(retainer.free)} s, sliding {number(retainer.sliding)} s, rolling {number(retainer.rolling)} s",
-        f"{'no whirl' if retainer.whirl in (None, 'none') else retainer.whirl}{whirl}",
-        f"impulse {number(retainer.impulse)} N s, heat {number(retainer.heat)} J",
-    ]
-    if retainer.temperature is not None:
-        lines[2] += f", up to {number(retainer.temperature)} K"
-    if retainer.race_spin_up is not None:
-        lines.append(f"race at speed {number(retainer.race_spin_up)} s after the first contact")
-    return "\n".join(lines)

@@ -1,6 +1,6 @@
-"""Touchdown: how a rotor falls onto its retainers, whirls and comes to rest there; from a data set alone.
+"""Touchdown: fall, whirl and rest of a rotor on its retainers; from a data set.
 
-Every value is None where the data set does not hold what it takes. Times count from the release.
+Every value is None if the data set lacks the required variables. Times start at the release.
 """
 
 from __future__ import annotations
@@ -10,7 +10,6 @@ from dataclasses import dataclass
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from amb_cosim.cosim.record.signals import Signals
 from amb_cosim.results.contact_forces import received_impulse
@@ -19,14 +18,15 @@ from amb_cosim.results.orbits import moving_places, path, path_at_rest, radius
 from amb_cosim.results.places import places
 from amb_cosim.results.power import amplifiers_off
 from amb_cosim.results.series import at_every_step, cycles, parameters, signal
+from array_types import Array, Bools
 
 SLIDING = 1
 N_IMPACTS = 5
 SPUN_UP = 0.95  # of a race's largest speed
-AT_REST = 0.05  # of the clearance: motion that is none
+AT_REST = 0.05  # of the clearance; smaller motion counts as rest
 STANDSTILL = 0.01  # of the speed at release
 LAST_PART = 0.1  # of the time from release on, in which the rotor must be at rest
-LEAST_IMPACT = 1e-6  # of all impulse on the sites: what is less is rounding of a contact that lasts
+LEAST_IMPACT = 1e-6  # of all impulse on the sites; less is rounding of a lasting contact
 
 Direction = Literal["forward", "backward", "none"]
 
@@ -42,7 +42,7 @@ class Impact:
 
 @dataclass(frozen=True)
 class Retainer:
-    """What a contact site went through.
+    """Loads and motion of a contact site.
 
     Attributes
     ----------
@@ -64,7 +64,7 @@ class Retainer:
         Time from the first contact until the race turns at 95 % of its largest speed (s); None if it does not turn, or
         if the rotor still slides on it.
     temperature
-        Largest temperature (K); None where the retainer has no heat capacity.
+        Largest temperature (K); None if the retainer has no heat capacity.
     """
 
     free: Annotated[float | None, "s"]
@@ -86,7 +86,7 @@ class Touchdown:
     Attributes
     ----------
     release
-        When the first amplifier goes off, or contact begins (s from cycle 0).
+        Time at which the first amplifier switches off, or contact begins (s from cycle 0).
     drop
         Largest fall at each bearing and at each retainer that is not in the plane of its bearing, along gravity and
         from where the rotor was at the release (mm).
@@ -95,7 +95,7 @@ class Touchdown:
     first_impacts
         The first five steps with impacts, of a millionth of all impulse on the sites or more.
     retainers
-        Each site that was touched.
+        Each touched site.
     rest_after
         Time after which the rotor lies in contact where it is at the end, within 5 % of the clearance (s).
     free_after
@@ -137,26 +137,26 @@ def touchdown(dataset: Signals) -> Touchdown | None:
     )
 
 
-def _release(dataset: Signals, contact: NDArray[np.bool_]) -> int:
+def _release(dataset: Signals, contact: Bools) -> int:
     """Return the first sample from cycle 0 on in which an amplifier is off or the rotor in contact."""
     released = np.any([contact, *amplifiers_off(dataset)], axis=0)
     return int(np.argmax(released & (cycles(dataset) >= 0.0)))
 
 
-def _after_release(dataset: Signals, name: str, start: int) -> NDArray[np.float64] | None:
+def _after_release(dataset: Signals, name: str, start: int) -> Array | None:
     """Return the samples of a variable of the plant from the release on."""
     values = signal(dataset, name)
     return None if values is None else np.asarray(values[start:], np.float64)
 
 
-def _times(dataset: Signals, start: int) -> NDArray[np.float64]:
+def _times(dataset: Signals, start: int) -> Array:
     """Return the times from the release on (s)."""
     times = dataset["time"].values[start:]
     return np.asarray(times - times[0], np.float64)
 
 
-def _steps(dataset: Signals, start: int) -> NDArray[np.float64]:
-    """Return the time (s) that each sample from the release on stands for: a sample is the end of its step."""
+def _steps(dataset: Signals, start: int) -> Array:
+    """Return the time step (s) of each sample from the release on; a sample is the end of its step."""
     return np.diff(_times(dataset, start), prepend=0.0)
 
 
@@ -165,8 +165,8 @@ def _is_touched(dataset: Signals, site: str, start: int) -> bool:
     return any(values is not None and bool((values > 0.0).any()) for values in result)
 
 
-def height(dataset: Signals, place: str) -> NDArray[np.float64] | None:
-    """Return how high (m) the rotor at a bearing or site is above the centre, against gravity, at each sample."""
+def height(dataset: Signals, place: str) -> Array | None:
+    """Return the height (m) of the rotor above the centre at a bearing or site, against gravity, at each sample."""
     values, seen = parameters(dataset), path_at_rest(dataset, place)
     if seen is None or "gravity_angle" not in values:
         return None
@@ -196,7 +196,7 @@ def _first_impacts(dataset: Signals, start: int) -> tuple[Impact, ...]:
 
 
 def _retainer(steps: Signals, at_step: int, dataset: Signals, start: int, site: str) -> Retainer:
-    """Return what a site went through, by all steps from `at_step` and all samples from `start` on."""
+    """Return the loads of a site, from all steps after `at_step` and all samples after `start`."""
     free, sliding, rolling = _mode_times(steps, site, at_step)
     direction, whirl_speed = _whirl(steps, site, at_step)
     values = parameters(dataset)
@@ -254,13 +254,13 @@ def _race_spin_up(dataset: Signals, site: str, start: int) -> float | None:
         return None
     times, speed = _times(dataset, start), np.abs(race)
     n = int(np.argmax(speed >= SPUN_UP * speed.max()))
-    if not (mode[n:] == ROLLING).any():  # a race that the rotor still slides on is not at its speed
+    if not (mode[n:] == ROLLING).any():  # a race on which the rotor still slides is not up to speed
         return None
     return float(times[n] - times[np.argmax(mode != FREE)])
 
 
-def _rest(dataset: Signals, start: int, given: Mapping[str, Any], contact: NDArray[np.bool_]) -> float | None:
-    """Return the time after which the rotor stays in all its retainers where it lies in the last part of the run.
+def _rest(dataset: Signals, start: int, parameters: Mapping[str, Any], contact: Bools) -> float | None:
+    """Return the time after which the rotor keeps its position in all retainers of the last part of the run.
 
     `contact` is that of each sample from the release on; a rotor without contact levitates.
     """
@@ -269,7 +269,7 @@ def _rest(dataset: Signals, start: int, given: Mapping[str, Any], contact: NDArr
         return None
     moving = np.zeros(len(last), bool)
     for site in retainers:
-        clearance, positions = given.get(f"{site}.clearance"), path(dataset, site)
+        clearance, positions = parameters.get(f"{site}.clearance"), path(dataset, site)
         if positions is None or clearance is None:
             return None
         for position in positions[:, start:]:
@@ -277,13 +277,13 @@ def _rest(dataset: Signals, start: int, given: Mapping[str, Any], contact: NDArr
     return None if moving[last].any() else _time_after(_times(dataset, start), moving)
 
 
-def _free(dataset: Signals, start: int, contact: NDArray[np.bool_]) -> float | None:
+def _free(dataset: Signals, start: int, contact: Bools) -> float | None:
     """Return the time of the last contact of a rotor that has none in the last part of the run."""
     return None if contact[_last_part(dataset, start)].any() else _time_after(_times(dataset, start), contact)
 
 
-def _last_part(dataset: Signals, start: int) -> NDArray[np.bool_]:
-    """Return which samples from the release on are in the last part of the run."""
+def _last_part(dataset: Signals, start: int) -> Bools:
+    """Return the samples from the release on that are in the last part of the run."""
     times = _times(dataset, start)
     return np.asarray(times >= (1.0 - LAST_PART) * times[-1])
 
@@ -296,6 +296,6 @@ def _standstill(dataset: Signals, start: int) -> float | None:
     return None if turning[-1] else _time_after(_times(dataset, start), turning)
 
 
-def _time_after(times: NDArray[np.float64], active: NDArray[np.bool_]) -> float:
-    """Return the time of the sample that follows the last active one; 0 without such."""
+def _time_after(times: Array, active: Bools) -> float:
+    """Return the time of the sample after the last active one; 0 if there is none."""
     return float(times[np.flatnonzero(active)[-1] + 1]) if active.any() else 0.0

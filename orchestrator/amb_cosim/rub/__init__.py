@@ -1,1 +1,1 @@
-"""Steady rub: states in which a rotor turns in contact, their stability, and what frees it."""
+"""Steady rub: synchronous states in contact, their stability, and the control forces that free a rotor."""

@@ -1,22 +1,22 @@
-"""Branches of states over speed, followed through their folds."""
+"""Branches of states over speed, continued through folds."""
 
 from __future__ import annotations
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from amb_cosim.controllers.laws import Array
 from amb_cosim.rub.trap_map import StatesOfSet
+from array_types import Array
 
-NEAR = 0.5  # distance of two states of one branch at neighbouring speeds, see `_distance`
-MEETS = 0.9  # the same of two branches that end at one speed, where they meet in a fold
+NEAR = 0.5  # largest distance of two states of one branch at neighbouring speeds, see `_distance`
+MEETS = 0.9  # the same for two branches that meet in a fold
 
 
 def branches(states: StatesOfSet, n_speeds: int) -> list[list[int]]:
-    """Return the states of one unbalance as branches, each a list of their numbers; two that meet in a fold are one.
+    """Return the states of one unbalance as branches, lists of state numbers; branches that meet in a fold are joined.
 
-    States of neighbouring speeds are paired so that the sum of their distances is least; branches that begin or end
-    between the same two speeds, close to each other, meet there.
+    States at neighbouring speeds are paired so that the sum of their distances is minimal. Branches that begin or end
+    close to each other between the same two speeds meet there.
     """
     at = [np.flatnonzero(states.speed == k) for k in range(n_speeds)]
     whole: list[list[int]] = []
@@ -35,7 +35,7 @@ def branches(states: StatesOfSet, n_speeds: int) -> list[list[int]]:
 
 
 def _distance(a: int, b: int, states: StatesOfSet) -> float:
-    """Return the largest change of a force, over it, or of an angle (rad)."""
+    """Return the largest relative change of a force, or change of an angle (rad)."""
     if not states.contact:
         return 0.0
     force = np.abs(np.log(states.N[a] / states.N[b])).max()
@@ -43,7 +43,7 @@ def _distance(a: int, b: int, states: StatesOfSet) -> float:
 
 
 def _matched(before: list[int], here: list[int], states: StatesOfSet) -> dict[int, int]:
-    """Return what each branch goes on with, by its place."""
+    """Return the continuation of each branch by its index."""
     if not before or not here:
         return {}
     cost: Array = np.array([[_distance(a, b, states) for b in here] for a in before])
@@ -52,7 +52,7 @@ def _matched(before: list[int], here: list[int], states: StatesOfSet) -> dict[in
 
 
 def _joined_ends(ended: list[list[int]], states: StatesOfSet) -> list[list[int]]:
-    """Return branches that end between the same two speeds, joined where two meet."""
+    """Join branches that end between the same two speeds where they meet."""
     left, result = list(ended), []
     while left:
         item = left.pop()
@@ -66,7 +66,7 @@ def _joined_ends(ended: list[list[int]], states: StatesOfSet) -> list[list[int]]
 
 
 def _joined_starts(whole: list[list[int]], states: StatesOfSet) -> list[list[int]]:
-    """Return branches joined where an end of one and an end of another are neighbours that begin at one speed."""
+    """Join branches whose ends are neighbours at the speed at which both begin."""
     result = list(whole)
     merged = True
     while merged:
@@ -84,8 +84,8 @@ def _joined_starts(whole: list[list[int]], states: StatesOfSet) -> list[list[int
     return result
 
 
-def _at_start(one: list[int], other: list[int], states: StatesOfSet) -> list[int] | None:
-    for a in (one, one[::-1]):
+def _at_start(first: list[int], other: list[int], states: StatesOfSet) -> list[int] | None:
+    for a in (first, first[::-1]):
         for b in (other, other[::-1]):
             begins = len(a) < 2 or states.speed[a[0]] < states.speed[a[1]]
             same = states.speed[a[0]] == states.speed[b[0]] and (len(b) < 2 or states.speed[b[0]] < states.speed[b[1]])

@@ -1,11 +1,11 @@
-"""The loop of a levitated rotor for forward motion, with forces where it may touch: complex, and half as large.
+"""The loop of a levitated rotor for forward motion with contact forces, in complex form of half the size.
 
-With z = x + i y of each pair of coordinates, a loop that is the same in all directions obeys one complex equation. Of
-the real matrix [[xx, xy], [yx, yy]] of a pair
+With z = x + i y of each pair of coordinates, an isotropic loop obeys one complex equation. For the real matrix [[xx,
+xy], [yx, yy]] of a pair
 
     forward  = ((xx + yy) + i (yx - xy))/2,      mixing  = ((xx - yy) + i (yx + xy))/2                (1)
 
-the first acts on z, the second on its conjugate; it vanishes in an isotropic loop, and is left out of others.
+the first acts on z, the second on its conjugate; it vanishes in an isotropic loop and is neglected in others.
 
     forces at sites F, unbalance ---> rotor, magnets, amplifiers ---> q at sites, readings y
                                          ^ currents held over a sample (x late)      |
@@ -22,15 +22,16 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import matrix_balance
 
-from amb_cosim.controllers.laws import Array, Law
+from amb_cosim.controllers.laws import Law
+from amb_cosim.linear.components import LinearComponent, connected, loop_of, within
 from amb_cosim.linear.linearisable import LinearSource
 from amb_cosim.linear.linearise import in_order
-from amb_cosim.linear.machine import rotor_part
-from amb_cosim.linear.parts import LinearPart, connected, loop_of, within
-from amb_cosim.results.places import ACTUATOR, PLANT
+from amb_cosim.linear.rotor_and_magnets import rotor_component
+from amb_cosim.results.component_names import ACTUATOR, PLANT
+from array_types import Array
 from rotor_contact.structure import structure_of
 
-Complex = NDArray[np.complexfloating[Any, Any]]
+Complex = NDArray[np.complexfloating[Any, Any]]  # numpy types products of real and complex arrays so
 Pair = tuple[str, str]
 
 
@@ -51,18 +52,18 @@ class ForwardLoop:
     Omega
         Spin speed (rad/s).
     plant
-        Continuous. Inputs are forces at the sites, forces where unbalance can be, and currents that arrive; outputs
+        Continuous. Inputs: forces at the sites, forces at the places of unbalance, and delayed currents. Outputs:
         displacements at the sites, and readings.
     controller
-        Sampled, currents over readings; None without one.
+        Sampled, from readings to currents; None without a controller.
     sample_time
         T (s); None without a controller.
     late
-        Share of a sample by which each current arrives late, shape (n_currents,).
+        Delay of each current as a fraction of a sample, shape (n_currents,).
     sites, unbalances, currents
-        Names of places; of currents, of the bearings.
+        Names of sites, of places of unbalance, and of the bearings.
     notes
-        What the linear model leaves out, in sentences.
+        Effects that the linear model neglects, in sentences.
     """
 
     Omega: float
@@ -77,7 +78,7 @@ class ForwardLoop:
 
     @property
     def columns(self) -> tuple[slice, slice, slice]:
-        """Columns of the plant: sites, unbalances, currents."""
+        """Input columns of the plant: sites, unbalances, currents."""
         m, d, b = len(self.sites), len(self.unbalances), len(self.currents)
         return slice(0, m), slice(m, m + d), slice(m + d, m + d + b)
 
@@ -98,7 +99,7 @@ def forward_loop(made: LinearSource, Omega: float, sites: Sequence[str]) -> Forw
     available = [site["name"] for site in layout["sites"]]
     missing = [site for site in sites if site not in available]
     if missing:
-        raise ValueError(f"there is no site {missing[0]!r}; the sites are {', '.join(available)}")
+        raise ValueError(f"no site {missing[0]!r}; the sites are {', '.join(available)}")
     parts, feeds = _parts(at, names)
     continuous = [part for part in parts if part.law.sample_time is None]
     discrete = [part for part in parts if part.law.sample_time is not None]
@@ -129,10 +130,10 @@ def forward_loop(made: LinearSource, Omega: float, sites: Sequence[str]) -> Forw
 def loop_on_springs(
     made: LinearSource, Omega: float, sites: Sequence[str], bearings: Mapping[str, tuple[float, float]]
 ) -> ForwardLoop:
-    """Return the loop of a rotor on bearings that are springs (N/m) and dampers (N s/m), in place of its control."""
+    """Return the loop of a rotor whose control is replaced by springs (N/m) and dampers (N s/m)."""
     layout, constants = made.layout(PLANT), made.constants(PLANT)
     passive = {f"{b}.{name}_b": value for b, pair in bearings.items() for name, value in zip("kc", pair, strict=True)}
-    rotor = rotor_part(PLANT, layout, constants, {**made.parameters(PLANT), **passive}, Omega)
+    rotor = rotor_component(PLANT, layout, constants, {**made.parameters(PLANT), **passive}, Omega)
     places = [*layout["discs"], *layout["bearings"]]
     pairs = [contact_pair(site) for site in sites] + [_pair(PLANT, f"{place}.f_{{}}") for place in places]
     displayed = [_pair(PLANT, f"{site}.{{}}") for site in sites]
@@ -140,8 +141,8 @@ def loop_on_springs(
     return ForwardLoop(Omega, plant, None, None, np.zeros(0), tuple(sites), tuple(places), (), rotor.notes)
 
 
-def with_contact_forces(part: LinearPart, layout: Mapping[str, Any], constants: Array) -> LinearPart:
-    """Return the part of a rotor with inputs for forces (N) at its sites too."""
+def with_contact_forces(part: LinearComponent, layout: Mapping[str, Any], constants: Array) -> LinearComponent:
+    """Return the part of a rotor, with additional inputs for forces (N) at its sites."""
     s = structure_of(constants)
     n = len(s.K)
     rows = [int(row) + k for row in s.sites for k in (0, 1)]
@@ -149,7 +150,7 @@ def with_contact_forces(part: LinearPart, layout: Mapping[str, Any], constants: 
     law = part.law
     B, D = np.hstack([law.B, force]), np.hstack([law.D, np.zeros((len(law.D), len(rows)))])
     inputs = (*part.inputs, *flat([contact_pair(site["name"]) for site in layout["sites"]]))
-    return LinearPart(Law(law.A, B, law.C, D), inputs, part.outputs, notes=part.notes)
+    return LinearComponent(Law(law.A, B, law.C, D), inputs, part.outputs, notes=part.notes)
 
 
 def contact_pair(site: str) -> Pair:
@@ -162,12 +163,12 @@ def _pair(component: str, variable: str) -> Pair:
 
 
 def flat(pairs: Sequence[Pair]) -> list[str]:
-    """Return the names of all pairs, x before y."""
+    """Return the names of all x-y pairs, x first."""
     return [name for pair in pairs for name in pair]
 
 
 def _demands(made: LinearSource) -> list[Pair]:
-    """Return the demanded currents of the bearings; without an actuator, the forces on the rotor."""
+    """Return the names of the demanded bearing currents or, without an actuator, of the forces on the rotor."""
     if ACTUATOR in made.assembly.interfaces:
         return [_pair(ACTUATOR, f"{b}.i_{{}}") for b in made.layout(ACTUATOR)["bearings"]]
     return [_pair(PLANT, f"{b}.f_{{}}") for b in made.layout(PLANT)["bearings"]]
@@ -179,19 +180,19 @@ def _reading_pairs(layout: Mapping[str, Any], bearings: Sequence[str], sites: Se
     return list(dict.fromkeys(pairs))
 
 
-def _parts(made: LinearSource, names: Sequence[str]) -> tuple[list[LinearPart], dict[str, str]]:
-    """Return the parts of a run, the rotor's with forces at its sites, and what feeds them."""
+def _parts(made: LinearSource, names: Sequence[str]) -> tuple[list[LinearComponent], dict[str, str]]:
+    """Return the parts of a run, the rotor with forces at its sites, and their connections."""
     layout, constants = made.layout(PLANT), made.constants(PLANT)
-    rotor = rotor_part(PLANT, layout, constants, made.parameters(PLANT), made.point["Omega"])
+    rotor = rotor_component(PLANT, layout, constants, made.parameters(PLANT), made.point["Omega"])
     others = {name: made.parts([name])[0] for name in names if name != PLANT}
     parts = [others.get(name, with_contact_forces(rotor, layout, constants)) for name in names]
     return in_order(parts, made.feeds(names), names)
 
 
 def mixing(made: LinearSource, Omega: float, sites: Sequence[str]) -> float:
-    """Return how far from isotropic a loop is: backward over forward receptance at the sites, the largest share (1).
+    """Return the anisotropy of a loop: the largest ratio (1) of backward to forward receptance at the sites.
 
-    0 where the loop is the same in all directions, so that a synchronous state is a circle.
+    It is 0 in an isotropic loop, where synchronous orbits are circles.
     """
     at, names = made.at(Omega), [component.name for component in made.assembly.system.components]
     whole = loop_of(*_parts(at, names))
@@ -203,7 +204,7 @@ def mixing(made: LinearSource, Omega: float, sites: Sequence[str]) -> float:
 
 
 def _forward(law: Law) -> ComplexLaw:
-    """Return (1) of a law whose states, inputs and outputs are x and y in turn."""
+    """Return the forward part (1) of a law whose states, inputs and outputs alternate between x and y."""
     return ComplexLaw(*(_split(matrix)[0] for matrix in (law.A, law.B, law.C, law.D)))
 
 
@@ -213,14 +214,14 @@ def _split(matrix: NDArray[Any]) -> tuple[Complex, Complex]:
 
 
 def _forward_control(
-    control: LinearPart, read: Sequence[Pair], demanded: Sequence[Pair], feeds: dict[str, str]
+    control: LinearComponent, read: Sequence[Pair], demanded: Sequence[Pair], feeds: dict[str, str]
 ) -> ComplexLaw:
-    """Return a controller for forward motion, with the states that it needs for that.
+    """Return a minimal realisation of a controller for forward motion.
 
-    Of y = w (1, -i) and u = (1, i) . (u_x, u_y)/2 the response is (1) of the real one, whatever its states are.
+    With y = w (1, -i) and u = (1, i) . (u_x, u_y)/2 the response is (1) of the real controller in any state basis.
     """
     law, row = control.law, {name: k for k, name in enumerate(control.outputs)}
-    S = np.zeros((len(control.inputs), 2 * len(read)))  # inputs over readings
+    S = np.zeros((len(control.inputs), 2 * len(read)))  # currents over readings
     at = {name: k for k, name in enumerate(flat(read))}
     for k, name in enumerate(control.inputs):
         if feeds.get(name) in at:
@@ -238,10 +239,10 @@ def _forward_control(
 
 
 def minimal(law: ComplexLaw, tolerance: float = 1e-10) -> ComplexLaw:
-    """Return the law of the states that its inputs reach and its outputs show, by the staircase algorithm.
+    """Return the controllable and observable part of a law, by the staircase algorithm.
 
-    P. van Dooren, IEEE Trans. Automatic Control 26 (1981) 111-129. States are balanced first: those of a delayed
-    controller are readings (m) and currents (A), a million times apart.
+    P. van Dooren, IEEE Trans. Automatic Control 26 (1981) 111-129. States are balanced first: a delayed controller
+    holds readings (m) and currents (A), which differ by a factor of 1e6.
     """
     law = _balanced(law)
     reached = _reachable(law.A, law.B, tolerance)
@@ -251,7 +252,7 @@ def minimal(law: ComplexLaw, tolerance: float = 1e-10) -> ComplexLaw:
 
 
 def _balanced(law: ComplexLaw) -> ComplexLaw:
-    """Return a law with its states in units in which what goes into each and what comes out of it are alike."""
+    """Return a law with states scaled so that the input and output gains of each are equal."""
     n, (rows, columns) = len(law.A), law.D.shape
     whole = np.block([[np.abs(law.A), np.abs(law.B)], [np.abs(law.C), np.zeros((rows, columns))]])
     square = np.zeros((max(whole.shape),) * 2)
@@ -261,7 +262,7 @@ def _balanced(law: ComplexLaw) -> ComplexLaw:
 
 
 def _reachable(A: Complex, B: Complex, tolerance: float) -> Complex:
-    """Return an orthonormal basis of the states that inputs reach, shape (n, r)."""
+    """Return an orthonormal basis of the controllable states, shape (n, r)."""
     n = len(A)
     basis = np.zeros((n, 0), dtype=complex)
     if not n or not B.size:

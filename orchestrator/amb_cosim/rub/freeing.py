@@ -1,13 +1,13 @@
-"""The smallest synchronous control force that frees a rotor which may stay in contact.
+"""The smallest synchronous control force that frees a trapped rotor.
 
-Currents I, injected beside the controller's, move the orbit without contact to r = r_0 + S I. A state of one site in
-contact exists only where |r| is at least (`synchronous_states`, the discriminant of its quadratic)
+Currents I, added to the controller's, move the contact-free orbit to r = r_0 + S I. A state with one site in contact
+exists only if |r| is at least (`synchronous_states`, the discriminant of its quadratic)
 
     b = c |sin arg rho| if Re rho < 0,   b = c otherwise                                              (1)
 
-so |r_k + S_k I| <= s b_k at all sites, with s = 1, leaves none of these; states of several sites are looked for, and s
-is lowered until there is none. What is then left is the orbit without contact. Of all such currents those are returned
-whose largest is the smallest: a convex problem,
+so |r_k + S_k I| <= s b_k at all sites, with s = 1, excludes these. States of several sites are computed, and s is
+lowered until none exists; then only the contact-free orbit remains. Of all such currents, those with the smallest
+maximum are returned, a convex problem:
 
     minimise t,  |I_b| <= t,  |r_k + S_k I| <= s b_k                                                  (2)
 """
@@ -20,25 +20,25 @@ from typing import Annotated
 import numpy as np
 from scipy.optimize import minimize
 
-from amb_cosim.controllers.laws import Array
 from amb_cosim.rub.forward_loop import Complex
 from amb_cosim.rub.rubbing_rotor import RubbingRotor
 from amb_cosim.rub.synchronous_states import all_sets, states_of
+from array_types import Array
 
-HALVINGS = 8  # of the interval that holds s
-MARGIN = 1e-6  # share by which orbits are kept off the limit
+HALVINGS = 8  # width of the interval of s
+MARGIN = 1e-6  # relative margin of orbits to the limit
 
 
 @dataclass(frozen=True, eq=False)
 class Freeing:
-    """Currents that leave no state in contact.
+    """Currents that exclude all states in contact.
 
     injected
         Complex current added at each bearing, in the rotating frame (A).
     demanded
-        What is then demanded there, with the feedback's share, while the rotor turns free (A).
+        Total demanded current there, feedback included, during contact-free rotation (A).
     share
-        s of (2): how much smaller orbits are kept for states of several sites.
+        s of (2): reduction of the orbits that excludes states of several sites.
     """
 
     injected: dict[str, complex]
@@ -52,20 +52,20 @@ class Freeing:
 
 
 def smallest_freeing(rotor: RubbingRotor, Omega: float) -> Freeing | None:
-    """Return the smallest injected currents that free a rotor at a speed (rad/s); None where no currents do.
+    """Return the smallest injected currents that free a rotor at a speed (rad/s); None if none do.
 
-    Currents of zero where it has no state in contact and turns free by itself.
+    They are zero if the rotor has no state in contact and a stable contact-free orbit.
     """
     n = len(rotor.loop(Omega).currents)
     if _is_free(rotor, Omega, np.zeros(n, dtype=complex)):
-        return _told(rotor, Omega, np.zeros(n, dtype=complex), 1.0)
+        return _freeing(rotor, Omega, np.zeros(n, dtype=complex), 1.0)
     return _smallest(rotor, Omega, np.eye(n, dtype=complex), np.zeros(n, dtype=complex)) if n else None
 
 
 def smallest_demand(rotor: RubbingRotor, Omega: float, allowed: Array) -> Freeing | None:
-    """Return the injected currents with which the largest demanded one, over what is allowed (A), is smallest.
+    """Return the injected currents that minimise the largest ratio of demanded to allowed current (A).
 
-    What is demanded of a bearing is what the feedback asks for and what is injected, i = i_0 + S_i I.
+    The demanded current is the sum of the feedback's and the injected current, i = i_0 + S_i I.
     """
     at = rotor.receptances(Omega)
     if not len(allowed) or (allowed <= 0.0).any():
@@ -76,7 +76,7 @@ def smallest_demand(rotor: RubbingRotor, Omega: float, allowed: Array) -> Freein
 
 
 def _smallest(rotor: RubbingRotor, Omega: float, turned: Complex, offset: Complex) -> Freeing | None:
-    """Return the currents I = turned J + offset that free, of the J whose largest is smallest (2)."""
+    """Return the freeing currents I = turned J + offset with the smallest largest component of J (2)."""
     at, mu = rotor.receptances(Omega), rotor.mu(Omega)
     r = at.P @ rotor.unbalance * Omega**2 + at.S @ offset
     limits = trap_limits(at.R, mu, rotor.c) * (1.0 - MARGIN)
@@ -87,7 +87,7 @@ def _smallest(rotor: RubbingRotor, Omega: float, turned: Complex, offset: Comple
 
     best = with_share(1.0)
     if best is not None and _is_free(rotor, Omega, best):
-        return _told(rotor, Omega, best, 1.0)
+        return _freeing(rotor, Omega, best, 1.0)
     low, high, result = 0.0, 1.0, None
     for _ in range(HALVINGS):
         share = 0.5 * (low + high)
@@ -96,12 +96,12 @@ def _smallest(rotor: RubbingRotor, Omega: float, turned: Complex, offset: Comple
             high = share
         else:
             low = share
-            result = result if currents is None else _told(rotor, Omega, currents, share)
+            result = result if currents is None else _freeing(rotor, Omega, currents, share)
     return result
 
 
 def _is_free(rotor: RubbingRotor, Omega: float, added: Complex) -> bool:
-    """Return whether injected currents leave the orbit without contact alone."""
+    """Return whether, with injected currents, the contact-free orbit is the only state."""
     at, mu = rotor.receptances(Omega), rotor.mu(Omega)
     r = (at.P @ rotor.unbalance * Omega**2 + at.S @ added)[None]
     sets = all_sets(len(rotor.sites))
@@ -109,7 +109,7 @@ def _is_free(rotor: RubbingRotor, Omega: float, added: Complex) -> bool:
     return free and not any(len(states_of(s, at.R, mu, rotor.c, r).points) for s in sets[1:])
 
 
-def _told(rotor: RubbingRotor, Omega: float, added: Complex, share: float) -> Freeing:
+def _freeing(rotor: RubbingRotor, Omega: float, added: Complex, share: float) -> Freeing:
     at, names = rotor.receptances(Omega), rotor.loop(Omega).currents
     demanded = at.currents[1] @ rotor.unbalance * Omega**2 + at.currents[2] @ added
     injected, whole = (dict(zip(names, map(complex, values), strict=True)) for values in (added, demanded))
@@ -117,13 +117,13 @@ def _told(rotor: RubbingRotor, Omega: float, added: Complex, share: float) -> Fr
 
 
 def trap_limits(R: Complex, mu: Array, c: Array) -> Array:
-    """Return the orbit (m) of each site below which it has no state in contact by itself (1)."""
+    """Return the orbit (m) of each site below which it has no state in contact alone (1)."""
     rho = np.diagonal(R) * (1.0 + 1j * mu)
     return np.where(rho.real < 0.0, c * np.abs(rho.imag) / np.abs(rho), c)
 
 
 def _smallest_currents(r: Complex, S: Complex, limits: Array) -> Complex | None:
-    """Return the currents of (2) by sequential quadratic programming, scaled; None where there are none."""
+    """Return the currents of (2) by sequential quadratic programming, scaled; None if infeasible."""
     b = S.shape[1]
     start = -np.linalg.lstsq(S, r, rcond=None)[0]
     if (np.abs(r + S @ start) > limits).any():

@@ -1,14 +1,15 @@
-"""All complex solutions of the equations of three and more sites in contact, each at the end of a path.
+"""All complex solutions of the equations of three or more sites in contact, by homotopy continuation.
 
     conj(p_j) (s_j - sum_k e_jk p_k)  real,  |p_j| = 1
 
-With P for conj(p) these are 2 m equations that are linear in p and linear in P,
+With P for conj(p) these are 2 m equations, linear in p and linear in P:
 
     P_j (s_j - e_j p) - p_j (conj(s_j) - conj(e_j) P) = 0,      p_j P_j - 1 = 0                      (1)
 
 A start system of products l_i(p) l'_i(P) of random linear forms has C(2 m, m) solutions: m of the forms in p vanish,
-and those in P of the other equations. Along (1 - t) gamma start + t target each leads to one of (1); for almost all
-gamma no paths meet (A. J. Sommese and C. W. Wampler, The Numerical Solution of Systems of Polynomials, 2005, ch. 8).
+and the forms in P of the other equations. Along (1 - t) gamma start + t target each path ends at a solution of (1); for
+almost all gamma no paths meet (A. J. Sommese and C. W. Wampler, The Numerical Solution of Systems of Polynomials, 2005,
+ch. 8).
 """
 
 from __future__ import annotations
@@ -22,13 +23,13 @@ from amb_cosim.rub.forward_loop import Complex
 
 GAMMA = np.exp(2.1j)
 FIRST_STEP, LEAST_STEP, LARGEST_STEP = 0.05, 1e-8, 0.1
-TOLERANCE = 1e-8  # step of Newton's method at which a point is on its path
-FAR = 1e6  # size of a solution that goes to infinity
-AT_A_TIME = 40000  # paths that are followed together
+TOLERANCE = 1e-8  # Newton step below which a point counts as on its path
+FAR = 1e6  # size of a diverging solution
+AT_A_TIME = 40000  # paths followed at once
 
 
 def solve_by_paths(e: Complex, s: Complex) -> Complex:
-    """Return p of all solutions of (1) at points, shape (n, C(2 m, m), m); 0 where a path goes to infinity.
+    """Return p of all solutions of (1) at points, shape (n, C(2 m, m), m); 0 where a path diverges.
 
     Parameters
     ----------
@@ -90,7 +91,7 @@ def _start_system(z: Complex, forms: tuple[Complex, Complex]) -> tuple[Complex, 
 
 
 def _followed(z: Complex, e: Complex, s: Complex, forms: tuple[Complex, Complex]) -> Complex:
-    """Return the ends of paths, shape (n, 2 m), by Euler steps that Newton's method corrects; 0 where one is lost."""
+    """Return the ends of paths, shape (n, 2 m), by Euler steps with Newton corrections; 0 where a path is lost."""
     t, h = np.zeros(len(z)), np.full(len(z), FIRST_STEP)
     active = np.arange(len(z))
     while len(active):

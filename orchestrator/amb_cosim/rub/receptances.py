@@ -1,7 +1,6 @@
-"""What moves a rotor under control synchronously: complex receptances of its sampled loop.
+"""Synchronous response of a levitated rotor: complex receptances of its sampled loop.
 
-Forces F exp(i Omega t) at the sites, unbalance u at places, and currents I injected where demands arrive give, in the
-rotating frame,
+Forces F exp(i Omega t) at the sites, unbalance u, and currents I injected at the bearings give, in the rotating frame,
 
     q = R F + P u Omega^2 + S I,      i = R_i F + P_i u Omega^2 + S_i I                               (1)
 
@@ -10,8 +9,8 @@ y = G_y F + H_y i exactly, with z = exp(i Omega T), and the held current moves t
 
     H_q = G_q(i Omega) exp(-i Omega f T) (1 - exp(-i Omega T))/(i Omega T)                            (2)
 
-f being the share of a sample by which it is late. What the steps of the current leave, at Omega plus multiples of the
-sampling frequency, changes a contact force within a sample, and not its mean.
+with the delay f as a fraction of a sample. The harmonics of the held current, at Omega plus multiples of the sampling
+frequency, change a contact force within a sample but not its mean.
 """
 
 from __future__ import annotations
@@ -20,7 +19,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from amb_cosim.linear.parts import zoh
+from amb_cosim.linear.components import zoh
 from amb_cosim.rub.forward_loop import Complex, ComplexLaw, ForwardLoop
 
 
@@ -31,12 +30,12 @@ class Receptances:
     Omega
         Spin speed (rad/s).
     R, P, S
-        Displacements at m sites over forces (m/N), over unbalance forces at d places (m/N), over injected currents at b
+        Displacements at m sites per force (m/N), per unbalance force at d places (m/N), per injected current at b
         bearings (m/A): shapes (m, m), (m, d), (m, b).
     readings
-        The same of what is read, r pairs of sensors: shapes (r, m), (r, d), (r, b).
+        The same for the readings of r pairs of sensors: shapes (r, m), (r, d), (r, b).
     currents
-        The same of the demanded currents (A/N, A/N, 1).
+        The same for the demanded currents (A/N, A/N, 1).
     """
 
     Omega: float
@@ -48,18 +47,18 @@ class Receptances:
 
 
 def receptances(loop: ForwardLoop) -> Receptances:
-    """Return the receptances of a loop at its own speed.
+    """Return the receptances of a loop at its spin speed.
 
     Raises
     ------
     ValueError
-        If it stands still.
+        If the speed is zero.
     """
     return receptances_at(loop, loop.Omega)
 
 
 def receptances_at(loop: ForwardLoop, omega: float) -> Receptances:
-    """Return the receptances of a loop at a whirl frequency (rad/s), negative of a backward whirl.
+    """Return the receptances of a loop at a whirl frequency (rad/s), which is negative for backward whirl.
 
     Raises
     ------
@@ -91,7 +90,7 @@ def receptances_at(loop: ForwardLoop, omega: float) -> Receptances:
 
 
 def sampled_response(loop: ForwardLoop, z: complex) -> Complex:
-    """Return samples of all outputs of the plant over its held currents, shape (n_outputs, n_currents)."""
+    """Return the sampled response of all plant outputs to held currents, shape (n_outputs, n_currents)."""
     A, C, D = loop.plant.A, loop.plant.C, loop.plant.D
     columns = loop.columns[2]
     Phi, old, new = held_steps(loop)

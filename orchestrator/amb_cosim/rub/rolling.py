@@ -1,11 +1,11 @@
-"""Rolling: journals that whirl backward in their rings without slip, and the least friction that this takes.
+"""Rolling: backward whirl of journals without slip, and the friction that it requires.
 
     omega = -Omega R_s/c,    N_j (1 + i t_j) = -conj(p_j) sum_k E_jk c_k p_k,    |t_j| <= mu_j        (1)
 
-with E = R(omega)^-1 of the sites that roll, p_j = exp(i psi_j), and no unbalance. Only sites with one R_s/c roll
-together; the angles between them are then free, since all turn at one speed: N swings about -c_j Re E_jj over them.
-Whether a rotor gets there is another matter: friction drives a backward whirl on that is faster than those of `whirl`
-which do not last.
+with E = R(omega)^-1 of the rolling sites, p_j = exp(i psi_j), and no unbalance. Only sites with equal R_s/c roll
+together. The angles between them are then free, and N varies about -c_j Re E_jj with them. The equations do not decide
+whether a rotor reaches this state: friction accelerates a backward whirl that is faster than the unstable ones of
+`whirl`.
 """
 
 from __future__ import annotations
@@ -16,26 +16,26 @@ from typing import Annotated
 
 import numpy as np
 
-from amb_cosim.results.places import PLANT
+from amb_cosim.results.component_names import PLANT
 from amb_cosim.rub.receptances import receptances_at
 from amb_cosim.rub.rubbing_rotor import RubbingRotor
 
 ANGLES = np.linspace(0.0, 2.0 * np.pi, 36, endpoint=False)  # between two sites
-SAME = 1e-9  # difference of R_s/c, over it, of sites that roll together
+SAME = 1e-9  # largest relative difference of R_s/c of sites that roll together
 
 
 @dataclass(frozen=True, eq=False)
 class Rolling:
-    """Sites that roll.
+    """Rolling sites.
 
     contact
-        One site or two.
+        A site or two.
     frequency
         Whirl frequency (rad/s), negative.
     N, swing
-        Normal force at each of them (N), in the mean over the angle between them, and how far it is from that.
+        Normal force at each (N): its mean over the angle between the sites, and the largest deviation from it.
     friction
-        Least coefficient that keeps all of them from slipping at any such angle.
+        Smallest coefficient without slip at any site and angle.
     """
 
     contact: tuple[str, ...]
@@ -46,7 +46,7 @@ class Rolling:
 
 
 def rolling(rotor: RubbingRotor, Omega: float) -> list[Rolling]:
-    """Return how single sites and pairs can roll (1) at a spin speed (rad/s), whatever their friction is."""
+    """Return the rolling states (1) of single sites and pairs at a spin speed (rad/s), for any friction."""
     p = rotor.linear_components.parameters(PLANT)
     ratio = np.array([p[f"{site}.journal_radius"] for site in rotor.sites]) / rotor.c
     result = []

@@ -1,4 +1,4 @@
-"""What a steady rub needs of a run: its loop, where the rotor may touch, friction, and unbalance."""
+"""Data of a run for a steady rub: its loop, contact sites, friction and unbalance."""
 
 from __future__ import annotations
 
@@ -7,35 +7,35 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from amb_cosim.controllers.laws import Array
 from amb_cosim.linear.linearisable import LinearSource, of_prepared
-from amb_cosim.results.places import CONTROLLER, PLANT
+from amb_cosim.results.component_names import CONTROLLER, PLANT
 from amb_cosim.rub.forward_loop import Complex, ForwardLoop, forward_loop, mixing
 from amb_cosim.rub.receptances import Receptances, receptances
 from amb_cosim.scenario.simulation import PlannedRun
+from array_types import Array
 from rotor_contact.enumerations import CONSTRAINT, LAWS
 
-ISOTROPIC = 0.01  # share of backward motion from which a loop is said to be other than the same in all directions
+ISOTROPIC = 0.01  # ratio of backward to forward motion above which a loop is reported as anisotropic
 
 
 @dataclass(frozen=True, eq=False)
 class RubbingRotor:
-    """A rotor in its control loop, with sites where it may touch.
+    """A rotor in its control loop, with contact sites.
 
     made
-        What the linear model is made from.
+        The source of the linear model.
     Omega
         Spin speed of the run (rad/s).
     sites
-        Names of the sites that are enabled.
+        Names of the enabled sites.
     c
         Their clearances (m), shape (n_sites,).
     unbalance
-        Complex unbalance (kg m) at each place where there can be one, at the end of the run, shape (n_places,).
+        Complex unbalance (kg m) at each place at the end of the run, shape (n_places,).
     places
         Names of these.
     notes
-        What holds only nearly, in sentences.
+        Approximations, in sentences.
     """
 
     linear_components: LinearSource
@@ -61,7 +61,8 @@ class RubbingRotor:
         return self._receptances[Omega]
 
     def mu(self, Omega: float) -> Array:
-        """Return the friction of a journal that turns and whirls with Omega (rad/s), by the law of `rotor_contact`.
+        """Return the friction coefficient of a journal in synchronous whirl at Omega (rad/s), by the law of
+        `rotor_contact`.
 
         mu + (mu_s - mu) exp(-(v/v_S)^2), v = Omega (R_s + c) (`rotor_contact.friction`)
         """
@@ -76,18 +77,18 @@ class RubbingRotor:
         return result
 
     def with_unbalance(self, unbalance: Complex) -> RubbingRotor:
-        """Return the same with another unbalance (kg m) at each place."""
+        """Return a copy with another unbalance (kg m) at each place."""
         values = (self.linear_components, self.Omega, self.sites, self.c, unbalance, self.places, self.notes)
         return RubbingRotor(*values, self._loops, self._receptances)
 
 
 def rubbing_rotor(prepared: PlannedRun) -> RubbingRotor:
-    """Return the rotor of a prepared run, with the unbalance that it has at the end.
+    """Return the rotor of a prepared run, with its final unbalance.
 
     Raises
     ------
     ValueError
-        If the run has no rotor of ours, or it can touch nowhere.
+        If the run has no `rotor_contact`, or none of its sites is enabled.
     """
     made = of_prepared(prepared)
     present = [component.name for component in prepared.assembly.system.components]
@@ -96,7 +97,7 @@ def rubbing_rotor(prepared: PlannedRun) -> RubbingRotor:
     p, layout = made.parameters(PLANT), made.layout(PLANT)
     sites = tuple(site["name"] for site in layout["sites"] if p[f"{site['name']}.enabled"])
     if not sites:
-        raise ValueError(f"scenario {prepared.name} has no site that is enabled; a rub needs one")
+        raise ValueError(f"scenario {prepared.name} has no enabled site; a rub needs one")
     places = (*layout["discs"], *layout["bearings"])
     last = {**prepared.plan.inputs, **{name: value for _, name, value in prepared.plan.events}}
     amounts = np.array([last.get(f"{PLANT}.{place}.u", 0.0) for place in places])
@@ -110,28 +111,26 @@ def _notes(p: Mapping[str, float], sites: tuple[str, ...]) -> tuple[str, ...]:
     result = []
     for site in sites:
         if p[f"{site}.law"] != CONSTRAINT:
-            result.append(f"{site} counts as rigid; its law is {LAWS[int(p[f'{site}.law'])]}")
+            result.append(f"{site} is taken as rigid; its law is {LAWS[int(p[f'{site}.law'])]}")
         if p[f"{site}.housing_mass"] > 0.0:
-            result.append(f"{site} counts as fixed; its housing moves")
+            result.append(f"{site} is taken as fixed; its housing moves")
         if p[f"{site}.race_inertia"] > 0.0:
-            result.append(f"the race of {site} counts as standing")
+            result.append(f"the race of {site} is taken as non-rotating")
         if p[f"{site}.offset_x"] != 0.0 or p[f"{site}.offset_y"] != 0.0:
             result.append(
-                f"{site} counts as centred; it is {p[f'{site}.offset_x']:g}, {p[f'{site}.offset_y']:g} m away"
+                f"{site} is taken as centred; it is offset by {p[f'{site}.offset_x']:g}, {p[f'{site}.offset_y']:g} m"
             )
     if p["spin.free"]:
-        result.append("the spin counts as held; friction brakes it in the run")
+        result.append("the spin speed is taken as constant; in the run, friction brakes it")
     if p["gravity"] != 0.0:
-        result.append("weight is not in it: the rotor counts as centred while it turns")
+        result.append("weight is neglected: the rotor is taken as centred")
     return tuple(result)
 
 
 def _other_notes(inputs: Mapping[str, float], share: float) -> tuple[str, ...]:
     result = []
     if share > ISOTROPIC:
-        result.append(
-            f"the loop is not the same in all directions: {share:.1%} of the motion is backward, and left out"
-        )
+        result.append(f"the loop is anisotropic: {share:.1%} of the motion is backward, and neglected")
     if inputs.get(f"{CONTROLLER}.rolac_enable"):
-        result.append("states are those of the feedback alone; what synchronous control does to them is told apart")
+        result.append("states are those of the feedback alone; the effect of synchronous control is listed separately")
     return tuple(result)

@@ -1,14 +1,14 @@
-"""Small motion about a synchronous state: the linear dynamics in the rotating frame, with the constraints held.
+"""Small motion about a synchronous state: linear dynamics in the rotating frame under the contact constraints.
 
 In axes that turn with the rotor, along n and t of each site, a small motion (a, b) of a journal in contact changes its
-force -N (1 + i mu) exp(i psi) to first order. The constraint holds a = 0; with lambda for the change of N and what
-friction adds,
+force -N (1 + i mu) exp(i psi) to first order. The constraint requires a = 0. With lambda for the change of N, and
+friction,
 
     f_n = -lambda,     f_t = -mu lambda - (1 + mu^2) (N/c) b                                         (1)
 
 so that N on its circle is a spring of stiffness N/c, and lambda follows from a'' = 0. Motion is x' = (A - i Omega) x;
-currents that stand still over a sample turn with -i Omega. A sample of rotor and control makes x(n+1) = M x(n), and
-s = ln(z)/T of its eigenvalues z. Exact for a loop that is the same in all directions.
+held currents turn with -i Omega. A sample of rotor and control makes x(n+1) = M x(n), and
+s = ln(z)/T of its eigenvalues z. Exact for an isotropic loop.
 """
 
 from __future__ import annotations
@@ -20,13 +20,13 @@ from typing import Annotated, TypeVar
 import numpy as np
 from scipy.linalg import expm, matrix_balance
 
-from amb_cosim.controllers.laws import Array
 from amb_cosim.rub.forward_loop import Complex, ForwardLoop
+from array_types import Array
 
 Omegas = TypeVar("Omegas", float, Array)
 
-TURNS = 1000.0  # of the rotor, within which a vibration that comes to rest falls to 1/e
-STABLE = 1e-7  # growth rate (1/s), over the speed, up to which rounding may bring a rate that is zero
+TURNS = 1000.0  # turns of the rotor within which a decaying vibration falls to 1/e
+STABLE = 1e-7  # growth rate (1/s) over the speed that rounding may give a zero rate
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,12 +36,12 @@ class SmallMotion:
     growth
         Largest growth rate (1/s); negative if the state is stable.
     frequency
-        Whirl frequency of what grows most or decays least, as it stands still outside (rad/s); negative backward.
-        That of the spin where it leaves without whirling.
+        Whirl frequency (rad/s) of the least damped vibration in the fixed frame; negative if backward. It equals the
+        spin speed if the motion diverges without whirling.
     damping
         Its damping ratio -Re s/|s + i Omega| (1).
     rates, frequencies
-        All vibrations (1/s) and their whirl frequencies (rad/s), what decays least first.
+        Rates of all vibrations (1/s) and their whirl frequencies (rad/s), least damped first.
     """
 
     growth: Annotated[float, "1/s"]
@@ -52,24 +52,25 @@ class SmallMotion:
 
     @property
     def is_stable(self) -> bool:
-        """Whether it stays where it is."""
+        """Whether the state is stable."""
         return self.growth < STABLE * max(abs(self.frequency), 1.0)
 
     def settles(self, Omega: float) -> bool:
-        """Return whether vibrations fall to 1/e within `TURNS` turns at a speed (rad/s); others last in practice."""
+        """Return whether vibrations fall to 1/e within `TURNS` turns at a speed (rad/s); slower ones persist in
+        practice."""
         return self.growth < slowest_decay(Omega)
 
 
 def slowest_decay(Omega: Omegas) -> Omegas:
-    """Return the growth rate (1/s), negative, below which a rotor at a speed (rad/s) comes to rest in `TURNS` turns."""
+    """Return the (negative) growth rate (1/s) below which vibrations at a speed (rad/s) decay within `TURNS` turns."""
     return -Omega / (2.0 * math.pi * TURNS)
 
 
 class Dynamics:
-    """Small motion about states of one loop, what does not depend on the state prepared once."""
+    """Small motion about states of one loop; the parts common to all states are computed once."""
 
     def __init__(self, loop: ForwardLoop, frame: float | None = None) -> None:
-        """Prepare the loop in axes that turn with `frame` (rad/s): with the spin by default, with a whirl if given."""
+        """Prepare the loop in axes that turn with `frame` (rad/s), the spin speed by default."""
         self.loop = loop
         self.frame = loop.Omega if frame is None else frame
         plant, m = loop.plant, len(loop.sites)
@@ -85,7 +86,7 @@ class Dynamics:
             self.K_A, self.K_B, self.K_C, self.K_D = _real(k.A * back), _real(k.B * back), _real(k.C), _real(k.D)
 
     def about(self, contact: tuple[int, ...], N: Array, psi: Array, c: Array, mu: Array) -> SmallMotion:
-        """Return the vibrations about a state; N and psi are of the sites in contact, c and mu of all."""
+        """Return the vibrations about a state, with N and psi of the sites in contact, and c and mu of all sites."""
         A, B, basis = self._held(contact, N, psi, c, mu)
         T = self._sample_time
         values, vectors = np.linalg.eig(A if T is None else self._sampled(A, B, basis, T))
@@ -94,7 +95,8 @@ class Dynamics:
         return self._sorted(values, basis @ vectors[: basis.shape[1]])
 
     def growth(self, contact: tuple[int, ...], N: Array, psi: Array, c: Array, mu: Array) -> float:
-        """Return the largest growth rate (1/s) about a state; arguments as of `about`, which takes twice as long."""
+        """Return the largest growth rate (1/s) about a state; it takes half the time of `about`, with the same
+        arguments."""
         A, B, basis = self._held(contact, N, psi, c, mu)
         T = self._sample_time
         if T is None:
@@ -107,7 +109,7 @@ class Dynamics:
         return None if self.loop.controller is None else self.loop.sample_time
 
     def _held(self, contact: tuple[int, ...], N: Array, psi: Array, c: Array, mu: Array) -> tuple[Array, Array, Array]:
-        """Return A and B of held currents in a basis of the motions that keep sites in contact, and the basis."""
+        """Return A and B for held currents in a basis of the motions that maintain contact, and the basis."""
         if not contact:
             return self.A, self.B_currents, np.eye(self.n)
         at = list(contact)
@@ -124,9 +126,10 @@ class Dynamics:
         return basis.T @ reaction @ A @ basis, basis.T @ reaction @ self.B_currents, basis
 
     def _sampled(self, A: Array, B: Array, basis: Array, T: float) -> Array:
-        """Return M of a sample of rotor and control; states are those of the rotor, of the control, and late currents.
+        """Return M of a sample of rotor and control; states are those of the rotor, the control, and the delayed
+        currents.
 
-        In turning axes a current that stands still turns backward, and the controller's states too.
+        In rotating axes a held current turns backward, as do the controller's states.
         """
         C, K_A, K_B, K_C, K_D = self.C_readings @ basis, self.K_A, self.K_B, self.K_C, self.K_D
         b, r = B.shape[1], len(K_A)
@@ -143,7 +146,7 @@ class Dynamics:
         )
 
     def _steps(self, A: Array, B: Array, T: float) -> tuple[Array, Array, Array]:
-        """Return Phi, and what currents of this sample and of the last one do, in axes at the sample."""
+        """Return Phi and the effects of the currents of this and the last sample, in the axes at the sample."""
         Phi, now = self._turning(A, B, T)
         before = np.zeros_like(B)
         for f in sorted({float(f) for f in self.loop.late if f > 0.0}):
@@ -155,7 +158,7 @@ class Dynamics:
         return Phi, now, before
 
     def _turning(self, A: Array, B: Array, time: float) -> tuple[Array, Array]:
-        """Return Phi and Gamma of a time (s) with currents that turn with -i Omega."""
+        """Return Phi and Gamma for a time (s), with currents that turn with -i Omega."""
         n, b = B.shape
         block = np.zeros((n + b, n + b))
         block[:n, :n], block[:n, n:] = A, B
@@ -164,7 +167,7 @@ class Dynamics:
         return whole[:n, :n], whole[:n, n:]
 
     def _sorted(self, s: Complex, vectors: Complex) -> SmallMotion:
-        """Return vibrations by growth: v1 + i v2 whirls with Omega + Im s, that of the conjugate with Omega - Im s."""
+        """Return vibrations sorted by growth: v1 + i v2 whirls with Omega + Im s, its conjugate with Omega - Im s."""
         half, Omega = self.n // 2, self.frame
         item = s.imag >= 0.0
         s, vectors = s[item], vectors[:, item]

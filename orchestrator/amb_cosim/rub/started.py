@@ -1,14 +1,14 @@
-"""A co-simulation that begins in a synchronous state, or in a whirl without unbalance, stable or not.
+"""A co-simulation that starts in a synchronous state, or in a whirl without unbalance, stable or not.
 
 The contact forces F of a state turn with the rotor as unbalance does, omega = Omega; those of a whirl with the whirl.
-Under all of them, and without its sites, the whole loop settles to the state, sampled controller included; that motion
-is solved for as all settled motion is (`cosim.master.settling`). What F does to the rotor in a step h is, with
-x = Re[X exp(i omega t)] of all its states,
+Under these forces, and without sites, the whole loop including the sampled controller settles to the state; that motion
+is solved for in `cosim.master.settling`. The effect of F on the rotor in a step h is, with its states x = Re[X exp(i
+omega t)],
 
     f = Re[(exp(i omega h) - exp(A h)) X exp(i omega t)],      X = (i omega - A)^-1 B F               (1)
 
-The run goes on from there, and the sites press by themselves. Currents that are held over a sample let N ripple about
-that of the state.
+The run continues from there with real contact at the sites. Currents held over a sample make N ripple about its value
+in the state.
 """
 
 from __future__ import annotations
@@ -24,35 +24,35 @@ from amb_cosim.cosim.master.settling import SettledLoop, loop_at, solve
 from amb_cosim.cosim.run.checkpoint import Checkpoint
 from amb_cosim.cosim.run.plan_session import Simulator
 from amb_cosim.cosim.system.experiment import WARM_UP
-from amb_cosim.linear import parts as linear
-from amb_cosim.linear.machine import rotor_part
-from amb_cosim.results.places import ACTUATOR, PLANT
+from amb_cosim.linear import components as linear
+from amb_cosim.linear.rotor_and_magnets import rotor_component
+from amb_cosim.results.component_names import ACTUATOR, PLANT
 from amb_cosim.rub.forward_loop import Complex, contact_pair, flat, with_contact_forces
 from amb_cosim.rub.rubbing_rotor import RubbingRotor
 from amb_cosim.rub.trap_map import SolvedState
 from amb_cosim.rub.whirl import Whirl
 
-PROBE_UNBALANCE = 1e-6  # kg m of unbalance in the steps before, which move all and touch nothing
+PROBE_UNBALANCE = 1e-6  # kg m of unbalance in the warm-up steps, which excites all states without contact
 
 
 def checkpoint_in(rotor: RubbingRotor, state: SolvedState | Whirl) -> Checkpoint:
-    """Return a checkpoint at cycle 0 from which the run of a rotor goes on in one of its states (1).
+    """Return a checkpoint at cycle 0 that starts a run in one of the rotor's states (1).
 
-    `amb_cosim.run(..., start=checkpoint)` takes it. The unbalance is that of the rotor, until an event changes it.
+    Pass it to `amb_cosim.run(..., start=checkpoint)`. The rotor's unbalance holds until an event changes it.
 
     Parameters
     ----------
     rotor
-        Of a prepared run, of which some cycles come before cycle 0.
+        Rotor of a prepared run that begins some cycles before cycle 0.
     state
-        At the speed of the run; a whirl has no unbalance, whatever the rotor's is.
+        State at the speed of the run; for a whirl, the rotor's unbalance is ignored.
 
     Raises
     ------
     CannotSettle
-        If an FMU does not say what of it moves linearly, or the loop without contact is not stable.
+        If an FMU does not declare its linear states, or the loop without contact is unstable.
     ValueError
-        If too few steps come before cycle 0, or the run has no input for the rotor's unbalance.
+        If there are too few steps before cycle 0, or the run has no input for the rotor's unbalance.
     """
     plan, assembly = rotor.linear_components.plan, rotor.linear_components.assembly
     is_whirl = isinstance(state, Whirl)
@@ -60,11 +60,11 @@ def checkpoint_in(rotor: RubbingRotor, state: SolvedState | Whirl) -> Checkpoint
     at_end = {**plan.inputs, **_unbalance(rotor.with_unbalance(0.0 * rotor.unbalance) if is_whirl else rotor)}
     missing = [name for name, value in at_end.items() if name not in plan.inputs and value != 0.0]
     if missing:
-        raise ValueError(f"the run has no {missing[0]}; it must be among its inputs, with any value")
+        raise ValueError(f"the run has no {missing[0]}; it add it to the inputs, with any value")
     if plan.begin > -(WARM_UP + 2):
-        raise ValueError(f"{-plan.begin} steps before cycle 0 are not allowed; at least {WARM_UP + 2} must come before")
+        raise ValueError(f"{-plan.begin} steps before cycle 0 are not allowed; at least {WARM_UP + 2} are required")
     with closing(InstancePool()) as instances:
-        simulator = Simulator(assembly, plan, None, "plain", instances)
+        simulator = Simulator(assembly, plan, "plain", instances)
         begin, master = simulator.initialise(), simulator.master
         final = np.array([at_end[name] for name in plan.inputs])
         amounts = np.array([name in at_end and name.endswith(".u") for name in plan.inputs], dtype=bool)
@@ -95,7 +95,7 @@ def _unbalance(rotor: RubbingRotor) -> dict[str, float]:
 def _pressed(
     rotor: RubbingRotor, state: SolvedState | Whirl, omega: float, loop: SettledLoop, part: StateMap, answer: Response
 ) -> Response:
-    """Return the response of the plant with contact forces that turn with omega in its forcing (1)."""
+    """Return the response of the plant to contact forces that turn with omega, as forcing (1)."""
     machine, h = _machine(rotor), loop.master.step_size
     force = [-(N + 1j * state.friction[site]) * np.exp(1j * state.psi[site]) for site, N in state.N.items()]
     turning = np.array([F * way for F in force for way in (1.0, -1j)])  # x and y of each
@@ -108,11 +108,11 @@ def _pressed(
     return answer._replace(forcing=answer.forcing + np.stack([0.0 * added.real, added.real, -added.imag], axis=1))
 
 
-def _machine(rotor: RubbingRotor) -> linear.LinearPart:
-    """Return the rotor, on the gradient of its magnets where it follows that within a step; its own states first."""
+def _machine(rotor: RubbingRotor) -> linear.LinearComponent:
+    """Return the rotor, including the magnets' gradient if it acts within a step; the rotor's own states come first."""
     made = rotor.linear_components.at(rotor.Omega)
     layout, constants = made.layout(PLANT), made.constants(PLANT)
-    local = rotor_part(PLANT, layout, constants, made.parameters(PLANT), rotor.Omega)
+    local = rotor_component(PLANT, layout, constants, made.parameters(PLANT), rotor.Omega)
     parts, feeds = [with_contact_forces(local, layout, constants)], made.feeds([PLANT, ACTUATOR])
     if any(target.endswith(".k_xx") for target in feeds):
         parts += made.parts([ACTUATOR])

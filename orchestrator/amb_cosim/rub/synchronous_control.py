@@ -1,26 +1,26 @@
-"""A rotor under synchronous control that has come to rest: the steady currents that make its readings least.
+"""A rotor under converged synchronous control: the steady currents that minimise its readings.
 
-Synchronous control of the kind of ROLAC adapts I' = alpha H y until H y = 0, H = -(Y^H W Y)^-1 Y^H W, Y being the
-receptance of its readings over injected currents. With y = Y_F F + Y_u u Omega^2 + Y I it rests at
+Synchronous control of the kind of ROLAC adapts I' = alpha H y until H y = 0, H = -(Y^H W Y)^-1 Y^H W, where Y is the
+receptance of its readings to injected currents. With y = Y_F F + Y_u u Omega^2 + Y I it converges to
 
     I = H (Y_F F + Y_u u Omega^2)                                                                     (1)
 
-so that a rotor under it is one with other receptances, and its states are found in the same way. Near a state in
-contact the readings answer otherwise, dy = J dI, J with the constraints held and real; the state lasts if all
-eigenvalues of H J have negative real parts. H is that of the linear model here, at the weights one; limits of forces
-are not in it, so currents are to be compared with them.
+so this control only changes the rotor's receptances, and its states are computed in the same way. Near a state in
+contact the readings respond differently, dy = J dI, with the real J under the constraints. The state is stable if all
+eigenvalues of H J have negative real parts. H is that of the linear model, with unit weights. Force limits are not
+modelled, so compare the currents with them.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from amb_cosim.controllers.laws import Array
 from amb_cosim.rub.forward_loop import Complex
 from amb_cosim.rub.receptances import Receptances
 from amb_cosim.rub.synchronous_states import States
+from array_types import Array
 
-CANCELLED = 1e-9  # receptance, over that of the feedback alone, that counts as zero: a force at a bearing is countered
+CANCELLED = 1e-9  # receptance over that of the feedback alone that counts as zero: forces at a bearing are cancelled
 
 
 def adaptation(at: Receptances) -> Complex:
@@ -29,7 +29,7 @@ def adaptation(at: Receptances) -> Complex:
 
 
 def settled(at: Receptances) -> Receptances:
-    """Return the receptances of a rotor whose synchronous control has come to rest (1)."""
+    """Return the receptances of a rotor whose synchronous control has converged (1)."""
     Y_F, Y_u, Y = at.readings
     R_i, P_i, S_i = at.currents
     H = adaptation(at)
@@ -42,7 +42,7 @@ def settled(at: Receptances) -> Receptances:
 
 
 def adaptation_rates(at: Receptances, states: States, n: int, c: Array, mu: Array) -> Complex:
-    """Return the eigenvalues of H J about a state, times alpha the rates (1/s) at which it settles or leaves.
+    """Return the eigenvalues of H J about a state, which are, times alpha, its growth rates (1/s).
 
     With the forces (1) of `stability`, a = 0 and d q = S dI + R dF give dF over dI.
 
@@ -51,9 +51,9 @@ def adaptation_rates(at: Receptances, states: States, n: int, c: Array, mu: Arra
     at
         Receptances of the feedback alone.
     states, n
-        States, and the number of one of them.
+        States, and the index of one of them.
     c, mu
-        Clearances (m) and coefficients of friction of all sites.
+        Clearances (m) and friction coefficients of all sites.
     """
     k, H = list(states.contact), adaptation(at)
     b, m = at.S.shape[1], len(k)

@@ -1,7 +1,7 @@
-"""All states in which a rotor turns steadily with sites in contact, without a branch left out.
+"""All steady synchronous states of a rotor with sites in contact, without missing a branch.
 
-In the rotating frame a forward rub at constant speed is at rest. With q = r - R F of the sites in contact, r being the
-orbit without contact and F_j = N_j (1 + i mu_j) exp(i psi_j) the force that each site takes from the rotor,
+In the rotating frame a forward rub at constant speed is at rest. With q = r - R F at the sites in contact, the
+contact-free orbit r, and F_j = N_j (1 + i mu_j) exp(i psi_j) the force of the rotor on each site,
 
     c_j p_j + sum_k rho_jk N_k p_k = r_j,    rho_jk = R_jk (1 + i mu_k),    p_j = exp(i psi_j)        (1)
 
@@ -9,11 +9,11 @@ with N_j > 0 in contact and |q| < c at all other sites. Friction acts against th
 
     N_j = conj(p_j) (s_j - sum_k E_jk c_k p_k)   must be real                                         (2)
 
-One site: a quadratic, |rho|^2 N^2 + 2 c Re(rho) N + c^2 - |r|^2 = 0. Several: with P in place of conj(p), (2) and
-p P = 1 are 2 m equations linear in p and linear in P, which have C(2 m, m) complex solutions (Bezout's number of two
-groups of unknowns; J. Baillieul and C. I. Byrnes, IEEE Trans. Circuits and Systems 29 (1982) 724-737, count so the
-load flows of m + 1 machines, which are the same equations). Two sites: their resultant, of degree six; three and more:
-a path leads to each solution (`homotopy`). Those with |p| = 1 are the states.
+A site: a quadratic, |rho|^2 N^2 + 2 c Re(rho) N + c^2 - |r|^2 = 0. Several: with P in place of conj(p), (2) and p P = 1
+are 2 m equations linear in p and linear in P, which have C(2 m, m) complex solutions (Bezout's number of two groups of
+unknowns; J. Baillieul and C. I. Byrnes, IEEE Trans. Circuits and Systems 29 (1982) 724-737, count the load flows of m +
+1 machines so, which obey the same equations). Two sites: the resultant, of degree six. Three or more: homotopy
+continuation (`homotopy`). Those with |p| = 1 are the states.
 """
 
 from __future__ import annotations
@@ -25,25 +25,25 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from amb_cosim.controllers.laws import Array
 from amb_cosim.rub.forward_loop import Complex
 from amb_cosim.rub.homotopy import solve_by_paths
+from array_types import Array, Bools
 
-ON_CIRCLE = 1e-2  # distance of |p| from 1 up to which Newton's method is asked whether it is a state
-SAME = 1e-7  # distance of two solutions that count as one
-SETTLED = 1e-11  # residual of (2), over its terms
-ITERATIONS = 12  # of Newton's method
-SINGULAR = 1e13  # condition number of rho from which forces at these sites cannot be told apart
+ON_CIRCLE = 1e-2  # distance of |p| from 1 up to which Newton's method checks a solution
+SAME = 1e-7  # distance below which two solutions count as one
+SETTLED = 1e-11  # residual of (2) relative to its terms
+ITERATIONS = 12  # iterations of Newton's method
+SINGULAR = 1e13  # condition number of rho above which forces at these sites cannot be distinguished
 
 
 @dataclass(frozen=True, eq=False)
 class States:
-    """Synchronous states of one set of sites in contact, at many points.
+    """Synchronous states of a set of sites in contact, at many points.
 
     contact
-        Numbers of the sites in contact; none in free states.
+        Indices of the sites in contact; empty for free states.
     points
-        Number of the point of each state, ascending, shape (n,).
+        Index of the point of each state, ascending, shape (n,).
     N
         Normal forces (N), shape (n, m).
     psi
@@ -63,22 +63,22 @@ class States:
 
 
 def all_sets(n_sites: int, most: int | None = None) -> list[tuple[int, ...]]:
-    """Return all sets of sites that may be in contact at once, free first; of at most so many."""
+    """Return all sets of sites in contact up to a size, the empty set first."""
     highest = n_sites if most is None else min(most, n_sites)
     return [chosen for size in range(highest + 1) for chosen in combinations(range(n_sites), size)]
 
 
 def states_of(contact: tuple[int, ...], R: Complex, mu: Array, c: Array, r: Complex) -> States:
-    """Return all synchronous states of a set of sites in contact (1), the others free.
+    """Return all synchronous states with exactly this set of sites in contact (1).
 
     Parameters
     ----------
     contact
         Numbers of the sites.
     R
-        Receptances of all sites (m/N), shape (n_sites, n_sites), or for each point (n_points, n_sites, n_sites).
+        Receptances of all sites (m/N), shape (n_sites, n_sites), or per point (n_points, n_sites, n_sites).
     mu
-        Coefficients of friction (1), shape (n_sites,).
+        Friction coefficients (1), shape (n_sites,).
     c
         Clearances (m), shape (n_sites,).
     r
@@ -124,13 +124,13 @@ def _solutions(rho: Complex, c: Array, r: Complex) -> tuple[NDArray[np.int64], C
 
 
 def _single(rho: Complex, c: float, r: Complex) -> tuple[NDArray[np.int64], Complex, Array]:
-    """Return the roots of the quadratic, without cancellation; with rho = 0 a fixed radius has no force."""
+    """Return the roots of the quadratic, without cancellation; with rho = 0 no force gives a prescribed radius."""
     square, half = np.abs(rho) ** 2, c * rho.real
     rest = c * c - np.abs(r) ** 2
     discriminant = half**2 - square * rest
     real = (discriminant >= 0.0) & (square > 0.0)
     root = np.sqrt(np.where(real, discriminant, 0.0))
-    large = -half - np.where(half >= 0.0, root, -root)  # of larger size, times |rho|^2
+    large = -half - np.where(half >= 0.0, root, -root)  # of larger magnitude, times |rho|^2
     with np.errstate(divide="ignore", invalid="ignore"):
         roots = np.stack([large / square, np.where(large != 0.0, rest / large, 0.0)], axis=1)
     roots.sort(axis=1)
@@ -151,7 +151,7 @@ def _pair(E: Complex, c: Array, s: Complex) -> Complex:
         (conj(h) - conj(s_2) x) y^2 - 2 i d_2 x y + s_2 x - h x^2 = 0,                h = E_21 c_1, d_2 = Im E_22 c_2
     """
     n = len(s)
-    size = np.abs(E * c).sum(axis=2) + np.abs(s)  # each equation may be divided by its size
+    size = np.abs(E * c).sum(axis=2) + np.abs(s)  # scale each equation by its magnitude
     e, s = E * c / size[:, :, None], s / size
     g, h, d1, d2 = e[:, 0, 1], e[:, 1, 0], e[:, 0, 0].imag, e[:, 1, 1].imag
     s_1, s_2, zero = s[:, 0], s[:, 1], np.zeros(n, dtype=complex)
@@ -200,7 +200,7 @@ def _minus(p: list[Any], q: list[Any]) -> list[Any]:
 
 
 def _roots(coefficients: Complex) -> Complex:
-    """Return the roots of polynomials of one degree, coefficients ascending, shape (n, degree + 1).
+    """Return the roots of polynomials with ascending coefficients, shape (n, degree + 1).
 
     A Moebius map of the unit circle onto itself keeps the leading coefficient away from zero: decoupled sites have
     roots at 0 and at infinity.
@@ -224,8 +224,8 @@ def _roots(coefficients: Complex) -> Complex:
     return np.asarray((w + alpha) / (1.0 + np.conj(alpha) * w))
 
 
-def _polished(psi: Array, e: Complex, s: Complex) -> tuple[Complex, NDArray[np.bool_]]:
-    """Return p after Newton's method on the imaginary parts of (2), and where it came to rest near its start."""
+def _polished(psi: Array, e: Complex, s: Complex) -> tuple[Complex, Bools]:
+    """Return p after Newton's method on the imaginary parts of (2), and where it converged near its start."""
     start = np.exp(1j * psi)
     size = np.abs(e).sum(axis=2) + np.abs(s)
     m = psi.shape[1]
@@ -245,7 +245,7 @@ def _polished(psi: Array, e: Complex, s: Complex) -> tuple[Complex, NDArray[np.b
 
 
 def _distinct(row: NDArray[np.int64], p: Complex) -> NDArray[np.int64]:
-    """Return the numbers of solutions that differ from all before them at their point; rows ascend."""
+    """Return the indices, ascending, of solutions that differ from all earlier ones at their point."""
     retained: list[int] = []
     for k in range(len(row)):
         back = len(retained) - 1

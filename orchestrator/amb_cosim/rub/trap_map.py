@@ -1,9 +1,9 @@
-"""All synchronous states over speed and unbalance, and what a rotor can do where.
+"""All synchronous states over speed and unbalance, and the regime at each point.
 
-free      it turns without contact, and no state in contact is stable
-both      it turns without contact, or stays in contact: what happens decides
-contact   no stable orbit misses all sites, and a state in contact is stable
-whirl     no stable orbit misses all sites, and no state in contact is stable: it rubs unsteadily
+* free: the rotor turns without contact; no contact state is stable
+* both: free rotation or contact, depending on the start
+* contact: no stable orbit misses all sites, and a contact state is stable
+* whirl: no stable orbit misses all sites, and no contact state is stable: unsteady rub
 """
 
 from __future__ import annotations
@@ -15,27 +15,27 @@ from typing import Annotated
 import numpy as np
 from numpy.typing import NDArray
 
-from amb_cosim.controllers.laws import Array
 from amb_cosim.rub.forward_loop import Complex
 from amb_cosim.rub.rubbing_rotor import RubbingRotor
 from amb_cosim.rub.stability import Dynamics, SmallMotion, slowest_decay
 from amb_cosim.rub.synchronous_states import States, all_sets, states_of
+from array_types import Array, Bools
 
 
 class Regime(IntEnum):
-    """What a rotor can do at a speed and an unbalance."""
+    """Possible behaviour of a rotor at a speed and an unbalance."""
 
     FREE, BOTH, CONTACT, WHIRL = range(4)
 
 
 @dataclass(frozen=True, eq=False)
 class StatesOfSet:
-    """Synchronous states of one set of sites in contact, over speed and unbalance; n states.
+    """The n synchronous states of one set of sites in contact, over speed and unbalance.
 
     contact
-        Numbers of the sites in contact.
+        Indices of the sites in contact.
     speed, amount
-        Numbers of speed and of unbalance of each state, shape (n,).
+        Indices of speed and unbalance of each state, shape (n,).
     N, psi
         Normal forces (N) and angles of the journals (rad), shape (n, m).
     radius
@@ -43,7 +43,7 @@ class StatesOfSet:
     growth
         Growth rate of small motion (1/s), shape (n,).
     settles
-        Whether it comes to rest, shape (n,).
+        Whether it decays, shape (n,).
     """
 
     contact: tuple[int, ...]
@@ -53,11 +53,11 @@ class StatesOfSet:
     psi: Annotated[Array, "rad"]
     radius: Annotated[Array, "m"]
     growth: Annotated[Array, "1/s"]
-    settles: NDArray[np.bool_]
+    settles: Bools
 
     @property
-    def stable(self) -> NDArray[np.bool_]:
-        """Which states are stable."""
+    def stable(self) -> Bools:
+        """Mask of stable states."""
         return np.asarray(self.growth < 0.0)
 
 
@@ -87,14 +87,14 @@ class TrapMap:
         return np.asarray(regimes, dtype=np.int64)
 
     def least_trapping(self) -> Array:
-        """Return the smallest factor with which a stable state in contact exists at each speed, NaN where none has."""
+        """Return the smallest factor with a stable state in contact at each speed; NaN if there is none."""
         trapped = np.isin(self.regimes(), (Regime.BOTH, Regime.CONTACT))
         first = np.argmax(trapped, axis=1)
         return np.where(trapped.any(axis=1), self.factors[first], np.nan)
 
 
 def least_touching(rotor: RubbingRotor, speeds: Array) -> Array:
-    """Return the factor of the unbalance at which the orbit that nothing stops touches a site, at each speed.
+    """Return the factor of the unbalance at which the contact-free orbit touches a site, at each speed.
 
     k = min_s c_s / |P_s u Omega^2|     (1)
 
@@ -120,7 +120,7 @@ def trap_map(rotor: RubbingRotor, speeds: Array, factors: Array, most: int | Non
     speeds, factors
         Ascending, speeds above zero.
     most
-        Largest number of sites that are in contact at once; all without.
+        Largest number of sites in contact at once; all by default.
     """
     sets = all_sets(len(rotor.sites), most)
     result: list[list[tuple[States, Array]]] = [[] for _ in sets]
@@ -136,16 +136,16 @@ def trap_map(rotor: RubbingRotor, speeds: Array, factors: Array, most: int | Non
 
 
 def _growth(dynamics: Dynamics, states: States, c: Array, mu: Array) -> Array:
-    """Return the growth rate (1/s) about each state; that about free ones is one."""
+    """Return the growth rate (1/s) about each state, which all free states share."""
     n = len(states.points)
     if not states.contact:
         return np.full(n, dynamics.growth((), np.zeros(0), np.zeros(0), c, mu) if n else np.nan)
     return np.array([dynamics.growth(states.contact, states.N[k], states.psi[k], c, mu) for k in range(n)])
 
 
-def _joined(contact: tuple[int, ...], speeds: Array, found: list[tuple[States, Array]]) -> StatesOfSet:
-    speed = np.concatenate([np.full(len(s.points), k, dtype=np.int64) for k, (s, _) in enumerate(found)])
-    states, growth = [s for s, _ in found], np.concatenate([of for _, of in found])
+def _joined(contact: tuple[int, ...], speeds: Array, pieces: list[tuple[States, Array]]) -> StatesOfSet:
+    speed = np.concatenate([np.full(len(s.points), k, dtype=np.int64) for k, (s, _) in enumerate(pieces)])
+    states, growth = [s for s, _ in pieces], np.concatenate([of for _, of in pieces])
     return StatesOfSet(
         contact,
         speed,
@@ -160,7 +160,7 @@ def _joined(contact: tuple[int, ...], speeds: Array, found: list[tuple[States, A
 
 @dataclass(frozen=True, eq=False)
 class SolvedState:
-    """One synchronous state with all that is known of it.
+    """A synchronous state with its forces, orbits, currents and stability.
 
     contact
         Names of the sites in contact.
@@ -169,7 +169,7 @@ class SolvedState:
     friction
         Friction force at each of them (N).
     radius
-        Distance of the journal from the centre at every site (m).
+        Distance of the journal from the centre at each site (m).
     currents
         Complex demanded current of each bearing, in the rotating frame (A).
     small
@@ -191,7 +191,7 @@ def states_at(rotor: RubbingRotor, Omega: float, injected: Complex | None = None
     Parameters
     ----------
     injected
-        Synchronous currents (A) that are added to those of the controller, shape (n_bearings,).
+        Synchronous currents (A) added to those of the controller, shape (n_bearings,).
     """
     at, mu, loop = rotor.receptances(Omega), rotor.mu(Omega), rotor.loop(Omega)
     dynamics, result = Dynamics(loop), []

@@ -1,12 +1,12 @@
-"""Whirl that a rotor in contact sustains without unbalance: at its own frequency, forward, or backward by friction.
+"""Self-sustained whirl in contact without unbalance: forward at a natural frequency, or backward by friction.
 
-With no unbalance a journal on its circle, q = c exp(i (omega t + psi)), needs forces that turn with it:
+Without unbalance, a journal on its circle, q = c exp(i (omega t + psi)), needs forces that turn with it:
 
     c_j p_j + sum_k R_jk(omega) (1 + i mu_k) N_k p_k = 0,   N_j > 0,   |q| < c elsewhere              (1)
 
-For one site N = -c/(R (1 + i mu)) must be real and positive: H. F. Black, J. Mechanical Engineering Science 10 (1968)
-1-12. For two sites one angle between them is free, and the frequency is found on each of its two values. Friction acts
-against the spin as long as the journal slips: Omega R_s + omega c > 0; a faster backward whirl rolls.
+For a site N = -c/(R (1 + i mu)) must be real and positive: H. F. Black, J. Mechanical Engineering Science 10 (1968)
+1-12. For two sites, the angle between them is unknown, and the frequency is solved for on each of its two values.
+Friction acts against the spin as long as the journal slips: Omega R_s + omega c > 0; a faster backward whirl rolls.
 """
 
 from __future__ import annotations
@@ -20,20 +20,20 @@ from typing import Annotated
 import numpy as np
 from scipy.optimize import brentq
 
-from amb_cosim.controllers.laws import Array
-from amb_cosim.results.places import PLANT
+from amb_cosim.results.component_names import PLANT
 from amb_cosim.rub.forward_loop import Complex
 from amb_cosim.rub.receptances import Receptances, receptances_at
 from amb_cosim.rub.rubbing_rotor import RubbingRotor
 from amb_cosim.rub.stability import Dynamics
+from array_types import Array
 
-POINTS = 400  # frequencies of the search, each way
+POINTS = 400  # searched frequencies, each way
 REACH = 30.0  # highest frequency, over the speed
 
 
 @dataclass(frozen=True, eq=False)
 class Whirl:
-    """A whirl that friction or rotation sustains.
+    """A whirl sustained by friction or rotation.
 
     contact
         Sites in contact.
@@ -42,9 +42,9 @@ class Whirl:
     N, friction, psi
         Normal force and friction force (N) and angle (rad) of the journal at each of them.
     slips
-        Whether the journals slip forward there, as friction in (1) assumes; otherwise it rolls.
+        Whether the journals slip forward, as (1) assumes; otherwise they roll.
     growth
-        Largest growth rate of small motion about it (1/s), its phase aside, which is free.
+        Largest growth rate of small motion about it (1/s), except for its free phase.
     """
 
     contact: tuple[str, ...]
@@ -67,7 +67,7 @@ def whirls(rotor: RubbingRotor, Omega: float, highest: float | None = None) -> l
     Parameters
     ----------
     highest
-        Largest frequency that is searched (rad/s); `REACH` times the speed by default, and at most half the sampling
+        Largest searched frequency (rad/s); `REACH` times the speed by default, and at most half the sampling
         frequency.
     """
     loop, mu, c = rotor.loop(Omega), rotor.mu(Omega), rotor.c
@@ -125,7 +125,7 @@ def _on_branch(
     values = [parts(float(omega))[0] for omega in line]
     result: list[tuple[float, Array, Complex]] = []
     for k in range(len(line) - 1):
-        if values[k] * values[k + 1] < 0.0:  # NaN is none
+        if values[k] * values[k + 1] < 0.0:  # NaN if there is none
             try:
                 omega = float(brentq(lambda x: parts(x)[0], line[k], line[k + 1], xtol=1e-10, rtol=1e-13))
             except ValueError:

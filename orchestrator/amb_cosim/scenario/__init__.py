@@ -1,1 +1,1 @@
-"""Scenarios of a levitated rotor: their files, what they mean as experiments, what a run of one needs, and the run."""
+"""Scenarios of a levitated rotor: files, experiments, preparation and execution of runs."""

@@ -1,4 +1,4 @@
-"""Many members of one scenario, stepped side by side: values in and out as arrays with an element for each."""
+"""A batch of copies (members) of one scenario, stepped side by side; values are arrays with one element per member."""
 
 from __future__ import annotations
 
@@ -14,16 +14,17 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from amb_cosim.cosim.basics.choices import Flavour
-from amb_cosim.cosim.basics.schedules import Array
 from amb_cosim.cosim.run.batch_runner import BatchRunner, States
 from amb_cosim.cosim.system.assembly import Assembly
 from amb_cosim.cosim.system.values import Raw
 from amb_cosim.scenario.plan import ScenarioPlan
+from amb_cosim.scenario.rotors import RotorSource
 from amb_cosim.scenario.scenario import Scenario, given_scenario
 from amb_cosim.scenario.simulation import assemble_scenario, plan_prepared
 from amb_files.suggestions import suggest
+from array_types import Array, Bools
 
-Mask = NDArray[np.bool_] | Sequence[bool] | None
+Mask = Bools | Sequence[bool] | None
 
 MOST_STEPS = 2**31 - 1  # of one call
 
@@ -45,11 +46,11 @@ class _OpenLock:
 
 
 class Batch:
-    """Members of a scenario, which begin at cycle 0, settled.
+    """A batch of copies (members) of one scenario, settled at cycle 0.
 
-    A member has the bits of a run alone: the scenario's events come at their points, and what `set` writes holds until
-    an event writes it. After the end of the scenario members go on without events; conditions that end a run are
-    not judged. Threads may share a batch: its methods run one at a time.
+    Each member has the same bits as a single run: the scenario's events occur at their points, and values from `set`
+    hold until an event overwrites them. After the end of the scenario members continue without events; stop conditions
+    are not checked. Threads may share a batch: its methods run one at a time.
 
     Parameters
     ----------
@@ -60,19 +61,27 @@ class Batch:
     set
         Values by name as for `amb_cosim.run`, one for all members or a sequence of n.
     inputs
-        Names of inputs and tunable parameters that `Batch.set` writes, besides those that the scenario gives; patterns
-        too.
+        Names or patterns of further inputs and tunable parameters for `Batch.set`, in addition to those of the
+        scenario.
     variables
-        Patterns of what `get` reads, by default what the scenario records.
+        Patterns of variables for `get`; default: those that the scenario records.
     threads
         Number of threads; one per processor by default. Results do not depend on it.
 
     Raises
     ------
     ValueError
-        If anything in it does not fit, or the FMUs cannot save their state.
+        If an argument is invalid, or the FMUs cannot save their state.
     StartFailed, FmuError, StepFailed
         If an FMU cannot be loaded, refuses to start, or fails before cycle 0.
+
+    Examples
+    --------
+    >>> batch = Batch("compressor_levitated", 2, set={"rotor_contact.impeller3.u": ["0.5 g.m", "1 g.m"]})
+    >>> batch.step(20)
+    >>> time, unbalance = batch.time, batch.get("rotor_contact.impeller3.u")
+    >>> [f"{1e3 * u:.1f} g m after {1e3 * t:.1f} ms" for u, t in zip(unbalance, time)]
+    ['0.5 g m after 2.0 ms', '1.0 g m after 2.0 ms']
     """
 
     def __init__(
@@ -83,7 +92,7 @@ class Batch:
         set: Mapping[str, Raw | Sequence[Raw] | NDArray[Any]] | None = None,
         inputs: Sequence[str] = (),
         variables: Sequence[str] | None = None,
-        rotor: str | Path | None = None,
+        rotor: RotorSource = None,
         receptances: str | Path | None = None,
         flavour: Flavour = "native",
         threads: int | None = None,
@@ -102,7 +111,7 @@ class Batch:
                 planned[key] = _with_inputs(plan, assembly, inputs)
             plans.append(planned[key])
         self._assembly, self._plans = assembly, plans
-        self._members = BatchRunner(assembly, plans, scenario.coupling, threads)
+        self._members = BatchRunner(assembly, plans, threads)
         self._at = {name: k for k, name in enumerate(self._members.names)}
 
     def __len__(self) -> int:
@@ -110,12 +119,12 @@ class Batch:
 
     @property
     def names(self) -> list[str]:
-        """Names that `get` reads."""
+        """Names of variables for `get`."""
         return list(self._at)
 
     @property
     def inputs(self) -> list[str]:
-        """Names that `set` writes."""
+        """Names of inputs for `set`."""
         return list(self._plans[0].inputs)
 
     @property
@@ -125,30 +134,30 @@ class Batch:
 
     @property
     def time(self) -> Array:
-        """Time of each member (s), shape (n,); what happens then has not happened yet."""
+        """Time of each member (s), shape (n,); events at that time are still to come."""
         with self._open:
             return np.asarray(self._members.points * self.step_size, np.float64)
 
     @property
-    def failed(self) -> NDArray[np.bool_]:
-        """Which members did not complete a step, shape (n,); they rest until they are reset."""
+    def failed(self) -> Bools:
+        """Which members failed to complete a step, shape (n,); they stop until they are reset."""
         with self._open:
             return self._members.failed
 
     def reason(self, member: int) -> str:
-        """Return why a member failed; empty where it did not."""
+        """Return the cause of a member's failure; empty if it did not fail."""
         with self._open:
             return self._members.reason(member)
 
     def get(self, name: str) -> Array:
-        """Return the values of a variable, shape (n,): a live view of what the members work with, not a copy."""
+        """Return the values of a variable, shape (n,): a live view of the members' values, not a copy."""
         if name not in self._at:
             raise ValueError(f"the batch has no variable {name!r}; {suggest(name, list(self._at))}")
         with self._open:
             return self._members.values[:, self._at[name]]
 
     def set(self, name: str, values: ArrayLike, mask: Mask = None) -> None:
-        """Give an input a value for all members, or those of a mask, from the next step on.
+        """Set an input for all members, or those of a mask, from the next step on.
 
         Raises
         ------
@@ -163,17 +172,17 @@ class Batch:
         port = self._assembly.assignments().port(name)
         wrong = settings[chosen & ~((settings >= port.minimum) & (settings <= port.maximum) & np.isfinite(settings))]
         if len(wrong):
-            raise ValueError(f"{name} = {wrong[0]:.9g}{port.shown_unit} is not allowed; it must be {port.allowed()}")
+            raise ValueError(f"{name} = {wrong[0]:.9g}{port.display_unit} is not allowed; it must be {port.allowed()}")
         with self._open:
             np.copyto(self.get(name), settings, where=chosen)
 
     def step(self, k: int = 1) -> None:
-        """Step all members that have not failed by k communication steps; `failed` tells which failed.
+        """Step all members that have not failed by k communication steps; see `failed` afterwards.
 
         Raises
         ------
         ValueError
-            If k is no whole number from 1 to 2**31 - 1.
+            If k is not a whole number from 1 to 2**31 - 1.
         KeyboardInterrupt
             If Ctrl-C was pressed; all members are then at the same, earlier point.
         """
@@ -187,16 +196,16 @@ class Batch:
             self._members.step(steps)
 
     def reset(self, mask: Mask = None) -> None:
-        """Bring all members, or those of a mask, back to cycle 0."""
+        """Reset all members, or those of a mask, to cycle 0."""
         self.restore(self._members.start, mask)
 
     def save(self) -> States:
-        """Return the states of all members, which `restore` takes; dropping the object frees them."""
+        """Return the states of all members, for `restore`; deleting the object frees them."""
         with self._open:
             return self._members.save()
 
     def restore(self, states: States, mask: Mask = None) -> None:
-        """Bring all members, or those of a mask, back to states that `save` returned."""
+        """Restore states from `save` in all members, or those of a mask."""
         chosen = np.flatnonzero(self._chosen(mask)).tolist()
         with self._open:
             self._members.restore(states, chosen)
@@ -207,8 +216,8 @@ class Batch:
             self._open.is_closed = True
             self._members.close()
 
-    def _chosen(self, mask: Mask) -> NDArray[np.bool_]:
-        """Return which members a mask chooses, shape (n,)."""
+    def _chosen(self, mask: Mask) -> Bools:
+        """Return the members that a mask selects, shape (n,)."""
         chosen = np.ones(len(self), np.bool_) if mask is None else np.asarray(mask)
         if chosen.dtype != np.bool_ or chosen.shape != (len(self),):
             what = f"a mask of type {chosen.dtype} and shape {chosen.shape}"

@@ -1,10 +1,10 @@
-"""Which communication step a coupling needs, and how far a controller has to look ahead in it.
+"""Communication step and prediction time that a coupling requires.
 
-In Gauss-Seidel order the controller's currents act from the instant of its sample on. In Jacobi order everything passes
-on at the end of a step: the currents leave the controller a step after the displacements that they answer, and the
-force leaves the actuator another step later. With the step h the loop is 2 h slower than the controller alone. A delay
-tau takes omega tau of the loop's phase margin, and so of its damping. A controller that predicts its displacements by
-2 h makes up for it, to first order in h: what remains grows with (omega h)^2. See `docs/coupling.md`.
+In Gauss-Seidel order the controller's currents act from the instant of its sample. In Jacobi order all values are
+exchanged at the end of a step: the currents leave the controller one step after the displacements, and the force leaves
+the actuator another step later. With step h this adds a delay of 2 h to the loop. A delay tau reduces the loop's phase
+margin by omega tau, and so its damping. A controller that predicts displacements by 2 h compensates that to first order
+in h; the remainder grows with (omega h)^2. See `docs/coupling.md`.
 """
 
 from __future__ import annotations
@@ -22,12 +22,12 @@ SAMPLE_TIME = "sample_time"  # parameter of a component that samples
 
 
 def delay(coupling: Coupling, step_size: float) -> float:
-    """Return by how much a force is late after the displacement that it answers (s), for a communication step (s)."""
+    """Return the delay from displacement to force (s) for a communication step (s)."""
     return 2.0 * step_size if coupling == "jacobi" else 0.0
 
 
 def predictable(interfaces: Mapping[str, FmuInterface]) -> list[str]:
-    """Return the parameters, `component.variable`, that say how far a component looks ahead."""
+    """Return the parameters, `component.variable`, for the prediction time of a component."""
     result = {component: interface.ports.get(PREDICTION) for component, interface in interfaces.items()}
     return [f"{component}.{PREDICTION}" for component, port in result.items() if port and port.causality == "parameter"]
 
@@ -35,9 +35,9 @@ def predictable(interfaces: Mapping[str, FmuInterface]) -> list[str]:
 def longest_jacobi_step(sample_time: float) -> float:
     """Return the longest communication step (s) in Jacobi order for a controller of a sample time (s): a fifth of it.
 
-    How fast a controller samples tells how fast its loop is, so that this bounds the phase that the delay takes. A loop
-    sampled at 4 kHz is then within 5 % of Gauss-Seidel order in the orbit of a rub, without prediction; one of little
-    margin at 10 kHz needs prediction with it. `docs/coupling.md` has both.
+    The sample time indicates the bandwidth of the loop, so this bounds the phase lag of the delay. A loop sampled at
+    4 kHz is then within 5 % of Gauss-Seidel order in the orbit of a rub, without prediction; one with little margin at
+    10 kHz also needs prediction. `docs/coupling.md` has both.
     """
     return LARGEST_SHARE * sample_time
 
@@ -45,16 +45,16 @@ def longest_jacobi_step(sample_time: float) -> float:
 def coupling_warning(
     coupling: Coupling, step_size: float, prediction_time: float = 0.0, sample_time: float | None = None
 ) -> str | None:
-    """Return a sentence that says why the results of a levitated rotor are in doubt, or None.
+    """Return a warning if the coupling makes the results of a levitated rotor doubtful, or None.
 
     Parameters
     ----------
     coupling, step_size
-        Of the master; communication step (s).
+        Order of the master; communication step (s).
     prediction_time
-        How far the controller looks ahead (s).
+        Prediction of the controller (s).
     sample_time
-        Of the controller (s); None where it does not say.
+        Sample time of the controller (s); None if unknown.
     """
     longest = longest_jacobi_step(sample_time or USUAL_SAMPLE_TIME)
     if coupling != "jacobi" or step_size <= longest * (1.0 + 1e-9):
@@ -64,6 +64,6 @@ def coupling_warning(
     whose = "of the controller's sample time" if sample_time else f"of {1e6 * USUAL_SAMPLE_TIME:g} us between samples"
     return (
         f"with communication_step = {step:g} us in Jacobi order each force comes {late:g} us after the displacements "
-        f"that it answers{foreseen}; that changes the damping of a levitated rotor, or makes it unstable. "
+        f"that it responds to{foreseen}; that changes the damping of a levitated rotor, or makes it unstable. "
         f"Keep to steps of at most {most:g} us, a fifth {whose}"
     )

@@ -1,9 +1,9 @@
-"""Reads the TOML of a scenario, laid over that of its base; paths in a file are relative to it.
+"""Reads the TOML of a scenario, merged with that of its base; paths in a file are relative to it.
 
-A file with a `base`, the name or path of another one, only says what differs from it: tables are merged, everything
-else is replaced. `remove` takes away what the base says: keys of a scenario (`gravity`, `event`), entries of a table
-(`plot.cycles`, `fmu.rotor_contact`), and the parameters and first inputs of components (`rotor_contact.contact.law`);
-`*` and `?` match others.
+A file with a `base`, the name or path of another one, contains only the differences from it: tables are merged,
+everything else is replaced. `remove` removes entries of the base: keys of a scenario (`gravity`, `event`), entries of a
+table (`plot.cycles`, `fmu.rotor_contact`), and parameters and initial inputs of components
+(`rotor_contact.contact.law`); `*` and `?` are wildcards.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ def read_scenario(name: str, derived: tuple[str, ...] = ()) -> dict[str, Any]:
     Raises
     ------
     ValueError
-        If there is none, it cannot be read, or it removes what is not there.
+        If there is none, it cannot be read, or it removes entries that do not exist.
     """
     packaged = files_of("scenarios")
     source = packaged.get(name, Path(name))
@@ -76,7 +76,7 @@ def read_scenario(name: str, derived: tuple[str, ...] = ()) -> dict[str, Any]:
 
 
 def with_paths(data: dict[str, Any], place: Callable[[str], str]) -> dict[str, Any]:
-    """Return a scenario's data with `place` of every path in it; names of what packs and models have stay."""
+    """Return a scenario's data with `place` applied to every path; names from packs and models are unchanged."""
 
     def placed(key: str, value: Any) -> Any:
         return value if not isinstance(value, str) or _is_packaged(key, value) else place(value)
@@ -99,7 +99,7 @@ def _is_packaged(key: str, name: str) -> bool:
 
 
 def _without(data: dict[str, Any], entry: str) -> dict[str, Any]:
-    """Return a scenario's data without what `entry` names; raises ValueError if it names nothing."""
+    """Return a scenario's data without the entries that match `entry`; raises ValueError if there are none."""
     head, dot, rest = entry.partition(".")
     if not dot and head in data:
         return {key: value for key, value in data.items() if key != head}
@@ -118,7 +118,7 @@ def _without(data: dict[str, Any], entry: str) -> dict[str, Any]:
 
 
 def overlaid(below: dict[str, Any], above: dict[str, Any]) -> dict[str, Any]:
-    """`below` with what `above` says instead; tables are merged, everything else is replaced."""
+    """`below` overridden by `above`; tables are merged, everything else is replaced."""
     merged = dict(below)
     for key, value in above.items():
         both = isinstance(value, dict) and isinstance(merged.get(key), dict)

@@ -6,9 +6,11 @@ import math
 from dataclasses import dataclass
 
 from amb_cosim.cosim.system.values import Raw
-from amb_cosim.results.places import ACTUATOR, PLANT
+from amb_cosim.results.component_names import ACTUATOR, PLANT
 from amb_cosim.scenario.operating_point import MissingParameters, parameters_of
+from amb_cosim.scenario.rotors import RotorSource
 
+STANDARD_GRAVITY = 9.81  # m/s^2
 OF_MAGNET = (("gap", "m"), ("turns", ""), ("pole_area", "m2"), ("bias_current", "A"), ("current_limit", "A"))
 
 
@@ -20,18 +22,18 @@ class Gravity:
     angle: Raw
 
 
-def set_gravity(missing: MissingParameters, gravity: Gravity, rotor: str | None) -> None:
-    """Let gravity pull on the rotor, and its magnetic bearings, if there are any, carry the weight at their centres.
+def set_gravity(missing: MissingParameters, gravity: Gravity, rotor: RotorSource) -> None:
+    """Apply gravity to the rotor, and let its magnetic bearings, if any, carry the weight at their centres.
 
-    The forces of the bearings become total forces, and each axis gets the static current that carries its share of
-    the weight. A bearing that replaces the magnetic ones and has no `total_force` carries its share in its own way.
+    The forces of the bearings become total forces, and each axis gets the static current that carries its share of the
+    weight. A replacing bearing without `total_force` must carry its share itself.
 
     Parameters
     ----------
     missing
-        The values of all parameters, and which of them were given and stay.
+        The values of all parameters, and the names of those that are set or fixed.
     rotor
-        Name or file of the rotor, the packs' default without.
+        The rotor, its name or its file; by default the packs' default rotor.
 
     Raises
     ------
@@ -47,8 +49,8 @@ def set_gravity(missing: MissingParameters, gravity: Gravity, rotor: str | None)
             _carry_weight(missing, rotor)
 
 
-def _carry_weight(missing: MissingParameters, rotor: str | None) -> None:
-    from rotor_analysis.rotor_file import load_rotor  # a scenario without gravity needs nothing of it
+def _carry_weight(missing: MissingParameters, rotor: RotorSource) -> None:
+    from rotor_analysis.rotor_file import load_rotor  # not needed without gravity
     from rotor_analysis.static_load import carried_masses
 
     size, angle = (missing.values.parameter(f"{PLANT}.{name}") for name in ("gravity", "gravity_angle"))

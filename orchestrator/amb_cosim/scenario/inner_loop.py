@@ -1,4 +1,4 @@
-"""What a table of receptances depends on in a linear controller beneath the synchronous control."""
+"""Dependence of a table of receptances on a linear controller beneath the synchronous control."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _ENDINGS = (".gain", ".scale")
 
 
 def inner_loop_parameters(system: System, parameters: Mapping[str, Mapping[str, float | None]]) -> dict[str, float]:
-    """Return what decides the responses of linear controllers: parameters, and a checksum (CRC-32) of their matrices.
+    """Return the data that determine the responses of linear controllers: parameters, and a CRC-32 of their matrices.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What a controller assumes of the magnets: K_s, K_i and the range of currents at their operating points."""
+"""Assumptions of a controller about the magnets: K_s, K_i and the range of currents at their operating points."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from functools import lru_cache
 from amb_cosim.cosim.system.assignments import Assignments
 from amb_cosim.cosim.system.system_file import load_system
 from amb_cosim.cosim.system.values import Raw
-from amb_cosim.results.places import ACTUATOR, CONTROLLER
+from amb_cosim.results.component_names import ACTUATOR, CONTROLLER
 
 LARGEST_RATIO = 1.5  # between an assumed constant and the magnet's, or its inverse, without a warning
 MOST_NAMED = 4  # in a warning
@@ -27,7 +27,7 @@ class MissingParameters:
     given: Collection[str]
 
     def set(self, name: str, value: Raw) -> None:
-        """Set a parameter, unless it was given."""
+        """Set a parameter unless the user has set it."""
         if name not in self.given:
             self.values.set_or_drop(name, value, only="parameter")
 
@@ -46,15 +46,15 @@ def _inherited() -> tuple[Raw, ...]:
 
 
 def set_operating_points(missing: MissingParameters) -> list[str]:
-    """Set what the controller assumes of each magnet: K_s, K_i, i_min = -(I_s + I_b), i_max = I_b; return warnings.
+    """Set the controller's assumptions on each magnet: K_s, K_i, i_min = -(I_s + I_b), i_max = I_b; return warnings.
 
-    K_s and K_i are the slopes of the magnet's force law at its centre. A warning names what was given and differs from
-    them by more than `LARGEST_RATIO`, and measured constants that differ so from the geometry that was given alone.
+    K_s and K_i are the slopes of the magnet's force law at its centre. A warning names settings that differ from these
+    by more than `LARGEST_RATIO`, and measured constants that differ as much from a geometry set without them.
 
     Parameters
     ----------
     missing
-        The values of all parameters, and which of them were given and stay.
+        The values of all parameters, and the names of those that are set or fixed.
     """
     values, far = missing.values, list[str]()
     for bearing, axis in _axes(values):
@@ -73,7 +73,7 @@ def set_operating_points(missing: MissingParameters) -> list[str]:
         if measured and own & {*missing.given} and not of_law.keys() & {*missing.given}:
             assumed |= dict(zip(of_law, _slopes(bearing, axis, of_axis, LINEAR), strict=True))
         far += [sentence for name, value in assumed.items() if (sentence := _difference(values, name, value))]
-    about = f"by more than a factor of {LARGEST_RATIO:g} from what follows from the magnets"
+    about = f"by more than a factor of {LARGEST_RATIO:g} from the values of the magnets"
     more = [f"and {len(far) - MOST_NAMED} more"] if len(far) > MOST_NAMED else []
     return [f"constants differ {about}: {'; '.join(far[:MOST_NAMED] + more)}"] if far else []
 
@@ -112,7 +112,7 @@ def _set_if_allowed(missing: MissingParameters, name: str, value: float) -> None
 
 
 def _difference(values: Assignments, name: str, of_magnet: float) -> str:
-    """Return a parameter beside the value that follows from the magnet, where they are far apart, or an empty text."""
+    """Return a parameter and the value of the magnet if they differ much, otherwise an empty text."""
     component, _, variable = name.partition(".")
     port = values.interfaces[component].ports.get(variable)
     if port is None:
@@ -121,4 +121,4 @@ def _difference(values: Assignments, name: str, of_magnet: float) -> str:
     least, most = sorted((given / LARGEST_RATIO, given * LARGEST_RATIO))
     if least <= of_magnet <= most:
         return ""
-    return f"{name} = {given:.4g}{port.shown_unit}, by the magnet {of_magnet:.4g}{port.shown_unit}"
+    return f"{name} = {given:.4g}{port.display_unit}, by the magnet {of_magnet:.4g}{port.display_unit}"

@@ -14,24 +14,25 @@ from amb_cosim.cosim.system.assignments import Assignments
 from amb_cosim.cosim.system.experiment import Experiment, InputChange, Plan, Profile
 from amb_cosim.cosim.system.planning import plan_experiment
 from amb_cosim.cosim.system.values import Raw, convert, quantity
-from amb_cosim.results.places import ACTUATOR, PLANT, RotorPlaces, places_of
+from amb_cosim.results.component_names import ACTUATOR, PLANT
+from amb_cosim.results.places import RotorPlaces, places_of
 from amb_cosim.scenario.coupling import delay, predictable
 from amb_cosim.scenario.gravity import Gravity, set_gravity
 from amb_cosim.scenario.operating_point import MissingParameters, set_operating_points, stated_constants
 from amb_cosim.scenario.scenario import Scenario, positive_speed
 from amb_cosim.scenario.signal_chain import idle_switches, unsteady_effects
 
-SPEED = "Omega"  # the shared signal whose first value counts the cycles
+SPEED = "Omega"  # the shared signal whose initial value counts the cycles
 ACCELERATION = "Omega_dot"  # the shared signal that holds the slope of the speed over the coming step
 UNBALANCE = "kg.m"
 
 
 @dataclass(frozen=True)
 class ScenarioPlan(Plan):
-    """A scenario on the time grid: cycle 0 begins at time 0, settling comes before it.
+    """A scenario on the time grid: cycle 0 begins at time 0, preceded by settling.
 
-    `period` is that of the initial speed (s), `marks` holds the communication points of labelled events, `roles` the
-    labels of those with a role, `warnings` are sentences on parameters that change nothing or do not belong together.
+    `period` is that of the initial speed (s), `marks` the communication points of labelled events, `roles` the labels
+    of those with a role, `warnings` are sentences on parameters without effect or in conflict.
     """
 
     period: float = math.nan
@@ -56,7 +57,7 @@ def parse_settings(settings: Iterable[str]) -> dict[str, str]:
     for text in settings:
         name, equals, value = (part.strip() for part in text.partition("="))
         if not (name and equals and value):
-            raise ValueError(f"{text!r} is no setting; write component.variable=value")
+            raise ValueError(f"{text!r} is not a setting; write component.variable=value")
         parsed[name] = value
     return parsed
 
@@ -74,14 +75,14 @@ def plan_scenario(
     Parameters
     ----------
     scenario, assembly
-        What is run, of what. Signals of the rotor's places are always recorded, as figures need them.
+        The scenario and its FMUs. Signals of the rotor's places are always recorded, as figures need them.
     settings
-        Values by `component.variable`, or by a signal's name, that replace the scenario's first values.
+        Values by `component.variable`, or by a signal's name, that replace the scenario's initial values.
     until
         End of the run from the beginning of cycle 0, in s or with its unit, in place of the scenario's. It is rounded
-        to whole steps, which a notice tells.
+        to whole steps, with a notice.
     recorded
-        Patterns of all that is recorded, in place of what the scenario, summary and figures ask for.
+        Patterns of all that is recorded, in place of those that scenario, summary and figures require.
     first
         The `first_values` of the same scenario and settings, with any events, if they are known.
 
@@ -107,7 +108,7 @@ def plan_scenario(
         stop_time=scenario.end(period) if end is None else nearest_steps("until", end, h) * h,
         start_time=-scenario.settle_cycles * period,
         events=tuple(events),
-        profiles=_speed_profile(scenario, values, period, h),
+        profiles=_speed_profile(scenario, values, period),
         stops=tuple(stop.condition(period) for stop in scenario.stop),
         recorded=scenario.record.variables if recorded is None else (),
         essential=_essential(places_of(assembly)) if recorded is None else tuple(recorded),
@@ -117,6 +118,7 @@ def plan_scenario(
         settling=scenario.settling,
         turn=period,
         unsolvable=unsteady_effects(values),
+        coupling=coupling,
     )
     plan = plan_experiment(experiment, values)
     planned = {f.name: getattr(plan, f.name) for f in fields(Plan)}
@@ -128,7 +130,7 @@ def plan_scenario(
 
 @dataclass(frozen=True)
 class FirstValues:
-    """What a scenario begins with, whatever its events: values, the parameters that were given, and warnings."""
+    """Start of a scenario, independent of its events: values, names of set parameters, and warnings."""
 
     values: Assignments
     given: frozenset[str]
@@ -136,9 +138,9 @@ class FirstValues:
 
 
 def first_values(scenario: Scenario, assembly: Assembly, settings: Mapping[str, Raw] | None = None) -> FirstValues:
-    """Return what a scenario begins with; arguments and errors as of `plan_scenario`.
+    """Return the start of a scenario; arguments and errors as of `plan_scenario`.
 
-    A controller that can predict does so by the delay of Jacobi order, unless a value is given.
+    In Jacobi order, a controller that can predict does so over the delay, unless a value is set.
     """
     values = assembly.assignments()
     values.set(SPEED, scenario.Omega)
@@ -156,7 +158,7 @@ def first_values(scenario: Scenario, assembly: Assembly, settings: Mapping[str, 
         set_gravity(missing, Gravity(scenario.gravity, scenario.gravity_angle), scenario.rotor)
     warnings = set_operating_points(missing)
     coupling = scenario.coupling or assembly.system.coupling
-    positive_speed(values.inputs[SPEED])  # a wrong speed is told before a wrong step
+    positive_speed(values.inputs[SPEED])  # a wrong speed is reported before a wrong step
     if late := delay(coupling, scenario.step_size(coupling)):
         for name in set(predictable(assembly.interfaces)) - given:
             values.set(name, late)
@@ -169,12 +171,12 @@ def _rounded(until: float | None, plan: Plan) -> list[str]:
     if until is None or is_on_grid(n, until, h):
         return []
     return [
-        f"until = {until:.12g} s is no whole number of communication steps of {h:g} s; the run ends at {n * h:.9g} s"
+        f"until = {until:.12g} s is not a whole number of communication steps of {h:g} s; the run ends at {n * h:.9g} s"
     ]
 
 
 def _essential(places: RotorPlaces) -> tuple[str, ...]:
-    """Return patterns of what summary and plots need, whatever else is recorded."""
+    """Return patterns of variables for summary and plots, which are always recorded."""
     measured = [name for signals in places.measured.values() for name in signals]
     of_places = (
         *(f"{bearing}.[xy]" for bearing in places.bearings),
@@ -185,7 +187,7 @@ def _essential(places: RotorPlaces) -> tuple[str, ...]:
 
 
 def _contact(places: RotorPlaces) -> tuple[str, ...]:
-    """Return patterns of what the figures of contact take of every step, however thin the record is."""
+    """Return patterns of variables that figures of contact require at every step, also of a decimated record."""
     of_sites = ("f_n*", "impulse", "mode", "whirl_speed", "race_speed", "friction_power")
     forces = (f"{PLANT}.{site}.{name}" for site in places.sites for name in of_sites)
     return (f"{PLANT}.contact_state", *forces, f"{ACTUATOR}.*.amplifier_off_?")
@@ -213,15 +215,15 @@ def _scaled(
     return scaled
 
 
-def _speed_profile(scenario: Scenario, values: Assignments, period: float, h: float) -> tuple[Profile, ...]:
+def _speed_profile(scenario: Scenario, values: Assignments, period: float) -> tuple[Profile, ...]:
     """Return the speed over time, if the scenario changes it."""
     if not scenario.speed:
         return ()
     signals = [signal.name for signal in values.system.signals]
     if ACCELERATION not in signals:
         raise ValueError(
-            f"system {values.system.name} has no signal {ACCELERATION}, and so its speed cannot change; "
-            f"there are {', '.join(signals)}"
+            f"system {values.system.name} has no signal {ACCELERATION}, so its speed cannot change; there are "
+            f"{', '.join(signals)}"
         )
     points: list[tuple[float, Any]] = [(0.0, values.inputs[SPEED])]
     points += [(p.moment(period), positive_speed(values.read(SPEED, p.Omega, "input")[1])) for p in scenario.speed]

@@ -9,16 +9,16 @@ import numpy as np
 
 from amb_cosim.cosim.record.signals import Signals
 from amb_cosim.cosim.record.warnings import WarningRecord
-from amb_cosim.results.places import CONTROLLER
+from amb_cosim.results.component_names import CONTROLLER
 from amb_cosim.results.power import without_power
 
 DEMAND = (CONTROLLER, "current_limited")
 
 
 def with_power(warned: Iterable[WarningRecord], dataset: Signals) -> list[WarningRecord]:
-    """Return warnings of a run, that of a controller's demand at its limit for the time in which it has a hearer alone.
+    """Return warnings of a run; a demand at its limit counts only while an amplifier is on.
 
-    With the amplifiers of all axes off the demand says nothing; it is left out where there is no other time.
+    With all amplifiers off the demand has no effect; the warning is omitted if there is no other time.
     """
     return [
         left

@@ -1,8 +1,10 @@
-"""Scenarios of a levitated rotor: what is run, at which speed, and what happens when; read from TOML and checked."""
+"""Scenarios of a levitated rotor: machine, speed, and events; read from TOML and checked."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
+from os import PathLike, fspath
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal
 
@@ -16,6 +18,7 @@ from amb_cosim.cosim.system.tables import Cycles, Table, Value, Values, time_of
 from amb_cosim.cosim.system.values import quantity
 from amb_cosim.scenario.coupling import DEFAULT_STEPS
 from amb_cosim.scenario.file import overlaid, packaged_scenarios, read_scenario, relative_to, with_paths
+from amb_cosim.scenario.rotors import RotorField, RotorSource, is_rotor
 from amb_files.atomic import write_atomically
 from amb_files.pack_file import default
 from amb_files.toml import parse_toml, validate
@@ -27,18 +30,18 @@ _MACHINE = (  # fields that say what runs, and how it is set
 Label = Annotated[str, StringConstraints(pattern=r"^[a-z][a-z0-9_]*$", max_length=40)]
 FORMER_LABELS = {"step": "disturbance", "removal": "relief"}  # that stood for a role before there were roles
 
-FigureName = Literal["orbits", "displacement", "contact", "whirl", "magnets", "energy", "touchdown"]
+FigureName = Literal["orbits", "displacement", "contact", "whirl", "magnets", "energy", "touchdown", "turns"]
 
 
 class _Moment(Table):
-    """Something that happens at a cycle or at a time."""
+    """An event at a cycle or at a time."""
 
     noun: ClassVar[str]
 
     cycle: Cycles | None = None
-    """When, in turns at the initial speed from the end of settling."""
+    """Cycle of the event: revolutions at the initial speed since the end of settling."""
     time: Value | None = None
-    """When, in seconds from the end of settling."""
+    """Time of the event in seconds since the end of settling."""
 
     def moment(self, period: float) -> float:
         """When it happens in s, for cycles of `period` s."""
@@ -50,14 +53,14 @@ class _Moment(Table):
 
 
 class Event(_Moment):
-    """From a moment on, inputs and tunable parameters have new values."""
+    """New values of inputs and tunable parameters from a point in time."""
 
     noun = "an event"
 
     label: Label | None = None
-    """Names the event in figures and sweeps, such as `power_loss`; by default its role. No two have the same."""
+    """Unique name of the event in figures and sweeps, such as `power_loss`; default: its role."""
     role: Role | None = None
-    """What it is to the run: the `disturbance` that the rotor is judged after, or the `relief` that takes it back."""
+    """Its role in the run: the `disturbance` that the rotor is judged after, or the `relief` that takes it back."""
     set: dict[str, Values]
     """New values, by component and variable."""
 
@@ -68,29 +71,29 @@ class Event(_Moment):
 
 
 class SpeedPoint(_Moment):
-    """A speed that is reached at a moment; it changes linearly from the point before."""
+    """A speed at a point in time; it changes linearly from the previous point."""
 
     noun = "a speed point"
 
     Omega: Value
-    """The speed that is reached."""
+    """The speed at that time."""
 
 
 class Stop(Table):
-    """The run ends at the first point at which a signal has been above, or below, a value for long enough."""
+    """The run ends as soon as a signal has been above, or below, a value for long enough."""
 
     variable: str
     """An output, or an input that the scenario sets, by its name in the data set."""
     above: Value | None = None
-    """The signal counts while it is above; either this or `below`."""
+    """Lower limit of the signal; either this or `below`."""
     below: Value | None = None
-    """The signal counts while it is below."""
+    """Upper limit of the signal."""
     hold_cycles: Cycles | None = None
-    """How long without a break, in turns; a single point is enough without."""
+    """Duration in cycles; by default a single point suffices."""
     hold_time: Value | None = None
     """The same in seconds."""
     from_cycle: Cycles | None = None
-    """From when on it is judged; from cycle 0 without."""
+    """Cycle from which it is checked; default 0."""
     from_time: Value | None = None
     """The same in seconds."""
 
@@ -111,12 +114,12 @@ class Stop(Table):
 
 
 class Plot(Table):
-    """What is drawn."""
+    """Figures."""
 
     cycles: tuple[Cycles, Cycles] | None = None
-    """First and last cycle of the figures; what suits the run without."""
+    """First and last cycle of the figures; by default chosen to suit the run."""
     figures: tuple[FigureName, ...] | None = None
-    """Which figures; what suits the run without."""
+    """Figures to draw; by default chosen to suit the run."""
 
 
 class Scenario(Table):
@@ -124,66 +127,74 @@ class Scenario(Table):
 
     Keys of `inputs`, `parameters` and `fmu` are component names; `*` and `?` in the names of parameters and inputs
     match any characters and any one character.
+
+    Examples
+    --------
+    >>> scenario = Scenario.load("compressor_levitated").changed(Omega="6000 rpm", end_cycle=4)
+    >>> scenario.Omega, scenario.end_cycle
+    ('6000 rpm', 4.0)
     """
 
     name: str = "scenario"
-    """Name, that of the file."""
+    """Name (that of the file)."""
     description: str = ""
-    """What happens, in one line."""
+    """Description in one line."""
     source: str = ""
-    """Where it is from."""
+    """Source."""
     theme: str = ""
-    """Under which heading lists have it."""
+    """Heading in lists."""
     system: str = "levitated"
     """Components and their connections: the name of a packaged system, or of a system file."""
-    rotor: str | None = None
-    """Name of a rotor of a pack, or a rotor file, for which the models are built; by default the one that a pack says.
+    rotor: RotorField | None = None
+    """Rotor of the models: the name of a packaged rotor, a rotor file, or in Python a `Rotor`; by default the packs'
+    default.
     """
     receptances: str | None = None
-    """Table whose receptances the controller has in place of the rotor model's."""
+    """Table of receptances for the controller, instead of those of the rotor model."""
     gradient: bool = True
-    """Whether the actuator feels the rotor within a communication step, by the gradient of its force."""
+    """Whether the magnetic force follows the rotor within a communication step, by its gradient."""
     coupling: Coupling | None = None
-    """Order in which the components step; that of the system by default."""
+    """Order in which the components step; default: that of the system."""
     communication_step: Value | None = None
     """Step after which values are exchanged: 250 us by default, in Jacobi order 25 us, where a controller with the
-    parameter `prediction_time` predicts by two steps unless told otherwise."""
+    parameter `prediction_time` predicts by two steps unless it is set."""
     Omega: Value
-    """Speed before and at cycle 0, and for good without points of `speed`."""
+    """Speed up to cycle 0, and afterwards unless `speed` has points."""
     gravity: Value | None = None
     """Acceleration that pulls on the rotor. The static currents of magnetic bearings carry the weight, and the rotor
-    levitates at its setpoint; parameters that the scenario gives keep their values."""
+    levitates at its setpoint; parameters set in the scenario keep their values.
+    """
     gravity_angle: Value = "225 deg"
-    """Where gravity pulls to, from x towards y."""
+    """Direction of gravity, from x towards y."""
     settle_cycles: float = Field(default=40.0, ge=0.0, le=1e9)
-    """Turns before cycle 0, in which the motion settles."""
+    """Revolutions before cycle 0 in which the motion settles."""
     settling: Settling = "simulated"
     """Whether these turns are `simulated`, or the motion that they lead to is `solved` for, and one turn of it
     simulated, with the angle that the rotor has after them; `automatic` solves where it can. It cannot where noise,
     converters, adaptive control, identification or contact are on before cycle 0, where the loop is not stable,
     forces are not linear, or housings, races or the speed move."""
     end_cycle: float | None = Field(default=None, gt=0.0, le=1e9)
-    """Where the run ends, in turns; either this or `end_time`. A `stop` may end it before."""
+    """End of the run in cycles; either this or `end_time`. A `stop` may end it earlier."""
     end_time: Value | None = None
-    """Where the run ends, in seconds."""
+    """End of the run in seconds."""
     unbalance_factor: float = Field(default=1.0, gt=0.0, le=1e9)
     """Multiplies every unbalance (input in kg.m) that the scenario sets."""
     inputs: dict[str, Values] = Field(default={})
-    """Inputs at the start, by component."""
+    """Initial values of inputs, by component."""
     parameters: dict[str, Values] = Field(default={})
     """Parameters, by component."""
     event: tuple[Event, ...] = ()
-    """What changes, and when."""
+    """Changes during the run."""
     speed: tuple[SpeedPoint, ...] = ()
-    """Points through which the speed passes after cycle 0, linear between them and constant after the last."""
+    """Points of the speed after cycle 0, linear between them and constant after the last."""
     stop: tuple[Stop, ...] = ()
     """Conditions that end the run before its end."""
     record: Record = Record()
-    """What is recorded."""
+    """Recorded variables."""
     plot: Plot = Plot()
-    """What is drawn."""
+    """Figures."""
     fmu: dict[str, str] = Field(default={})
-    """FMUs or controller files in the place of components."""
+    """FMUs or controller files that replace components."""
 
     @classmethod
     def load(cls, name: str | Path) -> Scenario:
@@ -201,21 +212,32 @@ class Scenario(Table):
         return make_scenario(overlaid(self._data(), fields), self.name)
 
     def machine(self, **fields: Any) -> Scenario:
-        """Return a scenario of the same machine and parameters, with `fields` in place of what happens in this one.
+        """Return a scenario of the same machine and parameters, with other events and `fields`.
 
-        It is a second without settling unless they say otherwise.
+        It lasts a second without settling unless they set something else.
         """
         retained = {key: value for key, value in self._data().items() if key in _MACHINE}
         return make_scenario(overlaid(retained, {"settle_cycles": 0, "end_time": 1.0} | fields), self.name)
 
     def save(self, path: str | Path) -> Path:
-        """Write the scenario as a TOML file that `load` reads, paths in it relative to the file; return its path."""
+        """Write the scenario as a TOML file that `load` reads, paths in it relative to the file; return its path.
+
+        Raises
+        ------
+        ValueError
+            If its rotor was made in Python: a scenario file names one.
+        """
+        if is_rotor(self.rotor):
+            raise ValueError(
+                f"scenario {self.name} has rotor {self.rotor.name!r} of Python; a file must name a rotor file"
+            )
         text = tomli_w.dumps(with_paths(self._data(), relative_to(Path(path).parent)))
         write_atomically(Path(path), lambda file: file.write_text(text, encoding="utf-8"))
         return Path(path)
 
     def _data(self) -> dict[str, Any]:
-        return self.model_dump(mode="json", exclude_unset=True, exclude_none=True, exclude={"name"})
+        data = self.model_dump(mode="json", exclude_unset=True, exclude_none=True, exclude={"name"})
+        return data | {"rotor": self.rotor} if is_rotor(self.rotor) else data
 
     @property
     def initial_speed(self) -> float:
@@ -251,14 +273,20 @@ class Scenario(Table):
 
 
 def positive_speed(speed: float) -> float:
-    """The speed (rad/s), if it is one that cycles can count; raises ValueError otherwise."""
+    """The speed (rad/s), if cycles can be counted at it; raises ValueError otherwise."""
     if not 0.0 < speed < math.inf:
         raise ValueError(f"Omega = {speed:g} rad/s is not allowed; it must be > 0 rad/s, since cycles count its turns")
     return speed
 
 
 def scenarios() -> dict[str, str]:
-    """Return the names of the packs' scenarios, and what happens in each."""
+    """Return the names and descriptions of the packs' scenarios.
+
+    Examples
+    --------
+    >>> scenarios()["compressor_levitated"]
+    'A compressor in magnetic bearings under PID holds a step of unbalance without contact'
+    """
     return {name: scenario.description for name, scenario in load_scenarios().items()}
 
 
@@ -270,21 +298,24 @@ def load_scenarios() -> dict[str, Scenario]:
 def load_scenario(name: str | None = None) -> Scenario:
     """Read the scenario called `name`, or the TOML file at that path; the default of the packs without a name.
 
-    A file with a `base`, the name or path of another one, only says what differs from it; see `file`.
+    A file with a `base`, the name or path of another one, contains only the differences; see `file`.
 
     Raises
     ------
     ValueError
-        If there is none, or it is wrong; the message is one line for each mistake.
+        If there is none, or it is invalid; the message has one line for each mistake.
     """
     name = default("scenario") if name is None else name
     return make_scenario(read_scenario(name), name)
 
 
 def given_scenario(
-    given: str | Path | Scenario | None, rotor: str | Path | None = None, receptances: str | Path | None = None
+    given: str | Path | Scenario | None,
+    rotor: RotorSource = None,
+    receptances: str | Path | None = None,
+    fmu: Mapping[str, str | PathLike[str]] | None = None,
 ) -> Scenario:
-    """Return a scenario, which may be given as for `load_scenario`, with these files in place of its own.
+    """Return a scenario (see `load_scenario`) with another rotor, table and FMUs.
 
     Raises
     ------
@@ -292,8 +323,10 @@ def given_scenario(
         As `load_scenario` does.
     """
     scenario = given if isinstance(given, Scenario) else load_scenario(None if given is None else str(given))
-    files = {"rotor": rotor, "receptances": receptances}
-    return scenario.model_copy(update={key: str(file) for key, file in files.items() if file is not None})
+    others = {"rotor": rotor, "receptances": receptances}
+    changes = {key: item if is_rotor(item) else str(item) for key, item in others.items() if item is not None}
+    scenario = scenario.model_copy(update=changes)
+    return scenario.changed(fmu={component: fspath(file) for component, file in fmu.items()}) if fmu else scenario
 
 
 def parse_scenario(text: str, name: str) -> Scenario:
@@ -302,7 +335,7 @@ def parse_scenario(text: str, name: str) -> Scenario:
 
 
 def make_scenario(data: dict[str, Any], name: str) -> Scenario:
-    """A scenario from what its TOML holds. Raises ValueError as `load_scenario` does."""
+    """A scenario from the content of its TOML file. Raises ValueError as `load_scenario` does."""
     what = f"scenario {name}"
     scenario = validate({"name": Path(name).stem} | data, Scenario, what)
     try:
@@ -335,7 +368,11 @@ def _check_speeds(scenario: Scenario) -> None:
     for point in scenario.speed:
         moment = point.moment(scenario.period)
         if not before < moment < math.inf:
-            what = f"at > {before:g} s, after the point before it" if before else "at > 0 s, where Omega holds"
+            what = (
+                f"at > {before:g} s, after the point before it"
+                if before
+                else "at > 0 s, because Omega defines the start"
+            )
             raise ValueError(f"speed point at {moment:g} s is not allowed; it must be {what}")
         positive_speed(quantity(point.Omega, "rad/s", "Omega"))
         before = moment

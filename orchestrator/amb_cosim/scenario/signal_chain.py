@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection
 
 from amb_cosim.cosim.system.assignments import Assignments
-from amb_cosim.results.places import CONTROLLER
+from amb_cosim.results.component_names import CONTROLLER
 
 PRESET, CUSTOM = "chain.preset", "custom"
 IDEAL, SWITCHES = "ideal", ("noise", "filter", "adc", "dac", "delay")
@@ -15,12 +15,13 @@ UNSTEADY = ("noise", "adc", "dac")  # effects with which no two turns are alike
 def idle_switches(values: Assignments, given: Collection[str]) -> list[str]:
     """Return a sentence on switches that were set, and to which the preset of the chain does not listen.
 
-    Under `ideal` no effect is on, under any other preset but `custom` all are: a switch that says otherwise is idle.
+    Under `ideal` all effects are off, under other presets except `custom` all are on: other switch settings have no
+    effect.
 
     Parameters
     ----------
     given
-        Parameters, `component.variable`, that were set.
+        Parameters, `component.variable`, set by the user.
     """
     controller = values.interfaces.get(CONTROLLER)
     preset = None if controller is None else controller.ports.get(PRESET)
@@ -37,7 +38,7 @@ def idle_switches(values: Assignments, given: Collection[str]) -> list[str]:
 
 
 def unsteady_effects(values: Assignments) -> str:
-    """Return which effects of signal chains, named, no two turns are alike with; empty where there are none."""
+    """Return the names of signal chain effects that make turns differ; empty if there are none."""
     result = []
     for component, interface in values.interfaces.items():
         preset = interface.ports.get(PRESET)

@@ -1,44 +1,46 @@
-"""Runs scenarios: finds the FMUs, plans, simulates, and labels what was recorded in cycles of the rotor."""
+"""Runs scenarios: finds the FMUs, plans, simulates, and labels the record in cycles of the rotor."""
 
 from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from os import PathLike, fspath
+from dataclasses import dataclass, field
+from os import PathLike
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from amb_cosim.cosim.basics.choices import Flavour, Loop
-from amb_cosim.cosim.basics.schedules import Array
 from amb_cosim.cosim.fmu.fmu_interface import FmuInterface
 from amb_cosim.cosim.fmu.fmus import Fmu
-from amb_cosim.cosim.master.instances import InstancePool
 from amb_cosim.cosim.record.recorder import Recorder
 from amb_cosim.cosim.record.signals import AT_STEPS, EACH_STEP, Samples, SignalTable
 from amb_cosim.cosim.record.warnings import ATTRIBUTE as WARNINGS
 from amb_cosim.cosim.record.warnings import WarningRecord, to_json, warnings_of
 from amb_cosim.cosim.run.checkpoint import Checkpoint
 from amb_cosim.cosim.run.dataset import step_times, steps_of, to_signals
+from amb_cosim.cosim.run.options import DEFAULTS, Progress, RunOptions
 from amb_cosim.cosim.run.recording import Recording
-from amb_cosim.cosim.run.run_plan import Progress, run_plan
+from amb_cosim.cosim.run.run_plan import run_plan
 from amb_cosim.cosim.run.saving import AUTOSAVE_TIME, Saves, resumed, save_points
 from amb_cosim.cosim.system.assembly import Assembly, assemble
 from amb_cosim.cosim.system.system import System
 from amb_cosim.cosim.system.system_file import load_system
 from amb_cosim.cosim.system.values import Raw
 from amb_cosim.presentation.progress import progress_bar
+from amb_cosim.results.component_names import CONTROLLER
 from amb_cosim.results.places import ATTRIBUTE as PLACES
-from amb_cosim.results.places import CONTROLLER, places_of
+from amb_cosim.results.places import places_of
 from amb_cosim.results.result import Result
 from amb_cosim.results.stability import LAST_CHANGE
 from amb_cosim.scenario.coupling import PREDICTION, SAMPLE_TIME, coupling_warning
 from amb_cosim.scenario.inner_loop import inner_loop_parameters
 from amb_cosim.scenario.plan import FirstValues, ScenarioPlan, plan_scenario
 from amb_cosim.scenario.power import with_power
+from amb_cosim.scenario.rotors import RotorSource
 from amb_cosim.scenario.scenario import Scenario, given_scenario
+from array_types import Array
 
 
 def run(
@@ -46,7 +48,7 @@ def run(
     *,
     set: Mapping[str, Raw] | None = None,
     until: Raw | None = None,
-    rotor: str | Path | None = None,
+    rotor: RotorSource = None,
     receptances: str | Path | None = None,
     fmu: Mapping[str, str | PathLike[str]] | None = None,
     flavour: Flavour = "native",
@@ -63,64 +65,80 @@ def run(
     Parameters
     ----------
     scenario
-        A `Scenario`, the name of one of a pack, or the path of a TOML file.
+        A `Scenario`, the name of a packaged scenario, or the path of a TOML file.
     set
         Values by `component.variable` that replace the scenario's: `{"rotor_contact.seal.clearance": "0.6 mm"}`. A
         number is in the unit of the variable.
     until
         End of the run from the beginning of cycle 0, in s or as a text with a unit.
     rotor, receptances
-        Name of a rotor of a pack, or rotor file, and table of receptances for the controller's H, in
+        A `Rotor`, the name of a packaged rotor or a rotor file, and a table of receptances for the controller's H, in
         place of the scenario's.
     fmu
-        What takes the place of a component, by its name: FMU, model, controller of `amb_cosim.linear_controller`.
+        Replacements of components by name: FMU, model, or controller of `amb_cosim.linear_controller`.
     flavour
-        `native` FMUs, which are compiled and need no Python, or those that PythonFMU runs.
+        `native` FMUs, which are compiled and need no Python, or those run by PythonFMU.
     loop
         `compiled`, or `plain` Python for reference; the results are the same to the last bit.
     progress
-        Whether a bar is shown (by default in a terminal and in a notebook), or a function that is called with the steps
-        done and their number.
+        Whether a bar is shown (default in a terminal and a notebook), or a function called with the steps done and
+        their number.
     isolated
-        Whether the FMUs run in a process of their own, so that their crash is an exception here; by default they do if
-        one of them was given as a file.
+        Whether the FMUs run in a separate process, so that a crash is an exception here; by default only if one of them
+        is an FMU file.
     save_at
-        Moments, `cycle 5` or `0.3 s`, whose state `result.checkpoint` gives: what happens then has not happened yet.
+        Times, `cycle 5` or `0.3 s`, whose state `result.checkpoint` returns; changes at these times are still to come.
     start
-        A checkpoint, or its file, from which the run goes on; it must have the same past. The result is that of the
-        whole run, to the last bit.
+        A checkpoint with the same past, or its file, from which the run continues. The result is that of the whole run,
+        to the last bit.
     autosave, autosave_every
-        File of automatic checkpoints, one every so many seconds of computing. A run that is asked for again goes on
+        File of automatic checkpoints, and seconds of computing between them. The same run, started again, continues
         from it.
 
     Raises
     ------
     ValueError
-        If the scenario, a value or a file is wrong; the message says where, and what is allowed.
+        If the scenario, a value or a file is invalid; the message names the place and what is allowed.
     StartFailed, FmuError
-        If an FMU cannot be loaded or refuses to start. A failure during the run is no exception: `result.outcome`
-        says which component failed, when and why.
+        If an FMU cannot be loaded or refuses to start. A failure during the run raises no exception: `result.outcome`
+        states component, time and reason.
     ProcessFailed
         If the FMUs' own process crashed or had to be ended.
     """
-    scenario = given_scenario(scenario, rotor, receptances)
-    if fmu:
-        scenario = scenario.changed(fmu={component: fspath(file) for component, file in fmu.items()})
+    request = RunRequest(given_scenario(scenario, rotor, receptances, fmu), set or {}, until, flavour)
     with progress_bar(progress) as report:
-        values = Checkpoint.load(start) if isinstance(start, str | Path) else start
-        prepared = prepare(scenario, set, until, flavour)
+        start = Checkpoint.load(start) if isinstance(start, str | Path) else start
+        prepared = request.prepared()
         file = None if autosave is None else Path(autosave)
         saves = Saves(save_points(save_at, prepared.plan, prepared.plan.period), file, autosave_every)
-        start = resumed(file, prepared.assembly, prepared.plan, scenario.coupling) or values
-        return run_prepared(prepared, report, loop, isolated, start=start, saves=saves)
+        start = resumed(file, prepared.assembly, prepared.plan) or start
+        return run_prepared(prepared, RunOptions(loop, isolated, start=start, saves=saves, progress=report))
 
 
 def check(scenario: str | Path | Scenario) -> None:
     """Raise ValueError if a scenario does not fit the components that it runs; builds their FMUs if need be.
 
-    It is a `Scenario`, the name of one of a pack, or the path of a TOML file.
+    It is a `Scenario`, the name of a packaged scenario, or the path of a TOML file.
+
+    Examples
+    --------
+    >>> check("compressor_levitated")  # raises nothing: it can run
     """
     prepare(given_scenario(scenario))
+
+
+@dataclass(frozen=True)
+class RunRequest:
+    """A scenario with values that replace its own, another end, and the flavour of its FMUs; see `run`."""
+
+    scenario: Scenario
+    settings: Mapping[str, Raw] = field(default_factory=dict)
+    until: Raw | None = None
+    flavour: Flavour = "native"
+
+    def prepared(self) -> PlannedRun:
+        """Return the run with all that it needs; see `prepare`."""
+        return prepare(self.scenario, self.settings, self.until, self.flavour)
 
 
 @dataclass(frozen=True)
@@ -164,7 +182,7 @@ def prepare(
 
 
 def system_of(scenario: Scenario) -> System:
-    """Return the system of a scenario, with the FMUs that it gives in place of others."""
+    """Return the system of a scenario, with its replacing FMUs."""
     system = load_system(scenario.system, {"gradient": scenario.gradient})
     for component, fmu in scenario.fmu.items():
         system = system.with_fmu(component, fmu)
@@ -172,7 +190,7 @@ def system_of(scenario: Scenario) -> System:
 
 
 def assemble_scenario(scenario: Scenario, flavour: Flavour = "native") -> Assembly:
-    """Find the FMUs of a scenario and check its system; it holds for all values that the scenario may be given.
+    """Find the FMUs of a scenario and check its system, for any values of the scenario.
 
     Raises
     ------
@@ -212,7 +230,7 @@ def _table(scenario: Scenario) -> Path | None:
 
 
 def _controller(system: System) -> str | None:
-    """Return the component that is the model of the controller, if there is one."""
+    """Return the component that is the controller model, if there is one."""
     return next((c.name for c in system.components if c.fmu == CONTROLLER), None)
 
 
@@ -234,37 +252,15 @@ def _sensors(layout: Mapping[str, Any]) -> list[str]:
     return [*(plane[axis] for plane in layout.get("planes", ()) for axis in ("x", "y")), *layout.get("signals", ())]
 
 
-def run_prepared(
-    prepared: PlannedRun,
-    progress: Progress | None = None,
-    loop: Loop = "compiled",
-    isolated: bool | None = None,
-    instances: InstancePool | None = None,
-    start: Checkpoint | None = None,
-    saves: Saves | None = None,
-) -> Result:
-    """Run a prepared scenario; see `cosim.simulation.run_plan` for the arguments and errors."""
-    return to_result(prepared, record_prepared(prepared, progress, loop, isolated, instances, start, saves))
-
-
-def record_prepared(
-    prepared: PlannedRun,
-    progress: Progress | None = None,
-    loop: Loop = "compiled",
-    isolated: bool | None = None,
-    instances: InstancePool | None = None,
-    start: Checkpoint | None = None,
-    saves: Saves | None = None,
-) -> Recording:
-    """Run a prepared scenario, and return what was recorded without labels; arguments as for `run_prepared`."""
-    coupling = prepared.scenario.coupling
-    return run_plan(prepared.assembly, prepared.plan, progress, loop, coupling, isolated, instances, start, saves)
+def run_prepared(prepared: PlannedRun, options: RunOptions = DEFAULTS) -> Result:
+    """Run a prepared scenario; see `run_plan` for the errors."""
+    return to_result(prepared, run_plan(prepared.assembly, prepared.plan, options))
 
 
 def bare_signals(prepared: PlannedRun, recording: Recording) -> SignalTable:
-    """Return what a run recorded over time and cycle, with the places of the rotor and the cycles of its events.
+    """Return the record of a run over time and cycle, with the rotor's positions and the cycles of events.
 
-    That is what key values take; units, parameters and warnings cost more than they do.
+    This suffices for key values; units, parameters and warnings would cost more than these.
     """
     plan, recorder = prepared.plan, recording.recorder
     variables = {name: Samples(column, {}) for name, column in zip(plan.recorded, recorder.table.T, strict=True)}
@@ -283,12 +279,11 @@ def _coupling_warning(prepared: PlannedRun) -> str | None:
     parameters = prepared.plan.all_parameters(prepared.interfaces)
     predicted = max(of_one.get(PREDICTION) or 0.0 for of_one in parameters.values())
     sampled = min(filter(None, (of_one.get(SAMPLE_TIME) for of_one in parameters.values())), default=None)
-    coupling = prepared.scenario.coupling or system.coupling
-    return coupling_warning(coupling, prepared.plan.step_size, predicted, sampled)
+    return coupling_warning(system.coupling, prepared.plan.step_size, predicted, sampled)
 
 
 def to_result(prepared: PlannedRun, recording: Recording) -> Result:
-    """Return what a run recorded with all its labels, and what the scenario says."""
+    """Return the record of a run with all labels and the data of the scenario."""
     scenario, plan = prepared.scenario, prepared.plan
     signals = to_signals(recording)
     sentence = _coupling_warning(prepared)

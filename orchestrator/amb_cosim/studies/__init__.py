@@ -1,8 +1,8 @@
-"""Studies of a rotor, its bearings and its control; packs may add theirs.
+"""Studies of a rotor, its bearings and its control; packs can add more.
 
-Each study is a function that returns a frozen dataclass. `print` shows its tables and `as_dict()` returns its data;
-`figure` draws it and `save` writes both, where it has a figure. Arguments are numbers in SI units or texts with a unit,
-such as "50 Hz".
+Each study is a function that returns a frozen dataclass. `print` shows its tables, `as_dict()` returns its data, and,
+if the study has a figure, `figure` draws it and `save` writes data and figure. Arguments are numbers in SI units or
+texts with a unit, such as "50 Hz".
 
     from amb_cosim import studies
     result = studies.campbell(up_to="100 Hz")
@@ -25,8 +25,10 @@ if TYPE_CHECKING:
     from amb_cosim.studies.contact_convergence import convergence as convergence
     from amb_cosim.studies.contact_traps import traps as traps
     from amb_cosim.studies.coupling_order import coupling as coupling
+    from amb_cosim.studies.frequency_responses import response as response
     from amb_cosim.studies.natural_modes import modes as modes
     from amb_cosim.studies.receptance_identification import identify as identify
+    from amb_cosim.studies.rotor_fit import fit as fit
     from amb_cosim.studies.rotor_layout import layout as layout
     from amb_cosim.studies.run_spectra import waterfall as waterfall
     from amb_cosim.studies.sensor_receptance import receptance as receptance
@@ -37,28 +39,34 @@ if TYPE_CHECKING:
 
 
 class Study(NamedTuple):
-    """Module of a study's function, whole or relative to its package of studies, and one line about it."""
+    """Module of a study's function (full name, or relative to its package of studies) and a one-line description.
+
+    Examples
+    --------
+    >>> Study(".campbell_diagram", "Draw the Campbell diagram of a rotor.").of("amb_cosim.studies").module
+    'amb_cosim.studies.campbell_diagram'
+    """
 
     module: str
     description: str
 
     def of(self, package: str) -> Study:
-        """Return the study with its module's whole name."""
+        """Return the study with the full name of its module."""
         return self._replace(module=package + self.module)
 
 
-_OWN = {
+_GENERAL = {
     "layout": Study(".rotor_layout", "Show parts, mass and modes of a rotor, the plant's model of it, and a picture."),
     "campbell": Study(".campbell_diagram", "Draw the Campbell diagram of a rotor."),
     "modes": Study(".natural_modes", "List natural frequencies and draw mode shapes."),
     "unbalance_response": Study(".unbalance_over_speed", "Compute the unbalance response over speed."),
     "coupling": Study(
         ".coupling_order",
-        "Compare orders and steps of the master. It compares orbit, outcome and cost of a scenario.",
+        "Compare orders and steps of the master. Results are orbit, outcome and cost of a scenario.",
     ),
     "convergence": Study(
         ".contact_convergence",
-        "Check the convergence of contact forces. The study varies modes kept, mesh, substep and start.",
+        "Check the convergence of contact forces. The study varies modes, mesh, substep and start.",
     ),
     "sensitivity": Study(
         ".stability_margin",
@@ -70,20 +78,28 @@ _OWN = {
     ),
     "traps": Study(
         ".contact_traps",
-        "Find states of lasting contact over the speed. Each has its stability and the force that frees it.",
+        "Find states of sustained contact. Results are their stability and the force that frees the rotor.",
     ),
     "robustness": Study(
-        "amb_cosim.sweeps.robustness",  # stands on the sweeps, and so above this package
-        "Check whether an outcome is robust. H is identified, gains and the like get 1 % more and less.",
+        "amb_cosim.sweeps.robustness",  # uses the sweeps, which are above this package
+        "Check whether an outcome is robust. H is identified, and parameters change by 1 %.",
     ),
     "linearisation": Study(
         ".bearing_axis",
-        "Linearise an axis of a magnetic bearing. It prints K_s, K_i, load capacity, slew rate and bandwidth.",
+        "Linearise an axis of a magnetic bearing. Results are K_s, K_i, load capacity, slew rate and bandwidth.",
     ),
     "receptance": Study(".sensor_receptance", "Compute synchronous responses to bearing forces."),
+    "response": Study(
+        ".frequency_responses",
+        "Compute frequency responses. With --measured they are laid over a measurement.",
+    ),
+    "fit": Study(
+        ".rotor_fit",
+        "Fit a rotor file to a measurement. Parameters get 95 % intervals, or are refused.",
+    ),
     "waterfall": Study(
         ".run_spectra",
-        "Draw spectra over the time of a run or saved result.",
+        "Draw spectra of a run or a saved result over time.",
     ),
     "identify": Study(
         ".receptance_identification",
@@ -104,8 +120,8 @@ def __getattr__(name: str) -> Any:
 
 
 def study_of(name: str) -> Study | None:
-    """Return the study of a name, if there is one; packs are looked for only where it is none of this package."""
-    return _OWN.get(name) or _all_studies().get(name)
+    """Return the study with a name, if any; packs are searched if this package has none."""
+    return _GENERAL.get(name) or _all_studies().get(name)
 
 
 def __dir__() -> list[str]:
@@ -117,9 +133,9 @@ def _all_studies() -> dict[str, Study]:
     """Return the studies of this package and of the packs, by name."""
     from amb_files.packs import modules_of
 
-    available = dict(_OWN)
+    available = dict(_GENERAL)
     for pack, module in modules_of("studies").items():
         if twice := sorted(available.keys() & module.STUDIES):
-            raise ValueError(f"pack {pack} has a study {twice[0]!r}, and there is another one; it must rename it")
+            raise ValueError(f"pack {pack} must rename its study {twice[0]!r}: the name is in use")
         available |= {name: study.of(module.__name__) for name, study in module.STUDIES.items()}
     return available

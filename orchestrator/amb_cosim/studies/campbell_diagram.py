@@ -7,14 +7,15 @@ from typing import Annotated, ClassVar
 
 import numpy as np
 
-from amb_cosim.presentation.text_tables import TextPart, text_table
-from amb_cosim.studies.inputs import Number, RotorSource, rotor_of, speed_range, spin_speed
+from amb_cosim.presentation.text_tables import TextBlock, text_table
+from amb_cosim.studies.inputs import Number, speed_range, spin_speed
 from amb_cosim.studies.result import DrawnResult
-from fmi_export.model import Array
+from amb_files.checks import require
+from array_types import Array
 from rotor_analysis.analysis_model import ACCURACY, analysis_model
 from rotor_analysis.campbell import campbell as follow_modes
-from rotor_analysis.checks import require
 from rotor_analysis.modes import Whirl
+from rotor_analysis.rotor_file import RotorSource, load_rotor
 from rotor_analysis.shaft import MassModel
 
 POINTS = 161  # speeds of the diagram
@@ -22,7 +23,7 @@ POINTS = 161  # speeds of the diagram
 
 @dataclass(frozen=True, eq=False)
 class ModeOverSpeed:
-    """One mode at each speed of the diagram.
+    """A mode over the speeds of the diagram.
 
     frequencies
         Damped natural frequencies (rad/s), shape (n,); NaN where the mode does not oscillate.
@@ -58,13 +59,13 @@ class CampbellDiagram(DrawnResult):
     modes
         The lowest modes at the first speed, followed over the others.
     critical_speeds
-        Where modes cross the synchronous line, ascending.
+        Crossings of modes and the synchronous line, ascending.
     coordinates, of
-        Number of coordinates of the model that was analysed, and of the full one.
+        Number of coordinates of the analysed model and of the full model.
     error
         Largest relative error of the modes' eigenvalues against the full model's, at the lowest and highest speed.
     operating_speed
-        The speed of the machine (rad/s), where it was given.
+        The speed of the machine (rad/s), if given.
     """
 
     name: ClassVar[str] = "campbell"
@@ -79,8 +80,8 @@ class CampbellDiagram(DrawnResult):
     error: float
     operating_speed: Annotated[float | None, "rad/s"] = None
 
-    def text(self) -> list[TextPart]:
-        """Return the table of critical speeds, and how accurate they are."""
+    def text(self) -> list[TextBlock]:
+        """Return the table of critical speeds and their accuracy."""
         table = text_table("Critical speeds", ("(rad/s)", "(Hz)", "mode", "damping ratio", "whirl"), left=("whirl",))
         for row in self.critical_speeds:
             hertz = f"{row.speed / (2 * np.pi):.3f}"
@@ -109,24 +110,30 @@ def campbell(
     Parameters
     ----------
     rotor
-        A rotor or a rotor file; the packs' default without.
+        A rotor or a rotor file; by default the packs' default rotor.
     mass
-        Mass matrix, `diagonal` or `consistent`; as the rotor says by default.
+        Mass matrix, `diagonal` or `consistent`; by default that of the rotor file.
     up_to
-        Highest spin speed (rad/s), or a text with its unit.
+        Highest spin speed (rad/s), or a string with its unit.
     count
         Number of modes, the lowest first.
     speed
-        Speed of the machine, which the figure marks.
+        Speed of the machine, marked in the figure.
     full
-        Whether the full model is analysed, in place of the smallest one whose eigenvalues are within 1e-5.
+        Whether to analyse the full model instead of the smallest one with eigenvalues within 1e-5.
 
     Raises
     ------
     ValueError
         If the rotor file cannot be read or an argument is out of range.
+
+    Examples
+    --------
+    >>> diagram = campbell("compressor", up_to="12000 rpm", count=4)
+    >>> f"{diagram.critical_speeds[-1].speed:.0f} rad/s"
+    '331 rad/s'
     """
-    description = rotor_of(rotor)
+    description = load_rotor(rotor)
     mass = mass or description.shaft.mass_matrix
     speeds = speed_range(up_to, POINTS)
     require(count >= 1, "count", count, "1 or more")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
@@ -14,18 +14,18 @@ from scipy.optimize import linear_sum_assignment
 
 from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.cosim.system.values import Raw
-from amb_cosim.linear.linearisable import of_prepared
 from amb_cosim.linear.linearise import model_of
-from amb_cosim.linear.loop import Complex, Loop
-from amb_cosim.presentation.text_tables import TextPart, text_table
-from amb_cosim.results.places import PLANT
+from amb_cosim.linear.loop import Loop
+from amb_cosim.machine.machine import Machine
+from amb_cosim.presentation.text_tables import TextBlock, text_table
+from amb_cosim.presentation.units import speed_unit
+from amb_cosim.results.component_names import PLANT
 from amb_cosim.scenario.simulation import prepare
 from amb_cosim.studies.inputs import Number, controlled, speed_range
 from amb_cosim.studies.result import MachineResult
-from fmi_export.model import Array
-from rotor_analysis.checks import require
+from amb_files.checks import require
+from array_types import Array, Complex
 from rotor_analysis.modes import Whirl
-from rotor_analysis.rotor_file import load_rotor
 
 POINTS = 61  # speeds of the diagram
 LOWEST = 1e-3  # of the highest speed, where the diagram begins: a rotor that stands still has no sense of whirl
@@ -36,22 +36,32 @@ CLEAR = 0.05  # sense of whirl, from -1 to 1, up to which it is mixed
 
 @dataclass(frozen=True, eq=False)
 class PoleOverSpeed:
-    """One vibration at each speed of the diagram; NaN where it is none.
+    """A vibration over the speeds of the diagram; NaN where it does not oscillate.
 
     frequencies
         Damped frequencies |Im s| (rad/s), shape (n,).
     damping_ratios
         -Re s / |s| (1), shape (n,); negative where the loop is not stable.
     decrements
-        Logarithmic decrements, -2 pi Re s / |Im s| (1), shape (n,): the logarithm of one amplitude over the next.
+        Logarithmic decrements, -2 pi Re s / |Im s| (1), shape (n,): the logarithm of the ratio of successive
+        amplitudes.
     whirl
-        Sense of whirl of the bearings; None where there is no vibration.
+        Sense of whirl at the bearings; None where there is no vibration.
     """
 
     frequencies: Annotated[Array, "rad/s"]
     damping_ratios: Array
     decrements: Array
     whirl: tuple[Whirl | None, ...]
+
+
+@dataclass(frozen=True)
+class CriticalCrossing:
+    """A speed (rad/s) at which vibration `mode` (from 1) has the frequency of rotation, and its decrement there."""
+
+    mode: int
+    speed: float
+    decrement: float
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -65,7 +75,7 @@ class ClosedLoopPoles(MachineResult):
     poles
         The slowest vibrations at the first speed, followed over the others.
     least_damped
-        Least damping ratio of all vibrations at each speed (1), shape (n,), followed or not.
+        Smallest damping ratio of all vibrations at each speed (1), shape (n,), including those not followed.
     unstable
         Speeds (rad/s) at which the loop is not stable.
     operating_speed
@@ -81,8 +91,13 @@ class ClosedLoopPoles(MachineResult):
     unstable: Annotated[tuple[float, ...], "rad/s"]
     operating_speed: Annotated[float, "rad/s"]
 
-    def text(self) -> list[TextPart]:
-        """Return a table of the poles at the lowest and at the highest speed, and where the loop is not stable."""
+    @property
+    def critical_speeds(self) -> tuple[CriticalCrossing, ...]:
+        """Speeds at which a followed vibration has the frequency of rotation, interpolated, ascending."""
+        return tuple(sorted(_crossings(self.speeds, self.poles), key=lambda crossing: crossing.speed))
+
+    def text(self) -> list[TextBlock]:
+        """Return tables of the poles at the lowest and highest speed, critical speeds, and unstable speeds."""
         table = text_table(
             f"{self.rotor}: poles under control",
             ("(rad/s)", "frequency (Hz)", "damping ratio", "logarithmic decrement", "whirl"),
@@ -94,14 +109,18 @@ class ClosedLoopPoles(MachineResult):
                     hertz = f"{pole.frequencies[k] / (2.0 * math.pi):.2f}"
                     shares = (f"{pole.damping_ratios[k]:.4f}", f"{pole.decrements[k]:.3f}")
                     table.add_row(f"{self.speeds[k]:.4g}", hertz, *shares, pole.whirl[k] or "")
+        criticals = ", ".join(
+            f"{speed_unit().text(c.speed)} (mode {c.mode}, decrement {c.decrement:.3g})" for c in self.critical_speeds
+        )
+        table_and_criticals: list[TextBlock] = [table, f"critical speeds: {criticals or 'none'}"]
         if not self.unstable:
-            return [table, "stable at all of these speeds"]
-        return [table, f"not stable from {self.unstable[0]:.4g} to {self.unstable[-1]:.4g} rad/s"]
+            return [*table_and_criticals, "stable at all of these speeds"]
+        return [*table_and_criticals, f"not stable from {self.unstable[0]:.4g} to {self.unstable[-1]:.4g} rad/s"]
 
 
 @dataclass(frozen=True)
 class Vibrations:
-    """Poles s (rad/s) with Im s > 0, and their senses of whirl from -1, backward, to 1, forward; shape (n,) each."""
+    """Poles s (rad/s) with Im s > 0, and their senses of whirl from -1 (backward) to 1 (forward), shape (n,) each."""
 
     poles: Complex
     senses: Array
@@ -131,21 +150,28 @@ def poles(
     scenario, rotor, controller
         Machine, its parameters and its control (`studies.inputs.controlled`).
     up_to
-        Highest spin speed (rad/s), or a text with its unit; 1.5 times that of the scenario by default.
+        Highest spin speed (rad/s), or a string with its unit; 1.5 times that of the scenario by default.
     count
-        Number of vibrations that are followed, the slowest first.
+        Number of vibrations to follow, the slowest first.
     set, flavour
-        Values of parameters by `component.variable`, numbers or texts with units; flavour of the FMUs.
+        Values of parameters by `component.variable`, numbers or strings with units; flavour of the FMUs.
 
     Raises
     ------
     ValueError
         If a value is not allowed, or the scenario has no magnetic bearings under a controller.
+
+    Examples
+    --------
+    >>> result = poles("compressor_levitated", count=2)
+    >>> [f"{crossing.speed:.0f} rad/s" for crossing in result.critical_speeds]
+    ['297 rad/s', '298 rad/s']
     """
     require(count >= 1, "count", count, "1 or more")
     values = controlled(scenario, rotor, controller)
     prepared = prepare(values.machine(), set, flavour=flavour)
-    loop = Loop(of_prepared(prepared))
+    machine = Machine(prepared)
+    loop = machine.loop
     highest = 1.5 * prepared.plan.speed if up_to is None else up_to
     speeds = speed_range(highest, POINTS)
     speeds[0] = LOWEST * speeds[-1]
@@ -154,7 +180,7 @@ def poles(
     least = np.array([of_speed.ratios().min(initial=1.0) for of_speed in result])
     return ClosedLoopPoles(
         scenario=values.name,
-        rotor=load_rotor(values.rotor).name,
+        rotor=machine.rotor.name,
         sample_time=loop.sample_time,
         speeds=speeds,
         poles=tuple(_over_speed(result, track) for track in tracks),
@@ -185,17 +211,17 @@ def vibrations(loop: Loop, Omega: float) -> Vibrations:
     return Vibrations(s[chosen], np.divide(turning, size, out=np.zeros(len(chosen)), where=size > 0.0))
 
 
-def followed(found: list[Vibrations], count: int) -> list[list[int | None]]:
+def followed(vibrations: list[Vibrations], count: int) -> list[list[int | None]]:
     """Return, for each of the first vibrations, its number at every speed; None from where it is lost.
 
-    Each is paired with what is nearest to where its last two poles lead, |s - s_expected| / |s|, the sense of whirl
-    counting as `TURN`.
+    Each is paired with the pole nearest to the extrapolation of its last two, by |s - s_expected| / |s|, plus `TURN`
+    per difference in the sense of whirl.
     """
-    tracks: list[list[int | None]] = [[k] for k in range(min(count, len(found[0].poles)))]
-    for n in range(1, len(found)):
+    tracks: list[list[int | None]] = [[k] for k in range(min(count, len(vibrations[0].poles)))]
+    for n in range(1, len(vibrations)):
         alive = [track for track in tracks if track[-1] is not None]
-        now = found[n]
-        cost = np.array([_distances(found, track, now, n) for track in alive]).reshape(len(alive), len(now.poles))
+        now = vibrations[n]
+        cost = np.array([_distances(vibrations, track, now, n) for track in alive]).reshape(len(alive), len(now.poles))
         pairs = dict(zip(*map(list, linear_sum_assignment(cost)), strict=True))
         for k, track in enumerate(alive):
             best = pairs.get(k)
@@ -206,22 +232,31 @@ def followed(found: list[Vibrations], count: int) -> list[list[int | None]]:
     return tracks
 
 
-def _distances(found: list[Vibrations], track: list[int | None], now: Vibrations, n: int) -> Array:
+def _distances(vibrations: list[Vibrations], track: list[int | None], now: Vibrations, n: int) -> Array:
     last, before = track[-1], track[-2] if n > 1 else None
     assert last is not None
-    expected = found[n - 1].poles[last]
+    expected = vibrations[n - 1].poles[last]
     if before is not None:
-        expected = 2.0 * expected - found[n - 2].poles[before]
-    turn = np.abs(now.senses - found[n - 1].senses[last]) / 2.0
+        expected = 2.0 * expected - vibrations[n - 2].poles[before]
+    turn = np.abs(now.senses - vibrations[n - 1].senses[last]) / 2.0
     return np.asarray(np.abs(now.poles - expected) / np.abs(expected) + TURN * turn)
 
 
-def _over_speed(found: list[Vibrations], track: list[int | None]) -> PoleOverSpeed:
-    pairs = list(zip(found, track, strict=True))
+def _over_speed(vibrations: list[Vibrations], track: list[int | None]) -> PoleOverSpeed:
+    pairs = list(zip(vibrations, track, strict=True))
     s = np.array([np.nan if k is None else at.poles[k] for at, k in pairs], dtype=np.complex128)
     ratios = np.array([np.nan if k is None else at.ratios()[k] for at, k in pairs])
     whirl = tuple(None if k is None else _whirl(float(at.senses[k])) for at, k in pairs)
     return PoleOverSpeed(s.imag, ratios, -2.0 * math.pi * s.real / s.imag, whirl)
+
+
+def _crossings(speeds: Array, followed_poles: Sequence[PoleOverSpeed]) -> Iterator[CriticalCrossing]:
+    for mode, pole in enumerate(followed_poles, start=1):
+        beyond = pole.frequencies - speeds
+        for k in np.flatnonzero(beyond[:-1] * beyond[1:] < 0.0):
+            share = float(beyond[k] / (beyond[k] - beyond[k + 1]))
+            at, decrement = ((1.0 - share) * v[k] + share * v[k + 1] for v in (speeds, pole.decrements))
+            yield CriticalCrossing(mode, float(at), float(decrement))
 
 
 def _whirl(sense: float) -> Whirl:

@@ -1,8 +1,8 @@
-"""Study of how far contact forces depend on modes kept, mesh, substep, communication step and last digits of the start.
+"""Study of the convergence of contact forces with modes, mesh, substeps, steps and starts.
 
-A contact force is trusted if twice as many modes, and a shorter communication step, leave it as it is. Where runs whose
-clearances differ by a millionth differ much themselves, the case is chaotic: no single run can be trusted, and medians
-over many starts are compared.
+A contact force has converged if neither twice as many modes nor a shorter communication step changes it. If runs whose
+clearances differ by a millionth differ much, the case is chaotic: a single run is no evidence, and medians over many
+starts are compared.
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ from typing import Annotated, ClassVar
 import numpy as np
 
 from amb_cosim.cosim.basics.choices import Flavour
-from amb_cosim.cosim.run.run_plan import Progress
+from amb_cosim.cosim.run.options import Progress
 from amb_cosim.cosim.system.values import Raw
 from amb_cosim.presentation.progress import progress_bar
-from amb_cosim.presentation.text_tables import TextPart, labelled_table, number, text_table
+from amb_cosim.presentation.text_tables import TextBlock, labelled_table, number, text_table
 from amb_cosim.results.contact_forces import WINDOW
 from amb_cosim.scenario.scenario import given_scenario
 from amb_cosim.studies.convergence_runs import (
@@ -30,15 +30,13 @@ from amb_cosim.studies.convergence_runs import (
     Contact,
     ConvergenceCase,
     prepare_case,
-    rotor_file,
     simulate_case,
     varied_cases,
 )
 from amb_cosim.studies.processes import simulate_in_processes
 from amb_cosim.studies.result import DrawnResult
-from amb_files.temporary_folders import temporary_folder
-from fmi_export.model import Array
-from rotor_analysis.checks import require
+from amb_files.checks import require
+from array_types import Array
 from rotor_analysis.rotor_file import load_rotor
 
 ORDER = ("scenario", "modes", "mesh", "substep", "step")
@@ -48,10 +46,10 @@ CHAOTIC = 0.05  # relative scatter of a peak force over starts
 
 @dataclass(frozen=True)
 class ConvergenceRow:
-    """A run in the result: what differs, its name and place on an axis, its start, and its contact (`CaseResult`).
+    """A run in the result: the change, its label and position on an axis, its start, and its contact (`CaseResult`).
 
     change
-        Largest relative change of a site's peak force to that of the scenario (%); None where none was touched.
+        Largest relative change of a site's peak force from that of the scenario (%); None without contact.
     """
 
     varied: str
@@ -72,18 +70,18 @@ class ContactConvergence(DrawnResult):
     scenario, rotor
         Their names.
     rows
-        The run of the scenario first, then each of the others.
+        The run of the scenario, followed by the others.
     scatter
-        Largest scatter of a peak force over the starts, greatest less smallest over the median (%); None without.
+        Largest scatter of a peak force over the starts, (largest - smallest) / median (%); None if there are none.
     change
-        Largest change of a peak force with twice as many modes (%), of medians over the starts where the case is
-        chaotic; None where modes do not vary.
+        Largest change of a peak force with twice as many modes (%), of medians over the starts if the case is chaotic;
+        None if modes do not vary.
     step_change
         Largest change of a peak force with the shortest communication step (%), judged as `change` is.
     averaged_change, averaged_step_change
         The same of the force averaged over 1 ms.
     chaotic
-        Whether the scatter says so; None without starts.
+        Whether the scatter shows chaos; None without starts.
     """
 
     name: ClassVar[str] = "convergence"
@@ -98,8 +96,8 @@ class ContactConvergence(DrawnResult):
     averaged_step_change: Annotated[float | None, "%"]
     chaotic: bool | None
 
-    def text(self) -> list[TextPart]:
-        """Return a table of peak forces, impulses and outcomes, and lines that say what they mean."""
+    def text(self) -> list[TextBlock]:
+        """Return a table of peak forces, impulses and outcomes, and lines that explain it."""
         sites = list(dict.fromkeys(site for row in self.rows for site in row.sites))
         headings = [f"{site.upper()} {what}" for site in sites for what in ("peak", "1 ms", "impact", "impulse")]
         title = f"Convergence of {self.scenario} with {self.rotor}"
@@ -117,7 +115,7 @@ class ContactConvergence(DrawnResult):
             *self._verdict(),
         ]
 
-    def _over_starts(self, sites: Sequence[str]) -> list[TextPart]:
+    def _over_starts(self, sites: Sequence[str]) -> list[TextBlock]:
         """Return a table of the peak forces over the starts, of the scenario and of the most modes."""
         repeated = list(dict.fromkeys(row.label for row in self.rows if row.start))
         if not repeated:
@@ -153,7 +151,7 @@ class ContactConvergence(DrawnResult):
         return super().data_files() | {f"{self.name}.csv": self.to_csv()}
 
     def to_csv(self) -> str:
-        """Return a line for each run and each site that it touched; columns hold their units."""
+        """Return a line for each run and each site that it touched; the column names include units."""
         file = io.StringIO()
         writer = csv.writer(file, lineterminator="\n")
         forces = ("peak_force_N", "mean_force_N", "peak_impulse_Ns", "impulse_Ns")
@@ -182,28 +180,28 @@ def convergence(
     flavour: Flavour = "native",
     progress: bool | Progress | None = None,
 ) -> ContactConvergence:
-    """Return contact forces and outcome of a scenario over retained modes, mesh, substep, step and perturbed starts.
+    """Return contact forces and outcome of a scenario over modes, mesh, substep, step and perturbed starts.
 
-    Modes are those that Craig and Bampton's method keeps besides the planes; a rotor condensed to planes alone has
-    none. Meshes are as fine as `[mesh]` `accuracy` of 1e-2 to 1e-4 (1e-3 for diagonal mass) makes them, and as given
-    with the other mass matrix.
+    Modes are those that Craig and Bampton's method retains in addition to the planes; a rotor condensed to its planes
+    has none. Meshes are those of `[mesh]` `accuracy` from 1e-2 to 1e-4 (1e-3 for diagonal mass), and the mesh of the
+    file with the other mass matrix.
 
     Parameters
     ----------
     scenario
-        Name of a scenario of a pack, or a TOML file; the packs' default without.
+        Name of a scenario of a pack, or a TOML file; by default the packs' default scenario.
     rotor
-        Name of a rotor of a pack, or rotor file, in place of the scenario's.
+        Name of a packaged rotor, or rotor file, to use instead of the scenario's.
     set
         Values by `component.variable` that replace the scenario's.
     starts
-        Number of runs with clearances that differ by 1e-6, of the scenario, with twice as many modes and with the
+        Number of runs with clearances that differ by 1e-6, each for the scenario, for twice as many modes and for the
         shortest communication step; 0 for none.
     flavour
         Flavour of the FMUs.
     progress
-        Whether a bar is shown (by default in a terminal and in a notebook), or a function that is called with the
-        number of runs done and of all runs.
+        Whether to display a bar (default in a terminal and a notebook), or a function called with the number of
+        finished runs and of all runs.
 
     Raises
     ------
@@ -212,11 +210,10 @@ def convergence(
     """
     require(0 <= starts <= 1000, "starts", starts, "from 0 to 1000")
     values = given_scenario(scenario, rotor)
-    file = str(rotor_file(values))
-    base = ConvergenceCase(values, dict(set or {}), flavour, "scenario", "scenario", 1.0, file)
+    base = ConvergenceCase(values, dict(set or {}), flavour=flavour)
     prepare_case(base)  # checks the input and builds the FMUs before processes are started
-    with temporary_folder() as folder, progress_bar(progress) as report:
-        others = list(varied_cases(base, folder))
+    with progress_bar(progress) as report:
+        others = list(varied_cases(base))
         local = _with_starts([base], starts)
         twice, short = (_with_starts(_furthest(others, varied), starts) for varied in ("modes", "step"))
         cases = [*local, *twice, *short, *(case for case in others if case not in (*twice, *short))]
@@ -225,19 +222,19 @@ def convergence(
         raise ValueError(f"scenario {values.name}: {results[0].failure}")
     rows = [_row(case, result, results[0]) for case, result in zip(cases, results, strict=True)]
     rows.sort(key=lambda row: (row.start, ORDER.index(row.varied), row.value))
-    of_own, of_twice = results[: len(local)], results[len(local) : len(local) + len(twice)]
+    of_scenario, of_twice = results[: len(local)], results[len(local) : len(local) + len(twice)]
     of_short = results[len(local) + len(twice) :][: len(short)]
-    scatter = _scatter(of_own) if starts else None
+    scatter = _scatter(of_scenario) if starts else None
     chaotic = None if scatter is None else scatter > 100.0 * CHAOTIC
     compared = slice(None) if chaotic else slice(1)
     change, step_change, averaged_change, averaged_step_change = (
-        _change(other[compared], of_own[compared], force) if other else None
+        _change(other[compared], of_scenario[compared], force) if other else None
         for force in ("peak_force", "mean_force")
         for other in (of_twice, of_short)
     )
     return ContactConvergence(
         scenario=values.name,
-        rotor=load_rotor(file).name,
+        rotor=load_rotor(values.rotor).name,
         rows=tuple(rows),
         scatter=scatter,
         change=change,
@@ -254,7 +251,7 @@ def _furthest(cases: Sequence[ConvergenceCase], varied: str) -> list[Convergence
 
 
 def _with_starts(cases: Sequence[ConvergenceCase], starts: int) -> list[ConvergenceCase]:
-    """A case, if there is one, and the same from perturbed starts."""
+    """A case, if any, and its repetitions from perturbed starts."""
     return [replace(case, start=k) for case in cases for k in range(starts + 1)]
 
 
@@ -264,13 +261,13 @@ def _row(case: ConvergenceCase, result: CaseResult, base: CaseResult) -> Converg
 
 
 def _forces(results: Sequence[CaseResult], force: str) -> dict[str, Array]:
-    """A force of each run, `peak_force` or `mean_force`, at each site that one of them touched."""
+    """A force (`peak_force` or `mean_force`) of each run at each site that any run touched."""
     sites = dict.fromkeys(site for result in results for site in result.sites)
     return {s: np.array([getattr(r.sites[s], force) if s in r.sites else 0.0 for r in results]) for s in sites}
 
 
 def _scatter(results: Sequence[CaseResult]) -> float:
-    """Greatest less smallest peak force over the median, the largest of all sites (%)."""
+    """Scatter of the peak force, (largest - smallest) / median, the largest of all sites (%)."""
     return max(
         (100.0 * float(np.ptp(f) / np.median(f)) for f in _forces(results, "peak_force").values() if f.any()),
         default=0.0,

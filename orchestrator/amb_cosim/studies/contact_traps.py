@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.cosim.system.values import Raw
 from amb_cosim.presentation.json_data import Layout
-from amb_cosim.presentation.text_tables import TextPart, text_table
-from amb_cosim.results.places import PLANT
+from amb_cosim.presentation.text_tables import TextBlock, text_table
+from amb_cosim.results.component_names import PLANT
+from amb_cosim.rub.contact_whirl import ContactWhirl, contact_whirls
 from amb_cosim.rub.freeing import smallest_demand, smallest_freeing
-from amb_cosim.rub.own_whirl import OwnWhirl, own_whirls
 from amb_cosim.rub.rubbing_rotor import RubbingRotor, rubbing_rotor
 from amb_cosim.rub.stability import Dynamics
 from amb_cosim.rub.trap_map import TrapMap, least_touching, states_at, trap_map
@@ -36,11 +36,11 @@ from amb_cosim.studies.trap_states import (
     allowed_current,
     currents_of,
     regime_of,
+    report_state,
     rolling_contacts,
-    told,
 )
-from fmi_export.model import Array
-from rotor_analysis.checks import require
+from amb_files.checks import require
+from array_types import Array
 from rotor_analysis.rotor_file import load_rotor
 
 SPEEDS, AMOUNTS, CURVE, LEAST = 200, 50, 400, 500  # points of the map, of the curves, and of unbalance at one speed
@@ -48,52 +48,55 @@ GRADE, BEYOND_GRADE = 2.5e-3, 10.0  # m/s of balancing grade G 2.5, and times it
 SEARCH_SPEEDS, SEARCH_AMOUNTS, MARGIN = 40, 30, 1.25  # of the search for what traps; what the map shows beyond it
 WIDE = 10.0  # times the machine's unbalance, from which on the amounts of a map are on a logarithmic scale
 LOWEST = 0.02  # of the highest speed and of the largest unbalance, where the map begins
-SHOWN = 4  # vibrations about a state, and sustained whirls, that are printed
+MOST_LISTED = 4  # vibrations about a state, and sustained whirls, that are printed
 AT_ONCE = 2  # sites in contact at once on the map and on the curves; at the machine's point all
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Traps(MachineResult):
-    """Where a rotor can stay in contact.
+    """States in which a rotor can stay in contact.
 
     speed, unbalance
-        Spin speed (rad/s) and largest unbalance of a place (kg m) of the machine.
+        Spin speed (rad/s) of the machine, and its largest unbalance at one place (kg m).
     sites
-        Sites where it may touch.
+        Contact sites.
     loop_growth, loop_frequency
         Growth rate (1/s) and whirl frequency (rad/s) of the rotor without contact; positive: the loop is unstable.
     kind
-        What it can do at this point.
+        Possible behaviour at this point.
     states
         All synchronous states there.
     own
         Whirls near its speed that last long without unbalance.
     sustained, rolling
-        Whirls that need no unbalance, at its speed: with slip, and how sites can roll.
+        Whirls that need no unbalance, at its speed: with slip, and by rolling.
     least_trapping
-        Smallest unbalance with which a stable contact exists at its speed (kg m); None up to the largest of the map.
+        Smallest unbalance with which a stable contact exists at its speed (kg m); None if none exists up to the largest
+        of the map.
     touching, trapping
-        Smallest unbalance at any speed of the map with which the orbit that nothing stops touches a site, or a stable
-        contact exists (kg m), and the speed (rad/s); the second None up to the largest of the map.
+        Smallest unbalance at any speed of the map with which the orbit of the unobstructed rotor touches a site, or a
+        stable contact exists (kg m), and the speed (rad/s); the second is None if none exists up to the largest of the
+        map.
     grade_limit
         Unbalance that balancing grade G 2.5 allows at each speed of the map (kg m), shape (n,).
     smallest_force
-        Smallest additional currents of the bearings that leave no state in contact; None where none do, or the loop is
-        unstable.
+        Smallest additional currents of the bearings that leave no state in contact; None if no currents do, or the loop
+        is unstable.
     control
-        Whether each kind of control frees it; empty of an unstable loop, which steady currents do not stabilise.
+        Whether each kind of control frees it; empty if the loop is unstable, because steady currents do not stabilise
+        it.
     speeds, unbalances
-        Of the map (rad/s, kg m), shapes (n,) and (k,).
+        Axes of the map (rad/s, kg m), shapes (n,) and (k,).
     kinds
-        What a rotor can do at each point (0 free, 1 both, 2 contact, 3 whirl), shape (n, k).
+        Possible behaviour at each point (0 free, 1 both, 2 contact, 3 whirl), shape (n, k).
     least_trapping_over_speed
-        Smallest unbalance of the map that traps at each speed (kg m), NaN where none does, shape (n,).
+        Smallest unbalance of the map that traps at each speed (kg m), NaN where none traps, shape (n,).
     curves, orbits
-        All states over speed at the machine's unbalance, and orbits of the sites that nothing stops (m).
+        All states over speed at the machine's unbalance, and orbits of the unobstructed rotor at the sites (m).
     clearances
         Of the sites (m).
     notes
-        What holds only nearly, in sentences.
+        Approximations, in words.
     """
 
     name: ClassVar[str] = "traps"
@@ -105,7 +108,7 @@ class Traps(MachineResult):
     loop_frequency: Annotated[float, "rad/s"]
     kind: str
     states: tuple[SynchronousState, ...]
-    own: tuple[OwnWhirl, ...]
+    own: tuple[ContactWhirl, ...]
     sustained: tuple[SustainedWhirl, ...]
     rolling: tuple[RollingContact, ...]
     least_trapping: Annotated[float | None, "kg.m"]
@@ -123,8 +126,8 @@ class Traps(MachineResult):
     clearances: Annotated[Array, "m"]
     notes: tuple[str, ...]
 
-    def text(self) -> list[TextPart]:
-        """Return the states of the machine, what frees it, and what holds only nearly."""
+    def text(self) -> list[TextBlock]:
+        """Return the states of the machine, what frees it, and the approximations."""
         table = text_table(
             f"{self.rotor}: states at {self.speed:.5g} rad/s with {1e3 * self.unbalance:.4g} g m",
             ("contact", "normal forces (N)", "current (A)", "allowed (A)", "growth (1/s)", "whirl (rad/s)", "it"),
@@ -137,9 +140,9 @@ class Traps(MachineResult):
             place = "+".join(state.contact) or "free"
             motion = f"{state.growth:.3g}", f"{state.whirl_frequency:.4g}"
             table.add_row(place, forces, *currents, *motion, state.beyond(self.speed))
-        lines: list[TextPart] = [*self._instability(), table, f"{self.kind}", self._reach(), *self._freeing()]
+        lines: list[TextBlock] = [*self._instability(), table, f"{self.kind}", self._reach(), *self._freeing()]
         for state in (state for state in self.states if state.contact):
-            whirling = [v for v in state.vibrations if abs(v.frequency - self.speed) > 1e-6 * self.speed][:SHOWN]
+            whirling = [v for v in state.vibrations if abs(v.frequency - self.speed) > 1e-6 * self.speed][:MOST_LISTED]
             held = ", ".join(f"{v.frequency:.4g} ({100.0 * v.damping_ratio:.2g} %)" for v in whirling)
             where = "+".join(f"{site} with {force:.4g} N" for site, force in state.normal_forces.items())
             lines.append(f"held at {where} it vibrates at {held} rad/s (damping ratio)")
@@ -150,15 +153,15 @@ class Traps(MachineResult):
                 f"pressed hard at {'+'.join(local.contact)}{sides} it may whirl for long at its own frequency, "
                 f"{local.frequencies[0]:.4g} rad/s ({slow}) to {local.frequencies[1]:.4g} rad/s ({fast})"
             )
-        lasting = [found for found in self.sustained if found.stable and found.accurate]
-        for found in sorted(lasting, key=lambda found: abs(found.frequency))[:SHOWN]:
-            forces = ", ".join(f"{name} {force:.4g} N" for name, force in found.normal_forces.items())
-            rolling = "" if found.slips else "; it rolls before"
-            lines.append(f"a whirl at {found.frequency:.4g} rad/s needs no unbalance, and lasts ({forces}{rolling})")
-        for contact in {found.frequency: found for found in self.rolling if found.possible}.values():  # the most sites
+        lasting = [whirl for whirl in self.sustained if whirl.stable and whirl.accurate]
+        for whirl in sorted(lasting, key=lambda whirl: abs(whirl.frequency))[:MOST_LISTED]:
+            forces = ", ".join(f"{name} {force:.4g} N" for name, force in whirl.normal_forces.items())
+            rolling = "" if whirl.slips else "; it rolls before"
+            lines.append(f"a whirl at {whirl.frequency:.4g} rad/s needs no unbalance, and lasts ({forces}{rolling})")
+        for contact in {whirl.frequency: whirl for whirl in self.rolling if whirl.possible}.values():  # the most sites
             slower = [w.frequency for w in self.sustained if w.grows_backward and {*w.contact} <= {*contact.contact}]
-            from_there = f"; a backward whirl grows from {max(slower):.4g} rad/s on" if slower else ""
-            lines.append(f"{contact}{from_there}")
+            onset = f"; a backward whirl grows from {max(slower):.4g} rad/s on" if slower else ""
+            lines.append(f"{contact}{onset}")
         return [*lines, *(f"notice: {note}" for note in self.notes)]
 
     def _instability(self) -> list[str]:
@@ -170,7 +173,7 @@ class Traps(MachineResult):
         ]
 
     def _reach(self) -> str:
-        """Return the smallest unbalances that touch and trap at any speed of the map, or up to where none does."""
+        """Return the smallest unbalances that touch and trap at any speed of the map, or the largest without a trap."""
         highest, largest, (touching, at) = self.speeds[-1], self.unbalances[-1], self.touching
         touches = f"{_grams(touching)} at {at:.4g} rad/s touches" if touching <= largest else "nothing touches"
         if self.trapping is not None:
@@ -219,17 +222,18 @@ def traps(
     Parameters
     ----------
     scenario, rotor, controller
-        Machine, its control, its speed and its unbalance at the end (`studies.inputs.controlled`).
+        Machine, control, and final speed and unbalance (`studies.inputs.controlled`).
     speed
-        Spin speed of the machine's point (rad/s), or a text with its unit.
+        Spin speed of the machine's point (rad/s), or a string with its unit.
     unbalance, place
-        Unbalance of the machine's point (kg m), or a text with its unit, and the disc where it is. By default as the
-        scenario has them; the map multiplies the unbalances of all places by one factor.
+        Unbalance of the machine's point (kg m), or a string with its unit, and the disc where it is. By default those
+        of the scenario; the map multiplies the unbalances of all places by one factor.
     up_to, unbalance_up_to
-        Highest speed and largest unbalance of the map. By default twice the machine's speed, and what traps at any
-        speed up to there, what touches, and twice the machine's unbalance; ten times G 2.5 where none traps.
+        Highest speed and largest unbalance of the map. By default twice the machine's speed, and the unbalance that
+        covers trapping at any of these speeds, touching, and twice the machine's unbalance; ten times G 2.5 if nothing
+        traps.
     set, flavour
-        Values of parameters by `component.variable`, numbers or texts with units; flavour of the FMUs.
+        Values of parameters by `component.variable`, numbers or strings with units; flavour of the FMUs.
 
     Raises
     ------
@@ -255,7 +259,7 @@ def traps(
     whole = trap_map(machine, speeds, factors, AT_ONCE)
     touching, trapping = least_touching(machine, speeds), whole.least_trapping()
     curves = trap_map(machine, speed_range(highest, CURVE + 1)[1:], np.ones(1), AT_ONCE)
-    states = tuple(told(state, machine, Omega) for state in states_at(machine, Omega))
+    states = tuple(report_state(state, machine, Omega) for state in states_at(machine, Omega))
     here = trap_map(machine, np.array([Omega]), np.linspace(0.0, 1.0, LEAST + 1)[1:] * largest / amount, AT_ONCE)
     least = float(here.least_trapping()[0]) * amount
     loop = Dynamics(machine.loop(Omega)).about((), np.zeros(0), np.zeros(0), machine.c, machine.mu(Omega))
@@ -278,7 +282,7 @@ def traps(
         loop_frequency=loop.frequency,
         kind=KINDS[regime_of(states)],
         states=states,
-        own=tuple(own_whirls(machine, Omega)),
+        own=tuple(contact_whirls(machine, Omega)),
         sustained=tuple(
             SustainedWhirl(w.contact, w.frequency, w.N, w.slips, w.stable, abs(w.frequency) <= valid_to)
             for w in whirls(machine, Omega)
@@ -304,12 +308,12 @@ def traps(
 
 
 def _largest(machine: RubbingRotor, speeds: Array, limit: float) -> float:
-    """Return the largest factor of a map: beyond what touches and what traps at any speed, and 2 or more.
+    """Return the largest factor of a map: above those that touch and trap at any speed, and at least 2.
 
     Parameters
     ----------
     limit
-        Factor that balancing grade G 2.5 allows at the highest speed; ten times as much is searched.
+        Factor that balancing grade G 2.5 allows at the highest speed; the search ends at ten times this factor.
     """
     touching = float(least_touching(machine, speeds).min())
     end = max(BEYOND_GRADE * limit, MARGIN * touching, 2.0)
@@ -322,7 +326,7 @@ def _largest(machine: RubbingRotor, speeds: Array, limit: float) -> float:
 
 
 def _factors(largest: float) -> Array:
-    """Return the factors of a map: on a linear scale, or on a logarithmic one that holds the machine's own."""
+    """Return the factors of a map: on a linear scale, or on a logarithmic one that includes the machine's."""
     if largest <= WIDE:
         return np.linspace(LOWEST, 1.0, AMOUNTS) * largest
     return np.geomspace(0.5, largest, AMOUNTS)
@@ -337,7 +341,10 @@ def _with_unbalance(machine: RubbingRotor, unbalance: Number | None, place: str 
         require(place in machine.places, "place", place, f"one of {', '.join(machine.places)}")
     if unbalance is None and place is None:
         require(
-            bool(np.any(machine.unbalance)), "unbalance", "0 kg m", "> 0 kg m: give unbalance, or a run that has one"
+            bool(np.any(machine.unbalance)),
+            "unbalance",
+            "0 kg m",
+            "> 0 kg m: set unbalance, or use a scenario with one",
         )
         return machine
     amount = np.abs(machine.unbalance).max() if unbalance is None else positive(unbalance, "kg.m", "unbalance")
@@ -351,5 +358,5 @@ def _with_unbalance(machine: RubbingRotor, unbalance: Number | None, place: str 
 
 
 def _orbits(machine: RubbingRotor, speeds: Array) -> Array:
-    """Return the orbits of the sites that nothing stops (m), shape (n, n_sites)."""
+    """Return the orbits of the unobstructed rotor at the sites (m), shape (n, n_sites)."""
     return np.array([np.abs(machine.receptances(w).P @ machine.unbalance) * w**2 for w in map(float, speeds)])

@@ -1,4 +1,4 @@
-"""Study of what the order of a master and its communication step do to a run of a scenario."""
+"""Study of the effect of the master's order and communication step on a run."""
 
 from __future__ import annotations
 
@@ -8,9 +8,10 @@ from pathlib import Path
 from typing import Annotated, ClassVar
 
 from amb_cosim.cosim.basics.choices import Coupling, Flavour, Loop
+from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.cosim.system.system_tables import Record
 from amb_cosim.cosim.system.values import Raw
-from amb_cosim.presentation.text_tables import TextPart, labelled_table
+from amb_cosim.presentation.text_tables import TextBlock, labelled_table
 from amb_cosim.results.contact_history import contact_cycles, recovery
 from amb_cosim.results.orbits import orbit_after, orbit_before
 from amb_cosim.scenario.coupling import delay, predictable
@@ -24,7 +25,7 @@ NAMES: Mapping[Coupling, str] = {"gauss_seidel": "Gauss-Seidel", "jacobi": "Jaco
 
 @dataclass(frozen=True)
 class CouplingRun:
-    """Order and loop of the master, parts of the scenario's communication step, and whether the controller predicts."""
+    """Order and loop of the master, fraction of the scenario's step, and whether the controller predicts."""
 
     coupling: Coupling
     parts: int
@@ -44,15 +45,15 @@ class OrderRow:
     order, step
         Name of the order; communication step (s).
     orbit
-        Largest radius at each bearing in the cycle before the scenario's step, or in the last without one (mm).
+        Largest radius at each bearing in the cycle before the scenario's step change, or in the last cycle (mm).
     deviation
-        Largest difference of one of them from the first run's, as a share of that (1).
+        Largest relative difference of an orbit from that of the first run (1).
     outcome
-        What the step led to, how the run ended without one, or why it ended before its time.
+        Outcome of the step change, or of the run without one, or the reason of an early end.
     last_contact
-        Cycle of the last contact; None without one.
+        Cycle of the last contact; None if there is none.
     cost
-        Time of the run over that of the first (1).
+        Run time relative to the first run (1).
     """
 
     order: str
@@ -66,14 +67,14 @@ class OrderRow:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class CouplingOrders(DrawnResult):
-    """Runs of a scenario in each order of the master and at several communication steps, each beside the first."""
+    """Runs of a scenario in each order of the master and at several communication steps, compared with the first."""
 
     name: ClassVar[str] = "coupling"
 
     scenario: str
     rows: tuple[OrderRow, ...]
 
-    def text(self) -> list[TextPart]:
+    def text(self) -> list[TextBlock]:
         """Return a table of the runs by order and step."""
         places = [f"{at.upper()} (mm)" for at in self.rows[0].orbit]
         columns = ("step (us)", *places, "deviation (%)", "outcome", "last contact (cycle)", "cost")
@@ -103,15 +104,15 @@ def coupling(
     set: Mapping[str, Raw] | None = None,
     flavour: Flavour = "native",
 ) -> CouplingOrders:
-    """Return what order and communication step of the master do to orbit, outcome and cost of a scenario.
+    """Return orbit, outcome and cost of a scenario for each order and communication step of the master.
 
     Parameters
     ----------
     scenario
-        Name of a scenario of a pack, or a TOML file; the packs' default without. Its communication step, and parts of
-        it, are the steps that are compared.
+        Name of a scenario of a pack, or a TOML file; by default the packs' default scenario. The study compares its
+        communication step and fractions of it.
     rotor
-        Name of a rotor of a pack, or rotor file, in place of the scenario's.
+        Name of a packaged rotor, or rotor file, to use instead of the scenario's.
     set
         Values by `component.variable` that replace the scenario's.
     flavour
@@ -120,7 +121,7 @@ def coupling(
     Raises
     ------
     ValueError
-        If the scenario, a value or a file is wrong, or its first run does not show an orbit.
+        If the scenario, a value or a file is wrong, or its first run has no orbit.
     """
     values = given_scenario(scenario, rotor).model_copy(update={"record": Record()})
     runs = [run for run in RUNS if not run.predicts or predictable(prepare(values, set, flavour=flavour).interfaces)]
@@ -135,13 +136,13 @@ def coupling(
 def simulated(
     run: CouplingRun, scenario: Scenario, settings: Mapping[str, Raw], flavour: Flavour = "native"
 ) -> tuple[OrderRow, float]:
-    """Return a run of a scenario, with deviation and cost left at 0, and the shortest time that it took (s)."""
+    """Return a run of a scenario, with deviation and cost still 0, and its shortest run time (s)."""
     step = scenario.step_size("gauss_seidel") / run.parts
     changed = scenario.model_copy(update={"coupling": run.coupling, "communication_step": step})
     ahead = delay(run.coupling, step) if run.predicts else 0.0
     names = predictable(prepare(changed, settings, flavour=flavour).interfaces)
     prepared = prepare(changed, {**settings, **dict.fromkeys(names, ahead)}, flavour=flavour)
-    results = [run_prepared(prepared, loop=run.loop) for _ in range(TIMINGS)]
+    results = [run_prepared(prepared, RunOptions(run.loop)) for _ in range(TIMINGS)]
     if any(result.outcome.status == "interrupted" for result in results):
         raise KeyboardInterrupt
     signals, outcome = results[0].signals, results[0].outcome

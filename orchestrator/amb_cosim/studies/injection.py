@@ -1,7 +1,7 @@
 """Measurement of the sensitivities of all axes in a co-simulation with injected multi-sines.
 
 Current is added to the demand of each controller, through `command_voltage` of the actuator. The spectral lines of the
-axes interleave, so that one run measures all of them: at a line of one axis the others have no injected current.
+axes interleave, so that one run measures all axes: at a line of one axis, the others have no injected current.
 """
 
 from __future__ import annotations
@@ -11,27 +11,26 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from amb_actuator.interface import DYNAMIC
 from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.cosim.record.signals import Signals
 from amb_cosim.cosim.system.values import Raw
-from amb_cosim.linear.linearisable import of_prepared
 from amb_cosim.linear.loop import Loop
+from amb_cosim.machine.machine import Machine
+from amb_cosim.results.component_names import ACTUATOR, CONTROLLER, PLANT
 from amb_cosim.results.contact_history import in_contact
-from amb_cosim.results.places import ACTUATOR, CONTROLLER, PLANT
 from amb_cosim.scenario.plan import SPEED
 from amb_cosim.scenario.scenario import Scenario
 from amb_cosim.scenario.simulation import PlannedRun, prepare, run_prepared
-from fmi_export.model import Array
+from array_types import Array, Complex, Indices
 from signal_chain.presets import CUSTOM, is_on
 
 PERIOD = 4.0  # s: lines every 0.25 Hz, every 1 Hz for each axis
 LOWEST, HIGHEST = 1.0, 2000.0  # Hz
 INJECTED = 0.01  # of the bias current: small enough for the linear law and the voltage limit of the amplifiers
 STEPS_OF_A_SAMPLE = 4  # with dynamic amplifiers: the error of the coupling is then below 1 % near the sharpest peaks
-SUBSTEP = 31.25e-6  # s, of the plant's own integration
+SUBSTEP = 31.25e-6  # s, of the plant's integration
 LIMITS = ("clipped", "voltage_limited")  # outputs of an axis of the actuator
 REMAINDER = 1e-6  # share of the transient that is left when the measurement begins
 LONGEST = 60.0  # s, of waiting for that
@@ -42,7 +41,7 @@ class MeasuredSensitivity:
     """Sensitivity of each axis (complex) at its spectral lines (Hz), both of shape (axes, lines)."""
 
     frequencies: Array
-    sensitivity: NDArray[np.complex128]
+    sensitivity: Complex
 
 
 def prepare_measurement(
@@ -52,18 +51,18 @@ def prepare_measurement(
     delay: bool = False,
     flavour: Flavour = "native",
 ) -> PlannedRun:
-    """Return a run of a scenario's machine, levitated without unbalance and sampled as there, ready to start.
+    """Return a prepared run of a scenario's machine, levitated without unbalance, with its sample time.
 
-    The signal chain of the controller keeps delay and filter; noise and converters, which are not linear, are off.
+    The controller's signal chain retains delay and filter; noise and converters are off, because they are not linear.
 
     Parameters
     ----------
     scenario, settings
         The machine; values by `component.variable` that replace the scenario's.
     amplifier
-        Whether the amplifiers are dynamic, whatever the scenario says; they are coupled at steps shorter than a sample.
+        Whether the amplifiers are dynamic, regardless of the scenario; they are coupled in steps shorter than a sample.
     delay
-        Whether currents are delayed by one sample, whatever the scenario says.
+        Whether currents are delayed by one sample, regardless of the scenario.
     flavour
         Flavour of the FMUs.
 
@@ -76,9 +75,9 @@ def prepare_measurement(
     values[CONTROLLER] = {} if "chain.preset" in scenario.parameters.get(CONTROLLER, {}) else {"chain.preset": CUSTOM}
     base = scenario.machine(parameters=values)
     first = prepare(base, settings, flavour=flavour)
-    loop, parameters = Loop(of_prepared(first)), first.plan.all_parameters(first.interfaces)
+    loop, parameters = Machine(first).loop, Machine(first).parameters
     dynamic = amplifier or parameters[ACTUATOR]["amplifier"] == DYNAMIC
-    linear = _linear_chain({name: value or 0.0 for name, value in parameters[CONTROLLER].items()}, delay)
+    linear = _linear_chain(parameters[CONTROLLER], delay)
     sample_time = loop.sample_time
     measuring = base.changed(
         description="Levitated rotor with injected currents",
@@ -104,7 +103,7 @@ def prepare_measurement(
 
 
 def _linear_chain(parameters: Mapping[str, float], delay: bool) -> dict[str, Raw]:
-    """Return the signal chain of a controller, if it has one, with what is linear of it alone."""
+    """Return the linear part of a controller's signal chain, if it has one."""
     if "chain.preset" not in parameters:
         if delay:
             raise ValueError(f"delay is not allowed; {CONTROLLER} has no signal chain")
@@ -119,7 +118,7 @@ def _linear_chain(parameters: Mapping[str, float], delay: bool) -> dict[str, Raw
 
 
 def schroeder_phases(powers: Array) -> Array:
-    """Return phases (rad) that give a sum of neighbouring harmonics a low peak.
+    """Return phases (rad) for which a sum of adjacent harmonics has a low peak.
 
     phi_i = -2 pi sum_{m<i} (i - m) P_m     (5.11 to 5.14)
 
@@ -131,8 +130,8 @@ def schroeder_phases(powers: Array) -> Array:
     return -2.0 * math.pi * np.concatenate([[0.0], np.cumsum(np.cumsum(powers))[:-1]])
 
 
-def multi_sines(n_axes: int, samples: int, sample_time: float) -> tuple[Array, NDArray[np.intp]]:
-    """Return one period of the injected currents, shape (axes, samples), and the harmonics that each consists of.
+def multi_sines(n_axes: int, samples: int, sample_time: float) -> tuple[Array, Indices]:
+    """Return a period of the injected currents, shape (axes, samples), and the harmonics of each.
 
     All harmonics of an axis have the same power, and the peak of a current is 1.
     """
@@ -147,7 +146,7 @@ def multi_sines(n_axes: int, samples: int, sample_time: float) -> tuple[Array, N
 
 
 def settling_samples(decay: float, sample_time: float) -> int:
-    """Return the number of samples until a transient has died out that shrinks by the factor `decay` with each sample.
+    """Return the number of samples in which a transient dies out that decays by the factor `decay` per sample.
 
     Raises
     ------
@@ -157,14 +156,14 @@ def settling_samples(decay: float, sample_time: float) -> int:
     samples = math.ceil(math.log(REMAINDER) / math.log(decay))
     if samples * sample_time > LONGEST:
         raise ValueError(
-            f"transients shrink by the factor {decay:.6f} with each sample, and would take "
+            f"transients decay by the factor {decay:.6f} per sample and would take "
             f"{samples * sample_time:.0f} s to die out; it must be <= {LONGEST:g} s"
         )
     return samples
 
 
 def measure(prepared: PlannedRun, decay: float) -> MeasuredSensitivity:
-    """Co-simulate with the multi-sines, wait for the transient to die out, and compare currents over one period.
+    """Co-simulate with the multi-sines, wait for the transient to die out, and compare currents over a period.
 
     Parameters
     ----------
@@ -178,12 +177,12 @@ def measure(prepared: PlannedRun, decay: float) -> MeasuredSensitivity:
     ValueError
         If the run fails, the rotor touches anything, or an amplifier reaches a limit.
     """
-    plan, loop = prepared.plan, Loop(of_prepared(prepared))
+    plan, machine = prepared.plan, Machine(prepared)
+    loop, parameters = machine.loop, machine.parameters[ACTUATOR]
     steps = round(loop.sample_time / plan.step_size)
     samples = 2 * round(0.5 * PERIOD / loop.sample_time)
     settling = settling_samples(decay, loop.sample_time)
     sines, lines = multi_sines(len(loop.axes), samples, loop.sample_time)
-    parameters = plan.all_parameters(prepared.interfaces)[ACTUATOR]
     gains, biases = (
         np.array([parameters[f"{b}.{name}_{a}"] for b, a in loop.axes]) for name in ("amplifier_gain", "bias_current")
     )
@@ -201,7 +200,7 @@ def measure(prepared: PlannedRun, decay: float) -> MeasuredSensitivity:
     if result.outcome.failure is not None:
         raise ValueError(result.outcome.failure)
     _check_linear(result.signals, loop)
-    first = settling + 1  # a current that the controller demands at a sample is recorded one sample later
+    first = settling + 1  # a current that the controller demands at a sample is recorded a sample later
     demanded = [result.signals[source].values[::steps] for source in loop.sources]
     currents = np.array(demanded)[:, first : first + samples]
     recorded = np.arange(settling, settling + samples) % samples
@@ -209,7 +208,7 @@ def measure(prepared: PlannedRun, decay: float) -> MeasuredSensitivity:
     return MeasuredSensitivity(lines / (samples * loop.sample_time), 1.0 + ratio)
 
 
-def _spectrum(signals: Array, lines: NDArray[np.intp]) -> NDArray[np.complex128]:
+def _spectrum(signals: Array, lines: Indices) -> Complex:
     """Return the spectrum of each signal at its lines, shape (axes, lines)."""
     return np.take_along_axis(np.fft.rfft(signals, axis=1), lines, axis=1)
 
@@ -224,4 +223,4 @@ def _check_linear(dataset: Signals, loop: Loop) -> None:
         violations += [(f"the amplifier of {b}.{a} was at its voltage limit", limited)]
     for violation, happened in violations:
         if happened:
-            raise ValueError(f"{violation} during the measurement, which must be that of a linear system")
+            raise ValueError(f"{violation} during the measurement, which requires a linear system")

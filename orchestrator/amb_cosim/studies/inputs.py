@@ -1,61 +1,42 @@
-"""How studies read their arguments: numbers in SI units, or texts with a unit."""
+"""Arguments of studies: numbers in SI units, or strings with a unit."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from os import PathLike, fspath
+from os import PathLike
 from pathlib import Path
 
 import numpy as np
 
 from amb_cosim.cosim.system.values import quantity
-from amb_cosim.results.places import CONTROLLER
+from amb_cosim.results.component_names import CONTROLLER
 from amb_cosim.scenario.scenario import Scenario, given_scenario
-from fmi_export.model import Array
-from rotor_analysis.checks import require
-from rotor_analysis.rotor import Rotor
-from rotor_analysis.rotor_file import load_rotor
+from amb_files.checks import require
+from array_types import Array
+from rotor_analysis.rotor_file import RotorSource
 
 LEAST, MOST = 1e-12, 1e12  # of a positive number, in any unit
 HIGHEST = 1e5  # rad/s; dentists' drills turn at a third of it
 
 Number = float | str
-"""A number in the unit that is asked for, or a text with another unit of the same dimension (`"16 Hz"`)."""
-
-RotorFile = Path | str | None
-"""Name of a rotor of a pack, path of a rotor file, or None for the packs' default."""
-
-RotorSource = Rotor | Path | str | None
-"""A rotor, the name of one of a pack, the path of a rotor file, or None for the packs' default."""
-
-
-def rotor_of(source: RotorSource) -> Rotor:
-    """Return a rotor.
-
-    Raises
-    ------
-    ValueError
-        If there is no such rotor, or a file cannot be read or holds none.
-    """
-    return source if isinstance(source, Rotor) else load_rotor(source)
+"""A number in the requested unit, or a string with another unit of the same dimension (`"16 Hz"`)."""
 
 
 def controlled(
-    scenario: str | Path | Scenario | None, rotor: RotorFile, controller: str | PathLike[str] | None
+    scenario: str | Path | Scenario | None, rotor: RotorSource, controller: str | PathLike[str] | None
 ) -> Scenario:
-    """Return the scenario of a study of a machine under control.
+    """Return the scenario for a study of a controlled machine.
 
     Parameters
     ----------
     scenario
-        A `Scenario`, the name of one of a pack, or a TOML file; the packs' default without.
+        A `Scenario`, the name of a packaged scenario, or a TOML file; by default the packs' default scenario.
     rotor
-        Name of a rotor of a pack, or rotor file, in place of the scenario's.
+        A rotor, name of a packaged rotor, or rotor file, to use instead of the scenario's.
     controller
         Controller file, object or FMU in place of the scenario's controller.
     """
-    values = given_scenario(scenario, rotor)
-    return values if controller is None else values.changed(fmu={CONTROLLER: fspath(controller)})
+    return given_scenario(scenario, rotor, fmu=None if controller is None else {CONTROLLER: controller})
 
 
 def spin_speed(raw: Number, name: str = "speed") -> float:
@@ -64,7 +45,7 @@ def spin_speed(raw: Number, name: str = "speed") -> float:
     Raises
     ------
     ValueError
-        If it is no speed, negative or beyond `HIGHEST`.
+        If it is not a speed, negative, or beyond `HIGHEST`.
     """
     value = quantity(raw, "rad/s", name)
     require(0.0 <= value <= HIGHEST, name, f"{value:g} rad/s", f">= 0 rad/s and <= {HIGHEST:g} rad/s")
@@ -72,7 +53,7 @@ def spin_speed(raw: Number, name: str = "speed") -> float:
 
 
 def spin_speeds(raw: Number | Sequence[Number]) -> list[float]:
-    """Return spin speeds (rad/s): one, those of a sequence, or of a text with commas."""
+    """Return spin speeds (rad/s) from one speed, a sequence, or a string separated by commas."""
     if isinstance(raw, int | float):
         return [spin_speed(raw, "speeds")]
     return [spin_speed(part, "speeds") for part in (raw.split(",") if isinstance(raw, str) else raw)]
@@ -84,7 +65,7 @@ def speed_range(up_to: Number, points: int, lowest: float = 0.0) -> Array:
     Raises
     ------
     ValueError
-        If `up_to` is no speed above the lowest.
+        If `up_to` is not a speed above the lowest.
     """
     highest = spin_speed(up_to, "up-to")
     require(highest > lowest, "up-to", f"{highest:g} rad/s", f"> {lowest:.4g} rad/s")
@@ -97,7 +78,7 @@ def positive(raw: Number, unit: str, name: str, reason: str = "") -> float:
     Raises
     ------
     ValueError
-        If it is none, or not from `LEAST` to `MOST`; the message ends with the reason.
+        If it is not such a number, or not from `LEAST` to `MOST`; the message ends with the reason.
     """
     value, displayed = quantity(raw, unit, name), unit.replace(".", " ")
     require(0.0 < value < float("inf"), name, f"{value:g} {displayed}", f"> 0 {displayed}{reason}")
@@ -108,12 +89,12 @@ def positive(raw: Number, unit: str, name: str, reason: str = "") -> float:
 
 
 def node_numbers(raw: str | Sequence[int], name: str) -> tuple[int, ...]:
-    """Return node numbers given in a sequence or in a text with commas.
+    """Return node numbers from a sequence or a string separated by commas.
 
     Raises
     ------
     ValueError
-        If one of them is no whole number.
+        If one of them is not a whole number.
     """
     if not isinstance(raw, str):
         return tuple(raw)

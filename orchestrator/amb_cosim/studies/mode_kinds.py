@@ -1,4 +1,4 @@
-"""Kinds of mode shapes: how much of a mode is motion as a rigid body, and where its line crosses the axis."""
+"""Kinds of mode shapes: their share of rigid-body motion, and their crossings of the axis."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fmi_export.model import Array
+from array_types import Array, Complex
 from rotor_analysis.assembly import Matrices
-from rotor_analysis.modes import Complex, translations
+from rotor_analysis.modes import translations
 
 RIGID = 0.5  # of the kinetic energy; from there on a mode counts as that of a rigid body
 SIGN_THRESHOLD = 1e-3  # of the largest displacement; smaller ones have no sign
@@ -18,11 +18,11 @@ class ModeKind(NamedTuple):
     """Kind of a mode shape.
 
     name
-        `cylindrical` or `conical` for a rigid body, `flexural` for a shaft that bends.
+        `cylindrical` or `conical` for rigid-body motion, `flexural` for bending.
     rigid_share
-        Share of the kinetic energy in the motion as a rigid body that is nearest to the mode (1).
+        Share of the kinetic energy in the rigid-body motion nearest to the mode (1).
     crossings
-        Places between the ends where the line of the shaft crosses the axis.
+        Number of points between the ends where the shaft line crosses the axis.
     """
 
     name: str
@@ -58,7 +58,7 @@ def kind_of(model: Matrices, z: Array, shape: Complex) -> ModeKind:
 
 
 def _crossings(displacement: Complex) -> int:
-    """Return how often the line of the shaft crosses the axis, in the plane and at the moment of its largest motion.
+    """Return how often the shaft line crosses the axis, in the plane and at the instant of its largest motion.
 
     Parameters
     ----------

@@ -10,16 +10,17 @@ from typing import Annotated, ClassVar
 import numpy as np
 
 from amb_cosim.presentation.json_data import JsonKey, Layout
-from amb_cosim.presentation.text_tables import TextPart, labelled_table, text_table
-from amb_cosim.studies.inputs import Number, RotorSource, rotor_of, spin_speeds
+from amb_cosim.presentation.text_tables import TextBlock, labelled_table, text_table
+from amb_cosim.studies.inputs import Number, spin_speeds
 from amb_cosim.studies.mode_kinds import kind_of
 from amb_cosim.studies.result import DrawnResult, StudyResult
-from fmi_export.model import Array
+from amb_files.checks import require
+from array_types import Array, Complex
 from rotor_analysis.assembly import Matrices
-from rotor_analysis.checks import require
-from rotor_analysis.modes import Complex, Mode, Whirl, overdamped_modes, translations
+from rotor_analysis.modes import Mode, Whirl, overdamped_modes, translations
 from rotor_analysis.modes import modes as modes_of
 from rotor_analysis.rotor import Rotor
+from rotor_analysis.rotor_file import RotorSource, load_rotor
 from rotor_analysis.shaft import MassModel
 from rotor_analysis.supported_rotor import supported_rotor
 
@@ -31,7 +32,7 @@ HEADINGS = ("speed", "mode", "frequency (rad/s)", "(Hz)", "damping ratio", "whir
 
 @dataclass(frozen=True)
 class ModesAtSpeed:
-    """The lowest modes at one spin speed, by ascending frequency; those without a resonance come last.
+    """The lowest modes at a spin speed, by ascending frequency; those without resonance come last.
 
     frequencies
         Damped natural frequencies (rad/s).
@@ -63,10 +64,10 @@ class NaturalFrequencies(StudyResult):
     mass: MassModel
     speeds: dict[float, ModesAtSpeed]
 
-    def text(self) -> list[TextPart]:
-        """Return a table of all modes, and a line for each speed with motion that does not oscillate."""
+    def text(self) -> list[TextBlock]:
+        """Return a table of all modes, and a line for each speed with aperiodic motion."""
         table = text_table(f"{self.rotor}, {self.mass} mass; speed in rad/s", HEADINGS, left=("whirl",))
-        remarks: list[TextPart] = []
+        remarks: list[TextBlock] = []
         for speed, result in self.speeds.items():
             modes = zip(result.frequencies, result.damping_ratios, result.whirl, strict=True)
             for number, (frequency, ratio, whirl) in enumerate(modes, start=1):
@@ -76,22 +77,22 @@ class NaturalFrequencies(StudyResult):
                 table.add_row(f"{speed:g}", str(number), f"{frequency:.3f}", hertz, displayed, direction)
             if result.real_eigenvalues:
                 real = ", ".join(f"{value:.4g}" for value in result.real_eigenvalues)
-                remarks.append(f"at {speed:g} rad/s also motion that does not oscillate, exp(s t) with s = {real} 1/s")
+                remarks.append(f"at {speed:g} rad/s also aperiodic motion, exp(s t) with s = {real} 1/s")
         return [table, *remarks]
 
 
 @dataclass(frozen=True, eq=False)
 class ModeShape:
-    """One mode shape.
+    """A mode shape.
 
     x, y
-        Complex displacement of each node, shape (nodes,) each; the largest of all is 1 (no unit).
+        Complex displacement of each node, shape (nodes,) each; the largest is 1 (no unit).
     kind
-        `cylindrical` or `conical` for the motion of a rigid body, `flexural` for that of a shaft that bends.
+        `cylindrical` or `conical` for rigid-body motion, `flexural` for bending.
     rigid_share
-        Share of the kinetic energy in motion as a rigid body (1).
+        Share of the kinetic energy in rigid-body motion (1).
     crossings
-        Places between the ends where the line of the shaft crosses the axis.
+        Number of points between the ends where the shaft line crosses the axis.
     """
 
     x: Annotated[Complex, Layout.PAIRS]
@@ -106,9 +107,9 @@ class ModeShapes(DrawnResult):
     """Modes of a rotor at spin speeds.
 
     frequencies
-        Frequencies, damping ratios and whirl directions at all of them.
+        Frequencies, damping ratios and whirl directions at all speeds.
     shapes
-        Shape of each mode at the first.
+        Shape of each mode at the first speed.
     z
         Axial position of the nodes (m), shape (nodes,).
     description, modes
@@ -128,8 +129,8 @@ class ModeShapes(DrawnResult):
         """Spin speed of the shapes (rad/s)."""
         return next(iter(self.frequencies.speeds))
 
-    def text(self) -> list[TextPart]:
-        """Return the table of the modes, and one of their shapes."""
+    def text(self) -> list[TextBlock]:
+        """Return tables of the modes and of their shapes."""
         table = labelled_table("Mode shapes", "kind", "mode", "rigid motion (% of kinetic energy)", "crossings")
         for number, shape in enumerate(self.shapes, start=1):
             table.add_row(shape.kind, str(number), f"{100.0 * shape.rigid_share:.1f}", str(shape.crossings))
@@ -147,16 +148,16 @@ def modes(
 
     (lambda^2 M + lambda (C + Omega G) + K) phi = 0     (3.1 to 3.6)
 
-    Modes with a damping ratio above 1/sqrt(2), whose response has no peak, come after all others.
+    Modes with a damping ratio above 1/sqrt(2), whose response has no peak, come last.
 
     Parameters
     ----------
     rotor
-        A rotor or a rotor file; the packs' default without.
+        A rotor or a rotor file; by default the packs' default rotor.
     mass
-        Mass matrix, `diagonal` or `consistent`; as the rotor says by default.
+        Mass matrix, `diagonal` or `consistent`; by default that of the rotor file.
     speeds
-        Spin speeds (rad/s), each a number or a text with its unit, or one text with commas.
+        Spin speeds (rad/s), each a number or a string with its unit, or one string separated by commas.
     count
         Number of modes, the lowest first.
 
@@ -164,8 +165,13 @@ def modes(
     ------
     ValueError
         If the rotor file cannot be read or an argument is out of range.
+
+    Examples
+    --------
+    >>> print(str(modes("compressor", speeds="0", count=1)).splitlines()[0].strip())
+    compressor, consistent mass; speed in rad/s
     """
-    description = rotor_of(rotor)
+    description = load_rotor(rotor)
     mass = mass or description.shaft.mass_matrix
     model = supported_rotor(description, mass).model
     at = {Omega: _lowest(model, Omega, count) for Omega in spin_speeds(speeds)}
@@ -177,17 +183,17 @@ def modes(
 
 
 def _lowest(model: Matrices, Omega: float, count: int) -> tuple[Mode, ...]:
-    """Return the lowest modes with a resonance and, where they are fewer, the lowest of the others."""
+    """Return the lowest modes with a resonance, followed if needed by the lowest of the others."""
     require(count >= 1, "count", count, "1 or more")
     ordered = sorted(modes_of(model, Omega), key=lambda mode: mode.damping_ratio > NO_RESONANCE)
     return tuple(ordered[:count])
 
 
-def _at_speed(model: Matrices, Omega: float, found: Sequence[Mode]) -> ModesAtSpeed:
+def _at_speed(model: Matrices, Omega: float, modes: Sequence[Mode]) -> ModesAtSpeed:
     return ModesAtSpeed(
-        tuple(mode.frequency for mode in found),
-        tuple(mode.damping_ratio for mode in found),
-        tuple(mode.whirl for mode in found),
+        tuple(mode.frequency for mode in modes),
+        tuple(mode.damping_ratio for mode in modes),
+        tuple(mode.whirl for mode in modes),
         tuple(mode.eigenvalue.real for mode in overdamped_modes(model, Omega)),
     )
 

@@ -8,12 +8,13 @@ import signal
 import threading
 from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
 from contextlib import suppress
 from multiprocessing.connection import Connection
 from typing import TypeVar
 
 from amb_cosim.cosim.basics.interruption import deferred
-from amb_cosim.cosim.run.run_plan import Progress
+from amb_cosim.cosim.run.options import Progress
 
 Case = TypeVar("Case")
 CaseResult = TypeVar("CaseResult")
@@ -24,14 +25,21 @@ POLL_INTERVAL = 0.1  # s, until an interruption is noticed
 def simulate_in_processes(
     simulate: Callable[[Case], CaseResult], cases: Sequence[Case], progress: Progress, processes: int | None = None
 ) -> list[CaseResult]:
-    """Return what `simulate`, a function of a module, returns for each case; `progress` hears of each that is done.
+    """Return the results of `simulate`, a module-level function, for all cases; `progress` is called after each.
 
-    There are at most `processes`, by default as many as there are processors.
+    At most `processes` run at once; by default one per processor.
 
-    FMUs of flavour `python` hold the interpreter's lock, so that threads would run one after the other. An error of a
-    case is raised, and ends the others. Whatever ends this process ends them too. An interruption is put off until no
-    function of the pool is under way: it would leave locks of futures taken, for which the pool then waits.
+    Processes are used because FMUs of flavour `python` hold the interpreter's lock. An error in a case is raised and
+    ends the others, and all end with this process. An interruption is delayed while a function of the pool runs: it
+    could leave locks of futures taken, and the pool would wait for them forever.
+
+    Raises
+    ------
+    ValueError
+        If processes end as they start: each imports the user's script, which needs a main guard.
     """
+    if getattr(multiprocessing.current_process(), "_inheriting", False):
+        raise SystemExit(1)  # the script of the process that started this one lacks a main guard
     context = multiprocessing.get_context("spawn")
     end_of_this, end_of_others = context.Pipe()
     with (
@@ -48,6 +56,11 @@ def simulate_in_processes(
                     future.result()
                 if done:
                     progress(len(cases) - len(running), len(cases))
+        except BrokenProcessPool:
+            raise ValueError(
+                'processes of the study ended; a script must call it below if __name__ == "__main__":, since each '
+                "process imports the script"
+            ) from None
         except BaseException:
             end_of_this.close()
             pool.shutdown(cancel_futures=True)
@@ -56,7 +69,7 @@ def simulate_in_processes(
 
 
 def _follow(parent: Connection) -> None:
-    """End this process when the other end of the pipe is closed, by its process or because that is gone."""
+    """End this process when the other end of the pipe closes, on purpose or because its process has ended."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C stops the process that started this one
     threading.Thread(target=_end_with, args=(parent,), daemon=True).start()
 

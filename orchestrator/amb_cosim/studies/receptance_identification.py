@@ -1,4 +1,4 @@
-"""Study that identifies the receptances of the levitated rotor over the spin speed, and keeps them in a table."""
+"""Study that identifies the receptances of the levitated rotor over the spin speed and stores them in a table."""
 
 from __future__ import annotations
 
@@ -18,7 +18,8 @@ from amb_cosim.design.controller_data import SPEEDS, condition_number
 from amb_cosim.design.receptance_file import ReceptanceTable
 from amb_cosim.presentation.json_data import Layout
 from amb_cosim.presentation.progress import STARTING, bars
-from amb_cosim.presentation.text_tables import TextPart, text_table
+from amb_cosim.presentation.text_tables import TextBlock, text_table
+from amb_cosim.scenario.rotors import RotorSource
 from amb_cosim.scenario.scenario import Scenario, load_scenario
 from amb_cosim.studies.inputs import Number, spin_speeds
 from amb_cosim.studies.receptance_measurement import (
@@ -35,7 +36,7 @@ HEADINGS = ("speed (Hz)", "periods", "force (N)", "condition number", "differs f
 
 
 class IdentificationProgress(NamedTuple):
-    """Progress of an identification: its spin speed (rad/s), speeds done and in total, steps done and in total."""
+    """Progress of an identification: spin speed (rad/s), finished and total speeds, finished and total steps."""
 
     speed: float
     speeds_done: int
@@ -52,11 +53,11 @@ class Identification(StudyResult):
     """Receptances identified at several speeds.
 
     speeds
-        Spin speeds that were requested (rad/s).
+        Requested spin speeds (rad/s).
     results
         Result at each speed; fewer than speeds if Ctrl-C interrupted the study.
     table
-        Table of the receptances: those identified now, and those that the table held before.
+        Table of the receptances, identified now or already in the table.
     """
 
     speeds: Annotated[tuple[float, ...], "rad/s"]
@@ -70,11 +71,11 @@ class Identification(StudyResult):
 
     @property
     def interruption(self) -> str:
-        """Reason why the study ended before its last speed; empty if it did not."""
+        """Reason of an early end of the study; otherwise empty."""
         last = self.results[-1]
         return last.reason if last.interrupted else ""
 
-    def text(self) -> list[TextPart]:
+    def text(self) -> list[TextBlock]:
         """Return a table with a row for each speed."""
         table = text_table("Identification", HEADINGS, left=("",))
         for result in self.results:
@@ -95,7 +96,7 @@ def identify(
     *,
     output: Path | str | None = None,
     scenario: Scenario | Path | str | None = None,
-    rotor: Path | str | None = None,
+    rotor: RotorSource = None,
     set: Mapping[str, Raw] | None = None,
     flavour: Flavour = "native",
     computed: bool = False,
@@ -103,37 +104,43 @@ def identify(
 ) -> Identification:
     """Return the receptances of the levitated rotor, as its controller identifies them in co-simulations.
 
-    They are those of the loop with all its controllers, a linear one beneath the synchronous control too.
+    They are those of the loop with all its controllers, including a linear one below the synchronous control.
 
-    Ctrl-C ends the study; the result then holds the speeds before.
+    Ctrl-C ends the study; the result then contains the finished speeds.
 
     Parameters
     ----------
     speeds
-        Spin speeds (rad/s), each a number or a text with its unit, or one text with commas; by default twelve from
-        5 to 35 Hz.
+        Spin speeds (rad/s), each a number or a string with its unit, or one string separated by commas; by default
+        twelve from 5 to 35 Hz.
     output
-        Table file (TOML), written after each speed; the receptances that it holds for other speeds are kept.
+        Table file (TOML), written after each speed; receptances in it for other speeds are kept.
     scenario
-        A scenario, the name of one of a pack, or a TOML file, whose machine and parameters are taken; the packs'
-        default rotor with the start values of the FMUs without.
+        A scenario, the name of a packaged scenario, or a TOML file, that defines machine and parameters; by default the
+        packs' default rotor with the start values of the FMUs.
     rotor
-        Name of a rotor of a pack, or rotor file, in place of the scenario's.
+        Name of a packaged rotor, or rotor file, to use instead of the scenario's.
     set
-        Values by `component.variable`, numbers or texts with units.
+        Values by `component.variable`, numbers or strings with units.
     flavour
         Flavour of the FMUs.
     computed
-        Whether they come from the linear model of the sampled loop, in place of co-simulations, which the others are
-        compared with; nothing else is independent of it.
+        Whether to compute the receptances from the linear model of the sampled loop instead of co-simulations.
+        Identified receptances are compared with this model; computed ones cannot be.
     progress
-        Whether bars are shown (by default in a terminal and in a notebook), or a function that is called now and then
-        with an `IdentificationProgress`.
+        Whether to display bars (default in a terminal and a notebook), or a function called repeatedly with an
+        `IdentificationProgress`.
 
     Raises
     ------
     ValueError
         If an argument is not allowed, or the table in the file belongs to another rotor or control loop.
+
+    Examples
+    --------
+    >>> result = identify("9000 rpm", scenario="compressor_levitated", computed=True)
+    >>> result.table.entries[0].receptance.shape  # sensors, axes
+    (6, 4)
     """
     chosen = SPEEDS if speeds is None else spin_speeds(speeds)
     machine = scenario if isinstance(scenario, Scenario | None) else load_scenario(str(scenario))
@@ -160,7 +167,7 @@ def identify(
 
 @contextmanager
 def _progress_bars(progress: bool | Report | None) -> Iterator[Report]:
-    """Yield the function `progress`, or one that shows two bars: all speeds, and the speed that is simulated."""
+    """Yield the function `progress`, or one that shows two bars: all speeds and the current speed."""
     if callable(progress):
         yield progress
         return

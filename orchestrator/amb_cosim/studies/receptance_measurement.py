@@ -1,6 +1,6 @@
-"""Identification of the receptance at one spin speed, by the controller FMU in a co-simulation with the plant.
+"""Identification of the receptance at a spin speed, by the controller FMU in a co-simulation with the plant.
 
-The run lasts as long as the six slots of the identification; R is read from the controller's outputs at its end.
+The run covers the six slots of the identification; R is read from the controller's outputs at its end.
 """
 
 from __future__ import annotations
@@ -12,29 +12,28 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
-from numpy.typing import NDArray
 
 from amb_cosim.cosim.basics.choices import Flavour
-from amb_cosim.cosim.run.run_plan import Progress
+from amb_cosim.cosim.run.options import Progress, RunOptions
 from amb_cosim.cosim.system.values import Raw
 from amb_cosim.design.controller_data import MAX_CONDITION, condition_number
 from amb_cosim.design.receptance_file import ReceptanceTable, empty_table, loop_parameters, read_table
-from amb_cosim.design.sampled_loop import given_parameters
-from amb_cosim.results.places import CONTROLLER
+from amb_cosim.design.sampled_loop import parameters_of_loop
+from amb_cosim.machine.machine import Machine, machine_of
+from amb_cosim.results.component_names import CONTROLLER
 from amb_cosim.scenario.inner_loop import inner_loop_parameters
-from amb_cosim.scenario.scenario import Scenario, make_scenario
+from amb_cosim.scenario.scenario import Scenario, given_scenario, make_scenario
 from amb_cosim.scenario.simulation import PlannedRun, prepare, run_prepared
-from amb_cosim.studies.machine import Machine, machine_of
 from amb_cosim.studies.sampled_receptance import inner_response, sampled_receptance
+from array_types import Complex
 from rolac_controller.control_loop import ControlLoop
 from rolac_controller.enumerations import ERRORS, GIVEN, ILL_CONDITIONED, last_stages, stages
 from rolac_controller.excitation import force_component, periods
-from rotor_analysis.rotor_file import load_rotor
+from rotor_analysis.rotor_file import RotorSource, load_rotor
 
 if TYPE_CHECKING:
     import xarray as xr
 
-Complex = NDArray[np.complex128]
 
 STEP = 250e-6  # s
 MARGIN = 2.0  # revolutions: one fills the window before the first slot, one is for the last sample of the last slot
@@ -50,17 +49,17 @@ class IdentifiedReceptance:
     speed
         Spin speed (rad/s).
     order
-        Order of the harmonic that was excited.
+        Order of the excited harmonic.
     periods, force
         Revolutions of a slot, and amplitude of the test force (N).
     receptance
         R, shape (n_sensors, n_axes), complex (m/N); None if the identification failed.
     model
-        R of the linear model of the same sampled loop, to compare with; None where `receptance` is that one.
+        R of the linear model of the same sampled loop, for comparison; None if `receptance` is that R.
     inner
-        Response of a controller beneath the synchronous control (`sampled_receptance.inner_response`), if there is one.
+        Response of a controller below the synchronous control (`sampled_receptance.inner_response`), if any.
     reason
-        Why it failed; empty if it did not.
+        Reason of a failure; otherwise empty.
     interrupted
         Whether it was interrupted by Ctrl-C.
     """
@@ -83,7 +82,7 @@ class IdentifiedReceptance:
 
 def prepare_identification(
     Omega: float,
-    rotor_file: Path | str | None = None,
+    rotor: RotorSource = None,
     settings: Mapping[str, Raw] | None = None,
     flavour: Flavour = "native",
     machine: Scenario | None = None,
@@ -94,25 +93,24 @@ def prepare_identification(
     ----------
     Omega
         Spin speed (rad/s).
-    rotor_file
-        Rotor file (TOML); the machine's rotor without, or the packs' default.
+    rotor
+        A `Rotor`, the name of a packaged rotor, or a rotor file; by default the machine's rotor or the packs' default.
     settings
-        Values by `component.variable`, numbers or texts with units.
+        Values by `component.variable`, numbers or strings with units.
     flavour
         Flavour of the FMUs.
     machine
-        Scenario whose machine and parameters are taken; the start values of the FMUs without.
+        Scenario that defines machine and parameters; by default the start values of the FMUs.
 
     Raises
     ------
     ValueError
-        If the speed is not positive or below `rolac.min_speed`, or anything else does not fit.
+        If the speed is not positive or below `rolac.min_speed`, or another setting does not fit.
     """
     bare = make_scenario({"Omega": 1.0, "communication_step": STEP, "end_time": STEP}, NAME)
-    base = (machine or bare).machine()
-    rotor = str(rotor_file) if rotor_file is not None else base.rotor
+    base = given_scenario((machine or bare).machine(), rotor)
     step = base.step_size("gauss_seidel")
-    n_axes = 2 * len(load_rotor(rotor).bearings)
+    n_axes = 2 * len(load_rotor(base.rotor).bearings)
     revolutions = (n_axes + 2) * periods(Omega / (2.0 * math.pi)) + MARGIN
     steps = math.ceil(revolutions * 2.0 * math.pi / Omega / step) if Omega > 0.0 else 1
     scenario = base.changed(
@@ -124,7 +122,6 @@ def prepare_identification(
         inputs={CONTROLLER: {"identify": True}},
         parameters={CONTROLLER: {"contact.source": GIVEN}},
         record={"variables": RECORDED, "every": steps},
-        **({} if rotor is None else {"rotor": rotor}),
     )
     prepared = prepare(scenario, settings, flavour=flavour)
     if prepared.plan.speed != Omega:
@@ -136,7 +133,7 @@ def prepare_identification(
 
 
 def table_for(prepared: PlannedRun, path: Path | None) -> ReceptanceTable:
-    """Return the table in a file, or an empty one for the rotor and loop of a prepared run if there is no such file.
+    """Return the table in a file; without the file, an empty table for the rotor and loop of a prepared run.
 
     Raises
     ------
@@ -154,11 +151,11 @@ def table_for(prepared: PlannedRun, path: Path | None) -> ReceptanceTable:
 def run_identification(prepared: PlannedRun, progress: Progress | None = None) -> IdentifiedReceptance:
     """Run an identification to its end and return its result.
 
-    `progress` is called with the number of steps done, and of all steps.
+    `progress` is called with the numbers of finished steps and of all steps.
     """
     planned = _planned(prepared)
     model = sampled_receptance(prepared, planned.order)
-    result = run_prepared(prepared, progress)
+    result = run_prepared(prepared, RunOptions(progress=progress))
     receptance, reason = None, result.outcome.failure or ""
     if result.outcome.failure is None:
         receptance, reason = _result(result.dataset.isel(time=-1), machine_of(prepared, CONTROLLER).controlled)
@@ -167,7 +164,7 @@ def run_identification(prepared: PlannedRun, progress: Progress | None = None) -
 
 
 def computed_identification(prepared: PlannedRun) -> IdentifiedReceptance:
-    """Return what an identification would find, by the linear model of the loop; nothing is simulated or compared."""
+    """Return the receptance from the linear model of the loop; nothing is simulated or compared."""
     planned = _planned(prepared)
     receptance = sampled_receptance(prepared, planned.order)
     if condition_number(receptance) > MAX_CONDITION:
@@ -176,7 +173,7 @@ def computed_identification(prepared: PlannedRun) -> IdentifiedReceptance:
 
 
 def _planned(prepared: PlannedRun) -> IdentifiedReceptance:
-    """Return an identification before it is done."""
+    """Return an identification without its results."""
     machine = machine_of(prepared, CONTROLLER)
     order = int(machine.parameters[CONTROLLER]["harmonic1.order"])
     return IdentifiedReceptance(
@@ -192,14 +189,14 @@ def _planned(prepared: PlannedRun) -> IdentifiedReceptance:
 
 def force_amplitude(machine: Machine) -> float:
     """Return the amplitude of the test force in the first harmonic (N)."""
-    parameters = given_parameters(machine.controlled, machine.parameters[CONTROLLER])
-    identification = parameters.own[0].identification
+    parameters = parameters_of_loop(machine.controlled, machine.parameters[CONTROLLER])
+    identification = parameters.common[0].identification
     multi, scale = identification.multi != 0.0, identification.force_scale
     return abs(force_component(parameters.harmonics, 0, multi, scale, machine.Omega / (2.0 * math.pi)))
 
 
 def _result(outputs: xr.Dataset, loop: ControlLoop) -> tuple[Complex | None, str]:
-    """Return R at the end of a run, or None and why the identification failed."""
+    """Return R at the end of a run, or None and the reason of the failure."""
     state, error = (int(outputs[f"rolac_controller.identification_{name}"]) for name in ("state", "error"))
     last, sentences = last_stages(len(loop.axes)), stages(loop.axis_names).sentences
     if state != last.done:
@@ -207,13 +204,13 @@ def _result(outputs: xr.Dataset, loop: ControlLoop) -> tuple[Complex | None, str
             error
         ] if state == last.failed else f"it did not reach its end: {sentences[state]}"
     receptance = receptance_of(outputs, loop)
-    if condition_number(receptance) > MAX_CONDITION:  # the controller's own limit is a parameter
+    if condition_number(receptance) > MAX_CONDITION:  # the controller's limit is a parameter
         return None, ERRORS.sentences[ILL_CONDITIONED]
     return receptance, ""
 
 
 def receptance_of(outputs: xr.Dataset, loop: ControlLoop) -> Complex:
-    """Return R, shape (n_sensors, n_axes), complex (m/N), from the controller's outputs at one instant."""
+    """Return R, shape (n_sensors, n_axes), complex (m/N), from the controller's outputs at an instant."""
     return np.array(
         [
             [
@@ -226,7 +223,7 @@ def receptance_of(outputs: xr.Dataset, loop: ControlLoop) -> Complex:
 
 
 def ratios(receptance: Complex, model: Complex) -> Complex:
-    """Return R over R of a model, for the elements of at least a tenth of the largest in their column of the model."""
+    """Return R over R of a model, for elements of at least a tenth of the largest in their column of the model."""
     size = np.abs(model)
     large = size > LARGE * size.max(axis=0)
     return np.asarray(receptance[large] / model[large], dtype=np.complex128)

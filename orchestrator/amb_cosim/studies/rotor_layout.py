@@ -1,4 +1,4 @@
-"""What a rotor is: its shaft and parts, its mass and modes, and the model that a plant makes of it."""
+"""Description of a rotor: shaft, parts, mass, modes, and the plant's model."""
 
 from __future__ import annotations
 
@@ -8,21 +8,21 @@ from dataclasses import dataclass, replace
 from typing import Annotated, ClassVar
 
 from amb_cosim.presentation.json_data import Layout
-from amb_cosim.presentation.text_tables import TextPart, number, text_table
-from amb_cosim.studies.inputs import RotorSource, rotor_of
+from amb_cosim.presentation.text_tables import TextBlock, number, text_table
 from amb_cosim.studies.result import DrawnResult
-from fmi_export.model import Array
+from array_types import Array
 from rotor_analysis.assembly import assemble
 from rotor_analysis.reduced_rotor import reduced_rotor, reduction_error, valid_to
 from rotor_analysis.rigid_body import rigid_body
 from rotor_analysis.rotor import Rotor
+from rotor_analysis.rotor_file import RotorSource, load_rotor
 
 COUNT = 6  # modes
 
 
 @dataclass(frozen=True)
-class PlacedPart:
-    """A part of the rotor: kind, name, node (from 1), axial position (m) and what it does, in words."""
+class LayoutEntry:
+    """A part of the rotor: kind, name, node (from 1), axial position (m) and function, in words."""
 
     kind: str
     name: str
@@ -33,7 +33,7 @@ class PlacedPart:
 
 @dataclass(frozen=True)
 class PlantModel:
-    """A reduced model of the rotor: nodes of its planes, number of coordinates, frequency up to which it holds."""
+    """A reduced model of the rotor: nodes of its planes, number of coordinates, frequency up to which it is valid."""
 
     masters: tuple[int, ...]
     coordinates: int
@@ -52,22 +52,22 @@ class RotorLayout(DrawnResult):
     rotor
         Its name.
     mass, centre, polar_inertia, diametral_inertia
-        As a rigid body: kg, m, kg m^2 about the axis, and kg m^2 about the centre of mass.
+        Rigid-body properties: kg, m, kg m^2 about the axis, and kg m^2 about the centre of mass.
     length, nodes
-        Of the shaft (m), and the number of nodes.
+        Length of the shaft (m), and number of nodes.
     parts
         Bodies, bearings, contact sites and sensors.
     method, masters, coordinates, valid_to
-        The plant's model: how it is made, nodes of its planes, number of coordinates, and the frequency up to which it
-        holds (rad/s), see `rotor_analysis.reduced_rotor.valid_to`.
+        The plant's model: reduction method, nodes of its planes, number of coordinates, and the frequency up to which
+        it is valid (rad/s), see `rotor_analysis.reduced_rotor.valid_to`.
     leaner
-        The same with planes at bearings and contact sites alone, which must have one; None where it has no fewer
-        coordinates. Unbalance, external forces and sensors need no plane of their own.
+        The model with planes only at bearings and contact sites, which require one; None if it does not have fewer
+        coordinates. Unbalance, external forces and sensors require no plane.
     frequencies, error
-        Undamped natural frequencies of the full model (rad/s), negative where motion diverges, and those of the
-        plant's over these less one (%).
+        Undamped natural frequencies of the full model (rad/s), negative where motion diverges, and relative errors of
+        those of the plant's model (%).
     description
-        The rotor, from which the figure is drawn.
+        The rotor, for the figure.
     """
 
     name: ClassVar[str] = "layout"
@@ -79,7 +79,7 @@ class RotorLayout(DrawnResult):
     diametral_inertia: Annotated[float, "kg.m2"]
     length: Annotated[float, "m"]
     nodes: int
-    parts: tuple[PlacedPart, ...]
+    parts: tuple[LayoutEntry, ...]
     method: str
     masters: tuple[int, ...]
     coordinates: int
@@ -89,7 +89,7 @@ class RotorLayout(DrawnResult):
     error: Annotated[Array, "%"]
     description: Annotated[Rotor, Layout.OMITTED]
 
-    def text(self) -> list[TextPart]:
+    def text(self) -> list[TextBlock]:
         """Return lines about the rotor, and tables of its parts and its modes."""
         inertia = f"inertia {self.polar_inertia:.4g} kg m2 about the axis, {self.diametral_inertia:.4g} across"
         parts = text_table("Parts", ("kind", "name", "node", "z (m)", "what"), left=("kind", "name", "what"))
@@ -115,19 +115,25 @@ class RotorLayout(DrawnResult):
 
 
 def layout(rotor: RotorSource = None) -> RotorLayout:
-    """Return what a rotor is: its parts, mass and modes, and the model that a plant makes of it.
+    """Return the parts, mass and modes of a rotor, and the plant's model of it.
 
     Parameters
     ----------
     rotor
-        A rotor or a rotor file; the packs' default without.
+        A rotor or a rotor file; by default the packs' default rotor.
 
     Raises
     ------
     ValueError
-        If the rotor file cannot be read, or the plant's model is not as accurate as the file asks for.
+        If the rotor file cannot be read, or the plant's model is less accurate than the file requires.
+
+    Examples
+    --------
+    >>> result = layout("compressor")
+    >>> f"{result.mass:.1f} kg, {result.length:.3f} m, {result.nodes} nodes"
+    '246.9 kg, 1.653 m, 56 nodes'
     """
-    result = rotor_of(rotor)
+    result = load_rotor(rotor)
     body, plant, error = rigid_body(result), _plant(result), reduction_error(result, COUNT)
     z = result.shaft.nodes
     return RotorLayout(
@@ -156,7 +162,7 @@ def _plant(rotor: Rotor) -> PlantModel:
 
 
 def _leaner(rotor: Rotor, plant: PlantModel) -> PlantModel | None:
-    """The plant with planes at bearings, seals and sites alone, by as many modes as it has, if that is smaller."""
+    """The plant's model with planes only at bearings, seals and sites and as many modes, if that is smaller."""
     needed = tuple(sorted({*rotor.bearing_nodes, *rotor.seal_nodes, *rotor.site_nodes}))
     if rotor.reduction.method != "craig_bampton" or len(needed) < 2:
         return None
@@ -181,11 +187,11 @@ def _damping(rotor: Rotor) -> str:
     return ", ".join([*said, f"{100.0 * damping.rotating:g} % turns with the shaft"]) if said else "none"
 
 
-def _parts(rotor: Rotor) -> Iterator[PlacedPart]:
+def _parts(rotor: Rotor) -> Iterator[LayoutEntry]:
     z = rotor.shaft.nodes
     for body in rotor.bodies:
         inertia = f"{number(body.mass)} kg, {number(body.polar_inertia)} kg m2 about the axis"
-        yield PlacedPart(
+        yield LayoutEntry(
             "disc" if body.unbalance else "body",
             body.name,
             body.node,
@@ -198,9 +204,9 @@ def _parts(rotor: Rotor) -> Iterator[PlacedPart]:
         if K[0, 1] or K[1, 0]:
             stated += f", cross-coupled {number(K[0, 1])} and {number(K[1, 0])} N/m"
         what = stated + (" at the lowest speed" if bearing.at_speed else "")
-        yield PlacedPart(kind, bearing.name, bearing.node, z[bearing.node - 1], what)
+        yield LayoutEntry(kind, bearing.name, bearing.node, z[bearing.node - 1], what)
     for site in rotor.sites:
         what = f"retainer of {site.bearing}" if site.bearing else "bush"
-        yield PlacedPart("contact site", site.name, site.node, z[site.node - 1], what)
+        yield LayoutEntry("contact site", site.name, site.node, z[site.node - 1], what)
     for sensor in rotor.sensors:
-        yield PlacedPart("sensor", sensor.name, sensor.node, z[sensor.node - 1], f"{sensor.x}, {sensor.y}")
+        yield LayoutEntry("sensor", sensor.name, sensor.node, z[sensor.node - 1], f"{sensor.x}, {sensor.y}")

@@ -1,4 +1,4 @@
-"""Study of the spectra of a run over its time: the waterfall of a run-up."""
+"""Study of the spectra of a run over time: the waterfall of a run-up."""
 
 from __future__ import annotations
 
@@ -14,42 +14,43 @@ from amb_cosim.comparison.compare import Source, load
 from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.cosim.record.signals import Signals
 from amb_cosim.cosim.system.values import Raw, quantity
-from amb_cosim.presentation.text_tables import TextPart, labelled_table
+from amb_cosim.presentation.text_tables import TextBlock, labelled_table
 from amb_cosim.results.places import places
 from amb_cosim.results.result import Result
 from amb_cosim.results.series import cycles, signal, speed, speed_changes, turns
 from amb_cosim.scenario.simulation import run
 from amb_cosim.studies.inputs import Number, spin_speed
 from amb_cosim.studies.result import DrawnResult
+from amb_files.checks import require
 from amb_files.pack_file import default
-from fmi_export.model import Array
-from rotor_analysis.checks import require
-from rotor_analysis.modes import Complex
+from array_types import Array, Complex
 
 LONGEST_WINDOW = 1.0  # s, by default
 WINDOWS = 8  # in a run that is shorter, at least
 FEWEST = 16  # samples of a window
 PROMINENCE = 0.05  # of the largest amplitude, by which a peak stands out
+ORDERS = 2.5  # highest frequency by default, of the highest spin frequency
+UP_TO = 60.0  # Hz, the same of a rotor that does not turn
 NEAR = 1.5  # lines of the spectrum by which a vibration counts as synchronous
 
 
 @dataclass(frozen=True, eq=False)
 class BearingSpectra:
-    """Spectra of the orbit x + j y at one bearing; a frequency above zero is forward whirl, one below backward.
+    """Spectra of the orbit x + j y at a bearing; positive frequencies are forward whirl, negative ones backward.
 
     amplitude
         Amplitude of each line (m), shape (windows, lines).
     peak_hold
         Largest amplitude of each line in any window (m), shape (lines,).
     synchronous
-        Amplitude of the forward motion in step with the rotor's angle, of each window (m), shape (windows,).
+        Amplitude of the motion synchronous with the rotor's angle, per window (m), shape (windows,).
     resonances, resonance_amplitudes
         Spin speeds (Hz) at which the synchronous amplitude has a peak, and the amplitudes (m); none at constant speed.
     largest, largest_at
         Largest synchronous amplitude (m), and the spin speed there (Hz).
     other_frequency, other_amplitude, other_speed
-        Frequency (Hz) of the strongest vibration that is not near that of rotation, its amplitude (m), and the spin
-        speed then (Hz).
+        Frequency (Hz) of the strongest vibration away from the rotation frequency, its amplitude (m), and the spin
+        speed at that time (Hz).
     """
 
     amplitude: Annotated[Array, "m"]
@@ -66,12 +67,12 @@ class BearingSpectra:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Waterfall(DrawnResult):
-    """Spectra of the orbits of a run over its time.
+    """Spectra of the orbits of a run over time.
 
     scenario
-        What was run.
+        Name of the scenario.
     window
-        Length of a window (s); the lines are one over it apart.
+        Length of a window (s); lines are 1/window apart.
     times, speeds
         Middle of each window (s), and the mean spin speed in it (Hz), shape (windows,).
     frequencies
@@ -92,8 +93,8 @@ class Waterfall(DrawnResult):
     changing_speed: bool
     bearings: dict[str, BearingSpectra]
 
-    def text(self) -> list[TextPart]:
-        """Return a table of the largest synchronous and other vibration of each bearing."""
+    def text(self) -> list[TextBlock]:
+        """Return a table of the largest synchronous and non-synchronous vibration of each bearing."""
         headings = ("synchronous (mm)", "at (Hz)", "peaks at (Hz)", "other (mm)", "frequency (Hz)", "at speed (Hz)")
         table = labelled_table(f"{self.scenario}: spectra, windows of {self.window:.3g} s", "bearing", *headings)
         for name, result in self.bearings.items():
@@ -106,13 +107,13 @@ class Waterfall(DrawnResult):
                 f"{result.other_frequency:.2f}",
                 f"{result.other_speed:.2f}",
             )
-        return [table, "frequencies below zero are backward whirl"]
+        return [table, "negative frequencies are backward whirl"]
 
 
 def waterfall(
     source: Source | None = None,
     *,
-    up_to: Number = "60 Hz",
+    up_to: Number | None = None,
     window: Number | None = None,
     rotor: str | Path | None = None,
     set: Mapping[str, Raw] | None = None,
@@ -121,33 +122,40 @@ def waterfall(
     """Return the spectra of the orbits of a run, window by window.
 
     Z(f, t) = sum_n w_n (x + j y)(t_n) exp(-j 2 pi f t_n) / sum_n w_n, with a Hann window w; windows overlap by half.
-    The synchronous part is the same with the rotor's angle in place of 2 pi f t, which a changing speed does not blur.
+    The synchronous part has the rotor's angle in place of 2 pi f t, so a changing speed does not blur it.
 
     Parameters
     ----------
     source
-        A scenario, its name or TOML file, which is run; or a result, its folder or its file. Without, that of a
-        changing speed which a pack says.
+        A scenario (object, name or TOML file), which is run, or a result (object, folder or file). By default a pack's
+        scenario with changing speed.
     up_to
-        Highest frequency (rad/s), or a text with its unit.
+        Highest frequency (rad/s), or a string with its unit; by default 2.5 times the highest spin frequency.
     window
-        Length of a window (s), or a text with its unit; by default 1 s, or an eighth of a shorter run.
+        Length of a window (s), or a string with its unit; by default 1 s, or an eighth of a shorter run.
     rotor, set, flavour
-        As in `amb_cosim.run`; not for a result.
+        As in `amb_cosim.run`; not allowed for a result.
 
     Raises
     ------
     ValueError
-        If the source is wrong, the run recorded no orbit or not at equal steps, or a window does not fit into it.
+        If the source is invalid, the run recorded no orbit or unequal steps, or a window does not fit into it.
     KeyboardInterrupt
         If Ctrl-C interrupts the run.
+
+    Examples
+    --------
+    >>> spectra = waterfall(run("compressor_levitated", until="0.1 s"))
+    >>> f"{1e3 * max(bearing.largest for bearing in spectra.bearings.values()):.3f} mm"
+    '0.040 mm'
     """
-    highest = spin_speed(up_to, "up-to") / (2.0 * np.pi)
-    require(highest > 0.0, "up-to", f"{highest:g} Hz", "> 0 Hz")
+    highest = None if up_to is None else spin_speed(up_to, "up-to") / (2.0 * np.pi)
+    if highest is not None:
+        require(highest > 0.0, "up-to", f"{highest:g} Hz", "> 0 Hz")
     plan = load(default("changing_speed") if source is None else source)
     if isinstance(plan, Result):
         if rotor or set:
-            raise ValueError(f"{source} is a saved result; nothing can be set for it")
+            raise ValueError(f"{source} is a saved result; its settings cannot be changed")
         return spectra_of(plan.signals, highest, window)
     result = run(plan, rotor=rotor, set=set, flavour=flavour)
     if result.outcome.status == "interrupted":
@@ -155,13 +163,15 @@ def waterfall(
     return spectra_of(result.signals, highest, window)
 
 
-def spectra_of(recorded: Signals, highest: float, window: Number | None = None) -> Waterfall:
-    """Return the spectra of a recorded run up to a frequency (Hz); see `waterfall`."""
+def spectra_of(recorded: Signals, highest: float | None = None, window: Number | None = None) -> Waterfall:
+    """Return the spectra of a recorded run up to a frequency (Hz), `ORDERS` of the spin by default; see `waterfall`."""
+    if highest is None:
+        highest = ORDERS * float(np.abs(speed(recorded)).max(initial=0.0)) / (2.0 * np.pi) or UP_TO
     time, after = np.asarray(recorded["time"].values), cycles(recorded) >= 0.0
     time = time[after]
     steps = np.diff(time)
     if not len(steps) or not np.allclose(steps, steps[0], rtol=1e-6):
-        raise ValueError("the run has no samples at equal steps, from which spectra could be made")
+        raise ValueError("spectra require samples at equal steps, which the run does not have")
     h, duration = float(steps[0]), float(time[-1] - time[0])
     length = min(LONGEST_WINDOW, duration / WINDOWS) if window is None else quantity(window, "s", "window")
     require(FEWEST * h <= length <= duration, "window", f"{length:g} s", f">= {FEWEST * h:g} s and <= {duration:.6g} s")
@@ -169,7 +179,7 @@ def spectra_of(recorded: Signals, highest: float, window: Number | None = None) 
     Omega, theta = speed(recorded)[after], 2.0 * np.pi * turns(recorded)[after]
 
     def spectra(values: Complex) -> tuple[Array, Array, Complex]:
-        """Return frequencies (Hz), ascending, middles of the windows (s), and the spectra, shape (windows, lines)."""
+        """Return frequencies (Hz, ascending), window centres (s), and spectra, shape (windows, lines)."""
         lines, middles, Z = stft(
             values, 1.0 / h, "hann", size, size // 2, return_onesided=False, boundary=None, padded=False
         )
@@ -203,7 +213,7 @@ def spectra_of(recorded: Signals, highest: float, window: Number | None = None) 
 
 
 def _bearing(amplitude: Array, synchronous: Array, lines: Array, speeds: Array) -> BearingSpectra:
-    """Return the spectra at a bearing with their largest vibrations; the mean of the orbit, at 0 Hz, is none."""
+    """Return the spectra at a bearing with their largest vibrations; the mean of the orbit (0 Hz) is excluded."""
     spacing = lines[1] - lines[0] if len(lines) > 1 else 1.0
     near = np.abs(lines - speeds[:, np.newaxis]) <= NEAR * spacing
     steady = np.abs(lines) <= NEAR * spacing

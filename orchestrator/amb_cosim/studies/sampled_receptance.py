@@ -1,11 +1,11 @@
-"""Receptance that the controller would identify, from the linear model of the loop, whatever closes it.
+"""Receptance that the controller would identify, from the linear model of the loop with any controller.
 
     U --> u = Re[U exp(j theta)]/K_i --> D --(+)--> currents --> machine --> displacements --> F --> Q = R U
                                              ^                        |
                                              +--- PID, inner loop <---+               R = F G D / K_i
 
-G is the response of the closed loop from currents that are added where those of the synchronous control arrive to the
-displacements at its sensors, D its delay, F its sensors and filter; all at z = exp(j omega h).
+G is the response of the closed loop from currents, added at the input of the synchronous control, to displacements at
+its sensors; D is its delay, F its sensors and filter; all at z = exp(j omega h).
 """
 
 from __future__ import annotations
@@ -13,18 +13,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-from amb_cosim.design.sampled_loop import given_parameters, sensor_response
-from amb_cosim.linear.linearisable import LinearSource, of_prepared
+from amb_cosim.design.sampled_loop import parameters_of_loop, sensor_response
+from amb_cosim.linear.linearisable import LinearSource
 from amb_cosim.linear.linearise import model_of
 from amb_cosim.linear.model import LinearModel
-from amb_cosim.results.places import ACTUATOR, CONTROLLER, PLANT
+from amb_cosim.machine.machine import Machine, machine_of
+from amb_cosim.results.component_names import ACTUATOR, CONTROLLER, PLANT
 from amb_cosim.scenario.simulation import PlannedRun
-from amb_cosim.studies.machine import Machine, machine_of
+from array_types import Array, Complex
 from signal_chain.presets import is_on
-
-Complex = NDArray[np.complex128]
 
 ROUNDING = 1e-9  # relative; of a displacement that is a combination of others
 
@@ -32,18 +30,20 @@ ROUNDING = 1e-9  # relative; of a displacement that is a combination of others
 def sampled_receptance(prepared: PlannedRun, order: int = 1) -> Complex:
     """Return R of a harmonic, shape (n_sensors, n_axes), complex (m/N), of the loop with hold, controllers and sensors.
 
-    The forces are those that the controller assumes, K_i I with its own K_i; the bearings have theirs.
+    Forces are K_i I with the K_i that the controller assumes, which may differ from that of the bearings.
 
     Raises
     ------
     ValueError
         If a bearing of the rotor has no sensor plane.
     """
-    machine, made = machine_of(prepared, CONTROLLER), of_prepared(prepared)
+    machine = machine_of(prepared, CONTROLLER)
     omega, parameters = order * machine.Omega, machine.parameters[CONTROLLER]
-    added = list(_places_of_currents(made, machine).values())
-    loop = model_of(made, added, [f"{PLANT}.{sensor}" for sensor in machine.controlled.sensor_names])
-    local = given_parameters(machine.controlled, parameters)
+    added = list(_places_of_currents(machine).values())
+    loop = model_of(
+        machine.linear_components, added, [f"{PLANT}.{sensor}" for sensor in machine.controlled.sensor_names]
+    )
+    local = parameters_of_loop(machine.controlled, parameters)
     G = _response(loop, omega)
     if is_on(parameters["chain.preset"], parameters["chain.delay"]):
         G = G * np.exp(-1j * omega * parameters["sample_time"])
@@ -51,13 +51,14 @@ def sampled_receptance(prepared: PlannedRun, order: int = 1) -> Complex:
 
 
 def inner_response(prepared: PlannedRun, order: int = 1) -> Complex | None:
-    """Return C of a controller to whose demands the currents are added, u = -C q (`rolac_controller.inner_loop`).
+    """Return C of a controller whose demands the currents are added to, u = -C q (`rolac_controller.inner_loop`).
 
-    None where the currents reach the magnetic bearings as they are, or that controller reads displacements that the
-    sensors of the synchronous control do not tell.
+    None if the currents reach the magnetic bearings directly, or that controller reads displacements that the sensors
+    of the synchronous control do not measure.
     """
-    machine, made = machine_of(prepared, CONTROLLER), of_prepared(prepared)
-    added, system = _places_of_currents(made, machine), made.assembly.system
+    machine = machine_of(prepared, CONTROLLER)
+    made, added = machine.linear_components, _places_of_currents(machine)
+    system = made.assembly.system
     inner = {target.partition(".")[0] for target in added.values()}
     if inner == {ACTUATOR}:
         return None
@@ -72,26 +73,26 @@ def inner_response(prepared: PlannedRun, order: int = 1) -> Complex | None:
     omega = order * machine.Omega
     part = _response(model_of(made, [*added.values(), *readings], demands, components=(name,)), omega)
     law = np.linalg.solve(part[:, : len(added)], part[:, len(added) :])  # before a delay, which both have
-    measured = sensor_response(given_parameters(machine.controlled, machine.parameters[CONTROLLER]), omega)
+    measured = sensor_response(parameters_of_loop(machine.controlled, machine.parameters[CONTROLLER]), omega)
     return np.asarray(-_current_stiffnesses(machine)[:, None] * (law @ displayed @ np.linalg.inv(measured)))
 
 
-def _combination(made: LinearSource, readings: Sequence[str], sensors: Sequence[str]) -> NDArray[np.float64] | None:
-    """Return T of readings = T sensors, outputs of the plant; None if they are no combinations of these."""
+def _combination(made: LinearSource, readings: Sequence[str], sensors: Sequence[str]) -> Array | None:
+    """Return T of readings = T sensors, with outputs of the plant; None if the readings are not such combinations."""
     (plant,) = made.parts([PLANT])
     rows, values = (plant.selected(plant.inputs, names).law.C for names in (readings, sensors))
     T = rows @ np.linalg.pinv(values)
     return T if np.abs(T @ values - rows).max() <= ROUNDING * np.abs(rows).max() else None
 
 
-def _places_of_currents(made: LinearSource, machine: Machine) -> dict[str, str]:
+def _places_of_currents(machine: Machine) -> dict[str, str]:
     """Return the inputs that the currents of the controller feed, by the actuator's name of the demand, `left.i_x`."""
-    fed = {link.source: link.target for link in made.assembly.system.connections}
+    fed = {link.source: link.target for link in machine.prepared.assembly.system.connections}
     names = (f"{axis.bearing}.i_{axis.direction}" for axis in machine.controlled.axes)
     return {name: fed.get(f"{CONTROLLER}.{name}", f"{ACTUATOR}.{name}") for name in names}
 
 
-def _current_stiffnesses(machine: Machine) -> NDArray[np.float64]:
+def _current_stiffnesses(machine: Machine) -> Array:
     parameters = machine.parameters[CONTROLLER]
     return np.array([parameters[f"{axis.bearing}.k_i_{axis.direction}"] for axis in machine.controlled.axes])
 

@@ -9,13 +9,13 @@ import numpy as np
 
 from amb_cosim.design.rotor_models import control_loop
 from amb_cosim.presentation.json_data import JsonKey
-from amb_cosim.presentation.text_tables import TextPart, labelled_table
-from amb_cosim.studies.inputs import Number, RotorSource, positive, rotor_of, speed_range
+from amb_cosim.presentation.text_tables import TextBlock, labelled_table
+from amb_cosim.studies.inputs import Number, positive, speed_range
 from amb_cosim.studies.result import DrawnResult
-from fmi_export.model import Array
-from rotor_analysis.modes import Complex
+from array_types import Array, Complex
 from rotor_analysis.receptance import receptance as receptance_of
 from rotor_analysis.rotor import Rotor
+from rotor_analysis.rotor_file import RotorSource, load_rotor
 
 HERTZ = 2.0 * np.pi  # rad/s
 LOWEST = 1.0 * HERTZ
@@ -24,12 +24,12 @@ POINTS = 491  # of a range of speeds: every 0.1 Hz from 1 to 50 Hz
 
 @dataclass(frozen=True, eq=False, repr=False)
 class SensorReceptance(DrawnResult):
-    """Synchronous displacement of the sensors by the forces of the bearings.
+    """Synchronous displacement at the sensors per bearing force.
 
     rotor
         Name of the rotor.
     planes
-        Axial position of the sensor planes (m); each has two sensors, in x and in y.
+        Axial positions of the sensor planes (m), each with a sensor in x and one in y.
     speeds
         Spin speeds (Hz), shape (n,).
     forces
@@ -46,8 +46,8 @@ class SensorReceptance(DrawnResult):
     forces: tuple[str, ...]
     receptance: Annotated[Complex, "m/N"]
 
-    def text(self) -> list[TextPart]:
-        """Return a table of the largest displacement of each sensor in x by each force in x."""
+    def text(self) -> list[TextBlock]:
+        """Return a table of the largest displacement at each sensor in x per force in x."""
         title = f"{self.rotor}: largest receptance of the sensors in x"
         table = labelled_table(title, "sensor", "force", "(um/N)", "at (Hz)", "phase (deg)")
         for plane, z in enumerate(self.planes):
@@ -67,25 +67,31 @@ class SensorReceptance(DrawnResult):
 def receptance(
     rotor: RotorSource = None, *, up_to: Number = "50 Hz", k_b: Number = "1e6 N/m", c_b: Number = "5000 N.s/m"
 ) -> SensorReceptance:
-    """Return the synchronous displacement of the sensors by each bearing force over the spin speed.
+    """Return the synchronous displacement at the sensors per bearing force over the spin speed.
 
     R = S [-Omega^2 M + j Omega (C + Omega G) + K]^-1 B     (5.6)
 
     Parameters
     ----------
     rotor
-        A rotor or a rotor file; the packs' default without.
+        A rotor or a rotor file; by default the packs' default rotor.
     up_to
-        Highest spin speed (rad/s), or a text with its unit.
+        Highest spin speed (rad/s), or a string with its unit.
     k_b, c_b
-        Net stiffness (N/m) and damping (N s/m) of the closed bearings, or texts with their units.
+        Net stiffness (N/m) and damping (N s/m) of the closed bearings, or strings with their units.
 
     Raises
     ------
     ValueError
         If the rotor lacks the planes of the sensors and bearings, or an argument is out of range.
+
+    Examples
+    --------
+    >>> result = receptance("compressor", up_to="200 Hz", k_b="1.3e7 N/m", c_b="4e4 N.s/m")
+    >>> f"{1e6 * abs(result.receptance[:, 0, 0]).max():.3f} um/N"
+    '0.083 um/N'
     """
-    description, speeds = rotor_of(rotor), speed_range(up_to, POINTS, LOWEST)
+    description, speeds = load_rotor(rotor), speed_range(up_to, POINTS, LOWEST)
     R = levitated_receptance(description, speeds, k_b, c_b)
     return SensorReceptance(
         description.name, sensor_planes(description), speeds / HERTZ, control_loop(description).axis_names, R

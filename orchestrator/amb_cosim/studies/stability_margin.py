@@ -11,9 +11,7 @@ import numpy as np
 
 from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.cosim.system.values import Raw, quantity
-from amb_cosim.linear.linearisable import of_prepared
 from amb_cosim.linear.loop import (
-    Complex,
     Loop,
     diagonal_response,
     disk_gain_and_phase,
@@ -21,30 +19,32 @@ from amb_cosim.linear.loop import (
     pole_frequency,
     response,
 )
-from amb_cosim.presentation.text_tables import TextPart, labelled_table, text_table
-from amb_cosim.results.places import ACTUATOR, CONTROLLER
+from amb_cosim.machine.machine import Machine
+from amb_cosim.presentation.text_tables import TextBlock, labelled_table, text_table
+from amb_cosim.results.component_names import ACTUATOR, CONTROLLER
 from amb_cosim.scenario.scenario import Scenario
 from amb_cosim.studies.injection import HIGHEST, LOWEST, measure, prepare_measurement
 from amb_cosim.studies.inputs import Number, controlled, spin_speed
 from amb_cosim.studies.result import MachineResult
-from fmi_export.model import Array
-from rotor_analysis.checks import require
-from rotor_analysis.rotor_file import load_rotor
+from amb_files.checks import require
+from array_types import Array, Complex
 from signal_chain.presets import is_on
 
 ZONES = {"A": 3.0, "B": 4.0, "C": 5.0, "D": np.inf}  # upper limit of |S| in each
 POINTS = 2000  # of the computed curve
+SHARP = 0.1  # damping ratio up to which a resonance is sharp
+ANGLES = np.linspace(-1.45, 1.45, 25)  # of the points about a sharp resonance (rad)
 COMPARED = 500.0  # Hz, up to which computed and measured sensitivity are compared
 
 
 @dataclass(frozen=True, eq=False)
 class AxisSensitivity:
-    """Sensitivity of one axis.
+    """Sensitivity of an axis.
 
     peak, peak_frequency, zone
         Largest |S| that was computed (1), its frequency (Hz), and its zone.
-    computed
-        |S| at the frequencies of the study (1), shape (n,).
+    S
+        1/(1 + L) at the frequencies of the study (1), complex, shape (n,).
     measured_frequencies, measured
         Frequencies (Hz) and |S| there (1) in the co-simulation, shape (lines,).
     largest_difference_below_500_hz, largest_difference
@@ -54,11 +54,21 @@ class AxisSensitivity:
     peak: float
     peak_frequency: Annotated[float, "Hz"]
     zone: str
-    computed: Array
+    S: Complex
     measured_frequencies: Annotated[Array, "Hz"]
     measured: Array
     largest_difference_below_500_hz: float
     largest_difference: float
+
+    @property
+    def computed(self) -> Array:
+        """|S| at the frequencies of the study (1), shape (n,)."""
+        return np.abs(self.S)
+
+    @property
+    def L(self) -> Complex:
+        """Loop gain 1/S - 1 with the loops of the other axes closed (1), shape (n,), negative feedback at -1."""
+        return np.asarray(1.0 / self.S - 1.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,11 +76,11 @@ class GangOfFour:
     """Largest singular values over the frequencies of the study, shape (n,) each.
 
     S, T
-        Of S = (1 + L)^-1 and T = L (1 + L)^-1 (1), broken at the demanded currents.
+        S = (1 + L)^-1 and T = L (1 + L)^-1 (1), broken at the demanded currents.
     PS
-        Displacements that the sensors show, over disturbing currents (m/A).
+        Measured displacements over disturbance currents (m/A).
     CS
-        Demanded currents over disturbances of the sensors (A/m).
+        Demanded currents over sensor disturbances (A/m).
     """
 
     S: Array
@@ -81,12 +91,12 @@ class GangOfFour:
 
 @dataclass(frozen=True, eq=False)
 class DiskMargin:
-    """How much gain and phase of all loops may change at once, and independently, without loss of stability.
+    """Simultaneous, independent changes of gain and phase of all loops that keep the loop stable.
 
     alpha
         Lower bound of the disk margin over the frequencies of the study (1), shape (n,).
     least, frequency
-        The least (1), and its frequency (Hz).
+        Smallest alpha (1), and its frequency (Hz).
     gain, phase
         Factor by which each gain may be multiplied or divided (1), phase by which each loop may turn (deg).
     """
@@ -100,18 +110,18 @@ class DiskMargin:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class StabilityMargin(MachineResult):
-    """Sensitivities of all axes, and what all loops together allow.
+    """Sensitivities of all axes, and the disk margins of all loops together.
 
     speed
         Spin speed (rad/s).
     sample_time
         Sample time of the controller (s).
     delay
-        Samples by which currents are delayed.
+        Delay of the currents in samples.
     amplifier
         Amplifier model.
     settings
-        Parameters that were changed, as `component.variable=value`.
+        Changed parameters, as `component.variable=value`.
     zone_limits
         Upper limit of |S| (1) in zones A to C.
     frequencies
@@ -119,9 +129,9 @@ class StabilityMargin(MachineResult):
     axes
         Sensitivity of each axis, by name.
     gang_of_four
-        Largest singular values.
+        Largest singular values of S, T, PS and CS.
     disk_margins
-        Of all loops at once, broken at the demanded `currents` and at the `sensors`.
+        Margins of all loops at once, broken at the demanded `currents` and at the `sensors`.
     """
 
     name: ClassVar[str] = "sensitivity"
@@ -137,8 +147,8 @@ class StabilityMargin(MachineResult):
     gang_of_four: GangOfFour
     disk_margins: dict[str, DiskMargin]
 
-    def text(self) -> list[TextPart]:
-        """Return tables of the peaks and of what all loops together allow, and the zone of the largest peak."""
+    def text(self) -> list[TextBlock]:
+        """Return tables of the peaks and the disk margins, and the zone of the largest peak."""
         headings = ("peak of |S|", "at (Hz)", "zone", "measured differs below 500 Hz (%)", "anywhere (%)")
         table = labelled_table(f"{self.rotor}: sensitivity at {self.speed:g} rad/s", "axis", *headings)
         for name, axis in self.axes.items():
@@ -177,28 +187,34 @@ def sensitivity(
 ) -> StabilityMargin:
     """Return |S| of each axis over frequency, its peak and zone, computed and measured in a co-simulation.
 
-    S = 1/(1 + L) of an axis, with the loops of the other axes closed (ISO 14839-3); besides, the largest singular
-    values of S, T, PS and CS, and the disk margins of all loops at once (`linear.loop.disk_margin`), computed.
+    S = 1/(1 + L) of an axis, with the loops of the other axes closed (ISO 14839-3). The study also computes the largest
+    singular values of S, T, PS and CS, and the disk margins of all loops at once (`linear.loop.disk_margin`).
 
     Parameters
     ----------
     scenario, rotor, controller
         Machine, its parameters and its control, without inputs and events (`studies.inputs.controlled`).
     speed
-        Spin speed (rad/s), or a text with its unit; that of the scenario by default.
+        Spin speed (rad/s), or a string with its unit; that of the scenario by default.
     amplifier
-        Whether the amplifiers have bandwidth and voltage limit, whatever the scenario says.
+        Whether the amplifiers have bandwidth and voltage limit, regardless of the scenario.
     delay
-        Whether currents are delayed by one sample, whatever the scenario says.
+        Whether currents are delayed by one sample, regardless of the scenario.
     sample_time
-        Sample time of the controller (s), or a text with its unit; that of the scenario by default.
+        Sample time of the controller (s), or a string with its unit; that of the scenario by default.
     set, flavour
-        Values of parameters by `component.variable`, numbers or texts with units; flavour of the FMUs.
+        Values of parameters by `component.variable`, numbers or strings with units; flavour of the FMUs.
 
     Raises
     ------
     ValueError
-        If a value is not allowed, the loop is not stable, or the co-simulation is not that of a linear system.
+        If a value is not allowed, the loop is not stable, or the co-simulation is not linear.
+
+    Examples
+    --------
+    >>> result = sensitivity("compressor_levitated")
+    >>> [f"{axis.peak:.2f} {axis.zone}" for axis in result.axes.values()]
+    ['1.74 A', '1.74 A', '1.71 A', '1.71 A']
     """
     values = controlled(scenario, rotor, controller)
     if speed is not None:
@@ -210,32 +226,32 @@ def sensitivity(
         settings[f"{CONTROLLER}.sample_time"] = time
         values = values.model_copy(update={"communication_step": time})
     prepared = prepare_measurement(values, settings, amplifier, delay, flavour)
-    loop = Loop(of_prepared(prepared))
+    machine = Machine(prepared)
+    loop, parameters = machine.loop, machine.parameters
     system = loop.sensitivity()
     poles = system.poles()
     measured = measure(prepared, float(np.abs(poles).max()))
     frequencies = curve_frequencies(poles, loop.sample_time)
-    curves = np.abs(diagonal_response(system, frequencies))
+    curves = diagonal_response(system, frequencies)
     expected = np.array([diagonal_response(system, row)[k] for k, row in enumerate(measured.frequencies)])
     difference = np.abs(measured.sensitivity / expected - 1.0)
     axes = {
         name: AxisSensitivity(
-            peak=float(curve.max()),
-            peak_frequency=float(frequencies[curve.argmax()]),
-            zone=zone(float(curve.max())),
-            computed=curve,
+            peak=float(np.abs(S).max()),
+            peak_frequency=float(frequencies[np.abs(S).argmax()]),
+            zone=zone(float(np.abs(S).max())),
+            S=S,
             measured_frequencies=measured.frequencies[k],
             measured=np.abs(measured.sensitivity[k]),
             largest_difference_below_500_hz=float(difference[k][measured.frequencies[k] < COMPARED].max()),
             largest_difference=float(difference[k].max()),
         )
-        for k, (name, curve) in enumerate(zip(loop.axis_names, curves, strict=True))
+        for k, (name, S) in enumerate(zip(loop.axis_names, curves, strict=True))
     }
-    parameters = prepared.plan.all_parameters(prepared.interfaces)
     gang, disks = _all_loops(loop, frequencies)
     return StabilityMargin(
         scenario=values.name,
-        rotor=load_rotor(values.rotor).name,
+        rotor=machine.rotor.name,
         speed=prepared.plan.speed,
         sample_time=loop.sample_time,
         delay=_delay(parameters[CONTROLLER]),
@@ -270,14 +286,21 @@ def _largest(matrices: Complex) -> Array:
 
 
 def _delay(parameters: Mapping[str, float | None]) -> float:
-    """Return the samples by which a controller's demands are late, by its parameters."""
+    """Return the delay of a controller's demands in samples, from its parameters."""
     chain = is_on(parameters.get("chain.preset") or 0.0, parameters.get("chain.delay") or 0.0)
     return float(chain) + (parameters.get("delay") or 0.0)
 
 
-def curve_frequencies(poles: Array, sample_time: float) -> Array:
-    """Return the frequencies (Hz) of the computed curve: evenly on a logarithmic axis, and those of the poles."""
+def curve_frequencies(poles: Array | Complex, sample_time: float) -> Array:
+    """Return the frequencies (Hz) of the computed curve: evenly on a logarithmic axis, and closely about the poles.
+
+    About a pole s = -sigma + i omega the response moves on a circle; frequencies omega + sigma tan(psi) divide it
+    evenly.
+    """
     highest = min(HIGHEST, 0.5 / sample_time)
+    growth = np.abs(poles)
+    sigma = -np.log(np.where(growth > 0.0, growth, 1.0)) / (2.0 * np.pi * sample_time)  # Hz
     resonances = np.asarray(pole_frequency(poles, sample_time))
-    within = resonances[(resonances >= LOWEST) & (resonances <= highest)]
+    close = resonances[:, None] + np.where(sigma < SHARP * resonances, sigma, 0.0)[:, None] * np.tan(ANGLES)
+    within = close[(close >= LOWEST) & (close <= highest)]
     return np.unique(np.concatenate([np.geomspace(LOWEST, highest, POINTS), within]))

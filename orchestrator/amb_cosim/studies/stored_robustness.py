@@ -1,4 +1,4 @@
-"""Which outcomes of a pack are robust: what `amb-cosim robustness` found, kept in its file `robustness.toml`."""
+"""Robustness of the outcomes of a pack: computed by `amb-cosim report --robustness`, stored in `robustness.toml`."""
 
 from __future__ import annotations
 
@@ -17,37 +17,37 @@ from amb_files.toml import read_toml, validate
 FILE = "robustness.toml"
 HEAD = """\
 # Outcomes, and what flips them: H identified in the sampled loop, 1 % more and less of K_b, C_b, alpha, clearances and
-# unbalances, one at a time. Written by `amb-cosim robustness {pack}`.
+# unbalances, one at a time. Written by `amb-cosim report --robustness --pack {pack}`.
 
 """
 
 
 class StoredOutcome(Table):
-    """What a run led to, and the outcomes of its variations that differ, by what was changed."""
+    """Outcome of a run, and the different outcomes of its variations, by change."""
 
     outcome: str
     flips: dict[str, str] = Field(default={})
 
     @property
     def verdict(self) -> str:
-        """`robust`, or `fragile` where a variation flips the outcome."""
+        """`robust`, or `fragile` if a variation flips the outcome."""
         return "fragile" if self.flips else "robust"
 
     @property
     def text(self) -> str:
-        """The verdict, and what flips the outcome."""
+        """The verdict, and the changes that flip the outcome."""
         flips = "; ".join(f"{changed}: {outcome}" for changed, outcome in self.flips.items())
         return f"fragile ({flips})" if flips else "robust"
 
 
 @cache
 def load_robustness(pack: str) -> Mapping[str, StoredOutcome]:
-    """Return what is known of the runs of a pack, by the name of the scenario or of the statements' source.
+    """Return the stored robustness of a pack's runs, by the name of the scenario or of the statements' source.
 
     Raises
     ------
     ValueError
-        If the file does not have the form.
+        If the file is malformed.
     """
     file = packs()[pack] / FILE
     if not file.is_file():
@@ -56,15 +56,15 @@ def load_robustness(pack: str) -> Mapping[str, StoredOutcome]:
     return {name: validate(of, StoredOutcome, f"{what}, {name}") for name, of in read_toml(file, what).items()}
 
 
-def known_outcomes() -> dict[str, StoredOutcome]:
-    """Return what is known of the runs of all packs, by their names."""
+def stored_outcomes() -> dict[str, StoredOutcome]:
+    """Return the stored robustness of all packs' runs, by name."""
     return {name: item for pack in packs() for name, item in load_robustness(pack).items()}
 
 
-def write_robustness(pack: str, found: Mapping[str, StoredOutcome]) -> Path:
+def write_robustness(pack: str, outcomes: Mapping[str, StoredOutcome]) -> Path:
     """Add outcomes to the file of a pack, in the order of their names; return its path."""
     file = packs()[pack] / FILE
-    available = {**load_robustness(pack), **found}
+    available = {**load_robustness(pack), **outcomes}
     data = {name: available[name].model_dump(exclude_defaults=True) for name in sorted(available)}
     text = HEAD.format(pack=pack) + tomli_w.dumps(data)
     write_atomically(file, lambda path: path.write_text(text, encoding="utf-8"))

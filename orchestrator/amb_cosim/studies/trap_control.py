@@ -1,4 +1,4 @@
-"""What control frees a rotor that may stay in contact, within the currents of its bearings."""
+"""Kinds of control that free a trapped rotor within the current limits of its bearings."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ class Freed:
     frees
         Whether it leaves no state in contact.
     currents
-        What it demands of each bearing for that.
+        Currents that it demands of each bearing.
     words
-        The same in a sentence.
+        The verdict in words.
     """
 
     frees: bool
@@ -36,7 +36,7 @@ def control_of(
     states: tuple[SynchronousState, ...],
     demands: Sequence[dict[str, BearingCurrent]],
 ) -> dict[str, Freed]:
-    """Return whether feedback, synchronous control and control that knows of the contact free the rotor.
+    """Return whether feedback, synchronous control and contact-aware control free the rotor.
 
     The loop must be stable at this speed.
     """
@@ -44,7 +44,7 @@ def control_of(
     free = [state for state in states if not state.contact and state.stable]
     local = free[0].currents if free else {}
     if free and not trapped:
-        words = "frees it: no steady contact is stable" + _within(local)
+        words = "free (no stable steady contact)" + _within(local)
     else:
         words = "may leave it in contact" if free else "cannot free it: no stable orbit misses all sites"
     result = {"feedback alone": Freed(bool(free) and not trapped, local, words)}
@@ -58,12 +58,12 @@ def control_of(
         displayed = within[0] if within else demands[-1]
         words = "can free it from any steady contact" if within else "cannot free it from all contact within its limits"
         freed = Freed(bool(within), displayed, f"{words}{_within(displayed)}")
-    result["synchronous control that knows of the contact"] = freed
+    result["contact-aware synchronous control"] = freed
     return result
 
 
 def _synchronous(machine: RubbingRotor, Omega: float) -> Freed:
-    """Return what the steady force of synchronous control leaves, and whether it gets there from contact."""
+    """Return the states under the steady force of synchronous control, and whether it converges from contact."""
     at, mu = machine.receptances(Omega), machine.mu(Omega)
     rest, force = settled(at), machine.unbalance * Omega**2
     r = (rest.P @ force)[None]
@@ -77,20 +77,20 @@ def _synchronous(machine: RubbingRotor, Omega: float) -> Freed:
             if adaptation_rates(at, states, n, machine.c, mu).real.max() < 0.0:
                 stuck.append("+".join(machine.sites[k] for k in contact))
     if not len(orbit.points):
-        return Freed(False, currents, "cannot free it: its steady force leaves no orbit that misses all sites")
+        return Freed(False, currents, "cannot free it: every orbit under its steady force touches a site")
     words = "can hold it free" + _within(currents)
     local = _rates_of_feedback(machine, Omega)
     turned = [name for name, rate in local.items() if rate > 0.0]
     if stuck:
         words += f"; it may also come to rest in contact at {', '.join(sorted(frozenset(stuck)))}"
     elif turned:
-        words += f"; in contact at {', '.join(turned)} its adaptation goes the wrong way"
+        words += f"; in contact at {', '.join(turned)} its adaptation diverges"
     possible = all(current.is_allowed for current in currents.values())
     return Freed(possible and not stuck and not turned, currents, words)
 
 
 def _rates_of_feedback(machine: RubbingRotor, Omega: float) -> dict[str, float]:
-    """Return the largest rate of adaptation, over alpha, in each state in contact under feedback alone (1)."""
+    """Return the largest growth rate of the adaptation, over alpha, in each contact state under feedback alone (1)."""
     at, mu = machine.receptances(Omega), machine.mu(Omega)
     r = (at.P @ machine.unbalance * Omega**2)[None]
     result: dict[str, float] = {}

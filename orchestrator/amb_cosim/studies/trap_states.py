@@ -1,4 +1,4 @@
-"""What a study of traps tells of a state: where a rotor can stay, by itself or with its unbalance, and what then."""
+"""States in a study of traps: where a rotor can stay with or without unbalance, and what follows."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ import numpy as np
 
 from amb_actuator.force import limited_current
 from amb_actuator.interface import DYNAMIC
-from amb_cosim.results.places import ACTUATOR, CONTROLLER, PLANT
+from amb_cosim.results.component_names import ACTUATOR, CONTROLLER, PLANT
 from amb_cosim.rub.rolling import rolling
 from amb_cosim.rub.rubbing_rotor import RubbingRotor
 from amb_cosim.rub.trap_map import Regime, SolvedState
 
-VIBRATIONS = 6  # about a state that are told, what decays least first
+VIBRATIONS = 6  # about a state that are reported, what decays least first
 KINDS = {
-    Regime.FREE: "it turns without contact, and no steady contact is stable",
-    Regime.BOTH: "it may turn without contact, or stay in contact",
-    Regime.CONTACT: "no stable orbit misses all sites; it comes to rest in contact",
-    Regime.WHIRL: "no stable orbit misses all sites, and it comes to rest in no steady contact: it rubs unsteadily",
+    Regime.FREE: "free rotation; no stable steady contact",
+    Regime.BOTH: "free rotation or contact, depending on the start",
+    Regime.CONTACT: "contact; no stable orbit misses all sites",
+    Regime.WHIRL: "unsteady rub; no stable orbit misses all sites, and no steady contact is stable",
 }
 
 
@@ -30,9 +30,9 @@ class BearingCurrent:
     """Synchronous current of a bearing.
 
     amplitude, phase
-        In each axis (A), and by what it leads the unbalance in x (deg).
+        Amplitude in each axis (A), and phase lead over the unbalance in x (deg).
     allowed
-        Amplitude up to which the coils and the controller follow (A).
+        Largest amplitude that the coils and the controller can follow (A).
     """
 
     amplitude: Annotated[float, "A"]
@@ -56,22 +56,22 @@ class Vibration:
 
 @dataclass(frozen=True, eq=False)
 class SynchronousState:
-    """A state in which the rotor turns steadily.
+    """A state of steady rotation.
 
     contact
         Sites in contact.
     normal_forces, friction_forces, phases
-        At each of them (N, N, deg from the unbalance's reference).
+        Values at each of them (N, N, deg from the unbalance's reference).
     orbits
-        Distance of the journal from the centre at every site (m).
+        Distance of the journal from the centre at each site (m).
     currents
-        Of each bearing.
+        Current of each bearing.
     growth, whirl_frequency, damping_ratio
-        Of the small motion about it that decays least: rate (1/s), frequency (rad/s, negative backward), damping (1).
+        Least damped small motion about the state: rate (1/s), frequency (rad/s, negative backward), damping (1).
     vibrations
-        Those of the rotor that is held so, what decays least first.
+        Vibrations of the rotor in this state, the least damped first.
     stable, settles
-        Whether it decays, and within a thousand turns.
+        Whether small motion decays, and within a thousand turns.
     """
 
     contact: tuple[str, ...]
@@ -88,7 +88,7 @@ class SynchronousState:
     settles: bool
 
     def beyond(self, Omega: float) -> str:
-        """Return what becomes of the rotor there, in words."""
+        """Return in words whether the rotor stays there."""
         if self.stable:
             return "stays" if self.settles else "stays, vibrating"
         if abs(self.whirl_frequency - Omega) < 1e-6 * Omega:
@@ -119,22 +119,22 @@ class SustainedWhirl:
 
     @property
     def grows_backward(self) -> bool:
-        """Whether friction drives a backward whirl on that is faster than this one."""
+        """Whether friction accelerates a backward whirl that is faster than this one."""
         return self.frequency < 0.0 and self.slips and not self.stable
 
 
 @dataclass(frozen=True, eq=False)
 class RollingContact:
-    """How sites can roll, a journal without slip in its ring, once something has made it whirl backward fast enough.
+    """Rolling at sites: a journal rolls without slip in its ring once something makes it whirl backward fast enough.
 
     contact, frequency
-        One site or two, and whirl frequency (rad/s), negative.
+        One or two sites, and the whirl frequency (rad/s), negative.
     normal_forces, swings
-        At each site (N), in the mean over the angle between the two, and how far from it (N).
+        Force at each site, averaged over the angle between the two, and the deviation from it (N).
     least_friction
-        Coefficient below which it slips (1).
+        Friction coefficient below which the journal slips (1).
     possible
-        Whether the friction of all of them is above that.
+        Whether the friction of all these sites is above that.
     accurate
         Whether the reduced rotor is accurate at this frequency.
     """
@@ -151,13 +151,14 @@ class RollingContact:
         forces = ", ".join(f"{site} {force:.4g} N" for site, force in self.normal_forces.items())
         beyond = "" if self.accurate else "; the reduced rotor is not accurate there"
         return (
-            f"{'+'.join(self.contact)} may roll at {self.frequency:.4g} rad/s ({forces}), which takes a friction of "
+            f"{'+'.join(self.contact)} may roll at {self.frequency:.4g} rad/s ({forces}), which requires a friction "
+            f"coefficient of "
             f"{self.least_friction:.2g}{beyond}"
         )
 
 
 def regime_of(states: tuple[SynchronousState, ...]) -> Regime:
-    """Return what a rotor can do that has these states."""
+    """Return the possible behaviour of a rotor with these states."""
     free = any(not state.contact and state.stable for state in states)
     trapped = any(state.contact and state.stable for state in states)
     rests = any(state.contact and state.settles for state in states)
@@ -165,7 +166,7 @@ def regime_of(states: tuple[SynchronousState, ...]) -> Regime:
 
 
 def rolling_contacts(machine: RubbingRotor, Omega: float, valid_to: float) -> tuple[RollingContact, ...]:
-    """Return how sites can roll at a speed (rad/s) of a rotor that is accurate up to a frequency (rad/s)."""
+    """Return the possible rolling at a speed (rad/s) of a rotor model that is accurate up to a frequency (rad/s)."""
     p = machine.linear_components.parameters(PLANT)
     mu = {site: max(p[f"{site}.mu"], p[f"{site}.mu_static"]) for site in machine.sites}
     return tuple(
@@ -182,8 +183,8 @@ def rolling_contacts(machine: RubbingRotor, Omega: float, valid_to: float) -> tu
     )
 
 
-def told(state: SolvedState, machine: RubbingRotor, Omega: float) -> SynchronousState:
-    """Return a state at a speed (rad/s) as it is told."""
+def report_state(state: SolvedState, machine: RubbingRotor, Omega: float) -> SynchronousState:
+    """Return a state at a speed (rad/s) for the report."""
     small = state.small
     return SynchronousState(
         contact=state.contact,
@@ -205,7 +206,7 @@ def told(state: SolvedState, machine: RubbingRotor, Omega: float) -> Synchronous
 
 
 def currents_of(values: Mapping[str, complex], machine: RubbingRotor) -> dict[str, BearingCurrent]:
-    """Return complex currents (A) as they are told, beside what each bearing allows."""
+    """Return complex currents (A) for the report, with the limit of each bearing."""
     return {
         bearing: BearingCurrent(abs(value), math.degrees(np.angle(value)), allowed_current(machine, bearing))
         for bearing, value in values.items()
@@ -213,7 +214,7 @@ def currents_of(values: Mapping[str, complex], machine: RubbingRotor) -> dict[st
 
 
 def allowed_current(machine: RubbingRotor, bearing: str) -> float:
-    """Return the amplitude (A) that the coils (`amb_actuator.amplifier`) and the controller's limits follow."""
+    """Return the largest amplitude (A) that coils (`amb_actuator.amplifier`) and controller can follow."""
     interfaces, result = machine.linear_components.assembly.interfaces, math.inf
     if ACTUATOR in interfaces:
         p = machine.linear_components.parameters(ACTUATOR)

@@ -1,131 +1,206 @@
-"""Study of the steady response of a rotor to unbalance over the spin speed."""
+"""Study of the steady response to unbalance over the spin speed, of a rotor or of a levitated machine."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import cmath
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+from os import PathLike
+from pathlib import Path
 from types import SimpleNamespace
-from typing import Annotated, Any, ClassVar
+from typing import Any
 
 import numpy as np
 
-from amb_cosim.presentation.text_tables import TextPart, labelled_table
-from amb_cosim.studies.inputs import Number, RotorSource, positive, rotor_of, speed_range
-from amb_cosim.studies.result import DrawnResult
-from fmi_export.model import Array
+from amb_cosim.cosim.basics.choices import Flavour
+from amb_cosim.cosim.system.values import Raw
+from amb_cosim.machine.machine import Machine, machine_of
+from amb_cosim.machine.response import peaks_of, refined_response, separation_margin
+from amb_cosim.scenario.scenario import Scenario
+from amb_cosim.scenario.simulation import prepare
+from amb_cosim.studies.inputs import Number, controlled, positive, speed_range
+from amb_cosim.studies.unbalance_records import CriticalResponse, PlacedUnbalance, PlaceResponse, UnbalanceResponse
+from amb_files.checks import require
+from amb_files.suggestions import suggest
+from array_types import Array, Complex
 from rotor_analysis.response import orbit
 from rotor_analysis.response import unbalance_response as steady_response
 from rotor_analysis.rotor import Rotor
+from rotor_analysis.rotor_file import RotorSource, load_rotor
 from rotor_analysis.shaft import MassModel
 from rotor_analysis.supported_rotor import supported_rotor
 
 POINTS = 644  # speeds of the curves, with the standstill, which is left out
-
-
-@dataclass(frozen=True, eq=False)
-class PlaceResponse:
-    """Response at one place of the shaft.
-
-    node
-        Number of its node.
-    amplitude
-        Major semi-axis of the orbit (m), shape (n,).
-    phase
-        Angle by which the forward part of the motion leads the unbalance (rad), continuous, shape (n,).
-    clearance
-        Radial clearance there (m), the least of the sites at this node; None where nothing can be touched.
-    """
-
-    node: int
-    clearance: Annotated[float | None, "m"]
-    amplitude: Annotated[Array, "m"]
-    phase: Annotated[Array, "rad"]
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class UnbalanceResponse(DrawnResult):
-    """Steady response of a rotor to unbalance at one node.
-
-    rotor, mass
-        Name of the rotor, and the mass matrix of its model.
-    unbalance
-        Unbalance (kg m).
-    node
-        Number of the node that it is on.
-    speeds
-        Spin speeds (rad/s), ascending, shape (n,).
-    places
-        Response at the bearings, the other sites where the rotor can touch, and the ends of the shaft, by name.
-    """
-
-    name: ClassVar[str] = "unbalance_response"
-
-    rotor: str
-    mass: MassModel
-    unbalance: Annotated[float, "kg.m"]
-    node: int
-    speeds: Annotated[Array, "rad/s"]
-    places: dict[str, PlaceResponse]
-
-    def text(self) -> list[TextPart]:
-        """Return a table of the largest amplitudes."""
-        table = labelled_table("Largest amplitude", "place", "(mm)", "of the clearance", "at (rad/s)")
-        for name, place in self.places.items():
-            top = int(np.argmax(place.amplitude))
-            peak = place.amplitude[top]
-            share = "-" if place.clearance is None else f"{peak / place.clearance:.3f}"
-            table.add_row(name, f"{1e3 * peak:.4f}", share, f"{self.speeds[top]:.1f}")
-        return [table]
+LEVITATED = 161  # the same of a levitated machine, whose peaks get more
+HIGHEST = "628 rad/s"  # of a rotor
+BALANCED = 2.5e-3  # m/s: grade G 2.5, of a machine whose scenario has no unbalance
+REACH = 2.0  # times the speed of a scenario, up to which its response is computed
 
 
 def unbalance_response(
     rotor: RotorSource = None,
     *,
+    scenario: str | Path | Scenario | None = None,
+    controller: str | PathLike[str] | None = None,
     mass: MassModel | None = None,
-    up_to: Number = "628 rad/s",
-    unbalance: Number = "10 g.m",
+    up_to: Number | None = None,
+    unbalance: Number | None = None,
+    place: str | None = None,
     node: int | None = None,
     clearance: Number | None = None,
+    set: Mapping[str, Raw] | None = None,
+    flavour: Flavour = "native",
 ) -> UnbalanceResponse:
-    """Return amplitude and phase at bearings, contact sites and shaft ends over the spin speed, unbalance at one node.
+    """Return amplitude and phase at bearings, contact sites and shaft ends over the spin speed under unbalance.
 
-    [-Omega^2 M + i Omega (C + Omega G) + K] Q = Omega^2 (u, -i u)
+    [-Omega^2 M + i Omega (C + Omega G) + K - F(i Omega)] Q = Omega^2 (u, -i u)
+
+    F are the forces of the magnetic bearings of a scenario, with controller, hold, delay and amplifiers
+    (`machine.response`); a rotor alone has none.
 
     Parameters
     ----------
     rotor
-        A rotor or a rotor file; the packs' default without.
+        A rotor or a rotor file; that of the scenario, or the packs' default without.
+    scenario, controller
+        Machine whose magnetic bearings levitate the rotor, and another controller for it.
     mass
-        Mass matrix, `diagonal` or `consistent`; as the rotor says by default.
+        Mass matrix of a rotor alone, `diagonal` or `consistent`; as the rotor says by default.
     up_to
-        Highest spin speed (rad/s), or a text with its unit.
+        Highest spin speed (rad/s), or a string with its unit; twice the scenario's, 628 rad/s of a rotor alone.
     unbalance
-        Unbalance (kg m), or a text with its unit.
-    node
-        Number of its node; that of the first disc by default.
+        Unbalance (kg m), or a string with its unit. By default all unbalances at the end of the scenario, or that of
+        grade G 2.5 if it has none; 10 g m of a rotor alone.
+    place, node
+        Name of the part, or number of the node, where it is; the first disc by default.
     clearance
-        Radial clearance (m), or a text with its unit, that all amplitudes are compared with; by default each is with
-        that of the site there.
+        Radial clearance (m), or a string with its unit, to compare all amplitudes with; by default the clearance of
+        the site there.
+    set, flavour
+        Values of the scenario's parameters by `component.variable`; flavour of the FMUs.
 
     Raises
     ------
     ValueError
-        If the rotor file cannot be read, or an argument is out of range.
+        If a file cannot be read, an argument is out of range, or the scenario has no magnetic bearings.
+
+    Examples
+    --------
+    >>> response = unbalance_response("compressor", unbalance="1 g.m", place="impeller1")
+    >>> [(item.place, f"{item.speed:.0f} rad/s") for item in response.critical_speeds]
+    [('seal', '454 rad/s')]
     """
-    description = rotor_of(rotor)
-    mass = mass or description.shaft.mass_matrix
-    u = positive(unbalance, "kg.m", "unbalance")
     everywhere = None if clearance is None else positive(clearance, "m", "clearance")
-    loaded = _first_disc(description) if node is None else node
+    amount = None if unbalance is None else positive(unbalance, "kg.m", "unbalance")
+    if scenario is not None:
+        if mass is not None:
+            raise ValueError(f"mass = {mass} is not allowed with a scenario; set it in the rotor file")
+        values = controlled(scenario, rotor, controller)
+        machine = machine_of(prepare(values, set, flavour=flavour))
+        return _of_machine(machine, values.name, _loads(machine, amount, place, node), up_to, everywhere)
+    if controller is not None or set:
+        raise ValueError("a controller or settings belong to a scenario; name one")
+    description = load_rotor(rotor)
+    mass = mass or description.shaft.mass_matrix
+    loaded = _first_disc(description) if node is None and place is None else _node(description, place, node)
     places = _places(description)
-    speeds = speed_range(up_to, POINTS)[1:]
-    response = steady_response(supported_rotor(description, mass), {loaded: u}, speeds, tuple(places.values()))
+    speeds = speed_range(up_to or HIGHEST, POINTS)[1:]
+    load = {loaded: complex(1e-2 if amount is None else amount)}
+    response = steady_response(supported_rotor(description, mass), load, speeds, tuple(places.values()))
+    curves = _curves(description, places, response, everywhere)
+    return UnbalanceResponse(
+        description.name, mass, None, None, *_described(description, load), speeds, curves, _peaks(speeds, curves, None)
+    )
+
+
+def _of_machine(
+    machine: Machine, name: str, loads: Mapping[int, complex], up_to: Number | None, everywhere: float | None
+) -> UnbalanceResponse:
+    rotor, places, Omega = machine.rotor, _places(machine.rotor), machine.Omega
+    swept = speed_range(REACH * Omega if up_to is None else up_to, LEVITATED)[1:]
+    speeds, response = refined_response(machine, swept, [loads], tuple(places.values()))
+    shown = response[:, 0, [node - 1 for node in places.values()]]
+    curves = _curves(rotor, places, shown, everywhere)
+    clearances = dict(machine.clearances.values())
+    if everywhere is None:
+        curves = {k: replace(c, clearance=clearances.get(c.node)) for k, c in curves.items()}
+    criticals = _peaks(speeds, curves, Omega)
+    return UnbalanceResponse(
+        rotor.name, rotor.shaft.mass_matrix, name, Omega, *_described(rotor, loads), speeds, curves, criticals
+    )
+
+
+def _loads(machine: Machine, amount: float | None, place: str | None, node: int | None) -> dict[int, complex]:
+    """Return the unbalance (kg m) by node: that of the scenario, or an amount at a place."""
+    own = {machine.node_of(name): u for name, u in machine.unbalance.items()}
+    if amount is None and place is None and node is None and own:
+        return own
+    if place is not None or node is not None:
+        at = _node(machine.rotor, place, node)
+    else:
+        at = max(own, key=lambda number: abs(own[number])) if own else _first_disc(machine.rotor)
+    if amount is None:
+        amount = abs(own[at]) if at in own else machine.rotor.mass * BALANCED / machine.Omega
+    return {at: complex(amount)}
+
+
+def _node(rotor: Rotor, place: str | None, node: int | None) -> int:
+    """Return the node of a part of a rotor, or the node itself."""
+    if place is not None and node is not None:
+        raise ValueError(f"place = {place} is not allowed with node = {node}; give one of them")
+    parts = rotor.nodes_by_name
+    if place is not None and place not in parts:
+        raise ValueError(f"place = {place} is not allowed; {suggest(place, parts)}")
+    number = parts[place] if place is not None else node
+    assert number is not None
+    last = len(rotor.shaft.nodes)
+    require(1 <= number <= last, "node", number, f"a node number from 1 to {last}")
+    return number
+
+
+def _described(rotor: Rotor, loads: Mapping[int, complex]) -> tuple[float, int, dict[str, PlacedUnbalance]]:
+    """Return the largest unbalance (kg m), its node, and all by the names of their places."""
+    names = {node: name for name, node in reversed(rotor.nodes_by_name.items())}
+    largest = max(loads, key=lambda node: abs(loads[node]))
+    placed = {
+        names.get(node, f"node {node}"): PlacedUnbalance(abs(u), math.degrees(cmath.phase(u)))
+        for node, u in loads.items()
+    }
+    return abs(loads[largest]), largest, placed
+
+
+def _curves(
+    rotor: Rotor, places: Mapping[str, int], response: Complex, everywhere: float | None
+) -> dict[str, PlaceResponse]:
+    """Return the curves of places from their displacements (m), shape (speeds, places, 2)."""
     amplitude, _, phase = orbit(response)
     continuous = np.unwrap(phase, axis=0)
-    result = {
-        name: PlaceResponse(place, everywhere or _clearance(description, place), amplitude[:, k], continuous[:, k])
-        for k, (name, place) in enumerate(places.items())
+    return {
+        name: PlaceResponse(node, everywhere or _clearance(rotor, node), amplitude[:, k], continuous[:, k])
+        for k, (name, node) in enumerate(places.items())
     }
-    return UnbalanceResponse(description.name, mass, u, loaded, speeds, result)
+
+
+def _peaks(speeds: Array, places: Mapping[str, PlaceResponse], operating: float | None) -> tuple[CriticalResponse, ...]:
+    """Return the peaks; of those at several places within half of the half-power width the highest."""
+    found = sorted(
+        (peak.Omega, peak.amplitude, peak.amplification, name)
+        for name, place in places.items()
+        for peak in peaks_of(speeds, place.amplitude)
+    )
+    groups: list[list[tuple[float, float, float, str]]] = []
+    for item in found:
+        if groups and item[0] - groups[-1][-1][0] <= 0.5 * item[0] / item[2]:
+            groups[-1].append(item)
+        else:
+            groups.append([item])
+    result = []
+    for group in groups:
+        Omega, amplitude, amplification, name = max(group, key=lambda item: item[1])
+        margin = None if not operating else separation_margin(Omega, operating, operating)
+        result.append(CriticalResponse(name, Omega, amplitude, amplification, margin))
+    return tuple(result)
 
 
 def _first_disc(rotor: Rotor) -> int:

@@ -1,8 +1,8 @@
-"""Sweeps: thousands of runs of a scenario over a grid or a sample of its values, on Dask, into one Zarr store.
+"""Sweeps: thousands of runs of a scenario over a grid or a sample of values, on Dask, into one Zarr store.
 
-`axes` reads what is varied and `sampling` makes points of it. `engine` hands batches of them to the processes of a Dask
-cluster, where `worker` runs them; `store` keeps what they lead to, so that a sweep that was ended goes on where it
-was. `refine` looks for the boundary between outcomes; `adaptive` chooses points by the Gaussian process of `surrogate`,
-and `adaptive_run` runs them; `maps` and `phases` draw what came out, `figures` calls both, `summary` tells it; `ready`
-has sweeps by name.
+`axes` reads the variations and `sampling` turns them into points. `engine` sends batches of points to the processes of
+a Dask cluster, where `worker` runs them; `store` saves the results, so that an interrupted sweep can resume. `refine`
+locates the boundary between outcomes; `adaptive` chooses points by the Gaussian process of `surrogate`, and
+`adaptive_run` runs them. `maps` and `phases` plot the results, `figures` calls both, `summary` prints them; `ready` has
+the named sweeps.
 """

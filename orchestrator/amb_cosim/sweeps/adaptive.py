@@ -1,15 +1,15 @@
-"""Which points of a sweep to run next, to find a maximum or a boundary without running all of them.
+"""Chooses the next points of a sweep, to locate a maximum or a boundary without running all points.
 
-A Gaussian process of the points that were run has mean m and standard deviation s at those that were not. Next is the
-point that promises most,
+A Gaussian process fitted to the finished points has mean m and standard deviation s at the others. The next point
+maximises
 
     maximum of y:        m + 2 s - max y                                                             (1)
     boundary y = level:  2 s - |m - level|                                                           (2)
 
-and the search ends where no point promises more than `certainty` of the range of y that was found: N. Srinivas, A.
+and the search ends when this is nowhere more than `certainty` times the range of y so far: N. Srinivas, A.
 Krause, S. Kakade, M. Seeger, IEEE Trans. Information Theory 58 (2012) 3250-3265; for (2) B. Bryan et al., Active
 learning for identifying function threshold boundaries, Advances in Neural Information Processing Systems 18 (2005).
-Points that are under way count as if the mean had come out.
+Running points are taken to result in the mean.
 """
 
 from __future__ import annotations
@@ -25,28 +25,29 @@ from numpy.typing import NDArray
 
 from amb_cosim.sweeps.axes import is_phase
 from amb_cosim.sweeps.metrics import UNITS
-from amb_cosim.sweeps.panels import numeric_axes, panels, shown
+from amb_cosim.sweeps.panels import numeric_axes, panels, value_text
 from amb_cosim.sweeps.sampling import SAMPLE, SamplePlan
-from amb_cosim.sweeps.surrogate import Array, Surrogate, coordinates
+from amb_cosim.sweeps.surrogate import Surrogate, coordinates
 from amb_cosim.sweeps.worker import PointResult
 from amb_files.suggestions import suggest
+from array_types import Array
 
 if TYPE_CHECKING:
     import xarray as xr
 
 KINDS = ("maximum", "minimum", "boundary")
 WIDTH = 2.0  # standard deviations
-MOST = 50_000  # points to choose from
+MOST = 50_000  # most candidate points
 PERIODS = {"deg": 360.0, "rad": 2.0 * math.pi}
-PER_AXIS, AT_LEAST = 5, 2  # first points: so many for each axis, and so many besides
-CHECKS = 2  # points more for each axis, as close as whose spread the points that were run must lie in the end
+PER_AXIS, AT_LEAST = 5, 2  # initial points: per axis, plus a constant
+CHECKS = 2  # additional points per axis whose spacing the finished points must reach
 
 
 @dataclass(frozen=True)
 class Goal:
-    """What is sought: `maximum`, `minimum` or `boundary` of a metric, the level of a boundary, and how surely.
+    """Goal of a search: `maximum`, `minimum` or `boundary` of a metric, the level of a boundary, and the certainty.
 
-    `certainty` is what may be left to find, as a share of the range of values.
+    `certainty` is the remaining uncertainty as a fraction of the range of values.
     """
 
     kind: str
@@ -56,17 +57,17 @@ class Goal:
 
     @property
     def group(self) -> str:
-        """The group of the store with what was found."""
+        """The group of the store with the results of the search."""
         return f"{self.kind}_{self.metric}"
 
 
-def read_goal(text: str, certainty: float, has_own_metrics: bool = False) -> Goal:
+def read_goal(text: str, certainty: float, has_user_metrics: bool = False) -> Goal:
     """Read `maximum:METRIC`, `minimum:METRIC`, `boundary:METRIC` or `boundary:METRIC=LEVEL`.
 
     Raises
     ------
     ValueError
-        If it is none, there can be no such metric, or the certainty is none.
+        If the text, the metric or the certainty is invalid.
     """
     match = re.fullmatch(r"(\w+):([\w.]+?)(?:=([-+.\deE]+))?", text.strip())
     if match is None or match[1] not in KINDS or (match[3] and match[1] != "boundary"):
@@ -78,26 +79,28 @@ def read_goal(text: str, certainty: float, has_own_metrics: bool = False) -> Goa
         level = math.nan
     if not math.isfinite(level):
         raise ValueError(f"--adaptive {text}: a level of {match[3]} is not allowed; it must be a finite number")
-    if not has_own_metrics and match[2].partition(".")[0] not in UNITS:
+    if not has_user_metrics and match[2].partition(".")[0] not in UNITS:
         raise ValueError(f"--adaptive {text}: no metric {match[2]!r}; {suggest(match[2], list(UNITS))}")
     if not 1e-6 <= certainty < 1.0:
-        raise ValueError(f"--certainty {certainty:g} is not allowed; it must be >= 1e-06 and < 1, a share of the range")
+        raise ValueError(
+            f"--certainty {certainty:g} is not allowed; it must be >= 1e-06 and < 1, a fraction of the range"
+        )
     return Goal(match[1], match[2], level, certainty)
 
 
 @dataclass(eq=False)
-class _Part:
-    """The points of an alternative: their numbers, coordinates, and the axis of each coordinate."""
+class _AlternativePoints:
+    """The points of an alternative: their indices, coordinates, and the axis of each coordinate."""
 
     title: str
     points: NDArray[np.int64]
     at: Array
     axis: tuple[int, ...]
-    promise: float = math.inf  # the most that a point may add, by what was known last
+    promise: float = math.inf  # the largest expected gain (1) or (2), by the last fit
     surrogate: Surrogate | None = None
-    fitted: int = 0  # values that the lengths of the surrogate were found from
+    fitted: int = 0  # number of values to which the surrogate's lengths were fitted
     first: list[int] = field(default_factory=list)
-    reach: float = 0.0  # the farthest that a point may be from all that were run
+    reach: float = 0.0  # largest allowed distance of a point from all finished ones
 
 
 class Sampler:
@@ -108,9 +111,9 @@ class Sampler:
     design
         Points to choose from: a grid or a sample.
     goal
-        What is sought, in each alternative by itself.
+        Goal, in each alternative separately.
     dataset
-        What is known already; nothing without.
+        Results so far, if any.
 
     Raises
     ------
@@ -120,7 +123,7 @@ class Sampler:
 
     def __init__(self, design: SamplePlan, goal: Goal, dataset: xr.Dataset | None = None) -> None:
         if design.size > MOST:
-            raise ValueError(f"{design.size} points are too many to choose from; --adaptive takes {MOST} at most")
+            raise ValueError(f"{design.size} points are not allowed with --adaptive; it takes {MOST} at most")
         across = numeric_axes(design)
         if not across:
             raise ValueError("--adaptive needs an axis with two numbers or more")
@@ -130,7 +133,8 @@ class Sampler:
         if dataset is not None:
             self._done |= (dataset["outcome"].values != "").ravel()
             if goal.metric in dataset:
-                self._values[:] = dataset[goal.metric].values.ravel()
+                metric = dataset[goal.metric].values.ravel()
+                self._values[:] = np.where(np.isfinite(metric), metric, np.nan)
         self.periodic: list[str] = []
         values, periods = self._axes(across)
         numbers = np.arange(design.size).reshape(design.shape)
@@ -139,7 +143,7 @@ class Sampler:
             index = tuple(panel.at.get(axis.name, slice(None)) for axis in design.axes)
             points = numbers[index].ravel()
             at, axis = coordinates([v[points] for v in values], periods)
-            part = _Part(panel.title, points, at, axis)
+            part = _AlternativePoints(panel.title, points, at, axis)
             first, whole = (min(len(points), AT_LEAST + n * len(values)) for n in (PER_AXIS, PER_AXIS + CHECKS))
             order = _spread(at, whole)
             part.first = [int(points[k]) for k in order[:first]]
@@ -147,7 +151,7 @@ class Sampler:
             self._parts.append(part)
 
     def _axes(self, across: Collection[str]) -> tuple[list[Array], list[float | None]]:
-        """Return values of what is varied by numbers at all points, and the periods of these."""
+        """Return the values of all numeric variations at all points, and their periods."""
         values: list[Array] = []
         periods: list[float | None] = []
         for k, axis in enumerate(self.design.axes):
@@ -159,14 +163,14 @@ class Sampler:
                 values.append(np.broadcast_to(settings.reshape(shape), self.design.shape).ravel())
                 period = 1.0 if is_phase(column.name) else PERIODS.get(column.unit)
                 if period is not None and not 0.5 < np.ptp(settings) / period < 1.0 + 1e-9:
-                    period = None  # more than a turn, or so little that it might be anything
+                    period = None  # more than a turn, or too little to decide
                 periods.append(period)
                 if period is not None:
                     self.periodic.append(column.name)
         return values, periods
 
     def learn(self, results: Iterable[PointResult]) -> None:
-        """Take what points led to.
+        """Add the results of points.
 
         Raises
         ------
@@ -178,10 +182,11 @@ class Sampler:
                 raise ValueError(f"no metric {self.goal.metric!r}; {suggest(self.goal.metric, list(result.metrics))}")
             self._done[result.point] = True
             self._values[result.point] = result.metrics.get(self.goal.metric, math.nan)
+        self._values[~np.isfinite(self._values)] = np.nan  # an infinite metric is no value to seek from
 
     def next_points(self, count: int, pending: Collection[int] = ()) -> tuple[list[int], bool]:
-        """Return up to `count` points to run next, with some under way; and whether all that is sought is found."""
-        done, values = self._done.copy(), self._values.copy()  # results may come while this thinks
+        """Return up to `count` points to run next, given the running ones, and whether the goal is reached."""
+        done, values = self._done.copy(), self._values.copy()  # results may arrive during this call
         result: list[int] = []
         is_open = False
         for k, part in enumerate(self._parts):
@@ -191,11 +196,11 @@ class Sampler:
             result += requested
         return result, not is_open
 
-    def _of_part(self, part: _Part, count: int, done: Any, values: Array, pending: set[int]) -> list[int]:
-        """Return the next points of a part, and keep what is known of it."""
+    def _of_part(self, part: _AlternativePoints, count: int, done: Any, values: Array, pending: set[int]) -> list[int]:
+        """Return the next points of a part, and update its fit."""
         missing = [n for n in part.first if not done[n] and n not in pending]
-        is_known = done[part.points] & np.isfinite(values[part.points])
-        available, y = part.at[is_known], values[part.points][is_known]
+        is_finished = done[part.points] & np.isfinite(values[part.points])
+        available, y = part.at[is_finished], values[part.points][is_finished]
         waits = np.isin(part.points, list(pending))
         closed = done[part.points] | waits
         if missing or len(y) < min(len(part.first), AT_LEAST + 1) or not np.ptp(y):
@@ -220,14 +225,14 @@ class Sampler:
             return self._far(part, 1, closed)
         return requested
 
-    def _blind(self, part: _Part, count: int, closed: Any) -> list[int]:
-        """Return points far from all others, while those that were run tell nothing; a few times the first ones."""
+    def _blind(self, part: _AlternativePoints, count: int, closed: Any) -> list[int]:
+        """Return points far from all others while the finished ones have no values; a few times the initial number."""
         part.promise = 0.0
         left = min(4 * len(part.first), len(closed)) - int(closed.sum())
         return self._far(part, min(count, left), closed) if left > 0 else []
 
-    def _far(self, part: _Part, count: int, closed: Any) -> list[int]:
-        """Return points far from all that are closed."""
+    def _far(self, part: _AlternativePoints, count: int, closed: Any) -> list[int]:
+        """Return points far from all finished and running ones."""
         order = _spread(part.at, min(int(closed.sum()) + count, len(closed)), np.flatnonzero(closed))
         return [int(part.points[k]) for k in order[int(closed.sum()) :]]
 
@@ -243,19 +248,19 @@ class Sampler:
 
     @property
     def promise(self) -> float:
-        """The most that a point which was not run adds to what was found, by (1) or (2)."""
+        """The largest (1) or (2) of all points that were not run."""
         return max(part.promise for part in self._parts)
 
-    def told(self) -> list[str]:
-        """Return what was found, a line for each alternative."""
-        return [f"{part.title + ': ' if part.title else ''}{self._told(part)}" for part in self._parts]
+    def summary_lines(self) -> list[str]:
+        """Return the result of the search, one line per alternative."""
+        return [f"{part.title + ': ' if part.title else ''}{self._summary(part)}" for part in self._parts]
 
-    def _told(self, part: _Part) -> str:
+    def _summary(self, part: _AlternativePoints) -> str:
         goal, values = self.goal, self._values[part.points]
         runs = f"by {int(self._done[part.points].sum())} of {len(values)} runs"
-        runs += f"; {', '.join(self.periodic)} counts as periodic" if self.periodic else ""
+        runs += f"; {', '.join(self.periodic)} is taken as periodic" if self.periodic else ""
         if not np.isfinite(values).any():
-            return f"no {goal.kind} of {goal.metric} {runs}, none of which has a value of it"
+            return f"no {goal.kind} of {goal.metric} {runs}: none has a value"
         unit = UNITS.get(goal.metric.partition(".")[0], "")
         unit = "" if unit in ("", "1") else f" {unit}"
         if goal.kind == "boundary":
@@ -270,24 +275,24 @@ class Sampler:
         )
 
     def dataset(self) -> xr.Dataset:
-        """Return mean and standard deviation of the metric at all points, and what was found as text."""
+        """Return mean and standard deviation of the metric at all points, and the result as text."""
         import xarray as xr
 
         mean, deviation = np.full((2, self.design.size), np.nan)
         for part in self._parts:
             if part.surrogate is not None:
-                is_known = np.isfinite(self._values[part.points])
-                whole = part.surrogate.with_values(part.at[is_known], self._values[part.points][is_known])
+                is_finished = np.isfinite(self._values[part.points])
+                whole = part.surrogate.with_values(part.at[is_finished], self._values[part.points][is_finished])
                 mean[part.points], deviation[part.points] = whole.at(part.at)
         dims = tuple(axis.name for axis in self.design.axes)
         result = {"mean": mean, "deviation": deviation}
         data = {name: (dims, values.reshape(self.design.shape)) for name, values in result.items()}
         facts = {"goal": self.goal.kind, "metric": self.goal.metric, "certainty": self.goal.certainty}
-        return xr.Dataset(data, attrs={**facts, "told": "\n".join(self.told())})
+        return xr.Dataset(data, attrs={**facts, "told": "\n".join(self.summary_lines())})
 
 
 def _spread(at: Array, count: int, first: Sequence[int] | NDArray[Any] = ()) -> list[int]:
-    """Return `count` points, the first ones given: each as far from those before it as a point can be."""
+    """Return `count` points, beginning with the given ones; each is as far as possible from those before it."""
     chosen = [int(k) for k in first] or [int(np.linalg.norm(at - at.mean(axis=0), axis=1).argmin())]
     distance = _distance(at, chosen)
     while len(chosen) < count:
@@ -297,15 +302,15 @@ def _spread(at: Array, count: int, first: Sequence[int] | NDArray[Any] = ()) -> 
 
 
 def _distance(at: Array, chosen: Sequence[int] | NDArray[Any]) -> Array:
-    """Return the distance of all points to the nearest of those that are chosen."""
+    """Return the distance of each point to the nearest chosen one."""
     return np.asarray(np.min([np.linalg.norm(at - at[k], axis=1) for k in chosen], axis=0))
 
 
 def _where(design: SamplePlan, point: int) -> list[str]:
-    """Return what is varied by numbers at a point, `cycle of the step = 0.2`."""
+    """Return the numeric variations at a point as text, `cycle of the step = 0.2`."""
     index = np.unravel_index(point, design.shape)
     return [
-        shown(column.name, column.values[int(k)], column.unit)
+        value_text(column.name, column.values[int(k)], column.unit)
         for axis, k in zip(design.axes, index, strict=True)
         for column in axis.columns
         if column.numeric

@@ -1,4 +1,4 @@
-"""Runs the points that a sampler asks for, one by one; while it thinks, processes run what it asked for before."""
+"""Runs the points that a sampler chooses; while it computes, the processes run its earlier choices."""
 
 from __future__ import annotations
 
@@ -18,17 +18,17 @@ if TYPE_CHECKING:
 
     from amb_cosim.sweeps.store import SweepStore
 
-LONGEST_RESERVE = 20  # points that wait for each process
+LONGEST_RESERVE = 20  # waiting points per process
 
 
-def run_asked(client: Client, sweep: str, task: Task, store: SweepStore, report: Report, sampler: Sampler) -> None:
-    """Run points until a sampler knows what it seeks; errors as of `run_missing`, and those of `Sampler.learn`."""
+def run_requested(client: Client, sweep: str, task: Task, store: SweepStore, report: Report, sampler: Sampler) -> None:
+    """Run points until a sampler reaches its goal; raises the errors of `run_missing` and `Sampler.learn`."""
     with deferred() as interruption, ThreadPoolExecutor(1) as thinker:
         _Adaptive(client, sweep, task, store, report, interruption, sampler, thinker).run()
 
 
 class _Adaptive(BatchScheduler):
-    """Points that a sampler asks for. So many wait that none is missed until the next thought ends."""
+    """Points requested by a sampler. Enough wait to keep all processes busy until its next choice."""
 
     def __init__(
         self,
@@ -46,18 +46,18 @@ class _Adaptive(BatchScheduler):
         self._total = self._done
         self._sampler, self._thinker = sampler, thinker
         self._thought: Future[Any] | None = None
-        self._began = self._took = 0.0  # of a thought (s)
-        self._is_found, self._has_news = False, True
+        self._began = self._took = 0.0  # duration of a choice (s)
+        self._has_result, self._has_news = False, True
 
     def _refill(self) -> bool:
-        """Take the points of a thought that has ended; begin the next where fewer wait than may be run meanwhile."""
+        """Take the points of a finished choice; start the next if too few points wait."""
         if self._thought is not None and self._thought.done():
-            requested, self._is_found = self._thought.result()
+            requested, self._has_result = self._thought.result()
             self._has_news = self._has_news or bool(requested)
             self._thought, self._took = None, time.monotonic() - self._began
             self._waiting.extend(requested)
             self._total += len(requested)
-        if self._thought is None and self._has_news and not self._is_found:
+        if self._thought is None and self._has_news and not self._has_result:
             threads = max(1, self._threads())
             each = self._seconds / self._ran if self._ran else math.inf
             reserve = threads * min(LONGEST_RESERVE, 1 + math.ceil(self._took / each))
@@ -66,7 +66,7 @@ class _Adaptive(BatchScheduler):
                 self._began, self._has_news = time.monotonic(), False
                 count = reserve - len(self._waiting)
                 self._thought = self._thinker.submit(self._sampler.next_points, count, pending)
-        return not self._is_found
+        return not self._has_result
 
     def _store_results(self, results: Any) -> None:
         super()._store_results(results)
@@ -77,5 +77,5 @@ class _Adaptive(BatchScheduler):
         return [self._waiting.popleft()]
 
     def _tell(self) -> None:
-        """Report among those that were asked for."""
+        """Report progress relative to the requested points."""
         self._report(self._done, max(self._total, self._done), str(self._client.dashboard_link or ""))

@@ -1,8 +1,8 @@
-"""What a sweep varies: axes with labelled values, each of which sets variables of a scenario.
+"""Variations of a sweep: axes with labelled values, each of which sets variables of a scenario.
 
     Omega=60:300:60                                   sixty speeds, in the unit of the variable
     rotor_contact.impeller.u=1 g.m:60 g.m:40          with a unit
-    trip.rotor_contact.impeller.u=10 g.m,20 g.m       a list; what the event labelled `trip` sets
+    trip.rotor_contact.impeller.u=10 g.m,20 g.m       a list; set by the event labelled `trip`
     Omega=60:300:3 & rotor_contact.impeller.u=3 g.m,2 g.m,1 g.m    varied together
     trip.cycle=5:6:16                                 when the event happens
     unbalance_factor=1,1.25                           a field of the scenario
@@ -10,7 +10,7 @@
     scenario=first.toml,second.toml                   other scenarios
     control=@controls.toml                            a table of settings for each label
 
-A range without a number of values, `60:300`, is for sampling.
+A range without a count, `60:300`, is for sampling.
 """
 
 from __future__ import annotations
@@ -27,27 +27,27 @@ import numpy as np
 from amb_cosim.cosim.system.values import Raw
 from fmi_export.building.units import to_unit
 
-MOST_POINTS = 10_000_000  # of a sweep
+MOST_POINTS = 10_000_000  # points of a sweep
 _QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*")
 _NAME = re.compile(r"[A-Za-z_][\w.?*\[\]]*")
 
 Settings = Mapping[str, Raw]
-Vary = Mapping[str, Any]  # names, or several joined by "&", with what they are varied over
+Vary = Mapping[str, Any]  # names, or several joined by "&", with their values
 
 
 def is_moment(name: str) -> bool:
-    """Return whether what is varied is when an event happens, `LABEL.cycle` or `LABEL.time`."""
+    """Return whether the variation is the moment of an event, `LABEL.cycle` or `LABEL.time`."""
     return re.fullmatch(r"[^.]+\.(cycle|time)", name) is not None
 
 
 def is_phase(name: str) -> bool:
-    """Return whether what is varied repeats with every turn of the rotor, as the cycle of an event does."""
+    """Return whether the variation is periodic in the turns of the rotor, as the cycle of an event is."""
     return is_moment(name) and name.endswith(".cycle")
 
 
 @dataclass(frozen=True)
 class Column:
-    """Values of one variable along an axis: numbers in `unit`, which is empty for that of the variable, or texts."""
+    """Values of one variable along an axis: numbers in `unit` (if empty, the variable's unit), or texts."""
 
     name: str
     values: tuple[Raw, ...]
@@ -66,7 +66,7 @@ class Column:
 
 @dataclass(frozen=True)
 class Axis:
-    """One dimension of a sweep: columns that are varied together, or alternatives with a table of settings each."""
+    """A dimension of a sweep: columns varied together, or alternatives with a table of settings each."""
 
     name: str
     columns: tuple[Column, ...]
@@ -76,7 +76,7 @@ class Axis:
         return len(self.columns[0].values)
 
     def settings(self, k: int) -> dict[str, Raw]:
-        """Return what the k-th value sets."""
+        """Return the settings of the k-th value."""
         if self.alternatives:
             return dict(self.alternatives[k])
         return {column.name: column.setting(k) for column in self.columns}
@@ -84,7 +84,7 @@ class Axis:
 
 @dataclass(frozen=True)
 class Range:
-    """From `start` to `stop`, in `unit`, to be sampled."""
+    """A range from `start` to `stop` in `unit`, for sampling."""
 
     name: str
     start: float
@@ -92,7 +92,7 @@ class Range:
     unit: str = ""
 
     def at(self, shares: Sequence[float]) -> Column:
-        """Return the values at these shares of the way."""
+        """Return the values at these fractions of the range."""
         return Column(self.name, tuple(self.start + float(s) * (self.stop - self.start) for s in shares), self.unit)
 
 
@@ -100,18 +100,18 @@ Variation = Axis | tuple[Range, ...]
 
 
 def read_variations(vary: Vary) -> list[Variation]:
-    """Read what is varied.
+    """Read the variations.
 
     Parameters
     ----------
     vary
-        By name: a text as in a `--vary` option, a sequence of values, a table of settings for each label, or, for
-        names joined by `&`, a sequence of those for each.
+        By name: a text as in a `--vary` option, a sequence of values, a table of settings for each label, or, for names
+        joined by `&`, a sequence of values for each.
 
     Raises
     ------
     ValueError
-        If a text cannot be read, the numbers of values that are varied together differ, or a name is given twice.
+        If a text is invalid, a name is given twice, or values that are varied together differ in number.
     """
     variations = [_variation(name, values) for name, values in vary.items()]
     names = [name for variation in variations for name in names_of(variation)]
@@ -138,41 +138,41 @@ def parse_vary(texts: Sequence[str]) -> dict[str, Any]:
 
 
 def names_of(variation: Variation) -> list[str]:
-    """Return the name of an axis and of its columns."""
+    """Return the name of an axis and the names of its columns."""
     if isinstance(variation, Axis):
         return list(dict.fromkeys([variation.name, *(column.name for column in variation.columns)]))
     return [part.name for part in variation]
 
 
-def _variation(name: str, given: Any) -> Variation:
+def _variation(name: str, settings: Any) -> Variation:
     names = [part.strip() for part in name.split("&")]
     for item in names:
         if not _NAME.fullmatch(item):
-            raise ValueError(f"{item!r} is no name of a variable; write for example Omega or rotor_contact.impeller.u")
-    if isinstance(given, str) and given.startswith("@"):
-        given = _table(given[1:])
-    if isinstance(given, Mapping):
-        return _alternatives(name, given)
+            raise ValueError(f"{item!r} is not a variable name; write for example Omega or rotor_contact.impeller.u")
+    if isinstance(settings, str) and settings.startswith("@"):
+        settings = _table(settings[1:])
+    if isinstance(settings, Mapping):
+        return _alternatives(name, settings)
     if len(names) == 1:
-        part = _values(name, given)
+        part = _values(name, settings)
         return (part,) if isinstance(part, Range) else Axis(name, (part,))
-    if isinstance(given, str) or len(given) != len(names):
+    if isinstance(settings, str) or len(settings) != len(names):
         raise ValueError(f"{name} needs values for each of its {len(names)} names")
-    parts = [_values(item, of_one) for item, of_one in zip(names, given, strict=True)]
+    parts = [_values(item, of_one) for item, of_one in zip(names, settings, strict=True)]
     columns = [part for part in parts if isinstance(part, Column)]
     if not columns:
         return tuple(part for part in parts if isinstance(part, Range))
     sizes = {column.name: len(column.values) for column in columns}
     if len(columns) < len(parts) or len(set(sizes.values())) > 1:
         message = ", ".join(f"{item} {n}" for item, n in sizes.items())
-        raise ValueError(f"{name}: what is varied together must have as many values: {message}")
+        raise ValueError(f"{name}: variables varied together need equal numbers of values: {message}")
     return Axis(names[0], tuple(columns))
 
 
-def _alternatives(name: str, given: Mapping[str, Any]) -> Axis:
-    if not given or not all(isinstance(settings, Mapping) for settings in given.values()):
+def _alternatives(name: str, settings: Mapping[str, Any]) -> Axis:
+    if not settings or not all(isinstance(settings, Mapping) for settings in settings.values()):
         raise ValueError(f"{name}: each label needs a table of settings, such as PID.'rolac_controller.rolac_enable'")
-    return Axis(name, (Column(name, tuple(str(label) for label in given)),), tuple(dict(s) for s in given.values()))
+    return Axis(name, (Column(name, tuple(str(label) for label in settings)),), tuple(map(dict, settings.values())))
 
 
 def _table(path: str) -> dict[str, Any]:
@@ -181,19 +181,19 @@ def _table(path: str) -> dict[str, Any]:
     return parse_toml(read_bytes(Path(path), f"table {path}").decode("utf-8", "replace"), f"table {path}")
 
 
-def _values(name: str, given: Any) -> Column | Range:
-    if isinstance(given, str):
-        return _range(name, given) if ":" in given and "/" not in given else _list(name, given.split(","))
-    if isinstance(given, bool | int | float):
-        given = [given]
-    return _list(name, [v.item() if isinstance(v, np.generic) else v for v in given])
+def _values(name: str, settings: Any) -> Column | Range:
+    if isinstance(settings, str):
+        return _range(name, settings) if ":" in settings and "/" not in settings else _list(name, settings.split(","))
+    if isinstance(settings, bool | int | float):
+        settings = [settings]
+    return _list(name, [v.item() if isinstance(v, np.generic) else v for v in settings])
 
 
 def _range(name: str, text: str) -> Column | Range:
     parts = [part.strip() for part in text.split(":")]
     ends = [_quantity(part) for part in parts[:2]]
     if len(parts) not in (2, 3) or None in ends:
-        raise ValueError(f"{name} = {text} is no range; write START:STOP:COUNT, such as 1 g.m:60 g.m:40")
+        raise ValueError(f"{name} = {text} is not a range; write START:STOP:COUNT, such as 1 g.m:60 g.m:40")
     (start, first), (stop, last) = (end for end in ends if end is not None)
     unit = last or first
     if first != last and first and last:
@@ -207,12 +207,12 @@ def _range(name: str, text: str) -> Column | Range:
     return Column(name, tuple(float(v) for v in np.linspace(start, stop, int(parts[2]))), unit)
 
 
-def _list(name: str, given: Sequence[Any]) -> Column:
-    """Return a column of numbers in one unit where all are such, of texts otherwise."""
-    items = [item.strip() if isinstance(item, str) else item for item in given]
+def _list(name: str, settings: Sequence[Any]) -> Column:
+    """Return a column of numbers if all have one unit, of texts otherwise."""
+    items = [item.strip() if isinstance(item, str) else item for item in settings]
     wrong = [item for item in items if not isinstance(item, bool | int | float | str) or item == ""]
     if wrong or not items:
-        raise ValueError(f"{name} = {given} is not allowed; it must be a list of numbers or texts")
+        raise ValueError(f"{name} = {settings} is not allowed; it must be a list of numbers or texts")
     result = [_quantity(item) if isinstance(item, str) else None for item in items]
     numbers = [entry for entry in result if entry is not None]
     if len(numbers) == len(items):

@@ -1,4 +1,4 @@
-"""Checks what a sweep varies, value by value, before anything is run."""
+"""Checks the variations of a sweep, value by value, before any run."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ from amb_cosim.sweeps.panels import common_words, first_words
 from amb_cosim.sweeps.sampling import SamplePlan
 from amb_cosim.sweeps.worker import Runner, Task, event_of
 
-FAR = 100.0  # times the scenario's own value
+FAR = 100.0  # times the scenario's value
 
 
 def check_points(task: Task, design: SamplePlan) -> tuple[dict[str, str], dict[str, str], dict[str, str]]:
-    """Check the values of a sweep one by one; return the guids of its FMUs, and units and descriptions of what varies.
+    """Check the values of a sweep one by one; return GUIDs of its FMUs, and units and descriptions of its variations.
 
-    FMUs are built if need be.
+    FMUs are built if necessary.
 
     Raises
     ------
     ValueError
-        If a name or a value is wrong, or a number without a unit is far from the scenario's.
+        If a name or a value is invalid, or a number without a unit is far from the scenario's.
     """
     runner = Runner(task)
     guids: dict[str, str] = {}
@@ -47,18 +47,18 @@ def check_points(task: Task, design: SamplePlan) -> tuple[dict[str, str], dict[s
 
 
 def _without_event(task: Task, name: str) -> str:
-    """Return the name of the variable that is varied, without the event that sets it."""
+    """Return the name of the varied variable, without the event that sets it."""
     return name.removeprefix(f"{event_of(task.scenario, name)}.")
 
 
 def unit_of(prepared: PlannedRun, name: str) -> str:
-    """Return the unit of what is varied under a name; empty where it has none or is no variable."""
+    """Return the unit of a variation; empty if it has none or is not a variable."""
     ports = _ports_of(prepared, name)
     return (ports[0].unit or "") if ports else ""
 
 
 def _ports_of(prepared: PlannedRun, name: str) -> list[Port]:
-    """Return the variables that are varied under a name; none where it is none."""
+    """Return the variables that are varied under a name; empty if it is not a variable."""
     values = prepared.assembly.assignments()
     try:
         return [values.port(result) for result in values.matching(name)]
@@ -68,16 +68,16 @@ def _ports_of(prepared: PlannedRun, name: str) -> list[Port]:
 
 def _refuse_far(task: Task, prepared: PlannedRun, name: str, value: Raw) -> None:
     """Refuse a number without a unit that is more than `FAR` times the scenario's: it may be meant in another unit."""
-    local, unit = _own_value(task, prepared, name), unit_of(prepared, _without_event(task, name))
+    local, unit = _value_of(task, prepared, name), unit_of(prepared, _without_event(task, name))
     if isinstance(value, int | float) and unit != "1" and 0.0 < FAR * local < abs(value):
         raise ValueError(
-            f"{name} = {value:g} {unit} is {abs(value) / local:.3g} times the scenario's {local:.4g} {unit}; write the "
-            f"unit that is meant, such as {name}='{value:g} {unit}'"
+            f"{name} = {value:g} {unit} is {abs(value) / local:.3g} times the scenario's {local:.4g} {unit}; add the "
+            f"intended unit, such as {name}='{value:g} {unit}'"
         )
 
 
-def _own_value(task: Task, prepared: PlannedRun, name: str) -> float:
-    """Return the largest magnitude that a scenario itself gives what is varied, or its start value; 0 without."""
+def _value_of(task: Task, prepared: PlannedRun, name: str) -> float:
+    """Return the largest magnitude of a variation in the scenario itself, or its start value; 0 if there is none."""
     label, variable = event_of(task.scenario, name), _without_event(task, name)
     scenario, values = task.scenario, prepared.assembly.assignments()
     of_event = [event.set for event in scenario.event if label and event.name == label]
@@ -92,7 +92,7 @@ def _own_value(task: Task, prepared: PlannedRun, name: str) -> float:
         settings |= {SPEED: scenario.Omega, **task.settings}
     varied, result = {*values.matching(variable)}, []
     for available, raw in settings.items():
-        with suppress(ValueError):  # it names nothing of this machine
+        with suppress(ValueError):  # the name is not part of this machine
             if varied & {*values.matching(available)}:
                 result.append(abs(quantity(raw, unit_of(prepared, variable), available)))
     return max(result) if result else max(abs(port.start or 0.0) for port in _ports_of(prepared, variable))

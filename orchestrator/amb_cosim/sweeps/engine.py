@@ -1,12 +1,11 @@
-"""Hands the points of a sweep to the processes of a Dask cluster, in batches, and takes what they lead to.
+"""Sends the points of a sweep to the processes of a Dask cluster in batches, and collects the results.
 
-A batch takes about `BATCH_TIME`, by the seconds that points before it took. There is one batch under way for each
-process, so that the death of a process is the fault of none but the points that it had. Dask runs such a batch once
-more; if that kills a process too, its points are tried one by one, and one that kills two processes alone is recorded
-as `crashed`.
+A batch takes about `BATCH_TIME`, estimated from earlier points. Each process has one batch at a time, so a crash can
+only be due to its points. Dask repeats such a batch once; if that crashes a process too, its points are run one by one,
+and a point that crashes two processes alone is recorded as `crashed`.
 
-Processes of a local cluster use TLS, with certificates that are made for it and stay in memory: a scheduler runs code
-for all who can reach it, and all users of a machine can reach 127.0.0.1.
+Processes of a local cluster use TLS, with certificates that are created for it and stay in memory: a scheduler runs
+code for anyone who can connect, and all users of a machine can connect to 127.0.0.1.
 """
 
 from __future__ import annotations
@@ -38,23 +37,22 @@ T = TypeVar("T")
 
 BATCH_TIME = 1.0  # s
 LARGEST_BATCH = 500  # points
-WRITE_TIME = 1.0  # s between two writes of the store, whatever the number of processes
-POLL = 0.1  # s, until an interruption is noticed
-START_TIME = 120  # s, until a process of the cluster is there
-ANSWER_TIME = 10  # s, until a scheduler answers
-POLITE_TIME = 2  # s, for a scheduler that is asked again, or that a client leaves
-IN_PROGRESS = ("waiting", "no-worker", "queued", "processing")  # states of a task that will come to an end
+WRITE_TIME = 1.0  # s between two writes of the store, for any number of processes
+POLL = 0.1  # s until an interruption is noticed
+START_TIME = 120  # s until a process of the cluster has started
+ANSWER_TIME = 10  # s until a scheduler answers
+POLITE_TIME = 2  # s for repeated requests to a scheduler, and for a client to disconnect
 SETTINGS = {
     "distributed.scheduler.allowed-failures": 1,
     "distributed.scheduler.worker-saturation": 1.0,
     "distributed.worker.daemon": True,
-    "distributed.worker.profile.enabled": False,  # a sampler that looks at every worker a hundred times a second
+    "distributed.worker.profile.enabled": False,  # a profiler that samples every worker a hundred times per second
     "distributed.comm.retry.count": 0,
 }
 
 
 class ClusterFailed(Exception):
-    """The cluster ended before the sweep did."""
+    """The cluster ended before the sweep."""
 
 
 @contextmanager
@@ -64,39 +62,39 @@ def connect(scheduler: str | None = None, jobs: int | None = None) -> Iterator[C
     Raises
     ------
     ValueError
-        If nothing answers at that address.
+        If there is no answer at that address.
     """
     import dask
     from distributed import Client
     from distributed.utils import silence_logging_cmgr
 
     if scheduler is not None and jobs is not None:
-        raise ValueError("--jobs is for a local cluster; the scheduler's workers are as many as were started")
+        raise ValueError("--jobs is for a local cluster; a scheduler's workers are started separately")
     if jobs is not None and jobs < 1:
         raise ValueError(f"--jobs {jobs} is not allowed; it must be 1 or more")
-    with dask.config.set(SETTINGS), silence_logging_cmgr(logging.CRITICAL):  # what fails is told as one message
+    with dask.config.set(SETTINGS), silence_logging_cmgr(logging.CRITICAL):  # failures are reported as one message
         if scheduler is None:
             with local_cluster(jobs) as cluster, Client(cluster) as client:
                 yield client
             return
         try:
             _check_answer(scheduler)
-            client = _within(4 * ANSWER_TIME, lambda: Client(scheduler, timeout=ANSWER_TIME))  # it has so many steps
-        except Exception as error:  # each protocol has errors of its own
-            why = str(error) or f"it said nothing for {ANSWER_TIME} s"
+            client = _within(4 * ANSWER_TIME, lambda: Client(scheduler, timeout=ANSWER_TIME))  # it has many steps
+        except Exception as error:  # each protocol has its own errors
+            why = str(error) or f"it did not respond within {ANSWER_TIME} s"
             raise ValueError(f"no Dask scheduler answers at {scheduler}: {why}") from error
         try:
-            with client.as_current():  # else Dask waits in the event loop of a client that the caller has
+            with client.as_current():  # otherwise Dask waits in the event loop of the caller's client
                 yield client
         finally:
             try:
                 client.close(timeout=POLITE_TIME)
-            except Exception:  # a scheduler that is gone, or whose last words were none
-                client.status = "closed"  # else it is tried again as garbage, where the error is a traceback
+            except Exception:  # a scheduler that has ended, possibly during its last message
+                client.status = "closed"  # otherwise garbage collection repeats it and prints a traceback
 
 
 def end_if_imported_anew() -> None:
-    """End a new process of a local cluster that has come here by importing the user's script, which has no main guard.
+    """End a process of a local cluster that called this by importing a user's script without a main guard.
 
     The process that started it raises the error of `local_cluster`.
     """
@@ -105,7 +103,7 @@ def end_if_imported_anew() -> None:
 
 
 def local_cluster(jobs: int | None, security: bool | None = True) -> LocalCluster:
-    """Start processes with one thread each, which let nobody in without their certificates if `security` is true.
+    """Start processes with one thread each, which require their certificates if `security` is true.
 
     Raises
     ------
@@ -121,7 +119,7 @@ def local_cluster(jobs: int | None, security: bool | None = True) -> LocalCluste
             dashboard_address="127.0.0.1:0",
             memory_limit=0,
             preload=["amb_cosim.sweeps.local_worker"],
-            silence_logs=logging.CRITICAL,  # the death of a process is told as the outcome of its points
+            silence_logs=logging.CRITICAL,  # a crashed process is reported as the outcome of its points
             security=security,
         )
     except RuntimeError as error:
@@ -132,7 +130,7 @@ def local_cluster(jobs: int | None, security: bool | None = True) -> LocalCluste
 
 
 def _check_answer(scheduler: str) -> None:
-    """Raise Dask's error, or TimeoutError, if no scheduler says at an address who it is; a client would wait for it."""
+    """Raise Dask's error, or TimeoutError, if no scheduler responds at an address; a client would wait for it."""
     from distributed.core import rpc
     from distributed.security import Security
 
@@ -144,10 +142,10 @@ def _check_answer(scheduler: str) -> None:
 
 
 def _within(seconds: float, call: Callable[[], T]) -> T:
-    """Return what a call does, or raise TimeoutError; what waits for ever then does so until this process ends.
+    """Return the result of a call, or raise TimeoutError; a call that never returns then blocks its thread only.
 
-    It has a thread, since that of the caller may have an event loop. A client of Dask can wait for ever as it starts,
-    whatever its own time limit: where a scheduler breaks off then, or another client is collected as garbage.
+    The call has a thread, since the caller's may have an event loop. A starting Dask client can wait forever despite
+    its time limit: if the scheduler disconnects, or if another client is garbage-collected.
     """
     answer: futures.Future[T] = futures.Future()
 
@@ -162,21 +160,21 @@ def _within(seconds: float, call: Callable[[], T]) -> T:
 
 
 def run_missing(client: Client, sweep: str, task: Task, store: SweepStore, report: Report) -> None:
-    """Run the points that a store misses, and put them into it as they come.
+    """Run the points that a store lacks, and store results as they arrive.
 
     Raises
     ------
     KeyboardInterrupt
-        If a signal came; what had come until then is in the store.
+        If a signal arrives; earlier results are in the store.
     ClusterFailed
-        If the cluster is gone, or has no process.
+        If the cluster has ended, or has no process.
     """
     with deferred() as interruption:
         BatchScheduler(client, sweep, task, store, report, interruption).run()
 
 
 class BatchScheduler:
-    """The batches of a sweep that are under way, and the points that wait."""
+    """The running batches of a sweep, and the waiting points."""
 
     def __init__(
         self, client: Client, sweep: str, task: Task, store: SweepStore, report: Report, interruption: Interruption
@@ -184,25 +182,23 @@ class BatchScheduler:
         import cloudpickle
 
         self._client, self._sweep, self._store = client, sweep, store
-        self._task = cloudpickle.dumps(task)  # functions of a file by value, which Dask would pickle by name
+        self._task = cloudpickle.dumps(task)  # functions of a file are pickled by value; Dask would do so by name
         self._report, self._interruption = report, interruption
         self._waiting = deque(branching_order(store.design, store.missing, task.labels))
-        self._suspects: deque[int] = deque()  # points of batches that ended processes
+        self._suspects: deque[int] = deque()  # points of batches that crashed processes
         self._under_way: dict[Future[Any], list[int]] = {}
-        self._landed: list[PointResult] = []  # since the last time that the store was written
+        self._landed: list[PointResult] = []  # since the store was last written
         self._written = -math.inf
         self._done, self._total = store.design.size - len(self._waiting), store.design.size
         self._seconds, self._ran = 0.0, 0
         self._link = self._dashboard()
-        self._looked = time.monotonic()
-        self._ended: set[Future[Any]] = set()  # what the scheduler knew to have ended when it was asked last
 
     def run(self) -> None:
         try:
             self._run()
         except BaseException:
             with suppress(Exception):
-                if self._threads():  # else nobody answers
+                if self._threads():  # otherwise there is no answer
                     self._client.cancel(list(self._under_way))
             raise
         finally:
@@ -214,12 +210,11 @@ class BatchScheduler:
         while self._refill() or self._waiting or self._suspects or self._under_way:
             self._interruption.check()
             if self._client.status == "closed":
-                raise ClusterFailed("the scheduler is gone")
+                raise ClusterFailed("the scheduler has ended")
             workers = self._threads()
             alive = time.monotonic() if workers else alive
             if time.monotonic() > alive + START_TIME:
-                raise ClusterFailed(f"the scheduler has had no worker, or not answered, for {START_TIME} s")
-            self._check_heard()
+                raise ClusterFailed(f"the scheduler has had no worker or given no answer for {START_TIME} s")
             while len(self._under_way) < workers and (self._waiting or self._suspects):
                 self._submit()
             if time.monotonic() > self._written + WRITE_TIME:
@@ -227,32 +222,21 @@ class BatchScheduler:
             self._collect()
 
     def _refill(self) -> bool:
-        """Put more points among those that wait, if there are; return whether some may come later."""
+        """Add points to the waiting ones, if any; return whether more may follow later."""
         return False
 
     def _store_results(self, results: Sequence[PointResult]) -> None:
-        """Take what points led to."""
+        """Store the results of points."""
         self._landed += results
         self._done += len(results)
         self._tell()
 
     def _threads(self) -> int:
-        """Return how many batches can run at once; none while there is no connection or no answer."""
-        return sum(self._asked("ncores").values())  # what `nthreads` calls, which waits for ever
+        """Return how many batches can run at once; 0 without a connection or an answer."""
+        return sum(self._ask("ncores").values())  # called by `nthreads`, which would wait forever
 
-    def _check_heard(self) -> None:
-        """Raise ClusterFailed if the scheduler has known for long that a batch ended, and has not told."""
-        if time.monotonic() < self._looked + START_TIME:
-            return
-        keys = {future.key: future for future in self._under_way}
-        states = self._asked("get_task_status", keys=list(keys))
-        ended = {keys[key] for key, state in states.items() if state not in IN_PROGRESS and not keys[key].done()}
-        if ended & self._ended:
-            raise ClusterFailed(f"the scheduler has not told for {START_TIME} s that points have ended")
-        self._looked, self._ended = time.monotonic(), ended
-
-    def _asked(self, question: str, **arguments: Any) -> dict[Any, Any]:
-        """Return what the scheduler answers; nothing while there is no connection or no answer."""
+    def _ask(self, question: str, **arguments: Any) -> dict[Any, Any]:
+        """Return the scheduler's answer; None without a connection or an answer."""
         scheduler = self._client.scheduler
         if self._client.status == "running" and scheduler is not None:
             with suppress(Exception):
@@ -267,7 +251,7 @@ class BatchScheduler:
         self._under_way[future] = points
 
     def _next_batch(self) -> list[int]:
-        """Return points for about `BATCH_TIME`, fewer at the end, so that all processes end together."""
+        """Return points for about `BATCH_TIME`, fewer at the end, so that all processes finish together."""
         size = int(BATCH_TIME * self._ran / self._seconds) if self._seconds > 0.0 else 1
         share = len(self._waiting) // (2 * max(1, self._threads()))
         return [
@@ -275,7 +259,7 @@ class BatchScheduler:
         ]
 
     def _collect(self) -> None:
-        """Wait for results, and take all that are there."""
+        """Wait for results, and take all available ones."""
         from distributed import wait
 
         if not self._under_way:
@@ -295,16 +279,16 @@ class BatchScheduler:
             self._landed, self._written = [], time.monotonic()
 
     def _results(self, future: Future[Any], points: Sequence[int]) -> list[PointResult]:
-        """Return what a batch led to; points to try again wait for it."""
+        """Return the results of a batch; points to repeat are queued."""
         from distributed import KilledWorker
 
         if future.status == "finished":
-            with suppress(Exception):  # a scheduler that dies as it answers, or answers what is no answer
+            with suppress(Exception):  # a scheduler that ends while answering, or gives an invalid answer
                 matches: list[PointResult] = future.result(timeout=START_TIME)
                 self._seconds += sum(result.seconds for result in matches)
                 self._ran += len(matches)
                 return matches
-        if future.status != "error":  # cancelled, or lost with a scheduler
+        if future.status != "error":  # cancelled, or lost with the scheduler
             self._waiting.extend(points)
             return []
         error = future.exception()
@@ -319,12 +303,12 @@ class BatchScheduler:
         self._report(self._done, self._total, self._link)
 
     def _dashboard(self) -> str:
-        """Return the address of the dashboard, for which Dask asks a scheduler without end, and often."""
+        """Return the address of the dashboard, which Dask would request from a scheduler endlessly."""
         from distributed.utils import format_dashboard_link
 
         if self._client.cluster is not None:
             return str(self._client.dashboard_link or "")
-        scheduler = self._asked("identity")
+        scheduler = self._ask("identity")
         port = scheduler.get("services", {}).get("dashboard")
         host = str(scheduler.get("address", "")).rpartition("://")[2].rpartition(":")[0]
         return str(format_dashboard_link(host, port)) if port else ""

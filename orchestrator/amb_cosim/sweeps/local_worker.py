@@ -1,4 +1,4 @@
-"""What Dask loads into the processes of a local cluster as they start."""
+"""A Dask preload of the processes of a local cluster."""
 
 from __future__ import annotations
 
@@ -7,6 +7,6 @@ import threading
 
 
 def dask_setup(_: object) -> None:
-    """Leave Ctrl-C, which a terminal sends to all processes, to the process that started them."""
+    """Ignore Ctrl-C, which a terminal sends to all processes; the parent process handles it."""
     if threading.current_thread() is threading.main_thread():
         signal.signal(signal.SIGINT, signal.SIG_IGN)

@@ -1,18 +1,20 @@
-"""Maps of a sweep: metrics over its axes, side by side for its alternatives, with the boundary between outcomes."""
+"""Maps of a sweep: metrics over its axes, one panel per alternative, with the boundary between outcomes."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
+import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap, LogNorm, Normalize
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
+from matplotlib.patheffects import Normal, Stroke
 from matplotlib.ticker import MaxNLocator
 
-from amb_cosim.presentation.style import BLUE, TITLE_SIZE, StyledFigure, fitted, write_png
+from amb_cosim.presentation.style import BLUE, STYLE, TITLE_SIZE, StyledFigure, fitted, write_png
 from amb_cosim.presentation.units import force_unit, length_unit
 from amb_cosim.sweeps.axes import is_moment
 from amb_cosim.sweeps.outcomes import BROKEN_OFF, COLOURS
@@ -26,25 +28,32 @@ if TYPE_CHECKING:
 
     from amb_cosim.sweeps.run import Sweep
 
-SPREAD = 100.0  # of the largest value over the smallest, beyond which colours are logarithmic
+SPREAD = 100.0  # ratio of largest to smallest value above which colours are logarithmic
 DRAWN = ("contact_share", "peak_contact_force", "orbit_largest", "rolling")
 LABELS = {
-    "contact_share": "share of contact between disturbance and relief",
+    "contact_share": "fraction of time in contact between disturbance and relief",
     "peak_contact_force": "peak contact force",
     "orbit_largest": "largest radius in bearings and retainers",
     "rolling": "rolling (1) or not (0)",
     "outcome": "outcome",
 }
-UNITS = {"peak_contact_force": (force_unit, 1.0), "orbit_largest": (length_unit, 1e-3)}  # and that of the store in SI
+UNITS = {"peak_contact_force": (force_unit, 1.0), "orbit_largest": (length_unit, 1e-3)}  # and the SI unit of the store
 MOST_PANELS, MOST_TICKS = 8, 6
-FAILED: dict[str, Any] = {"marker": "x", "color": "k", "ms": 4.0, "mew": 0.8, "ls": ""}  # of points without a value
+FAILED: dict[str, Any] = {
+    "marker": "x",
+    "color": "k",
+    "ms": 4.0,
+    "mew": 0.8,
+    "ls": "",
+}  # colour of points without a value
+OUTLINE = [Stroke(linewidth=2.0, foreground="k"), Normal()]  # of a white line, on white paper too
 
 
 def draw_maps(swept: Sweep) -> list[str]:
-    """Draw `outcome` and the metrics of a sweep into its folder, a figure each; return the names of the files.
+    """Plot `outcome` and the metrics of a sweep into its folder, one figure each; return the names of the files.
 
-    Axes of numbers are the axes of a map, the first two of them; all others make panels side by side, `MOST_PANELS`
-    at most. A sample is drawn as points over its first two ranges. Runs that failed are crosses.
+    The first two numeric axes are the axes of a map; all others make up to `MOST_PANELS` panels. A sample is drawn as
+    points over its first two ranges. Crosses mark failed runs.
     """
     dataset = swept.dataset
     names = [
@@ -58,23 +67,25 @@ def draw_maps(swept: Sweep) -> list[str]:
     return files
 
 
+@mpl.rc_context(STYLE)
 def draw_map(swept: Sweep, dataset: xr.Dataset, name: str) -> StyledFigure:
-    """Draw one variable of a sweep."""
+    """Draw a variable of a sweep."""
     across = _across(swept)
-    dataset, label = in_shown_unit(dataset, name)
+    dataset, label = in_display_unit(dataset, name)
     parts = panels(swept.design, {*across, SAMPLE}, descriptions(dataset))[:MOST_PANELS]
     width = 3.4 * len(parts) + 1.0
     figure = StyledFigure(figsize=(max(4.6, width), 3.6), layout="constrained")
     axes: Sequence[Axes] = figure.subplots(1, len(parts), squeeze=False, sharey=True)[0]
     scale = _scale(dataset, name)
     drawn: Any = None
+    boundary: Line2D | None = None
     for ax, panel in zip(axes, parts, strict=True):
         part = dataset.isel(panel.at)
         mapped = _draw_panel(ax, part, across, name, scale)
         drawn = mapped if mapped is not None else drawn
         if name != "outcome":
             mark_failed(ax, part, across)
-        _draw_boundary(ax, swept, part, across)
+        boundary = _draw_boundary(ax, swept, part, across) or boundary
         ax.set_title(fitted(panel.title, 3.2))
         ax.set_xlabel(_axis_label(dataset, across[0]))
         if dataset[across[0]].dtype.kind in "if":
@@ -86,14 +97,14 @@ def draw_map(swept: Sweep, dataset: xr.Dataset, name: str) -> StyledFigure:
         figure.legend(handles=handles, loc="outside right upper", frameon=False)
     else:
         if drawn is not None:
-            figure.colorbar(drawn, ax=list(axes), label=label)
-        explain_failed(figure, dataset)
+            figure.colorbar(drawn, ax=list(axes), label=fitted(label, 2.8))
+    add_legend(figure, [*([boundary] if boundary else []), *(failed_sample(dataset) if name != "outcome" else [])])
     figure.suptitle(swept.name, fontsize=TITLE_SIZE)
     return figure
 
 
-def in_shown_unit(dataset: xr.Dataset, name: str) -> tuple[xr.Dataset, str]:
-    """Return a sweep with a metric in the unit in which it is shown, and its label."""
+def in_display_unit(dataset: xr.Dataset, name: str) -> tuple[xr.Dataset, str]:
+    """Return a sweep with a metric in its display unit, and the label."""
     if name not in UNITS:
         return dataset, LABELS[name]
     unit_for, size = UNITS[name]
@@ -110,7 +121,7 @@ def _across(swept: Sweep) -> list[str]:
 
 
 def _scale(dataset: xr.Dataset, name: str) -> Normalize:
-    """Return the scale of the colours: logarithmic, and blank at zero, where values spread over decades."""
+    """Return the colour scale; it is logarithmic, and blank at zero, if values span decades."""
     if name == "outcome":
         return Normalize(-0.5, len(COLOURS) - 0.5)
     if name in ("contact_share", "rolling"):
@@ -123,7 +134,7 @@ def _scale(dataset: xr.Dataset, name: str) -> Normalize:
 
 
 def _draw_panel(ax: Axes, dataset: xr.Dataset, across: list[str], name: str, scale: Normalize) -> Any:
-    """Draw a map, points of a sample, or a line; return what a colour bar is made for."""
+    """Draw a map, points of a sample, or a line; return the artist for the colour bar."""
     values = dataset[name]
     if name == "outcome":
         numbers = np.array([list(COLOURS).index(str(v)) for v in values.values.ravel()], np.float64)
@@ -149,10 +160,10 @@ def _draw_panel(ax: Axes, dataset: xr.Dataset, across: list[str], name: str, sca
 
 
 def mark_failed(ax: Axes, dataset: xr.Dataset, across: Sequence[str]) -> None:
-    """Draw a cross at each point of a map whose run failed; with one coordinate across, above the highest value."""
+    """Draw a cross at each failed point of a map; with one coordinate, above the highest value."""
     failed = dataset["outcome"].isin(BROKEN_OFF)
     if not failed.any():
-        return  # the layout would leave room for a line without points
+        return  # the layout would reserve space for a line without points
     places = [dataset[name].broadcast_like(failed).transpose(*failed.dims).values[failed.values] for name in across]
     if len(places) == 1:
         ax.plot(places[0], np.ones_like(places[0]), transform=ax.get_xaxis_transform(), clip_on=False, **FAILED)
@@ -160,18 +171,23 @@ def mark_failed(ax: Axes, dataset: xr.Dataset, across: Sequence[str]) -> None:
         ax.plot(*places, **FAILED)
 
 
-def explain_failed(figure: StyledFigure, dataset: xr.Dataset) -> None:
-    """Add the cross of failed runs to the legend of a figure, if there are any."""
+def failed_sample(dataset: xr.Dataset) -> list[Line2D]:
+    """Return the entry of a legend for the cross of failed runs, if there are any."""
     count = int(dataset["outcome"].isin(BROKEN_OFF).sum())
-    if count:
-        handle = Line2D([], [], label=f"failed: {count} of {dataset['outcome'].size}", **FAILED)
-        figure.legend(handles=[handle], loc="outside lower right", frameon=False)
+    return [Line2D([], [], label=f"failed: {count} of {dataset['outcome'].size}", **FAILED)] if count else []
 
 
-def _draw_boundary(ax: Axes, swept: Sweep, dataset: xr.Dataset, across: list[str]) -> None:
-    """Draw the boundary of a map as far as it is known: refined points, or the line half-way between grid points."""
+def add_legend(figure: StyledFigure, handles: list[Line2D]) -> None:
+    """Explain marks of a figure below it."""
+    if handles:
+        figure.legend(handles=handles, loc="outside lower right", frameon=False, ncols=len(handles))
+
+
+def _draw_boundary(ax: Axes, swept: Sweep, dataset: xr.Dataset, across: list[str]) -> Line2D | None:
+    """Draw the boundary of a map, the refined points or the line half-way between grid points; return its sample."""
     if len(across) < 2 or SAMPLE in dataset.dims or swept.boundary not in dataset:
-        return
+        return None
+    label = f"boundary ({swept.boundary.replace('_', ' ')})"
     group = boundary_group(swept.boundary)
     if (swept.folder / STORE / group).is_dir():
         points = open_sweep(swept.folder, group)
@@ -179,15 +195,19 @@ def _draw_boundary(ax: Axes, swept: Sweep, dataset: xr.Dataset, across: list[str
         for name in dataset.coords:
             if dataset[name].ndim == 0 and name in points:
                 here &= points[name].values == dataset[name].values
-        ax.plot(points[across[0]][here], points[across[1]][here], "w.", ms=4.0, mec="k", mew=0.4)
-        return
+        x, y = points[across[0]][here], points[across[1]][here]
+        (line,) = ax.plot(x, y, "w.", ms=4.0, mec="k", mew=0.4, label=f"{label}, refined")
+        return line
     values = dataset[swept.boundary].transpose(across[1], across[0]).values
     if values.shape[0] > 1 and values.shape[1] > 1 and np.nanmin(values) < np.nanmax(values):
-        ax.contour(dataset[across[0]], dataset[across[1]], values, [0.5], colors="w", linewidths=1.2)
+        drawn = ax.contour(dataset[across[0]], dataset[across[1]], values, [0.5], colors="w", linewidths=1.2)
+        drawn.set_path_effects(OUTLINE)
+        return Line2D([], [], color="w", lw=1.2, path_effects=OUTLINE, label=f"{label}, between grid points")
+    return None
 
 
 def _axis_label(dataset: xr.Dataset, name: str) -> str:
-    """Return what a coordinate is, in words where its variable has a description, and its unit."""
+    """Return the label of a coordinate: the description of its variable, or its name, and the unit."""
     unit, described = (dataset[name].attrs.get(key, "") for key in ("units", "description"))
     words = words_of(name, described) if described or is_moment(name) else name
     return fitted(f"{words} ({unit})" if unit and unit != "1" else words, 3.6)

@@ -1,4 +1,4 @@
-"""Key values of a run as numbers, for a map: what the summary has of contact, forces and orbits."""
+"""Key values of a run as numbers, for maps: contact, forces and orbits of the summary."""
 
 from __future__ import annotations
 
@@ -7,9 +7,10 @@ import math
 from amb_cosim.cosim.record.signals import Signals
 from amb_cosim.cosim.run.recording import Outcome
 from amb_cosim.results import contact_forces, contact_history, stability
+from amb_cosim.results.component_names import PLANT
 from amb_cosim.results.contact_history import Recovery
 from amb_cosim.results.orbits import orbit_largest
-from amb_cosim.results.places import PLANT, RotorPlaces, places
+from amb_cosim.results.places import RotorPlaces, places
 
 UNITS = {
     "contact": "1",
@@ -24,18 +25,20 @@ UNITS = {
 }
 
 
-def needed(found: RotorPlaces) -> tuple[str, ...]:
-    """Return patterns of the variables that the key values take."""
-    of_sites = (f"{PLANT}.{site}.{name}" for site in found.sites for name in ("f_n*", "impulse", "mode", "whirl_speed"))
-    moving = (f"{PLANT}.{place}.[xy]" for place in (*found.bearings, *found.apart))
+def needed(places: RotorPlaces) -> tuple[str, ...]:
+    """Return patterns of the variables that the key values need."""
+    names = ("f_n*", "impulse", "mode", "whirl_speed")
+    of_sites = (f"{PLANT}.{site}.{name}" for site in places.sites for name in names)
+    moving = (f"{PLANT}.{place}.[xy]" for place in (*places.bearings, *places.apart))
     return (f"{PLANT}.contact_state", *of_sites, *moving, *stability.needed())
 
 
 def evaluate(signals: Signals) -> tuple[Recovery | None, dict[str, float]]:
-    """Return what the disturbance of a run led to, and its key values from cycle 0 on; NaN for what it does not have.
+    """Return the outcome of a run, and its key values from cycle 0 on; NaN for those that it lacks.
 
-    `contact`, `recovered`, `rolling` are 1 or 0. `contact_share` is that between disturbance and relief. A value
-    at a place, any site or bearing, has it behind its name, `peak_contact_force.seal`; without one it is the largest.
+    `contact`, `recovered`, `rolling` are 1 or 0. `contact_share` is the fraction of time in contact between disturbance
+    and relief. A value at a site or bearing has that as suffix, `peak_contact_force.seal`; without a suffix it is the
+    largest of all.
     """
     _, last = contact_history.contact_cycles(signals)
     rolls = contact_history.rolling_from(signals)
@@ -63,10 +66,10 @@ def evaluate(signals: Signals) -> tuple[Recovery | None, dict[str, float]]:
 
 
 def outcome_of(outcome: Outcome, recovery: Recovery | None) -> tuple[str, str]:
-    """Return what a run led to, and why it ended before its time.
+    """Return the outcome of a run, and the reason if it ended early.
 
-    `prevented`, `recovered`, `landed` or `trapped` where the scenario has a step, `unstable` with or without; otherwise
-    how it ended: `completed`, `stopped`, `failed`.
+    With a step in the scenario: `prevented`, `recovered`, `landed` or `trapped`. With or without: `unstable`.
+    Otherwise: `completed`, `stopped` or `failed`.
     """
     if outcome.failure is not None:
         return "failed", outcome.failure

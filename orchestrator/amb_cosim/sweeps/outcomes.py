@@ -1,11 +1,11 @@
-"""What the points of a sweep lead to, and how that is drawn."""
+"""Outcomes of the points of a sweep, and their colours."""
 
 from __future__ import annotations
 
 from amb_cosim.presentation.style import BLUE, GREEN, GREY, ORANGE, PURPLE, SKY_BLUE, YELLOW
 
-BROKEN_OFF = ("crashed", "failed", "invalid")  # without a result, and worse than any other
-COLOURS = {  # of all outcomes, the worst first; empty: not run yet
+BROKEN_OFF = ("crashed", "failed", "invalid")  # without a result, and worse than all others
+COLOURS = {  # of all outcomes, worst first; empty: not run yet
     "crashed": "#000000",
     "failed": PURPLE,
     "invalid": PURPLE,
@@ -18,4 +18,4 @@ COLOURS = {  # of all outcomes, the worst first; empty: not run yet
     "prevented": BLUE,
     "": GREY,
 }
-RUN = tuple(name for name in COLOURS if name not in ("crashed", "invalid", ""))  # those that a run has a record of
+RUN = tuple(name for name in COLOURS if name not in ("crashed", "invalid", ""))  # outcomes of runs with a record

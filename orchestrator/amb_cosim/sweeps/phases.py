@@ -1,19 +1,21 @@
-"""How the peak force of a sweep is distributed over the phase of an event: when within a turn it happens."""
+"""Distribution of the peak force of a sweep over the phase of an event within a turn."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
-from amb_cosim.presentation.style import BLUE, ORANGE, TITLE_SIZE, StyledFigure, fitted, write_png
+from amb_cosim.presentation.style import BLUE, ORANGE, STYLE, TITLE_SIZE, StyledFigure, fitted, write_png
 from amb_cosim.sweeps.axes import is_phase
-from amb_cosim.sweeps.maps import MOST_PANELS, explain_failed, in_shown_unit, mark_failed
+from amb_cosim.sweeps.maps import MOST_PANELS, add_legend, failed_sample, in_display_unit, mark_failed
 from amb_cosim.sweeps.outcomes import BROKEN_OFF
 from amb_cosim.sweeps.panels import descriptions, numeric_axes, panels
 from amb_cosim.sweeps.sampling import SAMPLE
+from array_types import Array
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -27,7 +29,7 @@ FILE = "phase.png"
 
 
 def draw_phases(swept: Sweep) -> list[str]:
-    """Draw the peak force over the phase of an event into the folder of a sweep that varies it; return the files."""
+    """Plot the peak force over the phase of an event into the folder of a sweep that varies it; return the files."""
     dataset = swept.dataset
     varied = [str(name) for name in dataset.coords if is_phase(str(name))]
     if not varied or METRIC not in dataset or not dataset[METRIC].notnull().any():
@@ -36,17 +38,18 @@ def draw_phases(swept: Sweep) -> list[str]:
     return [FILE]
 
 
+@mpl.rc_context(STYLE)
 def draw_distribution(swept: Sweep, dataset: xr.Dataset, along: str) -> StyledFigure:
     """Draw median, quartiles and extremes of the peak force over `along`, the cycle of an event, in degrees.
 
-    All other numbers that are varied make the distribution; alternatives have panels side by side. Of a sample each
-    point is drawn.
+    The distribution is over all other numeric variations; each alternative has a panel. For a sample, each point is
+    drawn.
     """
     parts = panels(swept.design, numeric_axes(swept.design), descriptions(dataset))[:MOST_PANELS]
     figure = StyledFigure(figsize=(max(4.6, 3.0 * len(parts) + 0.8), 3.2), layout="constrained")
     axes = figure.subplots(1, len(parts), squeeze=False, sharey=True)[0]
-    dataset, label = in_shown_unit(dataset, METRIC)
-    top = 1.05 * float(dataset[METRIC].max()) or 1.0  # where what is infinite is drawn
+    dataset, label = in_display_unit(dataset, METRIC)
+    top = 1.05 * float(dataset[METRIC].max()) or 1.0  # height at which infinite values are drawn
     for ax, panel in zip(axes, parts, strict=True):
         part = dataset.isel(panel.at)
         phase = phase_of(part[along].values)
@@ -64,20 +67,20 @@ def draw_distribution(swept: Sweep, dataset: xr.Dataset, along: str) -> StyledFi
     handles, labels = axes[0].get_legend_handles_labels()
     if handles:
         figure.legend(handles, labels, loc="outside right upper", frameon=False)
-    explain_failed(figure, dataset)
+    add_legend(figure, failed_sample(dataset))
     figure.suptitle(swept.name, fontsize=TITLE_SIZE)
     return figure
 
 
-def phase_of(cycle: NDArray[Any]) -> NDArray[np.float64]:
-    """Return cycles as angles of the rotor (deg), from the beginning of the turn that the first of them is in."""
+def phase_of(cycle: NDArray[Any]) -> Array:
+    """Return cycles as rotor angles (deg), from the beginning of the first cycle's turn."""
     return np.asarray(360.0 * (cycle - np.floor(np.min(cycle))), np.float64)
 
 
-def distribution(part: xr.Dataset, along: str) -> NDArray[np.float64]:
+def distribution(part: xr.Dataset, along: str) -> Array:
     """Return the `QUANTILES` of the peak force along an axis, shape (quantiles, points).
 
-    A run that failed counts as worse than all others: a quantile that it decides is infinite.
+    Failed runs rank last: a quantile that falls on one is infinite.
     """
 
     def rows(values: xr.DataArray) -> NDArray[Any]:
@@ -88,7 +91,7 @@ def distribution(part: xr.Dataset, along: str) -> NDArray[np.float64]:
     return np.where(result > 1e-100 * _BEYOND, np.inf, result)
 
 
-def _draw_band(ax: Axes, phase: NDArray[Any], bands: NDArray[np.float64]) -> None:
+def _draw_band(ax: Axes, phase: NDArray[Any], bands: Array) -> None:
     lowest, lower, median, upper, highest = bands
     if not np.array_equal(lowest, highest):
         ax.fill_between(phase, lowest, highest, color=BLUE, alpha=0.15, lw=0.0, label="all")

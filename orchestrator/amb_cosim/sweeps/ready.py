@@ -1,4 +1,4 @@
-"""Sweeps by name: those of the packs."""
+"""Named sweeps of the packs."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from amb_files.toml import read_toml, validate
 
 
 class NamedSweep(Table):
-    """A scenario and what is varied: arguments of `amb_cosim.sweep`, and one line about it."""
+    """A scenario and its variations: arguments of `amb_cosim.sweep`, and a one-line description."""
 
     description: str = ""
     scenario: str
@@ -25,7 +25,7 @@ class NamedSweep(Table):
 
     @property
     def options(self) -> dict[str, Any]:
-        """What it says besides the scenario, by argument."""
+        """All arguments other than the scenario, by name."""
         return self.model_dump(exclude={"description", "scenario"}, exclude_none=True)
 
 
@@ -35,7 +35,7 @@ def named_sweeps() -> dict[str, NamedSweep]:
     Raises
     ------
     ValueError
-        If a file cannot be read or does not have the form.
+        If a file cannot be read or is invalid.
     """
     return {
         name: validate(read_toml(file, what := f"sweep {name}"), NamedSweep, what)

@@ -1,8 +1,8 @@
 """Bisects the boundary between two outcomes along the axes of a grid.
 
-Where neighbours on the grid differ in a metric that is 0 or 1, the point half-way between them is run, and the half
-whose ends differ is kept, until it is as short as the tolerance. All boundaries halve in a round together, so that
-spacing / tolerance = 2^n takes n rounds.
+If neighbours on the grid differ in a metric that is 0 or 1, the point half-way between them is run, and the half whose
+ends differ is kept, until it is shorter than the tolerance. Each round halves all intervals, so spacing / tolerance =
+2^n takes n rounds.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ def boundary_group(metric: str) -> str:
 
 @dataclass
 class Interval:
-    """Neighbours along an axis whose outcomes differ: the grid's other indices, and both ends as fractional index."""
+    """Neighbours along an axis with different outcomes: the other grid indices, and both ends as fractional indices."""
 
     axis: int
     index: tuple[int, ...]
@@ -47,41 +47,41 @@ class Interval:
 
 
 class Refinement:
-    """The intervals that the boundary crosses, halved round by round.
+    """The intervals that the boundary crosses, halved in each round.
 
     Parameters
     ----------
     design, results
-        A grid and what its points led to.
+        A grid and its results.
     tolerance
-        Length of an interval that is short enough, as a share of its axis.
+        Length at which an interval is short enough, as a fraction of its axis.
     metric
-        Which metric, 0 or 1, has the boundary.
+        The metric, 0 or 1, that has the boundary.
     """
 
     def __init__(self, design: SamplePlan, results: xr.Dataset, tolerance: float, metric: str) -> None:
         self.design, self.metric, self.tolerance = design, metric, tolerance
         self.intervals = _crossed(design, np.asarray(results[metric].values, np.float64))
         self.rounds = self.runs = 0
-        self._asked: list[Interval] = []
+        self._sought: list[Interval] = []
 
     def next_round(self) -> SamplePlan | None:
-        """Return the points of the next round; None where every interval is short enough."""
-        self._asked = [i for i in self.intervals if i.high - i.low > self.tolerance * (self.design.shape[i.axis] - 1)]
-        if not self._asked:
+        """Return the points of the next round; None if every interval is short enough."""
+        self._sought = [i for i in self.intervals if i.high - i.low > self.tolerance * (self.design.shape[i.axis] - 1)]
+        if not self._sought:
             return None
         self.rounds += 1
-        self.runs += len(self._asked)
-        rows = [self._place(interval, interval.middle) for interval in self._asked]
-        settings = tuple(self._settings(interval) for interval in self._asked)
+        self.runs += len(self._sought)
+        rows = [self._place(interval, interval.middle) for interval in self._sought]
+        settings = tuple(self._settings(interval) for interval in self._sought)
         columns = [
             Column(c.name, tuple(row[c.name] for row in rows), c.unit) for a in self.design.axes for c in a.columns
         ]
         return SamplePlan((Axis(POINT, tuple(columns), settings),), f"round {self.rounds}")
 
     def learn(self, results: xr.Dataset) -> None:
-        """Keep of each interval the half whose ends differ; drop an interval whose middle has no outcome."""
-        for interval, value in zip(self._asked, results[self.metric].values, strict=True):
+        """Halve each interval to the part whose ends differ; drop intervals whose middle has no outcome."""
+        for interval, value in zip(self._sought, results[self.metric].values, strict=True):
             if math.isnan(value):
                 self.intervals.remove(interval)
             elif value == interval.of_low:
@@ -90,7 +90,7 @@ class Refinement:
                 interval.high = interval.middle
 
     def boundary(self) -> xr.Dataset:
-        """Return the points of the boundary: the middles of the intervals, and along which axis they are how long."""
+        """Return the points of the boundary: the middles of the intervals, with their axis and length."""
         import xarray as xr
 
         rows = [self._place(interval, interval.middle) for interval in self.intervals]
@@ -140,18 +140,20 @@ class Refinement:
 
 
 def check_refinement(design: SamplePlan, tolerance: float, metric: str) -> None:
-    """Raise ValueError if a sweep cannot be refined so."""
+    """Raise ValueError if a sweep cannot be refined in this way."""
     if design.sampling != "grid":
-        needs = f"--adaptive boundary:{metric} needs a grid, whose points have neighbours"
+        needs = f"--adaptive boundary:{metric} needs a grid of points"
         raise ValueError(f"{needs}; --sample {design.sampling} has none")
     if not 1e-6 <= tolerance < 1.0:
-        raise ValueError(f"--certainty {tolerance:g} is not allowed; it must be >= 1e-06 and < 1, a share of an axis")
+        raise ValueError(
+            f"--certainty {tolerance:g} is not allowed; it must be >= 1e-06 and < 1, a fraction of an axis"
+        )
     if not refined_axes(design):
         raise ValueError(f"--adaptive boundary:{metric} needs an axis with two numbers or more, in order")
 
 
 def refined_axes(design: SamplePlan) -> list[Axis]:
-    """Return the axes of numbers in order, between which others can be run."""
+    """Return the ordered numeric axes, which allow points in between."""
     return [axis for axis in design.axes if _is_ordered(axis)]
 
 
@@ -162,7 +164,7 @@ def _is_ordered(axis: Axis) -> bool:
 
 
 def _crossed(design: SamplePlan, values: np.ndarray[Any, Any]) -> list[Interval]:
-    """Return the intervals between neighbours that differ; those without an outcome have no boundary."""
+    """Return the intervals between neighbours that differ; points without an outcome have none."""
     result = []
     for k, axis in enumerate(design.axes):
         if not _is_ordered(axis):

@@ -1,6 +1,6 @@
-"""Study of whether the outcome of a scenario is robust: the same with H identified, and with small changes of values.
+"""Robustness of the outcome of a scenario against identified H and small changes of values.
 
-An outcome that one of them flips is *fragile*: it says as much about the digits of its input as about the machine.
+If one of them flips the outcome, it is *fragile*: it depends on the digits of the input as much as on the machine.
 """
 
 from __future__ import annotations
@@ -12,17 +12,18 @@ from pathlib import Path
 from typing import Annotated, ClassVar
 
 from amb_cosim.cosim.basics.choices import Flavour
-from amb_cosim.cosim.run.run_plan import Progress
+from amb_cosim.cosim.run.options import Progress
 from amb_cosim.cosim.system.values import Raw
 from amb_cosim.presentation.progress import progress_bar
-from amb_cosim.presentation.text_tables import TextPart, number, text_table
+from amb_cosim.presentation.text_tables import TextBlock, number, text_table
+from amb_cosim.scenario.rotors import RotorSource
 from amb_cosim.scenario.scenario import Scenario, given_scenario
 from amb_cosim.studies.receptance_identification import identify
 from amb_cosim.studies.result import DrawnResult
 from amb_cosim.sweeps.variations import Variation, identification_speeds, variations
 from amb_cosim.sweeps.worker import PointResult, Runner, Task
+from amb_files.checks import require
 from amb_files.temporary_folders import temporary_folder
-from rotor_analysis.checks import require
 
 AS_IT_IS = "as it is"
 PEAK, IMPULSE, ORBIT = "peak_contact_force.", "peak_impulse.", "orbit_largest."  # metrics of a place
@@ -33,15 +34,15 @@ class RobustnessRow:
     """A run.
 
     changed
-        What differs from the scenario.
+        The change from the scenario.
     outcome
-        What the run led to: its outcome, whether the rotor rolls, and the sites that it touches.
+        Its outcome, whether the rotor rolls, and the sites in contact.
     reason
-        Why it ended before its time; empty if it did not.
+        Reason for an early end; otherwise empty.
     last_contact
-        Cycle of the last contact; None without one.
+        Cycle of the last contact; None without contact.
     peak_force
-        Largest normal contact force at each site that was touched.
+        Largest normal contact force at each site with contact.
     orbit
         Largest orbit at each bearing.
     """
@@ -61,11 +62,11 @@ class Robustness(DrawnResult):
     scenario
         Name of the scenario.
     change
-        Share by which quantities were changed, one at a time.
+        Fraction by which quantities were changed, one at a time.
     rows
-        The run of the scenario first, then its variations.
+        The run of the scenario, then its variations.
     not_varied
-        Why a quantity was not varied, by its name.
+        Reasons why quantities were not varied, by name.
     """
 
     name: ClassVar[str] = "robustness"
@@ -77,21 +78,21 @@ class Robustness(DrawnResult):
 
     @property
     def outcome(self) -> str:
-        """Outcome of the scenario as it is."""
+        """Outcome of the unchanged scenario."""
         return self.rows[0].outcome
 
     @property
     def flips(self) -> dict[str, str]:
-        """The outcomes that differ from that of the scenario, by what was changed."""
+        """The outcomes that differ from the scenario's, by change."""
         return {row.changed: row.outcome for row in self.rows if row.outcome != self.outcome}
 
     @property
     def verdict(self) -> str:
-        """`robust`, or `fragile` where a variation flips the outcome."""
+        """`robust`, or `fragile` if a variation flips the outcome."""
         return "fragile" if self.flips else "robust"
 
-    def text(self) -> list[TextPart]:
-        """Return a table of the runs, what was not varied, and the verdict."""
+    def text(self) -> list[TextBlock]:
+        """Return a table of the runs, the quantities not varied, and the verdict."""
         sites = list(dict.fromkeys(site for row in self.rows for site in row.peak_force))
         places = list(dict.fromkeys(bearing for row in self.rows for bearing in row.orbit))
         headings = [*(f"{site.upper()} (N)" for site in sites), *(f"{at.upper()} (mm)" for at in places)]
@@ -115,36 +116,37 @@ class Robustness(DrawnResult):
 def robustness(
     scenario: Scenario | str | Path | None = None,
     *,
-    rotor: str | Path | None = None,
+    rotor: RotorSource = None,
     set: Mapping[str, Raw] | None = None,
     change: float = 0.01,
     flavour: Flavour = "native",
     progress: bool | Progress | None = None,
 ) -> Robustness:
-    """Return whether a scenario's outcome stays with H identified and with a little more and less of its quantities.
+    """Return whether a scenario's outcome is robust against identified H and small changes of its quantities.
 
-    K_b, C_b, alpha, clearances and unbalances are changed one at a time. What the machine does not have is not varied.
+    K_b, C_b, alpha, clearances and unbalances are changed one at a time. Quantities that the machine lacks are not
+    varied.
 
     Parameters
     ----------
     scenario
-        A scenario, the name of one of a pack, or a TOML file; the packs' default without.
+        A scenario, its name in a pack, or a TOML file; the packs' default scenario by default.
     rotor
-        Name of a rotor of a pack, or rotor file, in place of the scenario's.
+        Name of a packaged rotor, or rotor file, to use instead of the scenario's.
     set
         Values by `component.variable` that replace the scenario's.
     change
-        Share by which each quantity is changed, from 1e-6 to 0.5.
+        Fraction by which each quantity is changed, from 1e-6 to 0.5.
     flavour
         Flavour of the FMUs.
     progress
-        Whether a bar is shown (by default in a terminal and in a notebook), or a function that is called with the
-        number of runs done and of all runs.
+        Whether to show a bar (default in a terminal and a notebook), or a function called with the number of runs done
+        and of all runs.
 
     Raises
     ------
     ValueError
-        If the scenario, a value or a file is wrong, or the scenario itself does not reach its end.
+        If the scenario, a value or a file is invalid, or the scenario itself does not reach its end.
     """
     require(1e-6 <= change <= 0.5, "change", change, "from 1e-6 to 0.5")
     scenario = given_scenario(scenario, rotor)
@@ -173,7 +175,8 @@ def robustness(
 def _identified(
     scenario: Scenario, settings: Mapping[str, Raw], speeds: list[float], file: Path, flavour: Flavour
 ) -> Path:
-    """Identify H of a scenario's sampled loop at some speeds (rad/s), write the table to a file and return that."""
+    """Identify H of a scenario's sampled loop at these speeds (rad/s); write the table to a file and return its
+    path."""
     matches = identify(speeds, output=file, scenario=scenario, set=settings, flavour=flavour, progress=False)
     for result in matches.results:
         if result.reason:
@@ -198,5 +201,5 @@ def _row(case: Variation, point: PointResult) -> RobustnessRow:
 
 
 def _at_places(values: Mapping[str, float], prefix: str) -> dict[str, float]:
-    """Return the values whose names begin with a prefix, by the place that follows."""
+    """Return the values whose names have a prefix, by the place that follows it."""
     return {name.removeprefix(prefix): value for name, value in values.items() if name.startswith(prefix)}

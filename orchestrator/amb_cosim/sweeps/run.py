@@ -1,4 +1,4 @@
-"""A sweep from request to data set: check, run what is missing, refine, save."""
+"""A sweep from request to data set: check, run missing points, refine, save."""
 
 from __future__ import annotations
 
@@ -21,6 +21,7 @@ from amb_cosim.cosim.run.dataset import git_revision
 from amb_cosim.cosim.system.values import Raw, quantity
 from amb_cosim.presentation.progress import SweepReport as Report
 from amb_cosim.presentation.progress import sweep_bar
+from amb_cosim.scenario.rotors import RotorSource
 from amb_cosim.scenario.scenario import Scenario, given_scenario, load_scenario
 from amb_cosim.sweeps import outcomes
 from amb_cosim.sweeps.axes import Vary
@@ -44,18 +45,18 @@ PACKAGES = ("amb-cosim", "numpy", "scipy", "xarray", "zarr", "dask", "distribute
 
 @dataclass(frozen=True)
 class Sweep:
-    """A sweep that was run.
+    """A completed sweep.
 
     Attributes
     ----------
     folder
-        Where its store is.
+        Folder of its store.
     design
         Its points.
     boundary
-        Which 0 or 1 of the results its maps draw the boundary of.
+        Metric, 0 or 1, whose boundary the maps draw.
     sought
-        Group of the store with what an adaptive sweep has found; empty of any other.
+        Group of the store with the result of an adaptive sweep; otherwise empty.
     """
 
     folder: Path
@@ -75,14 +76,14 @@ class Sweep:
 
     @property
     def summary(self) -> str:
-        """What the runs led to, a line for each alternative."""
+        """Outcomes of the runs, one line per alternative."""
         from amb_cosim.sweeps.summary import summarise_sweep
 
         return "\n".join(summarise_sweep(self.dataset, self.design, self.folder, self.boundary, self.sought))
 
     @property
     def outcomes(self) -> dict[str, int]:
-        """How many points led to each outcome."""
+        """Number of points of each outcome."""
         import numpy as np
 
         names, counts = np.unique(self.dataset["outcome"].values, return_counts=True)
@@ -98,7 +99,7 @@ def sweep(
     seed: int = 0,
     set: Mapping[str, Raw] | None = None,
     until: Raw | None = None,
-    rotor: str | Path | None = None,
+    rotor: RotorSource = None,
     receptances: str | Path | None = None,
     flavour: Flavour = "native",
     metrics: Sequence[Metric] = (),
@@ -110,48 +111,48 @@ def sweep(
     jobs: int | None = None,
     progress: bool | Report | None = None,
 ) -> Sweep:
-    """Run a scenario over a grid or a sample of its values, and return what the runs led to.
+    """Run a scenario over a grid or a sample of its values, and return the results.
 
-    A sweep that was ended goes on where it was when it is asked for again with the same folder.
+    To resume an interrupted sweep, call this again with the same folder.
 
     Parameters
     ----------
     scenario, set, until, rotor, receptances, flavour
         As for `amb_cosim.run`.
     vary
-        What is varied, by name: `{"Omega": "60:300:60"}`, `{"Omega": [90, 120]}`, for alternatives a table of settings
-        for each label, for names joined by `&` the values of each. A name is a `component.variable`, a shared signal,
-        the label of an event with an input, `cycle` or `time` of that event, a field such as `unbalance_factor`,
-        `fmu.COMPONENT`, or `scenario`.
+        Values by name: `{"Omega": "60:300:60"}`, `{"Omega": [90, 120]}`; for alternatives, a table of settings for each
+        label; for names joined by `&`, the values of each. A name is a `component.variable`, a shared signal, the label
+        of an event with an input, `cycle` or `time` of that event, a field such as `unbalance_factor`, `fmu.COMPONENT`,
+        or `scenario`.
     output
         Folder of the sweep, with `sweep.zarr`.
     sample, seed
         `grid`, `lhs:N`, `sobol:N` or `saltelli:N` points of the ranges without a count, and the seed of the draw.
     metrics
-        Functions of a result that return numbers by name, besides the key values.
+        Functions that take a result and return named numbers, in addition to the key values.
     keep
-        Outcomes whose full records are kept in the folder `runs`: `trapped`, `failed`, ...; `all` for every run.
+        Outcomes whose full records are saved in the folder `runs`: `trapped`, `failed`, ...; `all` for every run.
     boundary
-        Whose boundary maps draw: recovered, contact or rolling.
+        The metric whose boundary the maps draw: recovered, contact or rolling.
     adaptive, certainty
-        What is sought. `boundary:METRIC` of one of these is bisected between the points of a grid to this share of an
-        axis. Of `maximum:METRIC`, `minimum:METRIC` or `boundary:METRIC=LEVEL` those points alone are run that are
-        needed to know it to this share of the range of its values, at two standard deviations of a Gaussian process.
+        Goal of an adaptive sweep. `boundary:METRIC` of one of these is bisected between the points of a grid to this
+        fraction of an axis. For `maximum:METRIC`, `minimum:METRIC` or `boundary:METRIC=LEVEL`, points are run until the
+        result is known to this fraction of the range of values, at two standard deviations of a Gaussian process.
     scheduler, jobs
         Address of a Dask scheduler; or the number of processes of a local cluster, one per processor by default. A
         script that starts a local cluster must do so under `if __name__ == "__main__":`.
     progress
-        Whether a bar is shown, or a function that is called with the points done, their number, and the address of the
+        Whether to show a bar, or a function that is called with the points done, their number, and the address of the
         dashboard.
 
     Raises
     ------
     ValueError
-        If a name, value or file is wrong, or the folder has a sweep of something else.
+        If a name, value or file is invalid, or the folder has the sweep of another request.
     ClusterFailed
-        If the cluster ended before the sweep did; what had come until then is kept.
+        If the cluster ended before the sweep; earlier results are stored.
     KeyboardInterrupt
-        If it was interrupted; what had come until then is kept.
+        If it was interrupted; earlier results are stored.
     """
     end_if_imported_anew()
     require_extra("sweep", "a sweep", "cryptography", "dask", "distributed", "zarr", "SALib")
@@ -191,30 +192,30 @@ def sweep(
 
 
 def _labels(scenario: Scenario, design: SamplePlan) -> tuple[str, ...]:
-    """Return the labels of events of all scenarios of a sweep, in the order in which they happen."""
+    """Return the event labels of all scenarios of a sweep, in order of time."""
     names = {str(name) for point in design.corners() if (name := design.settings(point).get("scenario"))}
     others = (load_scenario(name).labels for name in sorted(names))
     return tuple(dict.fromkeys((*scenario.labels, *chain.from_iterable(others))))
 
 
-def _goal(text: str, certainty: float, has_own_metrics: bool) -> Goal:
+def _goal(text: str, certainty: float, has_user_metrics: bool) -> Goal:
     require_extra("adaptive", "an adaptive sweep", "sklearn")
     from amb_cosim.sweeps.adaptive import read_goal
 
-    return read_goal(text, certainty, has_own_metrics)
+    return read_goal(text, certainty, has_user_metrics)
 
 
 def _seek(
     goal: Goal, scheduler: str | None, jobs: int | None, name: str, task: Task, store: SweepStore, report: Report
 ) -> None:
-    """Run points until what is sought is known, and write what was found into the store."""
+    """Run points until the goal is reached, and write the result into the store."""
     from amb_cosim.sweeps.adaptive import Sampler
-    from amb_cosim.sweeps.adaptive_run import run_asked
+    from amb_cosim.sweeps.adaptive_run import run_requested
 
     sampler = Sampler(store.design, goal, store.dataset())
     if not sampler.next_points(1)[1]:
         with connect(scheduler, jobs) as client:
-            run_asked(client, name, task, store, report, sampler)
+            run_requested(client, name, task, store, report, sampler)
     store.replace_group(goal.group, sampler.dataset())
 
 
@@ -223,7 +224,7 @@ def _refine(
     name: str,
     task: Task,
     store: SweepStore,
-    asked: Mapping[str, Any],
+    request: Mapping[str, Any],
     report: Report,
     tolerance: float,
     boundary: str,
@@ -231,7 +232,7 @@ def _refine(
     refinement = Refinement(store.design, store.dataset(), tolerance, boundary)
     while (points := refinement.next_round()) is not None:
         group = f"{boundary}_{refinement.rounds}"
-        request = {**asked, "design": points.as_dict()}
+        request = {**request, "design": points.as_dict()}
         of_round = SweepStore(store.folder, points, request, _provenance(), group)
         run_missing(client, name, task, of_round, report)
         refinement.learn(of_round.dataset())
@@ -239,7 +240,7 @@ def _refine(
 
 
 def _request(task: Task) -> dict[str, Any]:
-    """Return what decides the results of a point, as JSON data."""
+    """Return everything that determines the results of a point, as JSON data."""
     return {
         "scenario": task.scenario.model_dump(mode="json", exclude_unset=True, exclude_none=True),
         "set": dict(task.settings),
@@ -251,7 +252,7 @@ def _request(task: Task) -> dict[str, Any]:
 
 
 def _described(metric: Metric) -> str:
-    """Return the name of a function and the digest of its source, where there is one."""
+    """Return the name of a function and the digest of its source, if any."""
     name = getattr(metric, "__qualname__", type(metric).__name__)
     try:
         source = inspect.getsource(metric)
@@ -267,12 +268,12 @@ def _provenance() -> dict[str, Any]:
 
 @contextmanager
 def only_writer(folder: Path) -> Iterator[None]:
-    """Hold the lock of a folder, which the system takes back from a process that ends; there is none on Windows.
+    """Hold the lock of a folder, which the system releases when the process ends; not on Windows.
 
     Raises
     ------
     ValueError
-        If another process holds it, or what lies in its place is no file; it stays as it is.
+        If another process holds it, or its path is not a file; nothing is changed.
     """
     try:
         import fcntl
@@ -281,13 +282,13 @@ def only_writer(folder: Path) -> Iterator[None]:
         return
     folder.mkdir(parents=True, exist_ok=True)
     lock = folder / ".lock"
-    try:  # no link is followed, and no pipe waited for
+    try:  # do not follow links or wait for pipes
         file = os.open(lock, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC, 0o666)
     except OSError as error:
         raise ValueError(f"{lock} cannot be the lock of a sweep: {error.strerror}") from error
     try:
         if not stat.S_ISREG(os.fstat(file).st_mode):
-            raise ValueError(f"{lock} cannot be the lock of a sweep; it is no file")
+            raise ValueError(f"{lock} cannot be the lock of a sweep; it is not a file")
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError as error:

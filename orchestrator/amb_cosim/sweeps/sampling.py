@@ -14,12 +14,12 @@ from amb_cosim.cosim.system.values import Raw
 from amb_cosim.sweeps.axes import MOST_POINTS, Axis, Column, Range, Vary, read_variations
 
 SAMPLE = "sample"  # name of the axis of sampled points
-POINT = "point"  # name of the axis of points that are listed one by one
+POINT = "point"  # name of the axis of listed points
 
 
 @dataclass(frozen=True)
 class SamplePlan:
-    """The axes of a sweep, whose product is its points, and how its samples were drawn."""
+    """The axes of a sweep, whose product is its points, and the sampling method."""
 
     axes: tuple[Axis, ...]
     sampling: str = "grid"
@@ -36,14 +36,14 @@ class SamplePlan:
         return math.prod(self.shape)
 
     def settings(self, point: int) -> dict[str, Raw]:
-        """Return what a point sets, later axes over earlier ones; points count along the last axis first."""
+        """Return the settings of a point; later axes override earlier ones. The last axis varies fastest."""
         merged: dict[str, Raw] = {}
         for axis, k in zip(self.axes, np.unravel_index(point, self.shape), strict=True):
             merged |= axis.settings(int(k))
         return merged
 
     def corners(self) -> Iterator[int]:
-        """Yield points that show each value of each axis at least once."""
+        """Yield points that contain each value of each axis at least once."""
         for at, axis in enumerate(self.axes):
             for k in range(len(axis)):
                 index = [0] * len(self.axes)
@@ -51,7 +51,7 @@ class SamplePlan:
                 yield int(np.ravel_multi_index(index, self.shape))
 
     def with_units(self, units: Mapping[str, str]) -> SamplePlan:
-        """Return the same with these units, by name, where numbers have none of their own."""
+        """Return a copy with these units, by name, for numbers without a unit."""
 
         def labelled(column: Column) -> Column:
             unit = units.get(column.name, "")
@@ -71,18 +71,18 @@ def make_design(vary: Vary, sample: str = "grid", seed: int = 0) -> SamplePlan:
     Parameters
     ----------
     vary
-        What is varied; see `axes.read_variations`.
+        Variations; see `axes.read_variations`.
     sample
         `grid`, or `lhs:N` (Latin hypercube), `sobol:N` (Sobol sequence, scrambled) or `saltelli:N` (for the indices of
-        `sensitivity`), which draw N points of the ranges; axes of values are crossed with them, so that all
-        alternatives see the same samples.
+        `sensitivity`), which draw N points of the ranges. Axes of values are crossed with them, so all alternatives
+        have the same samples.
     seed
-        Of the samples.
+        Seed of the samples.
 
     Raises
     ------
     ValueError
-        If there is a range in a grid, none to sample, or too many points.
+        If a grid has a range, a sample has none, or there are too many points.
     """
     variations = read_variations(vary)
     axes = tuple(v for v in variations if isinstance(v, Axis))
@@ -90,7 +90,7 @@ def make_design(vary: Vary, sample: str = "grid", seed: int = 0) -> SamplePlan:
     names = ", ".join(part.name for group in ranges for part in group)
     if sample == "grid":
         if ranges:
-            raise ValueError(f"{names} has no number of values; write START:STOP:COUNT, or --sample lhs:N")
+            raise ValueError(f"{names} has no count; write START:STOP:COUNT, or --sample lhs:N")
         design = SamplePlan(axes)
     else:
         method, count = _method(sample)
@@ -99,12 +99,12 @@ def make_design(vary: Vary, sample: str = "grid", seed: int = 0) -> SamplePlan:
         shares = _draw(method, count, len(ranges), seed)
         design = SamplePlan((*axes, sampled_axis(ranges, shares)), sample, seed)
     if design.size > MOST_POINTS:
-        raise ValueError(f"{design.size} points are not allowed; there may be {MOST_POINTS}")
+        raise ValueError(f"{design.size} points are not allowed; the limit is {MOST_POINTS}")
     return design
 
 
 def sampled_axis(ranges: list[tuple[Range, ...]], shares: np.ndarray[Any, Any]) -> Axis:
-    """Return the axis of points whose shares of each range are given, shape (points, ranges)."""
+    """Return the axis of points at these fractions of each range, shape (points, ranges)."""
     columns = [part.at(of_group) for group, of_group in zip(ranges, shares.T, strict=True) for part in group]
     return Axis(SAMPLE, tuple(columns))
 
@@ -124,7 +124,7 @@ def _draw(method: str, count: int, dimensions: int, seed: int) -> np.ndarray[Any
     if method == "lhs":
         return np.asarray(qmc.LatinHypercube(dimensions, rng=np.random.default_rng(seed)).random(count))
     sequence = qmc.Sobol(dimensions, rng=np.random.default_rng(seed))
-    return np.asarray(sequence.random_base2(max(count - 1, 0).bit_length()))[:count]  # no warning of its balance
+    return np.asarray(sequence.random_base2(max(count - 1, 0).bit_length()))[:count]  # no warning about its balance
 
 
 def _saltelli(count: int, dimensions: int, seed: int) -> np.ndarray[Any, Any]:
@@ -133,7 +133,7 @@ def _saltelli(count: int, dimensions: int, seed: int) -> np.ndarray[Any, Any]:
     Raises
     ------
     ValueError
-        If the count is none.
+        If the count is not one.
     """
     from SALib.sample import sobol
 
@@ -143,7 +143,7 @@ def _saltelli(count: int, dimensions: int, seed: int) -> np.ndarray[Any, Any]:
 
 
 def unit_problem(dimensions: int) -> dict[str, Any]:
-    """Return the unit cube as SALib describes it."""
+    """Return SALib's description of the unit cube."""
     return {
         "num_vars": dimensions,
         "names": [str(k) for k in range(dimensions)],

@@ -1,4 +1,4 @@
-"""Variance-based sensitivity (Sobol indices) of a metric to what a sweep varies, by SALib.
+"""Variance-based sensitivity (Sobol indices) of a metric to the variations of a sweep, by SALib.
 
 S_i = V(E(Y | X_i)) / V(Y),     S_Ti = 1 - V(E(Y | X_~i)) / V(Y)
 """
@@ -17,12 +17,12 @@ if TYPE_CHECKING:
 
 
 def sensitivity(design: SamplePlan, results: xr.Dataset, metric: str = "peak_contact_force") -> xr.Dataset:
-    """Return the first and total index of each range of a Saltelli sample, with 95 % confidence.
+    """Return the first-order and total index of each range of a Saltelli sample, with 95 % confidence.
 
     Raises
     ------
     ValueError
-        If the sample is another, the metric is not there, or a run has no value of it.
+        If it is not a Saltelli sample, there is no such metric, or a run has no value of it.
     """
     import xarray as xr
     from SALib.analyze import sobol
@@ -34,10 +34,10 @@ def sensitivity(design: SamplePlan, results: xr.Dataset, metric: str = "peak_con
     values = np.asarray(results[metric].values, np.float64)
     without = int(np.isnan(values).sum())
     if without:
-        raise ValueError(f"{without} of {values.size} runs have no {metric}; the indices need all of them")
+        raise ValueError(f"{without} of {values.size} runs have no {metric}; the indices need all runs")
     names = [column.name for axis in design.axes if axis.name == SAMPLE for column in axis.columns]
     indices = sobol.analyze(unit_problem(len(names)), values, calc_second_order=False, seed=design.seed or 0)
     if math.isclose(float(np.ptp(values)), 0.0, abs_tol=1e-300):
-        raise ValueError(f"{metric} is {values[0]:g} in all runs; there is nothing to explain")
+        raise ValueError(f"{metric} is {values[0]:g} in all runs, so its sensitivity is undefined")
     data = {key: ("parameter", np.asarray(indices[key])) for key in ("S1", "S1_conf", "ST", "ST_conf")}
     return xr.Dataset(data, {"parameter": names}, {"metric": metric, "runs": values.size})

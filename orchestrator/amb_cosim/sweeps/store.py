@@ -1,12 +1,12 @@
-"""The Zarr store of a sweep: what each point led to, over the axes of the sweep.
+"""The Zarr store of a sweep: results of each point over the axes.
 
     folder/sweep.zarr      opens as xarray.open_zarr(path); rounds of refinement are groups, contact_1, contact_2, ...
-    folder/runs            full records of points that are kept
+    folder/runs            full records of selected points
 
-One process writes it. Every chunk is a file that is replaced whole, with a checksum; that of `outcome`, the last one
-written, says which points are there: a sweep that was killed at any moment goes on from it. What describes the arrays
-is there twice, in a file for each and in one for all (`.zmetadata`), so that damage to either shows. Nothing is removed
-but the temporary files of a process that was killed.
+A single process writes it. Every chunk is a file with a checksum that is replaced atomically. `outcome` is written last
+and shows which points exist, so a sweep that was killed at any moment can resume. Metadata of the arrays exist twice,
+in a file per array and in one for all (`.zmetadata`), so damage to either is detected. Only temporary files of a killed
+process are removed.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from amb_cosim.cosim.basics.differences import told_differences
+from amb_cosim.cosim.basics.differences import list_differences
 from amb_cosim.sweeps.metrics import UNITS
 from amb_cosim.sweeps.sampling import SamplePlan
 from amb_cosim.sweeps.worker import PointResult
@@ -33,18 +33,18 @@ if TYPE_CHECKING:
     import xarray as xr
 
 STORE, RUNS = "sweep.zarr", "runs"
-CHUNK = 16384  # points at most that are written together
-LONGEST = 400  # characters of a reason
-PARTIAL = re.compile(r"\.[0-9a-f]{32}\.partial$")  # what Zarr writes before a chunk appears whole
+CHUNK = 16384  # most points that are written together
+LONGEST = 400  # most characters of a reason
+PARTIAL = re.compile(r"\.[0-9a-f]{32}\.partial$")  # Zarr's temporary files of chunks
 DESCRIPTIONS = {
     "outcome": "unstable, trapped, landed, recovered, prevented; completed, stopped; failed, invalid, crashed; empty",
     "reason": "Why a run failed or stopped",
     "seconds": "Wall-clock time of the run",
-    "shared": "Share of the steps of the run whose result was restored from another point",
-    "contact": "1 where the rotor touched from cycle 0 on",
-    "recovered": "1 where the rotor is stable and free of contact for good at the end",
-    "rolling": "1 where the rotor rolled on a site through a turn of its whirl or more",
-    "contact_share": "Share of the time between disturbance and relief in contact",
+    "shared": "Fraction of the steps of the run that were restored from another point",
+    "contact": "1 if the rotor touched from cycle 0 on",
+    "recovered": "1 if the rotor is stable and stays free of contact",
+    "rolling": "1 if the rotor rolled on a site through a full whirl revolution or more",
+    "contact_share": "Fraction of the time between disturbance and relief in contact",
 }
 
 
@@ -54,21 +54,21 @@ class SweepStore:
     Parameters
     ----------
     folder
-        Of the sweep.
+        Folder of the sweep.
     design
         Its points.
     request
-        What was asked for, as JSON data; a store that is there must have been made for the same.
+        The request, as JSON data; an existing store must have been made for the same.
     provenance
-        Versions and whatever else is kept beside the results, as JSON data.
+        Versions and other information to save with the results, as JSON data.
     group
-        Of the store; its root by default.
+        Group of the store; its root by default.
 
     Raises
     ------
     ValueError
-        If the store was made for something else, where the message says what differs; if it is damaged; or if what
-        lies in its place is none. It stays as it is.
+        If the store was made for another request (the message lists the differences), is damaged, or its path is not a
+        store. Nothing is changed.
     """
 
     def __init__(
@@ -83,7 +83,7 @@ class SweepStore:
         self.path = folder / STORE
         self._values: dict[str, NDArray[Any]] = {}
         self._arrays: dict[str, Any] = {}
-        self._rows = max(1, CHUNK // max(1, design.size // design.shape[0]))  # of a chunk, along the first axis
+        self._rows = max(1, CHUNK // max(1, design.size // design.shape[0]))  # length of a chunk along the first axis
         self._dirty: set[int] = set()
         requested = json.loads(json.dumps(dict(request)))
         self._attrs = {"request": json.dumps(requested), "provenance": json.dumps(dict(provenance))}
@@ -97,11 +97,11 @@ class SweepStore:
 
     @property
     def missing(self) -> list[int]:
-        """Points that have no result yet."""
+        """Points without a result."""
         return [int(n) for n in np.flatnonzero(self._values["outcome"].ravel() == "")]
 
     def add(self, results: Sequence[PointResult]) -> None:
-        """Take results, and write the chunks that they are in, and the records that are kept."""
+        """Add results, and write their chunks and the selected records."""
         names = dict.fromkeys(name for result in results for name in result.metrics)
         if new := [name for name in names if name not in self._values]:
             self._values |= {name: np.full(self.design.shape, np.nan) for name in new}
@@ -121,7 +121,7 @@ class SweepStore:
         self._write()
 
     def dataset(self) -> xr.Dataset:
-        """Return what is there as a data set over the axes."""
+        """Return the results so far as a data set over the axes."""
         return self._labelled(tuple(self._values)).copy(deep=True)
 
     @property
@@ -146,9 +146,9 @@ class SweepStore:
         return {**({"units": unit} if unit else {}), **({"description": described} if described else {})}
 
     def _create(self) -> None:
-        """Make the store with no results, whole or not at all."""
+        """Create the store without results, atomically."""
         self._values["outcome"] = np.full(self.design.shape, "", "<U16")
-        self._values["reason"] = np.full(self.design.shape, "", object)  # of any length, so that most take nothing
+        self._values["reason"] = np.full(self.design.shape, "", object)  # of any length, so that most take no space
         self._values["seconds"] = np.full(self.design.shape, np.nan)
         self.folder.mkdir(parents=True, exist_ok=True)
         with temporary_folder(self.folder) as temporary:
@@ -165,12 +165,12 @@ class SweepStore:
         return xr.Dataset(data, self._coordinates(), self._attrs)
 
     def _staged(self, dataset: xr.Dataset, folder: Path) -> Path:
-        """Write arrays of results into a folder, and return where; what is moved into the store then is whole."""
+        """Write arrays of results into a folder, to be moved into the store, and return its path."""
         chunks = (min(self._rows, self.design.shape[0]), *self.design.shape[1:])
         return write_group(dataset, folder / STORE, dict.fromkeys(dataset.data_vars, chunks))
 
     def replace_group(self, name: str, dataset: xr.Dataset) -> None:
-        """Write a data set as a group of the store, in place of one that a sweep has written there."""
+        """Write a data set as a group of the store, replacing that of an earlier sweep."""
         target = self.path / name
         if os.path.lexists(target):
             open_sweep(self.folder, name)
@@ -183,7 +183,7 @@ class SweepStore:
         consolidate(self.path)
 
     def _write_new(self, names: Sequence[str]) -> None:
-        """Add arrays that no result has had before, each of them whole or not at all."""
+        """Add arrays for new metrics, each atomically."""
         with temporary_folder(self.folder) as temporary:
             whole = self._staged(self._labelled(names).drop_vars(list(self._coordinates())), temporary)
             for name in names:
@@ -191,7 +191,7 @@ class SweepStore:
         consolidate(self.path)
 
     def _write(self) -> None:
-        """Write the chunks that have changed, outcomes last."""
+        """Write the changed chunks, outcomes last."""
         for name in sorted(self._values, key=lambda name: name == "outcome"):
             for block in self._dirty:
                 rows = slice(block * self._rows, (block + 1) * self._rows)
@@ -199,7 +199,7 @@ class SweepStore:
         self._dirty.clear()
 
     def _array(self, name: str) -> Any:
-        """Return an array of the store, which is opened once."""
+        """Return an array of the store; each is opened once."""
         import zarr
 
         if name not in self._arrays:
@@ -208,7 +208,7 @@ class SweepStore:
         return self._arrays[name]
 
     def _clear_up(self) -> None:
-        """Remove what a process left that was killed while it wrote, and take up what it had begun to add."""
+        """Remove temporary files of a process that was killed while writing, and finish adding its arrays."""
         for left in self.path.rglob("*.partial"):
             if PARTIAL.search(left.name):
                 left.unlink()
@@ -221,15 +221,15 @@ def open_sweep(folder: str | Path, group: str = "") -> xr.Dataset:
     Raises
     ------
     ValueError
-        If there are none, or what is there is damaged.
+        If there are none, or the store is damaged.
     """
     path = Path(folder) / STORE
     if not (path / group / ".zattrs").is_file():
-        raise ValueError(f"no sweep in {folder}; it must be a folder with {STORE}, and that one that a sweep has made")
+        raise ValueError(f"no sweep in {folder}; it must be a folder with a {STORE} that a sweep has made")
     return read_group(path, group)
 
 
-def check_same(asked: Mapping[str, Any], there: Mapping[str, Any], folder: Path) -> None:
-    """Raise ValueError if what is asked for is not what the sweep in a folder was made for."""
-    if message := told_differences(there, asked):
-        raise ValueError(f"the sweep in {folder} was made for something else; choose another folder\n{message}")
+def check_same(request: Mapping[str, Any], stored: Mapping[str, Any], folder: Path) -> None:
+    """Raise ValueError if a request differs from that of the sweep in a folder."""
+    if message := list_differences(stored, request):
+        raise ValueError(f"the sweep in {folder} was made for another request; choose another folder\n{message}")

@@ -1,4 +1,4 @@
-"""A sweep in a few lines: what its runs led to, where its peak force is, what its boundary took, what failed."""
+"""Summary of a sweep: outcomes, peak force, boundary and failures."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from amb_cosim.sweeps.outcomes import BROKEN_OFF, COLOURS
-from amb_cosim.sweeps.panels import descriptions, numeric_axes, panels, shown
+from amb_cosim.sweeps.panels import descriptions, numeric_axes, panels, value_text
 from amb_cosim.sweeps.refine import boundary_group, refined_axes
 from amb_cosim.sweeps.sampling import SAMPLE, SamplePlan
 from amb_cosim.sweeps.store import STORE, open_sweep
@@ -22,7 +22,7 @@ PEAK = "peak_contact_force"
 
 
 def summarise_sweep(dataset: xr.Dataset, design: SamplePlan, folder: Path, boundary: str, sought: str) -> list[str]:
-    """Return a line for each alternative, then lines on boundary, sensitivities and failures where there are any.
+    """Return a line for each alternative, then lines on boundary, sensitivities and failures, if any.
 
     Parameters
     ----------
@@ -42,7 +42,7 @@ def summarise_sweep(dataset: xr.Dataset, design: SamplePlan, folder: Path, bound
 
 
 def _of_part(title: str, part: xr.Dataset) -> str:
-    """Return how many runs led to what, the worst first, and the peak force of those that have one."""
+    """Return the number of runs of each outcome, worst first, and the peak force."""
     result = part["outcome"].values
     counts = {name: int(np.sum(result == name)) for name in COLOURS}
     message = [f"{count} {name or 'not run yet'}" for name, count in counts.items() if count]
@@ -50,7 +50,7 @@ def _of_part(title: str, part: xr.Dataset) -> str:
 
 
 def _peak(part: xr.Dataset) -> str:
-    """Return the largest peak force, at which site and at which point it is, as the end of a line."""
+    """Return the largest peak force with its site and point, as the end of a line."""
     if PEAK not in part or not part[PEAK].notnull().any() or not float(part[PEAK].max()):
         return ""
     values = part[PEAK].values
@@ -60,17 +60,15 @@ def _peak(part: xr.Dataset) -> str:
     of_sites = [str(name) for name in part if str(name).startswith(f"{PEAK}.") and float(present[name]) == peak]
     at_site = "".join(f" at {name.removeprefix(f'{PEAK}.').upper()}" for name in of_sites[:1])
     numbers = [name for name in part.coords if part[name].ndim and np.issubdtype(part[name].dtype, np.number)]
-    where = [shown(str(name), present[name].item(), present[name].attrs.get("units", "")) for name in numbers]
-    whose = ", unknown where a run broke off," if np.isin(part["outcome"].values, BROKEN_OFF).any() else ""
+    where = [value_text(str(name), present[name].item(), present[name].attrs.get("units", "")) for name in numbers]
+    whose = ", unknown for aborted runs," if np.isin(part["outcome"].values, BROKEN_OFF).any() else ""
     return f"; peak contact force{whose} up to {peak:.4g} N{at_site}, with {', '.join(where)}"
 
 
 def _of_branching(dataset: xr.Dataset) -> list[str]:
     if "shared" not in dataset or not float(dataset["shared"].fillna(0.0).max()):
         return []
-    return [
-        f"{100.0 * float(dataset['shared'].mean()):.3g} % of all steps were those of a point before, until an event"
-    ]
+    return [f"{100.0 * float(dataset['shared'].mean()):.3g} % of all steps were shared with earlier points"]
 
 
 def _of_boundary(folder: Path, design: SamplePlan, boundary: str) -> list[str]:
@@ -82,8 +80,8 @@ def _of_boundary(folder: Path, design: SamplePlan, boundary: str) -> list[str]:
     finer = {axis.name for axis in refined_axes(design)}
     as_fine = math.prod(math.ceil(1.0 / tolerance) + 1 if a.name in finer else len(a) for a in design.axes)
     return [
-        f"boundary of {boundary}: {result.sizes['point']} places, known to {100.0 * tolerance:.3g} % of an axis "
-        f"by {runs} runs more, {design.size + runs} in all; a grid as fine takes {as_fine}"
+        f"boundary of {boundary}: {result.sizes['point']} points, to within {100.0 * tolerance:.3g} % of an axis; "
+        f"{runs} additional runs, {design.size + runs} in total; a grid this fine takes {as_fine}"
     ]
 
 
@@ -109,7 +107,7 @@ def _of_sensitivities(design: SamplePlan, dataset: xr.Dataset) -> list[str]:
 
 
 def _of_failures(dataset: xr.Dataset) -> list[str]:
-    """Return the reasons of the runs that failed, the most frequent first."""
+    """Return the reasons of failed runs, most frequent first."""
     failed = np.isin(dataset["outcome"].values, BROKEN_OFF)
     reasons, counts = np.unique(dataset["reason"].values[failed], return_counts=True)
     order = np.argsort(-counts, kind="stable")[:MOST_REASONS]

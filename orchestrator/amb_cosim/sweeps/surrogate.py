@@ -1,10 +1,10 @@
-"""A Gaussian process over points of a sweep: what their values are likely to be, and how sure that is.
+"""A Gaussian process over points of a sweep: expected values and their uncertainty.
 
     k(a, b) = s^2 M(|D (a - b)|) + n^2,  M(r) = (1 + sqrt(5) r + 5/3 r^2) exp(-sqrt(5) r)          (1)
 
-Matern's kernel of 5/2 with a length for each axis, and a scatter n of neighbours, all by the largest likelihood: C. E.
-Rasmussen and C. K. I. Williams, Gaussian Processes for Machine Learning (2006), chapters 2, 4 and 5. A periodic axis is
-a circle, whose two coordinates share a length.
+Matern's kernel of 5/2 with a length for each axis and noise n, fitted by maximum likelihood: C. E. Rasmussen and C. K.
+I. Williams, Gaussian Processes for Machine Learning (2006), chapters 2, 4 and 5. A periodic axis is a circle; its two
+coordinates share a length.
 """
 
 from __future__ import annotations
@@ -14,21 +14,20 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from sklearn.exceptions import ConvergenceWarning
 from sklearn.gaussian_process import GaussianProcessRegressor
 from sklearn.gaussian_process.kernels import ConstantKernel, Matern, WhiteKernel
 
-Array = NDArray[np.float64]
+from array_types import Array
 
 LENGTHS = (0.02, 0.5)  # of the kernel, in lengths of an axis
 SCATTER = (1e-10, 0.1)  # n^2, over the variance of the values
-JITTER = 1e-10  # besides, so that equal points do no harm
-SIZES = (0.1, 100.0)  # s^2, over the same
+JITTER = 1e-10  # added for numerical stability with equal points
+SIZES = (0.1, 100.0)  # s^2, over the variance of the values
 
 
 class _Shared(Matern):  # type: ignore[misc]  # scikit-learn has no types
-    """Matern's kernel whose lengths are those of axes; `axis` is that of each coordinate."""
+    """Matern's kernel with a length per axis; `axis` is the axis of each coordinate."""
 
     def __init__(
         self,
@@ -56,9 +55,9 @@ def coordinates(values: Sequence[Array], periods: Sequence[float | None]) -> tup
     Parameters
     ----------
     values
-        Of each axis at the points.
+        Values of each axis at the points.
     periods
-        Of each axis in its unit; None of one that does not repeat.
+        Period of each axis in its unit; None if it is not periodic.
     """
     columns: list[Array] = []
     axes: list[int] = []
@@ -74,7 +73,7 @@ def coordinates(values: Sequence[Array], periods: Sequence[float | None]) -> tup
 
 
 class Surrogate:
-    """A Gaussian process (1) that has been fitted to values at points.
+    """A Gaussian process (1) fitted to values at points.
 
     Parameters
     ----------
@@ -93,11 +92,11 @@ class Surrogate:
         self._process = GaussianProcessRegressor(kernel, alpha=JITTER, normalize_y=True, **search)
         self._points, self._values = points, values
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore", ConvergenceWarning)  # a length at its bound, or a search that ended early
+            warnings.simplefilter("ignore", ConvergenceWarning)  # a length at its bound, or an early end of the fit
             self._process.fit(points, values)
 
     def with_values(self, points: Array, values: Array) -> Surrogate:
-        """Return the process with the same lengths, of other values."""
+        """Return the process for other values, with the same lengths."""
         other = object.__new__(Surrogate)
         kernel = self._process.kernel_
         other._process = GaussianProcessRegressor(kernel, alpha=JITTER, optimizer=None, normalize_y=True)
@@ -106,7 +105,7 @@ class Surrogate:
         return other
 
     def believing(self, points: Array) -> Surrogate:
-        """Return the process as if its own means had been found at more points."""
+        """Return the process with its own means added as values at more points."""
         if not len(points):
             return self
         values = np.concatenate([self._values, self.at(points)[0]])

@@ -1,4 +1,4 @@
-"""What a scenario is repeated with to find out whether its outcome hangs on a hair: small changes of one thing each."""
+"""Variations of a scenario that test whether its outcome is robust: small changes, one at a time."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ from pathlib import Path
 import numpy as np
 
 from amb_cosim.cosim.system.values import Raw
-from amb_cosim.results.places import CONTROLLER, PLANT
+from amb_cosim.results.component_names import CONTROLLER, PLANT
 from amb_cosim.scenario.plan import UNBALANCE
 from amb_cosim.scenario.simulation import PlannedRun
 from amb_files.wildcards import matches
 
-STEP = 2.0 * np.pi  # rad/s, between speeds at which H is identified for a run that changes its speed
+STEP = 2.0 * np.pi  # rad/s between speeds at which H is identified, for runs with a varying speed
 SWITCHES = {name: f"{CONTROLLER}.{name}" for name in ("rolac_enable", "identify")}
 
-# Quantities and the parameters that they are in, of a controller with the gains K_b and C_b, or k_p and k_d.
+# Quantities and their parameters, of a controller with the gains K_b and C_b, or k_p and k_d.
 ASSUMED = {"K_b": "*.k_b_?", "C_b": "*.c_b_?"}
 DIRECT = {"k_p": "*.k_p_?", "k_d": "*.k_d_?"}
 OF_PLANT = {"K_b": "*.k_b", "C_b": "*.c_b", "clearance": "*.clearance"}
@@ -25,7 +25,7 @@ OF_PLANT = {"K_b": "*.k_b", "C_b": "*.c_b", "clearance": "*.clearance"}
 
 @dataclass(frozen=True)
 class Variation:
-    """What is changed, and the values that a sweep sets for it."""
+    """A change, and the values that a sweep sets for it."""
 
     name: str
     settings: Mapping[str, Raw]
@@ -33,7 +33,7 @@ class Variation:
 
 @dataclass(frozen=True)
 class Variations:
-    """Variations of a scenario, and why other quantities are not varied, by their names."""
+    """Variations of a scenario, and the reasons why other quantities are not varied, by name."""
 
     made: tuple[Variation, ...]
     left_out: Mapping[str, str]
@@ -42,20 +42,20 @@ class Variations:
 def variations(
     prepared: PlannedRun, settings: Mapping[str, Raw], change: float, identified: Callable[[], Path]
 ) -> Variations:
-    """Return the scenario with H identified in its sampled loop, and with a share more and less of each quantity.
+    """Return variations of the scenario: H identified in its sampled loop, and each quantity increased and decreased.
 
-    K_b, C_b, alpha, clearances and unbalances are changed, those of all bearings, sites and discs together.
+    K_b, C_b, alpha, clearances and unbalances are changed, each for all bearings, sites and discs together.
 
     Parameters
     ----------
     prepared
-        The scenario as it is.
+        The unchanged scenario.
     settings
-        Values that it was prepared with in place of its own.
+        Values that replaced its own.
     change
-        Share, such as 0.01.
+        Fraction, such as 0.01.
     identified
-        Identifies H and returns the file with the table; called only where the controller uses one.
+        Identifies H and returns the file with the table; called only if the controller uses one.
     """
     made, left_out = [], {}
     if reason := _without_h(prepared):
@@ -75,7 +75,7 @@ def variations(
 
 
 def identification_speeds(prepared: PlannedRun) -> list[float]:
-    """Return the speeds (rad/s) at which H is identified: that of the run, or a row of them through all that it has."""
+    """Return the speeds (rad/s) at which H is identified: that of the run, or a grid over its range."""
     speeds = [prepared.plan.speed, *(speed for _, speed in prepared.plan.profile)]
     lowest = prepared.plan.all_parameters(prepared.interfaces)[CONTROLLER]["rolac.min_speed"] or 0.0
     low, high = max(min(speeds), lowest), max(speeds)
@@ -86,7 +86,7 @@ Scaled = Callable[[float], dict[str, Raw]]
 
 
 def _quantities(prepared: PlannedRun, settings: Mapping[str, Raw]) -> Iterator[tuple[str, Scaled | str]]:
-    """Yield names of quantities with what sets them times a factor, or why there is nothing to vary."""
+    """Yield names of quantities with settings scaled by a factor, or the reason why there is nothing to vary."""
     values = {k: dict(v) for k, v in prepared.plan.all_parameters(prepared.interfaces).items()}
     controller, plant = values.get(CONTROLLER, {}), values.get(PLANT, {})
     gains = DIRECT if controller.get("pid.direct") else ASSUMED
@@ -109,7 +109,7 @@ def _times(values: Mapping[str, float]) -> Scaled:
 
 
 def _unbalance(prepared: PlannedRun, settings: Mapping[str, Raw]) -> Scaled | str:
-    """Return what scales all unbalances, those that were set in place of the scenario's too."""
+    """Return settings that scale all unbalances, including those that replace the scenario's."""
     assignments = prepared.assembly.assignments()
     first = {n: v for n, v in prepared.plan.inputs.items() if v and assignments.port(n).unit == UNBALANCE}
     later = [n for _, n, value in prepared.plan.events if value and assignments.port(n).unit == UNBALANCE]
@@ -121,13 +121,13 @@ def _unbalance(prepared: PlannedRun, settings: Mapping[str, Raw]) -> Scaled | st
 
 
 def _is_on(prepared: PlannedRun, switch: str) -> bool:
-    """Return whether an input of the controller is on at some time of the run."""
+    """Return whether an input of the controller is on at any time of the run."""
     name, plan = SWITCHES[switch], prepared.plan
     return bool(plan.inputs.get(name)) or any(value for _, changed, value in plan.events if changed == name)
 
 
 def _without_h(prepared: PlannedRun) -> str:
-    """Return why a table of H would change nothing or be another run; empty where it is what the outcome rests on."""
+    """Return why a table of H would change nothing or be another run; empty if the outcome depends on H."""
     if not _is_on(prepared, "rolac_enable"):
         return "the synchronous control is off"
     if _is_on(prepared, "identify"):

@@ -1,4 +1,4 @@
-"""Runs the points of a sweep in a worker process, which finds and loads the FMUs of a scenario once."""
+"""Runs the points of a sweep in a worker process, which loads the FMUs of a scenario once."""
 
 from __future__ import annotations
 
@@ -9,9 +9,10 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.cosim.basics.errors import FmuError, ProcessFailed, StartFailed
 from amb_cosim.cosim.master.instances import InstancePool
+from amb_cosim.cosim.run.options import RunOptions
+from amb_cosim.cosim.run.run_plan import run_plan
 from amb_cosim.cosim.system.assembly import Assembly
 from amb_cosim.cosim.system.values import Raw
 from amb_cosim.results.places import places_of
@@ -20,10 +21,10 @@ from amb_cosim.scenario.plan import FirstValues, first_values
 from amb_cosim.scenario.scenario import Event, Scenario, load_scenario
 from amb_cosim.scenario.simulation import (
     PlannedRun,
+    RunRequest,
     assemble_scenario,
     bare_signals,
     plan_prepared,
-    record_prepared,
     to_result,
 )
 from amb_cosim.sweeps.axes import is_moment
@@ -40,25 +41,19 @@ _ASSEMBLED_FROM = ("system", "rotor", "receptances", "gradient", "fmu")  # field
 
 
 @dataclass(frozen=True)
-class Task:
-    """What all points of a sweep have in common.
+class Task(RunRequest):
+    """The task common to all points of a sweep: a run, whose settings a point's values override.
 
     Parameters
     ----------
-    scenario, settings, until, flavour
-        As for `amb_cosim.run`; what a point sets goes over `settings`.
     metrics
-        Functions of a result, whose numbers are added to the key values.
+        Functions of a result; their numbers are added to the key values.
     keep
-        Outcomes whose full records are kept; `all` for every run.
+        Outcomes whose full records are saved; `all` for every run.
     labels
-        Events that points vary; points share what comes before them, see `branching`.
+        Varied events; points share the run before them, see `branching`.
     """
 
-    scenario: Scenario
-    settings: Mapping[str, Raw] = field(default_factory=dict)
-    until: float | None = None
-    flavour: Flavour = "native"
     metrics: tuple[Metric, ...] = ()
     keep: tuple[str, ...] = ()
     labels: tuple[str, ...] = ()
@@ -66,7 +61,7 @@ class Task:
 
 @dataclass(frozen=True)
 class PointResult:
-    """What a point led to: outcome, why it failed if it did, metrics, wall-clock time (s), and its record as NetCDF."""
+    """Result of a point: outcome, reason of failure, metrics, wall-clock time (s), and its record as NetCDF."""
 
     point: int
     outcome: str
@@ -77,7 +72,7 @@ class PointResult:
 
 
 class Runner:
-    """Runs points one after another with the same FMU instances."""
+    """Runs points in sequence with the same FMU instances."""
 
     def __init__(self, task: Task) -> None:
         self.task = task
@@ -90,22 +85,20 @@ class Runner:
         Raises
         ------
         ValueError
-            If a name or a value is wrong.
+            If a name or a value is invalid.
         """
         return self._prepared(settings)[0]
 
     def run(self, point: int, settings: Mapping[str, Raw]) -> PointResult:
-        """Run a point; whatever goes wrong with it is its result."""
+        """Run a point; any failure is its result."""
         began = time.perf_counter()
         try:
             prepared, instances, branches = self._prepared(settings)
             plan = prepared.plan
             start = branches.start_of(plan)
             saves = branches.saves_of(plan, start)
-            # in this process, which is expendable
-            recording = record_prepared(
-                prepared, None, "compiled", False, instances, start, saves
-            )  # expendable process
+            options = RunOptions(isolated=False, instances=instances, start=start, saves=saves)  # expendable process
+            recording = run_plan(prepared.assembly, plan, options)
         except ValueError as error:
             return PointResult(point, "invalid", str(error), seconds=time.perf_counter() - began)
         except (StartFailed, FmuError, ProcessFailed) as error:
@@ -115,9 +108,9 @@ class Runner:
         recovery, values = evaluate(bare_signals(prepared, recording))
         outcome, reason = outcome_of(recording.outcome, recovery)
         if outcome == "failed":
-            values = {}  # of a run that broke off they mean nothing
+            values = {}  # of an aborted run they have no meaning
         elif self.task.metrics:
-            local, wrong = self._own_metrics(to_result(prepared, recording))
+            local, wrong = self._user_metrics(to_result(prepared, recording))
             values |= local
             outcome, reason = ("failed", wrong) if wrong else (outcome, reason)
         if self.task.labels and values:
@@ -126,14 +119,14 @@ class Runner:
         record = _netcdf(to_result(prepared, recording)) if retained else None
         return PointResult(point, outcome, reason, values, time.perf_counter() - began, record)
 
-    def _own_metrics(self, result: Result) -> tuple[dict[str, float], str]:
-        """Return the numbers of the user's functions, and what went wrong in the last one that failed."""
+    def _user_metrics(self, result: Result) -> tuple[dict[str, float], str]:
+        """Return the numbers of the user's functions, and the error of the last one that failed."""
         values: dict[str, float] = {}
         wrong = ""
         for metric in self.task.metrics:
             try:
                 values |= {_checked(name): float(value) for name, value in metric(result).items()}
-            except (Exception, SystemExit) as error:  # whatever a function of the user's raises
+            except (Exception, SystemExit) as error:  # any error of a user's function
                 name = getattr(metric, "__name__", type(metric).__name__)
                 wrong = f"metric {name}: {type(error).__name__}: {error}"
         return values, wrong
@@ -144,8 +137,8 @@ class Runner:
             instances.close()
         self._assemblies.clear()
 
-    def _prepared(self, given: Mapping[str, Raw]) -> tuple[PlannedRun, InstancePool, Branches]:
-        scenario, settings = varied(self.task.scenario, given)
+    def _prepared(self, settings: Mapping[str, Raw]) -> tuple[PlannedRun, InstancePool, Branches]:
+        scenario, settings = varied(self.task.scenario, settings)
         key = repr([getattr(scenario, name) for name in _ASSEMBLED_FROM])
         if key not in self._assemblies:
             assembly, instances = assemble_scenario(scenario, self.task.flavour), InstancePool()
@@ -153,22 +146,22 @@ class Runner:
         assembly, instances, branches = self._assemblies[key]
         recorded = None if self.task.metrics or self.task.keep else needed(places_of(assembly))
         values = {**self.task.settings, **settings}
-        begun = repr({name: raw for name, raw in given.items() if not event_of(scenario, name)})
+        begun = repr({name: raw for name, raw in settings.items() if not event_of(scenario, name)})
         if self._first[0] != begun:
             self._first = begun, first_values(scenario, assembly, values)
         first = self._first[1]
         return plan_prepared(scenario, assembly, values, self.task.until, recorded, first), instances, branches
 
 
-def varied(scenario: Scenario, given: Mapping[str, Raw]) -> tuple[Scenario, dict[str, Raw]]:
-    """Return the scenario that a point runs, and the rest of what it sets: values by `component.variable`.
+def varied(scenario: Scenario, settings: Mapping[str, Raw]) -> tuple[Scenario, dict[str, Raw]]:
+    """Return the scenario that a point runs, and its other settings, values by `component.variable`.
 
     Raises
     ------
     ValueError
         If the scenario has no such event or field.
     """
-    settings = dict(given)
+    settings = dict(settings)
     if "scenario" in settings:
         scenario = load_scenario(str(settings.pop("scenario")))
     changes: dict[str, Any] = {name: settings.pop(name) for name in FIELDS if name in settings}
@@ -188,16 +181,16 @@ def varied(scenario: Scenario, given: Mapping[str, Raw]) -> tuple[Scenario, dict
 
 
 def event_of(scenario: Scenario, name: str) -> str:
-    """Return the label of the event that a name of what is varied begins with; empty where it begins with none."""
+    """Return the event label with which the name of a variation begins; empty if none."""
     label = name.partition(".")[0]
     return label if label in scenario.labels else ""
 
 
-def _event(event: Event, given: Mapping[str, Raw]) -> dict[str, Any]:
-    """Return an event, as TOML holds it, with the moment and the values that are given for its label."""
+def _event(event: Event, settings: Mapping[str, Raw]) -> dict[str, Any]:
+    """Return an event, in TOML form, with the time and values set for its label."""
     changes: dict[str, Any] = {}
     values = {component: dict(of_one) for component, of_one in event.set.items()}
-    for name, raw in given.items():
+    for name, raw in settings.items():
         label, _, rest = name.partition(".")
         if label != event.name:
             continue
@@ -205,16 +198,18 @@ def _event(event: Event, given: Mapping[str, Raw]) -> dict[str, Any]:
         if rest in ("cycle", "time"):
             changes |= {"cycle": None, "time": None, rest: raw}
         elif not variable:
-            raise ValueError(f"{name} is nothing of an event; {suggest(rest, ['cycle', 'time', 'component.variable'])}")
+            raise ValueError(
+                f"{name} is not part of an event; {suggest(rest, ['cycle', 'time', 'component.variable'])}"
+            )
         else:
             values.setdefault(component, {})[variable] = raw
     return {**event.model_dump(mode="json", exclude_none=True), **changes, "set": values}
 
 
 def _checked(name: str) -> str:
-    """Return the name of an own metric, which becomes that of a variable of the store."""
+    """Return the name of a user's metric, which becomes the name of a variable of the store."""
     if not re.fullmatch(r"[A-Za-z_][\w.]*", name) or name in ("outcome", "reason", "seconds"):
-        raise ValueError(f"{name!r} is no name for a metric; it must be like friction_heat or friction_heat.seal")
+        raise ValueError(f"{name!r} is not a name for a metric; it must be like friction_heat or friction_heat.seal")
     return name
 
 
@@ -224,11 +219,11 @@ def _netcdf(result: Result) -> bytes:
     return bytes(netcdf(result.dataset))
 
 
-_runners: dict[str, Runner] = {}  # of this process, by the sweep's identifier
+_runners: dict[str, Runner] = {}  # runners of this process, by the sweep's identifier
 
 
 def run_batch(sweep: str, task: bytes, points: Sequence[tuple[int, Mapping[str, Raw]]]) -> list[PointResult]:
-    """Run points of a sweep, with what this process has kept of the sweep's batches before; `task` is pickled."""
+    """Run points of a sweep, reusing what earlier batches loaded in this process; `task` is pickled."""
     if sweep not in _runners:
         for runner in _runners.values():
             runner.close()

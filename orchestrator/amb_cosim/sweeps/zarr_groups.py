@@ -1,7 +1,7 @@
-"""Groups of Zarr arrays whose chunks have checksums: what a disk or a copy has damaged is an error, and no number.
+"""Groups of Zarr arrays whose chunks have checksums: damage by a disk or a copy is an error.
 
-The checksum is of the compressed bytes, so that nothing damaged is unpacked. A chunk that holds nothing yet is written
-all the same: one that is missing was lost.
+The checksum is of the compressed bytes, so damaged data are never unpacked. Empty chunks are written too; a missing
+chunk is therefore an error.
 """
 
 from __future__ import annotations
@@ -16,10 +16,10 @@ from amb_files.atomic import write_atomically
 if TYPE_CHECKING:
     import xarray as xr
 
-INDEX = ".zmetadata"  # the file with all descriptions
+INDEX = ".zmetadata"  # the file with all metadata
 CHECKSUM = "crc32"  # a codec of numcodecs
-EVERY_CHUNK = {"array.write_empty_chunks": True}  # of Zarr's configuration, while arrays are created or opened
-LONGEST = 400  # characters of what an error says
+EVERY_CHUNK = {"array.write_empty_chunks": True}  # Zarr's configuration while arrays are created or opened
+LONGEST = 400  # most characters of an error
 
 
 def write_group(dataset: xr.Dataset, folder: Path, chunks: Mapping[Any, Any] | None = None) -> Path:
@@ -44,7 +44,7 @@ def read_group(path: Path, group: str = "") -> xr.Dataset:
     Raises
     ------
     ValueError
-        If something of it is damaged or missing; the message says what.
+        If any part is damaged or missing; the message names it.
     """
     import xarray as xr
 
@@ -57,28 +57,28 @@ def read_group(path: Path, group: str = "") -> xr.Dataset:
                 _check_chunks(path / group / str(name))
                 variable.load()
             return dataset.load()
-    except Exception as error:  # of Zarr, its codecs, xarray and the system; each has its own
+    except Exception as error:  # errors of Zarr, its codecs, xarray and the system differ
         raise ValueError(f"the sweep in {path.parent} is damaged, {where}: {_reason(error)}") from error
 
 
 def consolidate(path: Path) -> None:
-    """Write what describes all groups and arrays of a store into one file, which xarray opens it by.
+    """Write the metadata of all groups and arrays of a store into one file, which xarray reads.
 
     Raises
     ------
     ValueError
-        If a description is damaged.
+        If metadata are damaged.
     """
     import zarr
 
     try:
         zarr.consolidate_metadata(path, zarr_format=2)
-    except Exception as error:  # of Zarr, which has many
+    except Exception as error:  # Zarr has many errors
         raise ValueError(f"the sweep in {path.parent} is damaged, {path.name}: {_reason(error)}") from error
 
 
 def forget_group(path: Path, group: str) -> None:
-    """Take the descriptions of a group, which is about to be replaced, out of that file."""
+    """Remove the metadata of a group that is to be replaced from that file."""
     available = json.loads((path / INDEX).read_bytes())
     available["metadata"] = {
         name: item for name, item in available["metadata"].items() if not name.startswith(f"{group}/")
@@ -87,15 +87,15 @@ def forget_group(path: Path, group: str) -> None:
 
 
 def _check_descriptions(path: Path) -> None:
-    """Raise ValueError if a file that describes a group or an array is not what the store had for it."""
+    """Raise ValueError if the metadata file of a group or an array differs from the store's."""
     for name, content in json.loads((path / INDEX).read_bytes())["metadata"].items():
-        expected = {"zarr_format": 2} if name.endswith(".zgroup") else content  # of groups Zarr has more there
+        expected = {"zarr_format": 2} if name.endswith(".zgroup") else content  # Zarr has more there for groups
         if json.loads((path / name).read_bytes()) != expected:
             raise ValueError(f"{name} and {INDEX} differ")
 
 
 def _check_chunks(folder: Path) -> None:
-    """Raise ValueError if an array misses a chunk; those without checksums, of 0.2.0, need not have all."""
+    """Raise ValueError if an array lacks a chunk; those without checksums, of 0.2.0, may lack some."""
     import zarr
 
     array: Any = zarr.open_array(folder, mode="r", zarr_format=2)
@@ -105,5 +105,5 @@ def _check_chunks(folder: Path) -> None:
 
 
 def _reason(error: Exception) -> str:
-    """Return the first line of what an error says."""
+    """Return the first line of an error."""
     return (str(error).strip() or type(error).__name__).splitlines()[0][:LONGEST]

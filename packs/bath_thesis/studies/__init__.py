@@ -1,4 +1,4 @@
-"""Studies of the thesis's rig, and of what the thesis prints, measures and leaves open."""
+"""Studies of the thesis's rig, its printed and measured numbers, and its open points."""
 
 from amb_cosim.studies import Study
 
@@ -7,7 +7,7 @@ STUDIES = {
     "tables": Study(".frequency_tables", "Compute the frequencies of Tables 3.1 to 3.4."),
     "reduction": Study(
         ".reduced_models",
-        "Compare full, condensed and coarse rotor models. Shown in Figs 3.4 to 3.7 and Table 3.4.",
+        "Compare full, condensed and coarse rotor models. Figures 3.4 to 3.7 and Table 3.4 have them.",
     ),
     "coupling_error": Study(
         ".coupling_convergence",
@@ -28,11 +28,11 @@ STUDIES = {
     ),
     "recovery": Study(
         ".contact_recovery",
-        "Compare controls that free a rub (Figure 5.6). They are PID, OLAC, notch, force rejection and ROLAC.",
+        "Compare controls that free a rub (Figure 5.6).",
     ),
     "readings": Study(
         ".thesis_readings",
-        "Rank readings of what the thesis leaves open.",
+        "Rank interpretations of the thesis's open points.",
     ),
     "rig_unbalance": Study(
         ".unbalance_fit",

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from fmi_export.model import Array
+from array_types import Array
 from rotor_contact.compliant import normal_force
 from rotor_contact.enumerations import LAWS
 from rotor_contact.site import SITE, Site
@@ -50,7 +50,7 @@ def blow(law: ForceLaw, mass: float, speed: float, duration: float) -> tuple[Arr
     mass, speed
         Mass (kg) and speed of approach (m/s).
     duration
-        About how long the contact lasts (s); a blow that lasts more than a hundred times longer is refused.
+        Approximate duration of the contact (s); a blow over a hundred times longer is refused.
 
     Raises
     ------

@@ -9,12 +9,12 @@ from typing import Annotated, ClassVar
 import numpy as np
 from scipy.integrate import trapezoid
 
-from amb_cosim.presentation.text_tables import TextPart, labelled_table
+from amb_cosim.presentation.text_tables import TextBlock, labelled_table
 from amb_cosim.studies.inputs import Number, positive
 from amb_cosim.studies.result import DrawnResult
+from amb_files.checks import require
+from array_types import Array
 from bath_thesis.studies.contact_blow import LEAST_RESTITUTION, ForceLaw, blow, damping_ratio_of, law_of_plant
-from fmi_export.model import Array
-from rotor_analysis.checks import require
 from rotor_analysis.reduced_rotor import reduced_rotor
 from rotor_analysis.rotor_file import load_rotor
 
@@ -44,11 +44,11 @@ class HysteresisLoop:
     largest_force, smallest_force
         Largest and smallest force (N); a negative one pulls the mass back, point B of Fig. 4.1.
     force_at_touch
-        Force at the first touch (N), point A of Fig. 4.1: a jump, where it is not zero.
+        Force at the first touch (N), point A of Fig. 4.1; nonzero: a jump.
     restitution
         Speed at which the mass leaves over that of its approach (1).
     loss, enclosed
-        Kinetic energy that the blow takes (J), and the area that the loop encloses (J).
+        Kinetic energy lost in the blow (J), and the area of the loop (J).
     """
 
     equation: str
@@ -70,7 +70,7 @@ class ContactLaws(DrawnResult):
     mass, speed
         Mass (kg) and speed of approach (m/s).
     wanted_restitution
-        Share of the speed that the damped laws are tuned to return (1).
+        Coefficient of restitution that the damped laws are tuned to (1).
     k_c, delta_c, c_c, alpha_c, eta
         Parameters of the site: stiffness (N/m), penetration (m), damping (N s/m), damping (s/m) and loss (1).
     laws
@@ -89,7 +89,7 @@ class ContactLaws(DrawnResult):
     eta: float
     laws: dict[str, HysteresisLoop]
 
-    def text(self) -> list[TextPart]:
+    def text(self) -> list[TextBlock]:
         """Return a table with a row for each law, and a line about the deficiencies of (4.3)."""
         title = f"{self.mass:.3g} kg against a retainer at {self.speed:g} m/s, k_c = {self.k_c:g} N/m"
         headings = ("deepest (um)", "largest (kN)", "smallest (kN)", "at touch (kN)", "restitution", "loss (J)")
@@ -111,7 +111,7 @@ class ContactLaws(DrawnResult):
         return [
             table,
             f"(4.3) as printed jumps to {jump} at the touch (A of Fig. 4.1) and pulls with {pull} before the mass "
-            f"leaves (B); the plant lets no law pull, and (4.13) touches with {smooth}",
+            f"leaves (B); in the plant no law pulls, and (4.13) touches with {smooth}",
         ]
 
 
@@ -133,15 +133,15 @@ def contact_laws(
     Parameters
     ----------
     speed
-        Speed of approach (m/s), or a text with its unit.
+        Speed of approach (m/s), or a string with its unit.
     restitution
         e (1), from 0.15 to 1.
     k_c
-        Contact stiffness (N/m), or a text with its unit.
+        Contact stiffness (N/m), or a string with its unit.
     delta_c
-        Penetration (m) of laws (4.4) to (4.13), or a text with its unit.
+        Penetration (m) of laws (4.4) to (4.13), or a string with its unit.
     mass
-        Mass (kg), or a text with its unit; by default what the journal of the rig at MB1 resists a blow with.
+        Mass (kg), or a string with its unit; default: the effective mass of the rig's journal at MB1.
 
     Raises
     ------
@@ -167,7 +167,7 @@ def contact_laws(
 
 
 def journal_mass() -> float:
-    """Return the mass (kg) that the journal of the rig at MB1 resists a blow with: 1/(M^-1)_kk."""
+    """Return the effective mass (kg) of the rig's journal at MB1 in an impact: 1/(M^-1)_kk."""
     rotor = load_rotor("bath_rig_thesis")
     model = reduced_rotor(rotor).model
     row = model.rows(rotor.bearing_nodes[:1])[0]

@@ -1,9 +1,9 @@
-"""Study of which control frees a rotor from contact after a step of unbalance, and up to which unbalance.
+"""Study of controls that free a rotor from contact after a step of unbalance, and their limits.
 
 The rotor, its speed and the unbalance factor are those of Fig. 5.6: 16 Hz, unbalance added on D1. For each control and
-each amount the trials differ in the instant of the step alone. Rotor, bearings and retainer bearings are the same in
-all directions, so that the instant matters only through sampling and current limits: a share between none and all shows
-that the unbalance is close to the limit of what the control can recover.
+amount, the trials differ only in the instant of the step. Rotor, bearings and retainers are isotropic, so the instant
+matters only through sampling and current limits: a share between none and all shows that the unbalance is close to the
+limit of the control.
 """
 
 from __future__ import annotations
@@ -15,15 +15,15 @@ from statistics import median
 from typing import Annotated, ClassVar
 
 from amb_cosim.cosim.basics.choices import Flavour
-from amb_cosim.cosim.run.run_plan import Progress
+from amb_cosim.cosim.run.options import Progress
 from amb_cosim.cosim.system.values import quantity
 from amb_cosim.presentation.progress import progress_bar
-from amb_cosim.presentation.text_tables import TextPart, labelled_table
+from amb_cosim.presentation.text_tables import TextBlock, labelled_table
 from amb_cosim.scenario.scenario import load_scenario
 from amb_cosim.studies.inputs import Number, positive
 from amb_cosim.studies.result import DrawnResult
+from amb_files.checks import require
 from bath_thesis.studies.recovery_trials import CONTROLS, END, SCENARIO, RecoveryTrial, TrialResult, simulate_all
-from rotor_analysis.checks import require
 
 FIRST_STEP = 5.0  # cycle
 UNIT = "kg.m"
@@ -61,7 +61,7 @@ class ControlComparison(DrawnResult):
     """Recovery from contact by control and added unbalance.
 
     scenario
-        Name of the scenario that is varied.
+        Name of the varied scenario.
     speed
         Spin speed (Hz).
     unbalance_factor
@@ -89,7 +89,7 @@ class ControlComparison(DrawnResult):
     added: Annotated[tuple[float, ...], "kg.m"]
     controls: dict[str, tuple[RecoveryStatistics, ...]]
 
-    def text(self) -> list[TextPart]:
+    def text(self) -> list[TextBlock]:
         """Return a table of shares and durations, and lines that explain it."""
         title = f"Recovery at {self.speed:g} Hz; unbalance added on D1 (g m)"
         table = labelled_table(title, "control", *(f"{1e3 * added:g}" for added in self.added))
@@ -97,8 +97,7 @@ class ControlComparison(DrawnResult):
             table.add_row(control, *(_cell(cell) for cell in cells))
         return [
             table,
-            f"runs free of contact at cycle {self.end_cycle:g} (%), and the median cycles that those took to their "
-            "last contact",
+            f"runs free of contact at cycle {self.end_cycle:g} (%), and their median cycles to the last contact",
             f"unbalances times {self.unbalance_factor:g}, alpha = {self.alpha:g} 1/s, "
             f"instants of the step: {self.instants}",
         ]
@@ -118,22 +117,22 @@ def recovery(
     flavour: Flavour = "native",
     progress: bool | Progress | None = None,
 ) -> ControlComparison:
-    """Return the share of the runs that end free of contact, and how long that takes, by control and unbalance.
+    """Return the share of runs that end free of contact, and the time to recovery, by control and unbalance.
 
     Parameters
     ----------
     steps
-        Unbalances added on D1 (kg m), before the factor of the scenario, or a text with commas and units.
+        Unbalances added on D1 (kg m), before the factor of the scenario, or a string with commas and units.
     instants
-        Number of instants of the step within a turn. One that does not divide into quarter turns is better: the four
-        axes would see the same motion.
+        Number of instants of the step within a revolution. It should not be a multiple of four, because the four axes
+        would then have the same motion.
     alpha
-        Adaptation rate (1/s), or a text with its unit.
+        Adaptation rate (1/s), or a string with its unit.
     flavour
         Flavour of the FMUs.
     progress
-        Whether a bar is shown (by default in a terminal and in a notebook), or a function that is called with the
-        number of runs done and of all runs.
+        Whether a bar is shown (default in a terminal and a notebook), or a function called with the number of runs done
+        and of all runs.
 
     Raises
     ------
@@ -170,14 +169,14 @@ def recovery(
 
 
 def unbalances(raw: str | Sequence[Number]) -> list[float]:
-    """Return unbalances (kg m), ascending, given in a sequence or in a text with commas.
+    """Return unbalances (kg m), ascending, from a sequence or a string separated by commas.
 
-    In a text such as `8,12,16 g.m` the last unit holds for all numbers without one.
+    In a string such as `8,12,16 g.m` the last unit applies to all numbers without one.
 
     Raises
     ------
     ValueError
-        If one of them is no positive unbalance.
+        If one of them is not a positive unbalance.
     """
     if not isinstance(raw, str):
         return sorted({positive(value, UNIT, "steps") for value in raw})

@@ -11,17 +11,18 @@ from amb_cosim.cosim.basics.choices import Coupling, Flavour
 from amb_cosim.scenario.coupling import delay
 from amb_cosim.scenario.scenario import Scenario, make_scenario
 from amb_cosim.scenario.simulation import prepare, run_prepared
-from bath_thesis.studies.monolithic import Complex, Levitation
+from array_types import Complex
+from bath_thesis.studies.monolithic import Levitation
 
 SUBSTEP = 15.625e-6  # s, of the plant's own integration; the shortest communication step
 
 
 @dataclass(frozen=True)
 class Scheme:
-    """How FMUs are coupled.
+    """Coupling of FMUs.
 
-    Order of the master; force with its gradient or held; force of a step's mean current or of that at its end; whether
-    the controller predicts its displacements by the delay of the order.
+    Order of the master; force with gradient or held; force from the mean current of a step or from that at its end;
+    whether the controller predicts displacements over the delay of the order.
     """
 
     coupling: Coupling = "gauss_seidel"
@@ -45,9 +46,9 @@ def cosimulated(
     levitation
         Rotor, bearings and controller.
     scheme, step
-        How the FMUs are coupled, and the communication step (s), which divides the sample time.
+        The coupling, and the communication step (s), which divides the sample time.
     samples
-        How many samples the controller takes.
+        Number of samples of the controller.
     substep
         Longest step of the plant's own integration (s).
     flavour

@@ -1,7 +1,7 @@
 """Study of the convergence of the co-simulation to the monolithic levitated rig, over the communication step.
 
-The rotor starts from rest under an unbalance. The controller samples at its own instants, so that only the coupling
-depends on the communication step.
+The rotor starts from rest under an unbalance. The controller samples at fixed instants, so only the coupling depends on
+the communication step.
 """
 
 from __future__ import annotations
@@ -15,11 +15,11 @@ import numpy as np
 
 from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.design.magnetic_bearing import axis_parameters, linear_constants
-from amb_cosim.presentation.text_tables import TextPart, labelled_table
+from amb_cosim.presentation.text_tables import TextBlock, labelled_table
 from amb_cosim.studies.result import DrawnResult
+from array_types import Array
 from bath_thesis.studies.coupled_orbit import SUBSTEP, Scheme, cosimulated
 from bath_thesis.studies.monolithic import Levitation, free_orbit
-from fmi_export.model import Array
 
 DURATION = 0.1  # s from rest, two turns
 EXACT = 1e-6  # relative error of the orbit; below it the plant's own integration decides
@@ -40,8 +40,8 @@ class SchemeErrors:
     """Errors of a scheme.
 
     errors
-        Largest distance of the orbits from those of the monolithic system over their largest displacement (1), for
-        each communication step, shape (n,).
+        Largest distance of the orbits from those of the monolithic system, over the largest displacement (1), for each
+        communication step, shape (n,).
     order
         Order of convergence between the two shortest steps; None if the coupling is exact.
     """
@@ -55,7 +55,7 @@ class ComparisonErrors:
     """Errors of each scheme of a comparison at each communication step.
 
     title
-        What is compared.
+        Name of the comparison.
     sample_time
         Sample time of the controller (s).
     steps
@@ -88,9 +88,9 @@ class CouplingConvergence(DrawnResult):
     substep: Annotated[float, "s"]
     comparisons: tuple[ComparisonErrors, ...]
 
-    def text(self) -> list[TextPart]:
+    def text(self) -> list[TextBlock]:
         """Return a table of errors and orders for each comparison."""
-        parts: list[TextPart] = []
+        parts: list[TextBlock] = []
         for comparison in self.comparisons:
             steps = (f"{1e6 * step:g}" for step in comparison.steps)
             label = "error of the orbit at a communication step (us) of"
@@ -166,7 +166,7 @@ def compare(comparison: LoopVariant, duration: float = DURATION, flavour: Flavou
     Parameters
     ----------
     comparison
-        What is compared.
+        The comparison.
     duration
         Simulated time from rest (s).
     flavour

@@ -11,16 +11,16 @@ from rich.table import Table
 
 from amb_cosim.design.magnetic_bearing import axis_parameters, linear_constants
 from amb_cosim.presentation.json_data import JsonKey, Layout
-from amb_cosim.presentation.text_tables import TextPart, text_table
-from amb_cosim.studies.inputs import Number, RotorSource, node_numbers, rotor_of, speed_range
+from amb_cosim.presentation.text_tables import TextBlock, text_table
+from amb_cosim.studies.inputs import Number, node_numbers, speed_range
 from amb_cosim.studies.result import DrawnResult, StudyResult
+from array_types import Array
+from bath_thesis.condensation_error import condensation_error
+from bath_thesis.meshes import mesh_family
 from bath_thesis.printed import table_of
-from fmi_export.model import Array
-from rotor_analysis.condensation_error import condensation_error
-from rotor_analysis.meshes import mesh_family
 from rotor_analysis.modes import damped_frequencies
 from rotor_analysis.rotor import Rotor
-from rotor_analysis.rotor_file import load_rotor
+from rotor_analysis.rotor_file import RotorSource, load_rotor
 from rotor_analysis.shaft import MassModel
 from rotor_analysis.supported_rotor import SupportedRotor, supported_rotor
 
@@ -43,9 +43,9 @@ class FrequencyTables:
         Frequencies (rad/s) by spin speed (rad/s), of the full and of the condensed model, diagonal mass (Table 3.4);
         empty for a rotor without master planes.
     condensation_error
-        Condensed over full frequency less one (%) by spin speed (rad/s); None without master planes.
+        Relative error of the condensed frequency (%) by spin speed (rad/s); None without master planes.
     deviation_from_thesis
-        Frequencies over those of the thesis less one (%) by model, mass matrix and speed; None for any other rotor.
+        Deviation of frequencies from those of the thesis (%) by model, mass matrix and speed; None for any other rotor.
     """
 
     by_mesh: Annotated[dict[str, ByMassAndSpeed], JsonKey("table_3_1")]
@@ -53,10 +53,10 @@ class FrequencyTables:
     condensation_error: Annotated[dict[float, Array] | None, "%", Layout.OMITTED_IF_NONE]
     deviation_from_thesis: Annotated[dict[str, ByMassAndSpeed] | None, "%", Layout.OMITTED_IF_NONE]
 
-    def text(self) -> list[TextPart]:
+    def text(self) -> list[TextBlock]:
         """Return a table for each field."""
         title = "Table 3.1: damped natural frequencies (rad/s)"
-        parts: list[TextPart] = [_table(title, ("mesh", "mass", "speed"), _rows(self.by_mesh), ".2f")]
+        parts: list[TextBlock] = [_table(title, ("mesh", "mass", "speed"), _rows(self.by_mesh), ".2f")]
         if self.condensed:
             rows = [(model, speed, row) for speed, models in self.condensed.items() for model, row in models.items()]
             title = "Table 3.4: full and condensed, diagonal mass (rad/s)"
@@ -80,12 +80,12 @@ class BearingConstants:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ThesisTables(StudyResult):
-    """The tables of the thesis as the models compute them: frequencies of the rig, constants of its bearings."""
+    """The computed tables of the thesis: frequencies of the rig, constants of its bearings."""
 
     frequencies: Annotated[FrequencyTables, Layout.MERGED]
     bearing_constants: Annotated[BearingConstants, JsonKey("amb")]
 
-    def text(self) -> list[TextPart]:
+    def text(self) -> list[TextBlock]:
         """Return the tables, and a line with the bearing constants."""
         constants = self.bearing_constants
         line = f"K_s = {constants.k_s / 1e3:.2f} N/mm, K_i = {constants.k_i:.2f} N/A (2.8, 2.9)"
@@ -94,16 +94,16 @@ class ThesisTables(StudyResult):
 
 @dataclass(frozen=True, eq=False)
 class CondensationErrors:
-    """Errors of the model condensed to some planes, by mode of the full model; NaN where it has no such mode.
+    """Errors of the model condensed to some planes, by mode of the full model; NaN for missing modes.
 
     planes
         Node numbers of the planes.
     speeds
         Spin speeds (rad/s), shape (n,).
     frequency_error
-        Condensed over full frequency less one (%), shape (modes, n).
+        Relative error of the condensed frequency (%), shape (modes, n).
     eigenvalue_error
-        Distance of the eigenvalues over the size of the full one (%), shape (modes, n).
+        Relative error of the eigenvalues (%), shape (modes, n).
     """
 
     planes: tuple[int, ...]
@@ -130,7 +130,7 @@ class MeshAndCondensation(DrawnResult):
     frequencies: Annotated[FrequencyTables, Layout.MERGED]
     condensation: Annotated[CondensationErrors | None, Layout.OMITTED_IF_NONE]
 
-    def text(self) -> list[TextPart]:
+    def text(self) -> list[TextBlock]:
         """Return the tables of frequencies."""
         return self.frequencies.text()
 
@@ -151,16 +151,16 @@ def tables(
     rotor
         A rotor or a rotor file; the rig of the thesis by default.
     up_to
-        Highest spin speed of the errors (rad/s), or a text with its unit.
+        Highest spin speed of the errors (rad/s), or a string with its unit.
     planes
-        Nodes to condense to, or a text with commas; the master planes of the rotor by default.
+        Nodes to condense to, also as a string separated by commas; by default the master planes of the rotor.
 
     Raises
     ------
     ValueError
         If the rotor file cannot be read, or an argument is out of range.
     """
-    description = rotor_of(rotor)
+    description = load_rotor(rotor)
     chosen = node_numbers(planes, "planes") if planes else description.masters
     condensation = None
     if chosen:
@@ -172,7 +172,7 @@ def tables(
 def frequency_tables(rotor: Rotor) -> FrequencyTables:
     """Return the first eight damped natural frequencies of a rotor at three speeds, by mesh and condensed.
 
-    Those of the thesis's rig stand beside what the thesis prints (`printed_frequencies.toml`).
+    For the thesis's rig they are compared with the printed ones (`printed_frequencies.toml`).
     """
     meshes = sorted(mesh_family(rotor).items(), reverse=True)
     by_mesh: dict[str, ByMassAndSpeed] = {
@@ -194,7 +194,7 @@ def _by_speed(rotor_model: SupportedRotor) -> dict[str, list[float]]:
 
 
 def _deviations(computed: dict[str, ByMassAndSpeed]) -> dict[str, ByMassAndSpeed]:
-    """Return frequencies over those of the thesis less one (percent), of each row that it prints."""
+    """Return the deviations of frequencies from those of the thesis (percent), for each printed row."""
     return {
         model: {
             mass: {
@@ -217,7 +217,7 @@ def _rows(models: Mapping[str, ByMassAndSpeed]) -> Iterator[tuple[Any, ...]]:
 
 
 def _table(title: str, labels: tuple[str, ...], rows: Iterable[tuple[Any, ...]], form: str) -> Table:
-    """Return a table with a line for each row: its labels, then its numbers, of which the lowest frequency is first."""
+    """Return a table with a line for each row: its labels, then its numbers, the lowest frequency first."""
     filled = list(rows)
     numbers = [str(k + 1) for k in range(max((len(row[-1]) for row in filled), default=0))]
     table = text_table(title, (*labels, *numbers), left={*labels} - {"speed"}, gap=1)

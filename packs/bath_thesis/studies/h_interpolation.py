@@ -11,17 +11,16 @@ import numpy as np
 from amb_cosim.design.controller_data import SPEEDS, condition_number, inverse_receptance, pack
 from amb_cosim.design.rotor_models import control_loop
 from amb_cosim.presentation.json_data import JsonKey, Layout
-from amb_cosim.presentation.text_tables import TextPart, labelled_table
-from amb_cosim.studies.inputs import Number, RotorSource, rotor_of, speed_range
+from amb_cosim.presentation.text_tables import TextBlock, labelled_table
+from amb_cosim.studies.inputs import Number, speed_range
 from amb_cosim.studies.result import DrawnResult
 from amb_cosim.studies.sensor_receptance import HERTZ, POINTS, levitated_receptance, sensor_planes
+from array_types import Array, Complex
 from bath_thesis.studies.printed_h import FREQUENCY, PrintedH, compare_with_print
-from fmi_export.model import Array
 from rolac_controller.control_loop import ControlLoop
 from rolac_controller.receptance_table import built_table, find_bracket, interpolate
 from rolac_controller.sizes import sizes_of
-from rotor_analysis.modes import Complex
-from rotor_analysis.rotor_file import load_rotor
+from rotor_analysis.rotor_file import RotorSource, load_rotor
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,7 +30,8 @@ class InterpolationError:
     relative_error
         |H - H_exact| / |H_exact| in the Frobenius norm (1).
     left_by_a_step
-        |I + H R|, the largest share of a synchronous force that one full step U <- U + H Q leaves (1); 0 for exact H.
+        |I + H R|, the largest share of a synchronous force that remains after a full step U <- U + H Q (1); 0 for exact
+        H.
     """
 
     relative_error: Array
@@ -45,7 +45,7 @@ class InverseReceptance(DrawnResult):
     rotor
         Name of the rotor.
     planes
-        Axial position of the sensor planes (m); each has two sensors, in x and in y.
+        Axial positions of the sensor planes (m), each with a sensor in x and one in y.
     speeds
         Spin speeds (Hz), shape (n,).
     table
@@ -61,7 +61,7 @@ class InverseReceptance(DrawnResult):
     norm_by_force
         |H_i| of each force (Fig. 5.3) (N/m), shape (n, 4).
     at_10_hz
-        H at 10 Hz beside the matrix that the thesis prints; None for any other rotor than its rig.
+        H at 10 Hz and the matrix printed in the thesis; None for other rotors.
     """
 
     name: ClassVar[str] = "h_matrix"
@@ -78,8 +78,8 @@ class InverseReceptance(DrawnResult):
     norm_by_force: Annotated[Array, "N/m"]
     at_10_hz: Annotated[PrintedH | None, Layout.OMITTED_IF_NONE]
 
-    def text(self) -> list[TextPart]:
-        """Return the largest errors between neighbouring speeds of the thesis's table, and H at 10 Hz."""
+    def text(self) -> list[TextBlock]:
+        """Return the largest errors between adjacent speeds of the thesis's table, and H at 10 Hz."""
         table = labelled_table(
             f"{self.rotor}: H interpolated between the speeds of the table",
             "between (Hz)",
@@ -106,7 +106,7 @@ class InverseReceptance(DrawnResult):
 def h_matrix(
     rotor: RotorSource = None, *, up_to: Number = "50 Hz", k_b: Number = "1e6 N/m", c_b: Number = "5000 N.s/m"
 ) -> InverseReceptance:
-    """Return H over the spin speed, exact and as the controller interpolates it in its table, and both errors.
+    """Return H over the spin speed, exact and interpolated by the controller, with errors for two tables.
 
     H = -(R^H W R)^-1 R^H W     (5.10)
 
@@ -115,16 +115,16 @@ def h_matrix(
     rotor
         A rotor or a rotor file; the rig of the thesis by default.
     up_to
-        Highest spin speed (rad/s), or a text with its unit.
+        Highest spin speed (rad/s), or a string with its unit.
     k_b, c_b
-        Net stiffness (N/m) and damping (N s/m) of the closed bearings, or texts with their units.
+        Net stiffness (N/m) and damping (N s/m) of the closed bearings, or strings with their units.
 
     Raises
     ------
     ValueError
         If the rotor lacks the planes of the sensors and bearings, an argument is out of range, or an R is singular.
     """
-    description = rotor_of(rotor)
+    description = load_rotor(rotor)
     loop = control_loop(description)
     speeds = np.unique(np.concatenate([speed_range(up_to, POINTS, SPEEDS[0]), SPEEDS]))
     R = levitated_receptance(description, speeds, k_b, c_b)
@@ -157,7 +157,7 @@ def h_matrix(
 
 
 def interpolated(loop: ControlLoop, table_speeds: Array, receptances: Complex, speeds: Array) -> Complex:
-    """Return H at some speeds as the controller interpolates it in a table: linear between its speeds, constant beyond.
+    """Return H at some speeds, interpolated by the controller in a table: linear between its speeds, constant outside.
 
     Parameters
     ----------
@@ -193,5 +193,5 @@ def _relative_error(H: Complex, exact: Complex) -> Array:
 
 
 def _force_after_step(H: Complex, R: Complex) -> Array:
-    """Return |I + H R|, the largest share of a synchronous force that one full step leaves, shape (n,)."""
+    """Return |I + H R|, the largest share of a synchronous force that remains after a full step, shape (n,)."""
     return np.linalg.norm(np.eye(R.shape[2]) + H @ R, ord=2, axis=(1, 2))

@@ -12,13 +12,13 @@ import numpy as np
 from amb_cosim.design.controller_data import SPEEDS
 from amb_cosim.design.rotor_models import control_loop
 from amb_cosim.presentation.json_data import Layout
-from amb_cosim.presentation.text_tables import TextPart, text_table
+from amb_cosim.presentation.text_tables import TextBlock, text_table
 from amb_cosim.studies.inputs import Number, spin_speed
 from amb_cosim.studies.result import DrawnResult
 from amb_cosim.studies.sensor_receptance import levitated_receptance
-from fmi_export.model import Array
+from amb_files.checks import require
+from array_types import Array
 from rolac_controller.excitation import FORCE, amplitude_at, periods
-from rotor_analysis.checks import require
 from rotor_analysis.rotor_file import load_rotor
 
 K_B, C_B = 1e6, 5000.0  # N/m and N s/m of the closed bearings
@@ -45,8 +45,8 @@ class ForceColumns:
     t_halt
         Duration of an identification, in which ROLAC is halted (s) (6.4).
     response_mb1, response_mb2
-        Amplitude that the force gives the rig's journal in its own bearing, at 1e6 N/m and 5000 N s/m (m); the thesis
-        aims at about 0.1 mm.
+        Amplitude of the rig's journal in each bearing under its force, at 1e6 N/m and 5000 N s/m (m); the thesis aims
+        at about 0.1 mm.
     """
 
     frequencies: Annotated[Array, "Hz"]
@@ -67,7 +67,7 @@ class IdentificationForce(DrawnResult):
     at_the_jump
         The force just below and at 30 Hz; empty if the range ends below.
     at_the_speeds_of_the_thesis
-        The force at the speeds at which the thesis identifies.
+        The force at the identification speeds of the thesis.
     """
 
     name: ClassVar[str] = "test_force"
@@ -76,7 +76,7 @@ class IdentificationForce(DrawnResult):
     at_the_jump: ForceColumns
     at_the_speeds_of_the_thesis: ForceColumns
 
-    def text(self) -> list[TextPart]:
+    def text(self) -> list[TextBlock]:
         """Return a table for the speeds of the thesis, and a line about the jump."""
         table = text_table("Test force of an identification", HEADINGS)
         at = self.at_the_speeds_of_the_thesis
@@ -86,9 +86,9 @@ class IdentificationForce(DrawnResult):
             ours = (f"{response:.3f}" for response in moved)
             table.add_row(f"{f:g}", f"{s:.2f}", f"{amplitude:.1f}", f"{slots:.0f}", f"{halt:.2f}", *ours)
         every = 1e3 * np.concatenate([self.columns.response_mb1, self.columns.response_mb2])
-        parts: list[TextPart] = [
+        parts: list[TextBlock] = [
             table,
-            f"the force moves its own journal by {every.min():.3f} to {every.max():.3f} mm; "
+            f"the force moves its journal by {every.min():.3f} to {every.max():.3f} mm; "
             f"the thesis chose its gain for about {1e3 * INTENDED:g} mm",
         ]
         if len(self.at_the_jump.frequencies):
@@ -103,12 +103,12 @@ def test_force(up_to: Number = "50 Hz") -> IdentificationForce:  # noqa: PT028  
     Parameters
     ----------
     up_to
-        Highest spin speed (rad/s), or a text with its unit.
+        Highest spin speed (rad/s), or a string with its unit.
 
     Raises
     ------
     ValueError
-        If it is no speed above 5 Hz.
+        If it is not a speed above 5 Hz.
     """
     highest = spin_speed(up_to, "up-to") / (2.0 * math.pi)
     require(highest > LOWEST, "up-to", f"{highest:g} Hz", f"> {LOWEST:g} Hz")

@@ -11,21 +11,21 @@ import numpy as np
 from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.cosim.system.values import quantity
 from amb_cosim.design.rotor_models import control_loop
-from amb_cosim.presentation.text_tables import TextPart, labelled_table
-from amb_cosim.studies.inputs import Number, RotorFile, rotor_of, speed_range, spin_speeds
+from amb_cosim.presentation.text_tables import TextBlock, labelled_table
+from amb_cosim.studies.inputs import Number, speed_range, spin_speeds
 from amb_cosim.studies.receptance_identification import identify
 from amb_cosim.studies.result import DrawnResult
 from amb_cosim.studies.sensor_receptance import HERTZ, LOWEST, POINTS, levitated_receptance
-from fmi_export.model import Array
+from array_types import Array, Complex
 from rolac_controller.excitation import FORCE, amplitude_at
-from rotor_analysis.modes import Complex
+from rotor_analysis.rotor_file import RotorSource, load_rotor
 
 SPEEDS = "5 Hz,10 Hz,15 Hz,16 Hz,20 Hz,25 Hz,30 Hz,35 Hz,45 Hz"
 
 
 @dataclass(frozen=True, eq=False)
 class NormAtSpeeds:
-    """Norms of the response at the speeds of the identifications; all but the first two have the shape (n, n_axes).
+    """Norms of the response at the identification speeds; all except the first two have the shape (n, n_axes).
 
     speeds
         Spin speeds (Hz), shape (n,).
@@ -36,7 +36,7 @@ class NormAtSpeeds:
     sampled
         S_i of the model with the sampled loop (m/N).
     measured
-        S_i that the controller identifies in a co-simulation (m/N).
+        S_i identified by the controller in a co-simulation (m/N).
     """
 
     speeds: Annotated[Array, "Hz"]
@@ -61,7 +61,7 @@ class SynchronousResponse(DrawnResult):
     norm
         S_i = (R_i^H R_i)^(1/2) of the model with continuous control (m/N), shape (n, n_axes).
     norm_without_conjugate
-        |R_i^T R_i|^(1/2), (5.18) as it is printed, without the conjugate (m/N), shape (n, n_axes).
+        |R_i^T R_i|^(1/2), (5.18) as printed, without the conjugate (m/N), shape (n, n_axes).
     at_speeds
         Both models, the thesis and the measurement at some speeds.
     """
@@ -76,7 +76,7 @@ class SynchronousResponse(DrawnResult):
     norm_without_conjugate: Annotated[Array, "m/N"]
     at_speeds: NormAtSpeeds
 
-    def text(self) -> list[TextPart]:
+    def text(self) -> list[TextBlock]:
         """Return a table with a row for each speed of the measurement, for the forces in x."""
         displayed = range(0, len(self.forces), 2)
         kinds = {"model": "continuous", "sampled": "sampled", "measured": "measured"}
@@ -93,7 +93,7 @@ class SynchronousResponse(DrawnResult):
 
 
 def synchronous_response(
-    rotor: RotorFile = None,
+    rotor: RotorSource = None,
     *,
     up_to: Number = "50 Hz",
     at: str | Sequence[Number] = SPEEDS,
@@ -111,15 +111,16 @@ def synchronous_response(
     rotor
         Rotor file (TOML); the rig of the thesis by default.
     up_to
-        Highest spin speed of the curves (rad/s), or a text with its unit.
+        Highest spin speed of the curves (rad/s), or a string with its unit.
     at
-        Spin speeds of the identifications (rad/s), each a number or a text with its unit, or one text with commas.
+        Spin speeds of the identifications (rad/s), each a number or a string with its unit, or one string separated by
+        commas.
     k_b, c_b
-        Net stiffness (N/m) and damping (N s/m) of the closed bearings, or texts with their units.
+        Net stiffness (N/m) and damping (N s/m) of the closed bearings, or strings with their units.
     flavour
         Flavour of the FMUs.
     progress
-        Whether bars are shown; by default in a terminal and in a notebook.
+        Whether to show bars; default in a terminal and a notebook.
 
     Raises
     ------
@@ -128,7 +129,7 @@ def synchronous_response(
     KeyboardInterrupt
         If Ctrl-C interrupts an identification.
     """
-    description, speeds, chosen = rotor_of(rotor), speed_range(up_to, POINTS, LOWEST), np.array(spin_speeds(at))
+    description, speeds, chosen = load_rotor(rotor), speed_range(up_to, POINTS, LOWEST), np.array(spin_speeds(at))
     R = levitated_receptance(description, speeds, k_b, c_b)
     continuous = _norm(levitated_receptance(description, chosen, k_b, c_b))
     settings = {

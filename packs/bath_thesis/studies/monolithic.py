@@ -7,7 +7,7 @@ r = x + i y,
     C = -(K_b + K_s) r_n - C_b (r_n - r_(n-1)) / T,  constant between samples
     F = C, or with an amplifier F' = omega_b (C - F)
 
-with N = 0 for the linear law, and the difference of the force to K_s r + F for the law (2.6).
+with N = 0 for the linear law, and the difference between the force and K_s r + F for the law (2.6).
 """
 
 from __future__ import annotations
@@ -16,17 +16,15 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
 from amb_actuator.force import Coils, nonlinear_force
 from amb_cosim.design.magnetic_bearing import axis_parameters
+from array_types import Complex
 from rotor_analysis.assembly import assemble
 from rotor_analysis.reduction import msdc
 from rotor_analysis.rotor_file import load_rotor
-
-Complex = NDArray[np.complex128]
 
 # Rows of the bearings and discs among the master nodes 1, 3, 4, 10, 11, 13.
 BEARINGS = [2, 4]
@@ -93,7 +91,7 @@ class MonolithicSystem:
         return self.z[BEARINGS].copy()
 
     def sample(self) -> None:
-        """Take a sample and hold the force that the PID law gives."""
+        """Take a sample and hold the force of the PID law."""
         levitation, displacement = self.levitation, self.bearings
         difference = displacement - self.previous
         stiffness, damping = levitation.k_b + levitation.k_s, levitation.c_b

@@ -1,4 +1,4 @@
-"""H at 10 Hz beside the matrix that the thesis prints in its section 6.2."""
+"""H at 10 Hz, compared with the matrix printed in section 6.2 of the thesis."""
 
 from __future__ import annotations
 
@@ -7,17 +7,16 @@ from typing import Annotated
 
 import numpy as np
 
-from amb_cosim.presentation.text_tables import TextPart, labelled_table
+from amb_cosim.presentation.text_tables import TextBlock, labelled_table
+from array_types import Array, Complex
 from bath_thesis.printed import table_of
-from fmi_export.model import Array
-from rotor_analysis.modes import Complex
 
 FREQUENCY = 10.0  # Hz
 
 
 @dataclass(frozen=True, eq=False)
 class PrintedH:
-    """H at 10 Hz, computed and printed. Sizes only: the minus signs of the printed matrix are not known.
+    """H at 10 Hz, computed and printed. Only magnitudes: the minus signs of the printed matrix are not known.
 
     forces
         Names of the forces, in the order of the rows.
@@ -30,8 +29,7 @@ class PrintedH:
     norm_by_sensor_computed, norm_by_sensor_printed
         Norms of the columns (N/m), shape (n_sensors,).
     across_computed, across_printed
-        Share of the Frobenius norm in elements that answer a signal in x with a force in y, or in y with one in x, if
-        the printed signals are x and y in turn (1).
+        Share of the Frobenius norm in elements that couple x and y, if the printed signals alternate x and y (1).
     """
 
     forces: tuple[str, ...]
@@ -46,7 +44,7 @@ class PrintedH:
     across_computed: float
     across_printed: float
 
-    def text(self) -> list[TextPart]:
+    def text(self) -> list[TextBlock]:
         """Return a table of the elements, and a line with the norms."""
         title = f"|H| at {FREQUENCY:g} Hz (N/um): computed, printed in section 6.2"
         table = labelled_table(title, "signal", *self.forces, "norm")
@@ -60,13 +58,13 @@ class PrintedH:
         across = (100.0 * self.across_computed, 100.0 * self.across_printed)
         return [
             table,
-            f"the Frobenius norm is {total[0] / total[1]:.3f} times the printed one; elements that join x and y have "
-            f"{across[0]:.1f} % of it, {across[1]:.0f} % in print, so that single elements do not agree",
+            f"the Frobenius norm is {total[0] / total[1]:.3f} times the printed one; elements that couple x and y have "
+            f"{across[0]:.1f} % of it, {across[1]:.0f} % in print, so single elements do not agree",
         ]
 
 
 def compare_with_print(H: Complex, forces: tuple[str, ...]) -> PrintedH:
-    """Return H of the rig at 10 Hz (N/m), shape (4, 8), beside the printed matrix."""
+    """Return H of the rig at 10 Hz (N/m), shape (4, 8), and the printed matrix."""
     result, stated = np.abs(H), np.abs(printed_h())
     return PrintedH(
         forces=forces,
@@ -84,7 +82,7 @@ def compare_with_print(H: Complex, forces: tuple[str, ...]) -> PrintedH:
 
 
 def printed_h() -> Complex:
-    """Return the printed H (N/m), shape (4, 8), with positive real and imaginary parts throughout."""
+    """Return the printed H (N/m), shape (4, 8), with all real and imaginary parts positive."""
     data = table_of("h_10_hz")
     return 1e6 * (np.array(data["real"]) + 1j * np.array(data["imaginary"])).T
 

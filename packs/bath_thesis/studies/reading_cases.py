@@ -1,11 +1,10 @@
-"""Readings of what the thesis leaves open, and the run of a source of its statements under one of them."""
+"""Readings of the thesis's open points, and the run of a source of its statements under one of them."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib.resources import files
-from pathlib import Path
 from typing import Any
 
 from pydantic import Field
@@ -26,12 +25,12 @@ PACK = "bath_thesis"
 
 
 class ReadingCase(Table):
-    """What differs from the scenarios as they are.
+    """Changes from the scenarios.
 
     set
         Values by `component.variable`.
     scenarios
-        Scenarios by the name of those in whose place they run.
+        Scenarios by the name of those that they replace.
     unbalance_factor
         Factor of all unbalances of the scenarios.
     rotor
@@ -52,19 +51,18 @@ class _File(Table):
 
 @dataclass(frozen=True)
 class Case:
-    """A source under a reading, the statements that it answers, and the folder for the file of its own rotor."""
+    """A source under a reading, and the statements that it covers."""
 
     reading: ReadingCase
     name: str
     source: Source
     statements: tuple[Statement, ...]
-    folder: Path
     flavour: Flavour = "native"
 
 
 @dataclass(frozen=True)
 class ReadingResult:
-    """What a run shows of a statement, how far that is from it, and whether it is within the statement's tolerance."""
+    """The value of a run for a statement, its misfit, and whether it is within the statement's tolerance."""
 
     found: Computed | None
     misfit: float
@@ -72,18 +70,18 @@ class ReadingResult:
 
 
 def load_readings() -> tuple[ReadingCase, ...]:
-    """Return all readings; the first of a chapter is that of the scenarios as they are."""
+    """Return all readings; the first of a chapter is that of the unchanged scenarios."""
     source = files(__package__) / "readings.toml"
     return validate(parse_toml(source.read_text(encoding="utf-8"), "readings"), _File, "readings").reading
 
 
 def statements_of(chapter: int) -> list[Statement]:
-    """Return the statements of a chapter that a run answers."""
+    """Return the statements of a chapter that a run covers."""
     available = load_statements(PACK)
     return [s for s in available.named[f"ch{chapter}"] if s.quantity and available.sources[s.source].scenario]
 
 
-def cases_of(reading: ReadingCase, folder: Path, flavour: Flavour = "native") -> list[Case]:
+def cases_of(reading: ReadingCase, flavour: Flavour = "native") -> list[Case]:
     """Return the runs of a reading, one for each source of its chapter's statements."""
     statements, sources = statements_of(reading.chapter), load_statements(PACK).sources
     return [
@@ -92,7 +90,6 @@ def cases_of(reading: ReadingCase, folder: Path, flavour: Flavour = "native") ->
             name,
             under(reading, sources[name]),
             tuple(s for s in statements if s.source == name),
-            folder,
             flavour,
         )
         for name in dict.fromkeys(s.source for s in statements)
@@ -100,7 +97,7 @@ def cases_of(reading: ReadingCase, folder: Path, flavour: Flavour = "native") ->
 
 
 def under(reading: ReadingCase, source: Source) -> Source:
-    """Return a source as a reading has it."""
+    """Return a source under a reading."""
     scenario = reading.scenarios.get(source.scenario, source.scenario)
     return source.model_copy(
         update={
@@ -121,15 +118,14 @@ def settings_for(system: str, given: Values) -> Values:
 
 
 def simulate_case(case: Case) -> list[ReadingResult]:
-    """Simulate a case and return what it shows of each of its statements, in their order.
+    """Simulate a case and return its finding for each of its statements, in order.
 
     Raises
     ------
     ValueError
         If it does not reach its end.
     """
-    rotor_file = case.folder / f"{case.reading.chapter}_{case.reading.name}_{case.name}.toml".replace(" ", "_")
-    result = run_prepared(prepare_source(case.source, rotor_file, case.flavour))
+    result = run_prepared(prepare_source(case.source, case.flavour))
     if result.outcome.failure is not None:
         raise ValueError(f"{case.name}, {case.reading.name}: {result.outcome.failure}")
     return [_finding(statement, result.signals) for statement in case.statements]

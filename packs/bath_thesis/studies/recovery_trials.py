@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from amb_cosim.cosim.basics.choices import Flavour
-from amb_cosim.cosim.run.run_plan import Progress
+from amb_cosim.cosim.run.options import Progress
 from amb_cosim.cosim.system.system_tables import Record
 from amb_cosim.cosim.system.values import Raw, quantity
 from amb_cosim.results.contact_history import contact_cycles, recovered
@@ -48,7 +48,7 @@ class TrialResult:
 
 
 def simulate_all(trials: Sequence[RecoveryTrial], progress: Progress) -> list[TrialResult]:
-    """Simulate trials in as many processes as there are processors, and return their results.
+    """Simulate trials with one process per processor, and return their results.
 
     Raises
     ------
@@ -82,7 +82,7 @@ def prepare_trial(trial: RecoveryTrial) -> PlannedRun:
 
 
 def trial_scenario(trial: RecoveryTrial) -> Scenario:
-    """Return the scenario of Fig. 5.6 with another step, which records every sample of the contact state."""
+    """Return the scenario of Fig. 5.6 with another step, recording every sample of the contact state."""
     base = load_scenario(SCENARIO)
     before = quantity(base.inputs["rotor_contact"][DISC], "kg.m", DISC)
     step = Event(

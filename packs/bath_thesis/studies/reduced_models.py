@@ -8,16 +8,16 @@ from typing import Annotated, ClassVar
 import numpy as np
 
 from amb_cosim.presentation.json_data import Layout
-from amb_cosim.presentation.text_tables import TextPart, labelled_table, number
+from amb_cosim.presentation.text_tables import TextBlock, labelled_table, number
 from amb_cosim.studies.inputs import Number, positive, speed_range
 from amb_cosim.studies.result import DrawnResult
+from array_types import Array
+from bath_thesis.meshes import mesh_family
 from bath_thesis.printed import table_of
 from bath_thesis.studies.frequency_tables import COUNT, MASSES, SPEEDS
-from fmi_export.model import Array
 from rotor_analysis.assembly import Matrices
 from rotor_analysis.campbell import Campbell
 from rotor_analysis.campbell import campbell as follow_modes
-from rotor_analysis.meshes import mesh_family
 from rotor_analysis.modes import damped_frequencies
 from rotor_analysis.response import orbit
 from rotor_analysis.response import unbalance_response as steady_response
@@ -51,7 +51,7 @@ class ReducedModel:
 
 @dataclass(frozen=True)
 class MeanError:
-    """Mean size of the errors of eight frequencies at 90, 120 and 145 rad/s against 23 nodes, consistent mass.
+    """Mean absolute error of eight frequencies at 90, 120 and 145 rad/s against 23 nodes, consistent mass.
 
     computed, thesis
         The error (%); None where the thesis states none.
@@ -68,7 +68,7 @@ class MeanError:
 
 @dataclass(frozen=True, eq=False)
 class FrequenciesBeside:
-    """Frequencies computed and in the thesis (rad/s), and their ratio less one (%), shape (8,) each."""
+    """Frequencies computed and in the thesis (rad/s), and their deviation (%), shape (8,) each."""
 
     computed: Annotated[Array, "rad/s"]
     thesis: Annotated[Array, "rad/s"]
@@ -90,9 +90,9 @@ class ModelReduction(DrawnResult):
     mean_errors
         Errors of the frequencies by model and mass matrix (Figs 3.4, 3.5).
     frequencies
-        Frequencies beside those of Tables 3.1 (19 nodes) and 3.4 (6 nodes), by model, mass matrix and speed (rad/s).
+        Frequencies compared with Tables 3.1 (19 nodes) and 3.4 (6 nodes), by model, mass matrix and speed (rad/s).
     printed_change
-        Frequencies that the thesis prints for 6 nodes over those for 13 less one (%), diagonal mass, 90 rad/s.
+        Relative difference of the printed frequencies for 6 and 13 nodes (%), diagonal mass, 90 rad/s.
     """
 
     name: ClassVar[str] = "reduction"
@@ -106,8 +106,8 @@ class ModelReduction(DrawnResult):
     frequencies: dict[str, dict[str, dict[str, FrequenciesBeside]]]
     printed_change: Annotated[Array, "%"]
 
-    def text(self) -> list[TextPart]:
-        """Return the errors of the models, the frequencies beside the thesis's, and why they disagree with 6 nodes."""
+    def text(self) -> list[TextBlock]:
+        """Return the errors of the models, the comparison with the thesis, and why 6 nodes disagree."""
         title = "Mean error of eight frequencies at 90, 120 and 145 rad/s (%)"
         errors = labelled_table(title, "model", "mass matrix", "computed", "thesis", "rigid inertia (kg m2)")
         for model, masses in self.mean_errors.items():
@@ -131,11 +131,12 @@ class ModelReduction(DrawnResult):
         first, third = self.printed_change[0], self.printed_change[4]
         inertia = 100.0 / (1.0 + 0.01 * first) ** 2
         return (
-            "The coarse mesh has the same discs, cores and bearings at the same places, and the same mass. Its "
+            "The coarse mesh has the same discs, cores and bearings at the same positions, and the same mass. Its "
             "consistent matrices bound the frequencies of finer meshes from above (Ritz), and its lumped ones raise "
             f"the diametral inertia by {more:.1f} %, which lowers the conical mode. The first frequency printed for "
-            f"6 nodes, {first:.0f} % above that for 13, would take {inertia:.0f} % of the inertia, and the third pair "
-            f"lies {-third:.0f} % below: they are not those of a coarser mesh of the same rotor."
+            f"6 nodes, {first:.0f} % above that for 13, would require {inertia:.0f} % of the inertia, and the third "
+            f"pair "
+            f"lies {-third:.0f} % below: these are not frequencies of a coarser mesh of the same rotor."
         )
 
 
@@ -145,9 +146,9 @@ def reduction(*, up_to: Number = "500 rad/s", unbalance: Number = "0.5 g.m") -> 
     Parameters
     ----------
     up_to
-        Highest spin speed of the curves (rad/s), or a text with its unit.
+        Highest spin speed of the curves (rad/s), or a string with its unit.
     unbalance
-        Unbalance on the disc at the non-driven end (kg m), or a text with its unit.
+        Unbalance on the disc at the non-driven end (kg m), or a string with its unit.
 
     Raises
     ------

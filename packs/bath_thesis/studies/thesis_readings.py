@@ -1,24 +1,23 @@
-"""Study of what the thesis leaves open: how near each reading of its chapters 4 to 6 comes to what it states.
+"""Study of the thesis's open points: misfit of each reading of chapters 4 to 6 against its statements.
 
-The thesis gives no positions along the shaft, does not say how its rig was balanced, names discs in two ways, and
-measures other critical speeds than its stiffness gives. A reading settles one of these, and every statement of the
-chapter that a run answers is measured under it (`source_check`). The misfit of a reading is their mean.
+The thesis states no positions along the shaft and no balancing of its rig, names discs in two ways, and measures other
+critical speeds than its stiffness gives. A reading settles one of these points; every statement of the chapter that a
+run covers is then compared (`source_check`). The misfit of a reading is the mean.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import ClassVar
 
 from amb_cosim.cosim.basics.choices import Flavour
-from amb_cosim.cosim.run.run_plan import Progress
+from amb_cosim.cosim.run.options import Progress
 from amb_cosim.presentation.progress import progress_bar
-from amb_cosim.presentation.text_tables import TextPart, labelled_table, number
+from amb_cosim.presentation.text_tables import TextBlock, labelled_table, number
 from amb_cosim.studies.processes import simulate_in_processes
 from amb_cosim.studies.result import DrawnResult
+from amb_files.checks import require
 from bath_thesis.studies.reading_cases import (
     ReadingResult,
     cases_of,
@@ -27,7 +26,6 @@ from bath_thesis.studies.reading_cases import (
     simulate_case,
     statements_of,
 )
-from rotor_analysis.checks import require
 from source_check.source_runs import build_fmus
 from source_check.statements import Expected, Statement
 from source_check.verdict import Computed
@@ -39,12 +37,12 @@ MOVED = 0.05  # misfit by which a statement counts as moved
 
 @dataclass(frozen=True)
 class Row:
-    """A statement and what each reading finds of it.
+    """A statement and the finding of each reading.
 
     key, stated
-        Name of the statement, and what the thesis states.
+        Name of the statement, and its value in the thesis.
     findings
-        By reading, what the run shows and how far that is from it.
+        Computed value and misfit by reading.
     """
 
     key: str
@@ -54,7 +52,7 @@ class Row:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Readings(DrawnResult):
-    """How near readings come to what the thesis states, by chapter.
+    """Misfits of readings against the thesis's statements, by chapter.
 
     rows
         By chapter, each statement.
@@ -70,9 +68,9 @@ class Readings(DrawnResult):
     misfit: dict[str, dict[str, float]]
     met: dict[str, dict[str, int]]
 
-    def text(self) -> list[TextPart]:
+    def text(self) -> list[TextBlock]:
         """Return a table of readings and one of statements for each chapter."""
-        parts: list[TextPart] = []
+        parts: list[TextBlock] = []
         for chapter, rows in self.rows.items():
             names = list(self.misfit[chapter])
             table = labelled_table(f"Chapter {chapter}", "reading", "misfit", f"met of {len(rows)}", "better", "worse")
@@ -96,28 +94,28 @@ class Readings(DrawnResult):
 def readings(
     chapters: Sequence[int] | str = "4,5,6", *, flavour: Flavour = "native", progress: bool | Progress | None = None
 ) -> Readings:
-    """Return how near readings of the thesis come to what it states in some chapters.
+    """Return the misfit of readings of the thesis against its statements in some chapters.
 
     Parameters
     ----------
     chapters
-        Chapters, of 4, 5 and 6, or a text with commas.
+        Chapters from 4, 5 and 6, or a string separated by commas.
     flavour
         Flavour of the FMUs.
     progress
-        Whether a bar is shown (by default in a terminal and in a notebook), or a function that is called with the
-        number of runs done and of all runs.
+        Whether a bar is shown (default in a terminal and a notebook), or a function called with the number of runs done
+        and of all runs.
 
     Raises
     ------
     ValueError
-        If a chapter is another one, or a run does not reach its end.
+        If another chapter is requested, or a run does not reach its end.
     """
     wanted = _chapters(chapters)
     chosen = [reading for reading in load_readings() if reading.chapter in wanted]
-    with TemporaryDirectory() as folder, progress_bar(progress) as report:
-        cases = [case for reading in chosen for case in cases_of(reading, Path(folder), flavour)]
-        build_fmus((case.source for case in cases), Path(folder), flavour)
+    with progress_bar(progress) as report:
+        cases = [case for reading in chosen for case in cases_of(reading, flavour)]
+        build_fmus((case.source for case in cases), flavour)
         result = simulate_in_processes(simulate_case, cases, report)
     findings: dict[int, dict[str, dict[str, ReadingResult]]] = {}
     for case, of_case in zip(cases, result, strict=True):

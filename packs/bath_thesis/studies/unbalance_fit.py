@@ -1,10 +1,10 @@
-"""Study of the rig's own unbalance, which the thesis does not state: fitted to what it measured before ROLAC acted.
+"""Study of the rig's residual unbalance, which the thesis does not state, fitted to its measurements before ROLAC acts.
 
     minimise  sum_k [w_k ln(|sum_i X_ki u_i| / a_k)]^2
 
-u_i is the complex unbalance of disc i, X_ki the synchronous displacement at sensor k for one kg m on it, as the
-controller measures it in a co-simulation of the rig with its signal chain, and a_k the amplitude of Figs 6.6 to 6.10.
-Angles count from the first disc: amplitudes do not depend on the instant at which theta = 0.
+u_i is the complex unbalance of disc i, X_ki the synchronous displacement at sensor k per kg m on it, measured by the
+controller in a co-simulation of the rig with its signal chain, and a_k the amplitude of Figs 6.6 to 6.10. Angles are
+relative to the first disc, because amplitudes do not depend on the instant at which theta = 0.
 """
 
 from __future__ import annotations
@@ -15,26 +15,25 @@ from itertools import combinations
 from typing import Annotated, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from amb_cosim.cosim.basics.choices import Flavour
-from amb_cosim.cosim.run.run_plan import Progress
+from amb_cosim.cosim.run.options import Progress
 from amb_cosim.cosim.system.values import Raw
 from amb_cosim.presentation.progress import progress_bar
-from amb_cosim.presentation.text_tables import TextPart, labelled_table
+from amb_cosim.presentation.text_tables import TextBlock, labelled_table
 from amb_cosim.scenario.scenario import Scenario, load_scenario
 from amb_cosim.scenario.simulation import PlannedRun, prepare, run_prepared
 from amb_cosim.studies.inputs import Number, positive
 from amb_cosim.studies.processes import simulate_in_processes
 from amb_cosim.studies.result import DrawnResult
+from array_types import Array, Complex
 
 DISCS = ("d1", "d2", "d3", "d4")
 TRIAL = 5e-3  # kg m, on one disc at a time
 SETTLE = 60.0  # cycles
 STARTS = 40  # of each fit; the best one counts
 LEAST = 1e-9  # mm; without unbalance there is no logarithm
-Complex = NDArray[np.complex128]
 
 
 @dataclass(frozen=True)
@@ -67,9 +66,9 @@ class Fit:
     discs
         Their names.
     unbalance, angle
-        Of each disc (kg m, rad).
+        Unbalance and angle of each disc (kg m, rad).
     amplitudes
-        What they give at each sensor (mm).
+        Resulting amplitude at each sensor (mm).
     error
         Root mean square of w ln(ours/theirs).
     """
@@ -88,7 +87,7 @@ class RigUnbalance(DrawnResult):
     k_b
         Net stiffness of the closed bearings (N/m).
     measured
-        The amplitudes that are fitted.
+        The amplitudes to fit.
     fits
         The best fit with each disc alone, each pair of discs, and all four.
     """
@@ -101,10 +100,10 @@ class RigUnbalance(DrawnResult):
 
     @property
     def best_pair(self) -> Fit:
-        """The pair of discs that fits best."""
+        """The best pair of discs."""
         return min((fit for fit in self.fits if len(fit.discs) == 2), key=lambda fit: fit.error)
 
-    def text(self) -> list[TextPart]:
+    def text(self) -> list[TextBlock]:
         """Return a table of the fits and a line that explains it."""
         headings = [f"{m.figure} {m.sensor}" for m in self.measured]
         table = labelled_table(
@@ -116,12 +115,12 @@ class RigUnbalance(DrawnResult):
             angles = ", ".join(f"{np.degrees(angle):.0f}" for angle in fit.angle)
             result = (f"{a:.3f}" for a in fit.amplitudes)
             table.add_row(" ".join(fit.discs), amounts, angles, *result, f"{fit.error:.3f}")
-        return [table, "error: root mean square of ln(ours/theirs); at 10 Hz half of it counts"]
+        return [table, "error: root mean square of ln(ours/theirs); weight 1/2 at 10 Hz"]
 
 
 @dataclass(frozen=True)
 class Trial:
-    """A run with unbalance on one disc alone."""
+    """A run with unbalance on one disc only."""
 
     scenario: str
     disc: str
@@ -132,17 +131,17 @@ class Trial:
 def rig_unbalance(
     k_b: Number = "1e6 N/m", *, flavour: Flavour = "native", progress: bool | Progress | None = None
 ) -> RigUnbalance:
-    """Return unbalances of the rig's discs that give the amplitudes under PID of Figs 6.6 to 6.10.
+    """Return unbalances of the rig's discs that fit the amplitudes under PID of Figs 6.6 to 6.10.
 
     Parameters
     ----------
     k_b
-        Net stiffness of the closed bearings (N/m), or a text with its unit.
+        Net stiffness of the closed bearings (N/m), or a string with its unit.
     flavour
         Flavour of the FMUs.
     progress
-        Whether a bar is shown (by default in a terminal and in a notebook), or a function that is called with the
-        number of runs done and of all runs.
+        Whether a bar is shown (default in a terminal and a notebook), or a function called with the number of runs done
+        and of all runs.
 
     Raises
     ------
@@ -191,11 +190,11 @@ def fit_unbalances(responses: Complex, discs: Sequence[int], measured: Sequence[
     columns = responses[:, list(discs)]
     stated, weights = (np.array([getattr(m, name) for m in measured]) for name in ("amplitude", "weight"))
 
-    def amplitudes(parts: NDArray[np.float64]) -> NDArray[np.float64]:
+    def amplitudes(parts: Array) -> Array:
         u = np.concatenate([[parts[0]], parts[1 : len(discs)] + 1j * parts[len(discs) :]])  # g m; the first is real
         return np.asarray(np.maximum(np.abs(columns @ u), LEAST))
 
-    def errors(parts: NDArray[np.float64]) -> NDArray[np.float64]:
+    def errors(parts: Array) -> Array:
         return np.asarray(weights * np.log(amplitudes(parts) / stated))
 
     rng = np.random.default_rng(0)
@@ -216,7 +215,7 @@ def _scenarios() -> list[str]:
 
 
 def _scenario(trial: Trial) -> Scenario:
-    """Return the scenario of a figure with unbalance on one disc alone, under PID from beginning to end."""
+    """Return the scenario of a figure with unbalance on one disc only, under PID from beginning to end."""
     values: dict[str, Raw] = {f"{disc}.u": TRIAL if disc == trial.disc else 0.0 for disc in DISCS}
     values |= {f"{disc}.phi": 0.0 for disc in DISCS}
     inputs = {"rotor_contact": values, "rolac_controller": {"identify": False}}

@@ -66,7 +66,7 @@ test("the push waits until it is let go, and says whether the rotor touched", ()
   assert.ok(!follow(letGo, after, at(0.3, { "wheel.f_x": 30, "catch.x": 0.8 * CLEARANCE })));
   assert.ok(!follow(letGo, after, at(0.4)));
   assert.ok(follow(letGo, after, at(0.6)));
-  assert.match(letGo.remark(at(0.6), after), /without contact; it went to 80 %/);
+  assert.match(letGo.remark(at(0.6), after), /without contact, from 80 %/);
   follow(letGo, after, at(0.7, { "catch.mode": 1, "catch.f_n_peak": 40 }));
   assert.match(letGo.remark(at(0.8), after), /touched with 40\.0 N, and is free again/);
 });
@@ -80,6 +80,9 @@ test("a landing counts from the moment at which no magnet pulls", () => {
   assert.ok(follow(watch, notes, at(0.3, { "catch.mode": 1 }, off(1))));
   assert.match(watch.remark(at(0.3, { "catch.mode": 1 }, off(1)), notes), /landed 50\.0 ms after, and pressed with up to 900 N; it slides/);
   assert.ok(!follow(lift, newNotes(0.3), at(0.7, {}, off(1))));
+  const late = newNotes(0.3);
+  follow(watch, late, at(0.3, { "catch.mode": 1 }, off(1)));
+  assert.match(watch.remark(at(0.5, { "catch.mode": 1 }, off(1)), late), /^It has landed, and pressed/);
 });
 
 test("a machine without amplifiers or discs has no experiment that needs them", () => {
@@ -92,4 +95,33 @@ test("slower than asked is told with its reason, a pace that is kept is not", ()
   assert.equal(slowness(at(0, {}, { speed: 0.2 }), 0.1), "");
   assert.match(slowness(at(0, { "catch.mode": 1 }, { speed: 0.2 }), 1), /1\/5 of real time: contact at CATCH takes many small steps/);
   assert.equal(slowness(at(0, {}, { speed: 0.2, status: "paused" }), 1), "");
+});
+
+test("without power no sentence speaks of magnets that act, nor of a trap", () => {
+  const [push, trap] = experimentsOf(at(0)), dead = (time, values = {}) => at(time, values, off(1));
+  const [run, pushed, letGo] = push.steps, [increase] = trap.steps;
+  assert.match(run.say(dead(0)), /No magnet has power/);
+  assert.doesNotMatch(run.say(dead(0)), /magnets hold/);
+  assert.match(pushed.remark(dead(0.2), newNotes(0)), /No magnet has power/);
+  assert.doesNotMatch(pushed.remark(dead(0.2), newNotes(0)), /more current/);
+  assert.match(letGo.remark(dead(0.6, { "catch.mode": 1 }), newNotes(0)), /lies on CATCH: without power/);
+  const contacts = [contact(0.1, 1)], lying = at(0.9, { "catch.mode": 1 }, { ...off(1), contacts });
+  assert.ok(!follow(increase, newNotes(0), lying), "a rotor that has landed is not trapped");
+  assert.match(increase.say(lying), /landed, not trapped/);
+  assert.ok(follow(increase, newNotes(0), at(0.9, { "catch.mode": 1 }, { contacts })));
+});
+
+test("with power the sentences speak of the magnets", () => {
+  const [push] = experimentsOf(at(0)), [run, pushed] = push.steps;
+  assert.match(run.say(at(0)), /magnets hold it/);
+  assert.match(pushed.remark(at(0.2), newNotes(0)), /more current/);
+});
+
+test("a scenario that switches magnets off suits the landing, and is announced", () => {
+  const falls = at(0, {}, { rig: { ...at(0).rig, events: [{ point: 200, variable: OFF, value: 1, label: "" }] } });
+  const suiting = (session) => experimentsOf(session).filter((item) => item.suits).map((item) => item.title);
+  assert.deepEqual(suiting(falls), ["Land"]);
+  assert.match(experimentsOf(falls).find((item) => item.suits).steps[0].say(falls), /does so itself at 200 ms/);
+  assert.deepEqual(suiting(at(0, {}, off(1))), ["Land"]);
+  assert.deepEqual(suiting(at(0)), []);
 });

@@ -19,8 +19,11 @@
 #include "logger.h"
 
 #define FUNCTIONS(X)                                                                                                   \
-    X(Instantiate) X(SetupExperiment) X(EnterInitializationMode) X(ExitInitializationMode) X(SetReal) X(SetInteger)    \
-    X(SetBoolean) X(GetReal) X(GetInteger) X(GetBoolean) X(DoStep) X(Terminate) X(FreeInstance)
+    X(Instantiate)                                                                                                     \
+    X(SetupExperiment)                                                                                                 \
+    X(EnterInitializationMode)                                                                                         \
+    X(ExitInitializationMode)                                                                                          \
+    X(SetReal) X(SetInteger) X(SetBoolean) X(GetReal) X(GetInteger) X(GetBoolean) X(DoStep) X(Terminate) X(FreeInstance)
 
 typedef struct {
     char type;

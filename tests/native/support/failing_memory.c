@@ -23,10 +23,7 @@ static int is_refused(const void *caller)
     return 1;
 }
 
-void *malloc(size_t size)
-{
-    return is_refused(__builtin_return_address(0)) ? NULL : __libc_malloc(size);
-}
+void *malloc(size_t size) { return is_refused(__builtin_return_address(0)) ? NULL : __libc_malloc(size); }
 
 void *calloc(size_t count, size_t size)
 {

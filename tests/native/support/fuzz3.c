@@ -10,10 +10,28 @@
 #include "fmi3Functions.h"
 
 #define FUNCTIONS(X)                                                                                                   \
-    X(InstantiateCoSimulation) X(FreeInstance) X(SetDebugLogging) X(EnterInitializationMode) X(ExitInitializationMode)  \
-    X(DoStep) X(Terminate) X(Reset) X(GetFloat64) X(SetFloat64) X(GetInt32) X(SetInt32) X(GetInt64) X(SetInt64)        \
-    X(GetBoolean) X(SetBoolean) X(GetString) X(SetUInt8) X(GetClock) X(GetFMUState) X(SetFMUState) X(FreeFMUState)     \
-    X(SerializedFMUStateSize) X(SerializeFMUState) X(DeserializeFMUState) X(EnterEventMode) X(SetTime)
+    X(InstantiateCoSimulation)                                                                                         \
+    X(FreeInstance)                                                                                                    \
+    X(SetDebugLogging)                                                                                                 \
+    X(EnterInitializationMode)                                                                                         \
+    X(ExitInitializationMode)                                                                                          \
+    X(DoStep)                                                                                                          \
+    X(Terminate)                                                                                                       \
+    X(Reset)                                                                                                           \
+    X(GetFloat64)                                                                                                      \
+    X(SetFloat64)                                                                                                      \
+    X(GetInt32)                                                                                                        \
+    X(SetInt32)                                                                                                        \
+    X(GetInt64)                                                                                                        \
+    X(SetInt64)                                                                                                        \
+    X(GetBoolean)                                                                                                      \
+    X(SetBoolean)                                                                                                      \
+    X(GetString)                                                                                                       \
+    X(SetUInt8)                                                                                                        \
+    X(GetClock)                                                                                                        \
+    X(GetFMUState)                                                                                                     \
+    X(SetFMUState)                                                                                                     \
+    X(FreeFMUState) X(SerializedFMUStateSize) X(SerializeFMUState) X(DeserializeFMUState) X(EnterEventMode) X(SetTime)
 
 #define DECLARE(name) static fmi3##name##TYPE *name;
 FUNCTIONS(DECLARE)
@@ -88,40 +106,88 @@ static void call(const char *token, const char *resources)
         bytes[i] = 0;
     }
     for (int i = 0; i < 3; i++) /* of the first elements of arrays more often than not */
-        references[i] = chance(3) ? (const fmi3ValueReference[]){0, 1, 7, 10, 12, 14, 15, 17, 19, 21, 29, 30}[chance(12)]
-                                  : chance(9) ? chance(40) : 4294967295u;
+        references[i] = chance(3)
+                            ? (const fmi3ValueReference[]){0, 1, 7, 10, 12, 14, 15, 17, 19, 21, 29, 30}[chance(12)]
+                        : chance(9) ? chance(40)
+                                    : 4294967295u;
     const fmi3ValueReference *r = chance(30) ? references : NULL;
     fmi3Instance c = instances[k];
     fmi3Status status = fmi3OK;
     switch (chance(27)) {
-    case 0: case 1:
+    case 0:
+    case 1:
         if (!c)
-            instances[k] = InstantiateCoSimulation(chance(9) ? "fuzz" : "", chance(9) ? token : strings[0],
-                                                   chance(9) ? resources : strings[1], false, chance(2), !chance(20),
-                                                   chance(2), references, chance(20) ? 0 : 1, NULL,
-                                                   chance(9) ? logger : NULL, NULL);
+            instances[k] =
+                InstantiateCoSimulation(chance(9) ? "fuzz" : "", chance(9) ? token : strings[0],
+                                        chance(9) ? resources : strings[1], false, chance(2), !chance(20), chance(2),
+                                        references, chance(20) ? 0 : 1, NULL, chance(9) ? logger : NULL, NULL);
         break;
-    case 2: if (!chance(4)) release(k); break;
-    case 3: case 4: status = EnterInitializationMode(c, false, 0.0, reals[0], chance(2), reals[1]); break;
-    case 5: case 6: status = ExitInitializationMode(c); break;
-    case 7: status = Terminate(c); break;
-    case 8: status = Reset(c); break;
-    case 9: status = GetFloat64(c, r, count, reals, n); break;
-    case 10: status = SetFloat64(c, r, count, reals, n); break;
-    case 11: status = GetInt32(c, r, count, integers, n); break;
-    case 12: status = SetInt32(c, r, count, integers, n); break;
-    case 13: status = GetInt64(c, r, count, longs, n); break;
-    case 14: status = SetInt64(c, r, count, longs, n); break;
-    case 15: status = GetBoolean(c, r, count, booleans, n); break;
-    case 16: status = SetBoolean(c, r, count, booleans, n); break;
-    case 17: status = GetString(c, r, count, strings, n); break;
-    case 18: status = SetUInt8(c, r, count, bytes, n); break;
-    case 19: status = GetClock(c, r, count, booleans); break;
-    case 20: status = GetFMUState(c, chance(20) ? &states[k] : NULL); break;
-    case 21: status = SetFMUState(c, states[chance(N)]); break;
-    case 22: status = through_bytes(c, states[k]); break;
-    case 23: status = SetDebugLogging(c, chance(2), count, chance(9) ? strings : NULL); break;
-    case 24: status = chance(2) ? EnterEventMode(c) : SetTime(c, reals[0]); break;
+    case 2:
+        if (!chance(4))
+            release(k);
+        break;
+    case 3:
+    case 4:
+        status = EnterInitializationMode(c, false, 0.0, reals[0], chance(2), reals[1]);
+        break;
+    case 5:
+    case 6:
+        status = ExitInitializationMode(c);
+        break;
+    case 7:
+        status = Terminate(c);
+        break;
+    case 8:
+        status = Reset(c);
+        break;
+    case 9:
+        status = GetFloat64(c, r, count, reals, n);
+        break;
+    case 10:
+        status = SetFloat64(c, r, count, reals, n);
+        break;
+    case 11:
+        status = GetInt32(c, r, count, integers, n);
+        break;
+    case 12:
+        status = SetInt32(c, r, count, integers, n);
+        break;
+    case 13:
+        status = GetInt64(c, r, count, longs, n);
+        break;
+    case 14:
+        status = SetInt64(c, r, count, longs, n);
+        break;
+    case 15:
+        status = GetBoolean(c, r, count, booleans, n);
+        break;
+    case 16:
+        status = SetBoolean(c, r, count, booleans, n);
+        break;
+    case 17:
+        status = GetString(c, r, count, strings, n);
+        break;
+    case 18:
+        status = SetUInt8(c, r, count, bytes, n);
+        break;
+    case 19:
+        status = GetClock(c, r, count, booleans);
+        break;
+    case 20:
+        status = GetFMUState(c, chance(20) ? &states[k] : NULL);
+        break;
+    case 21:
+        status = SetFMUState(c, states[chance(N)]);
+        break;
+    case 22:
+        status = through_bytes(c, states[k]);
+        break;
+    case 23:
+        status = SetDebugLogging(c, chance(2), count, chance(9) ? strings : NULL);
+        break;
+    case 24:
+        status = chance(2) ? EnterEventMode(c) : SetTime(c, reals[0]);
+        break;
     default:
         status = DoStep(c, reals[0], chance(9) ? 250e-6 : reals[1], true, chance(9) ? &event : NULL, &terminate, &early,
                         chance(9) ? &last : NULL);

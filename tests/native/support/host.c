@@ -38,12 +38,34 @@
 #endif
 
 #define FUNCTIONS(X)                                                                                                   \
-    X(GetTypesPlatform) X(GetVersion) X(SetDebugLogging) X(Instantiate) X(FreeInstance) X(SetupExperiment)             \
-    X(EnterInitializationMode) X(ExitInitializationMode) X(Terminate) X(Reset) X(GetReal) X(GetInteger) X(GetBoolean)  \
-    X(GetString) X(SetReal) X(SetInteger) X(SetBoolean) X(SetString) X(GetFMUstate) X(SetFMUstate) X(FreeFMUstate)     \
-    X(SerializedFMUstateSize) X(SerializeFMUstate) X(DeSerializeFMUstate) X(GetDirectionalDerivative)                  \
-    X(SetRealInputDerivatives) X(GetRealOutputDerivatives) X(DoStep) X(CancelStep) X(GetStatus) X(GetRealStatus)       \
-    X(GetIntegerStatus) X(GetBooleanStatus) X(GetStringStatus)
+    X(GetTypesPlatform)                                                                                                \
+    X(GetVersion)                                                                                                      \
+    X(SetDebugLogging)                                                                                                 \
+    X(Instantiate)                                                                                                     \
+    X(FreeInstance)                                                                                                    \
+    X(SetupExperiment)                                                                                                 \
+    X(EnterInitializationMode)                                                                                         \
+    X(ExitInitializationMode)                                                                                          \
+    X(Terminate)                                                                                                       \
+    X(Reset)                                                                                                           \
+    X(GetReal)                                                                                                         \
+    X(GetInteger)                                                                                                      \
+    X(GetBoolean)                                                                                                      \
+    X(GetString)                                                                                                       \
+    X(SetReal)                                                                                                         \
+    X(SetInteger)                                                                                                      \
+    X(SetBoolean)                                                                                                      \
+    X(SetString)                                                                                                       \
+    X(GetFMUstate)                                                                                                     \
+    X(SetFMUstate)                                                                                                     \
+    X(FreeFMUstate)                                                                                                    \
+    X(SerializedFMUstateSize)                                                                                          \
+    X(SerializeFMUstate)                                                                                               \
+    X(DeSerializeFMUstate)                                                                                             \
+    X(GetDirectionalDerivative)                                                                                        \
+    X(SetRealInputDerivatives)                                                                                         \
+    X(GetRealOutputDerivatives)                                                                                        \
+    X(DoStep) X(CancelStep) X(GetStatus) X(GetRealStatus) X(GetIntegerStatus) X(GetBooleanStatus) X(GetStringStatus)
 
 #define DECLARE(name) static __typeof__(&fmi2##name) name;
 FUNCTIONS(DECLARE)
@@ -118,28 +140,68 @@ static void fuzz_once(const char *guid, const char *resources)
     if (count == 3 && (!r || !v))
         count = 2;
     switch (chance(32)) {
-    case 0: case 1:
-        if (!c) instances[k] = Instantiate(chance(9) ? "fuzz" : "", chance(9) ? fmi2CoSimulation : fmi2ModelExchange,
-                                           chance(9) ? guid : strings[0], chance(9) ? resources : strings[1],
-                                           chance(9) ? &quiet : NULL, 0, chance(2));
+    case 0:
+    case 1:
+        if (!c)
+            instances[k] = Instantiate(chance(9) ? "fuzz" : "", chance(9) ? fmi2CoSimulation : fmi2ModelExchange,
+                                       chance(9) ? guid : strings[0], chance(9) ? resources : strings[1],
+                                       chance(9) ? &quiet : NULL, 0, chance(2));
         break;
-    case 2: if (!chance(4)) release((int)k); break;
-    case 3: status = SetupExperiment(c, 0, 0.0, reals[0], (int)chance(2), reals[1]); break;
-    case 4: case 5: status = EnterInitializationMode(c); break;
-    case 6: case 7: status = ExitInitializationMode(c); break;
-    case 8: if (!chance(3)) status = Terminate(c); break;
-    case 9: status = Reset(c); break;
-    case 10: status = SetReal(c, r, count, v); break;
-    case 11: status = SetInteger(c, r, count, integers); break;
-    case 12: status = SetBoolean(c, r, count, integers); break;
-    case 13: status = GetReal(c, r, count, v); break;
-    case 14: status = GetInteger(c, r, count, integers); break;
-    case 15: status = GetBoolean(c, r, count, integers); break;
-    case 16: status = GetString(c, r, count, strings); break;
-    case 17: status = SetString(c, r, count, strings); break;
-    case 18: status = GetFMUstate(c, chance(20) ? &states[k] : NULL); break;
-    case 19: status = SetFMUstate(c, states[chance(N)]); break;
-    case 20: status = FreeFMUstate(c, chance(20) ? &states[k] : NULL); break;
+    case 2:
+        if (!chance(4))
+            release((int)k);
+        break;
+    case 3:
+        status = SetupExperiment(c, 0, 0.0, reals[0], (int)chance(2), reals[1]);
+        break;
+    case 4:
+    case 5:
+        status = EnterInitializationMode(c);
+        break;
+    case 6:
+    case 7:
+        status = ExitInitializationMode(c);
+        break;
+    case 8:
+        if (!chance(3))
+            status = Terminate(c);
+        break;
+    case 9:
+        status = Reset(c);
+        break;
+    case 10:
+        status = SetReal(c, r, count, v);
+        break;
+    case 11:
+        status = SetInteger(c, r, count, integers);
+        break;
+    case 12:
+        status = SetBoolean(c, r, count, integers);
+        break;
+    case 13:
+        status = GetReal(c, r, count, v);
+        break;
+    case 14:
+        status = GetInteger(c, r, count, integers);
+        break;
+    case 15:
+        status = GetBoolean(c, r, count, integers);
+        break;
+    case 16:
+        status = GetString(c, r, count, strings);
+        break;
+    case 17:
+        status = SetString(c, r, count, strings);
+        break;
+    case 18:
+        status = GetFMUstate(c, chance(20) ? &states[k] : NULL);
+        break;
+    case 19:
+        status = SetFMUstate(c, states[chance(N)]);
+        break;
+    case 20:
+        status = FreeFMUstate(c, chance(20) ? &states[k] : NULL);
+        break;
     case 21: {
         status = SerializedFMUstateSize(c, states[k], &size);
         if (status == fmi2OK) {
@@ -159,14 +221,30 @@ static void fuzz_once(const char *guid, const char *resources)
         }
         break;
     }
-    case 22: status = SetDebugLogging(c, (int)chance(2), count, chance(9) ? strings : NULL); break;
-    case 23: status = GetStatus(c, (fmi2StatusKind)chance(5), &status); break;
-    case 24: status = GetRealStatus(c, (fmi2StatusKind)chance(5), chance(9) ? reals : NULL); break;
-    case 25: status = GetBooleanStatus(c, (fmi2StatusKind)chance(5), chance(9) ? integers : NULL); break;
-    case 26: status = GetIntegerStatus(c, (fmi2StatusKind)chance(5), NULL); break;
-    case 27: status = CancelStep(c); break;
-    case 28: status = GetDirectionalDerivative(c, r, count, r, count, v, v); break;
-    default: status = DoStep(c, reals[0], chance(9) ? 250e-6 : chance(2) ? not_finite : -1e-4 * chance(2), 1); break;
+    case 22:
+        status = SetDebugLogging(c, (int)chance(2), count, chance(9) ? strings : NULL);
+        break;
+    case 23:
+        status = GetStatus(c, (fmi2StatusKind)chance(5), &status);
+        break;
+    case 24:
+        status = GetRealStatus(c, (fmi2StatusKind)chance(5), chance(9) ? reals : NULL);
+        break;
+    case 25:
+        status = GetBooleanStatus(c, (fmi2StatusKind)chance(5), chance(9) ? integers : NULL);
+        break;
+    case 26:
+        status = GetIntegerStatus(c, (fmi2StatusKind)chance(5), NULL);
+        break;
+    case 27:
+        status = CancelStep(c);
+        break;
+    case 28:
+        status = GetDirectionalDerivative(c, r, count, r, count, v, v);
+        break;
+    default:
+        status = DoStep(c, reals[0], chance(9) ? 250e-6 : chance(2) ? not_finite : -1e-4 * chance(2), 1);
+        break;
     }
     if (status < fmi2OK || status > fmi2Fatal)
         exit(20);

@@ -37,7 +37,8 @@ int main(int count, char **given)
     for (int n = 0; n < atoi(given[5]); n++) {
         const fmi2Real u = (37 * n % 100) / 25.0 - 2.0;
         fmi2Real y;
-        if (fmi2SetReal(fmu, &input, 1, &u) > fmi2Warning || fmi2DoStep(fmu, n * 250e-6, 250e-6, fmi2True) > fmi2Warning ||
+        if (fmi2SetReal(fmu, &input, 1, &u) > fmi2Warning ||
+            fmi2DoStep(fmu, n * 250e-6, 250e-6, fmi2True) > fmi2Warning ||
             fmi2GetReal(fmu, &output, 1, &y) > fmi2Warning)
             return 1;
         printf("%a\n", y);

@@ -149,7 +149,7 @@ def test_truncation_between_two_entries_is_named(table, tmp_path):
 
 def test_table_of_another_rotor_is_refused(table, tmp_path):
     table.write(tmp_path / "table.toml")
-    with pytest.raises(ValueError, match="of rotor 'rig', not of 'pump'"):
+    with pytest.raises(ValueError, match="rotor 'rig', not 'pump'"):
         read_table(tmp_path / "table.toml", "pump")
 
 
@@ -200,17 +200,17 @@ def edit(old, new):
         (edit("speed = 31.4", "speed = nan"), r"receptance\[0\]\.speed = nan rad/s is not allowed"),
         (edit("speed = 31.4", "speed = 70.0"), "must ascend"),
         (edit("order = 1", "order = 0"), r"receptance\[0\]\.order = 0 is not allowed; it must be >= 1 and <= "),
-        (edit("real = [\n  [", "real = [\n  [1.0, "), "rows of equally many numbers"),
-        (edit("real = [\n  [", "real = [\n  ['x', "), "rows of equally many numbers"),
+        (edit("real = [\n  [", "real = [\n  [1.0, "), "rows of equal length"),
+        (edit("real = [\n  [", "real = [\n  ['x', "), "rows of equal length"),
         (edit("imaginary", "imag"), r"receptance\[0\]\.imaginary is missing"),
-        (edit("[[receptance]]", "[[receptance]]\ninner_real = [[1.0]]"), "must both be given, or none"),
+        (edit("[[receptance]]", "[[receptance]]\ninner_real = [[1.0]]"), "must both be set, or neither"),
         (
             edit("[[receptance]]", "[[receptance]]\ninner_real = [[1.0]]\ninner_imaginary = [[1.0]]"),
             r"receptance\[0\]: inner_real is 1 rows of 1 numbers; it must be 4 rows of 8 numbers, axes by sensors",
         ),
         (
             edit("real = [\n  [", "real = [\n  [inf, 1.0, 1.0, 1.0], #"),
-            r"receptance\[0\]\.real = .* is not allowed; it must be rows of equally many numbers, all finite",
+            r"receptance\[0\]\.real = .* is not allowed; it must be rows of equal length with finite numbers",
         ),
     ],
 )

@@ -72,6 +72,16 @@ def test_a_phase_is_a_circle_and_what_is_close_across_its_end_is_known(seek):
     assert len(ran) < len(of_line)
 
 
+def test_a_run_whose_metric_is_infinite_has_no_value(seek):
+    def metric(settings):
+        return math.inf if settings["a.x"] > 0.5 else 4.0 - settings["a.x"]
+
+    sampler, ran = seek({"a.x": "0:1:20"}, metric)
+    assert len(ran) < 20
+    assert sampler.summary_lines()[0].startswith("maximum of m: 4 with x = 0; elsewhere ")
+    assert np.isfinite(sampler.promise)
+
+
 @pytest.mark.parametrize(
     ("name", "values", "repeats"),
     [
@@ -127,7 +137,7 @@ def test_minimum_is_the_maximum_of_what_is_turned_over(seek):
     _, up = seek(TURN, wave)
     result, down = seek(TURN, lambda s: -wave(s), kind="minimum")
     assert up == down
-    assert "minimum of m: -2.2" in result.told()[0]
+    assert "minimum of m: -2.2" in result.summary_lines()[0]
 
 
 def test_boundary_of_a_level_is_known_at_every_point(seek):
@@ -157,23 +167,23 @@ def test_alternatives_are_sought_each_by_itself(seek):
         return wave({"step.cycle": s["step.cycle"] + (0.5 if s.get("a.on") else 0.0)})
 
     result, _ = seek({"control": {"PID": {}, "ROLAC": {"a.on": True}}, **TURN}, force)
-    assert [line.partition(":")[0] for line in result.told()] == ["PID", "ROLAC"]
-    assert "with cycle of the step = 0.4" in result.told()[1]
+    assert [line.partition(":")[0] for line in result.summary_lines()] == ["PID", "ROLAC"]
+    assert "with cycle of the step = 0.4" in result.summary_lines()[1]
 
 
 def test_runs_without_a_value_are_done_and_tell_nothing(seek):
     result, ran = seek(TURN, lambda s: math.nan if s["step.cycle"] < 0.5 else wave(s))
     assert len(ran) == len(set(ran))
-    assert "maximum of m: 2.2" in result.told()[0]
+    assert "maximum of m: 2.2" in result.summary_lines()[0]
     result, ran = seek(TURN, lambda s: math.nan)
-    assert result.told()[0].startswith("no maximum of m by ")
+    assert result.summary_lines()[0].startswith("no maximum of m by ")
     assert len(ran) == len(set(ran))
 
 
 def test_a_metric_that_never_changes_ends_the_search(seek):
     result, ran = seek(TURN, lambda s: 0.0)
     assert len(ran) < 30
-    assert "maximum of m: 0 with" in result.told()[0]
+    assert "maximum of m: 0 with" in result.summary_lines()[0]
 
 
 def test_what_is_in_the_store_is_not_asked_for_again(tmp_path):
@@ -202,7 +212,7 @@ def test_what_is_no_goal_is_refused(text, certainty, sentence):
 def test_a_sweep_that_cannot_be_sampled_is_refused(tmp_path, small):
     with pytest.raises(ValueError, match="--adaptive needs an axis with two numbers or more"):
         Sampler(make_design({"control": {"PID": {}, "ROLAC": {}}}), Goal("maximum", "m"))
-    with pytest.raises(ValueError, match="90000 points are too many to choose from; --adaptive takes 50000 at most"):
+    with pytest.raises(ValueError, match="90000 points are not allowed with --adaptive; it takes 50000 at most"):
         Sampler(make_design({"a.x": "0:1:300", "a.y": "0:1:300"}), Goal("maximum", "m"))
 
 

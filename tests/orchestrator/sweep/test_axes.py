@@ -66,13 +66,13 @@ def test_alternatives_set_what_their_labels_say(tmp_path):
     [
         ("Omega", "varies nothing"),
         ("Omega=", "varies nothing"),
-        ("Omega=a:b:3", "is no range; write START:STOP:COUNT"),
+        ("Omega=a:b:3", "is not a range; write START:STOP:COUNT"),
         ("Omega=1:2:0", "a count of '0' is not allowed; it must be 1 to"),
-        ("Omega=1:2:3:4", "is no range"),
+        ("Omega=1:2:3:4", "is not a range"),
         ("Omega=1:1e999:3", "its ends must be finite"),
-        ("O mega=1:2:3", "is no name of a variable"),
+        ("O mega=1:2:3", "is not a variable name"),
         ("Omega=1 kg:2 s:3", "Omega"),
-        ("Omega=1:2:3 & x.y=1,2", "must have as many values: Omega 3, x.y 2"),
+        ("Omega=1:2:3 & x.y=1,2", "need equal numbers of values: Omega 3, x.y 2"),
         ("control=@missing.toml", "missing.toml"),
     ],
 )
@@ -121,7 +121,7 @@ def test_ranges_that_vary_together_share_their_samples():
 @pytest.mark.parametrize(
     ("vary", "sample", "message"),
     [
-        ({"Omega": "1:2"}, "grid", "Omega has no number of values"),
+        ({"Omega": "1:2"}, "grid", "Omega has no count"),
         ({"Omega": "1:2:3"}, "lhs:4", "has nothing to sample"),
         ({"Omega": "1:2"}, "lhs:0", "must be grid, lhs:N"),
         ({"Omega": "1:2"}, "random:4", "must be grid, lhs:N"),

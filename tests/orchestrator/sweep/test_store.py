@@ -151,7 +151,7 @@ def test_a_lock_follows_no_link_and_truncates_nothing(tmp_path):
         pass
     lock.unlink()
     os.mkfifo(lock)
-    with pytest.raises(ValueError, match=r"\.lock .* it is no file"), only_writer(tmp_path):
+    with pytest.raises(ValueError, match=r"\.lock .* it is not a file"), only_writer(tmp_path):
         pass
     lock.unlink()
     lock.write_text("kept too")

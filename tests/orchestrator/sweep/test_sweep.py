@@ -79,7 +79,7 @@ def test_a_sweep_goes_on_with_what_is_missing(undisturbed, sweep, tmp_path):
 
 def test_a_folder_has_one_sweep(sweep, tmp_path):
     sweep(tmp_path, vary={"Omega": [200.0]})
-    with pytest.raises(ValueError, match=r"(?s)was made for something else.*until: 0.06 there, 0.05 now"):
+    with pytest.raises(ValueError, match=r"(?s)was made for another request.*until: 0.06 there, 0.05 now"):
         sweep(tmp_path, vary={"Omega": [200.0]}, until=0.05)
 
 

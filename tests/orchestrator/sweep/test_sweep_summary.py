@@ -52,14 +52,14 @@ def test_a_summary_compares_the_boundary_with_a_grid_as_fine(tmp_path):
     refinement.save(SweepStore(swept.folder, swept.design, {"scenario": {"name": "made up"}}, {}))
     halvings = math.ceil(math.log2(0.25 / 0.01))
     assert swept.summary.splitlines()[-1] == (
-        f"boundary of recovered: 2 places, known to 1 % of an axis by {2 * halvings} runs more, "
-        f"{10 + 2 * halvings} in all; a grid as fine takes 202"
+        f"boundary of recovered: 2 points, to within 1 % of an axis; {2 * halvings} additional runs, "
+        f"{10 + 2 * halvings} in total; a grid this fine takes 202"
     )
 
 
 def test_a_summary_tells_what_points_shared(tmp_path):
     swept = filled(tmp_path, {"a.x": "1:4:4"}, lambda s: {"shared": 0.0 if s["a.x"] == 1.0 else 0.5})
-    assert swept.summary.splitlines()[-1] == "37.5 % of all steps were those of a point before, until an event"
+    assert swept.summary.splitlines()[-1] == "37.5 % of all steps were shared with earlier points"
 
 
 def test_a_phase_is_an_angle_within_the_turn_of_the_first(tmp_path):

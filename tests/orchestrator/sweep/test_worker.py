@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from amb_cosim.cosim.master.instances import InstancePool
+from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.scenario.scenario import load_scenario
 from amb_cosim.scenario.simulation import prepare, run_prepared
 from amb_cosim.sweeps.worker import Runner, Task, varied
@@ -43,7 +44,7 @@ def test_a_reset_instance_gives_the_same_as_a_new_one(flavour, coupling):
     fresh = [data_of(run_prepared(case)) for case in cases]
     instances = InstancePool()
     try:
-        retained = [data_of(run_prepared(case, instances=instances)) for case in cases]
+        retained = [data_of(run_prepared(case, RunOptions(instances=instances))) for case in cases]
     finally:
         instances.close()
     for item, other in zip(fresh, retained, strict=True):
@@ -53,10 +54,10 @@ def test_a_reset_instance_gives_the_same_as_a_new_one(flavour, coupling):
 def test_instances_are_new_after_a_run_that_failed():
     instances = InstancePool()
     good = prepare(SCENARIO, {}, UNTIL)
-    before = data_of(run_prepared(good, instances=instances))
+    before = data_of(run_prepared(good, RunOptions(instances=instances)))
     bad = prepare(SCENARIO, {"rotor_contact.d1.u": "9e5 g.m"}, UNTIL)
-    assert run_prepared(bad, instances=instances).outcome.component == "rolac_controller"
-    assert_equal(data_of(run_prepared(good, instances=instances)), before)
+    assert run_prepared(bad, RunOptions(instances=instances)).outcome.component == "rolac_controller"
+    assert_equal(data_of(run_prepared(good, RunOptions(instances=instances))), before)
     instances.close()
 
 
@@ -130,7 +131,7 @@ def test_what_a_metric_raises_is_the_reason_of_its_point():
 def test_a_metric_has_a_name_that_a_store_can_have(name):
     matches = Runner(Task(SCENARIO, until=UNTIL, metrics=(lambda result: {name: 1.0},))).run(0, {})
     assert (matches.outcome, name in matches.metrics) == ("failed", False)
-    assert "is no name for a metric; it must be like" in matches.reason
+    assert "is not a name for a metric; it must be like" in matches.reason
 
 
 def test_a_value_that_is_not_allowed_is_an_invalid_point():

@@ -22,7 +22,7 @@ GREETINGS = (
     b"\0" * 4096,
     b"\xff" * 4096,
 )
-CLOSE, RESET, STALL, GARBAGE, SKIP = range(5)  # what a connection does after so many bytes
+CLOSE, RESET, STALL = range(3)  # what a connection does after so many bytes
 PAUSE = 0.02  # s between the bytes of a server that trickles
 
 
@@ -82,8 +82,7 @@ def wrong_protocol(chance: random.Random) -> Callable[[socket.socket], None]:
 
 def between(host: str, port: int, chance: random.Random, least: int, most: int) -> Callable[[socket.socket], None]:
     """Pass on what a client and a scheduler say to each other, until so many bytes of the scheduler have passed."""
-    left, deed = [chance.randint(least, most)], chance.randrange(5)
-    noise = chance.randbytes(64)
+    left, deed = [chance.randint(least, most)], chance.randrange(3)
 
     def answer(client: socket.socket) -> None:
         scheduler = socket.create_connection((host, port))
@@ -95,12 +94,9 @@ def between(host: str, port: int, chance: random.Random, least: int, most: int) 
                     if counts and left[0] <= 0:
                         if deed == STALL:
                             continue
-                        if deed in (CLOSE, RESET):
-                            (reset if deed == RESET else socket.socket.close)(client)
-                            scheduler.close()
-                            return
-                        content = noise if deed == GARBAGE else content[:1]
-                        left[0] = 1 << 40
+                        (reset if deed == RESET else socket.socket.close)(client)
+                        scheduler.close()
+                        return
                     target.sendall(content)
             for end in (source, target):
                 with suppress(OSError):

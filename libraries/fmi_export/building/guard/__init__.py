@@ -1,1 +1,1 @@
-"""The library that stands before PythonFMU's in FMUs of flavour python, and refuses what that would not survive."""
+"""The guard of FMUs of flavour python: the library in front of PythonFMU's, which refuses what that cannot handle."""

@@ -1,8 +1,8 @@
 /* The kernels of a model in Python: PythonFMU's library calls those of slave.py, which work on the arrays of the run.
 
-   PythonFMU makes a Python object of whatever it is given, and does not survive what the standard forbids. It is asked for
-   no more than an instance, its kernels and its end; everything else is the business of the slave in C. What slave.py logs
-   is the reason for which a kernel failed. */
+   PythonFMU makes a Python object of any argument, and does not survive what the standard forbids. It is asked for
+   no more than an instance, its kernels and its end; everything else is the business of the slave in C. What
+   slave.py logs is the reason for which a kernel failed. */
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -19,13 +19,13 @@ struct Kernels {
     fmi2Component slave;             /* PythonFMU's instance */
     fmi2CallbackFunctions callbacks; /* what it calls, and does not copy */
     int is_lost;                     /* whether it must not be called any more */
-    char first_error[TEXT_SIZE];           /* the first error that Python reported in the present call */
+    char first_error[TEXT_SIZE];     /* the first error that Python reported in the present call */
 };
 
 static const char EXCEPTION[] = "Fatal py exception encountered: ";
 
-/* The logger that PythonFMU calls, without arguments to the text, whose percent signs stand for themselves. On the first line
-   it says in which of its functions there was an exception. */
+/* The logger that PythonFMU calls, without arguments to the text, whose percent signs stand for themselves. On the
+   first line it says in which of its functions an exception was raised. */
 static void hear(fmi2ComponentEnvironment environment, fmi2String name, fmi2Status status, fmi2String category,
                  fmi2String text, ...)
 {
@@ -45,8 +45,8 @@ static const char *failure(struct Kernels *kernels, fmi2Status status)
     return *kernels->first_error ? kernels->first_error : NULL;
 }
 
-/* Whether there is the script whose name is in slavemodule.txt; PythonFMU does not survive one that is missing. */
-static int script_is_there(const char *folder, char *reason)
+/* Whether the script whose name is in slavemodule.txt exists; PythonFMU does not survive without it. */
+static int script_exists(const char *folder, char *reason)
 {
     char name[NAME_SIZE];
     size_t size = 0;
@@ -81,8 +81,8 @@ static int begin_python(Run *run, const char *name, const char *folder, char *re
     struct Kernels *kernels = run->kernels;
     const PythonFmu *python = &kernels->python;
     kernels->callbacks = (fmi2CallbackFunctions){hear, calloc, free, NULL, kernels};
-    kernels->slave = python->Instantiate(name, fmi2CoSimulation, run->data.guid, folder, &kernels->callbacks, fmi2False,
-                                         fmi2True);
+    kernels->slave =
+        python->Instantiate(name, fmi2CoSimulation, run->data.guid, folder, &kernels->callbacks, fmi2False, fmi2True);
     finalise_at_exit(python);
     const char *why = kernels->slave ? hand_over_arrays(kernels, run) : failure(kernels, fmi2Error);
     if (why)
@@ -92,13 +92,13 @@ static int begin_python(Run *run, const char *name, const char *folder, char *re
 
 int open_kernels(Run *run, const char *name, const char *location, char *reason)
 {
-    char *given = resource_folder(location, reason), *folder = given ? readable_folder(given, reason) : NULL;
+    char *located = resource_folder(location, reason), *folder = located ? readable_folder(located, reason) : NULL;
     int is_open = 0;
-    free(given);
+    free(located);
     if (folder && !(run->kernels = calloc(1, sizeof *run->kernels)))
         snprintf(reason, TEXT_SIZE, "there is no memory for another instance");
     else if (folder)
-        is_open = open_pythonfmu(&run->kernels->python, folder, reason) && script_is_there(folder, reason) &&
+        is_open = open_pythonfmu(&run->kernels->python, folder, reason) && script_exists(folder, reason) &&
                   begin_python(run, name, folder, reason);
     if (!is_open)
         close_kernels(run);

@@ -1,4 +1,4 @@
-"""Guards: the native slave with kernels that PythonFMU's library calls, the same one for every model on a platform."""
+"""Guards: the native slave with kernels that PythonFMU's library calls, the same for every model on a platform."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from fmi_export.building.native.compiler import PLATFORMS, compile_library
 from fmi_export.building.native.engines import COMPILING, SLAVE, Engine, find_or_compile
 from fmi_export.building.native.sources import digest_of, texts_of
 
-OWN = ("pythonfmu.h", "system.h", "interpreted.c", "pythonfmu.c")
+SOURCES = ("pythonfmu.h", "system.h", "interpreted.c", "pythonfmu.c")
 # Platforms of PythonFMU: the code for their operating system.
 SYSTEMS = {"linux64": "linux.c", "win64": "windows.c"}
 
 
 def guard_key() -> str:
-    """Return an identifier, 32 hexadecimal digits, that changes with the code of the guard, with nothing else."""
-    return digest_of(SYSTEMS, *SLAVE, *_own(*OWN, *SYSTEMS.values()), *COMPILING)
+    """Return an identifier, 32 hexadecimal digits, that changes only with the code of the guard."""
+    return digest_of(SYSTEMS, *SLAVE, *_beside(*SOURCES, *SYSTEMS.values()), *COMPILING)
 
 
 def guard(platform: str) -> Engine:
@@ -27,23 +27,23 @@ def guard(platform: str) -> Engine:
     Raises
     ------
     ValueError
-        If it must be compiled, and there is no compiler.
+        If it must be compiled, and no compiler is installed.
     """
     return find_or_compile(guard_place(platform), lambda: _compile(platform))
 
 
 def guard_place(platform: str) -> Path:
-    """Return where the guard is, below the folder of all engines."""
+    """Return the place of the guard, below the folder of all engines."""
     return Path(platform, f"guard-{guard_key()}")
 
 
 def check_guarded(platforms: Iterable[str]) -> list[str]:
-    """Return `platforms` without repetition, in the order of `SYSTEMS`; `all` means every one.
+    """Return `platforms` without repetition, in the order of `SYSTEMS`; `all` means every platform.
 
     Raises
     ------
     ValueError
-        If PythonFMU has no library for one of them.
+        If PythonFMU has no library for a platform.
     """
     wanted = set(platforms)
     unknown = sorted(wanted - {*SYSTEMS, "all"})
@@ -55,13 +55,13 @@ def check_guarded(platforms: Iterable[str]) -> list[str]:
 
 def _compile(platform: str) -> Engine:
     require_extra("native", f"there is no guard of flavour python for {platform} yet; compiling it", "ziglang")
-    sources = texts_of(SLAVE + _own(*OWN, SYSTEMS[platform]))
+    sources = texts_of(SLAVE + _beside(*SOURCES, SYSTEMS[platform]))
     sources["engine_key.h"] = f'#define ENGINE_KEY "{guard_key()}"\n'
     library = compile_library("guard", sources, platform)
     return Engine(library, f"ziglang {importlib.metadata.version('ziglang')}")
 
 
-def _own(*names: str) -> tuple[str, ...]:
+def _beside(*names: str) -> tuple[str, ...]:
     return tuple(f"../{Path(__file__).parent.name}/{name}" for name in names)
 
 

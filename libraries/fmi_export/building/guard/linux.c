@@ -18,10 +18,7 @@ const char LIBRARY_PATH[] = "LD_LIBRARY_PATH";
 
 /* Python ---------------------------------------------------------------------------------------------------------- */
 
-static int python_is_here(void)
-{
-    return dlsym(RTLD_DEFAULT, "Py_IsInitialized") != NULL;
-}
+static int python_is_here(void) { return dlsym(RTLD_DEFAULT, "Py_IsInitialized") != NULL; }
 
 int python_runs(void)
 {
@@ -49,8 +46,8 @@ static int show_loaded_python(void)
     return *name && dlopen(name, RTLD_NOW | RTLD_GLOBAL | RTLD_NOLOAD) && python_is_here();
 }
 
-/* Load the Python with which the FMU was built. It takes its packages from where the interpreter does, which may belong to
-   a virtual environment. */
+/* Load the Python with which the FMU was built. It takes its packages from where the interpreter does, which may
+   belong to a virtual environment. */
 static int load_built_with(const BuiltWith *python)
 {
     if (!*python->library || !dlopen(python->library, RTLD_NOW | RTLD_GLOBAL) || !python_is_here())
@@ -78,7 +75,7 @@ static int load_newest_python(void)
 static void write_error(char *why)
 {
     const char *said = dlerror();
-    snprintf(why, SHOWN, "%s", said ? said : "without a reason");
+    snprintf(why, EXCERPT, "%s", said ? said : "without a reason");
 }
 
 int provide_python(const BuiltWith *python, char *why)
@@ -91,7 +88,8 @@ int provide_python(const BuiltWith *python, char *why)
 
 /* Libraries ------------------------------------------------------------------------------------------------------- */
 
-/* It is never unloaded: its destructors are registered, and the C library would keep it for its unique symbols anyway. */
+/* It is never unloaded: its destructors are registered, and the C library would keep it for its unique symbols
+   anyway. */
 void *load_library(const char *path, char *why)
 {
     void *library = dlopen(path, RTLD_NOW | RTLD_LOCAL | RTLD_NODELETE);
@@ -100,23 +98,14 @@ void *load_library(const char *path, char *why)
     return library;
 }
 
-void unload_library(void *library)
-{
-    dlclose(library);
-}
+void unload_library(void *library) { dlclose(library); }
 
-void *function_in(void *library, const char *name)
-{
-    return dlsym(library, name);
-}
+void *function_in(void *library, const char *name) { return dlsym(library, name); }
 
 extern int __cxa_atexit(void (*)(void *), void *, void *);
 
 /* Exit handlers run last in, first out, and those of static destructors were registered when the library was loaded. */
-void call_at_exit(void (*finaliser)(void))
-{
-    __cxa_atexit((void (*)(void *))finaliser, NULL, NULL);
-}
+void call_at_exit(void (*finaliser)(void)) { __cxa_atexit((void (*)(void *))finaliser, NULL, NULL); }
 
 /* Folders --------------------------------------------------------------------------------------------------------- */
 
@@ -133,16 +122,16 @@ static int is_utf8(const char *text)
     return 1;
 }
 
-/* PythonFMU gives the folder to Python as UTF-8. It is absolute, because it stays in Python's list of folders whatever the
-   working folder becomes. */
+/* PythonFMU gives the folder to Python as UTF-8. It is absolute, because it stays in Python's list of folders
+   whatever the working folder becomes. */
 int make_readable(char *path, const char *folder, char *reason)
 {
     _Static_assert(PATH_SIZE >= PATH_MAX, "realpath writes up to PATH_MAX");
     if (!realpath(folder, path)) {
-        snprintf(reason, TEXT_SIZE, "cannot read %.*s: %s", SHOWN, folder, strerror(errno));
+        snprintf(reason, TEXT_SIZE, "cannot read %.*s: %s", EXCERPT, folder, strerror(errno));
         return 0;
     }
     if (!is_utf8(path))
-        snprintf(reason, TEXT_SIZE, "PythonFMU reads no folder whose name is not UTF-8: %.*s", SHOWN, path);
+        snprintf(reason, TEXT_SIZE, "PythonFMU reads no folder whose name is not UTF-8: %.*s", EXCERPT, path);
     return is_utf8(path);
 }

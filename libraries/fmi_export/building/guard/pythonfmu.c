@@ -34,23 +34,23 @@ static BuiltWith built_with(const char *resources)
     return python;
 }
 
-/* The path of PythonFMU's library: this one's with SUFFIX before the last dot. */
+/* The path of PythonFMU's library: this library's with SUFFIX before the last dot. */
 static int path_beside(char *path)
 {
-    char own[PATH_SIZE];
-    if (!own_path(own))
+    char library[PATH_SIZE];
+    if (!library_path(library))
         return 0;
-    const char *dot = strrchr(own, '.');
-    int length = (int)(dot ? (size_t)(dot - own) : strlen(own));
-    return snprintf(path, PATH_SIZE, "%.*s%s%s", length, own, SUFFIX, dot ? dot : "") < PATH_SIZE;
+    const char *dot = strrchr(library, '.');
+    int length = (int)(dot ? (size_t)(dot - library) : strlen(library));
+    return snprintf(path, PATH_SIZE, "%.*s%s%s", length, library, SUFFIX, dot ? dot : "") < PATH_SIZE;
 }
 
-/* The functions of the library at a path, which a Python that was started here does not survive the end of: an extension
-   such as NumPy cannot be loaded by two Pythons one after the other. In a host in Python the library goes with the last
-   instance, so that Windows lets the files of the FMU be deleted. */
+/* The functions of the library at a path, which a Python that was started here does not survive the end of: an
+   extension such as NumPy cannot be loaded by two Pythons in sequence. In a host in Python the library goes with the
+   last instance, so that Windows lets the files of the FMU be deleted. */
 static int load_functions(PythonFmu *pythonfmu, const char *path, char *reason)
 {
-    char why[SHOWN];
+    char why[EXCERPT];
     pythonfmu->stays = !python_runs();
     if (!(pythonfmu->library = load_library(path, why))) {
         snprintf(reason, TEXT_SIZE, "PythonFMU's library cannot be loaded: %s", why);
@@ -61,23 +61,24 @@ static int load_functions(PythonFmu *pythonfmu, const char *path, char *reason)
 #define IS_MISSING(name) | !pythonfmu->name
     if (!(0 PYTHONFMU_FUNCTIONS(IS_MISSING)))
         return 1;
-    snprintf(reason, TEXT_SIZE, "%.*s is not the library of PythonFMU that belongs to this FMU", SHOWN, path);
+    snprintf(reason, TEXT_SIZE, "%.*s is not the library of PythonFMU that belongs to this FMU", EXCERPT, path);
     return 0;
 }
 
 int open_pythonfmu(PythonFmu *pythonfmu, const char *resources, char *reason)
 {
-    char path[PATH_SIZE], why[SHOWN];
+    char path[PATH_SIZE], why[EXCERPT];
     BuiltWith built = built_with(resources);
     memset(pythonfmu, 0, sizeof *pythonfmu);
     if (!path_beside(path))
         snprintf(reason, TEXT_SIZE, "the FMU does not find its own library");
     else if (!provide_python(&built, why))
-        snprintf(reason, TEXT_SIZE,
-                 "this FMU needs Python, but the process has none, and neither %.*s, with which the FMU was built, nor "
-                 "another one can be loaded (%s); name the folder of one that has NumPy in %s, or use the FMU of flavour "
-                 "native, which needs no Python",
-                 SHOWN, *built.library ? built.library : "the one", why, LIBRARY_PATH);
+        snprintf(
+            reason, TEXT_SIZE,
+            "this FMU needs Python, but the process has none, and neither %.*s, with which the FMU was built, nor "
+            "another one can be loaded (%s); name the folder of one that has NumPy in %s, or use the FMU of flavour "
+            "native, which needs no Python",
+            EXCERPT, *built.library ? built.library : "the one", why, LIBRARY_PATH);
     else
         return load_functions(pythonfmu, path, reason);
     return 0;
@@ -112,7 +113,7 @@ char *readable_folder(const char *folder, char *reason)
     if (make_readable(path, folder, reason)) {
         if (!strstr(path, "%20") && !strstr(path, "file://"))
             return path;
-        snprintf(reason, TEXT_SIZE, "PythonFMU reads no folder with %%20 in its path: %.*s", SHOWN, path);
+        snprintf(reason, TEXT_SIZE, "PythonFMU reads no folder with %%20 in its path: %.*s", EXCERPT, path);
     }
     free(path);
     return NULL;

@@ -7,7 +7,7 @@
 
 #include "resources.h"
 
-enum { SHOWN = 1000 /* characters of a path or a text in a reason */ };
+enum { EXCERPT = 1000 /* characters of a path or a text in a reason */ };
 
 /* The Python with which the FMU was built: its library and its interpreter; empty where it has none. */
 typedef struct {
@@ -17,7 +17,7 @@ typedef struct {
 #pragma GCC visibility push(hidden)
 
 /* Make Python's functions available to libraries that are loaded after this: those of the process, or else those of a
-   Python that is loaded. 0, and `why` (SHOWN), if there is none. */
+   Python that is loaded. 0, and `why` (EXCERPT), without any. */
 int provide_python(const BuiltWith *python, char *why);
 
 /* Where the libraries of another Python may be named: a variable of the environment. */
@@ -26,7 +26,7 @@ extern const char LIBRARY_PATH[];
 /* Whether Python was started; only after `provide_python`. */
 int python_runs(void);
 
-/* A library, or NULL and `why` (SHOWN). */
+/* A library, or NULL and `why` (EXCERPT). */
 void *load_library(const char *path, char *why);
 void unload_library(void *library);
 void *function_in(void *library, const char *name);
@@ -34,8 +34,8 @@ void *function_in(void *library, const char *name);
 /* Write the folder as PythonFMU can read it to `path` (PATH_SIZE); 0 with a `reason` (TEXT_SIZE) if it cannot. */
 int make_readable(char *path, const char *folder, char *reason);
 
-/* Have a library's finaliser called when the process exits, ahead of the destructors of its static objects; nothing where
-   that is the order of things. */
+/* Have a library's finaliser called when the process exits, ahead of the destructors of its static objects; nothing
+   where that is the order of things. */
 void call_at_exit(void (*finaliser)(void));
 
 #pragma GCC visibility pop

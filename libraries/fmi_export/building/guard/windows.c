@@ -20,8 +20,8 @@ static int widen(wchar_t *wide, const char *text)
 
 /* Python ---------------------------------------------------------------------------------------------------------- */
 
-/* PythonFMU's library asks for python3.dll, which hands over to the Python that it belongs to: that of the process, or the
-   one in whose folder it lies. */
+/* PythonFMU's library asks for python3.dll, which hands over to the Python that it belongs to: that of the process,
+   or the library in whose folder it lies. */
 static const char PYTHON[] = "python3.dll";
 
 int provide_python(const BuiltWith *python, char *why)
@@ -45,24 +45,15 @@ void *load_library(const char *path, char *why)
     if (widen(wide, path))
         library = LoadLibraryExW(wide, NULL, strpbrk(path, "/\\") ? LOAD_WITH_ALTERED_SEARCH_PATH : 0);
     if (!library)
-        snprintf(why, SHOWN, "%s: error %lu of Windows", path, (unsigned long)GetLastError());
+        snprintf(why, EXCERPT, "%s: error %lu of Windows", path, (unsigned long)GetLastError());
     return library;
 }
 
-void unload_library(void *library)
-{
-    FreeLibrary(library);
-}
+void unload_library(void *library) { FreeLibrary(library); }
 
-void *function_in(void *library, const char *name)
-{
-    return (void *)GetProcAddress(library, name);
-}
+void *function_in(void *library, const char *name) { return (void *)GetProcAddress(library, name); }
 
-void call_at_exit(void (*finaliser)(void))
-{
-    (void)finaliser;
-}
+void call_at_exit(void (*finaliser)(void)) { (void)finaliser; }
 
 /* Folders --------------------------------------------------------------------------------------------------------- */
 
@@ -81,13 +72,14 @@ static int shorten(char *path)
     return length > 0 && length < PATH_SIZE && narrow(path, brief);
 }
 
-/* PythonFMU gives the folder to Python as UTF-8 and opens files in the code page of the machine. Both read ASCII, in which
-   the short names of folders are. */
+/* PythonFMU gives the folder to Python as UTF-8 and opens files in the code page of the machine. Both read ASCII, in
+   which the short names of folders are. */
 int make_readable(char *path, const char *folder, char *reason)
 {
     snprintf(path, PATH_SIZE, "%s", folder);
     if (is_ascii(path) || (shorten(path) && is_ascii(path)))
         return 1;
-    snprintf(reason, TEXT_SIZE, "PythonFMU reads no folder with letters beyond ASCII on Windows: %.*s", SHOWN, folder);
+    snprintf(reason, TEXT_SIZE, "PythonFMU reads no folder with letters beyond ASCII on Windows: %.*s", EXCERPT,
+             folder);
     return 0;
 }

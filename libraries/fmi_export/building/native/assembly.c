@@ -20,7 +20,7 @@ typedef struct {
     const char *name;
 } PartRun;
 
-/* Steps are cut at instants that are a sample time apart, the first one at the beginning of the first step. */
+/* Steps are cut at instants that are a sample time apart, the first at the beginning of the first step. */
 typedef struct {
     double begin, count;
 } Clock;
@@ -33,7 +33,7 @@ struct Assembly {
     double *gathered, *before; /* what outputs gather over a step; values before parts were initialised again */
     Program program;
     PartRun runs[MOST_PARTS];
-    /* Arrays of the program, which has one call to set the inputs of a part, and one to get its outputs. */
+    /* Arrays of the program, which has a call to set the inputs of a part, and another to get its outputs. */
     void *instance[MOST_PARTS], *inputs_at[MOST_PARTS], *outputs_at[MOST_PARTS];
     DoStep *do_step[MOST_PARTS];
     Exchange *set[MOST_PARTS], *get[MOST_PARTS];
@@ -82,7 +82,8 @@ static End call_parts(struct Assembly *assembly, intptr_t point)
     const Conditions none = {0};
     const volatile bool pause = false;
     End end;
-    advance(&assembly->program, &nothing_changed, &nothing_recorded, &none, 0, point, point + 1, point + 1, &pause, &end);
+    advance(&assembly->program, &nothing_changed, &nothing_recorded, &none, 0, point, point + 1, point + 1, &pause,
+            &end);
     return end;
 }
 
@@ -118,7 +119,7 @@ static int tables_are_possible(const Data *data)
     return 1;
 }
 
-/* The next `count` items at a place, which moves on to the next even one. */
+/* The next `count` items at a place, which moves on to the next even place. */
 static double *take(double **place, int64_t count)
 {
     double *taken = *place;
@@ -126,7 +127,8 @@ static double *take(double **place, int64_t count)
     return taken;
 }
 
-/* Give the parts their data and their places in the arrays of the assembly; whether all of these are used, and no more. */
+/* Give the parts their data and their places in the arrays of the assembly; whether all of these are used, and no
+   more. */
 static int place_parts(struct Assembly *assembly, Run *run, char *reason)
 {
     const Data *data = &run->data;
@@ -137,27 +139,28 @@ static int place_parts(struct Assembly *assembly, Run *run, char *reason)
     assembly->program.values = take(&state, data->n_inputs + data->n_outputs - 1);
     for (size_t k = 0; k < data->n_parts; k++) {
         const Part *part = &assembly->parts[k];
-        PartRun *own = &assembly->runs[k];
+        PartRun *part_run = &assembly->runs[k];
         if (!data_is_valid(constants + part->data, part->size, reason))
             return 0;
-        own->name = data->text + part->name;
-        own->run.data = data_in(constants + part->data);
-        own->run.outcome = &own->outcome;
-        own->run.values = take(&state, own->run.data.n_values);
-        own->run.state = take(&state, own->run.data.n_state);
-        own->run.next_outputs = take(&work, own->run.data.n_outputs);
-        own->run.work = take(&work, own->run.data.n_work);
+        part_run->name = data->text + part->name;
+        part_run->run.data = data_in(constants + part->data);
+        part_run->run.outcome = &part_run->outcome;
+        part_run->run.values = take(&state, part_run->run.data.n_values);
+        part_run->run.state = take(&state, part_run->run.data.n_state);
+        part_run->run.next_outputs = take(&work, part_run->run.data.n_outputs);
+        part_run->run.work = take(&work, part_run->run.data.n_work);
         assembly->first_input[k] = (intptr_t)n_inputs;
         assembly->first_output[k] = (intptr_t)n_outputs;
-        n_parameters += own->run.data.n_parameters;
-        n_inputs += own->run.data.n_inputs;
-        n_outputs += own->run.data.n_outputs - 1; /* without the fault code */
+        n_parameters += part_run->run.data.n_parameters;
+        n_inputs += part_run->run.data.n_inputs;
+        n_outputs += part_run->run.data.n_outputs - 1; /* without the fault code */
     }
     assembly->first_input[data->n_parts] = (intptr_t)n_inputs;
     assembly->first_output[data->n_parts] = (intptr_t)n_outputs;
     snprintf(reason, TEXT_SIZE, "its parts do not fit");
-    return state - run->state == data->n_state && work - run->work == data->n_work && n_parameters == data->n_parameters &&
-           n_inputs == assembly->wiring->n_sources && n_outputs == data->n_outputs - 1;
+    return state - run->state == data->n_state && work - run->work == data->n_work &&
+           n_parameters == data->n_parameters && n_inputs == assembly->wiring->n_sources &&
+           n_outputs == data->n_outputs - 1;
 }
 
 static void make_program(struct Assembly *assembly, const Data *data, intptr_t *positions, double *inputs)
@@ -241,7 +244,8 @@ void close_assembly(Run *run)
 
 /* Stepping it ------------------------------------------------------------------------------------------------------ */
 
-/* Hand the parameters to the parts, and the inputs to the loop; both have been checked, and what stopped a part is over. */
+/* Hand the parameters to the parts, and the inputs to the loop; both have been checked, and what stopped a part is
+   over. */
 static void copy_inputs(Run *run)
 {
     struct Assembly *assembly = run->assembly;
@@ -309,13 +313,13 @@ int64_t initialise_assembly(Run *run)
     return 0;
 }
 
-/* A step of a part takes the instant that is less than `TOLERANCE` steps before its end as that of the next one, and is a
-   sample time long if it is but for rounding; so does rolac_controller, whose samples these are. */
+/* A step of a part takes the instant that is less than `TOLERANCE` steps before its end as that of the next step,
+   and is a sample time long if it is but for rounding; so does rolac_controller, whose samples these are. */
 static const double TOLERANCE = 1e-3, SAME = 1e-9, ROUNDING = 1e-15;
 static const double LONGEST_STEP = 1.0 + 1e-9, ROUNDING_OF_STEP = 4.5e-16;
 static const double MOST_SAMPLES = 1e6; /* in a step: more would take minutes, and seem to hang */
 
-/* The next instant; where there was none yet, `time`, at which the first step begins. */
+/* The next instant; before the first, `time`, at which the first step begins. */
 static double next_instant(const Clock *clock, double time, double sample_time)
 {
     return clock->count > 0.0 ? clock->begin + clock->count * sample_time : time;
@@ -326,7 +330,7 @@ static int is_due(double instant, double time, double step_size)
     return instant < time + (1.0 - TOLERANCE) * step_size;
 }
 
-/* The size of the first piece of the step of `step_size` from `time`, with the next instant given: it has that at its
+/* The size of the first piece of the step of `step_size` from `time`, with the next instant: it has that at its
    beginning or not at all, and is no longer than the sample time. */
 static double piece(double instant, double time, double step_size, double sample_time)
 {
@@ -346,7 +350,7 @@ static void follow_slopes(Run *run, double elapsed)
         assembly->program.values[ramp[0]] = inputs[ramp[0]] + inputs[ramp[1]] * elapsed;
 }
 
-/* Step all parts from `time`; those that span several instants step at every one of so many. */
+/* Step all parts from `time`; those that span several instants step at every such instant. */
 static End step_parts(Run *run, double time, double step_size, double sample_time)
 {
     struct Assembly *assembly = run->assembly;
@@ -374,9 +378,9 @@ static void gather(const Run *run, int begins)
     const struct Assembly *assembly = run->assembly;
     const double *outputs = assembly->program.values + run->data.n_inputs;
     for (int64_t i = 0; i < assembly->wiring->n_gathered; i++) {
-        const int64_t *one = assembly->gathers + 2 * i;
+        const int64_t *pair = assembly->gathers + 2 * i;
         double before = begins ? 0.0 : assembly->gathered[i];
-        assembly->gathered[i] = one[1] ? before + outputs[one[0]] : fmax(before, outputs[one[0]]);
+        assembly->gathered[i] = pair[1] ? before + outputs[pair[0]] : fmax(before, outputs[pair[0]]);
     }
 }
 
@@ -390,8 +394,8 @@ int64_t step_assembly(Run *run, double time, double step_size)
     if (step_size > MOST_SAMPLES * sample_time) {
         char reason[TEXT_SIZE];
         snprintf(reason, sizeof reason,
-                 "step size = %g s is not allowed; it must be at most %g times the sample time of %g s",
-                 step_size, MOST_SAMPLES, sample_time);
+                 "step size = %g s is not allowed; it must be at most %g times the sample time of %g s", step_size,
+                 MOST_SAMPLES, sample_time);
         return run_stop(run, FAULT_STEP_SIZE, reason);
     }
     copy_inputs(run);

@@ -1,4 +1,4 @@
-/* Assemblies: models whose parts the loop of the master steps, each a run with kernels of its own. */
+/* Assemblies: models whose parts the loop of the master steps, each a run with its kernels. */
 
 #ifndef AMB_ASSEMBLY_H
 #define AMB_ASSEMBLY_H
@@ -11,8 +11,8 @@
 int open_assembly(Run *run, const char *location, char *reason);
 void close_assembly(Run *run);
 
-/* Initialise, or step, all parts, and leave their outputs in `next_outputs`. What stops a part stops the run. The answer is
-   a fault of the assembly itself, or 0. */
+/* Initialise, or step, all parts, and leave their outputs in `next_outputs`. What stops a part stops the run. The
+   answer is a fault of the assembly itself, or 0. */
 int64_t initialise_assembly(Run *run);
 int64_t step_assembly(Run *run, double time, double step_size);
 

@@ -7,7 +7,8 @@
 
 #include "engine_key.h" /* MODELS */
 
-/* Return 0, or something else if the kernel raised an exception; then `fault` is not set. Of the constants none is written. */
+/* Return 0, or something else if the kernel raised an exception; then `fault` is not set. Of the constants none is
+   written. */
 typedef int32_t Initialise(int64_t *fault, void **exception, const double *constants, int64_t n_constants,
                            const double *parameters, int64_t n_parameters, const double *inputs, int64_t n_inputs,
                            double *state, int64_t n_state, double *work, int64_t n_work, double *outputs,
@@ -17,7 +18,9 @@ typedef int32_t Step(int64_t *fault, void **exception, const double *constants, 
                      double *state, int64_t n_state, double *work, int64_t n_work, double *outputs, int64_t n_outputs,
                      double time, double step_size);
 
-#define DECLARED(model) Initialise model##_initialise; Step model##_step;
+#define DECLARED(model)                                                                                                \
+    Initialise model##_initialise;                                                                                     \
+    Step model##_step;
 #define ENTRY(model) {model##_initialise, model##_step},
 
 #pragma GCC visibility push(hidden)
@@ -29,10 +32,7 @@ static const struct {
     Step *step;
 } MODEL[] = {MODELS(ENTRY)};
 
-static const char *failure(int32_t raised)
-{
-    return raised ? "the model's code failed with an exception" : NULL;
-}
+static const char *failure(int32_t raised) { return raised ? "the model's code failed with an exception" : NULL; }
 
 int open_kernels(Run *run, const char *name, const char *location, char *reason)
 {
@@ -43,10 +43,7 @@ int open_kernels(Run *run, const char *name, const char *location, char *reason)
     return 0;
 }
 
-void close_kernels(Run *run)
-{
-    (void)run;
-}
+void close_kernels(Run *run) { (void)run; }
 
 const char *call_initialise(Run *run, int64_t *fault)
 {

@@ -21,7 +21,7 @@ from amb_files.user_cache import is_private
 from fmi_export.building.extras import require_extra
 from fmi_export.building.native.universal import universal
 
-# FMI 2.0.4 platform folder: suffix of its libraries, and the targets that one library contains.
+# FMI 2.0.4 platform folder: suffix of its libraries, and the targets in a single library.
 PLATFORMS: dict[str, tuple[str, tuple[str, ...]]] = {
     "linux64": (".so", ("x86_64-linux-gnu.2.17",)),
     "win64": (".dll", ("x86_64-windows-gnu",)),
@@ -30,7 +30,7 @@ PLATFORMS: dict[str, tuple[str, tuple[str, ...]]] = {
     "aarch64-darwin": (".dylib", ("aarch64-macos.11.0",)),
 }
 
-# WebAssembly belongs to no machine, and `all` leaves it out; what the module imports of WASI opens files, and may fail.
+# WebAssembly is for no machine, and `all` omits it; its imports from WASI open files, and may fail.
 WASM = "wasm32"
 TARGETS = PLATFORMS | {WASM: (".wasm", ("wasm32-wasi",))}
 
@@ -48,7 +48,7 @@ ZIG_CACHE = "ZIG_GLOBAL_CACHE_DIR"  # environment variable
 
 LIBRARY_OPTIONS = ("-shared",)
 MODULE_OPTIONS = (
-    "-msimd128",  # two numbers at once, as 64-bit processors do; browsers have had it since 2023
+    "-msimd128",  # SIMD, as on 64-bit processors; in browsers since 2023
     "-mexec-model=reactor",  # a library: no main function
     "-Wl,--export-dynamic,--export=malloc,--export=free",
     "-Wl,--export-table,--growable-table",  # where a host adds its logger
@@ -59,7 +59,7 @@ OPTIONS = (
     "-std=c11",
     "-s",  # no names of functions, no paths
     "-fvisibility=hidden",
-    "-ffp-contract=off",  # a product and a sum are rounded apart on every processor
+    "-ffp-contract=off",  # product and sum are rounded separately on every processor
     "-fno-sanitize=all",
     "-Wno-override-module",  # the module of the kernels has no target of its own
 )
@@ -78,7 +78,7 @@ def host_platform() -> str:
         ("linux", "x86_64"): "linux64",
         ("win32", "amd64"): "win64",
         ("darwin", "x86_64"): "darwin64",
-        ("darwin", "arm64"): "darwin64",  # one library for both processors; importers look there first
+        ("darwin", "arm64"): "darwin64",  # a library for both processors; importers look there first
         ("linux", "aarch64"): "aarch64-linux",
     }
     if here not in names:
@@ -163,7 +163,7 @@ def _zig(arguments: list[str], folder: Path) -> str:
 
 
 def _cache(folder: Path) -> dict[str, str]:
-    """Return zig's setting of its cache: none if the usual one is private, and a place in `folder` otherwise."""
+    """Return zig's cache setting: none if the usual cache is private, otherwise a place in `folder`."""
     usual = platformdirs.user_cache_path("zig", appauthor=False)
     with suppress(OSError):
         usual.mkdir(parents=True, exist_ok=True)

@@ -7,7 +7,7 @@
 
 enum { VERSION = 5 };
 static const char MAGIC[8] = "ambdata"; /* and a zero */
-static const uint64_t MOST = 1u << 28; /* of anything, so that no size overflows */
+static const uint64_t MOST = 1u << 28;  /* of anything, so that no size overflows */
 
 /* Arrays that compile if the constants, which follow the header, are in place, and if a key fills its own. */
 typedef char header_ends_at_a_multiple[sizeof(Header) % 16 == 0 ? 1 : -1];
@@ -29,27 +29,26 @@ uint32_t checksum(const void *bytes, size_t size)
     return ~sum;
 }
 
-static uint64_t n_values(const Header *header)
-{
-    return header->n_parameters + header->n_inputs + header->n_outputs;
-}
+static uint64_t n_values(const Header *header) { return header->n_parameters + header->n_inputs + header->n_outputs; }
 
 /* Size of valid data without their checksum. */
 static uint64_t size_of(const Header *header)
 {
     return sizeof *header + 8 * header->n_constants + sizeof(Sentence) * header->n_faults +
-           sizeof(Sentence) * header->n_warnings + (3 * 8 + sizeof(Variable) + 1) * n_values(header) + sizeof(Piece) * header->n_pieces + header->n_text;
+           sizeof(Sentence) * header->n_warnings + (3 * 8 + sizeof(Variable) + 1) * n_values(header) +
+           sizeof(Piece) * header->n_pieces + header->n_text;
 }
 
 static int sizes_are_possible(const Header *header)
 {
-    const uint64_t counts[] = {header->n_parameters, header->n_inputs, header->n_outputs,
-                               header->n_state,      header->n_work,   header->n_constants,
-                               header->n_faults,     header->n_warnings, header->n_pieces, header->n_text};
+    const uint64_t counts[] = {header->n_parameters, header->n_inputs,    header->n_outputs, header->n_state,
+                               header->n_work,       header->n_constants, header->n_faults,  header->n_warnings,
+                               header->n_pieces,     header->n_text};
     for (size_t i = 0; i < sizeof counts / sizeof *counts; i++)
         if (counts[i] > MOST)
             return 0;
-    return header->n_outputs > 0 && header->n_text > 0 && header->n_parts <= MOST_PARTS && memchr(header->guid, '\0', GUID_SIZE);
+    return header->n_outputs > 0 && header->n_text > 0 && header->n_parts <= MOST_PARTS &&
+           memchr(header->guid, '\0', GUID_SIZE);
 }
 
 /* Whether all texts, pieces and variables that are referred to exist. */

@@ -3,8 +3,9 @@
        header | constants | start values | minima | maxima | faults | warnings | variables | pieces | types | text |
        checksum
 
-   The constants of an assembly are its wiring, its parts, tables and the data of each part; see `Wiring`. Numbers are little-endian, as all processors here have them. The engine, which is this library, reads the bytes where
-   they are; they must begin at a multiple of 16, so that the header and the constants do. */
+   The constants of an assembly are its wiring, its parts, tables and the data of each part; see `Wiring`. Numbers
+   are little-endian, as all processors here have them. The engine, which is this library, reads the bytes where they
+   are; they must begin at a multiple of 16, so that the header and the constants do. */
 
 #ifndef AMB_DATA_H
 #define AMB_DATA_H
@@ -14,7 +15,7 @@
 
 enum { KEY_SIZE = 32, GUID_SIZE = 48 };
 
-enum { TEXT_SIZE = 4096 }; /* of every sentence; data.py refuses those of a model that leave no room for what is added */
+enum { TEXT_SIZE = 4096 }; /* of every sentence; data.py refuses those that leave no room for what is added */
 
 typedef enum { TYPE_REAL, TYPE_INTEGER, TYPE_BOOLEAN, TYPE_STRING } Type;
 
@@ -53,8 +54,8 @@ typedef struct {
 
 /* What the constants of an assembly begin with. `Part` for each part follows, and these tables of int64_t:
 
-       sources:  position of what feeds each input of each part; the inputs of the assembly come first, then the outputs of
-                 the parts in turn, without their fault codes, which are its outputs
+       sources:  position of what feeds each input of each part; the inputs of the assembly come first, then the
+                 outputs of the parts in turn, without their fault codes, which are its outputs
        ramps:    position of an input of the assembly, and of the input that is its slope over a step
        gathered: an output that tells of all of a step, and 1 if it is summed, or 0 if its largest value counts */
 typedef struct {

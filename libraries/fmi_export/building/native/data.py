@@ -31,7 +31,7 @@ def model_data(model: Model, constants: Array, guid: str, key: str, kernels: int
     guid
         Of the FMU.
     key, kernels
-        Of the engine that runs it, see `engines.engine_key`, and the number of the model among its `compiled` ones.
+        Key of the engine that runs it, see `engines.engine_key`, and number of the model among its `compiled` ones.
 
     Raises
     ------
@@ -69,7 +69,7 @@ SENTENCE = struct.Struct("<qII")
 
 
 class _Texts:
-    """All texts one after another, each once, with a final zero."""
+    """All texts, each once, with a final zero."""
 
     def __init__(self, model: str) -> None:
         self.model = model
@@ -104,7 +104,7 @@ def sizes(model: Model, constants: Array) -> tuple[int, int]:
 
 
 def linear_state_file(model: Model, constants: Array) -> dict[str, bytes]:
-    """Return the file that says what of the state moves linearly, by its name in an FMU; none if it is unknown."""
+    """Return the file about the linear part of the state, by its name in an FMU; none if it is unknown."""
     if model.linear_state is None:
         return {}
     places = {"size": sizes(model, constants)[0], **model.linear_state(constants)._asdict()}

@@ -1,8 +1,8 @@
-/* Directional and adjoint derivatives: of outputs after one more communication step, from where the instance is, by Real
-   inputs during it. The step has the size of the last one.
+/* Directional and adjoint derivatives: of outputs after one more communication step, from where the instance is, by
+   Real inputs during it. The step has the size of the last one.
 
-   They are differences, of steps that are taken and taken back. With inputs u + d v and u - d v a step shows y+ and y-, with
-   u itself y0, and
+   They are differences, of steps that are taken and taken back. With inputs u + d v and u - d v a step shows y+ and y-,
+   with u itself y0, and
 
        D(d) = (y+ - y-) / 2d = y' v + d^2 y'''.. + ..                                           (Ridders)
 
@@ -10,15 +10,15 @@
 
        D(d) = (4 y1 - y2 - 3 y0) / 2d                                                         (one-sided)
 
-   has errors of the same orders. d begins at a tenth of the nominal size of the inputs and becomes 8 times finer, level by
-   level; of two levels that agree best, D + (D - D_before) / 63 has no error of second order. C. J. F. Ridders, Accurate
-   computation of F'(x) and F'(x)F''(x), Advances in Engineering Software 4 (1982) 75-76. A step that is linear in its inputs
-   is exact but for rounding.
+   has errors of the same orders. d begins at a tenth of the nominal size of the inputs and becomes 8 times finer, level
+   by level; of two levels that agree best, D + (D - D_before) / 63 has no error of second order. C. J. F. Ridders,
+   Accurate computation of F'(x) and F'(x)F''(x), Advances in Engineering Software 4 (1982) 75-76. A step that is linear
+   in its inputs is exact but for rounding.
 
-   Where no two levels agree, or the differences to both sides do not approach each other, there is no derivative, as where a
-   rotor begins to touch: the question is left without an answer, and the instance is as it was. A step with changed inputs
-   may be computed in another way than the step without, and y0 be off y+ and y- by an error of the step, whatever d: the
-   differences to both sides then go apart as 1/d, which is no kink. */
+   Where no two levels agree, or the differences to both sides do not approach each other, there is no derivative, as
+   where a rotor begins to touch: the question is left without an answer, and the instance is as it was. A step with
+   changed inputs may be computed in another way than the step without, and y0 be off y+ and y- by an error of the
+   step, whatever d: the differences to both sides then go apart as 1/d, which is no kink. */
 
 #include "slave.h"
 
@@ -27,12 +27,12 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { LEVELS = 8, FEWEST = 3 }; /* FEWEST: that must lie within the range of an input */
+enum { LEVELS = 8, FEWEST = 3 };         /* FEWEST: that must lie within the range of an input */
 static const double LARGEST_SHARE = 0.1; /* of the nominal size of an input */
 static const double FINER = 8.0;
-static const double AGREEMENT = 1e-6; /* of two levels, relative */
-static const double KINK = 1e-2;      /* of the differences to both sides, relative, that may be one of a bent curve */
-static const double ROUNDINGS = 256.0; /* by which a step's output, or one of nominal size, may be wrong */
+static const double AGREEMENT = 1e-6;  /* of two levels, relative */
+static const double KINK = 1e-2;       /* of the differences to both sides, relative, that a bent curve may have */
+static const double ROUNDINGS = 256.0; /* by which a step's output, or an output of nominal size, may be wrong */
 static const double OFF = 1e-5;        /* of the same, by which it may differ between ways to compute it */
 
 /* Room for the answers to a direction: y0, and the two others of each level, each of `n` outputs. */
@@ -83,13 +83,13 @@ static void choose_places(Question *question, const double *seed, double share)
     double room[2] = {INFINITY, INFINITY};
     question->input = NULL;
     for (size_t i = 0; i < question->n_knowns; i++) {
-        uint32_t known = question->knowns[i];
-        double value = question->instance->run.values[known];
+        uint32_t input = question->knowns[i];
+        double value = question->instance->run.values[input];
         if (seed[i] == 0.0)
             continue;
-        question->input = question->input ? question->input : name_of(data, known);
-        room[seed[i] > 0.0] = fmin(room[seed[i] > 0.0], (data->maxima[known] - value) / fabs(seed[i]));
-        room[seed[i] < 0.0] = fmin(room[seed[i] < 0.0], (value - data->minima[known]) / fabs(seed[i]));
+        question->input = question->input ? question->input : name_of(data, input);
+        room[seed[i] > 0.0] = fmin(room[seed[i] > 0.0], (data->maxima[input] - value) / fabs(seed[i]));
+        room[seed[i] < 0.0] = fmin(room[seed[i] < 0.0], (value - data->minima[input]) / fabs(seed[i]));
     }
     double sense = room[1] >= room[0] ? 1.0 : -1.0;
     int one_sided = fmin(room[0], room[1]) < share * pow(FINER, FEWEST - LEVELS);
@@ -97,51 +97,53 @@ static void choose_places(Question *question, const double *seed, double share)
     question->places[1] = one_sided ? 2.0 * sense : 1.0;
 }
 
-/* The difference quotient of the change d; `one` and `other` are the answers there. */
-static double quotient(const Question *question, double y, double one, double other, double d)
+/* The difference quotient of the change d; `plus` and `minus` are the answers there. */
+static double quotient(const Question *question, double y, double plus, double minus, double d)
 {
     if (question->places[1] == 1.0)
-        return (other - one) / (2.0 * d);
-    return question->places[0] * (4.0 * (one - y) - (other - y)) / (2.0 * d);
+        return (minus - plus) / (2.0 * d);
+    return question->places[0] * (4.0 * (plus - y) - (minus - y)) / (2.0 * d);
 }
 
 /* How far the slopes of the two intervals between the three answers are apart. */
-static double slopes_apart(const Question *question, double y, double one, double other, double d)
+static double slopes_apart(const Question *question, double y, double plus, double minus, double d)
 {
-    return fabs(question->places[1] == 1.0 ? other - 2.0 * y + one : other - 2.0 * one + y) / d;
+    return fabs(question->places[1] == 1.0 ? minus - 2.0 * y + plus : minus - 2.0 * plus + y) / d;
 }
 
 /* The derivative of an output, or a refusal with the reason. */
-static Status settle_one(const Question *question, const char *call, double share, size_t j, double *result)
+static Status settle(const Question *question, const char *call, double share, size_t j, double *result)
 {
-    double found[LEVELS], gap[LEVELS], noise[LEVELS], least = INFINITY, y = question->answers[j];
-    double nominal = question->instance->run.data.variables[question->unknowns[j]].nominal; /* of a sum that is near zero */
+    double quotients[LEVELS], gap[LEVELS], noise[LEVELS], least = INFINITY, y = question->answers[j];
+    double nominal =
+        question->instance->run.data.variables[question->unknowns[j]].nominal; /* of a sum that is near zero */
     int best = -1;
     for (int k = 0; k < LEVELS; k++, share /= FINER) {
-        double one = answer(question, k, 0)[j], other = answer(question, k, 1)[j];
-        found[k] = quotient(question, y, one, other, share);
-        gap[k] = slopes_apart(question, y, one, other, share);
-        noise[k] = ROUNDINGS * DBL_EPSILON * fmax(fmax(nominal, fabs(y)), fmax(fabs(one), fabs(other))) / share;
+        double plus = answer(question, k, 0)[j], minus = answer(question, k, 1)[j];
+        quotients[k] = quotient(question, y, plus, minus, share);
+        gap[k] = slopes_apart(question, y, plus, minus, share);
+        noise[k] = ROUNDINGS * DBL_EPSILON * fmax(fmax(nominal, fabs(y)), fmax(fabs(plus), fabs(minus))) / share;
         if (!k || !question->valid[k] || !question->valid[k - 1])
             continue;
-        double change = fabs(found[k] - found[k - 1]);
+        double change = fabs(quotients[k] - quotients[k - 1]);
         if (change < least) {
             least = change;
             best = k;
         }
     }
     const char *name = name_of(&question->instance->run.data, question->unknowns[j]);
-    if (best < 0 || least > AGREEMENT * fabs(found[best]) + noise[best])
+    if (best < 0 || least > AGREEMENT * fabs(quotients[best]) + noise[best])
         return decline(question->instance,
                        "%s: %s has no derivative by %s here, differences over ever smaller changes do not agree", call,
                        name, question->input);
     int next = best + 1 < LEVELS && question->valid[best + 1];
     double finer = next ? gap[best + 1] : gap[best], coarser = next ? gap[best] : gap[best - 1];
     int is_off = finer > 0.5 * FINER * coarser && gap[best] < noise[best] * (OFF / (ROUNDINGS * DBL_EPSILON));
-    if (gap[best] > KINK * fabs(found[best]) + noise[best] && finer > 0.5 * coarser && !is_off)
-        return decline(question->instance, "%s: %s has no derivative by %s here, which differs to both sides by %g of %g",
-                       call, name, question->input, gap[best], found[best]);
-    *result = found[best] + (found[best] - found[best - 1]) / (FINER * FINER - 1.0);
+    if (gap[best] > KINK * fabs(quotients[best]) + noise[best] && finer > 0.5 * coarser && !is_off)
+        return decline(question->instance,
+                       "%s: %s has no derivative by %s here, which differs to both sides by %g of %g", call, name,
+                       question->input, gap[best], quotients[best]);
+    *result = quotients[best] + (quotients[best] - quotients[best - 1]) / (FINER * FINER - 1.0);
     return STATUS_OK;
 }
 
@@ -168,7 +170,7 @@ static Status ask(Question *question, const char *call, const double *seed, doub
     if (fault)
         return decline(instance, "%s: the next step cannot be taken: %s", call, reason);
     for (size_t j = 0; j < question->n && status == STATUS_OK; j++)
-        status = settle_one(question, call, share, j, results + j);
+        status = settle(question, call, share, j, results + j);
     return status;
 }
 
@@ -191,12 +193,14 @@ static Status prepare(Question *question, const char *call, char **block)
         return STATUS_ERROR;
     if ((question->n && !question->unknowns) || (question->n_knowns && !question->knowns))
         return fail(instance, "%s: references is NULL", call);
-    if (!are_of(instance, question->unknowns, question->n, 1) || !are_of(instance, question->knowns, question->n_knowns, 0))
+    if (!are_of(instance, question->unknowns, question->n, 1) ||
+        !are_of(instance, question->knowns, question->n_knowns, 0))
         return decline(instance, "%s: there are derivatives of Real outputs by Real inputs alone", call);
     if (!(instance->run.step_size > 0.0))
-        return decline(instance, "%s: derivatives are those over a step of the size of the last one; there was none", call);
-    size_t saved = (instance->saved_size + 15) / 16 * 16, own = question->n + question->n_knowns;
-    *block = malloc(saved + ((1 + 2 * LEVELS) * question->n + own) * sizeof(double));
+        return decline(instance, "%s: derivatives are those over a step of the size of the last one; there was none",
+                       call);
+    size_t saved = (instance->saved_size + 15) / 16 * 16, n_columns = question->n + question->n_knowns;
+    *block = malloc(saved + ((1 + 2 * LEVELS) * question->n + n_columns) * sizeof(double));
     if (!*block)
         return fail(instance, "%s: there is no memory for differences", call);
     question->before = *block;
@@ -205,10 +209,14 @@ static Status prepare(Question *question, const char *call, char **block)
     return STATUS_OK;
 }
 
-Status slave_directional(Instance *instance, const char *call, const Derivatives *of, const double *seed, double *results)
+Status slave_directional(Instance *instance, const char *call, const Derivatives *of, const double *seed,
+                         double *results)
 {
     char *block = NULL;
-    Question question = {.instance = instance, .unknowns = of->unknowns, .knowns = of->knowns, .n = of->n_unknowns,
+    Question question = {.instance = instance,
+                         .unknowns = of->unknowns,
+                         .knowns = of->knowns,
+                         .n = of->n_unknowns,
                          .n_knowns = of->n_knowns};
     Status status = prepare(&question, call, &block);
     if (status == STATUS_OK && ((of->n_knowns && !seed) || (of->n_unknowns && !results)))
@@ -222,16 +230,19 @@ Status slave_directional(Instance *instance, const char *call, const Derivatives
 Status slave_adjoint(Instance *instance, const char *call, const Derivatives *of, const double *seed, double *results)
 {
     char *block = NULL;
-    Question question = {.instance = instance, .unknowns = of->unknowns, .knowns = of->knowns, .n = of->n_unknowns,
+    Question question = {.instance = instance,
+                         .unknowns = of->unknowns,
+                         .knowns = of->knowns,
+                         .n = of->n_unknowns,
                          .n_knowns = of->n_knowns};
     Status status = prepare(&question, call, &block);
     if (status == STATUS_OK && ((of->n_unknowns && !seed) || (of->n_knowns && !results)))
         status = fail(instance, "%s: %s is NULL", call, seed ? "sensitivity" : "seed");
     for (size_t i = 0; i < of->n_knowns && status == STATUS_OK; i++) {
-        double *column = question.answers + (1 + 2 * LEVELS) * question.n, *one = column + question.n;
-        memset(one, 0, of->n_knowns * sizeof *one);
-        one[i] = 1.0;
-        status = ask(&question, call, one, column);
+        double *column = question.answers + (1 + 2 * LEVELS) * question.n, *unit = column + question.n;
+        memset(unit, 0, of->n_knowns * sizeof *unit);
+        unit[i] = 1.0;
+        status = ask(&question, call, unit, column);
         results[i] = 0.0;
         for (size_t j = 0; j < of->n_unknowns; j++)
             results[i] += seed[j] * column[j];

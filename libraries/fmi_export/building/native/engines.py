@@ -1,7 +1,7 @@
-"""Engines: the machine code of models for a platform, which their FMUs share whatever interface and constants are.
+"""Engines: the machine code of models for a platform, independent of interface and constants.
 
-An engine is the slave in C and the two lowered kernels of a model, or of each model of an assembly. It is shipped
-inside the installed package, or was compiled before and is in the user's cache, or is compiled now.
+An engine is the slave in C and the two lowered kernels of a model, or of each model of an assembly. It comes with the
+installed package, from the user's cache, or is compiled now.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from platform import machine
 
-from amb_files.kept import is_undamaged, keep
+from amb_files.stored_folder import is_undamaged, keep
 from amb_files.user_cache import user_cache
 from fmi_export.building.extras import require_extra
 from fmi_export.building.identity import digests
@@ -55,7 +55,7 @@ class Engine:
         return cls((folder / LIBRARY).read_bytes(), (folder / MADE_BY).read_text(encoding="utf-8"))
 
     def write(self, folder: Path) -> None:
-        """Write the engine into a new folder, whole or not at all; a damaged one there is replaced."""
+        """Write the engine into a new folder atomically; a damaged one there is replaced."""
 
         def fill(stage: Path) -> None:
             (stage / LIBRARY).write_bytes(self.library)
@@ -65,9 +65,9 @@ class Engine:
 
 
 def engine_key(models: Sequence[Kernels]) -> str:
-    """Return an identifier, 32 hexadecimal digits, that changes with the code of kernels and slave, with nothing else.
+    """Return an identifier, 32 hexadecimal digits, that changes only with the code of kernels and slave.
 
-    Neither numba nor the C compiler is asked.
+    It requires neither numba nor the C compiler.
     """
     return digest_of([_kernels(model) for model in models], *C_SOURCES, *LOWERING, *COMPILING)
 
@@ -84,38 +84,38 @@ def engine(models: Sequence[Kernels], platform: str) -> Engine:
 
 
 def find_or_compile(place: Path, compile_anew: Callable[[], Engine]) -> Engine:
-    """Return the library at a place below the shipped or the kept ones; it is compiled and kept if it is in neither.
+    """Return the library at a place below the shipped or cached ones; if it is in neither, compile and cache it.
 
-    One that is damaged counts as none.
+    Damaged ones are ignored.
     """
-    result = _found(place)
+    result = _existing(place)
     if result is not None:
         return result
-    with compiling(_kept(place), f"engine {place.name}"):
-        result = _found(place)
+    with compiling(_cached(place), f"engine {place.name}"):
+        result = _existing(place)
         if result is None:
             result = compile_anew()
             with suppress(OSError):  # without a cache the next build takes as long
-                result.write(_kept(place))
+                result.write(_cached(place))
     return result
 
 
 def engine_at_hand(models: Sequence[Kernels], platform: str) -> Engine | None:
-    """Return the engine of models if it is shipped or kept; nothing is compiled."""
-    return _found(engine_place(models, platform))
+    """Return the engine of models if it is shipped or cached; nothing is compiled."""
+    return _existing(engine_place(models, platform))
 
 
-def _found(place: Path) -> Engine | None:
-    whole = (folder for folder in (SHIPPED / place, _kept(place)) if is_undamaged(folder))
+def _existing(place: Path) -> Engine | None:
+    whole = (folder for folder in (SHIPPED / place, _cached(place)) if is_undamaged(folder))
     return next(map(Engine.read, whole), None)
 
 
-def _kept(place: Path) -> Path:
+def _cached(place: Path) -> Path:
     return _cache() / "engines" / place
 
 
 def engine_place(models: Sequence[Kernels], platform: str) -> Path:
-    """Return where the engine of models is, below the folder of all engines."""
+    """Return the place of the engine of models, below the folder of all engines."""
     return Path(platform, f"{_name(models)}-{engine_key(models)}")
 
 
@@ -148,7 +148,7 @@ def _compile(models: Sequence[Kernels], platform: str) -> Engine:
 
 
 def _lowered(model: Kernels) -> str:
-    """Return the lowered kernels, from the user's cache where they are there: all platforms share them."""
+    """Return the lowered kernels, from the user's cache if possible; all platforms share them."""
     facts = [_kernels(model), _versions("numba", "llvmlite"), machine()]
     retained = _cache() / f"kernels-{model.name}-{digest_of(facts, *LOWERING)}"
     with compiling(retained, f"the kernels of {model.name}"):
@@ -161,7 +161,7 @@ def _lowered(model: Kernels) -> str:
 
 
 def _kernels(model: Kernels) -> list[object]:
-    """Return what the machine code of the kernels depends on."""
+    """Return the facts that the machine code of the kernels depends on."""
     functions = [getattr(kernel, "py_func", kernel) for kernel in (model.initialise, model.step)]
     return [model.name, [f"{f.__module__}.{f.__qualname__}" for f in functions], digests(model.packages)]
 

@@ -32,15 +32,9 @@ enum {
 
 /* Life cycle ----------------------------------------------------------------------------------------------------- */
 
-const char *fmi2GetTypesPlatform(void)
-{
-    return fmi2TypesPlatform;
-}
+const char *fmi2GetTypesPlatform(void) { return fmi2TypesPlatform; }
 
-const char *fmi2GetVersion(void)
-{
-    return fmi2Version;
-}
+const char *fmi2GetVersion(void) { return fmi2Version; }
 
 fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, fmi2String resources,
                               const fmi2CallbackFunctions *functions, fmi2Boolean visible, fmi2Boolean logging)
@@ -56,10 +50,7 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, f
     return slave_new(name, guid, resources, &host, logging != fmi2False);
 }
 
-void fmi2FreeInstance(fmi2Component component)
-{
-    slave_free(component);
-}
+void fmi2FreeInstance(fmi2Component component) { slave_free(component); }
 
 fmi2Status fmi2SetDebugLogging(fmi2Component component, fmi2Boolean on, size_t count, const fmi2String categories[])
 {
@@ -94,15 +85,9 @@ fmi2Status fmi2DoStep(fmi2Component component, fmi2Real time, fmi2Real step_size
     return (fmi2Status)slave_step(component, __func__, time, step_size);
 }
 
-fmi2Status fmi2Terminate(fmi2Component component)
-{
-    return (fmi2Status)slave_terminate(component, __func__);
-}
+fmi2Status fmi2Terminate(fmi2Component component) { return (fmi2Status)slave_terminate(component, __func__); }
 
-fmi2Status fmi2Reset(fmi2Component component)
-{
-    return (fmi2Status)slave_reset(component, __func__);
-}
+fmi2Status fmi2Reset(fmi2Component component) { return (fmi2Status)slave_reset(component, __func__); }
 
 /* Variables ------------------------------------------------------------------------------------------------------ */
 
@@ -113,7 +98,7 @@ static Status before_get(Instance *instance, const char *call, Type type, REFERE
         return STATUS_ERROR;
     if (count && (!references || !values))
         return fail(instance, "%s: %s is NULL", call, references ? "values" : "references");
-    if (type == TYPE_REAL && is_known(&instance->read, references, count))
+    if (type == TYPE_REAL && is_repeated(&instance->read, references, count))
         return refresh(instance);
     for (size_t i = 0; i < count; i++)
         if (!is_variable(instance, references[i], type))
@@ -131,7 +116,7 @@ static Status before_set(Instance *instance, const char *call, Type type, REFERE
     if (count && (!references || !values))
         return fail(instance, "%s: %s is NULL", call, references ? "values" : "references");
     instance->now->stale = 1;
-    if (type == TYPE_REAL && is_known(&instance->written, references, count))
+    if (type == TYPE_REAL && is_repeated(&instance->written, references, count))
         return STATUS_OK;
     int are_inputs = type == TYPE_REAL;
     for (size_t i = 0; i < count; i++) {

@@ -1,12 +1,12 @@
 /* Binds an instance to FMI 3.0 for co-simulation, without event mode and early return.
 
-   The value reference of a variable is its position, as in FMI 2.0. Variables of one kind that stand one after another may
-   be the elements of an array: it has the reference of the first of them, and the others have none. `time`, the
+   The value reference of a variable is its position, as in FMI 2.0. Variables of the same kind that stand in sequence
+   may be the elements of an array: it has the reference of the first of them, and the others have none. `time`, the
    independent variable, follows the last position.
 
-   A fault is fmi3Error. fmi3Discard would promise the state from before the step, which a step does not keep; a host that
-   wants it saves it. A step beyond the stop time is fmi3Error because the standard says so, although nothing has changed
-   then. What FMI 3.0 has besides is in fmi3_absent.c, refused. */
+   A fault is fmi3Error. fmi3Discard would promise the state from before the step, which a step does not keep; a host
+   that wants it saves it. A step beyond the stop time is fmi3Error because the standard says so, although nothing
+   has changed then. What FMI 3.0 has besides is in fmi3_absent.c, refused. */
 
 #include <stdlib.h>
 
@@ -39,10 +39,7 @@ enum { SETTABLE = INSTANTIATED | INITIALIZATION | STEP_COMPLETE };
 
 /* Life cycle ----------------------------------------------------------------------------------------------------- */
 
-const char *fmi3GetVersion(void)
-{
-    return fmi3Version;
-}
+const char *fmi3GetVersion(void) { return fmi3Version; }
 
 static Host host_of(fmi3InstanceEnvironment environment, fmi3LogMessageCallback logger)
 {
@@ -56,7 +53,7 @@ fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3
                                          fmi3IntermediateUpdateCallback update)
 {
     Host host = host_of(environment, logger);
-    const char *reason = event_mode        ? "this FMU has no event mode"
+    const char *reason = event_mode       ? "this FMU has no event mode"
                          : n_intermediate ? "this FMU has no values within a step"
                                           : NULL;
     (void)visible, (void)early_return, (void)intermediate, (void)update;
@@ -88,10 +85,7 @@ fmi3Instance fmi3InstantiateScheduledExecution(fmi3String name, fmi3String token
     return NULL;
 }
 
-void fmi3FreeInstance(fmi3Instance instance)
-{
-    slave_free(instance);
-}
+void fmi3FreeInstance(fmi3Instance instance) { slave_free(instance); }
 
 /* Unlike in FMI 2.0 categories are switched, and those that are not named stay as they are. */
 fmi3Status fmi3SetDebugLogging(fmi3Instance component, fmi3Boolean on, size_t count, const fmi3String categories[])
@@ -135,15 +129,9 @@ fmi3Status fmi3DoStep(fmi3Instance component, fmi3Float64 time, fmi3Float64 step
     return (fmi3Status)status;
 }
 
-fmi3Status fmi3Terminate(fmi3Instance instance)
-{
-    return (fmi3Status)slave_terminate(instance, __func__);
-}
+fmi3Status fmi3Terminate(fmi3Instance instance) { return (fmi3Status)slave_terminate(instance, __func__); }
 
-fmi3Status fmi3Reset(fmi3Instance instance)
-{
-    return (fmi3Status)slave_reset(instance, __func__);
-}
+fmi3Status fmi3Reset(fmi3Instance instance) { return (fmi3Status)slave_reset(instance, __func__); }
 
 /* Variables ------------------------------------------------------------------------------------------------------ */
 
@@ -173,7 +161,7 @@ static Status before(Instance *instance, int states, const char *call, Type type
             return wrong_reference(instance, call, r);
         if (!length_of(instance, r))
             return fail(instance, "%s: %s is an element of an array, whose value reference is that of the first one",
-                          call, name_of(&instance->run.data, r));
+                        call, name_of(&instance->run.data, r));
         total += length_of(instance, r);
     }
     if (total != n_values)
@@ -202,13 +190,14 @@ static Status before_set(Instance *instance, const char *call, Type type, REFERE
     return STATUS_OK;
 }
 
-/* The values of a variable, one after another. */
+/* The values of a variable, in sequence. */
 static double *values_of(const Instance *instance, fmi3ValueReference reference)
 {
     return is_time(instance, reference) ? &instance->now->time : instance->run.values + reference;
 }
 
-/* What follows for each value k of each reference: `there` is its place among the model's, `values` that of the host. */
+/* What follows for each value k of each reference: `there` is its place among the model's, `values` that of the
+   host. */
 #define FOR_EACH_VALUE(instance, references, count)                                                                    \
     for (size_t i = 0; i < (count); i++)                                                                               \
         for (double *there = values_of(instance, (references)[i]),                                                     \
@@ -287,8 +276,8 @@ fmi3Status fmi3DeserializeFMUState(fmi3Instance instance, const fmi3Byte bytes[]
 
 /* Derivatives ---------------------------------------------------------------------------------------------------- */
 
-/* Positions of all values of variables, `n` of them; NULL if there are others, a reference is none of a Float64, or there is
-   no memory. */
+/* Positions of all values of variables, `n` of them; NULL if there are others, a reference is none of a Float64, or
+   there is no memory. */
 static uint32_t *positions_of(Instance *instance, REFERENCES, size_t n)
 {
     size_t used = 0;
@@ -322,9 +311,10 @@ static Status derivatives(Instance *instance, const char *call,
     uint32_t *of_unknowns = positions_of(instance, unknowns, of.n_unknowns, n_of_unknowns);
     uint32_t *of_knowns = positions_of(instance, knowns, of.n_knowns, n_of_knowns);
     const Derivatives values = {of_unknowns, of_knowns, n_of_unknowns, n_of_knowns};
-    Status status = of_unknowns && of_knowns
-                        ? find(instance, call, &values, seed, results)
-                        : decline(instance, "%s: seed and sensitivity must have a value for each of Float64 variables", call);
+    Status status =
+        of_unknowns && of_knowns
+            ? find(instance, call, &values, seed, results)
+            : decline(instance, "%s: seed and sensitivity must have a value for each of Float64 variables", call);
     free(of_unknowns);
     free(of_knowns);
     return status;

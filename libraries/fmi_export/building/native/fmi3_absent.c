@@ -1,6 +1,7 @@
-/* What FMI 3.0 has and these FMUs have not: other types, clocks, event mode, derivatives by time, model exchange, scheduled
-   execution. Everything is there to be called, and refused with the reason. A variable of a type that there is none of is
-   a wrong reference, which ends the run as any other wrong call does; the rest leaves the instance as it was. */
+/* What FMI 3.0 has and these FMUs have not: other types, clocks, event mode, derivatives by time, model exchange,
+   scheduled execution. Everything is there to be called, and refused with the reason. A variable of a type that
+   there is none of is a wrong reference, which ends the run as any other wrong call does; the rest leaves the
+   instance as it was. */
 
 #include "fmi3Functions.h"
 #include "slave.h"
@@ -8,7 +9,8 @@
 #pragma GCC diagnostic ignored "-Wunused-parameter"
 
 /* Nothing is wrong with an empty list. */
-static fmi3Status none_of_type(Instance *instance, const char *call, const fmi3ValueReference references[], size_t count)
+static fmi3Status none_of_type(Instance *instance, const char *call, const fmi3ValueReference references[],
+                               size_t count)
 {
     if (!may(instance, ANY, call))
         return fmi3Error;
@@ -67,23 +69,20 @@ fmi3Status fmi3SetClock(fmi3Instance instance, REFERENCES, const fmi3Clock value
 
 /* A function that is refused, with its further parameters. */
 #define ABSENT(NAME, WHY, ...)                                                                                         \
-    fmi3Status NAME(fmi3Instance instance __VA_ARGS__)                                                                 \
-    {                                                                                                                  \
-        return absent(instance, __func__, WHY);                                                                        \
-    }
+    fmi3Status NAME(fmi3Instance instance __VA_ARGS__) { return absent(instance, __func__, WHY); }
 
 #define AND , /* before the first further parameter */
 
 static const char CLOCKS[] = "this FMU has no clocks", EVENTS[] = "this FMU has no event mode",
-                  DERIVATIVES[] = "this FMU gives no derivatives by time", STRUCTURE[] = "this FMU has no structural parameters",
+                  DERIVATIVES[] = "this FMU gives no derivatives by time",
+                  STRUCTURE[] = "this FMU has no structural parameters",
                   EXCHANGE[] = "this is an FMU for co-simulation, not for model exchange",
                   SCHEDULED[] = "this is an FMU for co-simulation, not for scheduled execution",
                   DEPENDENCIES[] = "the dependencies are those of the modelDescription";
 
-ABSENT(fmi3GetIntervalDecimal, CLOCKS,
-       AND REFERENCES, fmi3Float64 intervals[], fmi3IntervalQualifier qualifiers[])
-ABSENT(fmi3GetIntervalFraction, CLOCKS,
-       AND REFERENCES, fmi3UInt64 counters[], fmi3UInt64 resolutions[], fmi3IntervalQualifier qualifiers[])
+ABSENT(fmi3GetIntervalDecimal, CLOCKS, AND REFERENCES, fmi3Float64 intervals[], fmi3IntervalQualifier qualifiers[])
+ABSENT(fmi3GetIntervalFraction, CLOCKS, AND REFERENCES, fmi3UInt64 counters[], fmi3UInt64 resolutions[],
+       fmi3IntervalQualifier qualifiers[])
 ABSENT(fmi3GetShiftDecimal, CLOCKS, AND REFERENCES, fmi3Float64 shifts[])
 ABSENT(fmi3GetShiftFraction, CLOCKS, AND REFERENCES, fmi3UInt64 counters[], fmi3UInt64 resolutions[])
 ABSENT(fmi3SetIntervalDecimal, CLOCKS, AND REFERENCES, const fmi3Float64 intervals[])
@@ -94,24 +93,22 @@ ABSENT(fmi3SetShiftFraction, CLOCKS, AND REFERENCES, const fmi3UInt64 counters[]
 ABSENT(fmi3EnterEventMode, EVENTS, )
 ABSENT(fmi3EnterStepMode, EVENTS, )
 ABSENT(fmi3EvaluateDiscreteStates, EVENTS, )
-ABSENT(fmi3UpdateDiscreteStates, EVENTS,
-       AND fmi3Boolean *again, fmi3Boolean *terminate, fmi3Boolean *nominals, fmi3Boolean *states,
-       fmi3Boolean *has_next, fmi3Float64 *next)
+ABSENT(fmi3UpdateDiscreteStates, EVENTS, AND fmi3Boolean *again, fmi3Boolean *terminate, fmi3Boolean *nominals,
+       fmi3Boolean *states, fmi3Boolean *has_next, fmi3Float64 *next)
 
 ABSENT(fmi3EnterConfigurationMode, STRUCTURE, )
 ABSENT(fmi3ExitConfigurationMode, STRUCTURE, )
 
 ABSENT(fmi3GetNumberOfVariableDependencies, DEPENDENCIES, AND fmi3ValueReference reference, size_t *count)
-ABSENT(fmi3GetVariableDependencies, DEPENDENCIES,
-       AND fmi3ValueReference dependent, size_t elements[], fmi3ValueReference independents[],
-       size_t elements_of_independents[], fmi3DependencyKind kinds[], size_t count)
+ABSENT(fmi3GetVariableDependencies, DEPENDENCIES, AND fmi3ValueReference dependent, size_t elements[],
+       fmi3ValueReference independents[], size_t elements_of_independents[], fmi3DependencyKind kinds[], size_t count)
 
-ABSENT(fmi3GetOutputDerivatives, DERIVATIVES,
-       AND REFERENCES, const fmi3Int32 orders[], fmi3Float64 values[], size_t n_values)
+ABSENT(fmi3GetOutputDerivatives, DERIVATIVES, AND REFERENCES, const fmi3Int32 orders[], fmi3Float64 values[],
+       size_t n_values)
 
 ABSENT(fmi3EnterContinuousTimeMode, EXCHANGE, )
-ABSENT(fmi3CompletedIntegratorStep, EXCHANGE,
-       AND fmi3Boolean no_earlier_state, fmi3Boolean *event, fmi3Boolean *terminate)
+ABSENT(fmi3CompletedIntegratorStep, EXCHANGE, AND fmi3Boolean no_earlier_state, fmi3Boolean *event,
+       fmi3Boolean *terminate)
 ABSENT(fmi3SetTime, EXCHANGE, AND fmi3Float64 time)
 ABSENT(fmi3SetContinuousStates, EXCHANGE, AND const fmi3Float64 states[], size_t count)
 ABSENT(fmi3GetContinuousStateDerivatives, EXCHANGE, AND fmi3Float64 derivatives[], size_t count)

@@ -44,7 +44,8 @@ static void explain(char *text, const Run *run, const Sentence *sentence, const 
         if (piece->variable == STEP_SIZE)
             append_number(text, run->step_size);
         else if (piece->variable != NO_VALUE)
-            append_number(text, piece->variable < first ? run->values[piece->variable] : outputs[piece->variable - first]);
+            append_number(text,
+                          piece->variable < first ? run->values[piece->variable] : outputs[piece->variable - first]);
     }
 }
 
@@ -88,9 +89,9 @@ int run_next_warning(Run *run, char *text)
     const Data *data = &run->data;
     for (int64_t i = 0; i < data->n_warnings; i++) {
         int64_t variable = data->warnings[i].of;
-        if (run->told[i] || run->values[variable] == 0.0)
+        if (run->reported[i] || run->values[variable] == 0.0)
             continue;
-        run->told[i] = 1;
+        run->reported[i] = 1;
         text[0] = '\0';
         append(text, "%s: ", name_of(data, variable));
         explain(text, run, &data->warnings[i], run->values + first_output(data));
@@ -100,7 +101,7 @@ int run_next_warning(Run *run, char *text)
 }
 
 /* Inputs may be new at every step, parameters only after one was set. */
-static int64_t check_given(Run *run)
+static int64_t check_inputs(Run *run)
 {
     Outcome *outcome = run->outcome;
     int64_t first = outcome->checked ? run->data.n_parameters : 0;
@@ -115,8 +116,8 @@ static int64_t check_given(Run *run)
     return run_stop(run, FAULT_RANGE + i, outcome->reason);
 }
 
-/* Publish the outputs if no part has stopped the run, the kernel did not fail, returned no fault, and each output is in its
-   range. */
+/* Publish the outputs if no part has stopped the run, the kernel did not fail, returned no fault, and each output is
+   in its range. */
 static int64_t finish(Run *run, const char *failure, int64_t fault)
 {
     const Data *data = &run->data;
@@ -167,7 +168,7 @@ void run_clear(Run *run)
     memcpy(run->values, data->start_values, (size_t)data->n_values * sizeof *run->values);
     memset(run->state, 0, (size_t)data->n_state * sizeof *run->state);
     memset(run->work, 0, (size_t)data->n_work * sizeof *run->work);
-    memset(run->told, 0, (size_t)data->n_warnings);
+    memset(run->reported, 0, (size_t)data->n_warnings);
     run->step_size = 0.0;
 }
 
@@ -177,7 +178,7 @@ int64_t run_initialise(Run *run)
     const char *failure = NULL;
     int64_t fault = 0;
     run->outcome->fault = 0;
-    if (check_given(run))
+    if (check_inputs(run))
         return run->outcome->fault;
     memset(run->state, 0, (size_t)data->n_state * sizeof *run->state);
     if (run->assembly)
@@ -199,7 +200,7 @@ int64_t run_step(Run *run, double time, double step_size)
         append(reason, " s is not allowed; it must be > 0 s and finite");
         return run_stop(run, FAULT_STEP_SIZE, reason);
     }
-    if (check_given(run))
+    if (check_inputs(run))
         return run->outcome->fault;
     run->step_size = step_size;
     if (run->assembly)

@@ -28,14 +28,14 @@ typedef struct {
     double *values, *state;
     Outcome *outcome;
     double *next_outputs, *work;
-    double step_size; /* of the present step, and of the last one after it; 0 before the first (s) */
-    unsigned char *told; /* which warnings */
+    double step_size;        /* of the present step, and of the last one after it; 0 before the first (s) */
+    unsigned char *reported; /* which warnings */
 } Run;
 
 #pragma GCC visibility push(hidden)
 
-/* Make ready what a run calls, by the name of its instance and the location of its resources; 0 with a `reason` (TEXT_SIZE)
-   if there is none. */
+/* Make ready what a run calls, by the name of its instance and the location of its resources; 0 with a `reason`
+   (TEXT_SIZE) if there is none. */
 int run_open(Run *run, const char *name, const char *location, char *reason);
 void run_close(Run *run);
 
@@ -45,10 +45,10 @@ void run_clear(Run *run);
 /* The initial state and outputs from parameters and inputs; 0, or the fault. */
 int64_t run_initialise(Run *run);
 
-/* One step under constant inputs; 0, or the fault. Outputs keep their last good values then. */
+/* A step under constant inputs; 0, or the fault. Outputs keep their last good values then. */
 int64_t run_step(Run *run, double time, double step_size);
 
-/* Whether a warning is true that was not told since `run_clear`; its name and sentence go to `text` (TEXT_SIZE). */
+/* Whether a warning is true that was not reported since `run_clear`; its name and sentence go to `text` (TEXT_SIZE). */
 int run_next_warning(Run *run, char *text);
 
 /* Keep a fault and its sentence until the next initialisation. */
@@ -56,9 +56,6 @@ int64_t run_stop(Run *run, int64_t fault, const char *reason);
 
 #pragma GCC visibility pop
 
-static inline int64_t first_output(const Data *data)
-{
-    return data->n_parameters + data->n_inputs;
-}
+static inline int64_t first_output(const Data *data) { return data->n_parameters + data->n_inputs; }
 
 #endif

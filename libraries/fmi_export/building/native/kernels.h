@@ -1,4 +1,5 @@
-/* The two kernels of a model as a run calls them: compiled.c has them as machine code, ../guard/interpreted.c in Python. */
+/* The two kernels of a model as a run calls them: compiled.c has them as machine code, ../guard/interpreted.c in
+   Python. */
 
 #ifndef AMB_KERNELS_H
 #define AMB_KERNELS_H
@@ -8,11 +9,11 @@
 #pragma GCC visibility push(hidden)
 
 /* Make ready what calls the kernels of a run, by the name of its instance and the location of its resources; 0 with a
-   `reason` (TEXT_SIZE) if there is none. */
+   `reason` (TEXT_SIZE) without any. */
 int open_kernels(Run *run, const char *name, const char *location, char *reason);
 void close_kernels(Run *run);
 
-/* Call a kernel on the arrays of a run, of which none is kept: NULL and its `fault`, or why it failed. */
+/* Call a kernel on the arrays of a run, of which none is stored: NULL and its `fault`, or why it failed. */
 const char *call_initialise(Run *run, int64_t *fault);
 const char *call_step(Run *run, double time, double step_size, int64_t *fault);
 

@@ -1,9 +1,9 @@
-/* The loop of the master, in a library of its own for the orchestrator (`amb_cosim/cosim/master/compiled.py`, which says what the
- * data mean), and in every engine for assemblies.
+/* The loop of the master, in a separate library for the orchestrator (`amb_cosim/cosim/master/compiled.py`, which says
+ * what the data mean), and in every engine for assemblies.
  *
- * It does what the loop in `amb_cosim/cosim/master/master.py` does, operation by operation. Structures are the NamedTuples of the
- * same name; `size` is the length of their first array. Products and sums are rounded apart (-ffp-contract=off), as in
- * Python.
+ * It does what the loop in `amb_cosim/cosim/master/master.py` does, operation by operation. Structures are the
+ * NamedTuples of the same name; `size` is the length of their first array. Products and sums are rounded apart
+ * (-ffp-contract=off), as in Python. /
  */
 
 #ifndef AMB_LOOP_H
@@ -13,64 +13,64 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/* The highest status with which a call has done its work, and the one of a call that has not. */
+/* The highest status with which a call has done its work, and that of a call that has not. */
 enum { LOOP_WARNING = 1, LOOP_ERROR = 3 };
 
 typedef int Exchange(void *instance, const uint32_t *references, size_t size, void *values);
 typedef int DoStep(void *instance, double time, double step_size, int no_way_back);
 
 typedef struct {
-  const intptr_t *of;
-  Exchange *const *function;
-  const uint32_t *const *references_at;
-  void *const *values_at;
-  const bool *real, *direct;
-  const intptr_t *first, *positions;
-  const uint32_t *references;
-  double *reals;
-  int32_t *integers;
-  intptr_t size;
+    const intptr_t *of;
+    Exchange *const *function;
+    const uint32_t *const *references_at;
+    void *const *values_at;
+    const bool *real, *direct;
+    const intptr_t *first, *positions;
+    const uint32_t *references;
+    double *reals;
+    int32_t *integers;
+    intptr_t size;
 } Calls;
 
 typedef struct {
-  void *const *instance;
-  DoStep *const *do_step;
-  const intptr_t *every;
-  const double *step_sizes;
-  Calls sends, fetches, needed;
-  double *values;
-  double start_time, step_size;
-  bool jacobi;
-  intptr_t size;
+    void *const *instance;
+    DoStep *const *do_step;
+    const intptr_t *every;
+    const double *step_sizes;
+    Calls sends, fetches, needed;
+    double *values;
+    double start_time, step_size;
+    bool jacobi;
+    intptr_t size;
 } Program;
 
 typedef struct {
-  const intptr_t *points, *positions;
-  const double *values;
-  intptr_t size;
+    const intptr_t *points, *positions;
+    const double *values;
+    intptr_t size;
 } Changes;
 
 typedef struct {
-  const intptr_t *positions;
-  intptr_t first, every;
-  intptr_t *points;
-  double *table;
-  const intptr_t *steps_positions; /* what is kept at every point, in rows from that of `steps_first` on */
-  intptr_t steps_size, steps_first;
-  double *steps_table;
-  intptr_t size;
+    const intptr_t *positions;
+    intptr_t first, every;
+    intptr_t *points;
+    double *table;
+    const intptr_t *steps_positions; /* what is held at every point, in rows from that of `steps_first` on */
+    intptr_t steps_size, steps_first;
+    double *steps_table;
+    intptr_t size;
 } RecordBuffer;
 
 typedef struct {
-  const intptr_t *positions;
-  const double *signs, *limits;
-  intptr_t *since;
-  const intptr_t *hold;
-  intptr_t size;
+    const intptr_t *positions;
+    const double *signs, *limits;
+    intptr_t *since;
+    const intptr_t *hold;
+    intptr_t size;
 } Conditions;
 
 typedef struct {
-  intptr_t reached, row, component, call, status, met;
+    intptr_t reached, row, component, call, status, met;
 } End;
 
 #ifdef __has_include

@@ -1,8 +1,8 @@
-"""Lowers the two kernels of a model to one LLVM module that calls the C library's mathematics alone.
+"""Lowers the two kernels of a model to one LLVM module that calls only the C library's mathematics.
 
-numba compiles for the processor it runs on; a process of its own therefore compiles the kernels again, for a generic
+numba compiles for the host's processor; a separate process therefore compiles the kernels again for a generic
 processor. Kernels are compiled without numba's run-time system: they count no references and cannot allocate. The
-exceptions that numba leaves in the code lose their text; the status that a kernel returns says whether there was one.
+exceptions that numba leaves in the code lose their text; the status that a kernel returns reports them.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from fmi_export.numba_internals import compile_nothing, type_calls_once
 
 ENTRIES = ("kernel_initialise", "kernel_step")
 
-# What a lowered kernel may call: C's mathematics and memory, and the helpers that instance.c has.
+# Functions that a lowered kernel may call: C's mathematics and memory, and helpers of instance.c.
 ALLOWED = re.compile(
     "acos|asin|atan2?|cbrt|ceil|copysign|cosh?|erfc?|exp2?|expm1|fabs|floor|fma|fmax|fmin|fmod|frexp|hypot|ldexp|lgamma|"
     "log|log10|log1p|log2|modf|nearbyint|nextafter|pow|rint|round|sinh?|sqrt|tanh?|tgamma|trunc|"
@@ -47,7 +47,7 @@ SETTINGS = {
 
 
 class Kernels(Protocol):
-    """What of a model its machine code depends on; see `Model`."""
+    """The parts of a model that its machine code depends on; see `Model`."""
 
     @property
     def name(self) -> str: ...
@@ -91,7 +91,7 @@ def lower(model: Kernels) -> str:
 
 
 def _place(name: str, kernel: Any) -> tuple[str, str]:
-    """Return the module and the name under which another process finds a kernel."""
+    """Return the module and name by which another process finds a kernel."""
     if not hasattr(kernel, "py_func"):
         raise ValueError(f"{name} cannot be built without Python: its kernels are not compiled; install numba")
     module, function = kernel.py_func.__module__, kernel.py_func.__qualname__
@@ -111,12 +111,12 @@ def main() -> None:
     try:
         assembly = without_python([_initialise_entry(kernels[0]), _step_entry(kernels[1])])
     except Exception as error:
-        sys.exit(_in_one_line(error))
+        sys.exit(_single_line(error))
     Path(sys.argv[2]).write_text(assembly, encoding="utf-8")
 
 
-def _in_one_line(error: Exception) -> str:
-    """Return numba's message in one line; for code that needs its run-time system, the place of that code."""
+def _single_line(error: Exception) -> str:
+    """Return numba's message in a single line; for code that requires its run-time system, the place of that code."""
     text = " ".join(str(error).split()) or repr(error)
     if "NRT required" not in text and "Only accept returning of array" not in text:
         return text
@@ -172,11 +172,11 @@ def without_python(entries: list[Any]) -> str:
 
 
 def _shorten_names(assembly: str) -> str:
-    """Number blocks and values with long names: what is inlined bears its function's, and compilers refuse that."""
+    """Number blocks and values with long names: inlined ones contain their function's name, which is too long."""
     names: dict[str, str] = {}
     return re.sub(
         r'(?<=%)[-\w$.]{100,}|^[-\w$.]{100,}(?=:)|(?<=%)"[^"\n]{100,}"|^"[^"\n]{100,}"(?=:)',
-        lambda found: names.setdefault(found[0], f"name_{len(names)}"),
+        lambda match: names.setdefault(match[0], f"name_{len(names)}"),
         assembly,
         flags=re.MULTILINE,
     )
@@ -192,7 +192,7 @@ def _remove_runtime(assembly: str) -> str:
     for name in re.findall(r"@(\w+)\(", runtime):
         assembly = re.sub(rf"^define [^@\n]*@{name}\(.*?^\}}", "", assembly, flags=flags)
         assembly = re.sub(rf"^declare [^@\n]*@{name}\(.*?$", "", assembly, flags=flags)
-    # Where it is not optimised away, such a variable is now undefined, and the build is refused.
+    # If it is not optimised away, such a variable is now undefined, and the build is refused.
     assembly = re.sub(r"^(@numba\.dynamic\.globals\.\w+ =) .*?$", r"\1 external global ptr", assembly, flags=flags)
     lines = (
         line if line.startswith("@") else re.sub(r"@\.const\.picklebuf\.[\w.]+", "@no_exception", line)
@@ -202,7 +202,7 @@ def _remove_runtime(assembly: str) -> str:
 
 
 def _keep_entries_only(module: Any, llvm: Any) -> None:
-    """Make everything but the entries private and drop what they do not reach."""
+    """Make everything except the entries private, and drop unreachable code."""
     for function in module.functions:
         if not function.is_declaration:
             retained = function.name in ENTRIES

@@ -1,4 +1,4 @@
-"""A native FMU: description, engines and data in one archive, the same bytes for the same sources."""
+"""A native FMU: description, engines and data in a single archive, the same bytes for the same sources."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from fmi_export.building.terminals import terminals
 from fmi_export.model import Array, Model
 
 Fmi = Literal[2, 3]  # version
-ICON, ICON3 = "model.png", "terminalsAndIcons/icon.png"  # where an importer looks for it, in FMI 3.0 the latter
+ICON, ICON3 = "model.png", "terminalsAndIcons/icon.png"  # where importers look for it, in FMI 3.0 the latter
 
 
 def build_native_fmu(
@@ -36,7 +36,7 @@ def build_native_fmu(
     arrays: bool = True,
     sources: bool = False,
 ) -> Path:
-    """Write `<model.name>.fmu` into `folder` and return its path; the file appears complete or not at all.
+    """Write `<model.name>.fmu` into `folder` atomically, and return its path.
 
     Parameters
     ----------
@@ -45,20 +45,20 @@ def build_native_fmu(
     constants
         Its constants, flat float64.
     folder
-        Where the FMU goes; made if it is missing.
+        Folder for the FMU, created if it is missing.
     platforms
-        FMI names of the platforms that it runs on, or `all`; this machine's by default. See `compiler.TARGETS`.
+        FMI names of the platforms, or `all`; default: this machine's. See `compiler.TARGETS`.
     fmi
-        Version of FMI: 2.0 or 3.0. Engine and data are the same but for the guid, and so are the results.
+        Version of FMI: 2.0 or 3.0. Engine and data, except the guid, and results are the same.
     arrays
-        Whether an FMU of FMI 3.0 has array variables; without, each element is a variable, as in FMI 2.0.
+        Whether an FMU of FMI 3.0 has array variables; otherwise each element is a variable, as in FMI 2.0.
     sources
-        Whether it holds its C code too, for platforms that it has no library for; see `portable`.
+        Whether it includes its C code, for platforms without a library; see `portable`.
 
     Raises
     ------
     ValueError
-        If a platform is not known, a sentence of the model is wrong, or an engine must be compiled and cannot be.
+        If a platform is unknown, a message of the model is invalid, or an engine cannot be compiled.
     """
     if fmi == 3 and not arrays:
         model = without_arrays(model)
@@ -86,7 +86,7 @@ def build_native_fmu(
 
 
 def native_guid(model: Model, constants: Array, fmi: Fmi = 2) -> str:
-    """Return an identifier that changes with interface, code (of the native slave too), constants and FMI version."""
+    """Return an identifier that changes with interface, code (including the slave), constants and FMI version."""
     return guid_of(model, constants, f"native {'FMI 3.0 ' if fmi == 3 else ''}{engine_key(model.compiled)}")
 
 

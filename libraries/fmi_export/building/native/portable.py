@@ -1,8 +1,8 @@
-"""The C code of an FMU, which any C99 compiler builds: for targets that no library is shipped for.
+"""The C code of an FMU, which any C99 compiler builds: for targets without a shipped library.
 
-It is that of the engine with the kernels translated to C (`c99`), in the folder `sources`, and makes the same FMU with
-the same resources. Names of functions begin with the model identifier, as FMI asks of source code, so that FMUs of
-several models can be linked into one program; who makes a shared library defines FMI2_OVERRIDE_FUNCTION_PREFIX, or
+It is the code of the engine with the kernels translated to C (`c99`), in the folder `sources`, and makes the same FMU
+with the same resources. Function names begin with the model identifier, as FMI requires of source code, so that FMUs of
+several models can be linked into a program. For a shared library, define FMI2_OVERRIDE_FUNCTION_PREFIX or
 FMI3_OVERRIDE_FUNCTION_PREFIX.
 """
 
@@ -47,12 +47,12 @@ def portable_sources(model: Model, fmi: Literal[2, 3]) -> dict[str, str]:
 
 
 def compiled_files(code: Iterable[str]) -> list[str]:
-    """Return which files a compiler is given."""
+    """Return the files to compile."""
     return sorted(name for name in code if name.endswith(".c"))
 
 
 def build_description(model: Model, code: Iterable[str]) -> bytes:
-    """Return buildDescription.xml of FMI 3.0, which says how the files are compiled."""
+    """Return buildDescription.xml of FMI 3.0, the build instructions."""
     root = Element("fmiBuildDescription", fmiVersion="3.0")
     configuration = SubElement(root, "BuildConfiguration", modelIdentifier=model.name)
     files = SubElement(configuration, "SourceFileSet", language="C99", compiler=COMPILER, compilerOptions=OPTIONS)

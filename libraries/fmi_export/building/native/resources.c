@@ -17,12 +17,9 @@
 #include "data.h"
 
 static const char NO_MEMORY[] = "there is no memory for the path of the resources";
-enum { SHOWN = 400 }; /* characters of a location in a reason */
+enum { EXCERPT = 400 }; /* characters of a location in a reason */
 
-static char lower(char c)
-{
-    return c >= 'A' && c <= 'Z' ? (char)(c - 'A' + 'a') : c;
-}
+static char lower(char c) { return c >= 'A' && c <= 'Z' ? (char)(c - 'A' + 'a') : c; }
 
 /* What follows `prefix` in `text`, or NULL; capitals do not matter. */
 static const char *after(const char *text, const char *prefix)
@@ -38,8 +35,8 @@ static int digit(char c)
     return c >= '0' && c <= '9' ? c - '0' : lower(c) >= 'a' && lower(c) <= 'f' ? lower(c) - 'a' + 10 : -1;
 }
 
-/* Replace %20 and the like in place; a percent sign without two digits stands for itself, as in paths that a host did not
-   encode. */
+/* Replace %20 and the like in place; a percent sign without two digits stands for itself, as in paths that a host
+   did not encode. */
 static void decode_percent(char *text)
 {
     char *to = text;
@@ -54,12 +51,9 @@ static void decode_percent(char *text)
 
 /* Files ----------------------------------------------------------------------------------------------------------- */
 
-static int has_drive(const char *path)
-{
-    return lower(path[0]) >= 'a' && lower(path[0]) <= 'z' && path[1] == ':';
-}
+static int has_drive(const char *path) { return lower(path[0]) >= 'a' && lower(path[0]) <= 'z' && path[1] == ':'; }
 
-/* Whether a location begins with the scheme of a URI; the one letter of a drive is none. */
+/* Whether a location begins with the scheme of a URI; the single letter of a drive is none. */
 static int has_scheme(const char *location)
 {
     size_t length = strcspn(location, ":/\\");
@@ -88,7 +82,7 @@ char *resource_folder(const char *location, char *reason)
 #endif
     }
     if (!path || (!encoded && has_scheme(location))) {
-        snprintf(reason, TEXT_SIZE, "the resource location %.*s is not on this machine", SHOWN, location);
+        snprintf(reason, TEXT_SIZE, "the resource location %.*s is not on this machine", EXCERPT, location);
         return NULL;
     }
     char *folder = malloc(strlen(path) + 1);
@@ -111,7 +105,7 @@ char *resource_folder(const char *location, char *reason)
 
 /* Places beside this library --------------------------------------------------------------------------------------- */
 
-int own_path(char *path)
+int library_path(char *path)
 {
 #if defined _WIN32
     static const char here;
@@ -135,7 +129,7 @@ int resources_beside_library(char *path)
 {
     static const char PLACE[] = "resources";
     int levels = 3; /* from binaries/<platform>/<library> up */
-    size_t length = own_path(path) ? strlen(path) : 0;
+    size_t length = library_path(path) ? strlen(path) : 0;
     while (length > 0 && levels > 0) {
         length--;
         levels -= path[length] == '/' || path[length] == '\\';
@@ -198,7 +192,7 @@ unsigned char *file_bytes(const char *folder, const char *name, size_t *size, ch
     FILE *file = open_file(path);
     unsigned char *bytes = file ? content_of(file, size) : NULL;
     if (!bytes)
-        snprintf(reason, TEXT_SIZE, "cannot read %.*s: %s", SHOWN, path, strerror(errno));
+        snprintf(reason, TEXT_SIZE, "cannot read %.*s: %s", EXCERPT, path, strerror(errno));
     if (file)
         fclose(file);
     free(path);
@@ -247,15 +241,9 @@ static unsigned char *bytes_of_uri(const char *rest, size_t *size, char *reason)
     return bytes;
 }
 
-static const char *of_data_uri(const char *location)
-{
-    return location ? after(location, "data:") : NULL;
-}
+static const char *of_data_uri(const char *location) { return location ? after(location, "data:") : NULL; }
 
-int is_wrong_place(const char *location)
-{
-    return !of_data_uri(location);
-}
+int is_wrong_place(const char *location) { return !of_data_uri(location); }
 
 unsigned char *resource_bytes(const char *location, size_t *size, char *reason)
 {

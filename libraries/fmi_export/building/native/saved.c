@@ -1,12 +1,13 @@
-/* Saved states: one copy of memory, alone or with a checksum as bytes. An instance knows its own by their addresses, and
-   refuses a pointer to anything else, which may have been freed, or be another instance's: that takes bytes. */
+/* Saved states: a copy of memory, alone or with a checksum as bytes. An instance knows its copies by their
+   addresses, and refuses a pointer to anything else, which may have been freed, or be another instance's: that takes
+   bytes. */
 
 #include <stdlib.h>
 #include <string.h>
 
 #include "slave.h"
 
-/* The number of a state among those of an instance, or how many there are. The latest are looked at first. */
+/* The number of a state among those of an instance, or their count. The latest are looked at first. */
 static size_t number_of(const Instance *instance, const void *state)
 {
     for (size_t i = instance->n_states; i-- > 0;)
@@ -47,12 +48,10 @@ void free_states(Instance *instance)
 static const char NO_STATE[] = "%s: the pointer is to no state that this instance has saved and not freed";
 
 /* Bytes may come from anywhere, so they end with the checksum of those before. */
-static size_t serialised_size(const Instance *instance)
-{
-    return instance->saved_size + sizeof(uint32_t);
-}
+static size_t serialised_size(const Instance *instance) { return instance->saved_size + sizeof(uint32_t); }
 
-/* What is no state of this instance on entry may be anything, such as memory that a host has not set, and is left alone. */
+/* What is no state of this instance on entry may be anything, such as memory that a host has not set, and is left
+   alone. */
 Status slave_save(Instance *instance, const char *call, void **state)
 {
     if (!may(instance, ANY, call))
@@ -139,6 +138,6 @@ Status slave_deserialise(Instance *instance, const char *call, const void *bytes
     if (!saved)
         return fail(instance, "%s: there is no memory for a state", call);
     memcpy(saved, bytes, instance->saved_size);
-    *state = saved; /* what was there before may be anything, and is the host's to free */
+    *state = saved; /* what it held before may be anything, and is the host's to free */
     return STATUS_OK;
 }

@@ -1,6 +1,6 @@
-/* Refusals, log and life cycle of an instance. Nothing here is global and writable, so instances share nothing. What a
-   model is, beyond its kernels, comes from the resources when an instance is made. Memory is taken once for each instance,
-   once for each saved state, and for as long as derivatives are worked out. */
+/* Refusals, log and life cycle of an instance. Nothing here is global and writable, so instances share nothing. What
+   a model is, beyond its kernels, comes from the resources when an instance is made. Memory is taken once for each
+   instance, once for each saved state, and for as long as derivatives are worked out. */
 
 #include "slave.h"
 
@@ -14,7 +14,7 @@
 
 /* Log ------------------------------------------------------------------------------------------------------------ */
 
-/* In the order of Status, from STATUS_WARNING on; the last one means all. */
+/* In the order of Status, from STATUS_WARNING on; the last means all. */
 static const char *const CATEGORIES[] = {"logStatusWarning", "logStatusDiscard", "logStatusError", "logStatusFatal",
                                          "logAll"};
 enum { N_CATEGORIES = sizeof CATEGORIES / sizeof *CATEGORIES, EVERY_CATEGORY = (1 << N_CATEGORIES) - 1 };
@@ -25,7 +25,7 @@ static void log_text(const Host *host, const char *name, Status status, const ch
         host->binding->log(host, name, status, CATEGORIES[status - STATUS_WARNING], text);
 }
 
-/* Errors are always logged: hosts do not log unless asked to, and would stop, or go on, without a word. */
+/* Errors are always logged: hosts do not log by default, and would stop, or go on, without a word. */
 static void log_status(const Instance *instance, Status status, const char *format, ...)
 {
     char text[TEXT_SIZE];
@@ -63,8 +63,8 @@ Status slave_categories(Instance *instance, const char *call, const char *const 
             k++;
         if (k == N_CATEGORIES)
             return reject(instance, "%s: there is no category %s; there are %s, %s, %s, %s and %s", call,
-                           names[i] ? names[i] : "NULL", CATEGORIES[0], CATEGORIES[1], CATEGORIES[2], CATEGORIES[3],
-                           CATEGORIES[4]);
+                          names[i] ? names[i] : "NULL", CATEGORIES[0], CATEGORIES[1], CATEGORIES[2], CATEGORIES[3],
+                          CATEGORIES[4]);
         *chosen |= k == N_CATEGORIES - 1 ? EVERY_CATEGORY : 1u << k;
     }
     return STATUS_OK;
@@ -129,7 +129,7 @@ void fail_in_state(Instance *instance, int states, const char *call)
         }
     int stopped = instance->now->state == ERROR;
     fail(instance, "%s%s%s", text, stopped ? "; stopped by an earlier fault: " : "",
-           stopped ? instance->now->outcome.reason : "");
+         stopped ? instance->now->outcome.reason : "");
 }
 
 Status unsupported(const Instance *instance, Status status, const char *call, const char *why)
@@ -161,7 +161,7 @@ static size_t reserve(size_t *end, size_t count, size_t size)
     return place;
 }
 
-/* A new instance with a copy of its data in one block of memory, or NULL. */
+/* A new instance with a copy of its data in a single block of memory, or NULL. */
 static Instance *allocate(const unsigned char *bytes, size_t size, const char *name)
 {
     Data data = data_in(bytes);
@@ -169,14 +169,14 @@ static Instance *allocate(const unsigned char *bytes, size_t size, const char *n
     size_t now = reserve(&end, 1, sizeof(Saved)), values = reserve(&end, (size_t)data.n_values, real);
     size_t state = reserve(&end, (size_t)data.n_state, real), outputs = reserve(&end, (size_t)data.n_outputs, real);
     size_t work = reserve(&end, (size_t)data.n_work, real), copy = reserve(&end, size, 1);
-    size_t own_name = reserve(&end, strlen(name) + 1, 1), told = reserve(&end, (size_t)data.n_warnings, 1);
+    size_t name_at = reserve(&end, strlen(name) + 1, 1), reported_at = reserve(&end, (size_t)data.n_warnings, 1);
     size_t read = reserve(&end, (size_t)data.n_values, sizeof(uint32_t));
     size_t written = reserve(&end, (size_t)data.n_values, sizeof(uint32_t));
     char *block = calloc(1, end);
     if (!block)
         return NULL;
     memcpy(block + copy, bytes, size);
-    memcpy(block + own_name, name, strlen(name) + 1);
+    memcpy(block + name_at, name, strlen(name) + 1);
     Instance *instance = (Instance *)block;
     instance->now = (Saved *)(block + now);
     instance->saved_size = state + (size_t)data.n_state * real - now;
@@ -187,15 +187,15 @@ static Instance *allocate(const unsigned char *bytes, size_t size, const char *n
         .outcome = &instance->now->outcome,
         .next_outputs = (double *)(block + outputs),
         .work = (double *)(block + work),
-        .told = (unsigned char *)(block + told),
+        .reported = (unsigned char *)(block + reported_at),
     };
-    instance->name = block + own_name;
+    instance->name = block + name_at;
     instance->read.references = (uint32_t *)(block + read);
     instance->written.references = (uint32_t *)(block + written);
     return instance;
 }
 
-/* A new instance with the data at a resource location, or beside the library where there are none, which `elsewhere`
+/* A new instance with the data at a resource location, or beside the library without any, which `elsewhere`
    (PATH_SIZE) then says; NULL with a reason if there can be none. */
 static Instance *load(const char *name, const char *guid, const char *location, char *elsewhere, char *reason)
 {
@@ -241,7 +241,8 @@ Instance *slave_new(const char *name, const char *guid, const char *location, co
     instance->enabled_categories = logging ? EVERY_CATEGORY : 0;
     start_over(instance);
     if (*elsewhere)
-        log_status(instance, STATUS_WARNING, "there are no resources at %.1000s; those beside the library are taken, %.1000s",
+        log_status(instance, STATUS_WARNING,
+                   "there are no resources at %.1000s; those beside the library are taken, %.1000s",
                    location ? location : "NULL", elsewhere);
     return instance;
 }
@@ -319,7 +320,7 @@ Status slave_step(Instance *instance, const char *call, double time, double step
         return fail(instance, "%s: time = %g s is not allowed; it must be a finite number", call, time);
     if (is_too_late(instance, time, step_size))
         return reject(instance, "at t = %.9g s: a step of %g s would end after the stop time of the experiment, %.9g s",
-                       time, step_size, instance->stop);
+                      time, step_size, instance->stop);
     if (run_step(&instance->run, time, step_size))
         return fail(instance, "at t = %.9g s: %s", time, instance->now->outcome.reason);
     instance->now->time = time + step_size;

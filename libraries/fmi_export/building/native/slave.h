@@ -1,11 +1,11 @@
-/* An instance of a model as a host of FMI runs it: states, checks, log, saved states. Nothing here knows a version of FMI;
-   `fmi2.c` and `fmi3.c` bind it to them.
+/* An instance of a model as a host of FMI runs it: states, checks, log, saved states. Nothing here knows a version of
+   FMI; `fmi2.c` and `fmi3.c` bind it to them.
 
-   Functions get the name of the FMI call for their messages. Every call that is refused answers STATUS_ERROR and logs the
-   reason. A fault of a step and a wrong call put the instance into the error state, from which a reset and a state from
-   before lead; `reject` and `unsupported` leave it as it was. A question without an answer is answered STATUS_DISCARD,
-   after which FMI 3.0 lets a host go on. No step is: FMI 3.0 would promise the state from before it. No fault is an end that
-   the model wants, which hosts take for success. */
+   Functions get the name of the FMI call for their messages. Every call that is refused answers STATUS_ERROR and
+   logs the reason. A fault of a step and a wrong call put the instance into the error state, from which a reset and
+   a state from before lead; `reject` and `unsupported` leave it as it was. A question without an answer is answered
+   STATUS_DISCARD, after which FMI 3.0 lets a host go on. No step is: FMI 3.0 would promise the state from before it.
+   No fault is an end that the model wants, which hosts take for success. */
 
 #ifndef AMB_SLAVE_H
 #define AMB_SLAVE_H
@@ -39,30 +39,30 @@ struct Host {
 
 /* A saved state; the values and the state of the run follow. */
 typedef struct {
-    char guid[GUID_SIZE]; /* first, so that the state of another FMU is known by it */
+    char guid[GUID_SIZE]; /* first, so that the state of another FMU is recognised by it */
     int32_t state;
     int32_t stale; /* something was set in initialization mode that the outputs do not show yet */
     double time;   /* end of the last successful step (s) */
     Outcome outcome;
 } Saved;
 
-/* A list of references of Reals that was found right; hosts repeat theirs at every step. */
+/* A list of references of Reals that was checked; hosts repeat theirs at every step. */
 typedef struct {
-    uint32_t *references; /* room for as many as there are variables */
+    uint32_t *references; /* room for all variables */
     size_t count;
-    int contiguous; /* each is the one before plus 1 */
-} Known;
+    int contiguous; /* each is the previous plus 1 */
+} ReferenceList;
 
 typedef struct {
     Saved *now;
     size_t saved_size;
-    Run run;     /* of which `now` holds what there is to save */
+    Run run;     /* of which `now` holds what is saved */
     double stop; /* end of the experiment (s), infinite where the host set none */
     Host host;
-    unsigned int enabled_categories; /* one bit for each category that is logged; errors always are */
+    unsigned int enabled_categories; /* a bit for each category that is logged; errors always are */
     const char *name;
-    Known read, written; /* the latest lists that were read, and set; of the latter only those of inputs */
-    void **states;       /* saved by this instance and not freed yet */
+    ReferenceList read, written; /* the latest lists that were read, and set; of the latter only those of inputs */
+    void **states;               /* saved by this instance and not freed yet */
     size_t n_states, room_for_states;
 } Instance;
 
@@ -87,12 +87,12 @@ Status unsupported(const Instance *instance, Status status, const char *call, co
 
 /* Life cycle ----------------------------------------------------------------------------------------------------- */
 
-/* A new instance with the data at a resource location; NULL if there can be none, and the logger has the reason. */
+/* A new instance with the data at a resource location; NULL on failure, and the logger has the reason. */
 Instance *slave_new(const char *name, const char *guid, const char *location, const Host *host, int logging);
 void slave_free(Instance *instance);
 void slave_log_no_instance(const Host *host, const char *name, const char *reason);
 
-/* The categories with these names, as bits of `enabled_categories`; all if there are no names. */
+/* The categories with these names, as bits of `enabled_categories`; all without names. */
 Status slave_categories(Instance *instance, const char *call, const char *const names[], size_t count,
                         unsigned int *chosen);
 Status slave_set_times(Instance *instance, const char *call, double start, int has_stop, double stop);
@@ -110,7 +110,7 @@ Status wrong_reference(Instance *instance, const char *call, uint32_t reference)
 /* Refuse to set a variable that exists. */
 Status cannot_be_set(Instance *instance, const char *call, uint32_t reference);
 
-/* Initialise again, so that outputs are right throughout initialization mode. A fault can still be put right there, and is
+/* Initialise again, so that outputs are right throughout initialization mode. A fault can still be put right, and is
    a warning. */
 Status slave_initialise_again(Instance *instance);
 
@@ -119,7 +119,7 @@ Status slave_integer(Instance *instance, const char *call, uint32_t reference, i
 
 /* Saved states --------------------------------------------------------------------------------------------------- */
 
-/* They are known by their addresses: a pointer that is none of this instance's is not looked at. */
+/* They are recognised by their addresses: a pointer that is none of this instance's is not looked at. */
 Status slave_save(Instance *instance, const char *call, void **state);
 Status slave_restore(Instance *instance, const char *call, const void *state);
 Status slave_forget(Instance *instance, const char *call, void **state);
@@ -138,8 +138,9 @@ typedef struct {
     size_t n_unknowns, n_knowns;
 } Derivatives;
 
-/* J v and J' w of the derivatives J over a step; seed and results have a value for each known, or unknown. */
-Status slave_directional(Instance *instance, const char *call, const Derivatives *of, const double *seed, double *results);
+/* J v and J' w of the derivatives J over a step; seed and results have a value for each input, or output. */
+Status slave_directional(Instance *instance, const char *call, const Derivatives *of, const double *seed,
+                         double *results);
 Status slave_adjoint(Instance *instance, const char *call, const Derivatives *of, const double *seed, double *results);
 
 #pragma GCC visibility pop
@@ -172,23 +173,23 @@ static inline int is_settable(Instance *instance, uint32_t reference)
     return data->variables[reference].tunable || instance->now->state != STEP_COMPLETE;
 }
 
-static inline int is_known(const Known *known, const uint32_t *references, size_t count)
+static inline int is_repeated(const ReferenceList *list, const uint32_t *references, size_t count)
 {
-    return count == known->count && (!count || memcmp(known->references, references, count * sizeof *references) == 0);
+    return count == list->count && (!count || memcmp(list->references, references, count * sizeof *references) == 0);
 }
 
-/* A list that is longer than there are variables is not kept. */
-static inline void remember(const Instance *instance, Known *known, const uint32_t *references, size_t count)
+/* A list that is longer than the variables is not stored. */
+static inline void remember(const Instance *instance, ReferenceList *list, const uint32_t *references, size_t count)
 {
-    known->count = 0;
-    known->contiguous = 0;
+    list->count = 0;
+    list->contiguous = 0;
     if (!count || count > (size_t)instance->run.data.n_values)
         return;
-    memcpy(known->references, references, count * sizeof *references);
-    known->count = count;
-    known->contiguous = 1;
+    memcpy(list->references, references, count * sizeof *references);
+    list->count = count;
+    list->contiguous = 1;
     for (size_t i = 1; i < count; i++)
-        known->contiguous &= references[i] == references[0] + i;
+        list->contiguous &= references[i] == references[0] + i;
 }
 
 /* Before values are read: outputs up to date, if something was set in initialization mode since. */

@@ -1,4 +1,4 @@
-"""Sources in C beside this file: their text, and a hash of what is made from them."""
+"""C sources in this folder: their text, and a hash of what is built from them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Joins macOS libraries of two processors to one universal library: a header with offsets, then both."""
+"""Joins macOS libraries of two processors to a universal library: a header with offsets, then both."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ def universal(slices: list[bytes]) -> bytes:
     Raises
     ------
     ValueError
-        If one of them is not a 64-bit Mach-O file.
+        If either is not a 64-bit Mach-O file.
     """
     table, body = b"", b""
     offset = start = _aligned(8 + 20 * len(slices))

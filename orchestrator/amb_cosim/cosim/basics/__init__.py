@@ -1,1 +1,1 @@
-"""What every room of the co-simulation layer uses: errors, choices, the time grid, interruption, the cache."""
+"""Basics of the co-simulation layer: errors, choices, the time grid, interruption, the cache."""

@@ -1,4 +1,4 @@
-"""What FMUs are built for."""
+"""Targets of FMU builds."""
 
 from __future__ import annotations
 
@@ -7,26 +7,21 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import numpy as np
-from numpy.typing import NDArray
-
 from amb_cosim.cosim.basics.choices import Flavour, Fmi
+from array_types import Array
 
 if TYPE_CHECKING:
     from fmi_export.model import Model
 
-Constants = NDArray[np.float64]
-
 
 @dataclass(frozen=True)
 class BuildTarget:
-    """What an FMU is built for: its flavour, what it runs on (this machine without platforms), the version of FMI,
-    whether an FMU of 3.0 has arrays, and whether it holds its C code; see `build_native_fmu` and `build_python_fmu`.
+    """Target of an FMU build: flavour, platforms (none: this machine), FMI version, arrays, included C code.
 
     Raises
     ------
     ValueError
-        If these do not go together.
+        If these are incompatible.
     """
 
     flavour: Flavour = "native"
@@ -41,13 +36,11 @@ class BuildTarget:
         if self.fmi == 2 and not self.arrays:
             raise ValueError("FMUs without arrays are of FMI 3.0 (--fmi 3); FMI 2.0 has no arrays")
         if self.flavour == "python" and self.fmi != 2:
-            raise ValueError("FMI 3.0 is for native FMUs alone; PythonFMU writes those of flavour python for FMI 2.0")
+            raise ValueError("FMI 3.0 requires native FMUs; PythonFMU supports only FMI 2.0")
         if self.flavour == "python" and self.sources:
-            raise ValueError(
-                "C code is of native FMUs alone (--sources); those of flavour python hold their Python code"
-            )
+            raise ValueError("--sources requires native FMUs; those of flavour python contain their Python code")
 
-    def build(self, model: Model, constants: Constants, folder: Path) -> Path:
+    def build(self, model: Model, constants: Array, folder: Path) -> Path:
         """Write the FMU of a model with its constants into `folder` and return its path."""
         if self.flavour == "python":
             from fmi_export.building.python_fmu import build_python_fmu
@@ -57,8 +50,8 @@ class BuildTarget:
 
         return build_native_fmu(model, constants, folder, self.platforms, self.fmi, self.arrays, self.sources)
 
-    def guid(self, model: Model, constants: Constants) -> str:
-        """Return the identifier of that FMU, which changes with all that it is made from."""
+    def guid(self, model: Model, constants: Array) -> str:
+        """Return the identifier of this FMU, which changes with everything that it is made from."""
         if self.flavour == "python":
             from fmi_export.building.python_fmu import python_guid
 

@@ -1,7 +1,7 @@
-"""The folder of what is built and unpacked once: the user's, or one of this process where that cannot be written.
+"""The cache of built and unpacked FMUs: the user's folder, or one of this process if that is not writable.
 
-It has at most `LIMIT` bytes of what was not used for a day: what was used least recently goes first, as something new
-comes. Only what has the names of its own is removed.
+Entries that were not used for a day may occupy at most `LIMIT` bytes; new entries displace the least recently used.
+Only folders with names of this cache are removed.
 """
 
 from __future__ import annotations
@@ -24,12 +24,12 @@ LONGEST_NAME = 60  # characters of a file's name that the name of its folder tak
 LIMIT = 2 * 2**30  # bytes
 IN_USE = 24 * 3600.0  # s since its last use, within which a process may have something of the cache loaded
 COMPILED = ("engines", "loops")  # small, and minutes to make: they go only where everything does, with `over` = 0
-OWN = re.compile(r".+-[0-9a-f]{32}")  # names of the others
+ENTRY = re.compile(r".+-[0-9a-f]{32}")  # names of the others
 
 
 @dataclass(frozen=True)
 class CacheEntry:
-    """Something in the cache: its path, its size (bytes), and when it was used last (s since 1970)."""
+    """An entry of the cache: path, size (bytes), and time of its last use (s since 1970)."""
 
     path: Path
     size: int
@@ -42,9 +42,9 @@ def cache_folder() -> Path:
 
 
 def unpacked(archive: Path, name: str) -> tuple[Path, bool]:
-    """Return the folder of the cache that an archive is unpacked to, and whether it is new; `name` is for messages.
+    """Return the cache folder with the unpacked archive, and whether it is new; `name` is for messages.
 
-    The folder is named by the archive's content. One that does not hold what the archive does is made anew.
+    The folder is named by the archive's content, and recreated if its content differs from the archive.
 
     Raises
     ------
@@ -63,7 +63,7 @@ def unpacked(archive: Path, name: str) -> tuple[Path, bool]:
 
 
 def note_use(home: Path, is_new: bool) -> None:
-    """Note that a folder of the cache is used; where it is new, others may have to go for it."""
+    """Mark a folder of the cache as used; a new one may displace others."""
     with suppress(OSError):  # another user's cache, or a folder that has gone since
         os.utime(home)
         if is_new:
@@ -71,16 +71,16 @@ def note_use(home: Path, is_new: bool) -> None:
 
 
 def cache_entries() -> list[CacheEntry]:
-    """Return what is in the cache, what was used least recently first."""
+    """Return the entries of the cache, the least recently used first."""
     paths = [path for path in cache_folder().iterdir() if path.is_dir()]
-    result = [_entry(path) for path in paths if OWN.fullmatch(path.name) or path.name in COMPILED]
+    result = [_entry(path) for path in paths if ENTRY.fullmatch(path.name) or path.name in COMPILED]
     return sorted(result, key=lambda entry: entry.used)
 
 
 def remove_entries(over: int = 0, unused_for: float = 0.0) -> list[CacheEntry]:
-    """Remove what was used least recently, until the cache has at most `over` bytes, and return it.
+    """Remove the least recently used entries until the cache has at most `over` bytes, and return them.
 
-    What was used within `unused_for` seconds stays.
+    Entries used within `unused_for` seconds stay.
     """
     entries, removed = [entry for entry in cache_entries() if not over or entry.path.name not in COMPILED], []
     size, now = sum(entry.size for entry in entries), time.time()

@@ -1,4 +1,4 @@
-"""What a user chooses between. This file and `errors` import nothing, so that help and mistakes are shown at once."""
+"""Choices of the user. This file and `errors` import nothing, so that help and errors are displayed immediately."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""A clock for the runs of a process: one thread that raises a flag of each of them now and then.
+"""A clock for the runs of a process: a thread that sets a flag of each run periodically.
 
-A thread for each run would cost a short one more than its initialisation.
+A thread per run would cost a short run more than its initialisation.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ MOST_IDLE_PERIODS = 10  # periods without a flag; a thread takes long to start w
 
 
 class Clock:
-    """Sets flags to true every `period` (s), in a thread that ends a while after the last of them is given back."""
+    """Sets flags to true every `period` (s), in a thread that ends some time after the last flag is returned."""
 
     def __init__(self, period: float) -> None:
         self._period = period

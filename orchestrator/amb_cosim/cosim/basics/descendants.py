@@ -1,7 +1,7 @@
-"""The processes that a process has started, and those that they have started, in whatever group or session they are.
+"""The descendants of a process, in any group or session.
 
-Linux alone tells them. One whose parent has ended belongs to the nearest ancestor that adopts orphans, or to the first
-process of the system.
+Only Linux lists them. A process whose parent has ended belongs to the nearest ancestor that adopts orphans, or to the
+first process of the system.
 """
 
 from __future__ import annotations
@@ -17,19 +17,19 @@ PR_SET_PDEATHSIG, PR_SET_CHILD_SUBREAPER = 1, 36  # prctl(2)
 
 
 def adopt_orphans() -> None:
-    """Let what descendants of this process leave behind be its children, where the system can."""
+    """Let this process adopt orphaned descendants, if the system supports it."""
     if sys.platform == "linux":
         ctypes.CDLL(None).prctl(PR_SET_CHILD_SUBREAPER, 1, 0, 0, 0)
 
 
 def continue_without_parent() -> None:
-    """Let this process go on when its parent ends while it is stopped, where the system can; then it can end itself."""
+    """Let this process continue, and end itself, if its parent ends while it is stopped (if supported)."""
     if sys.platform == "linux":
         ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGCONT, 0, 0, 0)
 
 
 def descendants(process: int) -> set[int]:
-    """Return the numbers of all living processes below one; none where the system does not tell."""
+    """Return the IDs of all living descendants of a process; none if the system does not list them."""
     result: set[int] = set()
     for listed in Path(f"/proc/{process}/task").glob("*/children"):
         with suppress(OSError):  # it has ended meanwhile
@@ -39,7 +39,7 @@ def descendants(process: int) -> set[int]:
 
 
 def end_descendants(process: int) -> None:
-    """End all processes below one, and those that they start meanwhile."""
+    """End all descendants of a process, including those started meanwhile."""
     ended: set[int] = set()
     while new := descendants(process) - ended:
         for item in new:

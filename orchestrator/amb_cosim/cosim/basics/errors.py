@@ -1,4 +1,4 @@
-"""Errors of a run: an FMU that refuses a call, a start or a step that fails."""
+"""Errors of a run: an FMU refuses a call, or a start or a step fails."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 
 class FmuError(RuntimeError):
-    """An FMU refused a call; `status` is its FMI status and `log` what it said."""
+    """An FMU refused a call; `status` is its FMI status, `log` its messages."""
 
     def __init__(self, call: str, status: str, log: Sequence[str]) -> None:
         said = "; ".join(dict.fromkeys(log)) if log else "the FMU logged nothing"
@@ -20,7 +20,7 @@ class FmuError(RuntimeError):
 
 
 class StepFailed(RuntimeError):
-    """A component did not complete a step; `component` and `time` (s) say which and when."""
+    """A component did not complete a step; `component` and `time` (s) identify it."""
 
     def __init__(self, component: str, time: float, reason: str) -> None:
         super().__init__(f"{component} failed at t = {time:.9g} s: {reason}")
@@ -34,4 +34,4 @@ class StartFailed(RuntimeError):
 
 
 class ProcessFailed(RuntimeError):
-    """The process that ran FMUs ended, or had to be ended, before it had an answer."""
+    """The process that ran FMUs ended, or had to be ended, before it answered."""

@@ -1,4 +1,4 @@
-"""Ctrl-C and SIGTERM: the command line takes both for an interruption, and a run puts them off to a safe moment."""
+"""Ctrl-C and SIGTERM: both interrupt the command line, and a run defers them to a safe moment."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ _received: list[int] = []  # numbers of the signals since `interruptible` began
 
 
 class Interruption:
-    """Whether a signal has come."""
+    """Whether a signal was received."""
 
     def __init__(self) -> None:
         self.came = False
 
     def check(self) -> None:
-        """Raise KeyboardInterrupt if one has come."""
+        """Raise KeyboardInterrupt if a signal was received."""
         if self.came:
             raise KeyboardInterrupt
 
 
 @contextmanager
 def interruptible() -> Iterator[None]:
-    """Within it SIGTERM raises KeyboardInterrupt as Ctrl-C does; one that was lost is raised again, or at the end.
+    """Let SIGTERM raise KeyboardInterrupt within the block, as Ctrl-C does; a lost one is raised again.
 
     Python drops an exception in a finaliser or in a function that C code calls.
     """
@@ -61,9 +61,9 @@ def interruptible() -> Iterator[None]:
 
 @contextmanager
 def deferred() -> Iterator[Interruption]:
-    """Put the first interruption off; the caller checks for it, and a second one interrupts at once.
+    """Defer the first interruption; the caller checks for it, and a second one interrupts at once.
 
-    An exception raised at any moment could leave a Python FMU half-way through a call, and crash the process.
+    An exception at an arbitrary moment could leave a Python FMU half-way through a call and crash the process.
     """
     interruption = Interruption()
     before = {number: handler for number, handler in _handled().items() if callable(handler)}
@@ -85,8 +85,18 @@ def deferred() -> Iterator[Interruption]:
         _restore(before)
 
 
+@contextmanager
+def undivided() -> Iterator[None]:
+    """Finish the block before an interruption within it raises KeyboardInterrupt; a second one interrupts at once."""
+    with deferred() as interruption:
+        before = interruption.came
+        yield
+    if not before:
+        interruption.check()
+
+
 def was_interrupted() -> bool:
-    """Return whether a signal has come since `interruptible` began."""
+    """Return whether a signal was received since `interruptible` began."""
     return bool(_received)
 
 
@@ -112,7 +122,7 @@ def _restore(handlers: dict[int, Any]) -> None:
 
 
 def _interrupt_later(started: threading.Event, ended: threading.Event) -> None:
-    """Interrupt the main thread soon after it has `started` this one: within that call it would be dropped again."""
+    """Interrupt the main thread soon after it has `started` this one; within that call it would be lost again."""
     started.wait()
     if not ended.wait(0.01):
         _thread.interrupt_main()

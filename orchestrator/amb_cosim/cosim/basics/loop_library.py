@@ -1,6 +1,6 @@
 """The compiled loop as a shared library: shipped in the installed package, or compiled once into the user's cache.
 
-In it are the loop (`loop.c`), FMUs of FMI 3.0 as that calls them (`binding3.c`), and batches (`members.c`).
+It contains the loop (`loop.c`), its calls of FMI 3.0 (`binding3.c`), and batches (`members.c`).
 """
 
 from __future__ import annotations
@@ -12,31 +12,31 @@ from functools import cache
 from pathlib import Path
 
 from amb_cosim.cosim.basics.cache import cache_folder
-from amb_files.kept import is_undamaged, keep
+from amb_files.stored_folder import is_undamaged, keep
 from fmi_export.building.native.compiler import PLATFORMS, compile_library, host_platform
 from fmi_export.building.native.sources import digest_of, texts_of
 from fmi_export.compiling import compiling
 
 SOURCES = ("loop.c", "loop.h")  # of every engine too
-OWN = ("binding3.c", "members.c")  # beside this file
+LOCAL_SOURCES = ("binding3.c", "members.c")  # beside this file
 SHIPPED = Path(__file__).parent / "loops"  # in an installed package
 
 
 def load_loop() -> Callable[..., None] | None:
-    """Return the library's function `advance`, or None where there is no library and no compiler for it."""
+    """Return the library's function `advance`, or None without a library and a compiler."""
     library = load_library()
     return None if library is None else library.advance
 
 
 def load_members() -> Callable[..., None] | None:
-    """Return the library's function `advance_members`, or None as `load_loop`."""
+    """Return the library's function `advance_members`, or None (see `load_loop`)."""
     library = load_library()
     return None if library is None else library.advance_members
 
 
 @cache
 def load_library() -> CDLL | None:
-    """Return the library, or None where there is none and no compiler for it."""
+    """Return the library, or None without a library and a compiler."""
     try:
         place = loop_place(host_platform())
         path = SHIPPED / place
@@ -53,8 +53,8 @@ def load_library() -> CDLL | None:
 
 
 def loop_place(platform: str) -> Path:
-    """Return where the library for a platform is, below the folder of all of them."""
-    return Path(platform, f"loop-{digest_of(_own(), *SOURCES)}{PLATFORMS[platform][0]}")
+    """Return the path of the library for a platform, below the common folder."""
+    return Path(platform, f"loop-{digest_of(_local_sources(), *SOURCES)}{PLATFORMS[platform][0]}")
 
 
 def compile_loop(platform: str) -> bytes:
@@ -63,10 +63,10 @@ def compile_loop(platform: str) -> bytes:
     Raises
     ------
     ValueError
-        If there is no such platform, or the compiler is missing.
+        If no such platform exists, or the compiler is missing.
     """
-    return compile_library("loop", texts_of(SOURCES) | _own() | {"loop_library.h": ""}, platform)
+    return compile_library("loop", texts_of(SOURCES) | _local_sources() | {"loop_library.h": ""}, platform)
 
 
-def _own() -> dict[str, str]:
-    return {name: Path(__file__).with_name(name).read_text(encoding="utf-8") for name in OWN}
+def _local_sources() -> dict[str, str]:
+    return {name: Path(__file__).with_name(name).read_text(encoding="utf-8") for name in LOCAL_SOURCES}

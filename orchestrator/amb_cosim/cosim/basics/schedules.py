@@ -8,24 +8,22 @@ from operator import itemgetter
 from typing import NamedTuple, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-IntArray = NDArray[np.intp]
+from array_types import Array, Indices
 
 
 class Changes(NamedTuple):
-    """Values that positions take at communication points, ascending in time; of several, the last one counts."""
+    """Values of positions at communication points, ascending in time; of several at one point, the last one applies."""
 
-    points: IntArray
-    positions: IntArray
+    points: Indices
+    positions: Indices
     values: Array
 
 
 class Schedule(Protocol):
     """Inputs over time: writes those that change at communication point n into the array.
 
-    `changes` gives the same as a list, for the points from `first` up to but not including `last`.
+    `changes` returns the same as a list, for the points from `first` up to but not including `last`.
     """
 
     def __call__(self, n: int, exogenous: Array) -> None: ...
@@ -55,7 +53,7 @@ class PiecewiseConstant:
 
 
 class PiecewiseLinear:
-    """A schedule of one quantity that is linear between points and constant outside, and optionally of its slope.
+    """A schedule of a quantity that is linear between points and constant outside, and optionally of its slope.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Times on the grid of a master, whose steps all have one length."""
+"""Times on the grid of a master with equal steps."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ def nearest_point(name: str, time: float, h: float) -> int:
     Raises
     ------
     ValueError
-        If it is no time, or more than `MOST_STEPS` steps away.
+        If it is not a time, or more than `MOST_STEPS` steps away.
     """
     if not abs(time / h) <= MOST_STEPS:
         limit = f"{MOST_STEPS * h:g} s, {MOST_STEPS:.0e} steps of {h:g} s"
@@ -23,7 +23,7 @@ def nearest_point(name: str, time: float, h: float) -> int:
 
 
 def nearest_steps(name: str, time: float, h: float) -> int:
-    """Return the number of communication steps h (s) nearest to a time (s); raises ValueError if that is none."""
+    """Return the number of communication steps h (s) nearest to a time (s); raises ValueError if it is zero."""
     if not 0.0 < time < math.inf:
         raise ValueError(f"{name} = {time:g} s is not allowed; it must be > 0 s")
     n = nearest_point(name, time, h)
@@ -33,12 +33,12 @@ def nearest_steps(name: str, time: float, h: float) -> int:
 
 
 def is_on_grid(n: int, time: float, h: float) -> bool:
-    """Return whether n communication steps h (s) take a time (s), but for rounding."""
+    """Return whether n communication steps h (s) equal a time (s), within rounding."""
     return math.isclose(n * h, time, rel_tol=ROUNDING)
 
 
 def whole_steps(name: str, time: float, h: float) -> int:
-    """Return how many communication steps h (s) a time (s) takes; raises ValueError if it is no whole number."""
+    """Return the number of communication steps h (s) in a time (s); raises ValueError if it is not a whole number."""
     n = nearest_steps(name, time, h)
     if not is_on_grid(n, time, h):
         raise ValueError(

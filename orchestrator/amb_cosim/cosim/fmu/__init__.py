@@ -1,1 +1,1 @@
-"""One FMU: its description and libraries, and its instance as the master uses it."""
+"""An FMU: its description and libraries, and its instance for the master."""

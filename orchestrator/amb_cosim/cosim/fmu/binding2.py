@@ -27,6 +27,7 @@ from numpy.typing import NDArray
 from amb_cosim.cosim.fmu.bindings import DISCARD, Binding, Log, address, check_status, reached_text
 from amb_cosim.cosim.fmu.exchange import Group, Kind, Transfer
 from amb_cosim.cosim.fmu.fmu_interface import FmuInterface, Port
+from array_types import Array
 
 _logs: dict[str | int | None, Log] = {}  # of each instance, by its name and by what its logger gets as environment
 
@@ -58,7 +59,7 @@ class Binding2(Binding):
 
     @staticmethod
     def function(name: str) -> str:
-        """Return what FMI 2.0 calls a function."""
+        """Return the FMI 2.0 name of a function."""
         return "fmi2" + name.replace("FMUState", "FMUstate").replace("Deserialize", "DeSerialize")
 
     @property
@@ -72,7 +73,7 @@ class Binding2(Binding):
         return address(self.fmu, "fmi2DoStep")
 
     def prepare(self) -> None:
-        """Let the logger of fmpy call `_receive`: whoever used fmpy last has his own there, perhaps gone by now."""
+        """Let the logger of fmpy call `_receive` again, in place of the logger of the last user of fmpy."""
         self._callbacks.logger = _LOGGER
         addLoggerProxy(byref(self._callbacks))
 
@@ -86,7 +87,7 @@ class Binding2(Binding):
         self.call("DoStep", time, step_size, fmi2True)
 
     def reasons(self, call: str, status: int) -> list[str]:
-        """Say that an FMU has discarded a step because it wants no other, and how far it got."""
+        """Return a phrase on a step that an FMU discarded to end the simulation, with the time that it reached."""
         result = []
         if status == DISCARD and call == "fmi2DoStep":
             with suppress(Exception):  # questions that an FMU need not answer
@@ -97,10 +98,10 @@ class Binding2(Binding):
         return result
 
     def kind_of(self, port: Port) -> str:
-        """Return the type of a variable in the functions that set and get it."""
+        """Return the variable type in the names of the functions that set and get it."""
         return port.type
 
-    def send(self, group: Group, values: NDArray[np.float64]) -> None:
+    def send(self, group: Group, values: Array) -> None:
         """Set variables."""
         group.store(values)
         self.call(f"Set{group.name}", group.references, len(group.references), group.image)
@@ -128,8 +129,8 @@ class Binding2(Binding):
 def _receive(environment: Any, instance: bytes | None, status: int, category: bytes, message: bytes | None) -> None:
     """Append a log message to the log of its instance.
 
-    fmpy has one logger a process. An FMU of PythonFMU calls that of the instance made last, and names its own instance
-    in the text; others may name no instance, or a wrong one, and are known by the environment.
+    fmpy has one logger per process. A PythonFMU FMU calls the logger of the last created instance, and names its
+    instance in the text; others may name no instance, or a wrong one, and are identified by the environment.
     """
     text = (message or b"").decode("utf-8", "replace").strip()
     named, _, rest = text.partition(": ")

@@ -1,7 +1,7 @@
 """FMUs of FMI 3.0 for co-simulation: scalars and arrays, without event mode, early return and clocks.
 
-The compiled loop calls functions of FMI 2.0. Those of `binding3.c` have the same arguments, and call an FMU of FMI 3.0:
-they get an `_Instance` in place of an instance, and the address of a `_Group` in place of value references.
+The compiled loop calls functions of FMI 2.0. Functions of `binding3.c` have the same arguments and call an FMU of FMI
+3.0: they receive an `_Instance` in place of an instance, and the address of a `_Group` in place of value references.
 """
 
 from __future__ import annotations
@@ -39,6 +39,7 @@ from amb_cosim.cosim.basics.loop_library import load_library
 from amb_cosim.cosim.fmu.bindings import DISCARD, ERROR, Binding, Log, address, reached_text
 from amb_cosim.cosim.fmu.exchange import Group, Kind, Transfer
 from amb_cosim.cosim.fmu.fmu_interface import FmuInterface, Port
+from array_types import Array, Bools
 
 NOTHING, ENDS, EARLY, UNFIT = range(4)  # why a call did not succeed that the FMU itself has not refused
 
@@ -81,14 +82,14 @@ class _Group(Structure):
 
 @dataclass(frozen=True, eq=False)
 class _GroupTransfer(Transfer):
-    """A transfer of a group, which is another group if fewer values are wanted."""
+    """A transfer of a group; a selection of its values is another group."""
 
     binding: Binding3
     call: str
     group: Group
 
-    def only(self, kept: NDArray[np.bool_]) -> Transfer:
-        return self.binding.transfer(self.call, self.group.only(kept))
+    def only(self, selected: Bools) -> Transfer:
+        return self.binding.transfer(self.call, self.group.only(selected))
 
 
 class Binding3(Binding):
@@ -98,7 +99,7 @@ class Binding3(Binding):
 
     def __init__(self, interface: FmuInterface, folder: Path, name: str, log: Log) -> None:
         self.log = log
-        self._kept: list[Any] = []  # what C structures point to
+        self._buffers: list[Any] = []  # what C structures point to
         self.fmu = FMU3Slave(
             guid=interface.guid,
             unzipDirectory=str(folder),
@@ -114,12 +115,12 @@ class Binding3(Binding):
 
     @staticmethod
     def function(name: str) -> str:
-        """Return what FMI 3.0 calls a function."""
+        """Return the FMI 3.0 name of a function."""
         return f"fmi3{name}"
 
     @property
     def instance(self) -> int:
-        """Address of what the functions of `binding3.c` get as instance."""
+        """Address passed to the functions of `binding3.c` as instance."""
         return addressof(self._state)
 
     @property
@@ -144,20 +145,20 @@ class Binding3(Binding):
             raise FMICallException(self.function("DoStep"), DISCARD)
 
     def reasons(self, call: str, status: int) -> list[str]:
-        """Say what the FMU has answered besides a status, or which value cannot be sent to it."""
+        """Return what the FMU answered in addition to a status, or the value that cannot be sent to it."""
         said = {
             NOTHING: [],
             ENDS: ["with terminateSimulation the FMU ends the simulation"],
-            EARLY: ["the FMU returned early from the step, which it was not allowed to"],
+            EARLY: ["the FMU returned early from the step, which is not allowed"],
             UNFIT: [f"{self._state.number:.17g} does not fit into the integer type of the variable"],
         }[self._state.why]
         return [*said, reached_text(self._state.number)] if status == DISCARD and call == "fmi3DoStep" else said
 
     def kind_of(self, port: Port) -> str:
-        """Return the type of a variable in the functions that set and get it."""
+        """Return the variable type in the names of the functions that set and get it."""
         return "Int64" if port.stored == "Enumeration" else port.stored
 
-    def send(self, group: Group, values: NDArray[np.float64]) -> None:
+    def send(self, group: Group, values: Array) -> None:
         """Set variables."""
         unfit = group.store(values)
         if unfit is not None:
@@ -181,7 +182,7 @@ class Binding3(Binding):
             at=group.at.ctypes.data,
             kind=list(KINDS).index(group.name),
         )
-        self._kept += [structure, group]
+        self._buffers += [structure, group]
         references = np.array([addressof(structure)], np.uintp).view(np.uint32)
         function = _address_of("send_fmi3" if call == "Set" else "fetch_fmi3")
         return _GroupTransfer(function, references, group.where, True, self, call, group)

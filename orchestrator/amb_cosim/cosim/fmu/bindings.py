@@ -1,4 +1,4 @@
-"""What an FMU instance is asked to do, in the words of either version of FMI; `binding2`, `binding3` are the two."""
+"""Calls of an FMU instance, independent of the FMI version; `binding2` and `binding3` implement them."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from amb_cosim.cosim.fmu.exchange import Exchanging
 
 STATUS = ("OK", "Warning", "Discard", "Error", "Fatal", "Pending")
 WARNING, DISCARD, ERROR = (STATUS.index(name) for name in ("Warning", "Discard", "Error"))
-MOST_WARNINGS = 100  # of an instance that are kept
+MOST_WARNINGS = 100  # of an instance that are stored
 
 
 class Log:
-    """Messages of an instance, with their status; of warnings the first `MOST_WARNINGS`."""
+    """Messages of an instance, with their status; at most the first `MOST_WARNINGS` warnings."""
 
     def __init__(self) -> None:
         self.messages: list[tuple[int, str]] = []
@@ -29,7 +29,7 @@ class Log:
         return [text for status, text in self.messages if status == WARNING]
 
     def said(self) -> list[str]:
-        """Return what was logged, without warnings if there is more than those."""
+        """Return the log, without warnings if it contains anything else."""
         return [text for status, text in self.messages if status != WARNING] or self.warnings
 
 
@@ -39,11 +39,11 @@ class Binding(Exchanging):
     Attributes
     ----------
     fmu
-        That of fmpy.
+        The instance of fmpy.
     log
-        What it has said.
+        Its messages.
     instance, do_step
-        Addresses of what a step is called with, and of its function, whose arguments are those of fmi2DoStep.
+        Addresses of the instance and of the step function, which has the arguments of fmi2DoStep.
     """
 
     fmu: Any
@@ -51,7 +51,7 @@ class Binding(Exchanging):
 
     @staticmethod
     def function(name: str) -> str:
-        """Return what this version of FMI calls a function."""
+        """Return the name of a function in this version of FMI."""
         raise NotImplementedError
 
     @property
@@ -63,7 +63,7 @@ class Binding(Exchanging):
         raise NotImplementedError
 
     def prepare(self) -> None:
-        """Have messages come to this project's logger again."""
+        """Direct messages to this project's logger again."""
 
     def enter(self, start_time: float) -> None:
         """Begin initialisation at `start_time` (s)."""
@@ -74,7 +74,7 @@ class Binding(Exchanging):
         raise NotImplementedError
 
     def reasons(self, call: str, status: int) -> list[str]:
-        """Return what is known, besides what the FMU has logged, of why a call was answered with a status."""
+        """Return the known reasons for a status, in addition to the log of the FMU."""
         raise NotImplementedError
 
     def call(self, name: str, *arguments: Any) -> None:
@@ -83,7 +83,7 @@ class Binding(Exchanging):
         Raises
         ------
         FMICallException
-            If it answers with neither OK nor Warning.
+            If it returns neither OK nor Warning.
         """
         function = self.function(name)
         check_status(function, getattr(self.fmu, function)(self.fmu.component, *arguments))
@@ -94,13 +94,13 @@ class Binding(Exchanging):
 
 
 def check_status(function: str, status: int | None) -> None:
-    """Raise for a status below OK as FMPy does for one above Warning; most of its methods return the status."""
+    """Raise for a status below OK, as FMPy does for one above Warning; most of its methods return the status."""
     if status is not None and status < 0:
         raise FMICallException(function=function, status=status)
 
 
 def reached_text(time: float) -> str:
-    """Return a phrase on the time (s) that an FMU came to in a step that it discarded."""
+    """Return a phrase with the time (s) that an FMU reached in a discarded step."""
     return f"its lastSuccessfulTime is {time:.9g} s"
 
 

@@ -1,4 +1,4 @@
-"""One FMU instance as the master uses it: arrays in, step, arrays out; `bindings` has the functions of FMI."""
+"""An FMU instance for the master: arrays in, step, arrays out; `bindings` calls FMI."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ from typing import Any
 
 import numpy as np
 from fmpy.fmi1 import FMICallException
-from numpy.typing import NDArray
 
 from amb_cosim.cosim.basics.errors import FmuError
 from amb_cosim.cosim.fmu.binding2 import Binding2
@@ -20,6 +19,7 @@ from amb_cosim.cosim.fmu.bindings import ERROR, STATUS, WARNING, Binding, Log
 from amb_cosim.cosim.fmu.exchange import Exchange, Transfer
 from amb_cosim.cosim.fmu.exit_order import release_before_static_destructors
 from amb_cosim.cosim.fmu.fmu_interface import FmuInterface
+from array_types import Array
 
 _serial = itertools.count()
 
@@ -36,7 +36,7 @@ class EntryPoints:
 
 @dataclass(frozen=True, eq=False)
 class HeldState:
-    """A state of an FMU that lies in the memory of its instance; `FmuComponent.forget` frees it."""
+    """A state of an FMU in the memory of its instance; `FmuComponent.forget` frees it."""
 
     pointer: c_void_p
 
@@ -56,10 +56,9 @@ class FmuComponent:
     interface
         Its interface.
     inputs, outputs
-        Names of the variables that `write` sends and `read` fetches, in the order of the arrays `inputs` and
-        `outputs` of the object.
+        Names of the variables that `write` sends and `read` fetches, in the order of the arrays `inputs` and `outputs`.
     start
-        Values of parameters and inputs that are set before initialisation, by name, in the units of the FMU.
+        Values of parameters and inputs to set before initialisation, by name, in the units of the FMU.
     every
         Number of communication steps that one step of this component spans.
 
@@ -86,7 +85,7 @@ class FmuComponent:
         self._running = False  # between initialisation and an error, when the FMU may be terminated
         self._state, self._after = c_void_p(), c_void_p()
         self._held: set[HeldState] = set()
-        self._memories: dict[int, NDArray[np.float64]] = {}  # by the address of a state
+        self._memories: dict[int, Array] = {}  # by the address of a state
         self._exchanges: dict[tuple[str, ...], Exchange] = {}
         try:
             binding = Binding3 if interface.fmi == 3 else Binding2
@@ -138,7 +137,7 @@ class FmuComponent:
         self._guard("Set", self._in.write, self._binding)
 
     def transform(self, laws: Sequence[tuple[float, float]]) -> None:
-        """Send factor times value plus offset for each of `inputs`, until the next reset; compiled code does not."""
+        """Send factor times value plus offset for each of `inputs`, until the next reset (not in compiled code)."""
         factors, offsets = np.array(laws).T
         self._in.law = factors, offsets
 
@@ -150,8 +149,8 @@ class FmuComponent:
         """Advance from `time` by `step_size` (s)."""
         self._guard("DoStep", self._binding.step, time, step_size)
 
-    def derivatives(self, unknowns: Sequence[str], knowns: Sequence[str]) -> NDArray[np.float64]:
-        """Return the derivatives of unknowns by knowns, shape (unknowns, knowns), as an FMU of FMI 2.0 gives them."""
+    def derivatives(self, unknowns: Sequence[str], knowns: Sequence[str]) -> Array:
+        """Return the directional derivatives of unknowns by knowns of an FMU of FMI 2.0, shape (unknowns, knowns)."""
         rows, columns = ([self._interface.port(v, self.name).reference for v in names] for names in (unknowns, knowns))
         requested = (c_uint * len(rows))(*rows)
         result = np.zeros((len(columns), len(rows)))
@@ -161,28 +160,28 @@ class FmuComponent:
         return result.T
 
     def save(self) -> None:
-        """Keep the state of the FMU, in place of the one that was kept before."""
+        """Store the state of the FMU, replacing the previously stored one."""
         self._call("GetFMUState", byref(self._state))
 
     def restore(self) -> None:
-        """Bring back the state that was kept."""
+        """Restore the stored state."""
         self._call("SetFMUState", self._state)
 
     def hold(self) -> HeldState:
-        """Return the state of the FMU, which a reset leaves as it is, and `close` frees."""
+        """Return the state of the FMU, which survives a reset and is freed by `close`."""
         state = HeldState(c_void_p())
         self._call("GetFMUState", byref(state.pointer))
         self._held.add(state)
         return state
 
     def forget(self, state: HeldState) -> None:
-        """Free a state that is held, if that has not happened."""
+        """Free a held state unless it is already free."""
         if state in self._held:
             self._held.remove(state)
             self._call("FreeFMUState", byref(state.pointer))
 
     def serialise(self) -> bytes:
-        """Return the state of the FMU as bytes, which `put` takes in any instance of the same FMU."""
+        """Return the state of the FMU as bytes, which `put` restores in any instance of the same FMU."""
         state = self.hold()
         try:
             content = (c_char * self._size_of(state.pointer))()
@@ -192,7 +191,7 @@ class FmuComponent:
             self.forget(state)
 
     def put(self, state: FmuState, warnings: Sequence[str] = ()) -> None:
-        """Bring the FMU into a state, held or serialised; `warnings` are what it had logged as such until then."""
+        """Restore a held or serialised state; `warnings` are the warnings logged up to it."""
         if isinstance(state, HeldState):
             self._call("SetFMUState", state.pointer)
         else:
@@ -206,17 +205,16 @@ class FmuComponent:
         self._running = True
         self._log.messages[:] = [(WARNING, text) for text in warnings]
 
-    def memory(self) -> NDArray[np.float64]:
-        """Return the state that was kept, as numbers that can be changed before `restore`.
+    def memory(self) -> Array:
+        """Return the stored state as numbers that can be changed before `restore`.
 
-        They are what an FMU of this project's export keeps (`saved.c`): its values, in the order of the references, and
-        its state end them, each from a multiple of 16 bytes on. The next `save` changes them, `close` and `reset` free
-        them.
+        They have the layout of this project's export (`saved.c`): last come its values, in the order of the references,
+        and its state, each aligned to 16 bytes. The next `save` changes them, `close` and `reset` free them.
         """
         return self._numbers(self._state)
 
-    def answer(self, time: float, step_size: float) -> NDArray[np.float64]:
-        """Step from the state that was kept (s), and return the memory after it, which the next answer changes."""
+    def answer(self, time: float, step_size: float) -> Array:
+        """Step from the stored state (s), and return the memory after the step, valid until the next call."""
         self.restore()
         self.step(time, step_size)
         self._call("GetFMUState", byref(self._after))
@@ -227,7 +225,7 @@ class FmuComponent:
         self._call("SerializedFMUStateSize", state, byref(size))
         return size.value
 
-    def _numbers(self, state: c_void_p) -> NDArray[np.float64]:
+    def _numbers(self, state: c_void_p) -> Array:
         place = state.value or 0
         if place not in self._memories:
             numbers = (c_double * (self._size_of(state) // 8)).from_address(place)  # without the checksum's 4 bytes
@@ -236,7 +234,7 @@ class FmuComponent:
 
     @property
     def warnings(self) -> list[str]:
-        """What the FMU logged as a warning since the end of its initialisation."""
+        """Warnings logged by the FMU since the end of its initialisation."""
         return self._log.warnings
 
     def entry_points(self) -> EntryPoints:
@@ -245,11 +243,11 @@ class FmuComponent:
         return EntryPoints(fmu.instance, fmu.do_step, self._in.transfers(fmu, "Set"), self._out.transfers(fmu, "Get"))
 
     def refusal(self, call: str, status: int) -> FmuError:
-        """Return the error for a call, Set, Get or DoStep, answered with a status other than OK and Warning."""
+        """Return the error for a call (Set, Get or DoStep) with a status other than OK and Warning."""
         return self._refusal(self._binding.function(call), status)
 
     def close(self) -> None:
-        """Terminate and free the instance; calling it again does nothing, and it never raises."""
+        """Terminate and free the instance; repeated calls do nothing, and it never raises."""
         fmu, self._fmu = self._fmu, None
         if fmu is None:
             return
@@ -271,7 +269,7 @@ class FmuComponent:
         return self._fmu
 
     def _set_up(self, inputs: Sequence[str], outputs: Sequence[str], start: Mapping[str, float], every: int) -> None:
-        """Set the start values of a run, and say what it exchanges."""
+        """Set the start values of a run, and the variables that it exchanges."""
         self.every = every
         self._in, self._out, initial = (self._exchange(tuple(names)) for names in (inputs, outputs, start))
         self.inputs, self.outputs = self._in.values, self._out.values
@@ -282,7 +280,7 @@ class FmuComponent:
         self._guard("Set", initial.write, self._binding)
 
     def _exchange(self, names: tuple[str, ...]) -> Exchange:
-        """Return what moves the variables of these names; a run after a reset has those of the run before."""
+        """Return the exchange of the variables with these names; after a reset it is reused."""
         if names not in self._exchanges:
             ports = [self._interface.port(v, self.name) for v in names]
             self._exchanges[names] = Exchange(self._binding, ports, self._interface)
@@ -299,7 +297,7 @@ class FmuComponent:
         self._guard(None, self._binding.call, name, *arguments)
 
     def _guard(self, name: str | None, function: Callable[..., None], *arguments: Any) -> None:
-        """Make calls; an error names what they are for, Set, Get or DoStep, or the function that was called."""
+        """Make calls; an error names their purpose (Set, Get or DoStep) or the called function."""
         try:
             function(*arguments)
         except FMICallException as error:

@@ -1,4 +1,4 @@
-"""What moves the values of variables to and from an FMU: one FMI call for each type.
+"""Exchange of variables with an FMU: one FMI call per type.
 
 `bindings` has the calls themselves, for each version of FMI.
 """
@@ -15,10 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from amb_cosim.cosim.fmu.fmu_interface import FmuInterface, Port
+from array_types import Array, Bools, Indices
 
 
 class Kind(NamedTuple):
-    """How FMI stores the values of a type: as which type of C, and the limits (the upper one excluded) of what fits."""
+    """Storage of a type in FMI: the C type, and the limits of its values (the upper one excluded)."""
 
     ctype: Any
     limits: tuple[float, float] | None = None
@@ -26,33 +27,33 @@ class Kind(NamedTuple):
 
 @dataclass(frozen=True)
 class Transfer:
-    """One call that sets or gets values, for compiled code.
+    """A call that sets or gets values, for compiled code.
 
-    It is called as fmi2SetReal is. `references` is what it gets to know the variables by: their value references, in
-    FMI 2.0. `where` are their positions among the inputs or outputs. Values are C doubles if `real`, C ints otherwise.
+    It has the arguments of fmi2SetReal. `references` identify the variables: in FMI 2.0, value references. `where` are
+    their positions among the inputs or outputs. Values are C doubles if `real`, C ints otherwise.
     """
 
     function: int
     references: NDArray[np.uint32]
-    where: NDArray[np.intp]
+    where: Indices
     real: bool
 
-    def only(self, kept: NDArray[np.bool_]) -> Transfer:
-        """Return a transfer of those values alone that are `kept`."""
-        return replace(self, references=self.references[kept], where=self.where[kept])
+    def only(self, selected: Bools) -> Transfer:
+        """Return a transfer of the `selected` values."""
+        return replace(self, references=self.references[selected], where=self.where[selected])
 
 
 class Group:
-    """Variables of one type that go in one call.
+    """Variables of the same type, exchanged in a single call.
 
     Attributes
     ----------
     references
-        Value references; an array has one.
+        Value references, one per array.
     image
-        Their values as the FMU stores them, those of arrays whole.
+        Their values as the FMU stores them, including complete arrays.
     at, where
-        Positions of the variables that are exchanged, in the image and among all that the exchange moves.
+        Positions of the exchanged variables, in the image and among all exchanged values.
     """
 
     def __init__(self, name: str, kind: Kind, ports: Sequence[tuple[int, Port]], interface: FmuInterface) -> None:
@@ -75,12 +76,12 @@ class Group:
         self.where = np.array([position for position, _ in ports], np.intp)
 
     def fill(self, values: Mapping[str, float]) -> None:
-        """Give the elements of arrays that are not exchanged these values, by name, or their start values."""
+        """Set array elements that are not exchanged to these values, by name, or to their start values."""
         for k, port in self._rest:
             self._view[k] = values.get(port.name, port.start or 0.0)
 
-    def store(self, values: NDArray[np.float64]) -> float | None:
-        """Put values into the image; return one that the type cannot hold, in place of that."""
+    def store(self, values: Array) -> float | None:
+        """Put values into the image; return a value that the type cannot represent, if any."""
         if self.kind.limits is not None:
             low, high = self.kind.limits
             unfit = values[~((values >= low) & (values < high))]
@@ -90,22 +91,22 @@ class Group:
         return None
 
     def load(self) -> NDArray[Any]:
-        """Return the values of the image that are exchanged."""
+        """Return the exchanged values of the image."""
         return self._view[self.at]
 
-    def only(self, kept: NDArray[np.bool_]) -> Group:
-        """Return a group of those variables alone that are `kept`."""
-        ports = [item for item, keep in zip(self._ports, kept, strict=True) if keep]
+    def only(self, selected: Bools) -> Group:
+        """Return a group of the `selected` variables."""
+        ports = [item for item, keep in zip(self._ports, selected, strict=True) if keep]
         return Group(self.name, self.kind, ports, self._interface)
 
 
 class Exchanging(Protocol):
-    """What an exchange needs of a binding."""
+    """Part of a binding that an exchange requires."""
 
     kinds: ClassVar[Mapping[str, Kind]]
 
     def kind_of(self, port: Port) -> str: ...
-    def send(self, group: Group, values: NDArray[np.float64]) -> None: ...
+    def send(self, group: Group, values: Array) -> None: ...
     def fetch(self, group: Group) -> NDArray[Any]: ...
     def transfer(self, call: str, group: Group) -> Transfer: ...
 
@@ -115,14 +116,14 @@ class Exchange:
 
     def __init__(self, fmu: Exchanging, ports: Sequence[Port], interface: FmuInterface) -> None:
         self.values = np.zeros(len(ports))
-        self.law: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None  # factors and offsets of what is set
+        self.law: tuple[Array, Array] | None = None  # factors and offsets of what is set
         of_kind: dict[str, list[tuple[int, Port]]] = {name: [] for name in fmu.kinds}
         for item in enumerate(ports):
             of_kind[fmu.kind_of(item[1])].append(item)
         self.groups = [Group(name, fmu.kinds[name], of_one, interface) for name, of_one in of_kind.items() if of_one]
 
     def fill(self, values: Mapping[str, float]) -> None:
-        """Give elements of arrays that are not exchanged these values, by name, or their start values."""
+        """Set array elements that are not exchanged to these values, by name, or to their start values."""
         for group in self.groups:
             group.fill(values)
 

@@ -1,11 +1,11 @@
 """Runs the finaliser of PythonFMU's binary in the right order when the process exits.
 
-That is for FMUs from elsewhere; in this project's own the guard does it.
+It serves foreign FMUs; in this project's FMUs, the guard does it.
 
-The binary keeps a static shared pointer to its interpreter state. At exit the C library runs static destructors
-first and a library's finaliser last; the finaliser then releases a pointer that is already destroyed, and decrements
-memory that is by then a link of the heap's free list. On a `dlclose` the order is reversed, as it should be, but the
-binary has unique symbols, so glibc never unloads it.
+The binary keeps a static shared pointer to its interpreter state. At exit the C library runs static destructors first
+and a library's finaliser last; the finaliser then releases a pointer that is already destroyed, and decrements memory
+that is by then a link of the heap's free list. On a `dlclose` the order would be correct, but the binary has unique
+symbols, so glibc never unloads it.
 """
 
 from __future__ import annotations

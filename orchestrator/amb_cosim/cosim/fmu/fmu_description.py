@@ -1,8 +1,8 @@
 """Reads the interface of an FMU from its modelDescription, of FMI 2.0 or 3.0.
 
-An array of FMI 3.0 is as many variables as it has elements, row by row, each with a name of its own: `gains[2,3]`,
-counted from 1. An FMU of this project's export says what its elements are called in FMI 2.0, and they are called so
-here too. Of an array whose size is a parameter there are as many as by the start value of that.
+Each element of an FMI 3.0 array is a variable with its own name, row by row: `gains[2,3]`, counted from 1. FMUs of this
+project's export state the FMI 2.0 names of their elements, which are used here, too. If the size of an array is a
+parameter, its start value applies.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ _LIMITS = {
 
 
 class _Notes(NamedTuple):
-    """What an FMU of this project's export says of a variable besides: its warning, and name and text of elements."""
+    """Additional data of a variable in FMUs of this project's export: warning, and names and texts of elements."""
 
     warning: str = ""
     elements: tuple[tuple[str, str], ...] = ()
@@ -64,7 +64,7 @@ def read_interface(folder: Path, name: str, archive: Path | None = None) -> FmuI
     Raises
     ------
     ValueError
-        If it is no co-simulation FMU of FMI 2.0 or 3.0.
+        If it is not a co-simulation FMU of FMI 2.0 or 3.0.
     """
     source = archive or folder
     try:
@@ -73,17 +73,17 @@ def read_interface(folder: Path, name: str, archive: Path | None = None) -> FmuI
     except NotTaken:
         raise
     except Exception as error:  # whatever a damaged description leads to
-        raise ValueError(f"{name}: {source} is no FMU that can be read ({_in_one_line(error)})") from error
+        raise ValueError(f"{name}: {source} is not a readable FMU ({_single_line(error)})") from error
 
 
 class NotTaken(ValueError):
-    """A description that is in order, of an FMU that is not taken."""
+    """A valid description of an unsupported FMU."""
 
 
 def _interface(description: Any, folder: Path, what: str) -> FmuInterface:
     major = description.fmiVersion.partition(".")[0]
     if major not in ("2", "3") or description.coSimulation is None:
-        raise NotTaken(f"{what} is no co-simulation FMU of FMI 2.0 or 3.0")
+        raise NotTaken(f"{what} is not a co-simulation FMU of FMI 2.0 or 3.0")
     definitions = {
         unit.name: tuple(float(getattr(unit.baseUnit, field)) for field in _BASE)
         for unit in description.unitDefinitions
@@ -121,14 +121,14 @@ def _interface(description: Any, folder: Path, what: str) -> FmuInterface:
 
 
 def _states(description: Any) -> tuple[tuple[str, str], ...]:
-    """Return names of states and of their derivatives; none if a derivative does not say of what."""
+    """Return names of states and of their derivatives; none if a derivative does not name its state."""
     listed = [unknown.variable for unknown in description.derivatives]
     pairs = tuple((v.derivative.name, v.name) for v in listed if v is not None and v.derivative is not None)
     return pairs if len(pairs) == len(listed) else ()
 
 
 def _notes(folder: Path) -> dict[str, _Notes]:
-    """Return what this project's export says of variables besides: in annotations of FMI 2.0, in a file of FMI 3.0."""
+    """Return the additional data of variables, from annotations (FMI 2.0) or a file (FMI 3.0)."""
     if (file := folder / NOTES).is_file():
         said = json.loads(file.read_bytes())
         return {v: _Notes(s.get("warning", ""), tuple(map(tuple, s.get("elements", ())))) for v, s in said.items()}
@@ -142,7 +142,7 @@ def _notes(folder: Path) -> dict[str, _Notes]:
 
 
 def _is_time(variable: Any, major: str) -> bool:
-    """Return whether a variable is the time that every FMU of FMI 3.0 has."""
+    """Return whether a variable is the time, which every FMU of FMI 3.0 has."""
     return major == "3" and variable.causality == "independent"
 
 
@@ -168,7 +168,7 @@ def _ports(
     depends_on: tuple[str, ...],
     notes: _Notes,
 ) -> Iterator[Port]:
-    """Make a port of a variable, or of each element of an array."""
+    """Return a port for a variable, or for each element of an array."""
     declared = variable.declaredType
     unit = variable.unit or (declared.unit if declared is not None else None)
     items = declared.items if declared is not None and variable.type == "Enumeration" else ()
@@ -207,5 +207,5 @@ def _number(start: str | None) -> float | None:
     return {"true": 1.0, "false": 0.0}[start] if start in ("true", "false") else float(start)
 
 
-def _in_one_line(error: Exception) -> str:
+def _single_line(error: Exception) -> str:
     return " ".join((str(error) or type(error).__name__).split())

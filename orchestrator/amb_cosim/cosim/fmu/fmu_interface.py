@@ -16,14 +16,13 @@ UnitDefinition = tuple[float, ...]  # exponents of kg, m, s, A, K, mol, cd, rad,
 
 @dataclass(frozen=True)
 class Port:
-    """One scalar variable of an FMU, or an element of an array.
+    """A scalar variable of an FMU, or an element of an array.
 
-    `type` is Real, Integer or Boolean; `stored` is what the FMU calls it: of FMI 2.0 the same, of FMI 3.0 Float64,
-    Int8, Enumeration ... An array of `size` elements has one value reference, and is exchanged whole; `element` counts
-    them from 0, and `array` is its name with the indices of the element, from 1. `definition` is None where the FMU
-    does not define its unit; `depends_on` of an output names the inputs that reach it without delay. `warning` is the
-    sentence of an output that is a warning. `items` are the names of the values of an Enumeration, which is an Integer
-    otherwise.
+    `type` is Real, Integer or Boolean; `stored` is the FMU's type: the same in FMI 2.0; Float64, Int8, Enumeration, ...
+    in FMI 3.0. An array of `size` elements has one value reference and is exchanged as a whole; `element` counts from
+    0, and `array` is the array's name with the indices of the element, from 1. `definition` is None if the FMU does not
+    define the unit. `depends_on` of an output lists the inputs that reach it without delay. `warning` is the sentence
+    of an output that is a warning. `items` are the names of the values of an Enumeration, whose type is Integer.
     """
 
     name: str
@@ -47,12 +46,12 @@ class Port:
 
     @property
     def position(self) -> int:
-        """Where the value is in the memory of an FMU of this project's export: arrays are in it element by element."""
+        """Position of the value in the memory of an FMU of this project's export (arrays by elements)."""
         return self.reference + self.element
 
     @property
-    def shown_unit(self) -> str:
-        """The unit with a leading space, empty where the variable has none."""
+    def display_unit(self) -> str:
+        """The unit with a leading space; empty without a unit."""
         return "" if self.unit in (None, "", "1") else f" {self.unit}"
 
     @property
@@ -71,17 +70,16 @@ class Port:
         bounds = " and ".join(bound for bound in (low, high) if bound)
         if not bounds:
             return "a finite number"
-        return bounds + self.shown_unit
+        return bounds + self.display_unit
 
 
 @dataclass(frozen=True)
 class FmuInterface:
     """An FMU's identity and its variables by name, in the order of the modelDescription.
 
-    `takes_any_step` is whether it can handle a communication step other than its own, `saves_state` whether it can go
-    back to an earlier state, `serialises_state` whether such a state can be written. `states` are the names of the
-    continuous states and of their derivatives by time, of an FMU of FMI 2.0 that gives directional derivatives and
-    lists them. `fmi` is the version of FMI.
+    `takes_any_step`: it can handle any communication step; `saves_state`: it can return to an earlier state;
+    `serialises_state`: a state can be written. `states` are the names of the continuous states and their time
+    derivatives, if an FMU of FMI 2.0 provides directional derivatives and lists them. `fmi` is the version of FMI.
     """
 
     identifier: str
@@ -95,7 +93,7 @@ class FmuInterface:
     fmi: Literal[2, 3] = 2
 
     def of(self, causality: str) -> tuple[Port, ...]:
-        """Return the variables of a causality."""
+        """Return the variables with a causality."""
         return self._by_causality.get(causality, ())
 
     @cached_property
@@ -104,7 +102,7 @@ class FmuInterface:
         return {kind: tuple(port for port in self.ports.values() if port.causality == kind) for kind in kinds}
 
     def elements(self, name: str, place: tuple[int, ...] = ()) -> tuple[Port, ...]:
-        """Return the variable called `name`, or the elements of the array, row by row, or the one at a place in it."""
+        """Return the variable `name`, the elements of the array, row by row, or one element of it."""
         if name in self.ports and not place:
             return (self.ports[name],)
         return tuple(p for p in self.ports.values() if p.array[:1] == (name,) and place in ((), p.array[1:]))
@@ -120,19 +118,19 @@ class FmuInterface:
         return {}
 
     def port(self, name: str, component: str) -> Port:
-        """Return the variable called `name`.
+        """Return the variable `name`.
 
         Raises
         ------
         ValueError
-            If there is none; the message lists the names nearest to it.
+            If there is none; the message lists similar names.
         """
         if name not in self.ports:
             raise ValueError(f"{component} has no variable {name!r}; {suggest(name, self.ports)}")
         return self.ports[name]
 
     def whole(self, port: Port) -> tuple[Port, ...]:
-        """Return the elements of the array that a variable is of, in order; a scalar alone."""
+        """Return the elements of a variable's array in order; for a scalar, the scalar alone."""
         return (port,) if port.size == 1 else self._arrays[port.reference]
 
     @cached_property

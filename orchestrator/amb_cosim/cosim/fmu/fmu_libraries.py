@@ -1,4 +1,4 @@
-"""Checks the libraries of an FMU before one is loaded: a damaged one would end the process with a signal."""
+"""Checks that an FMU has a library for this machine, and the script that PythonFMU would load."""
 
 from __future__ import annotations
 
@@ -7,14 +7,13 @@ from pathlib import Path
 
 import fmpy
 
-from amb_cosim.cosim.fmu.elf import is_whole
 from amb_cosim.cosim.fmu.fmu_interface import FmuInterface
 
 PYTHONFMU = b"slavemodule.txt"  # a name that its library holds: the file that names the script
 
 
 def check_libraries(folder: Path, interface: FmuInterface, what: str) -> None:
-    """Check that an FMU has a library for this machine, whole, and what that needs when it is loaded.
+    """Check that an FMU has a library for this machine, and the files that the library loads.
 
     Parameters
     ----------
@@ -23,12 +22,12 @@ def check_libraries(folder: Path, interface: FmuInterface, what: str) -> None:
     interface
         Its interface.
     what
-        What messages call it.
+        Name of the FMU in messages.
 
     Raises
     ------
     ValueError
-        If it has none, or one that cannot be loaded.
+        If it has no library, or PythonFMU's library without a script, which would end the process.
     """
     identifier = interface.identifier
     if not re.fullmatch(r"[A-Za-z_]\w*", identifier):
@@ -39,15 +38,12 @@ def check_libraries(folder: Path, interface: FmuInterface, what: str) -> None:
         present = sorted(path.name for path in folder.glob("binaries/*"))
         raise ValueError(f"{what} has no library {identifier} for {platform}; it has {', '.join(present) or 'none'}")
     for library in place.glob(f"*{fmpy.sharedLibraryExtension}"):
-        content = library.read_bytes()
-        if not is_whole(content):
-            raise ValueError(f"{what}: {library.relative_to(folder).as_posix()} is damaged: its end is missing")
-        if PYTHONFMU in content:
+        if PYTHONFMU in library.read_bytes():
             _check_script(folder / "resources", what)
 
 
 def _check_script(resources: Path, what: str) -> None:
-    """Raise ValueError if the script is missing that PythonFMU's library loads."""
+    """Raise ValueError if the script that PythonFMU's library loads is missing."""
     named = resources / PYTHONFMU.decode()
     if not named.is_file():
         raise ValueError(f"{what} is damaged: resources/{named.name} is missing, which names its script")

@@ -5,9 +5,9 @@ Models are found by entry points: a distribution that declares
     [project.entry-points."amb_cosim.models"]
     lag_sensor = "lag_sensor.model:source"
 
-adds the model `lag_sensor`. `source(**options)` returns the `Model` and its constants; of the options (`rotor`,
-`receptances`, ...) it uses those that it names. Making a model imports its code and what computes its constants; for a
-source that says what it is `made_from`, an FMU that is already there is found without that.
+adds the model `lag_sensor`. `source(**options)` returns the `Model` and its constants; it uses the options (`rotor`,
+`receptances`, ...) that it names. Making a model imports its code and computes its constants; for a source declared
+with `made_from`, an existing FMU is found without this.
 """
 
 from __future__ import annotations
@@ -26,9 +26,6 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
-import numpy as np
-from numpy.typing import NDArray
-
 from amb_cosim.cosim.basics.build_target import BuildTarget
 from amb_cosim.cosim.basics.cache import cache_folder, note_use, unpacked
 from amb_cosim.cosim.basics.choices import Flavour
@@ -36,6 +33,7 @@ from amb_files.archive import is_unpacked, unpack
 from amb_files.atomic import create_atomically
 from amb_files.suggestions import suggest
 from amb_files.toml import read_bytes
+from array_types import Array
 from fmi_export.compiling import compiling
 
 if TYPE_CHECKING:
@@ -45,20 +43,19 @@ log = logging.getLogger(__name__)
 
 GROUP = "amb_cosim.models"
 
-# Models that are made from a file of their own: what stands for an FMU in a system, by the end of its name.
+# Models that are made from a separate file: what stands for an FMU in a system, by the end of its name.
 MADE_FROM_FILE = {".toml": "linear_controller", ".npz": "linear_controller", ".mat": "linear_controller"}
 
 # Files of a package that decide what is made from it.
 CODE = (".py", ".c", ".h", ".ll", ".toml", ".md", ".svg", ".png")
 
-Constants = NDArray[np.float64]
-Source = Callable[..., "tuple[Model, Constants]"]
+Source = Callable[..., "tuple[Model, Array]"]
 S = TypeVar("S", bound=Source)
 
 
 @dataclass(frozen=True)
 class Fmu:
-    """An FMU: its archive, the folder it is extracted to, and its flavour, `file` if it was given as one."""
+    """An FMU: its archive, the folder it is extracted to, and its flavour (`file` for an FMU file)."""
 
     path: Path
     folder: Path
@@ -66,21 +63,22 @@ class Fmu:
 
     @cached_property
     def layout(self) -> dict[str, Any] | None:
-        """What its interface was made from, of an FMU of this project's export; None of others."""
+        """Source of its interface, for an FMU of this project's export; None for others."""
         file = self.folder / "resources" / "layout.json"
         return json.loads(file.read_text(encoding="utf-8")) if file.is_file() else None
 
     @cached_property
     def linear_state(self) -> dict[str, Any] | None:
-        """What of its state moves linearly (`fmi_export.linear_state`), and its size; None where it is unknown."""
+        """The linear part of its state (`fmi_export.linear_state`), and its size; None if unknown."""
         file = self.folder / "resources" / "linear_state.json"
         return json.loads(file.read_text(encoding="utf-8")) if file.is_file() else None
 
 
 def made_from(*packages: str, **files: Callable[[Any], Path]) -> Callable[[S], S]:
-    """Declare the packages whose code, with the source's own file, decides what a source returns for its options.
+    """Declare the packages whose code, with the source's file, decides what a source returns for its options.
 
-    `files` are functions that return the file which an option's value stands for, by the option's name.
+    `files` are functions, by option name, that return the file for an option's value. A value that is neither a string
+    nor a path represents itself, and its `repr` must be complete.
     """
 
     def declare(source: S) -> S:
@@ -97,12 +95,12 @@ def models() -> Mapping[str, EntryPoint]:
 
 
 def is_model(fmu: str) -> bool:
-    """Return whether what a system says of a component is a model, by name or as the file that one is made from."""
+    """Return whether a component of a system is a model, by name or as the file that a model is made from."""
     return fmu in models() or Path(fmu).suffix in MADE_FROM_FILE
 
 
 def is_placeholder(fmu: str) -> bool:
-    """Return whether a component's model is none before a file is named that it is made from."""
+    """Return whether a component's model requires a file that it is made from."""
     return fmu in MADE_FROM_FILE.values()
 
 
@@ -113,16 +111,16 @@ def _resolved(fmu: str, options: Mapping[str, Any]) -> tuple[str, dict[str, Any]
     return fmu, dict(options)
 
 
-def model_source(name: str, **options: Any) -> tuple[Model, Constants]:
+def model_source(name: str, **options: Any) -> tuple[Model, Array]:
     """Return a model, by its name or the file that it is made from, and its constants for these options.
 
     Raises
     ------
     ValueError
-        If there is no such model, or it cannot be made with these options.
+        If no such model exists, or it cannot be made with these options.
     """
     name, options = _resolved(name, options)
-    made: tuple[Model, Constants] = _source(name)(**options)
+    made: tuple[Model, Array] = _source(name)(**options)
     return made
 
 
@@ -134,7 +132,7 @@ def build_models(
 ) -> list[Path]:
     """Write the FMUs of models, made as by `model_source`, into `folder` and return their paths.
 
-    Nothing is written unless all can be made.
+    Nothing is written unless all can be built.
     """
     made = [model_source(name, **options) for name in names]
     return [target.build(model, constants, folder) for model, constants in made]
@@ -161,7 +159,7 @@ def build_with_starts(
 
 
 def provide(fmu: str, flavour: Flavour = "native", **options: Any) -> Fmu:
-    """Return the FMU of a model, which is named or made from a file, built if need be, or the FMU file at a path.
+    """Return the FMU of a model (by name or file), built if needed, or the FMU file at a path.
 
     Raises
     ------
@@ -175,20 +173,19 @@ def provide(fmu: str, flavour: Flavour = "native", **options: Any) -> Fmu:
         raise ValueError(f"no FMU {fmu!r}; it must be a path or one of {', '.join(models())}")
     folder, is_new = unpacked(path, f"FMU {fmu}")
     if is_new:
-        log.warning("%s runs here for the first time: it is a program, with all that you may do", fmu)
+        log.warning("%s runs here for the first time: an FMU is a program with all your permissions", fmu)
     return Fmu(path, folder, "file")
 
 
 def ensure_built(name: str, flavour: Flavour = "native", **options: Any) -> Fmu:
-    """Return the FMU of a model, built and extracted into the user's cache if it is not there yet, whole.
+    """Return the FMU of a model, built and extracted into the user's cache if it is not completely there.
 
-    It is built for this machine. Its folder is named by what it is made from, so it changes when interface,
-    code or constants do.
+    It is built for this machine. Its folder is named by its sources and changes with interface, code and constants.
 
     Raises
     ------
     ValueError
-        If there is no such model, or it cannot be made with these options.
+        If no such model exists, or it cannot be made with these options.
     """
     name, options = _resolved(name, options)
     home = cache_folder() / f"{name}-{_key(_source(name), flavour, options)}"
@@ -223,7 +220,8 @@ def _key(source: Source, flavour: Flavour, options: Mapping[str, Any]) -> str:
     facts = [source.__qualname__, flavour, sysconfig.get_platform(), version("numpy"), version("scipy")]
     sha = hashlib.sha256(repr(facts).encode() + _content(Path(inspect.getfile(source)), "source"))
     for name, option in available.items():
-        value = source.files[name](option) if name in source.files else option  # type: ignore[attr-defined]
+        is_object = not isinstance(option, str | Path | None)
+        value = source.files[name](option) if name in source.files and not is_object else option  # type: ignore[attr-defined]
         file = Path(value) if isinstance(value, str | Path) else None
         values = _content(file, name) if file is not None and file.is_file() else repr(value).encode()
         sha.update(name.encode() + values)

@@ -1,1 +1,1 @@
-"""The master algorithm, in Python and compiled, and the motion a system settles to."""
+"""The master algorithm, in Python and compiled, and the settled motion of a system."""

@@ -1,12 +1,11 @@
 """The data of a run for the compiled master loop, `loop.c`, which calls FMI functions directly.
 
-That does what the loop in `master` does, operation by operation, and records the same to the last bit; that loop is the
-readable reference. There is one difference: outputs that no component reads are fetched only where they are recorded.
-The run goes in blocks of steps, between which Python checks for interrupts and reports progress. A clock ends a block
-whose steps turn out slow.
+It repeats the loop in `master`, the readable reference, operation by operation, and records the same to the last bit,
+with one difference: outputs that no component reads are fetched only when recorded. The run consists of blocks of
+steps, between which Python checks for interrupts and reports progress. A clock ends blocks of slow steps.
 
-The loop runs without the interpreter lock. FMUs with Python inside take it for each of their calls, as they must
-in any host, and other threads run meanwhile.
+The loop runs without the interpreter lock. FMUs that contain Python acquire it for each of their calls, as in any host,
+while other threads run.
 """
 
 from __future__ import annotations
@@ -23,12 +22,13 @@ from numpy.typing import NDArray
 from amb_cosim.cosim.basics.clock import Clock
 from amb_cosim.cosim.basics.errors import StepFailed
 from amb_cosim.cosim.basics.loop_library import load_loop
-from amb_cosim.cosim.basics.schedules import Array, Changes, IntArray, Schedule
+from amb_cosim.cosim.basics.schedules import Changes, Schedule
 from amb_cosim.cosim.fmu.component import EntryPoints
 from amb_cosim.cosim.fmu.exchange import Transfer
 from amb_cosim.cosim.master.master import Master, Observer, Participant
 from amb_cosim.cosim.record.recorder import Recorder
 from amb_cosim.cosim.system.stopping import StopObserver, Stopped
+from array_types import Array, Bools, Indices
 
 CALLS = ("Set", "DoStep", "Get")
 WARNING = 1  # the highest status with which a call has done its work
@@ -45,22 +45,22 @@ class Addressable(Participant, Protocol):
 
 
 class Calls(NamedTuple):
-    """The calls of all components that set variables, or those that get them, one after the other.
+    """The calls of all components that set variables, or that get them, in sequence.
 
-    Those of component i are `of[i]` to `of[i + 1]`. Call c moves the variables `first[c]` to `first[c + 1]` between
-    their `positions` in the value array and `reals` or `integers`, where the FMU reads or writes them. It gets the
-    addresses `references_at[c]`, within `references`, and `values_at[c]`, within `reals` or `integers`; where it is
+    Component i has the calls `of[i]` to `of[i + 1]`. Call c moves the variables `first[c]` to `first[c + 1]` between
+    their `positions` in the value array and `reals` or `integers`, where the FMU reads or writes them. Its arguments
+    are the addresses `references_at[c]`, within `references`, and `values_at[c]`, within `reals` or `integers`, or, if
     `direct`, within the value array itself.
     """
 
-    of: IntArray
-    function: IntArray
-    references_at: IntArray
-    values_at: IntArray
-    real: NDArray[np.bool_]
-    direct: NDArray[np.bool_]
-    first: IntArray
-    positions: IntArray
+    of: Indices
+    function: Indices
+    references_at: Indices
+    values_at: Indices
+    real: Bools
+    direct: Bools
+    first: Indices
+    positions: Indices
     references: NDArray[np.uint32]
     reals: Array
     integers: NDArray[np.int32]
@@ -69,13 +69,13 @@ class Calls(NamedTuple):
 class Program(NamedTuple):
     """The data of a master as arrays; `step_sizes` (s) are those of the components.
 
-    `fetches` are of all outputs, `needed` of those alone that are used whether recorded or not. Where a point is
-    recorded, all come in the same calls: one call for the rest would cost more than its values do.
+    `fetches` get all outputs, `needed` only those used whether recorded or not. At a recorded point all are fetched by
+    the same calls, because an additional call would cost more than the values.
     """
 
-    instance: IntArray
-    do_step: IntArray
-    every: IntArray
+    instance: Indices
+    do_step: Indices
+    every: Indices
     step_sizes: Array
     sends: Calls
     fetches: Calls
@@ -90,7 +90,7 @@ C = TypeVar("C", bound=Addressable)
 
 
 class End(Structure):
-    """Where a block of steps ended: last point seen, number of rows, what failed, and the condition met or -1."""
+    """End of a block of steps: last point seen, number of rows, failed component, and the condition met or -1."""
 
     _fields_ = [(name, c_ssize_t) for name in ("reached", "row", "component", "call", "status", "met")]
 
@@ -106,7 +106,7 @@ def run(
     program: Structure | None = None,
     stop: int | None = None,
 ) -> None:
-    """Advance from communication point `first` to `last` as `Master.run` does.
+    """Advance from communication point `first` to `last` like `Master.run`.
 
     Parameters
     ----------
@@ -117,12 +117,12 @@ def run(
     recorder
         Sees every point; the last included.
     observers
-        Called now and then, about every 50 ms, with the last point that was reached and the values after it, of
-        which those that are recorded and nothing else may be older.
+        Called about every 50 ms with the last reached point and the values after it; values that are only recorded may
+        be older.
     stops
         Judged at every point, after it has been recorded.
     program
-        That of `program_of` for this master and these stops, where it runs more than once.
+        Result of `program_of` for this master and these stops, for repeated runs.
     stop
         As for `Master.run`.
 
@@ -168,8 +168,8 @@ def run(
             begin = reached + 1
 
 
-def program_of(master: Master[C], stops: StopObserver | None = None, each: Sequence[int] | IntArray = ()) -> Structure:
-    """Return the data of a master whose run judges these stops, as a C structure; `each` are read at every point."""
+def program_of(master: Master[C], stops: StopObserver | None = None, each: Sequence[int] | Indices = ()) -> Structure:
+    """Return the data of a master with these stop conditions, as a C structure; `each` are read at every point."""
     conditions = (stops or StopObserver()).conditions
     entries = [component.entry_points() for component in master.components]
     every = [component.every for component in master.components]
@@ -194,16 +194,16 @@ def program_of(master: Master[C], stops: StopObserver | None = None, each: Seque
     return structure_of(program)
 
 
-def _only(used: NDArray[np.bool_], transfers: Sequence[Transfer]) -> list[Transfer]:
+def _only(used: Bools, transfers: Sequence[Transfer]) -> list[Transfer]:
     """Reduce transfers to the outputs that are used."""
     retained = [used[t.where] for t in transfers]
     return [t if keep.all() else t.only(keep) for t, keep in zip(transfers, retained, strict=True) if keep.any()]
 
 
-def _calls(transfers: Sequence[Sequence[Transfer]], places: Sequence[IntArray], values: Array | None = None) -> Calls:
-    """Collect the transfers of all components; `places` are the positions of their variables in the value array.
+def _calls(transfers: Sequence[Sequence[Transfer]], places: Sequence[Indices], values: Array | None = None) -> Calls:
+    """Collect the transfers of all components; `places` are positions of their variables in the value array.
 
-    Reals that stand one after another in `values`, if it is given, are written there by the FMU itself.
+    If `values` is passed, the FMU itself writes Reals that are consecutive in it.
     """
     flat = [t for of_one in transfers for t in of_one]
     positions = [place[t.where] for of_one, place in zip(transfers, places, strict=True) for t in of_one]
@@ -231,11 +231,11 @@ def _calls(transfers: Sequence[Sequence[Transfer]], places: Sequence[IntArray], 
     )
 
 
-def _addresses(items: NDArray[Any], at: IntArray) -> IntArray:
+def _addresses(items: NDArray[Any], at: Indices) -> Indices:
     return items.ctypes.data + at * items.itemsize
 
 
-def _ends(lengths: Sequence[int]) -> IntArray:
+def _ends(lengths: Sequence[int]) -> Indices:
     return np.cumsum([0, *lengths], dtype=np.intp)
 
 

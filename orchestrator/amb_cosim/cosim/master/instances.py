@@ -1,4 +1,4 @@
-"""FMU instances that outlive a run: the first run loads them, each one after it resets them."""
+"""FMU instances that outlive a run: the first run loads them, later runs reset them."""
 
 from __future__ import annotations
 
@@ -9,35 +9,35 @@ from typing import Any
 
 import numpy as np
 
-from amb_cosim.cosim.basics.schedules import Array, IntArray
 from amb_cosim.cosim.fmu.component import FmuComponent, HeldState
 from amb_cosim.cosim.fmu.fmu_interface import FmuInterface
 from amb_cosim.cosim.master.compiled import program_of
 from amb_cosim.cosim.master.master import Master
 from amb_cosim.cosim.system.stopping import StopObserver
+from array_types import Array, Indices
 
 
 class InstancePool:
-    """The instance of each component, by its name; after a run that failed the next one loads new ones.
+    """The instance of each component, by name; after a failed run the next one loads new instances.
 
-    `generation` is another one as soon as states that they held are lost.
+    `generation` changes when states that they held are lost.
     """
 
     def __init__(self) -> None:
         self.generation = 0
         self._expired = False
-        self._kept: dict[str, tuple[Path, FmuComponent]] = {}
+        self._idle: dict[str, tuple[Path, FmuComponent]] = {}
         self._values: dict[tuple[str, ...], Array] = {}
         self._programs: dict[tuple[Any, ...], Structure] = {}
 
     def values(self, names: tuple[str, ...]) -> Array:
-        """Return an array, all zero, for the values of signals of these names: that of the run before with the same."""
+        """Return a zero array for the values of these signals, reused from the previous run if the names match."""
         values = self._values.setdefault(names, np.zeros(len(names)))
         values[:] = 0.0
         return values
 
-    def program(self, master: Master[FmuComponent], stops: StopObserver, each: IntArray) -> Structure:
-        """Return the `program_of` a master of these instances; of one that differs in nothing it is the same."""
+    def program(self, master: Master[FmuComponent], stops: StopObserver, each: Indices) -> Structure:
+        """Return the `program_of` a master of these instances, reused for an identical master."""
         every = tuple(component.every for component in master.components)
         judged = tuple(stops.conditions.positions.tolist()), tuple(each.tolist())
         key = master.values.ctypes.data, master.wiring.names, master.coupling, master.step_size, every, judged
@@ -55,11 +55,11 @@ class InstancePool:
         start: Mapping[str, float],
         every: int,
     ) -> FmuComponent:
-        """Return the instance of a component as new; see `FmuComponent` for the arguments and errors."""
+        """Return a new or reset instance of a component; see `FmuComponent` for arguments and errors."""
         if self._expired:
             self.close()
-        kept_folder, component = self._kept.get(name, (None, None))
-        if component is not None and kept_folder == folder:
+        idle_folder, component = self._idle.get(name, (None, None))
+        if component is not None and idle_folder == folder:
             component.reset(inputs, outputs, start, every)
             return component
         if component is not None:
@@ -67,25 +67,25 @@ class InstancePool:
             component.close()
             self._programs.clear()
         component = FmuComponent(name, folder, interface, inputs, outputs, start, every)
-        self._kept[name] = (folder, component)
+        self._idle[name] = (folder, component)
         return component
 
     def expire(self) -> None:
-        """Have no run reset these instances; they are freed when the next one asks for some, or by `close`."""
+        """Mark these instances as not reusable; the next request for instances, or `close`, frees them."""
         self._expired = True
         self.generation += 1
 
     def forget(self, states: Mapping[str, object]) -> None:
-        """Free states that the instances of this generation hold, by component."""
+        """Free states held by the instances of this generation, by component."""
         for name, state in states.items():
             if isinstance(state, HeldState):
-                self._kept[name][1].forget(state)
+                self._idle[name][1].forget(state)
 
     def close(self) -> None:
-        """Free all instances; they are loaded again when they are asked for."""
+        """Free all instances; they are loaded again when they are requested."""
         self._expired = False
         self.generation += 1
         self._programs.clear()
-        while self._kept:
-            _, (_, component) = self._kept.popitem()
+        while self._idle:
+            _, (_, component) = self._idle.popitem()
             component.close()

@@ -1,17 +1,16 @@
-"""Iterative coupling: a step is repeated from saved states until inputs and outputs of all components fit each other.
+"""Iterative coupling: a step is repeated from saved states until inputs and outputs of all components agree.
 
-A component holds its inputs u over a step from t to t + h. Which value of a source y stands for the step, its weight w
-says, u = (1 - w) y(t) + w y(t + h):
+A component holds its inputs u over a step from t to t + h. The weight w of a source y defines the value for the step, u
+= (1 - w) y(t) + w y(t + h):
 
     w = 1/2   y follows from states: the trapezoidal rule, of second order in h
     w = 1     y depends on inputs of the same step directly, and so is that of the step already
     w = 0     the component samples, and wants the value at the beginning; or y is a number or a truth value
 
-y(t + h) is not known before the step. All components step with the values at t, in their order and with new outputs
-passed on as in Gauss-Seidel order. Then those whose inputs have changed step again, from the states that they had at t,
-until no input changes by more than `TOLERANCE` of the largest value that it ever had. A repetition multiplies the error
-by the gain of the loop from end to end of a step, which vanishes with h. Where that is too large, and inputs still
-change after `MOST_REPETITIONS`, the step fails.
+y(t + h) is not known before the step. All components first step with the values at t, in Gauss-Seidel order. Then those
+whose inputs have changed step again from their states at t, until no input changes by more than `TOLERANCE` of its
+largest value so far. Each repetition multiplies the error by the loop gain over a step, which vanishes with h. If
+inputs still change after `MOST_REPETITIONS`, the step fails.
 """
 
 from __future__ import annotations
@@ -21,14 +20,14 @@ from typing import Protocol
 
 import numpy as np
 
-from amb_cosim.cosim.basics.schedules import Array, IntArray
+from array_types import Array, Indices
 
 TOLERANCE = 1e-10
 MOST_REPETITIONS = 30
 
 
 class Repeatable(Protocol):
-    """What a repetition needs of a component."""
+    """Part of a component that a repetition requires."""
 
     inputs: Array
 
@@ -51,12 +50,12 @@ class Iteration:
     Parameters
     ----------
     components
-        In the order in which a repetition visits them.
+        In the order of a repetition.
     sources, weights
         For each component, the positions of its inputs' sources in the value array, and their weights w.
     """
 
-    def __init__(self, components: Sequence[Repeatable], sources: Sequence[IntArray], weights: Sequence[Array]) -> None:
+    def __init__(self, components: Sequence[Repeatable], sources: Sequence[Indices], weights: Sequence[Array]) -> None:
         self.components = components
         self.sources = sources
         self.weights = weights
@@ -64,7 +63,7 @@ class Iteration:
 
     @property
     def largest(self) -> Array:
-        """The largest values that the inputs of all components ever had, one component after the other."""
+        """The largest values of all inputs so far, component by component."""
         return np.concatenate([np.zeros(0), *self._largest])
 
     @largest.setter
@@ -73,12 +72,12 @@ class Iteration:
         self._largest = [part.copy() for part in np.split(largest, ends[:-1])]
 
     def step(self, values: Array, advance: Callable[[int], None]) -> None:
-        """Carry out one communication step.
+        """Carry out a communication step.
 
         Parameters
         ----------
         values
-            The value array, at the beginning of the step; at its end afterwards.
+            The value array: at the beginning of the step when called, at its end on return.
         advance
             Sends the inputs of component i to it, steps it, and writes its outputs to `values`.
 
@@ -118,7 +117,7 @@ class Iteration:
         np.maximum(self._largest[i], np.abs(self.components[i].inputs), out=self._largest[i])
 
     def _change(self, i: int, before: Array, values: Array) -> Array:
-        """Return by how much the inputs of component i have changed since its last step, over their largest values."""
+        """Return the change of the inputs of component i since its last step, relative to their largest values."""
         change = np.abs(self._between(i, before, values) - self.components[i].inputs)
         return np.divide(
             change, self._largest[i], out=np.where(change > 0.0, np.inf, 0.0), where=self._largest[i] > 0.0

@@ -1,8 +1,8 @@
-"""The master algorithm: explicit or iterative coupling on an integer time grid, of components and numbers, not of FMI.
+"""The master algorithm: explicit or iterative coupling on an integer time grid, without knowledge of FMI.
 
-All signals are in one flat array `values`: the exogenous inputs first, then the outputs of each component.
-A component's inputs are gathered from it, its outputs are written to it. Communication points are
-t_n = t_0 + n h with integer n; a component with `every = m` steps by m h at every m-th of them.
+All signals are in a single flat array `values`: the exogenous inputs first, then the outputs of each component. Inputs
+of components are gathered from it, outputs are written to it. Communication points are t_n = t_0 + n h with integer n;
+a component with `every = m` steps by m h at every m-th of them.
 """
 
 from __future__ import annotations
@@ -16,15 +16,16 @@ import numpy as np
 
 from amb_cosim.cosim.basics.choices import Coupling
 from amb_cosim.cosim.basics.errors import StartFailed, StepFailed
-from amb_cosim.cosim.basics.schedules import Array, Schedule
+from amb_cosim.cosim.basics.schedules import Schedule
 from amb_cosim.cosim.master.iteration import MOST_REPETITIONS, Iteration, Unsettled
 from amb_cosim.cosim.system.signal_map import SignalMap
+from array_types import Array
 
 Observer = Callable[[int, Array], None]
 
 
 class Participant(Protocol):
-    """What the algorithm needs of a component; `save` and `restore` its state in iterative coupling alone."""
+    """Part of a component that the algorithm requires; `save` and `restore` are for iterative coupling only."""
 
     name: str
     every: int
@@ -50,22 +51,21 @@ class Master(Generic[P]):
     Parameters
     ----------
     components
-        In the order in which Gauss-Seidel visits them.
+        In Gauss-Seidel order.
     wiring
-        Where their inputs come from.
+        Sources of their inputs.
     step_size
         Communication step h in s.
     coupling
-        `gauss_seidel`: every component sees the outputs that the components before it have at the end of
-        their steps. `jacobi`: all see the outputs at the beginning of the step, and a slower component's
-        outputs appear when its step has passed. `iterative`: steps are repeated until inputs fit the outputs at
-        their end, see `iteration`.
+        `gauss_seidel`: each component reads the outputs of earlier components at the end of their steps. `jacobi`: all
+        read the outputs at the beginning of the step; a slower component's outputs appear after its step. `iterative`:
+        steps are repeated until inputs agree with the outputs at their end, see `iteration`.
     start_time
         t_0 in s, the time of communication point 0.
     values
-        Array for the values, all zero, where it is part of another.
+        Zero array for the values, if it is part of another array.
 
-    Used as a context manager, it closes all components on the way out, whatever happened.
+    As a context manager, it closes all components on exit in any case.
     """
 
     def __init__(
@@ -111,13 +111,13 @@ class Master(Generic[P]):
         return self.start_time + n * self.step_size
 
     def initialise(self, n: int = 0) -> None:
-        """Initialise all components at point n, carrying outputs along the connections until none changes.
+        """Initialise all components at point n, passing outputs along the connections until none changes.
 
         Raises
         ------
         StartFailed
-            If a component refuses, or outputs keep changing although every connection has been passed; the
-            message then names the loop.
+            If a component refuses, or outputs keep changing after every connection was passed; the message then names
+            the loop.
         """
         for component in self.components:
             self._starting(component, component.enter, self.time(n))
@@ -144,13 +144,13 @@ class Master(Generic[P]):
     ) -> None:
         """Advance from communication point `first` to `last`.
 
-        At every point, the last included, schedules write the exogenous inputs, and then observers are called with
-        the values that hold there. With `stop` it ends before the schedules of that point, from which it can go on.
+        At every point, including the last, schedules write the exogenous inputs; then observers are called with the
+        values at this point. With `stop` it ends before the schedules of that point, from which it can continue.
 
         Raises
         ------
         StepFailed
-            If a component does not complete a step. Observers have seen everything up to it.
+            If a component does not complete a step. Observers have received everything before it.
         """
         self.check_start(first)
         advance = {"gauss_seidel": self._gauss_seidel, "jacobi": self._jacobi, "iterative": self._iterative}[
@@ -166,7 +166,7 @@ class Master(Generic[P]):
 
     @property
     def scales(self) -> Array:
-        """The largest values that the inputs of all components ever had, which iterative coupling compares with."""
+        """The largest values of all inputs so far, the reference of iterative coupling."""
         return self._iteration.largest
 
     @scales.setter
@@ -174,11 +174,11 @@ class Master(Generic[P]):
         self._iteration.largest = largest
 
     def check_start(self, first: int) -> None:
-        """Raise ValueError where a slower component is between its points at point `first`, or cannot be repeated."""
+        """Raise ValueError if a slower component is between its points at point `first`, or cannot be repeated."""
         for component in self.components:
             if component.every > 1 and self.coupling == "iterative":
                 raise ValueError(
-                    f"{component.name} steps every {component.every} points; in iterative coupling it must at each"
+                    f"{component.name} steps every {component.every} points; iterative coupling requires each"
                 )
             if first % component.every:
                 raise ValueError(f"{component.name} steps every {component.every} points and cannot start at {first}")
@@ -211,7 +211,7 @@ class Master(Generic[P]):
             self._iteration.step(self.values, advance)
         except Unsettled as error:
             name, source = self.components[error.component].name, self.wiring.names[error.source]
-            reason = f"what it gets of {source} still changes after {MOST_REPETITIONS} repetitions of the step"
+            reason = f"its input from {source} still changes after {MOST_REPETITIONS} repetitions of the step"
             raise StepFailed(name, self.time(n), f"{reason}; a shorter communication step helps") from error
 
     @staticmethod
@@ -250,7 +250,7 @@ class Master(Generic[P]):
 
 
 def find_loop(depends_on: Sequence[Sequence[int]]) -> list[int]:
-    """Find a closed path along the signals, first and last position the same; empty where there is none."""
+    """Find a closed path along the signals, first and last position the same; empty if there is none."""
     try:
         TopologicalSorter(dict(enumerate(depends_on))).prepare()
     except CycleError as error:

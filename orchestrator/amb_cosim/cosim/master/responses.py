@@ -1,6 +1,6 @@
-"""How one step of an FMU answers a change of its state or its inputs, found by stepping it from a saved state.
+"""Response of one step of an FMU to changes of state and inputs, found by stepping from a saved state.
 
-It is for FMUs of this project's export that say what of their state moves linearly (`fmi_export.linear_state`).
+It requires FMUs of this project's export that declare the linear part of their state (`fmi_export.linear_state`).
 """
 
 from __future__ import annotations
@@ -11,9 +11,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from amb_cosim.cosim.basics.schedules import Array, IntArray
 from amb_cosim.cosim.fmu.component import FmuComponent
 from amb_cosim.cosim.fmu.fmu_interface import FmuInterface
+from array_types import Array, Indices
 
 CHANGE = 1e-6  # of a state (SI units) and, at least, of an input; any serves where all is linear
 SHARE = 1e-3  # of an input, by which it is changed; all of it at once may be beyond a limit
@@ -23,19 +23,19 @@ HUGE = 1e300  # J; a plant whose largest energy this was goes on with any balanc
 
 
 def first_harmonic(values: Array) -> Array:
-    """Return what is constant, and what goes with cosine and sine, of values at `ANGLES`; shapes (3, n), (n, 3)."""
+    """Return constant, cosine and sine part of values at `ANGLES`; shapes (3, n), (n, 3)."""
     weights = np.array([np.full(3, 0.5), np.cos(ANGLES), np.sin(ANGLES)]) / 1.5
     result: Array = (weights @ values).T
     return result
 
 
 class Response(NamedTuple):
-    """One step: x' = A x + B u + f, y = C x + D u + g.
+    """A step: x' = A x + B u + f, y = C x + D u + g.
 
     matrix
         [[A, B], [C, D]], shape (n_x + n_y, n_x + n_u).
     forcing
-        [f; g]: what is constant, and what goes with the cosine and the sine of the angle, shape (n_x + n_y, 3).
+        [f; g]: constant part, and parts with cosine and sine of the angle, shape (n_x + n_y, 3).
     """
 
     matrix: Array
@@ -43,7 +43,7 @@ class Response(NamedTuple):
 
 
 class StateMap:
-    """A component by the numbers in its memory, which count once they are restored.
+    """A component by the numbers in its memory, which take effect when restored.
 
     Parameters
     ----------
@@ -52,9 +52,9 @@ class StateMap:
     interface
         Its interface.
     names
-        Of the variables that the master sends, and of those that it reads.
+        Names of the variables that the master sends, and of those that it reads.
     positions
-        Of these among the master's values.
+        Their positions among the master's values.
     places
         The FMU's `Fmu.linear_state`.
     """
@@ -64,7 +64,7 @@ class StateMap:
         component: FmuComponent,
         interface: FmuInterface,
         names: tuple[Sequence[str], Sequence[str]],
-        positions: tuple[IntArray, IntArray],
+        positions: tuple[Indices, Indices],
         places: Mapping[str, Any],
     ) -> None:
         self.component, self.interface = component, interface
@@ -88,7 +88,7 @@ class StateMap:
 
     @property
     def angle(self) -> float | None:
-        """The angle (rad) when the part was made, if it has one."""
+        """The angle (rad) when the part was created, if it has one."""
         return None if self._angle is None else float(self.base[self._angle])
 
     def value(self, position: int) -> float:
@@ -96,22 +96,22 @@ class StateMap:
         return float(self.memory[self._values + position])
 
     def advance(self, time: float, step_size: float) -> float:
-        """Return by how much the angle grows in a step (rad)."""
+        """Return the growth of the angle per step (rad)."""
         self.memory[:] = self.base
         growth = float(self.component.answer(time, step_size)[self._angle] - self.base[self._angle])
         return growth % (2.0 * math.pi)
 
-    def response(self, signals: IntArray, angles: IntArray, scales: Array, time: float, step_size: float) -> Response:
-        """Find what a step from rest answers to each state and input alone.
+    def response(self, signals: Indices, angles: Indices, scales: Array, time: float, step_size: float) -> Response:
+        """Find the response of a step from rest to each single state and input.
 
         Parameters
         ----------
         signals, angles
-            Positions, in order, of the signals that move linearly, and of those that are the angle.
+            Positions, in order, of the signals that move linearly, and of the angle signals.
         scales
-            How large each signal is.
+            Magnitude of each signal.
         time, step_size
-            Of the step (s).
+            Time and size of the step (s).
         """
         fed = np.flatnonzero(np.isin(self.sources, signals))
         sizes = np.maximum(SHARE * scales[np.searchsorted(signals, self.sources[fed])], CHANGE)
@@ -133,8 +133,8 @@ class StateMap:
             self.memory[place] = 0.0
         return Response(matrix, first_harmonic(forced))
 
-    def start(self, states: Array, values: Array, moved: IntArray, angle: float) -> None:
-        """Put the part where it has these states, the master's values at positions `moved`, and the angle (rad)."""
+    def start(self, states: Array, values: Array, moved: Indices, angle: float) -> None:
+        """Set states, the master's values at positions `moved`, and the angle (rad) of the part."""
         self.memory[:] = self.base
         self.memory[self.rows] = states
         self.memory[self._energy[1:]] = HUGE
@@ -146,7 +146,7 @@ class StateMap:
         self.component.restore()
 
     def balance_energy(self) -> None:
-        """Count the energies of the component from now on: whatever is missing now was there at the start."""
+        """Restart the energy balance of the component: any present deficit counts as initial energy."""
         if self._energy:
             start, largest = self._energy
             self.component.save()

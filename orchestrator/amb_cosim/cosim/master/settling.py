@@ -1,18 +1,17 @@
-"""The motion that a system settles to at constant speed, solved for in place of simulated.
+"""The settled motion of a system at constant speed, solved for instead of simulated.
 
-With x the states and signals that move linearly, one communication step is
+With x the states and signals that move linearly, a communication step is
 
     x(n+1) = T x(n) + F_0 + Re[F_1 exp(j theta_n)]          theta_(n+1) = theta_n + phi                     (1)
 
-T, F_0 and F_1 are found from the FMUs themselves: each is stepped from a saved state with one number changed after the
-other (`responses`), and the order of the master puts their answers together. What (1) settles to, if T is stable, is
+T, F_0 and F_1 are found from the FMUs themselves: each is stepped from a saved state with one number changed at a time
+(`responses`), and the responses are combined in the order of the master. If T is stable, (1) settles to
 
     x(n) = a + Re[b exp(j theta_n)]      (1 - T) a = F_0      (exp(j phi) - T) b = F_1                      (2)
 
-There is no period in it: a turn may be any number of steps. What a step from (2) leaves of it corrects a and b once, so
-that they do not have the rounding of T. What does not move linearly (Fourier windows, counters, the key of the exact
-motion) follows in a turn that is simulated after that. At its end each signal must be where (2) has it: contact, noise,
-limits and laws that are not linear show there.
+No period is assumed: a turn may take any number of steps. The residual of a step from (2) corrects a and b once, which
+removes the rounding of T. Nonlinear states (Fourier windows, counters, the key of the exact motion) follow in one
+simulated turn. At its end each signal must agree with (2), which detects contact, noise, limits and nonlinear laws.
 """
 
 from __future__ import annotations
@@ -24,7 +23,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from amb_cosim.cosim.basics.errors import FmuError, StepFailed
-from amb_cosim.cosim.basics.schedules import Array, IntArray
 from amb_cosim.cosim.fmu.component import FmuComponent
 from amb_cosim.cosim.fmu.fmu_interface import FmuInterface
 from amb_cosim.cosim.fmu.fmus import Fmu
@@ -32,39 +30,40 @@ from amb_cosim.cosim.master.master import Master
 from amb_cosim.cosim.master.responses import ANGLES, Response, StateMap, first_harmonic
 from amb_cosim.cosim.system.experiment import WARM_UP
 from amb_cosim.cosim.system.system import MasterLayout
+from array_types import Array, Indices
 
 TOLERANCE = 1e-9  # of the largest signal of the same unit
 DOUBLINGS = 24  # of the number of steps in which T must shrink what it is given
 
 
 class CannotSettle(Exception):
-    """The settled motion cannot be solved for; the message says why."""
+    """The settled motion cannot be solved for; the message gives the reason."""
 
 
 class _OffOrbit(Exception):
-    """A signal is not where the motion that was solved for has it."""
+    """A signal deviates from the computed motion."""
 
 
 @dataclass(frozen=True)
 class SettledLoop:
-    """A master at communication point n, its components as parts, and the positions of the signals that move in it.
+    """A master at communication point n, its components as parts, and the positions of the moving signals.
 
-    `signals` move linearly, `angles` are the angle.
+    `signals` move linearly, `angles` are angles.
     """
 
     master: Master[FmuComponent]
     parts: Sequence[StateMap]
-    signals: IntArray
-    angles: IntArray
+    signals: Indices
+    angles: Indices
     n: int
 
     @property
     def n_states(self) -> int:
-        """The number of states; in x they come before the signals."""
+        """The number of states, which precede the signals in x."""
         return sum(len(part.rows) for part in self.parts)
 
     def put(self, x: Array, angle: float) -> None:
-        """Put master and parts where they have these states and signals, and this angle (rad), at point n."""
+        """Set states, signals and angle (rad) of master and parts, at point n."""
         values, moved = self.master.values, np.concatenate([self.signals, self.angles])
         values[self.signals], values[self.angles] = x[self.n_states :], angle
         row = 0
@@ -85,8 +84,8 @@ class SettledLoop:
         scales = np.abs(self.master.values[self.signals])
         return [part.response(self.signals, self.angles, scales, time, step_size) for part in self.parts]
 
-    def one_step(self, responses: Sequence[Response]) -> tuple[Array, Array]:
-        """Return T of (1), and F as its constant, cosine and sine, of shape (n_x, 3)."""
+    def single_step(self, responses: Sequence[Response]) -> tuple[Array, Array]:
+        """Return T of (1), and the constant, cosine and sine part of F, shape (n_x, 3)."""
         n_states, row = self.n_states, 0
         size = n_states + len(self.signals)
         before = np.hstack([np.eye(size), np.zeros((size, 3))])
@@ -132,25 +131,25 @@ def settle(
     first: int,
     begin: int,
 ) -> int:
-    """Bring a master into its settled motion, and return the communication point, before 0, at which it is then.
+    """Bring a master into its settled motion, and return the resulting communication point, before 0.
 
     Parameters
     ----------
     master, layout
-        The master, initialised at point `begin`, and how its values are laid out.
+        The master, initialised at point `begin`, and the layout of its values.
     fmus, interfaces
-        Of its components.
+        FMUs and interfaces of its components.
     advance
         Steps the master from one point to another.
     first
         The angle at point 0 is as if it had grown since this point.
     begin
-        As `Plan.begin` has it.
+        See `Plan.begin`.
 
     Raises
     ------
     CannotSettle
-        If there is no settled motion, or it cannot be solved for.
+        If no settled motion exists, or it cannot be solved for.
     """
     n = begin + WARM_UP
     parts: Sequence[StateMap] = ()
@@ -183,18 +182,18 @@ def loop_at(
     interfaces: Mapping[str, FmuInterface],
     n: int,
 ) -> SettledLoop:
-    """Return the loop of a master at point n as it is after a step from there; arguments as of `settle`.
+    """Return the loop of a master at point n after a step from there; arguments as of `settle`.
 
     Raises
     ------
     CannotSettle
-        If it does not say what moves linearly, or something is on that does not.
+        If an FMU does not declare its linear part, or a nonlinear feature is on.
     FmuError, StepFailed
         If an FMU refuses.
     """
     unable = [c.name for c in master.components if fmus[c.name].linear_state is None]
     if unable:
-        raise CannotSettle(f"the FMU of {unable[0]} does not say what of its state moves linearly")
+        raise CannotSettle(f"the FMU of {unable[0]} does not declare which part of its state moves linearly")
     if master.coupling == "iterative":
         raise CannotSettle("in iterative coupling steps are repeated")
     before = master.values.copy()
@@ -221,9 +220,9 @@ def solve(
     loop, responses
         The loop, and the response of each part.
     skipped
-        Steps by which the angle of the orbit is ahead of what it is now.
+        Steps by which the orbit's angle leads the present one.
     corrects
-        Whether a step corrects it; not where forces are at work that the FMUs do not have in free motion.
+        Whether a step corrects it; not if forces act that the FMUs lack in free motion.
     advance
         Angle by which the motion turns in a step (rad); that of the rotor by default.
 
@@ -233,7 +232,7 @@ def solve(
         If the loop is not stable.
     """
     turning = _turning(loop.parts)
-    T, forcing = loop.one_step(responses)
+    T, forcing = loop.single_step(responses)
     check_stability(T, loop.master.step_size)
     advance = turning.advance(loop.master.time(loop.n), loop.master.step_size) if advance is None else advance
     angle = ((turning.angle or 0.0) + skipped * advance) % (2.0 * math.pi)
@@ -250,7 +249,7 @@ def solve(
 
 
 def _left(loop: SettledLoop, orbit: Orbit) -> Array:
-    """Return what a step leaves of an orbit, as its constant, cosine and sine, of shape (n_x, 3)."""
+    """Return the residual of an orbit after a step: constant, cosine and sine part, shape (n_x, 3)."""
     left = []
     for angle in ANGLES:
         loop.put(orbit.at(angle), angle)
@@ -280,23 +279,23 @@ def _turning(parts: Sequence[StateMap]) -> StateMap:
     """Return the part with an angle; raises CannotSettle unless there is one."""
     turning = [part for part in parts if part.angle is not None]
     if len(turning) != 1:
-        raise CannotSettle(f"{len(turning)} components tell the angle of a rotor; one must")
+        raise CannotSettle(f"{len(turning)} components output a rotor angle; there must be one")
     return turning[0]
 
 
 def _refuse_what_is_on(parts: Sequence[StateMap]) -> None:
-    """Raise CannotSettle where a variable of a part says that it does not move linearly."""
+    """Raise CannotSettle if a variable of a part makes it nonlinear."""
     for part in parts:
         for port in (port for pattern in part.unless for port in part.interface.matching(pattern)):
             value = part.value(port.position)
             if value != 0.0:
                 names = {number: item for item, number in port.items.items()}
-                displayed = "true" if port.type == "Boolean" else names.get(int(value), f"{value:g}{port.shown_unit}")
+                displayed = "true" if port.type == "Boolean" else names.get(int(value), f"{value:g}{port.display_unit}")
                 raise CannotSettle(f"{part.component.name}.{port.name} = {displayed} before cycle 0")
 
 
 def _check(loop: SettledLoop, orbit: Orbit, n: int) -> None:
-    """Raise _OffOrbit unless all signals are where the orbit has them at point n."""
+    """Raise _OffOrbit unless all signals agree with the orbit at point n."""
     names = [loop.master.wiring.names[position] for position in loop.signals]
     units = [_unit(name, loop.parts) for name in names]
     sizes = (np.abs(orbit.mean) + np.abs(orbit.amplitude))[loop.n_states :]
@@ -307,8 +306,8 @@ def _check(loop: SettledLoop, orbit: Orbit, n: int) -> None:
         return
     worst = int(np.argmax(np.where(np.isnan(off), np.inf, off)))
     raise _OffOrbit(
-        f"{names[worst]} does not move linearly: it leaves the motion that was solved for by {off[worst]:.2g} of the "
-        "largest such signal, as with noise, nonlinear forces and limits"
+        f"{names[worst]} does not move linearly: it deviates from the computed motion by {off[worst]:.2g} of the "
+        f"largest such signal; possible causes are noise, nonlinear forces and limits"
     )
 
 

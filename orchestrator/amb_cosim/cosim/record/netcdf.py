@@ -1,9 +1,9 @@
-"""NetCDF files of recorded signals, by h5py: hundreds of small variables take xarray's writer several times as long.
+"""NetCDF files of recorded signals, by h5py: for hundreds of small variables, xarray's writer is several times slower.
 
 A NetCDF-4 file is an HDF5 file in which dimensions are dimension scales, and names and attributes keep their order.
-Files are made in memory: HDF5 ends the process where a disk is full. All that is in them has a checksum: a bit that a
-disk or a copy has turned is an error when they are read. HDF5 keeps none for the lists of chunks, and where one is
-damaged it reads zeros, or reads for ever. Four bytes after its end, which it ignores, are a CRC-32 of all.
+Files are created in memory, because HDF5 ends the process if a disk is full. All content has a checksum, so a flipped
+bit is an error on reading. HDF5 has none for the lists of chunks; from a damaged list it reads zeros, or never returns.
+Four bytes after the end, which HDF5 ignores, are a CRC-32 of the file.
 """
 
 from __future__ import annotations
@@ -13,9 +13,11 @@ from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import h5py
-
+from amb_cosim.cosim.basics.interruption import undivided
 from amb_cosim.cosim.record.signals import SignalTable
+
+with undivided():  # objects of HDF5 that an exception leaves half-made cannot be cleared away
+    import h5py
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -28,12 +30,13 @@ WITH_CHECKSUMS = ("v108", "v108")  # the format of HDF5 1.8, whose descriptions 
 
 def netcdf(signals: SignalTable | xr.Dataset) -> bytes:
     """Return the content of a NetCDF-4 file of signals, compressed, and its checksum."""
-    content = _of_table(signals) if isinstance(signals, SignalTable) else _of_dataset(signals)
+    with undivided():
+        content = _of_table(signals) if isinstance(signals, SignalTable) else _of_dataset(signals)
     return content + zlib.crc32(content).to_bytes(4, "little")
 
 
 def check(path: Path) -> None:
-    """Raise ValueError if what follows the end of a NetCDF-4 file is not its checksum; other programs write none."""
+    """Raise ValueError if bytes after the end of a NetCDF-4 file are not its checksum; other programs write none."""
     with path.open("rb") as file:
         begin = file.read(36)
         if begin[8:9] not in (b"\2", b"\3"):  # the formats before, which 0.2.0 wrote, say elsewhere how long they are
@@ -45,7 +48,7 @@ def check(path: Path) -> None:
             result, left = zlib.crc32(part, result), left - len(part)
         stored = file.read()
     if left > 0 or stored not in (b"", result.to_bytes(4, "little")):
-        raise ValueError("its checksum is not that of its content")
+        raise ValueError("its checksum does not match its content")
 
 
 def _of_table(table: SignalTable) -> bytes:

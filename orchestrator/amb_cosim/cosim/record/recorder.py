@@ -8,18 +8,18 @@ from typing import NamedTuple
 
 import numpy as np
 
-from amb_cosim.cosim.basics.schedules import Array, IntArray
+from array_types import Array, Indices
 
 
 class RecordBuffer(NamedTuple):
     """Arguments and arrays of a recorder, for a compiled loop to write to."""
 
-    positions: IntArray
+    positions: Indices
     first: int
     every: int
-    points: IntArray
+    points: Indices
     table: Array
-    steps_positions: IntArray
+    steps_positions: Indices
     steps_size: int
     steps_first: int
     steps_table: Array
@@ -31,18 +31,18 @@ class Recorder:
     Parameters
     ----------
     positions
-        Which positions of the value array are kept.
+        Recorded positions of the value array.
     first
         Communication point at which recording begins.
     every
-        Decimation m; points that are multiples of it are kept.
+        Decimation m; multiples of it are recorded.
     each
-        Which positions are kept at every point besides, where others are not.
+        Positions recorded at every point if the others are decimated.
     """
 
     def __init__(self, positions: Sequence[int], first: int, every: int = 1, each: Sequence[int] = ()) -> None:
-        self._positions: IntArray = np.asarray(positions, dtype=np.intp)
-        self.each: IntArray = np.asarray(each if every > 1 else (), dtype=np.intp)
+        self._positions: Indices = np.asarray(positions, dtype=np.intp)
+        self.each: Indices = np.asarray(each if every > 1 else (), dtype=np.intp)
         self._steps = np.zeros((0, len(self.each)))
         self._n_steps = 0
         self._first, self._every = first, every
@@ -66,8 +66,8 @@ class Recorder:
             self._points[self._rows] = n
             self._rows += 1
 
-    def restore(self, points: IntArray, table: Array, steps: Array) -> None:
-        """Take the rows of a run that goes on: communication points, a row of values for each, and `steps`."""
+    def restore(self, points: Indices, table: Array, steps: Array) -> None:
+        """Load the rows of a continued run: communication points, a row of values for each, and `steps`."""
         self._rows = 0
         self._grow(len(points))
         self._rows = len(points)
@@ -88,7 +88,7 @@ class Recorder:
         Raises
         ------
         ValueError
-            If there is not the memory for them.
+            If there is not enough memory.
         """
         begin = max(first, self._first)
         due = max(0, last // self._every - (begin - 1) // self._every)
@@ -98,7 +98,7 @@ class Recorder:
         except (MemoryError, ValueError) as error:  # numpy has the one or the other
             raise ValueError(
                 f"there is no memory to record {len(self._positions)} variables at {due} points; "
-                f"record.variables or record.every of the scenario can ask for less"
+                f"record.variables or record.every of the scenario can reduce them"
             ) from error
         steps = self.each, len(self.each), begin - self._n_steps, self._steps
         return RecordBuffer(self._positions, self._first, self._every, self._points, self._table, *steps)
@@ -123,30 +123,30 @@ class Recorder:
             self._steps = grown
 
     def __getstate__(self) -> dict[str, object]:
-        """Return what another process gets of it: the rows that are used."""
+        """Return the state for another process: the used rows."""
         return self.__dict__ | {"_points": self.points, "_table": self.table, "_steps": self.steps}
 
     @property
-    def points(self) -> IntArray:
+    def points(self) -> Indices:
         """Communication points recorded so far."""
         return self._points[: self._rows]
 
     @property
     def table(self) -> Array:
-        """Values recorded so far, one row for each of `points`."""
+        """Values recorded so far, a row for each of `points`."""
         return self._table[: self._rows]
 
     @property
     def steps(self) -> Array:
-        """Values of what is kept at every point, one row for each from the first that is recorded."""
+        """Values recorded at every point, one row each from the first recorded point."""
         return self._steps[: self._n_steps]
 
     @property
     def reached(self) -> int:
-        """Last communication point seen, 0 if the run has not left settling."""
+        """Last communication point seen; 0 during settling."""
         return self._reached or 0
 
     @property
     def wall_time(self) -> float:
-        """Wall-clock time from point 0 to the last point seen, in s."""
+        """Wall-clock time from point 0 to the last point seen (s)."""
         return self._latest - self._began

@@ -1,7 +1,7 @@
-"""Signals over time with their labels: what a run recorded, as summaries, figures and files read it.
+"""Recorded signals over time with labels, for summaries, figures and files.
 
-`SignalTable` has what they read of an `xarray.Dataset`, under the same names. Importing xarray takes as long as a short
-run, so it is loaded only when a data set is asked for.
+`SignalTable` has the needed attributes of an `xarray.Dataset`, with the same names. Importing xarray takes as long as a
+short run, so it is loaded only when a data set is requested.
 """
 
 from __future__ import annotations
@@ -41,13 +41,13 @@ class Signals(Protocol):
 
 
 def variables_of(signals: Signals) -> list[str]:
-    """Return the names of all variables, those at every step included."""
+    """Return the names of all variables, including those at every step."""
     return list(signals.variables if isinstance(signals, SignalTable) else signals.data_vars)  # type: ignore[attr-defined]
 
 
 @dataclass(frozen=True)
 class Samples:
-    """Samples of one variable over a coordinate, shape (n,), with their attributes."""
+    """Samples of a variable over a coordinate, shape (n,), with their attributes."""
 
     values: NDArray[Any]
     attrs: Mapping[str, str]
@@ -58,7 +58,7 @@ class Samples:
 class SignalTable:
     """Variables and coordinates over the dimension `time`, by name, with attributes of the run.
 
-    Those of a thinned record that it has at every step are over `EACH_STEP`, their names end with `AT_STEPS`.
+    Variables that a decimated record has at every step are over `EACH_STEP`; their names end with `AT_STEPS`.
     """
 
     variables: Mapping[str, Samples]
@@ -77,7 +77,7 @@ class SignalTable:
         return name in self.variables or name in self.coordinates
 
     def to_dataset(self) -> xr.Dataset:
-        """Return the same as a data set of xarray, which shares the samples."""
+        """Return the same as an xarray data set, which shares the samples."""
         import xarray as xr
 
         data, coordinates = (

@@ -1,4 +1,4 @@
-"""Warnings of a run: outputs that FMUs declare as warnings, and whatever else they logged as one."""
+"""Warnings of a run: outputs that FMUs declare as warnings, and other logged warnings."""
 
 from __future__ import annotations
 
@@ -9,32 +9,32 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 
-from amb_cosim.cosim.basics.schedules import Array
 from amb_cosim.cosim.fmu.fmu_interface import Port
 from amb_cosim.cosim.record.signals import Signals
+from array_types import Array
 
 ATTRIBUTE = "warnings"  # of a data set
 
-# What the slaves of this project log: `at t = 0.0125 s: west.clipped_x: the demanded current is cut ..`.
+# What the slaves of this project log: `at t = 0.0125 s: west.clipped_x: the demanded current is limited ..`.
 _LOGGED = re.compile(r"(?:initialisation|at t = (?P<time>\S+) s): (?P<variable>\S+): (?P<sentence>.*)", re.DOTALL)
 
 
 @dataclass(frozen=True)
 class WarningRecord:
-    """A warning that a component gave.
+    """A warning of a component.
 
     Attributes
     ----------
     component, variable
-        Which output became true; `variable` is empty for any other text that an FMU logged as a warning.
+        Output that became true; `variable` is empty for other logged warnings.
     kind
-        The sentence as it was declared, without values and places: alike for all outputs that warn of the same.
+        The declared sentence without values and places: the same for all outputs with this warning.
     sentence
-        The sentence with the values that its variables had when it was logged.
+        The sentence with the values at the time of logging.
     first, last
-        When it was true for the first and for the last time (s); the first may lie before time 0, where a run settles.
+        First and last time at which it was true (s); the first may be before time 0, during settling.
     share
-        Share of the time from 0 on. `last` and `share` are None where the output was not recorded.
+        Share of the time from 0. `last` and `share` are None if the output was not recorded.
     """
 
     component: str
@@ -65,7 +65,7 @@ def of_component(
     start
         Time of the initialisation (s).
     times, recorded
-        Times of the samples (s), and samples of the variables that were recorded, by name.
+        Times of the samples (s), and samples of the recorded variables, by name.
     """
     logged: dict[str, tuple[float, str]] = {}
     others: list[WarningRecord] = []
@@ -87,7 +87,7 @@ def of_component(
 def _of_output(
     component: str, port: Port, logged: tuple[float, str] | None, times: Array, samples: Array | None
 ) -> WarningRecord | None:
-    """Return the warning of an output, or None if it was never true as far as is known."""
+    """Return the warning of an output, or None if it is not known to have been true."""
     true = times[:0] if samples is None else times[samples != 0.0]
     if logged is None and not len(true):
         return None
@@ -101,19 +101,19 @@ def _of_output(
 
 
 def _kind(port: Port) -> str:
-    """Return the sentence of an output without values, and without its place, `seal` of `seal.passed`."""
+    """Return the sentence of an output without values and without its place (`seal` of `seal.passed`)."""
     place, _, variable = port.name.partition(".")
     sentence = re.sub(r"\{[^}]*\}", "{}", port.warning)
     return re.sub(rf"\b{re.escape(place)}\b", "*", sentence, flags=re.IGNORECASE) if variable else sentence
 
 
 def to_json(warnings: Sequence[WarningRecord]) -> str:
-    """Return the text that `warnings_of` reads."""
+    """Return the text for `warnings_of`."""
     return json.dumps([asdict(warned) for warned in warnings])
 
 
 def warnings_of(dataset: Signals) -> list[WarningRecord]:
-    """Return the warnings of the run that a data set is about."""
+    """Return the warnings of a data set's run."""
     return [WarningRecord(**warned) for warned in json.loads(dataset.attrs.get(ATTRIBUTE, "[]"))]
 
 
@@ -132,14 +132,14 @@ def _sentence(alike: Sequence[WarningRecord]) -> str:
 
 
 def _when(alike: Sequence[WarningRecord]) -> str:
-    """Return from when until when, and how much of the time, in words."""
+    """Return begin, end and share of the time, in words."""
     starts = [warned.first for warned in alike if warned.first is not None]
     if not starts:
         return ""
     first, ends = min(starts), [warned.last for warned in alike if warned.last is not None]
     last = max(ends, default=None)
     if last is not None and last < 0.0:
-        return "; before time 0 only, while the run settled"
+        return "; only before time 0, during settling"
     begin = "before time 0" if first < 0.0 else f"{first:.4g} s"
     if last is None:
         return f"; first at {begin}" if first >= 0.0 else f"; first {begin}"

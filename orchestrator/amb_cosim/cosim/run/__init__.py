@@ -1,1 +1,1 @@
-"""One run of a plan: start, step, save, resume, isolate, label."""
+"""A run of a plan: start, step, save, resume, isolate, label."""

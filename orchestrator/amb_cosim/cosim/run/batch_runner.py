@@ -1,8 +1,8 @@
-"""Members of a batch: runs of one system that are stepped side by side, in threads of this process.
+"""Members of a batch: runs of one system, stepped side by side in threads of this process.
 
 All values are in one array, a row for each member: its master works in that row. The compiled loop steps members
-without the interpreter's lock, each with its own FMU instances, so that a member has the bits of a run alone, whatever
-the number of threads. FMUs with Python inside take the lock for each of their calls.
+without the interpreter's lock, each with its own FMU instances: a member gives the same bits as a single run, for any
+number of threads. FMUs that contain Python acquire the lock for each call.
 """
 
 from __future__ import annotations
@@ -19,12 +19,10 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from amb_cosim.cosim.basics.choices import Coupling
 from amb_cosim.cosim.basics.interruption import deferred
 from amb_cosim.cosim.basics.loop_library import load_members
-from amb_cosim.cosim.basics.schedules import Array, Changes, IntArray
+from amb_cosim.cosim.basics.schedules import Changes
 from amb_cosim.cosim.fmu.component import HeldState
 from amb_cosim.cosim.master.compiled import CALLS, WARNING, End, merged, structure_of
 from amb_cosim.cosim.master.instances import InstancePool
@@ -34,6 +32,7 @@ from amb_cosim.cosim.run.plan_session import Simulator
 from amb_cosim.cosim.system.assembly import Assembly
 from amb_cosim.cosim.system.experiment import Plan
 from amb_cosim.cosim.system.planning import cannot_settle, simulated_settling_notice
+from array_types import Array, Bools, Indices
 
 HeldStates = dict[int, tuple[int, Array, dict[str, HeldState]]]  # point, values, and states of the FMUs, by member
 
@@ -42,7 +41,7 @@ FIRST_BLOCK, BLOCK_TIME = 64, 0.05  # steps, s: an interruption waits for a bloc
 
 
 class States:
-    """States of all members, held in the memory of their FMUs until the object is dropped."""
+    """States of all members, held in the memory of their FMUs until the object is deleted."""
 
     def __init__(self, owner: BatchRunner, held: HeldStates, dropped: list[HeldStates]) -> None:
         self.owner, self.held = owner, held
@@ -50,27 +49,25 @@ class States:
 
 
 class BatchRunner:
-    """Members, each brought to point 0 of its plan.
+    """A batch of members, each at point 0 of its plan.
 
     Parameters
     ----------
     assembly
-        The FMUs, of which each member has instances of its own.
+        The FMUs; each member has its own instances.
     plans
-        One for each member; they have the same signals.
-    coupling
-        In place of the system's.
+        One plan per member, with the same signals.
     threads
-        That step members; one a processor by default.
+        Number of threads; by default one per processor.
 
     Attributes
     ----------
     values
-        Of all signals, shape (members, signals); rows are those of the masters themselves.
+        Values of all signals, shape (members, signals); the rows are the masters' memory.
     points
-        Communication points at which members are: what happens there has not happened yet.
+        Communication points of the members; changes at these points are still to come.
     failed
-        Which members did not complete a step, and rest until they are restored.
+        Members that did not complete a step, and stop until they are restored.
 
     Raises
     ------
@@ -80,25 +77,23 @@ class BatchRunner:
         If an FMU cannot be loaded, refuses to start, or fails before point 0.
     """
 
-    def __init__(
-        self, assembly: Assembly, plans: Sequence[Plan], coupling: Coupling | None = None, threads: int | None = None
-    ) -> None:
+    def __init__(self, assembly: Assembly, plans: Sequence[Plan], threads: int | None = None) -> None:
         advance = load_members()
         if advance is None:
             raise ValueError("there is no compiled loop for this machine, and no compiler to make it")
         unable = [name for name, interface in assembly.interfaces.items() if not interface.saves_state]
         if unable:
             raise ValueError(f"no batch is possible with {', '.join(unable)}: an FMU must have canGetAndSetFMUstate")
-        if (coupling or plans[0].system.coupling) == "iterative":
+        if plans[0].system.coupling == "iterative":
             raise ValueError("no batch is possible in iterative coupling")
         if plans[0].system.transformed:
-            raise ValueError("no batch is possible where a connection transforms its value")
+            raise ValueError("no batch is possible with a connection that transforms its value")
         self._advance = advance
         self.names = assembly.wiring(plans[0].inputs, plans[0].recorded).wiring.names
         n = len(plans)
         self.values: Array = np.zeros((n, len(self.names)))
-        self.points: IntArray = np.zeros(n, np.intp)
-        self.failed: NDArray[np.bool_] = np.zeros(n, np.bool_)
+        self.points: Indices = np.zeros(n, np.intp)
+        self.failed: Bools = np.zeros(n, np.bool_)
         self._ends = (End * n)()
         of_ends = np.ctypeslib.as_array(cast(self._ends, POINTER(c_ssize_t)), (n, len(End._fields_)))
         self._status = of_ends[:, [field[0] for field in End._fields_].index("status")]
@@ -107,7 +102,7 @@ class BatchRunner:
         self._kept: list[Any] = []  # what C structures point to
         self._dropped: list[HeldStates] = []  # which nobody can restore; a finaliser may run in any thread
         try:
-            self._runs = self._started(assembly, plans, coupling)
+            self._runs = self._started(assembly, plans)
             self._programs = self._pointers([run.program() for run in self._runs])
             self._changes = self._pointers([structure_of(self._changes_of(run)) for run in self._runs])
             self.start = self.save()
@@ -116,8 +111,8 @@ class BatchRunner:
             raise
         self._pool = self._stack.enter_context(ThreadPoolExecutor(self._threads)) if self._threads > 1 else None
 
-    def _started(self, assembly: Assembly, plans: Sequence[Plan], coupling: Coupling | None) -> list[Simulator]:
-        """Return members at point 0; those with the plan of another go on from its state."""
+    def _started(self, assembly: Assembly, plans: Sequence[Plan]) -> list[Simulator]:
+        """Return members at point 0; those with equal plans start from one state."""
         runs: list[Simulator] = []
         first: list[tuple[Plan, Checkpoint, str]] = []
         serialises = all(interface.serialises_state for interface in assembly.interfaces.values())
@@ -126,22 +121,20 @@ class BatchRunner:
             self._stack.callback(instances.close)
             alike = next(((state, notice) for available, state, notice in first if available == plan), None)
             if alike is not None:
-                run = Simulator(assembly, plan, coupling, "compiled", instances, alike[1], row)
+                run = Simulator(assembly, plan, "compiled", instances, alike[1], row)
                 run.resume(alike[0])
             else:
-                run = self._settled(assembly, plan, coupling, instances, row)
+                run = self._settled(assembly, plan, instances, row)
                 if serialises:
                     first.append((plan, run.checkpoint(0), run.notice))
             runs.append(run)
         return runs
 
     @staticmethod
-    def _settled(
-        assembly: Assembly, plan: Plan, coupling: Coupling | None, instances: InstancePool, row: Array
-    ) -> Simulator:
+    def _settled(assembly: Assembly, plan: Plan, instances: InstancePool, row: Array) -> Simulator:
         def run(notice: str) -> Simulator:
             row[:] = 0.0
-            simulator = Simulator(assembly, plan, coupling, "compiled", instances, notice, row)
+            simulator = Simulator(assembly, plan, "compiled", instances, notice, row)
             simulator.initialise()
             simulator.advance(simulator.settle(), 0)
             return simulator
@@ -162,12 +155,12 @@ class BatchRunner:
         return (c_void_p * len(structures))(*(cast(pointer(item), c_void_p) for item in structures))
 
     def step(self, steps: int) -> None:
-        """Step all members that have not failed by so many communication steps.
+        """Advance all members that have not failed by a number of communication steps.
 
         Raises
         ------
         KeyboardInterrupt
-            If a signal came; all members are then at the same, earlier point.
+            If a signal was received; all members are then at the same, earlier point.
         """
         n, shares = len(self.points), SHARES * self._threads if self._pool else 1
         bounds = [k * n // shares for k in range(shares + 1)]
@@ -189,7 +182,7 @@ class BatchRunner:
         self._advance(self._programs, self._changes, points, rests, *bounds, byref(c_bool(False)), self._ends)
 
     def reason(self, member: int) -> str:
-        """Return why a member failed; empty where it did not."""
+        """Return the cause of a member's failure; empty if it did not fail."""
         if not self.failed[member]:
             return ""
         end, run = self._ends[member], self._runs[member]
@@ -207,7 +200,7 @@ class BatchRunner:
         return States(self, held, self._dropped)
 
     def restore(self, states: States, members: Sequence[int]) -> None:
-        """Bring members back to states that `save` returned.
+        """Restore states that `save` returned.
 
         Raises
         ------
@@ -215,7 +208,7 @@ class BatchRunner:
             If the states are not of these members.
         """
         if not isinstance(states, States) or states.owner is not self:
-            raise ValueError("these are no states of this batch; restore takes what save returned")
+            raise ValueError("these are not states of this batch; pass the result of save to restore")
         for i in members:
             self.points[i], self.values[i], held = states.held[i]
             for component in self._runs[i].components:
@@ -223,7 +216,7 @@ class BatchRunner:
             self.failed[i], self._status[i] = False, 0
 
     def free_dropped(self) -> None:
-        """Free the states that nobody can restore any more."""
+        """Free the states that can no longer be restored."""
         while self._dropped:
             for i, (_, _, held) in self._dropped.pop().items():
                 for component in self._runs[i].components:

@@ -1,8 +1,8 @@
-"""The state of a run before a communication point, from which it, or another with the same past, goes on.
+"""The state of a run before a communication point, from which this run, or another with the same past, can continue.
 
-In a file it is an archive of numpy (`.npz`): `head`, JSON text with the version of the form, the point, the past and
-names; `signals`, `points`, `table`; the states of the FMUs, `state_0` and so on, as they serialise them; and
-`checksum`, the SHA-256 of all other arrays with their names, types and shapes.
+Its file is a NumPy archive (`.npz`): `head`, JSON text with the format version, the point, the past and names;
+`signals`, `points`, `table`; the states of the FMUs, `state_0` and so on, serialised; and `checksum`, the SHA-256 of
+all other arrays with their names, types and shapes.
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ from typing import Any
 
 import numpy as np
 
-from amb_cosim.cosim.basics.differences import told_differences
-from amb_cosim.cosim.basics.schedules import Array, IntArray
+from amb_cosim.cosim.basics.differences import list_differences
 from amb_cosim.cosim.fmu.component import FmuState
 from amb_files.atomic import write_atomically
+from array_types import Array, Indices
 
 VERSION, MOST_VERSION = 2, 1000
 HEAD = ("point", "step_size", "past", "notice", "names", "recorded", "recorded_each", "since", "components", "warnings")
@@ -28,26 +28,26 @@ HEAD = ("point", "step_size", "past", "notice", "names", "recorded", "recorded_e
 
 @dataclass(frozen=True)
 class Checkpoint:
-    """The state of a run before communication point `point`: what happens at that point has not happened yet.
+    """The state of a run before communication point `point`: changes at that point are still to come.
 
     Attributes
     ----------
     point, step_size
         The communication point, and the communication step (s).
     past
-        What decided the state; see `past`.
+        What determined the state; see `past`.
     notice
-        Why the motion before point 0 was simulated, where it might have been solved for.
+        Reason why the motion before point 0 was simulated instead of solved for.
     signals, scales
-        Values of all signals by name, and what iterative coupling keeps.
+        Values of all signals by name, and the memory of iterative coupling.
     recorded, points, table
-        Names of the variables that were recorded, communication points, and a row of values for each.
+        Names of the recorded variables, communication points, and a row of values for each.
     recorded_each, steps
-        Names of those that were recorded at every point where others were not, and a row of values for each.
+        Names of variables recorded at every point of a decimated record, and a row of values for each.
     since
-        For each condition that ends the run, since which point it has been met without a break.
+        For each stop condition, the point since which it has been met without a break.
     states, warnings
-        Of each component: its state, and what it logged as warnings.
+        State and logged warnings of each component.
     """
 
     point: int
@@ -57,7 +57,7 @@ class Checkpoint:
     signals: Mapping[str, float]
     scales: Array
     recorded: tuple[str, ...]
-    points: IntArray
+    points: Indices
     table: Array
     recorded_each: tuple[str, ...]
     steps: Array
@@ -72,24 +72,24 @@ class Checkpoint:
 
     @property
     def is_held(self) -> bool:
-        """Whether the states lie in the memory of living FMUs."""
+        """Whether the states are in the memory of loaded FMUs."""
         return not all(isinstance(state, bytes) for state in self.states.values())
 
     def check_past(self, past: Mapping[str, Any]) -> None:
-        """Raise ValueError, with what differs, unless this is the past of the run that is to go on."""
-        if self.past != past and (message := told_differences(self.past, past)):
-            raise ValueError(f"the checkpoint at t = {self.time:.9g} s is of another run; until then it had\n{message}")
+        """Raise ValueError, with the differences, unless this is the past of the run to continue."""
+        if self.past != past and (message := list_differences(self.past, past)):
+            raise ValueError(f"the checkpoint at t = {self.time:.9g} s is of another run, which had\n{message}")
 
     def save(self, path: str | Path) -> Path:
-        """Write the checkpoint to a file, which appears whole or not at all, and return its path.
+        """Write the checkpoint to a file, which appears completely or not at all, and return its path.
 
         Raises
         ------
         ValueError
-            If the states are only held in the memory of living FMUs.
+            If the states are held only in the memory of loaded FMUs.
         """
         if self.is_held:
-            raise ValueError("the state cannot be written; it lies in the memory of its FMUs")
+            raise ValueError("the state cannot be written, because it is in the memory of its FMUs")
         head = {
             "version": VERSION,
             **{name: getattr(self, name) for name in HEAD if hasattr(self, name)},
@@ -123,7 +123,7 @@ class Checkpoint:
         Raises
         ------
         ValueError
-            If there is none, it is damaged or changed, or of another version.
+            If there is none, or it is damaged, changed, or of another version.
         """
         if not Path(path).is_file():
             raise ValueError(f"no checkpoint {path}; it must be a file that --save-at wrote")
@@ -139,9 +139,9 @@ class Checkpoint:
                 raise ValueError("version")
         except Exception as error:  # numpy, zipfile and json have each their own
             raise ValueError(
-                f"{path} is no checkpoint, or damaged; it must be a file that --save-at wrote, unchanged"
+                f"{path} is not a checkpoint, or is damaged; it must be an unchanged file from --save-at"
             ) from error
-        raise ValueError(f"{path} is a checkpoint of form {version}; it must be {VERSION}, as this version writes it")
+        raise ValueError(f"{path} is a checkpoint of format {version}; it must be {VERSION}, as this version writes it")
 
     @classmethod
     def _read(cls, head: Mapping[str, Any], arrays: Mapping[str, Any]) -> Checkpoint:
@@ -164,7 +164,7 @@ class Checkpoint:
 
 
 def _read_arrays(path: Path) -> dict[str, Any]:
-    """Return the arrays of an archive by name; one whose content is larger than its file was not written here."""
+    """Return the arrays of an archive by name; contents larger than the file are refused."""
     with zipfile.ZipFile(path) as archive:
         if sum(entry.file_size for entry in archive.infolist()) > path.stat().st_size:
             raise ValueError("size")

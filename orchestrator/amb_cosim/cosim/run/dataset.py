@@ -1,4 +1,4 @@
-"""A run that ended, and the labels of what it recorded: units, descriptions, and the origin of everything."""
+"""A finished run with labelled signals: units, descriptions, and origin."""
 
 from __future__ import annotations
 
@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from amb_cosim.cosim.basics.schedules import Array
 from amb_cosim.cosim.basics.time_grid import nearest_point
 from amb_cosim.cosim.fmu.fmu_interface import Port
 from amb_cosim.cosim.record import warnings
@@ -26,6 +25,7 @@ from amb_cosim.cosim.system.experiment import port_of
 from amb_cosim.cosim.system.tables import moment_of
 from amb_cosim.cosim.system.values import Raw
 from amb_files.atomic import write_atomically
+from array_types import Array
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -36,14 +36,14 @@ _WIDE_DTYPES = {"UInt32": np.int64, "Int64": np.int64, "UInt64": np.uint64}  # b
 
 
 class Run:
-    """What a run recorded, and how it ended.
+    """Recorded signals and outcome of a run.
 
     Attributes
     ----------
     outcome
         `status` (completed, stopped, failed, interrupted), `time` (s), `component`, `reason`.
     checkpoints
-        States that `save_at` asked for, by communication point; see `checkpoint`.
+        States saved by `save_at`, by communication point; see `checkpoint`.
     """
 
     def __init__(
@@ -58,7 +58,7 @@ class Run:
 
     @property
     def signals(self) -> Signals:
-        """Every recorded variable, as the data set has it, without an import of xarray."""
+        """Every recorded variable, as in the data set, without importing xarray."""
         return self._recorded
 
     @property
@@ -69,12 +69,12 @@ class Run:
         return self._recorded
 
     def checkpoint(self, moment: Raw | None = None) -> Checkpoint:
-        """Return the state that the run had at a moment that `save_at` named, or at the only one.
+        """Return the state of the run at a time of `save_at`, by default at the only one.
 
         Raises
         ------
         ValueError
-            If no state of that moment was saved.
+            If no state was saved at this time.
         """
         if moment is None and len(self.checkpoints) == 1:
             return next(iter(self.checkpoints.values()))
@@ -83,25 +83,25 @@ class Run:
         if n in self.checkpoints:
             return self.checkpoints[n]
         saved = [f"{n * h:.9g} s" for n in self.checkpoints]
-        message = f"there are {', '.join(saved)}" if saved else "run with save_at saves some, as far as the run comes"
+        message = f"there are {', '.join(saved)}" if saved else "run with save_at saves them, as far as the run gets"
         raise ValueError(f"there is no checkpoint at {'one moment' if moment is None else moment}; {message}")
 
     def _save(self, path: Path) -> None:
-        """Write what was recorded as NetCDF."""
+        """Write the recorded signals as NetCDF."""
         save(self._recorded, path)
 
 
 def _flags(port: Port) -> dict[str, Any]:
-    """Return the names of an Enumeration's values as the CF conventions have them."""
+    """Return the names of an Enumeration's values in the form of the CF conventions."""
     if not port.items:
         return {}
     return {"flag_values": np.array([*port.items.values()], np.int32), "flag_meanings": " ".join(port.items)}
 
 
 def to_signals(recording: Recording) -> SignalTable:
-    """Return everything that a run recorded with its labels, over `time` (s).
+    """Return all recorded signals of a run with labels, over `time` (s).
 
-    Structured attributes (parameters, versions, ...) are JSON texts, so that NetCDF can hold them.
+    Structured attributes (parameters, versions, ...) are JSON texts, which NetCDF can store.
     """
     plan, recorder, outcome = recording.plan, recording.recorder, recording.outcome
     variables = {}
@@ -146,12 +146,12 @@ def to_signals(recording: Recording) -> SignalTable:
 
 
 def steps_of(recording: Recording) -> dict[str, Array]:
-    """Return by name what a thinned record has of every step."""
+    """Return, by name, the variables that a decimated record has at every step."""
     return dict(zip(recording.plan.recorded_each, recording.recorder.steps.T, strict=True))
 
 
 def step_times(recording: Recording) -> dict[str, Samples]:
-    """Return the times of all steps as a coordinate, where a thinned record has something of them."""
+    """Return the times of all steps as a coordinate, if a decimated record has variables at every step."""
     plan, steps = recording.plan, recording.recorder.steps
     if not plan.recorded_each:
         return {}
@@ -160,7 +160,7 @@ def step_times(recording: Recording) -> dict[str, Samples]:
 
 
 def _warnings(recording: Recording, times: Array) -> list[warnings.WarningRecord]:
-    """Return the warnings of all components, after those on events that are done in part only."""
+    """Return the warnings of all components, after those on partial events."""
     plan, columns = recording.plan, dict(zip(recording.plan.recorded, recording.recorder.table.T, strict=True))
     partial = [
         warnings.WarningRecord("events", "", message, message, first=time) for time, message in plan.partial_events

@@ -1,7 +1,7 @@
-"""Runs FMUs in a process of their own: a crash or a hang of theirs is an error here, and no end of this process.
+"""Runs FMUs in a separate process: a crash or hang of an FMU is an error here and does not end this process.
 
-What FMUs start there ends with the run: on Linux all of it, unless the process itself crashes, and then, as on other
-systems, what has stayed in its group. It is no sandbox: the FMUs may do there what the user may.
+Processes started by FMUs end with the run: on Linux all of them; after a crash of the process, and on other systems,
+those that stayed in its group. This is not a sandbox: the FMUs have the user's permissions.
 """
 
 from __future__ import annotations
@@ -16,19 +16,17 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import IO, Any
 
-from amb_cosim.cosim.basics.choices import Coupling, Loop
 from amb_cosim.cosim.basics.descendants import end_descendants
 from amb_cosim.cosim.basics.errors import ProcessFailed
 from amb_cosim.cosim.basics.interruption import deferred
-from amb_cosim.cosim.run.checkpoint import Checkpoint
+from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.cosim.run.recording import Recording
-from amb_cosim.cosim.run.saving import Saves
 from amb_cosim.cosim.system.assembly import Assembly
 from amb_cosim.cosim.system.experiment import Plan
 
@@ -44,21 +42,13 @@ PROGRESS, RECORDING, ERROR, END = range(4)  # kinds of messages
 Messages = queue.SimpleQueue[tuple[Any, ...]]
 
 
-def run_isolated(
-    assembly: Assembly,
-    plan: Plan,
-    progress: Callable[[int, int], None] | None,
-    loop: Loop,
-    coupling: Coupling | None,
-    start: Checkpoint | None,
-    saves: Saves,
-) -> Recording:
-    """Run a plan in a process of its own; see `cosim.simulation.run_plan` for arguments, result and errors.
+def run_isolated(assembly: Assembly, plan: Plan, options: RunOptions) -> Recording:
+    """Run a plan in a separate process; see `run_plan` for result and errors.
 
-    An interruption ends the run there at a safe moment, and a second one the process.
+    An interruption ends the run at a safe moment; a second one ends the process.
     """
-    request = assembly, plan, loop, coupling, start, saves
-    with deferred() as interruption, own_process("run.isolation_process", request) as process:
+    request = assembly, plan, replace(options, isolated=False, instances=None, progress=None)
+    with deferred() as interruption, child_process("run.isolation_process", request) as process:
         messages = messages_of(process)
         message, tell_at, latest = False, math.inf, time.monotonic()
         while True:
@@ -66,7 +56,7 @@ def run_isolated(
                 process.terminate()
                 message, tell_at = True, time.monotonic() + NOTICE_DELAY
             if time.monotonic() > tell_at:
-                log.warning("waiting for a step of %s to end; a second Ctrl-C ends it at once", _who(assembly))
+                log.warning("waiting for the end of a step of %s; a second Ctrl-C ends it at once", _who(assembly))
                 tell_at = math.inf
             has_ended = has_process_ended(process)
             try:
@@ -78,7 +68,7 @@ def run_isolated(
                 elif time.monotonic() > latest + LONGEST_SILENCE:
                     raise ProcessFailed(
                         f"{_who(assembly)} did not complete a step within {LONGEST_SILENCE:g} s, and the process was "
-                        "ended; nothing was recorded (--no-isolated waits for ever)"
+                        f"ended; nothing was recorded (--no-isolated sets no limit)"
                     ) from None
                 else:
                     continue
@@ -92,12 +82,12 @@ def run_isolated(
                 raise ProcessFailed(
                     f"the process of {_who(assembly)} {how_it_ended(process.wait())}; nothing was recorded"
                 )
-            if progress is not None:
-                progress(*content)
+            if options.progress is not None:
+                options.progress(*content)
 
 
 def _closed(process: subprocess.Popen[bytes]) -> str:
-    """Wait until a process that has sent its record has closed its FMUs; say what went wrong with that, if anything."""
+    """Wait until a process that has sent its record has closed its FMUs; return what went wrong, if anything."""
     try:
         code = process.wait(CLOSE_TIME)
     except subprocess.TimeoutExpired:
@@ -106,18 +96,18 @@ def _closed(process: subprocess.Popen[bytes]) -> str:
 
 
 def _with_warning(recording: Recording, assembly: Assembly, wrong: str) -> Recording:
-    """Return a recording with what went wrong after it, as a warning of the components that may have done it."""
+    """Return a recording with the subsequent error as a warning of the components that may have caused it."""
     if not wrong:
         return recording
-    text = f"the process of {_who(assembly)} {wrong}, as they were terminated and freed; the record is whole"
+    text = f"the process of {_who(assembly)} {wrong}, when the FMUs were terminated and freed; the record is complete"
     first = next(iter(assembly.from_elsewhere or assembly.fmus))
     said = {**recording.warnings, first: [*recording.warnings.get(first, []), text]}
     return replace(recording, warnings=said)
 
 
 @contextmanager
-def own_process(module: str, given: tuple[Any, ...]) -> Iterator[subprocess.Popen[bytes]]:
-    """Start a process that runs a module beside this with what is given; afterwards it is gone in any case."""
+def child_process(module: str, given: tuple[Any, ...]) -> Iterator[subprocess.Popen[bytes]]:
+    """Start a process that runs a neighbouring module with some input; it is ended afterwards in any case."""
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(str(Path(entry).absolute()) for entry in sys.path)}
     process = subprocess.Popen(
         [sys.executable, "-P", "-m", f"amb_cosim.cosim.{module}"],
@@ -141,7 +131,7 @@ def own_process(module: str, given: tuple[Any, ...]) -> Iterator[subprocess.Pope
 
 
 def end_group(process: subprocess.Popen[bytes]) -> None:
-    """End a process, which leads a group, with all that it has started."""
+    """End a process, which leads a group, with all its descendants."""
     end_descendants(process.pid)
     if sys.platform != "win32":
         with suppress(OSError):
@@ -149,7 +139,7 @@ def end_group(process: subprocess.Popen[bytes]) -> None:
 
 
 def has_process_ended(process: subprocess.Popen[bytes]) -> bool:
-    """Return whether a process has ended; its number stays its own, for its group."""
+    """Return whether a process has ended, without releasing its ID, which names its group."""
     if sys.platform == "win32":
         return process.poll() is not None
     try:
@@ -159,9 +149,9 @@ def has_process_ended(process: subprocess.Popen[bytes]) -> bool:
 
 
 def messages_of(process: subprocess.Popen[bytes]) -> Messages:
-    """Return what the process says as it says it; the last message is `END`.
+    """Yield the messages of the process as they arrive; the last is `END`.
 
-    The thread that reads closes what it reads: that may be kept open by what an FMU has started, in a group of its own.
+    The reading thread closes the pipe, which a process started by an FMU, in its own group, may keep open.
     """
     messages: Messages = queue.SimpleQueue()
 
@@ -188,7 +178,7 @@ def _who(assembly: Assembly) -> str:
 
 
 def how_it_ended(code: int) -> str:
-    """In words how a process ended."""
+    """Return in words how a process ended."""
     if code >= 0:
         return f"ended with exit code {code}"
     with suppress(ValueError):

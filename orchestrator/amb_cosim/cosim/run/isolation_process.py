@@ -7,6 +7,7 @@ import pickle
 import signal
 import sys
 import threading
+from dataclasses import replace
 from typing import Any
 
 from amb_cosim.cosim.basics.descendants import adopt_orphans, continue_without_parent, end_descendants
@@ -19,11 +20,11 @@ SHARE_OF_MEMORY = 0.75  # of this machine's, that FMUs may have
 
 
 def main() -> None:
-    """Answer with progress, and with the recording or the error that `run_plan` raises."""
+    """Send progress, and the recording or the error of `run_plan`."""
     with os.fdopen(os.dup(1), "wb") as answers:
         os.dup2(2, 1)  # what FMUs print does not go among the answers
         signal.signal(signal.SIGTERM, signal.default_int_handler)  # a run puts it off to a safe moment
-        assembly, plan, loop, coupling, start, saves = pickle.load(sys.stdin.buffer)
+        assembly, plan, options = pickle.load(sys.stdin.buffer)
         end_with_parent()
         memory = limit_memory()
 
@@ -32,19 +33,9 @@ def main() -> None:
             answers.flush()
 
         instances = InstancePool()
-
+        options = replace(options, instances=instances, progress=lambda *steps: answer(PROGRESS, *steps))
         try:
-            recording = run_plan(
-                assembly,
-                plan,
-                lambda *steps: answer(PROGRESS, *steps),
-                loop,
-                coupling,
-                isolated=False,
-                instances=instances,
-                start=start,
-                saves=saves,
-            )
+            recording = run_plan(assembly, plan, options)
             answer(RECORDING, recording)
             instances.close()  # an FMU that crashes as it is closed takes no record with it
         except MemoryError:
@@ -60,7 +51,7 @@ def main() -> None:
 
 
 def limit_memory() -> float:
-    """Limit this process to a share of the memory, where the system can; return the limit in bytes."""
+    """Limit this process to a share of the memory, if the system supports it; return the limit in bytes."""
     if sys.platform == "win32":
         return float("inf")
     import resource
@@ -74,7 +65,7 @@ def limit_memory() -> float:
 
 
 def end_with_parent() -> None:
-    """Have a thread end this process, with all that it starts, when its parent has ended."""
+    """Start a thread that ends this process, with all its descendants, when its parent has ended."""
     adopt_orphans()
     continue_without_parent()
     threading.Thread(target=_wait_and_end, daemon=True).start()

@@ -1,4 +1,4 @@
-"""A plan with living FMUs and its record: started or resumed, run from point to point, its state saved."""
+"""A plan with loaded FMUs and its record: started or resumed, run from point to point, saved."""
 
 from __future__ import annotations
 
@@ -9,9 +9,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from amb_cosim.cosim.basics.choices import Coupling, Loop
+from amb_cosim.cosim.basics.choices import Loop
 from amb_cosim.cosim.basics.loop_library import load_loop
-from amb_cosim.cosim.basics.schedules import Array
 from amb_cosim.cosim.fmu.component import FmuComponent, FmuState
 from amb_cosim.cosim.master import compiled
 from amb_cosim.cosim.master.instances import InstancePool
@@ -23,6 +22,7 @@ from amb_cosim.cosim.run.state_fingerprint import name_of, state_fingerprint
 from amb_cosim.cosim.system.assembly import Assembly
 from amb_cosim.cosim.system.experiment import Plan
 from amb_cosim.cosim.system.stopping import StopObserver
+from array_types import Array
 
 
 class Simulator:
@@ -31,29 +31,28 @@ class Simulator:
     Parameters
     ----------
     assembly, plan
-        What is run.
-    coupling, loop
-        In place of the system's coupling; `compiled` or `plain`.
+        The FMUs and the plan to run.
+    loop
+        `compiled` or `plain`.
     instances
-        The living FMUs, loaded where they are missing.
+        The loaded FMUs; missing ones are loaded.
     notice
-        Why the motion before point 0 is simulated, where it might have been solved for.
+        Reason why the motion before point 0 is simulated instead of solved for.
     values
-        Array for the values of all signals, all zero, where it is part of another.
+        Zero array for the values of all signals, if it is part of another array.
 
     Raises
     ------
     FmuError
         If an FMU cannot be loaded or refuses a start value.
     ValueError
-        If the coupling is iterative, and an FMU cannot save its state.
+        If the coupling is iterative and an FMU cannot save its state.
     """
 
     def __init__(
         self,
         assembly: Assembly,
         plan: Plan,
-        coupling: Coupling | None,
         loop: Loop,
         instances: InstancePool,
         notice: str = "",
@@ -62,13 +61,12 @@ class Simulator:
         self.assembly, self._asked = assembly, plan
         self.notice = notice
         self.plan = with_simulated_settling(plan, notice) if notice else plan
-        self.coupling = coupling or plan.system.coupling
-        if self.coupling == "iterative":
+        coupling = plan.system.coupling
+        if coupling == "iterative":
             _check_states(assembly)
         transformed = plan.system.transformed
-        self._is_compiled = (
-            not transformed and loop == "compiled" and self.coupling != "iterative" and load_loop() is not None
-        )
+        explicit = not transformed and coupling != "iterative"
+        self._is_compiled = explicit and loop == "compiled" and load_loop() is not None
         self.layout = assembly.wiring(plan.inputs, plan.recorded)
         wiring = self.layout.wiring
         self._instances = instances
@@ -90,7 +88,7 @@ class Simulator:
             if transformed.keys() & set(names):
                 component.transform([transformed.get(name, (1.0, 0.0)) for name in names])
         values = instances.values(wiring.names) if values is None else values
-        self.master = Master(self.components, wiring, plan.step_size, self.coupling, values=values)
+        self.master = Master(self.components, wiring, plan.step_size, coupling, values=values)
         recorded, each = ([self._at[name] for name in names] for names in (plan.recorded, plan.recorded_each))
         self.recorder = Recorder(recorded, plan.record_from, plan.record_every, each)
         self.schedules = plan.schedules(wiring.names)
@@ -99,7 +97,7 @@ class Simulator:
 
     @property
     def grid(self) -> int:
-        """Number of steps between points at which every component has done its step."""
+        """Number of steps between points at which every component has completed its step."""
         return math.lcm(*(component.every for component in self.components))
 
     def initialise(self) -> int:
@@ -108,14 +106,14 @@ class Simulator:
         return self.plan.begin
 
     def settle(self) -> int:
-        """Settle, from where the run begins, and return the point at which it goes on.
+        """Settle from the beginning of the run, and return the point from which it continues.
 
         Raises
         ------
         CannotSettle
             If the settled motion cannot be solved for.
         StepFailed
-            If a step fails on the way.
+            If a step fails.
         """
         plan = self.plan
         if plan.settling == "simulated":
@@ -153,7 +151,7 @@ class Simulator:
         return self._instances.program(self.master, self._stops, self.recorder.each)
 
     def checkpoint(self, point: int, held: bool = False) -> Checkpoint:
-        """Return the state before a point that the run has come to, serialised, or held in the memory of the FMUs."""
+        """Return the state before the present point, serialised or held in the memory of the FMUs."""
         plan = self.plan
 
         def state(component: FmuComponent) -> FmuState:
@@ -162,7 +160,7 @@ class Simulator:
         return Checkpoint(
             point=point,
             step_size=plan.step_size,
-            past=state_fingerprint(self.assembly, self._asked, self.coupling, point),
+            past=state_fingerprint(self.assembly, self._asked, point),
             notice=self.notice,
             signals=dict(zip(self._at, self.master.values.tolist(), strict=True)),
             scales=self.master.scales,
@@ -177,24 +175,24 @@ class Simulator:
         )
 
     def resume(self, start: Checkpoint) -> int:
-        """Bring a run that has not begun to a checkpoint, and return its point.
+        """Bring a new run to a checkpoint, and return its point.
 
-        Whoever gives a state that is held has compared the past. FMUs of this project take a state without having been
-        initialised.
+        The caller must have compared the past of a held state. FMUs of this project accept a state without
+        initialisation.
 
         Raises
         ------
         ValueError
-            If the checkpoint is of a run with another past, ends after this one, or lacks what is recorded.
+            If the checkpoint has another past, is later than the end of this run, or lacks recorded variables.
         FmuError
-            If an FMU does not take its state.
+            If an FMU does not accept its state.
         """
         plan = self.plan
         if start.point > plan.last:
             end = plan.last * plan.step_size
             raise ValueError(f"the run ends at {end:.9g} s, before the checkpoint at t = {start.time:.9g} s")
         if not start.is_held:
-            start.check_past(state_fingerprint(self.assembly, self._asked, self.coupling, start.point))
+            start.check_past(state_fingerprint(self.assembly, self._asked, start.point))
         if not start.is_held or any(fmu.layout is None for fmu in self.assembly.fmus.values()):
             self.initialise()
         for component in self.components:
@@ -211,14 +209,14 @@ class Simulator:
 
 
 def _columns(recorded: Sequence[str], table: Array, wanted: Sequence[str], plan: Plan) -> Array:
-    """Return what a checkpoint has recorded, column by column as the run of a plan records.
+    """Return the record of a checkpoint, with the columns of a plan's record.
 
-    An input that only this run has was at its first value until then.
+    An input that only this run has kept its initial value until then.
     """
     columns = dict(zip(recorded, table.T, strict=True))
     missing = [name for name in wanted if name not in columns and name not in plan.inputs]
     if missing:
-        raise ValueError(f"the checkpoint has no record of {missing[0]}; it must have been recorded until then")
+        raise ValueError(f"the checkpoint has no record of {missing[0]}; it must be recorded up to the checkpoint")
     result = np.empty((len(table), len(wanted)))
     for k, name in enumerate(wanted):
         result[:, k] = columns[name] if name in columns else plan.inputs[name]
@@ -226,7 +224,7 @@ def _columns(recorded: Sequence[str], table: Array, wanted: Sequence[str], plan:
 
 
 def with_simulated_settling(plan: Plan, notice: str) -> Plan:
-    """Return a plan whose motion before point 0 is simulated; the notice says why."""
+    """Return a plan whose motion before point 0 is simulated; the notice gives the reason."""
     return replace(plan, settling="simulated", notices=(*plan.notices, notice))
 
 
@@ -235,6 +233,6 @@ def _check_states(assembly: Assembly) -> None:
     unable = [name for name, interface in assembly.interfaces.items() if not interface.saves_state]
     if unable:
         raise ValueError(
-            f"coupling = 'iterative' is not allowed with {', '.join(unable)}: it repeats steps, and an FMU cannot save "
-            "and restore its state there (canGetAndSetFMUstate)"
+            f"coupling = 'iterative' is not allowed with {', '.join(unable)}: it repeats steps, and an FMU there "
+            f"cannot save and restore its state (canGetAndSetFMUstate)"
         )

@@ -1,4 +1,4 @@
-"""What a run leaves behind: how it ended, and what it recorded until then."""
+"""Result of a run: its outcome and its record."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ class Outcome:
     status
         `completed`; `stopped` by one of its own conditions; `failed` in a component; `interrupted` by the user.
     time
-        Time that was reached (s).
+        Reached time (s).
     component
-        The component that failed.
+        The failed component.
     reason
-        The condition that was met, or what the component said; empty for a completed run.
+        The met condition, or the message of the component; empty for a completed run.
     """
 
     status: Status
@@ -37,14 +37,14 @@ class Outcome:
 
     @property
     def failure(self) -> str | None:
-        """One sentence on what ended the run before its time against its plan; None where nothing did."""
+        """A sentence on the cause of an unplanned early end; None without one."""
         if self.status == "failed":
             return f"{self.component} failed at t = {self.time:.9g} s: {self.reason}"
         return f"interrupted at t = {self.time:.9g} s" if self.status == "interrupted" else None
 
     @property
     def stopped(self) -> str | None:
-        """The condition that ended the run, and when; None where none did."""
+        """The condition that ended the run, and its time; None if there is none."""
         return f"{self.reason}, at t = {self.time:.9g} s" if self.status == "stopped" else None
 
     def __str__(self) -> str:
@@ -53,9 +53,9 @@ class Outcome:
 
 @dataclass(frozen=True)
 class Recording:
-    """What a run recorded, as far as it came; `warnings` are what each component logged as such.
+    """Record of a run up to its end; `warnings` are the logged warnings of each component.
 
-    `checkpoints` are the states that it was asked for, by point, as far as it came.
+    `checkpoints` are the requested states, by point, up to its end.
     """
 
     plan: Plan

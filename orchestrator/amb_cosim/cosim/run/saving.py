@@ -1,4 +1,4 @@
-"""Saves the state of a run on its way: at points that are asked for, and now and then, should it be killed."""
+"""Saves the state of a run while it runs: at requested points, and periodically in case it is killed."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from amb_cosim.cosim.basics.choices import Coupling
 from amb_cosim.cosim.basics.time_grid import nearest_point
 from amb_cosim.cosim.master.master import Observer
 from amb_cosim.cosim.run.checkpoint import Checkpoint
@@ -30,14 +29,15 @@ Take = Callable[[int, Checkpoint], None]
 
 @dataclass(frozen=True)
 class Saves:
-    """What of a run is saved on its way.
+    """States to save during a run.
 
     Attributes
     ----------
     points
-        Communication points; a state is that of the last point not after them at which every component is at its own.
+        Communication points; a state is that of the last point, not after them, at which all components have completed
+        their steps.
     file, every
-        Of automatic checkpoints, each in place of the one before; seconds of wall-clock time between two.
+        File of automatic checkpoints, each replacing the previous one, and wall-clock time between them (s).
     held
         Whether the states at `points` stay in the memory of the FMUs.
     """
@@ -48,12 +48,12 @@ class Saves:
     held: bool = False
 
     def possible(self, assembly: Assembly) -> Saves:
-        """Return the same without automatic checkpoints where an FMU cannot serialise its state.
+        """Return the same without automatic checkpoints if an FMU cannot serialise its state.
 
         Raises
         ------
         ValueError
-            If an FMU cannot do what the points take.
+            If an FMU lacks the capabilities that the points require.
         """
         interfaces = assembly.interfaces.items()
         unable = [name for name, interface in interfaces if not interface.serialises_state]
@@ -65,7 +65,7 @@ class Saves:
 
 
 def run_saving(simulator: Simulator, begin: int, saves: Saves, observers: Sequence[Observer], take: Take) -> None:
-    """Run a plan from point `begin` to its end, and save its state on the way; `take` gets each point and its state.
+    """Run a plan from point `begin` to its end and save its state; `take` is called with each point and its state.
 
     Raises
     ------
@@ -91,37 +91,39 @@ def run_saving(simulator: Simulator, begin: int, saves: Saves, observers: Sequen
 
 
 def _save(checkpoint: Checkpoint, file: Path) -> None:
-    """Write an automatic checkpoint; a run goes on where that fails."""
+    """Write an automatic checkpoint; the run continues if that fails."""
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
         checkpoint.save(file)
     except OSError as error:
-        log.warning("the run goes on without an automatic checkpoint: %s", error)
+        log.warning("the run continues without an automatic checkpoint: %s", error)
 
 
-def resumed(file: Path | None, assembly: Assembly, plan: Plan, coupling: Coupling | None) -> Checkpoint | None:
-    """Return the automatic checkpoint in a file, if there is one that the run of a plan can go on from."""
+def resumed(file: Path | None, assembly: Assembly, plan: Plan) -> Checkpoint | None:
+    """Return the automatic checkpoint in a file, if the run of a plan can continue from it."""
     if file is None or not file.is_file():
         return None
     try:
         result = Checkpoint.load(file)
-        result.check_past(state_fingerprint(assembly, plan, coupling or plan.system.coupling, result.point))
+        result.check_past(state_fingerprint(assembly, plan, result.point))
         if result.point > plan.last:
             raise ValueError(f"the run ends before t = {result.time:.9g} s")
     except ValueError as error:
-        log.warning("the run begins anew, with a checkpoint in %s that is not of it: %s", file, error)
+        log.warning(
+            "the run starts from the beginning, because the checkpoint in %s is of another run: %s", file, error
+        )
         return None
-    log.warning("the run goes on from %s, at t = %.9g s", file, result.time)
+    log.warning("the run continues from %s, at t = %.9g s", file, result.time)
     return result
 
 
 def save_points(moments: Sequence[Raw], plan: Plan, period: float | None = None) -> tuple[int, ...]:
-    """Return the communication points of moments, `cycle 5` for cycles of `period` s or `0.3 s`.
+    """Return the communication points of times such as `cycle 5` (of `period` s) or `0.3 s`.
 
     Raises
     ------
     ValueError
-        If one is none, or after the end of the plan.
+        If one is not a time, or after the end of the plan.
     """
     h, points = plan.step_size, []
     for moment in moments:

@@ -9,7 +9,8 @@ from typing import Any
 from amb_cosim.cosim.basics.choices import Flavour, Loop
 from amb_cosim.cosim.run.checkpoint import Checkpoint
 from amb_cosim.cosim.run.dataset import Run, to_signals
-from amb_cosim.cosim.run.run_plan import Progress, run_plan
+from amb_cosim.cosim.run.options import Progress, RunOptions
+from amb_cosim.cosim.run.run_plan import run_plan
 from amb_cosim.cosim.run.saving import Saves, save_points
 from amb_cosim.cosim.system.assembly import assemble
 from amb_cosim.cosim.system.experiment import Experiment
@@ -20,10 +21,10 @@ from amb_cosim.cosim.system.values import Raw
 
 
 class Simulation(Run):
-    """A run of a system: every recorded variable over time (s), and how the run ended."""
+    """A run of a system: every recorded variable over time (s), and the outcome."""
 
     def save(self, folder: str | Path) -> Path:
-        """Write `result.nc` into a folder, made if it is missing, and return the folder."""
+        """Write `result.nc` into a folder, created if missing, and return the folder."""
         folder = Path(folder)
         folder.mkdir(parents=True, exist_ok=True)
         self._save(folder / "result.nc")
@@ -52,26 +53,26 @@ def simulate(
     system
         A `System`, or the path of a system file or of an SSP archive.
     experiment
-        What is done with it; by default what the table `experiment` of the file says, or the archive.
+        The experiment; by default that of the file's table `experiment`, or of the archive.
     set
         Values by `component.variable`, or by a signal's name, in place of the file's.
     flavour
-        Which flavour of this project's models is built; FMU files are taken as they are.
+        Flavour of this project's models; FMU files are used unchanged.
     loop
         `compiled`, or `plain` Python for reference; the results are the same to the last bit.
     progress
-        Called now and then with the steps done and their number.
+        Called repeatedly with the number of finished steps and of all steps.
     step_size, stop_time
-        Of an SSP archive, in s, in place of what it says itself.
+        Communication step and end of an SSP archive's run (s), in place of those in the archive.
     isolated
-        Whether the FMUs run in a process of their own, so that their crash is an exception here; by default they do if
-        one of them was given as a file.
+        Whether the FMUs run in a separate process, so that a crash is an exception here; by default only if one of them
+        is an FMU file.
     save_at
-        Times, such as `0.3 s`, whose state `checkpoint` gives: what happens then has not happened yet.
+        Times, such as `0.3 s`, whose state `checkpoint` returns; changes at these times are still to come.
     start
-        A checkpoint, or its file, from which the run goes on; it must have the same past.
+        A checkpoint with the same past, or its file, from which the run continues.
     options
-        What models are made for, such as `rotor`, the name of a rotor of a pack or a rotor file.
+        Options of models, such as `rotor`, the name of a packaged rotor or a rotor file.
 
     Raises
     ------
@@ -80,7 +81,15 @@ def simulate(
     StartFailed, FmuError
         If an FMU cannot be loaded or refuses to start.
     ProcessFailed
-        If the FMUs' own process crashed or had to be ended.
+        If the separate process of the FMUs crashed or had to be ended.
+
+    Examples
+    --------
+    >>> from amb_cosim.cosim.system.experiment import Experiment
+    >>> settings = {"Omega": "9000 rpm", "rotor_contact.impeller3.u": "1 g.m"}
+    >>> result = simulate(load_system("passive"), Experiment(1e-4, 0.01), set=settings, rotor="compressor")
+    >>> print(result.outcome)
+    completed at t = 0.01 s
     """
     inputs: Mapping[str, Raw] = {}
     if not isinstance(system, System) and Path(system).suffix == ".ssp":
@@ -90,12 +99,14 @@ def simulate(
         experiment = experiment or local
     elif not isinstance(system, System):
         if step_size is not None or stop_time is not None:
-            raise ValueError("step_size and stop_time are for SSP archives; a system file has them in its experiment")
+            raise ValueError(
+                "step_size and stop_time are for SSP archives; in a system file they are in the experiment"
+            )
         if experiment is None:
             experiment, inputs = load_experiment(system)
         system = load_system(system)
     if experiment is None:
-        raise ValueError(f"system {system.name} needs an experiment, which says how long it runs")
+        raise ValueError(f"system {system.name} needs an experiment, which defines its duration")
     assembly = assemble(system, flavour, **options)
     values = assembly.assignments()
     for name, raw in inputs.items():
@@ -105,5 +116,5 @@ def simulate(
     plan = plan_experiment(experiment, values)
     saves = Saves(save_points(save_at, plan))
     start = Checkpoint.load(start) if isinstance(start, str | Path) else start
-    recording = run_plan(assembly, plan, progress, loop, isolated=isolated, start=start, saves=saves)
+    recording = run_plan(assembly, plan, RunOptions(loop, isolated, start=start, saves=saves, progress=progress))
     return Simulation(to_signals(recording), recording.outcome, recording.checkpoints)

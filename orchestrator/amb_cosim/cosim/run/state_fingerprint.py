@@ -1,21 +1,19 @@
-"""What of a plan decides the state of its run at a communication point: two runs with the same past share that state.
+"""The part of a plan that determines the state at a communication point: runs with the same past share this state.
 
-What comes at the point or later is no part of it: events, the end, points of profiles, conditions that are judged from
-then on.
+Anything at the point or later is excluded: events, the end, points of profiles, later stop conditions.
 """
 
 from __future__ import annotations
 
 from typing import Any
 
-from amb_cosim.cosim.basics.choices import Coupling
 from amb_cosim.cosim.system.assembly import Assembly
 from amb_cosim.cosim.system.experiment import Plan, Ramp, port_of
 from amb_cosim.cosim.system.stopping import Condition
 
 
-def state_fingerprint(assembly: Assembly, plan: Plan, coupling: Coupling, n: int) -> dict[str, Any]:
-    """Return what of a plan and its FMUs decides the state before communication point n, as JSON data."""
+def state_fingerprint(assembly: Assembly, plan: Plan, n: int) -> dict[str, Any]:
+    """Return the part of a plan and its FMUs that determines the state before communication point n, as JSON data."""
     fmus, interfaces = assembly.fmus, assembly.interfaces
     return {
         "fmus": {c: fmus[c].folder.name if c in assembly.from_elsewhere else interfaces[c].guid for c in fmus},
@@ -23,7 +21,7 @@ def state_fingerprint(assembly: Assembly, plan: Plan, coupling: Coupling, n: int
         "connections": {link.target: link.text for link in plan.system.connections},
         "signals": {signal.name: list(signal.targets) for signal in plan.system.signals},
         "every": {c.name: c.every for c in plan.system.components},
-        "coupling": coupling,
+        "coupling": plan.system.coupling,
         **plan_past(assembly, plan, n),
     }
 
@@ -43,17 +41,17 @@ def plan_past(assembly: Assembly, plan: Plan, n: int) -> dict[str, Any]:
 
 
 def name_of(condition: Condition) -> str:
-    """Return what names a condition: what is judged, and from which point on."""
+    """Return the identity of a condition: the checked quantity, and the first point."""
     return f"{condition.text} from point {condition.first}"
 
 
 def _start_value(assembly: Assembly, plan: Plan, name: str) -> float:
-    """Return the value that an input, or a tunable parameter, has where nothing sets it."""
+    """Return the value of an input or tunable parameter that nothing sets."""
     component, port = port_of(name, plan.system, assembly.interfaces)
     return plan.parameters[component].get(port.name, port.start or 0.0)
 
 
 def _begun(ramp: Ramp, n: int) -> tuple[tuple[int, float], ...]:
-    """Return the points of a profile up to the first that is not before point n: the line to it has begun."""
+    """Return the points of a profile up to the first at or after point n, because the line to it has begun."""
     before = sum(point < n for point, _ in ramp.points)
     return ramp.points[: before + 1]

@@ -26,7 +26,6 @@ def export_ssp(
     path: Path,
     assembly: Assembly,
     plan: Plan,
-    coupling: str,
     *,
     name: str,
     target: BuildTarget,
@@ -36,17 +35,17 @@ def export_ssp(
 ) -> Path:
     """Write a planned run to `path` and return it; the file appears complete or not at all.
 
-    Models of this project are built with the run's parameters and first inputs as start values, so that tools that
-    ignore parameter bindings run the same; FMU files are taken as they are.
+    Models of this project are built with the run's parameters and initial inputs as start values, so that tools that
+    ignore parameter bindings give the same run; FMU files are used unchanged.
 
     Parameters
     ----------
-    assembly, plan, coupling
-        The components, what is run, and in which order.
+    assembly, plan
+        The components, and the plan of the run.
     name
-        Of the system.
+        Name of the system.
     target, options
-        What models are built for; see `fmus.build_models`.
+        Target and options of model builds; see `fmus.build_models`.
     connectors
         Whether signals and inputs that change are connectors of the system: some tools need them to change inputs,
         others (libcosim) refuse them.
@@ -67,7 +66,6 @@ def export_ssp(
         interfaces={c: _numbered(i) for c, i in assembly.interfaces.items()} if integers else assembly.interfaces,
         sources={component: f"{file}.fmu" for component, file in files.items()},
         bindings={component: f"{file}.ssv" for component, file in files.items() if starts[component]},
-        coupling=coupling,
         generator=f"amb-cosim {version('amb-cosim')}",
         connectors=connectors,
     )

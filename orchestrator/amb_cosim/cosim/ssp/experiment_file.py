@@ -1,7 +1,7 @@
-"""What SSP has no words for, in an archive's own corner: the experiment as a system file has it, and notes to read.
+"""Extra files of an archive for what SSP cannot express: the experiment in the form of a system file, and notes.
 
-SSP 1.0 has a start and a stop time. Events, profiles, stop conditions and what is recorded stand in `EXPERIMENT`, which
-`load_ssp` reads, and in `NOTES` in words.
+SSP 1.0 has only a start and a stop time. Events, profiles, stop conditions and recorded variables are in `EXPERIMENT`,
+which `load_ssp` reads, and in words in `NOTES`.
 """
 
 from __future__ import annotations
@@ -52,21 +52,21 @@ def experiment_table(run: Described) -> bytes:
 
 
 def notes(run: Described, baked: bool) -> bytes:
-    """Return what a user of another tool must know, in words."""
+    """Return the notes for users of other tools."""
     plan, h = run.plan, run.plan.step_size
     order = ", ".join(c.name for c in plan.system.components)
     sequence = {
-        "gauss_seidel": f"Sequential (Gauss-Seidel): step the components in the order {order}; each reads what those "
-        "before it have at the end of their step.",
-        "jacobi": "Parallel (Jacobi): all components read what the others had at the beginning of the step.",
-        "iterative": "Iterated: steps are repeated from saved states until inputs fit the end of the step. A tool that "
-        f"cannot do so may step the components one after another, in the order {order}.",
-    }[run.coupling]
+        "gauss_seidel": f"Sequential (Gauss-Seidel): step the components in the order {order}; each reads the outputs "
+        "of earlier ones at the end of their step.",
+        "jacobi": "Parallel (Jacobi): all components read the outputs of the others at the beginning of the step.",
+        "iterative": "Iterative: steps are repeated from saved states until inputs agree with the end of the step. A "
+        f"tool that cannot do so can step the components one after another, in the order {order}.",
+    }[plan.system.coupling]
     parts = [
         f"# {run.name}",
         plan.system.description,
-        f"Written by {run.generator}. What follows is not in SystemStructure.ssd, for SSP 1.0 has no words for it, or "
-        "in annotations alone.",
+        f"Written by {run.generator}. SystemStructure.ssd lacks the following, which SSP 1.0 cannot express, or has "
+        f"it only in annotations.",
         "## Order and step",
         f"{sequence} Communication step: {h:g} s, from {plan.first * h:.9g} s to {plan.last * h:.9g} s.",
     ]
@@ -75,11 +75,11 @@ def notes(run: Described, baked: bool) -> bytes:
         parts.append("Components with steps of their own: " + "; ".join(slow) + ".")
     if baked:
         parts.append(
-            "Parameters and first inputs are start values of the FMUs too: a tool that ignores parameter bindings "
-            "has the same run."
+            "Parameters and initial inputs are also start values of the FMUs: a tool that ignores parameter bindings "
+            "gives the same run."
         )
     else:
-        parts.append("Parameters and first inputs are in the parameter bindings alone: a tool must apply them.")
+        parts.append("Parameters and initial inputs are only in the parameter bindings, which a tool must apply.")
     rows = [
         f"| {name} | {', '.join(f'`{end}`' for end in ends)} | {_first(run, name)} |"
         for name, ends in run.changing.items()
@@ -88,11 +88,11 @@ def notes(run: Described, baked: bool) -> bytes:
         how = (
             "connectors of the system"
             if run.connectors
-            else "no connectors; each input has its first value as its start"
+            else "no connectors; initial values of inputs are their start values"
         )
         parts.append(
             f"## Signals\n\nOne value for several inputs, or an input that changes; {how}.\n\n"
-            "| signal | inputs | first value |\n| --- | --- | --- |\n" + "\n".join(rows)
+            "| signal | inputs | initial value |\n| --- | --- | --- |\n" + "\n".join(rows)
         )
     events = [f"| {n * h:.9g} | {name} | {_typed(run, name, value)!r} |" for n, name, value in sorted(plan.events)]
     events += [
@@ -101,7 +101,7 @@ def notes(run: Described, baked: bool) -> bytes:
     if events:
         table = "| time in s | input | value |\n| --- | --- | --- |\n" + "\n".join(events)
         parts.append(
-            f"## Events\n\nFrom a time on, inputs have new values; set them before the step from that time.\n\n{table}"
+            f"## Events\n\nInputs change at these times; set them before the step that starts there.\n\n{table}"
         )
     if plan.stops:
         parts.append("## Stop conditions\n\n" + "\n".join(f"- {stop.text}" for stop in plan.stops))

@@ -12,7 +12,7 @@ from amb_cosim.cosim.ssp.schema import NAMESPACES, PARAMETERS, VERSION, document
 from amb_cosim.cosim.ssp.version_2 import FLOATS, INTEGERS, texts_of
 from amb_cosim.cosim.system.values import Raw
 
-Given = Raw | tuple[str, str]  # a number or truth value, an enumerator's name, or number and unit
+ParameterValue = Raw | tuple[str, str]  # a number or truth value, an enumerator's name, or number and unit
 READERS: dict[str, Callable[[str], Raw]] = {
     **dict.fromkeys(("Real", *FLOATS), float),
     **dict.fromkeys(("Integer", *INTEGERS), int),
@@ -27,9 +27,9 @@ def parameter_set(name: str, values: Mapping[str, float], ports: Mapping[str, Po
     Parameters
     ----------
     name
-        Of the set.
+        Name of the set.
     values
-        By variable, in the unit of the FMU; Booleans are 0 and 1.
+        Values by variable, in the unit of the FMU; Booleans are 0 and 1.
     ports
         The component's variables.
     """
@@ -56,7 +56,7 @@ def type_of(port: Port) -> str:
 
 
 def text_of(value: float, port: Port) -> str:
-    """Return a value as XML has it: the name of that of an Enumeration."""
+    """Return a value as XML text; for an Enumeration, its name."""
     if port.items:
         return next(name for name, number in port.items.items() if number == value)
     if port.type == "Boolean":
@@ -65,7 +65,7 @@ def text_of(value: float, port: Port) -> str:
 
 
 def add_enumerations(root: Any, prefix: str, ports: Mapping[str, Port]) -> None:
-    """Add the definitions of the Enumerations among ports, each under the name that it has in the mapping."""
+    """Add the definitions of the Enumerations among ports, with their names in the mapping."""
     named = {name: port.items for name, port in ports.items() if port.items}
     group = etree.SubElement(root, tag(f"{prefix}:Enumerations")) if named else None
     for name, items in named.items():
@@ -86,15 +86,15 @@ def add_units(parent: Any, ports: Iterable[Port]) -> None:
         etree.SubElement(unit, tag("ssc:BaseUnit"), base)
 
 
-def read_parameters(root: Any, what: str) -> dict[str, list[Given]]:
-    """Return the values of a parameter set by name: one, or those of an array row by row.
+def read_parameters(root: Any, what: str) -> dict[str, list[ParameterValue]]:
+    """Return the values of a parameter set by name: a value, or those of an array row by row.
 
     Raises
     ------
     ValueError
-        For a type that co-simulation here has no numbers for, and for a value that is not of its type.
+        For an unsupported type, and for a value that does not match its type.
     """
-    result: dict[str, list[Given]] = {}
+    result: dict[str, list[ParameterValue]] = {}
     for parameter in root.iterfind("ssv:Parameters/ssv:Parameter", NAMESPACES):
         name, element = parameter.get("name"), parameter[0]
         kind = etree.QName(element).localname
@@ -107,6 +107,6 @@ def read_parameters(root: Any, what: str) -> dict[str, list[Given]]:
     return result
 
 
-def _value(kind: str, text: str, unit: str | None) -> Given:
+def _value(kind: str, text: str, unit: str | None) -> ParameterValue:
     value = READERS[kind](text)
     return (text, unit) if unit is not None else value

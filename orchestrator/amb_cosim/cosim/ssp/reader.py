@@ -1,11 +1,11 @@
 """Reads an SSP archive as a system and an experiment.
 
-What it takes: components that are co-simulation FMUs, in one system; connections, with linear transformations of Reals,
-by which the loop in Python runs; connectors of the system, each a signal; parameter bindings of components and of the
-system, in the document or in files; the default experiment. The communication step and the order come from annotations
-(see `structure`), the step else from the FMUs. Parameters of a set that no FMU has are left out, as SSP allows. Of SSP
-2.0 arrays are taken too: a connection of two is one of each element, row by row, and indices count from 1, as FMI
-3.0 names elements.
+It supports: co-simulation FMUs in a single system; connections, with linear transformations of Reals (which require the
+loop in Python); connectors of the system, each a signal; parameter bindings of components and of the system, in the
+document or in files; the default experiment. The communication step and the order come from annotations (see
+`structure`), otherwise the step comes from the FMUs. Parameters that no FMU has are ignored, as SSP allows. Arrays of
+SSP 2.0 are supported: a connection of two arrays connects each element, row by row, and indices count from 1, as in FMI
+3.0.
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ from amb_cosim.cosim.fmu.fmu_description import read_interface
 from amb_cosim.cosim.fmu.fmu_interface import FmuInterface, Port
 from amb_cosim.cosim.fmu.fmus import provide
 from amb_cosim.cosim.ssp.experiment_file import EXPERIMENT
-from amb_cosim.cosim.ssp.parameter_values import Given, read_parameters
+from amb_cosim.cosim.ssp.parameter_values import ParameterValue, read_parameters
 from amb_cosim.cosim.ssp.schema import NAMESPACES, PARAMETERS, STRUCTURE, check, parse, tag
-from amb_cosim.cosim.ssp.structure import OWN, TOOLS
+from amb_cosim.cosim.ssp.structure import MASTER, TOOLS
 from amb_cosim.cosim.system.experiment import Experiment
 from amb_cosim.cosim.system.system import Component, Connection, Signal, System
 from amb_cosim.cosim.system.system_tables import ExperimentTable
@@ -41,19 +41,19 @@ UNCHANGED = (1.0, 0.0)  # factor and offset
 def load_ssp(
     path: str | Path, step_size: float | None = None, stop_time: float | None = None
 ) -> tuple[System, Experiment, dict[str, Raw]]:
-    """Return the system of an archive, its experiment, and the first values of inputs.
+    """Return the system of an archive, its experiment, and the initial values of inputs.
 
     Parameters
     ----------
     path
         The archive.
     step_size, stop_time
-        In s, in place of the archive's.
+        Values (s) in place of the archive's.
 
     Raises
     ------
     ValueError
-        If it is no archive of SSP 1.0 or 2.0, holds what is not taken, or lacks a step or a stop time.
+        If it is not an archive of SSP 1.0 or 2.0, contains unsupported elements, or lacks a step or a stop time.
     """
     what = f"archive {path}"
     if not Path(path).is_file():
@@ -92,7 +92,7 @@ def _file(folder: Path, source: str, what: str) -> Path:
 
 
 class _Reader:
-    """The structure of an archive that was extracted to `folder`."""
+    """The structure of an archive extracted to `folder`."""
 
     def __init__(self, root: Any, folder: Path, what: str) -> None:
         self.root, self.folder, self.what = root, folder, what
@@ -101,17 +101,19 @@ class _Reader:
         for element in self.system.iterfind("ssd:Elements/*", NAMES):
             name = element.get("name")
             if element.tag != tag("ssd:Component") or element.get("type") not in FMU_TYPES:
-                raise ValueError(f"{what}: element {name} is no FMU; systems in systems and dictionaries are not taken")
+                raise ValueError(
+                    f"{what}: element {name} is not an FMU; nested systems and dictionaries are not supported"
+                )
             if "." in name or element.get("implementation") == "ModelExchange":
-                said = "has a dot in its name" if "." in name else "asks for model exchange"
-                raise ValueError(f"{what}: component {name} {said}, which is not taken")
+                said = "has a dot in its name" if "." in name else "requires model exchange"
+                raise ValueError(f"{what}: component {name} {said}, which is not supported")
             self.elements[name] = element
         self.files = {name: _file(folder, element.get("source"), what) for name, element in self.elements.items()}
         self.folders = {name: provide(str(file)).folder for name, file in self.files.items()}
         self.interfaces = {name: read_interface(place, name, self.files[name]) for name, place in self.folders.items()}
 
     def components(self) -> tuple[Component, ...]:
-        """Return components in the order of the document; those with steps of their own have them from annotations."""
+        """Return components in the order of the document; their own step sizes come from annotations."""
         base = _number(self.root, ".//osp:FixedStepAlgorithm", "baseStepSize")
         every: dict[str, int] = {}
         for name, element in self.elements.items():
@@ -126,14 +128,14 @@ class _Reader:
                 sources, targets = self._ends(link, "start"), self._ends(link, "end")
                 if len(sources) != len(targets):
                     said = f"{sources[0]} ({len(sources)} values) and {targets[0]} ({len(targets)})"
-                    raise ValueError(f"{self.what}: a connection joins {said}, which must be as many")
+                    raise ValueError(f"{self.what}: a connection joins {said}, which must be equal in number")
                 factor, offset = law = _law(link)
                 for source, target in zip(sources, targets, strict=True):
                     output, input_ = self._directed(source, target)
                     if law != UNCHANGED and not (output == source and self._is_real(source) and self._is_real(target)):
                         raise ValueError(
-                            f"{self.what}: the connection from {source} transforms its value, which is taken from a "
-                            "Real output to a Real input alone"
+                            f"{self.what}: the connection from {source} transforms its value, which is supported only "
+                            f"from a Real output to a Real input"
                         )
                     yield Connection(output, input_, factor=factor, offset=offset)
 
@@ -141,7 +143,7 @@ class _Reader:
         """Connectors of the system that feed inputs, and signals that this package's annotation names."""
         targets: dict[str, list[str]] = {
             signal.get("name"): [end.get("name") for end in signal.iterfind("amb:Target", NAMES)]
-            for signal in self.root.iterfind(f".//{OWN}/amb:Signal", NAMES)
+            for signal in self.root.iterfind(f".//{MASTER}/amb:Signal", NAMES)
         }
         annotated = frozenset(targets)
         for link in self._links():
@@ -188,14 +190,14 @@ class _Reader:
         step = step_size or self._step()
         end = stop if stop_time is None else stop_time
         if step is None or end is None:
-            missing = "communication step; give --step" if step is None else "stop time; give --until"
-            raise ValueError(f"{self.what} says no {missing}")
+            missing = "communication step; set --step" if step is None else "stop time; set --until"
+            raise ValueError(f"{self.what} defines no {missing}")
         return _on_the_grid(Experiment(step_size=step, stop_time=end, start_time=start or 0.0))
 
     def _step(self) -> float | None:
-        """Return the communication step: that of an annotation, or the shortest that an FMU is made for."""
+        """Return the communication step: that of an annotation, or the shortest step of an FMU."""
         for path, name in (
-            (f".//{OWN}", "stepSize"),
+            (f".//{MASTER}", "stepSize"),
             (".//osp:FixedStepAlgorithm", "baseStepSize"),
             (".//oms:FixedStepMaster", "stepSize"),
         ):
@@ -212,11 +214,13 @@ class _Reader:
             is_inner = link.get("startElement") and link.get("endElement")
             if any(element.tag not in harmless for element in link) or (_law(link) != UNCHANGED and not is_inner):
                 ends = f"{link.get('startElement')}.{link.get('startConnector')}"
-                raise ValueError(f"{self.what}: the connection from {ends} transforms its value, which is not taken")
+                raise ValueError(
+                    f"{self.what}: the connection from {ends} transforms its value, which is not supported"
+                )
             yield link
 
     def _ends(self, link: Any, side: str) -> list[str]:
-        """Return the variables that an end of a connection is: one, or the elements of an array."""
+        """Return the variables at an end of a connection: one, or the elements of an array."""
         element, name = link.get(f"{side}Element"), link.get(f"{side}Connector")
         if not element:
             return [name]
@@ -227,7 +231,7 @@ class _Reader:
         return [f"{element}.{port.name}" for port in ports] or [f"{element}.{name}"]
 
     def _directed(self, source: str, target: str) -> tuple[str, str]:
-        """Return output and input of a connection; SSP does not say in which order they stand."""
+        """Return output and input of a connection; SSP does not define their order."""
         turned = self._causality(source) == "input" and self._causality(target) == "output"
         return (target, source) if turned else (source, target)
 
@@ -244,11 +248,13 @@ class _Reader:
         interface: FmuInterface | None = self.interfaces.get(component)
         return None if interface is None else interface.ports.get(variable)
 
-    def _bound(self, element: Any) -> Iterator[tuple[str, list[Given]]]:
+    def _bound(self, element: Any) -> Iterator[tuple[str, list[ParameterValue]]]:
         """Return names and values of the parameter sets that an element is bound to."""
         for binding in element.iterfind("ssd:ParameterBindings/ssd:ParameterBinding", NAMES):
             if binding.find("ssd:ParameterMapping", NAMES) is not None:
-                raise ValueError(f"{self.what}: a binding of {element.get('name')} has a mapping, which is not taken")
+                raise ValueError(
+                    f"{self.what}: a binding of {element.get('name')} has a mapping, which is not supported"
+                )
             source = binding.get("source")
             if source is None:
                 result = binding.find("ssd:ParameterValues/ssv:ParameterSet", NAMES)
@@ -257,7 +263,7 @@ class _Reader:
             else:
                 base = self.folder
                 if binding.get("sourceBase") == "component":
-                    raise ValueError(f"{self.what}: {source} lies in an FMU, where it is not read")
+                    raise ValueError(f"{self.what}: {source} is inside an FMU, which is not supported")
                 result = parse(_file(base, source, self.what).read_bytes(), PARAMETERS, f"{self.what}: {source}")
             prefix = binding.get("prefix") or ""
             for name, value in read_parameters(result, self.what).items() if result is not None else ():
@@ -270,8 +276,8 @@ def _law(link: Any) -> tuple[float, float]:
     return UNCHANGED if element is None else (float(element.get("factor", 1.0)), float(element.get("offset", 0.0)))
 
 
-def _number_of(port: Port, value: Given) -> Raw:
-    """Return a value as the system takes it: with its unit where the FMU's variable has another one."""
+def _number_of(port: Port, value: ParameterValue) -> Raw:
+    """Return a value for the system: with its unit if the FMU's variable has another one."""
     if isinstance(value, tuple):
         text, unit = value
         return float(text) if port.unit in (None, unit) else f"{text} {unit}"
@@ -279,8 +285,8 @@ def _number_of(port: Port, value: Given) -> Raw:
 
 
 def _coupling(root: Any, what: str) -> Coupling:
-    """Return the order of an annotation: of this package, or that of libcosim, whose algorithm is parallel."""
-    local = root.find(f".//{OWN}")
+    """Return the order from an annotation of this package or of libcosim, whose algorithm is parallel."""
+    local = root.find(f".//{MASTER}")
     if local is not None:
         available: tuple[Coupling, ...] = get_args(Coupling)
         for coupling in available:
@@ -291,7 +297,7 @@ def _coupling(root: Any, what: str) -> Coupling:
 
 
 def _on_the_grid(experiment: Experiment) -> Experiment:
-    """Return an experiment that begins at the communication point that its start time means, up to rounding."""
+    """Return an experiment that begins at the communication point of its start time, within rounding."""
     points = experiment.start_time / experiment.step_size
     near = round(points)
     if abs(points - near) > 1e-6:

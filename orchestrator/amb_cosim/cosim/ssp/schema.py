@@ -1,4 +1,4 @@
-"""Names of SSP in XML, and the check of a document against the schema of SSP 1.0, which FMPy carries."""
+"""Names of SSP in XML, and the check of a document against the schema of SSP 1.0, which FMPy contains."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def parse(content: bytes, schema: str, what: str) -> Any:
     Raises
     ------
     ValueError
-        If it is no XML, or does not follow the schema; the message begins with `what` and has the line.
+        If it is not XML, or does not follow the schema; the message begins with `what` and contains the line.
     """
     parser = etree.XMLParser(resolve_entities=False, no_network=True, remove_comments=True)
     try:

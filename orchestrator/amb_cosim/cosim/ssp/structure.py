@@ -1,8 +1,8 @@
 """The system structure (.ssd) of a planned run: components, connections, parameter bindings, default experiment.
 
-Connectors are listed only where something is connected: FMPy sets every listed input in every step, to zero where
-nothing feeds it. The system has no connectors of its own, which libcosim refuses, unless they are asked for. SSP knows
-no steps and no order of components; they stand in annotations, one for each tool that reads its own:
+Only connected connectors are listed: FMPy sets every listed input in every step, to zero if nothing feeds it. The
+system has connectors only if requested, because libcosim refuses them. SSP has no step sizes and no order of
+components; these are in annotations, one per tool:
 
     com.opensimulationplatform    libcosim: base step, and the step of each component that has a longer one
     org.openmodelica              OMSimulator: fixed-step master; it refuses components with annotations
@@ -28,21 +28,19 @@ TOOLS = {
     "oms": "https://raw.githubusercontent.com/OpenModelica/OMSimulator/master/schema/oms.xsd",
     "amb": "urn:amb-cosim:ssp",
 }
-OWN = f"{{{TOOLS['amb']}}}Master"
+MASTER = f"{{{TOOLS['amb']}}}Master"
 
 
 @dataclass(frozen=True)
 class Described:
-    """A planned run as it is described.
+    """A planned run to describe.
 
     name
-        Of the system.
+        Name of the system.
     plan, interfaces
         The run, and the interface of each component.
     sources, bindings
         Paths of FMU and parameter set of each component in the archive.
-    coupling
-        Order in which components are stepped.
     generator
         Name and version of this package.
     connectors
@@ -54,7 +52,6 @@ class Described:
     interfaces: Mapping[str, FmuInterface]
     sources: Mapping[str, str]
     bindings: Mapping[str, str]
-    coupling: str
     generator: str
     connectors: bool = False
 
@@ -156,7 +153,7 @@ def _experiment(root: Any, run: Described) -> None:
     experiment.set("stopTime", repr(plan.last * plan.step_size))
     algorithm = etree.Element(tag("osp:Algorithm", TOOLS))
     etree.SubElement(algorithm, tag("osp:FixedStepAlgorithm", TOOLS), baseStepSize=repr(plan.step_size))
-    local = etree.Element(OWN, stepSize=repr(plan.step_size), coupling=run.coupling)
+    local = etree.Element(MASTER, stepSize=repr(plan.step_size), coupling=run.plan.system.coupling)
     for component in plan.system.components:
         etree.SubElement(local, tag("amb:Step", TOOLS), component=component.name, every=str(component.every))
     for signal in plan.system.signals:

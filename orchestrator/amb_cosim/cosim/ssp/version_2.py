@@ -1,7 +1,7 @@
-"""What SSP 2.0 has beside SSP 1.0: arrays, the number types of FMI 3.0, meta data and signatures.
+"""Additions of SSP 2.0 to SSP 1.0: arrays, the number types of FMI 3.0, meta data and signatures.
 
-The two share their namespaces, and a document of 2.0 without these follows the schema of 1.0, which FMPy carries; there
-is none of 2.0 to check against.
+Both share their namespaces, and a document of 2.0 without these follows the schema of 1.0, which FMPy contains; no
+schema of 2.0 is available.
 
 Modelica Association, System Structure and Parameterization, version 2.0, 2024, sections 4.5.6, 5.3 and 6.2.
 """
@@ -22,7 +22,7 @@ ADDED_KINDS = ("structuralParameter", "constant", "local", "unspecified")
 
 
 def as_version_1(root: Any) -> Any:
-    """Return a copy of a document without what 2.0 adds: arrays are their first elements there, numbers are Reals."""
+    """Return a copy of a document without additions of 2.0: arrays become their first elements, numbers Reals."""
     copied = deepcopy(root)
     copied.set("version", "1.0")
     for element in [element for element in copied.iter("{*}*") if element.tag.startswith("{http://ssp-standard.org/")]:
@@ -43,7 +43,7 @@ def as_version_1(root: Any) -> Any:
 
 
 def texts_of(element: Any) -> list[str]:
-    """Return the values of a parameter as text, row by row: of its element `value`, or of children `Value`."""
+    """Return the values of a parameter as text, row by row, from its element `value` or its children `Value`."""
     children = [child.get("value", "") for child in element]
     if children or etree.QName(element).localname in ("Enumeration", "String", "Binary"):
         return children or [element.get("value", "")]

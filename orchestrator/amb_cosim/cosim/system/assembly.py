@@ -1,4 +1,4 @@
-"""A system with the FMUs of its components, found and checked."""
+"""Finds and checks the FMUs of a system's components."""
 
 from __future__ import annotations
 
@@ -37,11 +37,11 @@ class Assembly:
         return [name for name, fmu in self.fmus.items() if fmu.flavour == "file"]
 
     def assignments(self) -> Assignments:
-        """Return the values of the system's parameters, to add others to."""
+        """Return the values of the system's parameters, for additions."""
         return self._assignments.copy()
 
     def wiring(self, exogenous: Iterable[str], recorded: Iterable[str]) -> MasterLayout:
-        """Lay out all signals for a master, see `System.wiring`; runs that differ in values alone share it."""
+        """Lay out all signals for a master, see `System.wiring`; runs that differ only in values share it."""
         key = tuple(exogenous), tuple(recorded)
         if key not in self._wirings:
             self._wirings[key] = self.system.wiring(self.interfaces, *key)
@@ -66,16 +66,16 @@ def assemble(system: System, flavour: Flavour = "native", **options: Any) -> Ass
     Parameters
     ----------
     system
-        Which components, and how they are connected.
+        Components and connections.
     flavour
-        Which flavour of the models is built; FMU files are taken as they are.
+        Flavour of the models to build; FMU files are used unchanged.
     options
-        What models are made for, as `model_source` takes it.
+        Options of models, see `model_source`.
 
     Raises
     ------
     ValueError
-        If an FMU cannot be had, or the system does not fit the interfaces.
+        If an FMU is not available, or the system does not match the interfaces.
     """
     fmus = {c.name: provide(c.fmu, flavour, **options) for c in system.components}
     interfaces = {c: _interface(fmu, c) for c, fmu in fmus.items()}

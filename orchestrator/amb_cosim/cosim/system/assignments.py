@@ -1,4 +1,4 @@
-"""Values that a user gives to parameters and inputs of a system, as numbers in the units of the FMUs."""
+"""User values of parameters and inputs of a system, as numbers in the units of the FMUs."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from amb_files.wildcards import is_pattern, matching_names
 
 
 class Assignments:
-    """Values of parameters, and first values of inputs, of a system.
+    """Values of parameters, and initial values of inputs, of a system.
 
     A variable is called `component.variable`, a shared signal by its name or by one of the inputs that it feeds. `*`
     and `?` in the name of a variable match any characters and any one character.
@@ -35,14 +35,14 @@ class Assignments:
         self.dropped: list[str] = []
 
     def copy(self) -> Assignments:
-        """Return the same values, to add others to."""
+        """Return a copy of the values, for additions."""
         other = Assignments(self.system, self.interfaces)
         other.parameters = {component: dict(values) for component, values in self.parameters.items()}
         other.inputs, other.dropped = dict(self.inputs), list(self.dropped)
         return other
 
     def set(self, name: str, raw: Raw, only: str | None = None) -> list[str]:
-        """Give a value to every variable that `name` matches, and return their names.
+        """Set every variable that `name` matches, and return their names.
 
         Parameters
         ----------
@@ -52,7 +52,7 @@ class Assignments:
         Raises
         ------
         ValueError
-            If nothing is called so or may be set here, or the value is not allowed.
+            If nothing has this name or may be set here, or the value is not allowed.
         """
         names = self.matching(name)
         for matching in names:
@@ -65,40 +65,40 @@ class Assignments:
         return names
 
     def set_or_drop(self, name: str, raw: Raw, only: str | None = None) -> list[str]:
-        """Give a value as `set` does, but drop it if the component replaces one that has such a variable."""
+        """Set a value like `set`, but drop it if the component replaces one that has such a variable."""
         return [] if self.drops(name, only) else self.set(name, raw, only)
 
     def set_first(self, name: str, raw: Raw) -> None:
-        """Give an input, or all that `name` matches, a first value; drop 0 and false if the component lacks it.
+        """Set the initial value of all inputs that `name` matches; drop 0 and false if the component lacks the input.
 
         Raises
         ------
         ValueError
-            As `set`; and if a component that replaces another lacks what is not 0: a load or a fault that nothing feels
-            would pass as one that does no harm.
+            As `set`; also for a nonzero value if a replacing component lacks the input: a load or fault without effect
+            would look harmless.
         """
         if self.lacks(name, "input") and not is_zero(raw):
             value = str(raw).lower() if isinstance(raw, bool) else raw
             raise ValueError(
-                f"the first value {value} of {name} would do nothing: {self.missing(name)}; "
-                f'a scenario or system based on this one may say remove = ["{name}"]'
+                f"the initial value {value} of {name} has no effect: {self.missing(name)}; "
+                f'a scenario or system based on this one can use remove = ["{name}"]'
             )
         self.set_or_drop(name, raw, only="input")
 
     def drops(self, name: str, only: str | None = None) -> bool:
-        """Return whether the FMU `lacks` what a name matches; the name then stands in `dropped`."""
+        """Return whether the FMU `lacks` what a name matches; the name is then in `dropped`."""
         dropped = self.lacks(name, only)
         if dropped and name not in self.dropped:
             self.dropped.append(name)
         return dropped
 
     def lacks(self, name: str, only: str | None = None) -> bool:
-        """Return whether a component that replaces another has nothing that `name` matches; see `set` for `only`."""
+        """Return whether a replacing component has nothing that `name` matches; see `set` for `only`."""
         component, _, pattern = name.partition(".")
         return component in self.system.replaced and not matching_names(self._settable_names(component, only), pattern)
 
     def missing(self, name: str) -> str:
-        """Return what the FMU of a component does not have, and what it has that is called alike."""
+        """Return what the FMU of a component lacks, and similar names that it has."""
         component, _, pattern = name.partition(".")
         file = Path(self.system.component(component).fmu).name
         return f"{component} ({file}) has no {pattern}, {suggest(pattern, self._settable_names(component))}"
@@ -108,7 +108,7 @@ class Assignments:
         return [port.name for port in self.interfaces[component].ports.values() if port.causality in causalities]
 
     def set_defaults_of_signals(self) -> None:
-        """Give signals without a value the start value of the first input that they feed."""
+        """Set signals without a value to the start value of an input that they feed."""
         for signal in self.system.signals:
             self.inputs.setdefault(signal.name, self.start_value(signal.name))
 
@@ -124,7 +124,7 @@ class Assignments:
         return [f"{component}.{variable}" for variable in matching]
 
     def read(self, name: str, raw: Raw, only: str | None = None) -> tuple[str, float]:
-        """Return the name under which a value is kept (the signal's, where one feeds the input) and the number."""
+        """Return the name under which a value is stored (the signal's, where one feeds the input) and the number."""
         signal = self.system.signal(name) or self.system.signal_of(name)
         value = 0.0
         for end in signal.targets if signal is not None else (name,):
@@ -133,24 +133,24 @@ class Assignments:
         return (signal.name if signal is not None else name), value
 
     def read_change(self, name: str, raw: Raw) -> tuple[str, float]:
-        """Read a value that comes during the run, of an input or a tunable parameter; see `read`."""
+        """Read a value for a change during the run, of an input or a tunable parameter; see `read`."""
         component, _, variable = name.partition(".")
         port = self.interfaces[component].ports.get(variable) if component in self.interfaces else None
         is_tunable = port is not None and port.causality == "parameter" and port.variability == "tunable"
         return self.read(name, raw, "parameter" if is_tunable else "input")
 
     def port(self, name: str) -> Port:
-        """Return the variable of a name; of a shared signal, the first input that it feeds."""
+        """Return the variable with a name; for a shared signal, an input that it feeds."""
         component, variable = self._split(self.system.first_end(name))
         return self.interfaces[component].port(variable, component)
 
     def start_value(self, name: str) -> float:
-        """Return the start value of an input or a signal; of a parameter the value that was set."""
+        """Return the start value of an input or a signal, or the set value of a parameter."""
         port = self.port(name)
         return self.parameter(name) if port.causality == "parameter" else port.start or 0.0
 
     def parameter(self, name: str) -> float:
-        """Return the value of a parameter, `component.variable`: the one that was set, or its start value."""
+        """Return the value of a parameter, `component.variable`: the set value, or its start value."""
         component, variable = self._split(name)
         start = self.interfaces[component].port(variable, component).start or 0.0
         return self.parameters[component].get(variable, start)
@@ -172,5 +172,5 @@ class Assignments:
     def _split(self, end: str) -> tuple[str, str]:
         if "." not in end:
             names = [c.name for c in self.system.components] + [s.name for s in self.system.signals]
-            raise ValueError(f"{end!r} is no component.variable and no signal; {suggest(end, names)}")
+            raise ValueError(f"{end!r} is not a component.variable or a signal; {suggest(end, names)}")
         return self.system.split(end)

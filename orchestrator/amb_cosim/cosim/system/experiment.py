@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from amb_cosim.cosim.basics.choices import Settling
+from amb_cosim.cosim.basics.choices import Coupling, Settling
 from amb_cosim.cosim.basics.schedules import PiecewiseConstant, PiecewiseLinear, Schedule
 from amb_cosim.cosim.fmu.fmu_interface import FmuInterface, Port
 from amb_cosim.cosim.system.stopping import Condition, StopCondition
@@ -19,7 +19,7 @@ WARM_UP = 40  # steps before a settled motion is solved for; the plant has its e
 
 @dataclass(frozen=True)
 class InputChange:
-    """From `time` (s) on, an input or a tunable parameter has a new value; `event` is what it is part of."""
+    """A new value of an input or a tunable parameter from `time` (s); `event` is the event that it belongs to."""
 
     time: float
     variable: str
@@ -31,7 +31,7 @@ class InputChange:
 class Profile:
     """An input is linear between points (time in s, value) and constant outside; `slope` is fed its derivative, in 1/s.
 
-    Without a point at or before time 0 the first value of the input holds at time 0.
+    Without a point at or before time 0, the input's initial value applies at time 0.
     """
 
     variable: str
@@ -50,25 +50,27 @@ class Experiment:
     stop_time
         End of the run.
     start_time
-        Beginning, 0 or earlier: what comes before time 0 lets the system settle.
+        Beginning, 0 or earlier: before time 0 the system settles.
     events, profiles
         Inputs over time.
     stops
         Conditions that end the run early.
     recorded
-        Patterns of the variables that are recorded; `*` is everything but what the system leaves out.
+        Patterns of the recorded variables; `*` is everything that the system does not exclude.
     essential
-        Patterns of what is recorded in any case.
+        Patterns of variables that are always recorded.
     record_every, record_settling
-        Every how many steps, and whether before time 0 too.
+        Steps between records, and whether to record before time 0.
     each
-        Patterns of what is recorded at every step besides, where the rest is not.
+        Patterns of variables to record at every step of a decimated record.
     settling
-        Whether what comes before time 0 is simulated, or solved for (`settling`), or that where it can be.
+        Whether the motion before time 0 is simulated, solved for (`settling`), or solved for if possible.
     turn
-        How long a motion that was solved for is simulated before time 0, so that what looks back shows it (s).
+        Time of simulation (s) before time 0 after solving for the motion, which fills windows over the past.
     unsolvable
-        Why it cannot be solved for, if that is known.
+        Reason why it cannot be solved for, if known.
+    coupling
+        Order of the components' steps, in place of the system's.
     """
 
     step_size: float
@@ -85,6 +87,7 @@ class Experiment:
     settling: Settling = "simulated"
     turn: float = 0.0
     unsolvable: str = ""
+    coupling: Coupling | None = None
 
 
 @dataclass(frozen=True)
@@ -100,11 +103,10 @@ class Ramp:
 class Plan:
     """An experiment on the time grid: communication point n is at the time n h.
 
-    `parameters` holds what components start with, `inputs` the first values of signals and scheduled inputs by name,
-    `events` their changes as (point, name, value). What `stops` judge is recorded. `notices` say what
-    components that replace others do without, `partial_events` which events are done in part for that. What comes
-    before point 0 is simulated from point `first` on, or solved for and `turn` steps of it simulated; the angle is the
-    same.
+    `parameters` are the parameters of components, `inputs` the initial values of signals and scheduled inputs by name,
+    `events` their changes as (point, name, value). Quantities of `stops` are recorded. `notices` report what replacing
+    components lack, `partial_events` the events that are therefore incomplete. The motion before point 0 is simulated
+    from point `first`, or solved for with `turn` simulated steps; the angle is the same.
     """
 
     system: System
@@ -131,14 +133,14 @@ class Plan:
         return self.first if self.settling == "simulated" else -(WARM_UP + self.turn + 4)
 
     def all_parameters(self, interfaces: Mapping[str, FmuInterface]) -> dict[str, dict[str, float | None]]:
-        """Return every parameter of every component: the value that was set, or its start value."""
+        """Return every parameter of every component: the set value, or its start value."""
         return {
             c: {p.name: self.parameters[c].get(p.name, p.start) for p in interface.of("parameter")}
             for c, interface in interfaces.items()
         }
 
     def start_values(self) -> dict[str, dict[str, float]]:
-        """Return parameters and first inputs by component, a shared signal's at each input that it feeds."""
+        """Return parameters and initial inputs by component; a shared signal's at each input that it feeds."""
         values = {c.name: dict(self.parameters[c.name]) for c in self.system.components}
         for signal, value in self.inputs.items():
             shared = self.system.signal(signal)
@@ -158,6 +160,6 @@ class Plan:
 
 
 def port_of(signal: str, system: System, interfaces: Mapping[str, FmuInterface]) -> tuple[str, Port]:
-    """Return component and variable of a recorded name; of a shared signal, those of the first input it feeds."""
+    """Return component and variable of a recorded name; for a shared signal, those of an input that it feeds."""
     component, variable = system.split(system.first_end(signal))
     return component, interfaces[component].ports[variable]

@@ -1,4 +1,4 @@
-"""Names with `*` and `?` in a system: what they stand for in the interfaces of its components."""
+"""Names with `*` and `?` in a system, expanded by the interfaces of its components."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from amb_files.wildcards import is_pattern, matches, matching_names
 def expand(system: System, interfaces: Mapping[str, FmuInterface]) -> System:
     """Return the system with its patterns replaced by the names that they match in these interfaces.
 
-    A connection whose two ends have the same pattern connects every output of the one component with the input of the
-    same name of the other, where both match and nothing else feeds that input. The pattern of the inputs may have an
-    ending besides, without `*` and `?`, which their names have too.
+    A connection whose two ends have the same pattern connects every output of one component with the input of the same
+    name of the other, if both match and nothing else feeds that input. The pattern of the inputs may have an additional
+    ending, without `*` and `?`, which their names must have.
 
     Raises
     ------
     ValueError
-        If the pattern of a connection or of a mandatory input matches nothing, no input is called as one that is to be
-        left alone, or a component is unknown. Inherited and optional connections may match nothing.
+        If the pattern of a connection or of a mandatory input matches nothing, an excluded input does not exist, or a
+        component is unknown. Inherited and optional connections may match nothing.
     """
     literal = [link for link in system.connections if not is_pattern(link.source)]
     taken = {link.target for link in literal} | {t for signal in system.signals for t in signal.targets}
@@ -50,8 +50,8 @@ def _matching(system: System, link: Connection, interfaces: Mapping[str, FmuInte
     ending = other.removeprefix(pattern)
     if not other.startswith(pattern) or is_pattern(ending):
         raise ValueError(
-            f"{link.source} and {link.target} are patterns, and must be the same one; that of the inputs may have an "
-            "ending besides"
+            f"{link.source} and {link.target} are patterns and must be equal; that of the inputs may have an "
+            f"additional ending"
         )
     inputs = {port.name for port in interfaces[target].of("input")}
     outputs = [port.name for port in interfaces[source].of("output")]
@@ -67,12 +67,12 @@ def _matching(system: System, link: Connection, interfaces: Mapping[str, FmuInte
 
 
 def _has(interface: FmuInterface | None, name: str) -> bool:
-    """Return whether a name is no pattern, or one that matches a variable."""
+    """Return whether a name is not a pattern, or a pattern that matches a variable."""
     return interface is None or not is_pattern(name) or bool(matching_names(interface.ports, name))
 
 
 def _mandatory(component: Component, interface: FmuInterface) -> tuple[str, ...]:
-    """Return the inputs that must be fed, patterns replaced by what they match; one that replaces may lack them."""
+    """Return the mandatory inputs, with patterns expanded; a replacing component may lack them."""
     inputs = [port.name for port in interface.of("input")]
     result: list[str] = []
     for name in component.mandatory:

@@ -19,14 +19,14 @@ from amb_files.wildcards import matches, matching_names
 
 
 def plan_experiment(experiment: Experiment, values: Assignments) -> Plan:
-    """Plan an experiment on the time grid of the master; every moment becomes the nearest communication point.
+    """Plan an experiment on the time grid of the master; every time becomes the nearest communication point.
 
     Parameters
     ----------
     experiment
-        What is done.
+        The experiment.
     values
-        Parameters and first values of inputs; inputs that change later are added to them.
+        Parameters and initial values of inputs; inputs that change later are added.
 
     Raises
     ------
@@ -36,7 +36,8 @@ def plan_experiment(experiment: Experiment, values: Assignments) -> Plan:
     h = experiment.step_size
     system, interfaces = values.system, values.interfaces
     values.set_defaults_of_signals()
-    system = replace(system, components=tuple(_rated(c, values, h) for c in system.components))
+    components = tuple(_rated(c, values, h) for c in system.components)
+    system = replace(system, components=components, coupling=experiment.coupling or system.coupling)
     ramps = tuple(_ramp(profile, values, h) for profile in experiment.profiles)
     ramped = {name for ramp in ramps for name in (ramp.variable, ramp.slope) if name is not None}
     due, partial_events = _without_lacking(experiment.events, values)
@@ -80,16 +81,16 @@ def plan_experiment(experiment: Experiment, values: Assignments) -> Plan:
 
 
 def _settling(experiment: Experiment, samples: int) -> tuple[Settling, list[str]]:
-    """Return how a run settles that samples every so many steps, and a sentence where it cannot as it would.
+    """Return the settling of a run that samples at a rate, and a sentence if the requested one is impossible.
 
     Raises
     ------
     ValueError
-        If it must be solved for, and cannot be.
+        If it must be solved for but cannot be.
     """
     reason = experiment.unsolvable
     if experiment.record_settling:
-        reason = reason or "record.settling asks for what comes before cycle 0"
+        reason = reason or "record.settling requests the motion before cycle 0"
     if samples > 1:
         reason = reason or f"a component samples every {samples} communication steps"
     if experiment.start_time == 0.0:
@@ -102,24 +103,24 @@ def _settling(experiment: Experiment, samples: int) -> tuple[Settling, list[str]
 
 
 def cannot_settle(reason: str) -> str:
-    """Return the sentence of a run that is told to solve for its settled motion, and cannot."""
+    """Return the sentence of a run that must solve for its settled motion but cannot."""
     return f"settling = 'solved' is not allowed here: {reason}; settling = 'simulated' is"
 
 
 def simulated_settling_notice(reason: str) -> str:
-    """Return the sentence of a run whose settling is simulated, although it might have been solved for."""
-    return f"what comes before cycle 0 was simulated: {reason}"
+    """Return the sentence of a run whose settling is simulated instead of solved for."""
+    return f"the motion before cycle 0 was simulated: {reason}"
 
 
 def _without_lacking(
     changes: Sequence[InputChange], values: Assignments
 ) -> tuple[list[InputChange], tuple[tuple[float, str], ...]]:
-    """Return the changes that the FMUs have variables for, and time (s) and a sentence for each event that lacks some.
+    """Return the changes of existing variables, and time (s) and a sentence for each incomplete event.
 
     Raises
     ------
     ValueError
-        If an event has no variable left: a fault that nothing feels would pass as one that does no harm.
+        If an event has no variable left: a fault without effect would look harmless.
     """
     events: dict[tuple[str, float], list[InputChange]] = {}
     for change in changes:
@@ -129,9 +130,9 @@ def _without_lacking(
         lacking = [change.variable for change in of_event if values.lacks(change.variable)]
         message = "; ".join(values.missing(name) for name in dict.fromkeys(lacking))
         if len(lacking) == len(of_event):
-            raise ValueError(f"{event} at {time:g} s would do nothing: {message}")
+            raise ValueError(f"{event} at {time:g} s has no effect: {message}")
         if lacking:
-            partial.append((time, f"{event} at {time:g} s is done in part only: {message}"))
+            partial.append((time, f"{event} at {time:g} s is incomplete: {message}"))
     return [change for change in changes if not values.lacks(change.variable)], tuple(partial)
 
 
@@ -165,7 +166,7 @@ def _sample_time(component: Component, values: Assignments) -> float | None:
 
 
 def _rated(component: Component, values: Assignments, h: float) -> Component:
-    """Set the rate of a component by its sample time, unless its FMU takes any step: it then gets every step."""
+    """Set the rate of a component by its sample time; an FMU that takes any step gets every step."""
     sample_time, name = _sample_time(component, values), f"{component.name}.sample_time"
     if sample_time is None:
         return component
@@ -179,7 +180,7 @@ def _rated(component: Component, values: Assignments, h: float) -> Component:
 
 
 def _start_grid(component: Component, values: Assignments, h: float) -> int:
-    """Return how many steps lie between the points at which a component may start so that it samples at time 0."""
+    """Return the number of steps between possible start points at which a component also samples at time 0."""
     sample_time = _sample_time(component, values)
     samples = nearest_point(f"{component.name}.sample_time", sample_time, h) if sample_time is not None else 1
     fits = sample_time is not None and math.isclose(samples * h, sample_time, rel_tol=ROUNDING)
@@ -193,7 +194,7 @@ def _condition(stop: StopCondition, available: Sequence[str], values: Assignment
 
 
 def _recorded(experiment: Experiment, unrecorded: Sequence[str], available: Sequence[str]) -> tuple[str, ...]:
-    """Return the names that are recorded; `*` leaves out what the system does not record by itself."""
+    """Return the recorded names; `*` excludes what the system does not record by default."""
     for pattern in experiment.recorded:
         if not matching_names(available, pattern):
             raise ValueError(f"record.variables: nothing matches {pattern!r}; {suggest(pattern, available)}")
@@ -207,7 +208,7 @@ def _recorded(experiment: Experiment, unrecorded: Sequence[str], available: Sequ
 def _chosen(
     available: tuple[str, ...], named: tuple[str, ...], watched: tuple[str, ...], unless: tuple[str, ...] | None
 ) -> tuple[str, ...]:
-    """Return the names that are watched or match `named`, and all others that do not match `unless`, if it is given."""
+    """Return the names that are watched or match `named`, and, with `unless`, all others that do not match it."""
 
     def is_recorded(name: str) -> bool:
         return name in watched or _matches(name, named) or (unless is not None and not _matches(name, unless))

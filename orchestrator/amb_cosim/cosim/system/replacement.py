@@ -1,8 +1,7 @@
-"""A component replaced by another FMU: what the system still connects, what the new FMU lacks, and what is told of it.
+"""A component replaced by another FMU: remaining connections, missing ports, and notices.
 
-The role of a component is what the FMU that the system was made for does in it. Another FMU fills the role if it has,
-under the same names, every output by which the old one fed an input that is still there. Inputs are its own affair: it
-is given those it has. Connections of an `option` may be left out, all of them together.
+Another FMU can replace the one that the system was made for if it has, under the same names, every output that fed an
+input that still exists. It may lack inputs. Connections of an `option` may be omitted, all together.
 """
 
 from __future__ import annotations
@@ -23,19 +22,19 @@ Interfaces = Mapping[str, FmuInterface]
 def fitted(
     system: System, interfaces: Interfaces, interface_of: Callable[[Component], FmuInterface]
 ) -> tuple[System, Interfaces]:
-    """Return a system without patterns, and its interfaces; FMUs that replace others take over what they have.
+    """Return a system without patterns, and its interfaces; replacing FMUs inherit the connections of their ports.
 
     Parameters
     ----------
     system, interfaces
-        As they were read: the interface of each component.
+        The system and the interface of each component, as read.
     interface_of
         Returns the interface of a component that was replaced.
 
     Raises
     ------
     ValueError
-        If a replacing FMU lacks what others need, or anything does not fit (`System.check`).
+        If a replacing FMU lacks what others need, or the system is inconsistent (`System.check`).
     """
     if system.replaced:
         before = original(system)
@@ -58,7 +57,7 @@ def original(system: System) -> System:
 
 
 def with_units(interface: FmuInterface, before: FmuInterface) -> FmuInterface:
-    """Return an interface whose variables without a unit have that of the variable of the same name before."""
+    """Return an interface whose variables without a unit have the unit of the replaced variable of the same name."""
 
     def named(port: Port) -> Port:
         old = before.ports.get(port.name)
@@ -70,12 +69,12 @@ def with_units(interface: FmuInterface, before: FmuInterface) -> FmuInterface:
 
 
 def without_lacking(system: System, interfaces: Interfaces) -> System:
-    """Return the system without what it inherits for ports that the new FMUs lack.
+    """Return the system without inherited connections of ports that the new FMUs lack.
 
     Parameters
     ----------
     system
-        Components of which some are replaced; connections may be patterns.
+        A system with replaced components; connections may be patterns.
     interfaces
         The interface of each component.
     """
@@ -105,7 +104,7 @@ def missing_ports(system: System, interfaces: Interfaces, before: System) -> lis
     system, interfaces
         The expanded system with the new FMUs.
     before
-        The same, expanded, with those that it was made for.
+        The same, expanded, with the original FMUs.
     """
     fed = system.fed()
     wanted = [
@@ -113,7 +112,7 @@ def missing_ports(system: System, interfaces: Interfaces, before: System) -> lis
         for link in before.connections
         if link.option is None and link.target not in fed and _has(interfaces, link.target, "input")
     ]
-    wanted += _incomplete_options(system, interfaces, before)
+    wanted += _incomplete_options(system, before)
     lines = []
     for component in system.components:
         local = [link for link in wanted if component.replaces is not None and link.touches(component.name)]
@@ -128,40 +127,36 @@ def missing_ports(system: System, interfaces: Interfaces, before: System) -> lis
     return lines
 
 
-def notices(system: System, interfaces: Interfaces, given: Iterable[str], dropped: Iterable[str]) -> list[str]:
-    """Return sentences on values that are dropped, and on inputs of replaced components that nothing feeds.
+def notices(system: System, interfaces: Interfaces, assigned: Iterable[str], dropped: Iterable[str]) -> list[str]:
+    """Return sentences on dropped values, and on inputs of replaced components that nothing feeds.
 
-    Inputs of models, which are made to rest at their start values, are not among them.
+    Inputs of models are excluded: they are designed to keep their start values.
 
     Parameters
     ----------
-    given
-        Inputs and signals that get a value, by name.
+    assigned
+        Inputs and signals with a value, by name.
     dropped
         Variables, `component.variable`, whose values are dropped.
     """
-    available, names = system.fed() | set(given), {c.name for c in system.components}
+    available, names = system.fed() | set(assigned), {c.name for c in system.components}
     dropped = (*dropped, *system.unknown)
-    result = [
-        f"there is no {end}; what is said of it is dropped" for end in dropped if end.partition(".")[0] not in names
-    ]
+    result = [f"there is no {end}; its settings are ignored" for end in dropped if end.partition(".")[0] not in names]
     for component in system.components:
         name = component.name
         lacks = [end.partition(".")[2] for end in dropped if end.startswith(f"{name}.")]
         if lacks:
-            result.append(
-                f"{name}: {Path(component.fmu).name} has no {', '.join(lacks)}; what is said of it is dropped"
-            )
+            result.append(f"{name}: {Path(component.fmu).name} has no {', '.join(lacks)}; its settings are ignored")
         if component.replaces is None:
             continue
         unfed = [p.name for p in interfaces[name].of("input") if f"{name}.{p.name}" not in available]
         if unfed and not is_model(component.fmu):
-            result.append(f"{name}: nothing feeds {', '.join(unfed)}; start values hold")
+            result.append(f"{name}: nothing feeds {', '.join(unfed)}; start values apply")
     return result
 
 
 def _silent_signals(system: System, before: System) -> list[str]:
-    """Return a line for each signal with a mandatory input that no component has any more."""
+    """Return a line for each signal with a mandatory input that no component has."""
     mandatory = {f"{c.name}.{variable}" for c in before.components for variable in c.mandatory}
     left = {signal.name for signal in system.signals}
     return [
@@ -171,8 +166,8 @@ def _silent_signals(system: System, before: System) -> list[str]:
     ]
 
 
-def _incomplete_options(system: System, interfaces: Interfaces, before: System) -> list[Connection]:
-    """Return the optional connections that are not made although others of their group are."""
+def _incomplete_options(system: System, before: System) -> list[Connection]:
+    """Return the optional connections that are missing although others of their group exist."""
     made = {link.target: link for link in system.connections}
     groups: dict[tuple[str, str, str], list[Connection]] = {}
     for link in before.connections:

@@ -1,10 +1,10 @@
-"""Where the values of a system stand in one flat array."""
+"""Positions of a system's values in a single flat array."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-from amb_cosim.cosim.basics.schedules import Array, IntArray
+from array_types import Array, Indices
 
 
 @dataclass(frozen=True)
@@ -16,17 +16,17 @@ class SignalMap:
     names
         Name of each position of `values`.
     n_exogenous
-        How many positions, from the first, hold exogenous inputs.
+        Number of positions, from the first, with exogenous inputs.
     sources
         For each component, the positions that its inputs are gathered from.
     depends_on
         For each position, the positions that reach it without delay.
     weights
-        For each component, how much the value at the end of a step counts for each input; see `iteration`.
+        For each component, the weight of the value at the end of a step for each input; see `iteration`.
     """
 
     names: tuple[str, ...]
     n_exogenous: int
-    sources: tuple[IntArray, ...]
+    sources: tuple[Indices, ...]
     depends_on: tuple[tuple[int, ...], ...]
     weights: tuple[Array, ...] = ()

@@ -1,6 +1,6 @@
 """Conditions that end a run early: a signal has been above or below a limit for long enough.
 
-They are judged at every communication point, with the values that are recorded there.
+They are checked at every communication point, with the values recorded there.
 """
 
 from __future__ import annotations
@@ -11,17 +11,17 @@ from typing import NamedTuple
 
 import numpy as np
 
-from amb_cosim.cosim.basics.schedules import Array, IntArray
 from amb_cosim.cosim.basics.time_grid import nearest_point
 from amb_cosim.cosim.fmu.fmu_interface import Port
 from amb_cosim.cosim.system.values import Raw, convert
+from array_types import Array, Indices
 
 
 @dataclass(frozen=True)
 class StopCondition:
-    """The run ends once `variable` has been above (or below) a limit for `hold` s without a break.
+    """Ends the run once `variable` has been above (or below) a limit for `hold` s without a break.
 
-    It is judged from `begin` (s) on; with `hold` = 0 one point is enough.
+    It is checked from `begin` (s); with `hold` = 0 a single point suffices.
     """
 
     variable: str
@@ -36,13 +36,13 @@ class StopCondition:
         limit = convert(self.limit, port, f"stop: {self.variable} {side}")
         first = nearest_point("from_time of stop", self.begin, step_size)
         hold = nearest_point("hold_time of stop", self.hold, step_size)
-        text = f"{self.variable} {side} {limit:.9g}{port.shown_unit}"
+        text = f"{self.variable} {side} {limit:.9g}{port.display_unit}"
         text += f" for {hold * step_size:.9g} s" if hold else ""
         return Condition(self.variable, self.above, limit, first, hold, text)
 
 
 class Condition(NamedTuple):
-    """A signal has been above (or below) a limit for `hold` steps, judged from point `first` on; `text` says so."""
+    """A signal has been above (or below) a limit for `hold` steps, checked from point `first`; `text` describes it."""
 
     signal: str
     above: bool
@@ -55,15 +55,15 @@ class Condition(NamedTuple):
 class Conditions(NamedTuple):
     """Conditions as arrays: met where sign * value > sign * limit at all points from `since` to `since` + `hold`."""
 
-    positions: IntArray
+    positions: Indices
     signs: Array
     limits: Array
-    since: IntArray
-    hold: IntArray
+    since: Indices
+    hold: Indices
 
 
 class Stopped(Exception):
-    """The condition with that index is met at that communication point."""
+    """The condition with this index is met at this communication point."""
 
     def __init__(self, index: int, point: int) -> None:
         super().__init__(f"condition {index} is met at point {point}")

@@ -19,11 +19,10 @@ from amb_files.suggestions import suggest
 
 @dataclass(frozen=True)
 class Component:
-    """An instance of an FMU: its name, the model or FMU file that it is made from, its rate, inputs that must be fed.
+    """An instance of an FMU: its name, its model or FMU file, its rate, and mandatory inputs.
 
     `every` is the number of communication steps that one step of it spans; a component with a parameter `sample_time`
-    steps at that rate instead, unless its FMU takes any step. `replaces` is the FMU whose place it takes; see
-    `replacement`.
+    steps at that rate instead, unless its FMU takes any step. `replaces` is the replaced FMU; see `replacement`.
     """
 
     name: str
@@ -35,11 +34,11 @@ class Component:
 
 @dataclass(frozen=True)
 class Connection:
-    """An output carried to an input of another component; both ends are written `component.variable`.
+    """A connection of an output to an input of another component; both ends are `component.variable`.
 
-    `option` names a group of connections that the system can do without, all of them or none. An `inherited` one was
-    made for an FMU that another has replaced. A pattern leaves alone the inputs that `but` names, patterns too. The
-    input gets factor times the output plus offset.
+    `option` names a group of connections that may be omitted together. An `inherited` connection was made for a
+    replaced FMU. A pattern excludes the inputs in `but`, which may be patterns. The input is factor times the output
+    plus offset.
     """
 
     source: str
@@ -52,7 +51,7 @@ class Connection:
 
     @property
     def text(self) -> str:
-        """What the input gets."""
+        """Value of the input."""
         is_same = (self.factor, self.offset) == (1.0, 0.0)
         return self.source if is_same else f"{self.factor!r} {self.source} + {self.offset!r}"
 
@@ -70,7 +69,7 @@ class Signal:
 
 
 class MasterLayout(NamedTuple):
-    """Where all signals are for the master, and the names of the inputs and outputs that each component exchanges."""
+    """Positions of all signals for the master, and the names of exchanged inputs and outputs of each component."""
 
     wiring: SignalMap
     inputs: Mapping[str, list[str]]
@@ -81,10 +80,16 @@ class MasterLayout(NamedTuple):
 class System:
     """Components in Gauss-Seidel order, their connections, shared signals and parameters.
 
-    `*` and `?` in the names of connected variables, of mandatory inputs and of parameters match what the components
-    have, see `patterns.expand`; a pattern of a parameter may match nothing. `unrecorded` are patterns of outputs that a
-    run records only if it names them, `unknown` names that its file gives values for and no component has. `check`
-    compares it with the components' interfaces, `wiring` lays it out for the master.
+    `*` and `?` in names of connected variables, mandatory inputs and parameters match variables of the components, see
+    `patterns.expand`; a pattern of a parameter may match nothing. `unrecorded` are patterns of outputs that a run
+    records only if it names them, `unknown` names with values in the file that no component has. `check` compares it
+    with the components' interfaces, `wiring` lays it out for the master.
+
+    Examples
+    --------
+    >>> system = System("rotor alone", "A rotor.", (Component("plant", "rotor_contact"),), ())
+    >>> system.with_fmu("plant", "own.fmu").component("plant").fmu
+    'own.fmu'
     """
 
     name: str
@@ -104,7 +109,7 @@ class System:
             raise ValueError(f"system {self.name}: components named twice: {', '.join(twice)}")
 
     def component(self, name: str) -> Component:
-        """Return the component called `name`; the ValueError for an unknown name lists those there are."""
+        """Return the component called `name`; the ValueError for an unknown name lists all names."""
         if name not in self._by_name:
             raise ValueError(f"no component {name!r}; {suggest(name, [*self._by_name])}")
         return self._by_name[name]
@@ -127,36 +132,36 @@ class System:
 
     @property
     def replaced(self) -> tuple[str, ...]:
-        """Names of the components that replace those which the system was made for."""
+        """Names of the components that replace original ones."""
         return tuple(c.name for c in self.components if c.replaces is not None)
 
     def split(self, end: str) -> tuple[str, str]:
         """Split `component.variable` into its two names."""
         component, dot, variable = end.partition(".")
         if not dot or not variable:
-            raise ValueError(f"{end!r} is no component.variable")
+            raise ValueError(f"{end!r} is not a component.variable")
         return self.component(component).name, variable
 
     def signal(self, name: str) -> Signal | None:
-        """Return the shared signal of that name, if there is one."""
+        """Return the shared signal with this name, if any."""
         return next((signal for signal in self.signals if signal.name == name), None)
 
     def first_end(self, name: str) -> str:
-        """Return the first input that a shared signal feeds; any other name as it is."""
+        """Return one input that a shared signal feeds; any other name unchanged."""
         signal = self.signal(name)
         return name if signal is None else signal.targets[0]
 
     def signal_of(self, target: str) -> Signal | None:
-        """Return the shared signal that feeds an input, if one does."""
+        """Return the shared signal that feeds an input, if any."""
         return next((signal for signal in self.signals if target in signal.targets), None)
 
     def source_of(self, target: str) -> str | None:
-        """Return the output that feeds an input, if one does."""
+        """Return the output that feeds an input, if any."""
         return next((link.source for link in self.connections if link.target == target), None)
 
     @property
     def transformed(self) -> dict[str, tuple[float, float]]:
-        """Factor and offset of the inputs that get another value than that of the output which feeds them."""
+        """Factor and offset of the inputs whose connection transforms the value."""
         laws = {link.target: (link.factor, link.offset) for link in self.connections}
         return {target: law for target, law in laws.items() if law != (1.0, 0.0)}
 
@@ -166,9 +171,8 @@ class System:
         Raises
         ------
         ValueError
-            For an unknown component or variable, a wrong causality, types or units that differ, an input fed
-            twice and mandatory inputs fed by nothing, one line for each; the message names both ends and what would
-            be valid.
+            For an unknown component or variable, a wrong causality, different types or units, an input fed twice, or a
+            mandatory input without source, one line each; the message names both ends and valid alternatives.
         """
         fed: dict[str, str] = {}
         for source, target in self._feeds():
@@ -197,7 +201,7 @@ class System:
         if unfed:
             possible = [(target, self._possible(target, interfaces)) for target in unfed]
             raise ValueError(
-                "\n".join(f"{target} must be connected, and is not; {options}" for target, options in possible)
+                "\n".join(f"{target} must be connected but is not; {options}" for target, options in possible)
             )
 
     def fed(self) -> set[str]:
@@ -227,7 +231,7 @@ class System:
             component, variable = self.split(end)
             options = [p.name for p in interfaces[component].of(causality)]
             raise ValueError(
-                f"{end} is {port.kind}, and a connection needs an {causality} there; {suggest(variable, options)}"
+                f"{end} is {port.kind}, but a connection needs an {causality} there; {suggest(variable, options)}"
             )
 
     def _possible(self, target: str, interfaces: Mapping[str, FmuInterface]) -> str:
@@ -258,10 +262,10 @@ class System:
             Shared signals by their names, and other inputs and tunable parameters (`component.variable`) that a
             schedule sets.
         recorded
-            Outputs that are fetched though nothing is connected to them.
+            Outputs to fetch even if unconnected.
         """
         wanted = {link.source for link in self.connections} | set(recorded)
-        # Reals first: they are then one block of the value array, which an FMU can write itself.
+        # Reals first: they are then a block of the value array, which an FMU can write itself.
         outputs = {
             name: [p.name for p in sorted(interfaces[name].of("output"), key=_not_real) if f"{name}.{p.name}" in wanted]
             for name in (c.name for c in self.components)
@@ -294,9 +298,9 @@ class System:
         return MasterLayout(wiring, inputs, outputs)
 
     def _weight(self, source: str, target: FmuInterface, interfaces: Mapping[str, FmuInterface]) -> float:
-        """Return how much the value of a source at the end of a step counts for an input of `target`.
+        """Return the weight of a source's value at the end of a step for an input of `target`.
 
-        See `iteration`. What is no output is exogenous, and constant over the step.
+        See `iteration`. Exogenous inputs are constant over the step.
         """
         port = self.port(source, interfaces) if "." in source else None
         sample_time = target.ports.get("sample_time")
@@ -307,7 +311,7 @@ class System:
 
 
 def _receiving(interface: FmuInterface) -> tuple[Port, ...]:
-    """Return what may be set during a run."""
+    """Return the names that may be set during a run."""
     return (*interface.of("input"), *(p for p in interface.of("parameter") if p.variability == "tunable"))
 
 
@@ -316,7 +320,7 @@ def _not_real(port: Port) -> bool:
 
 
 def _same_unit(a: Port, b: Port) -> bool:
-    """Return whether two units are the same; a port without a unit fits any."""
+    """Return whether two units are equal; a port without a unit matches any."""
     if not a.unit or not b.unit:
         return True
     if a.definition is not None and b.definition is not None:
@@ -326,6 +330,8 @@ def _same_unit(a: Port, b: Port) -> bool:
 
 def _check_match(source: str, a: Port, target: str, b: Port) -> None:
     if a.type != b.type:
-        raise ValueError(f"{source} is {a.type} and {target} is {b.type}; connected variables must have one type")
+        raise ValueError(f"{source} is {a.type} and {target} is {b.type}; connected variables must have the same type")
     if not _same_unit(a, b):
-        raise ValueError(f"{source} is in {a.unit} and {target} is in {b.unit}; connected variables must have one unit")
+        raise ValueError(
+            f"{source} is in {a.unit} and {target} is in {b.unit}; connected variables must have the same unit"
+        )

@@ -12,7 +12,7 @@
     to = "sensor"
     variables = { "x" = "u" }         # output = input; a list where both have the same name, with patterns: ["*.i_?"]
 
-    [[signal]]                        # one value for several inputs
+    [[signal]]                        # a value for several inputs
     name = "Omega"
     targets = ["plant.Omega"]
 
@@ -27,10 +27,10 @@
     time = "0.5 s"
     set = { "Omega" = "120 rad/s" }
 
-A file with a `base`, the name or path of another system, is laid over it: its components come after those of the base
-or where `before` says, a component of the same name replaces the base's, a connection or signal replaces what fed the
-same input, and parameters are merged. `remove` takes away what the base has: a component with all its connections, by
-its name; a parameter, or what feeds an input, as `component.variable`, where `*` and `?` match others.
+A file with a `base`, the name or path of another system, extends it: its components follow those of the base, or
+precede the one in `before`; a component of the same name replaces the base's, a connection or signal replaces the
+source of the same input, and parameters are merged. `remove` deletes parts of the base: a component with all its
+connections, by name; a parameter, or the source of an input, as `component.variable`, with wildcards `*` and `?`.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ def packaged_systems() -> dict[str, Path]:
 
 
 def load_system(name: str | Path, options: Mapping[str, bool] | None = None) -> System:
-    """Read a system, one of amb-cosim or of a pack, or a TOML file.
+    """Read a system of amb-cosim or of a pack, or a TOML file.
 
     Parameters
     ----------
@@ -66,7 +66,12 @@ def load_system(name: str | Path, options: Mapping[str, bool] | None = None) -> 
     Raises
     ------
     ValueError
-        If there is no such system, or its description is wrong.
+        If no such system exists, or its description is wrong.
+
+    Examples
+    --------
+    >>> [component.name for component in load_system("levitated").components]
+    ['rolac_controller', 'amb_actuator', 'rotor_contact']
     """
     table = _table(str(name))
     connections: dict[str, Connection] = {}
@@ -90,19 +95,19 @@ def load_system(name: str | Path, options: Mapping[str, bool] | None = None) -> 
 
 
 def is_system(name: str | Path) -> bool:
-    """Return whether a name is that of a system that comes with the package, or of a file with components or a run."""
+    """Return whether a name is that of an included system, or of a file with components or a run."""
     path = Path(name)
     keys = read_toml(path, f"file {name}").keys() if path.is_file() else ()
     return str(name) in packaged_systems() or not {"component", "connect", "experiment"}.isdisjoint(keys)
 
 
 def load_experiment(name: str | Path, without: Experiment | None = None) -> tuple[Experiment, Values]:
-    """Read the experiment of a system file: the run, and the first values of inputs.
+    """Read the experiment of a system file: the run, and the initial values of inputs.
 
     Parameters
     ----------
     without
-        What is returned for a file that has none.
+        Returned for a file without an experiment.
 
     Raises
     ------
@@ -113,7 +118,7 @@ def load_experiment(name: str | Path, without: Experiment | None = None) -> tupl
     if table is None and without is not None:
         return without, {}
     if table is None:
-        raise ValueError(f"system {name} has no table [experiment], which says what is run")
+        raise ValueError(f"system {name} has no table [experiment], which defines the run")
     try:
         return table.experiment(), table.inputs
     except ValueError as error:
@@ -121,7 +126,7 @@ def load_experiment(name: str | Path, without: Experiment | None = None) -> tupl
 
 
 def _table(name: str, derived: tuple[str, ...] = ()) -> SystemTable:
-    """Return content of a system file, laid over that of its base; paths in a file are relative to it."""
+    """Return the content of a system file merged with its base; paths in a file are relative to it."""
     packaged = packaged_systems()
     source = packaged.get(name, Path(name))
     if not source.is_file():

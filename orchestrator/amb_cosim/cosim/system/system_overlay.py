@@ -1,4 +1,4 @@
-"""Lays a system file over its base: adds, replaces and removes components, connections, signals and parameters."""
+"""Merges a system file with its base: adds, replaces and removes components, connections, signals and parameters."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from amb_files.wildcards import is_pattern, matches
 
 
 def overlaid(below: SystemTable, above: OverlayTable) -> SystemTable:
-    """Return a system with another laid over it.
+    """Return a system merged with an overlay.
 
     Raises
     ------
@@ -51,7 +51,7 @@ def overlaid(below: SystemTable, above: OverlayTable) -> SystemTable:
 
 
 def _reduced(table: SystemTable, remove: Sequence[str]) -> SystemTable:
-    """Return a system without what `remove` names: components, parameters, and what feeds inputs."""
+    """Return a system without the names in `remove`: components, parameters, and sources of inputs."""
     for entry in remove:
         component, dot, variable = entry.partition(".")
         names = [c.name for c in table.component]
@@ -71,7 +71,7 @@ def _reduced(table: SystemTable, remove: Sequence[str]) -> SystemTable:
 
 
 def _check_feeds(table: SystemTable, component: str, pattern: str) -> None:
-    """Raise ValueError if nothing feeds an input of that name; which inputs patterns reach shows with the FMUs."""
+    """Raise ValueError if nothing feeds an input of this name; patterns are matched later, with the FMUs."""
     targets = [link.target for connect in table.connect for link in connect.connections()]
     targets += [target for signal in table.signal for target in signal.targets]
     local = [target.removeprefix(f"{component}.") for target in targets if target.startswith(f"{component}.")]
@@ -94,7 +94,7 @@ def _without_component(table: SystemTable, name: str) -> SystemTable:
 
 
 def _signals(signals: Sequence[SharedSignalTable], pattern: str) -> tuple[SharedSignalTable, ...]:
-    """Return signals without the inputs that a pattern names, and without those that then feed nothing."""
+    """Return signals without the inputs that a pattern matches, and without signals that then feed nothing."""
     left = [s.model_copy(update={"targets": tuple(t for t in s.targets if not matches(t, pattern))}) for s in signals]
     return tuple(signal for signal in left if signal.targets)
 

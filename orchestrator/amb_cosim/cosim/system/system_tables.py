@@ -1,4 +1,4 @@
-"""The form of a system file: its tables, as `system_file` describes them."""
+"""The tables of a system file; `system_file` describes them."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ class ComponentTable(Table):
     """An instance of an FMU."""
 
     name: str
-    """Name, by which connections and values know it."""
+    """Name in connections and values."""
     fmu: str
-    """Name of an own FMU, or path of any."""
+    """Name of a model of this package, or path of an FMU."""
     every: Count = 1
-    """It steps once in that many communication steps."""
+    """Number of communication steps in one of its own."""
     mandatory: tuple[str, ...] = ()
     """Inputs that a connection or a value must feed."""
     before: str | None = None
@@ -34,28 +34,28 @@ class ComponentTable(Table):
         return Component(self.name, self.fmu, self.every, self.mandatory, self._replaces)
 
     def in_place_of(self, old: ComponentTable) -> ComponentTable:
-        """Return the component in the place of another: what feeds that must feed this, as far as it has the inputs."""
+        """Return the component as a replacement of another; it inherits the mandatory inputs that it has."""
         mandatory = self.mandatory if "mandatory" in self.model_fields_set else old.mandatory
         new = self.model_copy(update={"mandatory": mandatory})
         new._replaces = (old._replaces or old.fmu) if new.replaces(old) else old._replaces
         return new
 
     def replaces(self, old: ComponentTable) -> bool:
-        """Return whether this is another FMU than that of a component, and not the file that it was left open for."""
+        """Return whether this FMU differs from that of a component, and is not the file that the component requires."""
         return self.fmu != old.fmu and not is_placeholder(old.fmu)
 
 
 class ConnectTable(Table):
-    """Outputs of one component to inputs of another. A component that replaces another may lack all its ports."""
+    """Connects outputs of a component to inputs of another. A replacing component may lack all of them."""
 
     source: str = Field(alias="from")
-    """Component whose outputs they are."""
+    """Component with the outputs."""
     target: str = Field(alias="to")
-    """Component whose inputs they are."""
+    """Component with the inputs."""
     variables: tuple[str, ...] | dict[str, str]
-    """Names that both have, or pairs of output and input."""
+    """Names in both components, or pairs of output and input."""
     option: str | None = None
-    """The connection is made only where that is on, such as `gradient`."""
+    """Switch that enables the connection, such as `gradient`."""
     _inherited: bool = PrivateAttr(False)
     _but: tuple[str, ...] = PrivateAttr(())
 
@@ -67,13 +67,13 @@ class ConnectTable(Table):
         ]
 
     def inherited(self) -> ConnectTable:
-        """Return the table as it was made for an FMU that another has replaced."""
+        """Return the table as inherited from a replaced FMU."""
         table = self.model_copy()
         table._inherited = True
         return table
 
     def leaving(self, pattern: str) -> ConnectTable:
-        """Return the table without the inputs that a pattern names, by whichever own patterns it reaches them."""
+        """Return the table without the inputs that a pattern matches, including those that its own patterns reach."""
         left = {a: b for a, b in self.pairs() if b != pattern and not matches(b, pattern)}
         table = self.model_copy(update={"variables": left})
         table._but = (*self._but, pattern)
@@ -90,16 +90,16 @@ class SharedSignalTable(Table):
     """A value that feeds several inputs."""
 
     name: str
-    """Its name, under which it is set and recorded."""
+    """Name by which it is set and recorded."""
     targets: tuple[str, ...] = Field(min_length=1)
     """The inputs, as COMPONENT.INPUT."""
 
 
 class EventTable(Table):
-    """From a time on, inputs have new values."""
+    """New values of inputs from a time."""
 
     time: Value
-    """From when on."""
+    """Time of the change."""
     set: Values
     """New values, by COMPONENT.INPUT or shared signal."""
 
@@ -112,22 +112,22 @@ class ProfileTable(Table):
     points: tuple[tuple[Value, Value], ...] = Field(min_length=1)
     """Times and values; constant before the first and after the last."""
     slope: str | None = None
-    """Input that gets the slope (per s), where a component asks for it."""
+    """Input for the slope (per s), if a component needs it."""
 
 
 class StopTable(Table):
     """A condition that ends the run early."""
 
     variable: str
-    """Output or input that is judged."""
+    """Output or input to check."""
     above: Value | None = None
-    """It counts while it is above; either this or `below`."""
+    """Lower limit; either this or `below`."""
     below: Value | None = None
-    """It counts while it is below."""
+    """Upper limit."""
     hold_time: Value = 0.0
-    """How long without a break; a single point is enough at 0."""
+    """Duration; with 0 a single point suffices."""
     from_time: Value = 0.0
-    """From when on it is judged."""
+    """Time from which it is checked."""
 
     def condition(self) -> StopCondition:
         """Return the condition, times in s; raises ValueError unless one of `above` and `below` is given."""
@@ -141,35 +141,35 @@ class StopTable(Table):
 
 
 class Record(Table):
-    """What is recorded."""
+    """Recorded variables."""
 
     variables: tuple[str, ...] = (EVERYTHING,)
-    """Patterns of names; `*` is all that the system records by itself, what it leaves out must be named."""
+    """Patterns of names; `*` is the system's default, other variables must be named."""
     every: Count = 1
-    """Every how many steps."""
+    """Number of steps between samples."""
     settling: bool = False
-    """Whether what is before time 0 is kept."""
+    """Whether times before 0 are recorded."""
 
 
 class ExperimentTable(Table):
-    """A run: steps, times, inputs and what changes."""
+    """A run: steps, times, inputs and changes."""
 
     communication_step: Value
-    """Step after which values are exchanged."""
+    """Communication step."""
     stop_time: Value
-    """Where the run ends."""
+    """End of the run."""
     start_time: Value = 0.0
-    """Where it begins, 0 or before: what is before 0 is settling."""
+    """Start, 0 or earlier; times before 0 are settling."""
     inputs: Values = Field(default={})
-    """Inputs and shared signals at the start."""
+    """Initial values of inputs and shared signals."""
     event: tuple[EventTable, ...] = ()
-    """What changes, and when."""
+    """Changes during the run."""
     profile: tuple[ProfileTable, ...] = ()
     """Inputs that change linearly."""
     stop: tuple[StopTable, ...] = ()
     """Conditions that end the run before its end."""
     record: Record = Record()
-    """What is recorded."""
+    """Recorded variables."""
 
     def experiment(self) -> Experiment:
         """Return the run, times in s; raises ValueError where one is not allowed."""
@@ -197,17 +197,17 @@ class SystemTable(Table):
     """A system file without its base."""
 
     description: str = ""
-    """What it is, in one line."""
+    """Description in one line."""
     coupling: Coupling = "gauss_seidel"
-    """Order in which the components step: each with the newest values, or all with those of the step before."""
+    """Order of the components: each with the newest values, or all with those of the previous step."""
     unrecorded: tuple[str, ...] = ()
-    """Patterns of variables that are recorded only where they are named."""
+    """Patterns of variables that are recorded only if named."""
     parameters: dict[str, Values] = Field(default={})
     """Parameters, by component."""
     component: tuple[ComponentTable, ...] = Field(min_length=1)
     """The components, in the order in which they step."""
     connect: tuple[ConnectTable, ...] = ()
-    """What feeds what."""
+    """Connections."""
     signal: tuple[SharedSignalTable, ...] = ()
     """Values that feed several inputs."""
     experiment: ExperimentTable | None = None
@@ -215,7 +215,7 @@ class SystemTable(Table):
 
 
 class OverlayTable(SystemTable):
-    """A system file with a base: what it adds to that, what it says instead, and what it takes away."""
+    """A system file with a base: additions, replacements and removals."""
 
     base: str
     remove: tuple[str, ...] = ()

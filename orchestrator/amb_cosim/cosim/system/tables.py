@@ -1,4 +1,4 @@
-"""Parts that the TOML files of co-simulations share: strict tables, values with units, times."""
+"""Common parts of the TOML files of co-simulations: strict tables, values with units, times."""
 
 from __future__ import annotations
 
@@ -23,26 +23,26 @@ MOST_BASES = 20  # files of which each is the base of the next
 
 
 class Table(BaseModel):
-    """A TOML table: unknown keys are refused, and it does not change."""
+    """An immutable TOML table that refuses unknown keys."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, validate_by_name=True, validate_by_alias=True)
 
 
 def check_bases(name: str, derived: tuple[str, ...]) -> None:
-    """Raise ValueError if a file is its own base, or if too many files are each the base of the next.
+    """Raise ValueError if a file is its own base, or the chain of bases is too long.
 
     Parameters
     ----------
     name
-        What messages call the file: its kind and its name.
+        Kind and name of the file in messages.
     derived
-        The names of the files that have it as their base, the first one first.
+        Names of the files derived from it, the first one first.
     """
     local = name.partition(" ")[2]
     if local in derived:
         raise ValueError(f"{name}: it is its own base ({' -> '.join((*derived, local))})")
     if len(derived) > MOST_BASES:
-        raise ValueError(f"{name} is not allowed as a base: a file must have <= {MOST_BASES} bases, one of the other")
+        raise ValueError(f"{name} is not allowed as a base: a file must have <= {MOST_BASES} bases in a chain")
 
 
 def time_of(raw: Raw, name: str, least: float | None = None, most: float = math.inf) -> float:
@@ -51,7 +51,7 @@ def time_of(raw: Raw, name: str, least: float | None = None, most: float = math.
     Raises
     ------
     ValueError
-        If it is no time or outside the range; the message begins with `name`.
+        If it is not a time or outside the range; the message begins with `name`.
     """
     value = quantity(raw, "s", name)
     if most < math.inf:
@@ -66,19 +66,19 @@ def time_of(raw: Raw, name: str, least: float | None = None, most: float = math.
 
 
 def moment_of(raw: Raw, period: float | None) -> float:
-    """Convert a moment, `cycle 5` for cycles of `period` s or a time such as `0.3 s`, to s; it must be 0 or later.
+    """Convert a time such as `cycle 5` (of `period` s) or `0.3 s` to s; it must be 0 or later.
 
     Raises
     ------
     ValueError
-        If it is none, or in cycles where there are none.
+        If it is not a time, or in cycles where there are none.
     """
     word, _, number = str(raw).strip().partition(" ")
     if word != "cycle":
         return time_of(raw, "a moment", least=0.0)
     if period is None:
-        raise ValueError(f"a moment at {raw} is not allowed without cycles; it must be a time, such as 0.3 s")
+        raise ValueError(f"a time at {raw} is not allowed without cycles; it must be a time, such as 0.3 s")
     cycle = quantity(number, "1", "a moment in cycles")
     if not 0.0 <= cycle < math.inf:
-        raise ValueError(f"a moment at cycle {cycle:g} is not allowed; it must be 0 or later")
+        raise ValueError(f"a time at cycle {cycle:g} is not allowed; it must be 0 or later")
     return cycle * period

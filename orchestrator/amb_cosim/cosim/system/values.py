@@ -20,7 +20,7 @@ def quantity(raw: Raw, unit: str, name: str) -> float:
     Raises
     ------
     ValueError
-        If `raw` is no number, has an unknown unit, or one of another dimension.
+        If `raw` is not a number, or has an unknown unit or one of another dimension.
     """
     if isinstance(raw, bool):
         raise ValueError(f"{name} = {str(raw).lower()} is no number")
@@ -33,7 +33,7 @@ def convert(raw: Raw, port: Port, name: str) -> float:
     Raises
     ------
     ValueError
-        If it is not what the port takes; the message names the value and what is allowed.
+        If the port does not accept it; the message names the value and the allowed ones.
     """
     if port.type == "Boolean":
         text = str(raw).strip().lower()
@@ -50,12 +50,12 @@ def convert(raw: Raw, port: Port, name: str) -> float:
         raise ValueError(f"{name} = {raw} is not allowed; it must be a whole number {_bounds(port)}".rstrip())
     if not (within and math.isfinite(value)):
         values = f" ({raw})" if isinstance(raw, str) and not _is_number(raw) else ""
-        raise ValueError(f"{name} = {value:.9g}{port.shown_unit}{values} is not allowed; it must be {port.allowed()}")
+        raise ValueError(f"{name} = {value:.9g}{port.display_unit}{values} is not allowed; it must be {port.allowed()}")
     return value
 
 
 def is_zero(raw: Raw) -> bool:
-    """Return whether a value is `false` or 0, in whatever unit."""
+    """Return whether a value is `false` or 0, in any unit."""
     if isinstance(raw, str):
         text = raw.strip().lower()
         return text == "false" or re.fullmatch(r"[+-]?(0+\.?0*|\.0+)(e[+-]?\d+)?(\s*[^\W\d].*)?", text) is not None

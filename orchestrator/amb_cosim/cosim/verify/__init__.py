@@ -1,1 +1,1 @@
-"""Runs of the reference experiments that an FMU carries."""
+"""Runs the reference experiments that an FMU contains."""

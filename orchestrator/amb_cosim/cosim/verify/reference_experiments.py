@@ -1,9 +1,9 @@
-"""Reads the experiments that an FMU carries as FMI-LS-REF lays them out: what is run, and with which reference results.
+"""Reads the experiments in an FMU (FMI-LS-REF): runs and reference results.
 
 The manifest names files with role `experiment`; each has experiments in the format of the Modelica Association
-(github.com/modelica/ma-hs-experiments), whose times stand at `Experiment` or, of late, at its `TransientSimulation`.
-Tables are CSV with a column `time`; an array of FMI 3.0 is one column, its values apart by blanks. Where there is no
-experiment, files with role `result` are what the FMU's default experiment leads to, as in the Reference-FMUs.
+(github.com/modelica/ma-hs-experiments), whose times are in `Experiment` or, recently, in its `TransientSimulation`.
+Tables are CSV with a column `time`; an array of FMI 3.0 is one column, with values separated by blanks. Without an
+experiment, files with role `result` are the results of the FMU's default experiment, as in the Reference-FMUs.
 """
 
 from __future__ import annotations
@@ -28,9 +28,9 @@ Table = dict[str, list[str]]  # columns by their names, as texts
 
 @dataclass(frozen=True)
 class ReferenceExperiment:
-    """What is run: times in s, None where the FMU says them; values as texts, as they stand in the files.
+    """An experiment: times in s, None for those of the FMU; values as texts, as in the files.
 
-    `unread` says why it cannot be run.
+    `unread` is the reason why it cannot be run.
     """
 
     name: str
@@ -45,12 +45,12 @@ class ReferenceExperiment:
 
 
 def read_experiments(folder: Path) -> list[ReferenceExperiment]:
-    """Return the experiments of an extracted FMU, none if it carries none.
+    """Return the experiments of an extracted FMU, if any.
 
     Raises
     ------
     ValueError
-        If a file that is named is missing or wrong.
+        If a named file is missing or invalid.
     """
     manifest = folder / MANIFEST
     if not manifest.is_file():
@@ -67,17 +67,17 @@ def read_experiments(folder: Path) -> list[ReferenceExperiment]:
     return [_experiment(item, file, folder) for file in files for item in _root(file).iter("Experiment")]
 
 
-def _experiment(one: Element, file: Path, folder: Path) -> ReferenceExperiment:
-    name = one.get("name", file.stem)
-    other = next((kind for kind in OTHER_KINDS if one.find(kind) is not None), "")
-    times = one.find("TransientSimulation")
-    times = one if times is None else times
-    sources = {kind: one.find(kind) for kind in ("Parameters", "Stimuli", "References")}
-    unread = f"it is no simulation over time but {other}" if other else ""
+def _experiment(element: Element, file: Path, folder: Path) -> ReferenceExperiment:
+    name = element.get("name", file.stem)
+    other = next((kind for kind in OTHER_KINDS if element.find(kind) is not None), "")
+    times = element.find("TransientSimulation")
+    times = element if times is None else times
+    sources = {kind: element.find(kind) for kind in ("Parameters", "Stimuli", "References")}
+    unread = f"it is not a simulation over time but {other}" if other else ""
     for kind, expected in (("Stimuli", "text/csv"), ("References", "text/csv"), ("Parameters", "parameter-set")):
         source = sources[kind]
         if source is not None and expected not in source.get("type", expected):
-            unread = unread or f"its {kind.lower()} are of type {source.get('type')}, which is not read"
+            unread = unread or f"its {kind.lower()} are of type {source.get('type')}, which is not supported"
     if sources["References"] is None:
         unread = unread or "it has no reference results"
     if unread:
@@ -89,7 +89,7 @@ def _experiment(one: Element, file: Path, folder: Path) -> ReferenceExperiment:
         start,
         stop,
         step,
-        _number(one, "tolerance", file),
+        _number(element, "tolerance", file),
         dict(_parameters(result["Parameters"])) if "Parameters" in result else {},
         _table(result["Stimuli"]) if "Stimuli" in result else {},
         _table(result["References"]),
@@ -104,11 +104,11 @@ def _root(file: Path) -> Element:
 
 
 def _beside(file: Path, source: str, folder: Path) -> Path:
-    """Return the file that a URI beside another means; raises ValueError if it is none of the FMU's."""
+    """Return the file of a URI relative to another file; raises ValueError if it is not in the FMU."""
     uri = urlsplit(source)
     path = (file.parent / unquote(uri.path)).resolve()
     if uri.scheme or uri.netloc or not path.is_relative_to(folder.resolve()):
-        raise ValueError(f"{file.name}: source {source!r} is no file of the FMU")
+        raise ValueError(f"{file.name}: source {source!r} is not a file of the FMU")
     if not path.is_file():
         raise ValueError(f"{file.name}: there is no file {source!r} in the FMU")
     return path
@@ -141,7 +141,7 @@ def _table(file: Path) -> Table:
         raise ValueError(f"{file.name} is no table: {error}") from error
     header = [name.strip() for name in header]
     if "time" not in header or not rows or any(len(row) != len(header) for row in rows):
-        raise ValueError(f"{file.name} is no table with a column 'time' and rows of {len(header)} values")
+        raise ValueError(f"{file.name} is not a table with a column 'time' and rows of {len(header)} values")
     if twice := sorted({name for name in header if header.count(name) > 1}):
-        raise ValueError(f"{file.name} has two columns {twice[0]!r}; each must have a name of its own")
+        raise ValueError(f"{file.name} has two columns {twice[0]!r}; column names must be unique")
     return {name: [row[k] for row in rows] for k, name in enumerate(header)}

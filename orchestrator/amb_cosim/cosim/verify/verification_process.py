@@ -19,13 +19,13 @@ from amb_cosim.cosim.run.isolation import ERROR, RECORDING
 from amb_cosim.cosim.run.isolation_process import end_with_parent, limit_memory
 from amb_cosim.cosim.verify.reference_experiments import ReferenceExperiment, Table, read_experiments
 from amb_cosim.cosim.verify.verification import MOST_TOLERANCE, TOLERANCE, Deviation, Verified
+from array_types import Array
 
-Numbers = NDArray[np.float64]
 NO_NUMBERS = ("String", "Binary", "Clock")
 
 
 def main() -> None:
-    """Answer with what was verified, or with the error."""
+    """Send the results, or the error."""
     with os.fdopen(os.dup(1), "wb") as answers:
         os.dup2(2, 1)  # what FMUs print does not go among the answers
         signal.signal(signal.SIGTERM, signal.default_int_handler)
@@ -42,47 +42,50 @@ def main() -> None:
     os._exit(0)
 
 
-def _verified(folder: Path, one: ReferenceExperiment) -> Verified:
+def _verified(folder: Path, experiment: ReferenceExperiment) -> Verified:
     """Run an experiment and compare its results with the references."""
-    allowed = one.tolerance or 0.0
+    allowed = experiment.tolerance or 0.0
     tolerance = min(max(TOLERANCE, allowed), MOST_TOLERANCE)
-    if one.unread:
-        return Verified(one.name, tolerance, unread=one.unread)
+    if experiment.unread:
+        return Verified(experiment.name, tolerance, unread=experiment.unread)
     description = read_model_description(str(folder), validate=False)
     default = description.defaultExperiment
     start_time, stop_time = (
         float(local if local is not None else getattr(default, name, None) or fallback)
-        for local, name, fallback in ((one.start_time, "startTime", 0.0), (one.stop_time, "stopTime", 1.0))
+        for local, name, fallback in (
+            (experiment.start_time, "startTime", 0.0),
+            (experiment.stop_time, "stopTime", 1.0),
+        )
     )
-    if wrong := _wrong_times(one.references["time"], start_time, stop_time):
-        return Verified(one.name, tolerance, unread=wrong)
+    if wrong := _wrong_times(experiment.references["time"], start_time, stop_time):
+        return Verified(experiment.name, tolerance, unread=wrong)
     variables = {v.name: v for v in description.modelVariables}
-    names = [name for name in one.references if name != "time"]
-    unknown = sorted({*names, *one.stimuli, *one.parameters} - {*variables, "time"})
+    names = [name for name in experiment.references if name != "time"]
+    unknown = sorted({*names, *experiment.stimuli, *experiment.parameters} - {*variables, "time"})
     if unknown:
-        raise ValueError(f"{one.name}: the FMU has no variables {', '.join(unknown)}")
+        raise ValueError(f"{experiment.name}: the FMU has no variables {', '.join(unknown)}")
     names = [name for name in names if variables[name].type not in NO_NUMBERS]
-    references = {name: _numbers(name, one.references[name]) for name in names}
+    references = {name: _numbers(name, experiment.references[name]) for name in names}
     if not names:
-        return Verified(one.name, tolerance, unread="its reference results have no numbers to compare with")
+        return Verified(experiment.name, tolerance, unread="its reference results have no numbers to compare with")
     infinite = next((name for name in names if not np.isfinite(references[name]).all()), None)
     if infinite is not None:
-        return Verified(one.name, tolerance, unread=f"its reference results of {infinite} are not all finite")
+        return Verified(experiment.name, tolerance, unread=f"its reference results of {infinite} are not all finite")
     said: list[str] = []
 
     def log(_: Any, __: Any, status: int, ___: Any, text: bytes) -> None:
         if status > 1:
             said.append(text.decode("utf-8", "replace"))
 
-    start, varying = _inputs(one.stimuli)
-    parameters = {name: _value(variables[name], text) for name, text in one.parameters.items()}
+    start, varying = _inputs(experiment.stimuli)
+    parameters = {name: _value(variables[name], text) for name, text in experiment.parameters.items()}
     try:
         result = simulate_fmu(
             str(folder),
             validate=False,
             start_time=start_time,
             stop_time=stop_time,
-            output_interval=one.step_size or _spacing(one.references["time"]),
+            output_interval=experiment.step_size or _spacing(experiment.references["time"]),
             relative_tolerance=min(allowed, MOST_TOLERANCE) or None,
             start_values=parameters | start,
             input=varying,
@@ -90,15 +93,15 @@ def _verified(folder: Path, one: ReferenceExperiment) -> Verified:
             logger=log,
         )
     except Exception as error:
-        return Verified(one.name, tolerance, failure=said[-1] if said else str(error))
-    times = np.array([_number(text) for text in one.references["time"]])
+        return Verified(experiment.name, tolerance, failure=said[-1] if said else str(error))
+    times = np.array([_number(text) for text in experiment.references["time"]])
     largest = _largest_deviation(times, references, {name: np.asarray(result[name]) for name in ("time", *names)})
     n_values = sum(column.size for column in references.values())
-    return Verified(one.name, tolerance, len(times), n_values, largest, allowed=allowed)
+    return Verified(experiment.name, tolerance, len(times), n_values, largest, allowed=allowed)
 
 
 def _wrong_times(texts: list[str], start_time: float, stop_time: float) -> str:
-    """Return what is wrong with the times of reference results (s), nothing where they lie in the run."""
+    """Return the error in the times of reference results (s), empty if they are within the run."""
     if not stop_time > start_time:
         return f"its stop time of {stop_time:g} s is not after its start at {start_time:g} s"
     times, margin = np.array([_number(text) for text in texts]), 1e-9 * (stop_time - start_time)
@@ -106,18 +109,18 @@ def _wrong_times(texts: list[str], start_time: float, stop_time: float) -> str:
         return "the times of its reference results do not ascend"
     if times[0] < start_time - margin or times[-1] > stop_time + margin:
         run = f"the run from {start_time:g} s to {stop_time:g} s"
-        return f"its reference results, from {times[0]:g} s to {times[-1]:g} s, reach beyond {run}"
+        return f"its reference results, from {times[0]:g} s to {times[-1]:g} s, exceed {run}"
     return ""
 
 
 def _spacing(texts: list[str]) -> float | None:
-    """Return the time between two rows (s), None where it changes or there is but one."""
+    """Return the time between rows (s), None if it changes or there is only one row."""
     steps = np.diff([_number(text) for text in texts])
     return float(np.mean(steps)) if len(steps) and np.allclose(steps, steps[0], rtol=1e-6) else None
 
 
 def _inputs(stimuli: Table) -> tuple[dict[str, str], NDArray[Any] | None]:
-    """Return inputs that stay as they are, as start values (arrays too), and the others over time."""
+    """Return constant inputs as start values (also arrays), and the others over time."""
     columns = {name: column for name, column in stimuli.items() if name != "time"}
     constant = {name: column[0] for name, column in columns.items() if len(set(column)) == 1}
     varying = [name for name in columns if name not in constant]
@@ -130,7 +133,7 @@ def _inputs(stimuli: Table) -> tuple[dict[str, str], NDArray[Any] | None]:
 
 
 def _value(variable: Any, text: str) -> str:
-    """Return the value of a parameter as FMPy takes it: an Enumeration's as a number."""
+    """Return the value of a parameter for FMPy; that of an Enumeration as a number."""
     items = variable.declaredType.items if variable.type == "Enumeration" and variable.declaredType else None
     return next((str(item.value) for item in items or () if item.name == text), text)
 
@@ -139,30 +142,30 @@ def _number(text: str) -> float:
     return float({"true": "1", "false": "0"}.get(text.strip().lower(), text))
 
 
-def _numbers(name: str, column: list[str]) -> Numbers:
-    """Return the values of a variable, rows by its elements.
+def _numbers(name: str, column: list[str]) -> Array:
+    """Return the values of a variable, shape (rows, elements).
 
     Raises
     ------
     ValueError
-        If a value is no number, or rows differ in their number of elements.
+        If a value is not a number, or rows differ in their number of elements.
     """
     try:
         return np.array([[_number(item) for item in text.split()] for text in column], dtype=np.float64)
     except ValueError as error:
-        raise ValueError(f"the reference results of {name} are no numbers, the same count in each row") from error
+        raise ValueError(f"the reference results of {name} are not numbers with the same count in each row") from error
 
 
 def _largest_deviation(
-    times: Numbers, references: Mapping[str, Numbers], found: Mapping[str, NDArray[Any]]
+    times: Array, references: Mapping[str, Array], results: Mapping[str, NDArray[Any]]
 ) -> Deviation | None:
-    """Compare results with references, those between two points of the results by a straight line between these."""
-    points = found["time"]
+    """Compare results with references; results are interpolated linearly between points."""
+    points = results["time"]
     nearest = np.abs(points[:, None] - times[None, :]).argmin(axis=0)
     on_points = np.allclose(points[nearest], times, rtol=1e-9, atol=1e-12)
     largest: Deviation | None = None
     for name, expected in references.items():
-        values = found[name].astype(float).reshape(len(points), -1)
+        values = results[name].astype(float).reshape(len(points), -1)
         values = values[nearest] if on_points else _between(times, points, values)
         if values.shape != expected.shape:
             sizes = f"{expected.shape[1]} values in a row, the variable has {values.shape[1]}"
@@ -178,7 +181,7 @@ def _largest_deviation(
     return largest
 
 
-def _between(times: Numbers, points: Numbers, values: Numbers) -> Numbers:
+def _between(times: Array, points: Array, values: Array) -> Array:
     return np.column_stack([np.interp(times, points, column) for column in values.T])
 
 

@@ -10,11 +10,11 @@
  * A variable of an FMU.
  * @typedef {object} Variable
  * @property {string} name
- * @property {number} reference value reference in the model's own FMU
+ * @property {number} reference value reference in the FMU of the model
  * @property {"Real" | "Integer" | "Boolean"} type an Enumeration is an Integer with `items`
  * @property {"parameter" | "input" | "output"} causality
  * @property {"fixed" | "tunable" | "continuous" | "discrete"} variability tunable parameters may be set while it runs
- * @property {string} unit empty where there is none
+ * @property {string} unit empty without
  * @property {number | null} min
  * @property {number | null} max
  * @property {number | null} start what the FMU starts with if nothing is set; null of outputs
@@ -27,9 +27,9 @@
  * @typedef {object} Component
  * @property {string} name
  * @property {string} model
- * @property {string} guid of the model's own FMU; components with the same one have the same variables
+ * @property {string} guid of the FMU of the model; components with the same have the same variables
  * @property {Variable[]} variables
- * @property {Record<string, number>} parameters values that it starts with, where they differ from its own
+ * @property {Record<string, number>} parameters values that it starts with, where they differ from its start values
  */
 
 /**
@@ -65,10 +65,10 @@
  * What is drawn. Lengths in m; z along the shaft. `shape` turns what the sensors show into the deflected shaft: the
  * displacement of node k is the sum over j of shape.rows[k][j] times the displacement at place j.
  * @typedef {object} Geometry
- * @property {{ z: number, radius: number }[]} nodes of the shaft, from its left end; `radius` of the element that begins there
+ * @property {{ z: number, radius: number }[]} nodes of the shaft, from its left end; `radius` of the element that begins at the node
  * @property {{ name: string, z: number, radius: number, width: number, unbalance: boolean }[]} discs
  * @property {{ name: string, z: number, x: string, y: string, retainer: string, magnetic: boolean }[]} bearings signals of
- * displacement; whether magnets pull the rotor there
+ * displacement; whether magnets pull the rotor at it
  * @property {Site[]} sites retainers and bushes
  * @property {{ name: string, z: number, x: string, y: string }[]} planes of sensors, with their signals
  * @property {{ places: { z: number, x: string, y: string }[], rows: number[][] }} shape
@@ -104,13 +104,13 @@
  * @property {number} first point
  * @property {number} last point at which the scenario ends
  * @property {number} period of the initial speed (s)
- * @property {string} module key in `Parts` of the FMU, which has all components in one
+ * @property {string} module key in `Parts` of the FMU, which has all components
  * @property {string} guid of the FMU
  * @property {string} data key in `Parts` of its constants, the file `resources/model.bin`
  * @property {string[]} variables names of its variables in order of their value references
  * @property {Component[]} components in the order in which they step
  * @property {{ name: string, targets: string[] }[]} signals shared ones, each feeding several inputs
- * @property {Record<string, number>} inputs first values of signals and inputs, where they are not the FMU's own
+ * @property {Record<string, number>} inputs first values of signals and inputs, where they are not the FMU's
  * @property {PlannedEvent[]} events
  * @property {Ramp[]} ramps
  * @property {StopCondition[]} stops
@@ -118,7 +118,7 @@
  * @property {Geometry} geometry
  */
 
-/** Bytes by key: the modules and the constants of the FMUs. Rigs of one system and rotor share them.
+/** Bytes by key: the modules and the constants of the FMUs. Rigs of a system and rotor share them.
  * @typedef {Record<string, Uint8Array>} Parts */
 
 // What was done --------------------------------------------------------------------------------------------------------
@@ -161,12 +161,12 @@
  * @typedef {{ type: "step", points?: number }} Step pause, then do so many communication steps, 1 by default
  * @typedef {{ type: "run", to: number }} Run compute up to a time (s) as fast as it goes, then pause
  * @typedef {{ type: "reset", settings?: Settings }} Reset start anew; settings are those of before by default
- * @typedef {{ type: "set", values: Record<string, number> }} Set inputs, signals and tunable parameters; one refused, none is
+ * @typedef {{ type: "set", values: Record<string, number> }} Set inputs, signals and tunable parameters; if any is refused, none is
  * set
  * @typedef {{ type: "speed", speed: number, acceleration: number }} Speed go to a speed (rad/s) at a rate (rad/s2), as speed
  * points do: a change on the way begins at the end of the piece of 0.1 s that runs
  * @typedef {{ type: "push", disc: string, force: [number, number] }} Push force (N) on a disc until the next push of it
- * @typedef {{ type: "rewind", time: number, keep?: boolean }} Rewind go back to a time (s), and pause there; changes after it
+ * @typedef {{ type: "rewind", time: number, keep?: boolean }} Rewind go back to a time (s), and pause; changes after it
  * are forgotten unless `keep`, when they take place again
  * @typedef {{ type: "save", name: string, description?: string }} Save ask for `saved`: the run up to now as a scenario
  *
@@ -192,7 +192,7 @@
  * @property {number} time s
  * @property {"settling" | "playing" | "paused" | "failed"} status
  * @property {boolean} anew whether rows are those of a new run or of an earlier time: forget all rows from `from` on
- * @property {number} from first point of the rows; where there are none, the point
+ * @property {number} from first point of the rows; without rows, the point
  * @property {Float64Array} rows since the last frame, row by row: time (s), then a column for each watched signal
  * @property {Float64Array} values newest values of all signals, in the order of `Ready.signals`
  * @property {ContactEvent[]} contacts since the last frame
@@ -213,7 +213,7 @@
  * @typedef {{ type: "userChanges", userChanges: UserChanges }} UserChangesUpdated the record changed: settings, and what was set, pushed, sped up
  * @typedef {{ type: "warning", component: string, time: number, text: string }} Warning that an FMU logged
  * @typedef {{ type: "refused", request: string, text: string }} Refused a request that changed nothing, with the reason: the
- * FMU's own message where it was the FMU's to judge
+ * FMU's message where it was the FMU's to judge
  * @typedef {{ type: "failed", component: string, time: number, text: string }} Failed a step failed by itself, with the FMU's
  * message, or the engine's where `component` is empty; rewind and reset lead on
  * @typedef {{ type: "ended", reason: "completed" | "stopped" | "reached", time: number, text: string }} Ended paused at the

@@ -1,7 +1,8 @@
 "use strict";
 // Plots are drawn when they come into view, and again where light turns dark. Colours: Okabe and Ito.
 (function () {
-  const COLOURS = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "--ink", "#999999"];
+  const COLOURS = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "--ink", "#8A5A00", "#7A6FC4", "#00796B"];
+  const DASHES = ["solid", "dot", "dashdot"]; // of curves beyond the number of colours
   const data = JSON.parse(document.getElementById("plots").textContent);
 
   const ofPage = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
@@ -15,10 +16,25 @@
       k += isReference ? 0 : 1;
       return {
         name: curve.name, x: curve.x, y: curve.y, type: "scatter", mode: curve.style === "dots" ? "markers" : "lines",
-        line: { color: isReference ? "#777777" : colour(k), width: 1.3, dash: isReference ? "dash" : "solid" },
+        line: { color: isReference ? "#777777" : colour(k), width: 1.3, dash: isReference ? "dash" : DASHES[Math.floor(k / COLOURS.length) % DASHES.length] },
         marker: { color: colour(Math.max(k, 0)), size: 7, symbol: Math.max(k, 0) % 8 },
       };
     });
+  }
+
+  // Ranges of y, from the lower end of the axis; the lowest is darkest.
+  function zones(panel) {
+    const at = (y) => panel.log.includes("y") ? Math.log10(y) : y;
+    let below = panel.least;
+    const shapes = [], annotations = [];
+    panel.zones.forEach(([limit, name], k) => {
+      if (below >= limit) { return; }
+      const fillcolor = `rgba(128, 128, 128, ${0.28 - 0.2 * k / Math.max(panel.zones.length - 1, 1)})`;
+      shapes.push({ type: "rect", layer: "below", xref: "paper", x0: 0, x1: 1, y0: below, y1: limit, fillcolor, line: { width: 0 } });
+      annotations.push({ text: name, xref: "paper", x: 0, xanchor: "left", y: at(limit), yanchor: "top", showarrow: false, font: { size: 10 } });
+      below = limit;
+    });
+    return { shapes, annotations };
   }
 
   function layout(panel) {
@@ -28,7 +44,7 @@
     if (panel.log.includes("x")) { x.type = "log"; }
     if (panel.log.includes("y")) { y.type = "log"; }
     if (panel.round) { y.scaleanchor = "x"; y.scaleratio = 1; }
-    return { autosize: true,
+    return { ...zones(panel), autosize: true,
              title: { text: innerWidth < 704 ? panel.title.replace(", ", ",<br>") : panel.title, font: { size: 14 }, x: 0, xref: "container", xanchor: "left", pad: { l: 8, b: 6 },
                       yref: "paper", y: 1, yanchor: "bottom" },
              xaxis: x, yaxis: y,
@@ -44,14 +60,14 @@
   }
 
   function onKey(event) {
-    const plot = event.currentTarget, shown = plot._fullLayout, step = 0.15;
+    const plot = event.currentTarget, layout = plot._fullLayout, step = 0.15;
     if (event.target !== plot || event.ctrlKey || event.altKey || event.metaKey) { return; }
     const move = { ArrowLeft: [-step, 0], ArrowRight: [step, 0], ArrowDown: [0, -step], ArrowUp: [0, step] }[event.key];
     const scale = { "+": 0.7, "=": 0.7, "-": 1 / 0.7 }[event.key];
     if (move || scale) {
       const [dx, dy] = move || [0, 0];
-      Plotly.relayout(plot, { "xaxis.range": changed(shown.xaxis.range, dx, scale || 1),
-                              "yaxis.range": changed(shown.yaxis.range, dy, 1) });
+      Plotly.relayout(plot, { "xaxis.range": changed(layout.xaxis.range, dx, scale || 1),
+                              "yaxis.range": changed(layout.yaxis.range, dy, 1) });
     } else if (event.key === "0") {
       Plotly.relayout(plot, { "xaxis.autorange": true, "yaxis.autorange": true });
     } else if (/^[1-9]$/.test(event.key) && plot.data.length >= Number(event.key)) {
@@ -90,7 +106,7 @@
   }
 
   const observer = new IntersectionObserver((entries) => {
-    for (const entry of entries.filter((one) => one.isIntersecting)) {
+    for (const entry of entries.filter((item) => item.isIntersecting)) {
       observer.unobserve(entry.target);
       draw(entry.target, data[entry.target.dataset.source] || []);
       entry.target.style.minHeight = "";
@@ -103,8 +119,8 @@
 
   const boxes = [...document.querySelectorAll(".filter input")];
   function filter() {
-    const shown = new Set(boxes.filter((box) => box.checked).map((box) => box.value));
-    for (const row of document.querySelectorAll(".statements tbody tr")) { row.hidden = !shown.has(row.className); }
+    const states = new Set(boxes.filter((box) => box.checked).map((box) => box.value));
+    for (const row of document.querySelectorAll(".statements tbody tr")) { row.hidden = !states.has(row.className); }
     for (const article of document.querySelectorAll("article")) {
       article.hidden = !article.querySelector(".statements tbody tr:not([hidden])");
     }

@@ -1,4 +1,4 @@
-"""Figures of a run, drawn from its data set alone. matplotlib is imported when a figure is made."""
+"""Figures of a run, drawn from its data set. matplotlib is imported when a figure is made."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from amb_cosim.cosim.record.signals import Signals
+from amb_cosim.cosim.system.values import Raw
 from amb_cosim.results.contact_history import rolling_from
 from amb_cosim.results.energies import energies
 from amb_cosim.results.magnet_limits import is_magnetic
@@ -30,16 +31,17 @@ MODULES = {
     "magnets": "magnets",
     "energy": "energy",
     "touchdown": "fall",
+    "turns": "turns",
 }
 
 
 class Plots:
-    """The figures of a run, one method for each; a notebook shows what a method returns.
+    """The figures of a run, one method each; a notebook shows the returned figure.
 
     Parameters
     ----------
     dataset
-        What the run recorded, with its attributes.
+        The record of the run, with its attributes.
     """
 
     def __init__(self, dataset: Signals) -> None:
@@ -66,12 +68,42 @@ class Plots:
         return figure(self._dataset, "magnets")
 
     def energy(self) -> Figure:
-        """Draw the energy of the lateral motion, the work done on the rotor and the heat it became."""
+        """Draw the energy of the lateral motion, the work done on the rotor and the heat."""
         return figure(self._dataset, "energy")
 
     def touchdown(self) -> Figure:
         """Draw orbits within the clearance, heights, speeds of rotor and races, and temperatures of a touchdown."""
         return figure(self._dataset, "touchdown")
+
+    def turns(self) -> Figure:
+        """Draw the last turns at bearings and sites, with keyphasor marks and the direction of whirl."""
+        return figure(self._dataset, "turns")
+
+    def __call__(self, *variables: str, begin: Raw | None = None, until: Raw | None = None) -> Figure:
+        """Draw variables over time: `plot("left.x", "*.f_n", begin="cycle 4", until="0.3 s")`.
+
+        Parameters
+        ----------
+        variables
+            Names of variables, with or without their component, or patterns; those of one unit share a panel.
+        begin, until
+            Moments: a time (s), a text with its unit, or `cycle 5`; those of the record by default.
+
+        Raises
+        ------
+        ValueError
+            If no variable is named or matches, or there is no sample in this time range.
+        """
+        if not variables:
+            raise ValueError(f"no variable is named; use names or patterns, or call {', '.join(MODULES)}")
+        import matplotlib as mpl
+
+        from amb_cosim.presentation.style import STYLE
+        from amb_cosim.results.plots.traces import traces
+        from amb_cosim.results.selection import select
+
+        with mpl.rc_context(STYLE):
+            return traces(select(self._dataset, variables, begin, until))
 
     def interactive(self) -> Any:
         """Return orbits, radii and contact forces as a figure of plotly, to zoom into (extra `report`)."""
@@ -99,14 +131,14 @@ def figure(dataset: Signals, name: str) -> Figure:
     Parameters
     ----------
     dataset
-        What the run recorded, with its attributes.
+        The record of the run, with its attributes.
     name
-        `orbits`, `displacement`, `contact`, `whirl`, `magnets`, `energy` or `touchdown`.
+        `orbits`, `displacement`, `contact`, `whirl`, `magnets`, `energy`, `touchdown` or `turns`.
 
     Raises
     ------
     ValueError
-        If there is no figure of that name, or the run recorded no sample or not what the figure shows.
+        If there is no figure of that name, or the run recorded no sample or not the variables of the figure.
     """
     if name not in MODULES:
         raise ValueError(f"figure = {name!r} is not allowed; it must be one of {', '.join(MODULES)}")
@@ -142,10 +174,10 @@ def draw_all(dataset: Signals, folder: Path) -> list[Path]:
 
 
 def chosen(dataset: Signals) -> list[str]:
-    """Return the names of the figures that the scenario asks for, or else of those that suit the run.
+    """Return the names of the figures that the scenario requests, or by default of those that suit the run.
 
-    Orbits overlap while the speed changes; whirl is of interest where the rotor rolls on a bearing. The figure of a
-    touchdown has orbits of its own.
+    Orbits overlap while the speed changes; whirl is of interest if the rotor rolls on a bearing. The figure of a
+    touchdown contains its own orbits.
     """
     if "plot_figures" in dataset.attrs:
         requested: list[str] = json.loads(dataset.attrs["plot_figures"])

@@ -1,30 +1,32 @@
-"""What the figures of a run share: titles, and the time axis in cycles, or in seconds where the speed changes."""
+"""Shared parts of the figures of a run: titles, and the time axis in cycles, or in seconds if the speed changes."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from textwrap import shorten
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
-from numpy.typing import NDArray
 
 from amb_cosim.cosim.basics.choices import ROLES
 from amb_cosim.cosim.record.signals import Signals
-from amb_cosim.presentation.style import BLUE, GREEN, ORANGE, PURPLE, SKY_BLUE, TITLE_SIZE, YELLOW
+from amb_cosim.presentation.style import BLUE, GREEN, LETTER, ORANGE, PURPLE, SKY_BLUE, TITLE_SIZE, YELLOW, fitted
 from amb_cosim.presentation.units import spin_text
 from amb_cosim.results.contact_history import touchable
-from amb_cosim.results.orbits import path
+from amb_cosim.results.orbits import path, turned_upright, upright
 from amb_cosim.results.places import places
 from amb_cosim.results.series import cycles, event_name, parameters, signal, speed, speed_changes, switched_on
+from array_types import Array
 
-CONSTANT = 0.002  # relative change of a spin speed that is none to be drawn
+MOST_LINES = 2  # of a description in a title
+CONSTANT = 0.002  # relative change of a spin speed too small to draw
 COLOURS = (BLUE, ORANGE, GREEN, PURPLE, SKY_BLUE, YELLOW)
 
 
-def plant_signal(dataset: Signals, name: str) -> NDArray[np.float64]:
+def plant_signal(dataset: Signals, name: str) -> Array:
     """Return the samples of a variable of the plant; NaN if it was not recorded."""
     values = signal(dataset, name)
     if values is None:
@@ -43,11 +45,31 @@ def clearance(dataset: Signals, site: str) -> float:
 
 
 def add_title(figure: Figure, dataset: Signals) -> None:
-    """Write the name of the scenario and its spin speed above the figure."""
+    """Write the name of the scenario, its spin speed and its description above the figure."""
     speeds = speed(dataset)
     name = Path(dataset.attrs["scenario"]).stem
     ends = (speeds[0], speeds[-1]) if speed_is_drawn(dataset) else (speeds[0],)
-    figure.suptitle(f"{name}, {spin_text(*ends)}", fontsize=TITLE_SIZE)
+    about = shorten(str(dataset.attrs.get("description", "")), int(MOST_LINES * figure.get_figwidth() / LETTER))
+    lines = [f"{name}, {spin_text(*ends)}", *([fitted(about, figure.get_figwidth())] if about else [])]
+    figure.suptitle("\n".join(lines), fontsize=TITLE_SIZE)
+
+
+def orbit_labels(dataset: Signals, unit: str) -> tuple[str, str]:
+    """Return the labels of the axes of an orbit that was turned upright: vertical and horizontal if gravity is known,
+    or x and y."""
+    names = ("$x$", "$y$") if upright(dataset) == 1.0 else ("to the right", "up")
+    return f"{names[0]} ({unit})", f"{names[1]} ({unit})"
+
+
+def mark_axes(panel: Axes, dataset: Signals) -> None:
+    """Write at the edge of an orbit that was turned upright where x and y of the magnets point."""
+    if upright(dataset) == 1.0:
+        return
+    reach = 0.93 * panel.get_xlim()[1]
+    for name, direction in (("x", 1.0), ("y", 1.0j)):
+        end = reach * upright(dataset) * direction
+        panel.plot([0.0, end.real], [0.0, end.imag], color="0.75", lw=0.5, zorder=0.4)
+        panel.text(end.real, end.imag, f"${name}$", fontsize=7, color="0.45", ha="center", va="center")
 
 
 def speed_is_drawn(dataset: Signals) -> bool:
@@ -64,10 +86,14 @@ class Station:
     place: str
     site: str
 
-    def path(self, dataset: Signals) -> NDArray[np.float64]:
+    def path(self, dataset: Signals) -> Array:
         """Return x and y (m) at each sample, see `orbits.path`, shape (2, n); NaN if they were not recorded."""
         result = path(dataset, self.place)
         return np.full((2, dataset.sizes["time"]), np.nan) if result is None else result
+
+    def seen(self, dataset: Signals) -> Array:
+        """Return `path` to the right and upwards, as a picture shows it, shape (2, n) (m)."""
+        return turned_upright(dataset, self.path(dataset))
 
 
 def stations(dataset: Signals) -> list[Station]:
@@ -95,8 +121,8 @@ def colour_of(dataset: Signals, site: str) -> str:
     return COLOURS[places(dataset).sites.index(site) % len(COLOURS)]
 
 
-def time_values(dataset: Signals) -> NDArray[np.float64]:
-    """Return the place of each sample on the time axis: its cycle, or its time (s) where the speed changes."""
+def time_values(dataset: Signals) -> Array:
+    """Return the position of each sample on the time axis: its cycle, or its time (s) if the speed changes."""
     return cycles(dataset) * _cycle_length(dataset)
 
 
@@ -106,7 +132,7 @@ def _cycle_length(dataset: Signals) -> float:
 
 
 def _time_limits(dataset: Signals) -> tuple[float, float]:
-    """Return the limits of the time axis: those that the scenario asks for, or those of the run."""
+    """Return the limits of the time axis: those that the scenario requests, or those of the run."""
     if "plot_cycles" in dataset.attrs:
         begin, end = dataset.attrs["plot_cycles"]
         return float(begin) * _cycle_length(dataset), float(end) * _cycle_length(dataset)
@@ -124,7 +150,7 @@ def label_time_axis(axes: Axes, dataset: Signals) -> None:
     axes.xaxis.set_major_locator(MaxNLocator(10, integer=end - begin > 3.0, steps=[1, 2, 5, 10]))
 
 
-def _event_times(dataset: Signals) -> dict[str, float]:
+def event_times(dataset: Signals) -> dict[str, float]:
     """Return the place on the time axis of disturbance, relief and the start of ROLAC, within the axis' limits."""
     begin, end = _time_limits(dataset)
     event_cycles = {event_name(dataset, role): dataset.attrs.get(f"{role}_cycle") for role in ROLES}
@@ -135,17 +161,23 @@ def _event_times(dataset: Signals) -> dict[str, float]:
 
 def title_padding(dataset: Signals, highest: bool) -> float | None:
     """Return the distance (points) of a title from its axes: the names of events are written below the highest one."""
-    return 14.0 if highest and _event_times(dataset) else None
+    return 14.0 if highest and event_times(dataset) else None
 
 
 def mark_events(axes: Axes, dataset: Signals, named: bool) -> None:
     """Draw vertical lines at disturbance, relief and the start of ROLAC, with their names if `named`."""
-    for name, time in _event_times(dataset).items():
+    draw_events(axes, event_times(dataset), named)
+
+
+def draw_events(axes: Axes, times: dict[str, float], named: bool) -> None:
+    """Draw a vertical line at each event, by its name, with the name if `named`."""
+    for name, time in times.items():
         axes.axvline(time, color="0.45", lw=0.8, ls=":")
         if named:
             axes.annotate(
                 name,
-                (time, 1.0),
+                (time, 0.999),
+                annotation_clip=True,
                 xycoords=("data", "axes fraction"),
                 xytext=(0, 2),
                 textcoords="offset points",

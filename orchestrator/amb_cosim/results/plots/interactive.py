@@ -5,14 +5,14 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from amb_cosim.cosim.record.signals import Signals
 from amb_cosim.presentation.units import force_unit, length_unit
 from amb_cosim.results.contact_forces import peaks
 from amb_cosim.results.contact_history import touchable
-from amb_cosim.results.plots.axes import clearance, colour_of, stations, time_values
+from amb_cosim.results.plots.axes import clearance, colour_of, orbit_labels, stations, time_values
 from amb_cosim.results.series import speed_changes
+from array_types import Array
 
 MOST_POINTS = 20_000  # of a curve
 
@@ -25,7 +25,7 @@ def interactive(dataset: Signals) -> Any:
     drawn, sites = stations(dataset), touchable(dataset)
     columns = max(len(drawn), 1)
     every = slice(None, None, max(1, dataset.sizes["time"] // MOST_POINTS))
-    paths = [station.path(dataset) for station in drawn]
+    paths = [station.seen(dataset) for station in drawn]
     gaps = [clearance(dataset, station.site) if station.site else 0.0 for station in drawn]
     length = length_unit(max([*gaps, *(float(np.nanmax(np.abs(path), initial=0.0)) for path in paths)], default=0.0))
     figure: Figure = make_subplots(
@@ -46,11 +46,10 @@ def interactive(dataset: Signals) -> Any:
             figure.add_scatter(x=circle[0], y=circle[1], line=dashed, showlegend=False, row=1, col=k)
         figure.add_scatter(x=times, y=np.hypot(x, y), line=line, showlegend=False, row=2, col=1)
         axis = figure.get_subplot(1, k)
-        axis.xaxis.title.text = f"x ({length.label})"
-        axis.yaxis.update(
-            scaleanchor=axis.xaxis.anchor.replace("y", "x"), title_text=f"y ({length.label})" if k == 1 else ""
-        )
-    forces: dict[str, NDArray[np.float64]] = {s: f for s in sites if (f := peaks(dataset, s)) is not None}
+        right, up = (label.replace("$", "") for label in orbit_labels(dataset, length.label))
+        axis.xaxis.title.text = right
+        axis.yaxis.update(scaleanchor=axis.xaxis.anchor.replace("y", "x"), title_text=up if k == 1 else "")
+    forces: dict[str, Array] = {s: f for s in sites if (f := peaks(dataset, s)) is not None}
     unit = force_unit(max((float(force.max(initial=0.0)) for force in forces.values()), default=0.0))
     for site, force in forces.items():
         line = {"color": colour_of(dataset, site), "width": 1}

@@ -1,4 +1,4 @@
-"""Figure of the magnets: control currents and forces of each axis, with what they can do at most."""
+"""Figure of the magnets: control currents and forces of each axis, with their limits."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from numpy.typing import NDArray
 
 from amb_cosim.cosim.record.signals import Signals
 from amb_cosim.presentation.style import BLUE, DASHED, ORANGE, StyledFigure
@@ -23,9 +22,11 @@ from amb_cosim.results.magnet_limits import (
 )
 from amb_cosim.results.places import places
 from amb_cosim.results.plots.axes import add_title, label_time_axis, mark_events, time_values, title_padding
+from array_types import Array
 
 AXES = {"x": BLUE, "y": ORANGE}
-NEAR = 0.4  # share of a limit from which on it is drawn; else it is written
+LIMIT = "limit; of a force: with the rotor in the centre"
+NEAR = 0.4  # fraction of a limit above which it is drawn; otherwise it is written
 
 
 def magnets(dataset: Signals) -> Figure:
@@ -48,13 +49,16 @@ def magnets(dataset: Signals) -> Figure:
             bounds = [limits(dataset, f"{bearing}.{axis}") for axis in AXES]
             _draw_limits(panel, [b for b in bounds if b is not None], values.values(), size, label)
             panel.set_ylabel(f"{what} ({label})")
-            panel.set_title(bearing.upper(), loc="left", pad=title_padding(dataset, row is panels[0]))
-            mark_events(panel, dataset, named=row is panels[0])
+            panel.set_title(bearing.upper(), loc="left", pad=title_padding(dataset, bearing == bearings[0]))
+            mark_events(panel, dataset, named=bearing == bearings[0])
     for panel in panels[-1]:
         label_time_axis(panel, dataset)
     handles = [Line2D([], [], color=colour, label=axis) for axis, colour in AXES.items()]
     figure.legend(
-        handles=[*handles, Line2D([], [], color="black", ls=DASHED, label="limit, of a force that in the centre")],
+        handles=[
+            *handles,
+            Line2D([], [], color="black", ls=DASHED, label=LIMIT),
+        ],
         loc="outside lower center",
         ncols=3,
     )
@@ -62,10 +66,8 @@ def magnets(dataset: Signals) -> Figure:
     return figure
 
 
-def _draw_limits(
-    panel: Axes, bounds: list[Limits], values: Iterable[NDArray[np.float64] | None], size: float, unit: str
-) -> None:
-    """Draw the limits that values come near to, and write those that are far away."""
+def _draw_limits(panel: Axes, bounds: list[Limits], values: Iterable[Array | None], size: float, unit: str) -> None:
+    """Draw the limits that values approach, and write distant ones."""
     drawn = [result / size for result in values if result is not None]
     low, high = (
         min((float(np.nanmin(result, initial=0.0)) for result in drawn), default=0.0),

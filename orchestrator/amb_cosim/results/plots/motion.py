@@ -3,28 +3,41 @@
 from __future__ import annotations
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from numpy.typing import NDArray
 
 from amb_cosim.cosim.record.signals import Signals
-from amb_cosim.presentation.style import BLUE, DASHED, GREY, ORANGE, StyledFigure, fitted, set_orbit_axes
+from amb_cosim.presentation.style import (
+    BLUE,
+    DASHED,
+    GREY,
+    ORANGE,
+    StyledFigure,
+    draw_retainer,
+    fitted,
+    retainer_sample,
+    set_orbit_axes,
+)
 from amb_cosim.presentation.units import SYMBOLS, length_unit, speed_unit
 from amb_cosim.results.plots.axes import (
     add_title,
     clearance,
     colour_of,
     label_time_axis,
+    mark_axes,
     mark_events,
+    orbit_labels,
     speed_is_drawn,
     stations,
     time_values,
     title_padding,
 )
 from amb_cosim.results.series import cycles, event_name, speed, switched_on
+from array_types import Bools
 
-SMALL_MOTION = 0.25  # share of the clearance; a smaller motion is drawn in its own size
+SMALL_MOTION = 0.25  # fraction of the clearance; smaller motion is drawn with its own scale
 MOST_COLUMNS = 4  # of orbits side by side
 
 # Colours of the parts of a run.
@@ -34,35 +47,34 @@ BEFORE, LOADED, AFTER = GREY, ORANGE, BLUE
 def orbits(dataset: Signals) -> Figure:
     """Draw the path of the rotor centre at each station, coloured by part of the run, and the clearance.
 
-    Where all orbits are small in their clearances, they are drawn in their own size, and the clearance is written.
+    If all orbits are small compared with their clearances, they have their own scale, and the clearance is written.
     """
     drawn = stations(dataset)
     gaps = [clearance(dataset, station.site) if station.site else 0.0 for station in drawn]
-    reach = [float(np.nanmax(np.abs(station.path(dataset)), initial=0.0)) for station in drawn]
+    reach = [float(np.nanmax(np.abs(station.seen(dataset)), initial=0.0)) for station in drawn]
     small = all(_is_small(r, c) for r, c in zip(reach, gaps, strict=True))
-    limit = (1.35 * max(reach) if small else 1.1 * max(gaps + reach)) or 1e-6
+    limit = (1.35 * max(reach) if small else 1.14 * max(gaps + reach)) or 1e-6
     unit, columns = length_unit(limit), min(len(drawn), MOST_COLUMNS)
     rows = -(-len(drawn) // columns)
     figure = StyledFigure(figsize=(max(3.5 * columns, 4.5), 3.4 * rows + 0.5), layout="constrained")
     panels = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
     for panel, station, c in zip(panels.flat, drawn, gaps, strict=False):
-        x, y = unit.of(station.path(dataset))
-        angle = np.linspace(0.0, 2.0 * np.pi, 361)
+        x, y = unit.of(station.seen(dataset))
         if station.site and small:
             _write(panel, f"clearance {unit.text(c)}")
         elif station.site:
-            circle = {"color": "black", "lw": 1.0, "ls": DASHED, "zorder": 3}
-            panel.plot(unit.of(c) * np.cos(angle), unit.of(c) * np.sin(angle), **circle)
+            draw_retainer(panel, c / unit.size)
         for _, colour, within in run_parts(dataset):
             panel.plot(np.where(within, x, np.nan), np.where(within, y, np.nan), color=colour, lw=0.7)
-        set_orbit_axes(panel, fitted(station.title, 3.3), limit / unit.size, unit.label)
+        set_orbit_axes(panel, fitted(station.title, 3.3), limit / unit.size, orbit_labels(dataset, unit.label)[0])
+        mark_axes(panel, dataset)
     for first in panels[:, 0]:
-        first.set_ylabel(f"$y$ ({unit.label})")
+        first.set_ylabel(orbit_labels(dataset, unit.label)[1])
     for panel in panels.flat[len(drawn) :]:
         panel.remove()
-    handles = [Line2D([], [], color=colour, label=label) for label, colour, _ in run_parts(dataset)]
+    handles: list[Artist] = [Line2D([], [], color=colour, label=label) for label, colour, _ in run_parts(dataset)]
     if not small and any(gaps):
-        handles.insert(0, Line2D([], [], color="black", ls=DASHED, label="clearance"))
+        handles.insert(0, retainer_sample())
     figure.legend(handles=handles, loc="outside lower center", ncols=len(handles))
     add_title(figure, dataset)
     return figure
@@ -71,7 +83,7 @@ def orbits(dataset: Signals) -> Figure:
 def displacement(dataset: Signals) -> Figure:
     """Draw the radius of the motion at each station over its clearance, and below it the speed where it changes.
 
-    A motion that is small in its clearance, or has none, is drawn as a length.
+    Motion that is small compared with its clearance, or has none, is drawn as a length.
     """
     drawn, changing = stations(dataset), speed_is_drawn(dataset)
     figure = StyledFigure(figsize=(7.0, 2.1 * len(drawn) + 1.2 * changing), layout="constrained")
@@ -126,10 +138,10 @@ def _draw_speed(panel: Axes, dataset: Signals) -> None:
     mark_events(panel, dataset, named=False)
 
 
-def run_parts(dataset: Signals) -> list[tuple[str, str, NDArray[np.bool_]]]:
+def run_parts(dataset: Signals) -> list[tuple[str, str, Bools]]:
     """Return name, colour and samples of the parts of a run: before the disturbance, from it on, after the relief.
 
-    A run without both is divided where ROLAC is switched on, if it is. Neighbouring parts share a sample.
+    A run without both is divided when ROLAC is switched on, if at all. Adjacent parts share a sample.
     """
     cycle = cycles(dataset)
     disturbance, relief = dataset.attrs.get("disturbance_cycle"), dataset.attrs.get("relief_cycle")

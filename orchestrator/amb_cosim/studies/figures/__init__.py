@@ -1,4 +1,4 @@
-"""Figures of the studies: the module `figures.NAME` beside a study draws the result of the study of that name."""
+"""Figures of the studies: module `figures.NAME` draws the result of the study of that name."""
 
 from __future__ import annotations
 
@@ -16,7 +16,14 @@ if TYPE_CHECKING:
 
 
 def figure(result: DrawnResult) -> Figure:
-    """Return the figure of a study's result, a new one with every call; a notebook shows it."""
+    """Return a new figure of a study's result, which a notebook displays.
+
+    Examples
+    --------
+    >>> from amb_cosim import studies
+    >>> len(figure(studies.campbell("compressor", count=2)).axes)
+    2
+    """
     import matplotlib as mpl
 
     from amb_cosim.presentation.style import STYLE
@@ -36,6 +43,13 @@ def save(result: DrawnResult, folder: Path | str) -> Path:
     ------
     OSError
         If the folder or a file cannot be written.
+
+    Examples
+    --------
+    >>> from amb_cosim import studies
+    >>> folder = save(studies.campbell("compressor", count=2), "campbell")
+    >>> sorted(file.name for file in folder.iterdir())
+    ['campbell.json', 'campbell.png']
     """
     from amb_cosim.presentation.style import write_png
 

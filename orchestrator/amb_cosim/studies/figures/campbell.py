@@ -5,10 +5,10 @@ from __future__ import annotations
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from amb_cosim.presentation.style import TITLE_SIZE
+from amb_cosim.presentation.style import TITLE_SIZE, StyledFigure
 from amb_cosim.presentation.units import speed_unit
 from amb_cosim.studies.campbell_diagram import CampbellDiagram
-from amb_cosim.studies.figures.over_speed import add_legend, draw_over_speed, draw_zones, label_points
+from amb_cosim.studies.figures.over_speed import SIZE, add_legend, draw_over_speed, draw_zones, label_points
 from amb_cosim.studies.figures.whirl import WHIRL_STYLES
 
 
@@ -16,7 +16,8 @@ def draw(diagram: CampbellDiagram) -> Figure:
     """Draw damped frequencies with the lines 1x and 2x and critical speeds above, and damping ratios below."""
     unit, operating = speed_unit(), diagram.operating_speed
     vibrations = [(mode.whirl, mode.frequencies, mode.damping_ratios) for mode in diagram.modes]
-    figure, top, bottom = draw_over_speed(diagram.speeds, vibrations, operating)
+    figure = StyledFigure(figsize=SIZE, layout="constrained")
+    top, bottom = draw_over_speed(figure, diagram.speeds, vibrations, operating)
     points = []
     for critical in diagram.critical_speeds:
         colour, _ = WHIRL_STYLES[critical.whirl]

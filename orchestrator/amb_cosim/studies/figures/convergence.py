@@ -18,7 +18,7 @@ SITE_STYLES = ((BLUE, "o"), (ORANGE, "s"), (GREEN, "^"), (PURPLE, "D"), (YELLOW,
 
 
 def draw(result: ContactConvergence) -> Figure:
-    """Draw each quantity at each site for every run, beside the scenario's own, with a band of 5 % around that."""
+    """Draw each quantity at each site for every run, with a band of 5 % around the scenario's value."""
     local = [row for row in result.rows if row.varied == "scenario"]
     groups = {
         varied: [local[0], *(row for row in result.rows if row.varied == varied and row.start == 0)]
@@ -55,7 +55,7 @@ def _name(row: ConvergenceRow) -> str:
 
 
 def _draw_rows(axes: Axes, quantity: str, rows: list[ConvergenceRow], sites: list[str]) -> None:
-    """Draw a quantity of one site after the other over the runs."""
+    """Draw a quantity of each site over the runs."""
     for site, (colour, marker) in zip(sites, SITE_STYLES, strict=False):
         local = rows[0].sites.get(site)
         if local is not None:

@@ -13,7 +13,7 @@ LEAST = 1e-4  # %, at which any smaller deviation is drawn, as "less"
 
 
 def draw(result: CouplingOrders) -> Figure:
-    """Draw how far the orbit is from that of the first run, over the communication step; hollow: another outcome."""
+    """Draw the deviation of the orbit from the first run over the communication step; hollow: another outcome."""
     figure = StyledFigure(figsize=(6.4, 4.2), layout="constrained")
     axes, first = figure.subplots(), result.rows[0]
     orders = dict.fromkeys(row.order for row in result.rows)

@@ -1,4 +1,4 @@
-"""A rotor from the side: shaft, sleeves and bodies to scale, and beneath them where its parts and masters are."""
+"""Side view of a rotor: shaft, sleeves and bodies to scale, and below them the positions of parts and masters."""
 
 from __future__ import annotations
 
@@ -96,7 +96,7 @@ def _draw_lanes(axes: Axes, result: RotorLayout, lanes: list[str]) -> None:
 
 
 def _is_crowded(result: RotorLayout, kind: str) -> bool:
-    """Whether the names of two parts of a kind would meet."""
+    """Whether the labels of two parts of a kind would overlap."""
     parts = sorted((part for part in result.parts if part.kind == kind), key=lambda part: part.z)
     width = 0.006 * result.length  # of a letter
     return any(b.z - a.z < width * len(a.name + b.name) for a, b in pairwise(parts))

@@ -1,4 +1,4 @@
-"""Properties of one axis of the magnetic bearing."""
+"""Properties of an axis of the magnetic bearing."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from matplotlib.figure import Figure
 from amb_cosim.presentation.style import BLUE, ORANGE, TITLE_SIZE, StyledFigure
 from amb_cosim.presentation.units import force_unit, length_unit
 from amb_cosim.studies.bearing_axis import BearingAxis, LoadCurves
-from fmi_export.model import Array
+from array_types import Array
 
 
 def draw(result: BearingAxis) -> Figure:
-    """Draw K_s and K_i over displacement and control current, load capacity, and the largest sine of the force."""
+    """Draw K_s and K_i over displacement and control current, load capacity, and the largest sinusoidal force."""
     figure = StyledFigure(figsize=(8.4, 7.0), layout="constrained")
     panels = figure.subplots(2, 2)
     _draw_map(panels[0, 0], result, 1e-3 * result.map.k_s, "K_s", "N/mm")
@@ -41,7 +41,7 @@ def _draw_map(axes: Axes, result: BearingAxis, values: Array, symbol: str, unit:
 
 
 def _draw_load_capacity(axes: Axes, load: LoadCurves) -> None:
-    """Draw the control force left over the static load."""
+    """Draw the remaining control force over the static load."""
     unit = force_unit(float(load.static_load[-1]))
     loads = unit.of(load.static_load)
     axes.plot(loads, unit.of(load.up), color=BLUE, label="up, against the load")
@@ -64,7 +64,7 @@ def _draw_load_capacity(axes: Axes, load: LoadCurves) -> None:
 
 
 def _draw_bandwidth(axes: Axes, result: BearingAxis) -> None:
-    """Draw the largest sine of the force over frequency, and the bandwidth of three sines."""
+    """Draw the largest sinusoidal force over frequency, and the bandwidth at three amplitudes."""
     unit = force_unit(max(result.bandwidth.force_amplitude))
     frequencies, amplitudes = result.bandwidth.frequencies, unit.of(result.bandwidth.force_amplitude)
     axes.loglog(frequencies, amplitudes, color=BLUE)
@@ -80,4 +80,4 @@ def _draw_bandwidth(axes: Axes, result: BearingAxis) -> None:
     top = 2.5 * max(amplitudes)
     axes.set(xlabel="frequency (Hz)", ylabel=f"amplitude of the force ({unit.label})", ylim=(top / 1000.0, top))
     axes.set_xlim(frequencies[0], frequencies[-1])
-    axes.set_title("Largest sine of the force, at the voltage limit")
+    axes.set_title("Largest sinusoidal force, at the voltage limit")

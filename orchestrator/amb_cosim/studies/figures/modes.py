@@ -20,7 +20,7 @@ from rotor_analysis.rotor import Rotor
 def draw(result: ModeShapes) -> Figure:
     """Draw the mode shapes in space: the deflected axis, and the orbits of the ends, bodies and bearings.
 
-    An orbit begins at its dot, on the axis as drawn, and ends before a full turn, which shows its direction.
+    An orbit begins at its dot, on the drawn axis, and ends before a full turn to show its direction.
     """
     rotor, matches = result.description, result.modes
     columns = min(len(matches), 4) or 1
@@ -54,7 +54,7 @@ def draw(result: ModeShapes) -> Figure:
 
 
 def _draw_mode(axes: Any, rotor: Rotor, mode: Mode) -> None:
-    """Draw one mode shape into axes with three dimensions."""
+    """Draw a mode shape into three-dimensional axes."""
     z = np.array(rotor.shaft.nodes)
     colour, _ = WHIRL_STYLES[mode.whirl]
     fine_z = np.linspace(z[0], z[-1], 200)

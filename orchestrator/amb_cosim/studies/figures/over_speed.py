@@ -8,38 +8,32 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
+from matplotlib.figure import FigureBase
 from matplotlib.lines import Line2D
-from numpy.typing import NDArray
 
-from amb_cosim.presentation.style import DASHED, GREY, StyledFigure, spread
+from amb_cosim.presentation.style import DASHED, GREY, spread
 from amb_cosim.presentation.units import speed_unit, spin_label
+from amb_cosim.studies.damping_zones import ZONES, damping_ratio
 from amb_cosim.studies.figures.whirl import WHIRL_STYLES
+from array_types import Array
 
-Array = NDArray[np.float64]
 Vibration = tuple[Sequence[str | None], Array, Array]  # whirl directions, frequencies (rad/s), damping over speed
 
-# Logarithmic decrements at which the zones of damping end, and what the zone below is (API 617: stability of level II;
-# a mode with an amplification 1/(2 zeta) below 2.5 is no critical speed).
-ZONES = (
-    (0.0, "0.86", "unstable"),
-    (0.1, "0.92", "less than API 617 asks"),
-    (2.0 * math.pi * 0.2 / math.sqrt(1.0 - 0.2**2), "0.97", "amplifies more than 2.5 times"),
-)
+SHADES = ("0.86", "0.92", "0.97")  # of the zones of damping
+SIZE = (7.4, 6.6)  # inches, of both plots
 DECADES = (1e-4, 1e1)  # that an axis of damping may have
 BOX = {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.6}  # behind a text that lines may cross
 LETTERS = 0.042  # share of the axes' height that a line of text takes
 
 
 def draw_over_speed(
-    speeds: Array, vibrations: Sequence[Vibration], operating: float | None
-) -> tuple[Figure, Axes, Axes]:
-    """Draw vibrations with their numbers, the lines 1x and 2x and the operating speed (rad/s), where it is known.
+    figure: FigureBase, speeds: Array, vibrations: Sequence[Vibration], operating: float | None
+) -> tuple[Axes, Axes]:
+    """Draw vibrations with their numbers, the lines 1x and 2x and the operating speed (rad/s), if known.
 
-    Return the figure, the axes of frequencies and those of damping.
+    Return the axes of frequency and of damping.
     """
     unit = speed_unit()
-    figure = StyledFigure(figsize=(7.4, 6.6), layout="constrained")
     top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
     for directions, frequencies, damping in vibrations:
         for whirl, (colour, line) in WHIRL_STYLES.items():
@@ -55,17 +49,17 @@ def draw_over_speed(
         for axes in (top, bottom):
             axes.axvline(operating / unit.size, color=GREY, lw=1.2, zorder=0)
     _number(top, [frequencies / unit.size for _, frequencies, _ in vibrations])
-    return figure, top, bottom
+    return top, bottom
 
 
 def draw_zones(axes: Axes, damping: Sequence[Array], *, is_decrement: bool) -> None:
-    """Give the axes of damping a logarithmic scale, through zero where something is unstable, and shade its zones."""
+    """Set a logarithmic scale of damping, through zero if anything is unstable, and shade its zones."""
     result = np.concatenate([np.ravel(values) for values in damping]) if damping else np.empty(0)
     result = result[np.isfinite(result)]
     positive = result[result > 0.0]
     low = max(DECADES[0], 10.0 ** math.floor(math.log10(positive.min(initial=0.01))))
     high = min(DECADES[1], 1.6 * positive.max(initial=1.0))
-    limits = [decrement if is_decrement else damping_ratio(decrement) for decrement, _, _ in ZONES]
+    limits = [decrement if is_decrement else damping_ratio(decrement) for decrement, _ in ZONES]
     bottom = low
     if result.min(initial=0.0) < 0.0:
         axes.set_yscale("symlog", linthresh=low, linscale=0.6)
@@ -73,25 +67,20 @@ def draw_zones(axes: Axes, damping: Sequence[Array], *, is_decrement: bool) -> N
     else:
         axes.set_yscale("log")
     axes.set_ylim(bottom, high)
-    below = bottom
-    for limit, (_, shade, text) in zip(limits, ZONES, strict=True):
+    below, to_axes = bottom, axes.transAxes.inverted()
+    for limit, shade, (_, text) in zip(limits, SHADES, ZONES, strict=True):
         if below < min(limit, high):
             axes.axhspan(below, min(limit, high), color=shade, lw=0.0, zorder=-2)
-            at = axes.get_yaxis_transform()
-            axes.text(
-                0.995, below, f"{text} ", transform=at, ha="right", va="bottom", fontsize=7, color="0.35", bbox=BOX
-            )
+            ends = axes.transData.transform([(1.0, below), (1.0, min(limit, high))])
+            middle = float(to_axes.transform(ends)[:, 1].mean())
+            style: dict[str, Any] = {"ha": "left", "va": "center", "fontsize": 7, "color": "0.35", "bbox": BOX}
+            axes.text(0.01, middle, text, transform=axes.transAxes, **style)
             below = limit
     _number(axes, damping)
 
 
-def damping_ratio(decrement: float) -> float:
-    """Return the damping ratio of a logarithmic decrement: zeta = delta / sqrt(4 pi^2 + delta^2)."""
-    return decrement / math.hypot(2.0 * math.pi, decrement)
-
-
-def add_legend(figure: Figure, vibrations: Sequence[Vibration], operating: float | None, *more: Line2D) -> None:
-    """Explain the lines of the whirl directions that there are, the operating speed, and more."""
+def add_legend(figure: FigureBase, vibrations: Sequence[Vibration], operating: float | None, *more: Line2D) -> None:
+    """Add a legend of the whirl directions present, the operating speed, and more."""
     present = {whirl for directions, _, _ in vibrations for whirl in directions}
     handles = [
         Line2D([], [], color=c, ls=ls, label=f"{w} whirl") for w, (c, ls) in WHIRL_STYLES.items() if w in present
@@ -102,7 +91,7 @@ def add_legend(figure: Figure, vibrations: Sequence[Vibration], operating: float
 
 
 def label_points(axes: Axes, places: Sequence[tuple[float, float, str, str]]) -> None:
-    """Write texts, each in its colour, to the left of points, above each other where points are close."""
+    """Write coloured labels to the left of points, stacked where points are close."""
     low, high = axes.get_ylim()
     left, right = axes.get_xlim()
     gap = LETTERS * (high - low)
@@ -124,7 +113,7 @@ def label_points(axes: Axes, places: Sequence[tuple[float, float, str, str]]) ->
 
 
 def _draw_multiples(axes: Axes) -> None:
-    """Draw the frequencies of one and two periods a turn, and write which is which within the axes."""
+    """Draw the lines of one and two periods per turn, with labels inside the axes."""
     left, right = axes.get_xlim()
     top = axes.get_ylim()[1]
     for order, line in ((1, ":"), (2, DASHED)):
@@ -135,7 +124,7 @@ def _draw_multiples(axes: Axes) -> None:
 
 
 def _number(axes: Axes, curves: Sequence[Array]) -> None:
-    """Write the number of each curve at the right end of the axes, apart from each other."""
+    """Write the number of each curve at the right end of the axes, without overlap."""
     low, high = axes.get_ylim()
     scale = axes.transData
     ends = {}

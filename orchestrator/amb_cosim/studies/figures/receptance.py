@@ -10,7 +10,7 @@ from amb_cosim.presentation.style import DASHED, TITLE_SIZE, StyledFigure
 from amb_cosim.presentation.units import SIZES, speed_unit
 from amb_cosim.studies.figures.sensors import PLANE_COLOURS, add_sensor_legend
 from amb_cosim.studies.sensor_receptance import SensorReceptance
-from fmi_export.model import Array
+from array_types import Array
 
 
 def draw(result: SensorReceptance) -> Figure:
@@ -42,5 +42,5 @@ def draw(result: SensorReceptance) -> Figure:
 
 
 def _without_wraps(phase: Array) -> Array:
-    """Return the phase (deg) with gaps where a line would join -180 and 180 degrees."""
+    """Return the phase (deg) with gaps at jumps between -180 and 180 degrees."""
     return np.where(np.abs(np.diff(phase, prepend=phase[0])) > 180.0, np.nan, phase)

@@ -50,7 +50,7 @@ def draw(result: Traps) -> Figure:
 
 
 def _draw_orbits(panel: Axes, result: Traps) -> None:
-    """Draw the orbit that nothing stops of each site, over its clearance; dotted where a site is in the way."""
+    """Draw the unobstructed orbit at each site over its clearance; dotted where it exceeds a clearance."""
     free, speeds = result.curves.states[0], speed_unit().of(result.curves.speeds)
     for k, (site, colour) in enumerate(zip(result.sites, cycle(COLOURS), strict=False)):
         share = result.orbits[:, k] / result.clearances[k]
@@ -99,7 +99,7 @@ def _draw_forces(panel: Axes, result: Traps) -> None:
 
 
 def _pieces(branch: list[int], stable: np.ndarray) -> list[tuple[list[int], bool]]:
-    """Return a branch in pieces that are stable or not, each joined to the next."""
+    """Return a branch in stable and unstable pieces, each joined to the next."""
     pieces: list[tuple[list[int], bool]] = []
     for number in branch:
         if pieces and pieces[-1][1] == stable[number]:

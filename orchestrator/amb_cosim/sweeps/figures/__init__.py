@@ -8,7 +8,7 @@ from amb_cosim.sweeps.run import Sweep
 
 
 def draw_sweep(swept: Sweep) -> list[str]:
-    """Draw maps of a sweep, and its peak force over the phase of an event where that was varied, into its folder.
+    """Plot maps of a sweep and, if the phase of an event varies, the peak force over it, into the sweep's folder.
 
     Return the names of the files.
     """

@@ -9,7 +9,7 @@ from amb_cosim.sweeps.robustness import Robustness
 
 
 def draw(result: Robustness) -> Figure:
-    """Draw a line for each variation, orange where its outcome is another one than the scenario's."""
+    """Plot a line for each variation, orange if its outcome differs from the scenario's."""
     rows = result.rows[::-1]
     figure = StyledFigure(figsize=(7.2, 1.4 + 0.26 * len(rows)), layout="constrained")
     left, right = figure.subplots(1, 2, sharey=True)

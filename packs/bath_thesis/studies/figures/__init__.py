@@ -1,1 +1,1 @@
-"""Figures of the studies beside this folder."""
+"""Figures of the studies in the folder above."""

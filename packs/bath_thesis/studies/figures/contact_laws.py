@@ -11,7 +11,9 @@ from bath_thesis.studies.contact_hysteresis import AS_PRINTED, ContactLaws
 
 
 def draw(result: ContactLaws) -> Figure:
-    """Draw force over penetration of each law, penetration and restitution apart; points A and B as in Fig. 4.1."""
+    """Draw force over penetration of each law, separately for compression and restitution; points A and B as in Fig.
+    4.1.
+    """
     figure = StyledFigure(figsize=(9.2, 5.4), layout="constrained")
     panels = figure.subplots(2, 4, sharex=True, sharey=True)
     for axes, (name, loop) in zip(panels.flat, result.laws.items(), strict=True):

@@ -62,7 +62,7 @@ def draw(result: InverseReceptance) -> Figure:
 
 
 def _draw_errors(axes: Axes, result: InverseReceptance) -> None:
-    """Draw the errors of H interpolated in two tables; values of rounding are left out."""
+    """Draw the errors of H interpolated in two tables, without rounding errors."""
     for name, label, colour in (("thesis", "twelve speeds", ORANGE), ("every_hertz", "every 1 Hz", BLUE)):
         table = result.tables[name]
         for error, line, quantity in (
@@ -84,7 +84,7 @@ def _draw_norms(axes: Axes, result: InverseReceptance) -> None:
 
 
 def _draw_beside_print(axes: Axes, at_10_hz: PrintedH) -> None:
-    """Draw the sizes of the elements of H at 10 Hz for the forces in x, computed and printed."""
+    """Draw the magnitudes of the elements of H at 10 Hz for the forces in x, computed and printed."""
     signals = np.arange(1, at_10_hz.computed.shape[1] + 1)
     for force, colour, shift in ((0, BLUE, -0.1), (2, ORANGE, 0.1)):
         name = at_10_hz.forces[force]

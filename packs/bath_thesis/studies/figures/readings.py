@@ -23,6 +23,6 @@ def draw(result: Readings) -> Figure:
         ax.set_title(f"chapter {chapter}, {len(result.rows[chapter])} statements")
         ax.invert_yaxis()
         ax.margins(x=0.2)
-    axes[-1].set_xlabel("mean misfit: |ln(ours/theirs)|, and 1 for an outcome that differs")
-    figure.suptitle("Readings against what the thesis states", fontsize=TITLE_SIZE)
+    axes[-1].set_xlabel("mean misfit: |ln(ours/theirs)|, 1 for a different outcome")
+    figure.suptitle("Readings against the statements of the thesis", fontsize=TITLE_SIZE)
     return figure

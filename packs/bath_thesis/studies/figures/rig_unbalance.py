@@ -10,7 +10,7 @@ from bath_thesis.studies.unbalance_fit import RigUnbalance
 
 
 def draw(result: RigUnbalance) -> Figure:
-    """Draw the error of each fit, and measured amplitudes beside those of the best pair of discs."""
+    """Draw the error of each fit, and measured amplitudes next to those of the best pair of discs."""
     figure = StyledFigure(figsize=(7.6, 4.2), layout="constrained")
     left, right = figure.subplots(1, 2)
     best = result.best_pair

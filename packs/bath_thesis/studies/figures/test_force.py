@@ -10,8 +10,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from amb_cosim.presentation.style import BLUE, DASHED, ORANGE, TITLE_SIZE, StyledFigure
+from array_types import Array
 from bath_thesis.studies.identification_force import INTENDED, IdentificationForce
-from fmi_export.model import Array
 
 
 def draw(result: IdentificationForce) -> Figure:
@@ -46,7 +46,7 @@ def draw(result: IdentificationForce) -> Figure:
         Line2D([], [], color=BLUE, label="as the controller computes it"),
         Line2D([], [], color=ORANGE, ls="", marker="s", ms=3.0, label="speeds of the thesis"),
         Line2D([], [], color=BLUE, ls="", marker="o", ms=4.0, mfc="white", label="jump: limit from below"),
-        Line2D([], [], color=BLUE, ls="", marker="o", ms=4.0, label="value from there on"),
+        Line2D([], [], color=BLUE, ls="", marker="o", ms=4.0, label="value from there"),
     ]
     figure.legend(handles=handles[: 4 if len(jump) else 2], loc="outside lower center", ncols=4)
     figure.suptitle("Test force of an identification", fontsize=TITLE_SIZE)
@@ -54,7 +54,7 @@ def draw(result: IdentificationForce) -> Figure:
 
 
 def _draw_with_jump(axes: Axes, frequencies: Array, values: Array, after: int) -> None:
-    """Draw a curve in two parts, of which the second begins at the index `after`, and both values at the jump."""
+    """Draw a curve in two parts, the second from the index `after`, and both values at the jump."""
     axes.plot(frequencies[:after], values[:after], color=BLUE)
     axes.plot(frequencies[after:], values[after:], color=BLUE)
     for index, other, fill in ((after - 1, after, "white"), (after, after - 1, BLUE)):
@@ -65,7 +65,7 @@ def _draw_with_jump(axes: Axes, frequencies: Array, values: Array, after: int) -
 
 
 def _draw_responses(panels: Sequence[Axes], result: IdentificationForce) -> None:
-    """Draw the response of the journal in each bearing, and that which the thesis intends."""
+    """Draw the response of the journal in each bearing, and the response intended by the thesis."""
     columns, frequencies = result.columns, result.columns.frequencies
     jump = result.at_the_jump.frequencies
     after = int(np.searchsorted(frequencies, jump[-1])) if len(jump) else len(frequencies)

@@ -1,8 +1,8 @@
 """Reads LLVM assembly, as `lowering` writes it: types, constants, operands, functions with their blocks.
 
-Only what kernels consist of is known: integers of 1, 8, 16, 32 and 64 bits, double, addresses, arrays and structures of
-these. Anything else is a ValueError which names it. Attributes and metadata are read over: they allow a compiler more,
-and ask nothing of it.
+It supports only what kernels consist of: integers of 1, 8, 16, 32 and 64 bits, double, addresses, arrays and structures
+of these. Anything else is a ValueError that names it. Attributes and metadata, which only permit optimisations, are
+skipped.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ class Type:
 
     @property
     def offsets(self) -> list[int]:
-        """Where each element begins (bytes)."""
+        """Offset of each element (bytes)."""
         result, at = [], 0
         for element in self.elements:
             at = at if self.packed else _up(at, element.alignment)
@@ -81,7 +81,7 @@ Scalar = int | float | str | None
 
 @dataclass(frozen=True)
 class Value:
-    """An operand: the name of one, or the constants of its scalars."""
+    """An operand: the name of a value, or the constants of its scalars."""
 
     type: Type
     name: str = ""
@@ -96,7 +96,7 @@ class Block:
 
 @dataclass
 class Function:
-    """A function with its blocks; one that is only declared has none."""
+    """A function with its blocks; a declaration has none."""
 
     name: str
     is_internal: bool
@@ -107,7 +107,7 @@ class Function:
 
 @dataclass(frozen=True)
 class GlobalVariable:
-    """A constant of the module, whose scalars lie one after another."""
+    """A constant of the module, whose scalars lie in sequence."""
 
     name: str
     value: Value
@@ -281,7 +281,7 @@ def _function(head: str, lines: Iterator[str]) -> Function:
     returns = line.type()
     name = line.word()
     parameters = line.values()
-    blocks = [Block(f"%{sum(p.name[1:].isdigit() for p in parameters)}")]  # the first one may have no label
+    blocks = [Block(f"%{sum(p.name[1:].isdigit() for p in parameters)}")]  # the first may have no label
     for text in lines:
         text = re.sub(r"\s+; preds = .*$", "", text)
         if text.startswith("}"):

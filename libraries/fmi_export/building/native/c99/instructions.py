@@ -1,6 +1,6 @@
 """Instructions of LLVM in C, but for branches and calls: what each reads of its line and writes.
 
-Operations of floating point are those of C, one for one. Integers wrap around, and a shift counts modulo their width.
+Operations of floating point are those of C, one to one. Integers wrap around, and a shift counts modulo their width.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ def write(body: FunctionBody, opcode: str, line: Line) -> None:
 
 
 def _pair(line: Line) -> tuple[Value, Value]:
-    """Return two operands of one type, which only the first one tells."""
+    """Return two operands of the same type, which only the first names."""
     left = line.typed()
     line.take(",")
     return left, line.value(left.type)
@@ -149,13 +149,13 @@ CONVERSIONS: dict[str, Callable[[FunctionBody, Value, Type], str]] = {
 
 
 def _address_of_element(body: FunctionBody, line: Line) -> None:
-    """Address a + i size + ..., where the first index counts whole elements and the next ones lead into one."""
+    """Address a + i size + ..., where the first index counts whole elements and the next lead into an element."""
     kind = line.type()
     line.take(",")
     terms, offset, is_first = [body.scalar(line.typed())], 0, True
     while line.take(","):
         index = line.typed()
-        available = _known(index)
+        available = _constant_index(index)
         if kind.kind == "struct" and not is_first:
             offset, kind = offset + kind.offsets[available or 0], kind.elements[available or 0]
             continue
@@ -169,7 +169,7 @@ def _address_of_element(body: FunctionBody, line: Line) -> None:
     body.set(line.result, POINTER, [text])
 
 
-def _known(index: Value) -> int | None:
+def _constant_index(index: Value) -> int | None:
     """Return an index with its sign, if it is a constant."""
     if not index.constants:
         return None
@@ -192,7 +192,7 @@ def _load(body: FunctionBody, line: Line) -> None:
     kind = line.type()
     line.take(",")
     at = body.scalar(line.typed())
-    body.set(line.result, kind, [f"load_{_kept(leaf)}({_plus(at, offset)})" for offset, leaf in kind.leaves()])
+    body.set(line.result, kind, [f"load_{_stored_type(leaf)}({_plus(at, offset)})" for offset, leaf in kind.leaves()])
 
 
 def _store(body: FunctionBody, line: Line) -> None:
@@ -201,7 +201,7 @@ def _store(body: FunctionBody, line: Line) -> None:
     line.take(",")
     at = body.scalar(line.typed())
     for scalar, (offset, leaf) in zip(body.scalars(value), value.type.leaves(), strict=True):
-        body.out(f"store_{_kept(leaf)}({_plus(at, offset)}, {scalar});")
+        body.out(f"store_{_stored_type(leaf)}({_plus(at, offset)}, {scalar});")
 
 
 def _refuse_shared(line: Line) -> None:
@@ -209,7 +209,7 @@ def _refuse_shared(line: Line) -> None:
         raise ValueError(f"{line.next} memory has no counterpart in C here: {line.text}")
 
 
-def _kept(kind: Type) -> str:
+def _stored_type(kind: Type) -> str:
     """Return the type that a scalar has in memory."""
     return {"ptr": "i64", "i1": "i8"}.get(kind.kind, kind.kind)
 

@@ -1,8 +1,8 @@
 /* What kernels translated from LLVM assembly to C (translation.py) are written with.
 
-   An integer is unsigned, so that it wraps around; operations on signed ones say so. An address is a number of 64 bits in
-   variables and in memory, whatever the target has, so that offsets are the same everywhere. Memory is read and written by
-   memcpy, which compilers turn into one load or store: no alignment and no type of what is there is taken for granted. */
+   An integer is unsigned, so that it wraps around; operations on signed ones say so. An address is a number of 64
+   bits in variables and in memory, whatever the target has, so that offsets are the same everywhere. Memory is read
+   and written by memcpy, which compilers turn into a load or store: no alignment and no type of the data is assumed. */
 
 #ifndef AMB_TRANSLATED_H
 #define AMB_TRANSLATED_H
@@ -12,7 +12,8 @@
 #include <stdint.h>
 #include <string.h>
 
-/* A product and a sum are rounded apart. GCC does not know the pragma; it does so with -std=c99 or -ffp-contract=off. */
+/* A product and a sum are rounded apart. GCC does not know the pragma; it does so with -std=c99 or
+   -ffp-contract=off. */
 #if defined __clang__ || !defined __GNUC__
 #pragma STDC FP_CONTRACT OFF
 #endif
@@ -29,10 +30,7 @@ typedef uint64_t address;
         memcpy(&value, TO_POINTER(at), sizeof value);                                                                  \
         return value;                                                                                                  \
     }                                                                                                                  \
-    static inline void store_##name(address at, type value)                                                            \
-    {                                                                                                                  \
-        memcpy(TO_POINTER(at), &value, sizeof value);                                                                  \
-    }
+    static inline void store_##name(address at, type value) { memcpy(TO_POINTER(at), &value, sizeof value); }
 
 MEMORY(double, double)
 MEMORY(uint64_t, i64)
@@ -61,12 +59,9 @@ static inline uint64_t to_signed(double x)
     return x >= -0x1p63 && x < 0x1p63 ? (uint64_t)(int64_t)x : (uint64_t)1 << 63;
 }
 
-static inline uint64_t to_unsigned(double x)
-{
-    return x > -1.0 && x < 0x1p64 ? (uint64_t)x : 0;
-}
+static inline uint64_t to_unsigned(double x) { return x > -1.0 && x < 0x1p64 ? (uint64_t)x : 0; }
 
-/* How many of the lowest `width` bits are zero before the highest one, and after the lowest one. */
+/* How many of the lowest `width` bits are zero before the highest bit set, and after the lowest. */
 static inline uint64_t leading_zeros(uint64_t x, uint64_t width)
 {
     uint64_t count = 0;

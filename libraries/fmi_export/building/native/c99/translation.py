@@ -1,13 +1,13 @@
-"""Translates LLVM assembly to C99, for targets that nobody here compiles for.
+"""Translates LLVM assembly to C99, for targets without a compiled library.
 
 Each function becomes one of C, each block a label, each branch a `goto`. A phi, whose value depends on where control
 comes from, has two variables: each branch to its block writes the first, and the block begins by copying the first of
-every phi to the second, since they change at once. What instructions become stands in `instructions.py` and `calls.py`,
-what values are in `values.py`, and what the code is written with in `translated.h`.
+every phi to the second, since they change at once. `instructions.py` and `calls.py` translate instructions, `values.py`
+values, and `translated.h` has the macros of the generated code.
 
-Operations of floating point stand in the order of the assembly and call the functions of C's mathematical library.
-Where the compiler neither contracts nor reorders them, the bits are those of machine code that LLVM writes. Vectors
-have no counterpart; `lowering` makes none.
+Floating-point operations keep the order of the assembly and call C's mathematical library. If the compiler neither
+contracts nor reorders them, the bits equal those of LLVM's machine code. Vectors are not supported; `lowering` makes
+none.
 """
 
 from __future__ import annotations
@@ -83,7 +83,7 @@ def _outside(kind: Type) -> str:
 
 
 class _Translation:
-    """One function: its parameters, then its blocks, with what leads from one to another."""
+    """A function: its parameters, then its blocks, with what leads from one to another."""
 
     def __init__(self, function: Function, names: Mapping[str, str]) -> None:
         self._function, self._body = function, FunctionBody(function, names)
@@ -107,14 +107,14 @@ class _Translation:
     def _read_phis(self, block: str) -> list[Phi]:
         return [phi for phi in self._phis[block] if self._body.is_read(phi[0])]
 
-    def _parameter(self, parameter: Value, given: str) -> None:
+    def _parameter(self, parameter: Value, text: str) -> None:
         kind = parameter.type
         if not self._body.is_read(parameter.name):
-            self._body.out(f"(void){given};")
+            self._body.out(f"(void){text};")
         elif self._function.is_internal or kind == DOUBLE:
-            self._body.know(parameter.name, kind, [given])
+            self._body.know(parameter.name, kind, [text])
         else:
-            value = f"TO_ADDRESS({given})" if kind == POINTER else f"({c_type(kind)}){given}"
+            value = f"TO_ADDRESS({text})" if kind == POINTER else f"({c_type(kind)}){text}"
             self._body.set(parameter.name, kind, [value])
 
     def _instruction(self, line: Line, block: Block) -> None:

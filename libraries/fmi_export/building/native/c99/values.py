@@ -1,7 +1,7 @@
-"""The values of a function while it is written in C: which variables they have, and what their constants look like.
+"""The values of a function in C: their variables and constants.
 
-An SSA value is a variable that is written once. An array or a structure that is a value (not in memory) is a variable
-for each of its scalars. What LLVM leaves undefined (`undef`, `poison`) is zero.
+An SSA value is a variable that is written once. An array or structure value (not in memory) is one variable per scalar.
+Undefined values of LLVM (`undef`, `poison`) are zero.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-// The components of a rig in one FMU, on an integer time grid: values of all signals in one array, and snapshots.
+// The components of a rig in a single FMU, on an integer time grid: values of all signals in an array, and snapshots.
 
 import {
   enterInitialisation, exchange, exitInitialisation, fetch, forget, instantiate, release, releaseExchange, restore, save, send, step,
@@ -37,21 +37,21 @@ const KINDS = ["Real", "Integer", "Boolean"];
  */
 export function startAssembly(rig, library, settings = {}) {
   const variables = variablesOf(rig), all = [...variables.keys()];
-  const given = { ...rig.inputs, ...parametersOf(rig), ...settings };
+  const values = { ...rig.inputs, ...parametersOf(rig), ...settings };
   const unknown = Object.keys(settings).find((name) => (variables.get(name)?.causality ?? "output") === "output");
   if (unknown !== undefined) { throw new Error(`there is no parameter and no free input ${unknown}`); }
   const free = all.filter((name) => isFree(variableOf(variables, name)));
-  const shown = KINDS.flatMap((kind) => all.filter((name) => isOutput(variableOf(variables, name), kind)));
-  const names = [...free, ...shown], instance = instantiate(library, rig.scenario, rig.guid, rig.data);
+  const outputs = KINDS.flatMap((kind) => all.filter((name) => isOutput(variableOf(variables, name), kind)));
+  const names = [...free, ...outputs], instance = instantiate(library, rig.scenario, rig.guid, rig.data);
   /** @type {Assembly} */
   const assembly = {
     rig, instance, names, position: new Map(names.map((name, i) => [name, i])), free: free.map((name) => variableOf(variables, name)),
-    values: new Float64Array(names.length), outputs: exchange(instance, shown.map((name) => variableOf(variables, name))),
+    values: new Float64Array(names.length), outputs: exchange(instance, outputs.map((name) => variableOf(variables, name))),
     point: rig.first,
   };
   try {
-    Object.entries(given).forEach(([name, value]) => put(instance, variableOf(variables, name), value));
-    free.forEach((name, i) => { assembly.values[i] = given[name] ?? variableOf(variables, name).start ?? 0; });
+    Object.entries(values).forEach(([name, value]) => put(instance, variableOf(variables, name), value));
+    free.forEach((name, i) => { assembly.values[i] = values[name] ?? variableOf(variables, name).start ?? 0; });
     enterInitialisation(instance, rig.first * rig.stepSize);
     exitInitialisation(instance);
     instance.log.length = 0; // what initialisation said on the way
@@ -130,24 +130,24 @@ export function discard({ instance }, { state }) {
  * @param {number} value
  */
 function put(instance, variable, value) {
-  const one = exchange(instance, [variable]);
+  const single = exchange(instance, [variable]);
   try {
-    send(instance, one, Float64Array.of(value), Int32Array.of(0));
+    send(instance, single, Float64Array.of(value), Int32Array.of(0));
   } finally {
-    releaseExchange(instance, one);
+    releaseExchange(instance, single);
   }
 }
 
 /**
- * Return the variables of the FMU by name; they are those of the components, with references of their own.
+ * Return the variables of the FMU by name; they are those of the components, with references of that FMU.
  * @param {Rig} rig
  * @returns {Map<string, Variable>}
  */
 function variablesOf({ components, signals, variables }) {
-  const known = new Map(components.flatMap(({ name, variables: own }) =>
-    own.map((variable) => /** @type {[string, Variable]} */ ([`${name}.${variable.name}`, variable]))));
-  signals.forEach(({ name, targets }) => known.set(name, variableOf(known, targets[0])));
-  return new Map(variables.map((name, reference) => [name, { ...variableOf(known, name), reference }]));
+  const byName = new Map(components.flatMap(({ name, variables: declared }) =>
+    declared.map((variable) => /** @type {[string, Variable]} */ ([`${name}.${variable.name}`, variable]))));
+  signals.forEach(({ name, targets }) => byName.set(name, variableOf(byName, targets[0])));
+  return new Map(variables.map((name, reference) => [name, { ...variableOf(byName, name), reference }]));
 }
 
 /**
@@ -156,9 +156,9 @@ function variablesOf({ components, signals, variables }) {
  * @returns {Variable}
  */
 function variableOf(variables, name) {
-  const found = variables.get(name);
-  if (found === undefined) { throw new Error(`there is no variable ${name}`); }
-  return found;
+  const variable = variables.get(name);
+  if (variable === undefined) { throw new Error(`there is no variable ${name}`); }
+  return variable;
 }
 
 /**

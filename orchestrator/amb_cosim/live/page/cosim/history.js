@@ -16,7 +16,7 @@ import { discard, snapshot } from "./assembly.js";
  * @property {number} every points between two
  */
 
-const MOST = 64; // moments, each of half a megabyte; then every second one goes
+const MOST = 64; // moments, each of half a megabyte; then every second goes
 
 /**
  * @param {number} every points between two moments, at first
@@ -47,7 +47,7 @@ export function keep(history, assembly, since) {
 }
 
 /**
- * Forget the moments after a point, and return the last one that is left; nothing if there is none.
+ * Forget the moments after a point, and return the last that is left, if any.
  * @param {History} history
  * @param {Assembly} assembly
  * @param {number} point

@@ -9,7 +9,7 @@
 
 /**
  * @typedef {object} Schedule
- * @property {Map<number, [position: number, value: number][]>} changes at points; of several, the last one counts
+ * @property {Map<number, [position: number, value: number][]>} changes at points; of several, the last counts
  * @property {Ramp[]} ramps
  * @property {number} stepSize s
  */
@@ -43,7 +43,7 @@ export function apply({ changes, ramps, stepSize }, point, set) {
 }
 
 /**
- * Return a ramp's value at a point, and its slope from there on (1/s).
+ * Return a ramp's value at a point, and its slope beyond it (1/s).
  * @param {readonly [point: number, value: number][]} points
  * @param {number} point
  * @param {number} stepSize s

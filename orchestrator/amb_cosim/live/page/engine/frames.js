@@ -1,4 +1,4 @@
-// What the page is shown of a session: the watched signals of every point, and frames with all that is new.
+// What the page shows of a session: the watched signals of every point, and frames with all that is new.
 
 import { takeWarnings } from "./run.js";
 
@@ -38,7 +38,7 @@ export function show(session, now) {
     measured.pace = (point - measured.point) * run.rig.stepSize / ((now - measured.now) / 1000);
     Object.assign(measured, { point, now });
   }
-  measured.shown = now;
+  measured.displayed = now;
   const data = rows.data.slice(0, rows.length), values = run.assembly.values.slice();
   session.post({
     type: "frame", point, time: point * run.rig.stepSize, status: session.failed ? "failed" : course?.status ?? "paused", anew,

@@ -27,12 +27,12 @@ export function fromHash(hash, stepSize) {
   const name = dot < 0 ? text : text.slice(0, dot), scenario = decodeURIComponent(name);
   if (dot < 0) { return { scenario, userChanges: { settings: {}, changes: [] } }; }
   try {
-    const bytes = Uint8Array.from(atob(text.slice(dot + 1).replaceAll("-", "+").replaceAll("_", "/")), (one) => one.charCodeAt(0));
+    const bytes = Uint8Array.from(atob(text.slice(dot + 1).replaceAll("-", "+").replaceAll("_", "/")), (item) => item.charCodeAt(0));
     const [values, events, changes] = JSON.parse(new TextDecoder().decode(bytes));
     const userChanges = { settings: { values: numbers(values), events: events !== false }, changes: changes.map(changeOf) };
     return { scenario, userChanges };
   } catch {
-    throw new Error("the link is damaged: what follows the name of the scenario is no record of settings");
+    throw new Error("the link is damaged: the part after the scenario's name is not valid");
   }
 
   /**
@@ -41,8 +41,8 @@ export function fromHash(hash, stepSize) {
    */
   function changeOf([point, values, until]) {
     if (!Number.isInteger(point) || point < 0) { throw new Error(); }
-    const found = { point, time: point * stepSize, values: numbers(values) };
-    return until === undefined || until === null ? found : { ...found, until: Number(until) };
+    const change = { point, time: point * stepSize, values: numbers(values) };
+    return until === undefined || until === null ? change : { ...change, until: Number(until) };
   }
 }
 

@@ -20,7 +20,7 @@ import { conditionMet } from "../cosim/stopping.js";
  * @property {import("../cosim/schedule.js").Schedule} schedule
  * @property {import("../cosim/history.js").History} history
  * @property {number} arrived last point whose values have been set, to be recorded; a change there takes that back
- * @property {boolean} completed whether the end of the scenario was told
+ * @property {boolean} completed whether the end of the scenario was reported
  * @property {readonly import("../protocol.js").StopCondition[]} stops
  * @property {number[]} stopPositions
  * @property {number[]} since see `conditionMet`
@@ -93,7 +93,7 @@ export function arrive(run) {
 }
 
 /**
- * Return the condition that ends the run at the present point, if one does; it then ends it no more.
+ * Return the condition that ends the run at the present point, if any; it then ends it no more.
  * @param {Run} run
  * @returns {string | null}
  */
@@ -124,16 +124,16 @@ export function stepRun({ assembly, sites, rig }) {
 }
 
 /**
- * Take values for the coming step and what follows, if the FMU does: they are tried for one step first.
+ * Take values for the coming step and what follows, if the FMU does: they are tried for a step first.
  * @param {Run} run
  * @param {Record<string, number>} values
- * @throws {Error} if one is refused; nothing is changed then
+ * @throws {Error} if any is refused; nothing is changed then
  */
 export function change(run, values) {
   const { assembly, rig } = run, point = Math.max(assembly.point, 0);
   for (const name of Object.keys(values)) {
     positionOf(run, name);
-    if ([SPEED, `${SPEED}_dot`].includes(name)) { throw new Error(`${name} is not set at once: the rotor goes to a speed at a rate`); }
+    if ([SPEED, `${SPEED}_dot`].includes(name)) { throw new Error(`${name} cannot jump: set a target speed and a rate`); }
   }
   if (assembly.point >= 0) { tryOut(run, values); }
   run.changes.push({ point, time: point * rig.stepSize, values });
@@ -153,9 +153,9 @@ export function change(run, values) {
 export function addPiece(run, goal, rate, longest) {
   const { rig, assembly, changes: before } = run, present = Math.max(assembly.point, run.arrived + 1, 1);
   if (run.settings.events !== false && rig.events.some(({ variable }) => variable === SPEED)) {
-    throw new Error(`${SPEED} is set by the scenario's events, and follows no ramp`);
+    throw new Error(`${SPEED} is set by the scenario's events and cannot follow a ramp`);
   }
-  run.changes = before.filter((one) => one.until === undefined || one.point < present);
+  run.changes = before.filter((item) => item.until === undefined || item.point < present);
   const begin = run.changes.reduce((latest, { until = 0 }) => Math.max(latest, until), present);
   try {
     reschedule(run);
@@ -185,20 +185,20 @@ export function valueAt(run, signal, point) {
 }
 
 /**
- * Go back to the last snapshot before a point, from where steps lead there. Changes from it on are forgotten unless `kept`.
+ * Go back to the last snapshot before a point, from where steps lead to it. Changes from it on are forgotten unless `keepChanges`.
  * @param {Run} run
  * @param {number} point
- * @param {boolean} kept
+ * @param {boolean} keepChanges
  */
-export function goBackTo(run, point, kept) {
+export function goBackTo(run, point, keepChanges) {
   const moment = backTo(run.history, run.assembly, point);
-  if (!moment) { throw new Error("there is no way back before the beginning of the run"); }
+  if (!moment) { throw new Error("cannot go back before the beginning of the run"); }
   goBack(run.assembly, moment.snapshot);
   run.since = [...moment.since];
   run.arrived = run.assembly.point - 1;
   run.completed = run.completed && run.assembly.point > run.rig.last;
   run.sites.forEach((site) => { site.mode = run.assembly.values[site.position]; });
-  if (!kept) { run.changes = run.changes.filter((one) => one.point < point); }
+  if (!keepChanges) { run.changes = run.changes.filter((item) => item.point < point); }
   reschedule(run);
 }
 
@@ -234,8 +234,8 @@ export function takeWarnings({ assembly, rig }) {
  * @returns {string}
  */
 export function componentOf({ components }, text) {
-  const found = components.map(({ name }) => ({ name, at: text.search(new RegExp(`\\b${name}[.:]`)) })).filter(({ at }) => at >= 0);
-  return found.sort((a, b) => a.at - b.at)[0]?.name ?? "";
+  const named = components.map(({ name }) => ({ name, at: text.search(new RegExp(`\\b${name}[.:]`)) })).filter(({ at }) => at >= 0);
+  return named.sort((a, b) => a.at - b.at)[0]?.name ?? "";
 }
 
 /**
@@ -268,7 +268,7 @@ function reschedule(run) {
 }
 
 /**
- * Let the ramp of a signal go on to a value; where there is none, make it.
+ * Let the ramp of a signal go on to a value; without a ramp, make it.
  * @param {Run} run
  * @param {string} name
  * @param {number} point
@@ -277,7 +277,7 @@ function reschedule(run) {
  */
 function extend(run, name, point, until, value) {
   const position = positionOf(run, name), { names, position: positions } = run.assembly, { ramps } = run.schedule;
-  let ramp = ramps.find((one) => one.value === position);
+  let ramp = ramps.find((item) => item.value === position);
   if (!ramp) {
     const first = run.settings.values?.[name] ?? run.rig.inputs[name] ?? 0;
     ramp = { points: [[0, first]], value: position, slope: positions.get(`${names[position]}_dot`) ?? -1 };
@@ -298,7 +298,7 @@ function extend(run, name, point, until, value) {
 function positionOf({ assembly: { position: positions, free } }, name) {
   const position = positions.get(name) ?? -1;
   if (position < 0 || position >= free.length) {
-    throw new Error(`${name} cannot be set while it runs: it is no input that is free, and no parameter that is tunable`);
+    throw new Error(`${name} cannot be set during a run: it is neither a free input nor a tunable parameter`);
   }
   return position;
 }

@@ -17,8 +17,8 @@ const SPEED = "Omega";
  * @returns {string}
  */
 export function scenarioToml(rig, { settings, changes }, speeds, end, description = rig.description) {
-  const known = variablesOf(rig), given = { ...rig.inputs, ...settings.values }, planned = settings.events !== false;
-  const speed = given[SPEED], period = 2 * Math.PI / speed, { stepSize, first } = rig;
+  const variables = variablesOf(rig), values = { ...rig.inputs, ...settings.values }, planned = settings.events !== false;
+  const speed = values[SPEED], period = 2 * Math.PI / speed, { stepSize, first } = rig;
   const top = {
     description,
     source: rig.source || undefined,
@@ -35,12 +35,12 @@ export function scenarioToml(rig, { settings, changes }, speeds, end, descriptio
     ...(planned ? rig.events : []).map(({ point, variable, value, label, role }) => ({ point, label, role, values: { [variable]: value } })),
     ...changes.filter(({ until }) => until === undefined).map(({ point, values }) => ({ point, label: "", role: "", values })),
   ].filter(({ point }) => point <= end).sort((a, b) => a.point - b.point);
-  const { parameters, inputs } = startValues(rig, given, known);
+  const { parameters, inputs } = startValues(rig, values, variables);
   const lines = [
     `# The run of the live rig up to t = ${end * stepSize} s, by amb-cosim ${rig.version}; it began as scenario ${rig.scenario}.`,
     ...Object.entries(top).filter(([, value]) => value !== undefined).map(([key, value]) => `${key} = ${plain(value)}`),
-    ...tables("parameters", parameters, known),
-    ...tables("inputs", inputs, known),
+    ...tables("parameters", parameters, variables),
+    ...tables("inputs", inputs, variables),
     ...merged(events).flatMap(({ point, label, role, values }) => [
       "",
       "[[event]]",
@@ -49,7 +49,7 @@ export function scenarioToml(rig, { settings, changes }, speeds, end, descriptio
       `time = ${real(point * stepSize)}`,
       ...Object.entries(values).map(([name, value]) => {
         const end = endOf(rig, name), [component, variable] = split(end);
-        return `set.${component}.${JSON.stringify(variable)} = ${typed(value, known.get(end))}`;
+        return `set.${component}.${JSON.stringify(variable)} = ${typed(value, variables.get(end))}`;
       }),
     ]),
     ...speeds.filter(([point]) => point > 0).flatMap(([point, value]) =>
@@ -73,17 +73,17 @@ function variablesOf({ components }) {
 
 /**
  * @param {Rig} rig
- * @param {Record<string, number>} given
- * @param {Map<string, Variable>} known
+ * @param {Record<string, number>} values
+ * @param {Map<string, Variable>} variables
  * @returns {{ parameters: ByComponent, inputs: ByComponent }}
  */
-function startValues(rig, given, known) {
+function startValues(rig, values, variables) {
   /** @type {ByComponent} */
   const parameters = new Map(rig.components.map(({ name, parameters: values }) => [name, { ...values }]));
   /** @type {ByComponent} */
   const inputs = new Map();
-  for (const [name, value] of Object.entries(given)) {
-    const end = endOf(rig, name), [component, variable] = split(end), found = known.get(end);
+  for (const [name, value] of Object.entries(values)) {
+    const end = endOf(rig, name), [component, variable] = split(end), found = variables.get(end);
     if (name === SPEED || (end !== name && value === found?.start)) { continue; }
     const target = found?.causality === "parameter" ? parameters : inputs;
     target.set(component, { ...target.get(component), [variable]: value });
@@ -92,22 +92,22 @@ function startValues(rig, given, known) {
 }
 
 /**
- * Put events together that follow each other at one point and have one label.
+ * Put events together that follow each other at a point and have the same label.
  * @param {{ point: number, label: string, role: string, values: Record<string, number> }[]} events
  * @returns {typeof events}
  */
 function merged(events) {
   /** @type {typeof events} */
-  const found = [];
+  const result = [];
   for (const { point, label, role, values } of events) {
-    const latest = found.at(-1);
+    const latest = result.at(-1);
     if (latest?.point === point && (latest.label === label || !label)) {
       latest.values = { ...latest.values, ...values };
     } else {
-      found.push({ point, label, role, values });
+      result.push({ point, label, role, values });
     }
   }
-  return found;
+  return result;
 }
 
 /**
@@ -132,14 +132,14 @@ function split(end) {
 /**
  * @param {string} kind
  * @param {ByComponent} values
- * @param {Map<string, Variable>} known
+ * @param {Map<string, Variable>} variables
  * @returns {string[]}
  */
-function tables(kind, values, known) {
-  return [...values].filter(([, one]) => Object.keys(one).length > 0).flatMap(([component, one]) => [
+function tables(kind, values, variables) {
+  return [...values].filter(([, item]) => Object.keys(item).length > 0).flatMap(([component, item]) => [
     "",
     `[${kind}.${component}]`,
-    ...Object.entries(one).map(([name, value]) => `${JSON.stringify(name)} = ${typed(value, known.get(`${component}.${name}`))}`),
+    ...Object.entries(item).map(([name, value]) => `${JSON.stringify(name)} = ${typed(value, variables.get(`${component}.${name}`))}`),
   ]);
 }
 
@@ -155,7 +155,7 @@ function typed(value, variable) {
 }
 
 /**
- * Return a number such that TOML reads the same one, as a float.
+ * Return a number such that TOML reads the same number, as a float.
  * @param {number} value
  * @returns {string}
  */

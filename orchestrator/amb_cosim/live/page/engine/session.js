@@ -16,7 +16,7 @@ import {
 /** @typedef {import("./run.js").Run} Run */
 
 /**
- * What is being computed: up to a point, at a pace, shown or not.
+ * What is being computed: up to a point, at a pace, displayed or not.
  * @typedef {object} Course
  * @property {"settling" | "playing"} status
  * @property {number} to point; may be infinite
@@ -38,12 +38,12 @@ import {
  * @property {ContactEvent[]} contacts
  * @property {boolean} anew
  * @property {boolean} userChangesUpdated
- * @property {{ goal: number, rate: number, until: number } | null} ramp of the speed that the user asked for
- * @property {{ speed: number, pace: number, point: number, now: number, shown: number, steps: number, busy: number }} measured
+ * @property {{ goal: number, rate: number, until: number } | null} ramp of the speed that the user requested
+ * @property {{ speed: number, pace: number, point: number, now: number, displayed: number, steps: number, busy: number }} measured
  * `speed` and `pace` as in frames; since `now` (ms) and `point`, after so many steps in so many ms of work
  */
 
-/** Samples that no frame has shown yet. @typedef {{ data: Float64Array, length: number, from: number }} Rows */
+/** Samples that no frame has displayed yet. @typedef {{ data: Float64Array, length: number, from: number }} Rows */
 
 const SLICE = 8; // ms of work at a time
 const FRAME = 15; // ms between frames
@@ -57,7 +57,7 @@ export function openSession(post) {
   return {
     post, libraries: new Map(), run: null, course: null, failed: false, start: { point: 0, now: 0 }, watched: null,
     columns: new Int32Array(), rows: { data: new Float64Array(4096), length: 0, from: 0 }, contacts: [], anew: false,
-    userChangesUpdated: false, ramp: null, measured: { speed: NaN, pace: 0, point: 0, now: 0, shown: -Infinity, steps: 0, busy: 0 },
+    userChangesUpdated: false, ramp: null, measured: { speed: NaN, pace: 0, point: 0, now: 0, displayed: -Infinity, steps: 0, busy: 0 },
   };
 }
 
@@ -80,7 +80,7 @@ export function handle(session, request, now) {
  * @param {Session} session
  * @param {number} now ms
  * @param {() => number} clock ms
- * @returns {boolean} whether there is more to compute at once
+ * @returns {boolean} whether more is to be computed at once
  */
 export function work(session, now, clock) {
   const { run, course } = session;
@@ -94,7 +94,7 @@ export function work(session, now, clock) {
   }
   if (session.course === course && run.assembly.point >= course.to) { finish(session, run, course); }
   measure(session, run, begin, time - now);
-  if (session.course !== course || time - session.measured.shown >= FRAME) { show(session, time); }
+  if (session.course !== course || time - session.measured.displayed >= FRAME) { show(session, time); }
   return session.course === course && run.assembly.point < goal;
 }
 
@@ -151,7 +151,7 @@ function seek(session, point, now) {
  */
 function startCourse(session, course, now) {
   const run = runOf(session);
-  if (session.failed) { throw new Error("the run has failed; go back in time, or start anew"); }
+  if (session.failed) { throw new Error("the run has failed; go back in time, or reset"); }
   session.course = course;
   session.start = { point: run.assembly.point, now };
   Object.assign(session.measured, { point: run.assembly.point, now, pace: 0 });
@@ -230,7 +230,7 @@ function changeRun(session, run, values) {
  * @param {Session} session
  */
 function whenSettled({ course }) {
-  if (course?.status === "settling") { throw new Error("the rotor still settles"); }
+  if (course?.status === "settling") { throw new Error("the rotor is still settling"); }
 }
 
 /**
@@ -283,7 +283,7 @@ function advanceRun(session, run, course) {
 }
 
 /**
- * Record the present point, and judge whether the run ends there.
+ * Record the present point, and judge whether the run ends at it.
  * @param {Session} session
  * @param {Run} run
  * @param {Course} course

@@ -8,7 +8,7 @@ const KINDS = /** @type {const} */ (["Real", "Integer", "Boolean"]);
 const CO_SIMULATION = 1;
 const MOST_MESSAGES = 100;
 
-/** A call that an FMU refused, in its own words. */
+/** A call that an FMU refused, in its words. */
 export class FmuError extends Error {
   /**
    * @param {string} call
@@ -22,7 +22,7 @@ export class FmuError extends Error {
 }
 
 /**
- * Variables that are set or read together, by one call for each type; their values in the memory of the module.
+ * Variables that are set or read together, by a call for each type; their values in the memory of the module.
  * @typedef {object} Exchange
  * @property {{ set: import("./library.js").Call, get: import("./library.js").Call, references: number, at: number, count: number,
  * real: boolean, first: number }[]} groups addresses of references and values; `first` variable of the list
@@ -95,7 +95,7 @@ function refresh(instance) {
 /**
  * Return an exchange of variables, in this order; its memory lives as long as the module.
  * @param {Instance} instance
- * @param {readonly import("../protocol.js").Variable[]} variables those of one type stand together
+ * @param {readonly import("../protocol.js").Variable[]} variables those of the same type stand together
  * @returns {Exchange}
  */
 export function exchange(instance, variables) {
@@ -104,7 +104,7 @@ export function exchange(instance, variables) {
     const members = variables.filter(({ type }) => type === kind);
     if (members.length === 0) { return []; }
     const first = variables.indexOf(members[0]), count = members.length;
-    if (members.some((one, k) => one !== variables[first + k])) { throw new Error("variables of one type must stand together"); }
+    if (members.some((item, k) => item !== variables[first + k])) { throw new Error("variables of one type must stand together"); }
     const [references, at] = [call.malloc(4 * count), call.malloc(8 * count)];
     refresh(instance).integers.set(members.map(({ reference }) => reference), references >> 2);
     return [{ set: call[`fmi2Set${kind}`], get: call[`fmi2Get${kind}`], references, at, count, real: kind === "Real", first }];
@@ -122,7 +122,7 @@ export function releaseExchange({ library }, { groups }) {
 }
 
 /**
- * Set variables to the elements of `values` that `sources` names, one for each variable.
+ * Set variables to the elements of `values` that `sources` names, of each variable in turn.
  * @param {Instance} instance
  * @param {Exchange} variables
  * @param {Float64Array} values

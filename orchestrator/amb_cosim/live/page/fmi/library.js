@@ -16,7 +16,7 @@
  * @property {Map<string, (status: number, text: string) => void>} listeners of instances, by their names
  */
 
-const BAD_FILE = 8; // WASI's errno for a file that is not there
+const BAD_FILE = 8; // WASI's errno for a file that does not exist
 const HALF_SIGNATURE = [0x60, 6, 0x7f, 0x7f, 0x7f, 0x7f, 0x7f, 0x7f, 0]; // six i32, and no result
 const ADAPTER = new Uint8Array([
   ...[0, 0x61, 0x73, 0x6d, 1, 0, 0, 0], // WebAssembly 1
@@ -53,7 +53,7 @@ export function startLibrary(module) {
 }
 
 /**
- * Add a function to the table of a module, and return its number there.
+ * Add a function to the table of a module, and return its number in the table.
  * @param {WebAssembly.Table} table
  * @param {Logger} logger
  * @returns {number}

@@ -1,4 +1,4 @@
-// Which control works where the one that was chosen does not.
+// Which control works where the chosen control does not.
 
 import { matching, settingOf, valueOf } from "./session.js";
 
@@ -34,11 +34,11 @@ export function contactTime({ contacts, time }, between = 0.05) {
   /** @type {Set<string>} */
   const closed = new Set();
   let began = NaN, ended = -Infinity;
-  for (const one of contacts) {
-    if (one.mode > 0) {
-      if (closed.size === 0 && !(one.time - ended < between)) { began = one.time; }
-      closed.add(one.site);
-    } else if (closed.delete(one.site) && closed.size === 0) { ended = one.time; }
+  for (const item of contacts) {
+    if (item.mode > 0) {
+      if (closed.size === 0 && !(item.time - ended < between)) { began = item.time; }
+      closed.add(item.site);
+    } else if (closed.delete(item.site) && closed.size === 0) { ended = item.time; }
   }
   return closed.size > 0 || time - ended < between ? time - began || 0 : 0;
 }
@@ -53,13 +53,13 @@ export function contactTime({ contacts, time }, between = 0.05) {
 export function advice(session, chosen, options) {
   const lasts = contactTime(session) > LASTING, offers = (/** @type {string} */ label) => options.includes(label) && label !== chosen;
   if (lasts && (chosen === "ROLAC" || chosen === "OLAC") && offers(AWARE)) {
-    return { option: AWARE, text: `In a contact that lasts ${chosen} counts on a table of the free rotor, and its force grows to its limit. ${AWARE} ROLAC counts with the contact.` };
+    return { option: AWARE, text: `During sustained contact ${chosen} relies on a table of the free rotor, and its force grows to its limit. ${AWARE} ROLAC allows for contact.` };
   }
   if (lasts && chosen === "PID" && offers(AWARE) && !isOff(session)) {
-    return { option: AWARE, text: `The PID does not know of the unbalance: a rotor that rubs goes on. ${AWARE} ROLAC takes the vibration away.` };
+    return { option: AWARE, text: `The PID does not compensate unbalance, so a rub continues. ${AWARE} ROLAC removes the vibration.` };
   }
   if (chosen === "Off" && session.rig.geometry.sites.length === 0 && offers("PID")) {
-    return { option: "PID", text: "This rotor has no retainer to fall on: without magnets it leaves its bearings. PID holds it." };
+    return { option: "PID", text: "This rotor has no retainers: without magnets it leaves its bearings. PID holds it." };
   }
   return null;
 }

@@ -7,7 +7,7 @@
  * @property {number} height
  */
 
-/** Sizes that are known, so that drawing does not ask for the layout. @type {WeakMap<Element, { width: number, height: number }>} */
+/** Sizes that were measured, so that drawing does not ask for the layout. @type {WeakMap<Element, { width: number, height: number }>} */
 const sizes = new WeakMap();
 /** @type {ResizeObserver | null} */
 let observer = null;
@@ -37,7 +37,7 @@ export function surfaceOf(canvas) {
   const [w, h] = [Math.round(width * ratio), Math.round(height * ratio)];
   if (canvas.width !== w || canvas.height !== h) { canvas.width = w; canvas.height = h; }
   const context = canvas.getContext("2d");
-  if (context === null) { throw new Error("this browser draws no canvas"); }
+  if (context === null) { throw new Error("this browser does not support canvas"); }
   context.setTransform(ratio, 0, 0, ratio, 0, 0);
   context.clearRect(0, 0, width, height);
   return { context, width, height };

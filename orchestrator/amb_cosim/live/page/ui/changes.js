@@ -12,6 +12,7 @@ import { effectOf, settingOf } from "./session.js";
  * @property {(values: Record<string, number>) => void} plan for the next start
  * @property {(speed: number, acceleration: number) => void} speed
  * @property {(disc: string, force: [number, number]) => void} push
+ * @property {() => void} run unless it runs
  * @property {() => Readonly<Record<string, number>>} planned
  */
 

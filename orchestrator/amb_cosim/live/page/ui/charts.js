@@ -1,4 +1,4 @@
-// Scrolling curves over time, by uPlot: one chart for each kind of quantity, with a common window of time.
+// Scrolling curves over time, by uPlot: a chart for each kind of quantity, with a common window of time.
 
 import { thinned } from "./traces.js";
 import { numberText } from "./format.js";
@@ -13,16 +13,16 @@ import { numberText } from "./format.js";
  */
 
 /**
- * A chart: curves of one unit, with levels that do not change.
+ * A chart: curves of the same unit, with levels that do not change.
  * @typedef {object} ChartSpec
  * @property {string} key
  * @property {string} title
- * @property {string} unit as it is shown
+ * @property {string} unit as displayed
  * @property {number} scale from the signal's unit to that
  * @property {string} limits what bounds the curves, in words
  * @property {Curve[]} curves
- * @property {() => number[]} levels drawn across, in the unit shown
- * @property {number} least half-height that is always shown, in the unit shown
+ * @property {() => number[]} levels drawn across, in the displayed unit
+ * @property {number} least half-height that is always displayed, in the displayed unit
  * @property {boolean} positive whether no curve is below zero
  */
 
@@ -58,7 +58,7 @@ export function makeChart(place, spec, palette) {
       label: curve.label, stroke: palette.series[curve.series % palette.series.length], width: 1.5,
       dash: curve.dashed ? [5, 3] : undefined, points: { show: false }, spanGaps: false,
     }))],
-    hooks: { drawAxes: [(one) => drawLevels(one, spec.levels(), palette)] },
+    hooks: { drawAxes: [(item) => drawLevels(item, spec.levels(), palette)] },
   }, [[], ...spec.curves.map(() => [])], place);
   const names = spec.curves.map((curve) => curve.signal), scales = names.map(() => spec.scale);
   return {

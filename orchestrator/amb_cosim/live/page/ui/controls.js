@@ -26,7 +26,7 @@ export function makeControls(panel, session, changes) {
     ...declaredGroups(session).map((group) => ({ ...group, controls: group.controls.map((control) => makeControl(session, control, changes)) })),
     { title: "Any variable", theory: "", open: false, controls: [makeAnyVariable(session, changes)] },
   ];
-  const wasOpen = new Map([...panel.querySelectorAll("details")].map((one) => [one.dataset.title, one.open]));
+  const wasOpen = new Map([...panel.querySelectorAll("details")].map((item) => [item.dataset.title, item.open]));
   panel.replaceChildren(...groups.map((group) => {
     const link = group.theory === "" ? [] : [make("a", { class: "theory", href: `#theory-${group.theory}`, "data-theory": group.theory, text: "theory" })];
     return make("details", { open: wasOpen.get(group.title) ?? group.open, "data-title": group.title }, [
@@ -100,8 +100,8 @@ function makeNumber(session, control, changes) {
   const limits = { min: String(control.from), max: String(control.to), step: String(control.step) };
   const range = make("input", { type: "range", ...limits, "aria-label": control.label });
   const field = make("input", { type: "number", step: "any", "aria-label": `${control.label}, ${control.unit}`, "data-variable": names[0] });
-  const send = (/** @type {number} */ shown) => {
-    if (Number.isFinite(shown)) { apply(session, changes, Object.fromEntries(names.map((name) => [name, shown / control.scale]))); }
+  const send = (/** @type {number} */ displayed) => {
+    if (Number.isFinite(displayed)) { apply(session, changes, Object.fromEntries(names.map((name) => [name, displayed / control.scale]))); }
   };
   range.addEventListener("input", () => { field.value = range.value; send(Number(range.value)); });
   field.addEventListener("change", () => send(field.valueAsNumber));
@@ -158,12 +158,12 @@ function makeChoice(session, control, changes) {
     return { ...option, badge, button };
   });
   const advise = (/** @type {string} */ chosen) => {
-    const found = advice(present, chosen, control.options.map((one) => one.label)), better = options.find((one) => one.label === found?.option);
-    hint.hidden = found === null || better === undefined;
-    if (found === null || better === undefined) { return; }
-    const choose = make("button", { type: "button", text: `Choose ${found.option}` });
+    const advised = advice(present, chosen, control.options.map((item) => item.label)), better = options.find((item) => item.label === advised?.option);
+    hint.hidden = advised === null || better === undefined;
+    if (advised === null || better === undefined) { return; }
+    const choose = make("button", { type: "button", text: `Choose ${advised.option}` });
     choose.addEventListener("click", () => better.button.click());
-    hint.replaceChildren(`${found.text} `, choose);
+    hint.replaceChildren(`${advised.text} `, choose);
   };
   const update = (/** @type {Session} */ now) => {
     present = now;

@@ -9,7 +9,7 @@ import { byId } from "./dom.js";
 /**
  * Scenarios whose components name their variables by a key.
  * @typedef {object} Described
- * @property {string} documentation address of the documentation; empty if there is none
+ * @property {string} documentation address of the documentation; empty without any
  * @property {(Omit<Rig, "components"> & { components: (Omit<Component, "variables"> & { variables: string })[] })[]} rigs
  * @property {Record<string, Component["variables"]>} variables
  */
@@ -36,8 +36,8 @@ export async function readPageData() {
  * @returns {Rig}
  */
 export function rigOf({ described }, scenario) {
-  const found = described.rigs.find((rig) => rig.scenario === scenario) ?? described.rigs[0];
-  return { ...found, components: found.components.map((one) => ({ ...one, variables: described.variables[one.variables] })) };
+  const chosen = described.rigs.find((rig) => rig.scenario === scenario) ?? described.rigs[0];
+  return { ...chosen, components: chosen.components.map((item) => ({ ...item, variables: described.variables[item.variables] })) };
 }
 
 /**

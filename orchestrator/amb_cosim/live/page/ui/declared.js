@@ -11,7 +11,7 @@ import { matching } from "./session.js";
  * @property {"slider"} kind
  * @property {string} label
  * @property {string[]} patterns
- * @property {string} unit as shown
+ * @property {string} unit as displayed
  * @property {number} scale from the variable's unit to that
  * @property {number} from
  * @property {number} to
@@ -19,7 +19,7 @@ import { matching } from "./session.js";
  */
 
 /**
- * Booleans of one kind, each with a box.
+ * Booleans of the same kind, each with a box.
  * @typedef {{ kind: "boxes", label: string, boxes: { label: string, name: string }[] }} Boxes
  */
 
@@ -36,7 +36,7 @@ import { matching } from "./session.js";
 /** @typedef {Slider | Pair | Boxes | Choice} Declared */
 
 /**
- * Controls of one subject, with the theory behind them.
+ * Controls of a subject, with the theory behind them.
  * @typedef {object} Group
  * @property {string} title
  * @property {string} theory
@@ -54,7 +54,7 @@ export function declaredGroups(session) {
   const { geometry } = session.rig;
   /** @type {(label: string, patterns: string[], unit: string, scale: number, from: number, to: number, step: number) => Slider} */
   const slider = (label, patterns, unit, scale, from, to, step) => ({ kind: "slider", label, patterns, unit, scale, from, to, step });
-  const discs = geometry.discs.filter((one) => one.unbalance).map((one) => one.name), most = 1e3 * largestUnbalance(session);
+  const discs = geometry.discs.filter((item) => item.unbalance).map((item) => item.name), most = 1e3 * largestUnbalance(session);
   /** @type {Group[]} */
   const groups = [
     {
@@ -67,7 +67,7 @@ export function declaredGroups(session) {
     },
     {
       title: "Controller", theory: "synchronous", open: true,
-      hint: "ROLAC from before a contact may recover from it; near its limit a per cent of a gain or of the unbalance decides. Switched on in a contact that lasts it does not; contact-aware ROLAC does.",
+      hint: "ROLAC that is on before a contact may recover from it; near its limit, 1 % of a gain or the unbalance decides. Switched on during sustained contact it does not; contact-aware ROLAC does.",
       controls: [controllers(session), slider("adaptation rate", ["rolac_controller.rolac.alpha"], "1/s", 1, 0, 40, 0.5)],
     },
     {
@@ -91,13 +91,13 @@ export function declaredGroups(session) {
       title: "Faults", theory: "actuator", open: false,
       controls: [
         { kind: "boxes", label: "axis without power", boxes: named(session, "amb_actuator.*.amplifier_off_?", (_, place, axis) => `${place.toUpperCase()} ${axis.slice(-1)}`) },
-        { kind: "boxes", label: "sensor shows zero", boxes: named(session, "rolac_controller.*.fault_dead", (_, place) => place) },
+        { kind: "boxes", label: "sensor reads zero", boxes: named(session, "rolac_controller.*.fault_dead", (_, place) => place) },
         slider("sensor noise (rms)", ["rolac_controller.*.fault_noise"], "µm", 1e6, 0, 50, 0.5),
       ],
     },
     {
       title: "Gravity and drop", theory: "rotor", open: false,
-      hint: "The static currents carry the weight that the scenario has. To let the rotor drop, switch the controller off.",
+      hint: "The static currents carry the weight of the scenario. To drop the rotor, switch the controller off.",
       controls: [slider("gravity", ["rotor_contact.gravity"], "m/s²", 1, 0, 20, 0.01)],
     },
   ];
@@ -117,7 +117,7 @@ function largestUnbalance({ rig }) {
 }
 
 /**
- * The choice of a controller; what it must set that only a new start can is marked so where it is shown.
+ * The choice of a controller; what it must set that only a new start can is marked so where it is displayed.
  * @param {Session} session
  * @returns {Choice}
  */
@@ -133,9 +133,9 @@ function controllers(session) {
   const options = [
     { label: "Off", title: "Amplifiers off: the rotor is not held", values: power(1) },
     { label: "PID", title: "PID alone", values: { ...power(0), "rolac_controller.rolac_enable": 0 } },
-    { label: "OLAC", title: "PID with open-loop adaptive control, an update whenever the vibration is steady", values: adaptive("olac", 0) },
+    { label: "OLAC", title: "PID with open-loop adaptive control, updated whenever the vibration is steady", values: adaptive("olac", 0) },
     { label: "ROLAC", title: "PID with recursive open-loop adaptive control", values: adaptive("rolac", 0) },
-    { label: "Contact-aware", title: "PID with ROLAC that counts with the contact", values: adaptive("rolac", 1) },
+    { label: "Contact-aware", title: "PID with ROLAC that allows for contact", values: adaptive("rolac", 1) },
   ];
   return { kind: "choice", label: "Controller", options: session.variables.has("rolac_controller.rolac_enable") ? options : [] };
 }

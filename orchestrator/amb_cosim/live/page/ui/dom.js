@@ -1,4 +1,4 @@
-// Elements of the page, found and made.
+// Elements of the page, looked up and made.
 
 /**
  * Return the element with an id; the page has it, or is wrong.
@@ -8,9 +8,9 @@
  * @returns {T}
  */
 export function byId(id, kind) {
-  const found = document.getElementById(id);
-  if (!(found instanceof kind)) { throw new Error(`the page has no ${kind.name} #${id}`); }
-  return found;
+  const element = document.getElementById(id);
+  if (!(element instanceof kind)) { throw new Error(`the page has no ${kind.name} #${id}`); }
+  return element;
 }
 
 /**

@@ -5,19 +5,19 @@ import { valueOf } from "./session.js";
 
 /** @typedef {import("./session.js").Session} Session */
 
-/** Something that happened. @typedef {{ time: number, text: string }} Told */
+/** Something that happened. @typedef {{ time: number, text: string }} Notice */
 
 /**
- * What was told so far.
+ * What was reported so far.
  * @typedef {object} Narrator
- * @property {number} time s, up to which all is told
+ * @property {number} time s, up to which all is reported
  * @property {number} seen contacts that were looked at
- * @property {Map<string, { mode: number, since: number, told: number }>} sites present mode of each, since when, and the mode told last
+ * @property {Map<string, { mode: number, since: number, reported: number }>} sites present mode of each, since when, and the mode reported last
  * @property {number} limited time at which currents were at their limit last (s)
  */
 
-const CALM = 0.05; // s without another change of contact, after which its state is told
-const AGAIN = 0.3; // s without a limit, after which the next one is told
+const CALM = 0.05; // s without another change of contact, after which its state is reported
+const AGAIN = 0.3; // s without a limit, after which the next one is reported
 
 /** @returns {Narrator} */
 export function newNarrator() {
@@ -25,54 +25,54 @@ export function newNarrator() {
 }
 
 /**
- * Return what happened since the last call. After a way back in time it is told anew.
+ * Return what happened since the last call. After a way back in time it is reported anew.
  * @param {Narrator} narrator
  * @param {Session} session
- * @returns {Told[]}
+ * @returns {Notice[]}
  */
 export function narrate(narrator, session) {
   if (session.time < narrator.time || session.contacts.length < narrator.seen) { goBack(narrator, session); }
   if (session.status === "loading" || session.status === "settling") { return []; }
-  const told = [...planned(session, narrator.time), ...contacts(narrator, session), ...limits(narrator, session)];
+  const notices = [...planned(session, narrator.time), ...contacts(narrator, session), ...limits(narrator, session)];
   narrator.time = session.time;
-  return told.sort((a, b) => a.time - b.time);
+  return notices.sort((a, b) => a.time - b.time);
 }
 
 /**
- * Take the contacts up to the present as told.
+ * Take the contacts up to the present as reported.
  * @param {Narrator} narrator
  * @param {Session} session
  */
 function goBack(narrator, session) {
   Object.assign(narrator, { time: session.time, seen: session.contacts.length, limited: -Infinity });
   narrator.sites.clear();
-  for (const { site, mode, time } of session.contacts) { narrator.sites.set(site, { mode, since: time, told: mode }); }
+  for (const { site, mode, time } of session.contacts) { narrator.sites.set(site, { mode, since: time, reported: mode }); }
 }
 
 /**
  * @param {Narrator} narrator
  * @param {Session} session
- * @returns {Told[]}
+ * @returns {Notice[]}
  */
 function contacts(narrator, session) {
-  /** @type {Told[]} */
-  const told = [];
+  /** @type {Notice[]} */
+  const notices = [];
   for (const { site, mode, time } of session.contacts.slice(narrator.seen)) {
-    const known = narrator.sites.get(site) ?? { mode: 0, since: time, told: 0 };
-    if (mode > 0 && known.told === 0) {
-      told.push({ time, text: `the rotor touches ${site.toUpperCase()}` });
-      known.told = 1;
+    const contact = narrator.sites.get(site) ?? { mode: 0, since: time, reported: 0 };
+    if (mode > 0 && contact.reported === 0) {
+      notices.push({ time, text: `the rotor touches ${site.toUpperCase()}` });
+      contact.reported = 1;
     }
-    narrator.sites.set(site, { ...known, mode, since: time });
+    narrator.sites.set(site, { ...contact, mode, since: time });
   }
   narrator.seen = session.contacts.length;
-  for (const [site, known] of narrator.sites) {
-    if (session.time - known.since > CALM && known.mode !== known.told) {
-      told.push({ time: known.since, text: calmText(site.toUpperCase(), known.mode) });
-      known.told = known.mode;
+  for (const [site, contact] of narrator.sites) {
+    if (session.time - contact.since > CALM && contact.mode !== contact.reported) {
+      notices.push({ time: contact.since, text: calmText(site.toUpperCase(), contact.mode) });
+      contact.reported = contact.mode;
     }
   }
-  return told;
+  return notices;
 }
 
 /** @param {string} site @param {number} mode */
@@ -82,25 +82,25 @@ function calmText(site, mode) {
 }
 
 /**
- * Return the events of the scenario after a time and up to the present, one for each moment.
+ * Return the events of the scenario after a time and up to the present, each moment once.
  * @param {Session} session
  * @param {number} after s
- * @returns {Told[]}
+ * @returns {Notice[]}
  */
 function planned({ rig, userChanges, time, variables }, after) {
   /** @type {Map<number, string[]>} */
-  const found = new Map();
+  const moments = new Map();
   for (const { point, variable, value, label } of userChanges.settings.events === false ? [] : rig.events) {
     const at = point * rig.stepSize;
     if (at <= after || at > time || at < 0) { continue; }
     const [, place, name] = /^[^.]*\.(?:(.*)\.)?([^.]*)$/.exec(variable) ?? ["", "", "", variable];
     const what = `${name}${place ? ` of ${place.toUpperCase()}` : ""} becomes ${valueText(value, variables.get(variable)?.unit ?? "")}`;
-    const words = found.get(point) ?? [];
-    found.set(point, [...words, words.length === 0 && label !== "" ? `${label}: ${what}` : what]);
+    const words = moments.get(point) ?? [];
+    moments.set(point, [...words, words.length === 0 && label !== "" ? `${label}: ${what}` : what]);
   }
-  return [...found].map(([point, words]) => {
-    const shown = words.length > 2 ? `${words[0]}, and ${words.length - 1} more` : words.join(", ");
-    return { time: point * rig.stepSize, text: shown };
+  return [...moments].map(([point, words]) => {
+    const text = words.length > 2 ? `${words[0]}, and ${words.length - 1} more` : words.join(", ");
+    return { time: point * rig.stepSize, text };
   });
 }
 
@@ -117,7 +117,7 @@ function valueText(value, unit) {
 /**
  * @param {Narrator} narrator
  * @param {Session} session
- * @returns {Told[]}
+ * @returns {Notice[]}
  */
 function limits(narrator, session) {
   if (valueOf(session, "rolac_controller.current_limited") !== 1) { return []; }

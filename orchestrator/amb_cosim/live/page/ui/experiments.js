@@ -18,7 +18,7 @@ import { matching, settingOf, valueOf } from "./session.js";
  */
 
 /**
- * A step: what is asked, whether it is so now, for how long it must be (s), and the remark when it was.
+ * A step: what is awaited, whether it is so now, for how long it must be (s), and the remark when it was.
  * @typedef {object} Step
  * @property {(session: Session) => string} say
  * @property {(session: Session, notes: Notes) => boolean} isSo
@@ -26,7 +26,7 @@ import { matching, settingOf, valueOf } from "./session.js";
  * @property {(session: Session, notes: Notes) => string} remark
  */
 
-/** @typedef {{ title: string, steps: Step[] }} Experiment */
+/** `suits`: the scenario does it by itself. @typedef {{ title: string, suits: boolean, steps: Step[] }} Experiment */
 
 const places = (/** @type {readonly string[]} */ names) => names.map((name) => name.toUpperCase()).join(" and ");
 const percent = (/** @type {number} */ share) => `${numberText(100 * share, 2)} %`;
@@ -70,33 +70,34 @@ export function follow(step, notes, session) {
  * @returns {Experiment[]}
  */
 export function experimentsOf(session) {
-  const { discs, sites } = session.rig.geometry, canPush = discs.some((one) => one.unbalance) && sites.length > 0;
+  const { discs, sites } = session.rig.geometry, canPush = discs.some((item) => item.unbalance) && sites.length > 0;
   const canLand = matching(session, "amb_actuator.*.amplifier_off_?").length > 0 && sites.length > 0;
-  const canTrap = discs.some((one) => one.unbalance) && sites.length > 0;
+  const canTrap = discs.some((item) => item.unbalance) && sites.length > 0;
   return [...(canPush ? [push()] : []), ...(canTrap ? [trap(session)] : []), ...(canLand ? [land(session)] : [])];
 }
 
 /** @returns {Experiment} */
 function push() {
   return {
-    title: "Levitate and push",
+    title: "Levitate and push", suits: false,
     steps: [
       {
-        say: () => "Run it (space). Nothing touches the rotor: magnets hold it, and its unbalance leads it around its orbit. The circle is the clearance of a retainer.",
+        say: (now) => `Run it (space). ${isOff(now) ? "No magnet has power: the rotor falls or lies on its retainers" : "Nothing touches the rotor: magnets hold it, and its unbalance moves it around its orbit"}. The circle is the clearance of a retainer.`,
         isSo: (session) => session.status === "playing" || session.time > 0.01, holds: 0.05,
-        remark: (session, notes) => (notes.touched ? `It turns, and touches ${places(touched(session)) || "now and then"}.` : `It turns freely, on ${percent(notes.reach)} of the clearance.`),
+        remark: (session, notes) => (notes.touched ? `It rotates, and touches ${places(touched(session)) || "now and then"}.` : `It rotates freely, within ${percent(notes.reach)} of the clearance.`),
       },
       {
-        say: () => "Push it: drag within an orbit, or give an orbit the focus and hold an arrow key. A slow pace shows more.",
-        isSo: isPushed, holds: 0, remark: () => "The magnets answer with more current; look at Signals.",
+        say: () => "Push it: drag within an orbit, or focus an orbit and hold an arrow key. A slow pace shows more.",
+        isSo: isPushed, holds: 0, remark: (now) => (isOff(now) ? "No magnet has power: only retainers and inertia resist. Choose Controller, PID to levitate it." : "The magnets answer with more current; look at Signals."),
       },
       {
         say: () => "Let go, and watch it come back.",
         isSo: (session) => !isPushed(session), holds: 0.15,
         remark: (session, notes) => {
           const now = touched(session);
-          if (now.length > 0) { return `It is in contact at ${places(now)}, and stays: that is the next experiment.`; }
-          return notes.touched ? `It touched with ${quantityText(notes.force, "N")}, and is free again.` : `It came back without contact; it went to ${percent(notes.reach)} of the clearance. Push harder?`;
+          if (isOff(session)) { return now.length > 0 ? `It lies on ${places(now)}: without power nothing lifts it.` : "It moves freely until it falls: without power nothing holds it."; }
+          if (now.length > 0) { return `It stays in contact at ${places(now)}: that is the next experiment.`; }
+          return notes.touched ? `It touched with ${quantityText(notes.force, "N")}, and is free again.` : `It came back without contact, from ${percent(notes.reach)} of the clearance. Push harder?`;
         },
       },
     ],
@@ -109,17 +110,17 @@ function trap({ rig, variables }) {
   const has = variables.has("rolac_controller.rolac_enable");
   const byItself = coming === undefined ? "" : ` The scenario does so itself at ${quantityText(coming.point * rig.stepSize, "s")}.`;
   return {
-    title: "Trap and free",
+    title: "Trap and free", suits: false,
     steps: [
       {
-        say: () => `Under a plain controller, let an unbalance grow (Hands on, Unbalance) until the rotor touches and stays in contact.${byItself}`,
-        isSo: (session) => contactTime(session) > 0.3, holds: 0,
-        remark: (session, notes) => `It is trapped in contact at ${places(touched(session)) || "its retainers"}, with up to ${quantityText(notes.force, "N")}: the rub feeds itself.`,
+        say: (now) => (isOff(now) ? "No magnet has power: a rotor on its retainers is landed, not trapped. Choose Controller, PID first. " : "") + `With a plain controller, increase an unbalance (Hands on, Unbalance) until the rotor touches and stays in contact.${byItself}`,
+        isSo: (session) => contactTime(session) > 0.3 && !isOff(session), holds: 0,
+        remark: (session, notes) => `It is trapped in contact at ${places(touched(session)) || "its retainers"}, with up to ${quantityText(notes.force, "N")}: the rub sustains itself.`,
       },
       {
-        say: () => `Free it: ${has ? "choose another controller, or " : ""}take the unbalance back, or change a gain.`,
+        say: () => `Free it: ${has ? "choose another controller, or " : ""}reduce the unbalance, or change a gain.`,
         isSo: (session) => contactTime(session) === 0, holds: 0.1,
-        remark: (session, notes) => `Free after ${quantityText(session.time - notes.began, "s")}. Back on the time line, try another way.`,
+        remark: (session, notes) => `Free after ${quantityText(session.time - notes.began, "s")}. Go back on the time line and try another way.`,
       },
     ],
   };
@@ -127,24 +128,26 @@ function trap({ rig, variables }) {
 
 /** @param {Session} session @returns {Experiment} */
 function land(session) {
-  const weightless = settingOf(session, "rotor_contact.gravity") === 0;
-  const fall = weightless ? "This scenario has no gravity; give it some (Gravity and drop), and switch" : "Switch";
+  const { rig } = session, weightless = settingOf(session, "rotor_contact.gravity") === 0;
+  const fall = weightless ? "This scenario has no gravity; add it (Gravity and drop), and switch" : "Switch";
+  const coming = rig.events.find(({ variable, value }) => /\.amplifier_off_[xy]$/.test(variable) && value > 0);
+  const byItself = coming === undefined ? "" : ` The scenario does so itself at ${quantityText(coming.point * rig.stepSize, "s")}.`;
   return {
-    title: "Land",
+    title: "Land", suits: coming !== undefined || isOff(session),
     steps: [
       {
-        say: () => `${fall} the magnets off: Controller, Off. A pace of 1/100 shows the fall.`,
-        isSo: isOff, holds: 0, remark: () => "No magnet pulls: the rotor is on its own.",
+        say: () => `${fall} the magnets off: Controller, Off. A pace of 1/100 shows the fall.${byItself}`,
+        isSo: isOff, holds: 0, remark: () => "No magnet pulls the rotor any more.",
       },
       {
         say: () => "Watch it land.",
         isSo: (_, notes) => notes.touched, holds: 0.1,
-        remark: (now, notes) => `It landed ${quantityText(notes.since - notes.began, "s")} after, and pressed with up to ${quantityText(notes.force, "N")}; ${landed(now)}.`,
+        remark: (now, notes) => `${notes.since > notes.began ? `It landed ${quantityText(notes.since - notes.began, "s")} after` : "It has landed"}, and pressed with up to ${quantityText(notes.force, "N")}; ${landed(now)}.`,
       },
       {
         say: () => "Lift it again: Controller, PID.",
         isSo: (now) => !isOff(now), holds: 0.3,
-        remark: (now) => (touched(now).length === 0 ? "It levitates again." : `It is still in contact at ${places(touched(now))}: lifting a rotor that whirls takes more than a PID. Wait, slow it down, or choose another controller.`),
+        remark: (now) => (touched(now).length === 0 ? "It levitates again." : `It is still in contact at ${places(touched(now))}: a PID alone cannot lift a whirling rotor. Wait, slow it down, or choose another controller.`),
       },
     ],
   };

@@ -2,7 +2,7 @@
 
 const PREFIXES = /** @type {const} */ ([[1e6, "M"], [1e3, "k"], [1, ""], [1e-3, "m"], [1e-6, "µ"], [1e-9, "n"]]);
 
-/** Units that take a prefix, with how they are written; the others are shown as they are. @type {Record<string, string>} */
+/** Units that take a prefix, with how they are written; the others are displayed as they are. @type {Record<string, string>} */
 const PREFIXED = { m: "m", N: "N", J: "J", A: "A", V: "V", W: "W", s: "s", "N/m": "N/m" };
 
 /** @type {Record<string, string>} */
@@ -35,7 +35,7 @@ export function numberText(value, digits = 4) {
 }
 
 /**
- * Return a value with the prefix of its unit that leaves one to three digits before the point.
+ * Return a value with the prefix of its unit that leaves 1 to 3 digits before the point.
  * @param {number} value in the unit
  * @param {string} unit
  * @param {number} [digits] significant ones

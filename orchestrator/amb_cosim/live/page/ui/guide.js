@@ -10,43 +10,48 @@ import { experimentsOf, follow, newNotes } from "./experiments.js";
  * @param {HTMLElement} panel
  * @param {Session} session
  * @param {Progress} progress where the user is, which outlives the view
+ * @param {() => void} run what runs the scenario unless it does
  * @returns {import("./changes.js").Update}
  */
-export function makeGuide(panel, session, progress) {
+export function makeGuide(panel, session, progress, run) {
   const experiments = experimentsOf(session);
   panel.hidden = experiments.length === 0;
   if (panel.hidden) { return () => undefined; }
-  progress.experiment = Math.min(progress.experiment, experiments.length - 1);
-  const tabs = experiments.map((one, k) => make("button", { type: "button", text: `${k + 1} ${one.title}`, "data-experiment": String(k) }));
+  if (progress.experiment === null) { progress.experiment = Math.max(experiments.findIndex((item) => item.suits), 0); }
+  const chosen = () => Math.min(progress.experiment ?? 0, experiments.length - 1);
+  const tabs = experiments.map((item, k) => make("button", { type: "button", text: `${k + 1} ${item.title}`, "data-experiment": String(k) }));
   const said = make("p", { class: "say", "aria-live": "polite" }), remarks = make("ol", { class: "remarks", "aria-live": "polite" });
-  const skip = make("button", { type: "button", id: "skip-step", title: "Go on without it" });
-  const begin = (/** @type {number} */ experiment) => Object.assign(progress, { experiment, step: 0, notes: null, remarks: [] });
+  const skip = make("button", { type: "button", id: "skip-step", title: "Continue without it" });
+  const begin = (/** @type {number} */ experiment) => {
+    Object.assign(progress, { experiment, step: 0, notes: null, remarks: [] });
+    run();
+  };
   tabs.forEach((tab, k) => tab.addEventListener("click", () => begin(k)));
   const goOn = (/** @type {string} */ remark) => {
     if (remark !== "") { progress.remarks.push(remark); }
     Object.assign(progress, { step: progress.step + 1, notes: null });
   };
   skip.addEventListener("click", () => {
-    if (progress.step < experiments[progress.experiment].steps.length) { goOn(""); } else { begin((progress.experiment + 1) % experiments.length); }
+    if (progress.step < experiments[chosen()].steps.length) { goOn(""); } else { begin((chosen() + 1) % experiments.length); }
   });
   panel.replaceChildren(make("div", { class: "choices", role: "group", "aria-label": "Experiment" }, tabs), remarks, said, skip);
   return (now) => {
-    const { steps } = experiments[progress.experiment], step = steps[progress.step];
-    tabs.forEach((tab, k) => tab.setAttribute("aria-pressed", String(k === progress.experiment)));
+    const { title, steps } = experiments[chosen()], step = steps[progress.step];
+    tabs.forEach((tab, k) => tab.setAttribute("aria-pressed", String(k === chosen())));
     if (step !== undefined) {
       progress.notes ??= newNotes(now.time);
       if (follow(step, progress.notes, now)) { goOn(step.remark(now, progress.notes)); }
     }
-    const next = experiments[(progress.experiment + 1) % experiments.length].title;
-    setText(said, steps[progress.step]?.say(now) ?? `That was “${experiments[progress.experiment].title}”.`);
+    const next = experiments[(chosen() + 1) % experiments.length].title;
+    setText(said, steps[progress.step]?.say(now) ?? `That was “${title}”.`);
     setText(skip, progress.step < steps.length ? "Skip" : `Next: ${next}`);
     if (remarks.children.length !== progress.remarks.length) { remarks.replaceChildren(...progress.remarks.map((text) => make("li", { text }))); }
   };
 }
 
-/** @typedef {{ experiment: number, step: number, notes: import("./experiments.js").Notes | null, remarks: string[] }} Progress */
+/** `experiment`: null until one is chosen, by the scenario or the user. @typedef {{ experiment: number | null, step: number, notes: import("./experiments.js").Notes | null, remarks: string[] }} Progress */
 
 /** @returns {Progress} */
 export function newProgress() {
-  return { experiment: 0, step: 0, notes: null, remarks: [] };
+  return { experiment: null, step: 0, notes: null, remarks: [] };
 }

@@ -1,11 +1,11 @@
-// Shortcuts: one list for what they do and for the help that tells them.
+// Shortcuts: a list for what they do and for the help that tells them.
 
 import { make } from "./dom.js";
 
 /**
  * @typedef {object} Shortcut
  * @property {string} key as the keyboard reports it
- * @property {string} shown
+ * @property {string} label
  * @property {string} what
  * @property {() => void} act
  */
@@ -16,14 +16,14 @@ import { make } from "./dom.js";
  * @param {readonly Shortcut[]} shortcuts
  */
 export function listenToKeys(help, shortcuts) {
-  help.replaceChildren(...shortcuts.flatMap((one) => [make("dt", {}, [make("kbd", { text: one.shown })]), make("dd", { text: one.what })]),
+  help.replaceChildren(...shortcuts.flatMap((item) => [make("dt", {}, [make("kbd", { text: item.label })]), make("dd", { text: item.what })]),
     make("dt", { text: "arrow keys" }), make("dd", { text: "on an orbit: push; on the shaft: turn; on the time line: back and ahead" }));
   document.addEventListener("keydown", (event) => {
     if (event.ctrlKey || event.altKey || event.metaKey || event.defaultPrevented || isTaken(event)) { return; }
-    const found = shortcuts.find((one) => one.key === event.key.toLowerCase());
-    if (found !== undefined) {
+    const shortcut = shortcuts.find((item) => item.key === event.key.toLowerCase());
+    if (shortcut !== undefined) {
       event.preventDefault();
-      found.act();
+      shortcut.act();
     }
   });
 }

@@ -39,21 +39,21 @@ export function forceLimits(session) {
 /**
  * Return limits in words: each once, and ± where both signs have the same.
  * @param {string} name of them
- * @param {readonly number[]} limits in the unit shown
+ * @param {readonly number[]} limits in the displayed unit
  * @returns {string}
  */
 export function limitsText(name, limits) {
-  const texts = distinct(limits).map((one) => numberText(one, 3)), isBoth = (/** @type {string} */ text) => texts.includes(`\u2212${text}`);
-  const shown = texts.filter((text) => !(text.startsWith("\u2212") && texts.includes(text.slice(1)))).map((text) => `${isBoth(text) ? "±" : ""}${text}`);
-  return shown.length > 0 ? `${name} ${shown.join(", ")}` : "";
+  const texts = distinct(limits).map((item) => numberText(item, 3)), isBoth = (/** @type {string} */ text) => texts.includes(`\u2212${text}`);
+  const parts = texts.filter((text) => !(text.startsWith("\u2212") && texts.includes(text.slice(1)))).map((text) => `${isBoth(text) ? "±" : ""}${text}`);
+  return parts.length > 0 ? `${name} ${parts.join(", ")}` : "";
 }
 
 /** @param {Session} session @returns {[string, string][]} */
 function axesOf(session) {
-  return session.rig.geometry.bearings.filter((one) => one.magnetic).flatMap(({ name }) => /** @type {[string, string][]} */ ([[name, "x"], [name, "y"]]));
+  return session.rig.geometry.bearings.filter((item) => item.magnetic).flatMap(({ name }) => /** @type {[string, string][]} */ ([[name, "x"], [name, "y"]]));
 }
 
 /** @param {readonly number[]} limits @returns {number[]} */
 function distinct(limits) {
-  return [...new Set(limits.filter(Number.isFinite).map((one) => Number(one.toPrecision(4))))].sort((a, b) => a - b);
+  return [...new Set(limits.filter(Number.isFinite).map((item) => Number(item.toPrecision(4))))].sort((a, b) => a - b);
 }

@@ -3,7 +3,7 @@
 import { byId, make, setText } from "./dom.js";
 
 const READ = 8000; // ms that a notice stays
-const MOST = 30; // messages that are kept
+const MOST = 30; // messages that are stored
 
 let noticeEnds = 0;
 
@@ -25,29 +25,33 @@ export function showNotice(text) {
   noticeEnds = performance.now() + READ;
 }
 
-/** Take a notice away once it was there for long enough. @param {number} now ms */
+/** Take a notice away after long enough. @param {number} now ms */
 export function endNotice(now) {
   if (now > noticeEnds) { byId("notice", HTMLElement).hidden = true; }
 }
 
 /**
- * Add what happened, or what an FMU logged, to the list of messages, the newest first.
+ * Add what happened, or what an FMU logged, to the list of messages, the newest first; some are known only later.
  * @param {string} source the component, or when
  * @param {string} text
+ * @param {number} time s
  */
-export function addMessage(source, text) {
+export function addMessage(source, text, time) {
   const list = byId("log", HTMLOListElement);
-  list.prepend(make("li", {}, [make("b", { text: source }), ` ${text}`]));
+  const next = [...list.children].find((item) => item instanceof HTMLElement && Number(item.dataset.time) <= time);
+  list.insertBefore(make("li", { "data-time": String(time) }, [make("b", { text: source }), ` ${text}`]), next ?? null);
   while (list.children.length > MOST) { list.lastElementChild?.remove(); }
 }
 
-/** Forget what happened. */
-export function clearMessages() {
-  byId("log", HTMLOListElement).replaceChildren();
+/** Forget what happened, or only what happened after a time. @param {number} [after] s */
+export function clearMessages(after = -Infinity) {
+  for (const item of [...byId("log", HTMLOListElement).children]) {
+    if (item instanceof HTMLElement && Number(item.dataset.time) > after) { item.remove(); }
+  }
 }
 
 /**
- * Say what waits for a new start; nothing if no name is given.
+ * Say what waits for a new start; nothing without a name.
  * @param {readonly string[]} names of fixed parameters
  * @param {() => void} reset
  * @param {() => void} forget
@@ -55,9 +59,9 @@ export function clearMessages() {
 export function showPending(names, reset, forget) {
   const box = byId("pending", HTMLElement);
   box.hidden = names.length === 0;
-  const shown = names.length > 3 ? `${names.slice(0, 2).join(", ")} and ${names.length - 2} more` : names.join(", ");
+  const listed = names.length > 3 ? `${names.slice(0, 2).join(", ")} and ${names.length - 2} more` : names.join(", ");
   const now = make("button", { type: "button", id: "apply", text: "Reset with it (R)" }), drop = make("button", { type: "button", text: "Forget" });
   now.addEventListener("click", reset);
   drop.addEventListener("click", forget);
-  box.replaceChildren(make("span", { text: `${shown} can only change when the run starts anew.` }), now, drop);
+  box.replaceChildren(make("span", { text: `${listed} takes effect when the run is reset.` }), now, drop);
 }

@@ -11,7 +11,7 @@ import { between } from "./traces.js";
 const SECTORS = 120;
 const REVOLUTIONS = 3; // of a trail
 const LONGEST = 0.5; // s of a trail
-const USUAL_PUSH = 1000; // N for a drag of one clearance, where the stiffness of the bearings is not known
+const USUAL_PUSH = 1000; // N for a drag of a clearance, where the stiffness of the bearings is unknown
 const STRONGER = 1.3; // than what the stiffness of a bearing holds at the clearance
 /** @type {Record<string, [number, number]>} */
 const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
@@ -57,23 +57,23 @@ export function shownSites(session) {
 }
 
 /**
- * Return the disc nearest to a place, on which a push there acts; empty without discs.
+ * Return the disc nearest to a place, on which a push at it acts; empty without discs.
  * @param {import("../protocol.js").Geometry} geometry
  * @param {number} z m
  * @returns {string}
  */
 export function nearestDisc(geometry, z) {
-  const discs = geometry.discs.filter((one) => one.unbalance);
-  return discs.reduce((best, one) => (best === undefined || Math.abs(one.z - z) < Math.abs(best.z - z) ? one : best), discs[0])?.name ?? "";
+  const discs = geometry.discs.filter((item) => item.unbalance);
+  return discs.reduce((best, item) => (best === undefined || Math.abs(item.z - z) < Math.abs(best.z - z) ? item : best), discs[0])?.name ?? "";
 }
 
 /**
- * Return the push (N) for a drag of one clearance: a little more than the bearings hold there, in steps of 1, 2 and 5.
+ * Return the push (N) for a drag of a clearance: a little more than the bearings hold, in steps of 1, 2 and 5.
  * @param {Session} session
  * @returns {number}
  */
 export function pushScale(session) {
-  const stiffness = matching(session, "rolac_controller.*.k_b_?").map((name) => settingOf(session, name)).filter((one) => one > 0);
+  const stiffness = matching(session, "rolac_controller.*.k_b_?").map((name) => settingOf(session, name)).filter((item) => item > 0);
   const clearances = session.rig.geometry.sites.map((site) => site.clearance);
   const wanted = STRONGER * Math.max(...stiffness) * Math.max(...clearances);
   if (!(wanted > 0 && Number.isFinite(wanted))) { return USUAL_PUSH; }
@@ -99,7 +99,7 @@ export function makeOrbits(panel, session, onPush) {
     pushed = { disc: view.disc, force };
     onPush(view.disc, force);
   };
-  for (const view of views.filter((one) => one.disc !== "")) { listen(view, session, rotation, apply); }
+  for (const view of views.filter((item) => item.disc !== "")) { listen(view, session, rotation, apply); }
   return {
     push: () => pushed,
     draw: (now, palette) => {

@@ -1,4 +1,4 @@
-// Colours of the drawings, taken from the style sheet, so that dark and light are decided in one place.
+// Colours of the drawings, taken from the style sheet, so that dark and light are decided in a single place.
 
 /**
  * @typedef {object} Palette
@@ -11,7 +11,7 @@
  * @property {string} touch colour of contact
  * @property {string} push colour of a force applied by hand
  * @property {string} font
- * @property {readonly string[]} series one colour for each bearing, after Okabe and Ito
+ * @property {readonly string[]} series a colour for each bearing, after Okabe and Ito
  */
 
 const SERIES = ["--series-1", "--series-2", "--series-3", "--series-4", "--series-5", "--series-6"];
@@ -31,16 +31,16 @@ export function readPalette(element = document.documentElement) {
 }
 
 /**
- * Return which colour a contact site has: that of the bearing that it protects, or one of its own after those.
+ * Return which colour a contact site has: that of the bearing that it protects, or another after those.
  * @param {Pick<import("../protocol.js").Geometry, "bearings" | "sites">} geometry
  * @param {import("../protocol.js").Site} site
  * @returns {number} index into `series`
  */
 export function seriesOfSite(geometry, site) {
-  const protects = (/** @type {import("../protocol.js").Site} */ other) => geometry.bearings.findIndex((one) => one.name === other.bearing);
-  const others = geometry.sites.filter((one) => protects(one) < 0);
+  const protects = (/** @type {import("../protocol.js").Site} */ other) => geometry.bearings.findIndex((item) => item.name === other.bearing);
+  const others = geometry.sites.filter((item) => protects(item) < 0);
   const index = protects(site);
-  return index >= 0 ? index : (geometry.bearings.length + others.findIndex((one) => one.name === site.name)) % SERIES.length;
+  return index >= 0 ? index : (geometry.bearings.length + others.findIndex((item) => item.name === site.name)) % SERIES.length;
 }
 
 /**

@@ -1,12 +1,12 @@
-// Going to a time: one request after the other, however fast the handle of the time line is dragged.
+// Going to a time: requests in sequence, however fast the handle of the time line is dragged.
 
 /** @typedef {import("./session.js").Session} Session */
 
 /**
  * @typedef {object} Seeker
- * @property {(time: number, keep: boolean) => void} go to a time (s); of those that come while one is under way the last counts
+ * @property {(time: number, keep: boolean) => void} go to a time (s); of those that come during a request the last counts
  * @property {() => void} heard call it after each answer of the worker
- * @property {() => void} drop forget where it was to go, as when something else is asked for
+ * @property {() => void} drop forget where it was to go, as when something else is requested
  */
 
 /**

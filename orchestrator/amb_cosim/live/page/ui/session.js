@@ -79,7 +79,7 @@ function absorbFrame(session, frame) {
 }
 
 /**
- * Return the newest value of a signal, NaN where there is none.
+ * Return the newest value of a signal, NaN without values.
  * @param {Session} session
  * @param {string} name
  * @returns {number}
@@ -96,18 +96,18 @@ export function valueOf(session, name) {
  * @returns {number}
  */
 export function settingOf(session, name) {
-  const shown = valueOf(session, name), half = 0.5 * session.rig.stepSize;
+  const displayed = valueOf(session, name), half = 0.5 * session.rig.stepSize;
   for (let k = session.userChanges.changes.length - 1; k >= 0; k--) {
     const { time, values } = session.userChanges.changes[k];
     const isDue = time > session.time - half; // at this point, but no step has been done with it
-    if (time < session.time + half && name in values && (isDue || !Number.isFinite(shown))) { return values[name]; }
+    if (time < session.time + half && name in values && (isDue || !Number.isFinite(displayed))) { return values[name]; }
   }
-  if (Number.isFinite(shown)) { return shown; }
-  const given = session.userChanges.settings.values?.[name] ?? session.rig.inputs[name];
-  if (given !== undefined) { return given; }
+  if (Number.isFinite(displayed)) { return displayed; }
+  const setting = session.userChanges.settings.values?.[name] ?? session.rig.inputs[name];
+  if (setting !== undefined) { return setting; }
   const [component, variable] = split(name);
-  const own = session.rig.components.find((one) => one.name === component)?.parameters[variable];
-  return own ?? session.variables.get(name)?.start ?? NaN;
+  const declared = session.rig.components.find((item) => item.name === component)?.parameters[variable];
+  return declared ?? session.variables.get(name)?.start ?? NaN;
 }
 
 /**

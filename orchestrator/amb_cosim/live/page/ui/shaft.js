@@ -1,4 +1,4 @@
-// The shaft in space: its deflection many times enlarged, with discs, magnets, retainers and what moves there.
+// The shaft in space: its deflection many times enlarged, with discs, magnets, retainers and moving parts.
 
 import { arrow } from "./canvas.js";
 import { fitted, projection } from "./camera.js";
@@ -20,7 +20,7 @@ import { disc, face, ring, tube } from "./solids.js";
  * @property {readonly { x: Float32Array, y: Float32Array }[]} trails of each bearing
  * @property {readonly { name: string, u: number, phi: number }[]} unbalances kg m, rad
  * @property {number} enlargement of displacements
- * @property {number} room across the shaft that is shown (m)
+ * @property {number} room across the shaft that is displayed (m)
  * @property {{ disc: string, force: readonly [number, number] }} push
  */
 
@@ -34,7 +34,7 @@ const MOST_CURRENT = 10; // A, a magnet of full colour
  */
 export function enlargementOf(geometry) {
   const clearance = Math.min(...geometry.sites.map((site) => site.clearance), 1e-3);
-  const radius = Math.max(...geometry.discs.map((one) => one.radius), 0.04);
+  const radius = Math.max(...geometry.discs.map((item) => item.radius), 0.04);
   const exact = (0.5 * radius) / clearance, decade = 10 ** Math.floor(Math.log10(exact));
   return decade * (exact / decade >= 5 ? 5 : exact / decade >= 2 ? 2 : 1);
 }
@@ -49,7 +49,7 @@ export function enlargementOf(geometry) {
 export function roomOf(geometry, value, enlargement) {
   const bent = deflection(geometry, value), length = geometry.nodes[geometry.nodes.length - 1].z - geometry.nodes[0].z;
   const out = (/** @type {[number, number]} */ [x, y]) => enlargement * Math.hypot(x, y);
-  const discs = geometry.discs.map((one) => one.radius + out(bent.at(one.z)));
+  const discs = geometry.discs.map((item) => item.radius + out(bent.at(item.z)));
   return Math.max(...discs, ...geometry.nodes.map((node, k) => node.radius + out(bent.nodes[k])), 0.08 * length) + 0.025 * length;
 }
 
@@ -61,14 +61,14 @@ export function roomOf(geometry, value, enlargement) {
  */
 export function deflection(geometry, value) {
   const { places, rows } = geometry.shape;
-  const shown = places.map((place) => [value(place.x) || 0, value(place.y) || 0]);
+  const displacements = places.map((place) => [value(place.x) || 0, value(place.y) || 0]);
   const nodes = rows.map((row) => /** @type {[number, number]} */ ([0, 1].map((axis) =>
-    row.reduce((sum, share, j) => sum + share * shown[j][axis], 0))));
+    row.reduce((sum, share, j) => sum + share * displacements[j][axis], 0))));
   const z = geometry.nodes.map((node) => node.z);
   return {
     nodes,
     at: (place) => {
-      const k = Math.min(Math.max(z.findIndex((one) => one >= place), 1), z.length - 1);
+      const k = Math.min(Math.max(z.findIndex((item) => item >= place), 1), z.length - 1);
       const share = Math.min(Math.max((place - z[k - 1]) / (z[k] - z[k - 1]), 0), 1);
       const [[x0, y0], [x1, y1]] = [nodes[k - 1], nodes[k]];
       return [x0 + share * (x1 - x0), y0 + share * (y1 - y0)];
@@ -106,8 +106,8 @@ export function drawShaft(surface, scene, camera, palette) {
     const [u, v] = across(bent.nodes[k]);
     return { z: node.z, u, v, radius: node.radius };
   }), project, scene.angle + scene.rotation, colours));
-  for (const one of geometry.discs.filter((body) => body.radius > 0 && (body.unbalance || !isCore(geometry, body.z)))) {
-    faces.push(...disc(place(one.z), one.radius, one.width, project, scene.angle + scene.rotation, colours, 6));
+  for (const item of geometry.discs.filter((body) => body.radius > 0 && (body.unbalance || !isCore(geometry, body.z)))) {
+    faces.push(...disc(place(item.z), item.radius, item.width, project, scene.angle + scene.rotation, colours, 6));
   }
   for (const unbalance of scene.unbalances) { faces.push(...heavySpot(unbalance, scene, place, project, palette)); }
   geometry.bearings.forEach((bearing, k) => {
@@ -116,10 +116,10 @@ export function drawShaft(surface, scene, camera, palette) {
     faces.push(...magnets(bearing, scene, radius, project, palette.series[k % palette.series.length], palette));
     faces.push(...trail(bearing.z, scene.trails[k], across, project, palette.series[k % palette.series.length]));
   });
-  for (const site of geometry.sites.filter((one) => scene.enabled(one.name))) { faces.push(...retainer(site, scene, project, palette)); }
+  for (const site of geometry.sites.filter((item) => scene.enabled(item.name))) { faces.push(...retainer(site, scene, project, palette)); }
 
   drawFloor(context, z[0], z[z.length - 1], -1.2 * reach, project, palette);
-  faces.sort((a, b) => b.depth - a.depth).forEach((one) => one.draw(context));
+  faces.sort((a, b) => b.depth - a.depth).forEach((item) => item.draw(context));
   drawLabels(context, scene, place, project, palette);
   drawPush(context, scene, place, project, palette);
 }
@@ -132,7 +132,7 @@ function isCore(geometry, z) {
 
 /** @param {Geometry} geometry @param {number} z */
 function journalRadius(geometry, z) {
-  const node = geometry.nodes.filter((one) => one.z <= z + 1e-9).pop() ?? geometry.nodes[0];
+  const node = geometry.nodes.filter((item) => item.z <= z + 1e-9).pop() ?? geometry.nodes[0];
   return node.radius + SLEEVE;
 }
 
@@ -162,13 +162,13 @@ function retainer(site, scene, project, palette) {
 }
 
 /**
- * Return the enlarged gap of a bearing (m): the clearance of its retainer or, without one, the least of all.
+ * Return the enlarged gap of a bearing (m): the clearance of its retainer or, without a retainer, the least of all.
  * @param {Geometry["bearings"][number]} bearing
  * @param {ShaftScene} scene
  */
 function gapOf(bearing, scene) {
-  const { sites } = scene.geometry, own = sites.filter((one) => one.name === bearing.retainer);
-  const clearances = (own.length > 0 ? own : sites).map((one) => scene.clearance(one.name));
+  const { sites } = scene.geometry, protecting = sites.filter((item) => item.name === bearing.retainer);
+  const clearances = (protecting.length > 0 ? protecting : sites).map((item) => scene.clearance(item.name));
   return scene.enlargement * (clearances.length > 0 ? Math.min(...clearances) : 1e-3);
 }
 
@@ -231,7 +231,7 @@ function trail(z, path, across, project, colour) {
  * @returns {Face[]}
  */
 function heavySpot(unbalance, scene, place, project, palette) {
-  const body = scene.geometry.discs.find((one) => one.name === unbalance.name);
+  const body = scene.geometry.discs.find((item) => item.name === unbalance.name);
   if (body === undefined || unbalance.u <= 0 || body.radius <= 0) { return []; }
   const size = body.radius * Math.min(0.08 + 0.9 * Math.sqrt(unbalance.u), 0.34);
   const turn = scene.rotation + scene.angle + unbalance.phi, at = place(body.z), out = 0.72 * body.radius;
@@ -289,8 +289,8 @@ function drawLabels(context, scene, place, project, palette) {
   context.font = `600 12px ${palette.font}`;
   context.fillStyle = palette.soft;
   let free = -Infinity; // of other labels, from the left
-  for (const one of geometry.discs.filter((body) => body.unbalance && body.radius > 0)) {
-    const { u, v } = place(one.z), [x, y] = project(one.z, u, v + one.radius), text = one.name.toUpperCase();
+  for (const item of geometry.discs.filter((body) => body.unbalance && body.radius > 0)) {
+    const { u, v } = place(item.z), [x, y] = project(item.z, u, v + item.radius), text = item.name.toUpperCase();
     const half = 0.5 * context.measureText(text).width;
     if (x - half < free && x > free - 2 * half) { continue; }
     write(context, text, x, y - 4, palette);
@@ -328,7 +328,7 @@ function write(context, text, x, y, palette) {
  */
 function drawPush(context, scene, place, project, palette) {
   const [fx, fy] = scene.push.force, force = Math.hypot(fx, fy);
-  const body = scene.geometry.discs.find((one) => one.name === scene.push.disc);
+  const body = scene.geometry.discs.find((item) => item.name === scene.push.disc);
   if (force === 0 || body === undefined) { return; }
   const { u, v } = place(body.z), size = 0.25 * Math.min(force / 1000, 1.5) / force;
   const [c, s] = [Math.cos(scene.rotation), Math.sin(scene.rotation)];

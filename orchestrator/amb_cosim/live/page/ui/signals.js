@@ -22,7 +22,7 @@ export function chartSpecs(current) {
   const axes = (/** @type {(name: string, axis: string) => string} */ signal, whole = false) => bearings.flatMap((bearing, k) => (
     whole || bearing.magnetic ? ["x", "y"] : []).map((axis) => ({
     signal: signal(bearing.name, axis), label: `${bearing.name.toUpperCase()} ${axis}`, series: k, dashed: axis === "y" })));
-  const inPlane = sites.filter((site) => bearings.some((one) => one.name === site.bearing && Math.abs(one.z - site.z) < 1e-6));
+  const inPlane = sites.filter((site) => bearings.some((item) => item.name === site.bearing && Math.abs(item.z - site.z) < 1e-6));
   const isSmall = Math.max(...sites.map((site) => site.clearance), 0) < SMALL && sites.length > 0;
   const length = isSmall ? { unit: "µm", scale: 1e6, least: 1 } : { unit: "mm", scale: 1e3, least: 0.01 };
   const clearances = () => inPlane.flatMap((site) => {
@@ -36,7 +36,7 @@ export function chartSpecs(current) {
     { key: "contact", title: "Contact force N, largest in a step (kN)", limits: "", unit: "kN", scale: 1e-3, levels: () => [], least: 0.1, positive: true,
       curves: sites.filter((site) => settingOf(session, `rotor_contact.${site.name}.enabled`) !== 0).map((site) => ({
         signal: `rotor_contact.${site.name}.f_n_peak`, label: site.name.toUpperCase(), series: seriesOfSite(session.rig.geometry, site), dashed: false })) },
-    { key: "current", title: "Control current (A)", limits: limitsText("limits", currents()), unit: "A", scale: 1, curves: axes((name, axis) => `rolac_controller.${name}.i_${axis}`), levels: currents, least: 0.1, positive: false },
+    { key: "current", title: "Demanded control current (A)", limits: limitsText("limits", currents()), unit: "A", scale: 1, curves: axes((name, axis) => `rolac_controller.${name}.i_${axis}`), levels: currents, least: 0.1, positive: false },
     { key: "force", title: "Magnet force (kN)", limits: limitsText("limits", forces()), unit: "kN", scale: 1e-3, curves: axes((name, axis) => `amb_actuator.${name}.f_${axis}`), levels: forces, least: 0.05, positive: false },
   ];
   return specs.map((spec) => ({ ...spec, curves: spec.curves.filter((curve) => session.columns.has(curve.signal)) })).filter((spec) => spec.curves.length > 0);
@@ -49,7 +49,7 @@ export function chartSpecs(current) {
  */
 export function watchedSignals(rig) {
   const { bearings, sites, shape } = rig.geometry;
-  const outputs = new Set(rig.components.flatMap((one) => one.variables.filter((variable) => variable.causality === "output").map((variable) => `${one.name}.${variable.name}`)));
+  const outputs = new Set(rig.components.flatMap((item) => item.variables.filter((variable) => variable.causality === "output").map((variable) => `${item.name}.${variable.name}`)));
   const wanted = [
     ...shape.places.flatMap((place) => [place.x, place.y]),
     ...sites.flatMap((site) => ["x", "y", "f_n", "f_n_peak", "f_t", "mode"].map((name) => `rotor_contact.${site.name}.${name}`)),
@@ -81,7 +81,7 @@ export function makeSignals(panel, current, palette) {
   const charts = specs.map((spec, k) => makeChart(places[k].plot, spec, palette));
   places.forEach(({ keys }, k) => keys.forEach((key) => key.addEventListener("click", () => {
     key.setAttribute("aria-pressed", String(key.getAttribute("aria-pressed") !== "true"));
-    charts[k].show(keys.map((one) => one.getAttribute("aria-pressed") === "true"));
+    charts[k].show(keys.map((item) => item.getAttribute("aria-pressed") === "true"));
   })));
   const sizes = new ResizeObserver(() => charts.forEach((chart) => chart.resize()));
   sizes.observe(panel);
@@ -94,6 +94,6 @@ export function makeSignals(panel, current, palette) {
         if ((k + turn) % 2 === 0 && seen[k].isSeen()) { chart.draw(current().traces, current().time - span, current().time); }
       });
     },
-    end: () => { sizes.disconnect(); seen.forEach((one) => one.end()); charts.forEach((chart) => chart.destroy()); },
+    end: () => { sizes.disconnect(); seen.forEach((item) => item.end()); charts.forEach((chart) => chart.destroy()); },
   };
 }

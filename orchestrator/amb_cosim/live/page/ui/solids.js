@@ -15,7 +15,7 @@ import { mixed } from "./palette.js";
  * @typedef {{ z: number, u: number, v: number, radius: number }} Point */
 
 const SIDES = 18;
-const BEHIND = 0.004; // m, an end of a section behind the thinner one beside it
+const BEHIND = 0.004; // m, an end of a section behind the thinner section beside it
 
 /**
  * Return the face through projected corners, if it looks at the eye.
@@ -144,7 +144,7 @@ function fillPath(context, path, fill) {
 }
 
 /**
- * Return part of a ring about the axis as strokes, each at its own depth.
+ * Return part of a ring about the axis as strokes, each at its depth.
  * @param {number} z m
  * @param {readonly [number, number]} centre m
  * @param {number} radius m

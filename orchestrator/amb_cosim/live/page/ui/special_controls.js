@@ -1,4 +1,4 @@
-// Controls of their own kind: the speed, which is reached at a rate; the push; and any variable by its name.
+// Controls of special kinds: the speed, which is reached at a rate; the push; and any variable by its name.
 
 import { apply, effectBadge } from "./changes.js";
 import { make, setText } from "./dom.js";
@@ -36,7 +36,7 @@ export function makeSpeedControl(session, changes) {
   return {
     element: make("div", {}, [top, below]),
     update: (now) => {
-      const asked = valueOf(now, "Omega"), speed = Number.isFinite(asked) ? asked : valueOf(now, "rotor_contact.speed");
+      const demanded = valueOf(now, "Omega"), speed = Number.isFinite(demanded) ? demanded : valueOf(now, "rotor_contact.speed");
       setText(hertz, `${numberText(speed * 30 / Math.PI, 4)} rpm`);
       if (document.activeElement !== field && !range.matches(":active")) {
         field.value = Number.isFinite(speed) ? String(Number(speed.toPrecision(6))) : "";
@@ -53,12 +53,12 @@ export function makeSpeedControl(session, changes) {
  * @returns {Control}
  */
 export function makePushControl(session, changes) {
-  const discs = session.rig.geometry.discs.filter((one) => one.unbalance).map((one) => one.name);
+  const discs = session.rig.geometry.discs.filter((item) => item.unbalance).map((item) => item.name);
   if (discs.length === 0) { return { element: make("span"), update: () => undefined }; }
   const disc = make("select", { "aria-label": "Disc to push" }, discs.map((name) => make("option", { value: name, text: name.toUpperCase() })));
   const force = make("input", { type: "number", step: "any", value: String(pushScale(session)), style: "width: 4.1rem", "aria-label": "Force of the push, N" });
   const angle = make("input", { type: "number", step: "any", value: "-90", style: "width: 3.6rem", "aria-label": "Direction of the push, degrees from the right, upwards positive" });
-  const button = make("button", { type: "button", id: "push", "aria-pressed": "false", text: "Push", title: "Pushes while it is held, by the pointer or a key" });
+  const button = make("button", { type: "button", id: "push", "aria-pressed": "false", text: "Push", title: "Pushes while held, by pointer or key" });
   const press = (/** @type {boolean} */ isOn) => {
     const turn = (Math.PI * (angle.valueAsNumber || 0)) / 180 - rotationOf(session.rig.geometry), size = isOn ? force.valueAsNumber || 0 : 0;
     button.setAttribute("aria-pressed", String(isOn));
@@ -68,7 +68,7 @@ export function makePushControl(session, changes) {
   button.addEventListener("pointerdown", (event) => { button.setPointerCapture(event.pointerId); press(true); });
   button.addEventListener("keydown", (event) => { if ((event.key === " " || event.key === "Enter") && !event.repeat) { event.preventDefault(); event.stopPropagation(); press(true); } });
   for (const name of ["pointerup", "pointercancel", "keyup", "blur"]) { button.addEventListener(name, () => { if (isHeld()) { press(false); } }); }
-  const row = make("div", { class: "row" }, [disc, force, make("span", { class: "unit", text: "N" }), angle, make("span", { class: "unit", text: "°" }), button]);
+  const row = make("div", { class: "row" }, [disc, force, make("span", { class: "unit", text: "N at" }), angle, make("span", { class: "unit", text: "°" }), button]);
   return { element: row, update: () => undefined };
 }
 
@@ -90,7 +90,7 @@ export function makeAnyVariable(session, changes) {
     badge.replaceChildren(...(variable === undefined ? [] : [effectBadge(session, field.value)]));
     if (variable === undefined) { return; }
     const range = [variable.min === null ? "" : `≥ ${numberText(variable.min)}`, variable.max === null ? "" : `≤ ${numberText(variable.max)}`];
-    const items = Object.entries(variable.items ?? {}).map(([name, one]) => `${one} ${name}`).join(", ");
+    const items = Object.entries(variable.items ?? {}).map(([name, item]) => `${item} ${name}`).join(", ");
     about.textContent = `${variable.description}. ${unitText(variable.unit)} ${range.filter(Boolean).join(", ")} ${items}`;
     value.value = String(settingOf(session, field.value));
   };

@@ -1,5 +1,6 @@
 // The panels of state: contact at each site, what the controller does, and the energies.
 
+import { isOff } from "./advice.js";
 import { make, setText } from "./dom.js";
 import { numberText, quantityText } from "./format.js";
 import { shownSites } from "./orbits.js";
@@ -51,8 +52,8 @@ export function makeFacts(panel, session) {
     ["limits", (now) => limitsText(now), (now) => limitsText(now) !== "none reached"],
     ["recent contact force", (now) => quantityText(largestForce(now), "N"), () => false],
   ];
-  const shown = facts.filter(([name]) => session.rig.components.some((one) => one.name === "rolac_controller") || name === "speed" || name === "recent contact force");
-  const rows = shown.map(([name, text, isAlarm]) => ({ term: make("dt", { text: name }), value: make("dd"), text, isAlarm }));
+  const listed = facts.filter(([name]) => session.rig.components.some((item) => item.name === "rolac_controller") || name === "speed" || name === "recent contact force");
+  const rows = listed.map(([name, text, isAlarm]) => ({ term: make("dt", { text: name }), value: make("dd"), text, isAlarm }));
   panel.replaceChildren(...rows.flatMap((row) => [row.term, row.value]));
   return (now) => {
     for (const row of rows) {
@@ -70,12 +71,6 @@ function speedText(speed) {
 /** @param {number} value @param {string} unit @returns {string} which no line breaks */
 function quantityOf(value, unit) {
   return `${numberText(value, 4)}\u00a0${unit}`;
-}
-
-/** @param {Session} session */
-function isOff(session) {
-  const names = [...session.columns.keys()].filter((name) => /^amb_actuator\..*\.amplifier_off_/.test(name));
-  return names.length > 0 && names.every((name) => valueOf(session, name) === 1);
 }
 
 /** @param {Session} session @param {Map<number, string>} names */

@@ -33,7 +33,7 @@ export function synchronousVectors(session) {
  */
 export function makeSynchronous(canvas, table, session) {
   const section = table.closest("section");
-  if (section !== null) { section.hidden = !session.rig.components.some((one) => one.name === "rolac_controller"); }
+  if (section !== null) { section.hidden = !session.rig.components.some((item) => item.name === "rolac_controller"); }
   const rows = session.rig.geometry.planes.map((plane, k) => {
     const name = make("td", { text: plane.name.replaceAll("_", " "), style: `--key: var(--series-${seriesOf(session, k) + 1})` });
     const amplitude = make("td"), phase = make("td");
@@ -43,12 +43,12 @@ export function makeSynchronous(canvas, table, session) {
   let span = 1e-5;
   return (now, palette) => {
     const vectors = synchronousVectors(now);
-    vectors.forEach((one, k) => {
-      setText(rows[k].amplitude, quantityText(one.amplitude, "m"));
-      setText(rows[k].phase, one.amplitude > 0 ? `${numberText(Math.round((180 * one.phase) / Math.PI))}°` : "–");
+    vectors.forEach((item, k) => {
+      setText(rows[k].amplitude, quantityText(item.amplitude, "m"));
+      setText(rows[k].phase, item.amplitude > 0 ? `${numberText(Math.round((180 * item.phase) / Math.PI))}°` : "–");
     });
-    span = roomFor([vectors.map((one) => one.amplitude)], 1e-6, span);
-    drawPolar(canvas, vectors.map((one, k) => ({ ...one, colour: palette.series[seriesOf(now, k)] })), span, palette);
+    span = roomFor([vectors.map((item) => item.amplitude)], 1e-6, span);
+    drawPolar(canvas, vectors.map((item, k) => ({ ...item, colour: palette.series[seriesOf(now, k)] })), span, palette);
   };
 }
 
@@ -59,8 +59,8 @@ export function makeSynchronous(canvas, table, session) {
  */
 function seriesOf(session, k) {
   const { planes, bearings } = session.rig.geometry;
-  const bearing = bearings.findIndex((one) => Math.abs(one.z - planes[k].z) < 0.02);
-  return bearing >= 0 ? bearing : (bearings.length + planes.slice(0, k).filter((plane) => !bearings.some((one) => Math.abs(one.z - plane.z) < 0.02)).length) % 6;
+  const bearing = bearings.findIndex((item) => Math.abs(item.z - planes[k].z) < 0.02);
+  return bearing >= 0 ? bearing : (bearings.length + planes.slice(0, k).filter((plane) => !bearings.some((item) => Math.abs(item.z - plane.z) < 0.02)).length) % 6;
 }
 
 /**

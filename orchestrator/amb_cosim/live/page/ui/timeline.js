@@ -16,7 +16,7 @@ export function touches(contacts, site, now) {
   /** @type {[number, number][]} */
   const spans = [];
   let begin = NaN;
-  for (const contact of contacts.filter((one) => one.site === site)) {
+  for (const contact of contacts.filter((item) => item.site === site)) {
     if (contact.mode > 0 && Number.isNaN(begin)) {
       begin = contact.time;
     } else if (contact.mode === 0 && !Number.isNaN(begin)) {
@@ -28,18 +28,18 @@ export function touches(contacts, site, now) {
 }
 
 /**
- * Return what the scenario does at each time, events of one point together.
+ * Return what the scenario does at each time, events of a point together.
  * @param {import("../protocol.js").Rig} rig
  * @returns {{ time: number, text: string }[]}
  */
 export function plannedEvents(rig) {
   /** @type {Map<number, string[]>} */
-  const found = new Map();
+  const moments = new Map();
   for (const event of rig.events) {
     const name = event.variable.split(".").slice(-2).join(".");
-    found.set(event.point, [...(found.get(event.point) ?? []), event.label || name]);
+    moments.set(event.point, [...(moments.get(event.point) ?? []), event.label || name]);
   }
-  return [...found].map(([point, texts]) => ({ time: point * rig.stepSize, text: [...new Set(texts)].slice(0, 2).join(", ") }));
+  return [...moments].map(([point, texts]) => ({ time: point * rig.stepSize, text: [...new Set(texts)].slice(0, 2).join(", ") }));
 }
 
 /**
@@ -97,7 +97,7 @@ export function drawTimeline(canvas, session, palette) {
  */
 function drawTicks(context, end, at, base, palette) {
   const rough = end / 6, decade = 10 ** Math.floor(Math.log10(rough));
-  const step = decade * ([1, 2, 5, 10].find((one) => one * decade >= rough) ?? 10);
+  const step = decade * ([1, 2, 5, 10].find((item) => item * decade >= rough) ?? 10);
   context.fillStyle = palette.soft;
   for (let time = 0; time <= end + 1e-9; time += step) {
     context.textAlign = time === 0 ? "left" : at(time) > at(end) - 14 ? "right" : "center";
@@ -114,15 +114,15 @@ function drawTicks(context, end, at, base, palette) {
  * @param {import("./palette.js").Palette} palette
  */
 function drawEvents(context, session, at, base, width, palette) {
-  const mine = session.userChanges.changes.map((change) => ({ time: change.time, text: "", own: true }));
-  const planned = session.userChanges.settings.events === false ? [] : plannedEvents(session.rig).map((event) => ({ ...event, own: false }));
+  const mine = session.userChanges.changes.map((change) => ({ time: change.time, text: "", isUser: true }));
+  const planned = session.userChanges.settings.events === false ? [] : plannedEvents(session.rig).map((event) => ({ ...event, isUser: false }));
   let free = -Infinity;
   for (const mark of [...planned, ...mine]) {
-    const x = at(mark.time), colour = mark.own ? palette.push : palette.ink;
+    const x = at(mark.time), colour = mark.isUser ? palette.push : palette.ink;
     context.strokeStyle = context.fillStyle = colour;
     context.lineWidth = 1.5;
     context.beginPath();
-    context.moveTo(x, mark.own ? base - 13 : base - 16);
+    context.moveTo(x, mark.isUser ? base - 13 : base - 16);
     context.lineTo(x, base + 1);
     context.stroke();
     if (mark.text !== "" && x > free) {

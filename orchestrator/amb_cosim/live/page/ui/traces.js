@@ -1,4 +1,4 @@
-// What was computed, sample by sample: rings of equal length, one for each signal, and what is drawn or saved of them.
+// What was computed, sample by sample: rings of equal length, a ring for each signal, and what is drawn or saved of them.
 
 /**
  * Samples of several signals over time, the newest `capacity` of them.
@@ -60,7 +60,7 @@ export function position(traces, k) {
 }
 
 /**
- * Return the number of the first sample at or after a time; `count` if there is none.
+ * Return the number of the first sample at or after a time; `count` without any.
  * @param {Traces} traces
  * @param {number} time s
  * @returns {number}
@@ -95,11 +95,11 @@ export function latest(traces, name) {
  */
 export function between(traces, name, from, to) {
   const ring = traces.values.get(name), first = firstAt(traces, from), end = firstAt(traces, to + 1e-9);
-  const found = new Float32Array(ring === undefined ? 0 : Math.max(end - first, 0));
+  const values = new Float32Array(ring === undefined ? 0 : Math.max(end - first, 0));
   if (ring !== undefined) {
-    for (let k = 0; k < found.length; k++) { found[k] = ring[position(traces, first + k)]; }
+    for (let k = 0; k < values.length; k++) { values[k] = ring[position(traces, first + k)]; }
   }
-  return found;
+  return values;
 }
 
 /**

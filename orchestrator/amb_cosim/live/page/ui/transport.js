@@ -1,4 +1,4 @@
-// Time: run, pause, single step, reset, pace, and the time line on which one goes back.
+// Time: run, pause, single step, reset, pace, and the time line to go back on.
 
 import { touched } from "./advice.js";
 import { byId, setText } from "./dom.js";
@@ -28,7 +28,7 @@ import { drawTimeline, endOfLine } from "./timeline.js";
  */
 
 const DETENTS = [-3, -2, -1, 0, Math.log10(5)]; // 1/1000, 1/100, 1/10, 1, 5
-const ENOUGH = 0.9; // of the pace asked for, from which on it is reached
+const ENOUGH = 0.9; // of the requested pace, from which on it is reached
 const LINES = 40; // ms between drawings of the time line
 const SEEKS = 120; // ms between going to times while the handle is dragged
 
@@ -105,19 +105,19 @@ export function snapped(decades) {
 }
 
 /**
- * Return why it runs slower than it was asked to, and than real time; empty where it does not.
+ * Return why it runs slower than it was requested to, and than real time; empty where it does not.
  * @param {Session} session
- * @param {number} asked simulated seconds in a second
+ * @param {number} requested simulated seconds in a second
  * @returns {string}
  */
-export function slowness(session, asked) {
+export function slowness(session, requested) {
   const { status, speed } = session;
-  if (status !== "playing" || !(speed > 0) || speed >= Math.min(asked, 1) * ENOUGH) { return ""; }
+  if (status !== "playing" || !(speed > 0) || speed >= Math.min(requested, 1) * ENOUGH) { return ""; }
   const method = session.variables.get("rotor_contact.solver.method"), now = valueOf(session, "rotor_contact.solver.method");
   const way = Object.entries(method?.items ?? {}).find(([, value]) => value === now)?.[0].replaceAll("_", " ") ?? "";
   const at = touched(session).map((name) => name.toUpperCase()).join(" and ");
-  const why = at !== "" ? `contact at ${at} takes many small steps` : way !== "" && way !== "exact" ? `its steps are computed the long way (${way})` : "this computer does no more for so many modes";
-  return `Slower than asked, ${factorText(speed)} of real time: ${why}.`;
+  const why = at !== "" ? `contact at ${at} takes many small steps` : way !== "" && way !== "exact" ? `its steps are computed by a slower method (${way})` : "this computer is too slow for so many modes";
+  return `Slower than requested, ${factorText(speed)} of real time: ${why}.`;
 }
 
 /**

@@ -44,9 +44,9 @@ export function makeView(current, changes, palette, progress) {
   const window_ = byId("window", HTMLSelectElement);
   const texts = [
     makeContacts(byId("contacts", HTMLElement), session), makeFacts(byId("control-state", HTMLElement), session),
-    makeEnergies(byId("energies", HTMLElement)), makeGuide(byId("guide", HTMLElement), session, progress), makeControls(byId("controls", HTMLElement), session, changes),
+    makeEnergies(byId("energies", HTMLElement)), makeGuide(byId("guide", HTMLElement), session, progress, changes.run), makeControls(byId("controls", HTMLElement), session, changes),
   ];
-  setText(byId("enlargement", HTMLElement), `displacements ${enlargementOf(session.rig.geometry)} times enlarged`);
+  setText(byId("enlargement", HTMLElement), `displacements enlarged ${enlargementOf(session.rig.geometry)} times`);
   let lastTexts = -Infinity;
   return {
     draw: (now) => {
@@ -120,6 +120,6 @@ function sceneOf(session, push) {
     enabled: (site) => setting(`${site}.enabled`) !== 0,
     angle: valueOf(session, "rotor_contact.theta") || 0,
     trails: geometry.bearings.map((bearing) => ({ x: between(session.traces, bearing.x, from, session.time), y: between(session.traces, bearing.y, from, session.time) })),
-    unbalances: geometry.discs.filter((one) => one.unbalance).map((one) => ({ name: one.name, u: setting(`${one.name}.u`) || 0, phi: setting(`${one.name}.phi`) || 0 })),
+    unbalances: geometry.discs.filter((item) => item.unbalance).map((item) => ({ name: item.name, u: setting(`${item.name}.u`) || 0, phi: setting(`${item.name}.phi`) || 0 })),
   };
 }

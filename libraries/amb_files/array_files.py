@@ -1,0 +1,97 @@
+"""Reads files of named arrays: `.npz` of numpy, `.mat` of Matlab, Octave, scipy and Julia."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import zipfile
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from amb_files.temporary_folders import temporary_folder
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+SUFFIXES = (".npz", ".mat")
+MOST_BYTES = 2**28  # bytes of all arrays of a file: a law of 600 states at 90 speeds; an archive of 1 MB can hold 1 GB
+MAT_SPACE, READ_TIME = 2**31, 120  # memory limit (bytes) and time limit (s) of the process that reads a .mat file
+
+# A damaged .mat file can crash scipy's reader, and with it the process.
+READ_MAT = """
+import sys
+from contextlib import suppress
+import numpy as np
+from scipy.io import loadmat
+
+def text(item):
+    return item if isinstance(item, str) else text(item.item()) if np.size(item) == 1 else "?"
+
+def plain(name, value):
+    if value.dtype.names:
+        return {f"{name}.{field}": np.array(text(value[field])) for field in value.dtype.names}
+    return {name: np.array([text(i) for i in np.ravel(value)]) if value.dtype.kind in "OU" else value}
+
+space, source, target, *keys = sys.argv[1:]
+with suppress(Exception):  # Windows has no such limit
+    import resource
+    resource.setrlimit(resource.RLIMIT_DATA, (int(space), int(space)))
+try:
+    content = loadmat(source, appendmat=False)
+    keys = keys or [key for key in content if not key.startswith("__")]
+    result = {}
+    for key in keys:
+        if key in content:
+            result |= plain(key, np.asarray(content[key]))
+    np.savez(target, **result)
+except Exception as error:
+    sys.exit(" ".join(str(error).split()) or type(error).__name__)
+"""
+
+
+def read_content(path: Path, keys: Sequence[str] = ()) -> dict[str, NDArray[Any]]:
+    """Return arrays of a file by name: those of `keys` that it has, all by default.
+
+    Cells of text become arrays of text; a field of a structure is called `structure.field`, and its value is text.
+
+    Raises
+    ------
+    ValueError
+        If it cannot be read.
+    """
+    if path.suffix == ".npz":
+        return _load_npz(path, keys)
+    with temporary_folder() as folder:
+        target = folder / "arrays.npz"
+        command = [sys.executable, "-P", "-c", READ_MAT, str(MAT_SPACE), str(path), str(target), *keys]
+        try:
+            process = subprocess.run(command, capture_output=True, text=True, check=False, timeout=READ_TIME)
+        except subprocess.TimeoutExpired:
+            raise ValueError(f"it cannot be read as a .mat file in {READ_TIME} s") from None
+        if process.returncode:
+            lines = process.stderr.strip().splitlines() if process.returncode > 0 else []
+            raise ValueError(f"it cannot be read as a .mat file: {_cut(lines[-1] if lines else 'it is damaged')}")
+        return _load_npz(target, keys)
+
+
+def _load_npz(path: Path, keys: Sequence[str]) -> dict[str, NDArray[Any]]:
+    import numpy as np
+
+    try:
+        with zipfile.ZipFile(path) as archive:
+            size = sum(entry.file_size for entry in archive.infolist())
+        if size > MOST_BYTES:
+            raise ValueError(f"its arrays have {size} bytes; it must have <= {MOST_BYTES}")
+        with np.load(path, allow_pickle=False) as file:
+            return {key: file[key] for key in keys or file.files if key in file.files}
+    except Exception as error:  # damaged files raise various errors
+        said = " ".join(str(error).split()) or type(error).__name__
+        if "pickle" in said:  # numpy's message suggests unpickling
+            said = "it has an array of Python objects, which is not allowed"
+        raise ValueError(f"it cannot be read as an .npz file: {_cut(said)}") from error
+
+
+def _cut(text: str, longest: int = 200) -> str:
+    """Shorten a reason, since zipfile prints all of a wrong name in a damaged file."""
+    return text if len(text) <= longest else f"{text[:longest]}..."

@@ -1,0 +1,52 @@
+"""Cached folders with a digest of their files; damaged ones are rebuilt."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable
+from pathlib import Path
+
+from amb_files.atomic import create_atomically
+
+DIGEST = "sha256.txt"
+
+
+def keep(folder: Path, fill: Callable[[Path], object]) -> None:
+    """Create `folder` atomically with the content that `fill` writes; do nothing if it exists undamaged.
+
+    Parameters
+    ----------
+    folder
+        The folder to create; missing parents are created.
+    fill
+        Function that writes files, but no folders, into a temporary folder.
+
+    Raises
+    ------
+    OSError
+        If it cannot be created; the error names it.
+    """
+
+    def fill_and_sign(stage: Path) -> None:
+        fill(stage)
+        (stage / DIGEST).write_text(_digest(stage), encoding="ascii")
+
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    create_atomically(folder, fill_and_sign, is_undamaged)
+
+
+def is_undamaged(folder: Path) -> bool:
+    """Return whether a folder made by `keep` exists unchanged."""
+    try:
+        return (folder / DIGEST).read_text(encoding="ascii") == _digest(folder)
+    except (OSError, ValueError):
+        return False
+
+
+def _digest(folder: Path) -> str:
+    """Return the digest of the names and the content of the other files of a folder."""
+    sha = hashlib.sha256()
+    for file in sorted(folder.iterdir()):
+        if file.name != DIGEST:
+            sha.update(f"{file.name}\0".encode() + hashlib.sha256(file.read_bytes()).digest())
+    return sha.hexdigest()

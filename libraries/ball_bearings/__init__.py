@@ -1,0 +1,1 @@
+"""Ball bearings by their catalogue data: Hertz contact of balls and grooves, loads of the balls, stiffness."""

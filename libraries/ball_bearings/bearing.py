@@ -1,0 +1,175 @@
+"""A ball bearing under a force: loads of its balls, displacement, pressure, and its static rating.
+
+Balls lie at the angles phi_j. With the distance B = (f_i + f_o - 1) D of the centres of the grooves, and the contact
+angle alpha without load, a displacement (x, y, z) of the inner ring stretches that distance of ball j to
+
+    s_j = hypot(B cos(alpha) - P_d/2 + x cos(phi_j) + y sin(phi_j),  B sin(alpha) +- z)
+    Q_j = K max(s_j - B, 0)^1.5
+
+along the line of the centres, + in the first row and - in the second of a pair. The inner ring gets the force -Q_j.
+Rings are rigid, the balls have no mass, so that forces are those of a slow motion. Source: T. A. Harris, Rolling
+Bearing Analysis, chapters on load distribution; ISO 76 for the rating.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from scipy.optimize import brentq
+
+from amb_files.checks import require
+from array_types import Array
+from ball_bearings.hertz import STEEL, Material, PointContact, groove_contact, in_series
+
+PRESSURE_LIMIT = 4200e6  # Pa, at which balls and races keep a mark of 1e-4 of the ball's diameter (ISO 76)
+STRIBECK = 5.0  # F = Z Q_max/5 with usual clearance (ISO 76)
+
+
+@dataclass(frozen=True)
+class BallBearing:
+    """A ball bearing: a deep-groove bearing of one row or two, or a pair of rows with a contact angle.
+
+    balls, ball_diameter, pitch_diameter
+        Number of balls of a row; D, d_m (m).
+    conformity
+        f_i, f_o: radii of inner and outer groove over D.
+    rows
+        1 or 2. Back to back and face to face differ under moments only, which are not modelled.
+    contact_angle
+        alpha without load (rad); above 0 with two rows alone, as one needs an axial force to carry a radial one.
+    clearance
+        Diametral internal clearance P_d (m) of a bearing without contact angle; negative: its balls are pressed in.
+    preload
+        Axial force of one row of a pair with a contact angle on the other (N).
+    ball
+        Material of the balls; the races are of steel.
+    """
+
+    balls: int
+    ball_diameter: float
+    pitch_diameter: float
+    conformity: tuple[float, float] = (0.52, 0.52)
+    rows: int = 1
+    contact_angle: float = 0.0
+    clearance: float = 0.0
+    preload: float = 0.0
+    ball: Material = field(default=STEEL)
+
+    def __post_init__(self) -> None:
+        D, d_m, Z = self.ball_diameter, self.pitch_diameter, self.balls
+        require(Z >= 3, "balls", f"{Z}", "3 or more")
+        require(0.0 < D < d_m, "ball_diameter", f"{D:g} m", f"> 0 m and < pitch_diameter = {d_m:g} m")
+        room = d_m * math.sin(math.pi / Z)
+        require(room > D, "ball_diameter", f"{D:g} m", f"< {room:.4g} m, or {Z} balls do not fit on {d_m:g} m")
+        for name, f in zip(("inner", "outer"), self.conformity, strict=True):
+            require(0.5 < f <= 0.6, f"conformity of the {name} groove", f"{f:g}", "> 0.5 and <= 0.6")
+        require(self.rows in (1, 2), "rows", f"{self.rows}", "1 or 2")
+        degrees = math.degrees(self.contact_angle)
+        require(0.0 <= degrees <= 45.0, "contact_angle", f"{degrees:g} deg", ">= 0 deg and <= 45 deg")
+        if self.contact_angle > 0.0:
+            require(self.rows == 2, "rows", f"{self.rows}", "2 with a contact angle")
+            require(self.clearance == 0.0, "clearance", f"{self.clearance:g} m", "0 m with a contact angle")
+        else:
+            require(self.preload == 0.0, "preload", f"{self.preload:g} N", "0 N without a contact angle")
+        require(self.preload >= 0.0, "preload", f"{self.preload:g} N", ">= 0 N")
+        require(self.clearance < D, "clearance", f"{self.clearance:g} m", f"< ball_diameter = {D:g} m")
+        pressure = self.pressure(float(np.max(self.ball_loads(np.zeros(3)))))
+        what, value = ("preload", f"{self.preload:g} N") if self.preload else ("clearance", f"{self.clearance:g} m")
+        allowed = f"less, since at rest it presses the balls with {pressure / 1e6:.0f} MPa, and 4200 MPa leave marks"
+        require(pressure < PRESSURE_LIMIT, what, value, allowed)
+
+    @cached_property
+    def contacts(self) -> tuple[PointContact, PointContact]:
+        """Contacts of a ball with the inner and the outer race."""
+        gamma = self.ball_diameter * math.cos(self.contact_angle) / self.pitch_diameter
+        inner, outer = (
+            groove_contact(self.ball_diameter, f, sign * gamma, self.ball, STEEL)
+            for f, sign in zip(self.conformity, (1.0, -1.0), strict=True)
+        )
+        return inner, outer
+
+    @cached_property
+    def stiffness(self) -> float:
+        """K of a ball between both races (N/m^1.5)."""
+        return in_series(*self.contacts)
+
+    @property
+    def groove_distance(self) -> float:
+        """Distance B of the centres of the grooves without load (m)."""
+        return (sum(self.conformity) - 1.0) * self.ball_diameter
+
+    @cached_property
+    def preload_approach(self) -> float:
+        """Axial displacement of each row of a pair by its preload (m)."""
+        if self.preload == 0.0:
+            return 0.0
+        B, alpha = self.groove_distance, self.contact_angle
+
+        def excess(z: float) -> float:
+            s = math.hypot(B * math.cos(alpha), B * math.sin(alpha) + z)
+            return self.balls * self.stiffness * (s - B) ** 1.5 * (B * math.sin(alpha) + z) / s - self.preload
+
+        return float(brentq(excess, 0.0, B, xtol=1e-15))
+
+    def pressure(self, Q: float) -> float:
+        """Return the largest Hertz pressure (Pa) that a ball under the load Q (N) makes in either race."""
+        return max(contact.pressure(Q) for contact in self.contacts)
+
+    def ball_loads(self, displacement: Array, angle: float = 0.0) -> Array:
+        """Return the loads Q_j (N) of the balls, shape (rows, balls).
+
+        Parameters
+        ----------
+        displacement
+            x, y, z of the inner ring against the outer one (m).
+        angle
+            Angle of the first ball (rad).
+        """
+        return self._loads(displacement, angle)[0]
+
+    def force(self, displacement: Array, angle: float = 0.0) -> Array:
+        """Return the force on the inner ring (N), shape (3,), at a displacement as in `ball_loads`."""
+        Q, radial, axial, phi = self._loads(displacement, angle)
+        lateral = Q * radial
+        return -np.array([np.sum(lateral * np.cos(phi)), np.sum(lateral * np.sin(phi)), np.sum(Q * axial)])
+
+    def _loads(self, displacement: Array, angle: float) -> tuple[Array, Array, Array, Array]:
+        """Return the loads, the direction of each along the radius and the axis, and the angles of the balls."""
+        x, y, z = displacement
+        phi = angle + 2.0 * math.pi * np.arange(self.balls) / self.balls
+        sides = np.array([[1.0], [-1.0]])[: self.rows]
+        B, alpha = self.groove_distance, self.contact_angle
+        radial = B * math.cos(alpha) - 0.5 * self.clearance + x * np.cos(phi) + y * np.sin(phi)
+        axial = sides * (B * math.sin(alpha) + self.preload_approach) + z
+        s = np.hypot(radial, axial)
+        Q = self.stiffness * np.maximum(s - B, 0.0) ** 1.5
+        return Q, radial / s, axial / s, phi
+
+    def displacement_under(self, force: float) -> float:
+        """Return the radial displacement (m) under a radial force (N) on the line of a ball: the most for a ball.
+
+        Raises
+        ------
+        ValueError
+            If the force is negative, or so large that a ball has left its groove.
+        """
+        require(force >= 0.0, "force", f"{force:g} N", ">= 0 N")
+        if force == 0.0:
+            return 0.0
+        longest = 0.5 * self.ball_diameter
+        most = -float(self.force(np.array([longest, 0.0, 0.0]))[0])
+        require(force < most, "force", f"{force:g} N", f"< {most:.3g} N, which presses the balls through the races")
+        return float(brentq(lambda x: -self.force(np.array([x, 0.0, 0.0]))[0] - force, 0.0, longest, xtol=1e-15))
+
+    def largest_load(self, force: float) -> float:
+        """Return the load (N) of the most loaded ball under a radial force (N) on its line."""
+        return float(np.max(self.ball_loads(np.array([self.displacement_under(force), 0.0, 0.0]))))
+
+    @property
+    def static_rating(self) -> float:
+        """Static rating C_0 = rows Z Q cos(alpha)/5 (N), Q the load of a ball with 4200 MPa (ISO 76)."""
+        Q = min(contact.force_at(PRESSURE_LIMIT) for contact in self.contacts)
+        return self.rows * self.balls * Q * math.cos(self.contact_angle) / STRIBECK

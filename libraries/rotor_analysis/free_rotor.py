@@ -1,0 +1,120 @@
+"""The free rotor at rest in one plane of motion, by all its modes: shapes, receptance, residual shapes.
+
+With a shift s > 0 that makes K + s M positive definite,
+
+    (K + s M) S mu = M S,  S^T (K + s M) S = 1,  mu = 1/(omega^2 + s)                              (1)
+    H(omega) = (K - omega^2 M)^-1 = -R R^T/omega^2 + sum S S^T/(1 - (s + omega^2) mu)              (2)
+
+where R are the two rigid motions with R^T M R = 1. Massless rows have mu = 0 and add only stiffness to (2). A reduction
+omits modes, but retains their static response to forces at some points p: residual attachment shapes (R. H. MacNeal,
+Comput. Struct. 1, 1971; S. Rubin, AIAA J. 13, 1975; R. R. Craig, C.-J. Chang, 1977),
+
+    A = sum S S_p^T/(1 - s mu) over these modes.                                                   (3)
+
+The combinations A y with A^T M A y = nu A_p y are orthogonal to all retained modes and to each other. They are treated
+as modes with omega^2 = 1/nu.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from array_types import Array
+from rotor_analysis.assembly import Matrices
+
+SHIFT = 1e4  # rad^2/s^2
+RESONANT = 1e-12  # least relative distance of omega^2 + s from that of a mode
+INDEPENDENT = 1e-10  # share of the largest static displacement below which shapes are rounding
+
+
+@dataclass(frozen=True, eq=False)
+class FreeRotor:
+    """The modes of a free rotor in one plane of motion.
+
+    nodes
+        Row of the translation of each node, by its number.
+    rigid
+        Two rigid motions, translation and tilt about the centre of mass, with R^T M R = 1, shape (n, 2).
+    mu
+        1/(omega^2 + s) of the elastic modes (s^2/rad^2), descending, shape (n - 2,).
+    shapes
+        S of (1), in the same order, shape (n, n - 2).
+    """
+
+    nodes: dict[int, int]
+    rigid: Array
+    mu: Array
+    shapes: Array
+
+    @property
+    def frequencies(self) -> Array:
+        """Natural frequencies of the elastic modes (rad/s), infinite without mass."""
+        return np.sqrt(np.maximum(1.0 / np.maximum(self.mu, 1e-300) - SHIFT, 0.0))
+
+    def modes(self, count: int) -> Array:
+        """Return the shapes of the rigid motions and of the first `count` elastic modes, M-orthonormal, in columns."""
+        return np.hstack([self.rigid, self.shapes[:, :count] / np.sqrt(self.mu[:count])])
+
+    def rows(self, nodes: tuple[int, ...]) -> list[int]:
+        """Return the rows of the translations at nodes."""
+        return [self.nodes[node] for node in nodes]
+
+    def receptance(self, rows: list[int], omega: float, modes: slice = slice(None)) -> Array:
+        """Return H of (2) between rows (m/N) at a frequency (rad/s), from some or all elastic modes."""
+        s, mu = self.shapes[rows, modes], self.mu[modes]
+        H = (s / (1.0 - (SHIFT + omega**2) * mu)) @ s.T
+        return H if modes != slice(None) else H - self.rigid[rows] @ self.rigid[rows].T / omega**2
+
+    def sizes(self, rows: list[int], omega: float) -> Array:
+        """Return the sum of magnitudes of all terms of H_ii in (2) at each row i (m/N), which has no antiresonance."""
+        distance = np.maximum(np.abs(1.0 - (SHIFT + omega**2) * self.mu), RESONANT)
+        elastic = self.shapes[rows] ** 2 @ (1.0 / distance)
+        return elastic + np.sum(self.rigid[rows] ** 2, axis=1) / omega**2
+
+
+@dataclass(frozen=True, eq=False)
+class ResidualModes:
+    """Residual attachment shapes (3) as modes, the slowest first: omega (rad/s) and M-orthonormal shapes in columns."""
+
+    frequencies: Array
+    shapes: Array
+
+
+def free_rotor(full: Matrices) -> FreeRotor:
+    """Return the modes of a free rotor, the same in both planes of motion, from its finite-element model.
+
+    Its rows are x, y, x', y' of each node, as `assemble` returns them.
+    """
+    from scipy.linalg import eigh  # slow to import
+
+    M, K = full.M[::2, ::2], full.K[::2, ::2]
+    nodes = {node: rows[0] // 2 for node, rows in full.translations.items()}
+    mu, shapes = eigh(M, K + SHIFT * M)
+    rigid = _rigid_motions(M, shapes[:, -2:])
+    return FreeRotor(nodes, rigid, np.maximum(mu[-3::-1], 0.0), np.asarray(shapes[:, -3::-1]))
+
+
+def _rigid_motions(M: Array, shapes: Array) -> Array:
+    """Return R with R^T M R = 1 in the space of two shapes."""
+    L = np.linalg.cholesky(shapes.T @ M @ shapes)
+    return np.asarray(np.linalg.solve(L, shapes.T).T)
+
+
+def residual_modes(rotor: FreeRotor, count: int, nodes: tuple[int, ...]) -> ResidualModes:
+    """Return the residual attachment shapes of forces at nodes, beyond the first `count` elastic modes, as modes.
+
+    Shapes that differ by rounding only are left out.
+    """
+    rows = rotor.rows(nodes)
+    mu, S = rotor.mu[count:], rotor.shapes[:, count:]
+    static = S[rows] / (1.0 - SHIFT * mu)
+    A = S @ static.T
+    size, directions = np.linalg.eigh(A[rows])
+    independent = size > INDEPENDENT * np.max(size, initial=0.0)
+    y = directions[:, independent] / np.sqrt(size[independent])  # y^T A_p y = 1: unit strain energy
+    nu, turned = np.linalg.eigh(y.T @ ((static * mu) @ static.T) @ y)
+    nu, shapes = nu[::-1], A @ y @ turned[:, ::-1]
+    moving = nu > INDEPENDENT**2 * np.max(nu, initial=0.0)
+    return ResidualModes(1.0 / np.sqrt(nu[moving]), shapes[:, moving] / np.sqrt(nu[moving]))

@@ -1,0 +1,108 @@
+"""Response of a turning rotor to harmonic forces, f = Re[F exp(i omega t)], between any of its nodes.
+
+    [-omega^2 M + i omega (C + Omega G) + K - L F(i omega) R] q = L f,   x = R q                  (1)
+
+M to K are the rotor with what else holds it, reduced to its free modes up to some frequency and the residual shapes of
+the nodes where forces act (`free_rotor`). R has the displacements of all nodes, L the forces on the coordinates.
+F(i omega) are forces of magnetic bearings over displacements.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from amb_files.checks import require
+from array_types import Array, Complex
+from rotor_analysis.assembly import Matrices, assemble, with_bearings
+from rotor_analysis.free_rotor import free_rotor, residual_modes
+from rotor_analysis.modal_reduction import ShapeSpace, reduce_to_shapes
+from rotor_analysis.parts import Bearing
+from rotor_analysis.rotor import Rotor
+
+BEYOND = 3.0  # times the highest frequency: up to there all modes are kept
+LEAST_MODES = 4
+
+Forces = Callable[[float], Complex]
+"""Forces (N) at all nodes over displacements (m) at all nodes at a frequency (rad/s), x and y of each node in turn."""
+
+
+@dataclass(frozen=True, eq=False)
+class HarmonicModel:
+    """A reduced rotor for (1).
+
+    model
+        With its bearings, without those of F.
+    right, left
+        R and L of (1): x and y of each node in turn, shape (2 nodes, size) and its transpose.
+    """
+
+    model: Matrices
+    right: Array
+    left: Array
+
+    def response(
+        self, omegas: Array, Omega: float, inputs: Array | Complex, outputs: Array, forces: Forces | None
+    ) -> Complex:
+        """Return outputs over inputs by (1), shape (n, outputs, inputs).
+
+        Parameters
+        ----------
+        omegas
+            Frequencies (rad/s), shape (n,).
+        Omega
+            Spin speed (rad/s).
+        inputs
+            Forces (N) at x and y of all nodes by unit inputs, shape (2 nodes, inputs), or at each frequency,
+            (n, 2 nodes, inputs).
+        outputs
+            Outputs by unit displacements, shape (outputs, 2 nodes).
+        forces
+            F of (1); none by default.
+
+        Raises
+        ------
+        ValueError
+            If a frequency is that of an undamped mode, or not finite.
+        """
+        require(bool(np.isfinite(omegas).all()), "omega", "not finite", "finite")
+        local = self.model.at(Omega)
+        s = 1j * omegas[:, None, None]
+        stiffness = s**2 * local.M + s * (local.C + Omega * local.G) + local.K
+        if forces is not None:
+            for k, omega in enumerate(omegas):
+                stiffness[k] -= self.left @ forces(float(omega)) @ self.right
+        try:
+            motion = np.linalg.solve(
+                stiffness, np.broadcast_to(self.left @ inputs, (len(omegas), len(self.left), inputs.shape[-1]))
+            )
+        except np.linalg.LinAlgError as error:
+            raise ValueError("a frequency is that of an undamped mode, whose response is unbounded") from error
+        return np.asarray((outputs @ self.right) @ motion)
+
+
+def harmonic_model(rotor: Rotor, nodes: Iterable[int], highest: float, bearings: Iterable[Bearing]) -> HarmonicModel:
+    """Return a model for the response of a rotor up to a frequency.
+
+    Parameters
+    ----------
+    rotor
+        Its description, of which bearings and seals do not count.
+    nodes
+        Where forces act, those of magnetic bearings among them.
+    highest
+        Frequency (rad/s) up to which the response is accurate.
+    bearings
+        Its support.
+    """
+    held = tuple(bearings)
+    full = assemble(rotor)
+    free = free_rotor(full)
+    places = tuple(sorted({*nodes, *(bearing.node for bearing in held)})) or (1, len(rotor.shaft.nodes))
+    count = int(np.searchsorted(free.frequencies, BEYOND * highest))
+    count = min(max(count, LEAST_MODES, len(places)), len(free.mu))
+    reduction = reduce_to_shapes(full, ShapeSpace(free, count, residual_modes(free, count, places)), places)
+    rows = full.rows(tuple(range(1, len(rotor.shaft.nodes) + 1)))
+    return HarmonicModel(with_bearings(reduction.model, held), reduction.right[rows], reduction.left[:, rows])

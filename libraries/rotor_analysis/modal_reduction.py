@@ -1,0 +1,183 @@
+"""Reduction to free modes of the whole rotor and residual attachment shapes of its contact sites (`free_rotor`).
+
+In each plane of motion the rotor moves in the space of m M-orthonormal shapes Phi with frequencies omega. The plant
+requires the displacements x_p of a few points p (contact sites and bearings) as coordinates. The other coordinates are
+motions in which these points are at rest. With an orthonormal basis N of the null space of Phi_p,
+
+    q = Phi eta,  eta = Phi_p^+ x_p + N xi,   N^T diag(omega^2) N diagonal                          (1)
+    M = [[(Phi_p Phi_p^T)^-1, 0], [0, 1]],  K = Y^T diag(omega^2) Y,  Y = [Phi_p^+, N]             (2)
+
+This is a change of coordinates within the same space. Any other point is a row of Phi Y and requires no coordinate.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from array_types import Array
+from rotor_analysis.assembly import Matrices
+from rotor_analysis.free_rotor import FreeRotor, ResidualModes, residual_modes
+from rotor_analysis.reduction import Reduction, reduce_by
+
+LEAST_INDEPENDENCE = 1e-6  # of places: smallest over largest singular value of Phi_p, its rows scaled to 1
+N_FREQUENCIES = 100  # in a band, at which the receptance is compared
+AS_GOOD = 2.0  # times the error with all residual shapes: so much allows to leave some out
+
+
+@dataclass(frozen=True, eq=False)
+class ShapeSpace:
+    """Shapes to which a rotor is reduced in a plane of motion.
+
+    rotor
+        The free rotor.
+    count
+        Number of retained elastic modes, in addition to both rigid motions.
+    residual
+        Retained residual shapes.
+    """
+
+    rotor: FreeRotor
+    count: int
+    residual: ResidualModes
+
+    @property
+    def shapes(self) -> Array:
+        """Phi, M-orthonormal, in columns."""
+        return np.hstack([self.rotor.modes(self.count), self.residual.shapes])
+
+    @property
+    def frequencies(self) -> Array:
+        """Frequencies of the shapes (rad/s)."""
+        return np.concatenate([np.zeros(2), self.rotor.frequencies[: self.count], self.residual.frequencies])
+
+    def receptance_error(self, nodes: tuple[int, ...], omega: float) -> float:
+        """Return the largest error of the receptance between nodes against all elements, at a frequency (rad/s).
+
+        |H_ij reduced - H_ij| / sqrt(S_i S_j), with S_i the sum of magnitudes of all modal terms of H_ii (m/N).
+        """
+        rows = self.rotor.rows(nodes)
+        psi = self.residual.shapes[rows]
+        given_back = (psi / (self.residual.frequencies**2 - omega**2)) @ psi.T
+        error = np.abs(given_back - self.rotor.receptance(rows, omega, slice(self.count, None)))
+        size = np.sqrt(self.rotor.sizes(rows, omega))
+        return float(np.max(error / np.outer(size, size)))
+
+    def largest_error(self, nodes: tuple[int, ...], highest: float) -> float:
+        """Return the largest `receptance_error` up to a frequency (rad/s)."""
+        return max(self.receptance_error(nodes, omega) for omega in np.linspace(0.0, highest, N_FREQUENCIES + 1)[1:])
+
+
+def spaces(rotor: FreeRotor, count: int, nodes: tuple[int, ...]) -> Iterator[ShapeSpace]:
+    """Yield the spaces with a number of elastic modes and none, one, ... of the residual shapes of forces at nodes."""
+    residual = residual_modes(rotor, count, nodes)
+    for kept in range(len(residual.frequencies) + 1):
+        yield ShapeSpace(rotor, count, ResidualModes(residual.frequencies[:kept], residual.shapes[:, :kept]))
+
+
+def space_with_modes(rotor: FreeRotor, count: int, nodes: tuple[int, ...]) -> ShapeSpace:
+    """Return the space with a number of elastic modes and as many residual shapes of nodes as improve the receptance.
+
+    Raises
+    ------
+    ValueError
+        If the rotor has fewer modes.
+    """
+    most = len(rotor.mu)
+    if not 0 <= count <= most:
+        raise ValueError(f"reduction.modes = {count} is not allowed; the free rotor has 0 to {most} elastic modes")
+    highest = float(rotor.frequencies[max(count - 1, 0)])
+    candidates = list(spaces(rotor, count, nodes))
+    limit = AS_GOOD * candidates[-1].largest_error(nodes, highest)
+    return next(item for item in candidates if item.largest_error(nodes, highest) <= limit)
+
+
+def space_for_band(
+    rotor: FreeRotor, highest: float, nodes: tuple[int, ...], accuracy: float, places: tuple[int, ...]
+) -> ShapeSpace:
+    """Return the smallest space in which the receptance between nodes is accurate, with the slowest fastest shape.
+
+    Parameters
+    ----------
+    rotor
+        The free rotor.
+    highest
+        Frequency (rad/s) up to which it must be accurate.
+    nodes
+        Nodes at which forces act.
+    accuracy
+        Allowed error (`ShapeSpace.receptance_error`).
+    places
+        Nodes whose displacements must be independent in the space.
+
+    Raises
+    ------
+    ValueError
+        If all modes together do not suffice.
+    """
+    most, best = len(rotor.mu), np.inf
+    first = max(int(np.searchsorted(rotor.frequencies, highest)) - len(nodes), 0)
+    by_size: dict[int, list[ShapeSpace]] = {}
+    for count in range(first, most + 1):
+        if 2 + count > best:
+            break
+        for space in spaces(rotor, count, nodes):
+            size = len(space.frequencies)
+            if size > best or _independence(space, places) < LEAST_INDEPENDENCE:
+                continue
+            if space.largest_error(nodes, highest) <= accuracy:
+                best = size
+                by_size.setdefault(size, []).append(space)
+                break
+    if not by_size:
+        error = next(spaces(rotor, most, nodes)).largest_error(nodes, highest)
+        raise ValueError(f"reduction.accuracy = {accuracy:g} is not reached: with all modes the error is {error:.1e}")
+    return min(by_size[min(by_size)], key=lambda space: float(np.max(space.frequencies)))
+
+
+def _independence(space: ShapeSpace, places: tuple[int, ...]) -> float:
+    """Return the smallest singular value of Phi_p over the largest, with rows scaled to 1; 0 if there are too many."""
+    at = space.shapes[space.rotor.rows(places)]
+    if len(at) > at.shape[1]:
+        return 0.0
+    values = np.linalg.svd(at / np.linalg.norm(at, axis=1, keepdims=True), compute_uv=False)
+    return float(values[-1] / values[0])
+
+
+def reduce_to_shapes(full: Matrices, space: ShapeSpace, places: tuple[int, ...]) -> Reduction:
+    """Return a free rotor in a space of shapes, with the displacements of some points among its coordinates.
+
+    Parameters
+    ----------
+    full
+        The finite-element model of the free rotor.
+    space
+        The shapes.
+    places
+        Node numbers whose translations come first.
+
+    Raises
+    ------
+    ValueError
+        If the shapes do not distinguish the points.
+    """
+    if _independence(space, places) < LEAST_INDEPENDENCE:
+        what = f"{len(space.frequencies)} shapes in a plane of motion do not distinguish them"
+        raise ValueError(f"places at nodes {list(places)} are not allowed; {what}: retain more modes, or merge them")
+    phi, squares = space.shapes, space.frequencies**2
+    at = phi[space.rotor.rows(places)]
+    to_places = np.linalg.pinv(at)
+    resting = np.linalg.svd(at)[2][len(places) :].T
+    resting = resting @ np.linalg.eigh(resting.T @ (squares[:, None] * resting))[1]
+    Y = np.hstack([to_places, resting])
+    M = np.eye(len(squares))
+    M[: len(places), : len(places)] = np.linalg.inv(at @ at.T)
+    K = Y.T @ (squares[:, None] * Y)
+    both = np.eye(2)
+    right = np.kron(phi @ Y, both)
+    translations = {node: (2 * i, 2 * i + 1) for i, node in enumerate(places)}
+    reduction = reduce_by(full, translations, right, right.T)
+    M, K = (np.kron(0.5 * (matrix + matrix.T), both) for matrix in (M, K))
+    return replace(reduction, model=replace(reduction.model, M=M, K=K))

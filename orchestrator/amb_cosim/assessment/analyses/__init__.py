@@ -1,0 +1,1 @@
+"""The parts of an assessment, each a module with a function `answer`."""

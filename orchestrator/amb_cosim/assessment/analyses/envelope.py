@@ -1,0 +1,83 @@
+"""Forces, currents, voltages and slew rates that unbalance requires, against the limits of amplifiers and magnets."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from amb_cosim.assessment.findings import AnalysisResult, Quantity, ResultTable
+from amb_cosim.assessment.stages import real_coefficients
+from amb_cosim.assessment.subject import Subject, hertz, rpm
+from amb_cosim.assessment.unbalance_cases import response_speeds, unbalance_cases
+from amb_cosim.design.magnetic_bearing import current_amplitude, force_slew_rate
+from amb_cosim.machine.feedback import bearing_forces, demanded_currents
+from amb_cosim.machine.machine import AXES
+from amb_cosim.machine.response import synchronous_response
+from amb_cosim.reporting.panels import Panel, curve
+from array_types import Array, Complex
+
+TITLE = "Envelope: required and available forces, currents, voltages and slew rates"
+POINTS = 90  # speeds
+
+
+def answer(subject: Subject) -> AnalysisResult:
+    """Return the worst-case requirements of each axis up to the trip speed, with the balancing grade's unbalance."""
+    speeds = response_speeds(subject, POINTS)
+    speeds = speeds[speeds <= subject.file.speed.tripping]
+    whole = subject.unbalance_of_grade()
+    cases = unbalance_cases(subject)
+    q = synchronous_response(subject, speeds, [case.of(whole) for case in cases], real_coefficients(subject))
+    forces, currents = largest_needed(subject, speeds, q)
+    measured: list[Quantity] = []
+    rows: list[tuple[str, ...]] = []
+    in_force, in_current = [], []
+    for k, (bearing, axis) in enumerate(subject.loop.axes):
+        p, name = subject.axis(bearing, axis), f"{bearing}.{axis}"
+        force, current = forces[:, k], currents[:, k]
+        allowed = current_amplitude(p, hertz(speeds))
+        voltage = current * np.hypot(p.resistance, speeds * p.inductance) + p.resistance * (
+            p.bias_current + p.static_current
+        )
+        slew = speeds * force
+        available = min(abs(rate) for rate in force_slew_rate(p))
+        share = 100.0 * current / np.maximum(allowed, 1e-12)
+        for what, needed in (("current_demand", share), ("slew_demand", 100.0 * slew / available)):
+            at = int(needed.argmax())
+            measured.append(Quantity(what, f"{name} at {rpm(speeds[at]):.0f} 1/min", float(needed[at]), "%"))
+        top = int(np.argmax(force))
+        rows.append(
+            (
+                name,
+                f"{force[top]:.4g} at {rpm(speeds[top]):.0f}",
+                f"{current.max():.3g} of {allowed[int(share.argmax())]:.3g}",
+                f"{voltage.max():.4g} of {p.voltage_limit:.4g}",
+                f"{slew.max():.4g} of {available:.4g}",
+            )
+        )
+        in_force.append(curve(name, rpm(speeds), force))
+        in_current.append(curve(f"{name} needs", rpm(speeds), current))
+        if axis == AXES[0]:
+            in_current.append(curve(f"{bearing} can give", rpm(speeds), allowed, "dashed"))
+    heads = ("axis", "force (N), at 1/min", "current (A)", "voltage (V)", "slew rate (N/s)")
+    panels = (
+        Panel("Amplitude of the bearing forces", "speed (1/min)", "N", tuple(in_force)),
+        Panel("Amplitude of the control currents", "speed (1/min)", "A", tuple(in_current)),
+    )
+    grade = 1e3 * subject.file.balancing.speed
+    notes = (
+        f"Unbalance: {1e6 * whole:.4g} g mm, of balancing grade G {grade:g} at the largest speed (ISO 21940-11), "
+        "placed for each mode as for the response; at each speed the worst mode applies. The current is the "
+        "controller's demand; coils follow it within the voltage limit R I_0 + I |R + j Omega L| <= V.",
+    )
+    return AnalysisResult(tuple(measured), panels, (ResultTable("Largest demands", heads, tuple(rows)),), notes)
+
+
+def largest_needed(subject: Subject, speeds: Array, q: Complex) -> tuple[Array, Array]:
+    """Return amplitudes of force (N) and current (A) of each axis in the worst case, shape (speeds, axes) each."""
+    n_axes, nodes = len(subject.loop.axes), {b.name: b.node for b in subject.rotor.bearings}
+    forces, currents = np.zeros((len(speeds), n_axes)), np.zeros((len(speeds), n_axes))
+    rows = [2 * (nodes[bearing] - 1) + AXES.index(axis) for bearing, axis in subject.loop.axes]
+    for k, Omega in enumerate(speeds):
+        motion = q[k].reshape(q.shape[1], -1).T  # x and y of each node in turn, by case
+        forces[k] = np.abs(bearing_forces(subject, float(Omega), float(Omega)) @ motion)[rows].max(axis=1)
+        currents[k] = np.abs(demanded_currents(subject, float(Omega), float(Omega)) @ motion).max(axis=1)
+    return forces, currents

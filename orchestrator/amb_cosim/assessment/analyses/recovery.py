@@ -1,0 +1,86 @@
+"""Relevitation after a landing, and the overload at which a retainer is touched."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from amb_cosim.assessment.findings import AnalysisResult, Quantity
+from amb_cosim.assessment.runs import (
+    FRICTION,
+    clearance_used,
+    simulate,
+    switched_off,
+    unbalance_inputs,
+    worst_case,
+)
+from amb_cosim.assessment.stages import note_on_stages
+from amb_cosim.assessment.subject import Subject
+from amb_cosim.reporting.panels import Panel, curve
+from amb_cosim.results.component_names import ACTUATOR, PLANT
+from amb_cosim.results.result import Result
+from amb_cosim.scenario.gravity import STANDARD_GRAVITY
+from array_types import Array
+
+TITLE = "Relevitation and overload"
+WITHOUT_POWER = 0.3  # s
+BACK = 0.3  # s with power after that
+OVERLOAD_STEP, OVERLOAD_TIME, MOST = 0.25, 0.02, 8.0  # of the weight, s, of the weight
+
+
+def answer(subject: Subject) -> AnalysisResult:
+    """Return the distance to contact after the power returns, and the overload that causes contact."""
+    Omega = subject.file.speed.highest
+    inputs = unbalance_inputs(subject, worst_case(subject, Omega))
+    lost = switched_off(subject, 1.0)
+    lost["parameters"] = lost["parameters"] | {PLANT: {"*.mu": FRICTION}}
+    returned = _with_power_back(lost, WITHOUT_POWER)
+    again = simulate(subject, Omega, inputs, end_time=WITHOUT_POWER + BACK, **returned)
+    overload, used = _overload(subject, Omega, inputs)
+    panels = (
+        _over_time("Power returns", clearance_used(subject, again), WITHOUT_POWER + BACK),
+        _over_time("Rising overload", used, MOST / OVERLOAD_STEP * OVERLOAD_TIME),
+    )
+    notes = (
+        f"The overload is an acceleration of the base along y that rises by {OVERLOAD_STEP:g} g every "
+        f"{1e3 * OVERLOAD_TIME:g} ms, on top of gravity and unbalance.",
+        *note_on_stages(subject),
+    )
+    return AnalysisResult((_relevitation(subject, again), overload), panels, (), notes)
+
+
+def _with_power_back(lost: Mapping[str, Any], after: float) -> dict[str, Any]:
+    back = {"role": "relief", "time": after, "set": {ACTUATOR: {"*.amplifier_off_?": False}}}
+    return {**lost, "event": [*lost["event"], back]}
+
+
+def _relevitation(subject: Subject, again: Result) -> Quantity:
+    """Return the share of the clearance that the rotor uses in the last tenth of the run after the power returns."""
+    used = clearance_used(subject, again)
+    last = {site: float(of[-max(1, len(of) // 10) :].max()) for site, of in used.items()}
+    site = max(last, key=lambda site_name: last[site_name])
+    return Quantity("relevitation", f"{site}, {BACK:g} s after the power returns", 100.0 * last[site], "%")
+
+
+def _overload(subject: Subject, Omega: float, inputs: Mapping[str, float]) -> tuple[Quantity, dict[str, Array]]:
+    """Return the acceleration of the base, over g, at which the rotor first touches anything."""
+    count = round(MOST / OVERLOAD_STEP)
+    events = [
+        {"time": k * OVERLOAD_TIME, "set": {PLANT: {"base.a_y": STANDARD_GRAVITY * OVERLOAD_STEP * k}}}
+        for k in range(1, count)
+    ]
+    used = clearance_used(subject, simulate(subject, Omega, inputs, end_time=count * OVERLOAD_TIME, event=events))
+    touched = np.max(list(used.values()), axis=0) >= 1.0 - 1e-9
+    if not touched.any():
+        return Quantity("overload", "no contact", MOST, "1", {}, f"the run ends at {MOST:g} g"), used
+    first = int(np.argmax(touched))
+    share = first / len(touched)
+    site = max(used, key=lambda site_name: float(used[site_name][first]))
+    return Quantity("overload", f"{site} is touched first", OVERLOAD_STEP * int(share * count), "1", {}, "in g"), used
+
+
+def _over_time(title: str, used: Mapping[str, Array], duration: float) -> Panel:
+    curves = tuple(curve(site, np.linspace(0.0, duration, len(of)), 100.0 * of) for site, of in used.items())
+    return Panel(title, "time (s)", "%", curves)

@@ -1,1 +1,0 @@
-"""The questions of an assessment, each a module with a function `answer`."""

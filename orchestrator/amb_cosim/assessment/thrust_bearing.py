@@ -1,0 +1,237 @@
+"""The thrust bearing in a machine file: its magnets, iron, amplifier, controller, and the thrust that it carries."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from functools import cached_property
+from pathlib import Path
+
+from pydantic import model_validator
+
+from amb_cosim.controllers.linear_controller import linear_controller
+from amb_cosim.cosim.system.tables import Table, Value
+from amb_cosim.cosim.system.values import quantity
+from amb_files.checks import require
+from array_types import Array
+from thrust_bearings.axial_loop import AxialLoop, AxialPlant
+from thrust_bearings.disc import CatalogueBearing, OperatingPoint, ThrustDisc, moment_stiffness
+from thrust_bearings.eddy_currents import LEAKAGE, SolidIron, corner_frequency
+from thrust_bearings.rational_lag import NO_LAG, RationalLag, rational_lag
+
+LOWEST = 2.0 * math.pi * 0.1  # rad/s, from which on the lag of eddy currents is approximated, up to the sample rate
+LEAST_CORNER = 2.0 * math.pi  # rad/s
+OF_GEOMETRY = {
+    "pole_area": "m2",
+    "gap": "m",
+    "turns": "1",
+    "bias_current": "A",
+    "current_limit": "A",
+    "saturation": "T",
+}
+OF_DATA_SHEET = {"k_i": "N/A", "k_s": "N/m", "capacity": "N"}
+OF_IRON = {"conductivity": "S/m", "permeability": "1", "slot_depth": "m"}
+DATA_HEADS = ("K_i (N/A)", "K_s (MN/m)", "capacity (N)", "carries (N)", "tilt (N m/rad)", "eddy currents from (Hz)")
+
+
+class SolidCore(Table):
+    """Solid iron of core and disc, by its material, or by the corner frequency of the lag, as measured.
+
+    conductivity, permeability, slot_depth, leakage
+        Conductivity and relative permeability, depth of the coil's slot, and flux in the iron over that between the
+        poles.
+    corner
+        Frequency at which eddy currents have the reluctance of the gap.
+    """
+
+    conductivity: Value | None = None
+    permeability: Value | None = None
+    slot_depth: Value | None = None
+    leakage: float = LEAKAGE
+    corner: Value | None = None
+
+    @model_validator(mode="after")
+    def _is_complete(self) -> SolidCore:
+        given = [name for name in OF_IRON if getattr(self, name) is not None]
+        if (self.corner is None) != (len(given) == len(OF_IRON)) or (self.corner is not None and given):
+            raise ValueError(f"iron of the thrust bearing needs either corner, or {', '.join(OF_IRON)}")
+        if self.corner is None:
+            _ = self.material
+        else:
+            value = self.measured_corner
+            require(0.0 < value < math.inf, "corner of the thrust bearing", f"{value:g} rad/s", "> 0 rad/s")
+        return self
+
+    @property
+    def measured_corner(self) -> float:
+        """The given corner frequency (rad/s)."""
+        return _value("corner", self.corner, "rad/s")
+
+    @property
+    def material(self) -> SolidIron:
+        """The given material."""
+        sigma, mu_r, depth = (_value(name, getattr(self, name), unit) for name, unit in OF_IRON.items())
+        return SolidIron(sigma, mu_r, depth, self.leakage)
+
+
+class ThrustBearing(Table):
+    """The axial magnetic bearing of a machine, with a disc between two magnets.
+
+    at
+        Part of the rotor at which the disc is; its mass is that of the rotor file.
+    controller
+        Controller file with one measured signal, the displacement along z, and one demand.
+    bandwidth
+        Bandwidth of the amplifier.
+    thrust
+        Force of the process on the rotor along z, or the smallest and the largest one.
+    inner_radius, outer_radius
+        Inner edge of the inner pole, outer edge of the outer pole.
+    pole_area, gap, turns, bias_current, current_limit, saturation
+        As of `ThrustDisc`.
+    k_i, k_s, capacity
+        In place of these: constants of a data sheet, and the largest static force.
+    iron
+        Solid iron of core and disc; without, they are laminated.
+    """
+
+    at: str
+    controller: str
+    bandwidth: Value
+    thrust: Value | tuple[Value, Value] = 0.0
+    inner_radius: Value
+    outer_radius: Value
+    pole_area: Value | None = None
+    gap: Value | None = None
+    turns: Value | None = None
+    bias_current: Value | None = None
+    current_limit: Value | None = None
+    saturation: Value | None = None
+    k_i: Value | None = None
+    k_s: Value | None = None
+    capacity: Value | None = None
+    iron: SolidCore | None = None
+
+    @model_validator(mode="after")
+    def _can_be_built(self) -> ThrustBearing:
+        geometry, sheet = (
+            [name for name in names if getattr(self, name) is not None] for names in (OF_GEOMETRY, OF_DATA_SHEET)
+        )
+        if (len(geometry), len(sheet)) not in ((len(OF_GEOMETRY), 0), (0, len(OF_DATA_SHEET))):
+            both = f"{', '.join(OF_GEOMETRY)}, or the {', '.join(OF_DATA_SHEET)} of a data sheet"
+            raise ValueError(f"the thrust bearing needs either {both}")
+        if sheet and self.iron is not None and self.iron.corner is None:
+            raise ValueError("iron of a thrust bearing with k_i and k_s needs corner, since its gap is not stated")
+        try:
+            _ = self.bearing
+            omega_b, (low, high) = self.amplifier_bandwidth, self.thrusts
+            require(0.0 < omega_b < math.inf, "bandwidth", f"{omega_b:g} rad/s", "> 0 rad/s")
+            slowest = math.inf if self.corner is None else self.corner
+            allowed = f">= {LEAST_CORNER:.3g} rad/s (1 Hz); iron that lags so much makes no bearing"
+            require(slowest >= LEAST_CORNER, "corner of the eddy currents", f"{slowest:.3g} rad/s", allowed)
+            require(-math.inf < low <= high < math.inf, "thrust", f"{low:g} to {high:g} N", "finite, ascending")
+        except ValueError as error:
+            raise ValueError(f"thrust bearing: {error}") from error
+        return self
+
+    @cached_property
+    def bearing(self) -> ThrustDisc | CatalogueBearing:
+        """The magnets as a model."""
+        names = OF_GEOMETRY if self.k_i is None else OF_DATA_SHEET
+        radii = (_value(name, getattr(self, name), "m") for name in ("inner_radius", "outer_radius"))
+        values = (_value(name, getattr(self, name), unit) for name, unit in names.items())
+        return (ThrustDisc if self.k_i is None else CatalogueBearing)(*radii, *values)
+
+    @property
+    def amplifier_bandwidth(self) -> float:
+        """Bandwidth of the amplifier (rad/s)."""
+        return _value("bandwidth", self.bandwidth, "rad/s")
+
+    @property
+    def thrusts(self) -> tuple[float, float]:
+        """Smallest and largest force of the process on the rotor along z (N)."""
+        both = self.thrust if isinstance(self.thrust, tuple) else (self.thrust, self.thrust)
+        low, high = (_value("thrust", raw, "N") for raw in both)
+        return low, high
+
+    def loads(self, weight: float) -> tuple[float, ...]:
+        """Return the static forces of the bearing on the rotor (N) that balance each thrust and the weight along z."""
+        return tuple(dict.fromkeys(0.0 - (thrust + weight) for thrust in self.thrusts))
+
+    @property
+    def corner(self) -> float | None:
+        """Corner frequency of the lag of eddy currents (rad/s); none with laminated iron."""
+        if self.iron is None:
+            return None
+        if self.iron.corner is not None:
+            return self.iron.measured_corner
+        assert isinstance(self.bearing, ThrustDisc), "the iron's material needs the geometry"
+        return corner_frequency(self.bearing, self.iron.material)
+
+    @property
+    def is_corner_computed(self) -> bool:
+        """Whether the corner frequency follows from the iron's material."""
+        return self.iron is not None and self.iron.corner is None
+
+    def lag(self, sample_time: float) -> RationalLag:
+        """Return the lag of the iron, approximated from 0.1 Hz to the sample rate."""
+        return NO_LAG if self.corner is None else rational_lag(self.corner, (LOWEST, 2.0 * math.pi / sample_time))
+
+    @cached_property
+    def law(self) -> tuple[tuple[Array, Array, Array, Array], float, float]:
+        """Matrices A, B, C, D of the controller, its sample time (s), and its delay in samples.
+
+        Raises
+        ------
+        ValueError
+            If its file cannot be read, or it has more than one signal, demand or speed.
+        """
+        made = linear_controller(Path(self.controller))
+        name = Path(self.controller).name
+        signals, demands = len(made.ports.signals), len(made.ports.demands)
+        if (signals, demands) != (1, 1):
+            raise ValueError(
+                f"controller {name} of the thrust bearing has {signals} signals and {demands} demands; it must have "
+                "one of each"
+            )
+        if len(made.laws) > 1:
+            raise ValueError(f"controller {name} of the thrust bearing depends on speed; it must be one law")
+        (law,) = made.laws.values()
+        return (law.A, law.B, law.C, law.D), made.sample_time, float(made.starts.get("delay", 0.0))
+
+    def loop(self, mass: float, point: OperatingPoint, factors: tuple[float, float] = (1.0, 1.0)) -> AxialLoop:
+        """Return the sampled loop of the rotor's axial motion at a static force.
+
+        Parameters
+        ----------
+        mass
+            Of the rotor (kg).
+        point
+            Of the bearing under its static force.
+        factors
+            On K_i and K_s (1).
+        """
+        law, sample_time, delay = self.law
+        k_i, k_s = factors[0] * point.k_i, factors[1] * point.k_s
+        plant = AxialPlant(mass, k_i, k_s, self.amplifier_bandwidth, self.lag(sample_time))
+        return AxialLoop(plant, law, sample_time, delay)
+
+    def moment_stiffness(self, load: float = 0.0) -> float:
+        """Return the moment per tilt of the disc (N m/rad), positive: destabilising, under a static force (N)."""
+        return moment_stiffness(self.bearing.operating_point(load).k_s, self.bearing.rings)
+
+    def data(self, weight: float) -> tuple[str, ...]:
+        """Return texts of a row of `DATA_HEADS`, with a weight along z (N)."""
+        rest, loads = self.bearing.operating_point(), self.loads(weight)
+        corner = "laminated" if self.corner is None else f"{self.corner / (2.0 * math.pi):.4g}"
+        constants = (f"{rest.k_i:.4g}", f"{1e-6 * rest.k_s:.4g}", f"{self.bearing.capacity:.4g}")
+        return (*constants, _span(loads), f"{-self.moment_stiffness():.4g}", corner)
+
+
+def _span(loads: Sequence[float]) -> str:
+    return " to ".join(f"{load:.4g}" for load in sorted(loads))
+
+
+def _value(name: str, raw: Value | None, unit: str) -> float:
+    assert raw is not None, name
+    return quantity(raw, unit, f"{name} of the thrust bearing")

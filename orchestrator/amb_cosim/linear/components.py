@@ -1,0 +1,211 @@
+"""Linear parts with named signals, and their connection and sampling.
+
+    x' = A x + B w     or     x(n+1) = A x(n) + B w(n),     y = C x + D w
+
+Signals are called `component.variable`. An input w is the sum of the output that feeds it and of an injected signal u:
+
+    w = E y + u     =>     w = (1 - E D)^-1 (E C x + u)                                             (1)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import expm, matrix_balance
+
+from amb_cosim.controllers.laws import Law, side_by_side
+from array_types import Array
+
+WELL_POSED = 1e-12  # smallest singular value of the balanced 1 - E D, over the largest
+LATE = " (late)"  # suffix of an input whose samples are delayed
+
+
+@dataclass(frozen=True, eq=False)
+class LinearComponent:
+    """A linear component.
+
+    law
+        Its matrices, with the sample time (s) of a sampled one, and None of a continuous one.
+    inputs, outputs
+        Names in the order of columns and rows.
+    late
+        Delay of the outputs of a sampled part as a fraction of a sample, from 0 to 1.
+    notes
+        Effects that the model neglects, or its accuracy, in sentences.
+    at_end
+        Whether a sampled part shows its outputs at the end of a step.
+    """
+
+    law: Law
+    inputs: tuple[str, ...]
+    outputs: tuple[str, ...]
+    late: float = 0.0
+    notes: tuple[str, ...] = ()
+    at_end: bool = False
+
+    def selected(self, inputs: Sequence[str], outputs: Sequence[str]) -> LinearComponent:
+        """Return the part with only these inputs and outputs, in this order."""
+        columns = [self.inputs.index(name) for name in inputs]
+        rows = [self.outputs.index(name) for name in outputs]
+        law = self.law
+        chosen = Law(law.A, law.B[:, columns], law.C[rows], law.D[np.ix_(rows, columns)], law.sample_time)
+        return LinearComponent(chosen, tuple(inputs), tuple(outputs), self.late, self.notes)
+
+
+def names_of(component: str, variables: Sequence[str]) -> tuple[str, ...]:
+    """Return the names `component.variable` of variables."""
+    return tuple(f"{component}.{variable}" for variable in variables)
+
+
+def connected(parts: Sequence[LinearComponent], feeds: Mapping[str, str]) -> LinearComponent:
+    """Return parts as one, by (1); its outputs are theirs, and then the sums w at those inputs that are no outputs.
+
+    Parameters
+    ----------
+    parts
+        All continuous, or all sampled at the same time.
+    feeds
+        The output that feeds an input, by the input.
+
+    Raises
+    ------
+    ValueError
+        If the connections close a loop without any delay that has no solution.
+    """
+    whole = side_by_side([part.law for part in parts])
+    inputs = tuple(name for part in parts for name in part.inputs)
+    outputs = tuple(name for part in parts for name in part.outputs)
+    row, column = ({name: k for k, name in enumerate(names)} for names in (outputs, inputs))
+    E = np.zeros((len(inputs), len(outputs)))
+    for target, source in feeds.items():
+        E[column[target], row[source]] = 1.0
+    direct = np.eye(len(inputs)) - E @ whole.D
+    if not _is_solvable(direct):
+        raise ValueError(
+            "the connections close a loop without delay that has no solution; the system has no linear model"
+        )
+    W = np.linalg.inv(direct)
+    summed = W @ E @ whole.C
+    local = [k for k, name in enumerate(inputs) if name not in row]
+    law = Law(
+        whole.A + whole.B @ summed,
+        whole.B @ W,
+        np.vstack([whole.C + whole.D @ summed, summed[local]]),
+        np.vstack([whole.D @ W, W[local]]),
+        parts[0].law.sample_time,
+    )
+    notes = tuple(dict.fromkeys(note for part in parts for note in part.notes))
+    return LinearComponent(law, inputs, (*outputs, *(inputs[k] for k in local)), notes=notes)
+
+
+def _is_solvable(matrix: Array) -> bool:
+    """Return whether a matrix is regular, independent of the units of its signals."""
+    if not matrix.size:
+        return True
+    sizes = np.linalg.svd(matrix_balance(matrix, permute=False)[0], compute_uv=False)
+    return bool(sizes.min() > WELL_POSED * sizes.max())
+
+
+def sampled(part: LinearComponent, sample_time: float, late: Mapping[str, float] | None = None) -> LinearComponent:
+    """Return the discrete-time form of a continuous part with inputs held over each sample (zero-order hold).
+
+    x(n+1) = Phi x(n) + Gamma_1 u(n-1) + Gamma_0 u(n),  Gamma_1 = Phi((1 - f) T) Gamma(f T),  Gamma_0 = Gamma((1 - f) T)
+
+    Parameters
+    ----------
+    part
+        Continuous.
+    sample_time
+        T (s).
+    late
+        Delay f of each input as a fraction of a sample, by name; 0 by default.
+    """
+    law, fractions = part.law, {name: f for name, f in (late or {}).items() if f > 0.0}
+    n, m = law.B.shape
+    Phi, new = zoh(law.A, law.B, sample_time)
+    retained = [part.inputs.index(name) for name in fractions]
+    old = np.zeros((n, len(retained)))
+    new, D = new.copy(), law.D.copy()
+    for k, (j, f) in enumerate(zip(retained, fractions.values(), strict=True)):
+        before, after = zoh(law.A, law.B, f * sample_time), zoh(law.A, law.B, (1.0 - f) * sample_time)
+        old[:, k] = after[0] @ before[1][:, j]
+        new[:, j] = after[1][:, j]
+    displayed = D[:, retained].copy()
+    D[:, retained] = 0.0
+    A = np.block([[Phi, old], [np.zeros((len(retained), n + len(retained)))]])
+    B = np.vstack([new, np.eye(m)[retained]])
+    return LinearComponent(
+        Law(A, B, np.hstack([law.C, displayed]), D, sample_time), part.inputs, part.outputs, notes=part.notes
+    )
+
+
+def zoh(A: NDArray[Any], B: NDArray[Any], time: float) -> tuple[NDArray[Any], NDArray[Any]]:
+    """Return Phi and Gamma of a time (s): new states from old ones and from held inputs."""
+    n, m = B.shape
+    block = np.zeros((n + m, n + m), dtype=np.result_type(A, B))
+    block[:n, :n], block[:n, n:] = A, B
+    whole = expm(block * time)
+    return whole[:n, :n], whole[:n, n:]
+
+
+def delayed_by_a_step(part: LinearComponent, names: Sequence[str]) -> tuple[LinearComponent, dict[str, str]]:
+    """Return a sampled part that repeats some of its outputs a step later, and the names of these."""
+    later = {name: f"{name} (before)" for name in names}
+    rows = [part.outputs.index(name) for name in later]
+    law, n, p = part.law, len(part.law.A), len(rows)
+    A = np.block([[law.A, np.zeros((n, p))], [law.C[rows], np.zeros((p, p))]])
+    C = np.block([[law.C, np.zeros((len(law.C), p))], [np.zeros((p, n)), np.eye(p)]])
+    B, D = np.vstack([law.B, law.D[rows]]), np.vstack([law.D, np.zeros((p, law.D.shape[1]))])
+    outputs = (*part.outputs, *later.values())
+    return LinearComponent(Law(A, B, C, D, law.sample_time), part.inputs, outputs, part.late, part.notes), later
+
+
+def loop_of(parts: Sequence[LinearComponent], feeds: Mapping[str, str]) -> LinearComponent:
+    """Return all parts connected; the continuous ones are sampled if there is a sampled one among them.
+
+    Raises
+    ------
+    ValueError
+        As `connected`; if parts are sampled at different times.
+    """
+    discrete = [part for part in parts if part.law.sample_time is not None]
+    continuous = [part for part in parts if part.law.sample_time is None]
+    if not discrete:
+        return connected(continuous, within(continuous, feeds))
+    times = sorted({part.law.sample_time or 0.0 for part in discrete})
+    if times[-1] > times[0] * (1.0 + 1e-9):
+        raise ValueError(
+            f"components that sample every {', '.join(f'{time:g} s' for time in times)} are not allowed; a linear "
+            "model has one sample time"
+        )
+    if not continuous:
+        return connected(discrete, within(discrete, feeds))
+    shares = {name: part.late for part in discrete if part.late > 0.0 for name in part.outputs}
+    inside = {name for part in continuous for name in part.inputs}
+    delayed = {target: shares[source] for target, source in feeds.items() if target in inside and source in shares}
+    gates = [
+        LinearComponent(Law(*_no_states(), np.eye(1)), (target + LATE,), (f"{target}{LATE}:",)) for target in delayed
+    ]
+    through = {target: f"{target}{LATE}:" for target in delayed}
+    machine = connected([*continuous, *gates], within([*continuous, *gates], {**feeds, **through}))
+    machine = sampled(machine, times[0], {target + LATE: share for target, share in delayed.items()})
+    outside = {target: source for target, source in feeds.items() if target not in delayed}
+    outside |= {target + LATE: feeds[target] for target in delayed}
+    together = [machine, *discrete]
+    solved = within([*continuous, *gates], feeds)
+    return connected(together, within(together, {k: v for k, v in outside.items() if k not in solved}))
+
+
+def within(parts: Sequence[LinearComponent], feeds: Mapping[str, str]) -> dict[str, str]:
+    """Return the feeds with both ends among parts."""
+    inputs = {name for part in parts for name in part.inputs}
+    outputs = {name for part in parts for name in part.outputs}
+    return {target: source for target, source in feeds.items() if target in inputs and source in outputs}
+
+
+def _no_states() -> tuple[Array, Array, Array]:
+    return np.zeros((0, 0)), np.zeros((0, 1)), np.zeros((1, 0))

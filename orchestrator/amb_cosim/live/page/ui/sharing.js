@@ -1,0 +1,57 @@
+// What the user takes along: a link with the settings, a scenario, the curves.
+
+import { csvOf } from "../engine/csv.js";
+import { toHash } from "../engine/link.js";
+import { download } from "./dom.js";
+import { showNotice } from "./messages.js";
+import { columnsOf } from "./traces.js";
+
+/**
+ * @typedef {object} Sharing
+ * @property {() => void} share copy a link that holds the settings
+ * @property {() => void} save save what was done as a scenario
+ * @property {() => void} saveCsv save the curves
+ */
+
+/**
+ * Return how the user takes along what a session holds.
+ * @param {() => import("./session.js").Session} present
+ * @param {(request: import("../protocol.js").Request) => void} send
+ * @returns {Sharing}
+ */
+export function makeSharing(present, send) {
+  function share() {
+    if (!hasAddress()) { showNotice("In this frame the page has no address; save your run with Scenario."); return; }
+    const { rig, userChanges } = present();
+    remember(toHash(rig.scenario, userChanges));
+    const refused = () => showNotice("The address now contains the settings: copy it from the address bar.");
+    const done = () => showNotice("The address now contains the settings, and is in the clipboard.");
+    if (navigator.clipboard === undefined) { refused(); } else { navigator.clipboard.writeText(location.href).then(done, refused); }
+  }
+
+  function save() {
+    const { scenario, description } = present().rig;
+    send({ type: "save", name: `${scenario}_live`, description: `${description}; changed by hand` });
+  }
+
+  function saveCsv() {
+    const session = present();
+    const unit = (/** @type {string} */ name) => (name === "time" ? "s" : session.variables.get(name)?.unit ?? "");
+    download(`${session.rig.scenario}.csv`, csvOf(columnsOf(session.traces).map((column) => ({ ...column, unit: unit(column.name) }))), "text/csv");
+  }
+
+  return { share, save, saveCsv };
+}
+
+/**
+ * Put the settings into the address, if any.
+ * @param {string} hash
+ */
+export function remember(hash) {
+  if (hasAddress()) { history.replaceState(null, "", `#${hash}`); }
+}
+
+/** Whether the page has an address: not in a frame of a notebook. */
+function hasAddress() {
+  return location.protocol !== "about:";
+}

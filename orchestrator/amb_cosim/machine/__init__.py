@@ -1,0 +1,1 @@
+"""A levitated rotor for analyses: its `Machine`, bearing forces, responses and coupled loop."""

@@ -1,0 +1,113 @@
+"""Channels of a measurement at places of a rotor, by their names and units.
+
+    fan.x       displacement (m), velocity (m/s), acceleration (m/s^2) or force (N) at the part `fan`, along x
+    0.12 m.y    the same at a position on the shaft
+    eye_up      the signal of a sensor, as its rotor file names it
+    fan.f_x     force on a part
+    left.i_x    current (A) of an axis of a magnetic bearing: injected into its demand, or demanded
+
+Names of a run, which begin with a component, are allowed: `rotor_contact.fan.f_x`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from amb_cosim.results.component_names import ACTUATOR, CONTROLLER, PLANT
+from amb_files.suggestions import suggest
+from fmi_export.building.units import to_unit
+from rotor_analysis.rotor import Rotor
+
+ORDERS = {"m": 0, "m/s": 1, "m/s2": 2}  # derivatives of the displacement
+DIRECTIONS = {f"{kind}{axis}": axis for kind in ("", "f_", "i_") for axis in "xy"}
+
+
+@dataclass(frozen=True)
+class Place:
+    """A quantity at a place of the rotor.
+
+    name
+        Of the channel.
+    place
+        Name of a part, or the text of a position.
+    direction
+        `x` or `y`.
+    unit
+        m, m/s, m/s2, N or A.
+    position
+        Along the shaft (m); None at a part.
+    """
+
+    name: str
+    place: str
+    direction: str
+    unit: str
+    position: float | None = None
+
+    @property
+    def order(self) -> int:
+        """Derivative of the displacement, from 0 to 2."""
+        return ORDERS[self.unit]
+
+    @property
+    def axis_name(self) -> str:
+        """`bearing.x`."""
+        return f"{self.place}.{self.direction}"
+
+    def node_on(self, rotor: Rotor) -> int:
+        """Return the node on a rotor.
+
+        Raises
+        ------
+        ValueError
+            If the rotor has no such part, or no node at the position.
+        """
+        if self.position is not None:
+            node = rotor.shaft.node_at(self.position)
+            if node is None:
+                raise ValueError(f"{self.name}: the rotor has no node at {self.position:g} m")
+            return node
+        parts = rotor.nodes_by_name
+        if self.place not in parts:
+            hint = suggest(self.place, parts)
+            raise ValueError(f"{self.name}: rotor {rotor.name} has no part {self.place!r}; {hint}")
+        return parts[self.place]
+
+
+def place_of(name: str, unit: str, rotor: Rotor, *, is_input: bool) -> Place:
+    """Return the place of a channel by its name and unit.
+
+    Raises
+    ------
+    ValueError
+        If the name is no place of the rotor, or the unit is none of such a channel.
+    """
+    allowed = ("N", "A") if is_input else (*ORDERS, "A")
+    if unit not in allowed:
+        kind = "input" if is_input else "output"
+        raise ValueError(f"{name}: an {kind} in {unit} is not allowed; it must be in {', '.join(allowed)}")
+    component, _, rest = name.partition(".")
+    local = rest if component in (PLANT, ACTUATOR, CONTROLLER) else name
+    for sensor in rotor.sensors:
+        for direction in "xy":
+            if local == getattr(sensor, direction):
+                return Place(name, sensor.name, direction, unit)
+    place, _, ending = local.rpartition(".")
+    if not place or ending not in DIRECTIONS:
+        signals = [getattr(sensor, axis) for sensor in rotor.sensors for axis in "xy"]
+        known = [*signals, *(f"{part}.{axis}" for part in rotor.nodes_by_name for axis in "xy")]
+        raise ValueError(f"channel {name!r} is no place of rotor {rotor.name}; {suggest(local, known)}")
+    if place in rotor.nodes_by_name:
+        return Place(name, place, DIRECTIONS[ending], unit)
+    try:
+        position = to_unit(place, "m", name)
+    except ValueError:
+        hint = suggest(place, rotor.nodes_by_name)
+        raise ValueError(f"channel {name!r}: rotor {rotor.name} has no part {place!r}; {hint}") from None
+    return Place(name, place, DIRECTIONS[ending], unit, position)
+
+
+def node_rows(rotor: Rotor, places: Sequence[Place]) -> list[int]:
+    """Return the rows of places among x and y of all nodes."""
+    return [2 * (place.node_on(rotor) - 1) + "xy".index(place.direction) for place in places]

@@ -1,0 +1,10 @@
+"""Measured data of a machine: frequency responses, modes and time records, from files to SI units.
+
+records      a channel, a frequency response, a list of modes, a record over time
+estimates    frequency responses and coherence from records of inputs and outputs
+units        SI units of measured channels
+files        reads a file of any form: `.uff`, `.unv`, `.mat`, `.npz`, `.csv`, and results of runs
+modal_fit    natural frequencies, damping and shapes from frequency responses
+deviation    how far two frequency responses differ: FRAC, MAC, pairs of modes
+least_squares  parameters with confidence intervals, or a refusal where data do not contain them
+"""

@@ -1,0 +1,150 @@
+"""Parameters from measured data by least squares, with confidence intervals, and a test whether the data contain them.
+
+    min_p sum r_k(p)^2,   s^2 = sum r_k^2/(n - m),   cov = s^2 (J^T J)^-1                           (1)
+
+The interval of a parameter is p +- t sqrt(cov_pp), t the quantile of Student's distribution with n - m degrees of
+freedom. It is linear theory: it holds if residuals are independent, of equal variance, and the model is right.
+G. A. F. Seber, C. J. Wild, Nonlinear Regression, Wiley, 2003, sec. 5.1.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import least_squares
+from scipy.stats import t as student
+
+from array_types import Array
+
+CONFIDENCE = 0.95
+STEP = 1e-4  # of the range of a parameter, for differences
+NO_INFLUENCE = 1e-9  # of the largest influence of any parameter
+INSEPARABLE = 0.98  # correlation from which two parameters are named together
+AT_BOUND = 1e-6  # of the range
+
+
+@dataclass(frozen=True)
+class FreeParameter:
+    """A parameter to be fitted: its name and its bounds, in any unit."""
+
+    name: str
+    lowest: float
+    highest: float
+
+    def __post_init__(self) -> None:
+        if not (np.isfinite([self.lowest, self.highest]).all() and self.lowest < self.highest):
+            bounds = f"{self.lowest:g} to {self.highest:g}"
+            raise ValueError(f"{self.name}: bounds {bounds} are not allowed; they must be finite and ascend")
+
+
+@dataclass(frozen=True)
+class FittedParameter:
+    """A fitted parameter: value, bounds of its 95 % interval, and whether it is at a bound of its range."""
+
+    value: float
+    lower: float
+    upper: float
+    at_bound: bool
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """Fitted parameters.
+
+    parameters
+        By name.
+    correlation
+        Of the parameters in their order, shape (m, m).
+    rms_before, rms_after
+        Root mean square of the residuals at the start and of the fit.
+    residuals
+        Number of residuals.
+    """
+
+    parameters: dict[str, FittedParameter]
+    correlation: Array
+    rms_before: float
+    rms_after: float
+    residuals: int
+
+
+def fit(residuals: Callable[[Array], Array], free: Sequence[FreeParameter], start: Sequence[float]) -> Fit:
+    """Return the parameters that minimise the sum of squares (1), with intervals.
+
+    Parameters
+    ----------
+    residuals
+        Residuals of equal expected size over parameter values, shape (n,).
+    free
+        Parameters with bounds.
+    start
+        Values to begin with, within the bounds.
+
+    Raises
+    ------
+    ValueError
+        If there are not more residuals than parameters, the start is outside the bounds, or the data do not contain a
+        parameter: it has no influence, or its interval is wider than its bounds.
+    """
+    low, span = (np.array(v) for v in ([p.lowest for p in free], [p.highest - p.lowest for p in free]))
+    u0 = (np.asarray(start, np.float64) - low) / span
+    for p, value, u in zip(free, start, u0, strict=True):
+        if not 0.0 <= u <= 1.0:
+            raise ValueError(f"{p.name} = {value:g} is not allowed; it must start from {p.lowest:g} to {p.highest:g}")
+
+    def scaled(u: Array) -> Array:
+        return residuals(low + span * u)
+
+    def jacobian(u: Array) -> Array:
+        steps = np.where(u < 0.5, STEP, -STEP)
+        columns = []
+        for k, h in enumerate(steps):
+            beside = u.copy()
+            beside[k] += h
+            columns.append((scaled(beside) - scaled(u)) / h)
+        return np.stack(columns, axis=1)
+
+    first = scaled(u0)
+    n, m = len(first), len(free)
+    if n <= m:
+        raise ValueError(f"{n} residuals are not enough for {m} parameters; measure more, or fit fewer")
+    _refuse_without_influence(free, jacobian(np.clip(u0, 0.02, 0.98)))
+    result = least_squares(scaled, np.clip(u0, 1e-3, 1.0 - 1e-3), jacobian, bounds=(0.0, 1.0), x_scale=1.0)
+    J, r = result.jac, result.fun
+    variance = float(r @ r) / (n - m)
+    values, vectors = np.linalg.eigh(J.T @ J)
+    cov = (vectors * (variance / np.maximum(values, 1e-300))) @ vectors.T
+    deviation = np.sqrt(np.diag(cov))
+    correlation = cov / np.maximum(np.outer(deviation, deviation), 1e-300)
+    half = float(student.ppf(0.5 + 0.5 * CONFIDENCE, n - m)) * deviation
+    _refuse_uncertain(free, half, correlation)
+    centre = low + span * result.x
+    fitted = {
+        p.name: FittedParameter(float(v), float(v - h), float(v + h), bool(min(u, 1.0 - u) < AT_BOUND))
+        for p, v, h, u in zip(free, centre, half * span, result.x, strict=True)
+    }
+    return Fit(fitted, correlation, float(np.sqrt(np.mean(first**2))), float(np.sqrt(np.mean(r**2))), n)
+
+
+def _refuse_without_influence(free: Sequence[FreeParameter], J: Array) -> None:
+    sizes = np.linalg.norm(J, axis=0)
+    for p, size in zip(free, sizes, strict=True):
+        if size <= NO_INFLUENCE * max(float(sizes.max()), np.sqrt(len(J)) * 1e-6):
+            raise ValueError(f"the data do not contain {p.name}: it does not change the residuals; leave it out")
+
+
+def _refuse_uncertain(free: Sequence[FreeParameter], half: Array, correlation: Array) -> None:
+    """Refuse parameters whose interval is as wide as their bounds."""
+    for k, (p, width) in enumerate(zip(free, half, strict=True)):
+        if width > 0.5:
+            others = np.abs(correlation[k]).copy()
+            others[k] = 0.0
+            j = int(np.argmax(others))
+            pair = f"; it cannot be separated from {free[j].name}" if others[j] > INSEPARABLE else ""
+            range_ = f"{p.lowest:g} to {p.highest:g}"
+            raise ValueError(
+                f"the data do not contain {p.name}: its 95 % interval is wider than its bounds, {range_}{pair}; "
+                "leave it out, or measure elsewhere"
+            )

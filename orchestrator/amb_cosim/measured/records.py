@@ -1,0 +1,123 @@
+"""Records of measured data, in SI units."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from array_types import Array, Complex
+
+
+@dataclass(frozen=True)
+class Channel:
+    """A signal: its name, such as `fan.x`, and its SI unit."""
+
+    name: str
+    unit: str
+
+    def renamed(self, names: Mapping[str, str]) -> Channel:
+        """Return the channel with its name in the model, where `names` has one."""
+        return Channel(names.get(self.name, self.name), self.unit)
+
+    def __str__(self) -> str:
+        return f"{self.name} ({self.unit})"
+
+
+@dataclass(frozen=True, eq=False)
+class FrequencyResponse:
+    """Response of an output to an input.
+
+    output, input
+        Channels.
+    frequencies
+        Ascending, above 0 (Hz), shape (n,).
+    values
+        Y/U in the units of the channels, shape (n,); y = Re[Y exp(j omega t)], so a delay has a negative phase.
+    coherence
+        From 0 to 1, shape (n,); None where it was not measured.
+
+    Raises
+    ------
+    ValueError
+        If the shapes differ, a number is not finite, or the frequencies do not ascend from above 0.
+    """
+
+    output: Channel
+    input: Channel
+    frequencies: Array
+    values: Complex
+    coherence: Array | None = None
+
+    def __post_init__(self) -> None:
+        n = len(self.frequencies)
+        for name, values in (("values", self.values), ("coherence", self.coherence)):
+            if values is not None and values.shape != (n,):
+                raise ValueError(f"{self.name}: {name} of shape {values.shape} is not allowed; it must be ({n},)")
+            if values is not None and not np.isfinite(values).all():
+                raise ValueError(f"{self.name}: {name} has numbers that are not finite")
+        if n < 2 or not np.isfinite(self.frequencies).all() or not (np.diff(self.frequencies) > 0.0).all():
+            raise ValueError(f"{self.name}: its {n} frequencies are not allowed; two or more must ascend")
+        if self.frequencies[0] <= 0.0:
+            raise ValueError(f"{self.name}: frequency {self.frequencies[0]:g} Hz is not allowed; it must be > 0 Hz")
+
+    @property
+    def name(self) -> str:
+        """`output/input`."""
+        return f"{self.output.name}/{self.input.name}"
+
+    @property
+    def unit(self) -> str:
+        """Unit of the values."""
+        above = f"({self.output.unit})" if "/" in self.output.unit else self.output.unit
+        return f"{above}/{self.input.unit}"
+
+    def between(self, lowest: float, highest: float) -> FrequencyResponse:
+        """Return the part between two frequencies (Hz)."""
+        k = (self.frequencies >= lowest) & (self.frequencies <= highest)
+        coherence = None if self.coherence is None else self.coherence[k]
+        return FrequencyResponse(self.output, self.input, self.frequencies[k], self.values[k], coherence)
+
+
+@dataclass(frozen=True, eq=False)
+class Modes:
+    """Natural frequencies (Hz) and damping ratios (1), shape (n,) each; NaN for a ratio that is not known."""
+
+    frequencies: Array
+    damping_ratios: Array
+
+    def __post_init__(self) -> None:
+        if self.frequencies.shape != self.damping_ratios.shape or not (self.frequencies > 0.0).all():
+            raise ValueError("modes are not allowed; each needs a frequency > 0 Hz, and a damping ratio or NaN")
+
+
+@dataclass(frozen=True, eq=False)
+class TimeRecord:
+    """Signals over time: the sample time (s), and the samples of each channel, shape (n,)."""
+
+    sample_time: float
+    signals: Mapping[Channel, Array]
+
+    def channel(self, name: str) -> Channel:
+        """Return the channel of a name.
+
+        Raises
+        ------
+        ValueError
+            If there is none.
+        """
+        from amb_files.suggestions import suggest
+
+        names = {channel.name: channel for channel in self.signals}
+        if name not in names:
+            raise ValueError(f"the record has no channel {name!r}; {suggest(name, names)}")
+        return names[name]
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """Content of a file: frequency responses, and modes if it lists them."""
+
+    responses: tuple[FrequencyResponse, ...] = ()
+    modes: Modes | None = None

@@ -1,0 +1,41 @@
+"""SI units of measured channels."""
+
+from __future__ import annotations
+
+from fmi_export.building.units import to_unit
+
+SI = ("m", "m/s", "m/s2", "N", "A", "V", "rad/s", "1")
+STANDARD_GRAVITY = 9.80665  # m/s^2
+
+
+def si_unit(unit: str, name: str) -> tuple[float, str]:
+    """Return the factor from a unit to its SI unit, and that unit; `g` is the standard acceleration of gravity.
+
+    Raises
+    ------
+    ValueError
+        If it is no unit of a displacement, velocity, acceleration, force, current, voltage or speed.
+    """
+    text = unit.strip() or "1"
+    if text in ("g", "gn", "g_n"):
+        return STANDARD_GRAVITY, "m/s2"
+    for target in SI:
+        try:
+            return to_unit(f"1 {text}" if text != "1" else "1", target, name), target
+        except ValueError:
+            continue
+    raise ValueError(f"{name}: unit {unit!r} is not allowed; it must be one of {', '.join(SI)}, g, or a multiple")
+
+
+def split_quotient(unit: str, name: str) -> tuple[str, str]:
+    """Return the units of output and input of a response's unit, `m/N` or `(m/s2)/N`.
+
+    Raises
+    ------
+    ValueError
+        If it is no quotient.
+    """
+    above, slash, below = unit.strip().rpartition("/")
+    if not slash:
+        raise ValueError(f"{name}: unit {unit!r} is not allowed; it must be that of output over input, such as m/N")
+    return above.strip().removeprefix("(").removesuffix(")"), below.strip()

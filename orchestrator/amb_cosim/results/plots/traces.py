@@ -1,0 +1,80 @@
+"""Figure of any variables of a run over time, one panel per unit."""
+
+from __future__ import annotations
+
+from itertools import cycle
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from amb_cosim.presentation.style import StyledFigure
+from amb_cosim.presentation.units import QUANTITIES, ShownUnit, force_unit, length_unit, speed_unit
+from amb_cosim.results.plots.axes import COLOURS, add_title, label_time_axis, mark_events, time_values, title_padding
+from amb_cosim.results.selection import Selection
+
+MOST_NAMED = 8  # curves of a panel that its legend names
+
+
+def traces(selection: Selection) -> Figure:
+    """Draw variables over the cycles, or the time where the speed changes; a panel for each unit, its curves named."""
+    dataset, panels_of = selection.dataset, _by_unit(selection)
+    figure = StyledFigure(figsize=(7.6, 1.0 + 2.2 * len(panels_of)), layout="constrained")
+    panels = figure.subplots(len(panels_of), 1, sharex=True, squeeze=False)[:, 0]
+    times = time_values(dataset)[selection.within]
+    for panel, (unit, names) in zip(panels, panels_of.items(), strict=True):
+        largest = max(float(np.nanmax(np.abs(selection.values(name)), initial=0.0)) for name in names)
+        displayed = _shown_unit(unit, largest)
+        for name, colour in zip(names, cycle(COLOURS), strict=False):
+            panel.plot(times, displayed.of(selection.values(name)), color=colour, label=_short(names, name))
+        panel.set_title(_heading(selection, names), loc="left", pad=title_padding(dataset, panel is panels[0]))
+        panel.set_ylabel("" if unit == "1" else displayed.label)
+        _name_curves(panel, len(names))
+    label_time_axis(panels[-1], dataset)
+    if len(times) > 1:
+        panels[-1].set_xlim(times[0], times[-1])
+    for panel in panels:
+        mark_events(panel, dataset, named=panel is panels[0])
+    add_title(figure, dataset)
+    return figure
+
+
+def _by_unit(selection: Selection) -> dict[str, list[str]]:
+    """Return the variables by their units, in order."""
+    result: dict[str, list[str]] = {}
+    for name in selection.names:
+        result.setdefault(selection.unit(name), []).append(name)
+    return result
+
+
+def _shown_unit(unit: str, largest: float) -> ShownUnit:
+    """Return the unit in which values up to `largest`, of an SI unit, are drawn."""
+    quantity = QUANTITIES.get(unit, "")
+    if quantity == "speed":
+        return speed_unit(unit)
+    if unit == "m":
+        return length_unit(largest)
+    return force_unit(largest) if unit == "N" else ShownUnit(unit, 1.0)
+
+
+def _short(names: list[str], name: str) -> str:
+    """Return a name without its component where all have the same."""
+    return name.partition(".")[2] if len({other.partition(".")[0] for other in names}) == 1 else name
+
+
+def _heading(selection: Selection, names: list[str]) -> str:
+    """Return the description of a single variable, or the number of variables."""
+    if len(names) == 1:
+        description = str(selection.dataset[names[0]].attrs.get("description", ""))
+        return f"{names[0]}: {description}" if description else names[0]
+    components = {name.partition(".")[0] for name in names}
+    return f"{len(names)} variables of {', '.join(sorted(components))}"
+
+
+def _name_curves(panel: Axes, count: int) -> None:
+    if 1 < count <= MOST_NAMED:
+        panel.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
+    elif count > MOST_NAMED:
+        panel.text(
+            0.99, 0.97, f"{count} curves", transform=panel.transAxes, ha="right", va="top", fontsize=8, color="0.3"
+        )

@@ -1,0 +1,121 @@
+"""Variables and times of a run that a figure or a file is made of, and the files: CSV and MAT."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from amb_cosim.cosim.record.signals import AT_STEPS, Signals, variables_of
+from amb_cosim.cosim.system.tables import moment_of
+from amb_cosim.cosim.system.values import Raw
+from amb_files.atomic import write_atomically
+from amb_files.suggestions import suggest
+from amb_files.wildcards import matching_names
+from array_types import Array, Bools
+
+MAT_NAME = 63  # characters that MATLAB allows
+
+
+@dataclass(frozen=True)
+class Selection:
+    """Variables of a run, in order, and which of its samples."""
+
+    dataset: Signals
+    names: tuple[str, ...]
+    within: Bools
+
+    def values(self, name: str) -> Array:
+        """Return the selected samples of a variable, or of `time` (s)."""
+        return np.asarray(self.dataset[name].values, np.float64)[self.within]
+
+    def unit(self, name: str) -> str:
+        """Return the unit of a variable."""
+        return str(self.dataset[name].attrs.get("units", "1"))
+
+
+def select(
+    dataset: Signals, variables: Sequence[str] = (), begin: Raw | None = None, until: Raw | None = None
+) -> Selection:
+    """Return the variables that match names or patterns (default: all), within a time range.
+
+    Parameters
+    ----------
+    dataset
+        The record of the run.
+    variables
+        Names `component.variable`, with or without the component, and wildcards `*` and `?`: `left.x`, `*.f_n`.
+    begin, until
+        Moments: a time (s), a text with its unit, or `cycle 5`; those of the record by default.
+
+    Raises
+    ------
+    ValueError
+        If nothing matches a name, a time is invalid, or there is no sample in the range.
+    """
+    available = [name for name in variables_of(dataset) if not name.endswith(AT_STEPS)]
+    chosen: dict[str, None] = {}
+    for pattern in variables:
+        matching = [name for name in available if name == pattern or name.partition(".")[2] == pattern]
+        matching = matching or matching_names(available, pattern) or matching_names(available, f"*.{pattern}")
+        if not matching:
+            options = available if _has_component(pattern, available) else [n.partition(".")[2] or n for n in available]
+            raise ValueError(f"no recorded variable matches {pattern!r}; {suggest(pattern, options)}")
+        chosen |= dict.fromkeys(matching)
+    time, period = np.asarray(dataset["time"].values, np.float64), dataset.attrs.get("period_s")
+    first = -np.inf if begin is None else moment_of(begin, period)
+    last = np.inf if until is None else moment_of(until, period)
+    within = (time >= first * (1.0 - 1e-12)) & (time <= last * (1.0 + 1e-12))
+    if not within.any():
+        limits = f"{time[0]:.6g} s to {time[-1]:.6g} s" if len(time) else "nothing"
+        raise ValueError(
+            f"no sample lies between {begin or 'the beginning'} and {until or 'the end'}; there is {limits}"
+        )
+    return Selection(dataset, tuple(chosen) or tuple(available), within)
+
+
+def _has_component(name: str, available: Sequence[str]) -> bool:
+    """Return whether a name begins with a component of the record."""
+    return name.partition(".")[0] in {other.partition(".")[0] for other in available}
+
+
+def to_csv(selection: Selection, path: Path) -> None:
+    """Write a table: the time and the variables, a column each; the first row has names and units."""
+    columns = ["time", *selection.names]
+    heading = ",".join(f'"{name} [{selection.unit(name)}]"' for name in columns)
+    rows = np.column_stack([selection.values(name) for name in columns])
+    write_atomically(path, partial(np.savetxt, X=rows, fmt="%.17g", delimiter=",", header=heading, comments=""))
+
+
+def to_mat(selection: Selection, path: Path) -> None:
+    """Write a MAT file of version 5: `time`, each variable with underscores for its dots, and `units`.
+
+    Raises
+    ------
+    ValueError
+        If two variables would have the same name, or one is longer than MATLAB allows.
+    """
+    from scipy.io import savemat
+
+    names = {name: "".join(sign if sign.isalnum() else "_" for sign in name) for name in ("time", *selection.names)}
+    for name, short in names.items():
+        if len(short) > MAT_NAME:
+            raise ValueError(
+                f"{name} cannot be written to a MAT file: its name must have at most {MAT_NAME} characters"
+            )
+    if len(set(names.values())) < len(names):
+        double = next(name for name in names if list(names.values()).count(names[name]) > 1)
+        raise ValueError(
+            f"{double} cannot be written to a MAT file: another variable is called {names[double]} there, too"
+        )
+    content: dict[str, object] = {short: selection.values(name) for name, short in names.items()}
+    content["units"] = {short: selection.unit(name) for name, short in names.items()}
+    write_atomically(path, partial(_savemat, savemat, content))
+
+
+def _savemat(savemat: object, content: dict[str, object], path: Path) -> None:
+    with path.open("wb") as file:
+        savemat(file, content, long_field_names=True, oned_as="column")  # type: ignore[operator]

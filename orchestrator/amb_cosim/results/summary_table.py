@@ -1,0 +1,138 @@
+"""The printed summary of a run: the verdict, its reasons, and optionally all other values."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+
+from rich.console import Console
+from rich.table import Table
+
+from amb_cosim.cosim.basics.choices import ROLES
+from amb_cosim.presentation.text_tables import number, print_parts, show_warnings
+from amb_cosim.presentation.units import force_unit, length_unit
+from amb_cosim.results import energies
+from amb_cosim.results.summary import AtPlaces, Summary
+from amb_cosim.results.touchdown import Retainer, Touchdown
+
+
+def print_summary(summary: Summary, console: Console, whole: bool = False) -> None:
+    """Print verdict, table and warnings; unless `whole`, warnings that do not affect the verdict share one line."""
+    console.print(str(summary.verdict), markup=False, highlight=False, soft_wrap=True, style="bold")
+    print_parts([table(summary, whole)], console)
+    if whole:
+        show_warnings(summary.warnings, console)
+        return
+    show_warnings(summary.verdict.doubts, console, whole=False)
+    others = [sentence for sentence in summary.warnings if sentence not in summary.verdict.doubts]
+    if others:
+        count = f"{len(others)} {'more ' * bool(summary.verdict.doubts)}warning{'s' * (len(others) > 1)}"
+        about = "; ".join(re.split(r", (?=which|where)|;| \(", sentence)[0] for sentence in others)
+        line = f"{count}, printed by --all: {about}"
+        overflow = {"no_wrap": True, "overflow": "ellipsis"} if console.is_terminal else {"soft_wrap": True}
+        console.print(line, markup=False, highlight=False, **overflow)
+
+
+def table(summary: Summary, whole: bool = False) -> Table:
+    """Return labels and values that determine the verdict, and with `whole` all others."""
+    result = Table(show_header=False, box=None, padding=(0, 2, 0, 0))
+    for label, text in [*summary.verdict.facts, *(_all_rows(summary) if whole else ())]:
+        result.add_row(label, text)
+    return result
+
+
+def _all_rows(summary: Summary) -> Iterator[tuple[str, str]]:
+    yield from _rows_at_places(summary)
+    states = dict(zip(summary.contact_states, summary.contact_share.values(), strict=True))
+    sites = {site.upper(): share for site, share in summary.site_share.items()}
+    shares = states if set(sites) <= set(states) else sites  # the states are those of the bearings alone
+    texts = [f"{name} {100 * share:.1f} %" for name, share in shares.items() if share]
+    if texts and texts != ["none 100.0 %"]:
+        yield f"contact{_interval(summary.events)}", ", ".join(texts)
+    if summary.rolling_from is not None:
+        whirls = ", ".join(f"{at.upper()} {number(w)} rad/s" for at, w in summary.whirl_speed.items())
+        yield "rolling", f"from cycle {summary.rolling_from:.4g}; mean whirl in the last cycle {whirls}"
+    if summary.rolling_on_race_from is not None:
+        yield "rolling on a turning race", f"from cycle {summary.rolling_on_race_from:.4g}"
+    yield from _touchdown_rows(summary.touchdown) if summary.touchdown is not None else ()
+    if summary.energy is not None and summary.energy_balance_of_heat is not None:
+        heat, share = energies.heat_of(summary.energy), summary.energy_balance_of_heat
+        balance = f"{summary.energy['balance']:.1g} J, {share:.1g} of the heat of {number(heat)} J"
+        yield "error of the energy balance", balance
+    yield "simulated", f"{summary.simulated:.4g} s, {number(summary.real_time_factor)} times real time"
+    if summary.steps_by_method is not None:
+        ways = (f"{name.replace('_', ' ')} {100 * share:.3g} %" for name, share in summary.steps_by_method.items())
+        yield "steps of the rotor", ", ".join(ways)
+
+
+def _rows_at_places(summary: Summary) -> Iterator[tuple[str, str]]:
+    """Return forces and orbits that are not zero at all places, each with a unit that suits its size."""
+    sampled = ", of the samples" if any(summary.peak_is_sampled.values()) else ""
+    band = "" if summary.peak_band is None else f",\nmodes to {number(summary.peak_band)} rad/s"
+    for label, values in (
+        ("contact force averaged over 1 ms", summary.averaged_contact_force),
+        (f"peak contact force without impacts{band}{sampled}", summary.peak_contact_force),
+    ):
+        if any(values.values()):
+            yield label, _at_places(values, force_unit(_largest(values)).name, 1.0 / force_unit(_largest(values)).size)
+    if any(summary.peak_impulse.values()):
+        yield "peak impulse", _at_places(summary.peak_impulse, "N s")
+    for label, values in (
+        (f"orbit before the {summary.events.get('disturbance')}", summary.orbit_before),
+        ("orbit at the end", summary.orbit_after),
+        ("largest orbit", summary.orbit_largest),
+        ("synchronous part before the change", summary.settled_amplitude["before"]),
+        ("synchronous part at the end", summary.settled_amplitude["end"]),
+    ):
+        if any(values.values()):
+            unit = length_unit(1e-3 * _largest(values))
+            yield label, _at_places(values, unit.label, 1e-3 / unit.size)
+
+
+def _interval(events: Mapping[str, str]) -> str:
+    """Return in words between which events the shares of contact are taken."""
+    begin, end = (events.get(role) for role in ROLES)
+    if begin and end:
+        return f" between {begin} and {end}"
+    return f" after the {begin}" if begin else f" before the {end}" if end else ""
+
+
+def _largest(values: AtPlaces) -> float:
+    return max(value for value in values.values() if value is not None)
+
+
+def _at_places(values: AtPlaces, unit: str, scale: float = 1.0) -> str:
+    texts = {at.upper(): number(None if value is None else scale * value) for at, value in values.items()}
+    return ", ".join(f"{at} {text} {unit}" for at, text in texts.items())
+
+
+def _touchdown_rows(found: Touchdown) -> list[tuple[str, str]]:
+    """Return labels and texts of a touchdown, for a table."""
+    hits = (f"{hit.site.upper()} {number(hit.impulse)} N s after {number(hit.after)} s" for hit in found.first_impacts)
+    ends = (
+        ("the rotor lies still", found.rest_after),
+        ("it is free of contact", found.free_after),
+        ("it stands still", found.standstill_after),
+    )
+    return [
+        ("release", f"{number(found.release)} s after cycle 0"),
+        ("drop", ", ".join(f"{bearing.upper()} {number(mm)} mm" for bearing, mm in found.drop.items())),
+        ("first impacts", "\n".join(hits) or "-"),
+        *((f"in {site.upper()}", _of_retainer(retainer)) for site, retainer in found.retainers.items()),
+        ("at last", ", ".join(f"{what} after {number(time)} s" for what, time in ends if time is not None) or "moving"),
+    ]
+
+
+def _of_retainer(retainer: Retainer) -> str:
+    """Return a few lines on the loads of a retainer."""
+    whirl = "" if retainer.whirl_speed is None else f" whirl at {number(abs(retainer.whirl_speed))} rad/s"
+    lines = [
+        f"free {number(retainer.free)} s, sliding {number(retainer.sliding)} s, rolling {number(retainer.rolling)} s",
+        f"{'no whirl' if retainer.whirl in (None, 'none') else retainer.whirl}{whirl}",
+        f"impulse {number(retainer.impulse)} N s, heat {number(retainer.heat)} J",
+    ]
+    if retainer.temperature is not None:
+        lines[2] += f", up to {number(retainer.temperature)} K"
+    if retainer.race_spin_up is not None:
+        lines.append(f"race at speed {number(retainer.race_spin_up)} s after the first contact")
+    return "\n".join(lines)

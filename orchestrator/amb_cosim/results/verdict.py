@@ -1,0 +1,188 @@
+"""The verdict on a run: one word, a sentence, and the few values that decide it; from its data set."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from amb_cosim.cosim.record.signals import Signals
+from amb_cosim.cosim.record.warnings import sentences, warnings_of
+from amb_cosim.cosim.run.recording import Outcome
+from amb_cosim.presentation.units import force_unit, length_unit, speed_unit
+from amb_cosim.results import contact_history
+from amb_cosim.results.contact_forces import largest_averaged_force, peak_force
+from amb_cosim.results.orbits import radius
+from amb_cosim.results.places import places
+from amb_cosim.results.power import without_power
+from amb_cosim.results.series import at_every_step, cycles, event_name, parameters, signal
+from amb_cosim.results.touchdown import Touchdown
+
+Word = Literal[
+    "recovered", "trapped", "landed", "levitated", "rolled", "failed", "unstable", "interrupted", "free", "completed"
+]
+BAD = ("trapped", "rolled", "failed", "unstable", "interrupted")
+QUESTIONING = ("passed", "energy_missed", "overheated")  # outputs whose warnings put the verdict itself in doubt
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """Outcome of a run.
+
+    Attributes
+    ----------
+    word
+        `recovered`: the rotor touched and is free of contact for good. `trapped`: it is in contact at the end.
+        `rolled`: it rolls on a site at the end. `landed`: it is on its retainers, and no magnet has power.
+        `levitated`: it never touched, or not after the disturbance; `free` is that of a rotor without magnets.
+        `unstable`: its orbit grows, or its amplifiers stay at their limits. `failed` and `interrupted`: the run broke
+        off. `completed`: contact was not recorded.
+    sentence
+        The reason, with its values.
+    facts
+        Labels and texts that determine it: margin to the clearance, contact force, time in contact.
+    doubts
+        Warnings that question it.
+    """
+
+    word: Word
+    sentence: str
+    facts: tuple[tuple[str, str], ...] = ()
+    doubts: tuple[str, ...] = ()
+
+    def __str__(self) -> str:
+        return f"{self.word}: {self.sentence}"
+
+
+def verdict(dataset: Signals, fall: Touchdown | None = None) -> Verdict:
+    """Return the verdict on a run.
+
+    Parameters
+    ----------
+    dataset
+        The record of the run, with its attributes.
+    fall
+        The touchdown of the run, if it has one.
+    """
+    last = contact_history.contact_cycles(dataset)[1]
+    word, sentence = _ending(dataset, last, fall)
+    facts = [_margin(dataset, word), _force(dataset), _time_in_contact(dataset)]
+    if dataset.attrs.get("stopped"):
+        facts.append(("stopped", str(dataset.attrs["stopped"])))
+    warned = [w for w in warnings_of(dataset) if w.variable.rpartition(".")[2] in QUESTIONING]
+    return Verdict(word, sentence, tuple(fact for fact in facts if fact is not None), tuple(sentences(warned)))
+
+
+def _ending(dataset: Signals, last: float | None, fall: Touchdown | None) -> tuple[Word, str]:
+    """Return the word and the sentence of a run whose last contact is in cycle `last`, None without any."""
+    outcome = Outcome(*json.loads(dataset.attrs["outcome"])) if "outcome" in dataset.attrs else None
+    if outcome is not None and outcome.status == "failed":
+        return "failed", f"{outcome.component} at t = {outcome.time:.6g} s: {outcome.reason}"
+    if outcome is not None and outcome.status == "interrupted":
+        return "interrupted", f"by the user at t = {outcome.time:.6g} s"
+    free, recovery = contact_history.freed_after(dataset, last)
+    if free is None:
+        return "completed", "whether the rotor touches was not recorded"
+    if recovery == "unstable":
+        return "unstable", "its orbit grows, or its amplifiers stay at their limits"
+    if free and (last is None or recovery == "prevented"):
+        after = f" after the {event_name(dataset, 'disturbance')}" if recovery == "prevented" else ""
+        return ("levitated" if places(dataset).magnetic else "free"), f"the rotor does not touch{after}"
+    assert last is not None
+    if free:
+        return "recovered", f"the rotor touched and is free of contact since {_moment(dataset, last)}"
+    where = _listed(_touched_at_the_end(dataset)) or "its retainers"
+    if rolling := contact_history.rolls_at_the_end(dataset):
+        return "rolled", f"the rotor rolls on {_listed([_whirl(dataset, site) for site in rolling])} at the end"
+    if without_power(dataset)[-1]:
+        rest = None if fall is None else fall.rest_after
+        lies = "the rotor still moves on" if rest is None else f"after {rest:.3g} s the rotor lies in place on"
+        return "landed", f"no magnet has power, and {lies} {where}"
+    return "trapped", f"the rotor touches {where} until {_moment(dataset, last)}, and the run ends"
+
+
+def _listed(names: Sequence[str]) -> str:
+    return " and ".join(filter(None, (", ".join(names[:-1]), *names[-1:])))
+
+
+def _whirl(dataset: Signals, site: str) -> str:
+    """Return a site with the direction and the speed of the whirl in its last cycle."""
+    whirl = contact_history.whirl_at_the_end(dataset, site) or 0.0
+    direction = "forward" if whirl > 0.0 else "backward"
+    return f"{site.upper()} ({direction} whirl, {speed_unit().text(abs(whirl))})"
+
+
+def _moment(dataset: Signals, cycle: float) -> str:
+    """Return a cycle and its time in words."""
+    time = float(np.interp(cycle, cycles(dataset), dataset["time"].values))
+    return f"cycle {cycle:.4g} ({time:.3g} s)"
+
+
+def _touched_at_the_end(dataset: Signals) -> list[str]:
+    """Return the sites that were in contact within the last cycles, in which a free rotor does not touch."""
+    steps = at_every_step(dataset)
+    end = cycles(steps) > cycles(steps)[-1] - contact_history.RECOVERY_CYCLES
+    modes = {site: signal(steps, f"{site}.mode") for site in places(dataset).sites}
+    return [site.upper() for site, mode in modes.items() if mode is not None and (mode[end] != 0).any()]
+
+
+def _margin(dataset: Signals, word: Word) -> tuple[str, str] | None:
+    """Return the least distance of the orbit to the clearance of a site, over the run or in its last cycle.
+
+    1 - max |r(t)|/c
+    """
+    if word not in ("levitated", "recovered", "unstable", "free"):
+        return None
+    cycle, values = cycles(dataset), parameters(dataset)
+    begin = float(dataset.attrs.get("disturbance_cycle", 0.0)) if word in ("levitated", "free") else cycle[-1] - 1.0
+    within = cycle >= max(begin, 0.0)
+    orbits = []
+    for site in places(dataset).sites:
+        r, clearance = radius(dataset, site), values.get(f"{site}.clearance")
+        if r is not None and clearance and values.get(f"{site}.enabled", True) and within.any():
+            orbits.append((1.0 - float(r[within].max()) / clearance, float(r[within].max()), float(clearance), site))
+    if not orbits:
+        return None
+    margin, orbit, clearance, site = min(orbits)
+    when = "largest orbit" if word in ("levitated", "free") else "orbit in the last cycle"
+    lengths = f"{length_unit(orbit).text(orbit, 3)} in {length_unit(clearance).text(clearance, 3)}"
+    return "margin to the clearance", f"{100.0 * margin:.3g} % at {site.upper()}; {when} {lengths}"
+
+
+def _force(dataset: Signals) -> tuple[str, str] | None:
+    """Return the largest contact force, averaged where it can be, with its meaning and its band."""
+    sites = contact_history.touchable(dataset)
+    averaged = {site: largest_averaged_force(dataset, site) or 0.0 for site in sites}
+    meaning = "mean over 1 ms with impacts"
+    if not any(averaged.values()):
+        averaged, meaning = {site: peak_force(dataset, site) or 0.0 for site in sites}, "largest sample"
+    if not any(averaged.values()):
+        return None
+    site = max(averaged, key=lambda name: averaged[name])
+    limit = places(dataset).valid_to
+    band = "" if limit is None else f"; the model's modes reach to {speed_unit('Hz').text(limit)}"
+    return (
+        "largest contact force",
+        f"{force_unit(averaged[site]).text(averaged[site], 3)} at {site.upper()} ({meaning}{band})",
+    )
+
+
+def _time_in_contact(dataset: Signals) -> tuple[str, str] | None:
+    """Return the time in contact from cycle 0, in total and at each site."""
+    steps = at_every_step(dataset)
+    touching = contact_history.in_contact(steps)
+    duration = np.diff(steps["time"].values, prepend=steps["time"].values[:1]) * (cycles(steps) >= 0.0)
+    if touching is None or not (touching & (duration > 0.0)).any():
+        return None
+    inside, total = float(duration[touching].sum()), float(duration.sum())
+    first, last = (_moment(dataset, at) for at in contact_history.contact_cycles(dataset) if at is not None)
+    modes = {site: signal(steps, f"{site}.mode") for site in contact_history.touchable(dataset)}
+    shares = {s: float(duration[mode != 0].sum()) for s, mode in modes.items() if mode is not None}
+    parts = ", ".join(f"{site.upper()} {share:.3g} s" for site, share in shares.items() if share)
+    of_sites = f"; {parts}" if parts and len(modes) > 1 else ""
+    return "time in contact", (
+        f"{inside:.3g} s of {total:.3g} s ({100.0 * inside / total:.3g} %){of_sites}; {first} to {last}"
+    )

@@ -1,0 +1,136 @@
+"""Record of the steady response to unbalance, with its tables."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, ClassVar
+
+import numpy as np
+
+from amb_cosim.presentation.text_tables import TextBlock, labelled_table
+from amb_cosim.presentation.units import speed_unit
+from amb_cosim.studies.result import DrawnResult
+from array_types import Array
+from rotor_analysis.shaft import MassModel
+
+DAMPED = 2.5  # amplification below which a peak needs no separation margin (API 617)
+
+
+@dataclass(frozen=True, eq=False)
+class PlaceResponse:
+    """Response at a point of the shaft.
+
+    node
+        Number of its node.
+    amplitude
+        Major semi-axis of the orbit (m), shape (n,).
+    phase
+        Angle by which the forward part of the motion leads the unbalance (rad), continuous, shape (n,).
+    clearance
+        Radial clearance there (m), the smallest of the sites at this node; None if nothing can be touched.
+    """
+
+    node: int
+    clearance: Annotated[float | None, "m"]
+    amplitude: Annotated[Array, "m"]
+    phase: Annotated[Array, "rad"]
+
+
+@dataclass(frozen=True)
+class PlacedUnbalance:
+    """An unbalance (kg m), and the angle (deg) by which it leads the x axis at the beginning of a turn."""
+
+    amount: Annotated[float, "kg.m"]
+    angle: Annotated[float, "deg"]
+
+
+@dataclass(frozen=True)
+class CriticalResponse:
+    """A peak of the response.
+
+    place
+        Where it is highest.
+    speed, amplitude
+        Spin speed (rad/s) and amplitude (m) there.
+    amplification
+        Of the half-power width (`machine.response.Peak`); below 2.5 no separation margin is required (API 617).
+    margin
+        Distance from the operating speed (%), at least 0; None of a rotor alone.
+    """
+
+    place: str
+    speed: Annotated[float, "rad/s"]
+    amplitude: Annotated[float, "m"]
+    amplification: float
+    margin: Annotated[float | None, "%"]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class UnbalanceResponse(DrawnResult):
+    """Steady response of a rotor, or of a levitated machine, to unbalance.
+
+    rotor, mass
+        Name of the rotor, and the mass matrix of its model.
+    scenario, operating_speed
+        Name of the scenario of the machine, and its spin speed (rad/s); None of a rotor alone.
+    unbalance, node
+        Largest unbalance of a place (kg m), and the number of its node.
+    unbalances
+        Unbalance of each place, by name.
+    speeds
+        Spin speeds (rad/s), ascending, shape (n,).
+    places
+        Response at bearings, other contact sites, and shaft ends, by name.
+    critical_speeds
+        Peaks of the response, ascending.
+    """
+
+    name: ClassVar[str] = "unbalance_response"
+
+    rotor: str
+    mass: MassModel
+    scenario: str | None
+    operating_speed: Annotated[float | None, "rad/s"]
+    unbalance: Annotated[float, "kg.m"]
+    node: int
+    unbalances: dict[str, PlacedUnbalance]
+    speeds: Annotated[Array, "rad/s"]
+    places: dict[str, PlaceResponse]
+    critical_speeds: tuple[CriticalResponse, ...]
+
+    @property
+    def load(self) -> str:
+        """The unbalance in words."""
+        amounts = (f"{_gram_metres(u.amount)} at {place}" for place, u in self.unbalances.items())
+        return ", ".join(amounts)
+
+    def text(self) -> list[TextBlock]:
+        """Return tables of the largest amplitudes and of the critical speeds."""
+        of = self.scenario or self.rotor
+        table = labelled_table(
+            f"{of}: largest amplitude, {self.load}", "place", "(mm)", "of the clearance", "at (rad/s)"
+        )
+        for name, place in self.places.items():
+            top = int(np.argmax(place.amplitude))
+            peak = place.amplitude[top]
+            share = "-" if place.clearance is None else f"{peak / place.clearance:.3f}"
+            table.add_row(name, f"{1e3 * peak:.4f}", share, f"{self.speeds[top]:.1f}")
+        if not self.critical_speeds:
+            return [table, "no critical speed in this range"]
+        unit = speed_unit()
+        heads: tuple[str, ...] = (f"({unit.label})", "highest at", "(mm)", "amplification")
+        heads += () if self.operating_speed is None else (f"margin to {unit.text(self.operating_speed, 5)} (%)",)
+        criticals = labelled_table("Critical speeds", *heads)
+        for item in self.critical_speeds:
+            row = (unit.number(item.speed), item.place, f"{1e3 * item.amplitude:.4f}", amplification_text(item))
+            criticals.add_row(*row, *(() if item.margin is None else (f"{item.margin:.1f}",)))
+        return [table, criticals]
+
+
+def amplification_text(item: CriticalResponse) -> str:
+    """Return an amplification, and that a peak is damped if no separation margin is required."""
+    return f"{item.amplification:.3g}" + (" (damped)" if item.amplification < DAMPED else "")
+
+
+def _gram_metres(u: float) -> str:
+    return f"{1e3 * u:.4g} g m" if u >= 1e-3 else f"{1e6 * u:.4g} g mm"

@@ -1,0 +1,105 @@
+"""Robustness of the outcomes of a pack's scenarios and statements: `amb-cosim report --robustness`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import click
+
+from amb_cosim.commands.cli_errors import refusing
+
+if TYPE_CHECKING:
+    from amb_cosim.cosim.system.values import Raw
+    from amb_cosim.scenario.scenario import Scenario
+    from amb_cosim.studies.stored_robustness import StoredOutcome
+
+
+@dataclass(frozen=True)
+class OutcomeCase:
+    """A scenario, or a run for statements, by name."""
+
+    name: str
+    scenario: Scenario
+    settings: dict[str, Raw]
+
+
+def store_robustness(pack: str, only: tuple[str, ...], jobs: int | None) -> dict[str, str]:
+    """Repeat the runs of a pack, store which outcomes are robust, and return the reasons for missing ones, by name.
+
+    Runs are repeated with H identified and with 1 % more and less of each quantity. The report and pages show the
+    stored results.
+    """
+    from rich.console import Console
+
+    from amb_cosim.presentation.progress import bars
+    from amb_cosim.studies.processes import simulate_in_processes
+    from amb_cosim.studies.stored_robustness import write_robustness
+
+    retained = 0
+    failures: dict[str, str] = {}
+    with refusing(), bars(Console(stderr=True)) as displayed:
+        cases = outcome_cases(pack, only)
+        task = displayed.add_task("scenarios", total=len(cases))
+        for begin in range(0, len(cases), BATCH):
+            batch = cases[begin : begin + BATCH]
+            result = simulate_in_processes(outcome_of_case, batch, lambda *_: None, jobs)
+            results = {case.name: item for case, item in zip(batch, result, strict=True) if not isinstance(item, str)}
+            failures |= {case.name: item for case, item in zip(batch, result, strict=True) if isinstance(item, str)}
+            file, retained = write_robustness(pack, results), retained + len(results)
+            displayed.update(task, completed=begin + len(batch))
+    click.echo(f"{retained} outcomes in {file}")
+    return failures
+
+
+BATCH = 8  # cases between two writes of the file
+
+
+def outcome_cases(pack: str, only: tuple[str, ...] = ()) -> list[OutcomeCase]:
+    """Return the runs of a pack: its scenarios, and different runs for its statements.
+
+    Parameters
+    ----------
+    pack
+        Its name.
+    only
+        Names of the requested runs; by default all.
+
+    Raises
+    ------
+    ValueError
+        If there is no such pack, or a name is not that of a run.
+    """
+    from amb_cosim.scenario.scenario import load_scenario
+    from amb_files.packs import packs
+    from amb_files.suggestions import suggest
+    from source_check.source_runs import scenario_of
+    from source_check.statements import load_statements, packs_with_statements
+
+    if pack not in packs():
+        raise ValueError(f"there is no pack {pack!r}; {suggest(pack, packs())}")
+    names = sorted(file.stem for file in (packs()[pack] / "scenarios").glob("[!_]*.toml"))
+    cases = [OutcomeCase(name, load_scenario(name), {}) for name in names]
+    stated = load_statements(pack) if pack in packs_with_statements() else None
+    beside = {statement.converged for statement in stated.statement} if stated is not None else set()
+    for name, source in stated.sources.items() if stated is not None else ():
+        if source.scenario and name not in beside.union(names):
+            cases.append(OutcomeCase(name, scenario_of(source), dict(source.set)))
+    unknown = [name for name in only if name not in {case.name for case in cases}]
+    if unknown:
+        raise ValueError(f"--only {unknown[0]} is not allowed; {suggest(unknown[0], [case.name for case in cases])}")
+    if not cases:
+        raise ValueError(f"pack {pack!r} has no scenarios and no statements of one")
+    return [case for case in cases if not only or case.name in only]
+
+
+def outcome_of_case(case: OutcomeCase) -> StoredOutcome | str:
+    """Return the outcome of a run and what flips it, or the reason why there is none."""
+    from amb_cosim.studies.stored_robustness import StoredOutcome
+    from amb_cosim.sweeps.robustness import robustness as study
+
+    try:
+        result = study(case.scenario, set=case.settings, progress=False)
+    except ValueError as error:
+        return str(error)
+    return StoredOutcome(outcome=result.outcome, flips=result.flips)

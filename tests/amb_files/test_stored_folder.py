@@ -1,0 +1,52 @@
+"""What is kept is whole, or made anew."""
+
+from __future__ import annotations
+
+import pytest
+
+from amb_files.stored_folder import DIGEST, is_undamaged, keep
+
+
+@pytest.fixture
+def fill():
+    """Writes two files; `fill.times` is how often."""
+
+    def write(stage):
+        write.times += 1
+        (stage / "one").write_bytes(b"1")
+        (stage / "two").write_bytes(b"2")
+
+    write.times = 0
+    return write
+
+
+def test_what_is_there_is_not_made_again(tmp_path, fill):
+    folder = tmp_path / "new" / "kept"
+    assert not is_undamaged(folder)
+    for _ in range(2):
+        keep(folder, fill)
+    assert (is_undamaged(folder), fill.times) == (True, 1)
+
+
+@pytest.mark.parametrize("name", ["one", DIGEST])
+@pytest.mark.parametrize("content", [b"", b"3", b"\xff" * 64, None])
+def test_what_is_damaged_is_made_anew(tmp_path, fill, name, content):
+    folder = tmp_path / "kept"
+    keep(folder, fill)
+    if content is None:
+        (folder / name).unlink()
+    else:
+        (folder / name).write_bytes(content)
+    assert not is_undamaged(folder)
+    keep(folder, fill)
+    assert (is_undamaged(folder), (folder / "one").read_bytes(), fill.times) == (True, b"1", 2)
+
+
+def test_an_additional_or_renamed_file_is_damage(tmp_path, fill):
+    folder = tmp_path / "kept"
+    keep(folder, fill)
+    (folder / "one").rename(folder / "three")
+    assert not is_undamaged(folder)
+    (folder / "three").rename(folder / "one")
+    (folder / "four").touch()
+    assert not is_undamaged(folder)

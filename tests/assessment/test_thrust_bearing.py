@@ -1,0 +1,134 @@
+"""Thrust bearings in machine files: constants, refusals, signs of thrust and gravity."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import pytest
+from strange_machine import LEVITATION
+
+from amb_cosim.assessment.machine_file import MachineFile, load_machine
+from amb_cosim.assessment.thrust_bearing import DATA_HEADS, ThrustBearing
+
+FILE = LEVITATION.parent / "machine.toml"
+SPEED = {"minimum": 100.0, "maximum": 200.0}
+GEOMETRY = {
+    "at": "wheel",
+    "controller": str(FILE.parent / "axial.toml"),
+    "bandwidth": "2 kHz",
+    "inner_radius": "25 mm",
+    "outer_radius": "55 mm",
+    "pole_area": "12 cm^2",
+    "gap": "0.5 mm",
+    "turns": 80,
+    "bias_current": "4 A",
+    "current_limit": "10 A",
+    "saturation": "1.3 T",
+}
+IRON = {"conductivity": "4e6 S/m", "permeability": 500, "slot_depth": "15 mm"}
+SHEET = {key: GEOMETRY[key] for key in ("at", "controller", "bandwidth", "inner_radius", "outer_radius")}
+SHEET |= {"k_i": "120 N/A", "k_s": "1 N/um", "capacity": "480 N"}
+
+
+def bearing(**changes):
+    return ThrustBearing(**(GEOMETRY | changes))
+
+
+def machine(**fields):
+    return MachineFile(rotor="compressor", gravity="9.81 m/s2", speed=SPEED, **fields)
+
+
+def test_constants_follow_from_the_geometry():
+    point = bearing().bearing.operating_point()
+    k_i = 4e-7 * math.pi * 80**2 * 12e-4 * 4.0 / 0.5e-3**2
+    assert point.k_i == pytest.approx(k_i, rel=1e-6)
+    assert point.k_s == pytest.approx(k_i * 4.0 / 0.5e-3, rel=1e-6)
+    row = dict(zip(DATA_HEADS, bearing(iron=IRON).data(0.0), strict=True))
+    assert float(row["K_i (N/A)"]) == pytest.approx(k_i, rel=1e-3)
+    assert float(row["tilt (N m/rad)"]) < 0.0
+    assert bearing().data(0.0)[-1] == "laminated"
+
+
+def test_material_and_corner_of_the_same_iron_make_the_same_lag():
+    material = bearing(iron=IRON)
+    corner = f"{material.corner / (2.0 * math.pi)!r} Hz"
+    assert bearing(iron={"corner": corner}).corner == pytest.approx(material.corner, rel=1e-12)
+    assert len(material.lag(50e-6).poles) > 5
+    assert len(bearing().lag(50e-6).poles) == 0
+
+
+def test_the_bearing_balances_thrust_and_weight():
+    """A thrust along z is carried by a force against z, and so is a weight along z."""
+    assert bearing(thrust="100 N").loads(0.0) == (-100.0,)
+    assert bearing(thrust=["-50 N", "100 N"]).loads(-30.0) == (80.0, -70.0)
+    assert bearing().loads(-30.0) == (30.0,)
+
+
+@pytest.mark.parametrize(("tilt", "share"), [("0 deg", 0.0), ("30 deg", -0.5), ("90 deg", -1.0), ("-90 deg", 1.0)])
+def test_gravity_pulls_against_z_if_the_end_of_largest_z_is_up(tilt, share):
+    file = machine(tilt=tilt)
+    assert file.axial_gravity == pytest.approx(9.81 * share, abs=1e-12)
+    across = file.as_scenario(100.0).gravity
+    assert across == pytest.approx(9.81 * math.sqrt(1.0 - share**2), abs=1e-7)
+    assert across >= 0.0
+
+
+def test_a_machine_without_tilt_has_the_gravity_of_its_file():
+    assert machine().as_scenario(100.0).gravity == "9.81 m/s2"
+    assert machine().axial_gravity == 0.0
+
+
+@pytest.mark.parametrize(
+    ("changes", "sentence"),
+    [
+        ({"gap": "0 mm"}, "thrust bearing: gap = 0 m is not allowed; it must be > 0 m"),
+        ({"gap": "3 N"}, "gap of the thrust bearing"),
+        ({"pole_area": "50 cm^2"}, "pole_area = 0.005 m2 is not allowed; it must be > 0 m2 and < 0.00377 m2"),
+        ({"saturation": "0.2 T"}, "bias_current = 4 A is not allowed; it must be less: it makes 0.402 T in the gap"),
+        ({"bandwidth": "0 Hz"}, "bandwidth = 0 rad/s is not allowed; it must be > 0 rad/s"),
+        ({"thrust": ["5 N", "-5 N"]}, "thrust = 5 to -5 N is not allowed; it must be finite, ascending"),
+        ({"k_i": "100 N/A"}, "needs either pole_area, gap, turns"),
+        ({"turns": None}, "needs either pole_area, gap, turns"),
+        ({"iron": {"conductivity": "4e6 S/m"}}, "needs either corner, or conductivity, permeability, slot_depth"),
+        ({"iron": IRON | {"corner": "90 Hz"}}, "needs either corner, or conductivity, permeability, slot_depth"),
+        ({"iron": {}}, "needs either corner, or conductivity, permeability, slot_depth"),
+        ({"iron": {"corner": "0 Hz"}}, "corner of the thrust bearing = 0 rad/s is not allowed"),
+        ({"iron": {"corner": "1e-3 Hz"}}, r"corner of the eddy currents = 0.00628 rad/s .* >= 6.28 rad/s \(1 Hz\)"),
+        ({"iron": IRON | {"permeability": 0.5}}, "permeability = 0.5 is not allowed; it must be > 1"),
+        ({"poles": 2}, "poles"),
+    ],
+)
+def test_a_thrust_bearing_that_cannot_be_built_is_refused_in_a_sentence(changes, sentence):
+    with pytest.raises(ValueError, match=sentence):
+        machine(thrust_bearing=GEOMETRY | changes)
+
+
+def test_iron_of_a_data_sheet_needs_its_corner():
+    assert ThrustBearing(**SHEET).bearing.capacity == 480.0
+    with pytest.raises(ValueError, match="iron of a thrust bearing with k_i and k_s needs corner"):
+        ThrustBearing(**SHEET, iron=IRON)
+
+
+def test_a_shaft_beyond_the_vertical_is_refused():
+    with pytest.raises(ValueError, match="tilt = 91 deg is not allowed; it must be >= -90 deg and <= 90 deg"):
+        machine(tilt="91 deg")
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        ('inputs = ["a", "b"]\noutputs = ["i"]', "has 2 signals and 1 demands; it must have one of each"),
+        ('inputs = ["a"]\noutputs = ["i"]\ngain = [["0 rpm", 1.0], ["9 rpm", 2.0]]', "depends on speed"),
+    ],
+)
+def test_a_controller_of_other_signals_or_speeds_is_refused(tmp_path, text, sentence):
+    head, _, gain = text.partition("\ngain")
+    channel = '\nsample_time = "50 us"\n[[channel]]\nfrom = "a"\nto = "i"\n' + (f"gain{gain}" if gain else "")
+    (tmp_path / "axial.toml").write_text(head + channel, encoding="utf-8")
+    with pytest.raises(ValueError, match=sentence):
+        _ = bearing(controller=str(tmp_path / "axial.toml")).law
+
+
+def test_the_path_of_the_controller_is_relative_to_the_machine_file():
+    assert Path(load_machine(FILE).thrust_bearing.controller) == FILE.parent / "axial.toml"

@@ -1,0 +1,182 @@
+"""The FMU adapter with the actuator FMU, in a process of its own; the cache of FMUs."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import pytest
+
+from amb_cosim.cosim.basics.choices import FLAVOURS
+from amb_cosim.cosim.fmu import binding2, fmus
+from amb_cosim.cosim.fmu.bindings import ERROR, MOST_WARNINGS, WARNING, Log
+from amb_cosim.cosim.fmu.fmu_description import read_interface
+from amb_cosim.cosim.fmu.fmu_interface import Port
+from amb_files.suggestions import suggest
+from rotor_analysis.packaged_rotors import rotor_path
+
+PREPARE = """
+from contextlib import redirect_stdout
+from io import StringIO
+from pathlib import Path
+from amb_cosim.cosim.basics.errors import FmuError
+from amb_cosim.cosim.fmu.component import FmuComponent
+from amb_cosim.cosim.fmu.fmu_description import read_interface
+folder = Path({folder!r})
+interface = read_interface(folder, "actuator")
+def load(start={{}}, name="actuator"):
+    return FmuComponent(name, folder, interface, ["mb1.x", "mb1.i_x"], ["mb1.clipped_x", "mb1.f_x"], start)
+"""
+
+PASSING = """
+c, result = load({"force_law": 1.0, "mb1.k_s_measured_x": 1e6, "mb1.k_i_measured_x": 100.0}), []
+c.enter(-1.0); c.write(); c.leave()
+for u in ((1e-4, 2.0), (1e-4, 50.0)):
+    c.inputs[:] = u
+    c.write(); c.step(0.0, 1e-3); c.read()
+    result.append(c.outputs.tolist())
+c.close(); c.close()
+"""
+
+REFUSED = """
+good, bad = load(name="good"), load(name="bad")
+for c in (good, bad):
+    c.enter(0.0); c.leave()
+bad.inputs[:] = 2e-3, 0.0
+bad.write()
+try:
+    bad.step(0.25, 1e-3)
+except FmuError as error:
+    result = [error.status, str(error)]
+good.write(); good.step(0.25, 1e-3)
+with redirect_stdout(StringIO()) as printed:
+    for c in (good, bad):
+        c.close()
+result.append(printed.getvalue())
+"""
+
+
+@pytest.fixture(scope="module")
+def actuator():
+    return fmus.ensure_built("amb_actuator", "python").folder
+
+
+def test_values_pass_in_both_directions_whatever_their_type(run_python, actuator):
+    first, second = run_python(PREPARE.format(folder=str(actuator)) + PASSING)
+    assert first == pytest.approx([0.0, 100.0 + 200.0])
+    assert second[0] == 1.0
+
+
+@pytest.mark.parametrize("flavour", FLAVOURS)
+def test_a_refused_step_carries_status_and_log_of_its_own_component(run_python, flavour):
+    folder = fmus.ensure_built("amb_actuator", flavour).folder
+    status, said, more = run_python(PREPARE.format(folder=str(folder)) + REFUSED)
+    assert status == "Error"
+    assert said.startswith("fmi2DoStep answered Error: at t = 0.25 s: mb1.x = 0.002 m is not allowed")
+    assert more == "", "an instance that failed is freed without further words"
+
+
+def test_the_interface_has_units_limits_and_dependencies(actuator):
+    ports = read_interface(actuator, "actuator").ports
+    force = ports["mb1.f_x"]
+    assert (force.unit, force.causality, force.type) == ("N", "output", "Real")
+    assert {"mb1.i_x", "mb1.x", "mb1.command_voltage_x", "mb1.stuck_x"} < set(force.depends_on)
+    assert all(name.startswith("mb1.") and name.endswith("x") for name in force.depends_on)
+    assert force.definition[:3] == (1.0, 1.0, -2.0)
+    assert ports["mb1.gap_x"].minimum == 1e-6
+    law = ports["force_law"]
+    assert (law.type, law.maximum, law.items) == ("Integer", 2.0, {"linear": 0, "measured": 1, "nonlinear": 2})
+
+
+def test_what_is_no_fmu_is_refused(tmp_path):
+    with pytest.raises(ValueError, match=r"rotor: .* is not a readable FMU"):
+        read_interface(tmp_path, "rotor")
+
+
+@pytest.mark.parametrize("version", ["1.0", "2.0", "3.0", "4.0"])
+def test_an_fmu_of_another_kind_is_refused_with_what_is_taken(monkeypatch, tmp_path, version):
+    result = SimpleNamespace(fmiVersion=version, coSimulation=None if version in ("2.0", "3.0") else SimpleNamespace())
+    monkeypatch.setattr("fmpy.read_model_description", lambda *_: result)
+    with pytest.raises(ValueError, match=r"is not a co-simulation FMU of FMI 2\.0 or 3\.0"):
+        read_interface(tmp_path, "rotor")
+
+
+def test_a_switch_is_told_its_values():
+    assert Port("on", "Boolean", "input", 0).allowed() == "true or false"
+
+
+@pytest.mark.parametrize(
+    ("environment", "instance", "text", "kept"),
+    [
+        (8, b"other", b"plant: too fast", [(3, "too fast")]),  # PythonFMU names its own instance in the text
+        (8, b"plant", b"too: fast", [(3, "too: fast")]),
+        (7, b"other", b"too fast", [(3, "too fast")]),
+        (7, None, b"trop \xe9lev\xe9", [(3, "trop \ufffdlev\ufffd")]),
+        (8, b"other", b"trop \xe9lev\xe9", []),
+        (None, None, None, []),
+    ],
+)
+def test_a_message_reaches_the_log_of_its_instance(monkeypatch, capsys, environment, instance, text, kept):
+    monkeypatch.setattr(binding2, "_logs", {"plant": (log := Log()), 7: log})
+    binding2._receive(environment, instance, ERROR, b"", text)
+    assert log.messages == kept
+    assert bool(capsys.readouterr().out) != bool(kept)
+
+
+def test_a_log_keeps_all_errors_and_so_many_warnings():
+    log = Log()
+    for status in (WARNING, ERROR):
+        for _ in range(MOST_WARNINGS + 5):
+            log.add(status, "said")
+    statuses = [status for status, _ in log.messages]
+    assert statuses.count(WARNING) == MOST_WARNINGS
+    assert statuses.count(ERROR) == MOST_WARNINGS + 5
+
+
+def test_a_package_that_is_not_installed_is_named():
+    with pytest.raises(ValueError, match="package amb_nothing is not installed"):
+        fmus._code("amb_nothing")
+
+
+def test_a_model_is_built_once(actuator, monkeypatch):
+    monkeypatch.setattr(fmus, "model_source", lambda *_, **__: pytest.fail("made again"))
+    assert fmus.ensure_built("amb_actuator", "python").folder == actuator
+
+
+def test_an_fmu_is_made_anew_for_what_it_is_made_from_alone(tmp_path, monkeypatch):
+    def provided(name, text="", table=""):
+        rotor, receptances = tmp_path / "rotor.toml", tmp_path / "table.toml"
+        rotor.write_text(rotor_path().read_text(encoding="utf-8") + text, encoding="utf-8")
+        receptances.write_text(table, encoding="utf-8")
+        return fmus.ensure_built(name, "python", rotor=rotor, receptances=receptances).folder
+
+    plant, actuator = provided("rotor_contact"), provided("amb_actuator")
+    assert provided("rotor_contact") == plant
+    assert provided("rotor_contact", "# another file\n") != plant
+    assert provided("amb_actuator", table="# another table\n") == actuator
+    monkeypatch.setattr(fmus, "_code", lambda package: package.encode() + b"changed")
+    assert provided("amb_actuator") != actuator
+
+
+def test_unknown_models_and_paths_are_refused(tmp_path):
+    with pytest.raises(ValueError, match="no model 'amb_actuators'; did you mean amb_actuator"):
+        fmus.ensure_built("amb_actuators")
+    models = "amb_actuator, levitated_rotor, linear_controller, rolac_controller, rotor_contact"
+    with pytest.raises(ValueError, match=f"it must be a path or one of {models}"):
+        fmus.provide(str(tmp_path / "none.fmu"))
+
+
+def test_a_file_is_extracted_once_for_its_content(actuator, tmp_path):
+    path = tmp_path / "copy.fmu"
+    path.write_bytes((actuator.parent / "amb_actuator.fmu").read_bytes())
+    first = fmus.provide(str(path))
+    assert read_interface(first.folder, "copy").guid == read_interface(actuator, "original").guid
+    description = first.folder / "modelDescription.xml"
+    extracted = description.stat().st_mtime_ns
+    assert fmus.provide(str(path)).folder == first.folder
+    assert description.stat().st_mtime_ns == extracted
+
+
+def test_suggestions_name_what_is_near_or_what_there_is():
+    assert suggest("mb1.xx", ["mb1.x", "theta"]) == "did you mean mb1.x?"
+    assert suggest("zzz", ["mb1.x", "theta"]) == "there are mb1.x, theta"
+    assert suggest("zzz", [str(k) for k in range(20)]).endswith("and 8 more")

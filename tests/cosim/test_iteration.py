@@ -1,0 +1,176 @@
+"""Iterative coupling on components that are a line of arithmetic."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from interfaces import interface
+from scipy.linalg import expm
+
+from amb_cosim.cosim.basics.errors import StepFailed
+from amb_cosim.cosim.fmu.fmu_interface import Port
+from amb_cosim.cosim.master.master import Master
+from amb_cosim.cosim.system.signal_map import SignalMap
+from amb_cosim.cosim.system.system import Component, Connection, System
+
+A = np.array([[-1.0, 2.0], [-3.0, -0.5]])
+START = np.array([1.0, 0.5])
+
+
+class Lag:
+    """x' = a x + b u with u held, solved exactly; y = x. It counts what it is asked to do."""
+
+    every = 1
+
+    def __init__(self, name, a, b, x):
+        self.name, self.a, self.b, self.x = name, a, b, x
+        self.inputs, self.outputs = np.zeros(1), np.zeros(1)
+        self.steps = self.restores = 0
+        self.kept = None
+
+    def enter(self, start_time): ...
+    def leave(self): ...
+    def close(self): ...
+
+    def write(self):
+        self.u = self.inputs[0]
+
+    def read(self):
+        self.outputs[0] = self.x
+
+    def step(self, time, step_size):
+        self.steps += 1
+        self.x = np.exp(self.a * step_size) * self.x + np.expm1(self.a * step_size) / self.a * self.b * self.u
+
+    def save(self):
+        self.kept = self.x
+
+    def restore(self):
+        self.restores += 1
+        self.x = self.kept
+
+
+class Gain(Lag):
+    """y = b u, without a state."""
+
+    def step(self, time, step_size):
+        self.steps += 1
+        self.x = self.b * self.u
+
+
+def pair(weights=(0.5, 0.5)):
+    lags = [Lag("ab"[i], A[i, i], A[i, 1 - i], START[i]) for i in (0, 1)]
+    wiring = SignalMap(("a", "b"), 0, (np.array([1]), np.array([0])), ((), ()), tuple(np.array([w]) for w in weights))
+    return lags, wiring
+
+
+def end(components, wiring, steps, duration=1.0, coupling="iterative"):
+    master = Master(components, wiring, duration / steps, coupling)
+    master.initialise()
+    master.run(0, steps)
+    return master.values.copy()
+
+
+def implicit(h, weight):
+    """One step of the pair as one linear system: x+ = E x + B ((1 - w) x + w x+), solved for x+."""
+    local = np.diag(A)
+    E = np.diag(np.exp(local * h))
+    B = (np.expm1(local * h) / local)[:, None] * (A - np.diag(local))
+    return np.linalg.solve(np.eye(2) - weight * B, E + (1.0 - weight) * B)
+
+
+@pytest.mark.parametrize("weight", [0.5, 1.0])
+def test_a_step_is_that_of_the_implicit_equations(weight):
+    expected = np.linalg.matrix_power(implicit(0.05, weight), 20) @ START
+    np.testing.assert_allclose(end(*pair((weight, weight)), steps=20), expected, rtol=1e-8)
+
+
+@pytest.mark.parametrize(("weight", "order"), [(0.5, 2.0), (1.0, 1.0), (0.0, 1.0)])
+def test_order_of_convergence(weight, order):
+    exact = expm(A) @ START
+    errors = [np.linalg.norm(end(*pair((weight, weight)), steps=steps) - exact) for steps in (50, 100, 200, 400)]
+    np.testing.assert_allclose(np.log2(np.array(errors[:-1]) / errors[1:]), order, atol=0.1)
+
+
+def test_inputs_from_the_beginning_of_the_step_need_no_repetition():
+    """With weights 0 the steps are those of Jacobi order."""
+    lags, wiring = pair((0.0, 0.0))
+    result = end(lags, wiring, steps=10)
+    assert [(lag.steps, lag.restores) for lag in lags] == [(10, 0), (10, 0)]
+    np.testing.assert_array_equal(result, end(*pair(), steps=10, coupling="jacobi"))
+
+
+def test_only_components_whose_inputs_have_changed_are_repeated():
+    lags, wiring = pair((0.0, 0.5))
+    end(lags, wiring, steps=10)
+    first, second = lags
+    assert (first.steps, first.restores) == (10, 0)
+    assert second.restores == 0, "the first has stepped before it, and does not change any more"
+
+
+def test_what_depends_on_the_inputs_of_the_step_is_passed_on_as_it_is():
+    """A lag under its own output through a gain: the trapezoidal rule, with the gain's weight 1 and the lag's 1/2."""
+    a, k, h, steps = -1.0, -3.0, 0.01, 100
+    lag, gain = Lag("lag", a, 1.0, 1.0), Gain("gain", 0.0, k, 1.0 * k)
+    weights = (np.array([1.0]), np.array([0.5]))
+    wiring = SignalMap(("lag", "gain"), 0, (np.array([1]), np.array([0])), ((), (0,)), weights)
+    E, B = np.exp(a * h), np.expm1(a * h) / a * k
+    expected = ((E + 0.5 * B) / (1.0 - 0.5 * B)) ** steps
+    assert end([lag, gain], wiring, steps)[0] == pytest.approx(expected, rel=1e-8)
+
+
+def test_a_step_that_does_not_settle_fails_and_names_the_source():
+    """A gain of -2 around two components without states: each repetition doubles the difference."""
+    gains = [Gain(name, 0.0, b, 1.0) for name, b in (("a", -2.0), ("b", 1.0))]
+    wiring = SignalMap(("a.y", "b.y"), 0, (np.array([1]), np.array([0])), ((), ()), (np.array([1.0]), np.array([1.0])))
+    with pytest.raises(
+        StepFailed, match=r"a failed at t = 0 s: its input from b\.y still changes after 30 repetitions"
+    ):
+        end(gains, wiring, steps=10)
+
+
+def test_a_component_with_a_rate_of_its_own_is_refused():
+    lags, wiring = pair()
+    lags[1].every = 2
+    with pytest.raises(ValueError, match="b steps every 2 points; iterative coupling requires each"):
+        end(lags, wiring, steps=10)
+
+
+def test_weights_follow_from_what_outputs_depend_on():
+    interfaces = {
+        "plant": interface(
+            Port("f", "Real", "input", 0),
+            Port("x", "Real", "output", 1),
+            Port("contact", "Integer", "output", 2),
+        ),
+        "actuator": interface(
+            Port("x", "Real", "input", 0),
+            Port("i", "Real", "input", 1),
+            Port("contact", "Integer", "input", 2),
+            Port("f", "Real", "output", 3, depends_on=("x", "i")),
+        ),
+        "controller": interface(
+            Port("sample_time", "Real", "parameter", 0),
+            Port("x", "Real", "input", 1),
+            Port("u", "Real", "input", 2),
+            Port("i", "Real", "output", 3, depends_on=("x",)),
+        ),
+    }
+    links = [("plant.x", "actuator.x"), ("plant.contact", "actuator.contact"), ("controller.i", "actuator.i")]
+    links += [("actuator.f", "plant.f"), ("plant.x", "controller.x")]
+    components = tuple(Component(name, name) for name in interfaces)
+    system = System("s", "d", components, tuple(Connection(*link) for link in links))
+    wiring, inputs, _ = system.wiring(interfaces, ["controller.u"])
+    weights = {
+        f"{name}.{variable}": weight
+        for (name, variables), of_one in zip(inputs.items(), wiring.weights, strict=True)
+        for variable, weight in zip(variables, of_one.tolist(), strict=True)
+    }
+    assert weights == {
+        "plant.f": 1.0,
+        "actuator.x": 0.5,
+        "actuator.i": 1.0,
+        "actuator.contact": 0.0,
+        "controller.x": 0.0,
+        "controller.u": 0.0,
+    }

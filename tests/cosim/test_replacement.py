@@ -1,0 +1,194 @@
+"""What a system asks of an FMU that takes the place of another, and what an overlay takes away."""
+
+import pytest
+from interfaces import of_reals
+
+from amb_cosim.cosim.fmu.fmu_interface import FmuInterface, Port
+from amb_cosim.cosim.system.patterns import expand
+from amb_cosim.cosim.system.replacement import missing_ports, notices, original, with_units, without_lacking
+from amb_cosim.cosim.system.system import Component, Connection, Signal, System
+from amb_cosim.cosim.system.system_file import load_system
+
+FIRST = {
+    "control": of_reals(["mb1.x", "mb2.x", "Omega"], ["mb1.i", "mb2.i"]),
+    "magnet": of_reals(
+        ["mb1.i", "mb2.i", "mb1.x", "mb2.x"], ["mb1.f", "mb2.f", "mb1.k", "mb1.ref", "mb2.k", "mb2.ref"]
+    ),
+    "rotor": of_reals(
+        ["Omega", "mb1.f", "mb2.f", "d1.f", "mb1.k", "mb1.ref", "mb2.k", "mb2.ref"], ["mb1.x", "mb2.x", "theta"]
+    ),
+}
+SYSTEM = System(
+    "rig",
+    "",
+    (
+        Component("control", "control"),
+        Component("magnet", "magnet", mandatory=("*.i",)),
+        Component("rotor", "rotor", mandatory=("Omega",)),
+    ),
+    (
+        Connection("control.*.i", "magnet.*.i"),
+        Connection("rotor.*.x", "magnet.*.x"),
+        Connection("magnet.*.f", "rotor.*.f"),
+        Connection("magnet.*.k", "rotor.*.k", "gradient"),
+        Connection("magnet.*.ref", "rotor.*.ref", "gradient"),
+        Connection("rotor.*", "control.*"),
+    ),
+    (Signal("Omega", ("rotor.Omega", "control.Omega")),),
+)
+
+
+def swapped(**interfaces):
+    """The expanded system with other interfaces, and what they lack."""
+    system = SYSTEM
+    for name in interfaces:
+        system = system.with_fmu(name, f"folder/{name}.fmu")
+    now = FIRST | interfaces
+    result = expand(without_lacking(system, now), now)
+    return result, missing_ports(result, now, expand(original(system), FIRST))
+
+
+def test_a_role_needs_the_outputs_that_others_read_and_no_inputs():
+    system, missing = swapped(control=of_reals([], ["mb1.i", "mb2.i"]))
+    assert not missing
+    assert not [link for link in system.connections if link.target.startswith("control.")]
+    assert system.signal("Omega").targets == ("rotor.Omega",)
+
+
+def test_all_that_is_missing_is_in_one_list():
+    _, missing = swapped(control=of_reals(["mb1.x"], []), magnet=of_reals([], ["mb1.f"]))
+    assert missing == ["magnet: magnet.fmu must have the outputs mb2.f, which other components need"]
+    _, missing = swapped(control=of_reals(["mb1.x"], []), rotor=of_reals(["mb1.f"], ["mb2.x"]))
+    assert missing == [
+        "control: control.fmu must have the outputs mb1.i, mb2.i, which other components need",
+        "rotor: rotor.fmu must have the outputs mb1.x, which other components need",
+        "signal Omega feeds nothing: rotor.Omega or control.Omega must be an input",
+    ]
+
+
+def test_an_option_is_left_out_as_a_whole():
+    forces = ["mb1.f", "mb2.f"]
+    system, missing = swapped(magnet=of_reals(["mb1.i", "mb2.i"], forces))
+    assert not missing
+    assert not [link for link in system.connections if link.option]
+    _, missing = swapped(magnet=of_reals(["mb1.i", "mb2.i"], [*forces, "mb1.k", "mb1.ref", "mb2.k"]))
+    assert missing == ["magnet: magnet.fmu must have the outputs mb2.ref, which other components need"]
+    _, missing = swapped(rotor=of_reals(["Omega", *forces, "mb1.k", "mb2.k"], ["mb1.x", "mb2.x"]))
+    assert missing == ["rotor: rotor.fmu must have the inputs mb1.ref, mb2.ref, which other components need"]
+
+
+def test_inputs_that_nothing_feeds_and_values_that_are_dropped_are_told():
+    control = of_reals(["mb1.x", "mb1x"], ["mb1.i", "mb2.i"])
+    system, _ = swapped(control=control)
+    assert notices(system, FIRST | {"control": control}, ["Omega"], ["control.gain", "control.k_?"]) == [
+        "control: control.fmu has no gain, k_?; its settings are ignored",
+        "control: nothing feeds mb1x; start values apply",
+    ]
+
+
+def test_a_variable_without_unit_has_that_of_the_one_it_replaces():
+    old = FmuInterface("a", "", "", {n: Port(n, "Real", "input", 0, unit="rad/s") for n in ("Omega", "other")})
+    new = FmuInterface("b", "", "", {"Omega": Port("Omega", "Real", "input", 7), "k": Port("k", "Real", "input", 8)})
+    named = with_units(new, old)
+    assert (named.ports["Omega"].unit, named.ports["Omega"].reference, named.ports["k"].unit) == ("rad/s", 7, None)
+
+
+BASE = """
+[[component]]
+name = "control"
+fmu = "control.fmu"
+[[component]]
+name = "rotor"
+fmu = "rotor.fmu"
+mandatory = ["Omega"]
+[[connect]]
+from = "rotor"
+to = "control"
+variables = ["*"]
+[[connect]]
+from = "control"
+to = "rotor"
+variables = { "mb1.i" = "mb1.f" }
+[[signal]]
+name = "Omega"
+targets = ["rotor.Omega", "control.Omega"]
+[parameters.rotor]
+"mb?.gap" = "1 mm"
+mass = 3
+"""
+
+
+@pytest.fixture
+def overlay(tmp_path):
+    """`overlay(text)`: the system of a file in a folder beside that of its base."""
+
+    def load(text):
+        for folder, name, content in (("below", "rig.toml", BASE), ("above", "mine.toml", text)):
+            (tmp_path / folder).mkdir(exist_ok=True)
+            (tmp_path / folder / name).write_text(content, encoding="utf-8")
+        return load_system(tmp_path / "above" / "mine.toml")
+
+    return load
+
+
+def test_paths_are_relative_to_the_file_that_they_stand_in(overlay, tmp_path):
+    system = overlay('base = "../below/rig.toml"\n[[component]]\nname = "control"\nfmu = "mine.fmu"\n')
+    files = {c.name: (tmp_path / "above" / c.fmu).resolve() for c in system.components}
+    assert files["control"] == (tmp_path / "above" / "mine.fmu").resolve()
+    assert files["rotor"] == (tmp_path / "below" / "rotor.fmu").resolve()
+
+
+def test_a_component_of_the_same_name_replaces_and_inherits_its_connections(overlay):
+    system = overlay('base = "../below/rig.toml"\n[[component]]\nname = "rotor"\nfmu = "mine.fmu"\n')
+    rotor = system.component("rotor")
+    assert rotor.replaces.endswith("rotor.fmu")
+    assert rotor.mandatory == ("Omega",)
+    assert all(link.inherited for link in system.connections)
+
+
+@pytest.mark.parametrize(("before", "order"), [("", "control rotor filter"), ("rotor", "control filter rotor")])
+def test_a_new_component_comes_last_or_where_it_says(overlay, before, order):
+    where = f'before = "{before}"\n' if before else ""
+    system = overlay(f'base = "../below/rig.toml"\n[[component]]\nname = "filter"\nfmu = "filter.fmu"\n{where}')
+    assert [c.name for c in system.components] == order.split()
+
+
+def test_a_new_component_cannot_come_before_one_that_is_not_there(overlay):
+    with pytest.raises(ValueError, match="no component 'rotr'; did you mean rotor"):
+        overlay('base = "../below/rig.toml"\n[[component]]\nname = "filter"\nfmu = "f.fmu"\nbefore = "rotr"\n')
+
+
+def test_remove_takes_away_parameters_feeds_and_components(overlay):
+    removed = 'remove = ["rotor.mb?.gap", "control.s*", "control.Omega", "rotor.mb1.f"]'
+    system = overlay(f'base = "../below/rig.toml"\n{removed}\n')
+    assert system.parameters == {"rotor": {"mass": 3}}
+    assert system.signal("Omega").targets == ("rotor.Omega",)
+    ports = {
+        "control": of_reals(["s1", "s2", "theta", "Omega"], ["mb1.i"]),
+        "rotor": of_reals(["Omega"], ["s1", "s2", "theta"]),
+    }
+    assert [link.target for link in expand(system, ports).connections] == ["control.theta"]
+    alone = overlay('base = "../below/rig.toml"\nremove = ["control"]\n')
+    assert [c.name for c in alone.components] == ["rotor"]
+    assert not alone.connections
+    assert alone.signal("Omega").targets == ("rotor.Omega",)
+
+
+@pytest.mark.parametrize(
+    ("entry", "message"),
+    [
+        ("contrl", "no component 'contrl'; did you mean control"),
+        ("rotor.mb1.g", "the base gives rotor no 'mb1.g'; did you mean mb1.f"),
+        ("rotor.mas", "the base gives rotor no 'mas'; did you mean mass"),
+    ],
+)
+def test_remove_names_what_is_there(overlay, entry, message):
+    with pytest.raises(ValueError, match=message.replace("?", r"\?")):
+        overlay(f'base = "../below/rig.toml"\nremove = ["{entry}"]\n')
+
+
+def test_a_removed_input_of_a_pattern_must_exist(overlay):
+    system = overlay('base = "../below/rig.toml"\nremove = ["control.s9"]\n')
+    ports = {"control": of_reals(["s1"], ["mb1.i"]), "rotor": of_reals(["Omega", "mb1.f"], ["s1"])}
+    with pytest.raises(ValueError, match="control has no parameter or input 's9'; there are s1"):
+        expand(system, ports)

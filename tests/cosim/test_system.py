@@ -1,0 +1,202 @@
+"""Wiring as data: an error names both ends of the connection."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from fnmatch import fnmatchcase
+
+import pytest
+from interfaces import interface
+
+from amb_cosim.cosim.fmu.fmu_interface import Port
+from amb_cosim.cosim.system.system import Component, Connection, Signal, System
+from amb_cosim.cosim.system.system_file import load_experiment, load_system
+from amb_cosim.cosim.system.tables import time_of
+
+METRE = (0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0)
+MILLIMETRE = (*METRE[:8], 1e-3, 0.0)
+FORCE = (1.0, 1.0, -2.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0)
+
+
+INTERFACES = {
+    "rotor": interface(
+        Port("f", "Real", "input", 0, unit="N", definition=FORCE),
+        Port("Omega", "Real", "input", 1, unit="rad/s"),
+        Port("x", "Real", "output", 2, unit="m", definition=METRE),
+        Port("xmm", "Real", "output", 3, unit="mm", definition=MILLIMETRE),
+        Port("state", "Integer", "output", 4),
+        Port("plain", "Real", "output", 5),
+        Port("mass", "Real", "parameter", 6, unit="kg"),
+    ),
+    "magnet": interface(
+        Port("x", "Real", "input", 0, unit="metre", definition=METRE),
+        Port("f", "Real", "output", 1, unit="N", definition=FORCE, depends_on=("x",)),
+        Port("speed", "Real", "input", 2, unit="Hz"),
+    ),
+}
+
+SYSTEM = System(
+    "pair",
+    "A rotor and a magnet",
+    (Component("magnet", "magnet", mandatory=("x",)), Component("rotor", "rotor", mandatory=("f", "Omega"))),
+    (Connection("rotor.x", "magnet.x"), Connection("magnet.f", "rotor.f")),
+    (Signal("Omega", ("rotor.Omega",)),),
+)
+
+
+def linked(source: str, target: str) -> tuple[Connection, ...]:
+    return (*(c for c in SYSTEM.connections if c.target != target), Connection(source, target))
+
+
+def more(source: str, target: str) -> tuple[Connection, ...]:
+    return (*SYSTEM.connections, Connection(source, target))
+
+
+def signal(*targets: str) -> tuple[Signal, ...]:
+    return (Signal("Omega", ("rotor.Omega", *targets)),)
+
+
+def test_equal_units_may_have_different_names():
+    assert INTERFACES["rotor"].ports["x"].unit != INTERFACES["magnet"].ports["x"].unit
+    SYSTEM.check(INTERFACES)
+
+
+REFUSED = [
+    (
+        {"connections": linked("stator.x", "magnet.x")},
+        "no component 'stator'; there are magnet, rotor (connected with magnet.x)",
+    ),
+    (
+        {"connections": linked("rotor.xm", "magnet.x")},
+        "rotor has no variable 'xm'; did you mean xmm*(connected with magnet.x)",
+    ),
+    (
+        {"connections": linked("rotor.f", "magnet.x")},
+        "rotor.f is an input, but a connection needs an output there; there are x, xmm*",
+    ),
+    (
+        {"connections": more("rotor.x", "rotor.mass")},
+        "rotor.mass is a parameter, but a connection needs an input there*",
+    ),
+    (
+        {"connections": linked("rotor.state", "magnet.x")},
+        "rotor.state is Integer and magnet.x is Real; connected variables must have the same type",
+    ),
+    (
+        {"connections": linked("rotor.x", "rotor.f")},
+        "rotor.x is in m and rotor.f is in N; connected variables must have the same unit",
+    ),
+    ({"connections": linked("rotor.xmm", "magnet.x")}, "*rotor.xmm is in mm and magnet.x is in metre*"),
+    ({"signals": signal("magnet.speed")}, "*rotor.Omega is in rad/s and magnet.speed is in Hz*"),
+    ({"connections": more("rotor.plain", "magnet.x")}, "magnet.x is connected twice: to rotor.x and to rotor.plain"),
+    ({"signals": signal("rotor.f")}, "rotor.f is connected twice: to magnet.f and to signal Omega"),
+    ({"connections": linked("magnet.f", "rotor.f")[1:]}, "magnet.x must be connected but is not; there are rotor.x"),
+]
+
+
+@pytest.mark.parametrize(("changes", "message"), REFUSED)
+def test_an_error_names_both_ends_and_what_would_do(changes, message):
+    with pytest.raises(ValueError) as caught:  # noqa: PT011 - the whole message is compared
+        replace(SYSTEM, **changes).check(INTERFACES)
+    assert fnmatchcase(str(caught.value), message)
+
+
+def test_a_port_without_a_unit_connects_to_any():
+    replace(SYSTEM, connections=linked("rotor.plain", "magnet.x")).check(INTERFACES)
+
+
+def test_a_component_name_must_be_unique():
+    with pytest.raises(ValueError, match="components named twice: rotor"):
+        replace(SYSTEM, components=(Component("rotor", "a"), Component("rotor", "b")))
+
+
+def test_wiring_puts_exogenous_signals_first_and_gathers_by_position():
+    wiring, inputs, outputs = SYSTEM.wiring(INTERFACES, ["Omega"], ["rotor.state"])
+    assert wiring.names == ("Omega", "magnet.f", "rotor.x", "rotor.state")
+    assert inputs == {"magnet": ["x"], "rotor": ["f", "Omega"]}
+    assert outputs == {"magnet": ["f"], "rotor": ["x", "state"]}
+    assert [s.tolist() for s in wiring.sources] == [[2], [1, 0]]
+    assert wiring.depends_on == ((), (2,), (), ())
+
+
+def test_a_scheduled_input_is_its_own_source():
+    system = replace(SYSTEM, signals=())
+    wiring, inputs, _ = system.wiring(INTERFACES, ["rotor.Omega"])
+    assert wiring.names[0] == "rotor.Omega"
+    assert wiring.sources[1].tolist() == [1, 0]
+    assert inputs["rotor"] == ["f", "Omega"]
+
+
+def test_the_gradient_can_be_left_unconnected():
+    with_gradient = load_system("levitated", {"gradient": True}).connections
+    without = load_system("levitated", {"gradient": False}).connections
+    gone = {c.target for c in set(with_gradient) - set(without)}
+    assert gone == {f"rotor_contact.*.{v}" for v in ("k_xx", "k_yy", "[xy]_ref")}
+
+
+def test_the_levitated_system_steps_controller_actuator_plant():
+    system = load_system("levitated", {})
+    assert [c.name for c in system.components] == ["rolac_controller", "amb_actuator", "rotor_contact"]
+    assert all(c.source.partition(".")[2] == c.target.partition(".")[2] for c in system.connections)
+
+
+def test_the_passive_system_is_the_rotor_alone():
+    system = load_system("passive", {})
+    assert [c.name for c in system.components] == ["rotor_contact"]
+    assert system.connections == ()
+
+
+@pytest.mark.parametrize("name", ["levitated", "passive"])
+def test_speed_and_acceleration_are_shared_and_the_end_bushes_off(name):
+    system = load_system(name, {})
+    assert {s.name for s in system.signals} == {"Omega", "Omega_dot"}
+    assert all(target.endswith(f".{s.name}") for s in system.signals for target in s.targets)
+    assert system.parameters["rotor_contact"]["eb?.enabled"] is False
+
+
+def test_unknown_system_lists_the_systems():
+    with pytest.raises(ValueError, match="no system 'levitate'; did you mean levitated"):
+        load_system("levitate", {})
+
+
+def test_a_system_file_with_a_mistake_is_named(tmp_path):
+    path = tmp_path / "mine.toml"
+    path.write_text("description = 'x'\n[[component]]\nname = 'a'\n")
+    with pytest.raises(ValueError, match=r"mine\.toml: component\[0\]\.fmu \(a\) is missing"):
+        load_system(str(path), {})
+
+
+def test_a_time_outside_its_range_is_told_with_the_range():
+    assert time_of("2 ms", "step") == 2e-3
+    for raw, limits, words in (
+        (0.0, {}, "step = 0 s is not allowed; it must be > 0 s"),
+        (-1.0, {"least": 0.0}, "step = -1 s is not allowed; it must be >= 0 s"),
+        (3.0, {"most": 2.0}, "step = 3 s is not allowed; it must be <= 2 s"),
+    ):
+        with pytest.raises(ValueError, match=words):
+            time_of(raw, "step", **limits)
+
+
+def test_the_same_fmu_replaces_nothing():
+    assert SYSTEM.with_fmu("rotor", "rotor") is SYSTEM
+    assert SYSTEM.with_fmu("rotor", "mine.fmu").replaced == ("rotor",)
+
+
+def test_a_model_that_is_made_from_a_file_is_left_open_and_not_replaced():
+    system = load_system("levitated_inner_loop")
+    assert system.component("linear_controller").fmu == "linear_controller"
+    filled = system.with_fmu("linear_controller", "lead.npz")
+    assert filled.component("linear_controller").fmu == "lead.npz"
+    assert filled.replaced == ()
+    assert filled.with_fmu("linear_controller", "other.npz").replaced == ("linear_controller",)
+
+
+@pytest.mark.parametrize("end", ["rotor", "rotor.", ""])
+def test_an_end_has_a_component_and_a_variable(end):
+    with pytest.raises(ValueError, match=r"is not a component\.variable"):
+        SYSTEM.split(end)
+
+
+def test_a_system_without_an_experiment_says_so():
+    with pytest.raises(ValueError, match=r"system levitated has no table \[experiment\]"):
+        load_experiment("levitated")

@@ -1,0 +1,175 @@
+"""Pages, docstrings and messages are spelt right and written plainly; prose.toml has rules and exceptions."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+import tomllib
+from collections import defaultdict
+from fnmatch import fnmatch
+from importlib.util import find_spec
+from pathlib import Path
+
+import pytest
+from prose import CODE, Passage, passages_of
+from source_prose import passages_of_source
+
+ROOT = Path(__file__).parents[2]
+RULES = tomllib.loads(Path(__file__).with_name("prose.toml").read_text(encoding="utf-8"))
+PLAIN = {re.compile(pattern): plain for pattern, plain in RULES["plain"].items()}
+ROOMS = ("docs", "fmus", "libraries", "orchestrator", "packs", "examples", "benchmarks", "tests")
+LEFT_OUT = {"node_modules", "__pycache__", "vendor", "iframe-worker", "fmi_headers"}
+FOUND = re.compile(r"^(?P<file>.*?):(?P<line>\d+):\d+: (?P<check>[\w.]+): (?P<message>.*)$", re.MULTILINE)
+
+
+def name_of(page: Path) -> str:
+    return page.relative_to(ROOT).as_posix()
+
+
+def files(*suffixes: str) -> list[Path]:
+    inner = [file for room in ROOMS for file in (ROOT / room).rglob("*") if not LEFT_OUT & {*file.parts}]
+    return sorted(file for file in [*ROOT.glob("*"), *inner] if file.suffix in suffixes and file.is_file())
+
+
+PAGES = [page for page in files(".md") if not any(fnmatch(name_of(page), form) for form in RULES["unchecked"])]
+
+
+PACKAGES = [
+    package
+    for folder in ("fmus", "libraries", "orchestrator/amb_cosim", "packs")
+    for package in sorted((ROOT / folder).iterdir())
+    if package.is_dir() or package.suffix == ".py"
+]
+
+
+def faults(passage: Passage) -> list[str]:
+    """Return what is not plain in a passage, with the sentence."""
+    result = []
+    for sentence in passage.sentences:
+        is_sentence = passage.kind == "p" and sentence.endswith(".")
+        words = max(len(part.split()) for part in re.split(r"[:;] ", sentence))
+        if is_sentence and words > RULES["longest_sentence"]:
+            result.append(f"{words} words without a stop: {sentence}")
+        for pattern, plain in PLAIN.items():
+            if pattern.search(sentence) and (is_sentence or not pattern.pattern.startswith("^")):
+                result.append(f"write {plain!r}: {sentence}")
+    return result
+
+
+def allowed(page: str, fault: str) -> bool:
+    return any(page == entry["page"] and entry["text"] in fault for entry in RULES.get("allowed", []))
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name_of)
+def test_page_is_written_plainly(page):
+    result = [f"line {passage.line}: {fault}" for passage in passages_of(page) for fault in faults(passage)]
+    assert "\n".join(fault for fault in result if not allowed(name_of(page), fault)) == ""
+
+
+def translated(passage: Passage) -> list[str]:
+    """Return the sentences of a docstring or message that have a pattern of translated prose."""
+    return [
+        f"line {passage.line}: write {plain!r}: {sentence}"
+        for sentence in passage.sentences
+        for pattern, plain in PLAIN.items()
+        if pattern.search(sentence)
+    ]
+
+
+@pytest.mark.parametrize("package", PACKAGES, ids=name_of)
+def test_docstrings_and_messages_are_written_plainly(package):
+    sources = sorted(package.rglob("*.py")) if package.is_dir() else [package]
+    result = [
+        f"{name_of(source)}, {fault}"
+        for source in sources
+        for passage in passages_of_source(source)
+        for fault in translated(passage)
+    ]
+    assert "\n".join(result) == ""
+
+
+def test_faults_of_docstrings_and_messages_are_refused(tmp_path):
+    source = tmp_path / "texts.py"
+    source.write_text(
+        '"""What takes longest is to type it."""\n\nMESSAGE = "the force hangs on the angle"  # told\n'
+        'NAMES = ["told", f"{MESSAGE} is not told here"]\n',
+        encoding="utf-8",
+    )
+    lines = [fault.split(":")[0] for passage in passages_of_source(source) for fault in translated(passage)]
+    assert sorted(lines) == ["line 1", "line 3", "line 4"]
+
+
+def test_every_exception_is_needed(style_faults):
+    for entry in RULES.get("allowed", []):
+        assert entry["reason"]
+        result = [fault for passage in passages_of(ROOT / entry["page"]) for fault in faults(passage)]
+        assert any(entry["text"] in fault for fault in [*result, *style_faults[0][entry["page"]]]), entry["text"]
+
+
+@pytest.mark.parametrize("sentence", RULES["refused"])
+def test_translated_prose_is_refused(sentence):
+    assert faults(Passage("p", 1, sentence))
+
+
+def test_long_sentences_are_refused_and_short_ones_are_not():
+    assert faults(Passage("p", 1, "The " + "very " * RULES["longest_sentence"] + "long rotor turns."))
+    assert faults(Passage("p", 1, "The impact force depends on the rotor angle at release.")) == []
+
+
+@pytest.fixture(scope="module")
+def style_faults(tmp_path_factory):
+    """What proselint finds, by page: each page as a text of its passages, on the lines that they have there."""
+    if find_spec("proselint") is None:
+        pytest.skip("proselint is not installed (extra: dev)")
+    folder, texts = tmp_path_factory.mktemp("prose"), []
+    for number, page in enumerate(PAGES):
+        lines: dict[int, str] = defaultdict(str)
+        for passage in passages_of(page):
+            lines[passage.line] += passage.text.replace(CODE, "it") + ". "
+        texts.append([lines[line] for line in range(1, max(lines, default=0) + 1)])
+        (folder / f"{number}.md").write_text("\n".join(texts[number]), encoding="utf-8")
+    done = subprocess.run(
+        [sys.executable, "-m", "proselint", "--output-format", "compact", "check", str(folder)],
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    result = defaultdict(list)
+    for match in FOUND.finditer(f"{done.stdout}\n{done.stderr}"):
+        if not match["check"].startswith(tuple(RULES["proselint"]["disabled"])):
+            number, line = int(Path(match["file"]).stem), int(match["line"])
+            fault = f"line {line}: {match['check']}: {match['message']} {texts[number][line - 1]}"
+            result[name_of(PAGES[number])].append(fault)
+    return result, done
+
+
+def test_proselint_finds_nothing(style_faults):
+    result, _ = style_faults
+    assert [(page, fault) for page, of in result.items() for fault in of if not allowed(page, fault)] == []
+
+
+def test_proselint_ran(style_faults):
+    """It finds the straight quotes, which are disabled, so it has read the pages."""
+    _, done = style_faults
+    assert FOUND.search(f"{done.stdout}\n{done.stderr}"), done
+
+
+def spelling(*paths: str) -> subprocess.CompletedProcess[str]:
+    if find_spec("codespell_lib") is None:
+        pytest.skip("codespell is not installed (extra: dev)")
+    words = ",".join(RULES["spelling"]["allowed"])
+    command = [sys.executable, "-m", "codespell_lib", f"--ignore-words-list={words}", *paths]
+    return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+
+
+def test_words_of_pages_and_sources_are_spelt_right():
+    sources = map(name_of, files(".md", ".py", ".toml", ".j2", ".c", ".h", ".js", ".yml"))
+    done = spelling(*(file for file in sources if not file.startswith("tests/")))  # which misspell names on purpose
+    assert (done.stdout, done.returncode) == ("", 0), done.stderr
+
+
+def test_misspelt_words_are_refused(tmp_path):
+    (tmp_path / "page.md").write_text("The rotor touchs its retainer and recieves a force.\n", encoding="utf-8")
+    assert "recieves ==> receives" in spelling(str(tmp_path / "page.md")).stdout

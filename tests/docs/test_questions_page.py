@@ -1,0 +1,53 @@
+"""The page of questions has every command, study, public function and kind of file, and each command once."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Iterator
+from pathlib import Path
+
+import click
+import pytest
+
+import amb_cosim
+from amb_cosim.commands.cli import main
+
+DOCS = Path(__file__).parents[2] / "docs"
+PAGE = (DOCS / "reference/questions.md").read_text(encoding="utf-8")
+PRESENT = PAGE.partition("## Commands that left")[0]
+CODE = re.compile(r"`([^`]+)`")
+
+
+def _commands(group: click.Group, path: tuple[str, ...] = ()) -> Iterator[str]:
+    context = click.Context(group)
+    for name in group.list_commands(context):
+        command = group.get_command(context, name)
+        if isinstance(command, click.Group):
+            yield from _commands(command, (*path, name))
+        else:
+            yield " ".join((*path, name))
+
+
+def test_every_command_answers_one_question():
+    cells = [row.split("|")[3] for row in PRESENT.splitlines() if row.count("|") >= 4 and "`" in row.split("|")[3]]
+    named = Counter(name for cell in cells for name in CODE.findall(cell) if "--" not in name)
+    assert named - Counter(["run"]) == Counter(_commands(main))  # `run` also refuses what does not fit
+
+
+@pytest.mark.parametrize("name", dir(amb_cosim))
+def test_every_public_function_is_on_the_page(name):
+    assert name == "studies" or f"`{name}`" in PRESENT
+
+
+def test_every_kind_of_file_is_on_the_page():
+    files = {file.name for file in (DOCS / "reference").glob("*_file.md")}
+    assert files == {*re.findall(r"\((\w+_file\.md)\)", PRESENT)}
+
+
+def test_former_commands_are_those_that_the_command_line_refuses():
+    former = dict(row.strip("| ").replace("`", "").split(" | ") for row in PAGE.splitlines() if row.count("|") == 3)
+    controller = main.commands["controller"]
+    known = {name.split()[0] for name in main.former} | {f"controller {name}" for name in controller.former}
+    rows = {" ".join(name.split()[: 2 if name.startswith("controller") else 1]) for name in former}
+    assert known <= rows

@@ -1,0 +1,110 @@
+"""Linear parts: connected, sampled, late, and realised from their pulse responses."""
+
+from __future__ import annotations
+
+import control
+import numpy as np
+import pytest
+
+from amb_cosim.controllers.laws import Law
+from amb_cosim.linear.components import LinearComponent, connected, delayed_by_a_step, loop_of, sampled
+from amb_cosim.linear.foreign import realised, responses
+from amb_cosim.linear.loop import disk_gain_and_phase, disk_margin
+
+T = 1e-3
+MASS = Law([[0.0, 1.0], [-400.0, -0.6]], [[0.0], [2.0]], [[1.0, 0.0]], [[0.0]])
+
+
+def part(law, name, **options):
+    return LinearComponent(law, (f"{name}.u",), (f"{name}.y",), **options)
+
+
+def gain(k, time=None):
+    return Law(np.zeros((0, 0)), np.zeros((0, 1)), np.zeros((1, 0)), [[k]], time)
+
+
+def test_connected_parts_are_their_feedback():
+    """The sum that arrives at the mass is 1/(1 - k G) of what is injected there."""
+    whole = connected([part(MASS, "mass"), part(gain(-30.0), "spring")], {"mass.u": "spring.y", "spring.u": "mass.y"})
+    G = control.ss(MASS.A, MASS.B, MASS.C, MASS.D)
+    for s in (0.0, 3j, 20j + 1.0):
+        law = whole.selected(["mass.u"], ["mass.y", "mass.u"]).law
+        result = control.ss(law.A, law.B, law.C, law.D)(s)[:, 0]
+        np.testing.assert_allclose(result, np.array([G(s), 1.0]) / (1.0 + 30.0 * G(s)), rtol=1e-12)
+
+
+def test_stiff_loop_without_delay_is_solved_in_any_unit():
+    """N/m against m/N: f = 1e7 x, x = 3e-8 f + u."""
+    loop = connected([part(gain(1e7), "k"), part(gain(3e-8), "h")], {"k.u": "h.y", "h.u": "k.y"})
+    assert loop.selected(["k.u"], ["k.y"]).law.D[0, 0] == pytest.approx(1e7 / (1.0 - 0.3), rel=1e-12)
+
+
+def test_loop_that_has_no_solution_is_refused():
+    with pytest.raises(ValueError, match="close a loop without delay that has no solution"):
+        connected([part(gain(2.0), "a"), part(gain(0.5), "b")], {"a.u": "b.y", "b.u": "a.y"})
+
+
+def test_late_input_changes_within_the_sample():
+    """0.25 of a sample late is one of four short samples late."""
+    late, short = sampled(part(MASS, "mass"), T, {"mass.u": 0.25}).law, sampled(part(MASS, "mass"), T / 4).law
+    rng = np.random.default_rng(1)
+    x, fine, before = np.zeros(len(late.A)), np.zeros(2), 0.0
+    for u in rng.standard_normal(20):
+        assert (late.C @ x)[0] == pytest.approx((short.C @ fine)[0], rel=1e-12, abs=1e-18)
+        x = late.A @ x + late.B[:, 0] * u
+        for quarter in range(4):
+            fine = short.A @ fine + short.B[:, 0] * (u if quarter else before)
+        before = u
+
+
+def test_share_of_delay_and_whole_delays_meet():
+    """As the share tends to one, the loop tends to that of a sample of delay; poles move on without a jump."""
+
+    def radius(law, late):
+        parts = [part(MASS, "mass"), LinearComponent(law, ("k.u",), ("k.y",), late)]
+        return np.abs(np.linalg.eigvals(loop_of(parts, {"mass.u": "k.y", "k.u": "mass.y"}).law.A)).max()
+
+    held = Law([[0.0]], [[1.0]], [[-30.0]], [[0.0]], T)
+    assert radius(gain(-30.0, T), 1.0 - 1e-9) == pytest.approx(radius(held, 0.0), rel=1e-9)
+    assert radius(gain(-30.0, T), 0.0) < radius(gain(-30.0, T), 0.5) < radius(held, 0.0)
+
+
+def test_parts_of_other_sample_times_are_refused():
+    with pytest.raises(ValueError, match=r"sample every 0\.001 s, 0\.002 s are not allowed"):
+        loop_of([part(gain(1.0, T), "a"), part(gain(1.0, 2 * T), "b")], {})
+
+
+def test_output_at_the_end_of_a_step_reaches_the_first_a_step_later():
+    law = Law([[0.5]], [[1.0]], [[2.0]], [[3.0]], T)
+    later, names = delayed_by_a_step(part(law, "a"), ["a.y"])
+    result = responses(later.selected(["a.u"], [names["a.y"]]).law, 6)[:, 0, 0]
+    np.testing.assert_allclose(result, [0.0, *responses(law, 5)[:, 0, 0]])
+
+
+def test_pulses_tell_order_and_poles_of_a_law():
+    """Poles from 0.2 to an integrator, two inputs and outputs of units that are far apart."""
+    poles = np.array([1.0, 0.98, 0.6, 0.2])
+    rng = np.random.default_rng(2)
+    B, C = rng.standard_normal((4, 2)) * [1.0, 1e6], rng.standard_normal((2, 4)) * [[1.0], [1e-7]]
+    law = Law(np.diag(poles), B, C, [[0.0, 1.0], [0.0, 0.0]], T)
+    result = realised(responses(law, 120), T)
+    np.testing.assert_allclose(np.sort(np.linalg.eigvals(result.A).real), np.sort(poles), rtol=1e-8)
+
+
+def test_disk_margin_of_one_loop_is_that_of_python_control():
+    L = control.tf([25.0], [1.0, 10.0, 10.0, 10.0])
+    omega = np.geomspace(0.1, 100.0, 200)
+    S = (1.0 / (1.0 + L(1j * omega)))[None, None, :]
+    least = disk_margin(S).min()
+    alpha, gain_db, phase = control.disk_margins(L, omega)
+    assert least == pytest.approx(alpha, rel=1e-9)
+    gain_margin, phase_margin = disk_gain_and_phase(least)
+    assert 20.0 * np.log10(gain_margin) == pytest.approx(gain_db, rel=1e-6)
+    assert phase_margin == pytest.approx(phase, rel=1e-6)
+
+
+def test_disk_margin_does_not_depend_on_the_units_of_the_loops():
+    """Two loops that are coupled one way have the least margin of both, however large the coupling."""
+    S = np.array([[0.5 + 1.0j, 1e4], [0.0, 2.0 - 0.5j]])[:, :, None]
+    expected = 1.0 / max(abs(0.5 + 1.0j - 0.5), abs(2.0 - 0.5j - 0.5))
+    assert disk_margin(S)[0] == pytest.approx(expected, rel=1e-3)

@@ -1,0 +1,136 @@
+"""Critical speeds, amplification and cross coupling against closed forms and against ROSS."""
+
+import json
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from ross_numbers import REFERENCE, complex_numbers
+
+from amb_cosim.assessment.analyses.free_modes import _pair_text
+from amb_cosim.assessment.critical_speeds import antinodes, critical_speeds, lobe_masses
+from amb_cosim.machine.coefficients import WHIRL
+from amb_cosim.machine.response import peaks_of, separation_margin
+from amb_files.toml import validate
+from rotor_analysis.assembly import assemble
+from rotor_analysis.damping import free_modes
+from rotor_analysis.reduction import unreduced
+from rotor_analysis.response import dynamic_stiffness, unbalance_vector
+from rotor_analysis.ross_file import read_ross
+from rotor_analysis.rotor import Rotor
+from rotor_analysis.supported_rotor import SupportedRotor
+
+ROSS = json.loads((REFERENCE / "ross" / "critical_speeds.json").read_text(encoding="utf-8"))
+ROTORS = ("two_discs", "three_materials", "compressor")
+EXACT = 1e-6
+
+
+def rotor_of(name):
+    return validate(read_ross(REFERENCE / "ross" / f"{name}.toml")[0], Rotor, name)
+
+
+def free_rotor(name):
+    return assemble(rotor_of(name))
+
+
+@pytest.mark.parametrize("zeta", [0.02, 0.1, 0.3])
+def test_peak_and_amplification_are_those_of_one_mass_on_a_spring(zeta):
+    r = np.linspace(0.02, 6.0, 4000)
+    peaks = peaks_of(r, r**2 / np.hypot(1.0 - r**2, 2.0 * zeta * r))
+    half = 0.5 / (4.0 * zeta**2 * (1.0 - zeta**2))
+    ends = np.sqrt(np.roots([1.0 - half, half * (2.0 - 4.0 * zeta**2), -half]).real)
+    (peak,) = peaks
+    assert peak.Omega == pytest.approx(1.0 / np.sqrt(1.0 - 2.0 * zeta**2), rel=1e-5)
+    assert peak.amplitude == pytest.approx(1.0 / (2.0 * zeta * np.sqrt(1.0 - zeta**2)), rel=1e-5)
+    assert not peak.from_single_side
+    assert peak.amplification == pytest.approx(peak.Omega / abs(ends[0] - ends[1]), rel=1e-4)
+
+
+def test_a_response_without_resonance_has_no_peak():
+    r = np.linspace(0.02, 6.0, 400)
+    assert peaks_of(r, r**2 / np.hypot(1.0 - r**2, 2.0 * 0.8 * r)) == []
+
+
+def test_a_shoulder_of_a_higher_peak_has_one_side():
+    r = np.linspace(0.0, 3.0, 3001)
+    low, high = (a / np.hypot(1.0, (r - at) / 0.05) for a, at in ((1.0, 1.0), (3.0, 1.3)))
+    first, second = peaks_of(r, low + high)
+    assert first.from_single_side
+    assert not second.from_single_side
+
+
+def test_a_margin_is_over_the_nearer_end_and_negative_within():
+    assert separation_margin(80.0, 100.0, 200.0) == pytest.approx(20.0)
+    assert separation_margin(230.0, 100.0, 200.0) == pytest.approx(15.0)
+    assert separation_margin(190.0, 100.0, 200.0) == pytest.approx(-5.0)
+
+
+def test_cross_coupling_pushes_along_a_forward_circle():
+    angle = np.linspace(0.0, 2.0 * np.pi, 9)
+    q, velocity = np.array([np.cos(angle), np.sin(angle)]), np.array([-np.sin(angle), np.cos(angle)])
+    force = -(2.0 * WHIRL) @ q
+    np.testing.assert_allclose((force * velocity).sum(axis=0), 2.0)
+    backward = np.array([[1.0], [-1.0]])
+    np.testing.assert_allclose((-(2.0 * WHIRL) @ (backward * q) * (backward * velocity)).sum(axis=0), -2.0)
+
+
+def test_lobes_of_a_shape_share_the_mass_of_the_rotor():
+    free = free_rotor("two_discs")
+    _, shapes = critical_speeds(free, {1: 1e6, 7: 1e6}, 3)
+    masses = [lobe_masses(free, shape) for shape in shapes.T]
+    whole = free.M[::4, ::4].sum()
+    assert [len(of) for of in masses] == [1, 2, 3]
+    for of in masses:
+        assert sum(mass for _, mass, _ in of) == pytest.approx(whole)
+        assert all(a * b < 0.0 for (_, _, a), (_, _, b) in pairwise(of))
+    assert [at for at, _ in antinodes(np.array([0.1, 0.4, -0.2, -0.6, -0.1]))] == [1, 3]
+
+
+def test_springs_that_do_not_hold_the_rotor_are_refused():
+    with pytest.raises(ValueError, match="two or more"):
+        critical_speeds(free_rotor("two_discs"), {1: 1e6}, 3)
+
+
+@pytest.mark.parametrize("name", ROTORS)
+def test_free_modes_are_those_of_ross(name):
+    free = free_rotor(name)
+    result = free_modes(free.M[::2, ::2], free.K[::2, ::2])[0]
+    np.testing.assert_allclose(result[: len(ROSS[name]["bending"])], ROSS[name]["bending"], rtol=EXACT)
+
+
+@pytest.mark.parametrize("name", ROTORS)
+def test_critical_speeds_over_stiffness_are_those_of_ross(name):
+    free, expected = free_rotor(name), ROSS[name]
+    for stiffness, speeds in expected["critical_speeds"].items():
+        result, _ = critical_speeds(free, dict.fromkeys(expected["bearings"], float(stiffness)), len(speeds))
+        np.testing.assert_allclose(result, speeds, rtol=EXACT)
+
+
+@pytest.mark.parametrize("name", ROTORS)
+def test_response_in_bearings_over_frequency_is_that_of_ross(name):
+    free, expected = free_rotor(name), ROSS[name]
+    values = expected["unbalance"]
+    n = len(free.translations)
+    seen = [2 * (node - 1) + axis for node in values["seen"] for axis in (0, 1)]
+    rows = [row for node in sorted(free.translations) for row in free.translations[node]]
+    for k, Omega in enumerate(ROSS["speeds"]):
+        forces = np.zeros((2 * n, 2 * n), dtype=complex)
+        for node in expected["bearings"]:
+            at = [2 * (node - 1), 2 * (node - 1) + 1]
+            forces[at, at] = -(ROSS["stiffness"][k] + 1j * Omega * ROSS["damping"][k])
+        unbalance = {values["node"]: values["size"] * np.exp(1j * values["phase"])}
+        load = unbalance_vector(SupportedRotor(rotor_of(name), free, unreduced(free)), unbalance)
+        stiffness = dynamic_stiffness(free, Omega)
+        stiffness[np.ix_(rows, rows)] -= forces
+        result = np.linalg.solve(stiffness, Omega**2 * load)[rows][seen]
+        theirs = complex_numbers(expected["response"][k])
+        np.testing.assert_allclose(result, theirs, atol=EXACT * np.abs(theirs).max())
+
+
+@pytest.mark.parametrize(
+    ("magnet", "sensor", "text"),
+    [(0, 1, "+1.00, +0.40"), (0, 3, "+1.00, -0.60: non-collocated"), (0, 2, "+1.00, +0.01: at a node")],
+)
+def test_a_node_between_magnet_and_sensor_is_told(magnet, sensor, text):
+    shape = np.array([1.0, 0.4, 0.01, -0.6])
+    assert _pair_text(shape, magnet + 1, sensor + 1) == text

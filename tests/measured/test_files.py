@@ -1,0 +1,126 @@
+"""The same measurement in files of every form, with units that are not SI."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.io import savemat
+
+from amb_cosim.measured.files import Estimation, read_measured
+
+F = np.arange(5.0, 100.0, 0.5)
+S = 2j * np.pi * F
+H = 1.0 / (3.0 * S**2 + 40.0 * S + 3.0 * (2 * np.pi * 42.0) ** 2)  # m/N
+COHERENCE = np.linspace(0.8, 1.0, len(F))
+
+
+def check(result, output="fan.x", source="fan.f_x", unit="m/N", values=H):
+    (curve,) = result.responses
+    assert (curve.output.name, curve.input.name, curve.unit) == (output, source, unit)
+    np.testing.assert_allclose(curve.frequencies, F, rtol=1e-6)
+    np.testing.assert_allclose(curve.values, values, rtol=1e-6)
+    np.testing.assert_allclose(curve.coherence, COHERENCE, rtol=1e-6)
+
+
+def test_a_table_of_amplitude_and_phase(tmp_path):
+    rows = np.column_stack([F, 1e6 * np.abs(H), np.degrees(np.angle(H)), COHERENCE])
+    name = "fan.x/fan.f_x"
+    head = f"frequency [Hz],{name} amplitude [um/N],{name} phase [deg],{name} coherence"
+    np.savetxt(tmp_path / "a.csv", rows, delimiter=",", header=head, comments="")
+    check(read_measured(tmp_path / "a.csv"))
+
+
+def test_arrays_of_matlab(tmp_path):
+    content = {
+        "frequencies": F,
+        "response": (S**2 * H / 9.80665).reshape(-1, 1, 1),
+        "coherence": COHERENCE.reshape(-1, 1),
+        "outputs": np.array(["acc1"], dtype=object),
+        "inputs": np.array(["hammer"], dtype=object),
+        "output_units": np.array(["g"], dtype=object),
+        "input_units": np.array(["N"], dtype=object),
+    }
+    savemat(tmp_path / "a.mat", content)
+    names = {"acc1": "fan.x", "hammer": "fan.f_x"}
+    check(read_measured(tmp_path / "a.mat", names=names), unit="(m/s2)/N", values=S**2 * H)
+    with pytest.raises(ValueError, match="no channel 'acc2'"):
+        read_measured(tmp_path / "a.mat", names={"acc2": "fan.x"})
+
+
+def uff_set(**values):
+    base = {"type": 58, "rsp_node": 3, "rsp_dir": -1, "ref_node": 7, "ref_dir": 1, "abscissa_spacing": 1, "x": F}
+    base |= {"id1": "NONE", "ordinate_axis_units_lab": "mm", "orddenom_axis_units_lab": "N", "binary": 0}
+    return base | {"orddenom_spec_data_type": 13, "ordinate_spec_data_type": 8} | values
+
+
+def test_universal_files_with_the_sign_of_their_directions(tmp_path):
+    pyuff = pytest.importorskip("pyuff")
+    sets = [uff_set(func_type=4, data=-1e3 * H), uff_set(func_type=6, data=COHERENCE)]
+    pyuff.UFF(str(tmp_path / "a.uff")).write_sets(sets, "overwrite")
+    check(read_measured(tmp_path / "a.uff"), output="3.x", source="7.x")
+
+
+def test_universal_files_without_labels_are_of_si_units(tmp_path):
+    pyuff = pytest.importorskip("pyuff")
+    labels = {"ordinate_axis_units_lab": "NONE", "orddenom_axis_units_lab": "NONE", "ordinate_spec_data_type": 12}
+    pyuff.UFF(str(tmp_path / "a.unv")).write_sets([uff_set(func_type=4, data=H, **labels)], "overwrite")
+    (curve,) = read_measured(tmp_path / "a.unv").responses
+    assert curve.unit == "(m/s2)/N"
+    np.testing.assert_allclose(curve.values, -H, rtol=1e-9)
+
+
+def test_a_table_over_time_becomes_an_estimate(tmp_path):
+    rng = np.random.default_rng(1)
+    force = rng.standard_normal(4000)
+    rows = np.column_stack([np.arange(4000) * 1e-3, force, 250.0 * force])
+    np.savetxt(tmp_path / "t.csv", rows, delimiter=",", header='"time [s]","u [N]","y [mm]"', comments="")
+    (curve,) = read_measured(tmp_path / "t.csv", Estimation(inputs=("u",))).responses
+    np.testing.assert_allclose(curve.values, 0.25, rtol=1e-6)
+    with pytest.raises(ValueError, match=r"t\.csv: an estimate needs an input"):
+        read_measured(tmp_path / "t.csv")
+
+
+def test_a_record_of_matlab_has_the_units_of_its_structure(tmp_path):
+    rng = np.random.default_rng(1)
+    force = rng.standard_normal(4000)
+    units = {"time": "s", "u": "kN", "y": "um"}
+    savemat(tmp_path / "t.mat", {"time": np.arange(4000) * 1e-4, "u": force, "y": 5.0 * force, "units": units})
+    (curve,) = read_measured(tmp_path / "t.mat", Estimation(inputs=("u",))).responses
+    np.testing.assert_allclose(curve.values, 5e-9, rtol=1e-6)
+
+
+def test_a_list_of_modes(tmp_path):
+    (tmp_path / "m.csv").write_text("frequency [Hz],damping ratio [%]\n31.5,0.4\n140,\n")
+    modes = read_measured(tmp_path / "m.csv").modes
+    assert modes is not None
+    np.testing.assert_allclose(modes.frequencies, [31.5, 140.0])
+    np.testing.assert_allclose(modes.damping_ratios, [0.004, np.nan])
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        ("", "a row of headings"),
+        ("speed [Hz],y\n1,2\n", "first column is 'speed'"),
+        ("frequency [Hz],y/u amplitude [m/N]\n1,2\n", "needs the columns amplitude and phase"),
+        ("frequency [Hz],y/u real [m],y/u imag [m]\n1,2,3\n2,2,3\n", "must be that of output over input"),
+        ("frequency [Hz],y/u real [K/N],y/u imag [K/N]\n1,2,3\n2,2,3\n", "unit 'K' is not allowed"),
+        ("frequency [Hz],y/u real [m/N],y/u imag [m/N]\n2,2,3\n1,2,3\n", "must ascend"),
+        ("frequency [Hz],y/u real [m/N],y/u imag [m/N]\n1,2\n2,2,3\n", "row 2 has 2 numbers"),
+        ("frequency [Hz],y/u real [m/N],y/u imag [m/N]\n1,a,3\n2,2,3\n", "a cell is no number"),
+        ("frequency [Hz],y/u real [m/N],y/u imag [m/N]\n1,,3\n2,2,3\n", "not finite"),
+        ("time [s],u [N]\n0,1\n1,2\n3,4\n", "not evenly spaced"),
+    ],
+)
+def test_mistakes_in_tables_are_named(tmp_path, text, sentence):
+    (tmp_path / "wrong.csv").write_text(text)
+    with pytest.raises(ValueError, match=rf"measured data .*wrong\.csv: .*{sentence}"):
+        read_measured(tmp_path / "wrong.csv")
+
+
+@pytest.mark.parametrize("name", ["a.mat", "a.npz", "a.uff", "a.nc", "a.xyz", "missing.csv"])
+def test_files_that_are_no_measurement_are_refused(tmp_path, name):
+    if not name.startswith("missing"):
+        (tmp_path / name).write_bytes(b"no measurement")
+    with pytest.raises(ValueError, match=f"measured data .*{name}: "):
+        read_measured(tmp_path / name)

@@ -1,0 +1,77 @@
+"""Modes from responses with noise, against the poles and shapes that made them; pairs and deviations."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from amb_cosim.measured.deviation import assurance, curve_deviation, mode_deviations
+from amb_cosim.measured.modal_fit import FittedMode, fitted_modes
+from amb_cosim.measured.records import Channel, FrequencyResponse
+
+F = np.arange(5.0, 300.0, 0.25)
+POLES = ((31.0, 0.004), (64.0, 0.02), (150.0, 0.008), (163.0, 0.006))
+SHAPES = np.array([[1.0, 0.7, -0.5, 0.3], [1.0, -0.4, 0.8, -0.6], [1.0, -1.2, -0.3, 1.0]])  # places by modes
+FORCE = Channel("fan.f_x", "N")
+
+
+def responses(noise=0.0, seed=0, unit="m", scale=1.0):
+    rng = np.random.default_rng(seed)
+    s = 2j * np.pi * F
+    result = []
+    for k, shape in enumerate(SHAPES):
+        H = np.zeros(len(F), complex)
+        for (f, zeta), here, there in zip(POLES, shape, SHAPES[0], strict=True):
+            omega = 2 * np.pi * f * scale
+            H += here * there / (s**2 + 2 * zeta * omega * s + omega**2)
+        if unit == "m/s2":
+            H = s**2 * H
+        spread = noise * np.abs(H)
+        H = H + spread * (rng.standard_normal(len(F)) + 1j * rng.standard_normal(len(F)))
+        result.append(FrequencyResponse(Channel(f"p{k}.x", unit), FORCE, F, H))
+    return result
+
+
+@pytest.mark.parametrize("unit", ["m", "m/s2"])
+@pytest.mark.parametrize("noise", [0.0, 0.03])
+def test_the_poles_are_those_of_the_system(unit, noise):
+    modes = fitted_modes(responses(noise, unit=unit))
+    assert len(modes) == len(POLES)
+    for mode, (f, zeta), shape in zip(modes, POLES, SHAPES.T, strict=True):
+        damped = f * np.sqrt(1.0 - zeta**2)
+        assert mode.frequency == pytest.approx(damped, rel=1e-3)
+        assert mode.damping_ratio == pytest.approx(zeta, rel=0.05)
+        assert assurance(mode.shape, shape.astype(complex)) > 0.99
+
+
+def test_a_growing_vibration_is_no_mode():
+    (curve,) = responses()[:1]
+    turned = FrequencyResponse(curve.output, curve.input, F, curve.values.conj())
+    assert fitted_modes([turned]) == ()
+
+
+def test_responses_with_other_frequencies_are_refused():
+    first, second, _ = responses()
+    with pytest.raises(ValueError, match="different frequencies"):
+        fitted_modes([first, second.between(10.0, 50.0)])
+
+
+def test_deviation_is_none_up_to_a_factor():
+    a = responses()[1].values
+    assert curve_deviation(a, (3 - 4j) * a).frac == pytest.approx(1.0)
+    assert curve_deviation(a, (3 - 4j) * a).decibel == pytest.approx(20 * np.log10(5.0))
+    assert curve_deviation(a, a).decibel == pytest.approx(0.0, abs=1e-12)
+
+
+def test_pairs_are_of_equal_shape():
+    measured, computed = fitted_modes(responses()), fitted_modes(responses(scale=1.05))
+    pairs = mode_deviations(measured, computed)
+    assert [pair.percent for pair in pairs] == pytest.approx([5.0] * 4, abs=0.01)
+    assert min(pair.mac for pair in pairs) > 0.999
+
+
+def test_a_mode_that_nothing_belongs_to_stays_alone():
+    measured = [FittedMode(40.0, 0.01, np.ones(1, complex)), FittedMode(100.0, np.nan, np.ones(1, complex))]
+    alone, pair = mode_deviations(measured, [FittedMode(101.0, 0.02, np.ones(1, complex))])
+    assert (alone.computed, alone.percent, alone.measured_damping) == (None, None, 0.01)
+    assert (pair.computed, pair.measured_damping, pair.mac) == (101.0, None, None)

@@ -1,0 +1,131 @@
+"""Variables of a run as figures and files, and the last turns with keyphasor marks."""
+
+from __future__ import annotations
+
+import csv
+
+import numpy as np
+import pytest
+from scipy.io import loadmat
+
+from amb_cosim.cosim.run.recording import Outcome
+from amb_cosim.results.plots.turns import whirl_direction
+from amb_cosim.results.result import Result
+from amb_cosim.results.selection import select
+
+
+@pytest.fixture
+def result(synthetic) -> Result:
+    dataset = synthetic(outcome='["completed", 0.4, null, ""]')
+    for name in ("mb1.x", "mb1.y", "mb2.x", "mb2.y"):
+        dataset[f"rotor_contact.{name}"].attrs["units"] = "m"
+    for name in ("rb1.f_n", "rb2.f_n"):
+        dataset[f"rotor_contact.{name}"].attrs["units"] = "N"
+    return Result(dataset, Outcome("completed", 0.4))
+
+
+def test_variables_of_a_unit_share_a_panel(result):
+    figure = result.plot("mb1.x", "mb1.y", "rb?.f_n", "contact_state")
+    displacement, force, state = figure.axes
+    assert (displacement.get_ylabel(), force.get_ylabel(), state.get_ylabel()) == ("mm", "kN", "")
+    assert [line.get_label() for line in displacement.lines[:2]] == ["mb1.x", "mb1.y"]
+    assert np.nanmax(displacement.lines[0].get_ydata()) == pytest.approx(0.5)
+    assert np.nanmax(force.lines[0].get_ydata()) == pytest.approx(1.2345)
+    assert state.get_title("left").startswith("rotor_contact.contact_state: contact_state")
+
+
+def test_traces_reach_from_one_moment_to_another(result):
+    (panel,) = result.plot("mb1.x", begin="cycle 4", until="0.2 s").axes
+    assert panel.get_xlim() == pytest.approx((4.0, 10.0))
+    assert len(panel.lines[0].get_xdata()) == 601
+
+
+def test_patterns_are_of_names_with_and_without_component(result):
+    whole = select(result.signals, ["rotor_contact.mb?.x"]).names
+    assert whole == select(result.signals, ["mb?.x"]).names == ("rotor_contact.mb1.x", "rotor_contact.mb2.x")
+    assert len(select(result.signals).names) == len(result.dataset.data_vars)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "options", "message"),
+    [
+        (("mb1.z",), {}, "no recorded variable matches 'mb1.z'; did you mean mb1"),
+        (("rotor_contact.mb1.z",), {}, "did you mean rotor_contact.mb1"),
+        (("mb1.x",), {"begin": "9 s"}, "no sample lies between 9 s and the end; there is 0 s to 0.4 s"),
+        ((), {}, "no variable is named"),
+    ],
+)
+def test_selection_that_is_empty_is_refused(result, arguments, options, message):
+    with pytest.raises(ValueError, match=message):
+        result.plot(*arguments, **options)
+
+
+def test_csv_has_names_units_and_every_bit(result, tmp_path):
+    path = result.to_csv(tmp_path / "run.csv", "mb1.x", until="cycle 1")
+    with path.open(encoding="utf-8") as file:
+        heading, *rows = csv.reader(file)
+    assert heading == ["time [s]", "rotor_contact.mb1.x [m]"]
+    values = np.array(rows, np.float64)
+    np.testing.assert_array_equal(values[:, 1], result.dataset["rotor_contact.mb1.x"].values[: len(rows)])
+    assert len(rows) == 101
+
+
+def test_mat_has_variables_units_and_time(result, tmp_path):
+    content = loadmat(result.to_mat(tmp_path / "run.mat", "mb1.*"), simplify_cells=True)
+    np.testing.assert_array_equal(content["rotor_contact_mb1_x"], result.dataset["rotor_contact.mb1.x"].values)
+    np.testing.assert_array_equal(content["time"], result.dataset["time"].values)
+    assert content["units"]["rotor_contact_mb1_y"] == "m"
+
+
+def test_names_that_a_mat_file_cannot_tell_apart_are_refused(result, tmp_path):
+    result.dataset["rotor_contact.mb1_x"] = result.dataset["rotor_contact.mb1.x"]
+    with pytest.raises(ValueError, match="another variable is called rotor_contact_mb1_x there, too"):
+        result.to_mat(tmp_path / "run.mat")
+    assert not (tmp_path / "run.mat").exists()
+
+
+ANGLE = np.linspace(0.0, 2.0 * np.pi, 200)
+
+
+@pytest.mark.parametrize(
+    ("sense", "flatness", "expected"),
+    [(1.0, 1.0, "forward whirl"), (-1.0, 1.0, "backward whirl"), (1.0, 0.01, "to and fro")],
+)
+def test_direction_of_whirl_is_the_sign_of_the_area(sense, flatness, expected):
+    assert whirl_direction(np.array([3.0 + np.cos(ANGLE), flatness * np.sin(sense * ANGLE)])) == expected
+
+
+def test_keyphasor_marks_each_whole_turn(result):
+    """An orbit of 0.3 mm at the rotor's speed: at each turn it is where x is largest."""
+    panel = result.plot.turns().axes[0]
+    orbit, marks = panel.lines[:2]
+    assert np.hypot(*orbit.get_data()) == pytest.approx(0.3)
+    x, y = marks.get_data()
+    assert len(x) == 4
+    assert x == pytest.approx(0.3)
+    assert y == pytest.approx(0.0, abs=1e-9)
+    assert any(text.get_text().startswith("forward whirl, 1x 0.3 mm") for text in panel.texts)
+
+
+@pytest.mark.parametrize(
+    ("suffix", "begin"), [(".png", b"\x89PNG"), (".svg", b"<?xml"), (".csv", b'"time'), (".mat", b"MATLAB 5")]
+)
+def test_plot_writes_what_the_suffix_says(result, tmp_path, runner, suffix, begin):
+    folder = result.save(tmp_path / "run", plots=False)
+    file = tmp_path / f"traces{suffix}"
+    done = runner("plot", str(folder), "mb1.x", "-o", str(file))
+    assert done.exit_code == 0, done.stderr
+    assert file.read_bytes().startswith(begin)
+
+
+def test_plot_draws_a_figure_by_its_name(result, tmp_path, runner):
+    folder = result.save(tmp_path / "run", plots=False)
+    assert runner("plot", str(folder), "turns").exit_code == 0
+    assert (folder / "turns.png").is_file()
+
+
+def test_plot_refuses_an_unknown_format(result, tmp_path, runner):
+    folder = result.save(tmp_path / "run", plots=False)
+    done = runner("plot", str(folder), "mb1.x", "-o", "traces.doc")
+    assert done.exit_code == 2
+    assert "its name must end with .png, .pdf, .svg, .csv, .mat" in done.stderr

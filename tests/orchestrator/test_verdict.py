@@ -1,0 +1,164 @@
+"""The verdict on a run: its word, its sentence and what decides it, for each ending."""
+
+from __future__ import annotations
+
+import json
+from io import StringIO
+
+import numpy as np
+import pytest
+from rich.console import Console
+
+from amb_cosim.results.places import RotorPlaces
+from amb_cosim.results.summary import summarise
+from amb_cosim.results.summary_table import print_summary
+
+SAMPLED = ("contact_state", "rb1.mode", "rb2.mode", "rb1.f_n", "rb2.f_n", "rb1.impulse", "rb2.impulse")
+
+
+def free_of_contact(dataset):
+    for name in SAMPLED:
+        dataset[f"rotor_contact.{name}"] = dataset[f"rotor_contact.{name}"] * 0
+    return dataset
+
+
+def rolling(dataset):
+    """Rolling backward on RB1 from cycle 14 on, five turns of whirl a turn of the rotor."""
+    late = dataset["cycle"].values >= 14.0
+    dataset["rotor_contact.rb1.mode"].values[late] = 2
+    dataset["rotor_contact.contact_state"].values[late] = 1
+    dataset["rotor_contact.rb1.whirl_speed"].values[late] = -10.0 * np.pi / 0.02
+    return dataset
+
+
+def without_power(dataset):
+    off = dataset["cycle"].values >= 5.0
+    for axis in ("mb1.amplifier_off_x", "mb1.amplifier_off_y", "mb2.amplifier_off_x", "mb2.amplifier_off_y"):
+        dataset[f"amb_actuator.{axis}"] = ("time", off)
+    return dataset
+
+
+def growing(dataset):
+    grown = np.exp(np.maximum(dataset["cycle"].values - 10.0, 0.0) / 5.0)
+    for name in ("mb1.x", "mb1.y", "mb2.x", "mb2.y"):
+        dataset[f"rotor_contact.{name}"] = dataset[f"rotor_contact.{name}"] * grown
+    return dataset
+
+
+def ended(dataset, *outcome):
+    return dataset.assign_attrs(completed=0, outcome=json.dumps(outcome))
+
+
+def printed(dataset, *, whole=False, width=None):
+    text = StringIO()
+    print_summary(summarise(dataset), Console(file=text, width=width or 200, force_terminal=width is not None), whole)
+    return text.getvalue()
+
+
+CASES = {
+    "recovered": (lambda run: run(), "the rotor touched and is free of contact since cycle 11.99 (0.24 s)"),
+    "trapped": (lambda run: run(16), "the rotor touches RB2 until cycle 11.99 (0.24 s), and the run ends"),
+    "landed": (lambda run: without_power(run(16)), "no magnet has power, and the rotor still moves on RB2"),
+    "levitated": (lambda run: free_of_contact(run()), "the rotor does not touch after the step"),
+    "rolled": (lambda run: rolling(run()), "the rotor rolls on RB1 (backward whirl, 1571 rad/s) at the end"),
+    "unstable": (lambda run: growing(free_of_contact(run())), "its orbit grows, or its amplifiers stay"),
+    "failed": (lambda run: ended(run(), "failed", 0.31, "west", "no bits"), "west at t = 0.31 s: no bits"),
+    "interrupted": (lambda run: ended(run(), "interrupted", 0.31), "by the user at t = 0.31 s"),
+}
+
+
+@pytest.mark.parametrize("word", CASES)
+def test_first_line_of_a_printed_run_is_its_verdict(synthetic, word):
+    make, sentence = CASES[word]
+    assert printed(make(synthetic)).startswith(f"{word}: {sentence}")
+
+
+def facts(dataset):
+    return dict(summarise(dataset).verdict.facts)
+
+
+def test_margin_of_a_levitated_rotor_is_that_of_its_largest_orbit(synthetic):
+    """0.6 mm of 0.75 mm at the second bearing, after the step; its retainers never carry a force."""
+    assert facts(free_of_contact(synthetic())) == {
+        "margin to the clearance": "20 % at RB2; largest orbit 0.6 mm in 0.75 mm"
+    }
+
+
+def test_margin_of_a_rotor_that_recovered_is_that_of_its_last_cycle(synthetic):
+    assert facts(synthetic())["margin to the clearance"].startswith("46.7 % at RB2; orbit in the last cycle 0.4 mm")
+    assert "margin to the clearance" not in facts(synthetic(16))
+
+
+def test_margin_leaves_out_sites_that_cannot_touch(synthetic):
+    dataset = free_of_contact(synthetic())
+    values = json.loads(dataset.attrs["parameters"])["rotor_contact"]
+    dataset.attrs["parameters"] = json.dumps({"rotor_contact": values | {"rb2.enabled": False}})
+    assert facts(dataset)["margin to the clearance"].startswith("33.3 % at RB1")
+
+
+def test_small_orbits_are_in_micrometres(synthetic):
+    dataset = free_of_contact(synthetic())
+    for name in ("mb1.x", "mb1.y", "mb2.x", "mb2.y"):
+        dataset[f"rotor_contact.{name}"] = dataset[f"rotor_contact.{name}"] * 1e-3
+    assert facts(dataset)["margin to the clearance"].endswith("largest orbit 0.6 µm in 0.75 mm")
+
+
+def test_contact_force_has_its_meaning_and_band(synthetic):
+    """2.5 N s within a step of 0.2 ms, averaged over 1 ms, beside the force of 1000 N."""
+    places = RotorPlaces({"mb1": "rb1", "mb2": "rb2"}, ("rb1", "rb2"), valid_to=200.0 * np.pi, magnetic=("mb1", "mb2"))
+    text = facts(synthetic().assign_attrs(places=places.to_json()))["largest contact force"]
+    assert text.endswith("kN at RB1 (mean over 1 ms with impacts; the model's modes reach to 100 Hz)")
+
+
+def test_time_in_contact_is_counted_for_the_rotor_and_each_site(synthetic):
+    """RB1 for 1.5 cycles of 20 ms, RB2 for 1.5 cycles, half a cycle of both."""
+    text = facts(synthetic())["time in contact"]
+    assert text.startswith("0.05 s of 0.4 s (12.5 %); RB1 0.03 s, RB2 0.03 s; cycle 6 (0.12 s) to cycle 11.99")
+
+
+def test_rotor_without_magnets_is_free_and_not_levitated(synthetic):
+    places = RotorPlaces({"mb1": "rb1", "mb2": "rb2"}, ("rb1", "rb2"))
+    assert summarise(free_of_contact(synthetic(places=places.to_json()))).verdict.word == "free"
+
+
+def test_run_that_did_not_record_contact_is_completed(synthetic):
+    assert summarise(synthetic().drop_vars("rotor_contact.contact_state")).verdict.word == "completed"
+
+
+def warned(dataset, *variables):
+    records = [
+        {"component": "rotor_contact", "variable": name, "kind": name, "sentence": f"{name} is off; change it"}
+        for name in variables
+    ]
+    return dataset.assign_attrs(warnings=json.dumps(records))
+
+
+def test_warnings_that_leave_the_verdict_alone_are_one_line_with_a_count(synthetic):
+    lines = printed(warned(synthetic(), "solver.tolerance_missed", "eb1.passed", "mb1.saturated")).splitlines()
+    assert lines[-2].startswith("warning: eb1.passed is off; change it (eb1.passed")
+    assert lines[-1] == "2 more warnings, printed by --all: solver.tolerance_missed is off; mb1.saturated is off"
+
+
+def test_one_warning_alone_is_one_line(synthetic):
+    assert printed(warned(synthetic(), "mb1.saturated")).splitlines()[-1].startswith("1 warning, printed by --all: ")
+
+
+def test_all_prints_every_value_and_whole_warnings(synthetic):
+    text = printed(warned(synthetic(), "solver.tolerance_missed"), whole=True)
+    assert "warning: solver.tolerance_missed is off; change it (solver.tolerance_missed" in text
+    assert "synchronous part at the end" in text
+    assert "synchronous part at the end" not in printed(synthetic())
+
+
+def test_zero_forces_are_not_printed(synthetic):
+    text = printed(free_of_contact(synthetic()), whole=True)
+    assert "force" not in text
+    assert "impulse" not in text
+
+
+def test_json_keeps_its_keys_and_has_no_verdict(synthetic):
+    assert "verdict" not in summarise(synthetic()).as_dict()
+
+
+def test_verdict_fits_a_narrow_terminal_in_few_lines(synthetic):
+    assert len(printed(synthetic(), width=80).splitlines()) <= 8

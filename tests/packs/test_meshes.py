@@ -1,0 +1,87 @@
+"""Finer and coarser meshes of one rotor."""
+
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from bath_thesis.meshes import coarsen, mesh_family, refine
+from rotor_analysis.modes import damped_frequencies
+from rotor_analysis.rotor import ReductionOptions, Rotor
+from rotor_analysis.rotor_file import load_rotor
+from rotor_analysis.shaft import Shaft
+from rotor_analysis.supported_rotor import supported_rotor
+
+RIG = load_rotor()
+STEPPED = Rotor("stepped", Shaft((0.0, 0.2, 0.5, 0.6), (0.05, 0.08, 0.06), 2e11, 7800.0, 0.3, (0.0, 0.02, 0.0)))
+
+
+def places(rotor):
+    """What sits where (m)."""
+    z = rotor.shaft.nodes
+    parts = (*rotor.bodies, *rotor.bearings, *rotor.sites, *rotor.sensors)
+    return {part.name: z[part.node - 1] for part in parts} | {"masters": [z[n - 1] for n in rotor.masters]}
+
+
+def test_family_of_the_rig_has_the_meshes_of_the_thesis():
+    meshes = mesh_family(RIG)
+    assert list(meshes) == [23, 19, 13, 6]
+    for count, mesh in meshes.items():
+        assert len(mesh.shaft.nodes) == count
+        assert places(mesh) == places(RIG)
+        assert mesh.mass == pytest.approx(RIG.mass, rel=1e-12)
+    assert meshes[13] == RIG
+    assert meshes[6].masters == (1, 2, 3, 4, 5, 6)
+
+
+def test_refinement_halves_the_longest_elements_and_keeps_the_nodes():
+    mesh = refine(RIG, 19)
+    new = sorted(set(mesh.shaft.nodes) - set(RIG.shaft.nodes))
+    halves = [(a + b) / 2 for a, b in pairwise(RIG.shaft.nodes)]
+    assert len(new) == 6
+    assert len([z for z in new if np.min(np.abs(np.array(halves) - z)) < 1e-12]) == 5  # the sixth halves a half
+    assert np.max(np.diff(mesh.shaft.nodes)) < np.max(np.diff(RIG.shaft.nodes))
+
+
+def test_sections_stay_where_they_are():
+    fine = refine(STEPPED, 9)
+    for z, diameter, inner in zip(fine.shaft.nodes, fine.shaft.diameter, fine.shaft.inner_diameter, strict=False):
+        assert (diameter, inner) == ((0.05, 0.0) if z < 0.2 else (0.08, 0.02) if z < 0.5 else (0.06, 0.0))
+    assert fine.mass == pytest.approx(STEPPED.mass, rel=1e-12)
+    assert coarsen(fine, tuple(fine.shaft.nodes.index(z) + 1 for z in STEPPED.shaft.nodes)) == STEPPED
+
+
+def test_frequencies_of_nested_consistent_meshes_fall_to_their_limit():
+    """Rayleigh and Ritz: more elements, more freedom; the frequencies come down."""
+    undamped = replace(RIG, bearings=tuple(replace(b, damping=((0.0, 0.0), (0.0, 0.0))) for b in RIG.bearings))
+    undamped = replace(undamped, shaft=replace(undamped.shaft, theory="rayleigh"))
+    rows = [
+        damped_frequencies(supported_rotor(mesh, "consistent").model, 0.0, 12)
+        for mesh in (mesh_family(undamped)[6], undamped, refine(undamped, 19), refine(undamped, 23))
+    ]
+    for coarse, fine in pairwise(rows):
+        assert np.all(fine <= coarse * (1.0 + 1e-9))
+    assert rows[0][-1] > rows[-1][-1] * (1.0 + 1e-4)
+
+
+def test_a_rotor_whose_master_planes_make_no_mesh_has_no_coarse_one():
+    assert list(mesh_family(replace(RIG, reduction=ReductionOptions()))) == [23, 19, 13]
+    assert list(mesh_family(STEPPED)) == [14, 10, 4]
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: refine(RIG, 12), "number of nodes = 12 is not allowed; it must be 13 or more"),
+        (
+            lambda: coarsen(RIG, (1, 4, 11, 13)),
+            r"a list that includes \[1, 3, 4, 10, 11, 13\], with parts or masters",
+        ),
+        (lambda: coarsen(STEPPED, (1, 4)), r"element from 0 m to 0.6 m = \[\(0.05, 0.0\)"),
+        (lambda: coarsen(RIG, (0, 99)), "it must be node numbers from 1 to 13"),
+    ],
+)
+def test_meshes_that_cannot_be_are_refused(call, message):
+    with pytest.raises(ValueError, match=message):
+        call()

@@ -1,0 +1,75 @@
+"""The reduced harmonic response against all elements, and its signs in closed form."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from rotor_analysis.assembly import assemble, with_bearings
+from rotor_analysis.harmonic import harmonic_model
+from rotor_analysis.rotor_file import load_rotor
+
+EXPANDER = Path(__file__).parents[1] / "strange_machine/expander.toml"
+OMEGAS = 2 * np.pi * np.linspace(5.0, 2000.0, 60)
+SPEED = 1000.0
+
+
+def at(rotor, node, axis=0):
+    row = np.zeros((1, 2 * len(rotor.shaft.nodes)))
+    row[0, 2 * (node - 1) + axis] = 1.0
+    return row
+
+
+@pytest.mark.parametrize("held", [False, True])
+def test_every_place_moves_as_in_the_full_model(held):
+    rotor = load_rotor(EXPANDER)
+    bearings = (*rotor.bearings, *rotor.seals) if held else ()
+    n, node = len(rotor.shaft.nodes), rotor.bodies[0].node
+    model = harmonic_model(rotor, [node], OMEGAS[-1], bearings)
+    result = model.response(OMEGAS, SPEED, at(rotor, node).T, np.eye(2 * n), None)
+    full = with_bearings(assemble(rotor), bearings).at(SPEED)
+    rows = full.rows(tuple(range(1, n + 1)))
+    force = np.eye(full.size)[:, [full.translations[node][0]]]
+    for omega, motion in zip(OMEGAS, result, strict=True):
+        D = full.K - omega**2 * full.M + 1j * omega * (full.C + SPEED * full.G)
+        exact = np.linalg.solve(D, force)[rows]
+        assert np.linalg.norm(motion - exact) < 3e-3 * np.linalg.norm(exact)
+    assert model.model.size < full.size / 4
+
+
+def test_a_free_rotor_below_its_modes_moves_as_a_rigid_body():
+    rotor = load_rotor(EXPANDER)
+    n = len(rotor.shaft.nodes)
+    z = np.array(rotor.shaft.nodes)
+    omega = np.array([2 * np.pi * 1.0])
+    model = harmonic_model(rotor, [1], 2 * np.pi * 500.0, ())
+    ends = [model.response(omega, 0.0, at(rotor, node).T, np.eye(2 * n), None)[0, ::2, 0] for node in (1, n)]
+    # the sum of the forces through the centre of mass accelerates the whole mass: x = -f/(m omega^2)
+    full = assemble(rotor)
+    x = [full.translations[k + 1][0] for k in range(n)]
+    M = full.M[np.ix_(range(full.size), x)].sum(axis=1)  # momentum of a translation
+    centre = M[x] @ z + M[[k + 2 for k in x]].sum()
+    centre /= rotor.mass
+    share = (z[-1] - centre) / (z[-1] - z[0])
+    motion = share * ends[0] + (1.0 - share) * ends[1]
+    np.testing.assert_allclose(motion, -1.0 / (rotor.mass * omega[0] ** 2), rtol=1e-3)
+
+
+def test_a_force_of_a_bearing_that_pulls_back_stiffens():
+    rotor = load_rotor(EXPANDER)
+    node, n = rotor.bodies[1].node, len(rotor.shaft.nodes)
+    model = harmonic_model(rotor, [node], OMEGAS[-1], (*rotor.bearings, *rotor.seals))
+    spring, damper = 4e5, 30.0
+    pulls = np.zeros((2 * n, 2 * n), complex)
+
+    def forces(omega):
+        local = pulls.copy()
+        local[2 * (node - 1), 2 * (node - 1)] = -(spring + 1j * omega * damper)
+        return local
+
+    place = at(rotor, node)
+    alone = model.response(OMEGAS, 0.0, place.T, place, None)[:, 0, 0]
+    closed = model.response(OMEGAS, 0.0, place.T, place, forces)[:, 0, 0]
+    np.testing.assert_allclose(1.0 / closed, 1.0 / alone + spring + 1j * OMEGAS * damper, rtol=1e-9)

@@ -1,0 +1,123 @@
+"""The expander's file fitted to measurements of a rotor that differs from it."""
+
+from __future__ import annotations
+
+import tomllib
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from amb_cosim import studies
+from amb_cosim.measured.least_squares import FreeParameter
+from amb_cosim.measured.records import Channel, FrequencyResponse, Measurement, Modes
+from amb_cosim.studies.rotor_parameters import RotorParameters, free_parameters
+from rotor_analysis.rotor_file import load_rotor
+
+ROTOR = Path(__file__).parent / "expander.toml"
+F = np.arange(300.0, 1500.0, 25.0)
+FORCE = Channel("turbine.f_x", "N")
+TRUE = {"bodies.turbine.mass": 0.97, "damping.stiffness": 3e-6}
+FREE = {"bodies.turbine.mass": (0.7, 1.2), "damping.stiffness": (5e-7, 1e-5)}
+
+
+@pytest.fixture(scope="module")
+def exact():
+    """Accelerations of the rotor with the true parameters."""
+    built = RotorParameters.load(ROTOR, list(TRUE)).rotor_with(list(TRUE.values()))
+    curves = [
+        FrequencyResponse(Channel(n, "m/s2"), FORCE, F, np.ones(len(F), complex)) for n in ("blower.x", "0.2 m.x")
+    ]
+    result = studies.response(rotor=built, measured=Measurement(tuple(curves)))
+    return [replace(c, values=r.computed) for c, r in zip(curves, result.responses.values(), strict=True)]
+
+
+def with_noise(curves, seed, noise=0.03):
+    rng = np.random.default_rng(seed)
+
+    def noisy(values):
+        return values * np.exp(noise * (rng.standard_normal(len(F)) + 1j * rng.standard_normal(len(F))))
+
+    return Measurement(tuple(replace(curve, values=noisy(curve.values)) for curve in curves))
+
+
+def held(result):
+    return [p.lower <= true <= p.upper for p, true in zip(result.fit.parameters.values(), TRUE.values(), strict=True)]
+
+
+def test_the_fit_returns_the_rotor_that_was_measured(exact, tmp_path):
+    result = studies.fit(ROTOR, measured=with_noise(exact, 0), free=FREE)
+    assert held(result) == [True, True]
+    assert result.fit.rms_after == pytest.approx(0.03, rel=0.2)
+    assert result.fit.rms_before > 3.0 * result.fit.rms_after
+    assert all(abs(mode.percent) < 0.1 for mode in result.after.modes)
+    assert all(mode.percent > 0.3 for mode in result.before.modes)
+    studies.save(result, tmp_path)
+    text = (tmp_path / "rotor.toml").read_text()
+    assert "# bodies.turbine.mass = 0.9" in text
+    fitted = load_rotor(tmp_path / "rotor.toml")
+    assert fitted.bodies[0].mass == result.fit.parameters["bodies.turbine.mass"].value
+    drawn, written = tomllib.loads(ROTOR.read_text()), tomllib.loads(text)
+    assert written["sites"] == drawn["sites"]
+    assert "bodies.turbine.mass" in str(result)
+
+
+@pytest.mark.slow
+def test_intervals_hold_the_true_parameters_in_nine_of_ten_seeds(exact, is_long):
+    seeds = range(100 if is_long else 30)
+    results = np.array([held(studies.fit(ROTOR, measured=with_noise(exact, s), free=FREE)) for s in seeds])
+    print(results.mean(axis=0))
+    assert (results.mean(axis=0) >= 0.9).all()
+
+
+def test_a_parameter_that_the_data_do_not_contain_is_refused(exact):
+    measured = with_noise(exact, 1)
+    with pytest.raises(ValueError, match=r"do not contain bearings\.north\.stiffness: it does not change"):
+        studies.fit(ROTOR, measured=measured, free=[*texts(FREE), "bearings.north.stiffness=1e5:1e6"])
+    few = {f"bodies.{name}.mass": (0.3, 1.5) for name in ("turbine", "blower")}
+    with pytest.raises(ValueError, match="2 residuals are not enough for 2 parameters"):
+        studies.fit(ROTOR, measured=modes_of(ROTOR, 2), free=few)
+
+
+def texts(free):
+    return [f"{name}={low}:{high}" for name, (low, high) in free.items()]
+
+
+def modes_of(rotor, count):
+    free = replace(load_rotor(rotor), bearings=(), seals=(), sites=())
+    hertz = [f / (2 * np.pi) for f in studies.modes(free, count=2 * count + 4).frequencies.speeds[0.0].frequencies]
+    elastic = np.array(sorted({round(f, 6) for f in hertz if f > 10.0}))[:count]
+    return Measurement(modes=Modes(elastic * np.array([1.001, 0.999, 1.0005, 1.0][:count]), np.full(count, np.nan)))
+
+
+def test_frequencies_alone_fit_a_stiffness():
+    measured = modes_of(ROTOR, 3)
+    result = studies.fit(ROTOR, measured=measured, free={"materials.steel.youngs_modulus": (1.8e11, 2.4e11)})
+    modulus = result.fit.parameters["materials.steel.youngs_modulus"]
+    assert modulus.lower < 2.08e11 < modulus.upper
+    assert result.after is None
+    assert studies.figure(result) is not None
+
+
+@pytest.mark.parametrize(
+    ("free", "sentence"),
+    [
+        ([], "name a parameter with its bounds"),
+        (["bodies.turbine.mass"], "must be NAME=LOWEST:HIGHEST"),
+        (["bodies.turbine.mass=2:1"], "must be finite and ascend"),
+        (["bodies.turbine.mass=a:1"], "a bound of free is no number"),
+        (["bodies.turbin.mass=1:2"], "it has no 'turbin'; did you mean"),
+        (["bodies.turbine.colour=1:2"], "it has no 'colour'"),
+        (["bodies.turbine.name=1:2"], "it is str, not a number"),
+        (["bodies.turbine.mass=2:3"], r"bodies\.turbine\.mass = 0\.9 is not allowed; it must start from 2 to 3"),
+    ],
+)
+def test_mistakes_in_parameters_are_named(exact, free, sentence):
+    with pytest.raises(ValueError, match=sentence):
+        studies.fit(ROTOR, measured=Measurement(tuple(exact)), free=free)
+
+
+def test_bounds_are_read_from_texts_and_numbers():
+    expected = [FreeParameter("a.b", 1.0, 2.5)]
+    assert free_parameters(["a.b=1:2.5"]) == free_parameters({"a.b": (1, "2.5")}) == expected

@@ -1,0 +1,79 @@
+"""A rotor made in Python in the place of a rotor file: the same runs, and no file between them."""
+
+from __future__ import annotations
+
+import json
+import pickle
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from strange_machine import LEVITATION, ROTOR
+
+import amb_cosim
+from amb_cosim.cosim.fmu.fmu_description import read_interface
+from amb_cosim.cosim.fmu.model_interface import interface_of
+from amb_cosim.export.planned import plan_models
+from amb_cosim.scenario.scenario import Scenario
+from amb_files.archive import unpack
+from amb_files.toml import validate
+from rotor_analysis.rotor import Rotor
+from rotor_analysis.rotor_file import load_rotor
+
+SHORT = Scenario.load(LEVITATION).changed(settle_cycles=0, end_cycle=4)
+
+
+@pytest.fixture(scope="module")
+def rotor():
+    return load_rotor(ROTOR)
+
+
+def table_of(result):
+    return np.array([result.signals[name].values for name in result.signals.variables])
+
+
+def test_its_run_is_that_of_its_file_to_the_last_bit(rotor):
+    of_file, of_object = amb_cosim.run(SHORT), amb_cosim.run(SHORT, rotor=rotor)
+    assert np.array_equal(table_of(of_file), table_of(of_object), equal_nan=True)
+
+
+def test_a_heavier_rotor_moves_otherwise(rotor):
+    first, *others = rotor.bodies
+    heavier = replace(rotor, bodies=(replace(first, mass=1.5 * first.mass), *others))
+    assert not np.array_equal(table_of(amb_cosim.run(SHORT)), table_of(amb_cosim.run(SHORT, rotor=heavier)))
+
+
+def test_a_scenario_keeps_it_through_changes_and_processes(rotor):
+    scenario = SHORT.changed(rotor=rotor).changed(Omega=500.0)
+    assert scenario.rotor is rotor
+    assert pickle.loads(pickle.dumps(scenario)) == scenario
+
+
+def test_the_data_of_a_run_hold_it_whole(rotor):
+    data = json.loads(amb_cosim.run(SHORT, rotor=rotor).dataset.attrs["scenario_data"])
+    assert validate(data["rotor"], Rotor, "rotor") == rotor
+
+
+def test_a_scenario_with_it_is_not_written_to_a_file(rotor, tmp_path):
+    with pytest.raises(ValueError, match=r"rotor 'expander' of Python; a file must name a rotor file"):
+        SHORT.changed(rotor=rotor).save(tmp_path / "saved.toml")
+    assert not (tmp_path / "saved.toml").exists()
+
+
+def test_tables_of_a_file_and_of_a_rotor_are_changed_alike(rotor):
+    tables = {"shaft": {"mass_matrix": "consistent"}, "reduction": {"accuracy": 1e-4}}
+    assert load_rotor(rotor, tables) == load_rotor(ROTOR, tables) != rotor
+
+
+def test_the_interface_of_a_model_is_that_of_its_fmu(tmp_path):
+    planned = plan_models(LEVITATION)
+    for file in amb_cosim.build(tmp_path, scenario=LEVITATION, flavour="python"):
+        unpack(file, tmp_path / file.stem, file.stem)
+        of_file = read_interface(tmp_path / file.stem, file.stem)
+        of_model = interface_of(planned.made[file.stem][0])
+        assert [(p.name, p.unit, p.minimum, p.definition) for p in of_model.ports.values()] == [
+            (p.name, p.unit, p.minimum, p.definition) for p in of_file.ports.values()
+        ]
+        given = {"guid": of_file.guid, "version": of_file.version}
+        starts = {name: replace(p, start=of_file.ports[name].start) for name, p in of_model.ports.items()}
+        assert replace(of_model, ports=starts, **given) == of_file

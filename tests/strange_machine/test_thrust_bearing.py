@@ -1,0 +1,125 @@
+"""Verdicts on the axial axis of the strange machine, and machines without thrust bearing."""
+
+from __future__ import annotations
+
+import json
+import math
+
+import numpy as np
+import pytest
+from strange_machine import LEVITATION
+
+from amb_cosim.assessment.analyses import axial
+from amb_cosim.assessment.assess import ANALYSES, assess, chosen_parts
+from amb_cosim.assessment.findings import Judgement
+from amb_cosim.assessment.machine_file import load_machine
+from amb_cosim.assessment.thrust_bearing import ThrustBearing
+from amb_cosim.controllers.linear_controller import linear_controller
+from thrust_bearings.axial_loop import AxialLoop, AxialPlant
+
+FILE = LEVITATION.parent / "machine.toml"
+
+
+def changed(**changes):
+    """The strange machine with other data of its thrust bearing."""
+    file = load_machine(FILE)
+    data = file.thrust_bearing.model_dump(exclude_none=True) | changes
+    return file.model_copy(update={"thrust_bearing": ThrustBearing(**data)})
+
+
+def measured(result):
+    return {item.measured.quantity: item.measured for item in result.findings}
+
+
+def test_a_missing_controller_or_part_is_refused_before_anything_is_computed():
+    with pytest.raises(ValueError, match="no controller file"):
+        assess(changed(controller="nowhere.toml"), only=["axial"])
+    with pytest.raises(ValueError, match="has no part 'blowr'; did you mean blower"):
+        assess(changed(at="blowr"), only=["axial"])
+
+
+def test_a_machine_without_thrust_bearing_has_no_axial_part():
+    file = load_machine(FILE)
+    without = file.model_copy(update={"thrust_bearing": None})
+    assert chosen_parts(file) == list(ANALYSES)
+    assert chosen_parts(without) == [name for name in ANALYSES if name != "axial"]
+    assert chosen_parts(without, ["axial"]) == ["axial"]
+    assert assess(without, only=["axial"]).unanswered == {"axial": "machine machine has no [thrust_bearing]"}
+    assert not {"thrust_bearing", "tilt"} & set(without.model_dump(mode="json", exclude_none=True))
+
+
+def test_other_parts_do_not_depend_on_the_thrust_bearing():
+    file = load_machine(FILE)
+    without = file.model_copy(update={"thrust_bearing": None})
+    parts = [assess(of, only=["closed_loop"]).as_dict()["parts"]["closed_loop"] for of in (file, without)]
+    for part in parts:
+        part.pop("seconds")
+    assert json.dumps(parts[0]) == json.dumps(parts[1])
+
+
+def test_the_axial_axis_is_judged_like_the_radial_ones():
+    result = assess(FILE, only=["axial"])
+    assert not result.unanswered
+    assert not result.missed
+    judged = {item.criterion.key for item in result.findings if item.criterion is not None}
+    assert {"sensitivity_zone", "sensitivity_at_acceptance", "stable", "axial_load", "axial_capacity"} <= judged
+    found = measured(result)
+    assert found["axial_load"].value == pytest.approx(100.0 * 40.0 / 250.0)
+    assert found["sensitivity_varied"].value > found["sensitivity_peak"].value > 1.0
+    assert found["decrement_varied"].value < found["decrement_anywhere"].value
+
+
+def test_peak_of_the_sensitivity_is_that_of_the_loop_at_its_load():
+    """Rotor, magnet and amplifier by python-control, with the same law; K_s is that under 40 N of 250 N."""
+    import control
+
+    file = load_machine(FILE)
+    result = measured(assess(file, only=["axial"]))["sensitivity_peak"]
+    thrust, T = file.thrust_bearing, 50e-6
+    A, B, C, D = thrust.lag(T).state_space()
+    mass, k_s, omega_b = 3.908928636, 5e5 * (1.0 + (40.0 / 250.0) ** 2), 2.0 * math.pi * 1500.0
+    rotor = control.ss([[0, 1], [0, 0]], [[0], [1 / mass]], [[1, 0]], [[0]], inputs="force", outputs="z")
+    lag = control.ss(A, B, C, D, inputs="drive", outputs="force")
+    amplifier = control.ss(control.tf([omega_b], [1.0, omega_b]), inputs="demand", outputs="current")
+    pull = control.ss([], [], [], [[100.0, k_s]], inputs=["current", "z"], outputs="drive")
+    plant = control.interconnect([lag, rotor, amplifier, pull], inputs=["demand"], outputs=["z"])
+    half = control.c2d(plant, 0.5 * T, "zoh")  # 1.5 samples late are three half samples
+    law = linear_controller(FILE.parent / "axial.toml").state_space()
+    plain = AxialLoop(
+        AxialPlant(mass, 100.0, k_s, omega_b, thrust.lag(T)), (law.A, law.B, law.C, law.D), T, 1.5
+    ).sensitivity(np.array([result.facts["frequency"]]))
+    assert result.value == pytest.approx(abs(plain[0]), rel=1e-6)
+    # the plant over a sample with the demand of the sample before the last in its first half
+    A_2, B_2, C_2 = half.A @ half.A, half.B, half.C
+    z = np.exp(2j * math.pi * result.facts["frequency"] * T)
+    late = np.linalg.solve(z * np.eye(len(A_2)) - A_2, half.A @ B_2 * z**-2 + B_2 * z**-1)
+    L = (C_2 @ late)[0, 0] * law(z)
+    assert result.value == pytest.approx(abs(1.0 / (1.0 - L)), rel=1e-6)
+
+
+def test_a_controller_of_the_wrong_sign_is_missed_and_has_no_sensitivity(tmp_path):
+    text = (FILE.parent / "axial.toml").read_text(encoding="utf-8").replace("gain = -1.0", "gain = 1.0")
+    (tmp_path / "axial.toml").write_text(text, encoding="utf-8")
+    result = assess(changed(controller=str(tmp_path / "axial.toml")), only=["axial"])
+    assert not result.unanswered
+    assert {item.criterion.key for item in result.missed} >= {"stable", "stable_with_tolerances"}
+    assert "sensitivity_peak" not in measured(result)
+    assert json.loads(json.dumps(result.as_dict(), allow_nan=False))
+
+
+def test_a_thrust_beyond_the_capacity_is_missed_and_has_no_loop():
+    result = assess(changed(thrust=["0 N", "300 N"]), only=["axial"])
+    assert [item.criterion.key for item in result.missed] == ["axial_load"]
+    assert result.missed[0].verdict is Judgement.MISSED
+    assert measured(result)["axial_load"].value == pytest.approx(120.0)
+    (part,) = result.parts
+    assert part.answer.notes[0] == "The bearing cannot carry -300 N, so there is no loop."
+    assert [row[0] for row in part.answer.tables[0].rows] == ["0"]
+
+
+def test_a_vertical_machine_carries_its_weight_along_the_shaft():
+    file = changed(thrust=0.0).model_copy(update={"tilt": "90 deg"})
+    found = measured(assess(file, only=["axial"]))
+    assert found["axial_load"].value == pytest.approx(100.0 * 3.908928636 * 9.81 / 250.0, rel=1e-6)
+    assert "under 38.3" in found["sensitivity_peak"].where  # upwards, along z
+    assert axial.NAME in found["axial_load"].where

@@ -1,0 +1,180 @@
+"""The lag of solid iron: asymptotes, its step against Mittag-Leffler's function, and its sum of first-order lags."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from axial_diffusion import gap_flux
+from scipy.constants import mu_0
+from scipy.integrate import quad
+from scipy.linalg import expm, solve_banded
+from scipy.special import gamma
+
+from thrust_bearings.disc import ThrustDisc
+from thrust_bearings.eddy_currents import (
+    SolidIron,
+    corner_frequency,
+    half_order_lag,
+    half_order_step,
+    pole_face,
+)
+from thrust_bearings.rational_lag import NO_LAG, rational_lag
+
+OMEGA_E = 2.0 * math.pi * 120.0
+BAND = (2.0 * math.pi * 0.1, 2.0 * math.pi * 20e3)
+DISC = ThrustDisc(0.025, 0.055, 12e-4, 0.5e-3, 80.0, 4.0, 10.0, 1.3)
+
+
+def test_phase_tends_to_minus_45_degrees_and_magnitude_falls_with_the_root():
+    s = 1j * OMEGA_E * np.array([1e6, 1e8])
+    G = half_order_lag(s, OMEGA_E)
+    np.testing.assert_allclose(np.degrees(np.angle(G)), -45.0, atol=0.05)
+    assert abs(G[0] / G[1]) == pytest.approx(10.0, rel=1e-3)
+    assert half_order_lag(np.array(0j), OMEGA_E) == 1.0
+
+
+def test_phase_at_the_corner_is_minus_22_and_a_half_degrees():
+    """1 + exp(i pi/4) has half the angle of its second term, and the magnitude 2 cos(pi/8)."""
+    G = complex(half_order_lag(np.array(1j * OMEGA_E), OMEGA_E))
+    assert math.degrees(math.atan2(G.imag, G.real)) == pytest.approx(-22.5, abs=1e-10)
+    assert abs(G) == pytest.approx(0.5 / math.cos(math.pi / 8.0), rel=1e-12)
+
+
+def test_step_is_that_of_mittag_lefflers_series():
+    """E_1/2(-x) = sum of (-x)^k/Gamma(k/2 + 1)."""
+    t = np.array([0.0, 1e-5, 1e-4, 1e-3, 5e-3])
+    k = np.arange(120)
+    series = [np.sum((-math.sqrt(OMEGA_E * at)) ** k / gamma(k / 2.0 + 1.0)) for at in t]
+    np.testing.assert_allclose(half_order_step(t, OMEGA_E), 1.0 - np.array(series), rtol=1e-9, atol=1e-12)
+
+
+@pytest.mark.parametrize("corner", [2.0, 30.0, 120.0, 3000.0])
+@pytest.mark.parametrize("tolerance", [1e-2, 1e-3])
+def test_sum_of_lags_is_within_its_error_over_four_decades(corner, tolerance):
+    omega_e = 2.0 * math.pi * corner
+    lag = rational_lag(omega_e, BAND, tolerance)
+    s = 1j * np.geomspace(BAND[0], BAND[1], 5003)  # not the points of the fit
+    error = np.abs(lag.response(s) / half_order_lag(s, omega_e) - 1.0)
+    assert error.max() <= 1.02 * lag.error <= 1.02 * tolerance
+    magnitude = np.abs(lag.response(s)) / np.abs(half_order_lag(s, omega_e))
+    assert np.abs(magnitude - 1.0).max() <= tolerance * 1.02
+
+
+@pytest.mark.parametrize("corner", [2.0, 120.0, 3000.0])
+def test_sum_of_lags_is_passive_with_static_gain_one(corner):
+    lag = rational_lag(2.0 * math.pi * corner, BAND)
+    assert lag.poles.min() > 0.0
+    assert lag.weights.min() > 0.0
+    assert lag.feedthrough >= 0.0
+    assert complex(lag.response(np.array(0j))) == pytest.approx(1.0, abs=1e-12)
+
+
+def test_a_smaller_error_takes_more_poles():
+    orders = [len(rational_lag(OMEGA_E, BAND, tolerance).poles) for tolerance in (1e-1, 1e-2, 1e-3, 1e-4)]
+    assert orders == sorted(set(orders))
+    assert orders[2] <= 20
+
+
+def test_step_of_the_sum_is_that_of_the_half_order_lag():
+    lag = rational_lag(OMEGA_E, BAND, 1e-3)
+    A, B, C, D = lag.state_space()
+    for t in (1e-4, 1e-3, 1e-2, 1e-1):
+        states = np.linalg.solve(A, (expm(A * t) - np.eye(len(A))) @ B)
+        step = float((C @ states)[0, 0] + D[0, 0])
+        assert step == pytest.approx(float(half_order_step(np.array(t), OMEGA_E)), rel=3e-3)
+
+
+def test_state_space_has_the_response_of_the_sum():
+    lag = rational_lag(OMEGA_E, BAND, 1e-2)
+    A, B, C, D = lag.state_space()
+    s = 1j * 700.0
+    value = (C @ np.linalg.solve(s * np.eye(len(A)) - A, B) + D)[0, 0]
+    assert value == pytest.approx(complex(lag.response(np.array(s))), rel=1e-12)
+    assert NO_LAG.response(np.array([s])) == pytest.approx([1.0])
+
+
+@pytest.mark.parametrize("fed_from", [0, 1])
+def test_share_of_the_flux_along_a_pole_face_is_integrated_exactly(fed_from):
+    ring = (0.03, 0.041)
+    edge, end = ring[fed_from], ring[1 - fed_from]
+    share = quad(lambda r: ((r**2 - end**2) / (edge**2 - end**2)) ** 2 / r, *ring)[0]
+    assert pole_face(ring, edge) == pytest.approx(share, rel=1e-9)
+    assert pole_face((0.0, 0.02), 0.02) == pytest.approx(0.25, rel=1e-12)  # of a full disc: int r^3 dr/r_b^4
+
+
+def test_corner_follows_gap_conductivity_and_permeability():
+    """omega_e = (R_0/c)^2, c with the root of sigma/mu: a wider gap or a poorer conductor lags less."""
+    iron = SolidIron(4e6, 500.0, 0.02)
+    corner = corner_frequency(DISC, iron)
+    assert corner_frequency(DISC, SolidIron(1e6, 500.0, 0.02)) == pytest.approx(4.0 * corner, rel=1e-12)
+    assert corner_frequency(DISC, SolidIron(4e6, 1000.0, 0.02)) == pytest.approx(2.0 * corner, rel=1e-12)
+    wide = ThrustDisc(0.025, 0.055, 12e-4, 1e-3, 80.0, 4.0, 10.0, 1.3)
+    assert corner_frequency(wide, iron) == pytest.approx(4.0 * corner, rel=1e-12)
+    assert corner_frequency(DISC, SolidIron(4e6, 500.0, 0.03)) < corner
+
+
+def test_iron_of_a_half_space_has_the_reluctance_of_its_skin():
+    """Finite differences of H'' = s sigma mu H: H/flux per width is sqrt(s sigma/mu), which (2) has."""
+    sigma, mu, s = 4e6, 500.0 * mu_0, 2j * math.pi * 50.0
+    x = np.linspace(0.0, 20.0 / math.sqrt(abs(s) * sigma * mu), 4001)
+    step = x[1]
+    n = len(x) - 2
+    bands = np.zeros((3, n), dtype=complex)
+    bands[0, 1:], bands[2, :-1] = 1.0, 1.0
+    bands[1] = -2.0 - s * sigma * mu * step**2
+    right = np.zeros(n, dtype=complex)
+    right[0] = -1.0
+    H = np.concatenate([[1.0], solve_banded((1, 1), bands, right), [0.0]])
+    flux = mu * np.trapezoid(H, x)
+    assert 1.0 / flux == pytest.approx(np.sqrt(s * sigma / mu), rel=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("permeability", "conductivity", "gap", "depth", "within"),
+    [
+        (500.0, 4e6, 0.5e-3, 0.015, 0.14),
+        (1000.0, 2e6, 0.8e-3, 0.02, 0.1),
+        (2000.0, 5e6, 0.4e-3, 0.012, 0.11),
+        (200.0, 6e6, 0.4e-3, 0.01, 0.31),
+    ],
+)
+def test_lag_of_a_bearing_is_near_that_of_its_field(permeability, conductivity, gap, depth, within):
+    """The flux of the poles, by finite volumes, over the static one; a lag without leakage or faces is further off."""
+    iron = SolidIron(conductivity, permeability, depth)
+    disc = ThrustDisc(0.025, 0.055, 12e-4, gap, 80.0, 1.0, 10.0, 1.3)
+    s = 2j * math.pi * np.array([3.0, 30.0, 200.0, 1000.0])
+    static = gap_flux(disc, iron, 0j, 1e-4, 1.3)
+    field = np.array([gap_flux(disc, iron, at, 1e-4, 1.3) for at in s]) / static
+    ratio = half_order_lag(s, corner_frequency(disc, iron)) / field
+    assert np.abs(ratio - 1.0).max() < within
+    assert np.degrees(np.abs(np.angle(ratio))).max() < 6.5
+    assert np.degrees(np.angle(field[-1])) < -25.0
+
+
+@pytest.mark.parametrize(
+    ("wrong", "sentence"),
+    [
+        ((0.0, 500.0, 0.02), "conductivity = 0 S/m is not allowed; it must be > 0 S/m"),
+        ((4e6, 1.0, 0.02), "permeability = 1 is not allowed; it must be > 1"),
+        ((4e6, 500.0, 0.02, 0.9), "leakage = 0.9 is not allowed; it must be >= 1 and <= 3"),
+        ((4e6, 500.0, -1.0), "slot_depth = -1 m is not allowed; it must be > 0 m"),
+    ],
+)
+def test_iron_that_there_is_not_is_refused(wrong, sentence):
+    with pytest.raises(ValueError, match=sentence):
+        SolidIron(*wrong)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        ((0.0, BAND), "omega_e = 0 rad/s"),
+        ((1.0, (2.0, 1.0)), "band = 2 to 1 rad/s is not allowed"),
+        ((1.0, BAND, 0.0), "tolerance = 0 is not allowed; it must be >= 1e-6 and < 1"),
+    ],
+)
+def test_a_lag_without_frequencies_is_refused(arguments, sentence):
+    with pytest.raises(ValueError, match=sentence):
+        rational_lag(*arguments)
