@@ -112,10 +112,14 @@ def unpack(create_once: Callable[..., Path]) -> Callable[[Path], Path]:
 
 @pytest.fixture(scope="session", autouse=True)
 def cache(shared_folder: Path) -> Iterator[Path]:
-    """FMUs are built into a cache of this test run, not the user's; the C compiler's own cache stays where it is."""
+    """Folder of built FMUs and engines, not the user's; the C compiler's own cache stays where it is.
+
+    It belongs to this test run, or is the folder that AMB_COSIM_TEST_CACHE names: what is in it is named after the code
+    that it was made from, so that later runs need not build it again.
+    """
     patch = pytest.MonkeyPatch()
-    folder = shared_folder / "cache"
-    folder.mkdir(exist_ok=True)
+    folder = Path(os.environ.get("AMB_COSIM_TEST_CACHE") or shared_folder / "cache")
+    folder.mkdir(parents=True, exist_ok=True)
     patch.setenv("ZIG_GLOBAL_CACHE_DIR", os.environ.get("ZIG_GLOBAL_CACHE_DIR", platformdirs.user_cache_dir("zig")))
     patch.setenv("XDG_CACHE_HOME", str(folder))
     patch.setattr("platformdirs.user_cache_path", lambda name, *_, **__: folder / name)
@@ -188,17 +192,24 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--regenerate", action="store_true", help="write the regression data in tests/regression anew")
     parser.addoption("--long", action="store_true", help="make the campaigns in tests/robustness as long as they get")
     parser.addoption("--hosts", type=Path, metavar="FILE", help="write down there which hosts ran which FMUs")
-    parser.addoption("--absences", type=Path, metavar="FILE", help="fail if a test is skipped for a reason not in it")
+    parser.addoption(
+        "--absences",
+        type=Path,
+        action="append",
+        default=[],
+        metavar="FILE",
+        help="fail if a test is skipped for a reason that is in no such file",
+    )
 
 
 def pytest_configure(config: pytest.Config) -> None:
     import waiting_for_kernels
 
     config.pluginmanager.register(waiting_for_kernels)
-    if (file := config.getoption("--absences")) and not hasattr(config, "workerinput"):
+    if (files := config.getoption("--absences")) and not hasattr(config, "workerinput"):
         from absences import Absences
 
-        config.pluginmanager.register(Absences(file))
+        config.pluginmanager.register(Absences(files))
     if file := config.getoption("--hosts"):
         from tests.compatibility.record import HostRecord
 

@@ -16,6 +16,8 @@ from amb_actuator.amplifier import constant_voltage_response, regulated_response
 from amb_actuator.interface import DYNAMIC
 from amb_cosim.design.magnetic_bearing import amplifier_transfer, axis_parameters, current_amplitude
 
+pytestmark = pytest.mark.gate
+
 R, L, V, BAND = 0.365, 0.0732, 150.0, 1400.0
 OMEGA = 2 * math.pi * BAND
 SMALLEST_LIMITED = (V - R * 5.57) / (L * OMEGA)  # a step of the command that asks for just V (A), 0.23 A

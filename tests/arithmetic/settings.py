@@ -85,7 +85,7 @@ def environment_of(name: str) -> Iterator[dict[str, str]]:
         levels = changes["NPY_DISABLE_CPU_FEATURES"].split()
         changes["NPY_DISABLE_CPU_FEATURES"] = " ".join(level for level in levels if level in available)
     # Without files of byte code in the new folder, every process would compile all that it imports.
-    dropped = {"PYTHONDONTWRITEBYTECODE"}.union(*SETTINGS.values())
+    dropped = {"PYTHONDONTWRITEBYTECODE", "AMB_COSIM_TEST_CACHE"}.union(*SETTINGS.values())
     local = {key: value for key, value in os.environ.items() if key not in dropped}
     with tempfile.TemporaryDirectory() as folder:
         caches = {

@@ -5,19 +5,17 @@ from __future__ import annotations
 import multiprocessing
 import sys
 import threading
-import time
 from ctypes import c_bool
 
 import pytest
+from waiting import LONGEST, wait_until
 
 from amb_cosim.cosim.basics.clock import Clock
 
 
-def is_raised(flag: c_bool, within: float = 10.0) -> bool:
-    end = time.monotonic() + within
-    while not flag.value and time.monotonic() < end:
-        time.sleep(0.001)
-    return flag.value
+def is_raised(flag: c_bool) -> bool:
+    wait_until(lambda: flag.value, 0.001)
+    return True
 
 
 def test_flags_are_raised_again_and_again_while_they_are_held():
@@ -41,7 +39,7 @@ def test_runs_share_a_thread_that_ends_after_the_last():
     for _ in range(20):
         with clock.flag():
             assert clocks() - before == {thread}
-    thread.join(timeout=10.0)
+    thread.join(timeout=LONGEST)
     assert not thread.is_alive()
     with clock.flag() as flag:
         assert is_raised(flag)
@@ -61,5 +59,5 @@ def test_a_forked_process_has_a_clock_of_its_own():
         answer = context.Queue()
         process = context.Process(target=child, args=(answer,))
         process.start()
-        assert answer.get(timeout=30.0)
+        assert answer.get(timeout=LONGEST)
         process.join()

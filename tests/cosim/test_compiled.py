@@ -237,6 +237,7 @@ def test_an_interrupt_between_blocks_keeps_the_record():
     assert recorder.points.tolist() == list(range(recorder.reached + 1))
 
 
+@pytest.mark.slow  # measures time
 def test_steps_that_become_slow_end_their_block(monkeypatch):
     """After 5000 fast steps blocks have thousands; then 25 steps take the time that a block should."""
     monkeypatch.setattr(compiled, "BLOCK_TIME", 0.2)
@@ -267,6 +268,7 @@ def test_wall_time_is_counted_from_point_0():
     assert recorder.wall_time < clock[-1] - clock[0]
 
 
+@pytest.mark.slow  # measures time
 @pytest.mark.skipif(sys.platform == "win32", reason="needs usleep")
 def test_other_threads_run_while_the_loop_does():
     """The step is the C library's `usleep`, whose argument is the instance: no Python gets in during a block."""

@@ -14,6 +14,7 @@ import click
 import pytest
 from command_line import COMMAND
 from slow import slow_but_first
+from waiting import LONGEST, wait_for_work, wait_until
 
 from amb_cosim.commands import cli
 from amb_cosim.cosim.basics.interruption import deferred
@@ -49,13 +50,6 @@ def command(monkeypatch):
         monkeypatch.setitem(cli.main.commands, "tested", click.Command("tested", callback=function))
 
     return add
-
-
-def until(condition, seconds=30.0):
-    end = time.monotonic() + seconds
-    while not condition():
-        assert time.monotonic() < end, "it took too long"
-        time.sleep(0.02)
 
 
 def children(process):
@@ -160,7 +154,7 @@ sys.meta_path.insert(0, Interrupting())
 start.main()
 """
     command = [sys.executable, "-c", program, "run", "fig4_9", "--until", "0.001"]
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=60)
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=LONGEST)
     assert (done.returncode, done.stderr) == (CODES[number], "amb-cosim: interrupted\n")
     assert not list(tmp_path.iterdir())
 
@@ -179,10 +173,10 @@ def test_an_interruption_at_the_start_keeps_the_old_result(runner, monkeypatch, 
 def test_a_signal_during_a_run_keeps_what_was_recorded(start, tmp_path, number):
     (tmp_path / "long.toml").write_text("base = 'fig4_9'\nend_cycle = 1e5\nsettle_cycles = 0\nrecord.every = 1000\n")
     process = start("run", "long.toml", "--no-plots", "-o", "out")
-    until(lambda: b"rolac_controller.so" in Path(f"/proc/{process.pid}/maps").read_bytes())
-    time.sleep(1.0)
+    wait_until(lambda: b"rolac_controller.so" in Path(f"/proc/{process.pid}/maps").read_bytes())
+    wait_for_work(process.pid, 0.5)
     process.send_signal(number)
-    _, errors = process.communicate(timeout=60)
+    _, errors = process.communicate(timeout=LONGEST)
     assert process.returncode == CODES[number]
     assert errors.splitlines()[-1].startswith("amb-cosim: interrupted at t = ")
     assert load(tmp_path / "out" / "result.nc").attrs["completed"] == 0
@@ -194,9 +188,9 @@ def test_a_signal_during_a_run_keeps_what_was_recorded(start, tmp_path, number):
 @pytest.mark.parametrize("number", [signal.SIGKILL, *CODES])
 def test_the_processes_of_a_study_end_with_it(start, number):
     process = start("study", "recovery", "--instants", "16")
-    until(lambda: sum("spawn_main" in text for text in commands_of(children(process))) >= min(2, os.cpu_count()))
+    wait_until(lambda: sum("spawn_main" in text for text in commands_of(children(process))) >= min(2, os.cpu_count()))
     workers = children(process)
     process.send_signal(number)
-    process.communicate(timeout=30)
+    process.communicate(timeout=LONGEST)
     assert process.returncode == CODES.get(number, -signal.SIGKILL)
-    until(lambda: not any("spawn_main" in text for text in commands_of(workers)), seconds=10.0)
+    wait_until(lambda: not any("spawn_main" in text for text in commands_of(workers)))

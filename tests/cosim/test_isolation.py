@@ -8,7 +8,6 @@ import shutil
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +15,7 @@ import pytest
 from click.testing import CliRunner
 from command_line import COMMAND
 from fmu_systems import system_text
+from waiting import LONGEST, wait_for_work, wait_until
 
 import amb_cosim
 from amb_cosim.commands.cli import main
@@ -119,23 +119,20 @@ def test_a_signal_ends_the_process_of_the_fmus_too(system, tmp_path, number, cod
         [*COMMAND, "simulate", system(GOOD, "1e5 s"), "-o", "out"], cwd=tmp_path, stderr=subprocess.PIPE, text=True
     )
     listed = Path(f"/proc/{process.pid}/task/{process.pid}/children")
-    end = time.monotonic() + 60.0
-    while not any(b"unruly" in Path(f"/proc/{n}/maps").read_bytes().lower() for n in listed.read_text().split()):
-        assert time.monotonic() < end
-        time.sleep(0.05)
+    wait_until(
+        lambda: any(b"unruly" in Path(f"/proc/{n}/maps").read_bytes().lower() for n in listed.read_text().split())
+    )
     (child,) = listed.read_text().split()
-    time.sleep(0.5)
+    wait_for_work(int(child), 0.3)
     if is_stopped:
         os.kill(int(child), signal.SIGSTOP)
     os.kill(process.pid, number)
-    _, errors = process.communicate(timeout=60)
+    _, errors = process.communicate(timeout=LONGEST)
     assert process.returncode == code
     if number != signal.SIGKILL:
         assert errors.splitlines()[-1].startswith("amb-cosim: interrupted at t = ")
         assert (tmp_path / "out" / "result.nc").is_file()
-    while Path(f"/proc/{child}").exists():
-        assert time.monotonic() < end
-        time.sleep(0.05)
+    wait_until(lambda: not Path(f"/proc/{child}").exists())
 
 
 def test_the_first_run_of_an_fmu_from_elsewhere_warns(run_python, system):

@@ -21,6 +21,7 @@ PAGES = [
 ]
 RUNNING = [page for page in PAGES if any(not (block.needs or block.part_of) for block in blocks_of(page))]
 FAST = ("README", "run_any_fmus")
+GATE = ("first_run", "own_scenario", "own_rotor")
 NEEDING = [(page, block) for page in PAGES for block in blocks_of(page) if block.needs]
 
 # What blocks need, and whether it is here; what is None cannot be had in a test.
@@ -107,7 +108,11 @@ def run_page(page, blocks, folder):
 @pytest.mark.parametrize(
     "page",
     [
-        pytest.param(page, marks=[pytest.mark.slow] if page.stem not in FAST else [], id=name_of(page))
+        pytest.param(
+            page,
+            marks=[] if page.stem in FAST else [pytest.mark.slow, *([pytest.mark.gate] if page.stem in GATE else [])],
+            id=name_of(page),
+        )
         for page in RUNNING
     ],
 )

@@ -9,6 +9,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
+from waiting import LONGEST
 
 from fmi_export.building.native import engines
 from fmi_export.building.native.engines import Engine, find_or_compile
@@ -52,7 +53,7 @@ def test_kernels_are_compiled_by_one_process_of_those_that_begin_together(tmp_pa
     (tmp_path / "shared" / "__init__.py").touch()
     (tmp_path / "shared" / "kernels.py").write_text(KERNELS)
     processes = [started(CALLER.format(folder=str(tmp_path), k=k, n=3)) for k in range(3)]
-    answers = sorted(process.communicate(timeout=120)[0].strip() for process in processes)
+    answers = sorted(process.communicate(timeout=LONGEST)[0].strip() for process in processes)
     assert answers == ["6.0 0", "6.0 1", "6.0 1"], "one compiles, the others read what it has kept"
     assert not list(tmp_path.rglob("*.lock"))
 
@@ -66,7 +67,7 @@ def test_a_process_that_is_killed_frees_the_one_that_waits(tmp_path):
     assert second.stderr is not None
     assert second.stderr.readline() == "waiting for another process, which makes the thing\n"
     first.kill()
-    assert second.communicate(timeout=60)[0] == "in\n"
+    assert second.communicate(timeout=LONGEST)[0] == "in\n"
     first.communicate()
 
 

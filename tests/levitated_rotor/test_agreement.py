@@ -16,6 +16,8 @@ from amb_cosim import build_assembled
 from amb_cosim.scenario.scenario import load_scenario
 from amb_cosim.scenario.simulation import PlannedRun, prepare
 
+pytestmark = pytest.mark.gate
+
 SCENARIOS = ("fig5_6", *(pytest.param(name, marks=pytest.mark.slow) for name in ("fig4_9", "fig6_13")))
 
 SIMULATED = {"settling": "simulated"}  # as one FMU has it

@@ -12,6 +12,8 @@ from amb_cosim.linear.foreign import foreign_component
 from amb_cosim.linear.linearisable import linearisable
 from amb_cosim.linear.linearise import model_of
 
+pytestmark = pytest.mark.gate
+
 COMPRESSOR = "compressor_levitated"
 H = 1e-4
 AXES = [f"{bearing}.{axis}" for bearing in ("mb1", "mb2") for axis in "xy"]

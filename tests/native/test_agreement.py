@@ -15,6 +15,8 @@ from amb_cosim.design import plant_data
 from fmi_export.model import Instance
 from rotor_analysis.parts import AtSpeed, Bearing
 
+pytestmark = pytest.mark.gate
+
 H = 250e-6
 
 CONTACT = {

@@ -106,6 +106,7 @@ def test_the_process_maps_no_python(host, unpacked, lag):
 
 
 @pytest.mark.slow
+@pytest.mark.gate
 def test_a_host_without_python_follows_the_plant_through_contact(host, unpacked, plant, plant_constants, plant_program):
     answers, _ = run([host], *binary_of(unpacked(plant, plant_constants)), program=plant_program.lines)
     plant_program.check(answers)

@@ -1,18 +1,24 @@
 """Platforms, the required compiler, and macOS's universal libraries."""
 
+import importlib.metadata
 import os
 import signal
 import struct
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
+from packaging.requirements import Requirement
+from packaging.version import Version
 
 from amb_files.temporary_folders import temporary_folder
 from fmi_export.building.native import compiler
 from fmi_export.building.native.compiler import PLATFORMS, TARGETS, check_platforms
 from fmi_export.building.native.universal import universal
+
+ROOT = Path(__file__).parents[2]
 
 
 @pytest.fixture(autouse=True)
@@ -47,6 +53,19 @@ def test_another_llvm_than_numbas_is_named(monkeypatch):
     monkeypatch.setattr(compiler, "_zig", lambda arguments, folder: "clang version 9.0.1\nTarget: x")
     with pytest.raises(ValueError, match=r"numba writes code of LLVM \d+, but the installed ziglang reads LLVM 9;"):
         compiler.check_compiler()
+
+
+@pytest.mark.usefixtures("compiler")
+def test_newest_numba_and_zig_that_are_allowed_share_one_llvm():
+    """Both have an upper bound, since the LLVM of a newer zig cannot read what an older numba writes."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    texts = [*project["dependencies"], *project["optional-dependencies"]["native"]]
+    allowed = {requirement.name: requirement.specifier for requirement in map(Requirement, texts)}
+    for name in ("numba", "ziglang"):
+        installed = Version(importlib.metadata.version(name))
+        assert installed in allowed[name]
+        assert f"{installed.major}.{installed.minor + 1}.0" not in allowed[name]
+    assert compiler.check_compiler() == importlib.metadata.version("ziglang")
 
 
 @pytest.mark.usefixtures("compiler")

@@ -290,6 +290,7 @@ def test_the_guid_tells_the_versions_apart(lag):
 
 
 @pytest.mark.slow
+@pytest.mark.gate
 def test_the_plant_of_fmi_3_goes_through_contact_as_that_of_fmi_2(native, plant, plant_constants, run_python):
     def host(paths: list, start: dict) -> list:
         import numpy as np

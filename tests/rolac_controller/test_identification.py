@@ -29,6 +29,8 @@ from rolac_controller.enumerations import (
 )
 from rolac_controller.excitation import amplitude_at
 
+pytestmark = pytest.mark.gate
+
 SAMPLES, FREQUENCY = 20, 15.0
 FAST = 1.0 / (SAMPLES * FREQUENCY)  # s, so few samples that a slot of 45 periods takes 900
 SLOT = 45 * SAMPLES

@@ -25,6 +25,8 @@ from scipy.optimize import brentq
 
 from rotor_contact.enumerations import LAWS
 
+pytestmark = pytest.mark.gate
+
 M, K, K_C, C_R, OMEGA, JOURNAL = 10.0, 1e6, 1e8, 0.2e-3, 260.0, 0.025
 H = 5e-5
 

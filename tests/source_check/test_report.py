@@ -169,6 +169,7 @@ def test_the_command_refuses_what_is_not_there(tmp_path):
 
 
 @pytest.mark.slow
+@pytest.mark.gate
 def test_the_command_writes_page_and_data(tmp_path):
     result = CliRunner().invoke(main, ["report", "--only", "eq4_30", "-o", str(tmp_path)])
     assert result.exit_code == 0, result.output

@@ -194,6 +194,7 @@ def test_what_ssp_cannot_say_is_in_the_notes(sequential):
 
 
 @pytest.mark.slow
+@pytest.mark.gate
 def test_the_archive_is_the_same_run_to_the_last_bit(run_python, run_once, sequential):
     ours = run_once(tools.with_this_project, scenario=SEQUENTIAL)
     back = run_python(tools.read_back, archive=str(sequential))

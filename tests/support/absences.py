@@ -1,9 +1,10 @@
-"""Tells why tests were skipped, and fails a run in which one was for a reason that is not on a list."""
+"""Lists why tests were skipped, and fails a run in which one was skipped for a reason that is on no list."""
 
 from __future__ import annotations
 
 import tomllib
 from collections import Counter
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -13,11 +14,13 @@ import pytest
 class Absences:
     """A plugin of pytest's main process.
 
-    The list is a TOML file: beginnings of the reasons that pytest shows for a skipped test, and why each is allowed.
+    The lists are TOML files: beginnings of the reasons that pytest shows for a skipped test, and why each is allowed.
     """
 
-    def __init__(self, file: Path) -> None:
-        self.allowed: dict[str, str] = tomllib.loads(file.read_text(encoding="utf-8"))
+    def __init__(self, files: Iterable[Path]) -> None:
+        self.allowed: dict[str, str] = {}
+        for file in files:
+            self.allowed |= tomllib.loads(file.read_text(encoding="utf-8"))
         self.told: list[str] = []
 
     def pytest_sessionfinish(self, session: pytest.Session) -> None:

@@ -10,6 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/mman.h>
+#include <sys/prctl.h>
 #include <unistd.h>
 
 enum { OK, WARNING, DISCARD, ERROR, FATAL };
@@ -81,9 +82,11 @@ static int done(const char *deed, Instance *self)
             _exit(0);
         sleep_long();
     }
-    if (IS(hang))
+    if (IS(hang)) {
+        prctl(PR_SET_NAME, "hangs");
         for (;;)
             pause();
+    }
     if (IS(speak))
         for (int fd = 0; fd < 16; fd++)
             if (write(fd, "words among the answers\n", 24)) {

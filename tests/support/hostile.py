@@ -65,9 +65,10 @@ class Hostility:
         """Numbers of the processes that were started since it was said what FMUs will do."""
         return {int(process.name) for process in _processes() if self._mark in _text(process / "environ")}
 
-    def libraries(self) -> str:
-        """What these processes have loaded, one line for each piece of memory."""
-        return "".join(_text(Path(f"/proc/{number}/maps")) for number in self.processes())
+    def hangs(self) -> bool:
+        """Whether one of them hangs in a call, which gives its thread a name."""
+        threads = (file for number in self.processes() for file in Path(f"/proc/{number}/task").glob("*/comm"))
+        return any(_text(file) == "hangs\n" for file in threads)
 
 
 def _processes() -> list[Path]:

@@ -13,6 +13,8 @@ from rotor_analysis.response import unbalance_response
 from rotor_analysis.rotor_file import load_rotor
 from rotor_analysis.supported_rotor import supported_plant, supported_rotor
 
+pytestmark = pytest.mark.gate
+
 
 def simulated(scenario: dict[str, Any], folder: str) -> dict[str, Any]:
     import json

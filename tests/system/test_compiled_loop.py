@@ -128,6 +128,7 @@ def with_both_loops(scenario: str, flavour: str) -> dict[str, Any]:
 
 
 @pytest.mark.slow
+@pytest.mark.gate
 @pytest.mark.parametrize("flavour", FLAVOURS)
 @pytest.mark.parametrize("name", SCENARIOS)
 def test_both_loops_record_the_same(name: str, flavour: str, run_once: Callable[..., Any]) -> None:

@@ -16,6 +16,8 @@ from slow import slow_but_first
 
 from bath_thesis.studies.monolithic import Levitation, free_orbit
 
+pytestmark = pytest.mark.gate
+
 SCENARIO = """
 description = "An unbalanced rotor from rest"
 Omega = "{Omega} rad/s"

@@ -37,6 +37,7 @@ RIG = dict.fromkeys(("fig4_9", "fig4_18", "fig5_6"))
 SHORT = {"nelson_mcvaugh_rub": 0.024, "compressor_touchdown": 0.04, "compressor_levitated_touchdown": 0.04}  # s
 
 
+@pytest.mark.gate
 @pytest.mark.parametrize(("name", "until"), (RIG | SHORT).items())
 def test_both_flavours_give_the_same_bits(name: str, until: float | None, run_python: Callable[..., Any]) -> None:
     result = run_python(both_flavours, name=name, until=until, timeout=600)
@@ -45,6 +46,7 @@ def test_both_flavours_give_the_same_bits(name: str, until: float | None, run_py
     assert result["force"] > 100.0
 
 
+@pytest.mark.gate
 @pytest.mark.skipif(sys.platform != "linux", reason="the host is built and run on Linux")
 def test_a_c_program_gets_the_numbers_of_the_orchestrator_for_fig4_9(tmp_path: Path) -> None:
     """Python only writes the program's input: libraries, parameters, connections, events."""

@@ -29,6 +29,8 @@ from amb_cosim.results.summary import summarise
 from amb_cosim.scenario.scenario import load_scenario
 from amb_cosim.scenario.simulation import prepare, run_prepared
 
+pytestmark = pytest.mark.gate
+
 THESIS = json.loads((Path(__file__).parents[1] / "reference" / "thesis.json").read_text(encoding="utf-8"))
 CLEARANCE_MM, BUSH_MM = 0.75, 0.9
 DONE = 8  # identification_state

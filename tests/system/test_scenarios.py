@@ -21,6 +21,8 @@ from amb_cosim.scenario.scenario import load_scenario, parse_scenario
 from amb_cosim.scenario.simulation import prepare, run_prepared
 from source_check.run_quantities import first_site
 
+pytestmark = pytest.mark.gate
+
 NODAL, NEWTON = 0, 1
 CLEARANCE_MM = 0.75
 

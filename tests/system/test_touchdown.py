@@ -12,7 +12,7 @@ import pytest
 import amb_cosim
 from amb_cosim.results.result import Result
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.gate]
 
 WEIGHT = 96.0254 * 9.81  # N
 INERTIA = 0.40982  # kg m^2, polar

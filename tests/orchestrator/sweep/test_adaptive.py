@@ -10,6 +10,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from waiting import LONGEST
 
 import amb_cosim
 from amb_cosim.scenario.scenario import load_scenario
@@ -233,7 +234,7 @@ class Thinks:
 
     def next_points(self, count, pending):
         self.pending.append(set(pending))
-        assert self.may_end.acquire(timeout=30.0)
+        assert self.may_end.acquire(timeout=LONGEST)
         return [10 * len(self.pending) + k for k in range(count)], False
 
 

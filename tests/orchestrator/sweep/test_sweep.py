@@ -108,6 +108,7 @@ def test_a_crash_takes_its_point_alone(sweep, tmp_path):
 
 
 @pytest.mark.slow
+@pytest.mark.gate
 def test_full_records_of_chosen_points_are_kept(sweep, tmp_path):
     sweep(tmp_path, vary={"Omega": [200.0, 210.0]}, keep=["completed"])
     names = sorted(path.name for path in (tmp_path / "runs").iterdir())
