@@ -1,4 +1,4 @@
-"""Archives written once, and the tools beside the tests of this folder for them to import."""
+"""Archives written once, and the runs of archives in other tools, for the tests of this folder to import."""
 
 import sys
 from pathlib import Path
@@ -7,7 +7,7 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-import tools
+import archive_runs
 
 
 @pytest.fixture(scope="session")
@@ -16,7 +16,9 @@ def archive(run_python, create_once):
 
     def write(name, scenario, **options):
         def fill(folder):
-            run_python(tools.exported, scenario=scenario, archive=str(folder / "rig.ssp"), **options, timeout=900)
+            run_python(
+                archive_runs.exported, scenario=scenario, archive=str(folder / "rig.ssp"), **options, timeout=900
+            )
 
         return create_once(f"archive-{name}", fill) / "rig.ssp"
 

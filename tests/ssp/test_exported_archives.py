@@ -6,9 +6,9 @@ import tempfile
 import zipfile
 from pathlib import Path
 
+import archive_runs
 import fmpy.ssp
 import pytest
-import tools
 import xmlschema
 from click.testing import CliRunner
 from fmpy.ssp.ssd import read_ssd
@@ -196,8 +196,8 @@ def test_what_ssp_cannot_say_is_in_the_notes(sequential):
 @pytest.mark.slow
 @pytest.mark.gate
 def test_the_archive_is_the_same_run_to_the_last_bit(run_python, run_once, sequential):
-    ours = run_once(tools.with_this_project, scenario=SEQUENTIAL)
-    back = run_python(tools.read_back, archive=str(sequential))
+    ours = run_once(archive_runs.with_this_project, scenario=SEQUENTIAL)
+    back = run_python(archive_runs.read_back, archive=str(sequential))
     assert ours.keys() == back.keys() - {"time"}
     assert {name for name in ours if ours[name] != back[name]} == set()
     assert max(ours["Omega"]) > 261.0
@@ -206,26 +206,26 @@ def test_the_archive_is_the_same_run_to_the_last_bit(run_python, run_once, seque
 
 @pytest.mark.slow
 def test_settings_reach_the_components_of_an_archive(run_python, sequential):
-    base = run_python(tools.read_back, archive=str(sequential))
-    changed = run_python(tools.read_back, archive=str(sequential), set={"rotor_contact.d1.u": "5 g.m"})
+    base = run_python(archive_runs.read_back, archive=str(sequential))
+    changed = run_python(archive_runs.read_back, archive=str(sequential), set={"rotor_contact.d1.u": "5 g.m"})
     assert changed["rotor_contact.mb1.x"] != base["rotor_contact.mb1.x"]
 
 
 @pytest.mark.slow
 def test_the_python_flavour_is_the_same_run(run_python, run_once, archive):
     path = archive("python", SEQUENTIAL, flavour="python")
-    ours = run_once(tools.with_this_project, scenario=SEQUENTIAL)
-    back = run_python(tools.read_back, archive=str(path), timeout=600)
+    ours = run_once(archive_runs.with_this_project, scenario=SEQUENTIAL)
+    back = run_python(archive_runs.read_back, archive=str(path), timeout=600)
     assert {name for name in ours if ours[name] != back[name]} == set()
 
 
 @pytest.mark.slow
 @in_host("libcosim", "SSP archive")
 def test_libcosim_runs_the_archive_to_the_same_bits(run_python, run_once, jacobi):
-    ours = run_once(tools.with_this_project, scenario=JACOBI, nanoseconds=True)
+    ours = run_once(archive_runs.with_this_project, scenario=JACOBI, nanoseconds=True)
     outputs = [name for name in ours if "." in name and not name.endswith(("d1.u", "rolac_enable"))]
     steps = len(ours["rotor_contact.mb1.x"]) - 1
-    theirs = run_python(tools.with_libcosim, archive=str(jacobi), recorded=outputs, steps=steps)
+    theirs = run_python(archive_runs.with_libcosim, archive=str(jacobi), recorded=outputs, steps=steps)
     compared = {name: values for name, values in theirs.items() if values}
     assert len(compared) > 60
     assert {name for name, values in compared.items() if values != ours[name][1:]} == set()
@@ -236,9 +236,9 @@ def test_libcosim_runs_the_archive_to_the_same_bits(run_python, run_once, jacobi
 @in_host("FMPy", "SSP archive")
 def test_fmpy_runs_the_archive_to_the_same_bits(run_python, run_once, archive):
     """It ignores the bindings, and begins with inputs of zero, which is right where forces are held."""
-    path, ours = archive("held", HELD), run_once(tools.with_this_project, scenario=HELD)
+    path, ours = archive("held", HELD), run_once(archive_runs.with_this_project, scenario=HELD)
     steps = len(ours["rotor_contact.mb1.x"]) - 1
-    theirs = run_python(tools.with_fmpy, archive=str(path), stop_time=(steps - 0.5) * 250e-6, step_size=250e-6)
+    theirs = run_python(archive_runs.with_fmpy, archive=str(path), stop_time=(steps - 0.5) * 250e-6, step_size=250e-6)
     names = [name for name in theirs if name in ours]
     assert len(names) > 20
     assert {name for name in names if theirs[name] != ours[name][1:]} == set()
@@ -247,10 +247,10 @@ def test_fmpy_runs_the_archive_to_the_same_bits(run_python, run_once, archive):
 @pytest.mark.slow
 @in_host("ecos", "SSP archive")
 def test_ecos_runs_the_archive_to_the_same_bits(run_python, run_once, jacobi):
-    ours = run_once(tools.with_this_project, scenario=JACOBI)
+    ours = run_once(archive_runs.with_this_project, scenario=JACOBI)
     outputs = [name for name in ours if "." in name and not name.endswith(("d1.u", "rolac_enable"))]
     steps = len(ours["rotor_contact.mb1.x"]) - 1
-    theirs = run_python(tools.with_ecos, archive=str(jacobi), recorded=outputs, steps=steps, step_size=250e-6)
+    theirs = run_python(archive_runs.with_ecos, archive=str(jacobi), recorded=outputs, steps=steps, step_size=250e-6)
     assert {name for name in outputs if theirs[name] != ours[name]} == set()
 
 
@@ -258,15 +258,23 @@ def test_ecos_runs_the_archive_to_the_same_bits(run_python, run_once, jacobi):
 @in_host("libcosim", "SSP archive", "a fault ends the run with an error")
 def test_libcosim_ends_with_an_error_at_a_fault(run_python, archive):
     path = archive("leaving", LEAVING, integers=True)
-    assert run_python(tools.ends_in_libcosim, archive=str(path), steps=10) == {"goes_on": True, "is_error": False}
-    assert run_python(tools.ends_in_libcosim, archive=str(path), steps=2000) == {"goes_on": False, "is_error": True}
+    assert run_python(archive_runs.ends_in_libcosim, archive=str(path), steps=10) == {
+        "goes_on": True,
+        "is_error": False,
+    }
+    assert run_python(archive_runs.ends_in_libcosim, archive=str(path), steps=2000) == {
+        "goes_on": False,
+        "is_error": True,
+    }
 
 
 @pytest.mark.slow
 @in_host("ecos", "SSP archive", "it goes on through a fault, which fault_code tells")
 def test_ecos_goes_on_through_a_fault_that_fault_code_tells(run_python, archive):
     path, codes = archive("leaving", LEAVING, integers=True), "amb_actuator.fault_code"
-    theirs = run_python(tools.with_ecos, archive=str(path), recorded=[codes], steps=2000, step_size=250e-6)[codes]
+    theirs = run_python(archive_runs.with_ecos, archive=str(path), recorded=[codes], steps=2000, step_size=250e-6)[
+        codes
+    ]
     first = next(n for n, code in enumerate(theirs) if code)
     assert first > 10
     assert set(theirs[first:]) == {theirs[first]}
@@ -282,9 +290,9 @@ def under_linear_controller(archive, file):
 @pytest.mark.parametrize("file", LINEAR)
 def test_libcosim_runs_a_linear_controller_to_the_same_bits(run_python, run_once, archive, file):
     scenario, path = under_linear_controller(archive, file)
-    ours = run_once(tools.with_this_project, scenario=scenario, nanoseconds=True)
+    ours = run_once(archive_runs.with_this_project, scenario=scenario, nanoseconds=True)
     outputs = [name for name in ours if "." in name and not name.endswith("impeller3.u")]
-    theirs = run_python(tools.with_libcosim, archive=str(path), recorded=outputs, steps=500)
+    theirs = run_python(archive_runs.with_libcosim, archive=str(path), recorded=outputs, steps=500)
     compared = {name: values for name, values in theirs.items() if values}
     assert {"rolac_controller.mb1.i_x", "rotor_contact.mb2.y"} < compared.keys()
     assert {name for name, values in compared.items() if values != ours[name][1:]} == set()
@@ -296,9 +304,9 @@ def test_libcosim_runs_a_linear_controller_to_the_same_bits(run_python, run_once
 @pytest.mark.parametrize("file", LINEAR)
 def test_ecos_runs_a_linear_controller_to_the_same_bits(run_python, run_once, archive, file):
     scenario, path = under_linear_controller(archive, file)
-    ours = run_once(tools.with_this_project, scenario=scenario)
+    ours = run_once(archive_runs.with_this_project, scenario=scenario)
     outputs = [name for name in ours if "." in name and not name.endswith("impeller3.u")]
-    theirs = run_python(tools.with_ecos, archive=str(path), recorded=outputs, steps=500, step_size=20e-6)
+    theirs = run_python(archive_runs.with_ecos, archive=str(path), recorded=outputs, steps=500, step_size=20e-6)
     assert {name for name in outputs if theirs[name] != ours[name]} == set()
 
 
