@@ -152,7 +152,7 @@ def run_python(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., Any]:
             f"{body}\nimport json, pathlib\n{call}\npathlib.Path({str(answer)!r}).write_text(json.dumps(result))\n",
             encoding="utf-8",
         )
-        paths = [str(SUPPORT), str(NATIVE_SUPPORT), str(HERE.parent)]  # the last for the benchmarks
+        paths = [str(SUPPORT), str(NATIVE_SUPPORT), str(HERE.parent)]  # the last for benchmarks and tools
         paths += filter(None, [os.environ.get("PYTHONPATH")])
         process = subprocess.run(
             [sys.executable, str(script)],
@@ -211,7 +211,7 @@ def pytest_configure(config: pytest.Config) -> None:
 
         config.pluginmanager.register(Absences(files))
     if file := config.getoption("--hosts"):
-        from tests.compatibility.record import HostRecord
+        from tools.compatibility.record import HostRecord
 
         config.pluginmanager.register(HostRecord(file))
 

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.compatibility.__main__ import COLUMNS, page
-from tests.compatibility.record import version_of
+from tools.compatibility.__main__ import COLUMNS, page
+from tools.compatibility.record import version_of
 
 PAGE = Path(__file__).parents[2] / "docs" / "reference" / "compatibility.md"
 pytest_plugins = ["pytester"]
@@ -41,7 +41,7 @@ def test_outcomes_reasons_and_versions_come_from_the_run(pytester, monkeypatch):
         """
         def pytest_configure(config):
             from pathlib import Path
-            from tests.compatibility.record import HostRecord
+            from tools.compatibility.record import HostRecord
             config.addinivalue_line("markers", "host: as in the project")
             config.pluginmanager.register(HostRecord(Path("hosts.json")))
         """

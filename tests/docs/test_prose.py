@@ -18,7 +18,7 @@ from source_prose import passages_of_source
 ROOT = Path(__file__).parents[2]
 RULES = tomllib.loads(Path(__file__).with_name("prose.toml").read_text(encoding="utf-8"))
 PLAIN = {re.compile(pattern): plain for pattern, plain in RULES["plain"].items()}
-ROOMS = ("docs", "fmus", "libraries", "orchestrator", "packs", "examples", "benchmarks", "tests")
+ROOMS = ("docs", "fmus", "libraries", "orchestrator", "packs", "examples", "benchmarks", "tests", "tools")
 LEFT_OUT = {"node_modules", "__pycache__", "vendor", "iframe-worker", "fmi_headers"}
 FOUND = re.compile(r"^(?P<file>.*?):(?P<line>\d+):\d+: (?P<check>[\w.]+): (?P<message>.*)$", re.MULTILINE)
 

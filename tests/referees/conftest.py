@@ -25,7 +25,7 @@ def siconos(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., dict[str,
     if python is None:
         pytest.skip("no python3 on the PATH has Siconos (Debian: apt install python3-siconos)")
 
-    # What numpy here is told to leave out (tests/arithmetic), an older one may not know, and says so.
+    # What numpy here is told to leave out (tools/arithmetic), an older one may not know, and says so.
     environment = {name: value for name, value in ENVIRONMENT.items() if name != "NPY_DISABLE_CPU_FEATURES"}
 
     def run(scheme: str, timeout: float = 60.0, **given) -> dict[str, np.ndarray]:

@@ -1,4 +1,4 @@
-"""Writes docs/reference/compatibility.md from what the tests ran: `python -m tests.compatibility RECORD [PAGE]`.
+"""Writes docs/reference/compatibility.md from what the tests ran: `python -m tools.compatibility RECORD [PAGE]`.
 
 `RECORD` is the file of `pytest --hosts RECORD`; see `record.py`.
 """
@@ -14,7 +14,7 @@ PAGE = Path(__file__).parents[2] / "docs" / "reference" / "compatibility.md"
 HEAD = """# Compatibility
 
 This page is written from test runs: `pytest --hosts hosts.json -m "host and (slow or not slow)"`, then
-`python -m tests.compatibility hosts.json`. Each row is a tool that ran FMUs of this project in a test, with its
+`python -m tools.compatibility hosts.json`. Each row is a tool that ran FMUs of this project in a test, with its
 installed version. libcosim is compared at its own times, which are whole nanoseconds. "To the last bit" holds without
 `prediction_time` of the controller, which divides by differences of times: with it, a tool that sums its steps is
 within 2e-10 (FMPy), and libcosim within 9e-12 of this master's run.

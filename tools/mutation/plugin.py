@@ -1,6 +1,6 @@
 """pytest plugin that runs tests on the mutants of one source file.
 
-    python -m pytest -p tests.mutation.plugin -n 0 --mutate fmus/rotor_contact/friction.py tests/rotor_contact
+    python -m pytest -p tools.mutation.plugin -n 0 --mutate fmus/rotor_contact/friction.py tests/rotor_contact
 
 Tests run once on the source as it is, which tells how long each takes and which mutants it reaches. Then each mutant
 meets the tests that reach it, in a process of its own, until one fails or `--mutant-seconds` are over; those come first
@@ -20,8 +20,8 @@ import hypothesis
 import pytest
 from _pytest.runner import runtestprotocol
 
-from tests.instruments.loading import ChangedSources
-from tests.mutation.mutants import Mutant, with_switches
+from tools.instruments.loading import ChangedSources
+from tools.mutation.mutants import Mutant, with_switches
 
 MOST_TESTS = 250  # of a mutant: the number of the one that fails is an exit code
 
@@ -79,7 +79,7 @@ class _Campaign:
         return True
 
     def _run_unchanged(self, session: pytest.Session) -> list[_Test]:
-        from tests.instruments.switch import reached
+        from tools.instruments.switch import reached
 
         tests: list[_Test] = []
         for item in session.items:
@@ -120,7 +120,7 @@ def _outcome(number: int, tests: list[_Test], most: float) -> str:
 
 def _run(number: int, tests: list[_Test], most: float) -> int:
     """Run tests on a mutant; return the place, from 1, of the first that fails, or 0."""
-    from tests.instruments.switch import choose
+    from tools.instruments.switch import choose
 
     silence = os.open(os.devnull, os.O_WRONLY)
     os.dup2(silence, 1)

@@ -1,6 +1,6 @@
 """pytest plugin that tells which branches of the models the tests take, kernels compiled as ever.
 
-    python -m pytest -p tests.coverage.kernels --branches report.json -n 0 tests/rotor_contact
+    python -m pytest -p tools.coverage.kernels --branches report.json -n 0 tests/rotor_contact
 
 What subprocesses and FMUs do does not count.
 """
@@ -13,8 +13,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.coverage.branches import Notes
-from tests.instruments.loading import ChangedSources
+from tools.coverage.branches import Notes
+from tools.instruments.loading import ChangedSources
 
 FMUS = Path(__file__).resolve().parents[2] / "fmus"
 
@@ -43,7 +43,7 @@ class _Measurement:
         return tree
 
     def pytest_sessionfinish(self, session: pytest.Session) -> None:
-        from tests.instruments.switch import reached
+        from tools.instruments.switch import reached
 
         taken = reached()
         report = {

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tests.arithmetic.margins import _ratio
+from tools.arithmetic.margins import _ratio
 
 SHORTENED = r"b'\x00\...00\x80@\x00' == b'\x00\...00\x80@\x00'"
 

@@ -1,4 +1,4 @@
-"""Branch coverage of kernels, slaves and master: `python -m tests.coverage [kernels] [host] [c]`, all by default.
+"""Branch coverage of kernels, slaves and master: `python -m tools.coverage [kernels] [host] [c]`, all by default.
 
 `kernels`: the models, compiled, with notes of their branches. `host`: what is Python in an FMU, and the master, by
 coverage.py. `c`: what is C, compiled by gcc. The exit code is the number of parts below 95 %.
@@ -14,7 +14,7 @@ import tempfile
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
-from tests.coverage.gcc import of_branches
+from tools.coverage.gcc import of_branches
 
 ROOT = Path(__file__).resolve().parents[2]
 LEAST = 95.0  # per cent of the branches
@@ -50,7 +50,7 @@ def main(parts: list[str]) -> int:
 
 def _kernels(folder: Path) -> bool:
     report = folder / "kernels.json"
-    _pytest("-p", "tests.coverage.kernels", "--branches", str(report), *MODELS)
+    _pytest("-p", "tools.coverage.kernels", "--branches", str(report), *MODELS)
     result = json.loads(report.read_text(encoding="utf-8"))
     return _tell_all("kernels", {file: [(line, taken) for line, taken in lines] for file, lines in result.items()})
 
@@ -81,7 +81,7 @@ def _host(folder: Path) -> bool:
 
 
 def _c(folder: Path) -> bool:
-    _pytest("-p", "tests.coverage.gcc", "--counters", str(folder / "counters"), *C)
+    _pytest("-p", "tools.coverage.gcc", "--counters", str(folder / "counters"), *C)
     result = of_branches(folder / "counters")
     return _tell_all(
         "C", {file: [(line, count > 0) for (line, _), count in lines.items()] for file, lines in result.items()}

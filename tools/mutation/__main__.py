@@ -1,6 +1,6 @@
-"""Mutants of the parts where a mistake would be hardest to see: `python -m tests.mutation [NAME ...]`, all by default.
+"""Mutants of the parts where a mistake would be hardest to see: `python -m tools.mutation [NAME ...]`, all by default.
 
-A name may be followed by further options of `plugin`, as in `python -m tests.mutation friction --mutants 17,23`.
+A name may be followed by further options of `plugin`, as in `python -m tools.mutation friction --mutants 17,23`.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ def main(arguments: list[str]) -> int:
     codes = []
     for name in names or TARGETS:
         file, *tests = TARGETS[name]
-        command = [sys.executable, "-m", "pytest", "-p", "tests.mutation.plugin", "-n", "0", "-q", "-s"]
+        command = [sys.executable, "-m", "pytest", "-p", "tools.mutation.plugin", "-n", "0", "-q", "-s"]
         codes.append(subprocess.run([*command, "--mutate", file, *tests, *options], cwd=ROOT, check=False).returncode)
     return sum(code != 0 for code in codes)
 

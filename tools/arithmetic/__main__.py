@@ -1,4 +1,4 @@
-"""Tests under other arithmetic: `python -m tests.arithmetic [SETTING ...] [--keep FOLDER] [-- pytest's arguments]`.
+"""Tests under other arithmetic: `python -m tools.arithmetic [SETTING ...] [--keep FOLDER] [-- pytest's arguments]`.
 
 A test that changes its verdict under one of the settings, or comes near its tolerance, hangs on last bits. `--keep`
 adds what was noted to that of earlier runs.
@@ -14,7 +14,7 @@ import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 
-from tests.arithmetic.settings import chosen_settings, environment_of
+from tools.arithmetic.settings import chosen_settings, environment_of
 
 ROOT = Path(__file__).resolve().parents[2]
 NEAR = 2.0 / 3.0  # of a tolerance
@@ -25,7 +25,7 @@ Notes = Mapping[str, Mapping[str, float]]  # by test and place: how near it came
 
 def main(arguments: list[str]) -> int:
     """Run the tests under the settings that are named; print what hangs on bits and return 1 if a test does."""
-    parser = argparse.ArgumentParser(prog="python -m tests.arithmetic", description="Run tests under other arithmetic.")
+    parser = argparse.ArgumentParser(prog="python -m tools.arithmetic", description="Run tests under other arithmetic.")
     parser.add_argument("--keep", type=Path, metavar="FOLDER", help="where notes of runs are, and are kept")
     split = arguments.index("--") if "--" in arguments else len(arguments)
     names, values = chosen_settings(parser, arguments[:split])
@@ -40,7 +40,7 @@ def run(name: str, notes: Path, arguments: list[str]) -> int:
     """Run the tests under one setting, which leaves its notes in a folder; return pytest's exit code."""
     notes.mkdir(parents=True, exist_ok=True)
     print(f"\n== {name}", flush=True)
-    noting = ["-p", "tests.arithmetic.margins", "-o", "enable_assertion_pass_hook=true"]
+    noting = ["-p", "tools.arithmetic.margins", "-o", "enable_assertion_pass_hook=true"]
     with environment_of(name) as environment:
         # No random examples: they would differ too.
         environment |= {"MARGINS_FOLDER": str(notes.resolve()), "CI": "true"}

@@ -1,6 +1,6 @@
 """pytest plugin that compiles what is C with gcc's counters of branches; `of_branches` reads them.
 
-python -m pytest -p tests.coverage.gcc --counters FOLDER tests/native
+python -m pytest -p tools.coverage.gcc --counters FOLDER tests/native
 """
 
 from __future__ import annotations

@@ -20,7 +20,7 @@ import numpy as np
 import pytest
 from _pytest.assertion import util
 
-TESTS = Path(__file__).resolve().parents[1]
+TESTS = Path(__file__).resolve().parents[2] / "tests"
 NUMPY_SCALAR = re.compile(r"np\.(?:float64|int64|float32|bool)\(([^()]*)\)")
 
 ApproxScalar: Any = type(pytest.approx(1.0))
@@ -101,7 +101,7 @@ def _line() -> str:
     frame = sys._getframe(1)
     while frame.f_back is not None:
         file = Path(frame.f_code.co_filename)
-        if TESTS in file.parents and file.parent != Path(__file__).parent:
+        if TESTS in file.parents:
             return f"line {frame.f_lineno}"
         frame = frame.f_back
     return "a fixture"

@@ -1,4 +1,4 @@
-"""Results under other arithmetic: `python -m tests.arithmetic.results [SETTING ...] [--keep FOLDER]`.
+"""Results under other arithmetic: `python -m tools.arithmetic.results [SETTING ...] [--keep FOLDER]`.
 
 All scenarios are run and all statements of the thesis judged under each setting. What then differs in the four digits
 that are printed is sensitive: it hangs on last bits, and is told so where it is stated.
@@ -17,7 +17,7 @@ from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from typing import Any
 
-from tests.arithmetic.settings import chosen_settings, environment_of
+from tools.arithmetic.settings import chosen_settings, environment_of
 
 PRINTED = 5e-4  # relative; four digits
 ALIKE = 1e-9  # of what is zero but for rounding
@@ -28,7 +28,7 @@ Results = Mapping[str, Any]
 
 def main(arguments: list[str]) -> int:
     """Compute results under the settings that are named, print what differs, and return 0."""
-    parser = argparse.ArgumentParser(prog="python -m tests.arithmetic.results", description=__doc__)
+    parser = argparse.ArgumentParser(prog="python -m tools.arithmetic.results", description=__doc__)
     parser.add_argument("--keep", type=Path, metavar="FOLDER", help="where results are, and are kept")
     names, values = chosen_settings(parser, arguments)
     with tempfile.TemporaryDirectory() as folder:

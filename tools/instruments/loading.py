@@ -32,7 +32,7 @@ class ChangedSources(importlib.abc.MetaPathFinder, importlib.abc.Loader):
         return importlib.machinery.ModuleSpec(name, self, origin=spec.origin)
 
     def exec_module(self, module: Any) -> None:
-        from tests.instruments.switch import switch_is_on
+        from tools.instruments.switch import switch_is_on
 
         file = module.__spec__.origin
         module.__dict__.update(switch_is_on=switch_is_on, __file__=file)

@@ -1,0 +1,1 @@
+"""Programs that measure the tests, or record what they did."""
