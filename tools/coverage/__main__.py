@@ -99,8 +99,8 @@ def _tell_all(name: str, files: Mapping[str, list[tuple[int, bool]]]) -> bool:
         if missed:
             _tell(file, len(branches), len(missed))
             print(f"    lines {', '.join(str(line) for line in sorted(set(missed)))}")
-    branches = [taken for lines in files.values() for _, taken in lines]
-    return _tell(name, len(branches), branches.count(False))
+    every = [taken for branches in files.values() for _, taken in branches]
+    return _tell(name, len(every), every.count(False))
 
 
 def _tell(name: str, total: int, missing: int) -> bool:

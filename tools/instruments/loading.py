@@ -22,7 +22,7 @@ class ChangedSources(importlib.abc.MetaPathFinder, importlib.abc.Loader):
             import numba
 
             self.kernels = tempfile.TemporaryDirectory()  # what is compiled here is of no use to others
-            numba.config.CACHE_DIR = self.kernels.name
+            vars(numba.config)["CACHE_DIR"] = self.kernels.name
         sys.meta_path.insert(0, self)
 
     def find_spec(self, name: str, path: Any = None, target: Any = None) -> Any:

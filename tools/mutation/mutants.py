@@ -102,8 +102,8 @@ def _variants(node: Any) -> list[Any]:
             result.append(_with(node, op=ast.Or() if isinstance(node.op, ast.And) else ast.And()))
         case ast.Constant(value=bool()):
             result.append(ast.Constant(not node.value))
-        case ast.Constant(value=int() | float()):
-            result.append(ast.Constant(node.value + 1))
+        case ast.Constant(value=int() | float() as number):
+            result.append(ast.Constant(number + 1))
         case ast.Call(func=ast.Name(id=name)) if name in CALLS:
             result.append(_with(node, func=ast.Name(CALLS[name], ast.Load())))
         case ast.If():
