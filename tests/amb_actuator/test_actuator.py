@@ -10,6 +10,7 @@ from rig import ACTUATOR, ACTUATOR_CONSTANTS, AXES
 
 from amb_actuator.interface import DYNAMIC, LAWS, MEASURED, NONLINEAR
 from fmi_export.model import Fault, Instance
+from tests.support.messages import assert_names
 
 INTERFACE = ACTUATOR.interface
 
@@ -144,9 +145,7 @@ def test_rotor_beyond_the_air_gap_is_a_fault_with_value_and_limit(bearing, b, a,
         actuator[name] = sign * beyond
         with pytest.raises(Fault) as caught:
             actuator.step(0.0, H)
-        assert str(caught.value) == (
-            f"{name} = {sign * beyond:g} m is not allowed; the rotor must stay within the air gap, |{name}| < 0.0012 m"
-        )
+        assert_names(caught, f"{name} = {sign * beyond:g} m", f"|{name}| < 0.0012 m")
         assert np.all(np.isfinite(actuator.outputs))
         actuator[name] = 0.0
 
@@ -168,43 +167,49 @@ def test_every_axis_has_its_own_fault_codes():
 
 
 @pytest.mark.parametrize(
-    ("name", "value", "sentence"),
+    ("name", "value", "facts"),
     [
         (
             "mb2.bias_current_y",
             9.0,
-            "mb2.bias_current_y = 9 A plus mb2.static_current_y = 1.14 A is not allowed; "
-            "the first and the sum must be >= 0 A and <= 10 A",
+            ("mb2.bias_current_y", "9 A", "mb2.static_current_y", "1.14 A", ">= 0 A", "<= 10 A"),
         ),
         (
             "mb1.static_current_x",  # the upper pair would have to carry less than no current
             -5.0,
-            "mb1.bias_current_x = 4.43 A plus mb1.static_current_x = -5 A is not allowed; "
-            "the first and the sum must be >= 0 A and <= 10 A",
+            ("mb1.bias_current_x", "4.43 A", "mb1.static_current_x", "-5 A", ">= 0 A", "<= 10 A"),
         ),
         (
             "mb1.voltage_limit_x",
             2.0,
-            "mb1.voltage_limit_x = 2 V is not allowed; it must drive mb1.bias_current_x = 4.43 A plus "
-            "mb1.static_current_x = 1.14 A through mb1.resistance_x = 0.365 Ohm",
+            (
+                "mb1.voltage_limit_x",
+                "2 V",
+                "mb1.bias_current_x",
+                "4.43 A",
+                "mb1.static_current_x",
+                "1.14 A",
+                "mb1.resistance_x",
+                "0.365 Ohm",
+            ),
         ),
-        ("mb1.turns_x", -158.0, "mb1.turns_x = -158 is not allowed; it must be >= 1 and <= 1e+06"),
-        ("mb1.turns_x", math.nan, "mb1.turns_x = nan is not allowed; it must be >= 1 and <= 1e+06"),
-        ("mb2.gap_x", 0.0, "mb2.gap_x = 0 m is not allowed; it must be >= 1e-06 and <= 1 m"),
-        ("mb2.b_sat_x", 0.0, "mb2.b_sat_x = 0 T is not allowed; it must be >= 0.001 and <= 1000 T"),
-        ("mb1.i_x", math.nan, "mb1.i_x = nan A is not allowed; it must be a finite number"),
-        ("mb1.y", math.inf, "mb1.y = inf m is not allowed; it must be a finite number"),
-        ("mb1.coil_loss_upper_x", 1.5, "mb1.coil_loss_upper_x = 1.5 is not allowed; it must be >= 0 and <= 1"),
-        ("mb2.inductance_y", -1.0, "mb2.inductance_y = -1 H is not allowed; it must be >= 1e-09 and <= 1000 H"),
+        ("mb1.turns_x", -158.0, ("mb1.turns_x", "-158", ">= 1", "<= 1e+06")),
+        ("mb1.turns_x", math.nan, ("mb1.turns_x", "nan", ">= 1", "<= 1e+06")),
+        ("mb2.gap_x", 0.0, ("mb2.gap_x", "0 m", ">= 1e-06", "<= 1 m")),
+        ("mb2.b_sat_x", 0.0, ("mb2.b_sat_x", "0 T", ">= 0.001", "<= 1000 T")),
+        ("mb1.i_x", math.nan, ("mb1.i_x", "nan A", "finite")),
+        ("mb1.y", math.inf, ("mb1.y", "inf m", "finite")),
+        ("mb1.coil_loss_upper_x", 1.5, ("mb1.coil_loss_upper_x", "1.5", ">= 0", "<= 1")),
+        ("mb2.inductance_y", -1.0, ("mb2.inductance_y", "-1 H", ">= 1e-09", "<= 1000 H")),
     ],
 )
-def test_nonsense_ends_in_a_sentence_with_value_and_limit(name, value, sentence):
+def test_nonsense_ends_in_a_sentence_with_value_and_limit(name, value, facts):
     made = Instance(ACTUATOR, ACTUATOR_CONSTANTS)
     made["amplifier"] = DYNAMIC
     made[name] = value
     with pytest.raises(Fault) as caught:
         made.initialise()
-    assert str(caught.value) == sentence
+    assert_names(caught, *facts)
     assert np.all(np.isfinite(made.outputs))
     assert made["fault_code"] == caught.value.code
 

@@ -7,6 +7,7 @@ import pytest
 
 from amb_actuator.actuator import MAX_BEARINGS, model_for
 from fmi_export.model import Fault, Instance
+from tests.support.messages import raises_naming
 
 H = 250e-6
 
@@ -36,19 +37,19 @@ def test_every_bearing_of_any_number_acts_as_a_single_one(count):
 
 
 @pytest.mark.parametrize(
-    ("setting", "value", "sentence"),
+    ("setting", "value", "facts"),
     [
-        ("last.y", 2e-3, r"last\.y = 0\.002 m is not allowed; the rotor must stay within the air gap"),
-        ("last.bias_current_y", 9.5, r"last\.bias_current_y = 9\.5 A plus last\.static_current_y = 1\.14 A"),
-        ("last.voltage_limit_y", 1.0, r"last\.voltage_limit_y = 1 V is not allowed; it must drive"),
+        ("last.y", 2e-3, ("last.y", "0.002 m", "air gap")),
+        ("last.bias_current_y", 9.5, ("last.bias_current_y", "9.5 A", "last.static_current_y", "1.14 A")),
+        ("last.voltage_limit_y", 1.0, ("last.voltage_limit_y", "1 V")),
     ],
 )
 @pytest.mark.parametrize("others", [0, 2, 6, 15])
-def test_fault_of_the_last_axis_is_told_as_its_own(others, setting, value, sentence):
+def test_fault_of_the_last_axis_is_told_as_its_own(others, setting, value, facts):
     instance = actuator(*(f"bearing{k}" for k in range(others)), "last")
     instance["amplifier"] = 1.0
     instance[setting] = value
-    with pytest.raises(Fault, match=sentence) as fault:
+    with raises_naming(Fault, *facts) as fault:
         instance.initialise()
     assert fault.value.code < 100
 
@@ -66,5 +67,5 @@ def test_measured_constants_of_an_unknown_bearing_are_those_of_its_geometry():
 
 @pytest.mark.parametrize("count", [0, MAX_BEARINGS + 1])
 def test_bearings_without_a_fault_code_of_their_own_are_refused(count):
-    with pytest.raises(ValueError, match=f"{count} bearings is not allowed; there must be 1 to {MAX_BEARINGS}"):
+    with raises_naming(ValueError, f"{count}", "1", f"{MAX_BEARINGS}"):
         model_for([f"b{k}" for k in range(count)])

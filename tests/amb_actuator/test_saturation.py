@@ -11,6 +11,7 @@ from amb_actuator.flux import limited_flux, pull_of_flux, saturation_flux
 from amb_actuator.force import Coils, nonlinear_force, pull
 from amb_actuator.interface import NONLINEAR
 from amb_cosim.design.magnetic_bearing import axis_parameters
+from tests.support.messages import raises_naming
 
 AREA, PHI = 1399e-6, math.radians(22.5)
 RIG = axis_parameters()
@@ -27,7 +28,7 @@ def test_flux_and_pull_are_inverse(force, area, phi):
 
 
 def test_no_positive_limit_no_flux():
-    with pytest.raises(ValueError, match="force = 0 N is not allowed; it must be > 0 N"):
+    with raises_naming(ValueError, "force", "0 N", "> 0 N"):
         saturation_flux(0.0, AREA, PHI)
 
 

@@ -59,7 +59,5 @@ def test_static_current_for_a_load_pulls_that_load(load, law, bias):
 
 @laws
 def test_load_that_the_coils_cannot_carry_is_refused(law):
-    with pytest.raises(
-        ValueError, match=r"load = 3000 N is not allowed; it must be >= -\d+\.?\d* N and <= \d+\.?\d* N"
-    ):
+    with pytest.raises(ValueError, match=r"load = 3000 N .* >= -\d+\.?\d* N .* <= \d+\.?\d* N"):
         static_current_for(3000.0, axis_parameters(), law)

@@ -10,6 +10,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, StrictBool, StrictF
 
 from amb_files.toml import parse_toml, read_toml, table, validate
 from amb_files.validation_errors import Allowed, Unit
+from tests.support.messages import assert_names, raises_naming
 
 ONE = "diameter = 1\n"
 ANY = "a number, true, false, or a string with a unit"
@@ -69,67 +70,67 @@ def test_valid_file_becomes_an_instance_of_its_form():
 
 
 @pytest.mark.parametrize(
-    ("text", "sentence"),
+    ("text", "facts"),
     [
-        ("", "diameter is missing"),
-        ("diameter = 0", "diameter = 0 m is not allowed; it must be > 0 m"),
-        ("diameter = [1, 0.0]", "diameter[1] = 0.0 m is not allowed; it must be > 0 m"),
-        ("diameter = 'wide'", "diameter = 'wide' is not allowed; it must be > 0 m"),
-        ("diameter = nan", "diameter = nan m is not allowed; it must be finite and > 0 m"),
-        (ONE + "theory = 'euler'", "theory = 'euler' is not allowed; it must be 'timoshenko' or 'rayleigh'"),
-        (ONE + "discs = 3", "discs = 3 is not allowed; it must be a list"),
-        (ONE + "discs = [3]", "discs[0] = 3 is not allowed; it must be a table"),
-        (ONE + "inputs = []", "inputs = [] is not allowed; it must be a table"),
+        ("", ("diameter", "missing")),
+        ("diameter = 0", ("diameter = 0 m", "> 0 m")),
+        ("diameter = [1, 0.0]", ("diameter[1]", "0.0 m", "> 0 m")),
+        ("diameter = 'wide'", ("diameter", "'wide'", "> 0 m")),
+        ("diameter = nan", ("diameter", "nan m", "finite", "> 0 m")),
+        (ONE + "theory = 'euler'", ("theory", "'euler'", "'timoshenko'", "'rayleigh'")),
+        (ONE + "discs = 3", ("discs", "3", "list")),
+        (ONE + "discs = [3]", ("discs[0]", "3", "table")),
+        (ONE + "inputs = []", ("inputs", "[]", "table")),
         (
             ONE + DISC.replace("node = 2", "node = true"),
-            "discs[1].node (d2) = true is not allowed; it must be a whole number",
+            ("discs[1].node (d2)", "true", "whole number"),
         ),
         (
             ONE + DISC.replace("mass = 3.0", "mass = -3.0"),
-            "discs[1].mass (d2) = -3.0 kg is not allowed; it must be > 0 kg",
+            ("discs[1].mass (d2)", "-3.0 kg", "> 0 kg"),
         ),
-        (ONE + DISC + "ratio = 0.5", "discs[1].ratio (d2) = 0.5 is not allowed; it must be > -1 and < 0.5"),
-        (ONE + DISC + "mas = 1", "unknown key discs[1].mas (d2); did you mean mass?"),
-        (ONE + DISC.replace("mass = 3.0", ""), "discs[1].mass (d2) is missing"),
-        (ONE + DISC.replace("node = 2", "node = 1"), "two discs are at one node"),
-        (ONE + DISC.replace('"d1"', "1"), "discs[0].name = 1 is not allowed; it must be a string"),
-        (ONE + "depth = 2", "unknown key depth; there are diameter, discs, theory, inputs"),
-        (ONE + "inputs.a.b = [1, 2]", "inputs.a.b = [1, 2] is not allowed; it must be " + ANY),
-        (ONE + "inputs.float.str = {}", "inputs.float.str = a table is not allowed; it must be " + ANY),
+        (ONE + DISC + "ratio = 0.5", ("discs[1].ratio (d2) = 0.5", "> -1", "< 0.5")),
+        (ONE + DISC + "mas = 1", ("discs[1].mas (d2)", "mass")),
+        (ONE + DISC.replace("mass = 3.0", ""), ("discs[1].mass (d2)", "missing")),
+        (ONE + DISC.replace("node = 2", "node = 1"), ("two discs", "node")),
+        (ONE + DISC.replace('"d1"', "1"), ("discs[0].name", "1", "string")),
+        (ONE + "depth = 2", ("key depth", "diameter, discs, theory, inputs")),
+        (ONE + "inputs.a.b = [1, 2]", ("inputs.a.b", "[1, 2]", ANY)),
+        (ONE + "inputs.float.str = {}", ("inputs.float.str", "table", ANY)),
     ],
 )
-def test_mistake_names_key_value_unit_and_limits(text, sentence):
-    assert refused(text) == [sentence]
+def test_mistake_names_key_value_unit_and_limits(text, facts):
+    (line,) = refused(text)
+    assert_names(line, *facts)
 
 
 def test_every_mistake_is_one_line():
-    assert sorted(refused("diameter = 0\ndepth = 1\ntheory = 3\ndiscs = [1]")) == [
-        "diameter = 0 m is not allowed; it must be > 0 m",
-        "discs[0] = 1 is not allowed; it must be a table",
-        "theory = 3 is not allowed; it must be 'timoshenko' or 'rayleigh'",
-        "unknown key depth; there are diameter, discs, theory, inputs",
-    ]
+    diameter, disc, theory, key = sorted(refused("diameter = 0\ndepth = 1\ntheory = 3\ndiscs = [1]"))
+    assert_names(diameter, "diameter = 0 m", "> 0 m")
+    assert_names(disc, "discs[0]", "1", "table")
+    assert_names(theory, "theory", "3", "'timoshenko'", "'rayleigh'")
+    assert_names(key, "key depth", "diameter, discs, theory, inputs")
 
 
 def test_sentences_of_a_form_carry_its_place():
     many = "pump.diameter = [1, 1, 1]"
-    assert refused(many, Model) == ["pump.diameter = too many is not allowed; it must be one or two"]
+    (line,) = refused(many, Model)
+    assert_names(line, "pump.diameter", "too many", "one or two")
     double = "pump.diameter = 1\n" + DISC.replace("[[discs", "[[pump.discs").replace("node = 2", "node = 1")
-    assert refused(double, Model) == ["pump: two discs are at one node"]
+    (line,) = refused(double, Model)
+    assert_names(line, "pump", "two discs", "node")
 
 
 def test_a_file_of_another_kind_is_told_in_one_sentence():
-    assert refused("diameter = 1\nspeed = 1\nstages = []\nscenario = 'drop'") == [
-        "unknown keys speed, stages, scenario; there are diameter, discs, theory, inputs"
-    ]
+    (line,) = refused("diameter = 1\nspeed = 1\nstages = []\nscenario = 'drop'")
+    assert_names(line, "keys speed, stages, scenario", "diameter, discs, theory, inputs")
 
 
 def test_pydantic_models_are_checked_alike():
-    assert refused("pump.diameter = -1\nwidht = 3\nwidth = 1.5", Model) == [
-        "pump.diameter = -1 m is not allowed; it must be > 0 m",
-        "width = 1.5 is not allowed; it must be a whole number or a string",
-        "unknown key widht; did you mean width?",
-    ]
+    diameter, width, key = refused("pump.diameter = -1\nwidht = 3\nwidth = 1.5", Model)
+    assert_names(diameter, "pump.diameter", "-1 m", "> 0 m")
+    assert_names(width, "width", "1.5", "whole number", "string")
+    assert_names(key, "widht", "width")
 
 
 def test_long_values_are_shortened():
@@ -138,35 +139,34 @@ def test_long_values_are_shortened():
 
 
 @pytest.mark.parametrize(
-    ("make", "sentence"),
+    ("make", "facts"),
     [
-        (lambda: Disc("d", 1, -2.0), "mass = -2.0 kg is not allowed; it must be > 0 kg"),
-        (lambda: Disc(name="d", node=0, mass=2.0), "node = 0 is not allowed; it must be >= 1"),
-        (lambda: Disc("d", 1), "mass is missing"),
-        (lambda: Pump((1.0,), (Disc("a", 1, 1.0), Disc("b", 1, 1.0))), "two discs are at one node"),
+        (lambda: Disc("d", 1, -2.0), ("mass", "-2.0 kg", "> 0 kg")),
+        (lambda: Disc(name="d", node=0, mass=2.0), ("node", "0", ">= 1")),
+        (lambda: Disc("d", 1), ("mass", "missing")),
+        (lambda: Pump((1.0,), (Disc("a", 1, 1.0), Disc("b", 1, 1.0))), ("two discs", "node")),
     ],
 )
-def test_form_made_in_python_raises_the_same_sentence(make, sentence):
-    with pytest.raises(ValueError) as caught:  # noqa: PT011 - the whole message is compared
+def test_form_made_in_python_names_the_same_facts(make, facts):
+    with raises_naming(ValueError, *facts):
         make()
-    assert str(caught.value) == sentence
 
 
 def test_invalid_toml_has_its_line_and_column():
-    with pytest.raises(ValueError, match=r"pump is not valid TOML: .*line 2, column"):
+    with raises_naming(ValueError, "pump", "TOML", "line 2"):
         parse_toml("a = 1\nb = \nc = 2", "pump")
 
 
 @pytest.mark.parametrize(
-    ("make", "reason"),
+    ("make", "facts"),
     [
-        (lambda p: None, "No such file"),
-        (lambda p: p.mkdir(), "directory"),
-        (lambda p: p.write_bytes(b"a\xff"), r"not UTF-8 text \(byte 1\)"),
+        (lambda p: None, ("No such file",)),
+        (lambda p: p.mkdir(), ("directory",)),
+        (lambda p: p.write_bytes(b"a\xff"), ("UTF-8", "byte 1")),
     ],
 )
-def test_unreadable_file_is_refused_with_its_reason(tmp_path, make, reason):
+def test_unreadable_file_is_refused_with_its_reason(tmp_path, make, facts):
     path = tmp_path / "pump.toml"
     make(path)
-    with pytest.raises(ValueError, match=f"pump file cannot be read: .*{reason}"):
+    with raises_naming(ValueError, "pump file", *facts):
         read_toml(path, "pump file")

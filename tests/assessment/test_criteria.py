@@ -5,6 +5,7 @@ import pytest
 from amb_cosim.assessment.criteria import Criterion, check_formulas, load_criteria
 from amb_cosim.assessment.expressions import evaluate, names_in
 from amb_cosim.assessment.findings import Judgement, Quantity, judge
+from tests.support.messages import raises_naming
 
 ABOUT = {"key": "own", "what": "w", "quantity": "q", "source": "me", "known": "own"}
 MACHINE = {"N_min": 7000.0, "N_mc": 9000.0, "N_trip": 9900.0}
@@ -29,32 +30,32 @@ def test_a_formula_has_the_value_of_algebra(formula, value):
 
 
 @pytest.mark.parametrize(
-    ("formula", "said"),
+    ("formula", "facts"),
     [
-        ("M + 1", "there is no .M."),
-        ("1 / 0", "division by zero"),
-        ("9 ** 9 ** 9", "a power beyond 64 is not allowed"),
-        ("__import__('os')", "are allowed"),
-        ("N.real", "are allowed"),
-        ("1 +", "is not a formula"),
-        ("(" * 300, "is not a formula"),
-        ("min()", "min with 0 arguments is not allowed; it takes 2 arguments or more"),
-        ("max(1)", "max with 1 arguments is not allowed"),
-        ("sqrt(1, 2)", "sqrt with 2 arguments is not allowed; it takes one argument"),
-        ("(0 - N) ** 0.5", "-1 \\*\\* 0.5 is not a real number"),
-        ("sqrt(0 - N)", "formula .*: "),
-        ("10 ** 64 * 10 ** 64 * 10 ** 64 * 10 ** 64 * 10 ** 64", "has no finite value"),
-        ("1e308 * 10", "has no finite value"),
+        ("M + 1", ("M", "N")),
+        ("1 / 0", ("division", "zero")),
+        ("9 ** 9 ** 9", ("power", "64")),
+        ("__import__('os')", ("allowed",)),
+        ("N.real", ("allowed",)),
+        ("1 +", ("formula",)),
+        ("(" * 300, ("formula",)),
+        ("min()", ("min", "0", "2")),
+        ("max(1)", ("max", "1", "2")),
+        ("sqrt(1, 2)", ("sqrt", "2", "one")),
+        ("(0 - N) ** 0.5", ("-1 ** 0.5",)),
+        ("sqrt(0 - N)", ("formula",)),
+        ("10 ** 64 * 10 ** 64 * 10 ** 64 * 10 ** 64 * 10 ** 64", ("finite",)),
+        ("1e308 * 10", ("finite",)),
     ],
 )
-def test_a_wrong_formula_says_what_is_wrong(formula, said):
-    with pytest.raises(ValueError, match=said.replace("?", r"\?")):
+def test_a_wrong_formula_says_what_is_wrong(formula, facts):
+    with raises_naming(ValueError, *facts):
         evaluate(formula, {"N": 1.0})
 
 
 def test_powers_of_powers_are_computed_in_floating_point():
     """As integers these have millions of digits: a level more takes hours."""
-    with pytest.raises(ValueError, match="has no finite value"):
+    with raises_naming(ValueError, "finite"):
         evaluate("(((((9 ** 64) ** 64) ** 64) ** 64) ** 64) ** 64", {})
 
 
@@ -95,7 +96,7 @@ def test_an_amplification_below_2_5_asks_for_no_margin():
 def test_formulas_of_the_machine_alone_are_evaluated_by_a_check():
     check_formulas(load_criteria(), MACHINE)
     for formula in ({"limit": "sqrt(0 - N_mc)"}, {"limit": "1", "when": "N_mc / 0 > 1"}):
-        with pytest.raises(ValueError, match="criterion own: formula"):
+        with raises_naming(ValueError, "criterion own", "formula"):
             check_formulas([Criterion(**ABOUT, **formula)], MACHINE)
     check_formulas([Criterion(**ABOUT, limit="1 / AF")], MACHINE)  # AF is that of a mode
 
@@ -137,18 +138,18 @@ def test_a_criterion_without_a_source_is_told_as_such_and_judges_nothing():
 
 
 @pytest.mark.parametrize(
-    ("changes", "said"),
+    ("changes", "facts"),
     [
-        ({"known": "missing", "limit": "1"}, "state their source"),
-        ({}, "needs either limit or zones"),
-        ({"limit": "1", "zones": {"A": 1.0}}, "needs either limit or zones"),
-        ({"zones": {"A": 1.0}, "accepted": "B", "beyond": "D"}, "accepted, one of"),
-        ({"zones": {"A": 3.0, "B": 2.0}, "accepted": "B", "beyond": "D"}, "must ascend"),
-        ({"limit": "1 +"}, "is not a formula"),
+        ({"known": "missing", "limit": "1"}, ("source",)),
+        ({}, ("limit", "zones")),
+        ({"limit": "1", "zones": {"A": 1.0}}, ("limit", "zones")),
+        ({"zones": {"A": 1.0}, "accepted": "B", "beyond": "D"}, ("accepted",)),
+        ({"zones": {"A": 3.0, "B": 2.0}, "accepted": "B", "beyond": "D"}, ("ascend",)),
+        ({"limit": "1 +"}, ("formula",)),
     ],
 )
-def test_a_criterion_that_is_not_complete_is_refused(changes, said):
-    with pytest.raises(ValueError, match=said):
+def test_a_criterion_that_is_not_complete_is_refused(changes, facts):
+    with raises_naming(ValueError, *facts):
         Criterion(**ABOUT | changes)
 
 
@@ -162,5 +163,5 @@ def test_a_users_own_criteria_are_a_file(tmp_path):
     assert criterion.where == "works standard"
     (result,) = judge([Quantity("probe_displacement", "here", 11.0, "um")], [criterion], {})
     assert (result.verdict, result.advice, result.limit_text) == (Judgement.MISSED, "balance", "at most 10 um")
-    with pytest.raises(ValueError, match="did you mean api_617"):
+    with raises_naming(ValueError, "api_618", "api_617"):
         load_criteria(["api_618"])

@@ -8,6 +8,7 @@ from amb_cosim.assessment.analyses.robustness import variations
 from amb_cosim.assessment.description import inductance_doubt, magnet_numbers
 from amb_cosim.assessment.machine_file import CompressorStage, MachineFile, load_machine
 from amb_cosim.design.magnetic_bearing import axis_parameters, static_current_for
+from tests.support.messages import raises_naming
 
 SPEED = {"minimum": "7000 rpm", "maximum": "9000 rpm"}
 DATA = {"power": "500 kW", "diameter": "0.5 m", "width": "20 mm"}
@@ -58,25 +59,31 @@ def test_a_balancing_grade_is_written_as_the_standard_or_with_its_unit(grade):
 
 
 @pytest.mark.parametrize(
-    ("changes", "said"),
+    ("changes", "facts"),
     [
-        ({"rotor": None}, "needs rotor, or scenario"),
-        ({"speed": {"minimum": "9 krpm", "maximum": "7 krpm"}}, "must ascend, from above 0"),
-        ({"speed": {"minimum": "0 rpm", "maximum": "7 krpm"}}, "must ascend, from above 0"),
-        ({"balancing": {"grade": "-1 mm/s"}}, "balancing.grade = -0.001 m/s"),
-        ({"balancing": {"grade": "2.5 kg"}}, "balancing.grade"),
-        ({"balancing": {"grade": 2.5}}, "balancing.grade = 2.5 m/s is not allowed; .* such as 'G 2.5'"),
-        ({"balancing": {"grade": "G 2.5.1"}}, "balancing.grade"),
-        ({"stages": [{"at": "wheel", "power": "500 kW"}]}, "either cross_coupling, or power, diameter and width"),
-        ({"stages": [{"at": "wheel", "cross_coupling": 1e6, **DATA}]}, "either cross_coupling"),
-        ({"stages": [{"at": "wheel", **DATA, "width": "0 mm"}]}, "width of stage at wheel"),
-        ({"stages": [{"at": "wheel", "cross_coupling": 1e6, "real": [{"speed": 2.0}, {"speed": 1.0}]}]}, "ascending"),
-        ({"up_to": "0 Hz"}, "up_to = 0 rad/s"),
-        ({"tolerances": {"k_i": 1.0}}, "less than 1"),
+        ({"rotor": None}, ("rotor", "scenario")),
+        ({"speed": {"minimum": "9 krpm", "maximum": "7 krpm"}}, ("ascend", "0")),
+        ({"speed": {"minimum": "0 rpm", "maximum": "7 krpm"}}, ("ascend", "0")),
+        ({"balancing": {"grade": "-1 mm/s"}}, ("balancing.grade", "-0.001 m/s")),
+        ({"balancing": {"grade": "2.5 kg"}}, ("balancing.grade",)),
+        ({"balancing": {"grade": 2.5}}, ("balancing.grade", "2.5 m/s", "'G 2.5'")),
+        ({"balancing": {"grade": "G 2.5.1"}}, ("balancing.grade",)),
+        ({"stages": [{"at": "wheel", "power": "500 kW"}]}, ("cross_coupling", "power", "diameter", "width")),
+        (
+            {"stages": [{"at": "wheel", "cross_coupling": 1e6, **DATA}]},
+            ("cross_coupling", "power", "diameter", "width"),
+        ),
+        ({"stages": [{"at": "wheel", **DATA, "width": "0 mm"}]}, ("width", "wheel")),
+        (
+            {"stages": [{"at": "wheel", "cross_coupling": 1e6, "real": [{"speed": 2.0}, {"speed": 1.0}]}]},
+            ("ascending",),
+        ),
+        ({"up_to": "0 Hz"}, ("up_to", "0 rad/s")),
+        ({"tolerances": {"k_i": 1.0}}, ("less than 1",)),
     ],
 )
-def test_a_wrong_machine_is_refused(changes, said):
-    with pytest.raises(ValueError, match=said):
+def test_a_wrong_machine_is_refused(changes, facts):
+    with raises_naming(ValueError, *facts):
         machine(**changes)
 
 
@@ -104,10 +111,10 @@ def test_paths_of_a_machine_file_are_relative_to_it(tmp_path):
 def test_mistakes_of_a_machine_file_are_one_line_each(tmp_path):
     path = tmp_path / "own.toml"
     path.write_text('rotr = "x"\nrotor = "x"\n[speed]\nminimum = "1 krpm"\n')
-    with pytest.raises(ValueError, match="unknown key rotr; did you mean rotor") as error:
+    with raises_naming(ValueError, "rotr", "rotor") as error:
         load_machine(path)
     assert len(str(error.value).splitlines()) == 2
-    with pytest.raises(ValueError, match="did you mean compressor"):
+    with raises_naming(ValueError, "compresor", "compressor"):
         load_machine("compresor")
 
 

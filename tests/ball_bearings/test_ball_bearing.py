@@ -10,6 +10,7 @@ from scipy.integrate import quad
 
 from ball_bearings.bearing import PRESSURE_LIMIT, BallBearing
 from ball_bearings.hertz import SILICON_NITRIDE, STEEL, groove_contact
+from tests.support.messages import raises_naming
 
 SKF_6002 = BallBearing(balls=9, ball_diameter=4.762e-3, pitch_diameter=23.5e-3)
 HARRIS_209 = BallBearing(balls=9, ball_diameter=12.7e-3, pitch_diameter=65e-3, clearance=15e-6)
@@ -115,24 +116,24 @@ def test_ceramic_balls_are_stiffer_and_press_harder():
 
 
 @pytest.mark.parametrize(
-    ("wrong", "sentence"),
+    ("wrong", "facts"),
     [
-        ({"balls": 16}, "ball_diameter = 0.004762 m is not allowed; it must be < 0.004585 m, or 16 balls do not fit"),
-        ({"ball_diameter": 0.03}, "must be > 0 m and < pitch_diameter = 0.0235 m"),
-        ({"conformity": (0.5, 0.52)}, "conformity of the inner groove = 0.5 is not allowed; it must be > 0.5"),
-        ({"clearance": -80e-6}, "clearance = -8e-05 m is not allowed; it must be less, since at rest it presses"),
-        ({"contact_angle": 0.3}, "rows = 1 is not allowed; it must be 2 with a contact angle"),
-        ({"preload": 5.0}, "preload = 5 N is not allowed; it must be 0 N without a contact angle"),
-        ({"rows": 3}, "rows = 3 is not allowed; it must be 1 or 2"),
-        ({"clearance": math.nan}, "clearance"),
+        ({"balls": 16}, ("ball_diameter", "0.004762 m", "< 0.004585 m", "16 balls")),
+        ({"ball_diameter": 0.03}, ("> 0 m", "< pitch_diameter = 0.0235 m")),
+        ({"conformity": (0.5, 0.52)}, ("conformity", "inner", "0.5", "> 0.5")),
+        ({"clearance": -80e-6}, ("clearance", "-8e-05 m")),
+        ({"contact_angle": 0.3}, ("rows", "1", "2")),
+        ({"preload": 5.0}, ("preload", "5 N", "0 N")),
+        ({"rows": 3}, ("rows", "3", "1", "2")),
+        ({"clearance": math.nan}, ("clearance",)),
     ],
 )
-def test_bearing_that_cannot_be_built_is_refused(wrong, sentence):
-    with pytest.raises(ValueError, match=sentence.replace("(", r"\(")):
+def test_bearing_that_cannot_be_built_is_refused(wrong, facts):
+    with raises_naming(ValueError, *facts):
         BallBearing(**({"balls": 9, "ball_diameter": 4.762e-3, "pitch_diameter": 23.5e-3} | wrong))
 
 
 def test_force_beyond_the_races_is_refused():
-    with pytest.raises(ValueError, match="force = 1e\\+12 N is not allowed; it must be <"):
+    with raises_naming(ValueError, "force", "1e+12 N"):
         SKF_6002.displacement_under(1e12)
     assert SKF_6002.pressure(5.0 * SKF_6002.static_rating / 9.0) == pytest.approx(PRESSURE_LIMIT, rel=1e-9)

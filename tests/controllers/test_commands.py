@@ -15,6 +15,7 @@ from amb_cosim import linear_controller
 from amb_cosim.commands.cli import main
 from amb_cosim.controllers.bode import response
 from amb_cosim.controllers.laws import Law
+from tests.support.messages import assert_names
 
 FILE = """
 inputs = ["mb1.x", "mb2.x"]
@@ -59,7 +60,7 @@ def test_show_tells_gains_and_the_phase_at_the_modes_of_a_rotor(command):
 
 def test_show_draws_what_it_prints(command, tmp_path):
     text = command("show", "lead.toml", "-o", "bode.png")
-    assert "2 states, sampled every 0.0001 s" in text
+    assert_names(text, "2 states", "0.0001 s")
     picture = imread(tmp_path / "bode.png")
     assert np.count_nonzero(picture[..., :3].min(axis=-1) < 0.9) > 5000
 
@@ -74,19 +75,19 @@ def test_import_samples_names_and_writes_arrays(command, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("arguments", "sentence"),
+    ("arguments", "facts"),
     [
-        (("show", "none.toml"), "no controller file 'none.toml'"),
-        (("show", "lead.toml", "--speed", "3 m"), "--speed"),
-        (("show", "none.mat"), "no controller file 'none.mat'"),
-        (("import", "lead.csv"), "no controller file 'lead.csv'"),
-        (("import", "lead.toml", "--inputs", "a"), "1 inputs is not allowed"),
-        (("import", "lead.toml", "-o", "law.json"), "its name must end with .npz or .mat"),
-        (("import", "lead.toml", "--sample-time", "0"), "--sample-time"),
+        (("show", "none.toml"), ("'none.toml'",)),
+        (("show", "lead.toml", "--speed", "3 m"), ("--speed",)),
+        (("show", "none.mat"), ("'none.mat'",)),
+        (("import", "lead.csv"), ("lead.csv",)),
+        (("import", "lead.toml", "--inputs", "a"), ("1 inputs",)),
+        (("import", "lead.toml", "-o", "law.json"), (".npz", ".mat")),
+        (("import", "lead.toml", "--sample-time", "0"), ("--sample-time",)),
     ],
 )
-def test_bad_input_is_one_message(command, arguments, sentence):
-    assert sentence in command(*arguments, code=2)
+def test_bad_input_is_one_message(command, arguments, facts):
+    assert_names(command(*arguments, code=2), *facts)
 
 
 def test_memory_of_a_bode_plot_does_not_grow_with_its_frequencies():

@@ -10,6 +10,7 @@ from scipy.io import savemat
 
 from amb_cosim import linear_controller
 from amb_files import array_files
+from tests.support.messages import raises_naming
 
 T = 1e-4
 LAG = control.tf([1.0], [0.01, 1.0])
@@ -91,7 +92,7 @@ def test_interpolated_matrices_may_not_be_unstable_either():
     """Two stable matrices whose mean is not: their poles are 0, those between them +-2.165 and more."""
     low = ([[0.0, 5.0], [0.0, 0.0]], [[1.0], [1.0]], [[1.0, 1.0]], [[0.0]])
     high = ([[0.0, 0.0], [5.0, 0.0]], *low[1:])
-    with pytest.raises(ValueError, match=r"magnitude 2\.16506351 at 125 rad/s between the given speeds is not allowed"):
+    with raises_naming(ValueError, "2.16506351", "125 rad/s"):
         make({100.0: low, 200.0: high}, sampled_arrays=True)
     make({100.0: low, 200.0: high}, sampled_arrays=True, allow_unstable=True)
 
@@ -236,14 +237,14 @@ def test_damaged_file_is_refused_or_read(tmp_path, suffix, seed):
 
 def test_an_array_of_python_objects_is_refused_without_advice_to_unpickle(tmp_path):
     np.savez(tmp_path / "law.npz", A=np.array([{}], object), **dict(zip("BCD", MATRICES[1:], strict=True)))
-    with pytest.raises(ValueError, match=r"law\.npz: .*an array of Python objects, which is not allowed$"):
+    with raises_naming(ValueError, str(tmp_path / "law.npz"), "Python objects"):
         linear_controller(tmp_path / "law.npz")
 
 
 def test_a_small_file_with_huge_arrays_is_refused_before_they_are_read(tmp_path):
     np.savez_compressed(tmp_path / "law.npz", A=np.zeros((6000, 6000)), B=0.0, C=0.0, D=0.0)
     assert (tmp_path / "law.npz").stat().st_size < 1e6
-    with pytest.raises(ValueError, match=r"its arrays have 288\d+ bytes; it must have <= 268435456$"):
+    with pytest.raises(ValueError, match=r"law\.npz: .* 288\d+ bytes.* 268435456$"):
         linear_controller(tmp_path / "law.npz")
 
 
@@ -252,7 +253,7 @@ def test_reading_a_mat_file_takes_no_more_memory_than_is_allowed(tmp_path, monke
     savemat(path, {"A": np.zeros((5000, 5000)), "B": 0.0, "C": 0.0, "D": 0.0}, do_compression=True)
     assert path.stat().st_size < 1e6
     monkeypatch.setattr(array_files, "MAT_SPACE", 2**28)
-    with pytest.raises(ValueError, match=r"it cannot be read as a \.mat file: .*(allocate|[Mm]emory)"):
+    with pytest.raises(ValueError, match=r"law\.mat: .*(allocate|[Mm]emory)"):
         linear_controller(path)
 
 
@@ -263,6 +264,6 @@ def test_the_reason_for_a_damaged_file_is_short(tmp_path):
     content = bytearray(path.read_bytes())
     content[26:28] = (5000).to_bytes(2, "little")  # of the first entry's name
     path.write_bytes(content)
-    with pytest.raises(ValueError, match=r"cannot be read as an \.npz file: File name in directory") as caught:
+    with raises_naming(ValueError, str(path), ".npz") as caught:
         linear_controller(path)
     assert len(str(caught.value)) < 500

@@ -10,6 +10,7 @@ import pytest
 
 from amb_cosim.cosim.fmu.fmu_description import read_interface
 from amb_cosim.linear.foreign import foreign_component
+from tests.support.messages import assert_names
 
 SOURCE = Path(__file__).parent / "support" / "spring.c"
 H = 1e-4
@@ -56,7 +57,7 @@ def exact_poles():
 
 def test_poles_are_those_of_the_derivatives_at_the_point(folder):
     part = spring(folder)
-    assert "by its directional derivatives, of 2 states" in part.notes[0]
+    assert_names(part.notes[0], "directional derivatives", "2 states")
     result = np.linalg.eigvals(part.law.A)
     np.testing.assert_allclose(np.sort_complex(result), np.sort_complex(exact_poles()), rtol=1e-12)
     assert part.law.D[0, 0] > 0.0
@@ -66,8 +67,8 @@ def test_poles_are_those_of_the_derivatives_at_the_point(folder):
 def test_hidden_state_or_refusal_leaves_it_to_differences(folder, lag):
     """With a lag that is not listed the derivatives miss a state; with a negative one they are refused."""
     (note,) = (part := spring(folder, lag=lag)).notes
-    assert note.startswith("spring: by differences, of ")
-    assert ("by its directional derivatives its largest response is missed by" in note) == (lag > 0.0)
+    assert_names(note, "spring", "differences")
+    assert ("directional" in note) == (lag > 0.0)
     result = np.linalg.eigvals(part.law.A)
     for pole in exact_poles():
         assert np.abs(result / pole - 1.0).min() < 1e-4

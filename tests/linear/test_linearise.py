@@ -11,6 +11,7 @@ import amb_cosim
 from amb_cosim.linear.foreign import foreign_component
 from amb_cosim.linear.linearisable import linearisable
 from amb_cosim.linear.linearise import model_of
+from tests.support.messages import raises_naming
 
 pytestmark = pytest.mark.gate
 
@@ -175,15 +176,15 @@ def test_share_of_a_sample_of_delay_is_exact_where_steps_meet_it():
 
 
 def test_what_a_model_cannot_have_is_named(compressor):
-    with pytest.raises(ValueError, match=r"no component 'rotor'; did you mean rotor_contact"):
+    with raises_naming(ValueError, "rotor", "rotor_contact"):
         model_of(compressor, components=["rotor"])
-    with pytest.raises(ValueError, match=r"inputs: nothing in the linear model matches 'rotor_contact\.mb1\.k_xx'"):
+    with raises_naming(ValueError, "inputs", "'rotor_contact.mb1.k_xx'"):
         model_of(compressor, ["rotor_contact.mb1.k_xx"])
-    with pytest.raises(ValueError, match=r"at: 'speed' is not a component\.variable or a signal"):
+    with raises_naming(ValueError, "speed", "component.variable"):
         linearisable(COMPRESSOR, {"speed": 3.0})
-    with pytest.raises(ValueError, match=r"at: amb_actuator\.mb1\.gap_x is a parameter; it must be an input"):
+    with raises_naming(ValueError, "amb_actuator.mb1.gap_x", "parameter", "input"):
         linearisable(COMPRESSOR, {"amb_actuator.mb1.gap_x": 3.0})
-    with pytest.raises(ValueError, match=r"x = 0\.00051 m is not allowed"):
+    with raises_naming(ValueError, "x", "0.00051 m"):
         model_of(linearisable(COMPRESSOR, {"amb_actuator.mb1.x": 5.1e-4}, set={"amb_actuator.force_law": 2}))
 
 

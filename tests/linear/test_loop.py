@@ -26,6 +26,7 @@ from rotor_analysis.reduction import msdc
 from rotor_analysis.rotor import ReductionOptions, Rotor
 from rotor_analysis.rotor_file import load_rotor
 from rotor_analysis.shaft import Shaft
+from tests.support.messages import raises_naming
 
 FREQUENCIES = np.array([0.5, 3.0, 11.9, 20.0, 47.0, 150.0, 348.0, 700.0])
 
@@ -317,9 +318,9 @@ def test_anti_aliasing_filter_is_a_lag() -> None:
 
 
 def test_unstable_loop_is_refused_with_its_growing_vibration() -> None:
-    with pytest.raises(ValueError, match=r"the loop is not stable: a vibration of 35\d\.\d Hz grows by 0\.01"):
+    with pytest.raises(ValueError, match=r"35\d\.\d Hz .* 0\.01"):
         sensitivity_system(loop(sample_time=1e-3))
-    with pytest.raises(ValueError, match=r"the loop is not stable: a vibration of 0\.0 Hz"):
+    with raises_naming(ValueError, "0.0 Hz"):
         sensitivity_system(loop(k_b=-1e5))
 
 
@@ -360,5 +361,5 @@ def test_schroeder_phases_of_equal_powers_are_quadratic() -> None:
 
 def test_measurement_waits_until_the_transient_is_gone() -> None:
     assert 0.999 ** settling_samples(0.999, 250e-6) == pytest.approx(1e-6, rel=1e-3)
-    with pytest.raises(ValueError, match=r"the factor 0\.999990 .* it must be <= 60 s"):
+    with raises_naming(ValueError, "0.999990", "<= 60 s"):
         settling_samples(0.99999, 250e-6)

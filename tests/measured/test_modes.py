@@ -8,6 +8,7 @@ import pytest
 from amb_cosim.measured.deviation import assurance, curve_deviation, mode_deviations
 from amb_cosim.measured.modal_fit import FittedMode, fitted_modes
 from amb_cosim.measured.records import Channel, FrequencyResponse
+from tests.support.messages import raises_naming
 
 F = np.arange(5.0, 300.0, 0.25)
 POLES = ((31.0, 0.004), (64.0, 0.02), (150.0, 0.008), (163.0, 0.006))
@@ -52,7 +53,7 @@ def test_a_growing_vibration_is_no_mode():
 
 def test_responses_with_other_frequencies_are_refused():
     first, second, _ = responses()
-    with pytest.raises(ValueError, match="different frequencies"):
+    with raises_naming(ValueError, "different frequencies"):
         fitted_modes([first, second.between(10.0, 50.0)])
 
 

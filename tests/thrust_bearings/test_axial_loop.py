@@ -8,6 +8,7 @@ import control
 import numpy as np
 import pytest
 
+from tests.support.messages import raises_naming
 from thrust_bearings.axial_loop import AxialLoop, AxialPlant
 from thrust_bearings.rational_lag import NO_LAG, rational_lag
 
@@ -129,19 +130,19 @@ def test_eddy_currents_and_delay_take_damping_and_margin():
 
 
 @pytest.mark.parametrize(
-    ("change", "sentence"),
+    ("change", "facts"),
     [
-        ({"delay": -1.0}, "delay = -1 samples is not allowed; it must be >= 0 samples"),
-        ({"k_s": 0.0}, "k_s = 0 N/m is not allowed; it must be > 0 N/m"),
+        ({"delay": -1.0}, ("delay", "-1 samples", ">= 0 samples")),
+        ({"k_s": 0.0}, ("k_s", "0 N/m", "> 0 N/m")),
     ],
 )
-def test_a_loop_that_there_is_not_is_refused(change, sentence):
-    with pytest.raises(ValueError, match=sentence):
+def test_a_loop_that_there_is_not_is_refused(change, facts):
+    with raises_naming(ValueError, *facts):
         loop(**change)
 
 
 def test_a_controller_of_several_signals_is_refused():
     plant = AxialPlant(MASS, K_I, K_S, OMEGA_B)
     two = (np.zeros((0, 0)), np.zeros((0, 2)), np.zeros((1, 0)), np.ones((1, 2)))
-    with pytest.raises(ValueError, match=r"controller = with D of shape \(1, 2\)"):
+    with raises_naming(ValueError, "controller", "(1, 2)"):
         AxialLoop(plant, two, T)

@@ -9,6 +9,7 @@ import pytest
 from scipy.constants import mu_0
 from scipy.integrate import dblquad
 
+from tests.support.messages import raises_naming
 from thrust_bearings.disc import CatalogueBearing, ThrustDisc, moment_stiffness
 
 DATA = {
@@ -64,7 +65,7 @@ def test_a_data_sheet_gives_the_same_bearing_below_saturation():
 
 @pytest.mark.parametrize("bearing", [DISC, CatalogueBearing(0.025, 0.055, 120.0, 1e6, 480.0)])
 def test_a_load_beyond_the_capacity_is_refused(bearing):
-    with pytest.raises(ValueError, match=r"static force = -5000 N is not allowed; it must be <= .* N in magnitude"):
+    with pytest.raises(ValueError, match=r"force = -5000 N .* <= .* N"):
         bearing.operating_point(-5000.0)
 
 
@@ -131,33 +132,33 @@ def test_forces_are_arrays_over_displacement_and_current():
 
 
 @pytest.mark.parametrize(
-    ("wrong", "sentence"),
-    [((0.06, 0.05, 1.0, 1.0, 1.0), "outer_radius"), ((0.0, 0.05, 120.0, -1.0, 400.0), "k_s = -1 N/m is not allowed")],
+    ("wrong", "facts"),
+    [((0.06, 0.05, 1.0, 1.0, 1.0), ("outer_radius",)), ((0.0, 0.05, 120.0, -1.0, 400.0), ("k_s", "-1 N/m"))],
 )
-def test_a_data_sheet_that_cannot_be_is_refused(wrong, sentence):
-    with pytest.raises(ValueError, match=sentence):
+def test_a_data_sheet_that_cannot_be_is_refused(wrong, facts):
+    with raises_naming(ValueError, *facts):
         CatalogueBearing(*wrong)
 
 
 @pytest.mark.parametrize(
-    ("wrong", "sentence"),
+    ("wrong", "facts"),
     [
-        ({"outer_radius": 0.02}, "outer_radius = 0.02 m is not allowed; it must be > inner_radius = 0.025 m"),
-        ({"pole_area": 40e-4}, "pole_area = 0.004 m2 is not allowed; it must be > 0 m2 and < 0.00377 m2, half"),
-        ({"gap": 0.0}, "gap = 0 m is not allowed; it must be > 0 m"),
-        ({"gap": math.nan}, "gap = nan m"),
-        ({"turns": -2.0}, "turns = -2 is not allowed; it must be > 0"),
-        ({"current_limit": 4.0}, "current_limit = 4 A is not allowed; it must be > bias_current = 4 A"),
-        ({"saturation": 0.3}, "bias_current = 4 A is not allowed; it must be less: it makes 0.402 T in the gap"),
+        ({"outer_radius": 0.02}, ("outer_radius", "0.02 m", "> inner_radius = 0.025 m")),
+        ({"pole_area": 40e-4}, ("pole_area", "0.004 m2", "> 0 m2", "< 0.00377 m2")),
+        ({"gap": 0.0}, ("gap", "0 m", "> 0 m")),
+        ({"gap": math.nan}, ("gap", "nan m")),
+        ({"turns": -2.0}, ("turns", "-2", "> 0")),
+        ({"current_limit": 4.0}, ("current_limit", "4 A", "> bias_current = 4 A")),
+        ({"saturation": 0.3}, ("bias_current", "4 A", "0.402 T")),
     ],
 )
-def test_a_bearing_that_cannot_be_built_is_refused(wrong, sentence):
-    with pytest.raises(ValueError, match=sentence):
+def test_a_bearing_that_cannot_be_built_is_refused(wrong, facts):
+    with raises_naming(ValueError, *facts):
         ThrustDisc(**(DATA | wrong))
 
 
 def test_displacements_and_currents_beyond_the_limits_are_refused():
-    with pytest.raises(ValueError, match=r"z = 0.0005 m is not allowed; it must be < 0.0005 m in magnitude"):
+    with raises_naming(ValueError, "z", "0.0005 m", "< 0.0005 m"):
         DISC.force(5e-4, 0.0)
-    with pytest.raises(ValueError, match=r"i = -4.1 A is not allowed; it must be <= 4 A in magnitude"):
+    with raises_naming(ValueError, "i", "-4.1 A", "<= 4 A"):
         DISC.force(0.0, np.array([0.0, -4.1]))

@@ -12,6 +12,7 @@ from scipy.integrate import quad
 from scipy.linalg import expm, solve_banded
 from scipy.special import gamma
 
+from tests.support.messages import raises_naming
 from thrust_bearings.disc import ThrustDisc
 from thrust_bearings.eddy_currents import (
     SolidIron,
@@ -154,27 +155,27 @@ def test_lag_of_a_bearing_is_near_that_of_its_field(permeability, conductivity, 
 
 
 @pytest.mark.parametrize(
-    ("wrong", "sentence"),
+    ("wrong", "facts"),
     [
-        ((0.0, 500.0, 0.02), "conductivity = 0 S/m is not allowed; it must be > 0 S/m"),
-        ((4e6, 1.0, 0.02), "permeability = 1 is not allowed; it must be > 1"),
-        ((4e6, 500.0, 0.02, 0.9), "leakage = 0.9 is not allowed; it must be >= 1 and <= 3"),
-        ((4e6, 500.0, -1.0), "slot_depth = -1 m is not allowed; it must be > 0 m"),
+        ((0.0, 500.0, 0.02), ("conductivity", "0 S/m", "> 0 S/m")),
+        ((4e6, 1.0, 0.02), ("permeability", "1", "> 1")),
+        ((4e6, 500.0, 0.02, 0.9), ("leakage", "0.9", ">= 1", "<= 3")),
+        ((4e6, 500.0, -1.0), ("slot_depth", "-1 m", "> 0 m")),
     ],
 )
-def test_iron_that_there_is_not_is_refused(wrong, sentence):
-    with pytest.raises(ValueError, match=sentence):
+def test_iron_that_there_is_not_is_refused(wrong, facts):
+    with raises_naming(ValueError, *facts):
         SolidIron(*wrong)
 
 
 @pytest.mark.parametrize(
-    ("arguments", "sentence"),
+    ("arguments", "facts"),
     [
-        ((0.0, BAND), "omega_e = 0 rad/s"),
-        ((1.0, (2.0, 1.0)), "band = 2 to 1 rad/s is not allowed"),
-        ((1.0, BAND, 0.0), "tolerance = 0 is not allowed; it must be >= 1e-6 and < 1"),
+        ((0.0, BAND), ("omega_e", "0 rad/s")),
+        ((1.0, (2.0, 1.0)), ("band", "2 to 1 rad/s")),
+        ((1.0, BAND, 0.0), ("tolerance", "0", ">= 1e-6", "< 1")),
     ],
 )
-def test_a_lag_without_frequencies_is_refused(arguments, sentence):
-    with pytest.raises(ValueError, match=sentence):
+def test_a_lag_without_frequencies_is_refused(arguments, facts):
+    with raises_naming(ValueError, *facts):
         rational_lag(*arguments)
