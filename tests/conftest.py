@@ -192,24 +192,17 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--regenerate", action="store_true", help="write the regression data in tests/regression anew")
     parser.addoption("--long", action="store_true", help="make the campaigns in tests/robustness as long as they get")
     parser.addoption("--hosts", type=Path, metavar="FILE", help="write down there which hosts ran which FMUs")
-    parser.addoption(
-        "--absences",
-        type=Path,
-        action="append",
-        default=[],
-        metavar="FILE",
-        help="fail if a test is skipped for a reason that is in no such file",
-    )
+    parser.addoption("--absences", type=Path, metavar="FILE", help="fail if a test is skipped for a reason not in it")
 
 
 def pytest_configure(config: pytest.Config) -> None:
     import waiting_for_kernels
 
     config.pluginmanager.register(waiting_for_kernels)
-    if (files := config.getoption("--absences")) and not hasattr(config, "workerinput"):
+    if (file := config.getoption("--absences")) and not hasattr(config, "workerinput"):
         from absences import Absences
 
-        config.pluginmanager.register(Absences(files))
+        config.pluginmanager.register(Absences(file))
     if file := config.getoption("--hosts"):
         from tools.compatibility.record import HostRecord
 

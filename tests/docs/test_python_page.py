@@ -15,6 +15,8 @@ sys.path.insert(0, str(Path(__file__).parents[2] / "docs" / "mkdocs"))
 import declarations
 import griffe
 
+pytestmark = pytest.mark.slow  # needs the extra docs
+
 ROOT = Path(__file__).parents[2]
 
 MODULES = ("amb_cosim", "amb_cosim.studies", "amb_cosim.cosim")

@@ -22,6 +22,8 @@ from amb_cosim.scenario.scenario import Scenario
 from rotor_analysis.rotor import Rotor
 from source_check.statements import Statements
 
+pytestmark = pytest.mark.slow  # needs the extra docs
+
 PAGE = (
     r'<p>speed <span class="arithmatex">\(\Omega &lt; 2\)</span></p><div class="arithmatex">\[a = b \tag{4.1}\]</div>'
 )

@@ -195,6 +195,7 @@ def test_valgrind_finds_no_error_and_no_leak(host, unpacked, plant, plant_consta
     assert "==" not in log
 
 
+@pytest.mark.slow
 def test_the_number_of_allocations_does_not_grow_with_the_number_of_steps(host, unpacked, lag):
     if not shutil.which("valgrind"):
         pytest.skip("needs valgrind")

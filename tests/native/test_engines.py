@@ -137,12 +137,14 @@ def hook(empty, monkeypatch):
     return run
 
 
+@pytest.mark.slow  # needs hatchling
 def test_a_wheel_contains_the_engines_that_a_build_looks_for(hook, lag, empty):
     hook(None)
     assert {platform for _, platform in empty} == {host_platform()}
     assert {engine_place(kernels, "win64") for kernels, _ in empty} == {engine_place([lag], "win64")}
 
 
+@pytest.mark.slow  # needs hatchling
 def test_a_wheel_for_this_machine_is_not_passed_off_as_one_for_any(hook):
     data, files = hook(None)
     assert files == {host_platform()}
@@ -151,6 +153,7 @@ def test_a_wheel_for_this_machine_is_not_passed_off_as_one_for_any(hook):
     assert not data["tag"].endswith("-any")
 
 
+@pytest.mark.slow  # needs hatchling
 def test_a_wheel_is_tagged_by_the_platforms_of_its_engines(hook):
     data, files = hook("win64,linux64,wasm32")
     assert (files, data["tag"]) == ({"linux64", "win64", WASM}, "py3-none-manylinux_2_17_x86_64.win_amd64")
@@ -158,10 +161,12 @@ def test_a_wheel_is_tagged_by_the_platforms_of_its_engines(hook):
     assert (files, data["pure_python"], "tag" in data) == ({*PLATFORMS, WASM}, True, False)
 
 
+@pytest.mark.slow  # needs hatchling
 def test_an_editable_installation_contains_no_engine(hook):
     assert hook("all", "editable") == ({"force_include": {}, "pure_python": True}, set())
 
 
+@pytest.mark.slow  # needs hatchling
 def test_a_wheel_for_an_unknown_platform_is_refused(hook):
     with pytest.raises(SystemExit, match="AMB_COSIM_PLATFORMS = amiga: no platform amiga; there are linux64"):
         hook("amiga")

@@ -1,10 +1,9 @@
-"""Lists why tests were skipped, and fails a run in which one was skipped for a reason that is on no list."""
+"""Lists why tests were skipped, and fails a run in which one was skipped for a reason that is not on a list."""
 
 from __future__ import annotations
 
 import tomllib
 from collections import Counter
-from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -14,13 +13,11 @@ import pytest
 class Absences:
     """A plugin of pytest's main process.
 
-    The lists are TOML files: beginnings of the reasons that pytest shows for a skipped test, and why each is allowed.
+    The list is a TOML file: beginnings of the reasons that pytest shows for a skipped test, and why each is allowed.
     """
 
-    def __init__(self, files: Iterable[Path]) -> None:
-        self.allowed: dict[str, str] = {}
-        for file in files:
-            self.allowed |= tomllib.loads(file.read_text(encoding="utf-8"))
+    def __init__(self, file: Path) -> None:
+        self.allowed: dict[str, str] = tomllib.loads(file.read_text(encoding="utf-8"))
         self.told: list[str] = []
 
     def pytest_sessionfinish(self, session: pytest.Session) -> None:

@@ -122,6 +122,7 @@ def test_libcosim_gives_the_same(case: str, step: float, reference: Reference) -
     assert max(rounded.values()) < 1e-11
 
 
+@pytest.mark.slow
 @in_host("ecos", "the three")
 @pytest.mark.parametrize("case", CASES)
 def test_ecos_gives_the_same(case: str, reference: Reference) -> None:

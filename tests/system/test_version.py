@@ -8,6 +8,8 @@ from pathlib import Path
 
 import pytest
 
+pytestmark = pytest.mark.slow  # needs hatch-vcs
+
 ROOT = Path(__file__).parents[2]
 LAST_RELEASE = "0.2.0"
 
