@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import shutil
 from dataclasses import replace
 from pathlib import Path
@@ -13,6 +12,7 @@ import xarray as xr
 
 import amb_cosim
 from amb_cosim.cosim.run.recording import Outcome
+from tests.support.messages import assert_names, raises_naming
 
 SUPPORT = Path(__file__).parent / "support"
 OMEGA = np.sqrt(2.0 * 400.0)  # of two masses of 1 kg against each other
@@ -57,19 +57,13 @@ def test_the_error_of_the_coupling_falls_with_the_step(system_file):
 
 def test_an_fmu_that_ends_the_simulation_is_named_with_its_reason(system_file):
     outcome, _ = run(system_file, **{"spring.k": -1.0})
-    sentence = (
-        "fmi2DoStep answered Discard: with fmi2Terminated the FMU ends the simulation; its lastSuccessfulTime is 0 s"
-    )
-    assert (outcome.status, outcome.time, outcome.reason) == ("failed", 0.0, sentence)
+    assert (outcome.status, outcome.time) == ("failed", 0.0)
+    assert_names(outcome.reason, "fmi2DoStep", "Discard", "fmi2Terminated", "lastSuccessfulTime", "0 s")
 
 
 def test_fmus_that_save_no_state_are_refused_where_steps_are_repeated(system_file):
     system_file.write_text('coupling = "iterative"\n' + system_file.read_text(encoding="utf-8"), encoding="utf-8")
-    refusal = re.escape(
-        "coupling = 'iterative' is not allowed with spring, left, right: it repeats steps, and an FMU there "
-        "cannot save and restore its state (canGetAndSetFMUstate)"
-    )
-    with pytest.raises(ValueError, match=f"^{refusal}$"):
+    with raises_naming(ValueError, "coupling", "'iterative'", "spring, left, right", "canGetAndSetFMUstate"):
         amb_cosim.simulate(system_file)
 
 
@@ -99,27 +93,27 @@ def test_a_condition_on_any_signal_ends_the_run(system_file):
 
 
 @pytest.mark.parametrize(
-    ("change", "message"),
+    ("change", "facts"),
     [
-        (('{ "x" = "left" }', '{ "y" = "left" }'), r"left has no variable 'y'.*connected with spring\.left"),
-        (('stop_time = "0.5 s"', ""), r"experiment\.stop_time is missing"),
-        (('"0.5 s"', '"0.5 kg"'), "stop_time = '0.5 kg' has unit kg"),
-        (('fmu = "Spring.fmu"', 'fmu = "Sprung.fmu"'), r"no FMU '.*Sprung\.fmu'"),
-        (("[[connect]]\nfrom", "[[connect]]\nform"), r"unknown key connect\[0\]\.form; did you mean from"),
+        (('{ "x" = "left" }', '{ "y" = "left" }'), ("left", "'y'", "spring.left")),
+        (('stop_time = "0.5 s"', ""), ("experiment.stop_time",)),
+        (('"0.5 s"', '"0.5 kg"'), ("stop_time", "'0.5 kg'", "unit kg")),
+        (('fmu = "Spring.fmu"', 'fmu = "Sprung.fmu"'), ("Sprung.fmu",)),
+        (("[[connect]]\nfrom", "[[connect]]\nform"), ("connect[0].form", "from")),
     ],
 )
-def test_a_mistake_in_a_system_file_is_named(system_file, change, message):
+def test_a_mistake_in_a_system_file_is_named(system_file, change, facts):
     system_file.write_text(system_file.read_text(encoding="utf-8").replace(*change, 1), encoding="utf-8")
-    with pytest.raises(ValueError, match=message):
+    with raises_naming(ValueError, *facts):
         amb_cosim.simulate(system_file)
 
 
 def test_a_system_needs_an_experiment_to_run(system_file):
     system = amb_cosim.load_system(system_file)
-    with pytest.raises(ValueError, match="needs an experiment"):
+    with raises_naming(ValueError, "experiment"):
         amb_cosim.simulate(replace(system, name="two masses"))
 
 
 def test_step_and_end_of_a_system_file_are_its_experiments(system_file):
-    with pytest.raises(ValueError, match="step_size and stop_time are for SSP archives"):
+    with raises_naming(ValueError, "step_size", "stop_time", "SSP"):
         amb_cosim.simulate(system_file, step_size=1e-3)

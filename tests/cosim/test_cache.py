@@ -10,6 +10,7 @@ import pytest
 
 from amb_cosim.cosim.basics import cache
 from amb_files.archive import unpack
+from tests.support.messages import raises_naming
 
 DAY = 24 * 3600.0
 
@@ -71,5 +72,5 @@ def test_the_command_shows_and_clears(filled, runner):
 
 def test_an_archive_of_very_many_entries_is_refused(tmp_path):
     path = archive(tmp_path / "folder", 10_001)
-    with pytest.raises(ValueError, match="it has 10001 entries, which is not allowed; it must have <= 10000"):
+    with raises_naming(ValueError, "10001 entries", "<= 10000"):
         unpack(path, tmp_path / "there", "the archive")

@@ -22,6 +22,7 @@ from amb_cosim.cosim.master.master import Master
 from amb_cosim.cosim.record.recorder import Recorder
 from amb_cosim.cosim.system.signal_map import SignalMap
 from amb_cosim.cosim.system.stopping import Condition, StopObserver, Stopped
+from tests.support.messages import assert_names, raises_naming
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -117,7 +118,7 @@ def test_a_refusal_ends_the_run_where_the_plain_loop_ends_it(coupling, call, com
 def test_every_status_worse_than_a_warning_ends_the_run(status):
     plain, fast = both(0, 260, answers={"b": {("DoStep", 0.1 + 90 * H): status}})
     assert fast == plain
-    assert fast.error[0] == f"b failed at t = 0.19 s: DoStep answered {status}"
+    assert_names(fast.error[0], "b", "0.19 s", "DoStep", f"{status}")
     assert fast.points == list(range(91))
 
 
@@ -256,7 +257,7 @@ def test_steps_that_become_slow_end_their_block(monkeypatch):
 
 
 def test_a_slow_component_cannot_start_between_its_points():
-    with pytest.raises(ValueError, match="b steps every 4 points and cannot start at -3"):
+    with raises_naming(ValueError, "b", "4 points", "-3"):
         compiled.run(ticking(every=(1, 4, 1)), -3, 0, [], Recorder([4], 0))
 
 
@@ -306,5 +307,5 @@ def test_a_schedule_gives_the_same_point_by_point_and_as_a_list():
 
 
 def test_what_does_not_fit_into_memory_is_refused():
-    with pytest.raises(ValueError, match=r"no memory to record 9 variables at \d+ points; record.variables or"):
+    with pytest.raises(ValueError, match=r" 9 variables .* \d+ points.* record\.variables"):
         Recorder(range(9), 0).buffer(0, 2**55)

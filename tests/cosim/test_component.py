@@ -13,6 +13,7 @@ from amb_cosim.cosim.fmu.fmu_description import read_interface
 from amb_cosim.cosim.fmu.fmu_interface import Port
 from amb_files.suggestions import suggest
 from rotor_analysis.packaged_rotors import rotor_path
+from tests.support.messages import assert_names, raises_naming
 
 PREPARE = """
 from contextlib import redirect_stdout
@@ -71,7 +72,7 @@ def test_a_refused_step_carries_status_and_log_of_its_own_component(run_python, 
     folder = fmus.ensure_built("amb_actuator", flavour).folder
     status, said, more = run_python(PREPARE.format(folder=str(folder)) + REFUSED)
     assert status == "Error"
-    assert said.startswith("fmi2DoStep answered Error: at t = 0.25 s: mb1.x = 0.002 m is not allowed")
+    assert_names(said, "fmi2DoStep", "Error", "0.25 s", "mb1.x", "0.002 m")
     assert more == "", "an instance that failed is freed without further words"
 
 
@@ -88,7 +89,7 @@ def test_the_interface_has_units_limits_and_dependencies(actuator):
 
 
 def test_what_is_no_fmu_is_refused(tmp_path):
-    with pytest.raises(ValueError, match=r"rotor: .* is not a readable FMU"):
+    with raises_naming(ValueError, "rotor", "readable FMU"):
         read_interface(tmp_path, "rotor")
 
 
@@ -96,7 +97,7 @@ def test_what_is_no_fmu_is_refused(tmp_path):
 def test_an_fmu_of_another_kind_is_refused_with_what_is_taken(monkeypatch, tmp_path, version):
     result = SimpleNamespace(fmiVersion=version, coSimulation=None if version in ("2.0", "3.0") else SimpleNamespace())
     monkeypatch.setattr("fmpy.read_model_description", lambda *_: result)
-    with pytest.raises(ValueError, match=r"is not a co-simulation FMU of FMI 2\.0 or 3\.0"):
+    with raises_naming(ValueError, "FMU", "co-simulation", "2.0", "3.0"):
         read_interface(tmp_path, "rotor")
 
 
@@ -133,7 +134,7 @@ def test_a_log_keeps_all_errors_and_so_many_warnings():
 
 
 def test_a_package_that_is_not_installed_is_named():
-    with pytest.raises(ValueError, match="package amb_nothing is not installed"):
+    with raises_naming(ValueError, "amb_nothing"):
         fmus._code("amb_nothing")
 
 
@@ -158,10 +159,10 @@ def test_an_fmu_is_made_anew_for_what_it_is_made_from_alone(tmp_path, monkeypatc
 
 
 def test_unknown_models_and_paths_are_refused(tmp_path):
-    with pytest.raises(ValueError, match="no model 'amb_actuators'; did you mean amb_actuator"):
+    with raises_naming(ValueError, "amb_actuators", "amb_actuator"):
         fmus.ensure_built("amb_actuators")
     models = "amb_actuator, levitated_rotor, linear_controller, rolac_controller, rotor_contact"
-    with pytest.raises(ValueError, match=f"it must be a path or one of {models}"):
+    with raises_naming(ValueError, models):
         fmus.provide(str(tmp_path / "none.fmu"))
 
 
@@ -177,6 +178,6 @@ def test_a_file_is_extracted_once_for_its_content(actuator, tmp_path):
 
 
 def test_suggestions_name_what_is_near_or_what_there_is():
-    assert suggest("mb1.xx", ["mb1.x", "theta"]) == "did you mean mb1.x?"
-    assert suggest("zzz", ["mb1.x", "theta"]) == "there are mb1.x, theta"
+    assert_names(suggest("mb1.xx", ["mb1.x", "theta"]), "mb1.x")
+    assert_names(suggest("zzz", ["mb1.x", "theta"]), "mb1.x, theta")
     assert suggest("zzz", [str(k) for k in range(20)]).endswith("and 8 more")

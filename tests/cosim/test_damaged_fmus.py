@@ -13,6 +13,7 @@ from amb_cosim.cosim.fmu import fmus
 from amb_cosim.cosim.system.assembly import assemble
 from amb_cosim.cosim.system.system import Component, System
 from amb_files.archive import write_archive
+from tests.support.messages import raises_naming
 
 LIBRARY = f"binaries/{fmpy.platform}/Mass{fmpy.sharedLibraryExtension}"
 DESCRIPTION = "modelDescription.xml"
@@ -51,13 +52,13 @@ def cut(data: bytearray) -> None:
     del data[len(data) // 2 :]
 
 
-@pytest.mark.parametrize(("damage", "message"), [
-    (with_a_bit_flipped, ""),
-    (encrypted, "modelDescription.xml is encrypted"),
-    (packed_in_an_unknown_way, "compression method is not supported"),
-    (cut, "it is not a zip archive"),
+@pytest.mark.parametrize(("damage", "facts"), [
+    (with_a_bit_flipped, ("FMU",)),
+    (encrypted, ("modelDescription.xml", "encrypted")),
+    (packed_in_an_unknown_way, ("compression",)),
+    (cut, ("zip archive",)),
 ])  # fmt: skip
-def test_a_damaged_archive_is_refused(whole, tmp_path, damage, message):
+def test_a_damaged_archive_is_refused(whole, tmp_path, damage, facts):
     path = tmp_path / "mass.fmu"
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
         for name, content in sorted(entries(whole).items(), key=lambda entry: entry[0] != DESCRIPTION):
@@ -66,7 +67,7 @@ def test_a_damaged_archive_is_refused(whole, tmp_path, damage, message):
     data = bytearray(path.read_bytes())
     damage(data)
     path.write_bytes(data)
-    with pytest.raises(ValueError, match=rf"^FMU .*mass\.fmu cannot be unpacked: .*{message}"):
+    with raises_naming(ValueError, str(path), *facts):
         assembled(path)
 
 
@@ -78,13 +79,13 @@ def test_an_archive_that_unpacks_to_too_much_is_refused(whole, tmp_path):
         with archive.open("resources/zeros", "w") as zeros:
             for _ in range(300):
                 zeros.write(bytes(2**20))
-    with pytest.raises(ValueError, match=r"it unpacks to 30\d MB, which is not allowed; it must be <= 256 MB"):
+    with pytest.raises(ValueError, match=r" 30\d MB.* <= 256 MB"):
         assembled(path)
 
 
 def test_an_entry_outside_of_the_archive_is_refused(whole, tmp_path):
     path = write_archive(tmp_path / "mass.fmu", entries(whole) | {"../elsewhere": b""})
-    with pytest.raises(ValueError, match=r"the entry ../elsewhere is not allowed"):
+    with raises_naming(ValueError, "../elsewhere"):
         assembled(path)
 
 
@@ -96,28 +97,28 @@ def test_entries_that_occur_twice_are_read_if_they_are_equal(whole, tmp_path):
             archive.writestr("extra/note", content)
         if added == "read":
             assembled(path)
-    with pytest.raises(ValueError, match=r"there are two entries extra/note that differ"):
+    with raises_naming(ValueError, "two", "extra/note"):
         assembled(path)
 
 
-@pytest.mark.parametrize(("changes", "message"), [
-    ({LIBRARY: None}, f"has no library Mass for {fmpy.platform}"),
-    ({"resources/slavemodule.txt": None}, "resources/slavemodule.txt is missing"),
-    ({"resources/mass.py": None}, "its script resources/mass.py is missing"),
-    ({DESCRIPTION: None}, "is not a readable FMU"),
-    ({DESCRIPTION: lambda content: content[:-100]}, "is not a readable FMU"),
-    ({DESCRIPTION: lambda content: content.replace(b"guid=", b"name=")}, r"modelDescription.xml: .*'guid'"),
-    ({DESCRIPTION: lambda content: content.replace(b'Identifier="', b'Identifier="../')}, "must be a name in C"),
+@pytest.mark.parametrize(("changes", "facts"), [
+    ({LIBRARY: None}, ("library Mass", f"{fmpy.platform}")),
+    ({"resources/slavemodule.txt": None}, ("resources/slavemodule.txt",)),
+    ({"resources/mass.py": None}, ("resources/mass.py",)),
+    ({DESCRIPTION: None}, ("readable",)),
+    ({DESCRIPTION: lambda content: content[:-100]}, ("readable",)),
+    ({DESCRIPTION: lambda content: content.replace(b"guid=", b"name=")}, ("modelDescription.xml", "'guid'")),
+    ({DESCRIPTION: lambda content: content.replace(b'Identifier="', b'Identifier="../')}, ("name in C",)),
 ])  # fmt: skip
 @pytest.mark.skipif(fmpy.system != "linux", reason="the checks of libraries are of those of Linux")
-def test_an_fmu_with_damaged_content_is_refused_before_it_is_loaded(whole, tmp_path, changes, message):
+def test_an_fmu_with_damaged_content_is_refused_before_it_is_loaded(whole, tmp_path, changes, facts):
     content = entries(whole)
     for name, change in changes.items():
         before = content.pop(name)
         if change is not None:
             content[name] = change(before)
     path = write_archive(tmp_path / "mass.fmu", content)
-    with pytest.raises(ValueError, match=message) as error:
+    with raises_naming(ValueError, *facts) as error:
         assembled(path)
     assert str(error.value).startswith(f"mass: {path}")
     assert len(str(error.value).splitlines()) == 1

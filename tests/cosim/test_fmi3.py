@@ -15,6 +15,7 @@ import amb_cosim
 from amb_cosim.cosim.fmu.fmu_description import read_interface
 from amb_cosim.cosim.fmu.fmus import provide
 from amb_cosim.cosim.record.warnings import warnings_of
+from tests.support.messages import assert_names, raises_naming
 
 GOOD, END, EARLY, MINUS_ONE, WARN, FAIL = range(6)
 INTEGERS = [f"{sign}Int{bits}" for bits in (8, 16, 32, 64) for sign in ("", "U")]
@@ -89,19 +90,21 @@ def test_elements_that_nothing_feeds_keep_the_values_that_were_set(run):
 
 
 @pytest.mark.parametrize(
-    ("what", "status", "reason"),
+    ("what", "status", "facts"),
     [
-        (END, "failed", "fmi3DoStep answered Discard: with terminateSimulation the FMU ends the simulation"),
-        (EARLY, "failed", "fmi3DoStep answered Discard: the FMU returned early from the step, which is not allowed"),
-        (MINUS_ONE, "failed", "fmi3DoStep answered -1, a status that FMI does not have: the FMU logged nothing"),
-        (FAIL, "failed", "fmi3DoStep answered Error: it is hot"),
-        (WARN, "completed", ""),
+        (END, "failed", ("fmi3DoStep", "Discard", "terminateSimulation")),
+        (EARLY, "failed", ("fmi3DoStep", "Discard", "early")),
+        (MINUS_ONE, "failed", ("fmi3DoStep", "-1", "FMI")),
+        (FAIL, "failed", ("fmi3DoStep", "Error", "it is hot")),
+        (WARN, "completed", ()),
     ],
 )
-def test_what_a_step_answers_ends_the_run_or_is_a_warning(run, what, status, reason):
+def test_what_a_step_answers_ends_the_run_or_is_a_warning(run, what, status, facts):
     result = run(f'"one.what" = {what}')
     assert result.outcome.status == status
-    assert result.outcome.reason.startswith(reason)
+    if facts:
+        assert_names(result.outcome.reason, *facts)
+    assert bool(result.outcome.reason) == bool(facts)
     assert [w.sentence for w in warnings_of(result.dataset)] == (["it is warm, 100 %"] if what == WARN else [])
 
 
@@ -109,8 +112,8 @@ def test_a_number_that_its_type_cannot_hold_is_refused(run):
     narrow = '[[connect]]\nfrom = "one"\nto = "two"\nvariables = { "Int16.out[1]" = "Int8.in[2]" }'
     outcome = run('"one.Int16.in[1]" = 128', narrow).outcome
     assert (outcome.status, outcome.component, outcome.time) == ("failed", "two", 0.005)
-    assert outcome.reason == "fmi3Set answered Error: 128 does not fit into the integer type of the variable"
-    with pytest.raises(ValueError, match=r"one\.Int8\.in\[1\] = 128 is not allowed; it must be >= -128 and <= 127"):
+    assert_names(outcome.reason, "fmi3Set", "Error", "128", "integer")
+    with raises_naming(ValueError, "one.Int8.in[1]", "128", ">= -128", "<= 127"):
         run('"one.Int8.in[1]" = 128')
 
 

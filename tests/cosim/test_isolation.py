@@ -22,6 +22,7 @@ from amb_cosim.commands.cli import main
 from amb_cosim.cosim.basics.errors import FmuError, ProcessFailed, StartFailed
 from amb_cosim.cosim.run import isolation
 from amb_cosim.cosim.run import run_plan as simulation
+from tests.support.messages import assert_names, raises_naming
 
 GOOD, CRASH, HANG, LEAVE, EAT, PRINT = range(6)
 
@@ -48,19 +49,20 @@ def test_data_are_those_of_a_run_in_this_process():
     assert both[0].outcome == both[1].outcome
 
 
-@pytest.mark.parametrize(("what", "message"), [
-    (CRASH, "the process of one ended with SIGSEGV; nothing was recorded"),
-    (LEAVE, "the process of one ended with exit code 0; nothing was recorded"),
+@pytest.mark.parametrize(("what", "facts"), [
+    (CRASH, ("process of one", "SIGSEGV")),
+    (LEAVE, ("process of one", "exit code 0")),
 ])  # fmt: skip
-def test_a_crash_is_one_message_and_exit_code_1(system, tmp_path, what, message):
+def test_a_crash_is_one_message_and_exit_code_1(system, tmp_path, what, facts):
     result = CliRunner().invoke(main, ["simulate", str(system(what)), "-o", str(tmp_path / "out")])
-    assert (result.exit_code, result.stderr.splitlines()[-1]) == (1, f"amb-cosim: {message}")
+    assert result.exit_code == 1
+    assert_names(result.stderr.splitlines()[-1], "amb-cosim", *facts)
     assert not (tmp_path / "out").exists()
 
 
 def test_a_hang_is_ended(system, monkeypatch):
     monkeypatch.setattr(isolation, "LONGEST_SILENCE", 2.0)
-    with pytest.raises(ProcessFailed, match=r"^one did not complete a step within 2 s, and the process was ended"):
+    with raises_naming(ProcessFailed, "one", "2 s"):
         amb_cosim.simulate(system(HANG))
 
 
@@ -79,7 +81,7 @@ def test_errors_and_progress_come_back(system):
     result = amb_cosim.simulate(system(GOOD), progress=lambda done, total: steps.append((done, total)))
     assert steps[-1] == (10, 10)
     np.testing.assert_allclose(result.dataset["one.y"][-1], 0.01)
-    with pytest.raises(StartFailed, match=r"rotor_contact: .* rb1\.offset_x = 0\.00075 m"):
+    with raises_naming(StartFailed, "rotor_contact", "rb1.offset_x", "0.00075 m"):
         amb_cosim.run("fig4_9", set={"rotor_contact.rb1.offset_x": 0.75e-3}, isolated=True)
 
 
@@ -147,7 +149,7 @@ def test_the_first_run_of_an_fmu_from_elsewhere_warns(run_python, system):
         return [process.stderr for process in said]
 
     first, second = run_python(warnings, path=str(system(GOOD)))
-    assert first.endswith("Unruly.fmu runs here for the first time: an FMU is a program with all your permissions\n")
+    assert_names(first, "Unruly.fmu", "first time", "permissions")
     assert second == ""
 
 

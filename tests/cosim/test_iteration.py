@@ -12,6 +12,7 @@ from amb_cosim.cosim.fmu.fmu_interface import Port
 from amb_cosim.cosim.master.master import Master
 from amb_cosim.cosim.system.signal_map import SignalMap
 from amb_cosim.cosim.system.system import Component, Connection, System
+from tests.support.messages import raises_naming
 
 A = np.array([[-1.0, 2.0], [-3.0, -0.5]])
 START = np.array([1.0, 0.5])
@@ -123,16 +124,14 @@ def test_a_step_that_does_not_settle_fails_and_names_the_source():
     """A gain of -2 around two components without states: each repetition doubles the difference."""
     gains = [Gain(name, 0.0, b, 1.0) for name, b in (("a", -2.0), ("b", 1.0))]
     wiring = SignalMap(("a.y", "b.y"), 0, (np.array([1]), np.array([0])), ((), ()), (np.array([1.0]), np.array([1.0])))
-    with pytest.raises(
-        StepFailed, match=r"a failed at t = 0 s: its input from b\.y still changes after 30 repetitions"
-    ):
+    with raises_naming(StepFailed, "a", "0 s", "b.y", "30"):
         end(gains, wiring, steps=10)
 
 
 def test_a_component_with_a_rate_of_its_own_is_refused():
     lags, wiring = pair()
     lags[1].every = 2
-    with pytest.raises(ValueError, match="b steps every 2 points; iterative coupling requires each"):
+    with raises_naming(ValueError, "b", "2 points", "iterative"):
         end(lags, wiring, steps=10)
 
 

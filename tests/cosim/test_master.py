@@ -13,6 +13,7 @@ from amb_cosim.cosim.basics.errors import StartFailed, StepFailed
 from amb_cosim.cosim.basics.schedules import PiecewiseConstant, PiecewiseLinear
 from amb_cosim.cosim.master.master import Master, find_loop
 from amb_cosim.cosim.system.signal_map import SignalMap
+from tests.support.messages import assert_names, raises_naming
 
 
 class Block:
@@ -138,7 +139,7 @@ def test_a_slow_component_publishes_after_its_interval_under_jacobi(every, publi
 def test_a_slow_component_starts_at_its_own_points_alone():
     slow = Block("slow", every=4)
     master = Master([slow], closed_chain("slow"), 0.5)
-    with pytest.raises(ValueError, match="slow steps every 4 points and cannot start at -3"):
+    with raises_naming(ValueError, "slow", "4 points", "-3"):
         master.run(-3, 0)
     assert slow.trace == []
     master.run(-8, 0)
@@ -196,12 +197,12 @@ def test_an_algebraic_loop_is_reported_with_its_path():
 
 def test_outputs_that_do_not_settle_without_a_loop_are_reported():
     restless = Block("a.y", output=lambda x, u: u[0] + 1.0)
-    with pytest.raises(StartFailed, match="do not settle during initialisation, although no loop is declared"):
+    with raises_naming(StartFailed, "settle", "initialisation"):
         Master([restless], closed_chain("a.y"), 0.1).initialise()
 
 
 def test_wiring_that_names_too_few_signals_is_refused():
-    with pytest.raises(ValueError, match="the wiring names 1 signals, the components have 2"):
+    with raises_naming(ValueError, "1 signals", "2"):
         Master([Block("a"), Block("b")], closed_chain("a"), 0.1)
 
 
@@ -293,7 +294,7 @@ def test_a_failing_step_keeps_the_record_and_frees_all():
     assert (good.closed, bad.closed) == (1, 1)
     assert caught.value.component == "bad"
     assert caught.value.time == pytest.approx(0.3)
-    assert str(caught.value) == ("bad failed at t = 0.3 s: fmi2DoStep answered Discard: the rotor left the bearing")
+    assert_names(caught, "bad", "0.3 s", "fmi2DoStep", "Discard", "the rotor left the bearing")
 
 
 def test_an_interrupt_keeps_the_record_and_frees_all():
@@ -314,7 +315,7 @@ def test_an_interrupt_keeps_the_record_and_frees_all():
 def test_a_component_that_refuses_to_start_is_named():
     block = Block("pump")
     block.leave = lambda: (_ for _ in ()).throw(RuntimeError("initialisation answered fault 3: too dry"))
-    with pytest.raises(StartFailed, match="pump: initialisation answered fault 3: too dry"):
+    with raises_naming(StartFailed, "pump", "fault 3: too dry"):
         Master([block], closed_chain("pump"), 0.1).initialise()
 
 

@@ -16,6 +16,7 @@ from waiting import LONGEST, wait_until
 import amb_cosim
 from amb_cosim.cosim.record.warnings import warnings_of
 from amb_cosim.cosim.run import isolation
+from tests.support.messages import assert_names
 
 COMMAND = [sys.executable, "-c", "from amb_cosim.start import main; main()"]
 
@@ -46,7 +47,7 @@ def run(system, hostile):
 def test_a_status_that_fmi_does_not_have_is_an_error(run, deed, status, loop):
     outcome = run(deed, loop=loop).outcome
     assert (outcome.status, outcome.time) == ("failed", 0.005)
-    assert f"answered {status}, a status that FMI does not have" in outcome.reason
+    assert_names(outcome.reason, f"{status}", "FMI")
 
 
 def test_a_message_that_is_not_utf8_is_kept(run):
@@ -56,16 +57,15 @@ def test_a_message_that_is_not_utf8_is_kept(run):
 
 def test_a_value_that_is_no_number_fails_the_run_and_keeps_its_record(run):
     result = run("nan")
-    assert result.outcome.failure == "one failed at t = 0.006 s: one.y = nan, which is not a finite number"
+    assert_names(result.outcome.failure, "one.y", "nan", "0.006 s")
     assert result.dataset.sizes["time"] == 11
 
 
 def test_an_infinite_value_is_a_warning_with_name_and_time(run):
     result = run("inf")
     assert result.outcome.status == "completed"
-    assert [w.sentence for w in warnings_of(result.dataset)] == [
-        "one.y = inf at t = 0.006 s, which is not a finite number"
-    ]
+    (warned,) = warnings_of(result.dataset)
+    assert_names(warned.sentence, "one.y", "inf", "0.006 s")
     assert not warnings_of(run("nothing").dataset)
 
 
@@ -73,7 +73,7 @@ def test_an_infinite_value_is_a_warning_with_name_and_time(run):
 def test_a_discarded_step_says_how_far_it_came(run, loop):
     outcome = run("discard", loop=loop).outcome
     assert (outcome.status, outcome.time) == ("failed", 0.005)
-    assert outcome.reason.endswith("DoStep answered Discard: its lastSuccessfulTime is 0.00525 s")
+    assert_names(outcome.reason, "Discard", "lastSuccessfulTime", "0.00525 s")
 
 
 @pytest.mark.parametrize("deed", ["fork", "fork_away", "daemon"])
@@ -90,10 +90,7 @@ def test_a_crash_as_it_is_ended_costs_no_record(run, function):
     assert result.outcome.status == "completed"
     np.testing.assert_allclose(result.dataset["one.y"][-1], 0.01)
     (warned,) = warnings_of(result.dataset)
-    assert (
-        "the process of one ended with SIGSEGV, when the FMUs were terminated and freed; the record is complete"
-        in warned.sentence
-    )
+    assert_names(warned.sentence, "process of one", "SIGSEGV", "terminated", "record is complete")
 
 
 def test_ctrl_c_says_what_it_waits_for_and_ends_what_was_started(system, hostile, tmp_path):
@@ -103,7 +100,7 @@ def test_ctrl_c_says_what_it_waits_for_and_ends_what_was_started(system, hostile
         wait_until(hostile.hangs)
         os.kill(process.pid, signal.SIGINT)
         line = next(line for line in process.stderr if "waiting" in line)
-        assert "waiting for the end of a step of one; a second Ctrl-C ends it at once" in line
+        assert_names(line, "step of one", "Ctrl-C")
         os.kill(process.pid, signal.SIGINT)
         process.communicate(timeout=LONGEST)
     assert process.returncode == 130

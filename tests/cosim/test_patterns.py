@@ -7,6 +7,7 @@ from interfaces import of_reals
 
 from amb_cosim.cosim.system.patterns import expand
 from amb_cosim.cosim.system.system import Component, Connection, Signal, System
+from tests.support.messages import raises_naming
 
 
 def interfaces(bearings):
@@ -59,14 +60,14 @@ def test_a_parameter_whose_pattern_matches_nothing_is_left_out():
 
 
 @pytest.mark.parametrize(
-    ("change", "message"),
+    ("change", "facts"),
     [
-        ({"connections": (Connection("rotor.q?", "magnet.q?"),)}, r"no output of rotor that q\? matches is an input"),
-        ({"connections": (Connection("rotor.*.x", "magnet.*.y"),)}, "are patterns and must be equal"),
-        ({"connections": (Connection("roter.*", "magnet.*"),)}, "no component 'roter'; did you mean rotor"),
-        ({"components": (Component("magnet", "m", mandatory=("i?",)), Component("rotor", "r"))}, r"has no input i\?"),
+        ({"connections": (Connection("rotor.q?", "magnet.q?"),)}, ("rotor", "q?")),
+        ({"connections": (Connection("rotor.*.x", "magnet.*.y"),)}, ("patterns",)),
+        ({"connections": (Connection("roter.*", "magnet.*"),)}, ("roter", "rotor")),
+        ({"components": (Component("magnet", "m", mandatory=("i?",)), Component("rotor", "r"))}, ("input i?",)),
     ],
 )
-def test_a_pattern_that_cannot_be_meant_is_refused(change, message):
-    with pytest.raises(ValueError, match=message):
+def test_a_pattern_that_cannot_be_meant_is_refused(change, facts):
+    with raises_naming(ValueError, *facts):
         expand(replace(SYSTEM, **change), interfaces(("mb1",)))

@@ -12,6 +12,7 @@ from amb_cosim.cosim.fmu.fmu_interface import Port
 from amb_cosim.cosim.system.system import Component, Connection, Signal, System
 from amb_cosim.cosim.system.system_file import load_experiment, load_system
 from amb_cosim.cosim.system.tables import time_of
+from tests.support.messages import raises_naming
 
 METRE = (0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0)
 MILLIMETRE = (*METRE[:8], 1e-3, 0.0)
@@ -106,7 +107,7 @@ def test_a_port_without_a_unit_connects_to_any():
 
 
 def test_a_component_name_must_be_unique():
-    with pytest.raises(ValueError, match="components named twice: rotor"):
+    with raises_naming(ValueError, "rotor"):
         replace(SYSTEM, components=(Component("rotor", "a"), Component("rotor", "b")))
 
 
@@ -155,25 +156,25 @@ def test_speed_and_acceleration_are_shared_and_the_end_bushes_off(name):
 
 
 def test_unknown_system_lists_the_systems():
-    with pytest.raises(ValueError, match="no system 'levitate'; did you mean levitated"):
+    with raises_naming(ValueError, "levitate", "levitated"):
         load_system("levitate", {})
 
 
 def test_a_system_file_with_a_mistake_is_named(tmp_path):
     path = tmp_path / "mine.toml"
     path.write_text("description = 'x'\n[[component]]\nname = 'a'\n")
-    with pytest.raises(ValueError, match=r"mine\.toml: component\[0\]\.fmu \(a\) is missing"):
+    with raises_naming(ValueError, "mine.toml", "component[0].fmu (a)"):
         load_system(str(path), {})
 
 
 def test_a_time_outside_its_range_is_told_with_the_range():
     assert time_of("2 ms", "step") == 2e-3
-    for raw, limits, words in (
-        (0.0, {}, "step = 0 s is not allowed; it must be > 0 s"),
-        (-1.0, {"least": 0.0}, "step = -1 s is not allowed; it must be >= 0 s"),
-        (3.0, {"most": 2.0}, "step = 3 s is not allowed; it must be <= 2 s"),
+    for raw, limits, facts in (
+        (0.0, {}, ("step = 0 s", "> 0 s")),
+        (-1.0, {"least": 0.0}, ("step = -1 s", ">= 0 s")),
+        (3.0, {"most": 2.0}, ("step = 3 s", "<= 2 s")),
     ):
-        with pytest.raises(ValueError, match=words):
+        with raises_naming(ValueError, *facts):
             time_of(raw, "step", **limits)
 
 
@@ -193,10 +194,10 @@ def test_a_model_that_is_made_from_a_file_is_left_open_and_not_replaced():
 
 @pytest.mark.parametrize("end", ["rotor", "rotor.", ""])
 def test_an_end_has_a_component_and_a_variable(end):
-    with pytest.raises(ValueError, match=r"is not a component\.variable"):
+    with raises_naming(ValueError, "component.variable"):
         SYSTEM.split(end)
 
 
 def test_a_system_without_an_experiment_says_so():
-    with pytest.raises(ValueError, match=r"system levitated has no table \[experiment\]"):
+    with raises_naming(ValueError, "system levitated", "[experiment]"):
         load_experiment("levitated")

@@ -8,6 +8,7 @@ import pytest
 from fmi_export.interface import interface
 from fmi_export.model import FAULT_NOT_FINITE, FAULT_RANGE, FAULT_STEP_SIZE, Fault, Instance, Model
 from fmi_export.variables import input_, output
+from tests.support.messages import assert_names, raises_naming
 
 H = 250e-6
 
@@ -34,19 +35,19 @@ def test_the_step_response_is_the_exponential(instance):
 
 
 @pytest.mark.parametrize(
-    ("name", "value", "sentence"),
+    ("name", "value", "facts"),
     [
-        ("u", 11.0, "u = 11 V is not allowed; it must be >= -10 and <= 10 V"),
-        ("u", math.nan, "u = nan V is not allowed; it must be >= -10 and <= 10 V"),
-        ("time_constant", -1.0, "time_constant = -1 s is not allowed; it must be >= 1e-06 s"),
-        ("gain", math.inf, "gain = inf is not allowed; it must be a finite number"),
+        ("u", 11.0, ("u", "11 V", ">= -10", "<= 10 V")),
+        ("u", math.nan, ("u", "nan V", ">= -10", "<= 10 V")),
+        ("time_constant", -1.0, ("time_constant", "-1 s", ">= 1e-06 s")),
+        ("gain", math.inf, ("gain", "inf", "finite")),
     ],
 )
-def test_a_value_out_of_range_names_variable_value_unit_and_range(instance, name, value, sentence):
+def test_a_value_out_of_range_names_variable_value_unit_and_range(instance, name, value, facts):
     instance[name] = value
     with pytest.raises(Fault) as caught:
         instance.step(0.0, H)
-    assert str(caught.value) == sentence
+    assert_names(caught, *facts)
     assert caught.value.code == instance.fault == instance["fault_code"]
     assert caught.value.code == FAULT_RANGE + instance.model.interface.position[name]
 
@@ -54,7 +55,7 @@ def test_a_value_out_of_range_names_variable_value_unit_and_range(instance, name
 def test_bad_values_are_refused_at_initialisation_too(lag):
     made = Instance(lag, np.zeros(1))
     made["offset"] = 6
-    with pytest.raises(Fault, match="offset = 6 is not allowed; it must be >= -5 and <= 5"):
+    with raises_naming(Fault, "offset", "6", ">= -5", "<= 5"):
         made.initialise()
 
 
@@ -63,7 +64,7 @@ def test_a_nan_from_a_kernel_never_reaches_the_outputs(instance):
     instance.step(0.0, H)
     good = instance.outputs.copy()
     instance["u"] = -7.0
-    with pytest.raises(Fault, match="y is no longer a finite number") as caught:
+    with raises_naming(Fault, "y", "finite") as caught:
         instance.step(H, H)
     assert caught.value.code == FAULT_NOT_FINITE + instance.model.interface.position["y"]
     np.testing.assert_array_equal(instance.outputs[:-1], good[:-1])
@@ -71,7 +72,7 @@ def test_a_nan_from_a_kernel_never_reaches_the_outputs(instance):
 
 def test_an_output_out_of_its_declared_range_names_its_value(instance):
     instance["u"] = 6.5
-    with pytest.raises(Fault, match="level = 13 V is not allowed; it must be <= 12 V"):
+    with raises_naming(Fault, "level", "13 V", "<= 12 V"):
         instance.step(0.0, H)
 
 
@@ -81,7 +82,7 @@ def test_fault_and_sentence_stay_until_the_next_initialisation(instance):
         instance.step(0.0, H)
     instance["u"] = 1.0
     for n in (1, 2):
-        with pytest.raises(Fault, match=r"earlier fault: u = 11 V is not allowed"):
+        with raises_naming(Fault, "earlier fault", "u", "11 V"):
             instance.step(n * H, H)
     instance.initialise()
     instance.step(0.0, H)
@@ -121,7 +122,7 @@ def test_an_output_in_the_sentence_of_a_fault_has_the_value_that_the_kernel_foun
 
 @pytest.mark.parametrize("step_size", [0.0, -1e-3, math.nan, math.inf])
 def test_a_bad_step_size_is_refused(instance, step_size):
-    with pytest.raises(Fault, match=rf"step size = {step_size:g} s is not allowed; it must be > 0 s") as caught:
+    with raises_naming(Fault, "step size", f"{step_size:g} s", "> 0 s") as caught:
         instance.step(0.0, step_size)
     assert caught.value.code == FAULT_STEP_SIZE
 

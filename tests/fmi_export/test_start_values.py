@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from fmi_export.model import Instance, with_starts
+from tests.support.messages import raises_naming
 
 STARTS = {"gain": 2.5, "offset": -3.0, "u": 2.0, "hold": 1.0}
 
@@ -38,7 +39,7 @@ def test_the_fmu_of_flavour_python_has_them(lag, build_fmu, run_python):
 
 
 def test_unknown_names_and_values_out_of_range_are_refused(lag):
-    with pytest.raises(ValueError, match="has no parameters or inputs amplification, y"):
+    with raises_naming(ValueError, "amplification, y"):
         with_starts(lag, {"amplification": 1.0, "y": 1.0})
-    with pytest.raises(ValueError, match="u = 11 V is not allowed"):
+    with raises_naming(ValueError, "u", "11 V"):
         with_starts(lag, {"u": 11.0})

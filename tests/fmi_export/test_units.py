@@ -14,6 +14,7 @@ from fmi_export.building.units import (
     registry,
     to_unit,
 )
+from tests.support.messages import raises_naming
 
 
 @pytest.mark.parametrize(
@@ -94,28 +95,28 @@ def test_a_frequency_in_hertz_is_per_second_where_no_angle_is_involved():
 
 
 def test_an_unknown_unit_is_named_with_examples():
-    with pytest.raises(ValueError, match=r"unknown unit 'furlonk'; use SI units such as"):
+    with raises_naming(ValueError, "'furlonk'", "SI"):
         to_unit("3 furlonk", "m", "length")
 
 
 def test_a_wrong_dimension_names_the_variable_and_both_units():
-    with pytest.raises(ValueError, match=r"length = '3 s' has unit s, which cannot be converted to m"):
+    with raises_naming(ValueError, "length", "'3 s'", "unit s", "m"):
         to_unit("3 s", "m", "length")
 
 
 @pytest.mark.parametrize("text", ["", "mm", "three mm"])
 def test_text_without_a_number_is_refused_with_an_example(text):
-    with pytest.raises(ValueError, match=r"is no number; write for example length=0.5 or length='0.5 m'"):
+    with raises_naming(ValueError, "length=0.5", "length='0.5 m'"):
         to_unit(text, "m", "length")
 
 
 def test_a_decimal_comma_is_not_taken_for_a_whole_number():
-    with pytest.raises(ValueError, match="unknown unit ',5 mm'"):
+    with raises_naming(ValueError, "',5 mm'"):
         to_unit("1,5 mm", "m", "length")
 
 
 def test_a_fractional_exponent_is_refused():
-    with pytest.raises(ValueError, match="fractional exponent"):
+    with raises_naming(ValueError, "fractional exponent"):
         base_unit("statcoulomb")
 
 
@@ -133,7 +134,7 @@ def test_a_display_unit_shows_a_value_as_the_field_writes_it(unit, name, value, 
 
 
 def test_a_display_unit_of_another_dimension_is_refused():
-    with pytest.raises(ValueError, match="cannot be converted to rad/s"):
+    with raises_naming(ValueError, "rad/s"):
         display_unit("rad/s", "mm")
 
 

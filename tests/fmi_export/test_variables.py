@@ -1,7 +1,6 @@
 """Rules of the variable tables."""
 
 import math
-import re
 
 import pytest
 
@@ -9,6 +8,7 @@ from fmi_export.building.interface_page import full_description
 from fmi_export.interface import Interface, interface, repeated
 from fmi_export.model import Model
 from fmi_export.variables import Enumeration, enumerated, input_, output, parameter
+from tests.support.messages import assert_names, raises_naming
 
 A = parameter("a", "m", "A length", 2.0, minimum=1.0, maximum=3.0)
 U = input_("u", "N", "A force")
@@ -25,17 +25,17 @@ def test_groups_are_sorted_by_causality_and_keep_their_order_within_it():
 
 
 def test_a_name_declared_twice_is_refused():
-    with pytest.raises(ValueError, match="declared twice: u"):
+    with raises_naming(ValueError, "twice", "u"):
         interface(U, U)
 
 
 def test_a_table_out_of_order_is_refused():
-    with pytest.raises(ValueError, match="ordered parameters, inputs, outputs"):
+    with raises_naming(ValueError, "parameters, inputs, outputs"):
         Interface((U, A))
 
 
 def test_a_dependency_on_something_that_is_no_input_is_refused():
-    with pytest.raises(ValueError, match="y depends on a, w"):
+    with raises_naming(ValueError, "y", "a, w"):
         interface(A, U, output("y", "N", "A force", depends_on=("u", "w", "a")))
 
 
@@ -56,12 +56,12 @@ def test_an_output_starts_from_variables_or_from_those_of_all_parts():
 
 @pytest.mark.parametrize("name", ["w", "y", "springs[*].c"])
 def test_a_start_from_something_that_is_given_by_nobody_is_refused(name):
-    with pytest.raises(ValueError, match=rf"y starts from {re.escape(name)}, which are no parameters or inputs"):
+    with raises_naming(ValueError, "y", name):
         parts(2, ("u", name))
 
 
 def test_a_start_from_parts_that_no_interface_has_is_refused():
-    with pytest.raises(ValueError, match=r"y starts from spring\[\*\].k, of parts that no interface has"):
+    with raises_naming(ValueError, "y", "spring[*].k", "parts"):
         parts(1, ("u", "spring[*].k")).with_all_parts()
     parts(1, ("springs[*].k",)).with_all_parts()
 
@@ -72,47 +72,47 @@ LAW = Enumeration("Law", (("rigid", "a constraint"), ("spring", "")))
 def test_an_enumeration_gives_the_values_from_zero_on_names():
     law = parameter("law", "1", "Law", 1, **enumerated(LAW))
     assert (law.type, law.minimum, law.maximum) == ("Integer", 0, 1)
-    assert law.describe_range(3.0) == "law = 3 is not allowed; it must be one of 0 (rigid), 1 (spring)"
+    assert_names(law.describe_range(3.0), "law", "3", "0 (rigid)", "1 (spring)")
     assert full_description(law) == "Law. 0 rigid: a constraint; 1 spring"
 
 
 @pytest.mark.parametrize("options", [{"maximum": 2}, {"type": "Real"}])
 def test_a_range_that_is_not_that_of_the_enumeration_is_refused(options):
-    with pytest.raises(ValueError, match="law must be an Integer of all values of Law"):
+    with raises_naming(ValueError, "law", "Integer", "Law"):
         parameter("law", "1", "Law", 1, **(enumerated(LAW) | options))
 
 
 def test_two_enumerations_of_one_name_are_refused():
     other = Enumeration("Law", (("soft", ""), ("spring", "")))
-    with pytest.raises(ValueError, match="there are two enumerations called Law"):
+    with raises_naming(ValueError, "two", "Law"):
         interface(parameter("a", "1", "A", 0, **enumerated(LAW)), parameter("b", "1", "B", 0, **enumerated(other)))
 
 
 @pytest.mark.parametrize("options", [{}, {"type": "Integer"}])
 def test_only_a_boolean_output_can_be_a_warning(options):
-    with pytest.raises(ValueError, match="y cannot be a warning; a Boolean output can"):
+    with raises_naming(ValueError, "y", "Boolean"):
         output("y", "1", "Beyond a limit", warning="y is beyond its limit", **options)
 
 
 def test_a_warning_that_names_something_that_is_no_variable_is_refused():
     flag = output("flag", "1", "Beyond a limit", type="Boolean", warning="u = {u} N is beyond {w} N and {v} N")
-    with pytest.raises(ValueError, match="the warning of flag names v, w, which are no variables"):
+    with raises_naming(ValueError, "flag", "v, w"):
         interface(U, flag)
 
 
 @pytest.mark.parametrize("start", [0.5, 3.5, math.nan, math.inf])
 def test_a_start_value_outside_its_range_is_refused(start):
-    with pytest.raises(ValueError, match=rf"start of a = {start:g} m is not allowed; it must be >= 1 and <= 3 m"):
+    with raises_naming(ValueError, "a", f"{start:g} m", ">= 1", "<= 3 m"):
         parameter("a", "m", "A length", start, minimum=1.0, maximum=3.0)
 
 
 def test_an_unbounded_variable_must_still_be_finite():
-    with pytest.raises(ValueError, match="a = inf is not allowed; it must be a finite number"):
+    with raises_naming(ValueError, "a", "inf", "finite"):
         parameter("a", "1", "A number", math.inf)
 
 
 def test_an_unknown_name_lists_what_there_is():
-    with pytest.raises(ValueError, match="no input called 'y'; there are u"):
+    with raises_naming(ValueError, "input", "'y'", "u"):
         interface(A, U, Y).index("input", "y")
 
 
@@ -135,5 +135,5 @@ def test_the_canonical_bytes_change_with_every_field_that_is_seen_outside():
 
 
 def test_a_model_without_a_fault_code_at_the_end_is_refused(lag):
-    with pytest.raises(ValueError, match="mute: the last output must be fault_code"):
+    with raises_naming(ValueError, "mute", "fault_code"):
         Model("mute", "", interface(A, U, Y), lag.initialise, lag.step, 0, 0, ())

@@ -12,6 +12,7 @@ from assembled_rotor import Host, T, in_one, separate
 from amb_cosim.cosim.basics.errors import StartFailed
 from amb_cosim.scenario.scenario import load_scenario
 from amb_cosim.scenario.simulation import PlannedRun, prepare
+from tests.support.messages import assert_names, raises_naming
 
 # A magnet so near that the rotor reaches it; no retainers, and a rotor that runs away from its sensors.
 NEAR = {"amb_actuator": {"mb?.gap_?": "0.1 mm", "mb?.k_s_measured_?": 0.0}}
@@ -64,7 +65,7 @@ def test_a_long_step_tells_the_value_at_the_sample(
 
 def test_a_fault_of_a_part_at_the_start_is_told(assembled: Callable[..., Path], extracted: Callable[..., Path]) -> None:
     prepared = prepare(scenario({"amb_actuator": {"mb2.bias_current_y": "11 A"}}))
-    with pytest.raises(StartFailed, match=r"mb2\.bias_current_y = 11 A plus") as refused:
+    with raises_naming(StartFailed, "mb2.bias_current_y", "11 A") as refused:
         separate(prepared)
     host = Host(extracted("fig4_9"))
     host.slave.set(amb_actuator__mb2__bias_current_y=11.0)
@@ -94,7 +95,5 @@ def test_a_step_that_would_seem_to_hang_is_refused(
 ) -> None:
     host = Host(extracted("fig4_9")).begin()
     assert host.step(0.0, 1e9) == 3
-    assert (
-        "step size = 1e+09 s is not allowed; it must be at most 1e+06 times the sample time of" in host.slave.reason()
-    )
+    assert_names(host.slave.reason(), "step size", "1e+09 s", "1e+06")
     assert host.slave.get("fault_code") == [999]

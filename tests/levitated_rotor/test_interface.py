@@ -10,6 +10,7 @@ from amb_cosim.export.assembled import levitated_rotor
 from amb_cosim.export.models import amb_actuator, rolac_controller, rotor_contact
 from amb_cosim.scenario.scenario import load_scenario
 from fmi_export.variables import FAULT_CODE
+from tests.support.messages import raises_naming
 
 PARTS = {"rolac_controller": rolac_controller, "amb_actuator": amb_actuator, "rotor_contact": rotor_contact}
 
@@ -105,9 +106,9 @@ def test_a_measured_speed_is_no_input_of_the_controller():
 
 def test_what_cannot_be_assembled_is_refused():
     scenario = load_scenario("fig4_9")
-    with pytest.raises(ValueError, match="'iterative' is not allowed in an assembly; it must be"):
+    with raises_naming(ValueError, "'iterative'"):
         levitated_rotor(scenario.changed(coupling="iterative"))
-    with pytest.raises(ValueError, match=r"amb_actuator of system levitated cannot be built; only models"):
+    with raises_naming(ValueError, "amb_actuator", "levitated", "models"):
         levitated_rotor(scenario.changed(fmu={"amb_actuator": "mine.fmu"}))
 
 
