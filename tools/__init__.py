@@ -1,1 +1,1 @@
-"""Programs that measure the tests, or record what they did."""
+"""Programs that measure the tests, or record their results; README.md describes each."""
