@@ -15,6 +15,7 @@ from fmi_export.model import Fault
 from rolac_controller.control_loop import ControlLoop, SensorPlane
 from rolac_controller.controller import FAULT_PLANES
 from rolac_controller.enumerations import ADAPTING, NOT_STARTED, SLOT_BEFORE, last_stages
+from tests.support.messages import raises_naming
 
 H = 250e-6
 OMEGA = 2.0 * math.pi / (40 * H)
@@ -125,21 +126,21 @@ def test_offset_sensor_reads_a_polynomial_of_the_fourth_degree():
 
 
 def test_sensor_planes_at_one_place_are_refused():
-    with pytest.raises(Fault, match=r"plane5\.z = 0\.4 m is not allowed; they must differ") as refused:
+    with raises_naming(Fault, "plane5.z", "0.4 m") as refused:
         Bench(loop=THREE, plane5__z=0.4)
     assert refused.value.code == FAULT_PLANES
 
 
 @pytest.mark.parametrize(
-    ("changes", "sentence"),
+    ("changes", "facts"),
     [
-        ({"feedback": ("p3", "p0")}, "bearing 'mb3' has no sensors: none is among the planes p0, p1, p2, p3, p4"),
-        ({"feedback": ("p3", "p0", "q")}, "bearing 'mb3' has no sensors: plane 'q' is not among the planes"),
-        ({"feedback": ("p3", "p0", "p0")}, "bearing 'mb3' has no sensors of its own: those of plane 'p0' close the"),
-        ({"bearings": (), "feedback": ()}, "0 bearings is not allowed; there must be 1 to 30"),
-        ({"planes": (), "feedback": ()}, r"bearing 'mb1' has no sensors: none is among the planes \(none\)"),
+        ({"feedback": ("p3", "p0")}, ("'mb3'", "p0, p1, p2, p3, p4")),
+        ({"feedback": ("p3", "p0", "q")}, ("'mb3'", "'q'")),
+        ({"feedback": ("p3", "p0", "p0")}, ("'mb3'", "'p0'")),
+        ({"bearings": (), "feedback": ()}, ("0 bearings", "1 to 30")),
+        ({"planes": (), "feedback": ()}, ("'mb1'", "none")),
     ],
 )
-def test_a_bearing_without_sensors_of_its_own_is_refused(changes, sentence):
-    with pytest.raises(ValueError, match=sentence):
+def test_a_bearing_without_sensors_of_its_own_is_refused(changes, facts):
+    with raises_naming(ValueError, *facts):
         replace(THREE, **changes)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 
 import numpy as np
 import pytest
@@ -16,6 +15,7 @@ from amb_cosim.design.magnetic_bearing import axis_parameters
 from fmi_export.model import Fault, Instance
 from rolac_controller.controller import FAULT_NO_TABLE
 from rolac_controller.enumerations import MODES
+from tests.support.messages import raises_naming
 
 INTERFACE = CONTROLLER.interface
 
@@ -49,39 +49,38 @@ def test_initialisation_is_no_sample(bench):
 @pytest.mark.parametrize(("step", "shown"), [(250e-6 * (1 + 1e-8), "0.00025"), (375e-6, "0.000375"), (1.0, "1")])
 def test_step_longer_than_a_sample_is_refused(bench, step, shown):
     b = bench()
-    sentence = f"step size = {shown} s is not allowed; it must be <= sample_time = 0.00025 s, since"
-    with pytest.raises(Fault, match=re.escape(sentence)):
+    with raises_naming(Fault, "step size", f"{shown} s", "<= sample_time = 0.00025 s"):
         b.instance.step(0.0, step)
     assert b["fault_code"] == 1
 
 
 @pytest.mark.parametrize(
-    ("name", "value", "sentence"),
+    ("name", "value", "facts"),
     [
-        ("s3", math.nan, r"s3 = nan m .* >= -0\.1 and <= 0\.1 m"),
-        ("s3", 250.0, r"s3 = 250 m .* <= 0\.1 m"),
-        ("theta", math.inf, r"theta = inf rad .* >= -1e\+09 and <= 1e\+09 rad"),
-        ("Omega", -2e4, r"Omega = -20000 rad/s .* >= -10000 and <= 10000 rad/s"),
-        ("Omega", math.nan, "Omega = nan rad/s"),
-        ("mb2.k_i_y", 0.0, r"mb2\.k_i_y = 0 N/A .* >= 1 N/A"),
-        ("rolac.alpha", -7.0, r"rolac\.alpha = -7 1/s"),
-        ("shown_harmonic", 5.0, "shown_harmonic = 5 .* <= 4"),
-        ("s8.fault_noise", -1e-6, r"s8\.fault_noise = -1e-06 m"),
+        ("s3", math.nan, ("s3", "nan m", ">= -0.1", "<= 0.1 m")),
+        ("s3", 250.0, ("s3", "250 m", "<= 0.1 m")),
+        ("theta", math.inf, ("theta", "inf rad", ">= -1e+09", "<= 1e+09 rad")),
+        ("Omega", -2e4, ("Omega", "-20000 rad/s", ">= -10000", "<= 10000 rad/s")),
+        ("Omega", math.nan, ("Omega", "nan rad/s")),
+        ("mb2.k_i_y", 0.0, ("mb2.k_i_y", "0 N/A", ">= 1 N/A")),
+        ("rolac.alpha", -7.0, ("rolac.alpha", "-7 1/s")),
+        ("shown_harmonic", 5.0, ("shown_harmonic", "5", "<= 4")),
+        ("s8.fault_noise", -1e-6, ("s8.fault_noise", "-1e-06 m")),
     ],
 )
-def test_value_out_of_range_is_refused_by_name_and_range(bench, name, value, sentence):
+def test_value_out_of_range_is_refused_by_name_and_range(bench, name, value, facts):
     b = bench()
     b[name] = value
-    with pytest.raises(Fault, match=sentence):
+    with raises_naming(Fault, *facts):
         b.instance.step(0.0, b.h)
 
 
 def test_rolac_without_a_table_is_refused(bench):
     b = bench()
     b["rolac_enable"] = 1.0
-    with pytest.raises(Fault, match="without a table of receptances"):
+    with raises_naming(Fault, "table of receptances"):
         b.sample()
-    with pytest.raises(Fault, match="without a table of receptances"):
+    with raises_naming(Fault, "table of receptances"):
         b.instance.initialise()
 
 
@@ -96,17 +95,17 @@ def test_outputs_before_the_first_sample_have_no_synchronous_part(bench, recepta
 
 
 @pytest.mark.parametrize(
-    ("given", "sentence"),
+    ("given", "facts"),
     [
-        ({"harmonic2__order": 1}, "orders of the harmonics, 1, 1, 0, 0, .* must ascend"),
-        ({"harmonic1__order": 3, "harmonic2__order": 2}, "3, 2, 0, 0"),
-        ({"harmonic3__order": 4}, "1, 0, 4, 0"),
-        ({"plane2__z": 0.624}, "plane2.z = 0.624 m, plane3.z = 0.624 m.* must differ"),
-        ({f"s{k}__weight": 0.0 for k in range(1, 7)}, "sensor weights .* condition number .* 10000"),
+        ({"harmonic2__order": 1}, ("1, 1, 0, 0", "ascend")),
+        ({"harmonic1__order": 3, "harmonic2__order": 2}, ("3, 2, 0, 0",)),
+        ({"harmonic3__order": 4}, ("1, 0, 4, 0",)),
+        ({"plane2__z": 0.624}, ("plane2.z = 0.624 m", "plane3.z = 0.624 m")),
+        ({f"s{k}__weight": 0.0 for k in range(1, 7)}, ("weights", "condition number", "10000")),
     ],
 )
-def test_parameters_that_do_not_go_together_are_refused_at_initialisation(bench, receptance, given, sentence):
-    with pytest.raises(Fault, match=sentence):
+def test_parameters_that_do_not_go_together_are_refused_at_initialisation(bench, receptance, given, facts):
+    with raises_naming(Fault, *facts):
         bench(pack([1.0], [receptance]), **given)
 
 

@@ -17,6 +17,7 @@ from rotor_analysis.rotor import ReductionOptions, Rotor
 from rotor_analysis.rotor_file import load_rotor
 from rotor_analysis.shaft import Shaft
 from rotor_analysis.supported_rotor import supported_rotor
+from tests.support.messages import raises_naming
 
 NODES = tuple(np.linspace(0.0, 1.2, 9).tolist())
 FREE = Rotor("free", Shaft(NODES, 0.05, **STEEL), (Disc("end", 1, 5.0, 0.1, 0.02), Disc("inner", 4, 8.0, 0.1, 0.02)))
@@ -140,6 +141,6 @@ def test_bearing_unlike_in_x_and_y_must_be_a_master_where_damping_rotates():
     bearings = (Bearing("a", 2, tensor(1e6)), Bearing("b", 8, ((1e6, 0.0), (0.0, 2e6))))
     rotor = Rotor("on_oil", shaft, (Body("disc", 4, 5.0, 0.02, 0.04),), bearings, damping=Damping(modal=0.01))
     assert supported_rotor(rotor, planes=(2, 4, 8)).model.size == 6
-    with pytest.raises(ValueError, match="they must include anisotropic bearings"):
+    with raises_naming(ValueError, "anisotropic bearings"):
         supported_rotor(rotor, planes=(1, 4, 9))
     assert supported_rotor(replace(rotor, damping=Damping(modal=0.01, rotating=0.0)), planes=(1, 4, 9)).model.size == 6

@@ -16,6 +16,7 @@ from rotor_analysis.reduced_rotor import reduced_rotor
 from rotor_analysis.rotor import ReductionOptions, Rotor
 from rotor_analysis.rotor_file import load_rotor
 from rotor_analysis.shaft import Shaft
+from tests.support.messages import raises_naming
 
 NODES = tuple(np.linspace(0.0, 0.5, 41).tolist())
 SITES = (6, 34)
@@ -195,7 +196,7 @@ def test_places_that_the_shapes_do_not_tell_apart_are_refused():
     full = assemble(overhung())
     free = free_rotor(full)
     none = residual_modes(free, 0, ())
-    with pytest.raises(ValueError, match="2 shapes in a plane of motion do not distinguish them: retain more modes"):
+    with raises_naming(ValueError, "2 shapes"):
         reduce_to_shapes(full, ShapeSpace(free, 0, none), (6, 9, 31))
 
 
@@ -215,9 +216,9 @@ def test_plant_of_4_to_120_coordinates_keeps_its_energy_in_free_flight(elastic):
 
 
 def test_more_modes_than_there_are_and_other_mistakes_are_refused():
-    with pytest.raises(ValueError, match="modes = 81 is not allowed; the free rotor has 0 to 80 elastic"):
+    with raises_naming(ValueError, "modes", "81", "0 to 80"):
         reduced_rotor(overhung(modes=81))
-    with pytest.raises(ValueError, match="band is set, which belongs to free_modes, not to 'msdc'"):
+    with raises_naming(ValueError, "band", "free_modes", "'msdc'"):
         ReductionOptions("msdc", band=1000.0)
-    with pytest.raises(ValueError, match="modes and band are both set; set one of them"):
+    with raises_naming(ValueError, "modes", "band"):
         ReductionOptions("free_modes", modes=3, band=1000.0)

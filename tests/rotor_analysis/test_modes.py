@@ -15,6 +15,7 @@ from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import load_rotor
 from rotor_analysis.shaft import Shaft
 from rotor_analysis.supported_rotor import supported_rotor
+from tests.support.messages import raises_naming
 
 
 @pytest.mark.parametrize("damping", [0.0, 40.0, 900.0])
@@ -223,12 +224,12 @@ def test_every_mode_solves_the_eigenproblem_on_any_bearings(k, cross, c, Omega):
 
 
 @pytest.mark.parametrize(
-    ("call", "message"),
+    ("call", "facts"),
     [
-        (lambda m: modes(m, np.nan), "Omega = nan rad/s is not allowed; it must be finite"),
-        (lambda m: modes(m, 0.0, 0), "count = 0 is not allowed; it must be 1 or more"),
+        (lambda m: modes(m, np.nan), ("Omega", "nan rad/s", "finite")),
+        (lambda m: modes(m, 0.0, 0), ("count", "0", "1")),
     ],
 )
-def test_what_makes_no_sense_is_refused(call, message):
-    with pytest.raises(ValueError, match=message):
+def test_what_makes_no_sense_is_refused(call, facts):
+    with raises_naming(ValueError, *facts):
         call(jeffcott().model)

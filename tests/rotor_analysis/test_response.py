@@ -11,6 +11,7 @@ from rotor_analysis.response import orbit, steady_state, unbalance_response
 from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import load_rotor
 from rotor_analysis.supported_rotor import supported_rotor
+from tests.support.messages import raises_naming
 
 SPEEDS = np.array([20.0, 150.0, 310.0, 900.0])
 
@@ -87,23 +88,23 @@ def test_slow_unbalance_between_masters_acts_by_static_deflection():
 
 
 @pytest.mark.parametrize(
-    ("call", "message"),
+    ("call", "facts"),
     [
         (
             lambda s: unbalance_response(s, {9: 1e-3}, SPEEDS, (1,)),
-            "node = 9 is not allowed; it must be a node number from",
+            ("node", "9"),
         ),
-        (lambda s: unbalance_response(s, {2: 1e-3}, SPEEDS, (0,)), "node = 0 is not allowed"),
-        (lambda s: unbalance_response(s, {2: np.nan}, SPEEDS, (1,)), "unbalance at node 2 = nan kg m is not allowed"),
-        (lambda s: unbalance_response(s, {2: 1.0}, np.array([np.inf]), (1,)), "Omega = inf rad/s is not allowed"),
+        (lambda s: unbalance_response(s, {2: 1e-3}, SPEEDS, (0,)), ("node", "0")),
+        (lambda s: unbalance_response(s, {2: np.nan}, SPEEDS, (1,)), ("node 2", "nan kg m")),
+        (lambda s: unbalance_response(s, {2: 1.0}, np.array([np.inf]), (1,)), ("Omega", "inf rad/s")),
     ],
 )
-def test_bad_input_is_refused_by_name(call, message):
-    with pytest.raises(ValueError, match=message):
+def test_bad_input_is_refused_by_name(call, facts):
+    with raises_naming(ValueError, *facts):
         call(jeffcott(damping=1.0))
 
 
 def test_undamped_rotor_at_its_critical_speed_has_no_steady_state():
     item, zero = np.eye(2), np.zeros((2, 2))
-    with pytest.raises(ValueError, match=r"Omega = 3\.0 rad/s is a critical speed of an undamped rotor"):
+    with raises_naming(ValueError, "Omega", "3.0 rad/s", "critical speed"):
         steady_state(Matrices(item, zero, zero, zero, 9.0 * item, {1: (0, 1)}), 3.0, np.ones(2, dtype=complex))

@@ -13,6 +13,7 @@ from rotor_analysis.parts import AtSpeed, Bearing
 from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import load_rotor
 from rotor_analysis.supported_rotor import supported_plant, supported_rotor
+from tests.support.messages import raises_naming
 
 HELD = [Bearing(name, node, tensor(1e7)) for name, node in (("left", 1), ("right", 3))]
 Q = 2e4  # N/m
@@ -83,21 +84,21 @@ TWO_ROWS = "at_speed = [{speed = %s, stiffness = 1e6}, {speed = %s, stiffness = 
 
 
 @pytest.mark.parametrize(
-    ("text", "message"),
+    ("text", "facts"),
     [
         (
             "stiffness = [[1e6, 0.0, 0.0], [0.0, 1e6, 0.0]]",
-            r"seals\[0\].stiffness \(labyrinth\) = .* \[\[xx, xy\], \[yx, yy\]\]",
+            ("seals[0].stiffness (labyrinth)", "[[xx, xy], [yx, yy]]"),
         ),
-        ("mass = [[1.0, nan], [0.0, 1.0]]", r"seals\[0\].mass \(labyrinth\) = .* finite numbers"),
+        ("mass = [[1.0, nan], [0.0, 1.0]]", ("seals[0].mass (labyrinth)", "finite")),
         (
             TWO_ROWS % (300.0, 100.0),
-            r"seals\[0\].at_speed \(labyrinth\) = \[300.0, 100.0\] rad/s .* ascending, two or more",
+            ("seals[0].at_speed (labyrinth)", "[300.0, 100.0] rad/s", "ascending, two or more"),
         ),
-        ("leakage = 2.0", r"unknown key seals\[0\].leakage \(labyrinth\)"),
+        ("leakage = 2.0", ("seals[0].leakage (labyrinth)",)),
     ],
 )
-def test_seal_that_is_none_is_refused_by_name(text, message):
+def test_seal_that_is_none_is_refused_by_name(text, facts):
     shaft = {
         "nodes": [0.0, 0.4, 0.8],
         "diameter": 0.03,
@@ -106,5 +107,5 @@ def test_seal_that_is_none_is_refused_by_name(text, message):
         "poissons_ratio": 0.3,
     }
     data = {"name": "pump", "shaft": shaft, **tomllib.loads(SEAL + text)}
-    with pytest.raises(ValueError, match=message):
+    with raises_naming(ValueError, *facts):
         validate(data, Rotor, "rotor file pump.toml")

@@ -6,6 +6,7 @@ from rotor_cases import BEARINGS, both, plant, rigid_rotor, run
 
 from fmi_export.model import Fault
 from rotor_contact.enumerations import NODAL
+from tests.support.messages import raises_naming
 
 RUBBING = {"gravity": 9.81, "Omega": 300.0} | both("rb.mu", 0.15) | both("rb.restitution", 0.3)
 FREE_SPIN = {"Omega": 300.0, "spin.free": 1.0, "spin.inertia": 0.4}
@@ -37,17 +38,17 @@ def test_stiff_bodies_keep_the_energy_balance(case):
 
 @pytest.mark.parametrize("case", TOO_FAST)
 def test_bodies_too_fast_to_follow_are_refused_with_the_reason(case):
-    with pytest.raises(Fault, match=r"too fast to follow: .*mount_stiffness.*race_inertia.*0\.5 us"):
+    with pytest.raises(Fault, match=r"mount_stiffness.*race_inertia.*0\.5 us"):
         plant(RUBBING | TOO_FAST[case], rigid_rotor(20.0))
 
 
 def test_nodal_rule_is_refused_for_a_housing_that_moves():
-    with pytest.raises(Fault, match=r"contact\.impact_law = 0 is not allowed if a housing can move; it must be 1"):
+    with raises_naming(Fault, "contact.impact_law", "0", "1"):
         plant({"contact.impact_law": NODAL, "rb2.housing_mass": 1.0})
 
 
 def test_spin_without_enough_inertia_for_its_unbalance_is_refused():
-    with pytest.raises(Fault, match=r"spin\.inertia = 0\.0001 kg\.m2 is not allowed"):
+    with raises_naming(Fault, "spin.inertia", "0.0001 kg.m2"):
         plant({"spin.free": 1.0, "spin.inertia": 1e-4, "d1.u": 0.1})
 
 

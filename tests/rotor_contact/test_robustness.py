@@ -13,6 +13,7 @@ from amb_cosim.design import plant_data
 from fmi_export.model import Fault, Instance
 from rotor_analysis.rotor_file import load_rotor
 from rotor_contact.enumerations import CONSTRAINT, NEWTON
+from tests.support.messages import raises_naming
 
 ROTOR = load_rotor()
 MODEL, CONSTANTS = plant_data.plant(ROTOR)
@@ -87,29 +88,29 @@ def test_absurd_inputs_end_in_finite_numbers_or_a_fault(inputs):
 def test_input_that_is_no_number_is_refused_by_name(value):
     x = plant()
     x["mb2.f_y"] = value
-    with pytest.raises(Fault, match=r"mb2\.f_y = (nan|inf) N is not allowed"):
+    with raises_naming(Fault, "mb2.f_y", f"{value} N"):
         x.step(0.0, H)
 
 
 @pytest.mark.parametrize(("x_offset", "y_offset"), [(CLEARANCE, 0.0), (-6e-4, 6e-4), (0.0, 1.0)])
 @pytest.mark.parametrize("site", ["rb1", "rb2"])
 def test_retainer_offset_by_its_clearance_or_more_is_refused(site, x_offset, y_offset):
-    with pytest.raises(Fault, match=rf"{site}\.offset_x = .* the distance must be < 0\.00075 m, the clearance"):
+    with raises_naming(Fault, f"{site}.offset_x", "< 0.00075 m"):
         plant({f"{site}.offset_x": x_offset, f"{site}.offset_y": y_offset})
     plant({f"{site}.offset_x": 0.999 * CLEARANCE})
 
 
 @pytest.mark.parametrize(("name", "value", "allowed"), [
-    ("rb1.clearance", -1e-3, r">= 1e-06 and <= 0\.1 m"),
-    ("rb2.restitution", 1.1, ">= 0 and <= 1"),
-    ("rb2.mu", -0.1, ">= 0 and <= 10"),
-    ("mb1.c_b", -1.0, r">= 0 N\.s/m"),
-    ("solver.max_substep", 0.0, ">= 1e-09 and <= 0.001 s"),
-    ("contact.impact_law", 2.0, r"one of 0 \(nodal\), 1 \(newton\)"),
-    ("d1.u", -0.1, ">= 0 kg.m"),
+    ("rb1.clearance", -1e-3, (">= 1e-06", "<= 0.1 m")),
+    ("rb2.restitution", 1.1, (">= 0", "<= 1")),
+    ("rb2.mu", -0.1, (">= 0", "<= 10")),
+    ("mb1.c_b", -1.0, (">= 0 N.s/m",)),
+    ("solver.max_substep", 0.0, (">= 1e-09", "<= 0.001 s")),
+    ("contact.impact_law", 2.0, ("0 (nodal)", "1 (newton)")),
+    ("d1.u", -0.1, (">= 0 kg.m",)),
 ])  # fmt: skip
 def test_value_out_of_range_is_refused_with_value_and_range(name, value, allowed):
-    with pytest.raises(Fault, match=rf"{name} = {value:g}.* is not allowed; it must be {allowed}"):
+    with raises_naming(Fault, name, f"{value:g}", *allowed):
         plant({name: value})
 
 
@@ -155,7 +156,7 @@ def test_events_do_not_depend_on_the_communication_step():
 
 
 def test_rotor_without_bearings_is_refused():
-    with pytest.raises(ValueError, match=r"rotor 'bath_rig_thesis' has no bearings; a plant needs"):
+    with raises_naming(ValueError, "'bath_rig_thesis'"):
         plant_data.plant(replace(ROTOR, bearings=(), sites=ROTOR.sites[2:]))
 
 
@@ -197,6 +198,6 @@ def test_step_far_below_the_substep_ends_in_a_yielding_contact(law, h):
 def test_contact_too_stiff_to_follow_is_a_fault_after_a_bounded_number_of_substeps():
     stiff = {"rb1.law": 5.0, "rb1.alpha_c": 1000.0, "rb1.k_c": 1e12, "rb1.delta_c": 1e-9, "d1.f_x": 1e7}
     x = plant(stiff)
-    with pytest.raises(Fault, match="too stiff to follow: its law requires more than 100000 substeps"):
+    with raises_naming(Fault, "100000 substeps"):
         run(x, 400)
     assert np.all(np.isfinite(x.outputs))

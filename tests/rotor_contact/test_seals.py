@@ -17,6 +17,7 @@ from rotor_analysis.shaft import Shaft
 from rotor_analysis.supported_rotor import supported_plant
 from rotor_contact.seals import seal_at
 from rotor_contact.structure import structure_of
+from tests.support.messages import raises_naming
 
 HELD = both("mb.k_b", 2e6) | both("mb.c_b", 600.0) | both("rb.enabled", 0.0)
 H = 2e-4
@@ -186,10 +187,10 @@ def test_mass_is_in_the_plant_and_must_be_constant_and_symmetric():
     bare, sealed = (structure_of(plant(HELD, rotor).constants).forms[:8].sum() for rotor in (sealed_rotor(), ROTOR))
     assert sealed - bare == pytest.approx(4.0, rel=1e-6)  # 2 kg along x, 2 kg along y
     varied = (replace(OVER_SPEED[0], mass=turned(1.0, 0.0)), *OVER_SPEED[1:])
-    for seal, message in (
-        (Bearing("piston", 3, at_speed=varied), "mass of seal piston over speed is not allowed in the plant"),
-        (Bearing("piston", 3, mass=((1.0, 0.5), (0.0, 1.0))), r"mass of seal piston = .* kg .* it must be symmetric"),
-        (Bearing("piston", 3, mass=turned(-200.0, 0.0)), "it must be positive"),
+    for seal, facts in (
+        (Bearing("piston", 3, at_speed=varied), ("mass", "seal piston", "over speed")),
+        (Bearing("piston", 3, mass=((1.0, 0.5), (0.0, 1.0))), ("mass", "seal piston", "symmetric")),
+        (Bearing("piston", 3, mass=turned(-200.0, 0.0)), ("positive",)),
     ):
-        with pytest.raises(ValueError, match=message):
+        with raises_naming(ValueError, *facts):
             plant(HELD, sealed_rotor(seal))

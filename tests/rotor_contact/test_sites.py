@@ -10,6 +10,7 @@ from rotor_cases import BEARINGS, CLEARANCE, H, OnePlane, both, masters, plant, 
 from fmi_export.model import Fault
 from rotor_analysis.rotor import ReductionOptions
 from rotor_analysis.rotor_file import load_rotor
+from tests.support.messages import raises_naming
 
 ROTOR = load_rotor()
 ENDS = {"eb1.enabled": 1.0, "eb2.enabled": 1.0}
@@ -106,5 +107,5 @@ def test_orbit_beyond_the_clearance_starts_in_contact_there():
 
 
 def test_orbit_without_bearings_is_refused():
-    with pytest.raises(Fault, match=r"initial\.orbit = 1 is not allowed; .* mb1\.k_b = 0 N/m, mb2\.k_b = 0 N/m"):
+    with raises_naming(Fault, "initial.orbit = 1", "mb1.k_b = 0 N/m", "mb2.k_b = 0 N/m"):
         plant({"initial.orbit": 1.0, "Omega": 50.0, "gravity": 9.81})

@@ -16,6 +16,7 @@ from amb_cosim.cosim.ssp import load_ssp
 from amb_cosim.cosim.ssp.parameter_values import read_parameters
 from amb_cosim.cosim.ssp.schema import PARAMETERS, parse
 from amb_cosim.cosim.ssp.structure import TOOLS
+from tests.support.messages import assert_names, raises_naming
 
 SUPPORT = Path(__file__).parents[1] / "cosim" / "support"
 OMEGA = np.sqrt(2.0 * 400.0)  # of two masses of 1 kg against each other
@@ -138,10 +139,9 @@ def test_a_value_of_what_no_fmu_has_is_a_notice(archive):
     values = parameter_set(spring_dot_k=400.0, spring_dot_kk=1.0, sprng_dot_k=1.0)
     bound = BOUND.format(attributes="", content=f"<ssd:ParameterValues>{values}</ssd:ParameterValues>")
     result = amb_cosim.simulate(archive(structure(system_binding=bound)), step_size=1e-3).dataset
-    assert json.loads(result.attrs["notices"]) == [
-        "there is no sprng.k; its settings are ignored",
-        "spring: Spring.fmu has no kk; its settings are ignored",
-    ]
+    unknown, unused = json.loads(result.attrs["notices"])
+    assert_names(unknown, "sprng.k")
+    assert_names(unused, "spring", "Spring.fmu", "kk")
 
 
 def test_a_foreign_archive_runs(archive):
@@ -199,7 +199,7 @@ def test_units_go_with_the_value():
 def test_text_is_no_value_of_a_parameter():
     parameters = '<ssv:Parameter name="file"><ssv:String value="a.txt"/></ssv:Parameter>'
     root = parse(SET.format(namespaces=NAMESPACES, parameters=parameters).encode(), PARAMETERS, "set")
-    with pytest.raises(ValueError, match="parameter file is of type String; there are Real, Float64, "):
+    with raises_naming(ValueError, "file", "String", "Real, Float64"):
         read_parameters(root, "set")
 
 
@@ -219,31 +219,31 @@ INNER = '<ssd:System name="inner"/>'
 
 
 @pytest.mark.parametrize(
-    ("text", "message"),
+    ("text", "facts"),
     [
-        ("<ssd", r"SystemStructure\.ssd is no XML"),
-        (structure().replace('version="1.0" name="two"', 'version="1.0"'), r"does not follow SSP 1\.0, line 1.*'name'"),
-        (structure([INNER]), "element inner is not an FMU"),
-        (structure([component("a.b", "resources/Mass.fmu", MASS)]), r"component a\.b has a dot in its name"),
-        (structure([component("left", "../Mass.fmu", MASS)]), r"has no file '\.\./Mass\.fmu'"),
-        (structure([component("left", "http://host/Mass.fmu", MASS)]), "sources must be relative paths"),
+        ("<ssd", ("SystemStructure.ssd", "XML")),
+        (structure().replace('version="1.0" name="two"', 'version="1.0"'), ("SSP 1.0", "line 1", "'name'")),
+        (structure([INNER]), ("inner",)),
+        (structure([component("a.b", "resources/Mass.fmu", MASS)]), ("a.b", "dot")),
+        (structure([component("left", "../Mass.fmu", MASS)]), ("'../Mass.fmu'",)),
+        (structure([component("left", "http://host/Mass.fmu", MASS)]), ("relative paths",)),
         (
             structure([component("left", "resources/Mass.fmu", MASS, attributes='implementation="ModelExchange"')]),
-            "requires",
+            ("requires",),
         ),
-        (structure(experiment=""), "defines no stop time; set --until$"),
+        (structure(experiment=""), ("stop time", "--until")),
         (
             structure(extra_link=TURNED),
-            r"the connection from left\.push transforms its value, which is supported only from a Real",
+            ("left.push", "Real"),
         ),
-        (structure(system_binding=MAPPED), "has a mapping"),
-        (structure(system_binding=IN_FMU), r"left\.ssv is inside an FMU, which is not supported"),
-        (structure().replace(PUSH.format("right"), DOUBLED_SIGNAL), "transforms its value, which is not supported"),
-        (structure(extra_link=SWITCHED), r"the connection from left\.x transforms its value"),
+        (structure(system_binding=MAPPED), ("mapping",)),
+        (structure(system_binding=IN_FMU), ("left.ssv", "inside an FMU")),
+        (structure().replace(PUSH.format("right"), DOUBLED_SIGNAL), ("transforms",)),
+        (structure(extra_link=SWITCHED), ("left.x", "transforms")),
     ],
 )
-def test_what_is_not_taken_is_refused_with_its_reason(archive, text, message):
-    with pytest.raises(ValueError, match=message):
+def test_what_is_not_taken_is_refused_with_its_reason(archive, text, facts):
+    with raises_naming(ValueError, *facts):
         load_ssp(archive(text), STEP)
 
 
@@ -283,7 +283,7 @@ def test_the_step_of_an_annotation_is_taken(archive, content, coupling):
 
 
 def test_an_order_that_is_not_known_is_refused(archive):
-    with pytest.raises(ValueError, match=r"coupling = backwards is not allowed; there are .*jacobi"):
+    with raises_naming(ValueError, "coupling", "backwards", "jacobi"):
         load_ssp(archive(annotated('<amb:Master stepSize="2e-3" coupling="backwards"/>')))
 
 
@@ -295,15 +295,15 @@ def test_a_start_at_a_communication_point_is_safe_from_rounding(archive, start, 
 
 
 def test_a_step_must_be_known(archive):
-    with pytest.raises(ValueError, match=r"defines no communication step; set --step$"):
+    with raises_naming(ValueError, "communication step", "--step"):
         load_ssp(archive(structure()))
 
 
 def test_what_is_no_archive_is_refused(tmp_path):
     (tmp_path / "text.ssp").write_text("no archive", encoding="utf-8")
-    with pytest.raises(ValueError, match="it is not a zip archive"):
+    with raises_naming(ValueError, "zip archive"):
         load_ssp(tmp_path / "text.ssp")
-    with pytest.raises(ValueError, match=r"no archive .*none\.ssp"):
+    with raises_naming(ValueError, "no archive", "none.ssp"):
         load_ssp(tmp_path / "none.ssp")
 
 

@@ -93,6 +93,5 @@ def test_rotor_on_springs_has_gravity_alone():
 
 
 def test_weight_that_a_bearing_cannot_carry_is_refused():
-    message = r"gravity: mb1\.x cannot carry its share of the weight: load = 1519\.\d+ N is not allowed; it must be >= "
-    with pytest.raises(ValueError, match=message):
+    with pytest.raises(ValueError, match=r"gravity: mb1\.x .* load = 1519\.\d+ N .* >= "):
         prepare(levitated(gravity="40 m/s2", parameters={"amb_actuator": {"force_law": 2}}))
