@@ -14,6 +14,7 @@ from raw import Library
 from amb_cosim.design import plant_data
 from fmi_export.model import Instance
 from rotor_analysis.parts import AtSpeed, Bearing
+from tests.support.messages import assert_names
 
 pytestmark = pytest.mark.gate
 
@@ -208,4 +209,4 @@ def test_the_controller_agrees_at_steps_within_a_sample(unpacked):
     assert native.call("SetFMUstate", state) == 0
     np.testing.assert_array_equal(advance(20, 60), ours[20:])
     assert native.step(60, 1.5 * H) > 1
-    assert "step size = 0.000375 s is not allowed; it must be <= sample_time" in str(native.log)
+    assert_names(str(native.log), "step size", "0.000375 s", "<= sample_time")

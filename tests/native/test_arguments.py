@@ -6,76 +6,87 @@ from ctypes import byref, c_char_p, c_double, c_int, c_size_t, c_uint, c_void_p
 import pytest
 from raw import DISCARD, ERROR, OK
 
+from tests.support.messages import assert_names
+
 REAL, INTEGER, BOOLEAN, STRING = range(4)
 NULL = None
 
 
 @pytest.mark.parametrize(
-    ("way", "kind", "references", "values", "sentence"),
+    ("way", "kind", "references", "values", "facts"),
     [
-        ("Get", REAL, NULL, [0.0], "references is NULL"),
-        ("Set", REAL, NULL, [0.0], "references is NULL"),
-        ("Get", REAL, [0], NULL, "values is NULL"),
-        ("Set", INTEGER, [2], NULL, "values is NULL"),
-        ("Get", REAL, [1000], [0.0], "there is no value reference 1000"),
-        ("Set", REAL, [2**32 - 1], [0.0], "there is no value reference 4294967295"),
-        ("Get", REAL, [2], [0.0], "offset is of type Integer"),
-        ("Get", INTEGER, [5], [0], "y is of type Real"),
-        ("Set", BOOLEAN, [2], [0], "offset is of type Integer"),
-        ("Get", STRING, [0], [b""], "time_constant is of type Real"),
-        ("Set", STRING, [3], [b"1"], "u is of type Real"),
-        ("Set", REAL, [0], [2e-3], "time_constant is a fixed parameter and cannot be set now"),
-        ("Set", REAL, [5], [1.0], "y is a continuous output and cannot be set now"),
+        ("Get", REAL, NULL, [0.0], ("references", "NULL")),
+        ("Set", REAL, NULL, [0.0], ("references", "NULL")),
+        ("Get", REAL, [0], NULL, ("values", "NULL")),
+        ("Set", INTEGER, [2], NULL, ("values", "NULL")),
+        ("Get", REAL, [1000], [0.0], ("1000",)),
+        ("Set", REAL, [2**32 - 1], [0.0], ("4294967295",)),
+        ("Get", REAL, [2], [0.0], ("offset", "Integer")),
+        ("Get", INTEGER, [5], [0], ("y", "Real")),
+        ("Set", BOOLEAN, [2], [0], ("offset", "Integer")),
+        ("Get", STRING, [0], [b""], ("time_constant", "Real")),
+        ("Set", STRING, [3], [b"1"], ("u", "Real")),
+        ("Set", REAL, [0], [2e-3], ("time_constant", "fixed parameter")),
+        ("Set", REAL, [5], [1.0], ("y", "continuous output")),
     ],
 )
-def test_a_wrong_reference_is_refused_with_the_reason(library, way, kind, references, values, sentence):
+def test_a_wrong_reference_is_refused_with_the_reason(library, way, kind, references, values, facts):
     names = ("Real", "Integer", "Boolean", "String")
     name = library.function(names[kind])[4:]
     with library.instantiate() as fmu:
         fmu.begin()
         assert fmu.transfer(way, name, references, values) == ERROR
-        check_refusal(fmu, f"{library.function(way + names[kind])}: {sentence}")
+        check_refusal(fmu, library.function(way + names[kind]), *facts)
 
 
 @pytest.mark.parametrize(
-    ("function", "call", "sentence"),
+    ("function", "call", "facts"),
     [
-        ("SetFMUstate", lambda f: f.restore(None), "state is NULL"),
-        ("GetFMUstate", lambda f: f.call("GetFMUstate", None), "state is NULL"),
+        ("SetFMUstate", lambda f: f.restore(None), ("state", "NULL")),
+        ("GetFMUstate", lambda f: f.call("GetFMUstate", None), ("state", "NULL")),
         (
             "SerializedFMUstateSize",
             lambda f: f.call("SerializedFMUstateSize", None, byref(c_size_t())),
-            "state is NULL",
+            ("state", "NULL"),
         ),
-        ("SerializedFMUstateSize", lambda f: f.call("SerializedFMUstateSize", f.save(), None), "size is NULL"),
-        ("SerializeFMUstate", lambda f: f.call("SerializeFMUstate", None, byref(c_double()), c_size_t(8)), "state is "),
-        ("SerializeFMUstate", lambda f: f.call("SerializeFMUstate", f.save(), None, c_size_t(10_000)), "bytes is NULL"),
+        ("SerializedFMUstateSize", lambda f: f.call("SerializedFMUstateSize", f.save(), None), ("size", "NULL")),
+        (
+            "SerializeFMUstate",
+            lambda f: f.call("SerializeFMUstate", None, byref(c_double()), c_size_t(8)),
+            ("state", "NULL"),
+        ),
+        (
+            "SerializeFMUstate",
+            lambda f: f.call("SerializeFMUstate", f.save(), None, c_size_t(10_000)),
+            ("bytes", "NULL"),
+        ),
         (
             "DeSerializeFMUstate",
             lambda f: f.call("DeSerializeFMUstate", None, c_size_t(8), byref(c_void_p())),
-            "bytes is NULL",
+            ("bytes", "NULL"),
         ),
         (
             "DeSerializeFMUstate",
             lambda f: f.call("DeSerializeFMUstate", byref(c_double()), c_size_t(8), None),
-            "state is NULL",
+            ("state", "NULL"),
         ),
-        ("DoStep", lambda f: f.step(math.nan), "time = nan s is not allowed; it must be a finite number"),
+        ("DoStep", lambda f: f.step(math.nan), ("time", "nan s", "finite")),
     ],
 )
-def test_a_wrong_argument_is_refused_with_the_reason(library, function, call, sentence):
+def test_a_wrong_argument_is_refused_with_the_reason(library, function, call, facts):
     with library.instantiate() as fmu:
         fmu.begin()
         assert call(fmu) == ERROR
-        check_refusal(fmu, f"{library.function(function)}: {sentence}")
+        check_refusal(fmu, library.function(function), *facts)
 
 
-def check_refusal(fmu, sentence):
+def check_refusal(fmu, *facts):
     """Check a refusal for good, which was the first."""
-    assert (fmu.log[0][:2], fmu.log[0][2].startswith(sentence)) == ((ERROR, "logStatusError"), True), fmu.log
+    assert fmu.log[0][:2] == (ERROR, "logStatusError"), fmu.log
+    assert_names(fmu.log[0][2], *facts)
     assert fmu.get("fault_code", "time_constant") == [998, 1e-3]
     assert fmu.step(0) == ERROR
-    assert fmu.log[1][2].endswith(f"; stopped by an earlier fault: {fmu.log[0][2]}")
+    assert_names(fmu.log[1][2], "earlier fault", fmu.log[0][2])
     if fmu.library.version == 2:
         assert fmu.reason() == fmu.log[0][2]
     assert (fmu.call("Reset"), fmu.begin().step(0)) == (OK, OK)

@@ -17,6 +17,7 @@ from amb_files.temporary_folders import temporary_folder
 from fmi_export.building.native import compiler
 from fmi_export.building.native.compiler import PLATFORMS, TARGETS, check_platforms
 from fmi_export.building.native.universal import universal
+from tests.support.messages import raises_naming
 
 ROOT = Path(__file__).parents[2]
 
@@ -29,9 +30,9 @@ def _asked_anew():
 
 
 def test_an_unknown_platform_lists_the_valid_ones():
-    with pytest.raises(ValueError, match="no platform win32; there are linux64, win64, darwin64, aarch64-linux, "):
+    with raises_naming(ValueError, "win32", "linux64, win64, darwin64, aarch64-linux"):
         check_platforms(["linux64", "win32"])
-    with pytest.raises(ValueError, match="no platform was named; there are linux64"):
+    with raises_naming(ValueError, "linux64, win64"):
         check_platforms([])
 
 
@@ -43,7 +44,7 @@ def test_all_stands_for_every_platform_and_repetition_for_nothing():
 
 def test_a_missing_compiler_says_what_to_install(monkeypatch):
     monkeypatch.setattr("fmi_export.building.extras.find_spec", lambda name: None)
-    with pytest.raises(ValueError, match=r"needs ziglang, not installed: pip install .*\[native\]'"):
+    with raises_naming(ValueError, "ziglang", "pip install", "[native]"):
         compiler.check_compiler()
 
 
@@ -51,7 +52,7 @@ def test_another_llvm_than_numbas_is_named(monkeypatch):
     pytest.importorskip("llvmlite")
     monkeypatch.setattr("fmi_export.building.extras.find_spec", lambda name: object())
     monkeypatch.setattr(compiler, "_zig", lambda arguments, folder: "clang version 9.0.1\nTarget: x")
-    with pytest.raises(ValueError, match=r"numba writes code of LLVM \d+, but the installed ziglang reads LLVM 9;"):
+    with pytest.raises(ValueError, match=r"numba .* LLVM \d+, .* ziglang .* LLVM 9\b"):
         compiler.check_compiler()
 
 
@@ -70,7 +71,7 @@ def test_newest_numba_and_zig_that_are_allowed_share_one_llvm():
 
 @pytest.mark.usefixtures("compiler")
 def test_the_compilers_own_words_reach_the_user():
-    with pytest.raises(ValueError, match=r"zig cc failed: .*no_such_function"):
+    with raises_naming(ValueError, "zig cc", "no_such_function"):
         compiler.compile_library("x", {"x.c": "int f(void) { return no_such_function(); }"}, "linux64")
 
 
@@ -89,7 +90,7 @@ def test_a_universal_library_holds_each_slice_at_a_page_of_its_own():
 
 
 def test_a_universal_library_is_made_of_mach_o_files_only():
-    with pytest.raises(ValueError, match="64-bit Mach-O"):
+    with raises_naming(ValueError, "64-bit Mach-O"):
         universal([b"\x7fELF" + bytes(20)])
 
 

@@ -13,6 +13,7 @@ from rig import ACTUATOR, ACTUATOR_CONSTANTS
 from slow import slow_but_first
 
 from amb_cosim.cosim.fmu.fmus import model_source
+from tests.support.messages import assert_names
 
 H = 250e-6
 SHARE = 1.0 - math.exp(-H / 1e-3)  # of the input's change that the lag follows in a step
@@ -88,7 +89,7 @@ def test_before_the_first_step_its_size_is_not_known(library):
     with library.instantiate() as fmu:
         fmu.begin()
         assert derivative(fmu, ["y"], ["u"], [1.0])[0] == DISCARD
-        assert "the size of the last one; there was none" in fmu.log[-1][2]
+        assert_names(fmu.log[-1][2], "size", "none")
         assert fmu.step(0) == OK
         assert derivative(fmu, ["y"], ["u"], [0.0]) == (OK, [0.0])
 
@@ -146,10 +147,10 @@ def test_at_the_edge_of_what_is_allowed_there_is_none(library):
         fmu.begin(u=6.0)
         fmu.step(0)
         assert derivative(fmu, ["level"], ["u"], [1.0])[0] == DISCARD
-        assert "level has no derivative by u here" in fmu.log[-1][2]
+        assert_names(fmu.log[-1][2], "level", "derivative", "u")
         fmu.set(u=5.0)
         assert derivative(fmu, ["level"], ["u"], [1.0])[0] == DISCARD
-        assert "the next step cannot be taken: u = 5 V is 100 % too much" in fmu.log[-1][2].replace("%%", "%")
+        assert_names(fmu.log[-1][2].replace("%%", "%"), "u = 5 V", "100 %")
         fmu.set(u=5.85)
         assert derivative(fmu, ["level"], ["u"], [1.0])[0] == OK
 
@@ -171,7 +172,7 @@ def test_actuator_has_its_constants_until_its_current_is_limited(actuator):
             low, high = (middle, high) if fmu.get("mb1.f_x")[0] > by_i * middle * (1.0 - 1e-9) else (low, middle)
         fmu.set(**{"mb1.i_x": high})
         assert derivative(fmu, ["mb1.f_x"], ["mb1.i_x"], [1.0])[0] == DISCARD
-        assert "mb1.f_x has no derivative by mb1.i_x here, which differs to both sides" in fmu.log[-1][2]
+        assert_names(fmu.log[-1][2], "mb1.f_x", "derivative", "mb1.i_x")
         fmu.set(**{"mb1.i_x": high + 1.0})
         assert derivative(fmu, ["mb1.f_x"], ["mb1.i_x"], [1.0]) == (OK, [0.0])
 

@@ -15,6 +15,7 @@ from fmi_export.building.native import engines
 from fmi_export.building.native.compiler import PLATFORMS, WASM, host_platform
 from fmi_export.building.native.engines import Engine, engine, engine_key, engine_place
 from fmi_export.interface import Interface
+from tests.support.messages import assert_names, raises_naming
 
 ROOT = Path(__file__).parents[2]
 
@@ -98,10 +99,7 @@ def test_a_build_with_a_shipped_engine_needs_no_compiler(lag, native, run_python
 
 def test_without_engine_and_compiler_the_build_says_what_to_install(run_python, tmp_path):
     said = run_python(without_compilers, folder=tmp_path, shipped=tmp_path / "nothing")
-    assert said.startswith(
-        f"there is no engine of probe_lag for {host_platform()} yet (flavour python takes none); compiling it needs "
-        "numba, ziglang, not installed: pip install "
-    )
+    assert_names(said, "probe_lag", host_platform(), "flavour python", "numba, ziglang", "pip install")
     assert said.endswith("[native]'")
 
 
@@ -168,7 +166,7 @@ def test_an_editable_installation_contains_no_engine(hook):
 
 @pytest.mark.slow  # needs hatchling
 def test_a_wheel_for_an_unknown_platform_is_refused(hook):
-    with pytest.raises(SystemExit, match="AMB_COSIM_PLATFORMS = amiga: no platform amiga; there are linux64"):
+    with raises_naming(SystemExit, "AMB_COSIM_PLATFORMS", "amiga", "linux64"):
         hook("amiga")
 
 

@@ -18,6 +18,7 @@ from fmi_export.building.experiment import experiment_files, stimuli_of
 from fmi_export.interface import Interface
 from fmi_export.model import Instance, with_starts
 from fmi_export.variables import FAULT_CODE, input_, output
+from tests.support.messages import assert_names, raises_naming
 
 FOLDER = "extra/org.fmi-standard.fmi-ls-ref"
 
@@ -112,7 +113,7 @@ def test_each_flavour_verifies_itself_to_the_last_bit(native, moving, flavour, t
         whole = build_python_fmu(moving, np.zeros(1), tmp_path)
     (item,) = amb_cosim.verify(whole if flavour != "native 3" else native(moving, None, None, 3))
     assert (item.largest, item.is_equal, item.n_points) == (None, True, 11)
-    assert str(item).startswith("smoke_test: equal to the last bit, ")
+    assert_names(item, "smoke_test", "last bit")
 
 
 def test_arrays_of_fmi_3_are_one_column_each(native, matrix):
@@ -131,8 +132,8 @@ def test_another_value_is_told_with_its_place(changed, native, moving):
     path = changed("references.csv", line, ",".join(wrong.values()))
     done = CliRunner().invoke(main, ["verify", str(path)])
     assert done.exit_code == 1
-    assert "smoke_test: NOT equal within 1e-06" in done.output
-    assert f"level = {float(row['level'])!r}, reference 0.375, at t = 0.001 s" in done.output
+    assert_names(done.output, "smoke_test", "NOT equal", "1e-06")
+    assert_names(done.output, "level", f"{float(row['level'])!r}", "0.375", "0.001 s")
 
 
 def test_last_bits_of_another_machine_are_equal(changed, native, moving):
@@ -152,41 +153,41 @@ def test_a_fault_in_the_experiment_is_told_as_the_fmu_has_it(changed, native, mo
         fmu.writestr(f"{FOLDER}/in.csv", "time,u\n0,1\n0.001,1\n0.002,9\n0.003,9\n")
     (item,) = amb_cosim.verify(path)
     assert not item.is_equal
-    assert "NOT equal, the FMU failed: at t = " in str(item)
+    assert_names(item, "NOT equal", "FMU failed", "t")
     assert "u = " in item.failure
 
 
 @pytest.mark.parametrize(
-    ("file", "old", "new", "sentence"),
+    ("file", "old", "new", "facts"),
     [
-        ("fmi-ls-manifest.xml", "", None, "contains no experiment with reference results"),
-        ("fmi-ls-manifest.xml", "<Related", "<<Related", "cannot read fmi-ls-manifest.xml: not well-formed"),
-        ("fmi-ls-manifest.xml", 'source="', 'source="../../../../../', "is not a file of the FMU"),
-        ("fmi-ls-manifest.xml", 'source="', 'source="https://server/', "is not a file of the FMU"),
-        ("smoke_test.exp", "", None, "there is no file 'smoke_test.exp' in the FMU"),
-        ("smoke_test.exp", 'stopTime="', 'stopTime="x', "stopTime = 'x0.0025' is no number"),
-        ("references.csv", "time,", "moment,", "references.csv is not a table with a column 'time'"),
-        ("references.csv", "level", "lvel", "the FMU has no variables lvel"),
-        ("references.csv", "\n0.0,", "\n0.0,zero,", "references.csv is not a table with a column 'time'"),
-        ("references.csv", "level", "time", "references.csv has two columns 'time'"),
+        ("fmi-ls-manifest.xml", "", None, ("no experiment",)),
+        ("fmi-ls-manifest.xml", "<Related", "<<Related", ("fmi-ls-manifest.xml",)),
+        ("fmi-ls-manifest.xml", 'source="', 'source="../../../../../', ("file of the FMU",)),
+        ("fmi-ls-manifest.xml", 'source="', 'source="https://server/', ("file of the FMU",)),
+        ("smoke_test.exp", "", None, ("'smoke_test.exp'",)),
+        ("smoke_test.exp", 'stopTime="', 'stopTime="x', ("stopTime", "'x0.0025'")),
+        ("references.csv", "time,", "moment,", ("references.csv", "'time'")),
+        ("references.csv", "level", "lvel", ("lvel",)),
+        ("references.csv", "\n0.0,", "\n0.0,zero,", ("references.csv", "'time'")),
+        ("references.csv", "level", "time", ("references.csv", "two columns 'time'")),
     ],
 )
-def test_what_is_wrong_with_an_experiment_is_an_error_with_its_place(changed, file, old, new, sentence):
-    with pytest.raises(ValueError, match=r"changed\.fmu") as error:
+def test_what_is_wrong_with_an_experiment_is_an_error_with_its_place(changed, file, old, new, facts):
+    with raises_naming(ValueError, "changed.fmu") as error:
         amb_cosim.verify(changed(file, old, new))
-    assert sentence in str(error.value)
+    assert_names(error, *facts)
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "sentence"),
+    ("old", "new", "facts"),
     [
-        ("TransientSimulation", "SteadyState", "it is not a simulation over time but SteadyState"),
-        ('type="text/csv"', 'type="application/hdf5"', "are of type application/hdf5, which is not supported"),
+        ("TransientSimulation", "SteadyState", ("SteadyState",)),
+        ('type="text/csv"', 'type="application/hdf5"', ("application/hdf5",)),
     ],
 )
-def test_an_experiment_of_another_kind_is_told_and_not_run(changed, old, new, sentence):
+def test_an_experiment_of_another_kind_is_told_and_not_run(changed, old, new, facts):
     (item,) = amb_cosim.verify(changed("smoke_test.exp", old, new))
-    assert sentence in str(item)
+    assert_names(item, *facts)
     assert not item.is_equal
 
 
@@ -201,21 +202,21 @@ def test_references_that_are_not_finite_verify_nothing(changed, native, moving, 
     line = ",".join(references(native(moving))[4].values())
     (item,) = amb_cosim.verify(changed("references.csv", line, with_cell(line, 1, text)))
     assert not item.is_equal
-    assert "not run, its reference results of " in str(item)
-    assert "are not all finite" in str(item)
+    assert_names(item, "not run", "reference")
+    assert_names(item, "finite")
 
 
 def test_references_beyond_the_run_verify_nothing(changed, native, moving):
     line = ",".join(references(native(moving))[-1].values())
     (item,) = amb_cosim.verify(changed("references.csv", line, with_cell(line, 0, "0.0031")))
     assert not item.is_equal
-    assert "from 0 s to 0.0031 s, exceed the run from 0 s to 0.0025 s" in str(item)
+    assert_names(item, "0.0031 s", "0.0025 s")
 
 
 def test_a_stop_time_at_the_start_verifies_nothing(changed):
     (item,) = amb_cosim.verify(changed("smoke_test.exp", 'stopTime="0.0025"', 'stopTime="0"'))
     assert not item.is_equal
-    assert "its stop time of 0 s is not after its start at 0 s" in str(item)
+    assert_names(item, "stop time", "0 s")
 
 
 def test_references_with_times_alone_verify_nothing(changed, native, moving):
@@ -224,7 +225,7 @@ def test_references_with_times_alone_verify_nothing(changed, native, moving):
     times = "\n".join(line.split(",")[0] for line in table.splitlines())
     (item,) = amb_cosim.verify(changed("references.csv", table, times))
     assert not item.is_equal
-    assert "no numbers to compare with" in str(item)
+    assert_names(item, "no numbers")
 
 
 def test_a_tolerance_that_an_fmu_grants_itself_is_capped(changed, native, moving):
@@ -239,7 +240,7 @@ def test_a_tolerance_that_an_fmu_grants_itself_is_capped(changed, native, moving
             copy.writestr(entry, content)
     (item,) = amb_cosim.verify(path.with_name("lenient.fmu"))
     assert not item.is_equal
-    assert "NOT equal within 0.001 (the experiment allows 1e+09, which is too much)" in str(item)
+    assert_names(item, "NOT equal", "0.001", "1e+09")
 
 
 def test_a_name_with_a_line_break_forges_no_line(changed):
@@ -266,7 +267,7 @@ def test_an_fmu_that_crashes_ends_its_own_process_alone(native, moving, changed,
         for entry in values.namelist():
             is_library = entry.startswith("binaries/")
             copy.writestr(entry, (tmp_path / "crash.so").read_bytes() if is_library else values.read(entry))
-    with pytest.raises(ProcessFailed, match=r"crashing.fmu ended with SIGABRT; nothing was verified"):
+    with raises_naming(ProcessFailed, "crashing.fmu", "SIGABRT"):
         amb_cosim.verify(path)
 
 

@@ -19,6 +19,7 @@ from fmi_export.building.native.package import build_native_fmu, native_guid
 from fmi_export.interface import Interface, interface
 from fmi_export.model import Instance
 from fmi_export.variables import output
+from tests.support.messages import assert_names, raises_naming
 
 
 @pytest.fixture(scope="module")
@@ -53,36 +54,36 @@ def test_arrays_go_in_and_out_whole_with_other_variables(library, matrix):
 
 
 @pytest.mark.parametrize(
-    ("call", "sentence"),
+    ("call", "facts"),
     [
         (
             lambda f: f.transfer("Get", "Float64", [7], [0.0] * 2),
-            "fmi3GetFloat64: these variables have 3 values, not 2",
+            ("fmi3GetFloat64", "3 values", "2"),
         ),
         (
             lambda f: f.transfer("Set", "Float64", [7], [0.0] * 4),
-            "fmi3SetFloat64: these variables have 3 values, not 4",
+            ("fmi3SetFloat64", "3 values", "4"),
         ),
-        (lambda f: f.transfer("Get", "Float64", [8], [0.0]), "fmi3GetFloat64: u1 is an element of an array, whose "),
-        (lambda f: f.transfer("Get", "Float64", [10], [0.0]), "fmi3GetFloat64: n0 is of type Integer"),
-        (lambda f: f.transfer("Get", "Float64", [31], [0.0]), "fmi3GetFloat64: there is no value reference 31"),
-        (lambda f: f.transfer("Get", "Int32", [30], [0]), "fmi3GetInt32: there is no value reference 30"),
-        (lambda f: f.transfer("Set", "Float64", [30], [1.0]), "fmi3SetFloat64: time cannot be set"),
+        (lambda f: f.transfer("Get", "Float64", [8], [0.0]), ("fmi3GetFloat64", "u1", "array")),
+        (lambda f: f.transfer("Get", "Float64", [10], [0.0]), ("fmi3GetFloat64", "n0", "Integer")),
+        (lambda f: f.transfer("Get", "Float64", [31], [0.0]), ("fmi3GetFloat64", "31")),
+        (lambda f: f.transfer("Get", "Int32", [30], [0]), ("fmi3GetInt32", "30")),
+        (lambda f: f.transfer("Set", "Float64", [30], [1.0]), ("fmi3SetFloat64", "time")),
         (
             lambda f: f.call("GetFloat32", byref(c_uint32(0)), c_size_t(1), None, c_size_t(1)),
-            "fmi3GetFloat32: limit is",
+            ("fmi3GetFloat32", "limit"),
         ),
-        (lambda f: f.call("SetString", byref(c_uint32(9)), c_size_t(1), None, c_size_t(1)), "fmi3SetString: u2 is of"),
-        (lambda f: f.call("GetClock", byref(c_uint32(99)), c_size_t(1), None), "fmi3GetClock: there is no value refer"),
+        (lambda f: f.call("SetString", byref(c_uint32(9)), c_size_t(1), None, c_size_t(1)), ("fmi3SetString", "u2")),
+        (lambda f: f.call("GetClock", byref(c_uint32(99)), c_size_t(1), None), ("fmi3GetClock", "99")),
     ],
 )
-def test_a_wrong_argument_is_refused_with_the_reason(library, call, sentence):
+def test_a_wrong_argument_is_refused_with_the_reason(library, call, facts):
     assert [library.variables[name][0] for name in ("limit", "u", "n", "elapsed", "time")] == [0, 7, 10, 14, 30]
     with library.instantiate() as fmu:
         fmu.begin()
         assert call(fmu) == ERROR
         assert [(status, category) for status, category, _ in fmu.log] == [(3, "logStatusError")]
-        assert fmu.log[0][2].startswith(sentence)
+        assert_names(fmu.log[0][2], *facts)
         assert (fmu.get("fault_code"), fmu.step(0)) == ([998], ERROR)
 
 
@@ -99,17 +100,17 @@ def test_a_fault_is_an_error_and_no_wish_to_end(library):
 
 
 @pytest.mark.parametrize(
-    ("wrong", "sentence"),
+    ("wrong", "facts"),
     [
-        ({"events": True}, "this FMU has no event mode"),
-        ({"intermediate": [0]}, "this FMU has no values within a step"),
+        ({"events": True}, ("event mode",)),
+        ({"intermediate": [0]}, ("within a step",)),
     ],
 )
-def test_an_instance_that_cannot_be_made_is_none_and_the_log_says_why(library, wrong, sentence):
+def test_an_instance_that_cannot_be_made_is_none_and_the_log_says_why(library, wrong, facts):
     fmu = library.instantiate(**wrong, logging=False)
     assert fmu.pointer is None
     assert [(status, category) for status, category, _ in fmu.log] == [(3, "logStatusError")]
-    assert fmu.log[0][2].startswith(sentence)
+    assert_names(fmu.log[0][2], *facts)
     assert library.instantiate(**wrong, callbacks=False).pointer is None
 
 
@@ -142,7 +143,7 @@ def test_what_the_fmu_lacks_is_refused_with_the_reason_and_without_harm(library)
             assert fmu.call(f"Get{kind}", None, c_size_t(0), None, c_size_t(0)) == OK
         assert fmu.call("DoStep", c_double(250e-6), c_double(250e-6), c_bool(False), None, None, None, None) == OK
         assert fmu.call("GetString", None, c_size_t(1), None, c_size_t(1)) == ERROR
-        assert fmu.log[-1][2] == "fmi3GetString: references is NULL"
+        assert_names(fmu.log[-1][2], "fmi3GetString", "references", "NULL")
     nobody = library.instantiate(guid="{0}")
     for function in (*ABSENT, "GetInt64", "SetInt64", "GetString"):
         assert nobody.call(function, *zeros) == ERROR
@@ -247,13 +248,13 @@ def test_variables_that_make_no_array_are_refused(matrix):
     table = matrix.interface
     assert lengths(table)[:10] == [1, 6, 0, 0, 0, 0, 0, 3, 0, 0]
     other = [dataclasses.replace(v, unit="mm") if v.name == "u1" else v for v in table.variables]
-    with pytest.raises(ValueError, match="the elements of the array u differ: u0 is not like the others"):
+    with raises_naming(ValueError, "u", "u0"):
         slots(Interface(tuple(other)))
     gap = tuple(v for v in table.variables if v.name != "g01")
-    with pytest.raises(ValueError, match=r"5 variables do not fill the array gains of \(2, 3\)"):
+    with raises_naming(ValueError, "5 variables", "gains", "(2, 3)"):
         slots(Interface(gap))
     twice = output("f", "N", "A second one")
-    with pytest.raises(ValueError, match=r"two variables of FMI 3\.0 have one name: f"):
+    with raises_naming(ValueError, "two", "FMI 3.0", "f"):
         slots(interface(twice, table.variables))
 
 
@@ -280,7 +281,7 @@ def test_libraries_and_icon_are_where_fmi_3_has_them(lag, tmp_path, monkeypatch)
 def test_pythonfmu_says_that_it_has_fmi_2(tmp_path):
     import amb_cosim
 
-    with pytest.raises(ValueError, match=r"FMI 3\.0 requires native FMUs"):
+    with raises_naming(ValueError, "FMI 3.0", "native"):
         amb_cosim.build(tmp_path, "python", fmi=3)
     assert list(tmp_path.iterdir()) == []
 

@@ -11,6 +11,7 @@ from fmi_export.building.native.lowering import lower
 from fmi_export.interface import interface
 from fmi_export.model import Model
 from fmi_export.variables import input_, output
+from tests.support.messages import assert_names, raises_naming
 
 pytestmark = pytest.mark.usefixtures("compiler")
 
@@ -53,15 +54,12 @@ def test_a_kernel_that_needs_the_runtime_of_numba_is_refused(kernel):
 
 
 def test_a_kernel_that_needs_python_is_refused_with_the_reason():
-    with pytest.raises(
-        ValueError,
-        match=r"probe_python cannot be built without Python: the kernels call .*, which an FMU does not have",
-    ):
+    with raises_naming(ValueError, "probe_python", "Python"):
         lower(model_of("print_it"))
 
 
 def test_a_kernel_that_is_not_compiled_is_refused():
-    with pytest.raises(ValueError, match="its kernels are not compiled; install numba"):
+    with raises_naming(ValueError, "numba"):
         lower(model_of("plain"))
 
 
@@ -89,6 +87,6 @@ def test_an_exception_in_a_kernel_becomes_a_fault_of_the_fmu(unpacked, u, outcom
         status = fmu.step(0)
         if outcome == 998:
             assert (status, fmu.get("fault_code")) == (ERROR, [998])
-            assert fmu.log[-1][2] == "at t = 0 s: the model's code failed with an exception"
+            assert_names(fmu.log[-1][2], "0 s", "exception")
         else:
             assert (status, fmu.get("y")) == (OK, [np.hypot(u, 12.0)])

@@ -16,6 +16,7 @@ from fmi_export.building.identity import guid_of
 from fmi_export.building.native.compiler import PLATFORMS, host_platform
 from fmi_export.building.native.data import model_data
 from fmi_export.building.native.package import build_native_fmu, native_guid
+from tests.support.messages import raises_naming
 
 OWN = {"guid", "generationTool"}
 
@@ -90,12 +91,12 @@ def test_python_fmu_is_independent_of_the_native_flavour(build_fmu, lag, tmp_pat
 
 def test_a_sentence_that_names_no_variable_is_refused(lag):
     wrong = dataclasses.replace(lag, faults={7: "{v} is wrong"})
-    with pytest.raises(ValueError, match="probe_lag: a fault's sentence names 'v', which is no variable"):
+    with raises_naming(ValueError, "probe_lag", "'v'"):
         model_data(wrong, np.zeros(1), "{}", "")
 
 
 def test_a_bad_platform_is_refused_before_anything_is_written(lag, tmp_path):
-    with pytest.raises(ValueError, match="no platform amiga"):
+    with raises_naming(ValueError, "amiga"):
         build_native_fmu(lag, np.zeros(1), tmp_path / "new", ["amiga"])
     assert not (tmp_path / "new").exists()
 

@@ -9,6 +9,8 @@ from ctypes import byref, c_size_t, c_void_p, cast, create_string_buffer
 import pytest
 from raw import ERROR, OK
 
+from tests.support.messages import assert_names
+
 
 def run(fmu):
     return [(fmu.set(u=n / 2.0), fmu.step(n), *fmu.get("y", "level", "steps")) for n in range(3, 8)]
@@ -65,27 +67,27 @@ def test_a_fault_is_part_of_the_state(library):
         other.begin()
         other.restore(other.deserialise(fmu.serialise(fmu.save()))[1])
         assert (other.step(0), other.get("fault_code")) == (ERROR, [1])
-        assert "stopped by an earlier fault: u = 5 V" in other.log[-1][2]
+        assert_names(other.log[-1][2], "earlier fault", "u = 5 V")
 
 
 @pytest.mark.parametrize(
-    ("spoil", "sentence"),
+    ("spoil", "facts"),
     [
-        (lambda text: b"", "belongs to another FMU"),
-        (lambda text: b"rubbish" * 100, "belongs to another FMU"),
-        (lambda text: b"{x" + text[2:], "belongs to another FMU"),
-        (lambda text: text[:-1], "the bytes are not whole"),
-        (lambda text: text + b"\0", "the bytes are not whole"),
-        (lambda text: text[:60] + bytes([text[60] ^ 1]) + text[61:], "the bytes are not whole"),
+        (lambda text: b"", ("another FMU",)),
+        (lambda text: b"rubbish" * 100, ("another FMU",)),
+        (lambda text: b"{x" + text[2:], ("another FMU",)),
+        (lambda text: text[:-1], ("not whole",)),
+        (lambda text: text + b"\0", ("not whole",)),
+        (lambda text: text[:60] + bytes([text[60] ^ 1]) + text[61:], ("not whole",)),
     ],
     ids=["nothing", "rubbish", "another guid", "short", "long", "one bit"],
 )
-def test_bytes_that_are_no_state_of_this_fmu_are_refused(library, spoil, sentence):
+def test_bytes_that_are_no_state_of_this_fmu_are_refused(library, spoil, facts):
     with library.instantiate() as fmu:
         fmu.begin()
         status, state = fmu.deserialise(spoil(fmu.serialise(fmu.save())))
         assert (status, state.value) == (ERROR, None)
-        assert sentence in fmu.log[0][2]
+        assert_names(fmu.log[0][2], *facts)
 
 
 def test_a_state_with_an_integer_beyond_its_type_is_restored_and_the_integer_refused(library):
@@ -100,7 +102,7 @@ def test_a_state_with_an_integer_beyond_its_type_is_restored_and_the_integer_ref
             reference, kind, _ = library.variables["steps"]
             assert fmu.transfer("Get", kind, [reference], [0]) == ERROR
             function = library.function("GetInteger")
-            assert fmu.log[-1][2] == f"{function}: steps = {count:g} does not fit into an integer"
+            assert_names(fmu.log[-1][2], f"{function}", "steps", f"{count:g}", "integer")
             fmu.call("Reset")
             fmu.begin()
             assert [fmu.step(n) for n in range(7)] == [OK] * 7
@@ -116,7 +118,7 @@ def test_a_state_with_one_wrong_bit_is_refused(library):
             assert fmu.deserialise(bytes(damaged))[0] == ERROR, bit
 
 
-NO_STATE = "the pointer is to no state that this instance has saved and not freed"
+NO_STATE = ("pointer", "no state")
 
 
 @pytest.mark.parametrize("call", ["SetFMUstate", "SerializedFMUstateSize", "SerializeFMUstate"])
@@ -129,7 +131,7 @@ def test_a_pointer_to_no_state_is_not_looked_at(library, call):
         for wrong in (c_void_p(8), cast(copy, c_void_p), freed, other.begin().save()):
             rest = (byref(c_size_t()),) if "Size" in call else (copy, c_size_t(len(copy))) if "ize" in call else ()
             assert fmu.call(call, wrong, *rest) == ERROR
-            assert fmu.log[-1][2] == f"{library.function(call)}: {NO_STATE}"
+            assert_names(fmu.log[-1][2], library.function(call), *NO_STATE)
             assert fmu.restore(before) == OK, "the instance lives on from a state of its own"
         assert fmu.step(0) == OK
 
@@ -142,7 +144,7 @@ def test_a_pointer_to_no_state_is_not_freed(library):
         for wrong in (copied, foreign, c_void_p(8)):
             value = wrong.value
             assert (fmu.call("FreeFMUstate", byref(wrong)), wrong.value) == (ERROR, value)
-            assert fmu.log[-1][2] == f"{library.function('FreeFMUstate')}: {NO_STATE}"
+            assert_names(fmu.log[-1][2], library.function("FreeFMUstate"), *NO_STATE)
         assert (fmu.step(0), other.restore(foreign), other.step(0)) == (OK, OK, OK)
 
 
@@ -175,7 +177,7 @@ def test_too_little_room_for_the_bytes_is_refused(library):
         room = create_string_buffer(10)
         assert fmu.call("SerializeFMUstate", fmu.save(), room, c_size_t(10)) == ERROR
         function = library.function("SerializeFMUstate")
-        assert re.fullmatch(rf"{function}: a state takes \d+ bytes, not 10", fmu.log[0][2])
+        assert re.fullmatch(rf"{function}: .* \d+ bytes, .* 10", fmu.log[0][2])
 
 
 def test_a_state_that_is_freed_is_none_and_none_may_be_freed(library):
