@@ -12,6 +12,7 @@ from amb_actuator.force import pull, static_pull
 from amb_cosim.design.magnetic_bearing import axis_parameters
 from amb_cosim.results import plots
 from amb_cosim.results.magnet_limits import current_limits, force_limits
+from tests.support.messages import raises_naming
 
 
 def with_magnets(run: xr.Dataset, force: float, total: bool = True) -> xr.Dataset:
@@ -37,7 +38,7 @@ def test_largest_force_is_that_of_a_saturated_coil_pair(synthetic, total):
 def test_limits_of_a_system_without_magnets_are_not_known(synthetic):
     assert force_limits(synthetic(), "mb1.x") is None
     assert current_limits(synthetic(), "mb1.x") is None
-    with pytest.raises(ValueError, match="magnets cannot be drawn: no current and no force"):
+    with raises_naming(ValueError, "magnets", "no current", "no force"):
         plots.Plots(synthetic()).magnets()
 
 

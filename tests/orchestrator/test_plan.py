@@ -17,6 +17,7 @@ from amb_cosim.cosim.system.assembly import Assembly
 from amb_cosim.cosim.system.system import Component, Connection, Signal, System
 from amb_cosim.scenario.plan import parse_settings, plan_scenario
 from amb_cosim.scenario.scenario import parse_scenario
+from tests.support.messages import assert_names, raises_naming
 
 INTERFACES = {
     "sampler": interface(
@@ -96,7 +97,7 @@ def test_scenario_and_settings_override_parameters_of_the_system():
 
 
 def test_a_scaled_value_is_held_against_the_limits():
-    with pytest.raises(ValueError, match=r"unbalance_factor times rotor\.d1\.u = 0\.12 kg\.m is not allowed"):
+    with raises_naming(ValueError, "unbalance_factor", "rotor.d1.u", "0.12 kg.m"):
         plan(scenario=SCENARIO.replace("10 g.m", "60 g.m"))
 
 
@@ -109,7 +110,7 @@ def test_a_new_speed_moves_the_cycles_and_reaches_all_targets():
 
 
 def test_a_speed_must_suit_every_target():
-    with pytest.raises(ValueError, match="Omega = 600 rad/s is not allowed; it must be >= 0 and <= 500 rad/s"):
+    with raises_naming(ValueError, "Omega", "600 rad/s", ">= 0", "<= 500 rad/s"):
         plan({"rotor.Omega": 600})
 
 
@@ -141,14 +142,12 @@ def test_a_new_initial_speed_moves_the_points_that_are_given_in_cycles():
 
 def test_points_of_a_profile_must_be_a_step_apart():
     points = "[[speed]]\ntime = 0.2\nOmega = 90\n[[speed]]\ntime = 0.2001\nOmega = 80\n"
-    with pytest.raises(
-        ValueError, match=r"point of Omega at 0\.2001 s is not allowed; .* one communication step, 0\.00025 s"
-    ):
+    with raises_naming(ValueError, "Omega", "0.2001 s", "0.00025 s"):
         changing(points)
 
 
 def test_speeds_of_a_profile_must_suit_every_target():
-    with pytest.raises(ValueError, match=r"Omega = 600 rad/s .* is not allowed; it must be >= 0 and <= 500 rad/s"):
+    with raises_naming(ValueError, "Omega", "600 rad/s", ">= 0", "<= 500 rad/s"):
         changing(RUN_UP.replace("300", "600"))
 
 
@@ -156,12 +155,12 @@ def test_the_speed_has_one_master():
     event = '[[event]]\ncycle = 7\nset.sampler.Omega = "50 rad/s"\n'
     assert plan().inputs["Omega"] == 100.0
     assert ("Omega", 50.0) in [e[1:] for e in changing("", scenario=SCENARIO + event).events]
-    with pytest.raises(ValueError, match="an event cannot set Omega; a profile does"):
+    with raises_naming(ValueError, "event", "Omega", "profile"):
         changing(scenario=SCENARIO + event)
 
 
 def test_a_system_whose_speed_cannot_change_refuses_a_profile():
-    with pytest.raises(ValueError, match=r"no signal Omega_dot, so its speed cannot change; there are Omega"):
+    with raises_naming(ValueError, "Omega_dot", "Omega"):
         changing(system=replace(SYSTEM, signals=SYSTEM.signals[:1]))
 
 
@@ -192,8 +191,7 @@ def test_settling_begins_so_that_a_sample_meets_the_beginning_of_cycle_0():
 
 
 def test_a_step_longer_than_a_sample_is_refused():
-    message = r"sampler\.sample_time = 0\.0002 s is not allowed; it must be at least the communication step 0\.00025 s"
-    with pytest.raises(ValueError, match=message):
+    with raises_naming(ValueError, "sampler.sample_time", "0.0002 s", "0.00025 s"):
         sampler_of_any_step("200 us")
 
 
@@ -207,17 +205,16 @@ def test_end_is_a_whole_number_of_steps():
     assert (plan(until=0.1).last, plan(until=0.1).notices) == (400, ())
     rounded = plan(until=0.1001)
     assert rounded.last == 400
-    assert rounded.notices == (
-        "until = 0.1001 s is not a whole number of communication steps of 0.00025 s; the run ends at 0.1 s",
-    )
-    with pytest.raises(ValueError, match=r"until = 0\.0001 s is not allowed; it must be at least"):
+    (notice,) = rounded.notices
+    assert_names(notice, "until", "0.1001 s", "0.00025 s", "0.1 s")
+    with raises_naming(ValueError, "until", "0.0001 s"):
         plan(until=0.0001)
 
 
 def test_parameters_and_inputs_are_told_apart():
-    with pytest.raises(ValueError, match=r"rotor\.d1\.u is an input and cannot be set here as parameter"):
+    with raises_naming(ValueError, "rotor.d1.u", "input", "parameter"):
         plan(extra='parameters.rotor."d1.u" = 1\n')
-    with pytest.raises(ValueError, match=r"sampler\.k_x is a parameter and cannot be set here as input"):
+    with raises_naming(ValueError, "sampler.k_x", "parameter", "input"):
         plan(extra="inputs.sampler.k_x = 1\n")
 
 
@@ -231,7 +228,7 @@ def test_an_event_sets_a_tunable_parameter_which_the_component_then_receives():
 
 
 def test_an_event_sets_no_fixed_parameter():
-    with pytest.raises(ValueError, match=r"sampler\.k_x is a parameter and cannot be set here as input"):
+    with raises_naming(ValueError, "sampler.k_x", "parameter", "input"):
         plan(extra="event = [{ time = 0.1, set.sampler.k_x = 2 }]\n", scenario=NO_EVENTS)
 
 
@@ -266,23 +263,23 @@ def test_what_a_condition_judges_is_recorded():
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "message"),
+    ("old", "new", "facts"),
     [
-        ("sampler.i", "sampler.ii", "stop: there is no signal 'sampler.ii'; did you mean sampler.i"),
-        ("sampler.i", "sampler.k_x", "stop: there is no signal 'sampler.k_x'"),
-        ("2 kA", "2 kN", "stop: sampler.i above = '2 kN' has unit kN, which cannot be converted to A"),
-        ("10 Hz", "-10 kHz", r"stop: Omega below = -62831\.853\d* rad/s .* it must be >= -10000 and <= 10000 rad/s"),
+        ("sampler.i", "sampler.ii", ("stop", "'sampler.ii'", "sampler.i")),
+        ("sampler.i", "sampler.k_x", ("stop", "'sampler.k_x'")),
+        ("2 kA", "2 kN", ("stop", "sampler.i", "'2 kN'", "kN", "A")),
+        ("10 Hz", "-10 kHz", ("stop", "Omega", ">= -10000", "<= 10000 rad/s")),
     ],
 )
-def test_a_condition_that_does_not_fit_its_signal_is_refused(old, new, message):
-    with pytest.raises(ValueError, match=message):
+def test_a_condition_that_does_not_fit_its_signal_is_refused(old, new, facts):
+    with raises_naming(ValueError, *facts):
         plan(extra=STOP.replace(old, new))
 
 
 def test_settings_are_split_at_the_first_equals_sign():
     assert parse_settings(["a.b=1 mm", " c.d = 2 ", "a.b=3"]) == {"a.b": "3", "c.d": "2"}
     for text in ("a.b", "=1", "a.b="):
-        with pytest.raises(ValueError, match=r"write component\.variable=value"):
+        with raises_naming(ValueError, "component.variable=value"):
             parse_settings([text])
 
 

@@ -10,6 +10,7 @@ from amb_cosim.cosim.fmu.fmu_interface import Port
 from amb_cosim.cosim.system.values import convert
 from amb_cosim.scenario.scenario import load_scenario, packaged_scenarios, parse_scenario
 from amb_cosim.scenario.simulation import prepare
+from tests.support.messages import assert_names, raises_naming
 
 MINIMAL = 'description = "d"\nOmega = "100 rad/s"\nend_cycle = 10\n'
 STOP = MINIMAL + '[[stop]]\nvariable = "rotor.x"\n'
@@ -32,9 +33,7 @@ SWITCH = Port("on", "Boolean", "input", 2)
 def test_values_outside_the_limits_name_value_unit_and_range():
     with pytest.raises(ValueError) as caught:  # noqa: PT011 - the whole message is compared
         convert("-1 mm", CLEARANCE, "rotor_contact.rb1.clearance")
-    assert str(caught.value) == (
-        "rotor_contact.rb1.clearance = -0.001 m (-1 mm) is not allowed; it must be >= 1e-06 and <= 0.1 m"
-    )
+    assert_names(caught, "rotor_contact.rb1.clearance", "-0.001 m", "-1 mm", ">= 1e-06", "<= 0.1 m")
 
 
 @pytest.mark.parametrize("raw", ["nan", "inf", "-inf", float("nan")])
@@ -46,7 +45,7 @@ def test_values_must_be_finite(raw, port):
 
 def test_integers_must_be_whole():
     assert convert("2", COUNT, "n") == 2.0
-    with pytest.raises(ValueError, match=r"n = 1\.5 is not allowed; it must be a whole number >= 0 and <= 3"):
+    with raises_naming(ValueError, "n", "1.5", "whole number", ">= 0", "<= 3"):
         convert("1.5", COUNT, "n")
 
 
@@ -60,7 +59,7 @@ def test_a_value_of_an_enumeration_is_its_name_or_its_number(raw, expected):
 
 @pytest.mark.parametrize("raw", ["springs", "Spring", "spring 1", 3, "-1", 1.5, "1 m", ""])
 def test_anything_else_is_refused_with_all_names(raw):
-    with pytest.raises(ValueError, match=r"is not allowed; it must be one of 0 \(rigid\), 1 \(spring\), 2 \(damper\)"):
+    with raises_naming(ValueError, "0 (rigid), 1 (spring), 2 (damper)"):
         convert(raw, LAW, "law")
 
 
@@ -71,12 +70,12 @@ def test_booleans_are_read(raw, expected):
 
 @pytest.mark.parametrize("raw", ["yes", 2, "2", "1 m"])
 def test_booleans_take_nothing_else(raw):
-    with pytest.raises(ValueError, match="it must be true or false"):
+    with raises_naming(ValueError, "true", "false"):
         convert(raw, SWITCH, "on")
 
 
 def test_truth_is_no_number():
-    with pytest.raises(ValueError, match="clearance = true is no number"):
+    with raises_naming(ValueError, "clearance", "true"):
         convert(True, CLEARANCE, "clearance")
 
 
@@ -93,11 +92,10 @@ def test_an_event_may_have_a_time_instead():
 
 def test_every_mistake_is_one_line():
     lines = refused('description = "d"\nend_cycle = -1\nfoo = 2').splitlines()
-    assert lines == [
-        "scenario mine: Omega is missing",
-        "scenario mine: end_cycle = -1 is not allowed; it must be > 0 and <= 1e+09",
-        "scenario mine: unknown key foo; " + lines[2].partition("; ")[2],
-    ]
+    missing, end, key = lines
+    assert_names(missing, "scenario mine", "Omega", "missing")
+    assert_names(end, "scenario mine", "end_cycle", "-1", "> 0", "<= 1e+09")
+    assert_names(key, "scenario mine", "foo")
 
 
 def with_points(*points: str) -> str:
@@ -105,69 +103,69 @@ def with_points(*points: str) -> str:
 
 
 @pytest.mark.parametrize(
-    ("text", "expected"),
+    ("text", "facts"),
     [
-        ("description = ", "scenario mine is not valid TOML"),
-        (MINIMAL.replace("100 rad/s", "0 rad/s"), "Omega = 0 rad/s is not allowed; it must be > 0 rad/s"),
-        (MINIMAL.replace("100 rad/s", "100 m"), "Omega = '100 m' has unit m, which cannot be converted to rad/s"),
-        (MINIMAL + 'communication_step = "0 s"', "communication_step = 0 s is not allowed; it must be > 0 s"),
-        (MINIMAL + "[[event]]\nset.a.b = 1", "an event needs either cycle or time"),
-        (MINIMAL + "[[event]]\ncycle = -1\nset.a.b = 1", "must be at >= 0 s"),
+        ("description = ", ("mine", "TOML")),
+        (MINIMAL.replace("100 rad/s", "0 rad/s"), ("Omega", "0 rad/s", "> 0 rad/s")),
+        (MINIMAL.replace("100 rad/s", "100 m"), ("Omega", "'100 m'", "unit m", "rad/s")),
+        (MINIMAL + 'communication_step = "0 s"', ("communication_step", "0 s", "> 0 s")),
+        (MINIMAL + "[[event]]\nset.a.b = 1", ("event", "cycle", "time")),
+        (MINIMAL + "[[event]]\ncycle = -1\nset.a.b = 1", (">= 0 s",)),
         (
             MINIMAL + "[[event]]\nlabel = 'removal'\nrole = 'relief'\ncycle = 1\nset.a.b = 1\n"
             "[[event]]\nlabel = 'step'\nrole = 'disturbance'\ncycle = 1\nset.a.b = 1",
-            "must come after the disturbance",
+            ("relief", "disturbance"),
         ),
-        (MINIMAL + "end_time = 3", "a scenario needs either end_cycle or end_time"),
-        (MINIMAL.replace("end_cycle = 10", ""), "a scenario needs either end_cycle or end_time"),
-        (MINIMAL.replace("end_cycle = 10", "end_time = '-1 s'"), "end_time = -1 s is not allowed; it must be > 0 s"),
-        (MINIMAL + "[plot]\nfigures = ['orbit']", "plot.figures[0] = 'orbit' is not allowed; it must be 'orbits', "),
+        (MINIMAL + "end_time = 3", ("end_cycle", "end_time")),
+        (MINIMAL.replace("end_cycle = 10", ""), ("end_cycle", "end_time")),
+        (MINIMAL.replace("end_cycle = 10", "end_time = '-1 s'"), ("end_time", "-1 s", "> 0 s")),
+        (MINIMAL + "[plot]\nfigures = ['orbit']", ("plot.figures[0]", "'orbit'", "'orbits'")),
         (
             MINIMAL + "coupling = 'magic'",
-            "coupling = 'magic' is not allowed; it must be 'gauss_seidel', 'jacobi' or 'iterative'",
+            ("coupling", "'magic'", "'gauss_seidel'", "'jacobi'", "'iterative'"),
         ),
-        (MINIMAL + "setle_cycles = 3", "unknown key setle_cycles; did you mean settle_cycles, end_cycle?"),
-        (MINIMAL + "[[event]]\ncycel = 3\nset.a.b = 1", "unknown key event[0].cycel; did you mean cycle?"),
-        (MINIMAL + "inputs.a.b = [1, 2]", "inputs.a.b = [1, 2] is not allowed; it must be a number, true, false, or a"),
-        (with_points("time = 1\nOmega = -3"), "Omega = -3 rad/s is not allowed; it must be > 0 rad/s"),
-        (with_points("time = 1\nOmega = 0"), "Omega = 0 rad/s is not allowed; it must be > 0 rad/s"),
-        (with_points("time = 1\nOmega = '3 m'"), "Omega = '3 m' has unit m, which cannot be converted to rad/s"),
-        (with_points("Omega = 3"), "a speed point needs either cycle or time"),
-        (with_points("time = 1\ncycle = 1\nOmega = 3"), "a speed point needs either cycle or time"),
-        (with_points("time = '1 V'\nOmega = 3"), "time of a speed point = '1 V' has unit V"),
+        (MINIMAL + "setle_cycles = 3", ("setle_cycles", "settle_cycles, end_cycle")),
+        (MINIMAL + "[[event]]\ncycel = 3\nset.a.b = 1", ("event[0].cycel", "cycle")),
+        (MINIMAL + "inputs.a.b = [1, 2]", ("inputs.a.b", "[1, 2]", "number", "true", "false")),
+        (with_points("time = 1\nOmega = -3"), ("Omega", "-3 rad/s", "> 0 rad/s")),
+        (with_points("time = 1\nOmega = 0"), ("Omega", "0 rad/s", "> 0 rad/s")),
+        (with_points("time = 1\nOmega = '3 m'"), ("Omega", "'3 m'", "unit m", "rad/s")),
+        (with_points("Omega = 3"), ("speed point", "cycle", "time")),
+        (with_points("time = 1\ncycle = 1\nOmega = 3"), ("speed point", "cycle", "time")),
+        (with_points("time = '1 V'\nOmega = 3"), ("time", "speed point", "'1 V'", "unit V")),
         (
             with_points("time = 0\nOmega = 3"),
-            "speed point at 0 s is not allowed; it must be at > 0 s, because Omega defines the start",
+            ("speed point", "0 s", "> 0 s"),
         ),
-        (with_points("time = nan\nOmega = 3"), "speed point at nan s is not allowed"),
+        (with_points("time = nan\nOmega = 3"), ("speed point", "nan s")),
         (
             with_points("time = 2\nOmega = 3", "time = 2\nOmega = 4"),
-            "speed point at 2 s is not allowed; it must be at > 2 s, after the point before it",
+            ("speed point", "2 s", "> 2 s"),
         ),
         (
             with_points("time = 2\nOmega = 3", "time = 1\nOmega = 4"),
-            "speed point at 1 s is not allowed; it must be at > 2 s",
+            ("speed point", "1 s", "> 2 s"),
         ),
-        (with_points("time = 2\nspeed = 3"), "unknown key speed[0].speed"),
-        (with_points("time = 2"), "speed[0].Omega is missing"),
-        (STOP, "stop on rotor.x needs either above or below"),
-        (STOP + "above = 1\nbelow = 2", "stop on rotor.x needs either above or below"),
+        (with_points("time = 2\nspeed = 3"), ("speed[0].speed",)),
+        (with_points("time = 2"), ("speed[0].Omega", "missing")),
+        (STOP, ("rotor.x", "above", "below")),
+        (STOP + "above = 1\nbelow = 2", ("rotor.x", "above", "below")),
         (
             STOP + "above = 1\nhold_cycles = 2\nhold_time = '1 s'",
-            "has both hold_cycles and hold_time; it may have one",
+            ("hold_cycles", "hold_time"),
         ),
-        (STOP + "above = 1\nfrom_cycle = 2\nfrom_time = '1 s'", "has both from_cycle and from_time; it may have one"),
-        (STOP + "above = 1\nhold_cycles = -1", "hold_time of stop = -0.0628319 s is not allowed; it must be >= 0 s"),
-        (STOP + "above = 1\nfrom_time = 'inf'", "from_time of stop = inf s is not allowed; it must be >= 0 s"),
+        (STOP + "above = 1\nfrom_cycle = 2\nfrom_time = '1 s'", ("from_cycle", "from_time")),
+        (STOP + "above = 1\nhold_cycles = -1", ("hold_time", "stop", "-0.0628319 s", ">= 0 s")),
+        (STOP + "above = 1\nfrom_time = 'inf'", ("from_time", "stop", "inf s", ">= 0 s")),
         (
             STOP + "above = 1\nhold_time = '5 mm'",
-            "hold_time of stop = '5 mm' has unit mm, which cannot be converted to s",
+            ("hold_time of stop", "'5 mm'", "unit mm", "s"),
         ),
-        (STOP + "above = 1\nhold = 5", "unknown key stop[0].hold; did you mean hold_time?"),
+        (STOP + "above = 1\nhold = 5", ("stop[0].hold", "hold_time")),
     ],
 )
-def test_mistakes_are_explained(text, expected):
-    assert expected in refused(text)
+def test_mistakes_are_explained(text, facts):
+    assert_names(refused(text), *facts)
 
 
 def test_speed_points_are_at_a_time_or_at_a_cycle_of_the_initial_speed():
@@ -198,19 +196,19 @@ def test_labels_are_free_and_come_in_the_order_of_their_events():
 
 
 @pytest.mark.parametrize(
-    ("events", "message"),
+    ("events", "facts"),
     [
-        ([("label = 'step'", 5)], "the event labelled step needs role = 'disturbance'"),
-        ([("label = 'removal'", 5)], "the event labelled removal needs role = 'relief'"),
-        ([("role = 'relief'", 5), ("label = 'b'\nrole = 'relief'", 6)], "two events have the same role"),
-        ([("label = 'a'", 5), ("label = 'a'", 6)], "two events have the same label"),
-        ([("role = 'relief'", 5), ("role = 'disturbance'", 6)], "role relief must come after the disturbance"),
-        ([("label = 'a.b'", 5)], "label"),
-        ([("role = 'trip'", 5)], "role"),
+        ([("label = 'step'", 5)], ("step", "'disturbance'")),
+        ([("label = 'removal'", 5)], ("removal", "'relief'")),
+        ([("role = 'relief'", 5), ("label = 'b'\nrole = 'relief'", 6)], ("same role",)),
+        ([("label = 'a'", 5), ("label = 'a'", 6)], ("same label",)),
+        ([("role = 'relief'", 5), ("role = 'disturbance'", 6)], ("relief", "disturbance")),
+        ([("label = 'a.b'", 5)], ("label",)),
+        ([("role = 'trip'", 5)], ("role",)),
     ],
 )
-def test_labels_and_roles_that_cannot_be_meant_are_refused(events, message):
-    with pytest.raises(ValueError, match=message):
+def test_labels_and_roles_that_cannot_be_meant_are_refused(events, facts):
+    with raises_naming(ValueError, *facts):
         parse_scenario(MINIMAL + "".join(EVENT.format(*event) for event in events), "mine")
 
 
@@ -243,7 +241,7 @@ def test_figures_5_6_differ_in_the_controller_alone():
 
 
 def test_unknown_scenario_lists_what_there_is():
-    with pytest.raises(ValueError, match=r"no scenario 'fig4_8'; did you mean .*fig4_9"):
+    with raises_naming(ValueError, "'fig4_8'", "fig4_9"):
         load_scenario("fig4_8")
 
 
@@ -273,20 +271,20 @@ def test_a_scenario_removes_what_its_base_says(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("text", "message"),
+    ("text", "facts"),
     [
         (
             'base = "fig4_9"\nremove = ["rotor_contact.d1.v"]',
-            "the base has no 'rotor_contact.d1.v'; did you mean rotor_con",
+            ("'rotor_contact.d1.v'",),
         ),
-        ('base = "fig4_9"\nremove = ["gravity"]', "the base has no 'gravity'"),
-        ('base = "fig4_9"\nremove = "event"', "remove = 'event' is not allowed; it must be a list of names"),
-        ('remove = ["event"]\nOmega = 90\nend_cycle = 1', "remove has no use without a base"),
+        ('base = "fig4_9"\nremove = ["gravity"]', ("'gravity'",)),
+        ('base = "fig4_9"\nremove = "event"', ("remove", "'event'", "list")),
+        ('remove = ["event"]\nOmega = 90\nend_cycle = 1', ("remove", "base")),
     ],
 )
-def test_remove_names_what_the_base_says(tmp_path, text, message):
+def test_remove_names_what_the_base_says(tmp_path, text, facts):
     (tmp_path / "mine.toml").write_text(text, encoding="utf-8")
-    with pytest.raises(ValueError, match=message):
+    with raises_naming(ValueError, *facts):
         load_scenario(str(tmp_path / "mine.toml"))
 
 
@@ -307,12 +305,12 @@ def test_a_base_that_leads_back_to_itself_is_refused(tmp_path):
     a, b = tmp_path / "a.toml", tmp_path / "b.toml"
     a.write_text('base = "b.toml"\n')
     b.write_text('base = "a.toml"\n')
-    with pytest.raises(ValueError, match=r"its own base .*a\.toml -> .*b\.toml"):
+    with pytest.raises(ValueError, match=r"a\.toml -> .*b\.toml"):
         load_scenario(str(a))
 
 
 def test_an_unknown_base_is_refused(tmp_path):
     derived = tmp_path / "derived.toml"
     derived.write_text('base = "nothing.toml"\n')
-    with pytest.raises(ValueError, match=r"no file .*nothing\.toml"):
+    with raises_naming(ValueError, "nothing.toml"):
         load_scenario(str(derived))

@@ -12,6 +12,7 @@ from amb_cosim.cosim.run.recording import Outcome
 from amb_cosim.results.plots.turns import whirl_direction
 from amb_cosim.results.result import Result
 from amb_cosim.results.selection import select
+from tests.support.messages import raises_naming
 
 
 @pytest.fixture
@@ -47,16 +48,16 @@ def test_patterns_are_of_names_with_and_without_component(result):
 
 
 @pytest.mark.parametrize(
-    ("arguments", "options", "message"),
+    ("arguments", "options", "facts"),
     [
-        (("mb1.z",), {}, "no recorded variable matches 'mb1.z'; did you mean mb1"),
-        (("rotor_contact.mb1.z",), {}, "did you mean rotor_contact.mb1"),
-        (("mb1.x",), {"begin": "9 s"}, "no sample lies between 9 s and the end; there is 0 s to 0.4 s"),
-        ((), {}, "no variable is named"),
+        (("mb1.z",), {}, ("'mb1.z'",)),
+        (("rotor_contact.mb1.z",), {}, ("'rotor_contact.mb1.z'", "rotor_contact.mb1.y")),
+        (("mb1.x",), {"begin": "9 s"}, ("9 s", "0 s to 0.4 s")),
+        ((), {}, ("variable",)),
     ],
 )
-def test_selection_that_is_empty_is_refused(result, arguments, options, message):
-    with pytest.raises(ValueError, match=message):
+def test_selection_that_is_empty_is_refused(result, arguments, options, facts):
+    with raises_naming(ValueError, *facts):
         result.plot(*arguments, **options)
 
 
@@ -79,7 +80,7 @@ def test_mat_has_variables_units_and_time(result, tmp_path):
 
 def test_names_that_a_mat_file_cannot_tell_apart_are_refused(result, tmp_path):
     result.dataset["rotor_contact.mb1_x"] = result.dataset["rotor_contact.mb1.x"]
-    with pytest.raises(ValueError, match="another variable is called rotor_contact_mb1_x there, too"):
+    with raises_naming(ValueError, "rotor_contact_mb1_x"):
         result.to_mat(tmp_path / "run.mat")
     assert not (tmp_path / "run.mat").exists()
 

@@ -22,6 +22,7 @@ from amb_cosim.design.magnetic_bearing import (
     linearisation,
     load_capacity,
 )
+from tests.support.messages import raises_naming
 
 RIG = axis_parameters()
 IRON_FREE = axis_parameters(b_sat=1000.0)
@@ -42,27 +43,27 @@ def test_parameters_are_those_of_the_table_with_changes():
 
 
 @pytest.mark.parametrize(
-    ("refused", "sentence"),
+    ("refused", "facts"),
     [
-        (lambda: axis_parameters("mb1", "z"), r"no axis mb1\.z; there are mb1\.x, mb1\.y"),
-        (lambda: axis_parameters(winding=1), "no parameter 'winding'; there are turns, pole_area, gap"),
-        (lambda: axis_parameters(turns=-158), r"mb1\.turns_x = -158 is not allowed; it must be >= 1"),
-        (lambda: axis_parameters(gap=math.nan), r"mb1\.gap_x = nan m is not allowed"),
-        (lambda: axis_parameters(bias_current=9), r"bias_current = 9 A plus static_current = 1\.14 A .* <= 10 A"),
-        (lambda: linearisation(RIG, 1.2e-3), r"x = 0\.0012 m is not allowed; it must be > -0\.0012 m and < 0\.0012 m"),
+        (lambda: axis_parameters("mb1", "z"), ("mb1.z", "mb1.x, mb1.y")),
+        (lambda: axis_parameters(winding=1), ("'winding'", "turns, pole_area, gap")),
+        (lambda: axis_parameters(turns=-158), ("mb1.turns_x", "-158", ">= 1")),
+        (lambda: axis_parameters(gap=math.nan), ("mb1.gap_x", "nan m")),
+        (lambda: axis_parameters(bias_current=9), ("bias_current", "9 A", "static_current", "1.14 A", "<= 10 A")),
+        (lambda: linearisation(RIG, 1.2e-3), ("x", "0.0012 m", "> -0.0012 m", "< 0.0012 m")),
         (
             lambda: linearisation(RIG, 0.0, [0.0, 5.0]),
-            r"i_c = 5 A is not allowed; it must be >= -5\.57 A and <= 4\.43 A",
+            ("i_c", "5 A", ">= -5.57 A", "<= 4.43 A"),
         ),
-        (lambda: linear_error(RIG, math.nan, 0.0), r"x = nan m is not allowed"),
-        (lambda: linear_range(RIG, 1.0), r"tolerance = 1 is not allowed; it must be between 0 and 1"),
-        (lambda: full_swing_bandwidth(RIG, 5.0), r"amplitude = 5 A is not allowed; it must be > 0 A and <= 4\.43 A"),
-        (lambda: load_capacity(RIG, [-600.0]), r"load = -600 N is not allowed; it must be >= -552\.589 N and <= 1147"),
-        (lambda: load_capacity(RIG, [100.0, 1200.0]), r"load = 1200 N is not allowed"),
+        (lambda: linear_error(RIG, math.nan, 0.0), ("x", "nan m")),
+        (lambda: linear_range(RIG, 1.0), ("tolerance = 1", "0", "1")),
+        (lambda: full_swing_bandwidth(RIG, 5.0), ("amplitude", "5 A", "> 0 A", "<= 4.43 A")),
+        (lambda: load_capacity(RIG, [-600.0]), ("load", "-600 N", ">= -552.589 N")),
+        (lambda: load_capacity(RIG, [100.0, 1200.0]), ("load", "1200 N")),
     ],
 )
-def test_refusals_name_value_and_limit(refused, sentence):
-    with pytest.raises(ValueError, match=sentence):
+def test_refusals_name_value_and_limit(refused, facts):
+    with raises_naming(ValueError, *facts):
         refused()
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +15,7 @@ from amb_cosim.design.receptance_file import empty_table, loop_parameters, read_
 from rolac_controller.inner_loop import inner_loop_of
 from rolac_controller.pseudo_inverse import svd_work_of, svd_work_size
 from rolac_controller.receptance_table import built_table, find_bracket, interpolate, load, table_in_use, table_size
+from tests.support.messages import raises_naming
 
 INTERFACE = CONTROLLER.interface
 
@@ -95,7 +95,7 @@ def test_constants_of_one_harmonic_are_those_of_pack(receptance):
 
 
 def test_empty_table_makes_no_controller():
-    with pytest.raises(ValueError, match="rig has no entry"):
+    with raises_naming(ValueError, "rig", "entry"):
         empty_table("rig", LOOP).constants(LOOP)
 
 
@@ -107,7 +107,7 @@ def test_speed_that_is_not_positive_is_refused(table, receptance, speed):
 
 def test_singular_receptance_is_not_taken(table, receptance):
     receptance[:, 3] = receptance[:, 2]
-    with pytest.raises(ValueError, match="condition number"):
+    with raises_naming(ValueError, "condition number"):
         table.updated(50.0, receptance)
 
 
@@ -143,22 +143,20 @@ def test_truncation_between_two_entries_is_named(table, tmp_path):
     path = tmp_path / "table.toml"
     table.write(path)
     path.write_text(path.read_text().rpartition("\n[[receptance]]")[0])
-    with pytest.raises(ValueError, match="it has 3 receptances but entries = 4; the file is incomplete"):
+    with raises_naming(ValueError, "3 receptances", "entries", "4"):
         read_table(path)
 
 
 def test_table_of_another_rotor_is_refused(table, tmp_path):
     table.write(tmp_path / "table.toml")
-    with pytest.raises(ValueError, match="rotor 'rig', not 'pump'"):
+    with raises_naming(ValueError, "'rig'", "'pump'"):
         read_table(tmp_path / "table.toml", "pump")
 
 
 @pytest.mark.parametrize(("name", "value"), [("mb1.k_b_x", 2e6), ("chain.preset", 1.0), ("sample_time", 5e-4)])
 def test_table_of_another_loop_is_refused_with_what_differs(table, tmp_path, name, value):
     table.write(tmp_path / "table.toml")
-    with pytest.raises(
-        ValueError, match=rf"identified with {name} = .*, not {re.escape(f'{value:g}')}; identify again"
-    ):
+    with raises_naming(ValueError, f"{name}", f"{value:g}", "again"):
         read_table(tmp_path / "table.toml", parameters=loop_parameters(LOOP, {name: value}))
 
 
@@ -184,41 +182,41 @@ def edit(old, new):
 
 
 @pytest.mark.parametrize(
-    ("change", "sentence"),
+    ("change", "facts"),
     [
-        (lambda text: "no table at all", "is not valid TOML"),
-        (edit("receptances 2", "receptances 1"), "format = 'amb-cosim receptances 1' is not allowed"),
-        (edit('rotor = "rig"', "rotor = 3"), "rotor = 3 is not allowed; it must be a string"),
+        (lambda text: "no table at all", ("TOML",)),
+        (edit("receptances 2", "receptances 1"), ("format", "'amb-cosim receptances 1'")),
+        (edit('rotor = "rig"', "rotor = 3"), ("rotor", "3", "string")),
         (
             edit("sample_time = 0.00025", "sample_time = 'fast'"),
-            r"loop\.sample_time = 'fast' is not allowed; it must be a number",
+            ("loop.sample_time", "'fast'", "number"),
         ),
         (
             edit("speed = 31.4", "speed = -31.4"),
-            r"receptance\[0\]\.speed = -31\.4 rad/s is not allowed; it must be > 0 rad/s",
+            ("receptance[0].speed", "-31.4 rad/s", "> 0 rad/s"),
         ),
-        (edit("speed = 31.4", "speed = nan"), r"receptance\[0\]\.speed = nan rad/s is not allowed"),
-        (edit("speed = 31.4", "speed = 70.0"), "must ascend"),
-        (edit("order = 1", "order = 0"), r"receptance\[0\]\.order = 0 is not allowed; it must be >= 1 and <= "),
-        (edit("real = [\n  [", "real = [\n  [1.0, "), "rows of equal length"),
-        (edit("real = [\n  [", "real = [\n  ['x', "), "rows of equal length"),
-        (edit("imaginary", "imag"), r"receptance\[0\]\.imaginary is missing"),
-        (edit("[[receptance]]", "[[receptance]]\ninner_real = [[1.0]]"), "must both be set, or neither"),
+        (edit("speed = 31.4", "speed = nan"), ("receptance[0].speed", "nan rad/s")),
+        (edit("speed = 31.4", "speed = 70.0"), ("ascend",)),
+        (edit("order = 1", "order = 0"), ("receptance[0].order = 0", ">= 1")),
+        (edit("real = [\n  [", "real = [\n  [1.0, "), ("rows of equal length",)),
+        (edit("real = [\n  [", "real = [\n  ['x', "), ("rows of equal length",)),
+        (edit("imaginary", "imag"), ("receptance[0].imaginary",)),
+        (edit("[[receptance]]", "[[receptance]]\ninner_real = [[1.0]]"), ("both", "neither")),
         (
             edit("[[receptance]]", "[[receptance]]\ninner_real = [[1.0]]\ninner_imaginary = [[1.0]]"),
-            r"receptance\[0\]: inner_real is 1 rows of 1 numbers; it must be 4 rows of 8 numbers, axes by sensors",
+            ("receptance[0]", "inner_real", "1 rows of 1 numbers", "4 rows of 8 numbers"),
         ),
         (
             edit("real = [\n  [", "real = [\n  [inf, 1.0, 1.0, 1.0], #"),
-            r"receptance\[0\]\.real = .* is not allowed; it must be rows of equal length with finite numbers",
+            ("receptance[0].real", "rows of equal length", "finite"),
         ),
     ],
 )
-def test_file_that_is_no_table_is_refused_with_its_place(table, tmp_path, change, sentence):
+def test_file_that_is_no_table_is_refused_with_its_place(table, tmp_path, change, facts):
     path = tmp_path / "table.toml"
     table.write(path)
     path.write_text(change(path.read_text().replace('"sample_time"', "sample_time")))
-    with pytest.raises(ValueError, match=sentence):
+    with raises_naming(ValueError, *facts):
         read_table(path)
 
 
@@ -230,7 +228,7 @@ def test_singular_receptance_in_a_file_is_refused_with_its_speed(table, tmp_path
     for k in numbers[:16]:
         lines[k] = "  [1.0, 1.0, 0.0, 2.0],"
     path.write_text("\n".join(lines))
-    with pytest.raises(ValueError, match=r"receptance\[0\]: at 31\.4 rad/s: .*condition number"):
+    with raises_naming(ValueError, "receptance[0]", "31.4 rad/s", "condition number"):
         read_table(path)
 
 
@@ -238,5 +236,5 @@ def test_singular_receptance_in_a_file_is_refused_with_its_speed(table, tmp_path
 def test_unreadable_file_is_refused_with_its_path(tmp_path, make):
     path: Path = tmp_path / "table.toml"
     make(path)
-    with pytest.raises(ValueError, match=r"table of receptances .*table\.toml cannot be read"):
+    with raises_naming(ValueError, str(tmp_path / "table.toml")):
         read_table(path)

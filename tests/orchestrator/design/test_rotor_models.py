@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-import pytest
 from machines import machine
 
 from amb_cosim.design.controller_data import no_table
@@ -14,6 +13,7 @@ from amb_cosim.design.rotor_models import actuator, control_loop, controller
 from fmi_export.model import Instance
 from rotor_analysis.parts import Sensor
 from rotor_analysis.rotor_file import load_rotor
+from tests.support.messages import raises_naming
 
 
 def test_rig_reads_each_bearing_in_the_plane_at_it():
@@ -34,12 +34,12 @@ def test_nearest_plane_closes_the_loop_of_a_bearing():
 def test_two_bearings_next_to_one_plane_are_refused():
     rotor = machine(sensors=(Sensor("far", 1), Sensor("between", 18), Sensor("beyond", 25)))
     rotor = replace(rotor, sensors=tuple(s for s in rotor.sensors if s.name != "beyond"))
-    with pytest.raises(ValueError, match="bearing 'mb3' has no sensors of its own: those of plane 'between'"):
+    with raises_naming(ValueError, "'mb3'", "'between'"):
         control_loop(rotor)
 
 
 def test_rotor_without_sensors_is_refused_with_its_bearing():
-    with pytest.raises(ValueError, match="bearing 'mb1' has no sensors"):
+    with raises_naming(ValueError, "'mb1'"):
         control_loop(machine(sensors=()))
 
 
@@ -58,9 +58,9 @@ def test_table_of_other_sensors_is_refused(tmp_path):
     rng = np.random.default_rng(3)
     loop, rig = control_loop(machine()), control_loop()
     table = empty_table("machine", loop).updated(100.0, rng.normal(size=(6, 6)) + 1j * rng.normal(size=(6, 6)))
-    with pytest.raises(ValueError, match=r"its sensors are probe1\.x, probe1\.y, .*, not s1, s2"):
+    with raises_naming(ValueError, "probe1.x, probe1.y", "s1, s2"):
         table.constants(rig)
     renamed = replace(loop, bearings=("mb1", "mb2", "outboard"))
-    with pytest.raises(ValueError, match=r"its axes are mb1\.x, .*, mb3\.y, not .* outboard\.y"):
+    with raises_naming(ValueError, "mb1.x", "mb3.y", "outboard.y"):
         table.constants(renamed)
     assert table.constants(loop).size == no_table(loop).size + 2 + 4 * 36

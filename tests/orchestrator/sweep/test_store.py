@@ -14,6 +14,7 @@ from amb_cosim.sweeps.run import only_writer
 from amb_cosim.sweeps.sampling import make_design
 from amb_cosim.sweeps.store import SweepStore, open_sweep
 from amb_cosim.sweeps.worker import PointResult
+from tests.support.messages import raises_naming
 
 DESIGN = make_design({"Omega": np.linspace(100.0, 200.0, 24), "x.y": ["a", "b"]})
 
@@ -45,7 +46,7 @@ def test_a_damaged_file_is_told_when_read_and_on_resume(tmp_path, name, damage):
     file.write_bytes(damage(file.read_bytes()))
     before = files(tmp_path)
     for use in (open_sweep, fill):
-        with pytest.raises(ValueError, match=rf"(?s)sweep in {tmp_path} is damaged, sweep.zarr"):
+        with pytest.raises(ValueError, match=rf"(?s){tmp_path} .*damaged, sweep\.zarr"):
             use(tmp_path)
     assert files(tmp_path) == before
 
@@ -53,7 +54,7 @@ def test_a_damaged_file_is_told_when_read_and_on_resume(tmp_path, name, damage):
 @pytest.mark.parametrize("name", ["peak/0.0", "peak/.zarray", "outcome/0.0", ".zmetadata"])
 def test_a_lost_file_is_no_missing_value(tmp_path, name):
     (fill(tmp_path) / "sweep.zarr" / name).unlink()
-    with pytest.raises(ValueError, match="is damaged"):
+    with raises_naming(ValueError, "damaged"):
         open_sweep(tmp_path)
 
 
@@ -62,7 +63,7 @@ def test_a_round_of_refinement_is_checked_apart_from_the_grid(tmp_path):
     fill(tmp_path, "contact_1")
     file = tmp_path / "sweep.zarr" / "contact_1" / "peak" / "0.0"
     file.write_bytes(file.read_bytes()[:-3])
-    with pytest.raises(ValueError, match=r"is damaged, sweep\.zarr/contact_1/peak: "):
+    with raises_naming(ValueError, "damaged", "sweep.zarr/contact_1/peak"):
         open_sweep(tmp_path, "contact_1")
     assert open_sweep(tmp_path).sizes == {"Omega": 24, "x.y": 2}
 
@@ -114,7 +115,7 @@ def test_what_is_no_sweep_stays_with_all_that_is_in_it(tmp_path, of):
     (tmp_path / ".sweep.zarr.new").mkdir()
     (tmp_path / ".sweep.zarr.new" / "mine").write_text("kept")
     before = files(tmp_path)
-    with pytest.raises(ValueError, match=str(tmp_path)):
+    with raises_naming(ValueError, str(tmp_path)):
         fill(tmp_path)
     assert files(tmp_path) == before
 
@@ -151,10 +152,10 @@ def test_a_lock_follows_no_link_and_truncates_nothing(tmp_path):
         pass
     lock.unlink()
     os.mkfifo(lock)
-    with pytest.raises(ValueError, match=r"\.lock .* it is not a file"), only_writer(tmp_path):
+    with raises_naming(ValueError, ".lock", "file"), only_writer(tmp_path):
         pass
     lock.unlink()
     lock.write_text("kept too")
-    with only_writer(tmp_path), pytest.raises(ValueError, match="another sweep"), only_writer(tmp_path):
+    with only_writer(tmp_path), raises_naming(ValueError, "another sweep"), only_writer(tmp_path):
         pass
     assert (lock.read_text(), (tmp_path / "diary").read_text()) == ("kept too", "kept")
