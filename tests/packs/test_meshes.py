@@ -12,6 +12,7 @@ from rotor_analysis.rotor import ReductionOptions, Rotor
 from rotor_analysis.rotor_file import load_rotor
 from rotor_analysis.shaft import Shaft
 from rotor_analysis.supported_rotor import supported_rotor
+from tests.support.messages import raises_naming
 
 RIG = load_rotor()
 STEPPED = Rotor("stepped", Shaft((0.0, 0.2, 0.5, 0.6), (0.05, 0.08, 0.06), 2e11, 7800.0, 0.3, (0.0, 0.02, 0.0)))
@@ -71,17 +72,17 @@ def test_a_rotor_whose_master_planes_make_no_mesh_has_no_coarse_one():
 
 
 @pytest.mark.parametrize(
-    ("call", "message"),
+    ("call", "facts"),
     [
-        (lambda: refine(RIG, 12), "number of nodes = 12 is not allowed; it must be 13 or more"),
+        (lambda: refine(RIG, 12), ("nodes", "12", "13")),
         (
             lambda: coarsen(RIG, (1, 4, 11, 13)),
-            r"a list that includes \[1, 3, 4, 10, 11, 13\], with parts or masters",
+            ("[1, 3, 4, 10, 11, 13]",),
         ),
-        (lambda: coarsen(STEPPED, (1, 4)), r"element from 0 m to 0.6 m = \[\(0.05, 0.0\)"),
-        (lambda: coarsen(RIG, (0, 99)), "it must be node numbers from 1 to 13"),
+        (lambda: coarsen(STEPPED, (1, 4)), ("0 m to 0.6 m", "(0.05, 0.0)")),
+        (lambda: coarsen(RIG, (0, 99)), ("node numbers", "1 to 13")),
     ],
 )
-def test_meshes_that_cannot_be_are_refused(call, message):
-    with pytest.raises(ValueError, match=message):
+def test_meshes_that_cannot_be_are_refused(call, facts):
+    with raises_naming(ValueError, *facts):
         call()

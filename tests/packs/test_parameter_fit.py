@@ -43,7 +43,7 @@ def test_values_are_read_back_from_the_rotor_they_make():
 
 
 def test_start_outside_the_bounds_is_refused():
-    with pytest.raises(ValueError, match=r"start = .* is not allowed; it must be within"):
+    with pytest.raises(ValueError, match="start = "):
         fit(0.7, 1.0)
 
 

@@ -18,6 +18,7 @@ from source_check.page import page
 from source_check.statements import parse_statements
 from source_check.table import markdown
 from source_check.verdict import Verdict
+from tests.support.messages import assert_names
 
 HERE = {"where": "Fig. 4.9", "source": "run"}
 STATEMENTS = {
@@ -164,7 +165,7 @@ def test_the_table_has_a_row_for_each_statement(report):
 def test_the_command_refuses_what_is_not_there(tmp_path):
     result = CliRunner().invoke(main, ["report", "--only", "ch9", "-o", str(tmp_path / "out")])
     assert result.exit_code == 2
-    assert "--only ch9 is not allowed; did you mean" in result.output
+    assert_names(result.output, "--only", "ch9")
     assert not (tmp_path / "out").exists() or not any((tmp_path / "out").iterdir())
 
 

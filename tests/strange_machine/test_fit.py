@@ -14,6 +14,7 @@ from amb_cosim.measured.least_squares import FreeParameter
 from amb_cosim.measured.records import Channel, FrequencyResponse, Measurement, Modes
 from amb_cosim.studies.rotor_parameters import RotorParameters, free_parameters
 from rotor_analysis.rotor_file import load_rotor
+from tests.support.messages import raises_naming
 
 ROTOR = Path(__file__).parent / "expander.toml"
 F = np.arange(300.0, 1500.0, 25.0)
@@ -73,10 +74,10 @@ def test_intervals_hold_the_true_parameters_in_nine_of_ten_seeds(exact, is_long)
 
 def test_a_parameter_that_the_data_do_not_contain_is_refused(exact):
     measured = with_noise(exact, 1)
-    with pytest.raises(ValueError, match=r"do not contain bearings\.north\.stiffness: it does not change"):
+    with raises_naming(ValueError, "bearings.north.stiffness"):
         studies.fit(ROTOR, measured=measured, free=[*texts(FREE), "bearings.north.stiffness=1e5:1e6"])
     few = {f"bodies.{name}.mass": (0.3, 1.5) for name in ("turbine", "blower")}
-    with pytest.raises(ValueError, match="2 residuals are not enough for 2 parameters"):
+    with raises_naming(ValueError, "2 residuals", "2 parameters"):
         studies.fit(ROTOR, measured=modes_of(ROTOR, 2), free=few)
 
 
@@ -101,20 +102,20 @@ def test_frequencies_alone_fit_a_stiffness():
 
 
 @pytest.mark.parametrize(
-    ("free", "sentence"),
+    ("free", "facts"),
     [
-        ([], "name a parameter with its bounds"),
-        (["bodies.turbine.mass"], "must be NAME=LOWEST:HIGHEST"),
-        (["bodies.turbine.mass=2:1"], "must be finite and ascend"),
-        (["bodies.turbine.mass=a:1"], "a bound of free is no number"),
-        (["bodies.turbin.mass=1:2"], "it has no 'turbin'; did you mean"),
-        (["bodies.turbine.colour=1:2"], "it has no 'colour'"),
-        (["bodies.turbine.name=1:2"], "it is str, not a number"),
-        (["bodies.turbine.mass=2:3"], r"bodies\.turbine\.mass = 0\.9 is not allowed; it must start from 2 to 3"),
+        ([], ("parameter", "bounds")),
+        (["bodies.turbine.mass"], ("NAME=LOWEST:HIGHEST",)),
+        (["bodies.turbine.mass=2:1"], ("finite", "ascend")),
+        (["bodies.turbine.mass=a:1"], ("bound of free",)),
+        (["bodies.turbin.mass=1:2"], ("'turbin'",)),
+        (["bodies.turbine.colour=1:2"], ("'colour'",)),
+        (["bodies.turbine.name=1:2"], ("str", "number")),
+        (["bodies.turbine.mass=2:3"], ("bodies.turbine.mass", "0.9", "2 to 3")),
     ],
 )
-def test_mistakes_in_parameters_are_named(exact, free, sentence):
-    with pytest.raises(ValueError, match=sentence):
+def test_mistakes_in_parameters_are_named(exact, free, facts):
+    with raises_naming(ValueError, *facts):
         studies.fit(ROTOR, measured=Measurement(tuple(exact)), free=free)
 
 

@@ -11,6 +11,7 @@ from strange_machine import RUB
 
 import amb_cosim
 from amb_cosim.scenario.scenario import Scenario
+from tests.support.messages import raises_naming
 
 pytest.importorskip("gymnasium")
 
@@ -75,7 +76,7 @@ def test_episodes_are_cut_and_begin_again(env):
 def test_a_range_that_is_none_is_refused():
     from amb_cosim.gym import RotorVectorEnv
 
-    with pytest.raises(ValueError, match="must have a lowest and a highest value"):
+    with raises_naming(ValueError, "lowest", "highest"):
         RotorVectorEnv(SHORT, 1, actions={DAMPING[0]: (2.0, 1.0)}, observations=SEEN)
 
 
