@@ -23,6 +23,7 @@ from amb_cosim.scenario.scenario import load_scenario
 from rotor_analysis.packaged_rotors import rotor_path
 from rotor_analysis.rigid_body import rigid_body
 from rotor_analysis.rotor_file import load_rotor
+from tests.support.messages import assert_names, raises_naming
 
 RPM = math.pi / 30.0
 MACHINES = {"blower": (12.0, 0.6, 30000.0), "pump": (60.0, 1.2, 12000.0), "turbine": (1500.0, 3.2, 6000.0)}
@@ -144,7 +145,7 @@ def test_damping_that_a_drawing_does_not_tell_is_assumed_and_said(tmp_path):
     undamped.write_text("\n".join(lines[:begin] + lines[after:]))
     assert not any(load_rotor(undamped).damping.ratios(3))
     done = CliRunner().invoke(main, ["new", str(tmp_path / "made"), "--rotor", str(undamped), "--speed", "15000 rpm"])
-    assert "damping of the bending modes is assumed" in done.output
+    assert_names(done.output, "damping", "assumed")
     assert load_rotor(tmp_path / "made/rotor.toml").damping.ratios(3).tolist() == [0.003, 0.005, 0.01]
 
 
@@ -181,7 +182,7 @@ def test_a_rotor_that_no_gains_hold_is_told_its_vibration(tmp_path):
     places = "".join(f'[[bearings]]\nname = "{b}"\nz = {z}\nstiffness = 1e6\n' for b, z in (("a", 0.1), ("b", 1.1)))
     sites = "".join(f'[[sites]]\nname = "r{b}"\nz = {z}\nbearing = "{b}"\n' for b, z in (("a", 0.15), ("b", 1.05)))
     sensors = '[[sensors]]\nname = "sa"\nz = 0.34\n[[sensors]]\nname = "sb"\nz = 0.86\n'
-    with pytest.raises(ValueError, match=r"the vibration at \d+ Hz at \d+ rpm.* of critical damping; it bends"):
+    with pytest.raises(ValueError, match=r" \d+ Hz .* \d+ rpm"):
         new_machine(tmp_path / "fan", "\n".join((text, places, sites, sensors)), 12000.0 * RPM)
     assert list(tmp_path.iterdir()) == []
 
@@ -197,18 +198,18 @@ def test_a_new_machine_lands_and_is_lifted_off_again(tmp_path, name):
 
 
 @pytest.mark.parametrize(
-    ("given", "bearings", "message"),
+    ("given", "bearings", "facts"),
     [
-        ((0.0, 1.0, 100.0), None, "mass = 0 kg"),
-        ((60.0, math.nan, 100.0), None, "length = nan m"),
-        ((60.0, 1.2, -1.0), None, "speed = -1 rad/s"),
-        ((60.0, 0.5, 60000.0 * RPM), None, r"speed = 6283 rad/s is not allowed; it must be <= 3\d+ rad/s: the surface"),
-        ((600.0, 0.5, 100.0), None, "thicker than a quarter"),
-        ((60.0, 1.2, 100.0), (0.9, 0.2), "bearings = 0.9 m, 0.2 m"),
+        ((0.0, 1.0, 100.0), None, ("mass", "0 kg")),
+        ((60.0, math.nan, 100.0), None, ("length", "nan m")),
+        ((60.0, 1.2, -1.0), None, ("speed", "-1 rad/s")),
+        ((60.0, 0.5, 60000.0 * RPM), None, ("speed", "6283 rad/s", "surface")),
+        ((600.0, 0.5, 100.0), None, ("quarter",)),
+        ((60.0, 1.2, 100.0), (0.9, 0.2), ("bearings", "0.9 m, 0.2 m")),
     ],
 )
-def test_numbers_of_which_no_machine_can_be_made_are_refused(tmp_path, given, bearings, message):
-    with pytest.raises(ValueError, match=message):
+def test_numbers_of_which_no_machine_can_be_made_are_refused(tmp_path, given, bearings, facts):
+    with raises_naming(ValueError, *facts):
         new_machine(tmp_path / "fan", plain_shaft("fan", *given), given[2], bearings)
 
 
@@ -240,21 +241,22 @@ def test_the_machine_to_assess_lands_in_the_retainers_of_its_landing(pump):
 
 
 @pytest.mark.parametrize(
-    ("given", "message"),
+    ("given", "facts"),
     [
-        (("--mass", "60 kg"), "mass = '60 kg' conflicts with the rotor file, which has its own"),
+        (("--mass", "60 kg"), ("mass", "'60 kg'", "rotor file")),
         (
             ("--bearings", "0.1 m 0.3 m"),
-            "the rotor file, which has its own: north at 0.11 m, guide at 0.22 m, south at 0.32 m",
+            ("rotor file", "north at 0.11 m", "guide at 0.22 m", "south at 0.32 m"),
         ),
-        (("--speed", "1e6 rpm"), "speed = 104720 rad/s is not allowed; it must be > 0 rad/s and <= 20000 rad/s"),
-        (("--rotor", "expandor"), "no rotor 'expandor'; did you mean turbo_expander?"),
+        (("--speed", "1e6 rpm"), ("speed", "104720 rad/s", "> 0 rad/s", "<= 20000 rad/s")),
+        (("--rotor", "expandor"), ("'expandor'", "turbo_expander")),
     ],
 )
-def test_what_does_not_go_with_a_rotor_file_is_refused(tmp_path, given, message):
+def test_what_does_not_go_with_a_rotor_file_is_refused(tmp_path, given, facts):
     requested = ("new", str(tmp_path / "fan"), "--rotor", str(EXPANDER), "--speed", "15000 rpm", *given)
     done = CliRunner().invoke(main, requested)
-    assert (done.exit_code, message in done.stderr) == (2, True), done.stderr
+    assert done.exit_code == 2, done.stderr
+    assert_names(done.stderr, *facts)
     assert list(tmp_path.iterdir()) == []
 
 
@@ -264,8 +266,7 @@ def test_a_name_that_a_file_cannot_hold_is_refused(name, tmp_path):
     for values in (from_mass, ["--rotor", str(EXPANDER)]):
         done = CliRunner().invoke(main, ["new", str(tmp_path / name), *values, "--speed", "9000 rpm"])
         assert done.exit_code == 2
-        allowed = "it must be printable, without quotation marks and backslashes"
-        assert done.stderr == f"amb-cosim: name = {name!r} is not allowed; {allowed}\n"
+        assert_names(done.stderr, "name", f"{name!r}", "printable")
     assert [*tmp_path.iterdir()] == []
 
 

@@ -17,6 +17,7 @@ from amb_cosim.linear.components import LinearComponent
 from amb_cosim.linear.model import linear_model
 from amb_cosim.live.notebook import LivePage
 from amb_cosim.results.result import Result
+from tests.support.messages import raises_naming
 
 COMPLETED = Outcome("completed", 0.4, "", "")
 
@@ -62,7 +63,7 @@ def test_the_live_rig_is_a_frame_that_holds_its_whole_page(tmp_path):
 
 
 def test_the_package_of_the_live_rig_is_a_function():
-    with pytest.raises(ValueError, match="height = 20 px is not allowed"):
+    with raises_naming(ValueError, "height", "20 px"):
         amb_cosim.live(height=20)
 
 

@@ -10,6 +10,7 @@ import pytest
 import xarray as xr
 
 import amb_cosim
+from tests.support.messages import raises_naming
 
 SETTING = {"rotor_contact.rb1.clearance": "0.6 mm"}
 UNTIL = 0.15
@@ -107,17 +108,15 @@ def test_a_changed_scenario_is_checked_and_the_first_one_stays():
     assert (base.end_cycle, other.end_cycle) == (20.0, 30.0)
     assert other.parameters["rotor_contact"]["rb1.mu"] == 0.1
     assert other.inputs == base.inputs
-    with pytest.raises(ValueError, match="unknown key end_cycles; did you mean end_cycle"):
+    with raises_naming(ValueError, "end_cycles", "end_cycle"):
         base.changed(end_cycles=3)
-    with pytest.raises(ValueError, match="end_cycle = -1 is not allowed"):
+    with raises_naming(ValueError, "end_cycle", "-1"):
         base.changed(end_cycle=-1)
 
 
 def test_check_finds_what_does_not_fit_the_components():
     scenario = amb_cosim.Scenario.load("fig4_9").changed(parameters={"rotor_contact": {"rb1.clearence": "1 mm"}})
-    with pytest.raises(
-        ValueError, match=r"rotor_contact has no variable 'rb1\.clearence'; did you mean rb1\.clearance"
-    ):
+    with raises_naming(ValueError, "rotor_contact", "'rb1.clearence'", "rb1.clearance"):
         amb_cosim.check(scenario)
     amb_cosim.check("fig4_9")
 

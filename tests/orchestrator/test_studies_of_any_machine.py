@@ -8,6 +8,7 @@ from machines import machine
 
 from amb_cosim import studies
 from rotor_analysis.parts import Site
+from tests.support.messages import raises_naming
 
 COMPRESSOR = "compressor_levitated"
 
@@ -39,16 +40,16 @@ def test_axis_has_the_currents_and_the_clearance_of_its_machine():
 
 
 def test_axis_that_does_not_exist_is_refused_with_those_that_do():
-    with pytest.raises(ValueError, match=r"axis = mb3\.x is not allowed; .*mb2\.x"):
+    with raises_naming(ValueError, "axis", "mb3.x", "mb2.x"):
         studies.linearisation(COMPRESSOR, axis="mb3.x")
-    with pytest.raises(ValueError, match="is set, but of no scenario"):
+    with raises_naming(ValueError, "set", "scenario"):
         studies.linearisation(set={"amb_actuator.force_law": 0})
 
 
 def test_loop_without_magnetic_bearings_has_no_sensitivity():
-    with pytest.raises(ValueError, match="no component 'amb_actuator'"):
+    with raises_naming(ValueError, "'amb_actuator'"):
         studies.sensitivity("compressor_touchdown")
-    with pytest.raises(ValueError, match="has no component amb_actuator; a linear loop requires one"):
+    with raises_naming(ValueError, "amb_actuator"):
         studies.linearisation("compressor_touchdown")
 
 

@@ -16,6 +16,7 @@ from strange_machine import RUB
 
 import amb_cosim
 from amb_cosim.scenario.scenario import Scenario
+from tests.support.messages import raises_naming
 
 SHORT = Scenario.load(RUB).changed(end_cycle=9)
 STEPS = 80 * 8
@@ -120,15 +121,15 @@ def test_what_is_set_holds_for_its_members_alone(batch, alone):
 
 
 def test_values_are_checked_and_names_are_told(batch):
-    with pytest.raises(ValueError, match=r"rotor_contact.turbine.u = nan kg.m is not allowed"):
+    with raises_naming(ValueError, "rotor_contact.turbine.u", "nan kg.m"):
         batch.set(UNBALANCE, np.nan)
-    with pytest.raises(ValueError, match=r"no input 'rotor_contact.turbine.v'; did you mean rotor_contact.turbine.u"):
+    with raises_naming(ValueError, "'rotor_contact.turbine.v'", "rotor_contact.turbine.u"):
         batch.set("rotor_contact.turbine.v", 1.0)
-    with pytest.raises(ValueError, match=r"no variable 'rotor_contact.north.z'"):
+    with raises_naming(ValueError, "rotor_contact.north.z"):
         batch.get("rotor_contact.north.z")
-    with pytest.raises(ValueError, match="0 steps are not allowed"):
+    with raises_naming(ValueError, "0 steps"):
         batch.step(0)
-    with pytest.raises(ValueError, match=r"shroud.mu has 2 values; it must have one, or one for each of 3 members"):
+    with raises_naming(ValueError, "rotor_contact.shroud.mu", "2 values", "3 members"):
         batch_of(3, set={MU: [0.1, 0.2]})
 
 
@@ -196,20 +197,20 @@ def test_a_closed_batch_says_so(threads):
 
 @pytest.mark.parametrize("k", [0, -1, 2**31, 2**63, 1.5, "1", None])
 def test_a_number_of_steps_is_a_whole_number(batch, k):
-    with pytest.raises(ValueError, match=r"steps are not allowed; it must be a whole number from 1 to 2147483647"):
+    with raises_naming(ValueError, "steps", "whole number", "1 to 2147483647"):
         batch.step(k)
 
 
 @pytest.mark.parametrize("mask", [[True], [1, 0, 0, 0, 0], [[True] * 5], True, "TTTTT"])
 def test_a_mask_has_an_element_for_each_member(batch, mask):
     for call in (lambda: batch.reset(mask), lambda: batch.set(UNBALANCE, 0.0, mask)):
-        with pytest.raises(ValueError, match=r"is not allowed; it must have 5 elements, each True or False"):
+        with raises_naming(ValueError, "5 elements", "True", "False"):
             call()
 
 
 def test_values_are_one_or_one_for_each_member(batch):
     for values in ([0.0], [0.0] * 4, [[0.0] * 5], "x", [None] * 4):
-        with pytest.raises(ValueError, match=r"takes a number, or a number for each of 5 members"):
+        with raises_naming(ValueError, "number", "5 members"):
             batch.set(UNBALANCE, values)
 
 
@@ -228,9 +229,9 @@ def test_states_that_are_dropped_are_freed(batch):
 
 
 def test_states_of_another_batch_are_refused(batch):
-    with batch_of(5) as other, pytest.raises(ValueError, match="these are not states of this batch"):
+    with batch_of(5) as other, raises_naming(ValueError, "states", "batch"):
         batch.restore(other.save())
-    with pytest.raises(ValueError, match="these are not states of this batch"):
+    with raises_naming(ValueError, "states", "batch"):
         batch.restore({})
 
 
@@ -244,5 +245,5 @@ def test_ctrl_c_ends_a_long_step_with_all_members_at_one_point(batch):
 
 
 def test_a_batch_that_is_pickled_says_why_it_cannot_be(batch):
-    with pytest.raises(TypeError, match="its FMUs live in this process"):
+    with raises_naming(TypeError, "FMUs", "process"):
         pickle.dumps(batch)

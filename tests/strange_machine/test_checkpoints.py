@@ -14,6 +14,7 @@ from strange_machine import RUB, TOUCHDOWN
 
 import amb_cosim
 from amb_cosim.scenario.scenario import Scenario
+from tests.support.messages import raises_naming
 
 WITHIN_CONTACT = "cycle 6"  # the rotor rubs then, and has had its step of unbalance
 SHORT = Scenario.load(RUB).changed(end_cycle=12)
@@ -75,33 +76,33 @@ def test_a_later_end_and_a_new_event_belong_to_the_future(saved):
 
 
 @pytest.mark.parametrize(
-    ("changes", "settings", "told"),
+    ("changes", "settings", "facts"),
     [
         (
             {},
             {"rotor_contact.shroud.clearance": "0.15 mm"},
-            "parameters.rotor_contact.shroud.clearance: .* 0.00015 now",
+            ("parameters.rotor_contact.shroud.clearance", "0.00015"),
         ),
-        ({}, {"rotor_contact.turbine.u": "0.4 g.mm"}, "inputs.rotor_contact.turbine.u: 5e-07 there, 4e-07 now"),
-        ({"event": []}, {}, "events: "),
-        ({"coupling": "jacobi", "communication_step": "10 us"}, {}, 'coupling: "gauss_seidel" there, "jacobi" now'),
-        ({"end_cycle": 5}, {}, "the run ends at 0.02 s, before the checkpoint at t = 0.024 s"),
+        ({}, {"rotor_contact.turbine.u": "0.4 g.mm"}, ("inputs.rotor_contact.turbine.u", "5e-07", "4e-07")),
+        ({"event": []}, {}, ("events",)),
+        ({"coupling": "jacobi", "communication_step": "10 us"}, {}, ("coupling", '"gauss_seidel"', '"jacobi"')),
+        ({"end_cycle": 5}, {}, ("0.02 s", "0.024 s")),
     ],
 )
-def test_a_state_of_another_past_is_refused(file, changes, settings, told):
-    with pytest.raises(ValueError, match=told):
+def test_a_state_of_another_past_is_refused(file, changes, settings, facts):
+    with raises_naming(ValueError, *facts):
         amb_cosim.run(SHORT.changed(**changes), set=settings, start=file)
 
 
 def test_a_state_of_other_fmus_is_refused(file):
-    with pytest.raises(ValueError, match=r"fmus.rotor_contact: .* there, .* now"):
+    with raises_naming(ValueError, "fmus.rotor_contact"):
         amb_cosim.run(SHORT, start=file, flavour="python")
 
 
 def test_a_moment_without_a_state_is_told(saved):
-    with pytest.raises(ValueError, match=r"no checkpoint at cycle 7; there are 0 s, 0.024 s, 0.04 s"):
+    with raises_naming(ValueError, "cycle 7", "0 s, 0.024 s, 0.04 s"):
         saved.checkpoint("cycle 7")
-    with pytest.raises(ValueError, match=r"no state can be saved at cycle 13; the run ends at 0.048 s"):
+    with raises_naming(ValueError, "cycle 13", "0.048 s"):
         amb_cosim.run(SHORT, save_at=["cycle 13"])
 
 

@@ -11,6 +11,7 @@ from strange_machine import LEVITATION, ROTOR, SYSTEM, TOUCHDOWN
 import amb_cosim
 from amb_cosim.scenario.scenario import Scenario
 from amb_cosim.scenario.simulation import prepare
+from tests.support.messages import assert_names, raises_naming
 
 OFF = 'name="north.amplifier_off_x"'
 
@@ -38,20 +39,26 @@ def with_event(actuator: Path, **values: float | bool) -> Scenario:
 
 def test_an_event_without_any_variable_is_refused(actuator):
     scenario = with_event(actuator, **{"north.amplifier_off_x": True})
-    expected = r"event step at 0\.008 s has no effect: amb_actuator \(own_actuator\.fmu\) has no "
-    with pytest.raises(ValueError, match=expected + r"north\.amplifier_off_x, did you mean .*north\.amplifier_off_y"):
+    with raises_naming(
+        ValueError,
+        "event step",
+        "0.008 s",
+        "amb_actuator (own_actuator.fmu)",
+        "north.amplifier_off_x",
+        "north.amplifier_off_y",
+    ):
         prepare(scenario)
 
 
 def test_patterns_that_match_nothing_are_refused_too(actuator):
-    with pytest.raises(ValueError, match=r"event step at 0\.008 s has no effect: .* has no \*\.amplifier_gone_\?"):
+    with raises_naming(ValueError, "event step", "0.008 s", "*.amplifier_gone_?"):
         prepare(with_event(actuator, **{"*.amplifier_gone_?": True}))
 
 
 def test_one_event_is_refused_whatever_others_at_its_time_do(actuator):
     scenario = with_event(actuator, **{"north.amplifier_off_x": True})
     other = {"cycle": 2, "set": {"rotor_contact": {"turbine.u": "1 g.mm"}}}
-    with pytest.raises(ValueError, match="event step at"):
+    with raises_naming(ValueError, "event step"):
         prepare(scenario.changed(event=[other, *(event.model_dump(exclude_none=True) for event in scenario.event)]))
 
 
@@ -62,7 +69,7 @@ def test_what_an_event_does_without_is_the_first_warning(actuator):
     event = {"label": "step", "role": "disturbance", "cycle": 2, "set": {"amb_actuator": off}}
     warnings = amb_cosim.run(scenario.changed(event=[event])).summary.warnings
     assert len(warnings) > 1
-    assert warnings[0].startswith("event step at 0.008 s is incomplete: amb_actuator (own_actuator.fmu) has no ")
+    assert_names(warnings[0], "event step", "0.008 s", "amb_actuator (own_actuator.fmu)")
     assert "north.amplifier_off_x" in warnings[0]
 
 
@@ -70,7 +77,7 @@ def test_what_an_event_does_without_is_the_first_warning(actuator):
 def test_a_first_value_that_nothing_feels_is_refused(actuator, value):
     first = {"amb_actuator": {"north.amplifier_off_x": value}}
     scenario = Scenario.load(LEVITATION).changed(fmu={"amb_actuator": str(actuator)}, inputs=first)
-    with pytest.raises(ValueError, match=r"initial value .* of amb_actuator\.north\.amplifier_off_x has no effect"):
+    with raises_naming(ValueError, "initial value", "amb_actuator.north.amplifier_off_x"):
         prepare(scenario)
 
 
@@ -99,5 +106,5 @@ def test_an_event_of_a_system_file_is_refused_alike(actuator, tmp_path):
         """,
         encoding="utf-8",
     )
-    with pytest.raises(ValueError, match=r"event 1 at 0\.0005 s has no effect: amb_actuator \(own_actuator\.fmu\)"):
+    with raises_naming(ValueError, "event 1", "0.0005 s", "amb_actuator (own_actuator.fmu)"):
         amb_cosim.simulate(system, rotor=ROTOR)

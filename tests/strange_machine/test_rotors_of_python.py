@@ -19,6 +19,7 @@ from amb_files.archive import unpack
 from amb_files.toml import validate
 from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import load_rotor
+from tests.support.messages import raises_naming
 
 SHORT = Scenario.load(LEVITATION).changed(settle_cycles=0, end_cycle=4)
 
@@ -55,7 +56,7 @@ def test_the_data_of_a_run_hold_it_whole(rotor):
 
 
 def test_a_scenario_with_it_is_not_written_to_a_file(rotor, tmp_path):
-    with pytest.raises(ValueError, match=r"rotor 'expander' of Python; a file must name a rotor file"):
+    with raises_naming(ValueError, "'expander'", "Python"):
         SHORT.changed(rotor=rotor).save(tmp_path / "saved.toml")
     assert not (tmp_path / "saved.toml").exists()
 

@@ -12,6 +12,7 @@ from strange_machine import RUB
 import amb_cosim
 from amb_cosim.scenario.scenario import Scenario
 from amb_cosim.scenario.simulation import prepare
+from tests.support.messages import raises_naming
 
 SHORT = Scenario.load(RUB).changed(end_cycle=6, settle_cycles=1)
 SIZE = "step.rotor_contact.turbine.u"
@@ -52,7 +53,7 @@ def test_an_fmu_of_a_file_that_serialises_goes_on_to_the_same_bits(made, plain, 
 
 
 def test_of_an_fmu_that_does_not_serialise_no_file_is_made(in_memory, plain, tmp_path):
-    with pytest.raises(ValueError, match=r"no checkpoint can be made of amb_actuator: .* canSerializeFMUstate"):
+    with raises_naming(ValueError, "amb_actuator", "canSerializeFMUstate"):
         amb_cosim.run(in_memory, isolated=False, save_at=["cycle 5"])
     file = tmp_path / "auto.npz"
     result = amb_cosim.run(in_memory, isolated=False, autosave=file, autosave_every=1e-3)

@@ -7,6 +7,7 @@ from strange_machine import LEVITATION
 
 from amb_cosim.scenario.scenario import Scenario
 from amb_cosim.scenario.simulation import prepare
+from tests.support.messages import raises_naming
 
 
 @pytest.mark.parametrize("until", ["10 ms", "0.01s", "0.01", "10000 us"])
@@ -16,5 +17,5 @@ def test_a_run_ends_at_a_time_given_with_its_unit(until):
 
 
 def test_what_is_no_time_does_not_end_a_run():
-    with pytest.raises(ValueError, match="until = '3 mm' has unit mm, which cannot be converted to s"):
+    with raises_naming(ValueError, "until", "'3 mm'", "unit mm", "s"):
         prepare(Scenario.load(LEVITATION), until="3 mm")

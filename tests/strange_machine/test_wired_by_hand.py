@@ -16,6 +16,7 @@ import amb_cosim
 from amb_cosim.commands.cli import main
 from amb_cosim.scenario.scenario import Scenario
 from amb_cosim.scenario.simulation import prepare
+from tests.support.messages import assert_names, raises_naming
 
 SCENARIO = Scenario.load(LEVITATION).changed(settle_cycles=0, end_cycle=4)
 
@@ -117,7 +118,7 @@ def test_fmus_are_called_like_the_components_whatever_the_model(tmp_path):
 
 
 def test_an_fmu_of_a_file_cannot_have_a_scenarios_values(tmp_path):
-    with pytest.raises(ValueError, match=r"amb_actuator of system \w+ cannot be built; only models can"):
+    with raises_naming(ValueError, "amb_actuator", "models"):
         amb_cosim.build(tmp_path / "fmus", scenario=SCENARIO.changed(fmu={"amb_actuator": "mine.fmu"}))
     assert not (tmp_path / "fmus").exists()
 
@@ -132,5 +133,5 @@ def test_the_command_writes_the_same_files_and_refuses_two_ways_at_once(files, t
         assert (tmp_path / "fmus" / path.name).read_bytes() == path.read_bytes()
     both = CliRunner().invoke(main, [*command, str(tmp_path / "both"), "--assembled", str(SYSTEM)])
     assert both.exit_code != 0
-    assert "--assembled and --scenario exclude each other" in both.output
+    assert_names(both.output, "--assembled", "--scenario")
     assert not (tmp_path / "both").exists()

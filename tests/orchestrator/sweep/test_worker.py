@@ -12,6 +12,7 @@ from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.scenario.scenario import load_scenario
 from amb_cosim.scenario.simulation import prepare, run_prepared
 from amb_cosim.sweeps.worker import Runner, Task, varied
+from tests.support.messages import assert_names, raises_naming
 
 UNTIL = 0.06
 SCENARIO = load_scenario("fig4_9").changed(settle_cycles=2)
@@ -131,13 +132,13 @@ def test_what_a_metric_raises_is_the_reason_of_its_point():
 def test_a_metric_has_a_name_that_a_store_can_have(name):
     matches = Runner(Task(SCENARIO, until=UNTIL, metrics=(lambda result: {name: 1.0},))).run(0, {})
     assert (matches.outcome, name in matches.metrics) == ("failed", False)
-    assert "is not a name for a metric; it must be like" in matches.reason
+    assert_names(matches.reason, "name")
 
 
 def test_a_value_that_is_not_allowed_is_an_invalid_point():
     result = Runner(Task(SCENARIO, until=UNTIL)).run(0, {"rotor_contact.rb1.clearance": "-1 mm"})
     assert result.outcome == "invalid"
-    assert "rotor_contact.rb1.clearance = -0.001 m" in result.reason
+    assert_names(result.reason, "rotor_contact.rb1.clearance", "-0.001 m")
 
 
 @pytest.mark.slow
@@ -157,15 +158,15 @@ def test_events_fields_fmus_and_scenarios_can_be_varied():
 
 
 @pytest.mark.parametrize(
-    ("scenario", "given", "message"),
+    ("scenario", "given", "facts"),
     [
-        ("run_up", {"step.cycle": 3}, "step.cycle: scenario run_up has no such event"),
-        ("fig4_9", {"step.cycel": 3}, "cycle"),
-        ("fig4_9", {"removal.cycle": 4}, "the event with the role relief must come after the disturbance"),
-        ("fig4_9", {"unbalance_factor": -1.0}, "unbalance_factor"),
-        ("fig4_9", {"scenario": "fig9_9"}, "fig9_9"),
+        ("run_up", {"step.cycle": 3}, ("step.cycle", "run_up")),
+        ("fig4_9", {"step.cycel": 3}, ("cycle",)),
+        ("fig4_9", {"removal.cycle": 4}, ("relief", "disturbance")),
+        ("fig4_9", {"unbalance_factor": -1.0}, ("unbalance_factor",)),
+        ("fig4_9", {"scenario": "fig9_9"}, ("fig9_9",)),
     ],
 )
-def test_what_a_scenario_does_not_have_cannot_be_varied(scenario, given, message):
-    with pytest.raises(ValueError, match=message):
+def test_what_a_scenario_does_not_have_cannot_be_varied(scenario, given, facts):
+    with raises_naming(ValueError, *facts):
         varied(load_scenario(scenario), given)
