@@ -15,11 +15,17 @@ from pathlib import Path
 import h5py
 import pytest
 from command_line import COMMAND
+from processor_time import let_compute, processor_time
 
 pytestmark = [pytest.mark.slow, pytest.mark.skipif(sys.platform != "linux", reason="processes are watched in /proc")]
 
 RUN = ["run", "fig4_9", "--until", "0.05", "--no-plots", "-o", "out"]
 MADE_OF_CODE = ("engines", "kernels-*", "loops")  # what takes long to compile
+
+
+@pytest.fixture
+def rounds(is_long):
+    return 300 if is_long else 5
 
 
 @pytest.fixture
@@ -46,6 +52,20 @@ def finished(folder, *arguments, **options):
     return subprocess.CompletedProcess(process.args, process.returncode, "", errors)
 
 
+@pytest.fixture
+def duration(folder):
+    """The processor time of a run (s)."""
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    assert finished(folder).returncode == 0
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+
+
+def moments(chance, rounds):
+    """A random moment in each of so many equal parts of a run, as a share of its processor time."""
+    return [(k + chance.random()) / rounds for k in range(rounds)]
+
+
 def handles_signals(process):
     """Whether the process has handlers of its own for SIGTERM; before that it is Python that starts."""
     try:
@@ -64,14 +84,11 @@ def check_result(folder):
     assert sorted(path.name for path in (folder / "out").iterdir()) == ["result.nc", "summary.json"]
 
 
-def test_kill_at_any_moment_leaves_a_whole_result(folder, chance, rounds):
-    begin = time.monotonic()
-    finished(folder)
-    duration = time.monotonic() - begin
+def test_kill_at_any_moment_leaves_a_whole_result(folder, duration, chance, rounds):
     killed = 0
-    for _ in range(rounds):
+    for moment in moments(chance, rounds):
         process = start(folder)
-        time.sleep(chance.uniform(0.0, 1.1 * duration))
+        let_compute(process, moment * duration)
         process.kill()
         process.communicate()
         killed += process.returncode == -signal.SIGKILL
@@ -85,16 +102,14 @@ def test_kill_at_any_moment_leaves_a_whole_result(folder, chance, rounds):
 
 
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
-def test_signal_at_any_moment_is_one_line(folder, chance, rounds, number, code):
-    begin = time.monotonic()
-    finished(folder)
-    duration = time.monotonic() - begin
+def test_signal_at_any_moment_is_one_line(folder, duration, chance, rounds, number, code):
     codes = []
-    for _ in range(rounds):
+    for moment in moments(chance, rounds):
         process = start(folder)
         while not handles_signals(process):
             time.sleep(0.001)
-        time.sleep(chance.uniform(0.0, duration))
+        begin = processor_time(process)
+        let_compute(process, begin + moment * (duration - begin))
         process.send_signal(number)
         _, errors = process.communicate(timeout=300.0)
         codes.append(process.returncode)
@@ -181,7 +196,7 @@ def test_without_home_and_cache_a_run_is_the_same(folder, tmp_path):
     assert not list(temporary.glob(".amb-cosim-*"))
 
 
-def test_processes_that_share_a_new_cache_do_not_disturb_each_other(folder, tmp_path, cache, chance, rounds):
+def test_processes_that_share_a_new_cache_do_not_disturb_each_other(folder, tmp_path, cache, duration, chance, rounds):
     working = [tmp_path / name for name in "abc"]
     for path in working:
         path.mkdir()
@@ -195,7 +210,8 @@ def test_processes_that_share_a_new_cache_do_not_disturb_each_other(folder, tmp_
         for path in working:
             processes.append(start(path, env=environment))
             time.sleep(chance.uniform(0.0, 0.3))
-        if k % 2:
+        if k % 2:  # while it fills the cache: a run that finds it filled is shorter
+            let_compute(processes[0], chance.uniform(0.5, 1.0) * duration)
             processes[0].kill()
         for number, (process, path) in enumerate(zip(processes, working, strict=True)):
             _, errors = process.communicate(timeout=120)

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 from command_line import COMMAND
+from processor_time import let_compute, processor_time
 
 pytestmark = [pytest.mark.slow, pytest.mark.skipif(sys.platform != "linux", reason="processes are watched in /proc")]
 
@@ -37,21 +38,8 @@ set = { "rotor_contact.d1.f_x" = "100 kN" }
 """
 
 
-def processor_time(process):
-    """Time that a process, and those that it has waited for, have been computing (s)."""
-    fields = Path(f"/proc/{process.pid}/stat").read_text().rpartition(")")[2].split()
-    return sum(map(int, fields[11:15])) / os.sysconf("SC_CLK_TCK")
-
-
 def has_loaded(process):
     return "rotor_contact" in Path(f"/proc/{process.pid}/maps").read_text()
-
-
-def compute(process, seconds):
-    """Let a process compute for so long, whatever else the machine does."""
-    end = processor_time(process) + seconds
-    while processor_time(process) < end:
-        time.sleep(0.02)
 
 
 @pytest.mark.parametrize("options", [[], ["--loop", "plain"], ["--flavour", "python"]], ids=" ".join)
@@ -64,7 +52,7 @@ def test_signal_ends_a_run_within_a_second_of_slow_steps(tmp_path, number, optio
         try:
             while not has_loaded(process):
                 time.sleep(0.02)
-            compute(process, 5.0)
+            let_compute(process, processor_time(process) + 5.0)
             before = processor_time(process)
             process.send_signal(number)
             _, status, usage = os.wait4(process.pid, 0)
