@@ -54,7 +54,7 @@ def under_sanitizer(call, cache, tmp_path):
     environment = {
         "XDG_CACHE_HOME": str(tmp_path / "cache"),
         "LD_PRELOAD": str(library.resolve()),
-        "TSAN_OPTIONS": f"exitcode={RACE}",
+        "TSAN_OPTIONS": f"exitcode={RACE} halt_on_error=1",
         "OPENBLAS_NUM_THREADS": "1",  # its threads, which the sanitizer does not know, would be found to race
     }
     code, output = call(["build"], environment)
@@ -65,10 +65,10 @@ def under_sanitizer(call, cache, tmp_path):
 @pytest.mark.slow
 def test_thread_sanitizer_finds_no_race_in_a_batch(under_sanitizer, first_seed):
     """It would find one: members that two threads step without the lock of the batch race in loop and FMUs."""
-    code, output = under_sanitizer([first_seed, 0, 1, 2])
+    code, output = under_sanitizer([first_seed, 0, 1, 1])
     assert code == RACE, output
     assert "data race" in output
-    assert "advance_members" in output or "rotor_contact.so" in output  # not every machine names the functions
+    assert "advance_members" in output or "(loop-" in output  # not every machine names the functions
     code, output = under_sanitizer([first_seed, 12, 0, 1, 2, 8])
     assert code == 0, output
     print(output)
