@@ -12,7 +12,7 @@ import time
 
 import numpy as np
 import pytest
-from misbehaving import between, served, wrong_protocol
+from misbehaving import CLOSE, DEEDS, between, served, wrong_protocol
 
 from amb_cosim.scenario.scenario import Scenario
 from amb_cosim.sweeps import engine
@@ -110,18 +110,22 @@ def test_without_its_certificates_a_scheduler_with_tls_lets_nobody_in(impatient,
 
 @pytest.mark.filterwarnings("error::pytest.PytestUnraisableExceptionWarning")
 def test_a_sweep_goes_on_after_a_scheduler_that_leaves_at_any_byte(
-    impatient, scheduler, log, tmp_path, monkeypatch, first_seed, rounds
+    impatient, scheduler, log, tmp_path, monkeypatch, first_seed, is_long, rounds
 ):
     """Points that had come are in the store and right; with a scheduler that works the others come too, in silence."""
     monkeypatch.setattr(engine, "run_batch", peaks)
     protocol, host, port = scheduler
-    failed = 0
-    for seed in range(first_seed, first_seed + rounds):
-        begin = time.monotonic()
-        with served(between(host, port, random.Random(seed), 0, 30_000)) as address:
-            whole = swept(f"{protocol}://{address}", tmp_path / "out")
+    left = [10**9]
+    with served(between(host, port, left, CLOSE)) as address:
+        assert swept(f"{protocol}://{address}", tmp_path / "whole")
+    total = 10**9 - left[0]  # bytes of a whole sweep
+    rounds, failed = rounds if is_long else 2 * len(DEEDS), 0
+    for k in range(rounds):
+        seed, begin = first_seed + k, time.monotonic()
+        left = [int(total * (k + random.Random(seed).random()) / rounds)]
+        with served(between(host, port, left, DEEDS[k % len(DEEDS)])) as address:
+            failed += not swept(f"{protocol}://{address}", tmp_path / "out")
         assert time.monotonic() < begin + LONGEST, f"seed {seed}"
-        failed += not whole
         assert swept(f"{protocol}://{host}:{port}", tmp_path / "out"), f"seed {seed}"
         result = open_sweep(tmp_path / "out")["peak"].values
         np.testing.assert_array_equal(result, 1.0 / (np.arange(40) + 3.0), err_msg=f"seed {seed}")

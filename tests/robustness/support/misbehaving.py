@@ -22,7 +22,7 @@ GREETINGS = (
     b"\0" * 4096,
     b"\xff" * 4096,
 )
-CLOSE, RESET, STALL = range(3)  # what a connection does after so many bytes
+DEEDS = CLOSE, RESET, STALL = range(3)  # what a connection does after so many bytes
 PAUSE = 0.02  # s between the bytes of a server that trickles
 
 
@@ -80,9 +80,11 @@ def wrong_protocol(chance: random.Random) -> Callable[[socket.socket], None]:
     return answer
 
 
-def between(host: str, port: int, chance: random.Random, least: int, most: int) -> Callable[[socket.socket], None]:
-    """Pass on what a client and a scheduler say to each other, until so many bytes of the scheduler have passed."""
-    left, deed = [chance.randint(least, most)], chance.randrange(3)
+def between(host: str, port: int, left: list[int], deed: int) -> Callable[[socket.socket], None]:
+    """Pass on what a client and a scheduler say to each other, until `left[0]` bytes of the scheduler have passed.
+
+    The number counts down, so that the caller sees how many have passed.
+    """
 
     def answer(client: socket.socket) -> None:
         scheduler = socket.create_connection((host, port))
