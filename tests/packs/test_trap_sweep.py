@@ -95,7 +95,7 @@ def sweep(report=lambda *_: None, every=1):
 
 @pytest.mark.slow
 def test_runs_end_in_states_that_the_map_has(is_long):
-    result = sweep(every=1 if is_long else 5)
+    result = sweep(every=1 if is_long else 10)
     assert sum(agrees for *_, agrees in result) >= 0.95 * len(result)
 
 
