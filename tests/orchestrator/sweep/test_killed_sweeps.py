@@ -8,7 +8,6 @@ import random
 import signal
 import subprocess
 import sys
-import threading
 import time
 from collections.abc import Iterator
 from contextlib import ExitStack, closing
@@ -16,6 +15,7 @@ from pathlib import Path
 
 import pytest
 from command_line import COMMAND
+from killer import Killer
 
 import amb_cosim
 from amb_cosim.sweeps.engine import ClusterFailed
@@ -28,6 +28,16 @@ POINTS = 120
 VARY = {"Omega": f"180:280:{POINTS}"}
 UNTIL = 2.0  # s; the points take a second or two together
 START_TIME = 120.0  # s
+KILLED_CLIENT = """
+import os, sys
+import amb_cosim
+from killer import Killer
+points, delay, scenario, speeds, until, scheduler, folder = sys.argv[1:]
+killer = Killer(os.getpid(), int(points), float(delay))
+amb_cosim.sweep(
+    scenario, {"Omega": speeds}, until=float(until), scheduler=scheduler, output=folder, progress=killer
+)
+"""
 
 
 class Processes:
@@ -98,39 +108,16 @@ def scenario(small, tmp_path):
 
 @pytest.fixture(scope="module")
 def undisturbed(small, cluster, tmp_path_factory):
-    """The same sweep on another cluster, and how long after the first report a kill comes in time (s)."""
-    reports: list[float] = []
+    """The same sweep on another cluster."""
     options = {"until": UNTIL, "scheduler": cluster, "output": tmp_path_factory.mktemp("undisturbed")}
-    swept = amb_cosim.sweep(small, VARY, progress=lambda *_: reports.append(time.monotonic()), **options)
-    return swept.dataset, 0.6 * (reports[-1] - reports[0])
+    return amb_cosim.sweep(small, VARY, **options).dataset
 
 
 @pytest.fixture
-def kills(is_long: bool) -> int:
-    """How often each kind of process is killed."""
-    return 30 if is_long else 6
-
-
-class Killer:
-    """Kills a process so long (s) after the first report of a sweep."""
-
-    def __init__(self, process: subprocess.Popen[bytes], delay: float) -> None:
-        self._process, self._timer = process, threading.Timer(delay, self._kill)
-        self._begun = self._fired = False
-
-    def _kill(self) -> None:
-        self._fired = True
-        self._process.kill()
-
-    def __call__(self, done: int, total: int, dashboard: str) -> None:
-        if not self._begun:
-            self._begun = True
-            self._timer.start()
-
-    def came_in_time(self) -> bool:
-        """Whether the process was killed before this was asked; it is not killed any more."""
-        self._timer.cancel()
-        return self._fired and self._process.wait() == -signal.SIGKILL
+def moments(is_long: bool, first_seed: int) -> list[tuple[int, float]]:
+    """When a process is killed: a number of points in each of so many equal parts, and a delay (s)."""
+    chance, n = random.Random(first_seed), 30 if is_long else 3
+    return [(int(0.8 * POINTS * (k + chance.random()) / n), chance.uniform(0.0, 0.1)) for k in range(n)]
 
 
 def client(folder: Path, scenario: str, *where: str) -> subprocess.Popen[str]:
@@ -152,56 +139,46 @@ def landed(folder: Path) -> int:
         return 0
 
 
-def test_a_sweep_survives_the_death_of_workers(undisturbed, processes, scenario, tmp_path, kills, first_seed):
-    (expected, latest), chance, killed = undisturbed, random.Random(first_seed), 0
-    for k in range(kills):
-        killer = Killer(processes.workers[k % 2], chance.uniform(0.0, latest))
+def test_a_sweep_survives_the_death_of_workers(undisturbed, processes, scenario, tmp_path, moments):
+    for k, moment in enumerate(moments):
+        worker = processes.workers[k % 2]
         options = {"until": UNTIL, "scheduler": processes.address, "output": tmp_path / f"swept_{k}"}
-        swept = amb_cosim.sweep(scenario, VARY, progress=killer, **options)
-        killed += killer.came_in_time()
-        same(swept.dataset, expected)
+        swept = amb_cosim.sweep(scenario, VARY, progress=Killer(worker.pid, *moment), **options)
+        assert worker.wait() == -signal.SIGKILL, moment
+        same(swept.dataset, undisturbed)
         processes.revive()
-    assert killed > kills // 2, f"seed {first_seed}: {killed} of {kills} came in time"
 
 
-def test_a_sweep_goes_on_after_its_client_was_killed(undisturbed, processes, scenario, tmp_path, kills, first_seed):
-    (expected, latest), chance, killed = undisturbed, random.Random(first_seed), 0
-    for k in range(kills):
+def test_a_sweep_goes_on_after_its_client_was_killed(undisturbed, processes, scenario, tmp_path, moments):
+    for k, moment in enumerate(moments):
         folder = tmp_path / f"swept_{k}"
-        process = client(folder, scenario, "--scheduler", processes.address)
-        wait_for(lambda folder=folder, process=process: landed(folder) > 0 or process.poll() is not None)
-        time.sleep(chance.uniform(0.0, latest))
-        process.kill()
-        process.communicate()
-        killed += process.returncode == -signal.SIGKILL
-        go_on(scenario, folder, processes.address, expected, first_seed)
-    assert killed > kills // 2, f"seed {first_seed}: {killed} of {kills} came in time"
+        arguments = map(str, (*moment, scenario, VARY["Omega"], UNTIL, processes.address, folder))
+        environment = os.environ | {"PYTHONPATH": str(Path(__file__).parents[2] / "support")}
+        done = subprocess.run([sys.executable, "-c", KILLED_CLIENT, *arguments], env=environment, check=False)
+        assert done.returncode == -signal.SIGKILL, moment
+        go_on(scenario, folder, processes.address, undisturbed, moment)
 
 
-def test_a_sweep_goes_on_after_its_scheduler_was_killed(undisturbed, scenario, tmp_path, kills, first_seed):
-    (expected, latest), chance, killed = undisturbed, random.Random(first_seed), 0
+def test_a_sweep_goes_on_after_its_scheduler_was_killed(undisturbed, scenario, tmp_path, moments):
     with ExitStack() as stack:
         before = stack.enter_context(closing(Processes(tmp_path / "cluster")))
-        for k in range(kills):
-            folder, killer = tmp_path / f"swept_{k}", Killer(before.scheduler, chance.uniform(0.0, latest))
-            try:
+        for k, moment in enumerate(moments):
+            folder, killer = tmp_path / f"swept_{k}", Killer(before.scheduler.pid, *moment)
+            with pytest.raises(ClusterFailed):
                 amb_cosim.sweep(scenario, VARY, until=UNTIL, scheduler=before.address, output=folder, progress=killer)
-            except ClusterFailed:
-                assert killer.came_in_time()
-                killed += 1
+            assert before.scheduler.wait() == -signal.SIGKILL, moment
             before.close()
             before = stack.enter_context(closing(Processes(tmp_path / f"cluster_{k}")))
-            go_on(scenario, folder, before.address, expected, first_seed)
-    assert killed > kills // 2, f"seed {first_seed}: {killed} of {kills} came in time"
+            go_on(scenario, folder, before.address, undisturbed, moment)
 
 
-def go_on(scenario: str, folder: Path, scheduler: str, expected, seed: int) -> None:
+def go_on(scenario: str, folder: Path, scheduler: str, expected, moment: tuple[int, float]) -> None:
     """Go on with a sweep, and check that it runs what is missing alone and equals the undisturbed one."""
     before, seen = landed(folder), []
     swept = amb_cosim.sweep(
         scenario, VARY, output=folder, until=UNTIL, scheduler=scheduler, progress=lambda done, *_: seen.append(done)
     )
-    assert before == POINTS or seen[0] == before, f"seed {seed}: points were run again"
+    assert seen[0] == before < POINTS, f"{moment}: points were run again"
     same(swept.dataset, expected)
 
 
