@@ -15,7 +15,7 @@ from pathlib import Path
 import h5py
 import pytest
 from command_line import COMMAND
-from processor_time import let_compute, processor_time
+from waiting import let_compute, processor_time
 
 pytestmark = [pytest.mark.slow, pytest.mark.skipif(sys.platform != "linux", reason="processes are watched in /proc")]
 
@@ -108,7 +108,7 @@ def test_signal_at_any_moment_is_one_line(folder, duration, chance, rounds, numb
         process = start(folder)
         while not handles_signals(process):
             time.sleep(0.001)
-        begin = processor_time(process)
+        begin = processor_time(process.pid)
         let_compute(process, begin + moment * (duration - begin))
         process.send_signal(number)
         _, errors = process.communicate(timeout=300.0)

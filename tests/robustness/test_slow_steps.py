@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 from command_line import COMMAND
-from processor_time import let_compute, processor_time
+from waiting import let_compute, processor_time
 
 pytestmark = [pytest.mark.slow, pytest.mark.skipif(sys.platform != "linux", reason="processes are watched in /proc")]
 
@@ -52,8 +52,8 @@ def test_signal_ends_a_run_within_a_second_of_slow_steps(tmp_path, number, optio
         try:
             while not has_loaded(process):
                 time.sleep(0.02)
-            let_compute(process, processor_time(process) + 5.0)
-            before = processor_time(process)
+            let_compute(process, processor_time(process.pid) + 5.0)
+            before = processor_time(process.pid)
             process.send_signal(number)
             _, status, usage = os.wait4(process.pid, 0)
         finally:

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import os
+import subprocess
 import time
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 LONGEST = 300.0  # s; only what hangs takes as long
 
@@ -18,12 +20,19 @@ def wait_until(condition: Callable[[], object], pause: float = 0.02) -> None:
         time.sleep(pause)
 
 
+def processor_time(process: int) -> float:
+    """Return the processor time (s) of a process and of those that it has waited for, whatever else is running."""
+    fields = Path(f"/proc/{process}/stat").read_text(encoding="utf-8").rpartition(")")[2].split()
+    return sum(map(int, fields[11:15])) / os.sysconf("SC_CLK_TCK")
+
+
 def wait_for_work(process: int, seconds: float) -> None:
-    """Wait until a process has computed for so many more seconds of processor time, on Linux."""
-    begin = _processor_time(process)
-    wait_until(lambda: _processor_time(process) >= begin + seconds)
+    """Wait until a process has computed for so many more seconds of processor time."""
+    begin = processor_time(process)
+    wait_until(lambda: processor_time(process) >= begin + seconds)
 
 
-def _processor_time(process: int) -> float:
-    numbers = Path(f"/proc/{process}/stat").read_text(encoding="utf-8").rpartition(")")[2].split()
-    return (int(numbers[11]) + int(numbers[12])) / os.sysconf("SC_CLK_TCK")
+def let_compute(process: subprocess.Popen[Any], until: float) -> None:
+    """Wait until the processor time of a process is `until` (s), or the process has ended."""
+    while process.poll() is None and processor_time(process.pid) < until:
+        time.sleep(0.005)
