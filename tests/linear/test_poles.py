@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 
 from amb_cosim import studies
+from amb_cosim.linear.stability import LoopStability
 from amb_cosim.studies.closed_loop_poles import Vibrations, followed
 from tests.support.messages import assert_names
 
 COMPRESSOR = "compressor_levitated"
+STABLE = LoopStability(radius=0.99, growth_rate=-100.0, frequency=10.0)
 
 
 @pytest.fixture(scope="module")
@@ -59,12 +61,12 @@ def test_crossing_poles_are_told_apart_by_where_they_lead_and_how_they_whirl():
     for speed in speeds:
         s, senses = np.array([9.0 + 2.0 * speed, 11.0 - 2.0 * speed]) * 1j - 0.1, np.array([1.0, -1.0])
         order = np.argsort(s.imag, kind="stable")
-        result.append(Vibrations(s[order], senses[order]))
+        result.append(Vibrations(s[order], senses[order], STABLE))
     for track, sense in zip(followed(result, 2), (1.0, -1.0), strict=True):
         assert all(at.senses[k] == sense for at, k in zip(result, track, strict=True))
 
 
 def test_vibration_that_disappears_is_lost():
-    both = Vibrations(np.array([10j - 0.1, 30j - 0.1]), np.array([1.0, 1.0]))
-    item = Vibrations(both.poles[:1], both.senses[:1])
+    both = Vibrations(np.array([10j - 0.1, 30j - 0.1]), np.array([1.0, 1.0]), STABLE)
+    item = Vibrations(both.poles[:1], both.senses[:1], STABLE)
     assert followed([both, both, item, both], 2) == [[0, 0, 0, 0], [1, 1, None, None]]

@@ -16,7 +16,7 @@ from amb_cosim.assessment.machine_file import load_machine
 from amb_cosim.commands.cli import main
 from amb_cosim.design.magnetic_bearing import axis_parameters, load_capacity
 from amb_cosim.new_machine.files import TEMPLATES, new_machine
-from amb_cosim.new_machine.levitation import operating_points
+from amb_cosim.new_machine.levitation import gains_of, operating_points
 from amb_cosim.new_machine.rotor_text import plain_shaft, supports
 from amb_cosim.new_machine.sizing import CAPACITY, MagnetData, machine_sizes
 from amb_cosim.scenario.scenario import load_scenario
@@ -321,3 +321,10 @@ def test_a_fast_rotor_with_overhung_wheels_gets_a_faster_controller(tmp_path):
     scenario = load_scenario(str(made.folder / "levitation.toml"))
     assert scenario.parameters["rolac_controller"]["sample_time"] == "25 us"
     assert made.gains.quality > 0.0
+
+
+def test_gains_that_let_the_rotor_drift_away_do_not_levitate_it(pump):
+    """A closed bearing of negative stiffness: the pole is real, and no vibration tells of it."""
+    gains = gains_of(pump.folder / "levitation.toml", -0.3e6, 20e3, pump.sizes.speed, "native")
+    assert gains.quality < 0.0
+    assert_names(gains.least_damped, "drift", f"{gains.speed / RPM:.0f} rpm")

@@ -11,7 +11,8 @@ With all loops closed i = S e, and the diagonal of S holds the sensitivities of 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import control
@@ -20,11 +21,29 @@ import numpy as np
 from amb_cosim.linear.linearisable import LinearSource
 from amb_cosim.linear.linearise import model_of
 from amb_cosim.linear.model import LinearModel
+from amb_cosim.linear.stability import LoopStability, deciding_pole, stability_of
 from amb_cosim.results.component_names import ACTUATOR, PLANT
 from array_types import Array, Complex
 
 NYQUIST = 1.0 - 1e-9  # of half the sample rate: python-control warns if rounding takes a frequency beyond it
 BALANCING = 60  # steps of Osborne's iteration
+
+
+@dataclass(frozen=True, eq=False)
+class LoopPoles:
+    """All poles of a sampled loop.
+
+    z
+        The poles, shape (n,).
+    shapes
+        Displacements of the bearings in each, x and y of each bearing in turn, shape (2 bearings, n).
+    stability
+        The pole that decides on stability.
+    """
+
+    z: Complex
+    shapes: Complex
+    stability: LoopStability
 
 
 @dataclass(frozen=True)
@@ -101,6 +120,22 @@ class Loop:
         every = next(c.every for c in self.linear_components.plan.system.components if c.name == controller)
         return every * self.linear_components.plan.step_size
 
+    def poles(self, Omega: float) -> LoopPoles:
+        """Return all poles at a spin speed (rad/s)."""
+        bearings = list(dict.fromkeys(bearing for bearing, _ in self.axes))
+        names = [f"{bearing}.{axis}" for bearing in bearings for axis in "xy"]
+        displayed = [f"{PLANT}.{name}" for name in names]
+        model = model_of(self.linear_components.at(Omega), self.demands[:1], displayed)
+        z, vectors = np.linalg.eig(model.A)
+        shapes = np.asarray(model.C @ vectors, dtype=np.complex128)
+        stability, number = deciding_pole(model.A, z.astype(np.complex128), model.dt)
+        stability = replace(stability, speed=Omega, place=_largest_place(names, np.abs(shapes[:, number])))
+        return LoopPoles(z.astype(np.complex128), shapes, stability)
+
+    def least_stable(self, speeds: Sequence[float] | Array) -> LoopStability:
+        """Return the stability at the least stable of some speeds (rad/s)."""
+        return max((self.poles(float(Omega)).stability for Omega in speeds), key=lambda one: one.radius)
+
     @cached_property
     def closed(self) -> LinearModel:
         """The closed loop: demands and readings over injections at both."""
@@ -120,13 +155,21 @@ class Loop:
         return model
 
 
+def _largest_place(names: Sequence[str], sizes: Array) -> str:
+    """Return the axis that moves most, of two axes of each bearing, or its bearing if the other moves half as much."""
+    if not sizes.max() > 0.0:
+        return ""
+    top = int(sizes.argmax())
+    return names[top] if sizes[top ^ 1] < 0.5 * sizes[top] else names[top].rpartition(".")[0]
+
+
 def check_stable(model: LinearModel) -> None:
     """Raise a ValueError if a sampled model is unstable."""
-    worst = max(model.poles(), key=abs)
-    if abs(worst) >= 1.0:
+    worst = stability_of(model.A, model.dt)
+    if not worst.is_stable:
         raise ValueError(
-            f"the loop is not stable: a vibration of {pole_frequency(worst, model.dt):.1f} Hz grows by "
-            f"{abs(worst) - 1.0:.2g} of itself with every sample; only a stable loop has a sensitivity"
+            f"the loop is not stable: {worst.motion}, {worst.radius - 1.0:.2g} of itself with every sample; only a "
+            "stable loop has a sensitivity"
         )
 
 

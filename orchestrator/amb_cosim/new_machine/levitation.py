@@ -15,7 +15,7 @@ from amb_cosim.machine.machine import Machine
 from amb_cosim.new_machine.sizing import MachineSizes
 from amb_cosim.scenario.scenario import load_scenario
 from amb_cosim.scenario.simulation import prepare
-from amb_cosim.studies.closed_loop_poles import vibrations
+from amb_cosim.studies.closed_loop_poles import OVERDAMPED, vibrations
 
 STIFFNESSES = (0.3, 0.5, 0.75, 1.0, 1.5)  # over K_s
 DAMPING_RATIOS = (0.2, 0.35, 0.5, 0.75)  # of the rotor's share on a bearing
@@ -38,7 +38,8 @@ class Gains:
     """Stiffness and damping of the closed bearings, and the smallest damping ratios of vibrations with them.
 
     in_range, beyond
-        Smallest damping of vibrations up to 1.2 times the highest speed, which unbalance excites, and above.
+        Smallest damping of vibrations up to 1.2 times the highest speed, which unbalance excites, and above; -1 of a
+        rotor that drifts away without vibration.
     frequency, speed
         Frequency of the vibration that is furthest below its target, and its speed.
     """
@@ -52,7 +53,9 @@ class Gains:
 
     @property
     def least_damped(self) -> str:
-        """Description of the least damped vibration."""
+        """Description of the least damped vibration, or of a growing drift without vibration."""
+        if min(self.in_range, self.beyond) < -OVERDAMPED:
+            return f"a drift without vibration at {self.speed * RPM:.0f} rpm"
         return f"the vibration at {self.frequency / (2.0 * math.pi):.0f} Hz at {self.speed * RPM:.0f} rpm"
 
     @property
@@ -98,6 +101,8 @@ def gains_of(scenario: Path, k_b: float, c_b: float, speed: float, flavour: Flav
     result = []
     for Omega in (share * speed for share in SPEEDS):
         at = vibrations(loop, Omega)
+        if at.stability.is_drift and not at.stability.is_stable:
+            result.append((-1.0, 0.0, Omega))
         result += [
             (zeta, omega, Omega) for zeta, omega in zip(at.ratios().tolist(), at.poles.imag.tolist(), strict=True)
         ]

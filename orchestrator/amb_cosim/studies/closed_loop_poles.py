@@ -14,12 +14,11 @@ from scipy.optimize import linear_sum_assignment
 
 from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.cosim.system.values import Raw
-from amb_cosim.linear.linearise import model_of
 from amb_cosim.linear.loop import Loop
+from amb_cosim.linear.stability import LoopStability
 from amb_cosim.machine.machine import Machine
 from amb_cosim.presentation.text_tables import TextBlock, text_table
 from amb_cosim.presentation.units import speed_unit
-from amb_cosim.results.component_names import PLANT
 from amb_cosim.scenario.simulation import prepare
 from amb_cosim.studies.inputs import Number, controlled, speed_range
 from amb_cosim.studies.result import MachineResult
@@ -76,8 +75,15 @@ class ClosedLoopPoles(MachineResult):
         The slowest vibrations at the first speed, followed over the others.
     least_damped
         Smallest damping ratio of all vibrations at each speed (1), shape (n,), including those not followed.
+    spectral_radii
+        Largest modulus of all poles z at each speed (1), shape (n,), of drifts without vibration too; the loop is not
+        stable where it exceeds 1 (`amb_cosim.linear.stability`).
+    growth_rates
+        Growth rate of that pole at each speed, ln|z|/T, shape (n,).
+    least_stable
+        That pole at the worst of the speeds.
     unstable
-        Speeds (rad/s) at which the loop is not stable.
+        Speeds (rad/s) of the diagram at which the loop is not stable.
     operating_speed
         That of the scenario (rad/s).
     """
@@ -88,6 +94,9 @@ class ClosedLoopPoles(MachineResult):
     speeds: Annotated[Array, "rad/s"]
     poles: tuple[PoleOverSpeed, ...]
     least_damped: Array
+    spectral_radii: Array
+    growth_rates: Annotated[Array, "1/s"]
+    least_stable: LoopStability
     unstable: Annotated[tuple[float, ...], "rad/s"]
     operating_speed: Annotated[float, "rad/s"]
 
@@ -112,18 +121,36 @@ class ClosedLoopPoles(MachineResult):
         criticals = ", ".join(
             f"{speed_unit().text(c.speed)} (mode {c.mode}, decrement {c.decrement:.3g})" for c in self.critical_speeds
         )
-        table_and_criticals: list[TextBlock] = [table, f"critical speeds: {criticals or 'none'}"]
+        return [table, f"critical speeds: {criticals or 'none'}", *self._verdict()]
+
+    @property
+    def unstable_ranges(self) -> tuple[tuple[float, float], ...]:
+        """First and last of successive speeds (rad/s) at which the loop is not stable."""
+        speeds = np.unique([*self.speeds, *self.unstable])
+        numbers = np.flatnonzero(np.isin(speeds, self.unstable))
+        pieces = np.split(numbers, np.flatnonzero(np.diff(numbers) > 1) + 1) if len(numbers) else []
+        return tuple((float(speeds[piece[0]]), float(speeds[piece[-1]])) for piece in pieces)
+
+    def _verdict(self) -> list[TextBlock]:
+        worst = self.least_stable
+        at = f"at {speed_unit().text(worst.speed)} {worst.motion}, |z| = {worst.radius:.7g}"
+        notes = [worst.note] if worst.note else []
         if not self.unstable:
-            return [*table_and_criticals, "stable at all of these speeds"]
-        return [*table_and_criticals, f"not stable from {self.unstable[0]:.4g} to {self.unstable[-1]:.4g} rad/s"]
+            return ["stable at all of these speeds", f"least stable: {at}", *notes]
+        ranges = [f"from {a:.4g} to {b:.4g} rad/s" if a < b else f"at {a:.4g} rad/s" for a, b in self.unstable_ranges]
+        return [f"not stable {', '.join(ranges)}: {at}", *notes]
 
 
 @dataclass(frozen=True)
 class Vibrations:
-    """Poles s (rad/s) with Im s > 0, and their senses of whirl from -1 (backward) to 1 (forward), shape (n,) each."""
+    """Poles s (rad/s) with Im s > 0, and their senses of whirl from -1 (backward) to 1 (forward), shape (n,) each.
+
+    `stability` is that of all poles, of those without vibration too.
+    """
 
     poles: Complex
     senses: Array
+    stability: LoopStability
 
     def ratios(self) -> Array:
         """Return the damping ratios."""
@@ -177,15 +204,20 @@ def poles(
     speeds[0] = LOWEST * speeds[-1]
     result = [vibrations(loop, float(Omega)) for Omega in speeds]
     tracks = followed(result, count)
-    least = np.array([of_speed.ratios().min(initial=1.0) for of_speed in result])
+    worst = loop.least_stable(speeds)
+    stabilities = [of_speed.stability for of_speed in result]
+    unstable = [one.speed for one in stabilities if not one.is_stable]
     return ClosedLoopPoles(
         scenario=values.name,
         rotor=machine.rotor.name,
         sample_time=loop.sample_time,
         speeds=speeds,
         poles=tuple(_over_speed(result, track) for track in tracks),
-        least_damped=least,
-        unstable=tuple(float(Omega) for Omega, ratio in zip(speeds, least, strict=True) if ratio <= 0.0),
+        least_damped=np.array([of_speed.ratios().min(initial=1.0) for of_speed in result]),
+        spectral_radii=np.array([one.radius for one in stabilities]),
+        growth_rates=np.array([one.growth_rate for one in stabilities]),
+        least_stable=worst,
+        unstable=tuple(unstable),
         operating_speed=prepared.plan.speed,
     )
 
@@ -195,20 +227,19 @@ def vibrations(loop: Loop, Omega: float) -> Vibrations:
 
     The sense of whirl is 2 Im(x conj(y)) / (|x|^2 + |y|^2), summed over the journals of the bearings.
     """
-    bearings = list(dict.fromkeys(bearing for bearing, _ in loop.axes))
-    displayed = [f"{PLANT}.{bearing}.{axis}" for bearing in bearings for axis in "xy"]
-    model = model_of(loop.linear_components.at(Omega), loop.demands[:1], displayed)
-    z, vectors = np.linalg.eig(model.A)
+    whole = loop.poles(Omega)
+    z = whole.z
     alive = np.abs(z) > 1e-9
     s = np.zeros(len(z), dtype=np.complex128)
-    s[alive] = np.log(z[alive].astype(np.complex128)) / loop.sample_time
+    s[alive] = np.log(z[alive]) / loop.sample_time
     below = s.imag < (1.0 - 1e-9) * math.pi / loop.sample_time
     vibrates = alive & below & (s.imag > 0.0) & (-s.real < OVERDAMPED * np.abs(s))
     chosen = np.flatnonzero(vibrates)[np.argsort(s[vibrates].imag, kind="stable")]
-    x, y = (model.C @ vectors[:, chosen])[0::2], (model.C @ vectors[:, chosen])[1::2]
+    x, y = whole.shapes[0::2, chosen], whole.shapes[1::2, chosen]
     size = (np.abs(x) ** 2 + np.abs(y) ** 2).sum(axis=0)
     turning = 2.0 * (x * y.conj()).imag.sum(axis=0)
-    return Vibrations(s[chosen], np.divide(turning, size, out=np.zeros(len(chosen)), where=size > 0.0))
+    senses = np.divide(turning, size, out=np.zeros(len(chosen)), where=size > 0.0)
+    return Vibrations(s[chosen], senses, whole.stability)
 
 
 def followed(vibrations: list[Vibrations], count: int) -> list[list[int | None]]:

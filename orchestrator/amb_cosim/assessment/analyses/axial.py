@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from amb_cosim.assessment.analyses.closed_loop import LARGEST
 from amb_cosim.assessment.analyses.robustness import variations
 from amb_cosim.assessment.findings import AnalysisResult, Quantity, ResultTable
 from amb_cosim.assessment.subject import Subject, hertz, rpm
 from amb_cosim.assessment.thrust_bearing import ThrustBearing
+from amb_cosim.linear.stability import LARGEST, stability_of
 from amb_cosim.reporting.panels import Panel, curve
 from amb_cosim.studies.damping_zones import damping_ratio
 from amb_cosim.studies.stability_margin import ZONES, curve_frequencies
@@ -105,7 +105,8 @@ def _measured(subject: Subject, cases: Sequence[LoadCase]) -> list[Quantity]:
     decrement, hz = worst.least
     facts = {"frequency": hz, "N": N}
     place = f"{NAME}, {hz:.1f} Hz under {worst.name}"
-    result = [Quantity("decrement_anywhere", place, decrement, "1", facts, "axial loop, at every speed")]
+    result = [_spectral_radius("spectral_radius", {f"{NAME} under {case.name}": case.loop for case in cases})]
+    result += [Quantity("decrement_anywhere", place, decrement, "1", facts, "axial loop, at every speed")]
     if hz > 0.0:
         result.append(Quantity("axial_frequency", f"{NAME} under {worst.name}", hz, "Hz", facts))
     stable = [case for case in cases if len(case.S)]
@@ -133,6 +134,16 @@ def _varied(subject: Subject, cases: Sequence[LoadCase], N: float) -> list[Quant
                 peaks.append(Quantity("sensitivity_varied", name, varied.peak[0], "1"))
     least = min(decrements, key=lambda item: item.value)
     return [least, *([max(peaks, key=lambda item: item.value)] if len(peaks) == len(decrements) else [])]
+
+
+def _spectral_radius(quantity: str, loops: Mapping[str, AxialLoop]) -> Quantity:
+    """Return the largest spectral radius of loops by name; the axial loop does not depend on the speed."""
+    name, worst = max(
+        ((name, stability_of(loop.step_matrix, loop.sample_time)) for name, loop in loops.items()),
+        key=lambda pair: pair[1].radius,
+    )
+    facts = {"growth_rate": worst.growth_rate, "frequency": float(hertz(worst.frequency))}
+    return Quantity(quantity, f"{name}: {worst.motion}", worst.radius, "1", facts, worst.note)
 
 
 def _row(case: LoadCase) -> tuple[str, ...]:

@@ -8,9 +8,11 @@ from dataclasses import replace
 import numpy as np
 
 from amb_cosim.assessment.findings import AnalysisResult, Quantity, ResultTable
+from amb_cosim.assessment.stability import described, least_stable, spectral_radius
 from amb_cosim.assessment.stages import real_coefficients
 from amb_cosim.assessment.subject import Subject, hertz, rpm, subject_of
 from amb_cosim.linear.loop import Loop
+from amb_cosim.linear.stability import LARGEST
 from amb_cosim.machine.coupled import coupled_loop
 from amb_cosim.machine.machine import MODES
 from amb_cosim.reporting.panels import Curve, Panel, curve
@@ -22,11 +24,11 @@ from rotor_analysis.parts import Bearing
 TITLE = "Closed loop over speed: damped frequencies and logarithmic decrements"
 POINTS = 41  # speeds
 MIN_DECREMENT, MAX_DECREMENT = 1e-3, 3.0  # logarithmic decrements in the figure, whose axis is logarithmic
-LARGEST = 1e3  # decrement that stands for motion that hardly vibrates
+ROUNDING = 1e-9  # relative difference of decrements of the same pole
 
 
 def answer(subject: Subject) -> AnalysisResult:
-    """Return damped frequencies and decrements over speed, and the smallest decrement over the operating speeds."""
+    """Return stability, damped frequencies and decrements, the least in operation."""
     loop = coupled_loop(subject, real_coefficients(subject))
     speed, limit = subject.file.speed, subject.file.highest_frequency
     speeds = np.unique([*np.linspace(0.01 * speed.tripping, speed.tripping, POINTS), speed.lowest, speed.highest])
@@ -35,6 +37,7 @@ def answer(subject: Subject) -> AnalysisResult:
     least = least_decrement("decrement", [(float(speeds[k]), result[k]) for k in operating])
     edges = (speed.lowest, speed.highest, speed.tripping)
     everything = least_decrement("decrement_anywhere", [(edge, vibrations(loop, edge)) for edge in edges])
+    stability = spectral_radius("spectral_radius", least_stable(subject))
     tracks = followed(result, len(result[0].poles))
     at = int(np.flatnonzero(speeds == speed.highest)[0])
     rows = tuple(
@@ -49,11 +52,12 @@ def answer(subject: Subject) -> AnalysisResult:
     ]
     if hertz(limit) > 0.5 / loop.sample_time:
         notes.append(f"Half the sample rate is {0.5 / loop.sample_time:.0f} Hz: higher frequencies are aliased.")
-    measured = (least, everything, *_with_all_modes(subject, edges))
+    notes.append("Stability: all poles, of drifts without vibration too, at smallest, largest and trip speed.")
+    measured = (stability, least, everything, *_with_all_modes(subject))
     return AnalysisResult(measured, _panels(subject, speeds, result, tracks), (table,), tuple(notes))
 
 
-def _with_all_modes(subject: Subject, speeds: Sequence[float]) -> list[Quantity]:
+def _with_all_modes(subject: Subject) -> list[Quantity]:
     """Return the smallest decrement of a rotor including the modes that its reduction omits, if any.
 
     Sampled control may drive a mode that co-simulations omit (spillover: M. J. Balas, IEEE Trans. Autom. Control 23
@@ -64,6 +68,8 @@ def _with_all_modes(subject: Subject, speeds: Sequence[float]) -> list[Quantity]
         return []
     finer = subject_of(subject.file, subject.flavour, min(MODES, most))
     loop = coupled_loop(finer, real_coefficients(finer))
+    speed = finer.file.speed
+    speeds = (speed.lowest, speed.highest, speed.tripping)
     result = least_decrement("decrement_all_modes", [(speed, vibrations(loop, speed)) for speed in speeds])
     note = f"with {min(MODES, most)} modes in a plane of motion, {retained} in co-simulation"
     return [replace(result, note=note)]
@@ -76,16 +82,25 @@ def _not_covering(subject: Subject) -> list[Bearing]:
     return [seal for seal in tabled if seal.at_speed[0].speed > low or seal.at_speed[-1].speed < high]
 
 
-def least_decrement(quantity: str, vibrations: list[tuple[float, Vibrations]]) -> Quantity:
-    """Return the smallest logarithmic decrement of vibrations at speeds (rad/s), and its speed."""
+def least_decrement(quantity: str, vibrations: Sequence[tuple[float, Vibrations]]) -> Quantity:
+    """Return the smallest logarithmic decrement of vibrations at speeds (rad/s), and its speed.
+
+    Of a loop that is not stable the pole that grows most counts, too: a drift without vibration has -`LARGEST`.
+    """
     all_of = [
         (float(d), Omega, float(s.imag), float(sense))
         for Omega, of in vibrations
         for d, s, sense in zip(decrements(of), of.poles, of.senses, strict=True)
     ]
+    least, Omega, omega, sense = min(all_of, default=(LARGEST, 0.0, 0.0, 0.0))
+    growing = [of.stability for _, of in vibrations if not of.stability.is_stable]
+    worst = min(growing, key=lambda stability: stability.decrement, default=None)
+    if worst is not None and worst.decrement < least * (1.0 + ROUNDING):
+        facts = {"frequency": hertz(worst.frequency), "N": float(rpm(worst.speed))}
+        note = "the value stands for any growing drift" if worst.is_drift else ""
+        return Quantity(quantity, described(worst), worst.decrement, "1", facts, note)
     if not all_of:
         return Quantity(quantity, "nothing vibrates", LARGEST, "1")
-    least, Omega, omega, sense = min(all_of)
     where = f"{hertz(omega):.1f} Hz at {rpm(Omega):.0f} 1/min, {_sense(sense)}"
     return Quantity(quantity, where, least, "1", {"frequency": hertz(omega), "N": float(rpm(Omega))})
 
@@ -102,7 +117,7 @@ def vibrations_within(loop: Loop, Omega: float, limit: float) -> Vibrations:
 
 def _within(vibrations: Vibrations, limit: float) -> Vibrations:
     retained = vibrations.poles.imag <= limit
-    return Vibrations(vibrations.poles[retained], vibrations.senses[retained])
+    return Vibrations(vibrations.poles[retained], vibrations.senses[retained], vibrations.stability)
 
 
 def _sense(sense: float) -> str:

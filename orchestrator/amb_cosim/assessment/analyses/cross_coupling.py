@@ -5,12 +5,13 @@ from __future__ import annotations
 import numpy as np
 from scipy.optimize import brentq
 
-from amb_cosim.assessment.analyses.closed_loop import decrements, least_decrement, vibrations_within
+from amb_cosim.assessment.analyses.closed_loop import least_decrement, vibrations_within
 from amb_cosim.assessment.findings import AnalysisResult, Quantity, ResultTable
 from amb_cosim.assessment.stages import anticipated
 from amb_cosim.assessment.subject import Subject, rpm
 from amb_cosim.machine.coupled import coupled_loop
 from amb_cosim.reporting.panels import Panel, curve
+from amb_cosim.studies.closed_loop_poles import Vibrations
 
 TITLE = "Stability with cross coupling"
 MOST = 30.0  # times the anticipated cross coupling, up to which the threshold is sought
@@ -23,24 +24,26 @@ def answer(subject: Subject) -> AnalysisResult:
         raise ValueError("the machine file has no stages; add their data or their cross coupling")
     speed, limit = subject.file.speed.highest, subject.file.highest_frequency
 
-    def least(factor: float) -> float:
-        loop = coupled_loop(subject, anticipated(subject, factor))
-        return float(decrements(vibrations_within(loop, speed, limit)).min(initial=1e3))
+    def coupled(factor: float) -> Vibrations:
+        return vibrations_within(coupled_loop(subject, anticipated(subject, factor)), speed, limit)
 
-    at_anticipated = vibrations_within(coupled_loop(subject, anticipated(subject)), speed, limit)
+    def growth(factor: float) -> float:
+        return coupled(factor).stability.growth_rate
+
     factors = np.concatenate([[0.0], np.geomspace(0.1, MOST, POINTS - 1)])
-    curve_of = np.array([least(float(factor)) for factor in factors])
-    unstable = np.flatnonzero(curve_of <= 0.0)
+    swept = [coupled(float(factor)) for factor in factors]
+    curve_of = np.array([least_decrement("", [(speed, of)]).value for of in swept])
+    unstable = np.flatnonzero([not of.stability.is_stable for of in swept])
     note, ratio = "", MOST
     if len(unstable) and unstable[0] > 0:
-        ratio = float(brentq(least, factors[unstable[0] - 1], factors[unstable[0]], xtol=1e-4))
+        ratio = float(brentq(growth, factors[unstable[0] - 1], factors[unstable[0]], xtol=1e-4))
     elif len(unstable):
-        ratio, note = 0.0, "not stable even without cross coupling"
+        ratio, note = 0.0, f"not stable even without cross coupling: {swept[0].stability.motion}"
     else:
         note = f"stable up to {MOST:g} times the anticipated cross coupling, where the sweep ends"
     total = sum(stage.anticipated(speed) for stage in subject.file.stages)
     measured = (
-        least_decrement("decrement_anticipated", [(speed, at_anticipated)]),
+        least_decrement("decrement_anticipated", [(speed, coupled(1.0))]),
         Quantity("cross_coupling_ratio", f"{rpm(speed):.0f} 1/min", ratio, "1", {"Q_a": total}, note),
     )
     rows = tuple(

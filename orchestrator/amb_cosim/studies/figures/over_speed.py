@@ -23,6 +23,7 @@ SHADES = ("0.86", "0.92", "0.97")  # of the zones of damping
 SIZE = (7.4, 6.6)  # inches, of both plots
 DECADES = (1e-4, 1e1)  # that an axis of damping may have
 BOX = {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.6}  # behind a text that lines may cross
+IN_A_ROW = 5  # entries of a legend as wide as the plots
 LETTERS = 0.042  # share of the axes' height that a line of text takes
 
 
@@ -87,7 +88,9 @@ def add_legend(figure: FigureBase, vibrations: Sequence[Vibration], operating: f
     ]
     if operating is not None:
         handles.append(Line2D([], [], color=GREY, lw=1.2, label=f"at {speed_unit().text(operating, 5)}"))
-    figure.legend(handles=[*handles, *more], loc="outside lower center", ncols=len(handles) + len(more))
+    handles += more
+    columns = len(handles) if len(handles) <= IN_A_ROW else math.ceil(len(handles) / 2)
+    figure.legend(handles=handles, loc="outside lower center", ncols=columns)
 
 
 def label_points(axes: Axes, places: Sequence[tuple[float, float, str, str]]) -> None:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -23,6 +25,7 @@ from amb_cosim.studies.figures.over_speed import (
 )
 from amb_cosim.studies.figures.whirl import WHIRL_STYLES
 
+UNSTABLE = "#882255"  # colour of speeds and of the pole where the loop is not stable
 PLANE = 4.6  # inches, width of the s-plane
 
 
@@ -36,7 +39,9 @@ def draw(result: ClosedLoopPoles) -> Figure:
     bottom.set_ylabel("logarithmic decrement")
     draw_zones(bottom, [pole.decrements for pole in result.poles], is_decrement=True)
     critical = Line2D([], [], color="0.3", ls="", marker="o", ms=3.5, label="mode: critical speed")
-    add_legend(left, vibrations, result.operating_speed, *([critical] if result.critical_speeds else []))
+    marks = [critical] if result.critical_speeds else []
+    marks += _mark_unstable((top, bottom), result)
+    add_legend(left, vibrations, result.operating_speed, *marks)
     _draw_plane(right.subplots(), result)
     figure.suptitle(f"{result.scenario}: vibrations of the sampled loop over speed", fontsize=TITLE_SIZE)
     return figure
@@ -53,8 +58,20 @@ def _mark_criticals(axes: Axes, result: ClosedLoopPoles) -> None:
     label_points(axes, points)
 
 
+def _mark_unstable(of_speed: Sequence[Axes], result: ClosedLoopPoles) -> list[Line2D]:
+    """Draw a bar over the speeds at which the loop is not stable, a square at a single one, and return its legend."""
+    unit = speed_unit()
+    style: dict[str, Any] = {"color": UNSTABLE, "lw": 4.0, "marker": "s", "ms": 4.0}
+    for axes in of_speed:
+        for ends in result.unstable_ranges:
+            axes.plot(unit.of(np.array(ends)), [0.0, 0.0], transform=axes.get_xaxis_transform(), clip_on=False, **style)
+    return [Line2D([], [], **style, label="not stable")] if result.unstable else []
+
+
 def _draw_plane(axes: Axes, result: ClosedLoopPoles) -> None:
     """Draw each pole over the speeds, with a dot at the operating speed, and the damping ratios that bound the zones.
+
+    A cross is the pole that grows most, on the real axis for a drift without vibration.
 
     s = omega_d (j - delta / 2 pi), with the decrement delta; damping ratios are rays from the origin.
     """
@@ -73,8 +90,12 @@ def _draw_plane(axes: Axes, result: ClosedLoopPoles) -> None:
         leftmost = min(leftmost, float(np.nanmin(real, initial=0.0)))
     rightmost = 0.06 * max(-leftmost, 0.02 * highest)
     if result.unstable:
+        worst = result.least_stable
+        growth, frequency = unit.of(np.array([worst.growth_rate])), unit.of(np.array([worst.frequency]))
+        axes.plot(growth, frequency, "x", ms=6.0, color=UNSTABLE, clip_on=False)
+        highest = max(highest, float(frequency[0]))
         reals = [-p.decrements / (2.0 * math.pi) * unit.of(p.frequencies) for p in result.poles]
-        rightmost = max(rightmost, 1.1 * max(float(np.nanmax(r, initial=0.0)) for r in reals))
+        rightmost = max(rightmost, 1.1 * max(float(np.nanmax(r, initial=growth[0])) for r in [*reals, growth]))
     axes.set(xlim=(1.08 * leftmost or -1.0, rightmost), ylim=(0.0, 1.08 * highest or 1.0))
     axes.axvspan(0.0, rightmost, color=SHADES[0], lw=0.0, zorder=-2)
     for decrement, _ in ZONES[1:]:

@@ -1,0 +1,30 @@
+"""Stability of a machine with its seals and stages, at the smallest, the largest and the trip speed."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from amb_cosim.assessment.findings import Quantity
+from amb_cosim.assessment.stages import real_coefficients
+from amb_cosim.assessment.subject import Subject, hertz, rpm
+from amb_cosim.linear.stability import LoopStability
+from amb_cosim.machine.coupled import NOMINAL, MachineVariation, coupled_loop
+
+
+def least_stable(subject: Subject, variation: MachineVariation = NOMINAL) -> LoopStability:
+    """Return the stability at the least stable of smallest, largest and trip speed."""
+    speed = subject.file.speed
+    speeds = np.unique([speed.lowest, speed.highest, speed.tripping])
+    return coupled_loop(subject, real_coefficients(subject), variation).least_stable(speeds)
+
+
+def spectral_radius(quantity: str, stability: LoopStability, name: str = "") -> Quantity:
+    """Return the spectral radius of a loop with the motion of its pole and its speed; `name` is put first."""
+    N = float(rpm(stability.speed))
+    facts = {"growth_rate": stability.growth_rate, "frequency": hertz(stability.frequency), "N": N}
+    return Quantity(quantity, f"{name}{described(stability)}", stability.radius, "1", facts, stability.note)
+
+
+def described(stability: LoopStability) -> str:
+    """Return the motion of the pole that decides, and its speed."""
+    return f"{stability.motion}, |z| = {stability.radius:.7f}, at {rpm(stability.speed):.0f} 1/min"

@@ -1,0 +1,135 @@
+"""Stability of a sampled loop: its pole of largest modulus.
+
+    x(n+1) = A x(n),   z the eigenvalues of A,   s = ln(z)/T = sigma + j omega
+
+The loop is stable if no |z| exceeds 1. Every pole counts, whatever its frequency: a real pole z > 1 is a rotor that
+drifts into its retainer without vibration, and a pole above half the sample rate is aliased but grows all the same.
+
+Poles on the unit circle neither grow nor decay. A loop that levitates a rotor may have these, and none of them moves
+the rotor away:
+
+- z = 1 of an integrator outside the loop: its input is fed by nothing, its output feeds no demand, or several
+  integrators act on the same motion. Its state stays where it is.
+- z = 1, twice, of a rigid motion that nothing holds, such as that of a rotor in springs of no stiffness. Its velocity
+  stays what it is.
+- |z| = 1 of a mode without damping whose nodes are at the magnets or the sensors.
+
+The angle of the shaft is no state of the linear model, and its free rotation no pole. Rounding moves poles off the
+circle, a double pole by the root of the precision. To first order an error E of the matrix moves a pole by
+
+    |dz| <= kappa |E|,   kappa = |y| |x| / |y^H x|                                                   (1)
+
+with its left and right eigenvectors y and x (J. H. Wilkinson, The Algebraic Eigenvalue Problem, Oxford 1965, chapter
+2). The two halves of a split double pole have kappa of about the inverse of their distance, so that (1) covers them as
+well. Poles as close to the circle as `ROUNDING` times the precision may move them are on it. They are counted, and the
+pole that decides is the largest of the others.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Annotated
+
+import numpy as np
+from scipy.linalg import eig, matrix_balance
+
+from array_types import Array, Complex
+
+NEAR = 1e-5  # distance from the unit circle within which rounding is examined
+ROUNDING = 1e4  # error of the matrix over its norm and the precision: of matrix exponentials and condensed stiffnesses
+DRIFT = 0.1  # |omega/sigma| up to which a pole is a drift, not a vibration
+LARGEST = 1e3  # logarithmic decrement that stands for motion that hardly vibrates
+
+
+@dataclass(frozen=True)
+class LoopStability:
+    """The pole that decides on stability: that of largest modulus, but for poles on the unit circle.
+
+    radius
+        Its modulus |z|, the spectral radius of the loop.
+    growth_rate
+        sigma = ln|z|/T; negative if it decays.
+    frequency
+        Frequency |omega| of its vibration, at most half the sample rate; 0 for a drift.
+    speed
+        Spin speed.
+    place
+        Bearing that moves most, with its axis if that moves at least twice as much as the other; may be unknown ("").
+    on_circle
+        Number of poles on the unit circle within rounding.
+    """
+
+    radius: float
+    growth_rate: Annotated[float, "1/s"]
+    frequency: Annotated[float, "rad/s"]
+    speed: Annotated[float, "rad/s"] = 0.0
+    place: str = ""
+    on_circle: int = 0
+
+    @property
+    def is_stable(self) -> bool:
+        """Whether no pole grows."""
+        return self.radius <= 1.0
+
+    @property
+    def is_drift(self) -> bool:
+        """Whether the pole moves without vibration."""
+        return self.frequency == 0.0
+
+    @property
+    def decrement(self) -> float:
+        """Logarithmic decrement -2 pi sigma/omega, from -`LARGEST` (a growing drift) to `LARGEST`."""
+        if self.is_drift:
+            return math.copysign(LARGEST, -self.growth_rate)
+        return float(np.clip(-2.0 * math.pi * self.growth_rate / self.frequency, -LARGEST, LARGEST))
+
+    @property
+    def motion(self) -> str:
+        """The kind of motion, where it is largest, and its rate, in words."""
+        hertz = self.frequency / (2.0 * math.pi)
+        kind = "a drift without vibration" if self.is_drift else f"a vibration of {hertz:.1f} Hz"
+        place = f", largest at {self.place}," if self.place else ""
+        return f"{kind}{place} {'decays' if self.is_stable else 'grows'} by {abs(self.growth_rate):.3g} 1/s"
+
+    @property
+    def note(self) -> str:
+        """A note on poles on the unit circle; empty without any."""
+        if not self.on_circle:
+            return ""
+        count = "1 pole is" if self.on_circle == 1 else f"{self.on_circle} poles are"
+        return f"{count} on the unit circle within rounding: free motion, or integrators outside the loop"
+
+
+def stability_of(A: Array, sample_time: float) -> LoopStability:
+    """Return the stability of x(n+1) = A x(n), sampled at a time (s)."""
+    return deciding_pole(A, np.linalg.eigvals(A).astype(np.complex128), sample_time)[0]
+
+
+def deciding_pole(A: Array, z: Complex, sample_time: float) -> tuple[LoopStability, int]:
+    """Return the stability of x(n+1) = A x(n) with poles z, and the number of the pole that decides.
+
+    The pole is the last decaying one, number 0, if all poles are on the unit circle.
+    """
+    circle = _on_circle(A, z)
+    radii = np.where(circle, 0.0, np.abs(z))
+    number = int(radii.argmax())
+    radius = float(radii[number])
+    sigma = math.log(max(radius, np.finfo(float).tiny)) / sample_time
+    omega = float(abs(np.angle(z[number]))) / sample_time
+    frequency = 0.0 if omega <= DRIFT * abs(sigma) else omega
+    return LoopStability(radius, sigma, frequency, on_circle=int(circle.sum())), number
+
+
+def _on_circle(A: Array, z: Complex) -> Array:
+    """Return which poles are on the unit circle within rounding, by (1)."""
+    distance = np.abs(np.abs(z) - 1.0)
+    if not (distance < NEAR).any():
+        return np.zeros(len(z), dtype=bool)
+    balanced = matrix_balance(A, permute=False)[0]
+    poles, left, right = eig(balanced, left=True, right=True)
+    overlap = np.abs((left.conj() * right).sum(axis=0))
+    error = ROUNDING * np.finfo(float).eps * np.linalg.norm(balanced, 2)
+    reach = error / np.maximum(overlap, np.finfo(float).eps)
+    nearest = np.abs(z[:, None] - poles).argmin(axis=1)
+    return np.asarray((distance < NEAR) & (distance <= reach[nearest]))

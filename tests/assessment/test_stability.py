@@ -1,0 +1,98 @@
+"""Verdicts on the stability of machines: every pole counts."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from amb_cosim.assessment.assess import assess
+from amb_cosim.assessment.findings import Judgement
+from amb_cosim.assessment.machine_file import load_machine
+from amb_cosim.studies import figure, poles
+from tests.support.messages import assert_names
+
+BLOWER = Path(__file__).parent / "blower"  # a 250 kW blower designed for this project
+ONE_AXIS_WEAK = BLOWER / "one_axis_weak.toml"
+LINEAR = ["closed_loop", "cross_coupling"]
+
+
+def reversed_law(law: Path, folder: Path) -> Path:
+    """A law of another sign: its magnets push the rotor away."""
+    text = law.read_text(encoding="utf-8")
+    changed = text.replace("gain = -", "gain = ")
+    assert changed != text
+    path = folder / "reversed.toml"
+    path.write_text(changed, encoding="utf-8")
+    return path
+
+
+def one_axis_reversed(law: Path, folder: Path) -> Path:
+    """The compressor's law with another sign in the first axis."""
+    head, channel = law.read_text(encoding="utf-8").split("[[channel]]\n")
+    blocks = channel[channel.index("blocks") :]
+    gains = {"mb1.x": 25000.0, "mb1.y": -25000.0, "mb2.x": -25000.0, "mb2.y": -25000.0}
+    channels = [
+        f'[[channel]]\nfrom = ["{s}"]\nto = ["{s[:3]}.i_{s[-1]}"]\ngain = {gain}\n{blocks}' for s, gain in gains.items()
+    ]
+    path = folder / "one_axis.toml"
+    path.write_text(head + "\n".join(channels), encoding="utf-8")
+    return path
+
+
+def with_law(machine, law: Path):
+    return load_machine(machine).model_copy(update={"controller": str(law)})
+
+
+def verdicts(result):
+    return {item.criterion.key: item for item in result.findings if item.criterion is not None}
+
+
+@pytest.fixture(scope="module")
+def weak():
+    return assess(with_law(BLOWER / "machine.toml", ONE_AXIS_WEAK), only=LINEAR)
+
+
+def test_a_machine_that_levitates_is_stable():
+    found = verdicts(assess(BLOWER / "machine.toml", only=LINEAR))
+    assert {item.verdict for item in found.values()} == {Judgement.MET}
+    assert found["stable"].measured.value == pytest.approx(0.9989, abs=1e-4)
+    assert found["stable"].measured.facts["growth_rate"] == pytest.approx(-22.0, abs=0.5)
+
+
+def test_half_the_gain_in_one_axis_is_a_drift_and_missed(weak):
+    """The pole is real: |z| = 1.0029, and grows by 58 1/s."""
+    found = verdicts(weak)
+    stable = found["stable"]
+    assert (stable.verdict, stable.measured.facts["frequency"]) == (Judgement.MISSED, 0.0)
+    assert stable.measured.value == pytest.approx(1.0029, abs=1e-4)
+    assert stable.measured.facts["growth_rate"] == pytest.approx(58.0, abs=0.5)
+    assert_names(stable.measured.where, "drift", "amb_a.x")
+    keys = ("stable_with_all_modes", "level_one_decrement", "level_one_ratio", "level_two_decrement")
+    assert {found[key].verdict for key in keys} == {Judgement.MISSED}
+    assert found["level_one_ratio"].measured.value == 0.0
+
+
+@pytest.mark.parametrize("machine", [BLOWER / "machine.toml", "compressor"])
+def test_a_gain_of_the_wrong_sign_is_missed(machine, tmp_path):
+    law = Path(load_machine(machine).controller)
+    found = assess(with_law(machine, reversed_law(law, tmp_path)), only=["closed_loop"])
+    assert verdicts(found)["stable"].verdict is Judgement.MISSED
+
+
+def test_a_wrong_sign_in_one_axis_of_the_compressor_is_missed(tmp_path):
+    law = Path(load_machine("compressor").controller)
+    found = assess(with_law("compressor", one_axis_reversed(law, tmp_path)), only=["closed_loop"])
+    stable = verdicts(found)["stable"]
+    assert (stable.verdict, stable.measured.facts["frequency"]) == (Judgement.MISSED, 0.0)
+    assert_names(stable.measured.where, "drift", "mb1.x")
+
+
+def test_poles_over_speed_tell_a_drift_with_its_axis_and_rate():
+    result = poles(BLOWER / "levitation.toml", controller=ONE_AXIS_WEAK, count=4)
+    assert len(result.unstable) == len(result.speeds)
+    assert result.spectral_radii == pytest.approx(1.0029, abs=1e-4)
+    assert result.growth_rates == pytest.approx(58.0, abs=1.0)
+    assert_names(" ".join(map(str, result.text()[1:])), "3.77", "3770 rad/s", "drift", "amb_a.x", "58.2 1/s")
+    legends = [legend for part in figure(result).subfigs for legend in part.legends]
+    assert "not stable" in [entry.get_text() for legend in legends for entry in legend.texts]

@@ -1,0 +1,75 @@
+"""The pole that decides on the stability of a sampled loop, in closed form."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from scipy.linalg import block_diag, expm
+
+from amb_cosim.linear.stability import LARGEST, stability_of
+from tests.support.messages import assert_names
+
+T = 50e-6  # s
+FREE = np.array([[0.0, 1.0], [0.0, 0.0]])  # a mass that nothing holds
+
+
+def oscillator(sigma: float, omega: float) -> np.ndarray:
+    """Continuous, with the poles sigma +- j omega."""
+    return np.array([[0.0, 1.0], [-(sigma**2 + omega**2), 2.0 * sigma]])
+
+
+def sampled(*parts: np.ndarray, seed: int = 1) -> np.ndarray:
+    """Parts beside each other, sampled, in coordinates that mix them and have units that differ by up to 1e6."""
+    A = expm(block_diag(*parts) * T)
+    mixed = np.linalg.qr(np.random.default_rng(seed).standard_normal(A.shape))[0]
+    units = np.geomspace(1e-3, 1e3, len(A))
+    return (mixed @ A @ mixed.T) * units[:, None] / units
+
+
+def test_a_mass_on_a_negative_spring_drifts_at_its_rate():
+    """m x'' = k x grows with sqrt(k/m)."""
+    found = stability_of(sampled(np.array([[0.0, 1.0], [58.0**2, 0.0]]), oscillator(-20.0, 3000.0)), T)
+    assert not found.is_stable
+    assert found.is_drift
+    assert found.growth_rate == pytest.approx(58.0, rel=1e-6)
+    assert found.radius == pytest.approx(math.exp(58.0 * T), rel=1e-9)
+    assert found.decrement == -LARGEST
+    assert_names(found.motion, "drift", "58 1/s")
+
+
+def test_a_vibration_has_its_frequency_rate_and_decrement():
+    found = stability_of(sampled(oscillator(3.0, 5000.0), oscillator(-20.0, 300.0)), T)
+    assert (found.growth_rate, found.frequency) == pytest.approx((3.0, 5000.0), rel=1e-6)
+    assert found.decrement == pytest.approx(-2.0 * math.pi * 3.0 / 5000.0)
+    assert_names(found.motion, "795.8 Hz", "3 1/s")
+
+
+def test_a_real_pole_near_minus_one_alternates_at_half_the_sample_rate():
+    found = stability_of(np.diag([-1.01, 0.9]), T)
+    assert not found.is_stable
+    assert found.frequency == pytest.approx(math.pi / T)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_free_mass_neither_grows_nor_decays(seed):
+    """Rounding splits its double pole by the root of the precision, 1e-8 and more, and one half leaves the circle."""
+    found = stability_of(sampled(FREE, FREE, oscillator(-20.0, 3000.0), seed=seed), T)
+    assert (found.on_circle, found.is_stable) == (4, True)
+    assert found.growth_rate == pytest.approx(-20.0, rel=1e-6)
+    assert_names(found.note, "4 poles")
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_an_integrator_outside_the_loop_neither_grows_nor_decays(seed):
+    found = stability_of(sampled(np.zeros((1, 1)), oscillator(-20.0, 3000.0), seed=seed), T)
+    assert (found.on_circle, found.is_stable) == (1, True)
+    assert found.growth_rate == pytest.approx(-20.0, rel=1e-6)
+
+
+@pytest.mark.parametrize("rate", [1e-3, 1e-2, 1.0])
+def test_slow_growth_is_not_taken_for_rounding(rate):
+    found = stability_of(sampled(np.array([[rate]]), oscillator(-20.0, 3000.0)), T)
+    assert (found.on_circle, found.is_stable) == (0, False)
+    assert found.growth_rate == pytest.approx(rate, rel=1e-2)
