@@ -5,10 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from click.testing import CliRunner
 
-from amb_cosim.assessment.assess import assess
+from amb_cosim.assessment.assess import OF_LEVITATION, assess
 from amb_cosim.assessment.findings import Judgement
 from amb_cosim.assessment.machine_file import load_machine
+from amb_cosim.commands.cli import main
 from amb_cosim.studies import figure, poles
 from tests.support.messages import assert_names
 
@@ -50,7 +52,7 @@ def verdicts(result):
 
 @pytest.fixture(scope="module")
 def weak():
-    return assess(with_law(BLOWER / "machine.toml", ONE_AXIS_WEAK), only=LINEAR)
+    return assess(with_law(BLOWER / "machine.toml", ONE_AXIS_WEAK), only=[*LINEAR, *OF_LEVITATION])
 
 
 def test_a_machine_that_levitates_is_stable():
@@ -73,19 +75,44 @@ def test_half_the_gain_in_one_axis_is_a_drift_and_missed(weak):
     assert found["level_one_ratio"].measured.value == 0.0
 
 
+def test_parts_that_need_levitation_are_not_answered_for_a_falling_rotor(weak):
+    assert set(weak.unanswered) == OF_LEVITATION
+    (reason,) = set(weak.unanswered.values())
+    assert_names(reason, "not stable", "drift", "amb_a.x")
+    assert not [item for part in weak.parts if part.key in OF_LEVITATION for item in part.findings]
+
+
+def test_an_unstable_machine_ends_the_command_with_exit_code_1(tmp_path):
+    pytest.importorskip("plotly")
+    text = (BLOWER / "machine.toml").read_text(encoding="utf-8")
+    text = text.replace('"levitation.toml"', f'"{BLOWER.as_posix()}/levitation.toml"')
+    (tmp_path / "machine.toml").write_text(
+        text.replace('"controller.toml"', f'"{ONE_AXIS_WEAK.as_posix()}"'), encoding="utf-8"
+    )
+    values = ["assess", str(tmp_path / "machine.toml"), "--no-pdf", "-o", str(tmp_path / "page")]
+    ended = CliRunner().invoke(main, [*values, "--only", "closed_loop"])
+    assert ended.exit_code == 1
+    assert_names(ended.output, "machine is not stable", "drift", "amb_a.x")
+    ended = CliRunner().invoke(main, [*values, "--only", "envelope", "--only", "unbalance"])
+    assert ended.exit_code == 1
+    assert_names(ended.output, "unbalance", "envelope", "not answered", "loop is not stable")
+
+
 @pytest.mark.parametrize("machine", [BLOWER / "machine.toml", "compressor"])
-def test_a_gain_of_the_wrong_sign_is_missed(machine, tmp_path):
+def test_a_gain_of_the_wrong_sign_is_missed_and_has_no_responses(machine, tmp_path):
     law = Path(load_machine(machine).controller)
-    found = assess(with_law(machine, reversed_law(law, tmp_path)), only=["closed_loop"])
+    found = assess(with_law(machine, reversed_law(law, tmp_path)), only=["closed_loop", "unbalance", "envelope"])
     assert verdicts(found)["stable"].verdict is Judgement.MISSED
+    assert set(found.unanswered) == {"unbalance", "envelope"}
 
 
 def test_a_wrong_sign_in_one_axis_of_the_compressor_is_missed(tmp_path):
     law = Path(load_machine("compressor").controller)
-    found = assess(with_law("compressor", one_axis_reversed(law, tmp_path)), only=["closed_loop"])
+    found = assess(with_law("compressor", one_axis_reversed(law, tmp_path)), only=["closed_loop", "unbalance"])
     stable = verdicts(found)["stable"]
     assert (stable.verdict, stable.measured.facts["frequency"]) == (Judgement.MISSED, 0.0)
     assert_names(stable.measured.where, "drift", "mb1.x")
+    assert set(found.unanswered) == {"unbalance"}
 
 
 def test_poles_over_speed_tell_a_drift_with_its_axis_and_rate():

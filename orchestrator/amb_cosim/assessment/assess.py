@@ -6,6 +6,7 @@ import time
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -29,9 +30,11 @@ from amb_cosim.assessment.analyses import (
 from amb_cosim.assessment.criteria import Criterion, load_criteria
 from amb_cosim.assessment.findings import AnalysisResult, Finding, Judgement, ResultTable, judge
 from amb_cosim.assessment.machine_file import MachineFile, load_machine
+from amb_cosim.assessment.stability import check_stable, least_stable
 from amb_cosim.assessment.subject import Subject, subject_of
 from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.cosim.basics.errors import FmuError, ProcessFailed, StartFailed
+from amb_cosim.linear.stability import LoopStability
 from amb_files.suggestions import suggest
 
 ANALYSES: dict[str, ModuleType] = {  # in the order of the page
@@ -50,6 +53,9 @@ ANALYSES: dict[str, ModuleType] = {  # in the order of the page
     "rest": rest,
     "recovery": recovery,
 }
+OF_LEVITATION = frozenset(  # parts that need a stable loop
+    {"unbalance", "envelope", "sensitivity", "robustness", "vibration", "faults", "landing", "rest", "recovery"}
+)
 OF_CLEARANCES = frozenset({"vibration", "faults", "landing", "rest", "recovery"})  # parts that need contact sites
 
 ProgressCallback = Callable[[str, int, int], None]  # title of the part under way, parts done, their number
@@ -100,6 +106,13 @@ class Assessment:
     def unanswered(self) -> dict[str, str]:
         """Parts that failed, with reasons."""
         return {part.key: part.reason for part in self.parts if part.reason}
+
+    @property
+    def instability(self) -> str:
+        """The pole of the least stable loop, if one of the machine is unstable; otherwise empty."""
+        radii = [finding.measured for finding in self.findings if finding.measured.quantity == "spectral_radius"]
+        worst = max(radii, key=lambda radius: radius.value, default=None)
+        return worst.where if worst is not None and worst.value > 1.0 else ""
 
     def counts(self) -> Counter[Judgement]:
         """Return the number of verdicts of each kind; a failed part counts as one."""
@@ -158,12 +171,13 @@ def assess(
         raise ValueError(f"no part {unknown[0]!r}; {suggest(unknown[0], ANALYSES)}")
     subject = check_machine(file, flavour)
     chosen = chosen_parts(file, only)
+    stability = cache(lambda: least_stable(subject))
     parts = []
     for done, name in enumerate(chosen):
         part = ANALYSES[name]
         if progress is not None:
             progress(part.TITLE, done, len(chosen))
-        parts.append(_answered(name, part.TITLE, part.answer, subject, requested))
+        parts.append(_answered(name, part.TITLE, part.answer, subject, requested, stability))
     return Assessment(file, subject.facts, requested, tuple(parts))
 
 
@@ -195,10 +209,17 @@ def check_machine(file: MachineFile, flavour: Flavour = "native") -> Subject:
 
 
 def _answered(
-    name: str, title: str, ask: Callable[[Subject], AnalysisResult], subject: Subject, criteria: tuple[Criterion, ...]
+    name: str,
+    title: str,
+    ask: Callable[[Subject], AnalysisResult],
+    subject: Subject,
+    criteria: tuple[Criterion, ...],
+    stability: Callable[[], LoopStability],
 ) -> Analysis:
     begin = time.perf_counter()
     try:
+        if name in OF_LEVITATION:
+            check_stable(stability())
         if name in OF_CLEARANCES and not subject.clearances:
             raise ValueError(f"rotor {subject.rotor.name} has no [[sites]], so its possible contacts are unknown")
         answer = ask(subject)

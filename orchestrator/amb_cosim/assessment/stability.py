@@ -28,3 +28,9 @@ def spectral_radius(quantity: str, stability: LoopStability, name: str = "") -> 
 def described(stability: LoopStability) -> str:
     """Return the motion of the pole that decides, and its speed."""
     return f"{stability.motion}, |z| = {stability.radius:.7f}, at {rpm(stability.speed):.0f} 1/min"
+
+
+def check_stable(stability: LoopStability) -> None:
+    """Raise a ValueError if a machine is not stable."""
+    if not stability.is_stable:
+        raise ValueError(f"the loop is not stable: {described(stability)}; this part needs a rotor that levitates")

@@ -40,7 +40,7 @@ def assess(
 
     The page has a verdict for each criterion, and what to change. FILE may be the name of a packaged machine.
 
-    The exit code is 0 if all parts could be assessed, regardless of the verdicts.
+    The exit code is 0 if all parts could be assessed and no loop is unstable, regardless of other verdicts, else 1.
     """
     if check:
         _print_description(file, criteria, flavour)
@@ -76,8 +76,15 @@ def assess(
     counts = result.counts()
     click.echo(", ".join(f"{counts[verdict]} {verdict.value}" for verdict in Judgement))
     click.echo(f"page in {page}" + (f", printed in {printed}" if printed else ""))
-    if result.unanswered:
-        raise Failed("\n".join(f"{name}: not answered, because {reason}" for name, reason in result.unanswered.items()))
+    reasons = dict.fromkeys(result.unanswered.values())
+    failures = [
+        f"{', '.join(name for name, of in result.unanswered.items() if of == reason)}: not answered, because {reason}"
+        for reason in reasons
+    ]
+    if result.instability:
+        failures.insert(0, f"the machine is not stable: {result.instability}")
+    if failures:
+        raise Failed("\n".join(failures))
 
 
 def _print_description(file: str, criteria: tuple[str, ...], flavour: Flavour) -> None:
