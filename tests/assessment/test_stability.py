@@ -7,9 +7,12 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
+from amb_cosim.assessment.analyses import robustness
 from amb_cosim.assessment.assess import OF_LEVITATION, assess
-from amb_cosim.assessment.findings import Judgement
+from amb_cosim.assessment.criteria import load_criteria
+from amb_cosim.assessment.findings import Judgement, judge
 from amb_cosim.assessment.machine_file import load_machine
+from amb_cosim.assessment.subject import subject_of
 from amb_cosim.commands.cli import main
 from amb_cosim.studies import figure, poles
 from tests.support.messages import assert_names
@@ -123,3 +126,20 @@ def test_poles_over_speed_tell_a_drift_with_its_axis_and_rate():
     assert_names(" ".join(map(str, result.text()[1:])), "3.77", "3770 rad/s", "drift", "amb_a.x", "58.2 1/s")
     legends = [legend for part in figure(result).subfigs for legend in part.legends]
     assert "not stable" in [entry.get_text() for legend in legends for entry in legend.texts]
+
+
+def test_an_unstable_corner_misses_its_sensitivity_and_stability():
+    """A mode at 4.6 to 4.8 kHz grows in most corners, beyond the frequency up to which the file assesses decrements."""
+    subject = subject_of(load_machine("turbo_expander"))
+    result = robustness.answer(subject)
+    found = {
+        item.criterion.key: item for item in judge(result.measured, load_criteria(), subject.facts) if item.criterion
+    }
+    assert found["stable_with_tolerances"].verdict is Judgement.MISSED
+    assert found["stable_with_tolerances"].measured.value > 1.0003
+    assert found["sensitivity_with_tolerances"].verdict is Judgement.MISSED
+    assert "without a sensitivity" in found["sensitivity_with_tolerances"].measured.note
+    rows = result.tables[0].rows
+    assert sum("vibration of 4" in motion and peak == "not stable" for *_, motion, _, peak in rows) >= 11
+    for name, radius, _, _, peak in rows:
+        assert (float(radius) > 1.0) == (peak == "not stable"), name

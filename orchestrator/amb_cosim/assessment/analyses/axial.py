@@ -122,18 +122,20 @@ def _varied(subject: Subject, cases: Sequence[LoadCase], N: float) -> list[Quant
     """Return the smallest decrement and the largest |S| in the corners of the tolerances of K_i, K_s and gap."""
     bearing = subject.file.thrust_bearing
     assert bearing is not None
-    decrements, peaks = [], []
+    decrements, peaks, loops = [], [], {}
     factors = {(v.k_i, v.k_s): None for v in variations(subject.file.tolerances).values()}
     for case in cases:
         for k_i, k_s in factors:
             varied = _case(subject, bearing, case.load, (k_i, k_s))
             name = f"{NAME} under {case.name}, K_i {k_i:.3g}, K_s {k_s:.3g}"
+            loops[name] = varied.loop
             decrement, hz = varied.least
             decrements.append(Quantity("decrement_varied", name, decrement, "1", {"frequency": hz, "N": N}))
             if len(varied.S):
                 peaks.append(Quantity("sensitivity_varied", name, varied.peak[0], "1"))
     least = min(decrements, key=lambda item: item.value)
-    return [least, *([max(peaks, key=lambda item: item.value)] if len(peaks) == len(decrements) else [])]
+    radius = _spectral_radius("spectral_radius_varied", loops)
+    return [radius, least, *([max(peaks, key=lambda item: item.value)] if len(peaks) == len(decrements) else [])]
 
 
 def _spectral_radius(quantity: str, loops: Mapping[str, AxialLoop]) -> Quantity:

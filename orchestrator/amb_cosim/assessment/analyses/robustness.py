@@ -10,19 +10,26 @@ from amb_cosim.assessment.analyses.closed_loop import least_decrement, vibration
 from amb_cosim.assessment.analyses.sensitivity import sensitivities
 from amb_cosim.assessment.findings import AnalysisResult, Quantity, ResultTable
 from amb_cosim.assessment.machine_file import Tolerances
+from amb_cosim.assessment.stability import described, least_stable, spectral_radius
 from amb_cosim.assessment.stages import real_coefficients
 from amb_cosim.assessment.subject import Subject, rpm
 from amb_cosim.linear.loop import Loop
 from amb_cosim.machine.coupled import MachineVariation, coupled_loop
 
 TITLE = "Robustness: worst margins within the tolerances"
+NO_SENSITIVITY = 1e3  # peak that stands for an unstable loop
 
 
 def answer(subject: Subject) -> AnalysisResult:
-    """Return the smallest decrement and the largest sensitivity peak over all corners of the tolerances."""
+    """Return the largest spectral radius, the smallest decrement and the largest sensitivity over the tolerances.
+
+    All corners and all poles count. For a corner that is not stable, which has no
+    sensitivity, `NO_SENSITIVITY` stands.
+    """
     speed, tolerances = subject.file.speed, subject.file.tolerances
     limit, others = subject.file.highest_frequency, real_coefficients(subject)
     rows: list[tuple[str, ...]] = []
+    radii: list[Quantity] = []
     decrements: list[Quantity] = []
     peaks: list[Quantity] = []
     for name, variation in variations(tolerances).items():
@@ -31,20 +38,27 @@ def answer(subject: Subject) -> AnalysisResult:
         result = [(Omega, vibrations_within(loop, Omega, limit)) for Omega in speeds]
         least = least_decrement("decrement_varied", result)
         decrements.append(Quantity(least.quantity, f"{name}: {least.where}", least.value, "1", least.facts))
-        peak = _largest(loop, speeds) if least.value > 0.0 else None
-        if peak is not None:
-            peaks.append(Quantity("sensitivity_varied", f"{name}: {peak[1]}", peak[0], "1"))
-        rows.append((name, f"{least.value:.3f}", least.where, "not stable" if peak is None else f"{peak[0]:.2f}"))
-    measured = [min(decrements, key=lambda item: item.value)]
-    measured += [max(peaks, key=lambda item: item.value)] if peaks else []
+        stability = least_stable(subject, variation)
+        radii.append(spectral_radius("spectral_radius_varied", stability, f"{name}: "))
+        peak, where = _largest(loop, speeds) if stability.is_stable else (NO_SENSITIVITY, described(stability))
+        note = "" if stability.is_stable else "not stable, so without a sensitivity; the value stands for that"
+        peaks.append(Quantity("sensitivity_varied", f"{name}: {where}", peak, "1", {}, note))
+        displayed = f"{peak:.2f}" if stability.is_stable else "not stable"
+        rows.append((name, f"{stability.radius:.7f}", described(stability), f"{least.value:.3g}", displayed))
+    measured = [
+        max(radii, key=lambda item: item.value),
+        min(decrements, key=lambda item: item.value),
+        max(peaks, key=lambda item: item.value),
+    ]
     shares = (
         f"K_i {tolerances.k_i:.0%}, K_s {tolerances.k_s:.0%}, gap {tolerances.gap:.0%}, modes {tolerances.modes:.0%}"
     )
     notes = (
-        f"Tolerances: {shares}, all corners at smallest, largest and trip speed. A gap wider by a fraction d divides "
+        f"Tolerances: {shares}, all corners at smallest, largest and trip speed. "
+        "A gap wider by a fraction d divides "
         "K_i by (1 + d)^2 and K_s by (1 + d)^3. Modes are the free rotor's bending modes, all changed alike.",
     )
-    heads = ("changed", "least decrement", "of", "largest |S|")
+    heads = ("changed", "largest |z|", "of", "least decrement", "largest |S|")
     return AnalysisResult(tuple(measured), (), (ResultTable("Corners of the tolerances", heads, tuple(rows)),), notes)
 
 
@@ -60,14 +74,10 @@ def variations(tolerances: Tolerances) -> dict[str, MachineVariation]:
     return result
 
 
-def _largest(loop: Loop, speeds: dict[float, None]) -> tuple[float, str] | None:
+def _largest(loop: Loop, speeds: dict[float, None]) -> tuple[float, str]:
     worst = (0.0, "")
     for Omega in list(speeds)[:2]:
-        try:
-            result = sensitivities(loop, Omega)
-        except ValueError:
-            return None
-        for name, frequencies, values in result:
+        for name, frequencies, values in sensitivities(loop, Omega):
             top = int(np.argmax(values))
             worst = max(worst, (float(values[top]), f"{name}, {frequencies[top]:.1f} Hz at {rpm(Omega):.0f} 1/min"))
     return worst
