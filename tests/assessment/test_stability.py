@@ -1,9 +1,10 @@
-"""Verdicts on the stability of machines: every pole counts."""
+"""Verdicts on the stability of machines: every pole counts, at every speed up to the trip speed."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 from click.testing import CliRunner
 
@@ -12,14 +13,19 @@ from amb_cosim.assessment.assess import OF_LEVITATION, assess
 from amb_cosim.assessment.criteria import load_criteria
 from amb_cosim.assessment.findings import Judgement, judge
 from amb_cosim.assessment.machine_file import load_machine
+from amb_cosim.assessment.stability import least_stable
+from amb_cosim.assessment.stages import real_coefficients
 from amb_cosim.assessment.subject import subject_of
 from amb_cosim.commands.cli import main
+from amb_cosim.machine.coupled import coupled_loop
 from amb_cosim.studies import figure, poles
+from rotor_analysis.packaged_rotors import rotor_path
 from tests.support.messages import assert_names
 
 BLOWER = Path(__file__).parent / "blower"  # a 250 kW blower designed for this project
 ONE_AXIS_WEAK = BLOWER / "one_axis_weak.toml"
 LINEAR = ["closed_loop", "cross_coupling"]
+RPM = np.pi / 30.0
 
 
 def reversed_law(law: Path, folder: Path) -> Path:
@@ -143,3 +149,31 @@ def test_an_unstable_corner_misses_its_sensitivity_and_stability():
     assert sum("vibration of 4" in motion and peak == "not stable" for *_, motion, _, peak in rows) >= 11
     for name, radius, _, _, peak in rows:
         assert (float(radius) > 1.0) == (peak == "not stable"), name
+
+
+def test_a_speed_that_only_a_run_up_passes_is_judged(tmp_path):
+    """With a little more damping the expander is stable in operation, and not at 15,100 1/min."""
+    rotor = rotor_path("turbo_expander").read_text(encoding="utf-8")
+    damped = rotor.replace("modal = 0.001\n", "modal = 0.00103\n")
+    assert damped != rotor
+    (tmp_path / "rotor.toml").write_text(damped, encoding="utf-8")
+    file = load_machine("turbo_expander").model_copy(update={"rotor": str(tmp_path / "rotor.toml")})
+    machine = subject_of(file)
+    loop = coupled_loop(machine, real_coefficients(machine))
+    for Omega in (file.speed.lowest, file.speed.highest, file.speed.tripping):
+        assert loop.poles(Omega).stability.is_stable
+    worst = least_stable(machine)
+    assert not worst.is_stable
+    assert worst.speed == pytest.approx(15076.0 * RPM, rel=0.01)
+    assert worst.decrement == pytest.approx(-2.0e-4, rel=0.05)
+    (found,) = (f for f in assess(file, only=["closed_loop"]).findings if f.criterion and f.criterion.key == "stable")
+    assert (found.verdict, found.measured.value) == (Judgement.MISSED, pytest.approx(worst.radius, abs=1e-9))
+
+
+def test_the_least_stable_speed_is_found_between_those_of_a_grid():
+    machine = subject_of(load_machine("turbo_expander"))
+    loop = coupled_loop(machine, real_coefficients(machine))
+    worst = loop.least_stable(np.linspace(0.0, 4400.0, 7))
+    radii = {Omega: loop.poles(float(Omega)).stability.radius for Omega in np.linspace(1400.0, 1800.0, 41)}
+    assert worst.radius >= max(radii.values())
+    assert worst.speed == pytest.approx(max(radii, key=lambda Omega: radii[Omega]), abs=10.0)

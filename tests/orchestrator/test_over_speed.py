@@ -10,6 +10,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.text import Text
 
 import amb_cosim
+from amb_cosim.linear.stability import LoopStability
 from amb_cosim.studies.campbell_diagram import CampbellDiagram, CriticalSpeedRow, ModeOverSpeed
 from amb_cosim.studies.closed_loop_poles import ClosedLoopPoles, PoleOverSpeed
 from amb_cosim.studies.figures import figure
@@ -82,13 +83,18 @@ def crossing_poles() -> ClosedLoopPoles:
         PoleOverSpeed(np.full(21, f), decrements / (2.0 * math.pi), decrements, ("forward",) * 21)
         for f in (100.5, 900.0)
     )
+    sample_time, growth = 1e-4, -decrements * 100.5 / (2.0 * math.pi)
+    radii = np.exp(growth * sample_time)
     return ClosedLoopPoles(
         scenario="any",
         rotor="any",
-        sample_time=1e-4,
+        sample_time=sample_time,
         speeds=speeds,
         poles=poles,
         least_damped=decrements,
+        spectral_radii=radii,
+        growth_rates=growth,
+        least_stable=LoopStability(radii[-1], growth[-1], 100.5, speeds[-1]),
         unstable=(),
         operating_speed=150.0,
     )

@@ -1,4 +1,4 @@
-"""Stability of a machine with its seals and stages, at the smallest, the largest and the trip speed."""
+"""Stability of a machine with its seals and stages, from zero to the trip speed."""
 
 from __future__ import annotations
 
@@ -10,11 +10,13 @@ from amb_cosim.assessment.subject import Subject, hertz, rpm
 from amb_cosim.linear.stability import LoopStability
 from amb_cosim.machine.coupled import NOMINAL, MachineVariation, coupled_loop
 
+SPEEDS = 41  # from zero to the trip speed, between which the least stable is sought
 
-def least_stable(subject: Subject, variation: MachineVariation = NOMINAL) -> LoopStability:
-    """Return the stability at the least stable of smallest, largest and trip speed."""
+
+def least_stable(subject: Subject, variation: MachineVariation = NOMINAL, count: int = SPEEDS) -> LoopStability:
+    """Return the stability at the least stable speed from zero to the trip speed, which every run-up passes."""
     speed = subject.file.speed
-    speeds = np.unique([speed.lowest, speed.highest, speed.tripping])
+    speeds = np.unique([*np.linspace(0.0, speed.tripping, count), speed.lowest, speed.highest])
     return coupled_loop(subject, real_coefficients(subject), variation).least_stable(speeds)
 
 

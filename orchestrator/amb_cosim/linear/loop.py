@@ -27,6 +27,8 @@ from array_types import Array, Complex
 
 NYQUIST = 1.0 - 1e-9  # of half the sample rate: python-control warns if rounding takes a frequency beyond it
 BALANCING = 60  # steps of Osborne's iteration
+SAME = 1e-12  # difference of spectral radii that is rounding
+CLOSE = 1e-3  # of the distance of two speeds, error of the least stable speed between them
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,8 +135,28 @@ class Loop:
         return LoopPoles(z.astype(np.complex128), shapes, stability)
 
     def least_stable(self, speeds: Sequence[float] | Array) -> LoopStability:
-        """Return the stability at the least stable of some speeds (rad/s)."""
-        return max((self.poles(float(Omega)).stability for Omega in speeds), key=lambda one: one.radius)
+        """Return the stability at the least stable speed from the first to the last of some speeds (rad/s), ascending.
+
+        About each speed whose spectral radius is a local maximum of these, the maximum itself is sought between its
+        neighbours.
+        """
+        from scipy.optimize import minimize_scalar
+
+        result = [self.poles(float(Omega)).stability for Omega in speeds]
+        radii = np.array([one.radius for one in result])
+        rises = np.diff(radii, prepend=-1.0, append=-1.0)
+        tops: list[int] = np.flatnonzero((rises[:-1] > SAME) & (rises[1:] <= SAME)).tolist()
+        for k in tops:
+            low, high = float(speeds[max(k - 1, 0)]), float(speeds[min(k + 1, len(radii) - 1)])
+            if low < high:
+
+                def minus_radius(Omega: float) -> float:
+                    return -self.poles(float(Omega)).stability.radius
+
+                options = {"xatol": CLOSE * (high - low)}
+                top = minimize_scalar(minus_radius, bounds=(low, high), method="bounded", options=options)
+                result.append(self.poles(float(top.x)).stability)
+        return max(result, key=lambda one: one.radius)
 
     @cached_property
     def closed(self) -> LinearModel:

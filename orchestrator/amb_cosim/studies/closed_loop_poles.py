@@ -81,9 +81,9 @@ class ClosedLoopPoles(MachineResult):
     growth_rates
         Growth rate of that pole at each speed, ln|z|/T, shape (n,).
     least_stable
-        That pole at the worst of the speeds.
+        That pole at the worst speed from the lowest to the highest, between those of the diagram too.
     unstable
-        Speeds (rad/s) of the diagram at which the loop is not stable.
+        Speeds (rad/s) of the diagram at which the loop is not stable, or the worst if it lies between them.
     operating_speed
         That of the scenario (rad/s).
     """
@@ -207,6 +207,8 @@ def poles(
     worst = loop.least_stable(speeds)
     stabilities = [of_speed.stability for of_speed in result]
     unstable = [one.speed for one in stabilities if not one.is_stable]
+    if not unstable and not worst.is_stable:
+        unstable = [worst.speed]
     return ClosedLoopPoles(
         scenario=values.name,
         rotor=machine.rotor.name,

@@ -25,10 +25,11 @@ TITLE = "Closed loop over speed: damped frequencies and logarithmic decrements"
 POINTS = 41  # speeds
 MIN_DECREMENT, MAX_DECREMENT = 1e-3, 3.0  # logarithmic decrements in the figure, whose axis is logarithmic
 ROUNDING = 1e-9  # relative difference of decrements of the same pole
+SPEEDS_OF_ALL_MODES = 9  # from zero to the trip speed
 
 
 def answer(subject: Subject) -> AnalysisResult:
-    """Return stability, damped frequencies and decrements, the least in operation."""
+    """Return stability from zero to the trip speed, damped frequencies and decrements, the least in operation."""
     loop = coupled_loop(subject, real_coefficients(subject))
     speed, limit = subject.file.speed, subject.file.highest_frequency
     speeds = np.unique([*np.linspace(0.01 * speed.tripping, speed.tripping, POINTS), speed.lowest, speed.highest])
@@ -52,7 +53,10 @@ def answer(subject: Subject) -> AnalysisResult:
     ]
     if hertz(limit) > 0.5 / loop.sample_time:
         notes.append(f"Half the sample rate is {0.5 / loop.sample_time:.0f} Hz: higher frequencies are aliased.")
-    notes.append("Stability: all poles, of drifts without vibration too, at smallest, largest and trip speed.")
+    notes += [
+        f"Stability: all poles, of drifts without vibration too, at all speeds from 0 to {rpm(speed.tripping):.0f} "
+        "1/min, with the stages' coefficients of the largest speed where they have no table over speed."
+    ]
     measured = (stability, least, everything, *_with_all_modes(subject))
     return AnalysisResult(measured, _panels(subject, speeds, result, tracks), (table,), tuple(notes))
 
@@ -68,8 +72,8 @@ def _with_all_modes(subject: Subject) -> list[Quantity]:
         return []
     finer = subject_of(subject.file, subject.flavour, min(MODES, most))
     loop = coupled_loop(finer, real_coefficients(finer))
-    speed = finer.file.speed
-    speeds = (speed.lowest, speed.highest, speed.tripping)
+    edges = (finer.file.speed.lowest, finer.file.speed.highest)
+    speeds = np.unique([*np.linspace(0.0, finer.file.speed.tripping, SPEEDS_OF_ALL_MODES), *edges]).tolist()
     result = least_decrement("decrement_all_modes", [(speed, vibrations(loop, speed)) for speed in speeds])
     note = f"with {min(MODES, most)} modes in a plane of motion, {retained} in co-simulation"
     return [replace(result, note=note)]

@@ -17,13 +17,14 @@ from amb_cosim.linear.loop import Loop
 from amb_cosim.machine.coupled import MachineVariation, coupled_loop
 
 TITLE = "Robustness: worst margins within the tolerances"
+SPEEDS = 9  # from zero to the trip speed, between which the least stable of a corner is sought
 NO_SENSITIVITY = 1e3  # peak that stands for an unstable loop
 
 
 def answer(subject: Subject) -> AnalysisResult:
     """Return the largest spectral radius, the smallest decrement and the largest sensitivity over the tolerances.
 
-    All corners and all poles count. For a corner that is not stable, which has no
+    All corners and all poles count, from zero to the trip speed. For a corner that is not stable, which has no
     sensitivity, `NO_SENSITIVITY` stands.
     """
     speed, tolerances = subject.file.speed, subject.file.tolerances
@@ -38,7 +39,7 @@ def answer(subject: Subject) -> AnalysisResult:
         result = [(Omega, vibrations_within(loop, Omega, limit)) for Omega in speeds]
         least = least_decrement("decrement_varied", result)
         decrements.append(Quantity(least.quantity, f"{name}: {least.where}", least.value, "1", least.facts))
-        stability = least_stable(subject, variation)
+        stability = least_stable(subject, variation, SPEEDS)
         radii.append(spectral_radius("spectral_radius_varied", stability, f"{name}: "))
         peak, where = _largest(loop, speeds) if stability.is_stable else (NO_SENSITIVITY, described(stability))
         note = "" if stability.is_stable else "not stable, so without a sensitivity; the value stands for that"
@@ -54,8 +55,8 @@ def answer(subject: Subject) -> AnalysisResult:
         f"K_i {tolerances.k_i:.0%}, K_s {tolerances.k_s:.0%}, gap {tolerances.gap:.0%}, modes {tolerances.modes:.0%}"
     )
     notes = (
-        f"Tolerances: {shares}, all corners at smallest, largest and trip speed. "
-        "A gap wider by a fraction d divides "
+        f"Tolerances: {shares}, all corners. Stability is judged from zero to the trip speed, decrements at smallest, "
+        "largest and trip speed. A gap wider by a fraction d divides "
         "K_i by (1 + d)^2 and K_s by (1 + d)^3. Modes are the free rotor's bending modes, all changed alike.",
     )
     heads = ("changed", "largest |z|", "of", "least decrement", "largest |S|")
