@@ -100,9 +100,9 @@ def read_toml(source: Path | Traversable, name: str) -> dict[str, Any]:
 
 
 def read_text(source: Path | Traversable, name: str) -> str:
-    """Return the text of a file; arguments and errors as for `read_toml`."""
+    """Return the text of a UTF-8 file, without a byte order mark; arguments and errors as for `read_toml`."""
     try:
-        return read_bytes(source, name).decode("utf-8")
+        return read_bytes(source, name).decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise ValueError(f"{name} cannot be read: it is not UTF-8 text (byte {error.start})") from error
 

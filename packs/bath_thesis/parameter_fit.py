@@ -24,10 +24,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from rich.console import Console
 from rich.table import Table
 from scipy.optimize import least_squares
 
+from amb_cosim.presentation.plain_console import plain_console
 from amb_cosim.presentation.text_tables import text_table
 from amb_files.checks import require
 from array_types import Array
@@ -207,9 +207,9 @@ def main() -> None:
     """Run the fit and print its results."""
     rig = values_of(load_rotor("bath_rig_thesis"))
     minima, free = fit_from_all_starts(), fit_from_all_starts(use_priors=False)[0]
-    result, console = minima[0], Console()
+    result, console = minima[0], plain_console()
     if not console.is_terminal:  # a file has no width to cut the table to
-        console = Console(width=180)
+        console = plain_console(width=180)
     console.print(_table(result, rig, free))
     for name, left in (
         ("fitted", result.deviations),

@@ -67,8 +67,7 @@ def _fail(failures: dict[str, str]) -> None:
 
 def _assess(statements: Statements, folder: Path, only: tuple[str, ...], jobs: int | None, pack: str) -> Report:
     """Compute and judge statements, write data, table and page into a folder, and print the number of each verdict."""
-    from rich.console import Console
-
+    from amb_cosim.presentation.plain_console import plain_console
     from amb_cosim.presentation.progress import bars
     from amb_cosim.studies.stored_robustness import load_robustness
     from source_check.evaluation import assess
@@ -76,7 +75,7 @@ def _assess(statements: Statements, folder: Path, only: tuple[str, ...], jobs: i
     from source_check.table import TABLE, write_table
     from source_check.verdict import Verdict
 
-    with refusing(), bars(Console(stderr=True)) as displayed:
+    with refusing(), bars(plain_console(stderr=True)) as displayed:
         require_extra("report", "a report", "plotly")
         task = displayed.add_task("computing (a first run compiles the models)", total=None)
         result = assess(

@@ -30,15 +30,14 @@ def store_robustness(pack: str, only: tuple[str, ...], jobs: int | None) -> dict
     Runs are repeated with H identified and with 1 % more and less of each quantity. The report and pages show the
     stored results.
     """
-    from rich.console import Console
-
+    from amb_cosim.presentation.plain_console import plain_console
     from amb_cosim.presentation.progress import bars
     from amb_cosim.studies.processes import simulate_in_processes
     from amb_cosim.studies.stored_robustness import write_robustness
 
     retained = 0
     failures: dict[str, str] = {}
-    with refusing(), bars(Console(stderr=True)) as displayed:
+    with refusing(), bars(plain_console(stderr=True)) as displayed:
         cases = outcome_cases(pack, only)
         task = displayed.add_task("scenarios", total=len(cases))
         for begin in range(0, len(cases), BATCH):

@@ -95,14 +95,13 @@ def add_study(name: str, *options: Option, shows_progress: bool = False) -> None
     assert described is not None
 
     def run(output: Path | None, **values: Any) -> None:
-        from rich.console import Console
-
+        from amb_cosim.presentation.plain_console import plain_console
         from amb_cosim.presentation.text_tables import print_parts
 
         folder = output or Path("results") / f"study_{name}"
         status: AbstractContextManager[object] = nullcontext()
         if not shows_progress:
-            status = Console(stderr=True).status("computing (a first run compiles the models)")
+            status = plain_console(stderr=True).status("computing (a first run compiles the models)")
         with refusing(), status:
             check_writable(folder, is_folder=True)
             compute: Callable[..., DrawnResult] = getattr(studies, name)

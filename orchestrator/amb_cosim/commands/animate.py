@@ -25,12 +25,11 @@ def animate(result: Path, output: Path | None, **options: Any) -> None:
 
     RESULT is the folder of the run or its file .nc.
     """
-    from rich.console import Console
-
     import amb_cosim
+    from amb_cosim.presentation.plain_console import plain_console
     from amb_cosim.results.animation import animate as write_animation
 
-    with refusing(), Console(stderr=True).status("drawing"):
+    with refusing(), plain_console(stderr=True).status("drawing"):
         matches = amb_cosim.Result.load(result)
         path = output or (result if result.is_dir() else result.parent) / "orbits.gif"
         check_writable(path, is_folder=False)

@@ -45,17 +45,16 @@ def assess(
     if check:
         _print_description(file, criteria, flavour)
         return
-    from rich.console import Console
-
     from amb_cosim.assessment.assess import assess as answer
     from amb_cosim.assessment.findings import Judgement
     from amb_cosim.assessment.machine_file import load_machine
     from amb_cosim.assessment.page import write_assessment
     from amb_cosim.assessment.pdf import print_page
     from amb_cosim.commands.cli_errors import Failed
+    from amb_cosim.presentation.plain_console import plain_console
     from amb_cosim.presentation.progress import bars
 
-    with refusing(), bars(Console(stderr=True)) as displayed:
+    with refusing(), bars(plain_console(stderr=True)) as displayed:
         require_extra("report", "an assessment", "plotly")
         read = load_machine(file)
         folder = output or Path("results") / f"assess_{read.name}"

@@ -38,8 +38,7 @@ class ListedItem(NamedTuple):
 @click.option("--filter", "words", metavar="WORDS", default="", help="List only entries that contain all these words.")
 def list_scenarios(name: str | None, words: str) -> None:
     """List scenarios and sweeps, or show all of NAME."""
-    from rich.console import Console
-
+    from amb_cosim.presentation.plain_console import plain_console
     from amb_files.pack_file import pack_files
     from amb_files.packs import packs
     from amb_files.suggestions import suggest
@@ -57,7 +56,7 @@ def list_scenarios(name: str | None, words: str) -> None:
         entries = [entry for entry in entries if entry.has(wanted)]
         if not entries:
             raise ValueError(f"no scenario and no sweep has the words {words!r}")
-    console, width = Console(), max(len(entry.name) for entry in entries)
+    console, width = plain_console(), max(len(entry.name) for entry in entries)
     for pack, folder in packs().items():
         of_pack = [entry for entry in entries if entry.file.parents[1] == folder]
         if of_pack:

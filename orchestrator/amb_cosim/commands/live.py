@@ -23,14 +23,13 @@ def live(scenario: str | None, rotor: str | None, output: Path, only: bool, docs
 
     The page runs the FMUs in a browser, where you can push the rotor. It works without a network.
     """
-    from rich.console import Console
-
     from amb_cosim.live.choice import rigs_of
     from amb_cosim.live.page import write_page
+    from amb_cosim.presentation.plain_console import plain_console
 
     with refusing():
         check_writable(output, is_folder=False)
-        with Console(stderr=True).status("compiling the models for the browser, unless cached"):
+        with plain_console(stderr=True).status("compiling the models for the browser, unless cached"):
             write_page(rigs_of(scenario, rotor, alone=only), output, docs)
     click.echo(f"live rig in {output}")
     if opens:

@@ -80,9 +80,8 @@ def run(
             stop_time = None if until is None else quantity(until, "s", "--until")
         _simulate(Path(name), output, show_all, stop_time=stop_time, step_size=step_size, **options)
         return
-    from rich.console import Console
-
     import amb_cosim
+    from amb_cosim.presentation.plain_console import plain_console
     from amb_cosim.presentation.text_tables import show_notices
     from amb_cosim.results.summary_table import print_summary
     from amb_files.atomic import write_atomically
@@ -109,7 +108,7 @@ def run(
             write_atomically(copy, lambda path: path.write_text(text, encoding="utf-8"))
     if summary_json == "-":
         click.echo(text, nl=False)
-    console = Console(stderr=summary_json == "-")
+    console = plain_console(stderr=summary_json == "-")
     print_summary(result.summary, console, show_all)
     show_notices(result.summary.notices)
     for message in saved:

@@ -10,6 +10,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
 from amb_cosim.cosim.run.options import Progress as Report
+from amb_cosim.presentation.plain_console import plain_console
 
 SweepReport = Callable[[int, int, str], None]  # points done, their number, address of the dashboard
 
@@ -21,7 +22,7 @@ def bars(console: Console, visible: bool | None = None) -> Progress:
 
     By default there are none if standard error is neither a terminal nor a notebook.
     """
-    columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn(), TimeRemainingColumn())
+    columns = (TextColumn("{task.description}", markup=False), BarColumn(), TimeElapsedColumn(), TimeRemainingColumn())
     hidden = not (console.is_terminal or console.is_jupyter) if visible is None else not visible
     return Progress(*columns, console=console, transient=True, disable=hidden)
 
@@ -32,7 +33,7 @@ def progress_bar(progress: bool | Report | None = None) -> Iterator[Report]:
     if callable(progress):
         yield progress
         return
-    with bars(Console(stderr=True), progress) as displayed:
+    with bars(plain_console(stderr=True), progress) as displayed:
         task = displayed.add_task(STARTING, total=None)
         yield lambda done, total: displayed.update(task, description="simulating", completed=done, total=total)
 
@@ -46,7 +47,7 @@ def sweep_bar(progress: bool | SweepReport | None = None) -> Iterator[SweepRepor
     if callable(progress):
         yield progress
         return
-    console = Console(stderr=True)
+    console = plain_console(stderr=True)
     with bars(console, progress) as displayed:
         task = displayed.add_task("starting processes", total=None)
         began: list[tuple[float, int]] = []

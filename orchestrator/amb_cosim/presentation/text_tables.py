@@ -8,6 +8,8 @@ from io import StringIO
 from rich.console import Console
 from rich.table import Table
 
+from amb_cosim.presentation.plain_console import plain_console
+
 TextBlock = Table | str
 
 WIDTH = 160  # characters of a text outside a terminal
@@ -63,13 +65,13 @@ def number(value: float | None) -> str:
 def rendered(parts: Iterable[TextBlock]) -> str:
     """Return tables and lines as one text."""
     text = StringIO()
-    print_parts(parts, Console(file=text, width=WIDTH))
+    print_parts(parts, plain_console(file=text, width=WIDTH))
     return text.getvalue()
 
 
 def html_of(parts: Iterable[TextBlock], height: str = "28em") -> str:
     """Return tables and lines as HTML for a notebook, at most `height` high; the rest scrolls."""
-    console = Console(record=True, file=StringIO(), width=WIDTH, force_jupyter=False, highlight=False)
+    console = plain_console(record=True, file=StringIO(), width=WIDTH, force_jupyter=False, highlight=False)
     for part in parts:
         console.print(part)
     text = console.export_html(inline_styles=True, code_format="<pre>{code}</pre>")
@@ -78,7 +80,7 @@ def html_of(parts: Iterable[TextBlock], height: str = "28em") -> str:
 
 def show_warnings(sentences: Iterable[str], console: Console | None = None, *, whole: bool = True) -> None:
     """Print warnings, to standard output by default; each is cut to a line of a terminal unless it is `whole`."""
-    console = console or Console()
+    console = console or plain_console()
     lines = [f"warning: {sentence}" for sentence in sentences]
     cuts = console.is_terminal and not whole
     for line in lines:
@@ -90,15 +92,15 @@ def show_warnings(sentences: Iterable[str], console: Console | None = None, *, w
 
 def show_notices(sentences: Iterable[str]) -> None:
     """Print the scenario settings that replacing components lack, one per line, to standard error."""
-    console = Console(stderr=True)
+    console = plain_console(stderr=True)
     for sentence in sentences:
         console.print(f"notice: {sentence}", markup=False, highlight=False, soft_wrap=True)
 
 
 def print_parts(parts: Iterable[TextBlock], console: Console | None = None) -> None:
     """Print tables and lines, to standard output by default."""
-    console = console or Console()
+    console = console or plain_console()
     if not console.is_terminal:  # a file has no width to cut tables to
-        console = Console(file=console.file, width=WIDTH)
+        console = plain_console(file=console.file, width=WIDTH)
     for part in parts:
         console.print(part)

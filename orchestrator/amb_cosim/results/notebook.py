@@ -24,15 +24,14 @@ GOOD, BAD_COLOUR, OTHER = "#009e73", "#d55e00", "#0072b2"  # of verdicts
 
 def html_of(dataset: Signals, summary: Summary, outcome: Outcome) -> str:
     """Return verdict, figures and table of a run as HTML."""
-    from rich.console import Console
-
+    from amb_cosim.presentation.plain_console import plain_console
     from amb_cosim.presentation.style import png
     from amb_cosim.presentation.text_tables import show_warnings
 
     names = [name for name in FIGURES if has_motion(dataset) and name in chosen(dataset)]
     moved, forces = ([n for n in names if (n in FIGURES[:3]) is motion] for motion in (True, False))
     pictures = [(name, base64.b64encode(png(figure(dataset, name))).decode("ascii")) for name in moved[:1] + forces]
-    console = Console(record=True, file=io.StringIO(), width=100, force_jupyter=False)
+    console = plain_console(record=True, file=io.StringIO(), width=100, force_jupyter=False)
     console.print(table(summary))
     show_warnings(summary.verdict.doubts, console)
     decisive = _exported(console)

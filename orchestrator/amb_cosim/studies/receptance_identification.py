@@ -10,13 +10,13 @@ from pathlib import Path
 from typing import Annotated, NamedTuple
 
 import numpy as np
-from rich.console import Console
 
 from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.cosim.system.values import Raw
 from amb_cosim.design.controller_data import SPEEDS, condition_number
 from amb_cosim.design.receptance_file import ReceptanceTable
 from amb_cosim.presentation.json_data import Layout
+from amb_cosim.presentation.plain_console import plain_console
 from amb_cosim.presentation.progress import STARTING, bars
 from amb_cosim.presentation.text_tables import TextBlock, text_table
 from amb_cosim.scenario.rotors import RotorSource
@@ -171,7 +171,7 @@ def _progress_bars(progress: bool | Report | None) -> Iterator[Report]:
     if callable(progress):
         yield progress
         return
-    with bars(Console(stderr=True), progress) as displayed:
+    with bars(plain_console(stderr=True), progress) as displayed:
         all_speeds, this_speed = displayed.add_task("speeds", total=None), displayed.add_task(STARTING, total=None)
 
         def show(now: IdentificationProgress) -> None:

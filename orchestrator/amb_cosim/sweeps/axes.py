@@ -176,9 +176,9 @@ def _alternatives(name: str, settings: Mapping[str, Any]) -> Axis:
 
 
 def _table(path: str) -> dict[str, Any]:
-    from amb_files.toml import parse_toml, read_bytes
+    from amb_files.toml import read_toml
 
-    return parse_toml(read_bytes(Path(path), f"table {path}").decode("utf-8", "replace"), f"table {path}")
+    return read_toml(Path(path), f"table {path}")
 
 
 def _values(name: str, settings: Any) -> Column | Range:

@@ -31,7 +31,7 @@ from amb_cosim.cosim.system.experiment import Experiment
 from amb_cosim.cosim.system.system import Component, Connection, Signal, System
 from amb_cosim.cosim.system.system_tables import ExperimentTable
 from amb_cosim.cosim.system.values import Raw
-from amb_files.toml import parse_toml, validate
+from amb_files.toml import read_toml, validate
 
 FMU_TYPES = (None, "application/x-fmu-sharedlibrary")
 NAMES = {**NAMESPACES, **TOOLS}
@@ -74,7 +74,7 @@ def load_ssp(
     )
     local = folder / EXPERIMENT
     if local.is_file():
-        table = validate(parse_toml(local.read_text(encoding="utf-8"), f"{what}: {EXPERIMENT}"), ExperimentTable, what)
+        table = validate(read_toml(local, f"{what}: {EXPERIMENT}"), ExperimentTable, what)
         experiment = table.experiment()
         end = experiment.stop_time if stop_time is None else stop_time
         experiment = replace(experiment, step_size=step_size or experiment.step_size, stop_time=end)

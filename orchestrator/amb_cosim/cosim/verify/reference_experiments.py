@@ -136,7 +136,7 @@ def _parameters(file: Path) -> Iterator[tuple[str, str]]:
 
 def _table(file: Path) -> Table:
     try:
-        header, *rows = list(csv.reader(file.read_text(encoding="utf-8").splitlines()))
+        header, *rows = list(csv.reader(file.read_text(encoding="utf-8-sig").splitlines()))
     except (ValueError, csv.Error) as error:
         raise ValueError(f"{file.name} is no table: {error}") from error
     header = [name.strip() for name in header]

@@ -1,0 +1,72 @@
+"""Files as editors save them, and names as users write them: read and printed as they are."""
+
+from __future__ import annotations
+
+import codecs
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from rich.table import Table
+
+import amb_cosim
+from amb_cosim.assessment.criteria import load_criteria, packaged_criteria
+from amb_cosim.controllers.block_file import read_blocks
+from amb_cosim.cosim.system.system_file import load_system
+from amb_cosim.presentation.plain_console import plain_console
+from amb_cosim.presentation.text_tables import rendered
+from amb_cosim.sweeps.axes import read_variations
+from rotor_analysis.packaged_rotors import rotor_path
+from rotor_analysis.rotor_file import load_rotor
+
+BLOWER = Path(__file__).parents[1] / "assessment" / "blower"
+READ = {
+    "rotor": (load_rotor, rotor_path("bath_rig").read_text(encoding="utf-8")),
+    "scenario": (amb_cosim.Scenario.load, "base = 'fig4_9'\nend_cycle = 3\n"),
+    "system": (load_system, "base = 'levitated'\n"),
+    "controller": (read_blocks, (BLOWER / "controller.toml").read_text(encoding="utf-8")),
+    "criteria": (lambda path: load_criteria([path]), packaged_criteria()["physics"].read_text(encoding="utf-8")),
+    "alternatives": (lambda path: read_variations({"control": f"@{path}"}), "[PID]\n'c.on' = false\n"),
+}
+
+
+@pytest.mark.parametrize("kind", READ)
+def test_file_that_begins_with_a_byte_order_mark_is_the_same(kind, tmp_path):
+    """Editors of Windows put the mark before the text."""
+    read, text = READ[kind]
+    file, results = tmp_path / "own.toml", []
+    for mark in (b"", codecs.BOM_UTF8):
+        file.write_bytes(mark + text.encode())
+        results.append(repr(read(file)))
+    assert results[0] == results[1]
+
+
+def test_brackets_and_colons_of_a_name_are_no_markup(capsys):
+    name = "pump [rev B] [/2] :warning: [bold]"
+    table = Table(title=name)
+    table.add_column(name)
+    table.add_row(name)
+    console = plain_console(width=80)
+    console.print(table)
+    console.print(name)
+    assert capsys.readouterr().out.count(name) == 4
+    assert name in rendered([name])
+
+
+def test_rotor_and_folder_with_brackets_are_printed_as_named(runner, tmp_path):
+    text = rotor_path("compressor").read_text(encoding="utf-8")
+    named = re.sub('^name = ".*"$', 'name = "pump [rev B]"', text, count=1, flags=re.M)
+    (tmp_path / "rev.toml").write_text(named, encoding="utf-8")
+    result = runner("study", "modes", "--rotor", "rev.toml", "--count", "1", "-o", "run [/2]")
+    assert result.exit_code == 0, result.output
+    assert "pump [rev B]" in result.output
+    assert "run [/2]" in result.output
+    assert (tmp_path / "run [/2]").is_dir()
+
+
+def test_package_is_run_as_a_module():
+    command = [sys.executable, "-m", "amb_cosim", "--version"]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert done.stdout.startswith("amb-cosim")
