@@ -53,6 +53,15 @@ def test_what_was_used_least_recently_goes_for_something_new(filled, monkeypatch
     assert (again, is_new) == (new, False)
 
 
+@pytest.mark.parametrize("name", ["my model.fmu", "100 % Läufer #2.fmu", "model.fmu"])
+def test_uri_of_an_unpacked_fmu_has_nothing_to_decode(filled, name):
+    """Some FMUs open their resources by the text of the URI: those of OpenModelica up to 1.18."""
+    home, _ = cache.unpacked(archive(filled).rename(filled.parent / name), "an FMU")
+    assert "%" not in home.as_uri()
+    assert home.parent == filled
+    assert home in [entry.path for entry in cache.cache_entries()]
+
+
 def test_what_was_used_today_stays_above_the_bound(filled, monkeypatch):
     monkeypatch.setattr(cache, "LIMIT", 1)
     cache.unpacked(archive(filled), "an FMU")

@@ -24,6 +24,7 @@ LONGEST_NAME = 60  # characters of a file's name that the name of its folder tak
 LIMIT = 2 * 2**30  # bytes
 IN_USE = 24 * 3600.0  # s since its last use, within which a process may have something of the cache loaded
 COMPILED = ("engines", "loops")  # small, and minutes to make: they go only where everything does, with `over` = 0
+ENCODED = re.compile(r"[^A-Za-z0-9._-]")  # what a URI has as %20 or the like, which some FMUs do not decode
 ENTRY = re.compile(r".+-[0-9a-f]{32}")  # names of the others
 
 
@@ -44,7 +45,8 @@ def cache_folder() -> Path:
 def unpacked(archive: Path, name: str) -> tuple[Path, bool]:
     """Return the cache folder with the unpacked archive, and whether it is new; `name` is for messages.
 
-    The folder is named by the archive's content, and recreated if its content differs from the archive.
+    The folder is named after the archive and its content, without characters that a URI encodes, and recreated if its
+    content differs from the archive.
 
     Raises
     ------
@@ -55,7 +57,7 @@ def unpacked(archive: Path, name: str) -> tuple[Path, bool]:
         digest = hashlib.sha256(archive.read_bytes()).hexdigest()[:32]
     except OSError as error:
         raise ValueError(f"{name} cannot be read: {error.strerror or error}") from error
-    home = cache_folder() / f"{archive.stem[:LONGEST_NAME]}-{digest}"
+    home = cache_folder() / f"{ENCODED.sub('_', archive.stem)[:LONGEST_NAME]}-{digest}"
     is_new = not home.is_dir()
     create_atomically(home, lambda folder: unpack(archive, folder, name), lambda folder: is_unpacked(archive, folder))
     note_use(home, is_new)
