@@ -75,9 +75,9 @@ def test_values_convert_to_the_unit_of_the_variable(text, unit, value):
 
 @pytest.mark.parametrize(("given", "unit"), COMMON)
 def test_a_common_conversion_is_that_of_pint_to_the_last_bit(given, unit):
-    contexts = ["rotation"] if "rad" in base_unit(unit) else []
+    revolution = 2.0 * math.pi if (given, unit) == ("Hz", "rad/s") else 1.0
     for number in (1.0, 0.1, 0.75, 3.0, 26.7, -1.23456789e-5):
-        by_pint = registry().Quantity(number, parse_unit(given)).to(parse_unit(unit), *contexts).magnitude
+        by_pint = registry().Quantity(number, parse_unit(given)).to(parse_unit(unit)).magnitude * revolution
         assert to_unit(f"{number!r} {given}", unit, "v") == by_pint
 
 
@@ -87,6 +87,38 @@ def test_a_speed_in_hertz_means_revolutions_per_second():
     assert to_unit("960 rpm", "rad/s", "Omega") == pytest.approx(2 * math.pi * 16, rel=1e-12)
     assert to_unit("960 rpm", "Hz", "f") == pytest.approx(16, rel=1e-12)
     assert to_unit("6.283185307179586 rad/s", "Hz", "f") == pytest.approx(1, rel=1e-12)
+
+
+@pytest.mark.parametrize("unit", ["1/min", "min-1", "r/min", "rev/min", "RPM", "rpm", "cpm"])
+def test_1000_per_minute_is_1000_revolutions_per_minute(unit):
+    assert to_unit(f"1000 {unit}", "rad/s", "w") == pytest.approx(104.719755119660, rel=1e-12)
+    assert to_unit(f"1000 {unit}", "Hz", "f") == pytest.approx(1000 / 60, rel=1e-12)
+
+
+@pytest.mark.parametrize("unit", ["1/s", "s-1", "Hz", "cps", "rev/s"])
+def test_60_per_second_is_60_revolutions_per_second(unit):
+    assert to_unit(f"60 {unit}", "rad/s", "w") == pytest.approx(376.991118430775, rel=1e-12)
+    assert to_unit("376.991118430775 rad/s", unit, "f") == pytest.approx(60, rel=1e-12)
+
+
+def test_only_a_reciprocal_time_counts_revolutions():
+    assert to_unit("3 1/min/s", "rad/s2", "drive") == pytest.approx(3 * 2 * math.pi / 60, rel=1e-12)
+    assert to_unit("5 N.m", "N.m/rad", "stiffness") == 5.0
+    assert to_unit("2 rad", "1", "angle") == 2.0
+
+
+def test_units_of_the_trade_are_read_as_the_trade_means_them():
+    assert to_unit("12 Nm", "N.m", "torque") == 12.0
+    assert to_unit("2 mil", "m", "orbit") == pytest.approx(50.8e-6, rel=1e-12)
+    assert to_unit("2 mils", "um", "orbit") == pytest.approx(50.8, rel=1e-12)
+
+
+@pytest.mark.parametrize("unit", ["count", "counts", "bit"])
+def test_counts_are_units_without_dimension(unit):
+    assert to_unit(f"3 {unit}", unit, "level") == 3.0
+    assert to_unit(f"3 {unit}", "1", "level") == 3.0
+    with raises_naming(ValueError, "level", f"unit {unit}", "m"):
+        to_unit(f"3 {unit}", "m", "level")
 
 
 def test_a_frequency_in_hertz_is_per_second_where_no_angle_is_involved():

@@ -70,6 +70,18 @@ COMMON = {
     ("%", "1"): 1e-2,
 }
 
+# Units of the trade that pint does not know, or takes for others (Nm for the fineness of yarn, mil for an angle).
+TRADE = {
+    "RPM": "rpm",
+    "r": "turn",
+    "rev": "turn",
+    "cpm": "(turn/minute)",
+    "cps": "(turn/second)",
+    "Nm": "(newton*meter)",
+    "mil": "thou",
+    "mils": "thou",
+}
+
 # Display units by unit, unless the variable has its own.
 DISPLAYED = {
     "rad/s": "rpm",
@@ -99,17 +111,11 @@ def display_unit(unit: str, name: str) -> dict[str, float]:
 
 @cache
 def registry() -> pint.UnitRegistry:  # type: ignore[type-arg]
-    """Return pint's units with `Ohm`, and a context in which a hertz is a revolution per second.
-
-    Pint takes a radian as 1, so that 16 Hz would silently become a speed of 16 rad/s.
-    """
+    """Return pint's units with `Ohm`."""
     import pint
 
     units: pint.UnitRegistry = pint.UnitRegistry()  # type: ignore[type-arg]
     units.define("@alias ohm = Ohm")
-    rotation = pint.Context("rotation")
-    rotation.redefine("hertz = 2 * pi * radian / second")
-    units.add_context(rotation)
     return units
 
 
@@ -121,7 +127,8 @@ def parse_unit(unit: str) -> pint.Unit:
     ValueError
         If the unit is unknown.
     """
-    text = re.sub(r"(?<=[A-Za-z])(-?\d)", r"**\1", unit.strip().replace(".", "*"))
+    text = re.sub(r"[^\W\d]+", lambda name: TRADE.get(name[0], name[0]), unit.strip().replace(".", "*"))
+    text = re.sub(r"(?<=[A-Za-z])(-?\d)", r"**\1", text)
     try:
         if len(unit) > LONGEST_UNIT or not UNIT.fullmatch(unit.strip().replace("(", "").replace(")", "")):
             raise ValueError("it is not a product or quotient of units")
@@ -148,6 +155,8 @@ def base_unit(unit: str) -> dict[str, float | int]:
     quantity = registry().Quantity(1.0, parsed).to_base_units()
     exponents: dict[str, float | int] = {}
     for name, power in quantity.unit_items():
+        if name not in _PINT_NAMES:  # a bit or a count, which has no dimension
+            continue
         if power != round(float(power)):  # type: ignore[arg-type]
             raise ValueError(f"unit {unit!r} has a fractional exponent, which FMI cannot express")
         exponents[_PINT_NAMES[name]] = round(float(power))  # type: ignore[arg-type]
@@ -175,7 +184,8 @@ def _of_si(unit: str) -> dict[str, float | int] | None:
 def to_unit(text: str | float, unit: str, name: str) -> float:
     """Convert `text` (`0.75 mm`, `25 g.m`, or a number without unit, taken to be in `unit`) to a number in `unit`.
 
-    A hertz converts to and from an angular velocity as a revolution per second.
+    A reciprocal time (Hz, 1/min, 1/s) converts to and from an angular velocity as a number of revolutions: 3000 1/min
+    are 50 Hz and 314 rad/s.
 
     Raises
     ------
@@ -225,7 +235,21 @@ def _by_pint(number: float, values: str, unit: str, what: str) -> float:
 
     source, target = parse_unit(values), parse_unit(unit)
     try:
-        contexts = ("rotation",) if "rad" in {*base_unit(values), *base_unit(unit)} else ()
-        return float(registry().Quantity(number, source).to(target, *contexts).magnitude)
+        return float(registry().Quantity(number, source).to(target).magnitude) * _revolution(values, unit)
     except pint.DimensionalityError as error:
         raise ValueError(f"{what} has unit {values}, which cannot be converted to {unit}") from error
+
+
+def _revolution(values: str, unit: str) -> float:
+    """Return 2 pi if the first unit is a number of revolutions per time and the second an angular velocity.
+
+    Pint takes a radian as 1, so that 16 Hz would silently become a speed of 16 rad/s. The inverse is 1/(2 pi); of other
+    units, 1.
+    """
+    first, second = (
+        {base: power for base, power in base_unit(text).items() if base != "factor"} for text in (values, unit)
+    )
+    for factor, (turning, angular) in ((2.0 * math.pi, (first, second)), (0.5 / math.pi, (second, first))):
+        if set(turning) == {"s"} and turning["s"] < 0 and angular == turning | {"rad": 1}:
+            return factor
+    return 1.0
