@@ -58,8 +58,9 @@ def test_a_reader_that_leaves_ends_a_command_without_a_word(tmp_path, arguments)
         [*COMMAND, *arguments], cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE
     ) as process:
         process.stdout.close()
-        errors = process.stderr.read().decode()
-    assert (process.returncode, errors) in [(0, ""), (1, "")]
+        errors = process.stderr.read().decode().splitlines()
+    words = [line for line in errors if not line.startswith("waiting for another process")]  # which builds the FMUs
+    assert (process.returncode, words) in [(0, []), (1, [])]
     assert arguments[0] == "list" or {file.name for file in (tmp_path / "out").iterdir()} == {
         "result.nc",
         "summary.json",
