@@ -68,7 +68,7 @@ def test_thread_sanitizer_finds_no_race_in_a_batch(under_sanitizer, first_seed):
     code, output = under_sanitizer([first_seed, 0, 1, 1])
     assert code == RACE, output
     assert "data race" in output
-    assert "advance_members" in output or "(loop-" in output  # not every machine names the functions
+    assert "/amb-cosim/" in output  # in a library of the cache: the loop or an FMU, whose functions may have no names
     code, output = under_sanitizer([first_seed, 12, 0, 1, 2, 8])
     assert code == 0, output
     print(output)
