@@ -4,7 +4,6 @@
     result = amb_cosim.run("drop", set={"rotor_contact.*.clearance": "0.6 mm"}, until=0.3)
 
     run          run a scenario and return its Result
-    Batch        step copies of a scenario side by side, in threads: set, step, get, reset
     scenarios    names and descriptions of the scenarios of the packs
     Scenario     a scenario as an object: load, changed, save
     check        check a scenario against the components that it runs
@@ -57,7 +56,6 @@ if TYPE_CHECKING:
     from amb_cosim.linear.linearise import linearise as linearise
     from amb_cosim.presentation.units import units as units
     from amb_cosim.results.result import Result as Result
-    from amb_cosim.scenario.batch import Batch as Batch
     from amb_cosim.scenario.scenario import Scenario as Scenario
     from amb_cosim.scenario.scenario import scenarios as scenarios
     from amb_cosim.scenario.simulation import check as check
@@ -68,7 +66,6 @@ if TYPE_CHECKING:
 
 _MODULES = {
     "run": "scenario.simulation",
-    "Batch": "scenario.batch",
     "scenarios": "scenario.scenario",
     "Scenario": "scenario.scenario",
     "check": "scenario.simulation",
@@ -94,7 +91,12 @@ _MODULES = {
 }
 
 
+_REMOVED = {"Batch": "sweep (many runs) or Result.checkpoint and run(start=...) (branches of one run)"}
+
+
 def __getattr__(name: str) -> Any:
+    if name in _REMOVED:
+        raise AttributeError(f"amb_cosim.{name} was removed; use {_REMOVED[name]}")
     if name not in _MODULES:
         raise AttributeError(f"module 'amb_cosim' has no attribute {name!r}; there are {', '.join(_MODULES)}")
     module = import_module(f"amb_cosim.{_MODULES[name]}")

@@ -21,7 +21,6 @@ EXAMPLES = (
     "amb_cosim.presentation.units.convert_units_in_text",
     "amb_cosim.presentation.units.units",
     "amb_cosim.results.result.Result",
-    "amb_cosim.scenario.batch.Batch",
     "amb_cosim.scenario.scenario.Scenario",
     "amb_cosim.scenario.scenario.scenarios",
     "amb_cosim.scenario.simulation.check",

@@ -39,7 +39,7 @@ def test_the_readme_installs_every_extra_that_a_command_asks_for():
 def test_the_readme_installs_every_extra_that_a_page_names():
     pages = [*(ROOT / "docs/tutorials").glob("*.md"), *(ROOT / "docs/how-to").glob("*.md")]
     result = named(r"extra `(\w+)`", pages)
-    assert result >= {"gym", "native", "report", "sweep"}
+    assert result >= {"native", "report", "sweep"}
     assert result <= installed()
 
 

@@ -26,7 +26,6 @@ PARTS = re.compile(r"\b([mre]b[12?*]|d[1-4?*]\.(u|phi|f_[xy?]))(?!\w)")
 EXAMPLES = {
     *(
         "adaptive_sweep",
-        "batch",
         "change_the_friction_law",
         "cluster",
         "compare",

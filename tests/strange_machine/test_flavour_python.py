@@ -1,8 +1,7 @@
-"""FMUs with Python inside: continued runs, branched points and members of a batch of the expander are plain runs."""
+"""FMUs with Python inside: continued runs and branched points of the expander are plain runs."""
 
 from __future__ import annotations
 
-import numpy as np
 import pytest
 from shared_past import assert_shared_past_changes_nothing
 from strange_machine import RUB
@@ -35,18 +34,3 @@ def test_a_continued_run_is_the_whole_run(plain, tmp_path):
 
 def test_points_that_share_a_past_lead_to_the_same_bits():
     assert_shared_past_changes_nothing(SHORT, SIZE, "python")
-
-
-@pytest.mark.parametrize("threads", [1, 2])
-def test_members_of_a_batch_are_runs_alone(plain, threads):
-    alone = np.array([plain.signals[name].values for name in PLACES])
-    with amb_cosim.Batch(SHORT, 2, variables=["rotor_contact.*"], flavour="python", threads=threads) as batch:
-        for n in (1, 8, 400):
-            batch.step(n - round(batch.time[0] / batch.step_size))
-            for member in range(2):
-                assert [batch.get(name)[member] for name in PLACES] == alone[:, n].tolist()
-        states = batch.save()
-        batch.step(60)
-        batch.restore(states)
-        batch.step(60)
-        assert [batch.get(name)[1] for name in PLACES] == alone[:, 460].tolist()

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import zipfile
 
-import numpy as np
 import pytest
 from shared_past import assert_shared_past_changes_nothing
 from strange_machine import RUB
@@ -63,14 +62,3 @@ def test_of_an_fmu_that_does_not_serialise_no_file_is_made(in_memory, plain, tmp
 
 def test_points_share_what_an_fmu_keeps_in_memory(in_memory):
     assert_shared_past_changes_nothing(in_memory, SIZE)
-
-
-def test_members_of_a_batch_have_states_in_memory(in_memory, plain):
-    alone = plain.signals[PLACE].values
-    with amb_cosim.Batch(in_memory, 2, variables=[PLACE]) as batch:
-        batch.step(300)
-        states = batch.save()
-        batch.step(100)
-        batch.restore(states)
-        batch.step(150)
-        assert np.array_equal(batch.get(PLACE), 2 * [alone[450]])

@@ -1,13 +1,11 @@
-"""All scenarios of the packs, of both flavours: continued, branched and in a batch they are what they are alone."""
+"""All scenarios of the packs, of both flavours: continued and branched they are what they are alone."""
 
 from __future__ import annotations
 
 import zlib
 
-import numpy as np
 import pytest
 
-import amb_cosim
 from amb_cosim.cosim.run.checkpoint import Checkpoint
 from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.cosim.run.run_plan import run_plan
@@ -52,22 +50,6 @@ def test_a_continued_scenario_has_the_same_bits(name, flavour, tmp_path):
         assert continued.recorder.points.tobytes() == plain.recorder.points.tobytes()
         assert continued.recorder.table.tobytes() == plain.recorder.table.tobytes()
         assert continued.outcome == plain.outcome
-
-
-@FLAVOURS
-@pytest.mark.parametrize("name", packaged_scenarios())
-def test_members_of_a_batch_have_the_bits_of_a_scenario(name, flavour):
-    """At the last point, at which events have not come yet, all outputs of the plant are those of a run alone."""
-    scenario = shortened(name)
-    prepared = prepared_for(scenario, FEW_CYCLES, flavour)
-    alone = run_plan(prepared.assembly, prepared.plan).recorder
-    columns = [k for k, signal in enumerate(prepared.plan.recorded) if signal.startswith("rotor_contact.")]
-    columns = [k for k in columns if prepared.plan.recorded[k] not in prepared.plan.inputs]
-    with amb_cosim.Batch(scenario, 3, flavour=flavour, threads=2) as batch:
-        for row in (len(alone.points) // 3, len(alone.points) - 1):
-            batch.step(int(alone.points[row]) - round(batch.time[0] / batch.step_size))
-            members = np.array([batch.get(prepared.plan.recorded[k]) for k in columns])
-            assert [member.tobytes() for member in members.T] == 3 * [alone.table[row, columns].tobytes()]
 
 
 def bits(result):

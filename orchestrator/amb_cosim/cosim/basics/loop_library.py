@@ -1,6 +1,6 @@
 """The compiled loop as a shared library: shipped in the installed package, or compiled once into the user's cache.
 
-It contains the loop (`loop.c`), its calls of FMI 3.0 (`binding3.c`), and batches (`members.c`).
+It contains the loop (`loop.c`) and its calls of FMI 3.0 (`binding3.c`).
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from fmi_export.building.native.sources import digest_of, texts_of
 from fmi_export.compiling import compiling
 
 SOURCES = ("loop.c", "loop.h")  # of every engine too
-LOCAL_SOURCES = ("binding3.c", "members.c")  # beside this file
+LOCAL_SOURCES = ("binding3.c",)  # beside this file
 SHIPPED = Path(__file__).parent / "loops"  # in an installed package
 
 
@@ -26,12 +26,6 @@ def load_loop() -> Callable[..., None] | None:
     """Return the library's function `advance`, or None without a library and a compiler."""
     library = load_library()
     return None if library is None else library.advance
-
-
-def load_members() -> Callable[..., None] | None:
-    """Return the library's function `advance_members`, or None (see `load_loop`)."""
-    library = load_library()
-    return None if library is None else library.advance_members
 
 
 @cache
@@ -48,7 +42,7 @@ def load_library() -> CDLL | None:
         library = CDLL(str(path))
     except (OSError, ValueError):
         return None
-    library.advance.restype = library.advance_members.restype = None
+    library.advance.restype = None
     return library
 
 

@@ -147,7 +147,7 @@ def run(
         while begin < until:
             # Point 0 begins a block, because the recorder's clock starts there.
             end = min(begin + size, until, 0 if begin < 0 else until)
-            changes = merged([schedule.changes(begin, end) for schedule in schedules])
+            changes = _merged([schedule.changes(begin, end) for schedule in schedules])
             recorder.see(begin)
             started, pause.value = time.perf_counter(), False
             structures = (byref(structure) for structure in (program, structure_of(changes), retained, judged))
@@ -239,7 +239,7 @@ def _ends(lengths: Sequence[int]) -> Indices:
     return np.cumsum([0, *lengths], dtype=np.intp)
 
 
-def merged(changes: Sequence[Changes]) -> Changes:
+def _merged(changes: Sequence[Changes]) -> Changes:
     """Merge the changes of several schedules in order of time; at the same point the last schedule wins."""
     nothing = Changes(np.zeros(0, np.intp), np.zeros(0, np.intp), np.zeros(0))
     points, positions, values = (np.concatenate(parts) for parts in zip(nothing, *changes, strict=True))
