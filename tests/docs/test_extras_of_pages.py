@@ -32,7 +32,7 @@ def test_the_readme_installs_every_extra_that_a_command_asks_for():
     requested = named(
         r'require_extra\(\s*"(\w+)"', [file for folder in folders for file in (ROOT / folder).rglob("*.py")]
     )
-    assert requested >= {"adaptive", "native", "report", "sweep"}
+    assert requested >= {"native", "report", "sweep"}
     assert requested <= installed()
 
 

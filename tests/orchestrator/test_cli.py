@@ -92,7 +92,7 @@ def test_a_command_that_left_says_where_its_question_is_answered(refuses, former
 
 
 def test_an_option_that_left_says_which_one_to_use(refuses):
-    message = "there is no option --refine any more; use '--adaptive boundary:METRIC'"
+    message = "there is no option --refine any more; use '--sample boundary:METRIC'"
     refuses(message, "sweep", "fig4_9", "--refine", "0.01")
 
 

@@ -15,7 +15,7 @@ def without_extras(arguments: list[str]) -> tuple[object, str]:
 
     from hide import hide
 
-    hide("SALib", "bokeh", "dask", "distributed", "narwhals", "plotly", "sklearn", "zarr", "ziglang")
+    hide("SALib", "bokeh", "dask", "distributed", "narwhals", "plotly", "zarr", "ziglang")
     from amb_cosim.commands.cli import main
 
     said = io.StringIO()

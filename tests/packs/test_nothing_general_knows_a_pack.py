@@ -25,7 +25,6 @@ PARTS = re.compile(r"\b([mre]b[12?*]|d[1-4?*]\.(u|phi|f_[xy?]))(?!\w)")
 # Pages that run scenarios of a pack as examples, and name their parts in commands and results. All others are general.
 EXAMPLES = {
     *(
-        "adaptive_sweep",
         "change_the_friction_law",
         "cluster",
         "compare",

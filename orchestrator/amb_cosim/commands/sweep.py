@@ -20,7 +20,11 @@ from amb_files.atomic import check_writable
 @click.option(
     "--vary", "vary", multiple=True, metavar="NAME=VALUES", help="Values of a variable, see above; repeatable."
 )
-@click.option("--sample", metavar="lhs:N|sobol:N|saltelli:N", help="Sample N points of the ranges without a count.")
+@click.option(
+    "--sample",
+    metavar="METHOD",
+    help="lhs:N, sobol:N or saltelli:N points of the ranges without a count, or boundary:METRIC, see above.",
+)
 @click.option("--seed", type=int, default=0, show_default=True, help="Seed of the sample.")
 @SETTINGS
 @output("Folder; default: results/sweep_NAME.")
@@ -37,9 +41,11 @@ from amb_files.atomic import check_writable
 )
 @click.option("--keep", multiple=True, metavar="OUTCOME", help="Outcomes with full records: trapped, failed, ...; all.")
 @click.option("--boundary", metavar="METRIC", help="Boundary in maps: recovered (default), contact, rolling.")
-@click.option("--adaptive", metavar="GOAL", help="Run only the points that a goal needs, see above.")
-@former_option("--refine", "--adaptive boundary:METRIC")
-@click.option("--certainty", type=float, metavar="SHARE", help="Relative to the range of values or axis; default 0.01.")
+@former_option("--refine", "--sample boundary:METRIC")
+@former_option("--adaptive", "--sample boundary:METRIC")
+@click.option(
+    "--certainty", type=float, metavar="SHARE", help="Share of an axis to which a boundary is bisected: 0.01."
+)
 @click.option("--scheduler", metavar="ADDRESS", help="Dask scheduler to use, such as tcp://host:8786.")
 @click.option("--jobs", type=int, help="Number of local processes; default: one per processor.")
 @NO_PLOTS
@@ -53,8 +59,7 @@ def sweep(name: str, vary: tuple[str, ...], output: Path | None, no_plots: bool,
     --vary takes NAME=START:STOP:COUNT, NAME=VALUE,VALUE,... with units, or NAME=@FILE, a table with one setting per
     label. Names joined by & vary together; variables that an event sets begin with the label of the event.
 
-    --adaptive takes maximum:METRIC, minimum:METRIC or boundary:METRIC=LEVEL, found to --certainty, or
-    boundary:recovered, boundary:contact or boundary:rolling, which bisects a grid.
+    --sample boundary:recovered, boundary:contact or boundary:rolling bisects between the points of a grid.
     """
     folder = output or Path("results") / f"sweep_{Path(name).stem}"
     with refusing():

@@ -207,7 +207,7 @@ class BatchScheduler:
     def _run(self) -> None:
         alive = time.monotonic()
         self._tell()
-        while self._refill() or self._waiting or self._suspects or self._under_way:
+        while self._waiting or self._suspects or self._under_way:
             self._interruption.check()
             if self._client.status == "closed":
                 raise ClusterFailed("the scheduler has ended")
@@ -220,10 +220,6 @@ class BatchScheduler:
             if time.monotonic() > self._written + WRITE_TIME:
                 self._write()  # while the processes are busy
             self._collect()
-
-    def _refill(self) -> bool:
-        """Add points to the waiting ones, if any; return whether more may follow later."""
-        return False
 
     def _store_results(self, results: Sequence[PointResult]) -> None:
         """Store the results of points."""

@@ -19,7 +19,6 @@ class NamedSweep(Table):
     vary: dict[str, Any] = Field(min_length=1)
     sample: str | None = None
     boundary: str | None = None
-    adaptive: str | None = None
     certainty: float | None = None
     until: Value | None = None
 

@@ -141,15 +141,12 @@ class Refinement:
 
 def check_refinement(design: SamplePlan, tolerance: float, metric: str) -> None:
     """Raise ValueError if a sweep cannot be refined in this way."""
-    if design.sampling != "grid":
-        needs = f"--adaptive boundary:{metric} needs a grid of points"
-        raise ValueError(f"{needs}; --sample {design.sampling} has none")
     if not 1e-6 <= tolerance < 1.0:
         raise ValueError(
             f"--certainty {tolerance:g} is not allowed; it must be >= 1e-06 and < 1, a fraction of an axis"
         )
     if not refined_axes(design):
-        raise ValueError(f"--adaptive boundary:{metric} needs an axis with two numbers or more, in order")
+        raise ValueError(f"--sample boundary:{metric} needs an axis with two numbers or more, in order")
 
 
 def refined_axes(design: SamplePlan) -> list[Axis]:

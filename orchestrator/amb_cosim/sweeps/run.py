@@ -38,8 +38,6 @@ if TYPE_CHECKING:
     import xarray as xr
     from distributed import Client
 
-    from amb_cosim.sweeps.adaptive import Goal
-
 PACKAGES = ("amb-cosim", "numpy", "scipy", "xarray", "zarr", "dask", "distributed")
 
 
@@ -55,14 +53,11 @@ class Sweep:
         Its points.
     boundary
         Metric, 0 or 1, whose boundary the maps draw.
-    sought
-        Group of the store with the result of an adaptive sweep; otherwise empty.
     """
 
     folder: Path
     design: SamplePlan
     boundary: str = "recovered"
-    sought: str = ""
 
     @property
     def dataset(self) -> xr.Dataset:
@@ -79,7 +74,7 @@ class Sweep:
         """Outcomes of the runs, one line per alternative."""
         from amb_cosim.sweeps.summary import summarise_sweep
 
-        return "\n".join(summarise_sweep(self.dataset, self.design, self.folder, self.boundary, self.sought))
+        return "\n".join(summarise_sweep(self.dataset, self.design, self.folder, self.boundary))
 
     @property
     def outcomes(self) -> dict[str, int]:
@@ -105,7 +100,6 @@ def sweep(
     metrics: Sequence[Metric] = (),
     keep: Sequence[str] = (),
     boundary: str = "recovered",
-    adaptive: str | None = None,
     certainty: float = 0.01,
     scheduler: str | None = None,
     jobs: int | None = None,
@@ -127,17 +121,16 @@ def sweep(
     output
         Folder of the sweep, with `sweep.zarr`.
     sample, seed
-        `grid`, `lhs:N`, `sobol:N` or `saltelli:N` points of the ranges without a count, and the seed of the draw.
+        `grid`; `boundary:METRIC` for a grid whose boundary of recovered, contact or rolling is bisected; `lhs:N`,
+        `sobol:N` or `saltelli:N` for N points of the ranges without a count, and the seed of the draw.
     metrics
         Functions that take a result and return named numbers, in addition to the key values.
     keep
         Outcomes whose full records are saved in the folder `runs`: `trapped`, `failed`, ...; `all` for every run.
     boundary
-        The metric whose boundary the maps draw: recovered, contact or rolling.
-    adaptive, certainty
-        Goal of an adaptive sweep. `boundary:METRIC` of one of these is bisected between the points of a grid to this
-        fraction of an axis. For `maximum:METRIC`, `minimum:METRIC` or `boundary:METRIC=LEVEL`, points are run until the
-        result is known to this fraction of the range of values, at two standard deviations of a Gaussian process.
+        The metric whose boundary the maps draw without bisection: recovered, contact or rolling.
+    certainty
+        Fraction of an axis to which a boundary is bisected.
     scheduler, jobs
         Address of a Dask scheduler; or the number of processes of a local cluster, one per processor by default. A
         script that starts a local cluster must do so under `if __name__ == "__main__":`.
@@ -160,15 +153,15 @@ def sweep(
     unknown = [name for name in keep if name not in (*outcomes.RUN, "all")]
     if unknown:
         raise ValueError(f"--keep {unknown[0]} is not allowed; it must be all or one of {', '.join(outcomes.RUN)}")
-    design = make_design(vary, sample, seed)
-    kind, _, metric = (adaptive or "").partition(":")
-    bisected = kind == "boundary" and metric in BOUNDARIES
+    kind, _, metric = sample.partition(":")
+    bisected = kind == "boundary"
+    design = make_design(vary, "grid" if bisected else sample, seed)
     boundary = metric if bisected else boundary
     if boundary not in BOUNDARIES:
-        raise ValueError(f"--boundary {boundary} is not allowed; it must be one of {', '.join(BOUNDARIES)}")
+        option = f"--sample {sample}" if bisected else f"--boundary {boundary}"
+        raise ValueError(f"{option} is not allowed; the metric must be one of {', '.join(BOUNDARIES)}")
     if bisected:
         check_refinement(design, certainty, boundary)
-    goal = None if adaptive is None or bisected else _goal(adaptive, certainty, bool(metrics))
     until = None if until is None else quantity(until, "s", "until")
     labels = varied_labels(design, _labels(scenario, design))
     task = Task(scenario, dict(set or {}), until, flavour, tuple(metrics), tuple(keep), labels)
@@ -181,14 +174,12 @@ def sweep(
         store = SweepStore(folder, design, {**requested, "design": design.as_dict()}, provenance)
         name = hashlib.sha256(json.dumps(requested, sort_keys=True).encode()).hexdigest()
         with sweep_bar(progress) as report:
-            if goal is not None:
-                _seek(goal, scheduler, jobs, name, task, store, report)
-            elif store.missing or bisected:
+            if store.missing or bisected:
                 with connect(scheduler, jobs) as client:
                     run_missing(client, name, task, store, report)
                     if bisected:
                         _refine(client, name, task, store, requested, report, certainty, boundary)
-    return Sweep(folder, design, boundary, "" if goal is None else goal.group)
+    return Sweep(folder, design, boundary)
 
 
 def _labels(scenario: Scenario, design: SamplePlan) -> tuple[str, ...]:
@@ -196,27 +187,6 @@ def _labels(scenario: Scenario, design: SamplePlan) -> tuple[str, ...]:
     names = {str(name) for point in design.corners() if (name := design.settings(point).get("scenario"))}
     others = (load_scenario(name).labels for name in sorted(names))
     return tuple(dict.fromkeys((*scenario.labels, *chain.from_iterable(others))))
-
-
-def _goal(text: str, certainty: float, has_user_metrics: bool) -> Goal:
-    require_extra("adaptive", "an adaptive sweep", "sklearn")
-    from amb_cosim.sweeps.adaptive import read_goal
-
-    return read_goal(text, certainty, has_user_metrics)
-
-
-def _seek(
-    goal: Goal, scheduler: str | None, jobs: int | None, name: str, task: Task, store: SweepStore, report: Report
-) -> None:
-    """Run points until the goal is reached, and write the result into the store."""
-    from amb_cosim.sweeps.adaptive import Sampler
-    from amb_cosim.sweeps.adaptive_run import run_requested
-
-    sampler = Sampler(store.design, goal, store.dataset())
-    if not sampler.next_points(1)[1]:
-        with connect(scheduler, jobs) as client:
-            run_requested(client, name, task, store, report, sampler)
-    store.replace_group(goal.group, sampler.dataset())
 
 
 def _refine(

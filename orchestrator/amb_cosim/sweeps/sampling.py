@@ -112,7 +112,8 @@ def sampled_axis(ranges: list[tuple[Range, ...]], shares: np.ndarray[Any, Any]) 
 def _method(sample: str) -> tuple[str, int]:
     match = re.fullmatch(r"(lhs|sobol|saltelli):(\d+)", sample)
     if match is None or not 1 <= int(match[2]) <= MOST_POINTS:
-        raise ValueError(f"--sample {sample} is not allowed; it must be grid, lhs:N, sobol:N or saltelli:N, from 1 on")
+        allowed = "grid, boundary:METRIC, lhs:N, sobol:N or saltelli:N, from 1 on"
+        raise ValueError(f"--sample {sample} is not allowed; it must be {allowed}")
     return match[1], int(match[2])
 
 

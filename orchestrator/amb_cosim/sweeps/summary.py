@@ -21,12 +21,12 @@ MOST_REASONS = 5
 PEAK = "peak_contact_force"
 
 
-def summarise_sweep(dataset: xr.Dataset, design: SamplePlan, folder: Path, boundary: str, sought: str) -> list[str]:
+def summarise_sweep(dataset: xr.Dataset, design: SamplePlan, folder: Path, boundary: str) -> list[str]:
     """Return a line for each alternative, then lines on boundary, sensitivities and failures, if any.
 
     Parameters
     ----------
-    dataset, design, folder, boundary, sought
+    dataset, design, folder, boundary
         Those of a `Sweep`.
     """
     parts = panels(design, numeric_axes(design), descriptions(dataset))
@@ -35,7 +35,6 @@ def summarise_sweep(dataset: xr.Dataset, design: SamplePlan, folder: Path, bound
         *lines,
         *_of_branching(dataset),
         *_of_boundary(folder, design, boundary),
-        *_of_goal(folder, sought),
         *_of_sensitivities(design, dataset),
         *_of_failures(dataset),
     ]
@@ -83,10 +82,6 @@ def _of_boundary(folder: Path, design: SamplePlan, boundary: str) -> list[str]:
         f"boundary of {boundary}: {result.sizes['point']} points, to within {100.0 * tolerance:.3g} % of an axis; "
         f"{runs} additional runs, {design.size + runs} in total; a grid this fine takes {as_fine}"
     ]
-
-
-def _of_goal(folder: Path, sought: str) -> list[str]:
-    return str(open_sweep(folder, sought).attrs["told"]).splitlines() if sought else []
 
 
 def _of_sensitivities(design: SamplePlan, dataset: xr.Dataset) -> list[str]:

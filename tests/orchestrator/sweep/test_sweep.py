@@ -122,7 +122,7 @@ def test_full_records_of_chosen_points_are_kept(sweep, tmp_path):
 def test_refinement_finds_the_boundary_with_few_runs(sweep, tmp_path):
     tolerance = 0.02
     vary = {"rotor_contact.d1.u": "5 g.m:60 g.m:3"}
-    swept = sweep(tmp_path, vary=vary, adaptive="boundary:contact", certainty=tolerance)
+    swept = sweep(tmp_path, vary=vary, sample="boundary:contact", certainty=tolerance)
     result = open_sweep(tmp_path, "boundary_contact")
     assert result.sizes["point"] == 1
     u, error = float(result["rotor_contact.d1.u"][0]), float(result["uncertainty"][0])
