@@ -80,6 +80,7 @@ def test_tables_of_the_thesis_are_data_and_text():
 @pytest.mark.parametrize(
     ("former", "present"),
     [
+        (("animate", "results/fig4_9"), "live SCENARIO"),
         (("modes", "bath_rig"), "study modes"),
         (("machine", "check", "compressor"), "assess --check FILE"),
         (("controller", "build", "lead.toml"), "build --controller FILE"),

@@ -61,7 +61,6 @@ COMMANDS = {
         "add the intended unit, such as step.rotor_contact.turbine.u='5 kg.m'"
     ),
     "compare levitation.toml levitation.toml --set 2:rotor_contact.turbin.u=1": "did you mean turbine.u",
-    "animate levitation.toml": "levitation.toml is not a result of a run, or is damaged",
     "list --filter nothing_like_it": "no scenario and no sweep has the words 'nothing_like_it'",
 }
 

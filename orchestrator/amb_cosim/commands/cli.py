@@ -8,7 +8,6 @@ import click
 
 from amb_cosim.commands import (
     analysis,
-    animate,
     assess,
     build,
     cache,
@@ -29,14 +28,14 @@ from amb_cosim.commands.cli_errors import Refused, interrupted
 from amb_cosim.commands.packs import PackCommands
 from amb_cosim.cosim.basics.interruption import interruptible, was_interrupted
 
-FORMER = {"modes": "study modes", "machine": "assess --check FILE"}
+FORMER = {"animate": "live SCENARIO", "modes": "study modes", "machine": "assess --check FILE"}
 
 
 class Commands(PackCommands):
     """Commands that end with a message and an exit code on Ctrl-C and SIGTERM."""
 
     sections = {  # noqa: RUF012
-        "Run": ("run", "simulate", "sweep", "compare", "plot", "live", "animate", "list"),
+        "Run": ("run", "simulate", "sweep", "compare", "plot", "live", "list"),
         "Design and judge": (
             *("new", "assess", "rotor"),
             *("controller", "study", "identify", "linearise"),
@@ -76,7 +75,6 @@ for command in (
     *listing.COMMANDS,
     *compare.COMMANDS,
     *plot.COMMANDS,
-    *animate.COMMANDS,
     *build.COMMANDS,
     *verify.COMMANDS,
     *export.COMMANDS,
