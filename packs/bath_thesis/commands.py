@@ -61,15 +61,3 @@ add_study(
     FLAVOUR,
     shows_progress=True,
 )
-add_study(
-    "readings",
-    click.option("--chapters", default="4,5,6", show_default=True, help="Chapters of the thesis."),
-    FLAVOUR,
-    shows_progress=True,
-)
-add_study(
-    "rig_unbalance",
-    click.option("--k-b", default="1e6 N/m", show_default=True, help="Net stiffness of the closed bearings."),
-    FLAVOUR,
-    shows_progress=True,
-)

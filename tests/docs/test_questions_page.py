@@ -15,7 +15,7 @@ from amb_cosim.commands.cli import main
 
 DOCS = Path(__file__).parents[2] / "docs"
 PAGE = (DOCS / "reference/questions.md").read_text(encoding="utf-8")
-PRESENT = PAGE.partition("## Commands that left")[0]
+REMOVED = (DOCS / "reference/removed.md").read_text(encoding="utf-8")
 CODE = re.compile(r"`([^`]+)`")
 
 
@@ -30,23 +30,23 @@ def _commands(group: click.Group, path: tuple[str, ...] = ()) -> Iterator[str]:
 
 
 def test_every_command_answers_one_question():
-    cells = [row.split("|")[3] for row in PRESENT.splitlines() if row.count("|") >= 4 and "`" in row.split("|")[3]]
+    cells = [row.split("|")[3] for row in PAGE.splitlines() if row.count("|") >= 4 and "`" in row.split("|")[3]]
     named = Counter(name for cell in cells for name in CODE.findall(cell) if "--" not in name)
     assert named - Counter(["run"]) == Counter(_commands(main))  # `run` also refuses what does not fit
 
 
 @pytest.mark.parametrize("name", dir(amb_cosim))
 def test_every_public_function_is_on_the_page(name):
-    assert name == "studies" or f"`{name}`" in PRESENT
+    assert name == "studies" or f"`{name}`" in PAGE
 
 
 def test_every_kind_of_file_is_on_the_page():
     files = {file.name for file in (DOCS / "reference").glob("*_file.md")}
-    assert files == {*re.findall(r"\((\w+_file\.md)\)", PRESENT)}
+    assert files == {*re.findall(r"\((\w+_file\.md)\)", PAGE)}
 
 
 def test_former_commands_are_those_that_the_command_line_refuses():
-    former = dict(row.strip("| ").replace("`", "").split(" | ") for row in PAGE.splitlines() if row.count("|") == 3)
+    former = [row.split("|")[1].strip().replace("`", "") for row in REMOVED.splitlines() if row.count("|") == 3]
     controller = main.commands["controller"]
     known = {name.split()[0] for name in main.former} | {f"controller {name}" for name in controller.former}
     rows = {" ".join(name.split()[: 2 if name.startswith("controller") else 1]) for name in former}

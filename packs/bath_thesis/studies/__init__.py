@@ -30,12 +30,4 @@ STUDIES = {
         ".contact_recovery",
         "Compare controls that free a rub (Figure 5.6).",
     ),
-    "readings": Study(
-        ".thesis_readings",
-        "Rank interpretations of the thesis's open points.",
-    ),
-    "rig_unbalance": Study(
-        ".unbalance_fit",
-        "Fit unbalances of the rig's discs (Figs 6.6-6.10).",
-    ),
 }
