@@ -2,7 +2,7 @@
 
 A piece lasts a step, half of it, a quarter and so on. If a contact event may occur in it, or a force is not smooth, a
 shorter piece is tried; after a smooth one, twice its length. Where the shortest piece fails, `events` integrates over
-its length.
+its length; in contact under a force law, which the matrices do not know, over the rest of the step.
 """
 
 from __future__ import annotations
@@ -162,12 +162,13 @@ def advance_by_pieces(
     known, damping = find_forces_at(w, matrices, z, theta, Omega, memory.method != EXACT)
     memory.method = EXACT
     while at < total:
+        yields = is_any_compliant(w.sites)
         level = _level_at(at, min(event - at, float(total - at)), int(memory.level), int(sizes.n_levels))
-        length = total >> level
+        length = total - at if yields else total >> level
         h = length * unit
         index = place_on_grid(matrices, Omega + 0.5 * h * w.motion.Omega_dot)
         begun, done, roughness = False, False, 0.0
-        if at + length <= event and known and _is_slow(w, h) and are_complete(matrices, index):
+        if not yields and at + length <= event and known and _is_slow(w, h) and are_complete(matrices, index):
             begun = True
             begin_piece(w, matrices, level, index)
             share, roughness = 1.0, TOO_ROUGH

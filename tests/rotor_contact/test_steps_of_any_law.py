@@ -1,0 +1,41 @@
+"""A fall under every contact law: the same whether a step is exact or integrated, and with a quarter of its length."""
+
+import numpy as np
+import pytest
+from rotor_cases import CLEARANCE, H, both, plant, run
+
+from rotor_analysis.rotor_file import load_rotor
+from rotor_contact.enumerations import LAWS
+
+ELASTIC = load_rotor("bath_rig")
+STEPS = 85  # two blows of each end; later the path depends on the last bits
+FALL = {"solver.tolerance": 1e-7, "gravity": 9.81, "Omega": 260.0, "d1.u": 5e-4} | both("rb.mu", 0.12)
+FALL |= both("rb.k_c", 1e8) | both("rb.c_c", 1e4) | both("rb.alpha_c", 1.0) | both("rb.eta", 0.2)
+RACES = both("rb.race_inertia", 2.5e-4) | both("rb.race_drag", 0.02)
+MOUNTS = both("rb.housing_mass", 3.0) | both("rb.mount_stiffness_x", 1e7) | both("rb.mount_damping_x", 1e4)
+MOUNTS |= both("rb.mount_stiffness_y", 2e7) | both("rb.mount_damping_y", 1e4)
+CASES = {
+    "given speed": {},
+    "free spin": {"spin.free": 1.0},
+    "free spin, races, mounts": {"spin.free": 1.0, "drive.gain": 2.0, "drive.torque_limit": 20.0} | RACES | MOUNTS,
+}
+ORBITS = [f"mb{k}.{axis}" for k in (1, 2) for axis in "xy"]
+PEAKS = ["rb1.f_n_peak", "rb2.f_n_peak"]
+INTEGRATED = {"solver.exact_motion": 0.0, "solver.max_substep": 7.5e-6}
+
+
+def fall(values, parts=1):
+    """Orbits (m) at the ends of the steps, and the largest force (N) so far; `parts` steps for one of H."""
+    record = run(plant(FALL | values, ELASTIC), STEPS * parts, ORBITS + PEAKS, H / parts)
+    return record[parts - 1 :: parts, :4], np.max(record[:, 4:])
+
+
+@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize("law", LAWS)
+def test_no_force_is_lost_in_the_step_in_which_contact_begins(law, case):
+    values = CASES[case] | both("rb.law", LAWS.index(law))
+    orbits, peak = fall(values)
+    assert peak > 1000.0
+    for other, force in (fall(values | INTEGRATED), fall(values, parts=4)):
+        np.testing.assert_allclose(orbits, other, rtol=0.0, atol=5e-6 * CLEARANCE)
+        assert peak == pytest.approx(force, rel=1e-3)
