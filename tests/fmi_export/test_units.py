@@ -1,12 +1,16 @@
 """Units against the SI definitions."""
 
 import math
+import time
+from contextlib import suppress
+from fractions import Fraction
 
 import pytest
 
 from fmi_export.building.units import (
     COMMON,
     DISPLAYED,
+    PI,
     SI_UNITS,
     base_unit,
     display_unit,
@@ -75,10 +79,38 @@ def test_values_convert_to_the_unit_of_the_variable(text, unit, value):
 
 @pytest.mark.parametrize(("given", "unit"), COMMON)
 def test_a_common_conversion_is_that_of_pint_to_the_last_bit(given, unit):
-    revolution = 2.0 * math.pi if (given, unit) == ("Hz", "rad/s") else 1.0
-    for number in (1.0, 0.1, 0.75, 3.0, 26.7, -1.23456789e-5):
-        by_pint = registry().Quantity(number, parse_unit(given)).to(parse_unit(unit)).magnitude * revolution
-        assert to_unit(f"{number!r} {given}", unit, "v") == by_pint
+    revolution = 2 * PI if (given, unit) == ("Hz", "rad/s") else 1
+    for number in ("1", "0.1", "0.75", "3", "26.7", "-1.23456789e-5"):
+        by_pint = registry().Quantity(Fraction(number), parse_unit(given)).to(parse_unit(unit)).magnitude * revolution
+        assert to_unit(f"{number} {given}", unit, "v") == float(by_pint)
+
+
+@pytest.mark.parametrize(
+    ("unit", "exponent"), [("s", 0), ("ms", -3), ("us", -6), ("ns", -9), ("ks", 3), ("mm", -3), ("um", -6), ("nm", -9)]
+)
+def test_a_text_is_read_to_the_nearest_number(unit, exponent):
+    base = unit[-1]
+    for digits in ("5", "50", "0.05", "4.7", "1.1", "33.333", "250", "0.3"):
+        assert to_unit(f"{digits} {unit}", base, "v") == float(f"{digits}e{exponent}")
+
+
+def test_an_angle_is_rounded_once():
+    for degrees in (7.2, 30.0, 225.0):
+        assert to_unit(f"{degrees!r} deg", "rad", "phi") == float(Fraction(repr(degrees)) * PI / 180)
+    assert to_unit("90 deg", "rad", "phi") == math.pi / 2
+    assert to_unit("60 rpm", "rad/s", "Omega") == to_unit("1 Hz", "rad/s", "Omega") == 2 * math.pi
+
+
+@pytest.mark.parametrize("text", ["1e999999999 us", f"0.{'1' * 6000} us", "-1e-999999999 us", "0e999999999 us"])
+def test_numbers_of_many_digits_are_read_at_once(text):
+    begin = time.process_time()
+    with suppress(ValueError):
+        assert abs(to_unit(text, "s", "t")) < 1e-6
+    assert time.process_time() - begin < 1.0
+
+
+def test_decibels_are_converted_without_exact_arithmetic():
+    assert to_unit("20 dB", "1", "gain") == pytest.approx(100.0)
 
 
 def test_a_speed_in_hertz_means_revolutions_per_second():

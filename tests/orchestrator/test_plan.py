@@ -12,6 +12,7 @@ import pytest
 from interfaces import interface
 
 from amb_cosim.cosim.basics.interruption import deferred
+from amb_cosim.cosim.basics.time_grid import in_steps
 from amb_cosim.cosim.fmu.fmu_interface import Port
 from amb_cosim.cosim.system.assembly import Assembly
 from amb_cosim.cosim.system.system import Component, Connection, Signal, System
@@ -60,6 +61,10 @@ set.rotor."d1.u" = "10 g.m"
 time = "0.4 s"
 set.rotor."d2.u" = "1 g.m"
 """
+FAST = {  # without a sampler and without limits of the speed
+    "sampler": interface(Port("Omega", "Real", "input", 3, unit="rad/s"), Port("x", "Real", "input", 4, unit="m")),
+    "rotor": interface(*(replace(p, minimum=-1e6, maximum=1e6) for p in INTERFACES["rotor"].ports.values())),
+}
 NO_EVENTS = SCENARIO.split("[[event]]")[0]
 PERIOD = 2.0 * math.pi / 100.0
 H = 250e-6
@@ -77,6 +82,25 @@ def test_moments_are_the_nearest_communication_points():
     assert abs(p.marks["step"] * H - 5 * PERIOD) <= H / 2
     assert -p.first == math.ceil(2 * PERIOD / H)
     assert [n for n, _, _ in p.events] == [p.marks["step"], 1600]
+
+
+FOUR_STEPS = ["50 us", "0.05 ms", "50e-6 s", "5e-5", "0.00005 s", "50000 ns", "0.5e2 us", "5e-2 ms"]
+
+
+@pytest.mark.parametrize("step", FOUR_STEPS)
+def test_a_step_in_any_spelling_begins_at_the_same_point(step):
+    p = plan(scenario=NO_EVENTS.replace("100 rad/s", "5000 Hz"), extra=f'communication_step = "{step}"\n', **FAST)
+    assert p.step_size == 5e-5
+    assert (p.first, p.last, p.turn) == (-8, 40, 4)
+
+
+@pytest.mark.parametrize("steps", [1, 3, 1000, 7 * 10**8])
+@pytest.mark.parametrize("h", [1e-4, 5e-5, 4.9999999999999996e-05, 2.5e-4, 1 / 3 * 1e-3, 1e-6])
+def test_times_of_whole_and_half_steps_are_not_rounded_to_another(steps, h):
+    for error in (-4e-16, 0.0, 4e-16):
+        for count in (steps, -steps, steps + 0.5):
+            assert in_steps(count * h * (1.0 + error), h) == count
+    assert in_steps((steps + 1e-3) * h, h) == pytest.approx(steps + 1e-3, rel=1e-12)
 
 
 def test_the_factor_scales_what_the_scenario_sets_and_nothing_else():

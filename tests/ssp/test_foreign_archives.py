@@ -287,13 +287,6 @@ def test_an_order_that_is_not_known_is_refused(archive):
         load_ssp(archive(annotated('<amb:Master stepSize="2e-3" coupling="backwards"/>')))
 
 
-@pytest.mark.parametrize(("start", "begins"), [(0.1 - 2e-17, 0.10025), (0.1004, 0.1004)])
-def test_a_start_at_a_communication_point_is_safe_from_rounding(archive, start, begins):
-    """The run begins at the last point before its start time; one by a quarter of a step later is the same."""
-    text = structure(experiment=f'<ssd:DefaultExperiment startTime="{start!r}" stopTime="0.5"/>')
-    assert load_ssp(archive(text), STEP)[1].start_time == pytest.approx(begins, abs=1e-12)
-
-
 def test_a_step_must_be_known(archive):
     with raises_naming(ValueError, "communication step", "--step"):
         load_ssp(archive(structure()))

@@ -1,5 +1,7 @@
 """Units: FMI base-unit exponents and conversions, by pint.
 
+Texts are converted in exact arithmetic and rounded once, so that `50 us`, `0.05 ms` and `5e-5 s` are the same number.
+
 Importing pint and reading its definitions takes longer than a run or a build (0.8 s). The SI units of models and the
 most common conversions are therefore listed here; pint is loaded for others.
 """
@@ -8,6 +10,9 @@ from __future__ import annotations
 
 import math
 import re
+from contextlib import suppress
+from decimal import Decimal
+from fractions import Fraction
 from functools import cache
 from typing import TYPE_CHECKING
 
@@ -43,31 +48,34 @@ LONGEST_UNIT = 60  # characters
 LEAST, MOST = 1e-100, 1e100  # sizes of numbers whose squares and products are still numbers
 QUOTIENT = re.compile(r"([^/()]+)(?:/(?:\(([^/()]+)\)|([^/().]+)))?")
 
-# The first unit in terms of the second, with pint's bits.
+PI = Fraction("3.1415926535897932384626433832795028841971693993751")
+MILLI, MICRO = Fraction(1, 10**3), Fraction(1, 10**6)
+
+# The first unit in terms of the second.
 COMMON = {
-    ("mm", "m"): 1e-3,
-    ("um", "m"): 1e-6,
-    ("mm/s", "m/s"): 1e-3,
-    ("ms", "s"): 1e-3,
-    ("us", "s"): 1e-6,
-    ("g.m", "kg.m"): 1e-3,
-    ("g.mm", "kg.m"): 1e-6,
-    ("kg.mm", "kg.m"): 1e-3,
-    ("Hz", "rad/s"): 2.0 * math.pi,
-    ("rpm", "rad/s"): 2.0 * math.pi / 60.0,
-    ("kHz", "Hz"): 1e3,
-    ("Hz", "1/s"): 1.0,
-    ("deg", "rad"): math.pi / 180.0,
-    ("kN", "N"): 1e3,
-    ("kW", "W"): 1e3,
-    ("N/mm", "N/m"): 1e3,
-    ("N/um", "N/m"): 1e6,
-    ("kN/mm", "N/m"): 1e6,
-    ("um/N", "m/N"): 1e-6,
-    ("mm2", "m2"): 1e-6,
-    ("mA", "A"): 1e-3,
-    ("mH", "H"): 1e-3,
-    ("%", "1"): 1e-2,
+    ("mm", "m"): MILLI,
+    ("um", "m"): MICRO,
+    ("mm/s", "m/s"): MILLI,
+    ("ms", "s"): MILLI,
+    ("us", "s"): MICRO,
+    ("g.m", "kg.m"): MILLI,
+    ("g.mm", "kg.m"): MICRO,
+    ("kg.mm", "kg.m"): MILLI,
+    ("Hz", "rad/s"): 2 * PI,
+    ("rpm", "rad/s"): PI / 30,
+    ("kHz", "Hz"): Fraction(10**3),
+    ("Hz", "1/s"): Fraction(1),
+    ("deg", "rad"): PI / 180,
+    ("kN", "N"): Fraction(10**3),
+    ("kW", "W"): Fraction(10**3),
+    ("N/mm", "N/m"): Fraction(10**3),
+    ("N/um", "N/m"): Fraction(10**6),
+    ("kN/mm", "N/m"): Fraction(10**6),
+    ("um/N", "m/N"): MICRO,
+    ("mm2", "m2"): MICRO,
+    ("mA", "A"): MILLI,
+    ("mH", "H"): MILLI,
+    ("%", "1"): Fraction(1, 100),
 }
 
 # Units of the trade that pint does not know, or takes for others (Nm for the fineness of yarn, mil for an angle).
@@ -110,17 +118,19 @@ def display_unit(unit: str, name: str) -> dict[str, float]:
 
 
 @cache
-def registry() -> pint.UnitRegistry:  # type: ignore[type-arg]
-    """Return pint's units with `Ohm`."""
+def registry(numbers: type = Fraction) -> pint.UnitRegistry:  # type: ignore[type-arg]
+    """Return pint's units with `Ohm`, which calculate with this type of number."""
     import pint
 
-    units: pint.UnitRegistry = pint.UnitRegistry()  # type: ignore[type-arg]
+    units: pint.UnitRegistry = pint.UnitRegistry(non_int_type=numbers)  # type: ignore[type-arg]
     units.define("@alias ohm = Ohm")
     return units
 
 
-def parse_unit(unit: str) -> pint.Unit:
-    """Return the pint unit of a unit in FMI notation: `.` multiplies, a digit after a letter is an exponent.
+def parse_unit(unit: str, numbers: type = Fraction) -> pint.Unit:
+    """Return the pint unit, of the `registry` with these numbers, of a unit in FMI notation.
+
+    `.` multiplies, a digit after a letter is an exponent.
 
     Raises
     ------
@@ -132,7 +142,7 @@ def parse_unit(unit: str) -> pint.Unit:
     try:
         if len(unit) > LONGEST_UNIT or not UNIT.fullmatch(unit.strip().replace("(", "").replace(")", "")):
             raise ValueError("it is not a product or quotient of units")
-        return registry().Unit("" if text == "1" else text)
+        return registry(numbers).Unit("" if text == "1" else text)
     except Exception as error:  # errors of pint, and of the calculator that reads its texts
         displayed = unit if len(unit) <= LONGEST_UNIT else f"{unit[:LONGEST_UNIT]}..."
         raise ValueError(
@@ -152,7 +162,7 @@ def base_unit(unit: str) -> dict[str, float | int]:
     if available is not None:
         return available
     parsed = parse_unit(unit)
-    quantity = registry().Quantity(1.0, parsed).to_base_units()
+    quantity = registry().Quantity(Fraction(1), parsed).to_base_units()
     exponents: dict[str, float | int] = {}
     for name, power in quantity.unit_items():
         if name not in _PINT_NAMES:  # a bit or a count, which has no dimension
@@ -160,7 +170,7 @@ def base_unit(unit: str) -> dict[str, float | int]:
         if power != round(float(power)):  # type: ignore[arg-type]
             raise ValueError(f"unit {unit!r} has a fractional exponent, which FMI cannot express")
         exponents[_PINT_NAMES[name]] = round(float(power))  # type: ignore[arg-type]
-    if not math.isclose(quantity.magnitude, 1.0, rel_tol=1e-12):
+    if not math.isclose(float(quantity.magnitude), 1.0, rel_tol=1e-12):
         exponents["factor"] = float(quantity.magnitude)
     return {name: exponents[name] for name in (*SI, "factor") if name in exponents}
 
@@ -225,22 +235,32 @@ def _converted(text: str | float, unit: str, name: str) -> float:
     number, values = float(match[1]), match[2]
     if not values or values == unit:
         return number
+    exact = Fraction(Decimal(match[1])) if math.isfinite(number) and number else None  # 1e999999999 has too many digits
     if (values, unit) in COMMON:
-        return number * COMMON[values, unit]
-    return _by_pint(number, values, unit, f"{name} = {text!r}")
+        return number if exact is None else float(exact * COMMON[values, unit])
+    return _by_pint(number, exact, values, unit, f"{name} = {text!r}")
 
 
-def _by_pint(number: float, values: str, unit: str, what: str) -> float:
+def _by_pint(number: float, exact: Fraction | None, values: str, unit: str, what: str) -> float:
+    """Convert a number, in exact arithmetic where it is given; pint takes logarithms (dB) of floats only."""
     import pint
 
-    source, target = parse_unit(values), parse_unit(unit)
+    def converted(value: float | Fraction) -> float | Fraction:
+        numbers: type = type(value)
+        source, target = parse_unit(values, numbers), parse_unit(unit, numbers)
+        result: float | Fraction = registry(numbers).Quantity(value, source).to(target).magnitude
+        return result
+
     try:
-        return float(registry().Quantity(number, source).to(target).magnitude) * _revolution(values, unit)
+        if exact is not None:
+            with suppress(TypeError):
+                return float(converted(exact) * _revolution(values, unit))
+        return float(converted(number))
     except pint.DimensionalityError as error:
         raise ValueError(f"{what} has unit {values}, which cannot be converted to {unit}") from error
 
 
-def _revolution(values: str, unit: str) -> float:
+def _revolution(values: str, unit: str) -> Fraction:
     """Return 2 pi if the first unit is a number of revolutions per time and the second an angular velocity.
 
     Pint takes a radian as 1, so that 16 Hz would silently become a speed of 16 rad/s. The inverse is 1/(2 pi); of other
@@ -249,7 +269,7 @@ def _revolution(values: str, unit: str) -> float:
     first, second = (
         {base: power for base, power in base_unit(text).items() if base != "factor"} for text in (values, unit)
     )
-    for factor, (turning, angular) in ((2.0 * math.pi, (first, second)), (0.5 / math.pi, (second, first))):
+    for factor, (turning, angular) in ((2 * PI, (first, second)), (1 / (2 * PI), (second, first))):
         if set(turning) == {"s"} and turning["s"] < 0 and angular == turning | {"rad": 1}:
             return factor
-    return 1.0
+    return Fraction(1)

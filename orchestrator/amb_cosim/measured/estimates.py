@@ -17,6 +17,7 @@ from typing import Literal
 import numpy as np
 from scipy.signal import csd, get_window
 
+from amb_cosim.cosim.basics.time_grid import in_steps
 from amb_cosim.measured.records import FrequencyResponse, TimeRecord
 from array_types import Array, Complex
 
@@ -111,7 +112,7 @@ def responses(S: Complex, inputs: int, estimator: Estimator = "H1") -> tuple[Com
 
 def _samples(record: TimeRecord, segment: float | None) -> int:
     whole = min(len(values) for values in record.signals.values())
-    n = whole // SEGMENTS if segment is None else round(segment / record.sample_time)
+    n = whole // SEGMENTS if segment is None else round(in_steps(segment, record.sample_time))
     if not LEAST_SAMPLES <= n <= whole // 2:
         limits = f"{LEAST_SAMPLES * record.sample_time:g} s to {whole // 2 * record.sample_time:g} s"
         raise ValueError(f"a segment of {n * record.sample_time:g} s is not allowed; it must be {limits}")

@@ -14,6 +14,7 @@ import numpy as np
 
 from amb_actuator.interface import DYNAMIC
 from amb_cosim.cosim.basics.choices import Flavour
+from amb_cosim.cosim.basics.time_grid import in_steps
 from amb_cosim.cosim.record.signals import Signals
 from amb_cosim.cosim.system.values import Raw
 from amb_cosim.linear.loop import Loop
@@ -179,8 +180,8 @@ def measure(prepared: PlannedRun, decay: float) -> MeasuredSensitivity:
     """
     plan, machine = prepared.plan, Machine(prepared)
     loop, parameters = machine.loop, machine.parameters[ACTUATOR]
-    steps = round(loop.sample_time / plan.step_size)
-    samples = 2 * round(0.5 * PERIOD / loop.sample_time)
+    steps = round(in_steps(loop.sample_time, plan.step_size))
+    samples = 2 * round(in_steps(0.5 * PERIOD, loop.sample_time))
     settling = settling_samples(decay, loop.sample_time)
     sines, lines = multi_sines(len(loop.axes), samples, loop.sample_time)
     gains, biases = (

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Annotated
 import numpy as np
 
 from amb_cosim.cosim.basics.choices import Flavour
+from amb_cosim.cosim.basics.time_grid import in_steps
 from amb_cosim.cosim.run.options import Progress, RunOptions
 from amb_cosim.cosim.system.values import Raw
 from amb_cosim.design.controller_data import MAX_CONDITION, condition_number
@@ -112,7 +113,7 @@ def prepare_identification(
     step = base.step_size("gauss_seidel")
     n_axes = 2 * len(load_rotor(base.rotor).bearings)
     revolutions = (n_axes + 2) * periods(Omega / (2.0 * math.pi)) + MARGIN
-    steps = math.ceil(revolutions * 2.0 * math.pi / Omega / step) if Omega > 0.0 else 1
+    steps = math.ceil(in_steps(revolutions * 2.0 * math.pi / Omega, step)) if Omega > 0.0 else 1
     scenario = base.changed(
         description="Identification of the receptance",
         Omega=Omega,

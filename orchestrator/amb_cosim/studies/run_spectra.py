@@ -12,6 +12,7 @@ from scipy.signal import find_peaks, stft
 
 from amb_cosim.comparison.compare import Source, load
 from amb_cosim.cosim.basics.choices import Flavour
+from amb_cosim.cosim.basics.time_grid import in_steps
 from amb_cosim.cosim.record.signals import Signals
 from amb_cosim.cosim.system.values import Raw, quantity
 from amb_cosim.presentation.text_tables import TextBlock, labelled_table
@@ -175,7 +176,7 @@ def spectra_of(recorded: Signals, highest: float | None = None, window: Number |
     h, duration = float(steps[0]), float(time[-1] - time[0])
     length = min(LONGEST_WINDOW, duration / WINDOWS) if window is None else quantity(window, "s", "window")
     require(FEWEST * h <= length <= duration, "window", f"{length:g} s", f">= {FEWEST * h:g} s and <= {duration:.6g} s")
-    size = round(length / h)
+    size = round(in_steps(length, h))
     Omega, theta = speed(recorded)[after], 2.0 * np.pi * turns(recorded)[after]
 
     def spectra(values: Complex) -> tuple[Array, Array, Complex]:

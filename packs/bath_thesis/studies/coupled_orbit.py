@@ -8,6 +8,7 @@ import numpy as np
 
 from amb_actuator.interface import DYNAMIC, IDEAL, MEASURED, NONLINEAR
 from amb_cosim.cosim.basics.choices import Coupling, Flavour
+from amb_cosim.cosim.basics.time_grid import in_steps
 from amb_cosim.scenario.coupling import delay
 from amb_cosim.scenario.scenario import Scenario, make_scenario
 from amb_cosim.scenario.simulation import prepare, run_prepared
@@ -102,7 +103,7 @@ def scenario(levitation: Levitation, scheme: Scheme, step: float, samples: int, 
                     "*.c_b_?": levitation.c_b,
                 },
             },
-            "record": {"variables": ["rotor_contact.mb?.?"], "every": round(levitation.sample_time / step)},
+            "record": {"variables": ["rotor_contact.mb?.?"], "every": round(in_steps(levitation.sample_time, step))},
         },
         "coupling",
     )

@@ -14,6 +14,7 @@ from typing import Annotated, ClassVar
 import numpy as np
 
 from amb_cosim.cosim.basics.choices import Flavour
+from amb_cosim.cosim.basics.time_grid import in_steps
 from amb_cosim.design.magnetic_bearing import axis_parameters, linear_constants
 from amb_cosim.presentation.text_tables import TextBlock, labelled_table
 from amb_cosim.studies.result import DrawnResult
@@ -173,7 +174,7 @@ def compare(comparison: LoopVariant, duration: float = DURATION, flavour: Flavou
         Flavour of the FMUs.
     """
     levitation = comparison.levitation
-    samples = math.ceil(duration / levitation.sample_time)
+    samples = math.ceil(in_steps(duration, levitation.sample_time))
     reference = free_orbit(levitation, samples)
     schemes = {}
     for name, scheme in comparison.schemes.items():

@@ -13,6 +13,7 @@ from amb_cosim.assessment.findings import AnalysisResult, Quantity, ResultTable
 from amb_cosim.assessment.runs import FRICTION, clearance_used, simulate, switched_off, unbalance_inputs, worst_case
 from amb_cosim.assessment.stages import note_on_stages
 from amb_cosim.assessment.subject import Subject, rpm, subject_of
+from amb_cosim.cosim.basics.time_grid import in_steps
 from amb_cosim.reporting.panels import Panel, curve
 from amb_cosim.results.component_names import PLANT
 from amb_cosim.results.result import Result
@@ -85,7 +86,7 @@ def _followed(subject: Subject, Omega: float, lost: Mapping[str, Any]) -> dict[s
         "event": [off, *others],
         "end_time": end,
         "stop": [{"variable": f"{PLANT}.speed", "below": STOPPED * Omega}],
-        "record": {"every": math.ceil(end / float(subject.prepared.plan.step_size) / RECORDS)},
+        "record": {"every": math.ceil(in_steps(end, RECORDS * float(subject.prepared.plan.step_size)))},
     }
 
 

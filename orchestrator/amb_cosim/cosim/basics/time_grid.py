@@ -3,9 +3,25 @@
 from __future__ import annotations
 
 import math
+import sys
 
 MOST_STEPS = 10**12  # of a run, which would take a month
 ROUNDING = 1e-9  # relative, of times that are whole numbers of steps
+NEAR_STEP = 1e-6  # of a step, between times that are the same
+EPSILON = sys.float_info.epsilon
+
+
+def in_steps(time: float, h: float) -> float:
+    """Return a time (s) in steps of h (s), without the rounding of times that are whole or half numbers of steps.
+
+    Every rounding of a quotient of times begins here: 3 steps of 1e-4 s are 3.0000000000000004 steps otherwise, and
+    the step of 3.5 that is nearest depends on the last bit.
+    """
+    halves = 2.0 * time / h
+    if not math.isfinite(halves):
+        return halves
+    whole = round(halves)
+    return 0.5 * (whole if abs(halves - whole) <= max(NEAR_STEP, 8.0 * EPSILON * abs(whole)) else halves)
 
 
 def nearest_point(name: str, time: float, h: float) -> int:
@@ -19,7 +35,7 @@ def nearest_point(name: str, time: float, h: float) -> int:
     if not abs(time / h) <= MOST_STEPS:
         limit = f"{MOST_STEPS * h:g} s, {MOST_STEPS:.0e} steps of {h:g} s"
         raise ValueError(f"{name} = {time:g} s is not allowed; it must be within {limit}")
-    return round(time / h)
+    return round(in_steps(time, h))
 
 
 def nearest_steps(name: str, time: float, h: float) -> int:

@@ -20,6 +20,7 @@ import fmpy
 
 from amb_cosim.cosim.basics.cache import unpacked
 from amb_cosim.cosim.basics.choices import Coupling
+from amb_cosim.cosim.basics.time_grid import in_steps
 from amb_cosim.cosim.fmu.fmu_description import read_interface
 from amb_cosim.cosim.fmu.fmu_interface import FmuInterface, Port
 from amb_cosim.cosim.fmu.fmus import provide
@@ -78,7 +79,7 @@ def load_ssp(
         experiment = table.experiment()
         end = experiment.stop_time if stop_time is None else stop_time
         experiment = replace(experiment, step_size=step_size or experiment.step_size, stop_time=end)
-        return system, _on_the_grid(experiment), {**inputs, **table.inputs}
+        return system, experiment, {**inputs, **table.inputs}
     return system, reader.experiment(step_size, stop_time), inputs
 
 
@@ -118,7 +119,7 @@ class _Reader:
         every: dict[str, int] = {}
         for name, element in self.elements.items():
             hint = _number(element, ".//osp:StepSizeHint", "value")
-            every[name] = max(1, round(hint / base)) if hint and base else 1
+            every[name] = max(1, round(in_steps(hint, base))) if hint and base else 1
         return tuple(Component(name, str(file), every[name]) for name, file in self.files.items())
 
     def connections(self) -> Iterator[Connection]:
@@ -192,7 +193,7 @@ class _Reader:
         if step is None or end is None:
             missing = "communication step; set --step" if step is None else "stop time; set --until"
             raise ValueError(f"{self.what} defines no {missing}")
-        return _on_the_grid(Experiment(step_size=step, stop_time=end, start_time=start or 0.0))
+        return Experiment(step_size=step, stop_time=end, start_time=start or 0.0)
 
     def _step(self) -> float | None:
         """Return the communication step: that of an annotation, or the shortest step of an FMU."""
@@ -294,15 +295,6 @@ def _coupling(root: Any, what: str) -> Coupling:
                 return coupling
         raise ValueError(f"{what}: coupling = {local.get('coupling')} is not allowed; there are {', '.join(available)}")
     return "jacobi" if root.find(".//osp:FixedStepAlgorithm", NAMES) is not None else "gauss_seidel"
-
-
-def _on_the_grid(experiment: Experiment) -> Experiment:
-    """Return an experiment that begins at the communication point of its start time, within rounding."""
-    points = experiment.start_time / experiment.step_size
-    near = round(points)
-    if abs(points - near) > 1e-6:
-        return experiment
-    return replace(experiment, start_time=(near + 0.25) * experiment.step_size)
 
 
 def _number(root: Any, path: str, name: str) -> float | None:

@@ -8,7 +8,7 @@ from dataclasses import replace
 from functools import lru_cache
 
 from amb_cosim.cosim.basics.choices import Settling
-from amb_cosim.cosim.basics.time_grid import ROUNDING, nearest_point, whole_steps
+from amb_cosim.cosim.basics.time_grid import ROUNDING, in_steps, nearest_point, whole_steps
 from amb_cosim.cosim.system.assignments import Assignments
 from amb_cosim.cosim.system.experiment import EVERYTHING, Experiment, InputChange, Plan, Profile, Ramp
 from amb_cosim.cosim.system.replacement import notices
@@ -58,7 +58,7 @@ def plan_experiment(experiment: Experiment, values: Assignments) -> Plan:
     recorded = _recorded(replace(experiment, recorded=patterns), system.unrecorded, available)
     each = experiment.each if experiment.record_every > 1 else ()
     nearest_point("start_time", experiment.start_time, h)
-    first = common * math.floor(experiment.start_time / h / common)
+    first = common * math.floor(in_steps(experiment.start_time, common * h))
     return Plan(
         system=system,
         step_size=h,
@@ -74,7 +74,7 @@ def plan_experiment(experiment: Experiment, values: Assignments) -> Plan:
         recorded_each=_chosen(recorded, each, (), None),
         record_from=first if experiment.record_settling else 0,
         settling=settling,
-        turn=math.ceil(experiment.turn / h),
+        turn=math.ceil(in_steps(experiment.turn, h)),
         notices=(*notices(system, interfaces, values.inputs, values.dropped), *unsolved),
         partial_events=partial_events,
     )
