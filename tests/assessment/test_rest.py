@@ -57,7 +57,7 @@ def test_the_compressor_is_followed_to_standstill_in_its_retainers():
     result = {item.measured.quantity: item.measured for item in part.findings}
     assert result["standstill_time"].where == "simulated to the end"
     assert 0.0 < result["rest_time"].value <= result["standstill_time"].value < 20.0
-    of_spin = 0.5 * 0.8767 * (9000.0 * np.pi / 30.0) ** 2
+    of_spin = 0.5 * 0.9155 * (9000.0 * np.pi / 30.0) ** 2
     assert 0.01 * of_spin < result["retainer_heat"].value < 0.05 * of_spin  # the gas takes the rest
     half = 0.5 * result["retainer_heat"].value / 2000.0
     assert result["retainer_temperature"].value == pytest.approx(293.15 + half, abs=0.2)

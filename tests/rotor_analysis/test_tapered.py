@@ -10,6 +10,7 @@ from analysis_cases import STEEL, one_plane
 from rotor_analysis import beam, tapered
 from rotor_analysis.assembly import assemble
 from rotor_analysis.element import Element, Material
+from rotor_analysis.rigid_body import rigid_body
 from rotor_analysis.rotor import Rotor
 from rotor_analysis.sections import ShaftSection
 from rotor_analysis.shaft import SectionedShaft, Shaft
@@ -73,10 +74,12 @@ def test_cone_turned_round_is_its_mirror_image():
         np.testing.assert_allclose(mirror.T @ back @ mirror, present, rtol=1e-12, atol=1e-9 * np.max(np.abs(present)))
 
 
-def test_gyroscopic_moment_of_a_cone_is_its_polar_inertia():
-    rotor = cone(1, theory="rayleigh")
+@pytest.mark.parametrize("theory", ["rayleigh", "timoshenko"])
+def test_gyroscopic_moment_of_a_cone_is_its_polar_inertia(theory):
+    rotor = cone(1, theory=theory)
     _, polar = beam.diagonal_mass(rotor.elements[0][0])
     exact = math.pi * 7800.0 * LENGTH / 160.0 * (THICK**5 - THIN**5) / (THICK - THIN)
+    assert rigid_body(rotor).polar_inertia == pytest.approx(exact, rel=1e-12)
     assert np.trace(polar) == pytest.approx(exact, rel=1e-12)
 
 

@@ -10,9 +10,10 @@ import numpy as np
 
 from array_types import Array
 from fmi_export.model import Model
-from rotor_analysis.assembly import Matrices, assemble, turned
+from rotor_analysis.assembly import assemble, turned
 from rotor_analysis.parts import Bearing
 from rotor_analysis.reduced_rotor import reduced_rotor, valid_to
+from rotor_analysis.rigid_body import rigid_body
 from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import load_rotor
 from rotor_contact.planes import ContactSite, MeasuredPlane, Planes
@@ -93,7 +94,7 @@ def plant_structure(rotor: Rotor) -> tuple[Structure, Planes]:
         seals=seals,
     )
     max_substep = float(min(MAX_SUBSTEP, RESOLUTION / _fastest(structure)))
-    planes = _planes(rotor, max_substep, _polar_inertia(full), structure.valid_to)
+    planes = _planes(rotor, max_substep, rigid_body(rotor).polar_inertia, structure.valid_to)
     return structure, replace(
         planes, moved_by=_moved_by(planes, structure), mixes_axes=bool(np.any(R) or _are_cross_coupled(seals.records))
     )
@@ -124,15 +125,6 @@ def _fastest(structure: Structure) -> float:
         A = np.block([[zero, identity], [-K.T, -C.T]])
         largest = max(largest, float(np.max(np.abs(np.linalg.eigvals(A)))))
     return largest
-
-
-def _polar_inertia(full: Matrices) -> float:
-    """Return the polar inertia (kg m^2) of a rotor, which couples its rigid-body tilting in both planes."""
-    tilt = np.zeros((2, full.size))
-    for rows in full.translations.values():
-        for axis in range(2):
-            tilt[axis, rows[axis] + 2] = 1.0
-    return float(tilt[0] @ full.G @ tilt[1])
 
 
 def _planes(rotor: Rotor, max_substep: float, polar_inertia: float, valid_to: float) -> Planes:

@@ -5,15 +5,34 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from machines import machine
 
 from amb_cosim.design.controller_data import no_table
+from amb_cosim.design.plant_data import plant_structure
 from amb_cosim.design.receptance_file import empty_table
 from amb_cosim.design.rotor_models import actuator, control_loop, controller
 from fmi_export.model import Instance
+from rotor_analysis.packaged_rotors import packaged_rotors
 from rotor_analysis.parts import Sensor
 from rotor_analysis.rotor_file import load_rotor
 from tests.support.messages import raises_naming
+
+
+def own_polar_inertia(rotor):
+    """Return the polar inertias of bodies and layers, rho int 2 I dz, by Gauss's rule, which is exact for cones."""
+    points, weights = np.polynomial.legendre.leggauss(3)
+    layers = [layer for element in rotor.elements for layer in element]
+    local = [np.dot(weights, [e.second_moment_at(0.5 + 0.5 * s) for s in points]) for e in layers]
+    shaft = sum(e.material.density * e.length * moment for e, moment in zip(layers, local, strict=True))
+    return shaft + sum(body.polar_inertia for body in rotor.bodies)
+
+
+@pytest.mark.parametrize("name", packaged_rotors())
+def test_spin_inertia_is_the_sum_of_the_parts_own_polar_inertias(name):
+    rotor = load_rotor(name)
+    _, planes = plant_structure(rotor)
+    assert planes.polar_inertia == pytest.approx(own_polar_inertia(rotor), rel=1e-12)
 
 
 def test_rig_reads_each_bearing_in_the_plane_at_it():
