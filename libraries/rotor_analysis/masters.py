@@ -10,6 +10,8 @@ from rotor_analysis.reduction import Reduction, msdc
 from rotor_analysis.rotor import Rotor
 from rotor_analysis.undamped import undamped_modes
 
+SLOW = 0.1  # rad/s, of a rotor that hardly bends, on bearings that hardly hold it
+
 
 def needed_masters(rotor: Rotor) -> tuple[int, ...]:
     """Return the nodes of discs, bearings, seals, sites and sensors, ascending; if there is only one, also the ends."""
@@ -63,7 +65,13 @@ def not_reached(accuracy: float, kept: str, error: Array, otherwise: str = "") -
 
 
 def frequency_error(exact: Array, found: Array) -> Array:
-    """Return |found / exact - 1| of each frequency, infinite for missing ones, shape (len(exact),)."""
+    """Return |found / exact - 1| of each frequency, infinite for missing ones, shape (len(exact),).
+
+    Rounding of the stiffness adds to the squares of frequencies. Those below `SLOW` are compared with it.
+    """
     error = np.full(len(exact), np.inf)
-    error[: len(found)] = np.abs(found / exact[: len(found)] - 1.0)
+    known = exact[: len(found)]
+    is_slow = np.abs(known) < SLOW
+    slow = np.abs(found * np.abs(found) - known * np.abs(known)) / (2.0 * SLOW**2)
+    error[: len(found)] = np.where(is_slow, slow, np.abs(found / np.where(is_slow, 1.0, known) - 1.0))
     return error

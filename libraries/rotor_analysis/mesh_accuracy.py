@@ -11,7 +11,7 @@ from array_types import Array
 from rotor_analysis.assembly import assemble, element_matrices
 from rotor_analysis.element import Element
 from rotor_analysis.rotor import Rotor
-from rotor_analysis.shaft import MassModel
+from rotor_analysis.shaft import SHORTEST, MassModel
 from rotor_analysis.undamped import undamped_modes
 
 Layers = tuple[Element, ...]  # an element and the sleeves on it
@@ -19,6 +19,7 @@ Layers = tuple[Element, ...]  # an element and the sleeves on it
 MOST_NODES = 500
 MOST_NEEDED = 4 * MOST_NODES  # by the order of the error: a rotor for which it says more is not tried
 ORDER: dict[MassModel, int] = {"diagonal": 2, "consistent": 4}  # of a frequency's error in the length of the elements
+ROUNDING = 64 * np.finfo(float).eps  # of the terms of a dynamic stiffness, in the difference of two
 LARGE = 0.25  # elements with this share of the largest contribution are divided together
 
 
@@ -30,8 +31,9 @@ def refine_to_accuracy(rotor: Rotor, modes: int, accuracy: float) -> Rotor:
 
         delta omega / omega = phi^T (D_halves - D) phi / (2 omega^2)
 
-    While the sum over the elements exceeds `accuracy` for a mode, the original elements that contribute most are
-    divided into more equal parts.
+    less the rounding error of the difference, which is all that is left of it in a motion that hardly bends the rotor,
+    as on soft bearings. While the sum over the elements exceeds `accuracy` for a mode, the original elements that
+    contribute most are divided into more equal parts.
 
     Parameters
     ----------
@@ -50,6 +52,8 @@ def refine_to_accuracy(rotor: Rotor, modes: int, accuracy: float) -> Rotor:
     z = np.array(rotor.shaft.nodes)
     counts = np.ceil(np.diff(z) / (z[-1] - z[0]) * modes).astype(int)
     order = ORDER[rotor.shaft.mass_matrix]
+    most = np.maximum(1, np.diff(z) // (SHORTEST * (1.0 + SHORTEST) * (z[-1] - z[0]))).astype(int)
+    counts = np.minimum(counts, most)
     while np.sum(counts) < MOST_NODES:
         mesh = _divide(rotor, counts)
         change = _change_by_halving(mesh, modes)
@@ -61,7 +65,10 @@ def refine_to_accuracy(rotor: Rotor, modes: int, accuracy: float) -> Rotor:
             break
         coarse = np.any(missed > LARGE * np.max(missed, axis=0), axis=1)
         divided = np.unique(np.repeat(np.arange(len(counts)), counts)[coarse])
-        counts[divided] += np.maximum(1, counts[divided] // 3)
+        finer = np.minimum(counts[divided] + np.maximum(1, counts[divided] // 3), most[divided])
+        if np.array_equal(finer, counts[divided]):
+            break
+        counts[divided] = finer
     raise ValueError(f"mesh.accuracy = {accuracy:g} is not reached with {MOST_NODES} nodes; increase it")
 
 
@@ -74,8 +81,10 @@ def _change_by_halving(rotor: Rotor, modes: int) -> Array:
         halves, whole = (
             D(layers, rotor.shaft.mass_matrix, frequencies) for D in (_stiffness_halved, _dynamic_stiffness)
         )
-        change[e] = np.einsum("im,mij,jm->m", at_ends, halves - whole, at_ends) / (2.0 * frequencies**2)
-    return np.abs(change)
+        difference = np.abs(np.einsum("im,mij,jm->m", at_ends, halves - whole, at_ends))
+        size = np.einsum("im,mij,jm->m", np.abs(at_ends), np.abs(whole), np.abs(at_ends))
+        change[e] = np.maximum(difference - ROUNDING * size, 0.0)
+    return change / np.maximum(2.0 * frequencies**2, np.finfo(float).tiny)
 
 
 def _dynamic_stiffness(layers: Layers, mass: MassModel, frequencies: Array) -> Array:

@@ -9,6 +9,7 @@ from analysis_cases import STEEL
 from rotor_analysis.mesh_accuracy import refine_to_accuracy
 from rotor_analysis.packaged_rotors import rotor_path
 from rotor_analysis.parts import Bearing, Disc, Site
+from rotor_analysis.reduced_rotor import reduction_error
 from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import load_rotor
 from rotor_analysis.sections import ShaftSection
@@ -66,6 +67,20 @@ def test_first_modes_are_as_accurate_as_stated(held, mass_matrix, accuracy):
     error = np.max(np.abs(natural_frequencies(mesh, 6) / much_finer - 1.0))
     assert error < 4.0 / 3.0 * accuracy  # second order: all further changes add up to a third of this one
     assert np.max(np.abs(natural_frequencies(rotor, 6) / much_finer - 1.0)) > accuracy
+
+
+@pytest.mark.parametrize("stiffness", [1.0, 1e-3, 1e-9])
+def test_soft_bearings_need_no_finer_mesh(stiffness):
+    """Motions that hardly bend the rotor leave nothing but rounding of its stiffness, which no mesh takes away."""
+    soft, stiff = (
+        stepped(
+            "consistent", *(Bearing(name, z=z, stiffness=((k, 0.0), (0.0, k))) for name, z in (("a", 0.1), ("b", 1.2)))
+        )
+        for k in (stiffness, 1e3)
+    )
+    mesh = refine_to_accuracy(soft, 6, 1e-4)
+    assert mesh.shaft.nodes == refine_to_accuracy(stiff, 6, 1e-4).shaft.nodes
+    assert np.max(np.abs(reduction_error(mesh, 6).percent[2:])) < 0.1, "the plant's model, of bending modes"
 
 
 def test_parts_stay_where_they_are_while_the_mesh_refines():
