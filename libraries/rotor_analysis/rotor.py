@@ -122,22 +122,15 @@ class Rotor:
         if wrong:
             raise ValueError("\n".join(wrong))
         shaft = self.shaft.with_nodes_at(part.z for _, part in self._parts() if part.z is not None)
+        stated = list(self.masters)  # numbers that do not count the nodes at `z`
         for name, value in self._on(shaft).items():
             object.__setattr__(self, name, value)
-        require(
-            len(set(self.masters)) == len(self.masters),
-            "reduction.masters",
-            list(self.masters),
-            "a list without repetition",
-        )
-        missing = sorted({*self.bearing_nodes, *self.site_nodes} - set(self.masters))
-        require(
-            not self.masters or not missing,
-            "reduction.masters",
-            list(self.masters),
-            f"a list that includes bearings and sites {missing}",
-        )
-        require(len(self.masters) != 1, "reduction.masters", list(self.masters), "two nodes or more")
+        require(len(set(stated)) == len(stated), "reduction.masters", stated, "a list without repetition")
+        retained: tuple[Part, ...] = (*self.bearings, *self.sites)
+        missing = [part.name for part in retained if part.node not in self.masters]
+        allowed = f"a list with the nodes of bearings and sites: {', '.join(missing)}"
+        require(not stated or not missing, "reduction.masters", stated, allowed)
+        require(len(stated) != 1, "reduction.masters", stated, "two nodes or more")
 
     def _parts(self) -> Iterator[tuple[str, Part]]:
         """Every part with its key."""

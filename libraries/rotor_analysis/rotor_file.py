@@ -12,6 +12,7 @@ from pydantic import TypeAdapter
 from amb_files.toml import parse_toml, read_text, validate
 from rotor_analysis.packaged_rotors import rotor_path
 from rotor_analysis.rotor import Mesh, Rotor
+from rotor_analysis.shaft import ShaftOrSections
 
 RotorSource = Rotor | Path | str | None
 """A rotor, the name of a packaged rotor, the path of a rotor file, or None for the packs' default."""
@@ -50,6 +51,20 @@ def load_rotor(source: RotorSource = None, tables: Tables | None = None) -> Roto
 
 def _merged(data: dict[str, Any], tables: Tables) -> dict[str, Any]:
     return data | {table: {**data.get(table, {}), **values} for table, values in tables.items()}
+
+
+def numbered_positions(source: RotorSource = None) -> tuple[float, ...]:
+    """Return the positions (m) of the nodes that `node` and `masters` count from 1 in a rotor file that can be read.
+
+    These are the nodes of the file, or the ends of its sections, without those that `z` and `[mesh]` add; of a `Rotor`
+    they are the nodes of its shaft.
+    """
+    if isinstance(source, Rotor):
+        return source.shaft.nodes
+    path = rotor_path(source)
+    name = f"rotor file {path}"
+    data = parse_toml(read_text(path, name), name)
+    return validate(data["shaft"], ShaftOrSections, name).nodes
 
 
 @lru_cache(maxsize=8)

@@ -90,13 +90,23 @@ def test_more_planes_condense_with_smaller_errors(runner, tmp_path):
     assert worst_many < 0.2 * worst_few
 
 
+@pytest.mark.parametrize("added", ["", "[mesh]\naccuracy = 1e-2\n", '[[sensors]]\nname = "eye"\nz = 0.1\n'])
+def test_node_of_an_unbalance_counts_nodes_of_the_file(tmp_path, added):
+    """Node 3 of four lies at 0.6 m, whatever nodes `z` and [mesh] add."""
+    (tmp_path / "pump.toml").write_text(f"{UNSTABLE}{added}")
+    response = studies.unbalance_response(str(tmp_path / "pump.toml"), unbalance="1 g.m", node=3, up_to="100 rad/s")
+    assert (response.z, list(response.unbalances)) == (0.6, ["z = 0.6 m"])
+    with raises_naming(ValueError, "node", "5", "1 to 4"):
+        studies.unbalance_response(str(tmp_path / "pump.toml"), node=5)
+
+
 def test_response_data_grow_with_the_unbalance(runner, tmp_path):
     peaks = []
     for unbalance in ("1 g.m", "2 g.m"):
         arguments = ("--unbalance", unbalance, "--node", "10", "-o", "out")
         assert runner("study", "unbalance_response", *arguments).exit_code == 0
         data = json.loads((tmp_path / "out" / "unbalance_response.json").read_text())
-        assert data["node"] == 10
+        assert data["z_m"] == pytest.approx(load_rotor().shaft.nodes[9])
         assert set(data["places"]) == {"mb1", "mb2", "eb1", "eb2"}
         peaks.append(max(data["places"]["mb2"]["amplitude_m"]))
     assert peaks[1] == pytest.approx(2.0 * peaks[0])

@@ -56,6 +56,17 @@ def test_rig_is_shown_with_its_mass_its_modes_and_the_error_of_its_plant(rotor):
     assert (parts["rb1"]["kind"], parts["rb1"]["node"], parts["rb1"]["z_m"]) == ("contact site", 4, 0.624)
 
 
+def test_shown_nodes_are_those_of_the_file(rotor, tmp_path):
+    """The rig on a finer mesh, with a sensor plane between its nodes: numbers as in the file, none for the plane."""
+    text = rotor_path().read_text(encoding="utf-8") + '[mesh]\n[[sensors]]\nname = "eye"\nz = 0.02\n'
+    (tmp_path / "fine.toml").write_text(text, encoding="utf-8")
+    done = rotor("show", "fine.toml", "--json")
+    parts = {part["name"]: (part["node"], part["z_m"]) for part in json.loads(done.output)["parts"]}
+    assert parts["rb1"] == (4, 0.624)
+    assert parts["eye"] == (None, 0.02)
+    assert "planes at nodes 1, 3, 4, 10, 11, 13;" in rotor("show", "fine.toml").output
+
+
 def test_damping_of_a_rotor_is_shown(rotor):
     assert "damping: 1e-05 s times stiffness, 100 % turns with the shaft" in rotor("show", "bath_rig").output
 

@@ -6,7 +6,7 @@ import pytest
 
 from rotor_analysis.parts import Bearing, Body, Disc, Sensor, Site
 from rotor_analysis.rotor import ReductionOptions, Rotor
-from rotor_analysis.rotor_file import load_rotor
+from rotor_analysis.rotor_file import load_rotor, numbered_positions
 from rotor_analysis.shaft import Shaft
 from tests.support.messages import assert_names, raises_naming
 
@@ -97,7 +97,7 @@ def with_ring(node, mass, radius):
         ("[reduction]\nmasters = [1, 1]", ("reduction.masters", "[1, 1]", "repetition")),
         (
             OIL + "[reduction]\nmasters = [2]",
-            ("reduction.masters", "[2]", "[1]"),
+            ("reduction.masters", "[2]", "oil"),
         ),
     ],
 )
@@ -167,12 +167,20 @@ def test_name_that_two_have_is_refused_at_the_second(tmp_path, more, key):
 def test_part_placed_by_z_gets_a_node_there(tmp_path):
     """The numbers in the file count the nodes that the file states; the rotor has one more."""
     parts = SEAL + "z = 0.3\n" + OIL + INLET + "z = 1.0\n" + with_ring(2, 1, 1) + "\n[reduction]\nmasters = [1, 3]"
-    with raises_naming(ValueError, "reduction.masters", "[1, 4]", "sites [2]"):
+    with raises_naming(ValueError, "reduction.masters", "[1, 3]", "sites: seal"):
         loaded(tmp_path, f'name = "pump"\n{SHAFT}{parts}')
     rotor = loaded(tmp_path, f'name = "pump"\n{SHAFT}{parts.replace("[1, 3]", "[]")}')
     assert rotor.shaft.nodes == (0.0, 0.3, 0.5, 1.0)
     assert (rotor.site_nodes, rotor.bearing_nodes, rotor.sensor_nodes, rotor.bodies[0].node) == ((2,), (1,), (4,), 3)
     assert all(part.z is None for part in (*rotor.sites, *rotor.sensors))
+
+
+def test_numbers_count_the_nodes_of_the_file_whatever_is_added(tmp_path):
+    text = f'name = "pump"\n{SHAFT}{SEAL}z = 0.3\n[mesh]\naccuracy = 1e-2\n'
+    rotor = loaded(tmp_path, text)
+    assert len(rotor.shaft.nodes) > 4
+    assert numbered_positions(tmp_path / "pump.toml") == (0.0, 0.5, 1.0)
+    assert numbered_positions(rotor) == rotor.shaft.nodes
 
 
 def test_position_within_a_nanometre_is_the_node(tmp_path):

@@ -70,9 +70,9 @@ def show(name: str, output: Path | None, as_json: bool) -> None:
     with refusing():
         if output is not None:
             check_writable(output, is_folder=False)
-        matches = load_rotor(name)
+        load_rotor(name)  # its errors name the file
         try:
-            result = studies.layout(matches)
+            result = studies.layout(name)
         except ValueError as error:
             raise ValueError(f"rotor file {rotor_path(name)}: {error}") from error
         if output is not None:

@@ -13,7 +13,8 @@ from amb_cosim.results.component_names import CONTROLLER
 from amb_cosim.scenario.scenario import Scenario, given_scenario
 from amb_files.checks import require
 from array_types import Array
-from rotor_analysis.rotor_file import RotorSource
+from rotor_analysis.rotor import Rotor
+from rotor_analysis.rotor_file import RotorSource, numbered_positions
 
 LEAST, MOST = 1e-12, 1e12  # of a positive number, in any unit
 HIGHEST = 1e5  # rad/s; dentists' drills turn at a third of it
@@ -88,16 +89,25 @@ def positive(raw: Number, unit: str, name: str, reason: str = "") -> float:
     return value
 
 
-def node_numbers(raw: str | Sequence[int], name: str) -> tuple[int, ...]:
-    """Return node numbers from a sequence or a string separated by commas.
+def node_numbers(raw: str | int | Sequence[int], name: str, rotor: Rotor, source: RotorSource) -> tuple[int, ...]:
+    """Return nodes of a rotor by their numbers in its file: a sequence, or a string separated by commas.
+
+    The rotor may have more nodes than its file, which `z` and `[mesh]` add (`rotor_file.numbered_positions`).
 
     Raises
     ------
     ValueError
-        If one of them is not a whole number.
+        If one of them is not the number of a node of the file.
     """
-    if not isinstance(raw, str):
-        return tuple(raw)
-    parts = [part.strip() for part in raw.split(",")]
-    require(all(part.isdecimal() for part in parts), name, raw, "node numbers with commas between them")
-    return tuple(int(part) for part in parts)
+    numbers = (raw,) if isinstance(raw, int) else raw
+    if isinstance(numbers, str):
+        parts = [part.strip() for part in numbers.split(",")]
+        require(all(part.isdecimal() for part in parts), name, numbers, "node numbers with commas between them")
+        numbers = tuple(int(part) for part in parts)
+    positions = numbered_positions(source)
+    for number in numbers:
+        require(
+            1 <= number <= len(positions), name, number, f"a node number of the rotor file, from 1 to {len(positions)}"
+        )
+    nodes = [rotor.shaft.node_at(positions[number - 1]) for number in numbers]
+    return tuple(node for node in nodes if node is not None)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Annotated, ClassVar
 
@@ -15,34 +15,36 @@ from rotor_analysis.assembly import assemble
 from rotor_analysis.reduced_rotor import reduced_rotor, reduction_error, valid_to
 from rotor_analysis.rigid_body import rigid_body
 from rotor_analysis.rotor import Rotor
-from rotor_analysis.rotor_file import RotorSource, load_rotor
+from rotor_analysis.rotor_file import RotorSource, load_rotor, numbered_positions
 
 COUNT = 6  # modes
 
 
 @dataclass(frozen=True)
 class LayoutEntry:
-    """A part of the rotor: kind, name, node (from 1), axial position (m) and function, in words."""
+    """A part of the rotor: kind, name, node number in its file, position (m) and function; None for other nodes."""
 
     kind: str
     name: str
-    node: int
+    node: int | None
     z: Annotated[float, "m"]
     what: str
 
 
 @dataclass(frozen=True)
 class PlantModel:
-    """A reduced model of the rotor: nodes of its planes, number of coordinates, frequency up to which it is valid."""
+    """A reduced model of the rotor: mesh nodes of its planes, number of coordinates, highest valid frequency."""
 
     masters: tuple[int, ...]
     coordinates: int
     valid_to: Annotated[float, "rad/s"]
 
-    def text(self) -> str:
-        """Return it in words."""
-        planes = ", ".join(map(str, self.masters))
-        return f"{self.coordinates} coordinates, planes at nodes {planes}; holds up to {number(self.valid_to)} rad/s"
+    def text(self, z: Sequence[float], numbers: Mapping[int, int]) -> str:
+        """Return it in words, for positions (m) of nodes, and their numbers in the rotor file if it has them."""
+        planes = f"z = {', '.join(f'{z[node - 1]:.4g}' for node in self.masters)} m"
+        if set(self.masters) <= numbers.keys():
+            planes = f"nodes {', '.join(str(numbers[node]) for node in self.masters)}"
+        return f"{self.coordinates} coordinates, planes at {planes}; holds up to {number(self.valid_to)} rad/s"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -54,12 +56,14 @@ class RotorLayout(DrawnResult):
     mass, centre, polar_inertia, diametral_inertia
         Rigid-body properties: kg, m, kg m^2 about the axis, and kg m^2 about the centre of mass.
     length, nodes
-        Length of the shaft (m), and number of nodes.
+        Length of the shaft (m), and number of nodes of the mesh.
+    numbers
+        Numbers of nodes in the rotor file, by those of the mesh, which also has nodes for `z` and `[mesh]`.
     parts
         Bodies, bearings, contact sites and sensors.
     method, masters, coordinates, valid_to
-        The plant's model: reduction method, nodes of its planes, number of coordinates, and the frequency up to which
-        it is valid (rad/s), see `rotor_analysis.reduced_rotor.valid_to`.
+        The plant's model: reduction method, mesh nodes of its planes, number of coordinates, and the frequency up to
+        which it is valid (rad/s), see `rotor_analysis.reduced_rotor.valid_to`.
     leaner
         The model with planes only at bearings and contact sites, which require one; None if it does not have fewer
         coordinates. Unbalance, external forces and sensors require no plane.
@@ -79,6 +83,7 @@ class RotorLayout(DrawnResult):
     diametral_inertia: Annotated[float, "kg.m2"]
     length: Annotated[float, "m"]
     nodes: int
+    numbers: Annotated[dict[int, int], Layout.OMITTED]
     parts: tuple[LayoutEntry, ...]
     method: str
     masters: tuple[int, ...]
@@ -94,15 +99,19 @@ class RotorLayout(DrawnResult):
         inertia = f"inertia {self.polar_inertia:.4g} kg m2 about the axis, {self.diametral_inertia:.4g} across"
         parts = text_table("Parts", ("kind", "name", "node", "z (m)", "what"), left=("kind", "name", "what"))
         for part in self.parts:
-            parts.add_row(part.kind, part.name, str(part.node), f"{part.z:.4f}", part.what)
+            parts.add_row(
+                part.kind, part.name, "-" if part.node is None else str(part.node), f"{part.z:.4f}", part.what
+            )
         where = "at rest on its bearings" if self.description.bearings else "free, without bearings"
         modes = text_table(f"Undamped, {where}", ("mode", "frequency (rad/s)", "(Hz)", "plant (%)"))
         for k, (frequency, error) in enumerate(zip(self.frequencies, self.error, strict=True), start=1):
             displayed = "-" if math.isnan(error) else f"{error:+.4f}"
             hertz = f"{frequency / (2.0 * math.pi):.3f}" if frequency > 0.0 else "diverges"
             modes.add_row(str(k), f"{frequency:.3f}", hertz, displayed)
-        plant = PlantModel(self.masters, self.coordinates, self.valid_to).text()
-        leaner = [] if self.leaner is None else [f"with reduction.masters at bearings and sites: {self.leaner.text()}"]
+        z = self.description.shaft.nodes
+        plant = PlantModel(self.masters, self.coordinates, self.valid_to).text(z, self.numbers)
+        fewer = "" if self.leaner is None else self.leaner.text(z, self.numbers)
+        leaner = [f"with reduction.masters at bearings and sites: {fewer}"] if fewer else []
         return [
             f"{self.rotor}: {self.mass:.4g} kg, {self.length:.4g} m, {self.nodes} nodes",
             f"centre of mass at {self.centre:.4g} m; {inertia}",
@@ -136,6 +145,8 @@ def layout(rotor: RotorSource = None) -> RotorLayout:
     result = load_rotor(rotor)
     body, plant, error = rigid_body(result), _plant(result), reduction_error(result, COUNT)
     z = result.shaft.nodes
+    nodes = ((result.shaft.node_at(place), k) for k, place in enumerate(numbered_positions(rotor), start=1))
+    numbers = {node: k for node, k in nodes if node is not None}
     return RotorLayout(
         rotor=result.name,
         mass=body.mass,
@@ -144,7 +155,8 @@ def layout(rotor: RotorSource = None) -> RotorLayout:
         diametral_inertia=body.diametral_inertia,
         length=z[-1] - z[0],
         nodes=len(z),
-        parts=tuple(_parts(result)),
+        numbers=numbers,
+        parts=tuple(replace(part, node=numbers.get(part.node or 0)) for part in _parts(result)),
         method=str(result.reduction.method),
         masters=plant.masters,
         coordinates=plant.coordinates,

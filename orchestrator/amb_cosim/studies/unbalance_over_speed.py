@@ -19,9 +19,8 @@ from amb_cosim.machine.machine import Machine, machine_of
 from amb_cosim.machine.response import peaks_of, refined_response, separation_margin
 from amb_cosim.scenario.scenario import Scenario
 from amb_cosim.scenario.simulation import prepare
-from amb_cosim.studies.inputs import Number, controlled, positive, speed_range
+from amb_cosim.studies.inputs import Number, controlled, node_numbers, positive, speed_range
 from amb_cosim.studies.unbalance_records import CriticalResponse, PlacedUnbalance, PlaceResponse, UnbalanceResponse
-from amb_files.checks import require
 from amb_files.suggestions import suggest
 from array_types import Array, Complex
 from rotor_analysis.response import orbit
@@ -73,7 +72,7 @@ def unbalance_response(
         Unbalance (kg m), or a string with its unit. By default all unbalances at the end of the scenario, or that of
         grade G 2.5 if it has none; 10 g m of a rotor alone.
     place, node
-        Name of the part, or number of the node, where it is; the first disc by default.
+        Name of the part, or number of the node in the rotor file, where it is; the first disc by default.
     clearance
         Radial clearance (m), or a string with its unit, to compare all amplitudes with; by default the clearance of
         the site there.
@@ -98,12 +97,13 @@ def unbalance_response(
             raise ValueError(f"mass = {mass} is not allowed with a scenario; set it in the rotor file")
         values = controlled(scenario, rotor, controller)
         machine = machine_of(prepare(values, set, flavour=flavour))
-        return _of_machine(machine, values.name, _loads(machine, amount, place, node), up_to, everywhere)
+        return _of_machine(machine, values.name, _loads(machine, values.rotor, amount, place, node), up_to, everywhere)
     if controller is not None or set:
         raise ValueError("a controller or settings belong to a scenario; name one")
     description = load_rotor(rotor)
     mass = mass or description.shaft.mass_matrix
-    loaded = _first_disc(description) if node is None and place is None else _node(description, place, node)
+    unplaced = node is None and place is None
+    loaded = _first_disc(description) if unplaced else _node(description, rotor, place, node)
     places = _places(description)
     speeds = speed_range(up_to or HIGHEST, POINTS)[1:]
     load = {loaded: complex(1e-2 if amount is None else amount)}
@@ -131,13 +131,15 @@ def _of_machine(
     )
 
 
-def _loads(machine: Machine, amount: float | None, place: str | None, node: int | None) -> dict[int, complex]:
+def _loads(
+    machine: Machine, source: RotorSource, amount: float | None, place: str | None, node: int | None
+) -> dict[int, complex]:
     """Return the unbalance (kg m) by node: that of the scenario, or an amount at a place."""
     own = {machine.node_of(name): u for name, u in machine.unbalance.items()}
     if amount is None and place is None and node is None and own:
         return own
     if place is not None or node is not None:
-        at = _node(machine.rotor, place, node)
+        at = _node(machine.rotor, source, place, node)
     else:
         at = max(own, key=lambda number: abs(own[number])) if own else _first_disc(machine.rotor)
     if amount is None:
@@ -145,29 +147,30 @@ def _loads(machine: Machine, amount: float | None, place: str | None, node: int 
     return {at: complex(amount)}
 
 
-def _node(rotor: Rotor, place: str | None, node: int | None) -> int:
-    """Return the node of a part of a rotor, or the node itself."""
+def _node(rotor: Rotor, source: RotorSource, place: str | None, node: int | None) -> int:
+    """Return the node of a part of a rotor, or that with a number in its file."""
     if place is not None and node is not None:
         raise ValueError(f"place = {place} is not allowed with node = {node}; give one of them")
     parts = rotor.nodes_by_name
     if place is not None and place not in parts:
         raise ValueError(f"place = {place} is not allowed; {suggest(place, parts)}")
-    number = parts[place] if place is not None else node
-    assert number is not None
-    last = len(rotor.shaft.nodes)
-    require(1 <= number <= last, "node", number, f"a node number from 1 to {last}")
-    return number
+    if place is not None:
+        return parts[place]
+    assert node is not None
+    return node_numbers(node, "node", rotor, source)[0]
 
 
-def _described(rotor: Rotor, loads: Mapping[int, complex]) -> tuple[float, int, dict[str, PlacedUnbalance]]:
-    """Return the largest unbalance (kg m), its node, and all by the names of their places."""
+def _described(rotor: Rotor, loads: Mapping[int, complex]) -> tuple[float, float, dict[str, PlacedUnbalance]]:
+    """Return the largest unbalance (kg m), its position (m), and all by the names of their places."""
     names = {node: name for name, node in reversed(rotor.nodes_by_name.items())}
     largest = max(loads, key=lambda node: abs(loads[node]))
     placed = {
-        names.get(node, f"node {node}"): PlacedUnbalance(abs(u), math.degrees(cmath.phase(u)))
+        names.get(node, f"z = {rotor.shaft.nodes[node - 1]:.4g} m"): PlacedUnbalance(
+            abs(u), math.degrees(cmath.phase(u))
+        )
         for node, u in loads.items()
     }
-    return abs(loads[largest]), largest, placed
+    return abs(loads[largest]), rotor.shaft.nodes[largest - 1], placed
 
 
 def _curves(
@@ -175,9 +178,9 @@ def _curves(
 ) -> dict[str, PlaceResponse]:
     """Return the curves of places from their displacements (m), shape (speeds, places, 2)."""
     amplitude, _, phase = orbit(response)
-    continuous = np.unwrap(phase, axis=0)
+    continuous, z = np.unwrap(phase, axis=0), rotor.shaft.nodes
     return {
-        name: PlaceResponse(node, everywhere or _clearance(rotor, node), amplitude[:, k], continuous[:, k])
+        name: PlaceResponse(node, z[node - 1], everywhere or _clearance(rotor, node), amplitude[:, k], continuous[:, k])
         for k, (name, node) in enumerate(places.items())
     }
 

@@ -21,7 +21,9 @@ class PlaceResponse:
     """Response at a point of the shaft.
 
     node
-        Number of its node.
+        Number of its node on the mesh, which may have more nodes than the rotor file.
+    z
+        Its position (m).
     amplitude
         Major semi-axis of the orbit (m), shape (n,).
     phase
@@ -31,6 +33,7 @@ class PlaceResponse:
     """
 
     node: int
+    z: Annotated[float, "m"]
     clearance: Annotated[float | None, "m"]
     amplitude: Annotated[Array, "m"]
     phase: Annotated[Array, "rad"]
@@ -73,8 +76,8 @@ class UnbalanceResponse(DrawnResult):
         Name of the rotor, and the mass matrix of its model.
     scenario, operating_speed
         Name of the scenario of the machine, and its spin speed (rad/s); None of a rotor alone.
-    unbalance, node
-        Largest unbalance of a place (kg m), and the number of its node.
+    unbalance, z
+        Largest unbalance of a place (kg m), and its position (m).
     unbalances
         Unbalance of each place, by name.
     speeds
@@ -92,7 +95,7 @@ class UnbalanceResponse(DrawnResult):
     scenario: str | None
     operating_speed: Annotated[float | None, "rad/s"]
     unbalance: Annotated[float, "kg.m"]
-    node: int
+    z: Annotated[float, "m"]
     unbalances: dict[str, PlacedUnbalance]
     speeds: Annotated[Array, "rad/s"]
     places: dict[str, PlaceResponse]

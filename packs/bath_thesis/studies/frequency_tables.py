@@ -161,7 +161,7 @@ def tables(
         If the rotor file cannot be read, or an argument is out of range.
     """
     description = load_rotor(rotor)
-    chosen = node_numbers(planes, "planes") if planes else description.masters
+    chosen = node_numbers(planes, "planes", description, rotor) if planes else description.masters
     condensation = None
     if chosen:
         error = condensation_error(description, speed_range(up_to, POINTS), chosen)
