@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from falls import CLEARANCE, END, LANDED, OMEGA, RELEASE, WHIRL, WHIRLED, H, fall
 
 from amb_cosim.results.contact_history import ROLLING
+from amb_cosim.results.plots import figure
 from amb_cosim.results.summary import summarise
 from amb_cosim.results.summary_table import table
 from amb_cosim.results.touchdown import SLIDING, touchdown
+from tests.support.messages import assert_names
 
 
 @pytest.fixture(scope="module")
@@ -120,8 +123,23 @@ def test_what_was_not_recorded_is_left_open(name):
     table(summary, whole=True)
 
 
-def test_without_gravity_or_contact_there_is_no_touchdown(synthetic):
-    assert touchdown(fall(gravity=0.0)) is None
+def test_upright_rotor_touches_down_when_its_magnets_are_switched_off(found):
+    """All but the fall is as with gravity; nothing falls, so that the orbit stands in its place."""
+    upright = fall(gravity=0.0)
+    result = touchdown(upright)
+    assert result == replace(found, drop={"mb1": None, "mb2": None})
+    rows = dict(zip(*(column.cells for column in table(summarise(upright), whole=True).columns[:2]), strict=True))
+    assert "drop" not in rows
+    assert_names(str(rows["orbit after it"]), "MB1", "0.75 mm")
+    panels = [axes.get_title(loc="left") for axes in figure(upright, "touchdown").axes]
+    assert panels == ["", "", "Spin speed of rotor and races", "Heat in the retainers", "Temperature of the retainers"]
+
+
+def test_rub_without_gravity_and_with_power_is_no_touchdown():
+    assert touchdown(fall(gravity=0.0).drop_vars("amb_actuator.mb1.amplifier_off_x")) is None
+
+
+def test_without_contact_there_is_no_touchdown(synthetic):
     assert summarise(synthetic()).touchdown is None
     free = {f"{site}.{name}": np.zeros(fall().sizes["time"]) for site in ("rb1", "rb2") for name in ("mode", "impulse")}
     assert touchdown(fall(contact_state=free["rb1.mode"], **free)) is None

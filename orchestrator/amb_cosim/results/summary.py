@@ -91,7 +91,7 @@ class Summary:
     share_beyond_reduction
         Share of the contact force's power at each site above the frequency to which the reduced rotor is accurate.
     touchdown
-        The fall of the rotor onto its retainers; None for a run without gravity or without contact.
+        The fall of the rotor onto its retainers, or its contact after magnets are switched off; None without contact.
     warnings
         A sentence for each kind of warning that a component gave: what, where, from when until when. And one if much of
         the contact force's power is beyond the reduction.

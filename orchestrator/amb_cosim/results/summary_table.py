@@ -114,9 +114,14 @@ def _touchdown_rows(found: Touchdown) -> list[tuple[str, str]]:
         ("it is free of contact", found.free_after),
         ("it stands still", found.standstill_after),
     )
+    has_fallen = any(mm is not None for mm in found.drop.values())
+    moved = found.drop if has_fallen else found.orbit
     return [
         ("release", f"{number(found.release)} s after cycle 0"),
-        ("drop", ", ".join(f"{bearing.upper()} {number(mm)} mm" for bearing, mm in found.drop.items())),
+        (
+            "drop" if has_fallen else "orbit after it",
+            ", ".join(f"{bearing.upper()} {number(mm)} mm" for bearing, mm in moved.items()),
+        ),
         ("first impacts", "\n".join(hits) or "-"),
         *((f"in {site.upper()}", _of_retainer(retainer)) for site, retainer in found.retainers.items()),
         ("at last", ", ".join(f"{what} after {number(time)} s" for what, time in ends if time is not None) or "moving"),

@@ -81,7 +81,7 @@ class Retainer:
 
 @dataclass(frozen=True)
 class Touchdown:
-    """A fall onto the retainers.
+    """A fall onto the retainers, or the contact of an upright rotor whose magnets are switched off.
 
     Attributes
     ----------
@@ -89,7 +89,7 @@ class Touchdown:
         Time at which the first amplifier switches off, or contact begins (s from cycle 0).
     drop
         Largest fall at each bearing and at each retainer that is not in the plane of its bearing, along gravity and
-        from where the rotor was at the release (mm).
+        from where the rotor was at the release (mm); None without gravity across the shaft.
     orbit
         Largest radius at the same places from the release on (mm).
     first_impacts
@@ -115,10 +115,12 @@ class Touchdown:
 
 
 def touchdown(dataset: Signals) -> Touchdown | None:
-    """Describe the touchdown of a run; None for one without gravity or without contact."""
+    """Describe the touchdown of a run; None without contact, or without both gravity and an amplifier that is off."""
     steps, values = at_every_step(dataset), parameters(dataset)
-    contact = in_contact(steps)
-    if contact is None or not values.get("gravity") or not (contact & (cycles(steps) >= 0.0)).any():
+    contact, counted = in_contact(steps), cycles(steps) >= 0.0
+    if contact is None or not (contact & counted).any():
+        return None
+    if not values.get("gravity") and not any((off & counted).any() for off in amplifiers_off(steps)):
         return None
     at_step = _release(steps, contact)
     release = float(steps["time"].values[at_step])
@@ -166,9 +168,12 @@ def _is_touched(dataset: Signals, site: str, start: int) -> bool:
 
 
 def height(dataset: Signals, place: str) -> Array | None:
-    """Return the height (m) of the rotor above the centre at a bearing or site, against gravity, at each sample."""
+    """Return the height (m) of the rotor above the centre at a bearing or site, against gravity, at each sample.
+
+    None without gravity.
+    """
     values, seen = parameters(dataset), path_at_rest(dataset, place)
-    if seen is None or "gravity_angle" not in values:
+    if seen is None or "gravity_angle" not in values or not values.get("gravity"):
         return None
     angle = values["gravity_angle"]
     return np.asarray(-np.sign(values["gravity"]) * (np.array([np.cos(angle), np.sin(angle)]) @ seen), np.float64)

@@ -149,7 +149,9 @@ def figure(dataset: Signals, name: str) -> Figure:
     if name == "energy" and energies(dataset) is None:
         raise ValueError("energy cannot be drawn: the run did not reach cycle 0, or did not record energy.*")
     if name == "touchdown" and touchdown(dataset) is None:
-        raise ValueError("touchdown cannot be drawn: the run is without gravity or without contact")
+        raise ValueError(
+            "touchdown cannot be drawn: the run is without contact, or has neither gravity nor an amplifier off"
+        )
     if name == "magnets" and not _has_magnets(dataset):
         raise ValueError("magnets cannot be drawn: no current and no force of a magnetic bearing was recorded")
     import matplotlib as mpl

@@ -47,13 +47,14 @@ ZERO_CELSIUS = 273.15  # K
 def touchdown(dataset: Signals) -> Figure:
     """Draw the orbit at each station in its retainer, and below, over time, heights, speeds, heat and temperatures.
 
-    Heights are those in the bearings with retainers.
+    Heights, which need gravity, are those in the bearings with retainers.
     """
     drawn, retainers = [station for station in stations(dataset) if station.site], places(dataset).retainers
     warm = [station for station in drawn if parameters(dataset).get(f"{station.site}.heat_capacity")]
     heated = [station for station in drawn if f"rotor_contact.{station.site}.heat" in dataset]
+    falls = bool(parameters(dataset).get("gravity"))
     over_time: list[tuple[Callable[[Axes, Signals, list[Station]], None], list[Station]]] = [
-        (_draw_heights, [station for station in drawn if station.site in retainers] or drawn),
+        *([(_draw_heights, [station for station in drawn if station.site in retainers] or drawn)] if falls else []),
         (_draw_speeds, drawn),
         *([(_draw_heat, heated)] if heated else []),
         *([(_draw_temperatures, warm)] if warm else []),
@@ -83,12 +84,13 @@ def _has_housing(dataset: Signals, station: Station) -> bool:
 
 def _legend(dataset: Signals, drawn: list[Station]) -> list[Artist]:
     """Return the legend of colours and dashes of all panels."""
+    falls = bool(parameters(dataset).get("gravity"))
     entries: list[Artist] = [
         Line2D([], [], color=colour_of(dataset, station.site), label=station.site.upper()) for station in drawn
     ]
     entries += [
         Line2D([], [], color="black", label="rotor"),
-        Line2D([], [], color="black", ls=DASHED, label="height of the rotor that lies"),
+        *([Line2D([], [], color="black", ls=DASHED, label="height of the rotor that lies")] if falls else []),
         retainer_sample(),
     ]
     if any(_has_housing(dataset, station) for station in drawn):
