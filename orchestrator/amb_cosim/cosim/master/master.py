@@ -113,6 +113,9 @@ class Master(Generic[P]):
     def initialise(self, n: int = 0) -> None:
         """Initialise all components at point n, passing outputs along the connections until none changes.
 
+        Outputs are read again after initialisation mode: some FMUs compute them as it ends. Those that differ then are
+        passed along the connections once more, so that point n has the values from which the first step begins.
+
         Raises
         ------
         StartFailed
@@ -133,6 +136,23 @@ class Master(Generic[P]):
             raise StartFailed(self._describe_loop())
         for component in self.components:
             self._starting(component, component.leave)
+        for i, component in enumerate(self.components):
+            self._starting(component, self._fetch_outputs, i)
+        self._pass_changes()
+
+    def _pass_changes(self) -> None:
+        """Send changed inputs to components in step mode and fetch their outputs, at most once along each chain."""
+        for _ in self.components:
+            changed = [i for i in range(len(self.components)) if self._has_other_inputs(i)]
+            if not changed:
+                return
+            for i in changed:
+                self._starting(self.components[i], self._send_inputs, i)
+                self._starting(self.components[i], self._fetch_outputs, i)
+
+    def _has_other_inputs(self, i: int) -> bool:
+        """Return whether the sources of component i differ from the inputs that it has."""
+        return not np.array_equal(self.values[self.wiring.sources[i]], self.components[i].inputs, equal_nan=True)
 
     def run(
         self,
