@@ -8,7 +8,7 @@ from machines import machine
 
 from amb_cosim import studies
 from rotor_analysis.parts import Site
-from tests.support.messages import raises_naming
+from tests.support.messages import assert_names, raises_naming
 
 COMPRESSOR = "compressor_levitated"
 
@@ -60,3 +60,30 @@ def test_orders_of_the_master_are_compared_on_any_scenario():
     assert result["Gauss-Seidel", 20].deviation < 1e-4
     assert result["Jacobi", 50].outcome == "trapped"
     assert result["Jacobi", 10].deviation == pytest.approx(2.5 * result["Jacobi", 4].deviation, rel=0.3)
+
+
+def test_a_response_needs_a_stable_loop():
+    """Gains of the other sign push the rotor away; the message says how it moves."""
+    values = {"rolac_controller.mb?.k_b_?": -1e6}
+    for study, arguments in (
+        (studies.unbalance_response, {"up_to": "500 rad/s"}),
+        (studies.response, {"inputs": ["mb1.f_x"], "outputs": ["mb1.x"]}),
+    ):
+        with raises_naming(ValueError, "not stable", "|z|", "rad/s"):
+            study(scenario=COMPRESSOR, set=values, **arguments)
+
+
+def test_peaks_of_a_machine_are_the_same_in_any_range():
+    whole, part = (studies.unbalance_response(scenario=COMPRESSOR, up_to=f"{top} rad/s") for top in (9000, 700))
+    assert part.critical_speeds
+    for a, b in zip(whole.critical_speeds, part.critical_speeds, strict=False):
+        assert (a.place, a.speed) == (b.place, pytest.approx(b.speed, rel=0.01))
+        assert a.amplitude == pytest.approx(b.amplitude, rel=2e-3)
+        assert a.amplification == pytest.approx(b.amplification, rel=0.02)
+
+
+def test_a_peak_that_nothing_damps_has_no_bound():
+    """Stiff bearings without damping: the tables say so in place of a number that rounding makes."""
+    result = studies.unbalance_response(machine().on_equal_bearings(2e7, 0.0), unbalance="1 g.m")
+    assert any(not item.is_bounded for item in result.critical_speeds)
+    assert_names(str(result), "no bound", "nothing damps the motion")

@@ -24,11 +24,11 @@ from amb_cosim.linear.model import LinearModel
 from amb_cosim.linear.stability import LoopStability, deciding_pole, stability_of
 from amb_cosim.results.component_names import ACTUATOR, PLANT
 from array_types import Array, Complex
+from rotor_analysis.refinement import refined
 
 NYQUIST = 1.0 - 1e-9  # of half the sample rate: python-control warns if rounding takes a frequency beyond it
 BALANCING = 60  # steps of Osborne's iteration
-SAME = 1e-12  # difference of spectral radii that is rounding
-CLOSE = 1e-3  # of the distance of two speeds, error of the least stable speed between them
+CLOSE = 1e-5  # relative error of the largest growth rate
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,26 +137,23 @@ class Loop:
     def least_stable(self, speeds: Sequence[float] | Array) -> LoopStability:
         """Return the stability at the least stable speed from the first to the last of some speeds (rad/s), ascending.
 
-        About each speed whose spectral radius is a local maximum of these, the maximum itself is sought between its
-        neighbours.
+        Between these speeds each maximum of the growth rate is refined.
         """
-        from scipy.optimize import minimize_scalar
+        result: list[LoopStability] = []
 
-        result = [self.poles(float(Omega)).stability for Omega in speeds]
-        radii = np.array([one.radius for one in result])
-        rises = np.diff(radii, prepend=-1.0, append=-1.0)
-        tops: list[int] = np.flatnonzero((rises[:-1] > SAME) & (rises[1:] <= SAME)).tolist()
-        for k in tops:
-            low, high = float(speeds[max(k - 1, 0)]), float(speeds[min(k + 1, len(radii) - 1)])
-            if low < high:
+        def growth_rates(more: Array) -> Array:
+            result.extend(self.poles(float(Omega)).stability for Omega in more)
+            return np.array([one.growth_rate for one in result[len(result) - len(more) :]])
 
-                def minus_radius(Omega: float) -> float:
-                    return -self.poles(float(Omega)).stability.radius
-
-                options = {"xatol": CLOSE * (high - low)}
-                top = minimize_scalar(minus_radius, bounds=(low, high), method="bounded", options=options)
-                result.append(self.poles(float(top.x)).stability)
+        refined(growth_rates, np.asarray(speeds, dtype=float), lambda rates: rates, CLOSE)
         return max(result, key=lambda one: one.radius)
+
+    def check_stable(self, speeds: Sequence[float] | Array) -> None:
+        """Raise a ValueError if the loop is not stable from the first to the last of some speeds (rad/s), ascending."""
+        worst = self.least_stable(speeds)
+        if not worst.is_stable:
+            at = f"at {worst.speed:.4g} rad/s {worst.motion}, |z| = {worst.radius:.7g}"
+            raise ValueError(f"the loop is not stable: {at}; only a stable loop has a steady response")
 
     @cached_property
     def closed(self) -> LinearModel:

@@ -8,10 +8,12 @@ supports it.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.interpolate import BarycentricInterpolator
+from scipy.optimize import brentq
 
 from amb_cosim.machine.coefficients import SupportCoefficients
 from amb_cosim.machine.feedback import bearing_forces
@@ -19,9 +21,10 @@ from amb_cosim.machine.machine import Machine
 from amb_cosim.results.component_names import PLANT
 from array_types import Array, Complex
 from rotor_analysis.assembly import Matrices, with_bearings
+from rotor_analysis.refinement import about_resonances, refined, vertex
+from rotor_analysis.resonances import resonances
 from rotor_analysis.response import dynamic_stiffness, orbit, unbalance_vector
 
-FINE = 40  # speeds about each peak
 HALF_POWER = 1.0 / np.sqrt(2.0)
 
 
@@ -74,16 +77,11 @@ def synchronous_response(
         Seals and stages.
     """
     rotor = machine.free_rotor
-    nodes = tuple(sorted(rotor.model.translations))
-    displayed, held = rotor.displacement_of(rotor.nodes), rotor.model.rows(nodes)
-    retained = [2 * (node - 1) + k for node in nodes for k in (0, 1)]
+    displayed, stiffness = rotor.displacement_of(rotor.nodes), _at_speeds(machine, others)
     loads = np.stack([unbalance_vector(rotor, case) for case in cases], axis=1)
     result = np.empty((len(speeds), len(cases), len(machine.z), 2), dtype=np.complex128)
     for k, Omega in enumerate(map(float, speeds)):
-        forces = bearing_forces(machine, Omega, Omega)[np.ix_(retained, retained)]
-        stiffness = dynamic_stiffness(passive(machine, Omega, others), Omega)
-        stiffness[np.ix_(held, held)] -= forces
-        motion = displayed @ np.linalg.solve(stiffness, Omega**2 * loads)
+        motion = displayed @ np.linalg.solve(stiffness(Omega), Omega**2 * loads)
         result[k] = motion.T.reshape(len(cases), -1, 2)
     return result
 
@@ -95,7 +93,7 @@ def refined_response(
     nodes: Sequence[int],
     others: tuple[SupportCoefficients, ...] = (),
 ) -> tuple[Array, Complex]:
-    """Return speeds (rad/s), closer where the motion of a node peaks, and the `synchronous_response` at these.
+    """Return speeds (rad/s), closer about critical speeds and maxima, and the `synchronous_response` at these.
 
     Parameters
     ----------
@@ -104,64 +102,75 @@ def refined_response(
     speeds
         Speeds (rad/s) that are to be among the result, ascending, above 0, shape (n,).
     nodes
-        Nodes whose peaks matter.
+        Nodes whose maxima matter.
     """
-    rough = synchronous_response(machine, speeds, cases, others)
-    amplitudes, step = orbit(rough)[0], float(np.median(np.diff(speeds)))
-    tops = sorted(
-        {
-            peak.Omega
-            for k in range(len(cases))
-            for node in nodes
-            for peak in peaks_of(speeds, amplitudes[:, k, node - 1])
-            if peak.amplification > 0.05 * peak.Omega / step
-        }
+    return refined(
+        lambda more: synchronous_response(machine, more, cases, others),
+        about_resonances(speeds, machine_resonances(machine, speeds, others)),
+        lambda motion: orbit(motion[:, :, [node - 1 for node in nodes]])[0],
     )
-    merged = [top for k, top in enumerate(tops) if k == 0 or top - tops[k - 1] > step]
-    fine = {top + step * t for top in merged for t in 2.5 * np.linspace(-1.0, 1.0, FINE) ** 3}
-    extra = np.array(sorted(w for w in fine - {*map(float, speeds)} if w > 0.0))
-    if not len(extra):
-        return speeds, rough
-    order = np.argsort(np.concatenate([speeds, extra]))
-    close = synchronous_response(machine, extra, cases, others)
-    return np.concatenate([speeds, extra])[order], np.concatenate([rough, close])[order]
+
+
+def machine_resonances(
+    machine: Machine, speeds: Array, others: tuple[SupportCoefficients, ...] = ()
+) -> list[tuple[float, float]]:
+    """Return the critical speeds of a machine between the ends of some speeds, and their half widths (rad/s)."""
+    return resonances(_at_speeds(machine, others), speeds)
+
+
+def _at_speeds(machine: Machine, others: tuple[SupportCoefficients, ...]) -> Callable[[float], Complex]:
+    """Return the function of the dynamic stiffness of (1) over the speed, in the coordinates of the condensed rotor."""
+    nodes = tuple(sorted(machine.free_rotor.model.translations))
+    held = np.ix_(*2 * [machine.free_rotor.model.rows(nodes)])
+    retained = np.ix_(*2 * [[2 * (node - 1) + k for node in nodes for k in (0, 1)]])
+
+    def stiffness(Omega: float) -> Complex:
+        result = dynamic_stiffness(passive(machine, Omega, others), Omega)
+        result[held] -= bearing_forces(machine, Omega, Omega)[retained]
+        return result
+
+    return stiffness
 
 
 def peaks_of(speeds: Array, amplitudes: Array) -> list[Peak]:
     """Return the peaks of a response, with their amplification by the half-power width.
 
-    A maximum is not a peak if the amplitude falls to 1/sqrt(2) on neither side before it rises higher.
+    A maximum is not a peak if the amplitude falls to 1/sqrt(2) on neither side before it rises higher. Between samples
+    the inverse square of the amplitude is interpolated, which near a resonance is a parabola.
 
     Parameters
     ----------
     speeds
-        Ascending (rad/s), shape (n,), close enough for the cubic spline through the amplitudes.
+        Ascending (rad/s), shape (n,), close about each peak (`refined_response`).
     amplitudes
         Amplitudes there, shape (n,).
     """
-    from scipy.interpolate import CubicSpline
-
-    curve = CubicSpline(speeds, amplitudes)
-    slope = curve.derivative()
     result = []
-    for Omega in slope.roots(extrapolate=False):
-        if slope(Omega, 1) < 0.0:
-            height = float(curve(Omega))
-            ends = curve.solve(HALF_POWER * height, extrapolate=False)
-            before = _nearest(ends[ends < Omega][::-1], Omega, height, speeds, amplitudes)
-            after = _nearest(ends[ends > Omega], Omega, height, speeds, amplitudes)
-            if before is not None or after is not None:
-                result.append(_peak(float(Omega), height, before, after))
+    for k in np.flatnonzero((amplitudes[1:-1] >= amplitudes[:-2]) & (amplitudes[1:-1] > amplitudes[2:])) + 1:
+        with np.errstate(divide="ignore"):
+            compliance = (amplitudes[k] / amplitudes) ** 2
+        Omega, lowest = (float(of) for of in vertex(speeds[k - 1 : k + 2], compliance[k - 1 : k + 2])[:2])
+        if not 0.9 < lowest <= 1.0:  # samples that do not resolve the peak
+            Omega, lowest = float(speeds[k]), 1.0
+        before = _crossing(speeds[k::-1], compliance[k::-1], 2.0 * lowest, lowest)
+        after = _crossing(speeds[k:], compliance[k:], 2.0 * lowest, lowest)
+        if before is not None or after is not None:
+            result.append(_peak(Omega, float(amplitudes[k] / np.sqrt(lowest)), before, after))
     return result
 
 
-def _nearest(ends: Array, Omega: float, height: float, speeds: Array, amplitudes: Array) -> float | None:
-    """Return the first of some speeds, unless the amplitude is higher than the peak before it."""
-    if not len(ends):
+def _crossing(speeds: Array, values: Array, level: float, lowest: float) -> float | None:
+    """Return the speed at which values rise to a level, from the first on; None if they fall below the lowest first."""
+    beyond = np.flatnonzero(values >= level)
+    if not len(beyond) or values[: beyond[0]].min() < lowest * (1.0 - 1e-6):
         return None
-    low, high = sorted((float(ends[0]), Omega))
-    between = amplitudes[(speeds > low) & (speeds < high)]
-    return float(ends[0]) if np.max(between, initial=0.0) <= height * (1.0 + 1e-6) else None
+    n = int(beyond[0])
+    near = [k for k in range(n - 2, n + 2) if 0 <= k < len(values) and np.isfinite(values[k])]
+    if n not in near:
+        return float(speeds[n])
+    through = BarycentricInterpolator(speeds[near], values[near] - level)
+    low, high = sorted((float(speeds[n - 1]), float(speeds[n])))
+    return float(brentq(through, low, high))
 
 
 def _peak(Omega: float, height: float, before: float | None, after: float | None) -> Peak:

@@ -192,6 +192,8 @@ def response(
             raise ValueError(f"scenario {machine.prepared.name} has no component {PLANT}")
     at_rest = 0.0 if machine is None else machine.Omega
     Omega = at_rest if speed is None else spin_speed(speed)
+    if machine is not None and loop == "closed":
+        machine.loop.check_stable([Omega])
     values = _computed(Structure(fine, loop, Omega, machine), curves, ends)
     return laid_over(described.name, loop, Omega, curves, values, compared=measured is not None)
 

@@ -6,6 +6,7 @@ import cmath
 import math
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import partial
 from os import PathLike
 from pathlib import Path
 from types import SimpleNamespace
@@ -20,10 +21,19 @@ from amb_cosim.machine.response import peaks_of, refined_response, separation_ma
 from amb_cosim.scenario.scenario import Scenario
 from amb_cosim.scenario.simulation import prepare
 from amb_cosim.studies.inputs import Number, controlled, node_numbers, positive, speed_range
-from amb_cosim.studies.unbalance_records import CriticalResponse, PlacedUnbalance, PlaceResponse, UnbalanceResponse
+from amb_cosim.studies.unbalance_records import (
+    UNDAMPED,
+    CriticalResponse,
+    PlacedUnbalance,
+    PlaceResponse,
+    UnbalanceResponse,
+)
+from amb_files.checks import require
 from amb_files.suggestions import suggest
 from array_types import Array, Complex
-from rotor_analysis.response import orbit
+from rotor_analysis.refinement import about_resonances, refined
+from rotor_analysis.resonances import resonances
+from rotor_analysis.response import dynamic_stiffness, orbit
 from rotor_analysis.response import unbalance_response as steady_response
 from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import RotorSource, load_rotor
@@ -31,6 +41,7 @@ from rotor_analysis.shaft import MassModel
 from rotor_analysis.supported_rotor import supported_rotor
 
 POINTS = 644  # speeds of the curves, with the standstill, which is left out
+COARSE = 10  # of these speeds, between one of which and the next critical speeds are sought
 LEVITATED = 161  # the same of a levitated machine, whose peaks get more
 HIGHEST = "628 rad/s"  # of a rotor
 BALANCED = 2.5e-3  # m/s: grade G 2.5, of a machine whose scenario has no unbalance
@@ -56,7 +67,8 @@ def unbalance_response(
     [-Omega^2 M + i Omega (C + Omega G) + K - F(i Omega)] Q = Omega^2 (u, -i u)
 
     F are the forces of the magnetic bearings of a scenario, with controller, hold, delay and amplifiers
-    (`machine.response`); a rotor alone has none.
+    (`machine.response`); a rotor alone has none. The speeds are closer about critical speeds and about all maxima
+    (`rotor_analysis.refinement`), which are those of the curves to 0.1 %, whatever `up_to`.
 
     Parameters
     ----------
@@ -82,7 +94,8 @@ def unbalance_response(
     Raises
     ------
     ValueError
-        If a file cannot be read, an argument is out of range, or the scenario has no magnetic bearings.
+        If a file cannot be read, an argument is out of range, the scenario has no magnetic bearings, or its loop is
+        not stable at one of the speeds.
 
     Examples
     --------
@@ -107,7 +120,13 @@ def unbalance_response(
     places = _places(description)
     speeds = speed_range(up_to or HIGHEST, POINTS)[1:]
     load = {loaded: complex(1e-2 if amount is None else amount)}
-    response = steady_response(supported_rotor(description, mass), load, speeds, tuple(places.values()))
+    rotor_model, nodes = supported_rotor(description, mass), tuple(places.values())
+    critical = resonances(partial(dynamic_stiffness, rotor_model.model), np.unique([*speeds[::COARSE], speeds[-1]]))
+    speeds, response = refined(
+        lambda more: steady_response(rotor_model, load, more, nodes),
+        about_resonances(speeds, critical),
+        lambda motion: orbit(motion)[0],
+    )
     curves = _curves(description, places, response, everywhere)
     return UnbalanceResponse(
         description.name, mass, None, None, *_described(description, load), speeds, curves, _peaks(speeds, curves, None)
@@ -119,6 +138,7 @@ def _of_machine(
 ) -> UnbalanceResponse:
     rotor, places, Omega = machine.rotor, _places(machine.rotor), machine.Omega
     swept = speed_range(REACH * Omega if up_to is None else up_to, LEVITATED)[1:]
+    machine.loop.check_stable(swept)
     speeds, response = refined_response(machine, swept, [loads], tuple(places.values()))
     shown = response[:, 0, [node - 1 for node in places.values()]]
     curves = _curves(rotor, places, shown, everywhere)
@@ -194,7 +214,7 @@ def _peaks(speeds: Array, places: Mapping[str, PlaceResponse], operating: float 
     )
     groups: list[list[tuple[float, float, float, str]]] = []
     for item in found:
-        if groups and item[0] - groups[-1][-1][0] <= 0.5 * item[0] / item[2]:
+        if groups and item[0] - groups[-1][-1][0] <= item[0] * max(0.5 / item[2], 1.0 / UNDAMPED):
             groups[-1].append(item)
         else:
             groups.append([item])

@@ -13,6 +13,7 @@ from amb_cosim.studies.result import DrawnResult
 from array_types import Array
 from rotor_analysis.shaft import MassModel
 
+UNDAMPED = 1e6  # amplification from which rounding is all that limits a peak
 DAMPED = 2.5  # amplification below which a peak needs no separation margin (API 617)
 
 
@@ -67,6 +68,11 @@ class CriticalResponse:
     amplification: float
     margin: Annotated[float | None, "%"]
 
+    @property
+    def is_bounded(self) -> bool:
+        """Whether damping limits the peak, not rounding."""
+        return self.amplification < UNDAMPED
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class UnbalanceResponse(DrawnResult):
@@ -116,6 +122,9 @@ class UnbalanceResponse(DrawnResult):
         for name, place in self.places.items():
             top = int(np.argmax(place.amplitude))
             peak = place.amplitude[top]
+            if any(abs(item.speed / self.speeds[top] - 1.0) < 1.0 / UNDAMPED for item in self._unbounded):
+                table.add_row(name, "no bound", "-", f"{self.speeds[top]:.1f}")
+                continue
             share = "-" if place.clearance is None else f"{peak / place.clearance:.3f}"
             table.add_row(name, f"{1e3 * peak:.4f}", share, f"{self.speeds[top]:.1f}")
         if not self.critical_speeds:
@@ -125,13 +134,21 @@ class UnbalanceResponse(DrawnResult):
         heads += () if self.operating_speed is None else (f"margin to {unit.text(self.operating_speed, 5)} (%)",)
         criticals = labelled_table("Critical speeds", *heads)
         for item in self.critical_speeds:
-            row = (unit.number(item.speed), item.place, f"{1e3 * item.amplitude:.4f}", amplification_text(item))
+            amplitude = f"{1e3 * item.amplitude:.4f}" if item.is_bounded else "no bound"
+            row = (unit.number(item.speed), item.place, amplitude, amplification_text(item))
             criticals.add_row(*row, *(() if item.margin is None else (f"{item.margin:.1f}",)))
-        return [table, criticals]
+        undamped = ", ".join(unit.text(item.speed) for item in self._unbounded)
+        return [table, criticals, *([f"nothing damps the motion at {undamped}"] if undamped else [])]
+
+    @property
+    def _unbounded(self) -> list[CriticalResponse]:
+        return [item for item in self.critical_speeds if not item.is_bounded]
 
 
 def amplification_text(item: CriticalResponse) -> str:
     """Return an amplification, and that a peak is damped if no separation margin is required."""
+    if not item.is_bounded:
+        return "no bound"
     return f"{item.amplification:.3g}" + (" (damped)" if item.amplification < DAMPED else "")
 
 

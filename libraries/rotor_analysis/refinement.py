@@ -1,0 +1,134 @@
+"""Samples of curves, closer about each maximum until it is that of the curve, not of its samples.
+
+Near a resonance a response is h = a/(x - x_0 - j sigma), so that the inverse of its square is a parabola:
+
+    |h|^-2 = ((x - x_0)^2 + sigma^2)/|a|^2                                                        (1)
+
+Through three samples it gives x_0 and sigma even of a peak that is much sharper than their distances. Where the height
+expected so is not that of the samples, or these are far apart, more are added at x_0 + sigma tan(psi), which divides
+the circle of h evenly, and between a maximum and a neighbour that is less than half as high.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from array_types import Array
+
+ACCURACY = 1e-3  # of a maximum, relative to it or to its height above its neighbours
+ROUNDS = 16  # in which samples are added; the distance shrinks by a factor of ten or more in each
+FAN = np.tan(np.linspace(-1.45, 1.45, 17))  # about a peak, in half widths
+FEW = np.array([-1.0, 0.0, 1.0])  # about the top of a smooth curve
+NEAR, WIDER = (
+    0.2,
+    5.0,
+)  # distance and width of a peak, in half widths of another, up to which their samples are the same
+FINE = 0.25  # half widths, the largest distance of samples at a maximum
+STEEP = 0.5  # of a maximum, below which its neighbours are too far away to tell its shape
+SAME = 1e-12  # relative distance of equal samples
+
+Samples = NDArray[Any]
+
+
+def refined(
+    evaluate: Callable[[Array], Samples], x: Array, heights: Callable[[Samples], Array], accuracy: float = ACCURACY
+) -> tuple[Array, Samples]:
+    """Return samples of curves, among them their maxima, between the first and the last.
+
+    Parameters
+    ----------
+    evaluate
+        Returns values at some x, shape (n, ...).
+    x
+        First samples, ascending, shape (n,).
+    heights
+        Returns the curves whose maxima count from values, shape (n, ...). Minima are maxima of minus a curve.
+    accuracy
+        Of each maximum, relative.
+
+    Returns
+    -------
+    x, values
+        Ascending, shape (m,), with the first samples among them; values there, shape (m, ...).
+    """
+    values = evaluate(x)
+    for _ in range(ROUNDS):
+        more = _closer(x, np.asarray(heights(values)).reshape(len(x), -1), accuracy)
+        if not len(more):
+            break
+        order = np.argsort(np.concatenate([x, more]), kind="stable")
+        x, values = np.concatenate([x, more])[order], np.concatenate([values, evaluate(more)])[order]
+    return x, values
+
+
+def about_resonances(x: Array, resonances: Sequence[tuple[float, float]]) -> Array:
+    """Return x, and samples about resonances x_0 with half widths sigma that are between its ends."""
+    limits = [(at, width, -np.inf, np.inf) for at, width in resonances]
+    return np.sort(np.concatenate([x, _between(_fans(limits), x)]))
+
+
+def _closer(x: Array, h: Array, accuracy: float) -> Array:
+    """Return samples to add about maxima of any column of h that the samples do not resolve yet."""
+    k, curve = np.nonzero((h[1:-1] >= h[:-2]) & (h[1:-1] > h[2:]))
+    if not len(k):
+        return np.empty(0)
+    three = np.stack([h[k, curve], h[k + 1, curve], h[k + 2, curve]])
+    before, after = x[k] - x[k + 1], x[k + 2] - x[k + 1]
+    least = three.min(axis=0)
+    resonant = least > 0.0
+    g = np.where(resonant, (three[1] / np.where(resonant, three, 1.0)) ** 2, -three)
+    at, lowest, curvature = vertex(np.stack([x[k], x[k + 1], x[k + 2]]), g)
+    bounded = np.maximum(lowest, 1e-30)
+    expected = np.where(resonant, three[1] / np.sqrt(bounded), -lowest)
+    missed = expected - three[1] > accuracy * np.maximum(np.abs(three[1]), three[1] - least)
+    nearest, farthest = np.minimum(-before, after), np.maximum(-before, after)
+    width = np.where(resonant, np.sqrt(bounded / curvature), np.inf)
+    coarse = resonant & (farthest > FINE * width)
+    width = np.where(resonant, np.clip(width, 1e-3 * nearest, 0.5 * nearest), 0.1 * nearest)
+    peaks = [(at[n], width[n], x[k[n]], x[k[n] + 2]) for n in np.flatnonzero((missed | coarse) & resonant)]
+    tops = [(at[n], width[n], x[k[n]], x[k[n] + 2]) for n in np.flatnonzero(missed & ~resonant)]
+    steep = [k[n] + side for side in (0, 1) for n in np.flatnonzero(resonant & (three[2 * side] < STEEP * three[1]))]
+    return _between(np.concatenate([_fans(peaks), _fans(tops, FEW), 0.5 * (x[steep] + x[[n + 1 for n in steep]])]), x)
+
+
+def _fans(peaks: Sequence[tuple[float, float, float, float]], offsets: Array = FAN) -> Array:
+    """Return samples about peaks, each with its half width, and the ends within which it has samples.
+
+    Of peaks at about the same place the sharpest counts.
+    """
+    result: list[Array] = [np.empty(0)]
+    placed: list[tuple[float, float]] = []
+    for at, width, low, high in sorted(peaks, key=lambda peak: peak[1]):
+        if all(abs(at - other) > NEAR * size or width > WIDER * size for other, size in placed):
+            placed.append((at, width))
+            fan = at + width * offsets
+            result.append(fan[(fan > low) & (fan < high)])
+    return np.concatenate(result)
+
+
+def vertex(x: Array, g: Array) -> tuple[Array, Array, Array]:
+    """Return place, value and second divided difference at the minimum of the parabola through three samples.
+
+    Parameters
+    ----------
+    x, g
+        Ascending, and values of which the second is the least, shape (3, ...).
+    """
+    before, after = x[0] - x[1], x[2] - x[1]
+    rise, fall = (g[0] - g[1]) / before, (g[2] - g[1]) / after
+    curvature = (fall - rise) / (after - before)
+    slope = rise - curvature * before
+    return x[1] - slope / (2.0 * curvature), g[1] - slope**2 / (4.0 * curvature), curvature
+
+
+def _between(more: Array, x: Array) -> Array:
+    """Return those of more samples, ascending, that are between the ends of x, and not at one of them or each other."""
+    distinct = np.unique(more[(more > x[0]) & (more < x[-1])])
+    distinct = distinct[np.diff(distinct, prepend=-np.inf) > SAME * np.abs(distinct)]
+    place = np.clip(np.searchsorted(x, distinct), 1, len(x) - 1)
+    free = np.minimum(distinct - x[place - 1], x[place] - distinct) > SAME * np.abs(distinct)
+    return np.asarray(distinct[free])

@@ -1,0 +1,63 @@
+"""Critical speeds of a synchronous response, from its dynamic stiffness.
+
+    D(Omega) q = Omega^2 (u, -i u),    D = H + i S with H and S Hermitian                         (1)
+
+At a critical speed an eigenvalue of H is zero: inertia and stiffness cancel in its shape v, whatever the unbalance, and
+S alone limits the motion. Eigenvalues of H in ascending order are continuous, so that each change of sign between two
+speeds, of several at once too, is a critical speed. Near it (v* D v) is lambda' (Omega - Omega_0) + i v* S v, and the
+half width of the peak is
+
+    sigma = |v* S v|/|lambda'|                                                                    (2)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache
+from itertools import pairwise
+
+import numpy as np
+from scipy.optimize import brentq
+
+from array_types import Array, Complex
+
+CLOSE = 1e-9  # relative error of a critical speed
+
+
+def resonances(stiffness: Callable[[float], Complex], speeds: Array) -> list[tuple[float, float]]:
+    """Return the critical speeds between the first and the last of some speeds, and their half widths by (2).
+
+    Parameters
+    ----------
+    stiffness
+        D of (1) at a speed.
+    speeds
+        Ascending (rad/s), shape (n,); between two of them an eigenvalue may change its sign once.
+
+    Returns
+    -------
+    list
+        Critical speed and half width (rad/s), ascending.
+    """
+
+    @cache
+    def eigenvalues(Omega: float) -> Array:
+        D = stiffness(Omega)
+        return np.asarray(np.linalg.eigvalsh(0.5 * (D + D.conj().T)), np.float64)
+
+    swept = [float(Omega) for Omega in speeds]
+    result = []
+    for low, high in pairwise(swept):
+        for k in np.flatnonzero(eigenvalues(low) * eigenvalues(high) < 0.0):
+            at = float(brentq(lambda Omega, k=k: eigenvalues(Omega)[k], low, high, xtol=CLOSE * high))
+            result.append((at, _half_width(stiffness, at, int(k), 1e-4 * (high - low))))
+    return sorted(result)
+
+
+def _half_width(stiffness: Callable[[float], Complex], Omega: float, k: int, step: float) -> float:
+    """Return the half width (rad/s) of the critical speed at which eigenvalue k of H is zero."""
+    D, next_to = stiffness(Omega), stiffness(Omega + step)
+    _, shapes = np.linalg.eigh(0.5 * (D + D.conj().T))
+    v = shapes[:, k]
+    slope = ((v.conj() @ next_to @ v) - (v.conj() @ D @ v)).real / step
+    return float(abs((v.conj() @ D @ v).imag) / abs(slope))

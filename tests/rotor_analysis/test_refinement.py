@@ -1,0 +1,92 @@
+"""Maxima of curves are those of the curves, not of their samples: sharp, close, hidden, smooth and of either sign."""
+
+import numpy as np
+import pytest
+from analysis_cases import MASS, jeffcott, rigid, spring, tensor
+
+from rotor_analysis.refinement import about_resonances, refined
+from rotor_analysis.resonances import resonances
+from rotor_analysis.response import dynamic_stiffness, orbit, unbalance_response
+
+
+@pytest.mark.parametrize("zeta", [1e-1, 1e-3, 1e-6])
+@pytest.mark.parametrize("points", [12, 101, 3000])
+def test_a_peak_has_its_closed_form_from_any_samples(zeta, points):
+    """u r^2/|1 - r^2 + 2 i zeta r|, whose largest value is 1/(2 zeta sqrt(1 - zeta^2))."""
+
+    def response(r):
+        return r**2 / (1.0 - r**2 + 2j * zeta * r)
+
+    r, values = refined(response, np.linspace(0.013, 31.0, points), np.abs)
+    assert np.abs(values).max() == pytest.approx(0.5 / (zeta * np.sqrt(1.0 - zeta**2)), rel=1e-3)
+    assert len(r) < points + 400
+
+
+def test_largest_of_many_resonances_is_found_about_those_that_are_known():
+    random = np.random.default_rng(3)
+    for _ in range(50):
+        at, width = random.uniform(5.0, 95.0, 5), 10.0 ** random.uniform(-4.0, 0.5, 5)
+        residue = random.normal(size=5) + 1j * random.normal(size=5)
+
+        def response(x, at=at, width=width, residue=residue):
+            return (residue / (x[:, None] - at - 1j * width)).sum(axis=1)
+
+        grid = np.linspace(0.0, 100.0, 41)
+        _, values = refined(response, about_resonances(grid, list(zip(at, width, strict=True))), np.abs)
+        dense = (at + width * np.tan(np.linspace(-1.5, 1.5, 3001))[:, None]).ravel()
+        largest = np.abs(response(dense[(dense > 0.0) & (dense < 100.0)])).max()
+        assert np.abs(values).max() >= largest * (1.0 - 2e-3)
+
+
+@pytest.mark.parametrize("shift", [0.0, -5.0, 5.0])
+def test_a_smooth_curve_of_any_sign_has_its_maximum(shift):
+    grid, dense = np.linspace(0.0, 6.0, 7), np.linspace(0.0, 6.0, 100_001)
+
+    def curve(x):
+        return shift - np.cos(x) + 0.1 * np.sin(3.0 * x)
+
+    _, values = refined(curve, grid, lambda heights: heights)
+    assert values.max() == pytest.approx(curve(dense).max(), abs=2e-3 * (curve(dense).max() - curve(grid).min()))
+
+
+def test_first_samples_stay_and_the_others_are_between_them():
+    grid = np.linspace(1.0, 2.0, 5)
+    x, values = refined(lambda x: 1.0 / (x - 1.4 - 0.001j), grid, np.abs)
+    assert set(grid) <= set(x)
+    assert (np.diff(x) > 0.0).all()
+    assert len(x) == len(values) > 20
+
+
+def test_critical_speeds_have_the_half_width_of_their_damping():
+    """k - m Omega^2 + i c Omega: sigma = c/(2 m), along x and along y."""
+    c = 0.4
+    (x, y) = resonances(lambda Omega: dynamic_stiffness(jeffcott(damping=c).model, Omega), np.linspace(1.0, 900.0, 9))
+    for at, width in (x, y):
+        assert at == pytest.approx(np.sqrt(spring() / MASS), rel=1e-6)
+        assert width == pytest.approx(c / (2.0 * MASS), rel=1e-3)
+
+
+def test_a_critical_speed_that_the_unbalance_hardly_excites_is_known():
+    """Stiffness of x and y differ by 2e-5; between two speeds of the grid both critical speeds are found."""
+    k = 5e5
+    support = rigid(((k, 0.0), (0.0, k * (1.0 + 2e-5))), tensor(0.1))
+    found = resonances(lambda Omega: dynamic_stiffness(support.model, Omega), np.linspace(1.0, 3000.0, 20))
+    ends = np.sqrt(2.0 * k / MASS), np.sqrt(2.0 * k * (1.0 + 2e-5) / MASS)
+    np.testing.assert_allclose([at for at, _ in found[:2]], ends, rtol=1e-7)
+
+
+@pytest.mark.parametrize("top", [450.0, 6000.0])
+def test_a_jeffcott_rotor_with_little_damping_has_its_amplitude_in_any_range(top):
+    """u Omega/c at its critical speed, of a damping ratio of 1e-4."""
+    u, c = 1e-6, 2e-4 * np.sqrt(spring() * MASS)
+    rotor = jeffcott(damping=c)
+    speeds = np.linspace(0.0, top, 200)[1:]
+    known = resonances(lambda Omega: dynamic_stiffness(rotor.model, Omega), speeds[::10])
+    x, motion = refined(
+        lambda more: unbalance_response(rotor, {2: u}, more, (2,)),
+        about_resonances(speeds, known),
+        lambda motion: orbit(motion)[0],
+    )
+    amplitude = orbit(motion)[0][:, 0]
+    assert x[amplitude.argmax()] == pytest.approx(np.sqrt(spring() / MASS), rel=1e-5)
+    assert amplitude.max() == pytest.approx(u * np.sqrt(spring() / MASS) / c, rel=1e-3)
