@@ -102,7 +102,7 @@ def _first_nan(assembly: Assembly, plan: Plan, recorder: Recorder, warnings: dic
     """Return the failure of the first foreign FMU with a recorded NaN; infinite outputs are warnings."""
     failures = []
     for name, samples in zip(plan.recorded, recorder.table.T, strict=True):
-        component = name.partition(".")[0]
+        component = plan.system.divide(name)[0]
         if component not in assembly.from_elsewhere or np.isfinite(samples).all():
             continue
         row = int(np.argmin(np.isfinite(samples)))

@@ -10,6 +10,7 @@ from typing import Any
 from amb_cosim.cosim.system.assembly import Assembly
 from amb_cosim.cosim.system.experiment import Plan, Ramp, port_of
 from amb_cosim.cosim.system.stopping import Condition
+from amb_cosim.cosim.system.system import Signal
 
 
 def state_fingerprint(assembly: Assembly, plan: Plan, n: int) -> dict[str, Any]:
@@ -19,11 +20,15 @@ def state_fingerprint(assembly: Assembly, plan: Plan, n: int) -> dict[str, Any]:
         "fmus": {c: fmus[c].folder.name if c in assembly.from_elsewhere else interfaces[c].guid for c in fmus},
         "parameters": plan.all_parameters(interfaces),
         "connections": {link.target: link.text for link in plan.system.connections},
-        "signals": {signal.name: list(signal.targets) for signal in plan.system.signals},
+        "signals": {signal.name: [*signal.targets, *_laws(signal)] for signal in plan.system.signals},
         "every": {c.name: c.every for c in plan.system.components},
         "coupling": plan.system.coupling,
         **plan_past(assembly, plan, n),
     }
+
+
+def _laws(signal: Signal) -> list[str]:
+    return [f"{target}: {factor!r}, {offset!r}" for target, (factor, offset) in signal.laws.items()]
 
 
 def plan_past(assembly: Assembly, plan: Plan, n: int) -> dict[str, Any]:

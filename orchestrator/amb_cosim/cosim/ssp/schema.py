@@ -12,11 +12,15 @@ from lxml import etree
 from amb_cosim.cosim.ssp import version_2
 
 VERSION = "1.0"
-STRUCTURE, PARAMETERS = "SystemStructureDescription.xsd", "SystemStructureParameterValues.xsd"
+STRUCTURE, PARAMETERS, MAPPING, DICTIONARY = (
+    f"SystemStructure{name}.xsd" for name in ("Description", "ParameterValues", "ParameterMapping", "SignalDictionary")
+)
 NAMESPACES = {
     "ssc": "http://ssp-standard.org/SSP1/SystemStructureCommon",
     "ssd": "http://ssp-standard.org/SSP1/SystemStructureDescription",
     "ssv": "http://ssp-standard.org/SSP1/SystemStructureParameterValues",
+    "ssm": "http://ssp-standard.org/SSP1/SystemStructureParameterMapping",
+    "ssb": "http://ssp-standard.org/SSP1/SystemStructureSignalDictionary",
 }
 
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from amb_cosim.cosim.fmu.fmu_interface import FmuInterface, Port
-from amb_cosim.cosim.system.system import System
+from amb_cosim.cosim.system.system import UNCHANGED, Signal, System
 from amb_cosim.cosim.system.values import Raw, convert, is_zero
 from amb_files.suggestions import suggest
 from amb_files.wildcards import is_pattern, matching_names
@@ -57,8 +57,9 @@ class Assignments:
         names = self.matching(name)
         for matching in names:
             target, value = self.read(matching, raw, only)
-            component, _, variable = target.partition(".")
-            if variable and self.interfaces[component].ports[variable].causality == "parameter":
+            component, variable = self.system.divide(target)
+            is_signal = self.system.signal(target) is not None
+            if not is_signal and self.interfaces[component].ports[variable].causality == "parameter":
                 self.parameters[component][variable] = value
             else:
                 self.inputs[target] = value
@@ -94,12 +95,12 @@ class Assignments:
 
     def lacks(self, name: str, only: str | None = None) -> bool:
         """Return whether a replacing component has nothing that `name` matches; see `set` for `only`."""
-        component, _, pattern = name.partition(".")
+        component, pattern = self.system.divide(name)
         return component in self.system.replaced and not matching_names(self._settable_names(component, only), pattern)
 
     def missing(self, name: str) -> str:
         """Return what the FMU of a component lacks, and similar names that it has."""
-        component, _, pattern = name.partition(".")
+        component, pattern = self.system.divide(name)
         file = Path(self.system.component(component).fmu).name
         return f"{component} ({file}) has no {pattern}, {suggest(pattern, self._settable_names(component))}"
 
@@ -127,6 +128,8 @@ class Assignments:
         """Return the name under which a value is stored (the signal's, where one feeds the input) and the number."""
         signal = self.system.signal(name) or self.system.signal_of(name)
         value = 0.0
+        if signal is not None and signal.port is not None:
+            return signal.name, self._read_converted(name, raw, signal, signal.port)
         for end in signal.targets if signal is not None else (name,):
             port = self._settable(end, ("parameter", "input") if only is None else (only,))
             value = convert(raw, port, end if signal is None else signal.name)
@@ -134,13 +137,16 @@ class Assignments:
 
     def read_change(self, name: str, raw: Raw) -> tuple[str, float]:
         """Read a value for a change during the run, of an input or a tunable parameter; see `read`."""
-        component, _, variable = name.partition(".")
+        component, variable = self.system.divide(name)
         port = self.interfaces[component].ports.get(variable) if component in self.interfaces else None
         is_tunable = port is not None and port.causality == "parameter" and port.variability == "tunable"
         return self.read(name, raw, "parameter" if is_tunable else "input")
 
     def port(self, name: str) -> Port:
         """Return the variable with a name; for a shared signal, an input that it feeds."""
+        signal = self.system.signal(name)
+        if signal is not None and signal.port is not None:
+            return signal.port
         component, variable = self._split(self.system.first_end(name))
         return self.interfaces[component].port(variable, component)
 
@@ -168,6 +174,18 @@ class Assignments:
         if source is not None:
             raise ValueError(f"{end} cannot be set; it is connected to {source}")
         return port
+
+    def _read_converted(self, name: str, raw: Raw, signal: Signal, port: Port) -> float:
+        """Return the value of a signal with a unit of its own, given as that or as the value of an input it feeds."""
+        value = convert(raw, port if name == signal.name else self.port(name), name)
+        if name != signal.name:
+            factor, offset = signal.laws.get(name, UNCHANGED)
+            if factor == 0.0:
+                raise ValueError(f"{name} cannot be set; its value is {offset:g} whatever {signal.name} is")
+            value = (value - offset) / factor
+        for end in signal.targets:
+            convert(signal.value_at(end, value), self._settable(end, ("input",)), end)
+        return value
 
     def _split(self, end: str) -> tuple[str, str]:
         if "." not in end:

@@ -146,7 +146,7 @@ class Plan:
             shared = self.system.signal(signal)
             for end in shared.targets if shared is not None else (signal,):
                 component, variable = self.system.split(end)
-                values[component][variable] = value
+                values[component][variable] = value if shared is None else shared.value_at(end, value)
         return values
 
     def schedules(self, names: Sequence[str]) -> list[Schedule]:
@@ -160,6 +160,8 @@ class Plan:
 
 
 def port_of(signal: str, system: System, interfaces: Mapping[str, FmuInterface]) -> tuple[str, Port]:
-    """Return component and variable of a recorded name; for a shared signal, those of an input that it feeds."""
+    """Return component and variable of a recorded name; for a shared signal, its own or those of an input it feeds."""
     component, variable = system.split(system.first_end(signal))
-    return component, interfaces[component].ports[variable]
+    shared = system.signal(signal)
+    own = None if shared is None else shared.port
+    return component, interfaces[component].ports[variable] if own is None else own

@@ -85,7 +85,7 @@ def without_lacking(system: System, interfaces: Interfaces) -> System:
         return _has(interfaces, link.source, "output") and _has(interfaces, link.target, "input")
 
     def reaches(target: str) -> bool:
-        component, _, _ = target.partition(".")
+        component, _ = system.divide(target)
         return component not in system.replaced or _has(interfaces, target, "input")
 
     signals = (replace(signal, targets=tuple(filter(reaches, signal.targets))) for signal in system.signals)
@@ -141,10 +141,11 @@ def notices(system: System, interfaces: Interfaces, assigned: Iterable[str], dro
     """
     available, names = system.fed() | set(assigned), {c.name for c in system.components}
     dropped = (*dropped, *system.unknown)
-    result = [f"there is no {end}; its settings are ignored" for end in dropped if end.partition(".")[0] not in names]
+    missing = [end for end in dropped if system.divide(end)[0] not in names]
+    result = [*system.remarks, *(f"there is no {end}; its settings are ignored" for end in missing)]
     for component in system.components:
         name = component.name
-        lacks = [end.partition(".")[2] for end in dropped if end.startswith(f"{name}.")]
+        lacks = [end.removeprefix(f"{name}.") for end in dropped if system.divide(end)[0] == name]
         if lacks:
             result.append(f"{name}: {Path(component.fmu).name} has no {', '.join(lacks)}; its settings are ignored")
         if component.replaces is None:
@@ -172,7 +173,7 @@ def _incomplete_options(system: System, before: System) -> list[Connection]:
     groups: dict[tuple[str, str, str], list[Connection]] = {}
     for link in before.connections:
         if link.option is not None and any(link.touches(name) for name in system.replaced):
-            ends = link.source.partition(".")[0], link.target.partition(".")[0]
+            ends = before.divide(link.source)[0], before.divide(link.target)[0]
             groups.setdefault((link.option, *ends), []).append(link)
     result = []
     for links in groups.values():
@@ -184,10 +185,13 @@ def _incomplete_options(system: System, before: System) -> list[Connection]:
 
 def _lacking(component: Component, ends: Iterable[str], interfaces: Interfaces, causality: str) -> list[str]:
     local = dict.fromkeys(end for end in ends if end.startswith(f"{component.name}."))
-    return [end.partition(".")[2] for end in local if not _has(interfaces, end, causality)]
+    return [end.removeprefix(f"{component.name}.") for end in local if not _has(interfaces, end, causality)]
 
 
 def _has(interfaces: Interfaces, end: str, causality: str) -> bool:
-    component, _, variable = end.partition(".")
-    port = interfaces[component].ports.get(variable) if component in interfaces else None
-    return port is not None and port.causality == causality
+    ports = (
+        interface.ports.get(end.removeprefix(f"{component}."))
+        for component, interface in interfaces.items()
+        if end.startswith(f"{component}.")
+    )
+    return any(port is not None and port.causality == causality for port in ports)

@@ -16,6 +16,8 @@ from amb_cosim.cosim.system.signal_map import SignalMap
 from amb_cosim.cosim.system.values import Raw
 from amb_files.suggestions import suggest
 
+UNCHANGED = (1.0, 0.0)  # factor and offset of a value that is passed on as it is
+
 
 @dataclass(frozen=True)
 class Component:
@@ -38,7 +40,7 @@ class Connection:
 
     `option` names a group of connections that may be omitted together. An `inherited` connection was made for a
     replaced FMU. A pattern excludes the inputs in `but`, which may be patterns. The input is factor times the output
-    plus offset.
+    plus offset; with `converts_units` these also convert the unit, and the units of the ends may differ.
     """
 
     source: str
@@ -48,11 +50,12 @@ class Connection:
     but: tuple[str, ...] = ()
     factor: float = 1.0
     offset: float = 0.0
+    converts_units: bool = False
 
     @property
     def text(self) -> str:
         """Value of the input."""
-        is_same = (self.factor, self.offset) == (1.0, 0.0)
+        is_same = (self.factor, self.offset) == UNCHANGED
         return self.source if is_same else f"{self.factor!r} {self.source} + {self.offset!r}"
 
     def touches(self, component: str) -> bool:
@@ -62,10 +65,21 @@ class Connection:
 
 @dataclass(frozen=True)
 class Signal:
-    """An exogenous signal that feeds several inputs at once."""
+    """An exogenous signal that feeds several inputs at once.
+
+    With a `port` of its own, its value has that unit and type, and `laws` are factor and offset of the inputs that are
+    not equal to it. Without one, its value is that of its inputs.
+    """
 
     name: str
     targets: tuple[str, ...]
+    port: Port | None = None
+    laws: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+
+    def value_at(self, target: str, value: float) -> float:
+        """Return the value of an input for a value of the signal."""
+        factor, offset = self.laws.get(target, UNCHANGED)
+        return factor * value + offset
 
 
 class MasterLayout(NamedTuple):
@@ -82,7 +96,8 @@ class System:
 
     `*` and `?` in names of connected variables, mandatory inputs and parameters match variables of the components, see
     `patterns.expand`; a pattern of a parameter may match nothing. `unrecorded` are patterns of outputs that a run
-    records only if it names them, `unknown` names with values in the file that no component has. `check` compares it
+    records only if it names them, `unknown` names with values in the file that no component has, and `remarks` other
+    notices about the file. `check` compares it
     with the components' interfaces, `wiring` lays it out for the master.
 
     Examples
@@ -101,6 +116,7 @@ class System:
     parameters: Mapping[str, Mapping[str, Raw]] = field(default_factory=dict)
     unrecorded: tuple[str, ...] = ()
     unknown: tuple[str, ...] = ()
+    remarks: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         names = [component.name for component in self.components]
@@ -137,10 +153,29 @@ class System:
 
     def split(self, end: str) -> tuple[str, str]:
         """Split `component.variable` into its two names."""
-        component, dot, variable = end.partition(".")
-        if not dot or not variable:
+        component, variable = self.divide(end)
+        if not variable:
             raise ValueError(f"{end!r} is not a component.variable")
         return self.component(component).name, variable
+
+    def divide(self, end: str) -> tuple[str, str]:
+        """Return component and variable of a name, without a check.
+
+        The component of a nested system, `axle.motor`, has dots in its name. A name of no component is divided at the
+        first dot.
+        """
+        component, _, variable = end.partition(".")
+        if component in self._by_name:
+            return component, variable
+        known = [name for name in self._nested if end.startswith(f"{name}.")]
+        if not known:
+            return component, variable
+        component = max(known, key=len)
+        return component, end[len(component) + 1 :]
+
+    @cached_property
+    def _nested(self) -> list[str]:
+        return [name for name in self._by_name if "." in name]
 
     def signal(self, name: str) -> Signal | None:
         """Return the shared signal with this name, if any."""
@@ -163,7 +198,9 @@ class System:
     def transformed(self) -> dict[str, tuple[float, float]]:
         """Factor and offset of the inputs whose connection transforms the value."""
         laws = {link.target: (link.factor, link.offset) for link in self.connections}
-        return {target: law for target, law in laws.items() if law != (1.0, 0.0)}
+        for signal in self.signals:
+            laws |= signal.laws
+        return {target: law for target, law in laws.items() if law != UNCHANGED}
 
     def check(self, interfaces: Mapping[str, FmuInterface]) -> None:
         """Check the system against the interfaces of its components.
@@ -187,11 +224,13 @@ class System:
                 self.port(link.source, interfaces),
                 link.target,
                 self.port(link.target, interfaces),
+                converts_units=link.converts_units,
             )
         for signal in self.signals:
             first, *others = signal.targets
             for other in others:
-                _check_match(first, self.port(first, interfaces), other, self.port(other, interfaces))
+                ports = self.port(first, interfaces), self.port(other, interfaces)
+                _check_match(first, ports[0], other, ports[1], converts_units=signal.port is not None)
         mandatory = [
             f"{component.name}.{variable}" for component in self.components for variable in component.mandatory
         ]
@@ -271,7 +310,7 @@ class System:
             for name in (c.name for c in self.components)
         }
         source_of = {target: source.removeprefix("signal ") for source, target in self._feeds()}
-        source_of |= {name: name for name in exogenous if "." in name}
+        source_of |= {name: name for name in exogenous if self.signal(name) is None}
         inputs = {
             c.name: [p.name for p in _receiving(interfaces[c.name]) if f"{c.name}.{p.name}" in source_of]
             for c in self.components
@@ -302,7 +341,7 @@ class System:
 
         See `iteration`. Exogenous inputs are constant over the step.
         """
-        port = self.port(source, interfaces) if "." in source else None
+        port = self.port(source, interfaces) if self.signal(source) is None else None
         sample_time = target.ports.get("sample_time")
         samples = sample_time is not None and sample_time.causality == "parameter"
         if port is None or port.causality != "output" or port.type != "Real" or samples:
@@ -328,10 +367,10 @@ def _same_unit(a: Port, b: Port) -> bool:
     return a.unit == b.unit
 
 
-def _check_match(source: str, a: Port, target: str, b: Port) -> None:
+def _check_match(source: str, a: Port, target: str, b: Port, converts_units: bool = False) -> None:
     if a.type != b.type:
         raise ValueError(f"{source} is {a.type} and {target} is {b.type}; connected variables must have the same type")
-    if not _same_unit(a, b):
+    if not converts_units and not _same_unit(a, b):
         raise ValueError(
             f"{source} is in {a.unit} and {target} is in {b.unit}; connected variables must have the same unit"
         )

@@ -1,0 +1,295 @@
+"""The systems of an archive as one system: components, connections, signals and values by the names of components.
+
+A connector of the outermost system that feeds inputs is a signal, and its value counts more than those of the inputs:
+they are connected. Of several values of one variable, that of the outer system counts, and of its sets the last one.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from amb_cosim.cosim.basics.time_grid import in_steps
+from amb_cosim.cosim.fmu.fmu_description import read_interface
+from amb_cosim.cosim.fmu.fmu_interface import Port
+from amb_cosim.cosim.fmu.fmus import provide
+from amb_cosim.cosim.ssp.bindings import Setting, read_bindings
+from amb_cosim.cosim.ssp.hierarchy import NAMES, Node, number_of, read_hierarchy
+from amb_cosim.cosim.ssp.nets import Nets, Reached
+from amb_cosim.cosim.ssp.structure import MASTER
+from amb_cosim.cosim.ssp.unit_conversion import Unit, conversion, unit_of
+from amb_cosim.cosim.system.system import UNCHANGED, Component, Connection, Signal
+from amb_cosim.cosim.system.values import Raw
+
+
+class FlatSystem:
+    """The content of an archive extracted to `folder`, for a `System`."""
+
+    def __init__(self, root: Any, folder: Path, what: str) -> None:
+        self.root, self.what = root, what
+        self.hierarchy = read_hierarchy(root, folder, what)
+        components = self.hierarchy.components
+        if not components:
+            raise ValueError(f"{what} has no component with an FMU; there is nothing to simulate")
+        self.files = {name: file for name, (file, _, _) in components.items()}
+        self.folders = {name: provide(str(file)).folder for name, file in self.files.items()}
+        self.interfaces = {name: read_interface(place, name, self.files[name]) for name, place in self.folders.items()}
+        self.nets = Nets(self.hierarchy, self.interfaces, what)
+        self.connections = tuple(self._connections())
+        self.exposed = {node: self.nets.claim(node) for node in self.hierarchy.outer_connectors if self._is_free(node)}
+        for node in self.hierarchy.inner_connectors:
+            if self._is_free(node):
+                self.nets.claim(node)
+
+    def components(self) -> tuple[Component, ...]:
+        """Return components in the order of the document; their own step sizes come from annotations."""
+        base = number_of(self.root, ".//osp:FixedStepAlgorithm", "baseStepSize")
+        every: dict[str, int] = {}
+        for name, (_, element, _) in self.hierarchy.components.items():
+            hint = number_of(element, ".//osp:StepSizeHint", "value")
+            every[name] = max(1, round(in_steps(hint, base))) if hint and base else 1
+        return tuple(Component(name, str(file), every[name]) for name, file in self.files.items())
+
+    def remarks(self) -> tuple[str, ...]:
+        """Return notices on what does not run as the document has it."""
+        listed = self.hierarchy.components.items()
+        exchanged = [name for name, (_, element, _) in listed if element.get("implementation") == "ModelExchange"]
+        return tuple(f"{name}: the archive requests model exchange; co-simulation is used" for name in exchanged)
+
+    def _connections(self) -> Iterator[Connection]:
+        """Return connections between variables of components."""
+        for source in self.nets.outputs:
+            for reached in self.nets.claim(source):
+                if self.nets.causality(reached.node) == "output":
+                    both = f"{source.text} and {reached.node.text}"
+                    raise ValueError(f"{self.what}: {both} are outputs that are connected with each other")
+                outputs = self._ports(source, reached.start_indices)
+                inputs = self._ports(reached.node, reached.end_indices)
+                if len(outputs) != len(inputs):
+                    said = f"{outputs[0]} ({len(outputs)} values) and {inputs[0]} ({len(inputs)})"
+                    raise ValueError(f"{self.what}: a connection joins {said}, which must be equal in number")
+                for output, target in zip(outputs, inputs, strict=True):
+                    factor, offset = reached.law
+                    if reached.law != UNCHANGED:
+                        self._check_real(output, target)
+                    yield Connection(output, target, factor=factor, offset=offset, converts_units=True)
+        for link in self.hierarchy.links:
+            ends = (link.start, link.end)
+            if all(end.kind == "component" for end in ends) and not set(ends) & set(self.nets.outputs):
+                yield Connection(link.start.text, link.end.text)  # without an output; the check of the system tells
+
+    def _is_free(self, node: Node) -> bool:
+        """Return whether a connector of a system can have a value, because nothing outside it feeds it."""
+        kinds = ("input", "parameter", "structuralParameter", "inout")
+        return self.hierarchy.connectors[node].kind in kinds and not self.nets.has_source(node)
+
+    def signals(self, inputs: Mapping[str, Raw]) -> tuple[Signal, ...]:
+        """Return connectors of the system that feed inputs, and signals that this package's annotation names.
+
+        A connector without a value is no signal if its inputs have different values of their own.
+        """
+        annotated = {
+            signal.get("name"): tuple(end.get("name") for end in signal.iterfind("amb:Target", NAMES))
+            for signal in self.root.iterfind(f".//{MASTER}/amb:Signal", NAMES)
+        }
+        result = [Signal(name, targets) for name, targets in annotated.items()]
+        for node, reached in self.exposed.items():
+            for name, fed in self._elements_fed(node, reached).items() if node.name not in annotated else ():
+                signal = self._signal(node, name, fed)
+                own = {inputs[target] for target in signal.targets if target in inputs}
+                if name in inputs or len(own) < 2:
+                    result.append(signal)
+        return tuple(result)
+
+    def _elements_fed(self, node: Node, reached: Iterable[Reached]) -> dict[str, dict[str, Reached]]:
+        """Return the inputs of components that a connector, or each element of an array, feeds."""
+        result: dict[str, dict[str, Reached]] = {}
+        for item in reached:
+            if self.nets.causality(item.node) == "input":
+                targets = self._ports(item.node, item.end_indices)
+                for k, target in enumerate(targets, 1):
+                    place = item.start_indices or ((k,) if len(targets) > 1 else ())
+                    result.setdefault(_element(node.name, place), {})[target] = item
+        return result
+
+    def _signal(self, node: Node, name: str, fed: Mapping[str, Reached]) -> Signal:
+        """Return the signal of a connector, with a port of its own if not all inputs are equal to it."""
+        laws = {target: item.law for target, item in fed.items() if item.law != UNCHANGED}
+        ports = {target: self._port(target) for target in fed}
+        unit = self._start_unit(node)
+        if not laws and len({port.unit for port in ports.values() if port is not None and port.unit}) <= 1:
+            return Signal(name, tuple(fed))
+        for target in laws:
+            self._check_real(target)
+        target, first = next(iter(ports.items()))
+        factor, offset = fed[target].law
+        port = Port(
+            name=name,
+            type="Real" if first is None else first.type,
+            causality="input",
+            reference=0,
+            unit=None if unit is None else unit.name,
+            definition=None if unit is None else unit.definition,
+            start=0.0 if first is None or not factor else ((first.start or 0.0) - offset) / factor,
+            items={} if first is None else first.items,
+        )
+        return Signal(name, tuple(fed), port, laws)
+
+    def _start_unit(self, node: Node) -> Unit | None:
+        """Return the unit of a connector of the system: its own, or that of what it feeds, if that is unambiguous."""
+        own = self.nets.unit(node)
+        if own is not None or node not in self.exposed:
+            return own
+        units = dict.fromkeys(item.unit for item in self.exposed[node] if item.unit is not None)
+        first = next(iter(units), None)
+        for unit in units:
+            if first is not None and conversion(first, unit) != UNCHANGED:
+                raise ValueError(
+                    f"{self.what}: connector {node.name} feeds variables in {first.name} and in {unit.name}; it needs "
+                    f"a unit of its own"
+                )
+        return first
+
+    def values(self) -> tuple[dict[str, dict[str, Raw]], dict[str, Raw], tuple[str, ...]]:
+        """Return values of parameters by component and name, of inputs and signals by name, and unknown names."""
+        parameters: dict[str, dict[str, Raw]] = {name: {} for name in self.interfaces}
+        inputs: dict[str, Raw] = {}
+        unknown: dict[str, None] = {}
+        settings: list[tuple[Node, Setting]] = []
+        for path, element, document in self.hierarchy.bindings:  # what an outer system says counts more
+            resources = self.folders[path] / "resources" if path in self.folders else None
+            for setting in read_bindings(element, document, resources):
+                node = self.hierarchy.resolve(path, setting.name)
+                if node is None or not self._exists(node):
+                    unknown[f"{path}.{setting.name}" if path else setting.name] = None
+                else:
+                    settings.append((node, setting))
+        for node, setting in sorted(settings, key=lambda item: -_depth(item[0])):  # a connection counts more than both
+            if node.kind == "component":
+                self._set(parameters, inputs, node, self._read(node, setting)[0], ())
+            else:
+                self._spread(parameters, inputs, node, setting)
+        fed = {link.target for link in self.connections}
+        for node, reached in self.exposed.items():
+            for name, targets in self._elements_fed(node, reached).items():
+                fed |= targets.keys() if name in inputs else set()
+        return parameters, {name: value for name, value in inputs.items() if name not in fed}, tuple(unknown)
+
+    def _exists(self, node: Node) -> bool:
+        if node.kind == "component":
+            return bool(self.interfaces[node.place].elements(node.name))
+        return node in self.hierarchy.connectors
+
+    def _spread(
+        self, parameters: dict[str, dict[str, Raw]], inputs: dict[str, Raw], node: Node, setting: Setting
+    ) -> None:
+        """Set what a connector of a system reaches, and its signal."""
+        values, unit = self._read(node, setting)
+        for reached in self.nets.below(node, unit):
+            factor, offset = reached.law
+            if reached.law == UNCHANGED:
+                passed = values
+            else:
+                self._check_real(*self._ports(reached.node, reached.end_indices))
+                passed = [factor * _checked_number(value, setting.name, self.what) + offset for value in values]
+            self._set(parameters, inputs, reached.node, passed, reached.end_indices, reached.start_indices)
+        if node in self.exposed:
+            for name in self._elements_fed(node, self.exposed[node]):
+                place = [int(index) for index in name.removeprefix(node.name).strip("[]").split(",") if index]
+                inputs[name] = self._selected(values, place, setting.name)[0]
+
+    def _read(self, node: Node, setting: Setting) -> tuple[list[Raw], Unit | None]:
+        """Return values in the unit of a connector, if it has one, and the unit that they then have."""
+        target, result, after = self._start_unit(node), [], None
+        for value in setting.values:
+            number: Raw = float(value[0]) if isinstance(value, tuple) else value
+            unit = unit_of(value[1], setting.units) if isinstance(value, tuple) else None
+            after = target or (unit if setting.law is None and not setting.suppresses_units else None)
+            if unit is not None and target is not None and not setting.suppresses_units:
+                law = conversion(unit, target)
+                if law is None and setting.law is None:
+                    raise ValueError(
+                        f"{self.what}: {setting.name} = {number} {unit.name}, which cannot be converted to the unit "
+                        f"{target.name} of {node.text}"
+                    )
+                if law not in (None, UNCHANGED):
+                    number = law[0] * _checked_number(number, setting.name, self.what) + law[1]
+            if setting.law is not None:
+                number = setting.law[0] * _checked_number(number, setting.name, self.what) + setting.law[1]
+            result.append(number)
+        return result, after
+
+    def _set(
+        self,
+        parameters: dict[str, dict[str, Raw]],
+        inputs: dict[str, Raw],
+        node: Node,
+        values: Sequence[Raw],
+        indices: tuple[int, ...],
+        selected: Sequence[int] = (),
+    ) -> None:
+        """Set a variable of a component, or the elements of an array."""
+        values = self._selected(values, selected, node.text)
+        ports = self.interfaces[node.place].elements(node.name, indices)
+        if len(ports) != len(values):
+            raise ValueError(
+                f"{self.what}: a parameter set has {len(values)} values for {node.text}, which has {len(ports)}"
+            )
+        for port, value in zip(ports, values, strict=True):
+            if port.causality == "input":
+                inputs[f"{node.place}.{port.name}"] = value
+            else:
+                parameters[node.place][port.name] = value
+
+    def _selected(self, values: Sequence[Raw], place: Sequence[int], name: str) -> Sequence[Raw]:
+        """Return the value of an element of an array with one dimension, or all values without indices."""
+        if not place:
+            return values
+        if len(place) > 1 or not 1 <= place[0] <= len(values):
+            raise ValueError(f"{self.what}: {name} has {len(values)} values and no element {list(place)}")
+        return [values[place[0] - 1]]
+
+    def _ports(self, node: Node, indices: tuple[int, ...]) -> list[str]:
+        """Return the variables of a component's connector: one, or the elements of an array."""
+        ports = self.interfaces[node.place].elements(node.name, indices)
+        if indices and not ports:
+            raise ValueError(f"{self.what}: {node.text} has no element [{','.join(map(str, indices))}]")
+        return [f"{node.place}.{port.name}" for port in ports] or [node.text]
+
+    def _check_real(self, *ends: str) -> None:
+        """Raise a ValueError unless all variables are Reals, of which a linear transformation can be."""
+        for end in ends:
+            port = self._port(end)
+            if port is not None and port.type != "Real":
+                raise ValueError(
+                    f"{self.what}: {end} is {port.type}; only values of Reals can be transformed or have their unit "
+                    f"converted"
+                )
+
+    def _port(self, end: str) -> Port | None:
+        """Return a component's variable; None if there is none, which the check of the system reports."""
+        found = (
+            interface.ports.get(end.removeprefix(f"{component}."))
+            for component, interface in self.interfaces.items()
+            if end.startswith(f"{component}.")
+        )
+        return next((port for port in found if port is not None), None)
+
+
+def _depth(node: Node) -> float:
+    """Return how deep a connector is: values pass from outer systems to inner ones, and to components."""
+    if node.kind == "component":
+        return math.inf
+    return node.place.count(".") + 1 if node.place else 0
+
+
+def _element(name: str, place: Sequence[int]) -> str:
+    return f"{name}[{','.join(map(str, place))}]" if place else name
+
+
+def _checked_number(value: Raw, name: str, what: str) -> float:
+    if isinstance(value, bool | str):
+        raise ValueError(f"{what}: {name} = {value} is no number and cannot be transformed")
+    return float(value)

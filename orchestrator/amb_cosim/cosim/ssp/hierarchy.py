@@ -1,0 +1,277 @@
+"""The systems of an archive as one flat structure: components, connectors, links and parameter bindings.
+
+An element is called by its path from the outermost system, `axle.motor`. Systems can be nested in the document, or
+documents and archives of their own within the archive.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Literal, NamedTuple
+from urllib.parse import unquote, urlsplit
+
+from lxml import etree
+
+from amb_cosim.cosim.basics.cache import unpacked
+from amb_cosim.cosim.fmu.fmu_interface import UnitDefinition
+from amb_cosim.cosim.ssp.schema import DICTIONARY, NAMESPACES, STRUCTURE, check, parse, tag
+from amb_cosim.cosim.ssp.structure import TOOLS
+from amb_cosim.cosim.ssp.unit_conversion import Law, Unit, law_of, suppresses_units, unit_definitions, unit_of
+from amb_files.suggestions import suggest
+
+NAMES = {**NAMESPACES, **TOOLS}
+FMU, DEFINITION, PACKAGE = (f"application/x-{kind}" for kind in ("fmu-sharedlibrary", "ssp-definition", "ssp-package"))
+TYPES = (FMU, DEFINITION, PACKAGE)
+HARMLESS = [tag(name) for name in ("ssd:ConnectionGeometry", "ssd:Annotations", "ssc:LinearTransformation")]
+MOST_NESTED = 20  # systems in each other
+
+
+class Node(NamedTuple):
+    """A connector of a component, of a system, or an entry of a signal dictionary; `place` is the path of that."""
+
+    kind: Literal["component", "system", "dictionary"]
+    place: str
+    name: str
+
+    @property
+    def text(self) -> str:
+        """Name for messages."""
+        return ".".join(part for part in (self.place, self.name) if part)
+
+
+class Connector(NamedTuple):
+    """The kind and the unit of a connector in a document."""
+
+    kind: str
+    unit: Unit | None
+
+
+class Link(NamedTuple):
+    """A connection of two connectors, in any direction; indices are those of an element of an array."""
+
+    start: Node
+    end: Node
+    start_indices: tuple[int, ...]
+    end_indices: tuple[int, ...]
+    law: Law | None
+    suppresses_units: bool
+
+
+@dataclass(frozen=True)
+class Document:
+    """A structure document, with the folder to which its sources are relative."""
+
+    root: Any
+    folder: Path
+    what: str
+
+    @property
+    def units(self) -> Mapping[str, UnitDefinition]:
+        """Definitions of its units."""
+        return unit_definitions(self.root, "ssd")
+
+    def file(self, source: str, folder: Path | None = None) -> Path:
+        """Return the file of a relative URI; it must be in the archive."""
+        base = self.folder if folder is None else folder
+        uri = urlsplit(source)
+        file = (base / unquote(uri.path)).resolve()
+        if uri.scheme or uri.netloc or uri.fragment or not file.is_relative_to(base.resolve()) or not file.is_file():
+            raise ValueError(f"{self.what} has no file {source!r}; sources must be relative paths of files in it")
+        return file
+
+
+@dataclass(frozen=True)
+class Hierarchy:
+    """The elements of all systems of an archive.
+
+    Attributes
+    ----------
+    components
+        File, element and document of each FMU, in the order of the documents.
+    connectors
+        All declared connectors; those of an outer system come first.
+    links
+        All connections.
+    bindings
+        Path, element and document of everything that can have parameter bindings, inner ones first: outer ones count
+        more.
+    elements
+        Kind and path of the elements of each system, by the system's path and their names in it.
+    """
+
+    components: dict[str, tuple[Path, Any, Document]] = field(default_factory=dict)
+    connectors: dict[Node, Connector] = field(default_factory=dict)
+    links: list[Link] = field(default_factory=list)
+    bindings: list[tuple[str, Any, Document]] = field(default_factory=list)
+    elements: dict[str, dict[str, tuple[Literal["component", "system", "dictionary"], str]]] = field(
+        default_factory=dict
+    )
+
+    @property
+    def outer_connectors(self) -> list[Node]:
+        """The connectors of the outermost system."""
+        return [node for node in self.connectors if node[:2] == ("system", "")]
+
+    @property
+    def inner_connectors(self) -> list[Node]:
+        """The connectors of all other systems, and the entries of signal dictionaries."""
+        return [node for node in self.connectors if node.kind != "component" and node[:2] != ("system", "")]
+
+    def resolve(self, path: str, name: str) -> Node | None:
+        """Return the connector with a hierarchical name in a system or a component; None if there is no such element.
+
+        A name is that of a connector of the system itself, or begins with the name of an element and a dot.
+        """
+        if path in self.components:
+            return Node("component", path, name)
+        own = Node("system", path, name)
+        if own in self.connectors:
+            return own
+        for element, (kind, place) in self.elements[path].items():
+            if name.startswith(f"{element}."):
+                rest = name[len(element) + 1 :]
+                return self.resolve(place, rest) if kind == "system" else Node(kind, place, rest)
+        return None
+
+
+def read_hierarchy(root: Any, folder: Path, what: str) -> Hierarchy:
+    """Return the flat structure of a document; `folder` has the files of the archive.
+
+    Raises
+    ------
+    ValueError
+        If it has an element that is not supported; the message begins with `what` and names it.
+    """
+    result = Hierarchy()
+    document = Document(root, folder, what)
+    _add_system(result, root.find("ssd:System", NAMES), "", document, {}, 0)
+    return result
+
+
+def _add_system(
+    result: Hierarchy, system: Any, path: str, document: Document, dictionaries: dict[str, str], depth: int
+) -> None:
+    if depth > MOST_NESTED:
+        raise ValueError(f"{document.what}: {path} is nested too deeply; at most {MOST_NESTED} systems are supported")
+    _add_connectors(result, "system", path, system, document)
+    dictionaries = dictionaries | {
+        dictionary.get("name"): _add_dictionary(result, dictionary, path, document)
+        for dictionary in system.iterfind("ssd:SignalDictionaries/ssd:SignalDictionary", NAMES)
+    }
+    elements = result.elements[path] = {}
+    for element in system.iterfind("ssd:Elements/*", NAMES):
+        name = element.get("name")
+        place = f"{path}.{name}" if path else name
+        if name in elements:
+            raise ValueError(f"{document.what}: two elements are called {place}")
+        if "." in name:
+            raise ValueError(f"{document.what}: element {place} has a dot in its name, which is not supported")
+        if element.tag == tag("ssd:System"):
+            elements[name] = "system", place
+            _add_system(result, element, place, document, dictionaries, depth + 1)
+        elif element.tag == tag("ssd:SignalDictionaryReference"):
+            dictionary = element.get("dictionary")
+            if dictionary not in dictionaries:
+                known = suggest(dictionary, dictionaries)
+                raise ValueError(f"{document.what}: {place} refers to no signal dictionary {dictionary!r}; {known}")
+            elements[name] = "dictionary", dictionaries[dictionary]
+        else:
+            elements[name] = _add_component(result, element, place, document, depth)
+    for link in system.iterfind("ssd:Connections/ssd:Connection", NAMES):
+        result.links.append(_link(result, link, path, document))
+    result.bindings.append((path, system, document))
+
+
+def _add_connectors(
+    result: Hierarchy, kind: Literal["component", "system"], place: str, element: Any, document: Document
+) -> None:
+    units = document.units
+    for connector in element.iterfind("ssd:Connectors/ssd:Connector", NAMES):
+        node = Node(kind, place, connector.get("name"))
+        result.connectors.setdefault(node, Connector(connector.get("kind"), _unit(connector, units)))
+
+
+def _add_component(
+    result: Hierarchy, element: Any, place: str, document: Document, depth: int
+) -> tuple[Literal["component", "system"], str]:
+    kind = element.get("type") or FMU
+    if kind not in TYPES:
+        raise ValueError(f"{document.what}: component {place} is of type {kind}, which is not supported")
+    if kind == FMU:
+        result.components[place] = document.file(element.get("source")), element, document
+        _add_connectors(result, "component", place, element, document)
+        result.bindings.append((place, element, document))
+        return "component", place
+    inner = _referenced(document, element.get("source"), kind == PACKAGE)
+    _add_system(result, inner.root.find("ssd:System", NAMES), place, inner, {}, depth + 1)
+    result.bindings.append((place, element, document))
+    return "system", place
+
+
+def _referenced(document: Document, source: str, is_package: bool) -> Document:
+    """Return the structure document of a component that is a system of its own."""
+    file, what = document.file(source), f"{document.what}: {source}"
+    folder = document.folder
+    if is_package:
+        folder, _ = unpacked(file, what)
+        file = Document(None, folder, what).file("SystemStructure.ssd")
+    return Document(parse(file.read_bytes(), STRUCTURE, what), folder, what)
+
+
+def _add_dictionary(result: Hierarchy, dictionary: Any, path: str, document: Document) -> str:
+    """Add the entries of a signal dictionary, and return its path."""
+    name, source = dictionary.get("name"), dictionary.get("source")
+    place = f"{path}.{name}" if path else name
+    if source is None:
+        content = dictionary.find("ssb:SignalDictionary", NAMES)
+        if content is None:
+            raise ValueError(f"{document.what}: signal dictionary {place} has no entries of SSP")
+        check(content, DICTIONARY, f"{document.what}: signal dictionary {place}")
+    else:
+        content = parse(document.file(source).read_bytes(), DICTIONARY, f"{document.what}: {source}")
+    units = {**document.units, **unit_definitions(content, "ssb")}
+    for entry in content.iterfind("ssb:DictionaryEntry", NAMES):
+        result.connectors[Node("dictionary", place, entry.get("name"))] = Connector("inout", _unit(entry, units))
+    return place
+
+
+def _unit(connector: Any, units: Mapping[str, UnitDefinition]) -> Unit | None:
+    """Return the unit that the type of a connector has."""
+    return next((unit_of(kind.get("unit"), units) for kind in connector if kind.get("unit")), None)
+
+
+def _link(result: Hierarchy, link: Any, path: str, document: Document) -> Link:
+    start, end = _ends(result, link, path, document)
+    for element in link:
+        if element.tag not in HARMLESS:
+            kind = etree.QName(element).localname
+            raise ValueError(
+                f"{document.what}: the connection from {start.text} transforms its value by {kind}, which is not "
+                f"supported in connections"
+            )
+    indices = [tuple(map(int, link.get(f"{side}Indices", "").split())) for side in ("start", "end")]
+    return Link(start, end, indices[0], indices[1], law_of(link), suppresses_units(link))
+
+
+def _ends(result: Hierarchy, link: Any, path: str, document: Document) -> Iterator[Node]:
+    """Return the two connectors of a connection in a system."""
+    elements = result.elements[path]
+    for side in ("start", "end"):
+        element, name = link.get(f"{side}Element"), link.get(f"{side}Connector")
+        if not element:
+            yield Node("system", path, name)
+        elif element in elements:
+            yield Node(*elements[element], name)
+        else:
+            inside = f" of {path}" if path else ""
+            raise ValueError(
+                f"{document.what}: a connection{inside} names no element {element!r}; {suggest(element, elements)}"
+            )
+
+
+def number_of(root: Any, path: str, name: str) -> float | None:
+    """Return an attribute of an element as a number, if there is one."""
+    element = root.find(path, NAMES)
+    return None if element is None or element.get(name) is None else float(element.get(name))

@@ -1,0 +1,133 @@
+"""Nets of connected connectors: the inputs that an output, or a connector of the outermost system, reaches.
+
+Values pass from a component's output through connectors of systems and entries of signal dictionaries to inputs of
+components. At each connection a value is converted to the unit of the next connector, unless that is suppressed, and
+then transformed by the law of the connection. A connector without a unit passes the unit of the value on.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import NamedTuple
+
+from amb_cosim.cosim.fmu.fmu_interface import FmuInterface
+from amb_cosim.cosim.ssp.hierarchy import Hierarchy, Link, Node
+from amb_cosim.cosim.ssp.unit_conversion import Law, Unit, composed, conversion, unit_of
+from amb_cosim.cosim.system.system import UNCHANGED
+
+
+class Reached(NamedTuple):
+    """A component's variable that a value reaches.
+
+    `law` is that of the value; `unit` is the unit at the start that this law presumes, None if there is none. Indices
+    are those of an element of an array, at the start and at the end.
+    """
+
+    node: Node
+    law: Law
+    unit: Unit | None
+    start_indices: tuple[int, ...]
+    end_indices: tuple[int, ...]
+
+
+class Nets:
+    """The connections of an archive as nets.
+
+    Parameters
+    ----------
+    hierarchy
+        The structure.
+    interfaces
+        The interfaces of its components.
+    what
+        The archive, for messages.
+    """
+
+    def __init__(self, hierarchy: Hierarchy, interfaces: Mapping[str, FmuInterface], what: str) -> None:
+        self._connectors, self._interfaces, self.what = hierarchy.connectors, interfaces, what
+        self._at: dict[Node, list[tuple[Link, bool]]] = {}
+        for link in hierarchy.links:
+            self._at.setdefault(link.start, []).append((link, True))
+            self._at.setdefault(link.end, []).append((link, False))
+        self._arrival: dict[Node, Link] = {}  # by which the value of a net comes to a connector
+
+    def causality(self, node: Node) -> str:
+        """Return whether a connector is input, output, ... : of a component as its FMU says, else as the document."""
+        if node.kind == "component":
+            ports = self._interfaces[node.place].elements(node.name)
+            if ports:
+                return ports[0].causality
+        declared = self._connectors.get(node)
+        return "" if declared is None else declared.kind
+
+    def unit(self, node: Node) -> Unit | None:
+        """Return the unit of a connector, if it has one; that of the FMU counts for its variables."""
+        declared = self._connectors.get(node)
+        unit = None if declared is None else declared.unit
+        if node.kind != "component":
+            return unit
+        port = next(iter(self._interfaces[node.place].elements(node.name)), None)
+        if port is None or not port.unit:
+            return unit
+        return Unit(port.unit, port.definition) if port.definition is not None else unit_of(port.unit)
+
+    @property
+    def outputs(self) -> list[Node]:
+        """The connected outputs of components."""
+        return [node for node in self._at if node.kind == "component" and self.causality(node) == "output"]
+
+    def has_source(self, node: Node) -> bool:
+        """Return whether `claim` was called for something that feeds a connector."""
+        return node in self._arrival
+
+    def claim(self, start: Node) -> list[Reached]:
+        """Return what a source of a net reaches, and remember the way of its values through the connectors."""
+        return list(self._spread(start, self.unit(start), claims=True))
+
+    def below(self, node: Node, unit: Unit | None) -> list[Reached]:
+        """Return what a value of a connector reaches, which may be on the way of a source; `unit` is the value's."""
+        return list(self._spread(node, self.unit(node) or unit, claims=False))
+
+    def _spread(self, start: Node, unit: Unit | None, claims: bool) -> Iterator[Reached]:
+        waiting = [(Reached(start, UNCHANGED, unit, (), ()), unit, self._arrival.get(start))]
+        seen = {start}
+        while waiting:
+            at, current, arrival = waiting.pop(0)
+            for link, forward in self._at.get(at.node, ()):
+                node = link.end if forward else link.start
+                if link is arrival or node in seen:
+                    continue
+                here, there = (link.start_indices, link.end_indices)[:: 1 if forward else -1]
+                law, after = self._passed(link, at.node, current, node)
+                presumed = at.unit or (None if at.law != UNCHANGED else self.unit(node))
+                begin = at.start_indices or here
+                if (at.node != start and here) or (node.kind != "component" and there):
+                    raise ValueError(
+                        f"{self.what}: the connection of {at.node.text} and {node.text} has indices at a connector of "
+                        f"a system, which is not supported"
+                    )
+                reached = Reached(node, composed(at.law, law), presumed, begin, there)
+                if node.kind == "component":
+                    yield reached
+                    continue
+                seen.add(node)
+                if claims:
+                    self._arrival.setdefault(node, link)
+                waiting.append((reached, after, link))
+
+    def _passed(self, link: Link, source: Node, unit: Unit | None, target: Node) -> tuple[Law, Unit | None]:
+        """Return the law of a connection in this direction, and the unit of the value after it."""
+        own, law = self.unit(target), link.law or UNCHANGED
+        if own is None:
+            return law, unit if link.law is None and not link.suppresses_units else None
+        if unit is None or link.suppresses_units:
+            return law, own
+        converted = conversion(unit, own)
+        if converted is not None:
+            return composed(converted, law), own
+        if link.law is not None:  # which states how one becomes the other
+            return law, own
+        raise ValueError(
+            f"{self.what}: {source.text} is in {unit.name} and {target.text} is in {own.name}, which cannot be "
+            f"converted; a LinearTransformation or suppressUnitConversion is needed"
+        )
