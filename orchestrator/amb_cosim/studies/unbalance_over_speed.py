@@ -28,7 +28,6 @@ from amb_cosim.studies.unbalance_records import (
     PlaceResponse,
     UnbalanceResponse,
 )
-from amb_files.checks import require
 from amb_files.suggestions import suggest
 from array_types import Array, Complex
 from rotor_analysis.refinement import about_resonances, refined
