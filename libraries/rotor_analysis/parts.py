@@ -7,6 +7,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
+from annotated_types import Ge
 from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, StrictBool, StrictFloat, Tag
 
 from amb_files.checks import require
@@ -16,7 +17,7 @@ from array_types import Array
 from rotor_analysis.checks import Inertia, Length, Mass, Moderate, Name, Node, Position, Size, Variable
 
 if TYPE_CHECKING:
-    from scipy.interpolate import BSpline
+    from scipy.interpolate import PchipInterpolator
 
 Tensor = tuple[tuple[float, float], tuple[float, float]]  # ((xx, xy), (yx, yy))
 
@@ -158,9 +159,11 @@ class Bearing(_Placed):
     z: Position | None = None
     """Position along the shaft, instead of `node`; the shaft then has a node there."""
     at_speed: tuple[AtSpeed, ...] = ()
-    """Coefficients over the spin speed, instead of those above: ascending, spline in between, constant outside."""
+    """Coefficients over the spin speed, instead of those above: ascending, monotone in between, constant outside."""
     mass: TensorOrNumber = NO_TENSOR
     """2 x 2 mass that moves with the shaft (of a fluid), or one number (kg)."""
+    whirl_frequency: Annotated[StrictFloat, Ge(0.0), Moderate, Unit("rad/s")] | None = None
+    """Whirl frequency at which coefficients that depend on it were taken; results then say so."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -174,22 +177,25 @@ class Bearing(_Placed):
     def at(self, Omega: float) -> tuple[Array, Array, Array]:
         """Return K (N/m), C (N s/m) and M (kg) of (1) at spin speed Omega (rad/s), shape (2, 2) each.
 
-        The table is interpolated by a cubic spline (not-a-knot; a parabola through three speeds, a line through two)
-        and constant outside.
+        Between two speeds of the table each coefficient stays between its values there (`interpolant`); outside the
+        table it is that of the nearest speed.
         """
         if not self.at_speed:
             return np.array(self.stiffness), np.array(self.damping), np.array(self.mass)
         speeds = [row.speed for row in self.at_speed]
-        stiffness, damping, mass = self.spline()(np.clip(Omega, speeds[0], speeds[-1]))
+        stiffness, damping, mass = self.interpolant()(np.clip(Omega, speeds[0], speeds[-1]))
         return stiffness, damping, mass
 
-    def spline(self) -> BSpline:
-        """Return the spline through the table: K, C and M, shape (3, 2, 2), over the spin speed (rad/s)."""
-        from scipy.interpolate import make_interp_spline  # slow to import, and most rotors need none
+    def interpolant(self) -> PchipInterpolator:
+        """Return the interpolant of the table: K, C and M, shape (3, 2, 2), over the spin speed (rad/s).
+
+        It is piecewise cubic and monotone between neighbouring speeds, so that positive damping stays positive (F. N.
+        Fritsch, J. Butland, SIAM J. Sci. Stat. Comput. 5, 1984).
+        """
+        from scipy.interpolate import PchipInterpolator  # slow to import, and most rotors need none
 
         speeds = [row.speed for row in self.at_speed]
-        rows = np.array([(row.stiffness, row.damping, row.mass) for row in self.at_speed])
-        return make_interp_spline(speeds, rows, k=min(3, len(speeds) - 1))
+        return PchipInterpolator(speeds, np.array([(row.stiffness, row.damping, row.mass) for row in self.at_speed]))
 
 
 @table

@@ -13,6 +13,7 @@ from amb_files.toml import validate
 from rotor_analysis.ross_elements import SavedRotor, read_saved
 from rotor_analysis.ross_magnets import SavedMagnet, magnet_of
 from rotor_analysis.ross_parts import AXES, DRAWING, SavedBearing, SavedMaterial, SavedShaftElement
+from rotor_analysis.ross_tables import beyond_saved, sampled
 from rotor_analysis.rotor import Rotor
 
 
@@ -88,8 +89,7 @@ def _notes(saved: SavedRotor, frequency: float | None) -> Iterator[str]:
                 yield "Coefficients of magnets are for analyses without a controller; poles and runs take the scenario."
         if len(bearing.speed or ()) > 3 and bearing.interpolation == "spline":
             yield "Coefficients over speed are those of ROSS's spline, which smooths the saved ones."
-        elif len(bearing.speed or ()) > 2 and bearing.interpolation != "spline":
-            yield "Between the speeds of a table ROSS interpolates by monotone cubics, a rotor file by a spline."
+        yield from beyond_saved(bearing)
         others = sorted(set(bearing.model_extra or {}) - DRAWING)
         if others and magnet_of(bearing) is None:
             yield f"{bearing.tag}: only its stiffness, damping and mass are kept, not {', '.join(others)}."
@@ -173,14 +173,14 @@ def _collapsed(values: list[Any]) -> Any:
 def _coefficients(bearing: SavedBearing, frequency: float | None) -> dict[str, Any]:
     """Return stiffness, damping and, if any, mass, at one or several speeds."""
     if bearing.frequency:
-        bearing = _frozen(bearing, _frozen_at(bearing, frequency))
-    curves = {"stiffness": _tensors(bearing, "k"), "damping": _tensors(bearing, "c")}
-    if any(any(getattr(bearing, f"m{axes}")) for axes in AXES):
-        curves["mass"] = _tensors(bearing, "m")
-    rows = [dict(zip(curves, row, strict=True)) for row in zip(*curves.values(), strict=True)]
+        omega = _frozen_at(bearing, frequency)
+        return _tensors(_frozen(bearing, omega))[0] | {"whirl_frequency": omega}
     if len(bearing.speed or ()) < 2:
-        return rows[0]
-    return {"at_speed": [{"speed": speed} | row for speed, row in zip(bearing.speed or (), rows, strict=True)]}
+        return _tensors(bearing)[0]
+    bearing = sampled(bearing) if bearing.interpolation == "spline" else bearing
+    return {
+        "at_speed": [{"speed": speed} | row for speed, row in zip(bearing.speed or (), _tensors(bearing), strict=True)]
+    }
 
 
 def _frozen_at(bearing: SavedBearing, frequency: float | None) -> float:
@@ -209,14 +209,13 @@ def _frozen(bearing: SavedBearing, frequency: float) -> SavedBearing:
     return bearing.model_copy(update={"frequency": None, **curves})
 
 
-def _tensors(bearing: SavedBearing, letter: str) -> list[list[list[float]]]:
-    """Return [[xx, xy], [yx, yy]] at each speed as in ROSS: before version 3 by a smoothing spline for four or more."""
-    curves = []
-    for axes in AXES:
-        values = getattr(bearing, f"{letter}{axes}") or [0.0] * len(bearing.speed or [0.0])
-        if len(values) > 3 and bearing.interpolation == "spline":
-            from scipy.interpolate import UnivariateSpline  # slow to import
-
-            values = UnivariateSpline(bearing.speed, values)(bearing.speed).tolist()
-        curves.append(values)
-    return [[[xx, xy], [yx, yy]] for xx, xy, yx, yy in zip(*curves, strict=True)]
+def _tensors(bearing: SavedBearing) -> list[dict[str, Any]]:
+    """Return stiffness, damping and, if any, mass as [[xx, xy], [yx, yy]] at each speed."""
+    count = len(bearing.speed or [0.0])
+    rows: list[dict[str, Any]] = [{} for _ in range(count)]
+    for key, letter in (("stiffness", "k"), ("damping", "c"), ("mass", "m")):
+        curves = [getattr(bearing, f"{letter}{axes}") or [0.0] * count for axes in AXES]
+        if letter != "m" or any(map(any, curves)):
+            for row, (xx, xy, yx, yy) in zip(rows, zip(*curves, strict=True), strict=True):
+                row[key] = [[xx, xy], [yx, yy]]
+    return rows

@@ -249,7 +249,9 @@ class Rotor:
     def on_equal_bearings(self, stiffness: float, damping: float) -> Rotor:
         """Return the same rotor, with its seals, on isotropic bearings of this stiffness (N/m) and damping (N s/m)."""
         k, c = ((stiffness, 0.0), (0.0, stiffness)), ((damping, 0.0), (0.0, damping))
-        bearings = (replace(b, stiffness=k, damping=c, mass=NO_TENSOR, at_speed=()) for b in self.bearings)
+        bearings = (
+            replace(b, stiffness=k, damping=c, mass=NO_TENSOR, at_speed=(), whirl_frequency=None) for b in self.bearings
+        )
         return replace(self, bearings=tuple(bearings))
 
     @property

@@ -1,10 +1,11 @@
 """Bearings whose stiffness and damping depend on the spin speed."""
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
-from analysis_cases import tensor
+from analysis_cases import disc_between, tensor
 
 from rotor_analysis.campbell import campbell
 from rotor_analysis.modes import eigenvalues, modes
@@ -15,7 +16,7 @@ from rotor_analysis.supported_rotor import supported_rotor
 from tests.support.messages import raises_naming
 
 RIG = load_rotor()
-
+LIFT_OFF = (2e4, 2e4, 2e4, 500.0, 500.0, 500.0)  # N s/m
 
 SOFTENING = tuple(AtSpeed(speed, tensor(k, 1e3 * speed), tensor(c)) for speed, k, c in (
     (0.0, 1.2e6, 6e3), (100.0, 1.0e6, 5e3), (250.0, 0.6e6, 4e3), (400.0, 0.5e6, 2e3),
@@ -40,11 +41,45 @@ def test_table_is_met_and_held_beyond_its_ends():
         np.testing.assert_array_equal(bearing.at(beyond)[0], bearing.at(last)[0])
 
 
-@pytest.mark.parametrize(("count", "order"), [(2, 1), (3, 2), (5, 3)])
-def test_polynomial_up_to_the_third_degree_is_interpolated_exactly(count, order):
-    speeds = np.linspace(0.0, 400.0, count)
-    bearing = Bearing("a", 1, at_speed=tuple(AtSpeed(s, tensor(1e6 + s**order), tensor(1e3)) for s in speeds.tolist()))
-    assert bearing.at(130.0)[0][0, 0] == pytest.approx(1e6 + 130.0**order, rel=1e-12)
+def test_two_speeds_are_joined_by_a_line():
+    bearing = Bearing("a", 1, at_speed=tuple(AtSpeed(s, tensor(1e6 + s), tensor(1e3)) for s in (0.0, 400.0)))
+    assert bearing.at(130.0)[0][0, 0] == pytest.approx(1e6 + 130.0, rel=1e-12)
+
+
+def test_smooth_table_is_interpolated_to_third_order():
+    """Monotone interpolation of exp(Omega/200) with half the distance between speeds has an eighth of the error."""
+
+    def error(count):
+        speeds = np.linspace(0.0, 400.0, count)
+        bearing = Bearing("a", 1, at_speed=tuple(AtSpeed(s, tensor(np.exp(s / 200.0))) for s in speeds.tolist()))
+        return max(abs(bearing.at(s)[0][0, 0] - np.exp(s / 200.0)) for s in np.linspace(150.0, 250.0, 101))
+
+    assert error(9) < 2e-3
+    assert error(17) < error(9) / 6.0
+
+
+@pytest.mark.parametrize("damping", [LIFT_OFF, LIFT_OFF[::-1], (1.0, 1e4, 1.0, 1e4, 1.0, 1e4)])
+def test_coefficient_stays_between_those_of_neighbouring_speeds(damping):
+    """A cubic spline through the damping of gas bearings that lift off is negative at 450 rad/s."""
+    speeds = np.arange(100.0, 601.0, 100.0)
+    rows = tuple(AtSpeed(s, tensor(1e7), tensor(c)) for s, c in zip(speeds.tolist(), damping, strict=True))
+    bearing = Bearing("a", 1, at_speed=rows)
+    for (low, c), (high, after) in pairwise(zip(speeds, damping, strict=True)):
+        between = [bearing.at(Omega)[1][0, 0] for Omega in np.linspace(low, high, 21)]
+        assert min(c, after) - 1e-9 <= min(between)
+        assert max(between) <= max(c, after) + 1e-9
+
+
+def test_positive_damping_of_a_table_damps_between_its_speeds():
+    """The ratio of 0.0090 is that of bearings with 500 N s/m at all speeds."""
+    rows = tuple(AtSpeed(s, tensor(1e7), tensor(c)) for s, c in zip(range(100, 601, 100), LIFT_OFF, strict=True))
+    constant, tabled = (
+        modes(supported_rotor(disc_between(Bearing("a", 1, **table), Bearing("b", 3, **table))).model, 450.0, 4)
+        for table in ({"stiffness": tensor(1e7), "damping": tensor(500.0)}, {"at_speed": rows})
+    )
+    for one, other in zip(constant, tabled, strict=True):
+        assert one.damping_ratio > 0.0
+        assert other.eigenvalue == pytest.approx(one.eigenvalue, rel=1e-9)
 
 
 @pytest.mark.parametrize("planes", [None, RIG.masters], ids=["full", "condensed"])

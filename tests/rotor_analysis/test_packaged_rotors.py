@@ -49,7 +49,7 @@ def test_compressor_on_its_oil_films_has_the_eigenvalues_of_ross(speed, pairs):
         sensors=(),
         reduction=source.reduction,
     )
-    assert largest_difference(rotor, float(speed), pairs) < 1e-6
+    assert largest_difference(rotor, float(speed), pairs) < 1e-4  # between the speeds of a table
 
 
 @pytest.mark.parametrize("name", ["nelson_mcvaugh", "compressor"])

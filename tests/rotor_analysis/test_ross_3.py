@@ -59,7 +59,9 @@ def test_a_mode_frozen_at_its_own_frequency_is_the_matched_one(name):
         for mode in theirs:
             content, notes, _ = read_ross(FOLDER / f"{name}.toml", mode.imag)
             assert any("its coefficients over the whirl frequency are those at" in note for note in notes)
-            ours = nearest_modes(validate(content, Rotor, name), speed, [mode])
+            rotor = validate(content, Rotor, name)
+            assert {bearing.whirl_frequency for bearing in rotor.bearings} == {mode.imag}
+            ours = nearest_modes(rotor, speed, [mode])
             np.testing.assert_allclose(ours, [mode], rtol=1e-4)  # ROSS iterates no further
             count += 1
     assert count > 8

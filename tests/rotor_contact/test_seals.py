@@ -92,6 +92,16 @@ def test_coefficients_are_those_of_the_rotor_file_at_every_speed(Omega):
         np.testing.assert_allclose(np.array(seal_at(seals, k, Omega)), [*K.ravel(), *C.ravel()], rtol=1e-9, atol=1e-6)
 
 
+def test_plant_has_positive_damping_between_positive_values():
+    """A cubic spline through these is -1937 N s/m between two speeds with 500."""
+    damping = (2e4, 2e4, 2e4, 500.0, 500.0, 500.0)
+    rows = zip((100.0, 200.0, 300.0, 400.0, 500.0, 600.0), damping, strict=True)
+    table = tuple(AtSpeed(speed, turned(1e7, 0.0), turned(c, 0.0)) for speed, c in rows)
+    seals = plant_structure(sealed_rotor(Bearing("gas", 3, at_speed=table)))[0].seals
+    for Omega in (400.0, 425.0, 450.0, 475.0, 500.0):
+        assert seal_at(seals, 0, Omega).c_xx == pytest.approx(500.0, rel=1e-9)
+
+
 @pytest.mark.parametrize(("exact", "tolerance"), [(0.0, 3e-6), (1.0, 1e-10)], ids=["runge_kutta", "exact"])
 def test_free_motion_at_a_speed_is_that_of_the_analyses(exact, tolerance):
     """The exact motion begins after 32 steps that are alike."""

@@ -211,9 +211,9 @@ def seal_records(seals: Sequence[Bearing]) -> SealRecords:
         cubics = of_seal["coefficients"].reshape(len(of_seal), 8, 4)
         for place, begin in enumerate(of_seal["begin"]):
             if place and local and local[0] <= begin < local[-1]:
-                spline = seal.spline()
+                interpolant = seal.interpolant()
                 for power in range(4):
-                    cubics[place, :, power] = spline(begin, nu=power)[:2].ravel() / math.factorial(power)
+                    cubics[place, :, power] = interpolant(begin, nu=power)[:2].ravel() / math.factorial(power)
             else:
                 cubics[place, :, 0] = np.ravel(seal.at(begin if place else -np.inf)[:2])
         of_seal["coefficients"] = cubics.reshape(len(of_seal), 32)

@@ -8,6 +8,7 @@ from typing import Annotated, ClassVar
 import numpy as np
 
 from amb_cosim.presentation.text_tables import TextBlock, text_table
+from amb_cosim.studies.coefficient_limits import EXTRAPOLATED, Limits, is_extrapolated, limit_notes, limits_of
 from amb_cosim.studies.inputs import Number, speed_range, spin_speed
 from amb_cosim.studies.result import DrawnResult
 from amb_files.checks import require
@@ -40,12 +41,16 @@ class ModeOverSpeed:
 
 @dataclass(frozen=True)
 class CriticalSpeedRow:
-    """A spin speed (rad/s) that equals the damped frequency of a mode, with the number of the mode, from 1."""
+    """A spin speed (rad/s) that equals the damped frequency of a mode, with the number of the mode, from 1.
+
+    `extrapolated` is true if a table of coefficients does not cover this speed.
+    """
 
     speed: Annotated[float, "rad/s"]
     mode: int
     damping_ratio: float
     whirl: Whirl
+    extrapolated: bool = False
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -66,6 +71,8 @@ class CampbellDiagram(DrawnResult):
         Largest relative error of the modes' eigenvalues against the full model's, at the lowest and highest speed.
     operating_speed
         The speed of the machine (rad/s), if given.
+    limits
+        Limits of the coefficients of bearings and seals.
     """
 
     name: ClassVar[str] = "campbell"
@@ -79,19 +86,22 @@ class CampbellDiagram(DrawnResult):
     of: int
     error: float
     operating_speed: Annotated[float | None, "rad/s"] = None
+    limits: Limits = ()
 
     def text(self) -> list[TextBlock]:
         """Return the table of critical speeds and their accuracy."""
         table = text_table("Critical speeds", ("(rad/s)", "(Hz)", "mode", "damping ratio", "whirl"), left=("whirl",))
         for row in self.critical_speeds:
             hertz = f"{row.speed / (2 * np.pi):.3f}"
-            table.add_row(f"{row.speed:.3f}", hertz, str(row.mode), f"{row.damping_ratio:.4f}", row.whirl)
+            mark = f", {EXTRAPOLATED}" if row.extrapolated else ""
+            table.add_row(f"{row.speed:.3f}", hertz, str(row.mode), f"{row.damping_ratio:.4f}", row.whirl + mark)
+        notes = limit_notes(self.limits, self.speeds)
         if self.coordinates == self.of:
-            return [table]
+            return [table, *notes]
         reduced = (
             f"{self.coordinates} coordinates in place of {self.of}; eigenvalues within {self.error:.0e} of the full"
         )
-        return [table, f"{reduced} model's, which --full analyses"]
+        return [table, *notes, f"{reduced} model's, which --full analyses"]
 
 
 def campbell(
@@ -144,7 +154,11 @@ def campbell(
         ModeOverSpeed(frequencies, ratios, tuple(mode.whirl if mode else None for mode in track))
         for frequencies, ratios, track in zip(diagram.frequencies, diagram.damping_ratios, diagram.tracks, strict=True)
     )
-    critical = tuple(CriticalSpeedRow(c.Omega, c.number, c.damping_ratio, c.whirl) for c in diagram.critical_speeds)
+    limits = limits_of((*description.bearings, *description.seals))
+    critical = tuple(
+        CriticalSpeedRow(c.Omega, c.number, c.damping_ratio, c.whirl, is_extrapolated(limits, c.Omega))
+        for c in diagram.critical_speeds
+    )
     sizes = model.size, analysed.supported.full.size
     operating = None if speed is None else spin_speed(speed)
-    return CampbellDiagram(description.name, mass, speeds, modes, critical, *sizes, analysed.error, operating)
+    return CampbellDiagram(description.name, mass, speeds, modes, critical, *sizes, analysed.error, operating, limits)

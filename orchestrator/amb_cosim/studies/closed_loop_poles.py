@@ -20,6 +20,7 @@ from amb_cosim.machine.machine import Machine
 from amb_cosim.presentation.text_tables import TextBlock, text_table
 from amb_cosim.presentation.units import speed_unit
 from amb_cosim.scenario.simulation import prepare
+from amb_cosim.studies.coefficient_limits import EXTRAPOLATED, Limits, is_extrapolated, limit_notes, limits_of
 from amb_cosim.studies.inputs import Number, controlled, speed_range
 from amb_cosim.studies.result import MachineResult
 from amb_files.checks import require
@@ -86,6 +87,8 @@ class ClosedLoopPoles(MachineResult):
         Speeds (rad/s) of the diagram at which the loop is not stable, or the worst if it lies between them.
     operating_speed
         That of the scenario (rad/s).
+    limits
+        Limits of the coefficients of seals.
     """
 
     name: ClassVar[str] = "poles"
@@ -99,6 +102,7 @@ class ClosedLoopPoles(MachineResult):
     least_stable: LoopStability
     unstable: Annotated[tuple[float, ...], "rad/s"]
     operating_speed: Annotated[float, "rad/s"]
+    limits: Limits = ()
 
     @property
     def critical_speeds(self) -> tuple[CriticalCrossing, ...]:
@@ -117,11 +121,18 @@ class ClosedLoopPoles(MachineResult):
                 if pole.whirl[k] is not None:
                     hertz = f"{pole.frequencies[k] / (2.0 * math.pi):.2f}"
                     shares = (f"{pole.damping_ratios[k]:.4f}", f"{pole.decrements[k]:.3f}")
-                    table.add_row(f"{self.speeds[k]:.4g}", hertz, *shares, pole.whirl[k] or "")
+                    table.add_row(
+                        f"{self.speeds[k]:.4g}", hertz, *shares, (pole.whirl[k] or "") + self._mark(self.speeds[k])
+                    )
         criticals = ", ".join(
-            f"{speed_unit().text(c.speed)} (mode {c.mode}, decrement {c.decrement:.3g})" for c in self.critical_speeds
+            f"{speed_unit().text(c.speed)} (mode {c.mode}, decrement {c.decrement:.3g}{self._mark(c.speed)})"
+            for c in self.critical_speeds
         )
-        return [table, f"critical speeds: {criticals or 'none'}", *self._verdict()]
+        notes = limit_notes(self.limits, self.speeds)
+        return [table, f"critical speeds: {criticals or 'none'}", *self._verdict(), *notes]
+
+    def _mark(self, speed: float) -> str:
+        return f", {EXTRAPOLATED}" if is_extrapolated(self.limits, speed) else ""
 
     @property
     def unstable_ranges(self) -> tuple[tuple[float, float], ...]:
@@ -221,6 +232,7 @@ def poles(
         least_stable=worst,
         unstable=tuple(unstable),
         operating_speed=prepared.plan.speed,
+        limits=limits_of(machine.rotor.seals),
     )
 
 

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Annotated, ClassVar
 
 import numpy as np
 
 from amb_cosim.presentation.json_data import JsonKey, Layout
 from amb_cosim.presentation.text_tables import TextBlock, labelled_table, text_table
+from amb_cosim.studies.coefficient_limits import EXTRAPOLATED, Limits, is_extrapolated, limit_notes, limits_of
 from amb_cosim.studies.inputs import Number, spin_speeds
 from amb_cosim.studies.mode_kinds import kind_of
 from amb_cosim.studies.result import DrawnResult, StudyResult
@@ -42,12 +43,15 @@ class ModesAtSpeed:
         Whirl directions.
     real_eigenvalues
         Eigenvalues (1/s) of the motions that do not oscillate.
+    extrapolated
+        Whether a table of coefficients does not cover this speed.
     """
 
     frequencies: Annotated[tuple[float, ...], "rad/s"]
     damping_ratios: tuple[float, ...]
     whirl: tuple[Whirl, ...]
     real_eigenvalues: Annotated[tuple[float, ...], "1/s"]
+    extrapolated: bool = False
 
 
 @dataclass(frozen=True, repr=False)
@@ -58,27 +62,31 @@ class NaturalFrequencies(StudyResult):
         Name of the rotor, and the mass matrix of its model.
     speeds
         The lowest modes by spin speed (rad/s).
+    limits
+        Limits of the coefficients of bearings and seals.
     """
 
     rotor: str
     mass: MassModel
     speeds: dict[float, ModesAtSpeed]
+    limits: Limits = ()
 
     def text(self) -> list[TextBlock]:
         """Return a table of all modes, and a line for each speed with aperiodic motion."""
         table = text_table(f"{self.rotor}, {self.mass} mass; speed in rad/s", HEADINGS, left=("whirl",))
         remarks: list[TextBlock] = []
         for speed, result in self.speeds.items():
+            mark = f", {EXTRAPOLATED}" if result.extrapolated else ""
             modes = zip(result.frequencies, result.damping_ratios, result.whirl, strict=True)
             for number, (frequency, ratio, whirl) in enumerate(modes, start=1):
                 hertz = f"{frequency / (2.0 * math.pi):.3f}"
                 displayed = f"{round(ratio, 4) + 0.0:.4f}"  # not -0.0000
                 direction = whirl + (", unstable" if ratio < -ROUNDING else "")
-                table.add_row(f"{speed:g}", str(number), f"{frequency:.3f}", hertz, displayed, direction)
+                table.add_row(f"{speed:g}", str(number), f"{frequency:.3f}", hertz, displayed, direction + mark)
             if result.real_eigenvalues:
                 real = ", ".join(f"{value:.4g}" for value in result.real_eigenvalues)
                 remarks.append(f"at {speed:g} rad/s also aperiodic motion, exp(s t) with s = {real} 1/s")
-        return [table, *remarks]
+        return [table, *remarks, *limit_notes(self.limits, self.speeds)]
 
 
 @dataclass(frozen=True, eq=False)
@@ -175,10 +183,14 @@ def modes(
     mass = mass or description.shaft.mass_matrix
     model = supported_rotor(description, mass).model
     at = {Omega: _lowest(model, Omega, count) for Omega in spin_speeds(speeds)}
-    frequencies = {Omega: _at_speed(model, Omega, result) for Omega, result in at.items()}
+    limits = limits_of((*description.bearings, *description.seals))
+    frequencies = {
+        Omega: replace(_at_speed(model, Omega, result), extrapolated=is_extrapolated(limits, Omega))
+        for Omega, result in at.items()
+    }
     first, z = next(iter(at.values())), np.array(description.shaft.nodes)
     shapes = tuple(_shape(model, z, mode) for mode in first)
-    named = NaturalFrequencies(description.name, mass, frequencies)
+    named = NaturalFrequencies(description.name, mass, frequencies, limits)
     return ModeShapes(named, shapes, description.shaft.nodes, description, first)
 
 

@@ -9,6 +9,7 @@ from typing import Annotated, ClassVar
 
 from amb_cosim.presentation.json_data import Layout
 from amb_cosim.presentation.text_tables import TextBlock, number, text_table
+from amb_cosim.studies.coefficient_limits import EXTRAPOLATED, Limits, is_extrapolated, limit_notes, limits_of
 from amb_cosim.studies.result import DrawnResult
 from array_types import Array
 from rotor_analysis.assembly import assemble
@@ -72,6 +73,8 @@ class RotorLayout(DrawnResult):
         those of the plant's model (%).
     description
         The rotor, for the figure.
+    limits
+        Limits of the coefficients of bearings and seals.
     """
 
     name: ClassVar[str] = "layout"
@@ -93,6 +96,7 @@ class RotorLayout(DrawnResult):
     frequencies: Annotated[Array, "rad/s"]
     error: Annotated[Array, "%"]
     description: Annotated[Rotor, Layout.OMITTED]
+    limits: Limits = ()
 
     def text(self) -> list[TextBlock]:
         """Return lines about the rotor, and tables of its parts and its modes."""
@@ -103,6 +107,7 @@ class RotorLayout(DrawnResult):
                 part.kind, part.name, "-" if part.node is None else str(part.node), f"{part.z:.4f}", part.what
             )
         where = "at rest on its bearings" if self.description.bearings else "free, without bearings"
+        where += f" ({EXTRAPOLATED})" if is_extrapolated(self.limits, 0.0) else ""
         modes = text_table(f"Undamped, {where}", ("mode", "frequency (rad/s)", "(Hz)", "plant (%)"))
         for k, (frequency, error) in enumerate(zip(self.frequencies, self.error, strict=True), start=1):
             displayed = "-" if math.isnan(error) else f"{error:+.4f}"
@@ -117,6 +122,7 @@ class RotorLayout(DrawnResult):
             f"centre of mass at {self.centre:.4g} m; {inertia}",
             parts,
             modes,
+            *limit_notes(self.limits, [0.0]),
             f"plant by {self.method}: {plant}",
             *leaner,
             f"damping: {_damping(self.description)}",
@@ -165,6 +171,7 @@ def layout(rotor: RotorSource = None) -> RotorLayout:
         frequencies=error.frequencies,
         error=error.percent,
         description=result,
+        limits=limits_of((*result.bearings, *result.seals)),
     )
 
 
@@ -215,7 +222,7 @@ def _parts(rotor: Rotor) -> Iterator[LayoutEntry]:
         stated = f"{number(K[0, 0])} N/m, {number(C[0, 0])} N s/m along x"
         if K[0, 1] or K[1, 0]:
             stated += f", cross-coupled {number(K[0, 1])} and {number(K[1, 0])} N/m"
-        what = stated + (" at the lowest speed" if bearing.at_speed else "")
+        what = stated + (" at rest" if bearing.at_speed else "")
         yield LayoutEntry(kind, bearing.name, bearing.node, z[bearing.node - 1], what)
     for site in rotor.sites:
         what = f"retainer of {site.bearing}" if site.bearing else "bush"

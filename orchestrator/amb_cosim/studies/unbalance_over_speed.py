@@ -20,6 +20,7 @@ from amb_cosim.machine.machine import Machine, machine_of
 from amb_cosim.machine.response import peaks_of, refined_response, separation_margin
 from amb_cosim.scenario.scenario import Scenario
 from amb_cosim.scenario.simulation import prepare
+from amb_cosim.studies.coefficient_limits import Limits, is_extrapolated, limits_of
 from amb_cosim.studies.inputs import Number, controlled, node_numbers, positive, speed_range
 from amb_cosim.studies.unbalance_records import (
     UNDAMPED,
@@ -127,9 +128,10 @@ def unbalance_response(
         lambda motion: orbit(motion)[0],
     )
     curves = _curves(description, places, response, everywhere)
-    return UnbalanceResponse(
-        description.name, mass, None, None, *_described(description, load), speeds, curves, _peaks(speeds, curves, None)
-    )
+    limits = limits_of((*description.bearings, *description.seals))
+    peaks = _peaks(speeds, curves, limits, None)
+    placed = _described(description, load)
+    return UnbalanceResponse(description.name, mass, None, None, *placed, speeds, curves, peaks, limits)
 
 
 def _of_machine(
@@ -144,9 +146,11 @@ def _of_machine(
     clearances = dict(machine.clearances.values())
     if everywhere is None:
         curves = {k: replace(c, clearance=clearances.get(c.node)) for k, c in curves.items()}
-    criticals = _peaks(speeds, curves, Omega)
+    limits = limits_of(rotor.seals)
+    criticals = _peaks(speeds, curves, limits, Omega)
+    placed = _described(rotor, loads)
     return UnbalanceResponse(
-        rotor.name, rotor.shaft.mass_matrix, name, Omega, *_described(rotor, loads), speeds, curves, criticals
+        rotor.name, rotor.shaft.mass_matrix, name, Omega, *placed, speeds, curves, criticals, limits
     )
 
 
@@ -204,7 +208,9 @@ def _curves(
     }
 
 
-def _peaks(speeds: Array, places: Mapping[str, PlaceResponse], operating: float | None) -> tuple[CriticalResponse, ...]:
+def _peaks(
+    speeds: Array, places: Mapping[str, PlaceResponse], limits: Limits, operating: float | None
+) -> tuple[CriticalResponse, ...]:
     """Return the peaks; of those at several places within half of the half-power width the highest."""
     found = sorted(
         (peak.Omega, peak.amplitude, peak.amplification, name)
@@ -221,7 +227,8 @@ def _peaks(speeds: Array, places: Mapping[str, PlaceResponse], operating: float 
     for group in groups:
         Omega, amplitude, amplification, name = max(group, key=lambda item: item[1])
         margin = None if not operating else separation_margin(Omega, operating, operating)
-        result.append(CriticalResponse(name, Omega, amplitude, amplification, margin))
+        outside = is_extrapolated(limits, Omega)
+        result.append(CriticalResponse(name, Omega, amplitude, amplification, margin, outside))
     return tuple(result)
 
 

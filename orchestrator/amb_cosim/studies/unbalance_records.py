@@ -9,6 +9,7 @@ import numpy as np
 
 from amb_cosim.presentation.text_tables import TextBlock, labelled_table
 from amb_cosim.presentation.units import speed_unit
+from amb_cosim.studies.coefficient_limits import EXTRAPOLATED, Limits, is_extrapolated, limit_notes
 from amb_cosim.studies.result import DrawnResult
 from array_types import Array
 from rotor_analysis.shaft import MassModel
@@ -60,6 +61,8 @@ class CriticalResponse:
         Of the half-power width (`machine.response.Peak`); below 2.5 no separation margin is required (API 617).
     margin
         Distance from the operating speed (%), at least 0; None of a rotor alone.
+    extrapolated
+        Whether a table of coefficients does not cover the speed.
     """
 
     place: str
@@ -67,6 +70,7 @@ class CriticalResponse:
     amplitude: Annotated[float, "m"]
     amplification: float
     margin: Annotated[float | None, "%"]
+    extrapolated: bool = False
 
     @property
     def is_bounded(self) -> bool:
@@ -92,6 +96,8 @@ class UnbalanceResponse(DrawnResult):
         Response at bearings, other contact sites, and shaft ends, by name.
     critical_speeds
         Peaks of the response, ascending.
+    limits
+        Limits of the coefficients of bearings and seals.
     """
 
     name: ClassVar[str] = "unbalance_response"
@@ -106,6 +112,7 @@ class UnbalanceResponse(DrawnResult):
     speeds: Annotated[Array, "rad/s"]
     places: dict[str, PlaceResponse]
     critical_speeds: tuple[CriticalResponse, ...]
+    limits: Limits = ()
 
     @property
     def load(self) -> str:
@@ -122,23 +129,26 @@ class UnbalanceResponse(DrawnResult):
         for name, place in self.places.items():
             top = int(np.argmax(place.amplitude))
             peak = place.amplitude[top]
+            mark = f" {EXTRAPOLATED}" if is_extrapolated(self.limits, self.speeds[top]) else ""
             if any(abs(item.speed / self.speeds[top] - 1.0) < 1.0 / UNDAMPED for item in self._unbounded):
-                table.add_row(name, "no bound", "-", f"{self.speeds[top]:.1f}")
+                table.add_row(name, "no bound", "-", f"{self.speeds[top]:.1f}{mark}")
                 continue
             share = "-" if place.clearance is None else f"{peak / place.clearance:.3f}"
-            table.add_row(name, f"{1e3 * peak:.4f}", share, f"{self.speeds[top]:.1f}")
+            table.add_row(name, f"{1e3 * peak:.4f}", share, f"{self.speeds[top]:.1f}{mark}")
+        notes = limit_notes(self.limits, self.speeds)
         if not self.critical_speeds:
-            return [table, "no critical speed in this range"]
+            return [table, "no critical speed in this range", *notes]
         unit = speed_unit()
         heads: tuple[str, ...] = (f"({unit.label})", "highest at", "(mm)", "amplification")
         heads += () if self.operating_speed is None else (f"margin to {unit.text(self.operating_speed, 5)} (%)",)
         criticals = labelled_table("Critical speeds", *heads)
         for item in self.critical_speeds:
+            speed = unit.number(item.speed) + (f" {EXTRAPOLATED}" if item.extrapolated else "")
             amplitude = f"{1e3 * item.amplitude:.4f}" if item.is_bounded else "no bound"
-            row = (unit.number(item.speed), item.place, amplitude, amplification_text(item))
+            row = (speed, item.place, amplitude, amplification_text(item))
             criticals.add_row(*row, *(() if item.margin is None else (f"{item.margin:.1f}",)))
         undamped = ", ".join(unit.text(item.speed) for item in self._unbounded)
-        return [table, criticals, *([f"nothing damps the motion at {undamped}"] if undamped else [])]
+        return [table, criticals, *([f"nothing damps the motion at {undamped}"] if undamped else []), *notes]
 
     @property
     def _unbounded(self) -> list[CriticalResponse]:

@@ -8,6 +8,7 @@ from matplotlib.lines import Line2D
 from amb_cosim.presentation.style import TITLE_SIZE, StyledFigure
 from amb_cosim.presentation.units import speed_unit
 from amb_cosim.studies.campbell_diagram import CampbellDiagram
+from amb_cosim.studies.figures.coefficient_limits import hatch_extrapolated, with_frozen
 from amb_cosim.studies.figures.over_speed import SIZE, add_legend, draw_over_speed, draw_zones, label_points
 from amb_cosim.studies.figures.whirl import WHIRL_STYLES
 
@@ -28,6 +29,8 @@ def draw(diagram: CampbellDiagram) -> Figure:
     bottom.set_ylabel(r"damping ratio $\zeta$")
     draw_zones(bottom, [mode.damping_ratios for mode in diagram.modes], is_decrement=False)
     mark = Line2D([], [], color="0.3", ls="", marker="o", ms=3.5, label="mode: critical speed")
-    add_legend(figure, vibrations, operating, mark)
-    figure.suptitle(f"{diagram.rotor}: damped natural frequencies and damping ratios", fontsize=TITLE_SIZE)
+    hatched = hatch_extrapolated((top, bottom), diagram.speeds, diagram.limits)
+    add_legend(figure, vibrations, operating, mark, *hatched)
+    title = f"{diagram.rotor}: damped natural frequencies and damping ratios"
+    figure.suptitle(with_frozen(title, diagram.limits), fontsize=TITLE_SIZE)
     return figure

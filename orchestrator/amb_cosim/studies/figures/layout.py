@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch, Rectangle
 
 from amb_cosim.presentation.style import BLUE, GREEN, ORANGE, PURPLE, SKY_BLUE, TITLE_SIZE, StyledFigure
+from amb_cosim.studies.coefficient_limits import EXTRAPOLATED, is_extrapolated
 from amb_cosim.studies.rotor_layout import RotorLayout
 from rotor_analysis.element import Element
 from rotor_analysis.parts import BodyOrDisc
@@ -47,7 +48,10 @@ def draw(result: RotorLayout) -> Figure:
     _draw_lanes(beneath, result, lanes)
     positive = result.frequencies[result.frequencies > 0.0]
     hertz = ", ".join(f"{frequency / (2.0 * math.pi):.1f}" for frequency in positive[:3])
-    title = f"{rotor.name}: {result.mass:.4g} kg; {hertz} Hz at rest"
+    mark = f" ({EXTRAPOLATED})" if is_extrapolated(result.limits, 0.0) else ""
+    frozen = any(item.whirl_frequency is not None for item in result.limits)
+    mark += " (coefficients of one whirl frequency)" if frozen else ""
+    title = f"{rotor.name}: {result.mass:.4g} kg; {hertz} Hz at rest{mark}"
     figure.suptitle(title, fontsize=TITLE_SIZE, x=LEFT, y=1.0 - 0.1 / height, ha="left", va="top")
     return figure
 

@@ -11,6 +11,8 @@ from scipy.interpolate import CubicHermiteSpline
 
 from amb_cosim.presentation.style import DASHED, TITLE_SIZE, StyledFigure
 from amb_cosim.presentation.units import speed_unit, spin_text
+from amb_cosim.studies.coefficient_limits import EXTRAPOLATED, is_extrapolated
+from amb_cosim.studies.figures.coefficient_limits import with_frozen
 from amb_cosim.studies.figures.whirl import WHIRL_STYLES
 from amb_cosim.studies.natural_modes import ModeShapes
 from rotor_analysis.modes import Mode
@@ -49,7 +51,10 @@ def draw(result: ModeShapes) -> Figure:
         if any(m.whirl == whirl for m in matches)
     ]
     figure.legend(handles=handles, loc="lower center", ncols=len(handles) if columns > 2 else 3)
-    figure.suptitle(f"{rotor.name}: modes at {spin_text(result.speed)}", fontsize=TITLE_SIZE)
+    limits = result.frequencies.limits
+    mark = f" (coefficients {EXTRAPOLATED})" if is_extrapolated(limits, result.speed) else ""
+    title = with_frozen(f"{rotor.name}: modes at {spin_text(result.speed)}{mark}", limits)
+    figure.suptitle(title, fontsize=TITLE_SIZE)
     return figure
 
 

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import FigureBase
 from matplotlib.lines import Line2D
@@ -80,10 +81,10 @@ def draw_zones(axes: Axes, damping: Sequence[Array], *, is_decrement: bool) -> N
     _number(axes, damping)
 
 
-def add_legend(figure: FigureBase, vibrations: Sequence[Vibration], operating: float | None, *more: Line2D) -> None:
+def add_legend(figure: FigureBase, vibrations: Sequence[Vibration], operating: float | None, *more: Artist) -> None:
     """Add a legend of the whirl directions present, the operating speed, and more."""
     present = {whirl for directions, _, _ in vibrations for whirl in directions}
-    handles = [
+    handles: list[Artist] = [
         Line2D([], [], color=c, ls=ls, label=f"{w} whirl") for w, (c, ls) in WHIRL_STYLES.items() if w in present
     ]
     if operating is not None:
@@ -116,14 +117,15 @@ def label_points(axes: Axes, places: Sequence[tuple[float, float, str, str]]) ->
 
 
 def _draw_multiples(axes: Axes) -> None:
-    """Draw the lines of one and two periods per turn, with labels inside the axes."""
+    """Draw the lines of one and two periods per turn, with labels below them; those of critical speeds are above."""
     left, right = axes.get_xlim()
     top = axes.get_ylim()[1]
     for order, line in ((1, ":"), (2, DASHED)):
         axes.plot((0.0, right), (0.0, order * right), color="black", lw=0.7, ls=line)
         x = min(0.965 * right, 0.95 * top / order)
         if x > left:
-            axes.text(x, order * x, f"{order}x", ha="right", va="bottom", fontsize=8)
+            style: dict[str, Any] = {"textcoords": "offset points", "ha": "left", "va": "top", "fontsize": 8}
+            axes.annotate(f"{order}x", (x, order * x), (2, -1), **style)
 
 
 def _number(axes: Axes, curves: Sequence[Array]) -> None:

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -15,6 +16,7 @@ from amb_cosim.presentation.style import DASHED, TITLE_SIZE, StyledFigure
 from amb_cosim.presentation.units import speed_unit
 from amb_cosim.studies.closed_loop_poles import ClosedLoopPoles
 from amb_cosim.studies.damping_zones import ZONES, damping_ratio
+from amb_cosim.studies.figures.coefficient_limits import hatch_extrapolated, with_frozen
 from amb_cosim.studies.figures.over_speed import (
     SHADES,
     SIZE,
@@ -39,11 +41,13 @@ def draw(result: ClosedLoopPoles) -> Figure:
     bottom.set_ylabel("logarithmic decrement")
     draw_zones(bottom, [pole.decrements for pole in result.poles], is_decrement=True)
     critical = Line2D([], [], color="0.3", ls="", marker="o", ms=3.5, label="mode: critical speed")
-    marks = [critical] if result.critical_speeds else []
+    marks: list[Artist] = [critical] if result.critical_speeds else []
     marks += _mark_unstable((top, bottom), result)
+    marks += hatch_extrapolated((top, bottom), result.speeds, result.limits)
     add_legend(left, vibrations, result.operating_speed, *marks)
     _draw_plane(right.subplots(), result)
-    figure.suptitle(f"{result.scenario}: vibrations of the sampled loop over speed", fontsize=TITLE_SIZE)
+    title = f"{result.scenario}: vibrations of the sampled loop over speed"
+    figure.suptitle(with_frozen(title, result.limits), fontsize=TITLE_SIZE)
     return figure
 
 

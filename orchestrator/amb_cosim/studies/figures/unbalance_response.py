@@ -13,6 +13,7 @@ from matplotlib.ticker import MaxNLocator, MultipleLocator
 
 from amb_cosim.presentation.style import COLOURS, DASHED, GREY, TITLE_SIZE, StyledFigure
 from amb_cosim.presentation.units import ShownUnit, length_unit, speed_unit, spin_label
+from amb_cosim.studies.figures.coefficient_limits import hatch_extrapolated, with_frozen
 from amb_cosim.studies.figures.over_speed import BOX
 from amb_cosim.studies.unbalance_records import UnbalanceResponse, amplification_text
 
@@ -49,9 +50,12 @@ def draw(result: UnbalanceResponse) -> Figure:
     bottom.set(ylabel="phase (deg)", xlabel=spin_label())
     bottom.yaxis.set_major_locator(MultipleLocator(90.0))
     bottom.grid(axis="y", color="0.9", lw=0.6)
-    figure.legend(loc="outside lower center", ncols=3)
+    curves = top.get_legend_handles_labels()[0]
+    hatched = hatch_extrapolated((top, bottom), result.speeds, result.limits)
+    figure.legend(handles=[*curves, *hatched], loc="outside lower center", ncols=3)
     _draw_polar(right.add_subplot(projection="polar"), result, unit)
-    whole.suptitle(f"{result.scenario or result.rotor}: steady response to {result.load}", fontsize=TITLE_SIZE)
+    title = f"{result.scenario or result.rotor}: steady response to {result.load}"
+    whole.suptitle(with_frozen(title, result.limits), fontsize=TITLE_SIZE)
     return whole
 
 

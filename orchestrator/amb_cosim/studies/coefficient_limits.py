@@ -1,0 +1,84 @@
+"""Limits of the coefficients of bearings and seals, and which results lie beyond them.
+
+A table of coefficients over the spin speed has a lowest and a highest speed; outside, the coefficients of the nearest
+speed are used. Coefficients of an imported part that depend on the whirl frequency are those at one frequency.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Annotated
+
+from amb_cosim.presentation.units import speed_unit
+from array_types import Array
+from rotor_analysis.parts import Bearing
+
+EXTRAPOLATED = "extrapolated"  # mark of a result at a speed outside a table
+
+
+@dataclass(frozen=True)
+class CoefficientLimits:
+    """Limits of the coefficients of some bearings and seals.
+
+    parts
+        Their names.
+    lowest, highest
+        First and last spin speed (rad/s) of their tables; None for constant coefficients.
+    whirl_frequency
+        The whirl frequency (rad/s) of their coefficients, which depend on it; None if they do not.
+    """
+
+    parts: tuple[str, ...]
+    lowest: Annotated[float | None, "rad/s"]
+    highest: Annotated[float | None, "rad/s"]
+    whirl_frequency: Annotated[float | None, "rad/s"]
+
+    def cover(self, Omega: float) -> bool:
+        """Whether a spin speed (rad/s) is within the tables."""
+        return self.lowest is None or self.highest is None or self.lowest <= Omega <= self.highest
+
+
+Limits = tuple[CoefficientLimits, ...]
+
+
+def limits_of(parts: Iterable[Bearing]) -> Limits:
+    """Return the limits of bearings and seals, of those with the same limits together."""
+    groups: dict[tuple[float | None, float | None, float | None], list[str]] = {}
+    for part in parts:
+        ends = (part.at_speed[0].speed, part.at_speed[-1].speed) if part.at_speed else (None, None)
+        if part.at_speed or part.whirl_frequency is not None:
+            groups.setdefault((*ends, part.whirl_frequency), []).append(part.name)
+    return tuple(CoefficientLimits(tuple(names), *limits) for limits, names in groups.items())
+
+
+def is_extrapolated(limits: Limits, Omega: float) -> bool:
+    """Return whether the coefficients at a spin speed (rad/s) are those of another speed, at the end of a table."""
+    return not all(item.cover(Omega) for item in limits)
+
+
+def covered_speeds(limits: Limits) -> tuple[float, float]:
+    """Return the lowest and the highest speed (rad/s) that all tables cover; the second may be the lower one."""
+    lowest = max((item.lowest for item in limits if item.lowest is not None), default=-math.inf)
+    highest = min((item.highest for item in limits if item.highest is not None), default=math.inf)
+    return lowest, highest
+
+
+def limit_notes(limits: Limits, speeds: Iterable[float] | Array) -> list[str]:
+    """Return sentences about the tables that do not cover some speeds (rad/s), and the frozen coefficients."""
+    unit, speeds = speed_unit(), [float(Omega) for Omega in speeds]
+    notes = []
+    for item in limits:
+        names = ", ".join(item.parts)
+        if item.lowest is not None and item.highest is not None and not all(map(item.cover, speeds)):
+            ends = f"{unit.number(item.lowest)} to {unit.text(item.highest)}"
+            notes.append(f"{names}: coefficients from {ends}; elsewhere those of the nearest speed ({EXTRAPOLATED})")
+        if item.whirl_frequency is not None:
+            notes.append(f"{names}: {frozen_at(item.whirl_frequency)}; modes at other frequencies differ")
+    return notes
+
+
+def frozen_at(frequency: float) -> str:
+    """Return the whirl frequency (rad/s) of frozen coefficients in words."""
+    return f"coefficients are those at a whirl frequency of {frequency:.4g} rad/s ({frequency / math.tau:.4g} Hz)"

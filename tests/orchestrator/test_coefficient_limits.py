@@ -1,0 +1,106 @@
+"""What rests on coefficients beyond a table, or on those of one whirl frequency, is marked wherever it is shown."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from amb_cosim import studies
+from amb_cosim.studies.coefficient_limits import covered_speeds, is_extrapolated, limit_notes, limits_of
+from amb_cosim.studies.figures import figure
+from rotor_analysis.parts import AtSpeed, Bearing, Body
+from rotor_analysis.rotor import Rotor
+from rotor_analysis.shaft import Shaft
+from tests.support.messages import assert_names
+
+
+def over_speed(*speeds: float) -> tuple[AtSpeed, ...]:
+    one = ((2e7, 0.0), (0.0, 2e7))
+    return tuple(AtSpeed(speed, one, ((2e3, 0.0), (0.0, 2e3))) for speed in speeds)
+
+
+def rotor(*bearings: Bearing) -> Rotor:
+    """A disc of 20 kg between bearings, with critical speeds from 400 to 500 rad/s."""
+    steel = {"youngs_modulus": 2e11, "density": 7800.0, "poissons_ratio": 0.3}
+    shaft = Shaft(nodes=(0.0, 0.25, 0.5, 0.75, 1.0), diameter=(0.1,), **steel)
+    disc = Body("disc", 3, mass=20.0, diametral_inertia=0.1, polar_inertia=0.2, unbalance=True)
+    return Rotor("turbine", shaft, bodies=(disc,), bearings=bearings)
+
+
+def tabled(*speeds: float) -> Rotor:
+    return rotor(Bearing("left", 1, at_speed=over_speed(*speeds)), Bearing("right", 5, at_speed=over_speed(*speeds)))
+
+
+SHORT, LONG = tabled(100.0, 300.0), tabled(0.0, 2000.0)
+FROZEN = rotor(*(Bearing(name, node, 2e7, 2e3, whirl_frequency=200.0) for name, node in (("left", 1), ("right", 5))))
+
+
+def marked_axes(result) -> int:
+    """Number of axes of a figure with a hatched range of speeds."""
+    return sum(any(patch.get_hatch() for patch in axes.patches) for axes in figure(result).axes)
+
+
+def test_critical_speeds_beyond_a_table_are_marked():
+    result = studies.campbell(SHORT, up_to="700 rad/s", count=4)
+    assert result.critical_speeds
+    assert all(row.extrapolated == (row.speed > 300.0) for row in result.critical_speeds)
+    assert_names(str(result), "left, right", "100 to 300 rad/s", "extrapolated")
+    assert marked_axes(result) == 2
+
+
+def test_nothing_within_a_table_is_marked():
+    for study in (studies.campbell, studies.unbalance_response, studies.modes, studies.layout):
+        options = {"up_to": "700 rad/s"} if study in (studies.campbell, studies.unbalance_response) else {}
+        result = study(LONG, **options)
+        assert "extrapolated" not in str(result)
+        assert marked_axes(result) == 0
+
+
+def test_modes_are_marked_at_speeds_beyond_a_table_alone():
+    result = studies.modes(SHORT, speeds="50 rad/s,200 rad/s,400 rad/s", count=2)
+    outside = {Omega: at.extrapolated for Omega, at in result.frequencies.speeds.items()}
+    assert outside == {50.0: True, 200.0: False, 400.0: True}
+    assert str(result).count(", extrapolated") == 4
+    assert "extrapolated" in figure(result).get_suptitle()
+
+
+def test_peaks_of_unbalance_response_beyond_a_table_are_marked():
+    result = studies.unbalance_response(SHORT, up_to="700 rad/s")
+    assert result.critical_speeds
+    assert all(item.extrapolated for item in result.critical_speeds)
+    assert_names(str(result), "left, right", "100 to 300 rad/s", "extrapolated")
+    assert marked_axes(result) == 2
+
+
+def test_modes_at_rest_below_a_table_are_marked_in_the_layout():
+    result = studies.layout(SHORT)
+    assert_names(str(result), "at rest on its bearings (extrapolated)", "100 to 300 rad/s")
+    assert "extrapolated" in figure(result).get_suptitle()
+
+
+@pytest.mark.parametrize("study", [studies.campbell, studies.modes, studies.unbalance_response, studies.layout])
+def test_coefficients_of_one_whirl_frequency_are_told(study):
+    result = study(FROZEN)
+    assert_names(str(result), "left, right", "200 rad/s", "31.83 Hz")
+    assert "whirl frequency" in figure(result).get_suptitle()
+    assert "extrapolated" not in str(result)
+
+
+def test_parts_with_the_same_table_share_a_note_and_others_do_not():
+    parts = (*SHORT.bearings, Bearing("seal", 3, at_speed=over_speed(0.0, 500.0)), Bearing("plain", 2, 1e6))
+    limits = limits_of(parts)
+    assert [item.parts for item in limits] == [("left", "right"), ("seal",)]
+    assert covered_speeds(limits) == (100.0, 300.0)
+    assert [is_extrapolated(limits, Omega) for Omega in (99.0, 100.0, 300.0, 301.0)] == [True, False, False, True]
+    assert len(limit_notes(limits, [0.0, 400.0])) == 1
+    assert len(limit_notes(limits, [0.0, 600.0])) == 2
+
+
+def test_poles_mark_speeds_beyond_the_table_of_a_seal():
+    compressor = studies.modes("compressor").description
+    table = over_speed(0.0, 100.0)
+    seal = Bearing("balance_piston", compressor.seals[0].node if compressor.seals else 5, at_speed=table)
+    result = studies.poles("compressor_levitated", rotor=replace(compressor, seals=(seal,)), count=2)
+    assert_names(str(result), "balance_piston", "0 to 100 rad/s", "extrapolated")
+    assert marked_axes(result) == 2
