@@ -87,6 +87,23 @@ def test_lobes_of_a_shape_share_the_mass_of_the_rotor():
     assert [at for at, _ in antinodes(np.array([0.1, 0.4, -0.2, -0.6, -0.1]))] == [1, 3]
 
 
+@pytest.mark.parametrize("rounding", [-1e-16, 0.0, 1e-16])
+def test_a_mass_at_a_node_of_a_mode_goes_to_both_lobes_alike(rounding):
+    """The middle of a symmetric shaft does not move in its conical mode: rounding must not choose a lobe."""
+    free = free_rotor("two_discs")
+    count = len(free.translations)
+    shape = np.linspace(-1.0, 1.0, count)
+    shape[count // 2] = rounding
+    along = np.zeros(free.size)
+    rows = [free.translations[node][0] for node in sorted(free.translations)]
+    along[rows] = 1.0
+    masses = (free.M @ along)[rows]
+    (_, first, low), (_, second, high) = lobe_masses(free, shape)
+    assert (low, high) == (-1.0, 1.0)
+    assert first == pytest.approx(masses[: count // 2].sum() + 0.5 * masses[count // 2])
+    assert first + second == pytest.approx(masses.sum())
+
+
 def test_springs_that_do_not_hold_the_rotor_are_refused():
     with raises_naming(ValueError, "two or more"):
         critical_speeds(free_rotor("two_discs"), {1: 1e6}, 3)

@@ -60,16 +60,36 @@ def critical_speeds(free: Matrices, springs: Mapping[int, float], count: int) ->
 
 def antinodes(shape: Array) -> list[tuple[int, slice]]:
     """Return for each lobe of a shape, between its zeros, the position of its maximum and the positions it spans."""
-    signs = np.sign(shape)
+    signs = _signs(shape)
     edges = [0, *(k + 1 for k in range(len(shape) - 1) if signs[k] * signs[k + 1] < 0.0), len(shape)]
     spans = [slice(a, b) for a, b in pairwise(edges)]
     return [(span.start + int(np.abs(shape[span]).argmax()), span) for span in spans]
 
 
 def lobe_masses(free: Matrices, shape: Array) -> list[tuple[int, float, float]]:
-    """Return for each lobe of a shape its antinode, counted from 0, its mass (kg), and its sign."""
+    """Return for each lobe of a shape its antinode, counted from 0, its mass (kg), and its sign.
+
+    The mass of a node is that of half an element on either side: of one beside a zero, the other lobe has the part that
+    is beyond it. A node at the zero itself gives half of its mass to either lobe.
+    """
     along = np.zeros(free.size)
     rows = [free.translations[node][0] for node in sorted(free.translations)]
     along[rows] = 1.0
     masses = (free.M @ along)[rows]
-    return [(at, float(masses[span].sum()), float(np.sign(shape[at]))) for at, span in antinodes(shape)]
+    spans = antinodes(shape)
+    result = [float(masses[span].sum()) for _, span in spans]
+    for n, (_, span) in enumerate(spans[1:]):
+        before, after = span.start - 1, span.start
+        zero = abs(shape[before]) / (abs(shape[before]) + abs(shape[after]))  # of the element between them
+        moved = (0.5 - zero) * float(masses[before] if zero < 0.5 else masses[after])
+        result[n] -= moved
+        result[n + 1] += moved
+    return [(at, mass, float(np.sign(shape[at]))) for (at, _), mass in zip(spans, result, strict=True)]
+
+
+def _signs(shape: Array) -> Array:
+    """Return the signs of a shape, of a zero that of the position before it, of leading ones that of the next."""
+    signs = np.sign(shape)
+    nonzero = np.flatnonzero(signs)
+    place = np.maximum(np.searchsorted(nonzero, np.arange(len(signs)), side="right") - 1, 0)
+    return np.asarray(signs[nonzero[place]])

@@ -33,11 +33,16 @@ OF_SCENARIO = (*OF_MACHINE, "gradient", "inputs")  # of the scenario whose machi
 
 
 class Speeds(Table):
-    """Speeds of the machine: smallest and largest in operation, and the trip speed (default: 1.05 times maximum)."""
+    """Speeds of the machine: smallest and largest in operation, and the trip speed (default: 1.05 times maximum).
+
+    `run_up` and `run_down` are the times between standstill and the largest speed, even with time.
+    """
 
     minimum: Value
     maximum: Value
     trip: Value | None = None
+    run_up: Value | None = None
+    run_down: Value | None = None
 
     @model_validator(mode="after")
     def _ascend(self) -> Speeds:
@@ -46,6 +51,7 @@ class Speeds(Table):
             raise ValueError(
                 f"minimum, maximum and trip = {speeds} are not allowed; they must ascend, from above 0 rad/s"
             )
+        _ = self.run_up_time, self.run_down_time
         return self
 
     @property
@@ -62,6 +68,16 @@ class Speeds(Table):
     def tripping(self) -> float:
         """Speed at which it trips (rad/s)."""
         return 1.05 * self.highest if self.trip is None else quantity(self.trip, "rad/s", "speed.trip")
+
+    @property
+    def run_up_time(self) -> float | None:
+        """Time from standstill to the largest speed (s), if stated."""
+        return None if self.run_up is None else _positive(self.run_up, "s", "speed.run_up")
+
+    @property
+    def run_down_time(self) -> float | None:
+        """Time from the largest speed to standstill (s), if stated."""
+        return None if self.run_down is None else _positive(self.run_down, "s", "speed.run_down")
 
 
 class Balancing(Table):

@@ -2,49 +2,144 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from amb_cosim.assessment.stages import co_simulated
+from amb_cosim.assessment.stages import co_simulated, real_coefficients
 from amb_cosim.assessment.subject import Subject
 from amb_cosim.assessment.unbalance_cases import UnbalanceCase, unbalance_cases
-from amb_cosim.machine.response import synchronous_response
+from amb_cosim.machine.response import machine_resonances, synchronous_response
 from amb_cosim.results.component_names import ACTUATOR, CONTROLLER, PLANT
 from amb_cosim.results.result import Result
 from amb_cosim.scenario.simulation import prepare, run_prepared
-from array_types import Array
+from array_types import Array, Complex
+from rotor_analysis.refinement import about_resonances, refined
+from rotor_analysis.response import orbit
 
 SETTLING = 20.0  # cycles
+CYCLES = 60.0  # of a run at a speed
+SPEEDS = 81  # of a response, with more about critical speeds and maxima
 FRICTION = 0.15  # of a landing that is followed
 CHAIN = "chain.preset"
 NOISY = {"chain.noise": True, "chain.adc": True, "chain.dac": True, "chain.filter": False, "chain.delay": False}
 
 
-def worst_case(subject: Subject, Omega: float) -> UnbalanceCase:
-    """Return the unbalance case with the largest probe displacement at a speed (rad/s)."""
-    cases = unbalance_cases(subject)
-    loads = [case.of(subject.unbalance_of_grade()) for case in cases]
-    q = np.abs(synchronous_response(subject, np.array([Omega]), loads)[0]).max(axis=2)
-    probes = [node - 1 for node in subject.probes.values()]
-    return cases[int(q[:, probes].max(axis=1).argmax())]
+@dataclass(frozen=True)
+class PlacedUnbalance:
+    """The whole unbalance of the balancing grade at planes of the co-simulated rotor, placed for a mode.
 
-
-def unbalance_inputs(subject: Subject, case: UnbalanceCase) -> dict[str, float]:
-    """Return the unbalance (kg m) of the balancing grade, and its phase (rad), at the rotor's planes of unbalance.
-
-    Each part of the case is moved to the nearest plane; parts of opposite sign there subtract.
+    case
+        The mode.
+    at
+        Unbalance (kg m) by plane, with the sign of the mode's shape there; their sizes sum to the whole.
     """
-    discs = subject.rotor.discs
-    if not discs:
-        raise ValueError(f"rotor {subject.rotor.name} has no plane of unbalance; set unbalance = true for a body")
-    sums = dict.fromkeys((disc.name for disc in discs), 0.0)
-    for node, u in case.of(subject.unbalance_of_grade()).items():
-        nearest = min(discs, key=lambda disc, at=node: abs(subject.z[disc.node - 1] - subject.z[at - 1]))  # type: ignore[misc]
-        sums[nearest.name] += u.real
-    result = {f"{name}.u": abs(u) for name, u in sums.items()}
-    return result | {f"{name}.phi": np.pi for name, u in sums.items() if u < 0.0}
+
+    case: UnbalanceCase
+    at: Mapping[str, float]
+
+    @property
+    def inputs(self) -> dict[str, float]:
+        """Inputs of the rotor: unbalance (kg m) and its phase (rad)."""
+        result = {f"{plane}.u": abs(u) for plane, u in self.at.items()}
+        return result | {f"{plane}.phi": np.pi for plane, u in self.at.items() if u < 0.0}
+
+    @property
+    def note(self) -> str:
+        """The unbalance in words."""
+        places = ", ".join(f"{1e6 * u:+.4g} g mm at {plane}" for plane, u in self.at.items() if u)
+        return f"{places}, for {self.case.name.split(',')[0]}"
+
+
+@dataclass(frozen=True)
+class WorstResponse:
+    """The largest steady displacement over the clearance, with its speed and unbalance.
+
+    unbalance, Omega
+        The unbalance and the speed (rad/s).
+    site, share
+        Where it is largest, and the displacement over the clearance there (1).
+    shares
+        The same at every site.
+    """
+
+    unbalance: PlacedUnbalance
+    Omega: float
+    site: str
+    shares: Mapping[str, float]
+
+    @property
+    def share(self) -> float:
+        """The largest displacement over the clearance (1)."""
+        return self.shares[self.site]
+
+
+def planes_of_unbalance(subject: Subject) -> dict[str, int]:
+    """Return the nodes at which the co-simulated rotor can have unbalance, by name: its disc planes and bearings."""
+    return {part.name: part.node for part in (*subject.rotor.bearings, *subject.rotor.discs)}
+
+
+def placed_unbalances(subject: Subject) -> list[PlacedUnbalance]:
+    """Return the unbalance of the balancing grade placed for each mode.
+
+    Each lobe of the shape has its share by mass, at the plane within the lobe where the shape is largest. A lobe
+    without a plane leaves its share to the others, in proportion: the whole is always placed, and no part of it
+    subtracts from another.
+    """
+    planes, whole = planes_of_unbalance(subject), subject.unbalance_of_grade()
+    result = []
+    for case in unbalance_cases(subject):
+        shares: dict[str, float] = {}
+        for share, (first, last) in zip(case.shares.values(), case.lobes, strict=True):
+            within = [plane for plane, node in planes.items() if first <= node <= last]
+            if within:
+                chosen = max(within, key=lambda plane: abs(case.shape[planes[plane] - 1]))
+                shares[chosen] = share
+        scale = whole / sum(map(abs, shares.values()))
+        result.append(PlacedUnbalance(case, {plane: scale * share for plane, share in shares.items()}))
+    return result
+
+
+def worst_response(subject: Subject, lowest: float, highest: float, sites: Sequence[str] = ()) -> WorstResponse:
+    """Return the largest steady response at any speed (rad/s) from the lowest to the highest, of all modes' unbalances.
+
+    The speeds are refined about critical speeds and maxima (`rotor_analysis.refinement`); forces of the magnetic
+    bearings are linear, with seals and stages.
+
+    Parameters
+    ----------
+    subject, lowest, highest
+        The machine, and the speeds.
+    sites
+        Sites that count; all by default.
+    """
+    unbalances, planes, others = placed_unbalances(subject), planes_of_unbalance(subject), real_coefficients(subject)
+    loads = [{planes[plane]: complex(u) for plane, u in placed.at.items()} for placed in unbalances]
+    names = list(subject.clearances)
+    nodes, limits = zip(*subject.clearances.values(), strict=True)
+    counted = [names.index(site) for site in sites or names]
+    speeds = np.unique(np.linspace(lowest, highest, SPEEDS))
+
+    def shares(motion: Complex) -> Array:
+        return orbit(motion[:, :, [node - 1 for node in nodes]])[0] / np.array(limits)
+
+    speeds, motion = refined(
+        lambda more: synchronous_response(subject, more, loads, others),
+        about_resonances(speeds, machine_resonances(subject, speeds, others)),
+        lambda motion: shares(motion)[:, :, counted],
+    )
+    used = shares(motion)
+    n, k, top = np.unravel_index(int(used[:, :, counted].argmax()), (*used.shape[:2], len(counted)))
+    at_sites = dict(zip(names, used[n, k].tolist(), strict=True))
+    return WorstResponse(unbalances[k], float(speeds[n]), names[counted[top]], at_sites)
+
+
+def steady_vibration(subject: Subject, response: WorstResponse) -> dict[str, Array]:
+    """Return the displacement over the clearance by site, of a run with noise and converters at a response's speed."""
+    inputs = response.unbalance.inputs
+    return clearance_used(subject, simulate(subject, response.Omega, inputs, real=True, end_cycle=CYCLES))
 
 
 def simulate(

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from amb_cosim.assessment.critical_speeds import critical_speeds, lobe_masses
+from amb_cosim.assessment.critical_speeds import antinodes, critical_speeds, lobe_masses
 from amb_cosim.assessment.subject import Subject, rpm
 from amb_cosim.machine.feedback import parallel_stiffness
 from array_types import Array
@@ -28,12 +28,15 @@ class UnbalanceCase:
         Its shape at the nodes, the largest 1.
     shares
         Share of the total unbalance by node, with the sign of the shape: the mass of each lobe, at its antinode.
+    lobes
+        First and last node of each lobe, in the order of `shares`.
     """
 
     name: str
     critical_speed: float
     shape: Array
     shares: dict[int, float]
+    lobes: tuple[tuple[int, int], ...]
 
     def of(self, whole: float) -> dict[int, complex]:
         """Return the unbalance (kg m) by node for a total (kg m)."""
@@ -56,9 +59,10 @@ def unbalance_cases(subject: Subject) -> list[UnbalanceCase]:
         lobes = lobe_masses(subject.free, shape)
         mass = sum(m for _, m, _ in lobes)
         shares = {at + 1: sign * m / mass for at, m, sign in lobes}
+        ends = tuple((span.start + 1, span.stop) for _, span in antinodes(shape))
         places = ", ".join(f"z = {1e3 * subject.z[node - 1]:.0f} mm" for node in shares)
         cases.append(
-            UnbalanceCase(f"mode {k} ({rpm(float(Omega)):.0f} 1/min), at {places}", float(Omega), shape, shares)
+            UnbalanceCase(f"mode {k} ({rpm(float(Omega)):.0f} 1/min), at {places}", float(Omega), shape, shares, ends)
         )
     return cases
 

@@ -11,22 +11,30 @@ from amb_cosim.assessment.unbalance_cases import response_speeds, unbalance_case
 from amb_cosim.design.magnetic_bearing import current_amplitude, force_slew_rate
 from amb_cosim.machine.feedback import bearing_forces, demanded_currents
 from amb_cosim.machine.machine import AXES
-from amb_cosim.machine.response import synchronous_response
+from amb_cosim.machine.response import machine_resonances, synchronous_response
 from amb_cosim.reporting.panels import Panel, curve
 from array_types import Array, Complex
+from rotor_analysis.refinement import about_resonances, refined
 
 TITLE = "Envelope: required and available forces, currents, voltages and slew rates"
-POINTS = 90  # speeds
+POINTS = 90  # speeds, with more about critical speeds and maxima
 
 
 def answer(subject: Subject) -> AnalysisResult:
     """Return the worst-case requirements of each axis up to the trip speed, with the balancing grade's unbalance."""
+    whole, others = subject.unbalance_of_grade(), real_coefficients(subject)
+    loads = [case.of(whole) for case in unbalance_cases(subject)]
+
+    def requirements(speeds: Array) -> Array:
+        q = synchronous_response(subject, speeds, loads, others)
+        forces, currents = largest_needed(subject, speeds, q)
+        return np.stack([forces, currents, *_shares(subject, speeds, forces, currents)], axis=1)
+
     speeds = response_speeds(subject, POINTS)
     speeds = speeds[speeds <= subject.file.speed.tripping]
-    whole = subject.unbalance_of_grade()
-    cases = unbalance_cases(subject)
-    q = synchronous_response(subject, speeds, [case.of(whole) for case in cases], real_coefficients(subject))
-    forces, currents = largest_needed(subject, speeds, q)
+    critical = about_resonances(speeds, machine_resonances(subject, speeds, others))
+    speeds, needed = refined(requirements, critical, lambda of: of.reshape(len(of), -1))
+    forces, currents, shares, slews = np.moveaxis(needed, 1, 0)
     measured: list[Quantity] = []
     rows: list[tuple[str, ...]] = []
     in_force, in_current = [], []
@@ -37,20 +45,17 @@ def answer(subject: Subject) -> AnalysisResult:
         voltage = current * np.hypot(p.resistance, speeds * p.inductance) + p.resistance * (
             p.bias_current + p.static_current
         )
-        slew = speeds * force
-        available = min(abs(rate) for rate in force_slew_rate(p))
-        share = 100.0 * current / np.maximum(allowed, 1e-12)
-        for what, needed in (("current_demand", share), ("slew_demand", 100.0 * slew / available)):
-            at = int(needed.argmax())
-            measured.append(Quantity(what, f"{name} at {rpm(speeds[at]):.0f} 1/min", float(needed[at]), "%"))
-        top = int(np.argmax(force))
+        for what, share in (("current_demand", shares[:, k]), ("slew_demand", slews[:, k])):
+            at = int(share.argmax())
+            measured.append(Quantity(what, f"{name} at {rpm(speeds[at]):.0f} 1/min", float(share[at]), "%"))
+        top, available = int(np.argmax(force)), _slew_limit(p)
         rows.append(
             (
                 name,
                 f"{force[top]:.4g} at {rpm(speeds[top]):.0f}",
-                f"{current.max():.3g} of {allowed[int(share.argmax())]:.3g}",
+                f"{current.max():.3g} of {allowed[int(shares[:, k].argmax())]:.3g}",
                 f"{voltage.max():.4g} of {p.voltage_limit:.4g}",
-                f"{slew.max():.4g} of {available:.4g}",
+                f"{(speeds * force).max():.4g} of {available:.4g}",
             )
         )
         in_force.append(curve(name, rpm(speeds), force))
@@ -69,6 +74,18 @@ def answer(subject: Subject) -> AnalysisResult:
         "controller's demand; coils follow it within the voltage limit R I_0 + I |R + j Omega L| <= V.",
     )
     return AnalysisResult(tuple(measured), panels, (ResultTable("Largest demands", heads, tuple(rows)),), notes)
+
+
+def _shares(subject: Subject, speeds: Array, forces: Array, currents: Array) -> tuple[Array, Array]:
+    """Return currents and slew rates over the largest possible (%), shape (speeds, axes) each."""
+    axes = [subject.axis(bearing, axis) for bearing, axis in subject.loop.axes]
+    allowed = np.stack([current_amplitude(p, hertz(speeds)) for p in axes], axis=1)
+    slew = speeds[:, None] * forces / [_slew_limit(p) for p in axes]
+    return 100.0 * currents / np.maximum(allowed, 1e-12), 100.0 * slew
+
+
+def _slew_limit(p: np.record) -> float:
+    return min(abs(float(rate)) for rate in force_slew_rate(p))
 
 
 def largest_needed(subject: Subject, speeds: Array, q: Complex) -> tuple[Array, Array]:

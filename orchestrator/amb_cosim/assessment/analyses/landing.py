@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from amb_cosim.assessment.findings import AnalysisResult, Quantity, ResultTable
 from amb_cosim.assessment.retainer_bearings import check_sites, load_panels, load_tables
-from amb_cosim.assessment.runs import simulate, switched_off, unbalance_inputs, worst_case
+from amb_cosim.assessment.runs import simulate, switched_off, worst_response
 from amb_cosim.assessment.stages import note_on_stages
 from amb_cosim.assessment.subject import Subject, rpm
 from amb_cosim.reporting.panels import Panel, curve
@@ -55,7 +55,7 @@ def answer(subject: Subject) -> AnalysisResult:
         raise ValueError(f"rotor {subject.rotor.name} has no retainers; set the bearing of its sites")
     check_sites(subject.file.retainer_bearings, subject.clearances)
     Omega = subject.file.speed.highest
-    inputs = unbalance_inputs(subject, worst_case(subject, Omega))
+    inputs = worst_response(subject, Omega, Omega).unbalance.inputs
     cases = [(mu, k / PHASES) for mu in FRICTIONS for k in range(PHASES)]
     landings = [_landed(subject, Omega, inputs, mu, phase, retainers) for mu, phase in cases]
     done = [landing for landing in landings if not landing.failure]

@@ -13,8 +13,7 @@ from amb_cosim.assessment.runs import (
     clearance_used,
     simulate,
     switched_off,
-    unbalance_inputs,
-    worst_case,
+    worst_response,
 )
 from amb_cosim.assessment.stages import note_on_stages
 from amb_cosim.assessment.subject import Subject
@@ -33,7 +32,7 @@ OVERLOAD_STEP, OVERLOAD_TIME, MOST = 0.25, 0.02, 8.0  # of the weight, s, of the
 def answer(subject: Subject) -> AnalysisResult:
     """Return the distance to contact after the power returns, and the overload that causes contact."""
     Omega = subject.file.speed.highest
-    inputs = unbalance_inputs(subject, worst_case(subject, Omega))
+    inputs = worst_response(subject, Omega, Omega).unbalance.inputs
     lost = switched_off(subject, 1.0)
     lost["parameters"] = lost["parameters"] | {PLANT: {"*.mu": FRICTION}}
     returned = _with_power_back(lost, WITHOUT_POWER)

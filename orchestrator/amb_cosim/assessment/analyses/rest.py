@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from amb_cosim.assessment.findings import AnalysisResult, Quantity, ResultTable
-from amb_cosim.assessment.runs import FRICTION, clearance_used, simulate, switched_off, unbalance_inputs, worst_case
+from amb_cosim.assessment.runs import FRICTION, clearance_used, simulate, switched_off, worst_response
 from amb_cosim.assessment.stages import note_on_stages
 from amb_cosim.assessment.subject import Subject, rpm, subject_of
 from amb_cosim.cosim.basics.time_grid import in_steps
@@ -40,7 +40,7 @@ class CoastDown:
 def answer(subject: Subject) -> AnalysisResult:
     """Return time and heat to rest, the largest retainer temperature, and the change of forces with more modes."""
     Omega = subject.file.speed.highest
-    inputs = unbalance_inputs(subject, worst_case(subject, Omega))
+    inputs = worst_response(subject, Omega, Omega).unbalance.inputs
     lost = switched_off(subject, 1.0)
     lost["parameters"] = lost["parameters"] | {PLANT: {"*.mu": FRICTION}}
     fallen = simulate(subject, Omega, inputs, **_followed(subject, Omega, lost))

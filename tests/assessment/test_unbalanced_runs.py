@@ -1,0 +1,107 @@
+"""Unbalance in runs and responses: all of it is placed, and the worst speed and fault decide, not those of a list."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from amb_cosim.assessment.analyses import envelope, faults, vibration
+from amb_cosim.assessment.machine_file import load_machine
+from amb_cosim.assessment.runs import placed_unbalances, planes_of_unbalance, worst_response
+from amb_cosim.assessment.subject import rpm, subject_of
+
+BLOWER = Path(__file__).parent / "blower" / "machine.toml"
+RPM = np.pi / 30.0
+
+
+def expander(**speed):
+    """The packaged turbo-expander at G 2.5, with a resonance at 35,713 1/min within its speeds."""
+    file = load_machine("turbo_expander")
+    speeds = file.speed.model_copy(update=speed)
+    return subject_of(file.model_copy(update={"balancing": type(file.balancing)(grade="G 2.5"), "speed": speeds}))
+
+
+@pytest.mark.parametrize("machine", [BLOWER, "compressor", "turbo_expander"])
+def test_all_unbalance_is_placed_with_the_signs_of_the_mode(machine):
+    subject = subject_of(load_machine(machine))
+    planes, whole = planes_of_unbalance(subject), subject.unbalance_of_grade()
+    for placed in placed_unbalances(subject):
+        assert sum(abs(u) for u in placed.at.values()) == pytest.approx(whole)
+        shape = {plane: placed.case.shape[planes[plane] - 1] for plane in placed.at}
+        assert all(u * shape[plane] > 0.0 for plane, u in placed.at.items())
+
+
+def test_a_rotor_with_one_disc_has_the_whole_unbalance_too(tmp_path):
+    """Lobes of opposite sign do not subtract at its only disc: a lobe without a disc has its unbalance at a bearing."""
+    rotor = (BLOWER.parent / "rotor.toml").read_text(encoding="utf-8")
+    head, *others = rotor.split("unbalance = true\n")
+    (tmp_path / "rotor.toml").write_text(f"{head}unbalance = true\n{''.join(others)}", encoding="utf-8")
+    file = load_machine(BLOWER).model_copy(update={"rotor": str(tmp_path / "rotor.toml")})
+    subject = subject_of(file)
+    assert [disc.name for disc in subject.rotor.discs] == ["impeller"]
+    for placed in placed_unbalances(subject):
+        amounts = [u for name, u in placed.inputs.items() if name.endswith(".u")]
+        assert sum(amounts) == pytest.approx(subject.unbalance_of_grade())
+    worst = worst_response(subject, subject.file.speed.lowest, subject.file.speed.highest)
+    assert worst.share > 0.014  # as with three discs, a tenth of that where they subtracted
+
+
+@pytest.mark.parametrize("lowest", ["34000 rpm", "35543 rpm"])
+def test_vibration_is_judged_at_the_resonance_within_the_speeds(lowest):
+    """Three speeds of the range miss it; the narrower range ends beside it. Both are beyond half of the clearance."""
+    result = vibration.answer(expander(minimum=lowest))
+    worst = max(result.measured, key=lambda quantity: quantity.value)
+    assert worst.value > 50.0
+    speeds = {float(quantity.where.split(" at ")[1].split()[0]) for quantity in result.measured}
+    assert any(speed == pytest.approx(35713.0, rel=0.002) for speed in speeds)
+    assert {float(lowest.split()[0]), 40000.0} <= speeds
+
+
+def test_worst_speed_of_a_range_is_that_of_many_speeds():
+    subject = expander()
+    worst = worst_response(subject, subject.file.speed.lowest, subject.file.speed.highest)
+    for Omega in np.linspace(35600.0, 35800.0, 21) * RPM:
+        assert worst_response(subject, float(Omega), float(Omega)).share <= worst.share * (1.0 + 1e-3)
+
+
+def test_envelope_has_the_demand_of_a_resonance_between_its_speeds():
+    result = envelope.answer(expander())
+    demand = max(item.value for item in result.measured if item.quantity == "current_demand")
+    assert demand == pytest.approx(129.4, rel=0.01)
+
+
+@pytest.mark.parametrize(("minutes", "touches"), [(None, True), ("10 s", True), ("0.2 s", False)])
+def test_a_slow_run_up_counts_as_steady_motion_at_the_worst_speed(minutes, touches):
+    """A run-up within 0.2 s passes the resonance before it has grown; in 10 s, or without a time, the rotor touches."""
+    subject = expander(run_up=minutes, run_down="0.2 s")
+    passed = worst_response(subject, 0.1 * subject.file.speed.highest, subject.file.speed.tripping)
+    assert rpm(passed.Omega) == pytest.approx(35713.0, rel=0.002)
+    time = faults._durations(subject)["run-up"]
+    quantity, _ = faults._running(subject, "run-up", time, passed)
+    assert (quantity.value > 99.9) is touches
+    if not touches:
+        assert quantity.value < 60.0
+
+
+def test_drag_gives_the_time_of_a_run_down():
+    """J Omega' = -d Omega: t = J/d ln(trip/slow); a machine without drag may take any time."""
+    subject = expander()
+    local = subject.parameters["rotor_contact"]
+    times = faults._durations(subject)
+    assert times["run-down"] == pytest.approx(local["spin.inertia"] / local["spin.drag"] * np.log(10.5))
+    assert faults._durations(subject_of(load_machine(BLOWER)))["run-down"] == np.inf
+
+
+@pytest.mark.slow
+def test_the_worst_axis_and_sensor_stand_for_a_fault():
+    result = faults.answer(subject_of(load_machine(BLOWER)))
+    (table,) = result.tables
+    kinds = {"power of": 4, "upper coils of": 4, "lower coils of": 4, "sensor": 4, "base shock": 4}
+    for kind, count in kinds.items():
+        assert sum(row[0].startswith(kind) for row in table.rows) == count
+    measured = [item.value for item in result.measured if item.quantity == "clearance_used_fault"]
+    assert len(measured) == 4
+    for kind, value in zip(("power", ("upper", "lower"), "sensor", "base"), measured, strict=True):
+        assert value == pytest.approx(max(float(row[2]) for row in table.rows if row[0].startswith(kind)), rel=0.01)
