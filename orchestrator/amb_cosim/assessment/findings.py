@@ -32,6 +32,8 @@ class Quantity:
         Its variables for formulas of criteria.
     note
         Note for the reader.
+    open
+        Reason why the value may become worse, so that a criterion can be missed but not met; empty without one.
     """
 
     quantity: str
@@ -40,6 +42,7 @@ class Quantity:
     unit: str = ""
     facts: Mapping[str, float] = field(default_factory=dict)
     note: str = ""
+    open: str = ""
 
 
 @dataclass(frozen=True)
@@ -145,4 +148,6 @@ def _judged(item: Quantity, criterion: Criterion, facts: Mapping[str, float]) ->
     if criterion.unit != item.unit:
         reason = f"the criterion is in {criterion.unit or '1'}, the quantity in {item.unit or '1'}"
         return Finding(item, criterion, Judgement.UNANSWERED, reason=reason)
+    if item.open and verdict is Judgement.MET:
+        return Finding(item, criterion, Judgement.UNANSWERED, limit, reason=item.open)
     return Finding(item, criterion, verdict, limit, criterion.zone_of(item.value))

@@ -199,3 +199,11 @@ def switched_off(subject: Subject, cycle: float) -> dict[str, Any]:
         "parameters": {ACTUATOR: {"amplifier": "dynamic", "mean_current": True, **limits}},
         "event": [{"role": "disturbance", "cycle": cycle, "set": {ACTUATOR: {"*.amplifier_off_?": True}}}],
     }
+
+
+def check_falls(subject: Subject) -> None:
+    """Raise a ValueError if no gravity pulls the rotor across its shaft, so that it does not land without power."""
+    if not subject.parameters[PLANT]["gravity"]:
+        raise ValueError(
+            "no gravity acts across the shaft, so the rotor does not fall; set gravity in the machine file"
+        )

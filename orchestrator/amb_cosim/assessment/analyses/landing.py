@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from amb_cosim.assessment.findings import AnalysisResult, Quantity, ResultTable
 from amb_cosim.assessment.retainer_bearings import check_sites, load_panels, load_tables
-from amb_cosim.assessment.runs import simulate, switched_off, worst_response
+from amb_cosim.assessment.runs import check_falls, simulate, switched_off, worst_response
 from amb_cosim.assessment.stages import note_on_stages
 from amb_cosim.assessment.subject import Subject, rpm
 from amb_cosim.reporting.panels import Panel, curve
@@ -18,21 +18,39 @@ from amb_cosim.scenario.gravity import STANDARD_GRAVITY
 TITLE = "Landing on the retainers"
 PHASES = 4  # of a turn, at which the power is lost
 FRICTIONS = (0.05, 0.15)
-DURATION = 0.2  # s
+FIRST, LONGEST, MOST_STEPS = 0.4, 2.0, 100_000  # s, s, and steps, for which a landing is followed
 BALLS = "of the largest force averaged over 1 ms, slow motion, rigid rings"
 
 
 @dataclass(frozen=True)
 class Landing:
-    """A landing: friction, phase (deg), forces (N), backward whirl, contact elsewhere, heat (J), or its failure."""
+    """A landing.
+
+    friction, phase
+        Friction coefficient, and phase at which the power is lost (deg).
+    forces, heat
+        Largest forces (N) by site, and heat (J).
+    whirls_backward, rests
+        How it ended; neither if it did not.
+    touches
+        Sites that are no retainers and were touched.
+    failure
+        Reason of a simulation that ended early.
+    """
 
     friction: float
     phase: float
     forces: Mapping[str, float] = field(default_factory=dict)
     whirls_backward: bool = False
-    touches_elsewhere: bool = False
+    rests: bool = False
+    touches: tuple[str, ...] = ()
     heat: float = 0.0
     failure: str = ""
+
+    @property
+    def has_ended(self) -> bool:
+        """Whether it whirls backward, lies at rest, or failed."""
+        return self.whirls_backward or self.rests or bool(self.failure)
 
     @property
     def force(self) -> float:
@@ -44,8 +62,9 @@ class Landing:
         """The landing as texts."""
         if self.failure:
             return (f"{self.friction:g}", f"{self.phase:.0f}", self.failure, "", "", "")
-        whirl, touch = ("yes" if item else "no" for item in (self.whirls_backward, self.touches_elsewhere))
-        return (f"{self.friction:g}", f"{self.phase:.0f}", f"{self.force:.4g}", whirl, touch, f"{self.heat:.4g}")
+        end = "backward whirl" if self.whirls_backward else "at rest" if self.rests else "not ended"
+        touched = ", ".join(self.touches) or "nothing"
+        return (f"{self.friction:g}", f"{self.phase:.0f}", f"{self.force:.4g}", end, touched, f"{self.heat:.4g}")
 
 
 def answer(subject: Subject) -> AnalysisResult:
@@ -53,6 +72,7 @@ def answer(subject: Subject) -> AnalysisResult:
     retainers = [site.name for site in subject.rotor.sites if site.bearing and site.name in subject.clearances]
     if not retainers:
         raise ValueError(f"rotor {subject.rotor.name} has no retainers; set the bearing of its sites")
+    check_falls(subject)
     check_sites(subject.file.retainer_bearings, subject.clearances)
     Omega = subject.file.speed.highest
     inputs = worst_response(subject, Omega, Omega).unbalance.inputs
@@ -65,17 +85,20 @@ def answer(subject: Subject) -> AnalysisResult:
     worst = max(done, key=lambda landing: landing.force)
     where = f"friction {worst.friction:g}, power lost at {worst.phase:.0f} deg"
 
+    followed, open_ended = _longest(subject), sum(not landing.has_ended for landing in landings)
+    reason = f"{open_ended} of {count} landings have not ended within {followed:.3g} s" if open_ended else ""
+
     def share(quantity: str, number: int) -> Quantity:
-        return Quantity(quantity, f"of {count} landings", 100.0 * number / count, "%")
+        return Quantity(quantity, f"of {count} landings", 100.0 * number / count, "%", {}, reason, reason)
 
     balls = subject.file.retainer_bearings
     bearings = [(item, max(landing.forces.get(item.at, 0.0) for landing in done)) for item in balls]
     measured = (
         share("landing_failed", count - len(done)),
         share("landing_backward_whirl", sum(landing.whirls_backward for landing in done)),
-        share("landing_contact_elsewhere", sum(landing.touches_elsewhere for landing in done)),
+        share("landing_contact_elsewhere", sum(bool(landing.touches) for landing in done)),
         Quantity("landing_force", where, worst.force / weight, "1", {"weight": weight}, "over the rotor's weight"),
-        Quantity("landing_heat", f"largest within {DURATION:g} s", max(landing.heat for landing in done), "J"),
+        Quantity("landing_heat", f"largest within {followed:.3g} s", max(landing.heat for landing in done), "J"),
         *(
             Quantity("landing_ball_pressure", item.at, item.pressure(force), "MPa", note=BALLS)
             for item, force in bearings
@@ -85,11 +108,12 @@ def answer(subject: Subject) -> AnalysisResult:
         curve(f"friction {mu:g}", *_points([landing for landing in done if landing.friction == mu], weight), "dots")
         for mu in FRICTIONS
     )
-    heads = ("friction", "phase (deg)", "force (N)", "backward whirl", "touches elsewhere", "heat (J)")
+    heads = ("friction", "phase (deg)", "force (N)", "end", "touches elsewhere", "heat (J)")
     notes = (
-        f"All amplifiers lose their power at {rpm(Omega):.0f} 1/min; the first {DURATION:g} s of the landing are "
-        f"simulated, with only the modes of the rotor file's reduction. Forces are averaged over 1 ms, which "
-        f"converges, unlike peaks within an impact. The drive remains on.",
+        f"All amplifiers lose their power at {rpm(Omega):.0f} 1/min. A landing is followed until it whirls backward or "
+        f"lies at rest, for at most {followed:.3g} s, with only the modes of the rotor file's reduction. Forces are "
+        "averaged over 1 ms, which converges, unlike peaks within an impact. The drive remains on; the part `rest` "
+        "follows a landing with the drive off.",
         "Retainers without mounts are rigid. The force of a rotor that rolls backward in them is unbounded: values "
         "above a thousand times the weight are meaningless.",
         *note_on_stages(subject),
@@ -108,23 +132,32 @@ def _landed(
 ) -> Landing:
     fields = switched_off(subject, 1.0 + phase)
     fields["parameters"] = fields["parameters"] | {PLANT: {"*.mu": mu}}
-    degrees = float(360.0 * phase)
-    try:
-        result = simulate(subject, Omega, inputs, end_time=DURATION, **fields)
-    except ValueError as error:
-        return Landing(mu, degrees, failure=str(error))
-    return _of_run(result, mu, degrees, retainers)
+    longest, landing = _longest(subject), Landing(mu, float(360.0 * phase))
+    for duration in dict.fromkeys((min(FIRST, longest), longest)):
+        try:
+            result = simulate(subject, Omega, inputs, end_time=duration, **fields)
+        except ValueError as error:
+            return replace(landing, failure=str(error))
+        landing = _of_run(result, landing, retainers)
+        if landing.has_ended:
+            break
+    return landing
 
 
-def _of_run(result: Result, mu: float, degrees: float, retainers: list[str]) -> Landing:
-    summary = result.summary
-    forces = {site: float(item or 0.0) for site, item in summary.averaged_contact_force.items()}
-    matches = summary.touchdown.retainers.values() if summary.touchdown is not None else ()
-    return Landing(
-        mu,
-        degrees,
-        forces,
-        any(item.whirl == "backward" for item in matches),
-        any((share or 0.0) > 0.0 for site, share in summary.site_share.items() if site not in retainers),
-        sum(item.heat or 0.0 for item in matches),
+def _longest(subject: Subject) -> float:
+    """Return the time (s) for which a landing is followed."""
+    return min(LONGEST, MOST_STEPS * float(subject.prepared.plan.step_size))
+
+
+def _of_run(result: Result, landing: Landing, retainers: list[str]) -> Landing:
+    """Return a landing with what a run of it shows."""
+    summary, touchdown = result.summary, result.summary.touchdown
+    matches = {} if touchdown is None else touchdown.retainers
+    return replace(
+        landing,
+        forces={site: float(item or 0.0) for site, item in summary.averaged_contact_force.items()},
+        whirls_backward=any(item.whirl == "backward" for item in matches.values()),
+        rests=touchdown is not None and touchdown.rest_after is not None,
+        touches=tuple(site for site in matches if site not in retainers),
+        heat=sum(item.heat or 0.0 for item in matches.values()),
     )

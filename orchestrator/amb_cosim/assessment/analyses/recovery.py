@@ -26,6 +26,7 @@ from array_types import Array
 TITLE = "Relevitation and overload"
 WITHOUT_POWER = 0.3  # s
 BACK = 0.3  # s with power after that
+TOUCHED = 1.0 - 1e-9  # of the clearance
 OVERLOAD_STEP, OVERLOAD_TIME, MOST = 0.25, 0.02, 8.0  # of the weight, s, of the weight
 
 
@@ -60,7 +61,12 @@ def _relevitation(subject: Subject, again: Result) -> Quantity:
     used = clearance_used(subject, again)
     last = {site: float(of[-max(1, len(of) // 10) :].max()) for site, of in used.items()}
     site = max(last, key=lambda site_name: last[site_name])
-    return Quantity("relevitation", f"{site}, {BACK:g} s after the power returns", 100.0 * last[site], "%")
+    fallen = max(float(of[: int(len(of) * WITHOUT_POWER / (WITHOUT_POWER + BACK))].max()) for of in used.values())
+    reason = "" if fallen >= TOUCHED else f"the rotor touches nothing in {WITHOUT_POWER:g} s without power"
+    if not subject.parameters[PLANT]["gravity"]:
+        reason = "no gravity acts across the shaft: nothing is lifted"
+    where = f"{site}, {BACK:g} s after the power returns"
+    return Quantity("relevitation", where, 100.0 * last[site], "%", {}, reason, reason)
 
 
 def _overload(subject: Subject, Omega: float, inputs: Mapping[str, float]) -> tuple[Quantity, dict[str, Array]]:
@@ -71,7 +77,7 @@ def _overload(subject: Subject, Omega: float, inputs: Mapping[str, float]) -> tu
         for k in range(1, count)
     ]
     used = clearance_used(subject, simulate(subject, Omega, inputs, end_time=count * OVERLOAD_TIME, event=events))
-    touched = np.max(list(used.values()), axis=0) >= 1.0 - 1e-9
+    touched = np.max(list(used.values()), axis=0) >= TOUCHED
     if not touched.any():
         return Quantity("overload", "no contact", MOST, "1", {}, f"the run ends at {MOST:g} g"), used
     first = int(np.argmax(touched))

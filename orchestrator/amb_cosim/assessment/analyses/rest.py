@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from amb_cosim.assessment.findings import AnalysisResult, Quantity, ResultTable
-from amb_cosim.assessment.runs import FRICTION, clearance_used, simulate, switched_off, worst_response
+from amb_cosim.assessment.runs import FRICTION, check_falls, clearance_used, simulate, switched_off, worst_response
 from amb_cosim.assessment.stages import note_on_stages
 from amb_cosim.assessment.subject import Subject, rpm, subject_of
 from amb_cosim.cosim.basics.time_grid import in_steps
@@ -39,6 +39,7 @@ class CoastDown:
 
 def answer(subject: Subject) -> AnalysisResult:
     """Return time and heat to rest, the largest retainer temperature, and the change of forces with more modes."""
+    check_falls(subject)
     Omega = subject.file.speed.highest
     inputs = worst_response(subject, Omega, Omega).unbalance.inputs
     lost = switched_off(subject, 1.0)
@@ -46,9 +47,13 @@ def answer(subject: Subject) -> AnalysisResult:
     fallen = simulate(subject, Omega, inputs, **_followed(subject, Omega, lost))
     touchdown = fallen.summary.touchdown
     if touchdown is None:
-        raise ValueError("the rotor does not fall: the machine needs gravity")
+        raise ValueError("the rotor touches nothing after the power is lost")
     times, speeds = (np.asarray(fallen.signals[name].values) for name in ("time", f"{PLANT}.speed"))
-    measured = (*_to_rest(subject, touchdown, times, speeds), *_convergence(subject, Omega, inputs, lost))
+    measured = (
+        *_to_rest(subject, touchdown, times, speeds),
+        *_landed(subject, touchdown, times),
+        *_convergence(subject, Omega, inputs, lost),
+    )
     displayed = times >= 0.0
     curves = tuple(curve(site, times[displayed], 100.0 * of) for site, of in clearance_used(subject, fallen).items())
     panels = (
@@ -150,6 +155,19 @@ def _to_rest(subject: Subject, touchdown: Touchdown, times: Array, speeds: Array
         most = max(_at_most(subject, touchdown, site, on.heat) for site in sites)
         message = "extrapolated, as if retainers dissipated no heat"
         yield Quantity("temperature_to_standstill", "at most", most, "K", {}, message)
+
+
+def _landed(subject: Subject, touchdown: Touchdown, times: Array) -> Iterator[Quantity]:
+    """Yield whether the rotor whirls backward, or touches anything but its retainers, until the end of the run."""
+    end = f"{float(times[-1]):.4g} s without power"
+    retainers = [site.name for site in subject.rotor.sites if site.bearing]
+    others = [site for site in touchdown.retainers if site not in retainers]
+    whirls = [site for site, item in touchdown.retainers.items() if item.whirl == "backward"]
+    ended = touchdown.rest_after is not None or touchdown.standstill_after is not None
+    reason = "" if ended else f"not at rest within {end}, the end of the run"
+    for quantity, sites in (("landing_contact_elsewhere", others), ("landing_backward_whirl", whirls)):
+        where = f"{', '.join(sites)}, in {end}" if sites else f"in {end}"
+        yield Quantity(quantity, where, 100.0 if sites else 0.0, "%", {}, reason, reason)
 
 
 def _at_most(subject: Subject, touchdown: Touchdown, site: str, more: float) -> float:

@@ -1,0 +1,75 @@
+"""Landings that have not ended, or do not happen: their criteria can be missed, but are not met."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from amb_cosim.assessment.analyses import landing, recovery, rest
+from amb_cosim.assessment.assess import assess
+from amb_cosim.assessment.criteria import load_criteria
+from amb_cosim.assessment.findings import Judgement, Quantity, judge
+from amb_cosim.assessment.machine_file import load_machine
+from amb_cosim.assessment.subject import subject_of
+from tests.support.messages import assert_names, raises_naming
+
+BLOWER = Path(__file__).parent / "blower" / "machine.toml"
+
+
+@pytest.mark.parametrize(("value", "verdict"), [(0.0, Judgement.UNANSWERED), (12.5, Judgement.MISSED)])
+def test_a_value_that_may_become_worse_is_missed_or_open(value, verdict):
+    item = Quantity("landing_backward_whirl", "of 8 landings", value, "%", open="3 of 8 landings have not ended")
+    (found,) = judge([item], load_criteria(["physics"]), {})
+    assert found.verdict is verdict
+    assert (found.reason == item.open) is (verdict is Judgement.UNANSWERED)
+    (ended,) = judge([replace(item, value=0.0, open="")], load_criteria(["physics"]), {})
+    assert ended.verdict is Judgement.MET
+
+
+def test_a_machine_without_gravity_does_not_land():
+    file = load_machine(BLOWER).model_copy(update={"gravity": "0 m/s2"})
+    result = assess(file, only=["landing", "rest"])
+    assert set(result.unanswered) == {"landing", "rest"}
+    for reason in result.unanswered.values():
+        assert_names(reason, "no gravity", "machine file")
+    assert not result.findings
+
+
+@pytest.mark.slow
+def test_relevitation_without_gravity_is_open():
+    subject = subject_of(load_machine(BLOWER).model_copy(update={"gravity": "0 m/s2"}))
+    item = next(item for item in recovery.answer(subject).measured if item.quantity == "relevitation")
+    (found,) = judge([item], load_criteria(["physics"]), {})
+    assert found.verdict is Judgement.UNANSWERED
+    assert_names(found.reason, "no gravity")
+
+
+@pytest.mark.slow
+def test_a_landing_is_followed_until_it_ends_or_says_that_it_has_not(monkeypatch):
+    """The blower rocks in its retainers at full speed for longer than the landings are followed."""
+    monkeypatch.setattr(landing, "FRICTIONS", (0.15,))
+    monkeypatch.setattr(landing, "PHASES", 2)
+    result = landing.answer(subject_of(load_machine(BLOWER)))
+    open_ended = [row for row in result.tables[0].rows if row[3] == "not ended"]
+    whirl = next(item for item in result.measured if item.quantity == "landing_backward_whirl")
+    assert bool(open_ended) is bool(whirl.open)
+    if open_ended:
+        assert_names(whirl.open, "2 s", f"{len(open_ended)} of 2")
+
+
+@pytest.mark.slow
+def test_a_site_that_is_struck_late_in_a_landing_to_rest_is_judged(monkeypatch):
+    """The turbo-expander strikes its labyrinth 1.8 s after the loss of power."""
+    monkeypatch.setattr(rest, "LONGEST", 2.2)
+    subject = subject_of(load_machine("turbo_expander"))
+    found = {item.quantity: item for item in rest.answer(subject).measured}
+    touched = found["landing_contact_elsewhere"]
+    assert touched.value == 100.0
+    assert_names(touched.where, "labyrinth")
+
+
+def test_the_part_of_a_rest_names_gravity():
+    with raises_naming(ValueError, "no gravity"):
+        rest.answer(subject_of(load_machine(BLOWER).model_copy(update={"gravity": "0 m/s2"})))
