@@ -35,7 +35,12 @@ Samples = NDArray[Any]
 
 
 def refined(
-    evaluate: Callable[[Array], Samples], x: Array, heights: Callable[[Samples], Array], accuracy: float = ACCURACY
+    evaluate: Callable[[Array], Samples],
+    x: Array,
+    heights: Callable[[Samples], Array],
+    accuracy: float = ACCURACY,
+    *,
+    resonant: bool = True,
 ) -> tuple[Array, Samples]:
     """Return samples of curves, among them their maxima, between the first and the last.
 
@@ -49,6 +54,8 @@ def refined(
         Returns the curves whose maxima count from values, shape (n, ...). Minima are maxima of minus a curve.
     accuracy
         Of each maximum, relative.
+    resonant
+        Whether maxima above 0 are resonances by (1); otherwise the curves are smooth, and parabolas themselves.
 
     Returns
     -------
@@ -57,7 +64,7 @@ def refined(
     """
     values = evaluate(x)
     for _ in range(ROUNDS):
-        more = _closer(x, np.asarray(heights(values)).reshape(len(x), -1), accuracy)
+        more = _closer(x, np.asarray(heights(values)).reshape(len(x), -1), accuracy, resonant)
         if not len(more):
             break
         order = np.argsort(np.concatenate([x, more]), kind="stable")
@@ -71,7 +78,7 @@ def about_resonances(x: Array, resonances: Sequence[tuple[float, float]]) -> Arr
     return np.sort(np.concatenate([x, _between(_fans(limits), x)]))
 
 
-def _closer(x: Array, h: Array, accuracy: float) -> Array:
+def _closer(x: Array, h: Array, accuracy: float, may_resonate: bool) -> Array:
     """Return samples to add about maxima of any column of h that the samples do not resolve yet."""
     k, curve = np.nonzero((h[1:-1] >= h[:-2]) & (h[1:-1] > h[2:]))
     if not len(k):
@@ -79,7 +86,7 @@ def _closer(x: Array, h: Array, accuracy: float) -> Array:
     three = np.stack([h[k, curve], h[k + 1, curve], h[k + 2, curve]])
     before, after = x[k] - x[k + 1], x[k + 2] - x[k + 1]
     least = three.min(axis=0)
-    resonant = least > 0.0
+    resonant = (least > 0.0) & may_resonate
     g = np.where(resonant, (three[1] / np.where(resonant, three, 1.0)) ** 2, -three)
     at, lowest, curvature = vertex(np.stack([x[k], x[k + 1], x[k + 2]]), g)
     bounded = np.maximum(lowest, 1e-30)

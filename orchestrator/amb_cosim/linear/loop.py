@@ -145,7 +145,7 @@ class Loop:
             result.extend(self.poles(float(Omega)).stability for Omega in more)
             return np.array([one.growth_rate for one in result[len(result) - len(more) :]])
 
-        refined(growth_rates, np.asarray(speeds, dtype=float), lambda rates: rates, CLOSE)
+        refined(growth_rates, np.asarray(speeds, dtype=float), lambda rates: rates, CLOSE, resonant=False)
         return max(result, key=lambda one: one.radius)
 
     def check_stable(self, speeds: Sequence[float] | Array) -> None:

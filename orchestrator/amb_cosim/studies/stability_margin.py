@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, ClassVar, Literal
 
+import control
 import numpy as np
 
 from amb_cosim.cosim.basics.choices import Flavour
@@ -28,6 +29,7 @@ from amb_cosim.studies.inputs import Number, controlled, spin_speed
 from amb_cosim.studies.result import MachineResult
 from amb_files.checks import require
 from array_types import Array, Complex
+from rotor_analysis.refinement import refined
 from signal_chain.presets import is_on
 
 ZONES = {"A": 3.0, "B": 4.0, "C": 5.0, "D": np.inf}  # upper limit of |S| in each
@@ -35,6 +37,14 @@ POINTS = 2000  # of the computed curve
 SHARP = 0.1  # damping ratio up to which a resonance is sharp
 ANGLES = np.linspace(-1.45, 1.45, 25)  # of the points about a sharp resonance (rad)
 COMPARED = 500.0  # Hz, up to which computed and measured sensitivity are compared
+
+
+@dataclass(frozen=True)
+class PeakBeyond:
+    """Largest |S| (1) above the frequencies of ISO 14839-3, up to half the sample rate, and its frequency (Hz)."""
+
+    peak: float
+    frequency: Annotated[float, "Hz"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,6 +59,8 @@ class AxisSensitivity:
         Frequencies (Hz) and |S| there (1) in the co-simulation, shape (lines,).
     largest_difference_below_500_hz, largest_difference
         Largest |S_measured/S_computed - 1| (1) up to 500 Hz, and at all measured frequencies.
+    beyond
+        The peak above 2 kHz; None if half the sample rate is not above.
     """
 
     peak: float
@@ -59,6 +71,7 @@ class AxisSensitivity:
     measured: Array
     largest_difference_below_500_hz: float
     largest_difference: float
+    beyond: PeakBeyond | None = None
 
     @property
     def computed(self) -> Array:
@@ -165,7 +178,15 @@ class StabilityMargin(MachineResult):
         for place, margin in self.disk_margins.items():
             numbers = (f"{margin.least:.3f}", f"{margin.frequency:.1f}", f"{margin.gain:.3f}", f"{margin.phase:.1f}")
             all_loops.add_row(place, *numbers)
-        return [table, all_loops, f"zone {zone(worst)} (ISO 14839-3: A below 3, B below 4, C below 5)"]
+        lines = [f"zone {zone(worst)} (ISO 14839-3: A below 3, B below 4, C below 5)"]
+        above = [(axis.beyond, name) for name, axis in self.axes.items() if axis.beyond is not None]
+        if above:
+            largest, name = max(above, key=lambda item: item[0].peak)
+            lines.append(
+                f"above {HIGHEST:g} Hz, where the standard ends, the largest peak is {largest.peak:.3f} at "
+                f"{largest.frequency:.1f} Hz ({name})"
+            )
+        return [table, all_loops, *lines]
 
 
 def zone(peak: float) -> str:
@@ -231,8 +252,8 @@ def sensitivity(
     system = loop.sensitivity()
     poles = system.poles()
     measured = measure(prepared, float(np.abs(poles).max()))
-    frequencies = curve_frequencies(poles, loop.sample_time)
-    curves = diagonal_response(system, frequencies)
+    frequencies, curves = sensitivity_curves(system)
+    beyond = [PeakBeyond(*above) for above in peak_beyond(system)]
     expected = np.array([diagonal_response(system, row)[k] for k, row in enumerate(measured.frequencies)])
     difference = np.abs(measured.sensitivity / expected - 1.0)
     axes = {
@@ -245,6 +266,7 @@ def sensitivity(
             measured=np.abs(measured.sensitivity[k]),
             largest_difference_below_500_hz=float(difference[k][measured.frequencies[k] < COMPARED].max()),
             largest_difference=float(difference[k].max()),
+            beyond=beyond[k] if beyond else None,
         )
         for k, (name, S) in enumerate(zip(loop.axis_names, curves, strict=True))
     }
@@ -291,16 +313,46 @@ def _delay(parameters: Mapping[str, float | None]) -> float:
     return float(chain) + (parameters.get("delay") or 0.0)
 
 
-def curve_frequencies(poles: Array | Complex, sample_time: float) -> Array:
+def curve_frequencies(
+    poles: Array | Complex, sample_time: float, lowest: float = LOWEST, highest: float = HIGHEST
+) -> Array:
     """Return the frequencies (Hz) of the computed curve: evenly on a logarithmic axis, and closely about the poles.
 
     About a pole s = -sigma + i omega the response moves on a circle; frequencies omega + sigma tan(psi) divide it
     evenly.
     """
-    highest = min(HIGHEST, 0.5 / sample_time)
+    highest = min(highest, 0.5 / sample_time)
     growth = np.abs(poles)
     sigma = -np.log(np.where(growth > 0.0, growth, 1.0)) / (2.0 * np.pi * sample_time)  # Hz
     resonances = np.asarray(pole_frequency(poles, sample_time))
     close = resonances[:, None] + np.where(sigma < SHARP * resonances, sigma, 0.0)[:, None] * np.tan(ANGLES)
-    within = close[(close >= LOWEST) & (close <= highest)]
-    return np.unique(np.concatenate([np.geomspace(LOWEST, highest, POINTS), within]))
+    within = close[(close >= lowest) & (close <= highest)]
+    return np.unique(np.concatenate([np.geomspace(lowest, highest, POINTS), within]))
+
+
+def sensitivity_curves(
+    system: control.StateSpace, lowest: float = LOWEST, highest: float = HIGHEST
+) -> tuple[Array, Complex]:
+    """Return frequencies (Hz) and S of each axis there, shape (axes, n), with the peaks of all axes refined.
+
+    Parameters
+    ----------
+    system
+        Sensitivity of a stable sampled loop.
+    lowest, highest
+        Frequencies (Hz); at most half the sample rate.
+    """
+    frequencies, curves = refined(
+        lambda more: diagonal_response(system, more).T,
+        curve_frequencies(system.poles(), float(system.dt), lowest, highest),
+        np.abs,
+    )
+    return frequencies, np.asarray(curves.T)
+
+
+def peak_beyond(system: control.StateSpace) -> list[tuple[float, float]]:
+    """Return the peak of |S| of each axis above `HIGHEST`, and its frequency (Hz); nothing if samples end there."""
+    if 0.5 / system.dt <= HIGHEST * (1.0 + 1e-9):
+        return []
+    frequencies, curves = sensitivity_curves(system, HIGHEST, 0.5 / float(system.dt))
+    return [(float(np.abs(S).max()), float(frequencies[np.abs(S).argmax()])) for S in curves]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -20,12 +20,13 @@ from amb_cosim.studies.closed_loop_poles import Vibrations, followed, vibrations
 from amb_cosim.studies.damping_zones import ZONES
 from array_types import Array
 from rotor_analysis.parts import Bearing
+from rotor_analysis.refinement import refined
 
 TITLE = "Closed loop over speed: damped frequencies and logarithmic decrements"
 POINTS = 41  # speeds
 MIN_DECREMENT, MAX_DECREMENT = 1e-3, 3.0  # logarithmic decrements in the figure, whose axis is logarithmic
 ROUNDING = 1e-9  # relative difference of decrements of the same pole
-SPEEDS_OF_ALL_MODES = 9  # from zero to the trip speed
+SPEEDS_OF_ALL_MODES = 21  # from zero to the trip speed, with more about the least
 
 
 def answer(subject: Subject) -> AnalysisResult:
@@ -34,10 +35,9 @@ def answer(subject: Subject) -> AnalysisResult:
     speed, limit = subject.file.speed, subject.file.highest_frequency
     speeds = np.unique([*np.linspace(0.01 * speed.tripping, speed.tripping, POINTS), speed.lowest, speed.highest])
     result = [_within(vibrations(loop, float(Omega)), limit) for Omega in speeds]
-    operating = [k for k, Omega in enumerate(speeds) if speed.lowest <= Omega <= speed.tripping]
-    least = least_decrement("decrement", [(float(speeds[k]), result[k]) for k in operating])
-    edges = (speed.lowest, speed.highest, speed.tripping)
-    everything = least_decrement("decrement_anywhere", [(edge, vibrations(loop, edge)) for edge in edges])
+    operating = speeds[(speeds >= speed.lowest) & (speeds <= speed.tripping)]
+    least = least_decrement_over("decrement", lambda Omega: vibrations_within(loop, Omega, limit), operating)
+    everything = least_decrement_over("decrement_anywhere", lambda Omega: vibrations(loop, Omega), operating)
     stability = spectral_radius("spectral_radius", least_stable(subject))
     tracks = followed(result, len(result[0].poles))
     at = int(np.flatnonzero(speeds == speed.highest)[0])
@@ -73,8 +73,8 @@ def _with_all_modes(subject: Subject) -> list[Quantity]:
     finer = subject_of(subject.file, subject.flavour, min(MODES, most))
     loop = coupled_loop(finer, real_coefficients(finer))
     edges = (finer.file.speed.lowest, finer.file.speed.highest)
-    speeds = np.unique([*np.linspace(0.0, finer.file.speed.tripping, SPEEDS_OF_ALL_MODES), *edges]).tolist()
-    result = least_decrement("decrement_all_modes", [(speed, vibrations(loop, speed)) for speed in speeds])
+    speeds = np.unique([*np.linspace(0.0, finer.file.speed.tripping, SPEEDS_OF_ALL_MODES), *edges])
+    result = least_decrement_over("decrement_all_modes", lambda Omega: vibrations(loop, Omega), speeds)
     note = f"with {min(MODES, most)} modes in a plane of motion, {retained} in co-simulation"
     return [replace(result, note=note)]
 
@@ -107,6 +107,19 @@ def least_decrement(quantity: str, vibrations: Sequence[tuple[float, Vibrations]
         return Quantity(quantity, "nothing vibrates", LARGEST, "1")
     where = f"{hertz(omega):.1f} Hz at {rpm(Omega):.0f} 1/min, {_sense(sense)}"
     return Quantity(quantity, where, least, "1", {"frequency": hertz(omega), "N": float(rpm(Omega))})
+
+
+def least_decrement_over(quantity: str, vibrating: Callable[[float], Vibrations], speeds: Array) -> Quantity:
+    """Return the smallest logarithmic decrement at any speed (rad/s) from the first to the last, between them too."""
+    found: dict[float, Vibrations] = {}
+
+    def growths(more: Array) -> Array:
+        new = {Omega: vibrating(Omega) for Omega in map(float, more)}
+        found.update(new)
+        return np.array([-least_decrement(quantity, [item]).value for item in new.items()])
+
+    refined(growths, speeds, lambda of: of, resonant=False)
+    return least_decrement(quantity, list(found.items()))
 
 
 def decrements(vibrations: Vibrations) -> Array:
