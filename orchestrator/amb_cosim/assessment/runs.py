@@ -202,8 +202,11 @@ def switched_off(subject: Subject, cycle: float) -> dict[str, Any]:
 
 
 def check_falls(subject: Subject) -> None:
-    """Raise a ValueError if no gravity pulls the rotor across its shaft, so that it does not land without power."""
-    if not subject.parameters[PLANT]["gravity"]:
-        raise ValueError(
-            "no gravity acts across the shaft, so the rotor does not fall; set gravity in the machine file"
-        )
+    """Raise a ValueError if a machine has no gravity at all, so that nothing makes its rotor land without power."""
+    if has_no_gravity(subject):
+        raise ValueError("the machine has no gravity, so the rotor does not fall; set gravity in the machine file")
+
+
+def has_no_gravity(subject: Subject) -> bool:
+    """Return whether gravity acts neither across nor along the shaft."""
+    return not subject.parameters[PLANT]["gravity"] and not subject.file.axial_gravity

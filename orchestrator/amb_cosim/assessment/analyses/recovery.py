@@ -11,6 +11,7 @@ from amb_cosim.assessment.findings import AnalysisResult, Quantity
 from amb_cosim.assessment.runs import (
     FRICTION,
     clearance_used,
+    has_no_gravity,
     simulate,
     switched_off,
     worst_response,
@@ -63,8 +64,8 @@ def _relevitation(subject: Subject, again: Result) -> Quantity:
     site = max(last, key=lambda site_name: last[site_name])
     fallen = max(float(of[: int(len(of) * WITHOUT_POWER / (WITHOUT_POWER + BACK))].max()) for of in used.values())
     reason = "" if fallen >= TOUCHED else f"the rotor touches nothing in {WITHOUT_POWER:g} s without power"
-    if not subject.parameters[PLANT]["gravity"]:
-        reason = "no gravity acts across the shaft: nothing is lifted"
+    if has_no_gravity(subject):
+        reason = "the machine has no gravity: nothing is lifted"
     where = f"{site}, {BACK:g} s after the power returns"
     return Quantity("relevitation", where, 100.0 * last[site], "%", {}, reason, reason)
 

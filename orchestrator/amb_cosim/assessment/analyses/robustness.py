@@ -67,8 +67,8 @@ def answer(subject: Subject) -> AnalysisResult:
     notes = (
         f"Tolerances: {shares}, all corners. Stability is judged from zero to the trip speed, decrements from the "
         "smallest to it, sensitivities at smallest and largest speed, up to half the sample rate. A gap wider by a "
-        "fraction d divides K_i by (1 + d)^2 and K_s by (1 + d)^3. Modes are the free rotor's bending modes, all changed "
-        "alike.",
+        "fraction d divides K_i by (1 + d)^2 and K_s by (1 + d)^3. Modes are the free rotor's bending modes, all "
+        "changed alike.",
     )
     heads = ("changed", "largest |z|", "of", "least decrement", "largest |S|")
     return AnalysisResult(tuple(measured), (), (ResultTable("Corners of the tolerances", heads, tuple(rows)),), notes)
