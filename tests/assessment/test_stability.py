@@ -17,6 +17,7 @@ from amb_cosim.assessment.stability import least_stable
 from amb_cosim.assessment.stages import real_coefficients
 from amb_cosim.assessment.subject import subject_of
 from amb_cosim.commands.cli import main
+from amb_cosim.design.magnetic_bearing import current_amplitude
 from amb_cosim.machine.coupled import coupled_loop
 from amb_cosim.studies import figure, poles
 from rotor_analysis.packaged_rotors import rotor_path
@@ -177,3 +178,15 @@ def test_the_least_stable_speed_is_found_between_those_of_a_grid():
     radii = {Omega: loop.poles(float(Omega)).stability.radius for Omega in np.linspace(1400.0, 1800.0, 41)}
     assert worst.radius >= max(radii.values())
     assert worst.speed == pytest.approx(max(radii, key=lambda Omega: radii[Omega]), abs=10.0)
+
+
+def test_a_machine_turned_by_180_degrees_has_the_same_poles_and_demands():
+    """Gravity along the other diagonal loads the other coil pairs, which then have the bias and the static current."""
+    file = load_machine(BLOWER / "machine.toml")
+    first, turned = (subject_of(file.model_copy(update={"gravity_angle": f"{angle} deg"})) for angle in (225, 45))
+    Omega = file.speed.highest
+    radii = [coupled_loop(item, real_coefficients(item)).poles(Omega).stability.radius for item in (first, turned)]
+    assert radii[0] == pytest.approx(radii[1], rel=1e-9)
+    for bearing, axis in first.loop.axes:
+        limits = [current_amplitude(item.axis(bearing, axis), 400.0) for item in (first, turned)]
+        assert limits[0] == pytest.approx(limits[1])

@@ -95,3 +95,27 @@ def test_rotor_on_springs_has_gravity_alone():
 def test_weight_that_a_bearing_cannot_carry_is_refused():
     with pytest.raises(ValueError, match=r"gravity: mb1\.x .* load = 1519\.\d+ N .* >= "):
         prepare(levitated(gravity="40 m/s2", parameters={"amb_actuator": {"force_law": 2}}))
+
+
+@pytest.mark.parametrize("law", [0, 1, 2], ids=["linear", "measured", "nonlinear"])
+def test_a_machine_turned_by_180_degrees_has_the_same_coil_currents(law):
+    """The pair that carries no weight has the bias; K_s and K_i do not depend on which one that is."""
+    coils, constants = [], []
+    for angle in (225.0, 45.0):
+        parameters = {"amb_actuator": {"force_law": law, "*.bias_current_?": "4.4 A"}}
+        plan = prepare(levitated(gravity_angle=f"{angle} deg", parameters=parameters)).plan
+        local = plan.parameters["amb_actuator"]
+        pairs = [(local[f"{b}.bias_current_{a}"], local[f"{b}.static_current_{a}"]) for b, a in map(split, AXES)]
+        coils.append([(bias + static, bias) for bias, static in pairs])
+        names = [f"{axis.replace('.', f'.{name}_')}" for axis in AXES for name in ("k_s", "k_i")]
+        constants.append([plan.parameters["rolac_controller"].get(name) for name in names])
+    for (upper, lower), (turned_upper, turned_lower) in zip(*coils, strict=True):
+        assert lower == pytest.approx(4.4)
+        assert upper > 4.5
+        assert (turned_upper, turned_lower) == (pytest.approx(lower), pytest.approx(upper))
+    assert constants[0] == pytest.approx(constants[1])
+
+
+def split(axis):
+    bearing, _, direction = axis.partition(".")
+    return bearing, direction

@@ -72,7 +72,7 @@ def operating_points(sizes: MachineSizes) -> dict[str, OperatingPoint]:
 def _point(sizes: MachineSizes, load: float) -> OperatingPoint:
     names = ("turns", "pole_area", "gap", "bias_current", "current_limit")
     p = axis_parameters(**{name: getattr(sizes, name) for name in names}, static_current=0.0)
-    p.static_current = static_current_for(load, p)
+    p.static_current = static_current_for(abs(load), p)  # of the coil pair that carries it, whichever that is
     at_rest = linearisation(p)
     return OperatingPoint(float(p.static_current), float(at_rest.k_s), float(at_rest.k_i))
 
