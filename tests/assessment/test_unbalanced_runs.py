@@ -7,10 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from amb_cosim.assessment.analyses import envelope, faults, vibration
+from amb_cosim.assessment.analyses import critical_map, envelope, faults, unbalance, vibration
 from amb_cosim.assessment.machine_file import load_machine
 from amb_cosim.assessment.runs import placed_unbalances, planes_of_unbalance, worst_response
 from amb_cosim.assessment.subject import rpm, subject_of
+from amb_cosim.assessment.unbalance_cases import unbalance_cases
 
 BLOWER = Path(__file__).parent / "blower" / "machine.toml"
 RPM = np.pi / 30.0
@@ -105,3 +106,26 @@ def test_the_worst_axis_and_sensor_stand_for_a_fault():
     assert len(measured) == 4
     for kind, value in zip(("power", ("upper", "lower"), "sensor", "base"), measured, strict=True):
         assert value == pytest.approx(max(float(row[2]) for row in table.rows if row[0].startswith(kind)), rel=0.01)
+
+
+def test_bearings_that_differ_along_x_and_y_have_two_maps():
+    """The blower with half the gain along x of one bearing; with equal axes there is one direction."""
+    file = load_machine(BLOWER)
+    weak = subject_of(file.model_copy(update={"controller": str(BLOWER.parent / "one_axis_weak.toml")}))
+    first, other = ({item.where for item in critical_map.answer(of).measured} for of in (subject_of(file), weak))
+    assert not any(" along " in where for where in first)
+    assert all(where.endswith((" along x", " along y")) for where in other)
+    assert {where.rpartition(" ")[2] for where in other} == {"x", "y"}
+    assert {case.name.split(" (")[0] for case in unbalance_cases(weak)} >= {"mode 1 along x", "mode 1 along y"}
+
+
+def test_a_share_of_the_clearance_grows_with_the_unbalance_beyond_the_probe_limit(monkeypatch):
+    """The scale never makes it smaller: ten times the unbalance, beyond the limit, gives ten times the share."""
+    subject = subject_of(load_machine(BLOWER))
+    shares = {}
+    for factor in (20.0, 200.0):
+        monkeypatch.setattr(unbalance, "FACTOR", factor)
+        measured = unbalance.answer(subject).measured
+        shares[factor] = [item.value for item in measured if item.quantity == "clearance_share"]
+        assert all(item.facts["S_cc"] == 1.0 for item in measured if item.quantity == "clearance_share")
+    assert shares[200.0] == pytest.approx([10.0 * share for share in shares[20.0]])

@@ -8,7 +8,7 @@ import numpy as np
 
 from amb_cosim.assessment.critical_speeds import antinodes, critical_speeds, lobe_masses
 from amb_cosim.assessment.subject import Subject, rpm
-from amb_cosim.machine.feedback import parallel_stiffness
+from amb_cosim.machine.feedback import directional_stiffness
 from array_types import Array
 
 MOST = 5  # modes
@@ -46,14 +46,24 @@ class UnbalanceCase:
 def unbalance_cases(subject: Subject) -> list[UnbalanceCase]:
     """Return a case for each mode with an undamped critical speed up to 1.5 times the trip speed, at least two.
 
-    The shapes are those of the rotor on its bearings with their stiffness at the largest speed.
+    The shapes are those of the rotor on its bearings with their stiffness at the largest speed; where it differs along
+    x and y, those of either direction.
     """
     speed = subject.file.speed
-    stiffness = {name: float(k[0].real) for name, k in parallel_stiffness(subject, np.array([speed.highest])).items()}
+    directions = directional_stiffness(subject, np.array([speed.highest]))
+    return [
+        case
+        for direction, of in directions.items()
+        for case in _along(subject, direction, {name: float(k[0].real) for name, k in of.items()})
+    ]
+
+
+def _along(subject: Subject, direction: str, stiffness: dict[str, float]) -> list[UnbalanceCase]:
+    """Return the cases of a direction with the stiffness (N/m) of its bearings."""
     least = SOFTEST * max(max(abs(k) for k in stiffness.values()), 1.0)
     nodes = {bearing.name: bearing.node for bearing in subject.rotor.bearings}
     speeds, shapes = critical_speeds(subject.free, {nodes[name]: max(k, least) for name, k in stiffness.items()}, MOST)
-    count = max(2, int(np.count_nonzero(speeds <= BEYOND * speed.tripping)))
+    count = max(2, int(np.count_nonzero(speeds <= BEYOND * subject.file.speed.tripping)))
     cases = []
     for k, (Omega, shape) in enumerate(zip(speeds[:count], shapes.T[:count], strict=True), 1):
         lobes = lobe_masses(subject.free, shape)
@@ -61,9 +71,8 @@ def unbalance_cases(subject: Subject) -> list[UnbalanceCase]:
         shares = {at + 1: sign * m / mass for at, m, sign in lobes}
         ends = tuple((span.start + 1, span.stop) for _, span in antinodes(shape))
         places = ", ".join(f"z = {1e3 * subject.z[node - 1]:.0f} mm" for node in shares)
-        cases.append(
-            UnbalanceCase(f"mode {k} ({rpm(float(Omega)):.0f} 1/min), at {places}", float(Omega), shape, shares, ends)
-        )
+        name = f"mode {k}{direction} ({rpm(float(Omega)):.0f} 1/min), at {places}"
+        cases.append(UnbalanceCase(name, float(Omega), shape, shares, ends))
     return cases
 
 

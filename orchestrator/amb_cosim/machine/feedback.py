@@ -24,6 +24,8 @@ from amb_cosim.machine.machine import AXES, Machine
 from amb_cosim.results.component_names import PLANT
 from array_types import Array, Complex
 
+ALIKE = 1e-3  # of the largest stiffness, up to which directions are equal
+
 
 def bearing_forces(machine: Machine, omega: float, Omega: float) -> Complex:
     """Return the forces (N) at the bearings' nodes over displacements (m) at all nodes, at a frequency.
@@ -143,8 +145,10 @@ def _link(source: LinearComponent, target: LinearComponent, omega: float) -> com
     return complex(held * np.exp(-1j * omega * time * (source.late + (1.0 if source.at_end else 0.0))))
 
 
-def parallel_stiffness(machine: Machine, omegas: Array, Omega: float | None = None) -> dict[str, Complex]:
-    """Return the dynamic stiffness (N/m) of each magnetic bearing along x for parallel motion of the rotor.
+def parallel_stiffness(
+    machine: Machine, omegas: Array, Omega: float | None = None, axis: str = "x"
+) -> dict[str, Complex]:
+    """Return the dynamic stiffness (N/m) of each magnetic bearing along an axis for parallel motion of the rotor.
 
     k(j omega) = -F_x(j omega)/x: the real part is stiffness, the imaginary part omega times the damping.
 
@@ -156,6 +160,8 @@ def parallel_stiffness(machine: Machine, omegas: Array, Omega: float | None = No
         Frequencies (rad/s), above 0, shape (n,).
     Omega
         Spin speed (rad/s); by default the frequency itself (synchronous motion).
+    axis
+        `x` or `y`.
 
     Returns
     -------
@@ -164,10 +170,19 @@ def parallel_stiffness(machine: Machine, omegas: Array, Omega: float | None = No
     """
     result: dict[str, list[complex]] = {bearing: [] for bearing in machine.magnets}
     along = np.zeros(2 * len(machine.z))
-    along[0::2] = 1.0
+    along[AXES.index(axis) :: 2] = 1.0
     nodes = {bearing.name: bearing.node for bearing in machine.rotor.bearings}
     for omega in omegas:
         force = bearing_forces(machine, float(omega), float(omega) if Omega is None else Omega) @ along
         for bearing, values in result.items():
-            values.append(-force[2 * (nodes[bearing] - 1)])
+            values.append(-force[2 * (nodes[bearing] - 1) + AXES.index(axis)])
     return {bearing: np.array(values) for bearing, values in result.items()}
+
+
+def directional_stiffness(machine: Machine, omegas: Array) -> dict[str, dict[str, Complex]]:
+    """Return the `parallel_stiffness` of synchronous motion by direction: " along x" and " along y", or "" if equal."""
+    x, y = (parallel_stiffness(machine, omegas, axis=axis) for axis in AXES)
+    size = max(float(np.abs(k).max()) for k in x.values())
+    if all(np.allclose(x[bearing], y[bearing], rtol=0.0, atol=ALIKE * size) for bearing in x):
+        return {"": x}
+    return {" along x": x, " along y": y}

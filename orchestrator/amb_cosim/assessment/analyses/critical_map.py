@@ -7,7 +7,7 @@ import numpy as np
 from amb_cosim.assessment.critical_speeds import critical_speeds
 from amb_cosim.assessment.findings import AnalysisResult, Quantity, ResultTable
 from amb_cosim.assessment.subject import Subject, rpm
-from amb_cosim.machine.feedback import parallel_stiffness
+from amb_cosim.machine.feedback import directional_stiffness
 from amb_cosim.reporting.panels import Curve, Panel, curve
 from array_types import Array, Complex
 from rotor_analysis.damping import free_modes
@@ -30,11 +30,12 @@ def answer(subject: Subject) -> AnalysisResult:
         lines[: len(speeds), k] = speeds
     highest = 1.5 * subject.file.speed.tripping
     swept = np.linspace(0.02, 1.0, POINTS) * highest
-    dynamic = parallel_stiffness(subject, swept)
-    crossings = bearing_critical_speeds(subject, swept, {name: k.real for name, k in dynamic.items()})
+    directions = directional_stiffness(subject, swept)
+    dynamic = {f"{name}{direction}": k for direction, of in directions.items() for name, k in of.items()}
     measured = tuple(
-        Quantity("undamped_critical_speed", f"number {number}", float(rpm(Omega)), "1/min")
-        for number, Omega in crossings
+        Quantity("undamped_critical_speed", f"number {number}{direction}", float(rpm(Omega)), "1/min")
+        for direction, of in directions.items()
+        for number, Omega in bearing_critical_speeds(subject, swept, {name: k.real for name, k in of.items()})
     )
     rows = tuple(
         (
@@ -53,7 +54,7 @@ def answer(subject: Subject) -> AnalysisResult:
     notes = (
         "Undamped rotor on equal, isotropic supports; forward synchronous whirl. The bearings' stiffness is the real "
         "part of force over displacement (controller, hold, delay, amplifier and magnet) for parallel motion of the "
-        "rotor; negative values are not on the map.",
+        "rotor, of either axis if they differ; negative values are not on the map.",
     )
     return AnalysisResult(measured, (_panel(subject, stiffnesses, lines, swept, dynamic),), (table,), notes)
 

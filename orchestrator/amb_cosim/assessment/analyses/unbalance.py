@@ -15,7 +15,7 @@ from rotor_analysis.response import orbit
 
 TITLE = "Unbalance response, amplification and separation margins"
 FACTOR = 2.0  # times the residual unbalance U_r
-LARGEST_SCALE = 6.0  # S_cc
+LEAST_SCALE, LARGEST_SCALE = 1.0, 6.0  # S_cc
 
 
 def answer(subject: Subject) -> AnalysisResult:
@@ -23,8 +23,8 @@ def answer(subject: Subject) -> AnalysisResult:
     cases = unbalance_cases(subject)
     whole = FACTOR * subject.residual_unbalance()
     loads = [case.of(whole) for case in cases]
-    probes = tuple(subject.probes.values())
-    speeds, response = refined_response(subject, response_speeds(subject), loads, probes, real_coefficients(subject))
+    nodes = tuple({*subject.probes.values(), *(node for node, _ in subject.clearances.values())})
+    speeds, response = refined_response(subject, response_speeds(subject), loads, nodes, real_coefficients(subject))
     amplitudes = orbit(response)[0]
     speed = subject.file.speed
     operating = (speeds >= speed.lowest) & (speeds <= speed.tripping)
@@ -42,10 +42,10 @@ def answer(subject: Subject) -> AnalysisResult:
         where = max(at_probes, key=lambda name: float(at_probes[name][operating].max()))
         measured.append(Quantity("probe_displacement", f"{where}, {case.name}", largest, "um"))
         limit = min(25.4, 25.4 * np.sqrt(12000.0 / rpm(speed.highest)))
-        scale = min(LARGEST_SCALE, limit / largest)
+        scale = min(max(LEAST_SCALE, limit / largest), LARGEST_SCALE)
         for site, (node, clearance) in subject.clearances.items():
             share = 100.0 * scale * float(amplitudes[passed, k, node - 1].max()) / clearance
-            note = f"scaled by {scale:.3g}"
+            note = f"scaled by {scale:.3g}" + (f", not by {limit / largest:.3g}" if limit < largest else "")
             measured.append(Quantity("clearance_share", f"{site}, {case.name}", share, "%", {"S_cc": scale}, note))
         panels.append(_panel(subject, case, speeds, at_probes))
     heads = ("case", "probe", "critical speed (1/min)", "amplification", "margin (%)")
@@ -55,7 +55,9 @@ def answer(subject: Subject) -> AnalysisResult:
     notes = (
         f"Unbalance: {FACTOR:g} U_r = {1e6 * whole:.4g} g mm in all, U_r = 6350 m/N g mm with the total mass m in kg; "
         f"each lobe of a mode's shape has its share by mass, at its antinode. Speeds up to 1.5 times the largest.",
-        "Displacements are peak to peak, along the major axis of the orbit.",
+        "Displacements are peak to peak, along the major axis of the orbit. Shares of clearances are scaled by S_cc = "
+        "A_vl/A_max, probe limit over largest displacement at the probes in operation, from 1 to 6. The published text "
+        "gives the 6 alone; the scale stands for vibration that rises to the limit, so it never makes a share smaller.",
     )
     return AnalysisResult(
         tuple(measured), tuple(panels), (ResultTable("Critical speeds", heads, tuple(rows)), placed), notes
