@@ -70,6 +70,28 @@ def test_an_infinite_value_is_a_warning_with_name_and_time(run):
 
 
 @pytest.mark.parametrize("loop", ["compiled", "plain"])
+def test_a_value_between_records_is_watched_where_it_feeds_others(hostile, tmp_path, loop):
+    """The sixth of ten steps gives no number, once; only each tenth is recorded, and the sum has it no more."""
+    connect = '[[connect]]\nfrom = "one"\nto = "two"\nvariables = { "y" = "u" }\n'
+    text = system_text(dict.fromkeys(("one", "two"), hostile.fmu(2)), more=connect)
+    path = tmp_path / "system.toml"
+    path.write_text(text.replace('["*"]', '["two.y"]\nrecord.every = 10'), encoding="utf-8")
+    for deed in ("nan", "inf", "nothing"):
+        hostile.will(deed, 10, "DoStep")
+        result = amb_cosim.simulate(path, loop=loop)
+        assert result.dataset["two.y"].values.tolist() == pytest.approx([0.0, 0.01])
+        if deed == "nan":
+            assert result.outcome.component == "one"
+            assert_names(result.outcome.failure, "one.y", "nan", "0.006 s")
+        else:
+            sentences = [warned.sentence for warned in warnings_of(result.dataset)]
+            assert result.outcome.status == "completed"
+            assert len(sentences) == (deed == "inf")
+            for sentence in sentences:
+                assert_names(sentence, "one.y", "inf", "0.006 s")
+
+
+@pytest.mark.parametrize("loop", ["compiled", "plain"])
 def test_a_discarded_step_says_how_far_it_came(run, loop):
     outcome = run("discard", loop=loop).outcome
     assert (outcome.status, outcome.time) == ("failed", 0.005)

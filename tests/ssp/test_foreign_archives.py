@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from lxml.etree import fromstring
 
 import amb_cosim
 from amb_cosim.commands.cli import main
@@ -196,10 +197,10 @@ def test_units_go_with_the_value():
     assert read_parameters(root, "set") == {"gap": [("0.6", "mm")], "law": ["newton"], "n": [3], "on": [False]}
 
 
-def test_text_is_no_value_of_a_parameter():
-    parameters = '<ssv:Parameter name="file"><ssv:String value="a.txt"/></ssv:Parameter>'
-    root = parse(SET.format(namespaces=NAMESPACES, parameters=parameters).encode(), PARAMETERS, "set")
-    with raises_naming(ValueError, "file", "String", "Real, Float64"):
+def test_a_value_of_another_type_is_refused():
+    parameters = '<ssv:Parameter name="n"><ssv:Integer value=" 3x"/></ssv:Parameter>'
+    root = fromstring(SET.format(namespaces=NAMESPACES, parameters=parameters).encode())
+    with raises_naming(ValueError, "n", "' 3x'", "Integer", "Real, Float64"):
         read_parameters(root, "set")
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from contextlib import suppress
-from ctypes import byref, c_double, c_int
+from ctypes import byref, c_char_p, c_double, c_int, c_uint
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 
 from amb_cosim.cosim.fmu.bindings import DISCARD, Binding, Log, address, check_status, reached_text
 from amb_cosim.cosim.fmu.exchange import Group, Kind, Transfer
-from amb_cosim.cosim.fmu.fmu_interface import FmuInterface, Port
+from amb_cosim.cosim.fmu.fmu_interface import FmuInterface, Port, TextVariable
 from array_types import Array
 
 _logs: dict[str | int | None, Log] = {}  # of each instance, by its name and by what its logger gets as environment
@@ -96,6 +96,11 @@ class Binding2(Binding):
             with suppress(Exception):
                 result.append(reached_text(self.fmu.getRealStatus(fmi2LastSuccessfulTime)))
         return result
+
+    def send_text(self, variable: TextVariable, value: str | bytes) -> None:
+        """Set a String variable; FMI 2.0 has no Binary."""
+        content = value.encode() if isinstance(value, str) else value
+        self.call("SetString", (c_uint * 1)(variable.reference), 1, (c_char_p * 1)(content))
 
     def kind_of(self, port: Port) -> str:
         """Return the variable type in the names of the functions that set and get it."""

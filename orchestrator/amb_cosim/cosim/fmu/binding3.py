@@ -7,10 +7,12 @@ The compiled loop calls functions of FMI 2.0. Functions of `binding3.c` have the
 from __future__ import annotations
 
 from ctypes import (
+    POINTER,
     Structure,
     addressof,
     byref,
     c_bool,
+    c_char_p,
     c_double,
     c_float,
     c_int8,
@@ -19,6 +21,7 @@ from ctypes import (
     c_int64,
     c_size_t,
     c_ssize_t,
+    c_uint,
     c_uint8,
     c_uint16,
     c_uint32,
@@ -38,7 +41,7 @@ from numpy.typing import NDArray
 from amb_cosim.cosim.basics.loop_library import load_library
 from amb_cosim.cosim.fmu.bindings import DISCARD, ERROR, Binding, Log, address, reached_text
 from amb_cosim.cosim.fmu.exchange import Group, Kind, Transfer
-from amb_cosim.cosim.fmu.fmu_interface import FmuInterface, Port
+from amb_cosim.cosim.fmu.fmu_interface import FmuInterface, Port, TextVariable
 from array_types import Array, Bools
 
 NOTHING, ENDS, EARLY, UNFIT = range(4)  # why a call did not succeed that the FMU itself has not refused
@@ -153,6 +156,15 @@ class Binding3(Binding):
             UNFIT: [f"{self._state.number:.17g} does not fit into the integer type of the variable"],
         }[self._state.why]
         return [*said, reached_text(self._state.number)] if status == DISCARD and call == "fmi3DoStep" else said
+
+    def send_text(self, variable: TextVariable, value: str | bytes) -> None:
+        """Set a String or Binary variable."""
+        reference = (c_uint * 1)(variable.reference)
+        if isinstance(value, str):
+            self.call("SetString", reference, 1, (c_char_p * 1)(value.encode()), 1)
+        else:
+            content = cast((c_uint8 * len(value)).from_buffer_copy(value), POINTER(c_uint8))
+            self.call("SetBinary", reference, 1, (c_size_t * 1)(len(value)), (POINTER(c_uint8) * 1)(content), 1)
 
     def kind_of(self, port: Port) -> str:
         """Return the variable type in the names of the functions that set and get it."""

@@ -8,6 +8,7 @@ from typing import Any
 from fmpy.fmi1 import FMICallException
 
 from amb_cosim.cosim.fmu.exchange import Exchanging
+from amb_cosim.cosim.fmu.fmu_interface import TextVariable
 
 STATUS = ("OK", "Warning", "Discard", "Error", "Fatal", "Pending")
 WARNING, DISCARD, ERROR = (STATUS.index(name) for name in ("Warning", "Discard", "Error"))
@@ -67,6 +68,10 @@ class Binding(Exchanging):
 
     def enter(self, start_time: float) -> None:
         """Begin initialisation at `start_time` (s)."""
+        raise NotImplementedError
+
+    def send_text(self, variable: TextVariable, value: str | bytes) -> None:
+        """Set a String or Binary variable."""
         raise NotImplementedError
 
     def step(self, time: float, step_size: float) -> None:

@@ -20,6 +20,7 @@ from amb_cosim.cosim.fmu.exchange import Exchange, Transfer
 from amb_cosim.cosim.fmu.exit_order import release_before_static_destructors
 from amb_cosim.cosim.fmu.fmu_interface import FmuInterface
 from array_types import Array
+from fmi_export.variables import FAULT_CODE
 
 _serial = itertools.count()
 
@@ -41,6 +42,7 @@ class HeldState:
     pointer: c_void_p
 
 
+StartValues = Mapping[str, float | str | bytes]
 FmuState = bytes | HeldState  # serialised, for any instance of the same FMU, or held for the one that it is of
 
 
@@ -75,7 +77,7 @@ class FmuComponent:
         interface: FmuInterface,
         inputs: Sequence[str],
         outputs: Sequence[str],
-        start: Mapping[str, float],
+        start: StartValues,
         every: int = 1,
     ) -> None:
         self.name = name
@@ -99,7 +101,7 @@ class FmuComponent:
                 raise
             raise FmuError("loading", "Error", [*self._log.said(), str(error)]) from error
 
-    def reset(self, inputs: Sequence[str], outputs: Sequence[str], start: Mapping[str, float], every: int = 1) -> None:
+    def reset(self, inputs: Sequence[str], outputs: Sequence[str], start: StartValues, every: int = 1) -> None:
         """Reset the FMU for another run; the arguments are those of the constructor.
 
         Raises
@@ -123,7 +125,7 @@ class FmuComponent:
         before = len(self._log.messages)
         self._call("ExitInitializationMode")
         self._running = True
-        port = self._interface.ports.get("fault_code")
+        port = self._interface.ports.get(FAULT_CODE) if self._interface.reports_faults else None
         if port is not None and port.causality == "output":
             fault = self._exchange((port.name,))
             self._guard("Get", fault.read, self._binding)
@@ -268,15 +270,19 @@ class FmuComponent:
         assert self._fmu is not None, "it is closed"
         return self._fmu
 
-    def _set_up(self, inputs: Sequence[str], outputs: Sequence[str], start: Mapping[str, float], every: int) -> None:
+    def _set_up(self, inputs: Sequence[str], outputs: Sequence[str], start: StartValues, every: int) -> None:
         """Set the start values of a run, and the variables that it exchanges."""
         self.every = every
-        self._in, self._out, initial = (self._exchange(tuple(names)) for names in (inputs, outputs, start))
+        numbers = {name: value for name, value in start.items() if not isinstance(value, str | bytes)}
+        self._in, self._out, initial = (self._exchange(tuple(names)) for names in (inputs, outputs, numbers))
         self.inputs, self.outputs = self._in.values, self._out.values
-        initial.values[:] = list(start.values())
+        initial.values[:] = list(numbers.values())
         for exchange in (initial, self._in):
-            exchange.fill(start)
+            exchange.fill(numbers)
             exchange.law = None
+        for name, value in start.items():
+            if isinstance(value, str | bytes):
+                self._guard("SetString", self._binding.send_text, self._interface.texts[name], value)
         self._guard("Set", initial.write, self._binding)
 
     def _exchange(self, names: tuple[str, ...]) -> Exchange:

@@ -13,23 +13,24 @@ import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 from xml.etree import ElementTree
 
 import fmpy
 
-from amb_cosim.cosim.fmu.fmu_interface import FmuInterface, Port, UnitDefinition
+from amb_cosim.cosim.fmu.fmu_interface import FmuInterface, Port, TextVariable, UnitDefinition
 from fmi_export.variables import TOOL
 
 _BASE = ("kg", "m", "s", "A", "K", "mol", "cd", "rad", "factor", "offset")
 
-# What a variable is to the master, by its type of FMI 2.0 or 3.0; texts, bytes and clocks are not exchanged.
+# What a variable is to the master, by its type of FMI 2.0 or 3.0; clocks are not known to it.
 _TYPES = {
     **{name: "Real" for name in ("Real", "Float32", "Float64")},
     **{name: "Integer" for name in ("Integer", "Enumeration")},
     **{f"{sign}Int{bits}": "Integer" for sign in ("", "U") for bits in (8, 16, 32, 64)},
     "Boolean": "Boolean",
 }
+_TEXTS: tuple[Literal["String", "Binary"], ...] = ("String", "Binary")
 
 NOTES = f"extra/{TOOL}/variables.json"  # as description3.py has it, whose import loads a compiler
 
@@ -117,7 +118,17 @@ def _interface(description: Any, folder: Path, what: str) -> FmuInterface:
         serialises_state=bool(ability.canGetAndSetFMUstate and ability.canSerializeFMUstate),
         states=_states(description) if ability.providesDirectionalDerivative and major == "2" else (),
         fmi=3 if major == "3" else 2,
+        texts={text.name: text for text in _texts(description)},
+        reports_faults=(description.generationTool or "").startswith(f"{TOOL} "),
     )
+
+
+def _texts(description: Any) -> Iterator[TextVariable]:
+    """Return the String and Binary variables, without those of clocks."""
+    for v in description.modelVariables:
+        kind = next((kind for kind in _TEXTS if kind == v.type), None)
+        if kind is not None and not v.clocks:
+            yield TextVariable(v.name, kind, v.causality or "local", int(v.valueReference), math.prod(v.shape or ()))
 
 
 def _states(description: Any) -> tuple[tuple[str, str], ...]:

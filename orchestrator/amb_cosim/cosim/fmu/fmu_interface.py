@@ -74,12 +74,50 @@ class Port:
 
 
 @dataclass(frozen=True)
+class TextVariable:
+    """A String or Binary variable of an FMU; its value is set before initialisation, and not exchanged.
+
+    `size` is the number of elements of an array.
+    """
+
+    name: str
+    type: Literal["String", "Binary"]
+    causality: str
+    reference: int
+    size: int = 1
+
+    def value(self, raw: object, name: str) -> str | bytes:
+        """Return a value as the FMU takes it: a text, or bytes written as hexadecimal digits.
+
+        Raises
+        ------
+        ValueError
+            If it is not one; the message begins with `name`.
+        """
+        if self.size != 1:
+            raise ValueError(f"{name} is an array of type {self.type}, which cannot be set; scalars can")
+        if not isinstance(raw, str):
+            raise ValueError(f"{name} = {raw} is not allowed; it is a {self.type} and must be a text in quotes")
+        if self.type == "String":
+            if "\0" in raw:
+                raise ValueError(f"{name} = {raw!r} is not allowed; a String must have no character of code 0")
+            return raw
+        try:
+            return bytes.fromhex(raw)
+        except ValueError as error:
+            digits = "hexadecimal digits, such as '00 ff'"
+            raise ValueError(f"{name} = {raw!r} is not allowed; it is a Binary and must be {digits}") from error
+
+
+@dataclass(frozen=True)
 class FmuInterface:
     """An FMU's identity and its variables by name, in the order of the modelDescription.
 
     `takes_any_step`: it can handle any communication step; `saves_state`: it can return to an earlier state;
     `serialises_state`: a state can be written. `states` are the names of the continuous states and their time
     derivatives, if an FMU of FMI 2.0 provides directional derivatives and lists them. `fmi` is the version of FMI.
+    `texts` are its String and Binary variables. `reports_faults`: it was made by this project, whose output
+    `fault_code` is 0 without a fault.
     """
 
     identifier: str
@@ -91,6 +129,8 @@ class FmuInterface:
     serialises_state: bool = False
     states: tuple[tuple[str, str], ...] = ()
     fmi: Literal[2, 3] = 2
+    texts: Mapping[str, TextVariable] = field(default_factory=dict)
+    reports_faults: bool = False
 
     def of(self, causality: str) -> tuple[Port, ...]:
         """Return the variables with a causality."""
@@ -125,8 +165,11 @@ class FmuInterface:
         ValueError
             If there is none; the message lists similar names.
         """
+        if name in self.texts:
+            kind = self.texts[name].type
+            raise ValueError(f"{component}.{name} is a {kind}; its value can be set, but not connected or recorded")
         if name not in self.ports:
-            raise ValueError(f"{component} has no variable {name!r}; {suggest(name, self.ports)}")
+            raise ValueError(f"{component} has no variable {name!r}; {suggest(name, [*self.ports, *self.texts])}")
         return self.ports[name]
 
     def whole(self, port: Port) -> tuple[Port, ...]:

@@ -18,7 +18,9 @@ def interface_of(model: Model) -> FmuInterface:
     inputs = {v.name for v in variables if v.causality == "input"}
     definitions = {unit: _definition(unit) for unit in {v.unit for v in variables if v.type == "Real"}}
     ports = {v.name: _port(v, k, definitions, inputs) for k, v in enumerate(variables)}
-    return FmuInterface(model.name, "", "", ports, model.variable_step, saves_state=True, serialises_state=True)
+    return FmuInterface(
+        model.name, "", "", ports, model.variable_step, saves_state=True, serialises_state=True, reports_faults=True
+    )
 
 
 def _definition(unit: str) -> UnitDefinition:

@@ -26,7 +26,8 @@ from amb_cosim.cosim.basics.schedules import Changes, Schedule
 from amb_cosim.cosim.fmu.component import EntryPoints
 from amb_cosim.cosim.fmu.exchange import Transfer
 from amb_cosim.cosim.master.master import Master, Observer, Participant
-from amb_cosim.cosim.record.recorder import Recorder
+from amb_cosim.cosim.record.finite_watch import FiniteWatch
+from amb_cosim.cosim.record.recorder import RecordBuffer, Recorder
 from amb_cosim.cosim.system.stopping import StopObserver, Stopped
 from array_types import Array, Bools, Indices
 
@@ -34,6 +35,7 @@ CALLS = ("Set", "DoStep", "Get")
 WARNING = 1  # the highest status with which a call has done its work
 BLOCK_TIME = 0.05  # s; Python is asked about that often
 FIRST = 1024  # steps of the first block, which ends earlier if they are slow
+WATCHED = 4096  # steps of the longest block with watched values
 CLOCK = Clock(BLOCK_TIME)
 
 
@@ -105,6 +107,7 @@ def run(
     stops: StopObserver | None = None,
     program: Structure | None = None,
     stop: int | None = None,
+    watch: FiniteWatch | None = None,
 ) -> None:
     """Advance from communication point `first` to `last` like `Master.run`.
 
@@ -125,6 +128,8 @@ def run(
         Result of `program_of` for this master and these stops, for repeated runs.
     stop
         As for `Master.run`.
+    watch
+        Sees the values of its positions at every point.
 
     Raises
     ------
@@ -141,18 +146,25 @@ def run(
     program = program or program_of(master, stops, recorder.each)
     buffer, row = recorder.buffer(first, last), len(recorder.points)
     retained, judged = structure_of(buffer), structure_of(conditions)
+    watching = None if watch is None or not len(watch.positions) else watch
     begin, size, stopped = first, FIRST, End()
     until = last + 1 if stop is None else stop
     with CLOCK.flag() as pause:
         while begin < until:
             # Point 0 begins a block, because the recorder's clock starts there.
             end = min(begin + size, until, 0 if begin < 0 else until)
+            if watching is not None:
+                end = min(end, begin + WATCHED)
+                watched = _watched(buffer, watching.positions, begin, end)
+                retained = structure_of(watched)
             changes = _merged([schedule.changes(begin, end) for schedule in schedules])
             recorder.see(begin)
             started, pause.value = time.perf_counter(), False
             structures = (byref(structure) for structure in (program, structure_of(changes), retained, judged))
             advance(*structures, *map(c_ssize_t, (row, begin, end, last)), byref(pause), byref(stopped))
             row, reached = stopped.row, stopped.reached
+            if watching is not None:
+                _see(watching, watched, buffer, begin, reached)
             recorder.fill(row, begin, reached)
             recorder.see(reached)
             if stopped.met >= 0:
@@ -166,6 +178,23 @@ def run(
             taken, size = time.perf_counter() - started, reached + 1 - begin
             size = 4 * size if taken < BLOCK_TIME / 4 else max(1, size // 2) if taken > BLOCK_TIME else size
             begin = reached + 1
+
+
+def _watched(buffer: RecordBuffer, positions: Indices, begin: int, end: int) -> RecordBuffer:
+    """Return the buffer of a block of steps, with columns of its own for the positions that are watched."""
+    every = np.concatenate([buffer.steps_positions, positions])
+    table = np.zeros((end - begin, len(every)))
+    return buffer._replace(steps_positions=every, steps_size=len(every), steps_first=begin, steps_table=table)
+
+
+def _see(watch: FiniteWatch, watched: RecordBuffer, buffer: RecordBuffer, begin: int, reached: int) -> None:
+    """Show the steps of a block to a watch, and move those that are recorded to their buffer."""
+    first, n_recorded = max(begin, buffer.first), buffer.steps_size
+    rows = watched.steps_table[first - begin : reached + 1 - begin]
+    if n_recorded and len(rows):
+        at = first - buffer.steps_first
+        buffer.steps_table[at : at + len(rows)] = rows[:, :n_recorded]
+    watch.see(range(first, first + len(rows)), rows[:, n_recorded:])
 
 
 def program_of(master: Master[C], stops: StopObserver | None = None, each: Sequence[int] | Indices = ()) -> Structure:

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from amb_cosim.cosim.fmu.component import FmuComponent, HeldState
+from amb_cosim.cosim.fmu.component import FmuComponent, HeldState, StartValues
 from amb_cosim.cosim.fmu.fmu_interface import FmuInterface
 from amb_cosim.cosim.master.compiled import program_of
 from amb_cosim.cosim.master.master import Master
@@ -52,7 +52,7 @@ class InstancePool:
         interface: FmuInterface,
         inputs: Sequence[str],
         outputs: Sequence[str],
-        start: Mapping[str, float],
+        start: StartValues,
         every: int,
     ) -> FmuComponent:
         """Return a new or reset instance of a component; see `FmuComponent` for arguments and errors."""

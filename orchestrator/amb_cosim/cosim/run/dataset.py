@@ -136,13 +136,20 @@ def to_signals(recording: Recording) -> SignalTable:
         "notices": json.dumps(plan.notices),
         warnings.ATTRIBUTE: warnings.to_json(_warnings(recording, times)),
         "outcome": json.dumps([outcome.status, outcome.time, outcome.component, outcome.reason]),
-        "parameters": json.dumps(plan.all_parameters(recording.interfaces)),
+        "parameters": json.dumps(_parameters(recording)),
         "initial_inputs": json.dumps(dict(plan.inputs)),
         "fmu_guids": json.dumps({c: interface.guid for c, interface in recording.interfaces.items()}),
         "versions": json.dumps(_versions()),
         "git_revision": git_revision() or "",
     }
     return SignalTable(variables, {"time": time} | step_times(recording), attributes)
+
+
+def _parameters(recording: Recording) -> dict[str, dict[str, Any]]:
+    """Return the parameters of every component: numbers, and set texts."""
+    texts = recording.plan.all_texts()
+    numbers = recording.plan.all_parameters(recording.interfaces)
+    return {component: values | texts.get(component, {}) for component, values in numbers.items()}
 
 
 def steps_of(recording: Recording) -> dict[str, Array]:

@@ -16,6 +16,7 @@ from amb_cosim.cosim.master import compiled
 from amb_cosim.cosim.master.instances import InstancePool
 from amb_cosim.cosim.master.master import Master, Observer
 from amb_cosim.cosim.master.settling import CannotSettle, settle
+from amb_cosim.cosim.record.finite_watch import FiniteWatch
 from amb_cosim.cosim.record.recorder import Recorder
 from amb_cosim.cosim.run.checkpoint import Checkpoint
 from amb_cosim.cosim.run.state_fingerprint import name_of, state_fingerprint
@@ -78,7 +79,7 @@ class Simulator:
                 assembly.interfaces[c.name],
                 self.layout.inputs[c.name],
                 self.layout.outputs[c.name],
-                plan.parameters[c.name],
+                {**plan.parameters[c.name], **plan.texts.get(c.name, {})},
                 c.every,
             )
             for c in plan.system.components
@@ -91,6 +92,15 @@ class Simulator:
         self.master = Master(self.components, wiring, plan.step_size, coupling, values=values)
         recorded, each = ([self._at[name] for name in names] for names in (plan.recorded, plan.recorded_each))
         self.recorder = Recorder(recorded, plan.record_from, plan.record_every, each)
+        self.watch = FiniteWatch(
+            {
+                place: wiring.names[place]
+                for component, slot in zip(self.components, self.master.slots, strict=True)
+                for place in range(slot.start, slot.stop)
+                if component.name in assembly.from_elsewhere
+            },
+            plan.record_from,
+        )
         self.schedules = plan.schedules(wiring.names)
         self._stops = StopObserver(plan.stops, [self._at[condition.signal] for condition in plan.stops])
         self.master.exogenous[:] = list(plan.inputs.values())
@@ -142,9 +152,9 @@ class Simulator:
         """
         values = self.master, first, self.plan.last, self.schedules
         if self._is_compiled:
-            compiled.run(*values, self.recorder, observers, self._stops, self.program(), stop)
+            compiled.run(*values, self.recorder, observers, self._stops, self.program(), stop, self.watch)
         else:
-            self.master.run(*values[1:], [self.recorder, self._stops, *observers], stop)
+            self.master.run(*values[1:], [self.recorder, self.watch, self._stops, *observers], stop)
 
     def program(self) -> Structure:
         """Return the data of the master for the compiled loop."""

@@ -7,14 +7,12 @@ import time
 from contextlib import ExitStack
 from dataclasses import replace
 
-import numpy as np
-
 from amb_cosim.cosim.basics.errors import StepFailed
 from amb_cosim.cosim.basics.interruption import Interruption, deferred
 from amb_cosim.cosim.master.instances import InstancePool
 from amb_cosim.cosim.master.master import Observer
 from amb_cosim.cosim.master.settling import CannotSettle
-from amb_cosim.cosim.record.recorder import Recorder
+from amb_cosim.cosim.record.finite_watch import FiniteWatch
 from amb_cosim.cosim.run.checkpoint import Checkpoint
 from amb_cosim.cosim.run.isolation import run_isolated
 from amb_cosim.cosim.run.options import DEFAULTS, Progress, RunOptions
@@ -93,26 +91,29 @@ def _run(simulator: Simulator, interruption: Interruption, options: RunOptions) 
         outcome = Outcome("interrupted", recorder.reached * plan.step_size)
     assembly = simulator.assembly
     warnings = {component.name: component.warnings for component in simulator.components}
-    nan = _first_nan(assembly, plan, recorder, warnings)
+    nan = _first_nan(simulator, warnings)
     outcome = outcome if nan is None or outcome.failure else nan
     return Recording(plan, assembly.interfaces, recorder, outcome, assembly.flavour, warnings, checkpoints)
 
 
-def _first_nan(assembly: Assembly, plan: Plan, recorder: Recorder, warnings: dict[str, list[str]]) -> Outcome | None:
-    """Return the failure of the first foreign FMU with a recorded NaN; infinite outputs are warnings."""
+def _first_nan(simulator: Simulator, warnings: dict[str, list[str]]) -> Outcome | None:
+    """Return the failure of the first foreign FMU whose output is NaN; infinite outputs are warnings.
+
+    Outputs that are recorded or connected are watched; before a checkpoint from which the run began, recorded ones.
+    """
+    plan, recorder, foreign = simulator.plan, simulator.recorder, simulator.assembly.from_elsewhere
+    watch = FiniteWatch(dict(enumerate(plan.recorded)), plan.record_from)
+    watch.see(recorder.points, recorder.table)
+    watch.add(simulator.watch)
     failures = []
-    for name, samples in zip(plan.recorded, recorder.table.T, strict=True):
-        component = plan.system.divide(name)[0]
-        if component not in assembly.from_elsewhere or np.isfinite(samples).all():
-            continue
-        row = int(np.argmin(np.isfinite(samples)))
-        time = recorder.points[row] * plan.step_size
-        if np.isnan(samples).any():
-            failures.append(
-                Outcome("failed", time, component, f"{name} = {samples[row]:g}, which is not a finite number")
-            )
-        else:
-            warnings[component].append(f"{name} = {samples[row]:g} at t = {time:.9g} s, which is not a finite number")
+    for found in (watch.nan, watch.infinite):
+        for name, (point, value) in found.items():
+            component, time = plan.system.divide(name)[0], point * plan.step_size
+            if component in foreign and found is watch.nan:
+                said = f"{name} = {value:g}, which is not a finite number"
+                failures.append(Outcome("failed", time, component, said))
+            elif component in foreign and name not in watch.nan:
+                warnings[component].append(f"{name} = {value:g} at t = {time:.9g} s, which is not a finite number")
     return min(failures, key=lambda outcome: outcome.time, default=None)
 
 

@@ -19,6 +19,7 @@ def state_fingerprint(assembly: Assembly, plan: Plan, n: int) -> dict[str, Any]:
     return {
         "fmus": {c: fmus[c].folder.name if c in assembly.from_elsewhere else interfaces[c].guid for c in fmus},
         "parameters": plan.all_parameters(interfaces),
+        **({"texts": plan.all_texts()} if plan.texts else {}),
         "connections": {link.target: link.text for link in plan.system.connections},
         "signals": {signal.name: [*signal.targets, *_laws(signal)] for signal in plan.system.signals},
         "every": {c.name: c.every for c in plan.system.components},

@@ -179,7 +179,8 @@ class FlatSystem:
 
     def _exists(self, node: Node) -> bool:
         if node.kind == "component":
-            return bool(self.interfaces[node.place].elements(node.name))
+            interface = self.interfaces[node.place]
+            return bool(interface.elements(node.name)) or node.name in interface.texts
         return node in self.hierarchy.connectors
 
     def _spread(
@@ -232,6 +233,16 @@ class FlatSystem:
     ) -> None:
         """Set a variable of a component, or the elements of an array."""
         values = self._selected(values, selected, node.text)
+        text = self.interfaces[node.place].texts.get(node.name)
+        if text is not None:
+            if len(values) != 1:
+                said = f"{len(values)} values for {node.text}, which is a {text.type}"
+                raise ValueError(f"{self.what}: a parameter set has {said}")
+            if text.causality == "input":
+                inputs[node.text] = values[0]
+            else:
+                parameters[node.place][text.name] = values[0]
+            return
         ports = self.interfaces[node.place].elements(node.name, indices)
         if len(ports) != len(values):
             raise ValueError(

@@ -18,6 +18,8 @@ READERS: dict[str, Callable[[str], Raw]] = {
     **dict.fromkeys(("Integer", *INTEGERS), int),
     "Boolean": {"true": True, "1": True, "false": False, "0": False}.__getitem__,
     "Enumeration": str,
+    "String": str,
+    "Binary": str,  # hexadecimal digits
 }
 
 
@@ -99,7 +101,8 @@ def read_parameters(root: Any, what: str) -> dict[str, list[ParameterValue]]:
         name, element = parameter.get("name"), parameter[0]
         kind = etree.QName(element).localname
         try:
-            result[name] = [_value(kind, text.strip(), element.get("unit")) for text in texts_of(element)]
+            texts = texts_of(element) if kind == "String" else [text.strip() for text in texts_of(element)]
+            result[name] = [_value(kind, text, element.get("unit")) for text in texts]
         except (KeyError, ValueError) as error:
             said = f"= {element.get('value')!r} is no value" if kind in READERS else "is"
             allowed = ", ".join(READERS)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
-from amb_cosim.cosim.fmu.fmu_interface import FmuInterface, Port
+from amb_cosim.cosim.fmu.fmu_interface import FmuInterface, Port, TextVariable
 from amb_cosim.cosim.system.system import UNCHANGED, Signal, System
 from amb_cosim.cosim.system.values import Raw, convert, is_zero
 from amb_files.suggestions import suggest
@@ -24,6 +24,8 @@ class Assignments:
         Values of parameters by component and name.
     inputs
         Values of signals and of other inputs, by name.
+    texts
+        Values of String and Binary variables by component and name.
     dropped
         Names whose values `set_or_drop` dropped.
     """
@@ -32,12 +34,14 @@ class Assignments:
         self.system, self.interfaces = system, interfaces
         self.parameters: dict[str, dict[str, float]] = {c.name: {} for c in system.components}
         self.inputs: dict[str, float] = {}
+        self.texts: dict[str, dict[str, str | bytes]] = {}
         self.dropped: list[str] = []
 
     def copy(self) -> Assignments:
         """Return a copy of the values, for additions."""
         other = Assignments(self.system, self.interfaces)
         other.parameters = {component: dict(values) for component, values in self.parameters.items()}
+        other.texts = {component: dict(values) for component, values in self.texts.items()}
         other.inputs, other.dropped = dict(self.inputs), list(self.dropped)
         return other
 
@@ -55,6 +59,11 @@ class Assignments:
             If nothing has this name or may be set here, or the value is not allowed.
         """
         names = self.matching(name)
+        component, variable = self.system.divide(name)
+        text = self._text(component, variable)
+        if text is not None and only in (None, text.causality):
+            self.texts.setdefault(component, {})[variable] = text.value(raw, name)
+            return names
         for matching in names:
             target, value = self.read(matching, raw, only)
             component, variable = self.system.divide(target)
@@ -96,6 +105,8 @@ class Assignments:
     def lacks(self, name: str, only: str | None = None) -> bool:
         """Return whether a replacing component has nothing that `name` matches; see `set` for `only`."""
         component, pattern = self.system.divide(name)
+        if self._text(component, pattern) is not None:
+            return False
         return component in self.system.replaced and not matching_names(self._settable_names(component, only), pattern)
 
     def missing(self, name: str) -> str:
@@ -106,7 +117,9 @@ class Assignments:
 
     def _settable_names(self, component: str, only: str | None = None) -> list[str]:
         causalities = ("parameter", "input") if only is None else (only,)
-        return [port.name for port in self.interfaces[component].ports.values() if port.causality in causalities]
+        interface = self.interfaces[component]
+        ports = [port.name for port in interface.ports.values() if port.causality in causalities]
+        return ports + [text.name for text in interface.texts.values() if text.causality in causalities]
 
     def set_defaults_of_signals(self) -> None:
         """Set signals without a value to the start value of an input that they feed."""
@@ -160,6 +173,11 @@ class Assignments:
         component, variable = self._split(name)
         start = self.interfaces[component].port(variable, component).start or 0.0
         return self.parameters[component].get(variable, start)
+
+    def _text(self, component: str, variable: str) -> TextVariable | None:
+        """Return the String or Binary variable that can be set, if there is one with this name."""
+        text = self.interfaces[component].texts.get(variable) if component in self.interfaces else None
+        return text if text is not None and text.causality in ("parameter", "input") else None
 
     def _settable(self, end: str, causalities: tuple[str, ...]) -> Port:
         component, variable = self._split(end)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from amb_cosim.cosim.basics.choices import Coupling, Settling
 from amb_cosim.cosim.basics.schedules import PiecewiseConstant, PiecewiseLinear, Schedule
@@ -103,10 +103,11 @@ class Ramp:
 class Plan:
     """An experiment on the time grid: communication point n is at the time n h.
 
-    `parameters` are the parameters of components, `inputs` the initial values of signals and scheduled inputs by name,
-    `events` their changes as (point, name, value). Quantities of `stops` are recorded. `notices` report what replacing
-    components lack, `partial_events` the events that are therefore incomplete. The motion before point 0 is simulated
-    from point `first`, or solved for with `turn` simulated steps; the angle is the same.
+    `parameters` are the parameters of components, `texts` values of their String and Binary variables, `inputs` the
+    initial values of signals and scheduled inputs by name, `events` their changes as (point, name, value). Quantities
+    of `stops` are recorded. `notices` report what replacing components lack, `partial_events` the events that are
+    therefore incomplete. The motion before point 0 is simulated from point `first`, or solved for with `turn` simulated
+    steps; the angle is the same.
     """
 
     system: System
@@ -126,6 +127,7 @@ class Plan:
     turn: int = 0
     notices: tuple[str, ...] = ()
     partial_events: tuple[tuple[float, str], ...] = ()
+    texts: Mapping[str, Mapping[str, str | bytes]] = field(default_factory=dict)
 
     @property
     def begin(self) -> int:
@@ -137,6 +139,13 @@ class Plan:
         return {
             c: {p.name: self.parameters[c].get(p.name, p.start) for p in interface.of("parameter")}
             for c, interface in interfaces.items()
+        }
+
+    def all_texts(self) -> dict[str, dict[str, str]]:
+        """Return the set String variables of every component, and Binary ones as hexadecimal digits."""
+        return {
+            component: {name: value if isinstance(value, str) else value.hex() for name, value in of_one.items()}
+            for component, of_one in self.texts.items()
         }
 
     def start_values(self) -> dict[str, dict[str, float]]:

@@ -77,6 +77,7 @@ def plan_experiment(experiment: Experiment, values: Assignments) -> Plan:
         turn=math.ceil(in_steps(experiment.turn, h)),
         notices=(*notices(system, interfaces, values.inputs, values.dropped), *unsolved),
         partial_events=partial_events,
+        texts=values.texts,
     )
 
 

@@ -1,0 +1,58 @@
+"""Watches outputs for values that are no finite numbers, at every communication point, recorded or not."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from array_types import Array, Indices
+
+
+class NonFinite(NamedTuple):
+    """A value that is NaN or infinite, and its communication point."""
+
+    point: int
+    value: float
+
+
+class FiniteWatch:
+    """An observer that notes the first NaN and the first infinite value of chosen positions of the value array.
+
+    Parameters
+    ----------
+    names
+        Names of the outputs by position.
+    first
+        Communication point from which they are watched.
+    """
+
+    def __init__(self, names: Mapping[int, str], first: int) -> None:
+        self.positions: Indices = np.array([*names], np.intp)
+        self.first = first
+        self._names = tuple(names.values())
+        self.nan: dict[str, NonFinite] = {}
+        self.infinite: dict[str, NonFinite] = {}
+
+    def add(self, other: FiniteWatch) -> None:
+        """Add what another watch has noted."""
+        for found, noted in ((self.nan, other.nan), (self.infinite, other.infinite)):
+            for name, first in noted.items():
+                found[name] = min(first, found.get(name, first), key=lambda value: value.point)
+
+    def __call__(self, n: int, values: Array) -> None:
+        if n >= self.first:
+            self.see([n], values[self.positions][None, :])
+
+    def see(self, points: Sequence[int] | Indices, rows: Array) -> None:
+        """Look at values of the chosen positions, a row for each point in ascending order."""
+        if np.isfinite(rows).all():
+            return
+        for found, is_found in ((self.nan, np.isnan(rows)), (self.infinite, np.isinf(rows))):
+            for column in np.flatnonzero(is_found.any(axis=0)):
+                row = int(np.argmax(is_found[:, column]))
+                first = NonFinite(int(points[row]), float(rows[row, column]))
+                name = self._names[column]
+                if name not in found or first.point < found[name].point:
+                    found[name] = first

@@ -1,0 +1,144 @@
+"""Variables of other tools' FMUs: texts, bytes, Booleans and Enumerations are set; names have no meaning of ours."""
+
+from __future__ import annotations
+
+import json
+import sys
+import zipfile
+from pathlib import Path
+
+import pytest
+from fmu_systems import system_text
+
+import amb_cosim
+from tests.support.messages import raises_naming
+
+pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="the FMU is compiled for Linux")
+
+SOURCE = Path(__file__).parent / "support" / "texts.c"
+ITEMS = '<Item name="slow" value="1"/><Item name="fast" value="3"/>'
+DESCRIPTIONS = {
+    2: f"""<?xml version="1.0" encoding="UTF-8"?>
+<fmiModelDescription fmiVersion="2.0" modelName="Texts" guid="{{texts}}">
+<CoSimulation modelIdentifier="texts" canHandleVariableCommunicationStepSize="true"/>
+<TypeDefinitions><SimpleType name="Speed"><Enumeration>{ITEMS}</Enumeration></SimpleType></TypeDefinitions>
+<ModelVariables>
+<ScalarVariable name="file" valueReference="0" causality="parameter" variability="fixed"><String start="none"/>
+</ScalarVariable>
+<ScalarVariable name="flag" valueReference="1" causality="parameter" variability="fixed"><Boolean start="false"/>
+</ScalarVariable>
+<ScalarVariable name="choice" valueReference="2" causality="parameter" variability="fixed">
+<Enumeration declaredType="Speed" start="1"/></ScalarVariable>
+<ScalarVariable name="y" valueReference="4" causality="output"><Real/></ScalarVariable>
+<ScalarVariable name="fault_code" valueReference="5" causality="output" variability="discrete"><Integer/>
+</ScalarVariable>
+<ScalarVariable name="said" valueReference="6" causality="output" variability="discrete"><String/></ScalarVariable>
+</ModelVariables>
+<ModelStructure><Outputs><Unknown index="4"/><Unknown index="5"/><Unknown index="6"/></Outputs></ModelStructure>
+</fmiModelDescription>
+""",
+    3: f"""<?xml version="1.0" encoding="UTF-8"?>
+<fmiModelDescription fmiVersion="3.0" modelName="Texts" instantiationToken="{{texts}}">
+<CoSimulation modelIdentifier="texts" canHandleVariableCommunicationStepSize="true"/>
+<TypeDefinitions><EnumerationType name="Speed">{ITEMS}</EnumerationType></TypeDefinitions>
+<ModelVariables>
+<Float64 name="time" valueReference="9" causality="independent" variability="continuous"/>
+<String name="file" valueReference="0" causality="parameter" variability="fixed"><Start value="none"/></String>
+<Boolean name="flag" valueReference="1" causality="parameter" variability="fixed" start="false"/>
+<Enumeration name="choice" valueReference="2" causality="parameter" variability="fixed" declaredType="Speed" start="1"/>
+<Binary name="blob" valueReference="3" causality="parameter" variability="fixed"><Start value="00"/></Binary>
+<String name="lines" valueReference="7" causality="parameter" variability="fixed"><Dimension start="2"/>
+<Start value="a"/><Start value="b"/></String>
+<Float64 name="y" valueReference="4" causality="output"/>
+<Int32 name="fault_code" valueReference="5" causality="output" variability="discrete"/>
+</ModelVariables>
+<ModelStructure><Output valueReference="4"/><Output valueReference="5"/></ModelStructure>
+</fmiModelDescription>
+""",
+}
+
+
+@pytest.fixture
+def run(fmu_from_c, tmp_path):
+    """`run(version, parameters="", **options)`: the data set of the FMU alone."""
+
+    def simulate(version, parameters="", more="", **options):
+        fmu = fmu_from_c(SOURCE, DESCRIPTIONS[version], version)
+        path = tmp_path / "system.toml"
+        text = system_text({"one": str(fmu)}, more=f"{more}[parameters.one]\n{parameters}")
+        path.write_text(text, encoding="utf-8")
+        return amb_cosim.simulate(path, isolated=False, **options).dataset
+
+    return simulate
+
+
+@pytest.mark.parametrize("version", [2, 3])
+def test_string_boolean_and_enumeration_parameters_are_set(run, version):
+    result = run(version, 'file = "table.csv"\nflag = true\nchoice = "fast"')
+    assert result["one.y"].values.tolist() == [len("table.csv") + 100 + 3000] * 11
+    assert json.loads(result.attrs["parameters"])["one"]["file"] == "table.csv"
+    assert run(version)["one.y"].values[-1] == len("none") + 1000
+
+
+@pytest.mark.parametrize("version", [2, 3])
+def test_a_text_is_passed_on_as_it_is(run, version):
+    """Blanks, digits, wildcards and letters that take two bytes in UTF-8."""
+    for text in ("", " a ", "3", "true", "*", "[red]", "Lüfter"):
+        assert run(version, set={"one.file": text})["one.y"].values[-1] == len(text.encode()) + 1000
+
+
+def test_a_binary_parameter_is_written_in_hexadecimal_digits(run):
+    result = run(3, 'blob = "01 ff"')
+    assert result["one.y"].values[-1] == 4 + 1000 + 10000 * 256
+    assert json.loads(result.attrs["parameters"])["one"]["blob"] == "01ff"
+
+
+@pytest.mark.parametrize(
+    ("version", "name", "value", "facts"),
+    [
+        (2, "file", 3, ("one.file", "3", "String", "text")),
+        (2, "file", "a\0b", ("one.file", "String", "code 0")),
+        (3, "blob", "0g", ("one.blob", "'0g'", "hexadecimal")),
+        (3, "lines", "a", ("one.lines", "array", "String")),
+        (2, "flag", "maybe", ("one.flag", "maybe", "true or false")),
+        (2, "choice", "backwards", ("one.choice", "backwards", "1 (slow)")),
+        (2, "fil", "a", ("one", "'fil'", "file")),
+    ],
+)
+def test_what_is_no_value_of_its_type_is_refused(run, version, name, value, facts):
+    with raises_naming(ValueError, *facts):
+        run(version, set={f"one.{name}": value})
+
+
+def test_a_connection_of_a_string_says_that_it_is_one(run):
+    connect = '[[connect]]\nfrom = "one"\nto = "one"\nvariables = { "y" = "file" }\n'
+    with raises_naming(ValueError, "one.file", "String", "connected"):
+        run(2, more=connect)
+
+
+@pytest.mark.parametrize("version", [2, 3])
+def test_an_output_called_fault_code_is_an_output_like_others(run, version):
+    """The FMU gives 1 there, as it would for a fault of an FMU of this project."""
+    assert set(run(version)["one.fault_code"].values) == {1}
+
+
+def test_strings_and_bytes_of_an_archive_are_set(fmu_from_c, tmp_path):
+    fmu = fmu_from_c(SOURCE, DESCRIPTIONS[3], 3)
+    names = " ".join(
+        f'xmlns:{prefix}="http://ssp-standard.org/SSP1/SystemStructure{name}"'
+        for prefix, name in (("ssd", "Description"), ("ssc", "Common"), ("ssv", "ParameterValues"))
+    )
+    values = """<ssv:Parameter name="one.file"><ssv:String value=" a b "/></ssv:Parameter>
+<ssv:Parameter name="one.blob"><ssv:Binary value="0102"/></ssv:Parameter>
+<ssv:Parameter name="one.flag"><ssv:Boolean value="true"/></ssv:Parameter>
+<ssv:Parameter name="one.choice"><ssv:Enumeration value="fast"/></ssv:Parameter>"""
+    text = f"""<ssd:SystemStructureDescription {names} version="1.0" name="s"><ssd:System name="root">
+<ssd:ParameterBindings><ssd:ParameterBinding><ssd:ParameterValues><ssv:ParameterSet version="1.0" name="p">
+<ssv:Parameters>{values}</ssv:Parameters></ssv:ParameterSet></ssd:ParameterValues></ssd:ParameterBinding>
+</ssd:ParameterBindings><ssd:Elements><ssd:Component name="one" source="Texts.fmu"/></ssd:Elements></ssd:System>
+<ssd:DefaultExperiment stopTime="0.01"/></ssd:SystemStructureDescription>"""
+    with zipfile.ZipFile(tmp_path / "texts.ssp", "w") as archive:
+        archive.writestr("SystemStructure.ssd", text)
+        archive.write(fmu, "Texts.fmu")
+    result = amb_cosim.simulate(tmp_path / "texts.ssp", step_size=1e-3, isolated=False).dataset
+    assert result["one.y"].values[-1] == len(" a b ") + 100 + 3000 + 30000
