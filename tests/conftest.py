@@ -85,11 +85,14 @@ def create_once(shared_folder: Path) -> Callable[..., Path]:
 
 @pytest.fixture(scope="session")
 def fmu_from_c(create_once: Callable[..., Path]) -> Callable[..., Path]:
-    """`fmu_from_c(source, description, version=2)`: path of the FMU of a file of C, compiled once per test run."""
+    """`fmu_from_c(source, description, version=2)`: path of the FMU of a file of C, compiled once per test run.
+
+    Those of one file with other descriptions have a `name` each.
+    """
     from c_fmus import compile_fmu
 
-    def compile_once(source: Path, description: str, version: int = 2) -> Path:
-        name = f"{source.stem}-fmi{version}"
+    def compile_once(source: Path, description: str, version: int = 2, name: str = "") -> Path:
+        name = f"{name or source.stem}-fmi{version}"
         folder = create_once(name, lambda folder: compile_fmu(folder, source, description, version))
         return folder / f"{source.stem.capitalize()}.fmu"
 

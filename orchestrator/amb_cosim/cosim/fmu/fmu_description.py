@@ -90,6 +90,7 @@ def _interface(description: Any, folder: Path, what: str) -> FmuInterface:
         for unit in description.unitDefinitions
         if unit.baseUnit is not None
     }
+    units = {unit.name: _with_display_units(unit, definitions) for unit in description.unitDefinitions}
     notes = _notes(folder)
     taken = [v for v in description.modelVariables if v.type in _TYPES and not v.clocks and not _is_time(v, major)]
     names = {v.name: _names(v, notes.get(v.name, _Notes())) for v in taken}
@@ -105,7 +106,9 @@ def _interface(description: Any, folder: Path, what: str) -> FmuInterface:
     ports = {
         port.name: port
         for v in taken
-        for port in _ports(v, names[v.name], definitions, depends_on.get(v.name, ()), notes.get(v.name, _Notes()))
+        for port in _ports(
+            v, names[v.name], definitions, units, depends_on.get(v.name, ()), notes.get(v.name, _Notes())
+        )
     }
     ability = description.coSimulation
     return FmuInterface(
@@ -121,6 +124,20 @@ def _interface(description: Any, folder: Path, what: str) -> FmuInterface:
         texts={text.name: text for text in _texts(description)},
         reports_faults=(description.generationTool or "").startswith(f"{TOOL} "),
     )
+
+
+def _with_display_units(unit: Any, definitions: Mapping[str, UnitDefinition]) -> Mapping[str, UnitDefinition]:
+    """Return the definitions of all units, and of the display units of one: d = f v + o, of which b = F v + O."""
+    shown = {display.name: display for display in unit.displayUnits if display.name not in definitions}
+    if unit.name not in definitions or not shown:
+        return definitions
+    *powers, factor, offset = definitions[unit.name]
+    result = dict(definitions)
+    for name, display in shown.items():
+        f, o = float(display.factor or 1.0), float(display.offset or 0.0)
+        if f and getattr(display, "inverse", None) not in ("true", "1"):
+            result[name] = (*powers, factor / f, offset - factor * o / f)
+    return result
 
 
 def _texts(description: Any) -> Iterator[TextVariable]:
@@ -176,6 +193,7 @@ def _ports(
     variable: Any,
     names: Sequence[tuple[str, str]],
     definitions: Mapping[str, UnitDefinition],
+    units: Mapping[str, Mapping[str, UnitDefinition]],
     depends_on: tuple[str, ...],
     notes: _Notes,
 ) -> Iterator[Port]:
@@ -191,6 +209,7 @@ def _ports(
         reference=int(variable.valueReference),
         unit=unit,
         definition=definitions.get(unit) if unit is not None else None,
+        units=units.get(unit or "", definitions),
         minimum=lowest if variable.min is None else float(variable.min),
         maximum=highest if variable.max is None else float(variable.max),
         start=None if variable.shape else _number(variable.start),

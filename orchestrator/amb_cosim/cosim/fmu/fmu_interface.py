@@ -21,8 +21,9 @@ class Port:
     `type` is Real, Integer or Boolean; `stored` is the FMU's type: the same in FMI 2.0; Float64, Int8, Enumeration, ...
     in FMI 3.0. An array of `size` elements has one value reference and is exchanged as a whole; `element` counts from
     0, and `array` is the array's name with the indices of the element, from 1. `definition` is None if the FMU does not
-    define the unit. `depends_on` of an output lists the inputs that reach it without delay. `warning` is the sentence
-    of an output that is a warning. `items` are the names of the values of an Enumeration, whose type is Integer.
+    define the unit; `units` are all units that it defines, and the display units of this one. `depends_on` of an output
+    lists the inputs that reach it without delay. `warning` is the sentence of an output that is a warning. `items` are
+    the names of the values of an Enumeration, whose type is Integer.
     """
 
     name: str
@@ -43,6 +44,7 @@ class Port:
     element: int = 0
     size: int = 1
     array: tuple[str | int, ...] = ()
+    units: Mapping[str, UnitDefinition] = field(default_factory=dict, compare=False, repr=False)
 
     @property
     def position(self) -> int:

@@ -204,9 +204,11 @@ class FlatSystem:
     def _read(self, node: Node, setting: Setting) -> tuple[list[Raw], Unit | None]:
         """Return values in the unit of a connector, if it has one, and the unit that they then have."""
         target, result, after = self._start_unit(node), [], None
+        ports = self.interfaces[node.place].elements(node.name) if node.kind == "component" else ()
+        declared = ports[0].units if ports else {}
         for value in setting.values:
             number: Raw = float(value[0]) if isinstance(value, tuple) else value
-            unit = unit_of(value[1], setting.units) if isinstance(value, tuple) else None
+            unit = unit_of(value[1], setting.units, declared) if isinstance(value, tuple) else None
             after = target or (unit if setting.law is None and not setting.suppresses_units else None)
             if unit is not None and target is not None and not setting.suppresses_units:
                 law = conversion(unit, target)

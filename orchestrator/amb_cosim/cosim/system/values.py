@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 import re
 
-from amb_cosim.cosim.fmu.fmu_interface import Port
-from fmi_export.building.units import to_unit
+from amb_cosim.cosim.fmu.fmu_interface import Port, UnitDefinition
+from fmi_export.building.units import COMMON, SI, parse_unit, to_unit
 
 Raw = bool | int | float | str
 RPM = 30.0 / math.pi  # 1/min of a rad/s
 
+_QUANTITY = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*\S)\s*")
 _BOOLEANS = {"true": 1.0, "false": 0.0, "1": 1.0, "0": 0.0}
 
 
@@ -44,7 +45,7 @@ def convert(raw: Raw, port: Port, name: str) -> float:
         if raw.strip() not in port.items:
             raise ValueError(f"{name} = {raw} is not allowed; it must be {port.allowed()}")
         return float(port.items[raw.strip()])
-    value = quantity(raw, port.unit or "1", name)
+    value = _in_unit_of(port, raw, name)
     within = value in port.items.values() if port.items else port.minimum <= value <= port.maximum
     if port.type == "Integer" and not port.items and value != math.floor(value if math.isfinite(value) else 0.5):
         raise ValueError(f"{name} = {raw} is not allowed; it must be a whole number {_bounds(port)}".rstrip())
@@ -52,6 +53,52 @@ def convert(raw: Raw, port: Port, name: str) -> float:
         values = f" ({raw})" if isinstance(raw, str) and not _is_number(raw) else ""
         raise ValueError(f"{name} = {value:.9g}{port.display_unit}{values} is not allowed; it must be {port.allowed()}")
     return value
+
+
+def _in_unit_of(port: Port, raw: Raw, name: str) -> float:
+    """Convert `raw` to a number in the unit of a variable; units that its FMU declares mean what it declares.
+
+    With the FMU's definitions of both units, b = F v + O in the same base units, the number is (F v + O - O') / F'.
+    """
+    own, match = port.unit or "1", _QUANTITY.fullmatch(raw) if isinstance(raw, str) else None
+    if match is None or match[2] == own or (match[2], own) in COMMON:
+        return quantity(raw, own, name)
+    number, unit = float(match[1]), match[2]
+    given, declared = port.units.get(unit), port.definition
+    if given is not None and declared is not None and given[:-2] == declared[:-2] and declared[-2]:
+        return (given[-2] * number + given[-1] - declared[-1]) / declared[-2]
+    if _is_standard(port):
+        return quantity(raw, own, name)
+    if len(own) > 2 and unit == f"{own}s":
+        return number
+    try:
+        if declared is None or not declared[-2]:
+            raise ValueError(f"{own} has no definition")
+        return (quantity(raw, _base(declared), name) - declared[-1]) / declared[-2]
+    except ValueError as error:
+        units = ", ".join(dict.fromkeys([own, *port.units]))
+        raise ValueError(
+            f"{name} = {raw!r} is not allowed; it must be a number in {own}; the FMU declares the units {units}"
+        ) from error
+
+
+def _is_standard(port: Port) -> bool:
+    """Return whether the unit of a variable means without its FMU what the FMU declares, if it does."""
+    try:
+        if port.definition is None:
+            parse_unit(port.unit or "1")
+            return True
+        zero, one = (to_unit(f"{value} {port.unit}", _base(port.definition), "unit") for value in (0, 1))
+    except ValueError:
+        return False
+    factor, offset = port.definition[-2:]
+    pairs = (zero, offset), (one, factor + offset)
+    return all(math.isclose(a, b, rel_tol=1e-6, abs_tol=1e-9 * abs(factor)) for a, b in pairs)
+
+
+def _base(definition: UnitDefinition) -> str:
+    """Return the product of base units of a definition."""
+    return ".".join(f"{unit}{power:g}" for unit, power in zip(SI, definition, strict=False) if power) or "1"
 
 
 def is_zero(raw: Raw) -> bool:

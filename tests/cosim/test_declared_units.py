@@ -1,0 +1,94 @@
+"""Units that an FMU declares are units, whatever they are called; values may be in any of them."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import pytest
+from fmu_systems import system_text
+
+import amb_cosim
+from amb_cosim.cosim.fmu.fmu_description import read_interface
+from amb_cosim.cosim.system.values import convert
+from tests.support.messages import raises_naming
+
+DESCRIPTION = """<?xml version="1.0" encoding="UTF-8"?>
+<fmiModelDescription fmiVersion="2.0" modelName="Units" guid="{{units}}"><CoSimulation modelIdentifier="gain"/>
+<UnitDefinitions>{units}</UnitDefinitions>
+<ModelVariables>
+<ScalarVariable name="u" valueReference="0" causality="input"><Real start="1" unit="{unit}"/></ScalarVariable>
+<ScalarVariable name="y" valueReference="1" causality="output"><Real unit="{unit}"/></ScalarVariable>
+</ModelVariables>
+<ModelStructure><Outputs><Unknown index="2"/></Outputs></ModelStructure></fmiModelDescription>"""
+UNITS = """<Unit name="count"/><Unit name="bit"/><Unit name="tick"/><Unit name="LSB"/>
+<Unit name="furlong2"><BaseUnit m="1" factor="200"/></Unit>
+<Unit name="stick"><BaseUnit m="1" factor="2"/><DisplayUnit name="half stick" factor="2"/></Unit>
+<Unit name="mil"><BaseUnit rad="1" factor="0.001"/></Unit>
+<Unit name="rad"><BaseUnit rad="1"/><DisplayUnit name="gon" factor="63.66197723675814"/></Unit>
+<Unit name="rad/s"><BaseUnit rad="1" s="-1"/></Unit>
+<Unit name="m"><BaseUnit m="1"/></Unit>
+<Unit name="warm"><BaseUnit K="1" factor="2" offset="300"/></Unit>
+<Unit name="K"><BaseUnit K="1"/><DisplayUnit name="degC" offset="-273.15"/></Unit>"""
+
+
+@pytest.fixture
+def port_in(tmp_path):
+    """`port_in(unit)`: the input of an FMU in that unit."""
+
+    def read(unit):
+        text = DESCRIPTION.format(units=UNITS, unit=unit)
+        (tmp_path / "modelDescription.xml").write_text(text, encoding="utf-8")
+        return read_interface(tmp_path, "one").ports["u"]
+
+    return read
+
+
+@pytest.mark.parametrize(
+    ("unit", "value", "expected"),
+    [
+        ("count", "3 count", 3.0),
+        ("count", "3 counts", 3.0),
+        ("bit", "8 bit", 8.0),
+        ("tick", "5 ticks", 5.0),
+        ("tick", 5, 5.0),
+        ("LSB", "2 LSB", 2.0),
+        ("stick", "3 half stick", 1.5),
+        ("stick", "1 furlong2", 100.0),
+        ("stick", "8 m", 4.0),
+        ("furlong2", "1 km", 5.0),
+        ("m", "3 stick", 6.0),
+        ("mil", "2 mil", 2.0),
+        ("mil", "1 deg", 17.453292519943295),
+        ("mil", "1 mm", None),
+        ("rad", "2 mil", 0.002),
+        ("rad", "100 gon", 1.5707963267948966),
+        ("rad/s", "60 rpm", 6.283185307179586),
+        ("warm", "27 degC", 0.075),
+        ("K", "27 degC", 300.15),
+        ("m", "3 ms", None),
+        ("tick", "3 kg", None),
+        ("stick", "3 kg", None),
+        ("warm", "3 stick", None),
+    ],
+)
+def test_a_value_may_be_in_any_unit_that_the_fmu_declares(port_in, unit, value, expected):
+    if expected is None:
+        with raises_naming(ValueError, "one.u", unit, value.split()[1]):
+            convert(value, port_in(unit), "one.u")
+    else:
+        assert convert(value, port_in(unit), "one.u") == pytest.approx(expected, rel=1e-12)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="the FMU is compiled for Linux")
+def test_a_system_of_counts_runs(fmu_from_c, tmp_path):
+    """An FMU that declares the unit count, without a definition, connected with itself; pint issue 543."""
+    source = Path(__file__).parents[1] / "ssp" / "gain.c"
+    text = DESCRIPTION.format(units='<Unit name="count"/>', unit="count")
+    fmu = str(fmu_from_c(source, text, name="counting"))
+    connect = '[[connect]]\nfrom = "adc"\nto = "filter"\nvariables = { y = "u" }\n'
+    path = tmp_path / "counts.toml"
+    path.write_text(system_text({"adc": fmu, "filter": fmu}, more=connect), encoding="utf-8")
+    result = amb_cosim.simulate(path, set={"adc.u": "3 counts"}, isolated=False)
+    assert result.dataset["filter.y"].values[-1] == 3.0
+    assert result.dataset["filter.y"].attrs["units"] == "count"
