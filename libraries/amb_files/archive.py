@@ -85,9 +85,10 @@ def _check(archive: zipfile.ZipFile) -> None:
             raise ValueError(f"{entry.filename} is encrypted, which is not allowed")
         if path.is_absolute() or ".." in path.parts:
             raise ValueError(f"the entry {entry.filename} is not allowed; its path must lie in the archive")
-        first = seen.setdefault(entry.filename, entry)
+        first = seen.setdefault("/".join(path.parts), entry)  # ./x and a//x are x and a/x
         if first is not entry and archive.read(first) != archive.read(entry):
-            raise ValueError(f"there are two entries {entry.filename} that differ, which is not allowed")
+            names = dict.fromkeys((first.filename, entry.filename))
+            raise ValueError(f"there are two entries {' and '.join(names)} that differ, which is not allowed")
 
 
 def _shortened(error: Exception) -> str:

@@ -201,6 +201,11 @@ def test_a_mapping_converts_units_before_its_law(last):
         assert last(root, units=("m", "mm"))["a.y"] == expected
 
 
+def test_units_of_values_may_be_in_brackets_or_a_dash(last):
+    values = {"a.u": '<ssv:Real value="2" unit="[m]"/>', "a.k": '<ssv:Real value="3" unit="-"/>'}
+    assert last(system("root", "", gain("a", "Millimetres"), bindings=bind(values)), units=("m",))["a.y"] == 6000.0
+
+
 def test_mappings_and_sets_can_be_files_and_have_a_prefix(last):
     sets = f'<ssv:ParameterSet {gain_archives.NAMESPACES} version="1.0" name="s"><ssv:Parameters>'
     sets += '<ssv:Parameter name="gain"><ssv:Real value="2"/></ssv:Parameter></ssv:Parameters></ssv:ParameterSet>'

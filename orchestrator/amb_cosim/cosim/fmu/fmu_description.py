@@ -16,9 +16,8 @@ from pathlib import Path
 from typing import Any, Literal, NamedTuple
 from xml.etree import ElementTree
 
-import fmpy
-
 from amb_cosim.cosim.fmu.fmu_interface import FmuInterface, Port, TextVariable, UnitDefinition
+from amb_cosim.cosim.fmu.tolerant_reading import read_tolerantly
 from fmi_export.variables import TOOL
 
 _BASE = ("kg", "m", "s", "A", "K", "mol", "cd", "rad", "factor", "offset")
@@ -69,8 +68,8 @@ def read_interface(folder: Path, name: str, archive: Path | None = None) -> FmuI
     """
     source = archive or folder
     try:
-        description = fmpy.read_model_description(str(folder))
-        return _interface(description, folder, f"{name}: {source}")
+        description, deviations = read_tolerantly(folder)
+        return replace(_interface(description, folder, f"{name}: {source}"), deviations=deviations)
     except NotTaken:
         raise
     except Exception as error:  # whatever a damaged description leads to
@@ -122,6 +121,7 @@ def _interface(description: Any, folder: Path, what: str) -> FmuInterface:
         states=_states(description) if ability.providesDirectionalDerivative and major == "2" else (),
         fmi=3 if major == "3" else 2,
         texts={text.name: text for text in _texts(description)},
+        own_step=_own_step(description),
         reports_faults=(description.generationTool or "").startswith(f"{TOOL} "),
     )
 
@@ -146,6 +146,11 @@ def _texts(description: Any) -> Iterator[TextVariable]:
         kind = next((kind for kind in _TEXTS if kind == v.type), None)
         if kind is not None and not v.clocks:
             yield TextVariable(v.name, kind, v.causality or "local", int(v.valueReference), math.prod(v.shape or ()))
+
+
+def _own_step(description: Any) -> float | None:
+    experiment = description.defaultExperiment
+    return None if experiment is None or experiment.stepSize is None else float(experiment.stepSize)
 
 
 def _states(description: Any) -> tuple[tuple[str, str], ...]:

@@ -43,6 +43,11 @@ class FlatSystem:
             if self._is_free(node):
                 self.nets.claim(node)
 
+    @property
+    def own_steps(self) -> list[float | None]:
+        """The step sizes (s) of the default experiments of the FMUs."""
+        return [interface.own_step for interface in self.interfaces.values()]
+
     def components(self) -> tuple[Component, ...]:
         """Return components in the order of the document; their own step sizes come from annotations."""
         base = number_of(self.root, ".//osp:FixedStepAlgorithm", "baseStepSize")

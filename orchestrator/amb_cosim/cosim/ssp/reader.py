@@ -15,8 +15,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, get_args
 
-import fmpy
-
 from amb_cosim.cosim.basics.cache import unpacked
 from amb_cosim.cosim.basics.choices import Coupling
 from amb_cosim.cosim.ssp.experiment_file import EXPERIMENT
@@ -74,11 +72,11 @@ def load_ssp(
         end = experiment.stop_time if stop_time is None else stop_time
         experiment = replace(experiment, step_size=step_size or experiment.step_size, stop_time=end)
         return system, experiment, {**inputs, **table.inputs}
-    return system, _experiment(root, flat.folders.values(), what, step_size, stop_time), inputs
+    return system, _experiment(root, flat.own_steps, what, step_size, stop_time), inputs
 
 
 def _experiment(
-    root: Any, folders: Iterable[Path], what: str, step_size: float | None, stop_time: float | None
+    root: Any, own_steps: Iterable[float | None], what: str, step_size: float | None, stop_time: float | None
 ) -> Experiment:
     """Return the default experiment."""
     table = root.find("ssd:DefaultExperiment", NAMES)
@@ -86,7 +84,7 @@ def _experiment(
         None if table is None or table.get(name) is None else float(table.get(name))
         for name in ("startTime", "stopTime")
     )
-    step = step_size or _step(root, folders)
+    step = step_size or _step(root, own_steps)
     end = stop if stop_time is None else stop_time
     if step is None or end is None:
         missing = "communication step; set --step" if step is None else "stop time; set --until"
@@ -94,7 +92,7 @@ def _experiment(
     return Experiment(step_size=step, stop_time=end, start_time=start or 0.0)
 
 
-def _step(root: Any, folders: Iterable[Path]) -> float | None:
+def _step(root: Any, own_steps: Iterable[float | None]) -> float | None:
     """Return the communication step: that of an annotation, or the shortest step of an FMU."""
     for path, name in (
         (f".//{MASTER}", "stepSize"),
@@ -104,9 +102,7 @@ def _step(root: Any, folders: Iterable[Path]) -> float | None:
         step = number_of(root, path, name)
         if step:
             return step
-    experiments = [fmpy.read_model_description(str(place)).defaultExperiment for place in folders]
-    steps = [float(e.stepSize) for e in experiments if e is not None and e.stepSize is not None]
-    return min(steps, default=None)
+    return min((own for own in own_steps if own), default=None)
 
 
 def _coupling(root: Any, what: str) -> Coupling:

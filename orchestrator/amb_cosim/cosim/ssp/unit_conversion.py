@@ -7,6 +7,7 @@ contains one, b = factor v + offset; other units are looked up by their names.
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
@@ -40,10 +41,16 @@ def unit_definitions(root: Any, prefix: str) -> dict[str, UnitDefinition]:
 
 
 def unit_of(name: str | None, *definitions: Mapping[str, UnitDefinition]) -> Unit | None:
-    """Return a unit with the first definition of its name; None without a name."""
-    if not name:
+    """Return a unit with the first definition of its name; None without a name, and for `-`.
+
+    A name in brackets, `[m]`, without a definition is that of the unit in them, as tools for requirements write it.
+    """
+    if not name or name == "-":
         return None
-    return Unit(name, next((table[name] for table in definitions if name in table), None))
+    known = next((table[name] for table in definitions if name in table), None)
+    if known is None and (bracketed := re.fullmatch(r"\s*\[(.*)\]\s*", name)):
+        return unit_of(bracketed[1], *definitions)
+    return Unit(name, known)
 
 
 def conversion(source: Unit, target: Unit) -> Law | None:

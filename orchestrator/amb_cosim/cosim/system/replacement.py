@@ -6,7 +6,7 @@ input that still exists. It may lack inputs. Connections of an `option` may be o
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -142,7 +142,9 @@ def notices(system: System, interfaces: Interfaces, assigned: Iterable[str], dro
     available, names = system.fed() | set(assigned), {c.name for c in system.components}
     dropped = (*dropped, *system.unknown)
     missing = [end for end in dropped if system.divide(end)[0] not in names]
-    result = [*system.remarks, *(f"there is no {end}; its settings are ignored" for end in missing)]
+    broken = {c.name: interfaces[c.name].deviations for c in system.components}
+    result = [f"{name}: {_breach(rules)}" for name, rules in broken.items() if rules]
+    result += [*system.remarks, *(f"there is no {end}; its settings are ignored" for end in missing)]
     for component in system.components:
         name = component.name
         lacks = [end.removeprefix(f"{name}.") for end in dropped if system.divide(end)[0] == name]
@@ -154,6 +156,12 @@ def notices(system: System, interfaces: Interfaces, assigned: Iterable[str], dro
         if unfed and not is_model(component.fmu):
             result.append(f"{name}: nothing feeds {', '.join(unfed)}; start values apply")
     return result
+
+
+def _breach(rules: Sequence[str]) -> str:
+    """Return a phrase on the rules that a description breaks; the first few of them."""
+    more = f"; and {len(rules) - 3} more" if len(rules) > 3 else ""
+    return f"its modelDescription.xml is not valid FMI: {'; '.join(rules[:3])}{more}"
 
 
 def _silent_signals(system: System, before: System) -> list[str]:

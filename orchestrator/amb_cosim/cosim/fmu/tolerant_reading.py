@@ -1,0 +1,81 @@
+"""Reads a modelDescription that breaks the rules of FMI as other importers do, and says how it breaks them.
+
+FMPy checks the schema and more. A description that it refuses is read without that check if all that a run needs is
+there: identifiers, and a name, a type and a value reference for each variable. FMPy cannot read two breaches, which are
+corrected first: parameters with continuous variability (the default of FMI 2.0) become fixed, and types that are not
+defined are ignored.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import fmpy
+
+from amb_files.temporary_folders import temporary_folder
+
+DESCRIPTION = "modelDescription.xml"
+PARAMETERS = ("parameter", "calculatedParameter")
+
+
+def read_tolerantly(folder: Path) -> tuple[Any, tuple[str, ...]]:
+    """Return the description of an extracted FMU, as FMPy has it, and the rules that it breaks.
+
+    Raises
+    ------
+    ValueError
+        If it cannot be read; the message has the first reasons.
+    """
+    try:
+        return fmpy.read_model_description(str(folder)), ()
+    except Exception as error:  # the check of an invalid description may fail itself
+        problems = tuple(map(_single_line, getattr(error, "problems", (error,))))
+    try:
+        description = fmpy.read_model_description(str(folder), validate=False)
+    except Exception:
+        try:
+            description = _read_corrected(folder / DESCRIPTION)
+        except Exception as error:
+            raise ValueError("; ".join(problems[:3])) from error
+    _check_usable(description)
+    return description, problems
+
+
+def _read_corrected(file: Path) -> Any:
+    """Return a description of FMI 2.0 with a variability for its parameters, and without undefined types."""
+    tree = ElementTree.parse(file)
+    root = tree.getroot()
+    types = {definition.get("name") for definition in root.iterfind("TypeDefinitions/*")}
+    for variable in root.iterfind("ModelVariables/ScalarVariable"):
+        if variable.get("causality") in PARAMETERS and variable.get("variability", "continuous") == "continuous":
+            variable.set("variability", "fixed")
+        for kind in variable:
+            if kind.get("declaredType", "") not in {"", *types}:
+                del kind.attrib["declaredType"]
+    with temporary_folder() as folder:
+        tree.write(folder / DESCRIPTION)
+        return fmpy.read_model_description(str(folder / DESCRIPTION), validate=False)
+
+
+def _check_usable(description: Any) -> None:
+    """Raise ValueError unless a description has all that a run needs."""
+    major = description.fmiVersion.partition(".")[0]
+    if not description.guid:
+        raise ValueError(f"{DESCRIPTION} has no {'instantiationToken' if major == '3' else 'guid'!r}")
+    if description.coSimulation is not None and not description.coSimulation.modelIdentifier:
+        raise ValueError(f"{DESCRIPTION} has no 'modelIdentifier'")
+    for variable in description.modelVariables:
+        for attribute in ("name", "type", "valueReference"):
+            if getattr(variable, attribute) is None:
+                raise ValueError(f"{DESCRIPTION} has a variable {variable.name or ''} without {attribute!r}")
+    counts = Counter(variable.name for variable in description.modelVariables)
+    twice = [name for name, count in counts.items() if count > 1]
+    if twice:
+        raise ValueError(f"{DESCRIPTION} has {counts[twice[0]]} variables called {twice[0]!r}")
+
+
+def _single_line(error: object) -> str:
+    return " ".join((str(error) or type(error).__name__).split())
