@@ -3,6 +3,7 @@
 import dataclasses
 import importlib.metadata
 import shutil
+import subprocess
 import zipfile
 from pathlib import Path
 from xml.etree import ElementTree
@@ -117,3 +118,15 @@ def test_every_platform_is_built_the_same_twice(native, lag, tmp_path):
     with zipfile.ZipFile(first) as archive:
         binaries = [name for name in archive.namelist() if name.startswith("binaries/")]
     assert binaries == sorted(f"binaries/{name}/probe_lag{suffix}" for name, (suffix, _) in PLATFORMS.items())
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("fmi", [2, 3])
+def test_vdmcheck_finds_no_error(native, lag, fmi):
+    """VDMCheck of the INTO-CPS association checks rules of FMI that no schema has, written in VDM."""
+    checker = shutil.which(f"VDMCheck{fmi}.sh")
+    if checker is None:
+        pytest.skip("VDMCheck is not installed")
+    command = [checker, str(native(lag, None, None, fmi))]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=600)
+    assert done.stdout.splitlines()[-1:] == ["No errors found."], done.stdout

@@ -42,7 +42,8 @@ class Verified:
     """Result of an experiment: numbers of compared points and values, and the largest deviation, None if there is none.
 
     `failure` is the reason why the FMU failed, `unread` why the experiment was not run. `allowed` is the tolerance of
-    the experiment, which `tolerance` caps.
+    the experiment, which `tolerance` caps. `omitted` are columns of the references that are not compared, with the
+    reason.
     """
 
     experiment: str
@@ -53,6 +54,7 @@ class Verified:
     failure: str = ""
     unread: str = ""
     allowed: float = 0.0
+    omitted: tuple[str, ...] = ()
 
     @property
     def is_equal(self) -> bool:
@@ -70,6 +72,8 @@ class Verified:
         if self.failure:
             return f"NOT equal, the FMU failed: {self.failure}"
         compared = f"{self.n_values} values at {self.n_points} points"
+        if self.omitted:
+            compared += f" (not compared: {', '.join(self.omitted)})"
         if self.largest is None:
             return f"equal to the last bit, {compared}"
         d = self.largest
@@ -88,7 +92,8 @@ def verify(fmu: str | Path) -> list[Verified]:
     """Run the experiments in an FMU (FMI-LS-REF), and compare with their reference results.
 
     FMPy runs it in a separate process. Values must agree within 1e-6 of a variable's largest reference, or within the
-    experiment's `tolerance` if larger (at most 1e-3).
+    experiment's `tolerance` if larger (at most 1e-3). Texts, inputs, and parameters that the experiment sets are not
+    compared; the result names them. References at the start alone verify nothing, nor does a run that ends before them.
 
     Raises
     ------

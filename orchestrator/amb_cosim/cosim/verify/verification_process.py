@@ -64,10 +64,14 @@ def _verified(folder: Path, experiment: ReferenceExperiment) -> Verified:
     unknown = sorted({*names, *experiment.stimuli, *experiment.parameters} - {*variables, "time"})
     if unknown:
         raise ValueError(f"{experiment.name}: the FMU has no variables {', '.join(unknown)}")
-    names = [name for name in names if variables[name].type not in NO_NUMBERS]
+    reasons = {name: _reason_to_omit(variables[name], experiment) for name in names}
+    omitted = tuple(f"{name} ({reason})" for name, reason in reasons.items() if reason)
+    names = [name for name in names if not reasons[name]]
     references = {name: _numbers(name, experiment.references[name]) for name in names}
     if not names:
-        return Verified(experiment.name, tolerance, unread="its reference results have no numbers to compare with")
+        has = f"; it has {', '.join(omitted)}" if omitted else ""
+        unread = f"its reference results have no numbers to compare with{has}"
+        return Verified(experiment.name, tolerance, unread=unread)
     infinite = next((name for name in names if not np.isfinite(references[name]).all()), None)
     if infinite is not None:
         return Verified(experiment.name, tolerance, unread=f"its reference results of {infinite} are not all finite")
@@ -95,9 +99,24 @@ def _verified(folder: Path, experiment: ReferenceExperiment) -> Verified:
     except Exception as error:
         return Verified(experiment.name, tolerance, failure=said[-1] if said else str(error))
     times = np.array([_number(text) for text in experiment.references["time"]])
+    ended = float(result["time"][-1])
+    if ended < times[-1] - 1e-6 * (stop_time - start_time):
+        failure = f"it ended the simulation at {ended:.9g} s, but its reference results end at {times[-1]:.9g} s"
+        return Verified(experiment.name, tolerance, failure=failure)
     largest = _largest_deviation(times, references, {name: np.asarray(result[name]) for name in ("time", *names)})
     n_values = sum(column.size for column in references.values())
-    return Verified(experiment.name, tolerance, len(times), n_values, largest, allowed=allowed)
+    return Verified(experiment.name, tolerance, len(times), n_values, largest, allowed=allowed, omitted=omitted)
+
+
+def _reason_to_omit(variable: Any, experiment: ReferenceExperiment) -> str:
+    """Return why a column of the references proves nothing about an FMU; empty for one that does."""
+    if variable.type in NO_NUMBERS:
+        return f"of type {variable.type}"
+    if variable.causality == "input":
+        return "an input"
+    if variable.causality == "independent":
+        return "the time"
+    return "a parameter that the experiment sets" if variable.name in experiment.parameters else ""
 
 
 def _wrong_times(texts: list[str], start_time: float, stop_time: float) -> str:
@@ -110,6 +129,8 @@ def _wrong_times(texts: list[str], start_time: float, stop_time: float) -> str:
     if times[0] < start_time - margin or times[-1] > stop_time + margin:
         run = f"the run from {start_time:g} s to {stop_time:g} s"
         return f"its reference results, from {times[0]:g} s to {times[-1]:g} s, exceed {run}"
+    if times[-1] <= start_time + margin:
+        return f"its reference results have no time after the start at {start_time:g} s"
     return ""
 
 

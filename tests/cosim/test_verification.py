@@ -1,0 +1,76 @@
+"""`verify` calls equal only what it has compared with results of the FMU: inputs, texts and held values are none."""
+
+from __future__ import annotations
+
+import shutil
+import sys
+import zipfile
+
+import pytest
+
+import amb_cosim
+from tests.support.messages import assert_names
+
+pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="the FMU is compiled for Linux")
+
+PLACE = "extra/org.fmi-standard.fmi-ls-ref"
+GOOD, END = 0, 1  # of the input `what` of arrays3.c
+EXPERIMENT = """<Experiments><Experiment name="one" stopTime="0.4" stepSize="0.1">
+<Stimuli type="text/csv" source="in.csv"/><References type="text/csv" source="out.csv"/></Experiment></Experiments>"""
+
+
+@pytest.fixture
+def verified(arrays3_fmu, tmp_path):
+    """`verified(rows, columns, what)`: the result of reference rows from 0 s in steps of 0.1 s."""
+
+    def verify(rows, columns="sum", what=GOOD, stimulus=()):
+        shutil.copy(arrays3_fmu, path := tmp_path / "Arrays3.fmu")
+        more = f",{','.join(stimulus)}" if stimulus else ""
+        inputs = "\n".join([f"time,what{more}", *(f"{t},{what}{',3 4' if stimulus else ''}" for t in (0.0, 0.4))])
+        table = "\n".join([f"time,{columns}", *(f"{0.1 * k:.1f},{row}" for k, row in enumerate(rows))])
+        with zipfile.ZipFile(path, "a") as fmu:
+            related = '<Related type="application/x-ma-hs-experiments" source="one.exp" role="experiment"/>'
+            fmu.writestr(f"{PLACE}/fmi-ls-manifest.xml", f"<fmiReferences>{related}</fmiReferences>")
+            for name, text in (("one.exp", EXPERIMENT), ("in.csv", inputs), ("out.csv", table)):
+                fmu.writestr(f"{PLACE}/{name}", text)
+        (item,) = amb_cosim.verify(path)
+        return item
+
+    return verify
+
+
+def test_outputs_that_agree_are_equal(verified):
+    item = verified([0.0, 91.0, 91.0, 91.0, 91.0])
+    assert (item.is_equal, item.n_values, item.omitted) == (True, 5, ())
+
+
+def test_an_fmu_that_ends_before_its_references_is_not_equal(verified):
+    """Its last value, held, would be that of all later rows."""
+    item = verified([0.0, 91.0, 91.0, 91.0, 91.0], what=END)
+    assert not item.is_equal
+    assert_names(item, "NOT equal", "ended", "0.1 s", "0.4 s")
+
+
+def test_references_as_short_as_the_run_of_an_fmu_that_ends_are_compared(verified):
+    assert verified([0.0, 91.0], what=END).is_equal
+
+
+def test_an_input_is_not_compared_with_its_own_stimulus(verified):
+    item = verified(["0.0,3 4", "91.0,3 4"], "sum,Float64.in", stimulus=("Float64.in",))
+    assert (item.is_equal, item.n_values) == (True, 2)
+    assert_names(item, "not compared", "Float64.in (an input)")
+    alone = verified(["3 4", "3 4"], "Float64.in", stimulus=("Float64.in",))
+    assert not alone.is_equal
+    assert_names(alone, "not run", "no numbers", "Float64.in (an input)")
+
+
+def test_texts_that_are_not_compared_are_named(verified):
+    item = verified(["0.0,a", "91.0,b"], "sum,text")
+    assert (item.is_equal, item.n_values) == (True, 2)
+    assert_names(item, "not compared", "text (of type String)")
+
+
+def test_references_at_the_start_alone_verify_nothing(verified):
+    item = verified([0.0])
+    assert not item.is_equal
+    assert_names(item, "not run", "no time after", "0 s")
