@@ -16,6 +16,7 @@ from c_component import DO_STEP, CComponent
 from amb_cosim.cosim.basics.errors import StepFailed
 from amb_cosim.cosim.basics.loop_library import load_loop
 from amb_cosim.cosim.basics.schedules import PiecewiseConstant, PiecewiseLinear
+from amb_cosim.cosim.basics.time_grid import TimeGrid
 from amb_cosim.cosim.fmu.component import EntryPoints
 from amb_cosim.cosim.master import compiled
 from amb_cosim.cosim.master.master import Master
@@ -44,7 +45,7 @@ def machines(every=(1, 1, 1), answers=None):
 
 def schedules():
     events = [(-3, 2, 1.0), (5, 3, 4.0), (5, 3, 9.0), (70, 2, 0.0), (70, 3, -2.0), (200, 3, 5.0)]
-    return [PiecewiseConstant(events), PiecewiseLinear([(0, 10.0), (33, 10.1), (130, 7.0)], H, 0, 1)]
+    return [PiecewiseConstant(events), PiecewiseLinear([(0, 10.0), (33, 10.1), (130, 7.0)], TimeGrid(H), 0, 1)]
 
 
 class Run(NamedTuple):
@@ -293,7 +294,7 @@ def test_other_threads_run_while_the_loop_does():
 
 
 def test_a_schedule_gives_the_same_point_by_point_and_as_a_list():
-    for schedule in (*schedules(), PiecewiseLinear([(3, 10.0), (7, 12.0), (20, -1.0)], H, 0, None)):
+    for schedule in (*schedules(), PiecewiseLinear([(3, 10.0), (7, 12.0), (20, -1.0)], TimeGrid(H), 0, None)):
         for first, last in ((-5, 300), (5, 6), (71, 200), (10, 10)):
             changes = schedule.changes(first, last)
             points, listed, requested = changes.points.tolist(), np.full(4, np.nan), np.full(4, np.nan)

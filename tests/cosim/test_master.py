@@ -11,6 +11,7 @@ from scipy.linalg import expm
 
 from amb_cosim.cosim.basics.errors import StartFailed, StepFailed
 from amb_cosim.cosim.basics.schedules import PiecewiseConstant, PiecewiseLinear
+from amb_cosim.cosim.basics.time_grid import TimeGrid
 from amb_cosim.cosim.master.master import Master, find_loop
 from amb_cosim.cosim.system.signal_map import SignalMap
 from tests.support.messages import assert_names, raises_naming
@@ -232,7 +233,7 @@ def test_events_hold_from_their_point_on():
     assert record == {"u": [0, 7, 7, 2, 2], "y": [0, 0, 7, 7, 2]}
 
 
-PROFILE = PiecewiseLinear([(0, 10.0), (4, 10.0), (8, 30.0), (10, 25.0)], 0.5, value=1, slope=0)
+PROFILE = PiecewiseLinear([(0, 10.0), (4, 10.0), (8, 30.0), (10, 25.0)], TimeGrid(0.5), value=1, slope=0)
 
 
 def at(n: int) -> tuple[float, float]:
@@ -262,7 +263,7 @@ def test_a_profile_does_not_depend_on_where_it_is_asked_first():
 
 def test_a_profile_of_a_long_run_has_no_accumulated_error():
     exogenous = np.zeros(2)
-    PiecewiseLinear([(0, 0.0), (10_000_000, 1.0)], 1e-3, 0, 1)(9_999_999, exogenous)
+    PiecewiseLinear([(0, 0.0), (10_000_000, 1.0)], TimeGrid(1e-3), 0, 1)(9_999_999, exogenous)
     assert exogenous[0] == 9_999_999 / 10_000_000
 
 
@@ -270,7 +271,8 @@ def test_schedules_write_before_observers_see_a_point():
     wiring = SignalMap(("slope", "u", "y"), 2, (np.array([1]),), ((), (), ()))
     follower = Block("follower", advance=lambda x, u, t, h: u[0])
     events = PiecewiseConstant([(1, 0, 7.0)])
-    record = run(Master([follower], wiring, 0.1), 2, [PiecewiseLinear([(0, 1.0), (2, 5.0)], 0.1, 1, 0), events])
+    profile = PiecewiseLinear([(0, 1.0), (2, 5.0)], TimeGrid(0.1), 1, 0)
+    record = run(Master([follower], wiring, 0.1), 2, [profile, events])
     assert record["u"] == [1, 3, 5]
     assert record["y"] == [0, 1, 3]
     assert record["slope"][1] == 7.0, "of two schedules the later one counts"

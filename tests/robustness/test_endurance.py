@@ -48,6 +48,7 @@ communication_step = "0.25 ms"
 start_time = "-599.5 s"
 stop_time = "0.5 s"
 record.variables = [PLANT, "rotor_contact.s?", "rolac_controller.*"]
+record.settling = false
 """
 PLANT = '"rotor_contact.theta", "rotor_contact.rb?.mode", "rotor_contact.mb?.?", "rotor_contact.*energy*"'
 # Case, what it starts with, step size (s), steps before the first that is recorded, and from one to the next.

@@ -275,6 +275,13 @@ def test_an_order_that_is_not_known_is_refused(archive):
         load_ssp(archive(annotated('<amb:Master stepSize="2e-3" coupling="backwards"/>')))
 
 
+@pytest.mark.parametrize("start", [20.0, 0.0004, -0.1])
+def test_a_run_of_an_archive_begins_and_is_recorded_at_its_start_time(archive, start):
+    text = structure(experiment=f'<ssd:DefaultExperiment startTime="{start!r}" stopTime="{start + 0.005!r}"/>')
+    time = amb_cosim.simulate(archive(text), step_size=STEP).dataset["time"].values
+    assert time[[0, -1]] == pytest.approx([start, start + 0.005], abs=1e-12)
+
+
 def test_a_step_must_be_known(archive):
     with raises_naming(ValueError, "communication step", "--step"):
         load_ssp(archive(structure()))

@@ -171,6 +171,9 @@ int fmi2DoStep(Instance *self, double time, double step, int no_way_back)
 #define fmi2GetFMUState fmi2GetFMUstate
 #define fmi2SetFMUState fmi2SetFMUstate
 #define fmi2FreeFMUState fmi2FreeFMUstate
+#define fmi2SerializedFMUStateSize fmi2SerializedFMUstateSize
+#define fmi2SerializeFMUState fmi2SerializeFMUstate
+#define fmi2DeserializeFMUState fmi2DeSerializeFMUstate
 #endif
     self->y = time + step, self->reached = time + step / 4;
     return called("DoStep", self);
@@ -215,6 +218,8 @@ int FMI(FreeFMUState)(Instance *self, Instance **state)
     int FMI(name)(Instance * self) { return called(#name, self); }
 CALL(EnterInitializationMode)
 CALL(ExitInitializationMode)
+CALL(SerializedFMUStateSize)
+CALL(SerializeFMUState) CALL(DeserializeFMUState)
 #if FMI_VERSION != 3
     CALL(SetupExperiment) int fmi2GetRealStatus(Instance *self, int kind, double *value)
 {

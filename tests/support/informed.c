@@ -7,6 +7,7 @@
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdlib.h>
+#include <string.h>
 
 enum { U, K, Y0, Y, TIME, START, STOP, STEP, INSTANCES, USED, SIZE };
 #if FMI_VERSION == 3
@@ -20,6 +21,9 @@ enum { U, K, Y0, Y, TIME, START, STOP, STEP, INSTANCES, USED, SIZE };
 #define fmi2GetFMUState fmi2GetFMUstate
 #define fmi2SetFMUState fmi2SetFMUstate
 #define fmi2FreeFMUState fmi2FreeFMUstate
+#define fmi2SerializedFMUStateSize fmi2SerializedFMUstateSize
+#define fmi2SerializeFMUState fmi2SerializeFMUstate
+#define fmi2DeserializeFMUState fmi2DeSerializeFMUstate
 #endif
 typedef struct {
     double values[SIZE];
@@ -111,6 +115,22 @@ int FMI(FreeFMUState)(Instance *self, Instance **state)
 {
     free(*state);
     *state = NULL;
+    return 0;
+}
+int FMI(SerializedFMUStateSize)(Instance *self, const Instance *state, size_t *size)
+{
+    *size = sizeof *state;
+    return 0;
+}
+int FMI(SerializeFMUState)(Instance *self, const Instance *state, char *bytes, size_t size)
+{
+    memcpy(bytes, state, size);
+    return 0;
+}
+int FMI(DeserializeFMUState)(Instance *self, const char *bytes, size_t size, Instance **state)
+{
+    *state = malloc(size);
+    memcpy(*state, bytes, size);
     return 0;
 }
 

@@ -24,14 +24,15 @@ def informed_fmu(fmu_from_c: Callable[..., Path], folder: Path, version: int = 2
     with zipfile.ZipFile(fmu) as old, zipfile.ZipFile(copy, "w") as new:
         for name in old.namelist():
             content = description(version, **flags) if name == "modelDescription.xml" else old.read(name)
-            new.writestr(name, content)
+            new.writestr(zipfile.ZipInfo(name), content)  # the same bytes at any time
     return copy
 
 
 def description(version: int, **flags: str) -> str:
     """Return the modelDescription; the FMU takes any step and saves its state unless flags say otherwise."""
-    saves_state = "canGetAndSetFMUState" if version == 3 else "canGetAndSetFMUstate"
-    ability = {"canHandleVariableCommunicationStepSize": "true", saves_state: "true"} | flags
+    state = "FMUState" if version == 3 else "FMUstate"
+    abilities = ("canHandleVariableCommunicationStepSize", f"canGetAndSet{state}", f"canSerialize{state}")
+    ability = dict.fromkeys(abilities, "true") | flags
     text = " ".join(f'{flag}="{value}"' for flag, value in ability.items())
     declared, listed = [], []
     for k, (name, kind, start) in enumerate(VARIABLES):

@@ -105,7 +105,7 @@ def plan_scenario(
         events += [InputChange(moment, name, value, message) for name, value in _scaled(event.set, scenario, values)]
     experiment = Experiment(
         step_size=h,
-        stop_time=scenario.end(period) if end is None else nearest_steps("until", end, h) * h,
+        stop_time=_whole_steps(scenario.end(period), h) if end is None else nearest_steps("until", end, h) * h,
         start_time=-scenario.settle_cycles * period,
         events=tuple(events),
         profiles=_speed_profile(scenario, values, period),
@@ -114,7 +114,7 @@ def plan_scenario(
         essential=_essential(places_of(assembly)) if recorded is None else tuple(recorded),
         record_every=scenario.record.every,
         each=_contact(places_of(assembly)),
-        record_settling=scenario.record.settling,
+        record_settling=bool(scenario.record.settling),
         settling=scenario.settling,
         turn=period,
         unsolvable=unsteady_effects(values),
@@ -163,6 +163,11 @@ def first_values(scenario: Scenario, assembly: Assembly, settings: Mapping[str, 
         for name in set(predictable(assembly.interfaces)) - given:
             values.set(name, late)
     return FirstValues(values, frozenset(given), tuple(warnings))
+
+
+def _whole_steps(time: float, h: float) -> float:
+    """Return the end of a run (s) that is nearest to a time, at least one communication step of h (s)."""
+    return max(1, nearest_point("stop_time", time, h)) * h
 
 
 def _rounded(until: float | None, plan: Plan) -> list[str]:

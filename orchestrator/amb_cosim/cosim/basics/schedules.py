@@ -9,6 +9,7 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
+from amb_cosim.cosim.basics.time_grid import TimeGrid
 from array_types import Array, Indices
 
 
@@ -59,39 +60,43 @@ class PiecewiseLinear:
     ----------
     points
         Communication points and values, ascending.
-    step_size
-        Communication step h in s.
+    grid
+        Times of the communication points.
     value, slope
         Positions of the quantity and of its derivative over the coming step, in 1/s.
     """
 
     def __init__(
-        self, points: Sequence[tuple[int, float]], step_size: float, value: int, slope: int | None = None
+        self, points: Sequence[tuple[int, float]], grid: TimeGrid, value: int, slope: int | None = None
     ) -> None:
-        self._at = [n for n, _ in points]
+        self._grid = grid
+        self._at = [grid.position(n) for n, _ in points]
         self._values = [value for _, value in points]
-        self._step_size = step_size
         self._value, self._slope = value, slope
 
     def __call__(self, n: int, exogenous: Array) -> None:
-        after = bisect_right(self._at, n)
+        at = self._grid.position(n)
+        after = bisect_right(self._at, at)
         before, after = max(after - 1, 0), min(after, len(self._at) - 1)
         begin, steps = self._at[before], self._at[after] - self._at[before]
         rise = self._values[after] - self._values[before]
-        exogenous[self._value] = self._values[before] + (rise * (n - begin) / steps if steps else 0.0)
+        exogenous[self._value] = self._values[before] + (rise * (at - begin) / steps if steps else 0.0)
         if self._slope is not None:
-            exogenous[self._slope] = rise / (steps * self._step_size) if steps else 0.0
+            exogenous[self._slope] = rise / (steps * self._grid.step_size) if steps else 0.0
 
     def changes(self, first: int, last: int) -> Changes:
         n = np.arange(first, last, dtype=np.intp)
         at, values = np.array(self._at), np.array(self._values)
-        after = np.searchsorted(at, n, side="right")
+        place = n.astype(np.float64)
+        if self._grid.last is not None:
+            place[n == self._grid.last] = self._grid.position(self._grid.last)
+        after = np.searchsorted(at, place, side="right")
         before, after = np.maximum(after - 1, 0), np.minimum(after, len(at) - 1)
         steps, rise = at[after] - at[before], values[after] - values[before]
         moving = steps > 0
         part, slope = np.zeros((2, len(n)))
-        np.divide(rise * (n - at[before]), steps, out=part, where=moving)
-        np.divide(rise, steps * self._step_size, out=slope, where=moving)
+        np.divide(rise * (place - at[before]), steps, out=part, where=moving)
+        np.divide(rise, steps * self._grid.step_size, out=slope, where=moving)
         if self._slope is None:
             return Changes(n, np.full(len(n), self._value, np.intp), values[before] + part)
         both = np.column_stack([values[before] + part, slope])

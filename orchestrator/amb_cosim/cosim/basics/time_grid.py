@@ -4,6 +4,11 @@ from __future__ import annotations
 
 import math
 import sys
+from typing import NamedTuple
+
+import numpy as np
+
+from array_types import Array, Indices
 
 MOST_STEPS = 10**12  # of a run, which would take a month
 ROUNDING = 1e-9  # relative, of times that are whole numbers of steps
@@ -24,18 +29,51 @@ def in_steps(time: float, h: float) -> float:
     return 0.5 * (whole if abs(halves - whole) <= max(NEAR_STEP, 8.0 * EPSILON * abs(whole)) else halves)
 
 
-def nearest_point(name: str, time: float, h: float) -> int:
-    """Return the communication point nearest to a time (s), for communication steps of h (s).
+class TimeGrid(NamedTuple):
+    """Communication points t_n = t_0 + n h, except that a last step may be shorter.
+
+    `start` is t_0. Unless `last` is None, this point is at the time `stop`, less than h after the one before it.
+    """
+
+    step_size: float
+    start: float = 0.0
+    last: int | None = None
+    stop: float = 0.0
+
+    def time(self, n: int) -> float:
+        """Return the time of a point (s); never a sum of steps."""
+        return self.stop if n == self.last else self.start + n * self.step_size
+
+    def times(self, points: Indices) -> Array:
+        """Return the times of points (s)."""
+        times = np.asarray(self.start + points * self.step_size, np.float64)
+        times[points == self.last] = self.stop
+        return times
+
+    def position(self, n: int) -> float:
+        """Return the time of a point in steps after t_0: n, or less for a point after a shorter step."""
+        return in_steps(self.stop - self.start, self.step_size) if n == self.last else n
+
+    def nearest(self, name: str, time: float) -> int:
+        """Return the point nearest to a time (s); raises ValueError as `nearest_point`."""
+        n = nearest_point(name, time, self.step_size, self.start)
+        if self.last is None or n not in (self.last - 1, self.last):
+            return n
+        return min(self.last - 1, self.last, key=lambda point: abs(self.time(point) - time))
+
+
+def nearest_point(name: str, time: float, h: float, start: float = 0.0) -> int:
+    """Return the communication point nearest to a time (s), for communication steps of h (s) from `start` (s).
 
     Raises
     ------
     ValueError
         If it is not a time, or more than `MOST_STEPS` steps away.
     """
-    if not abs(time / h) <= MOST_STEPS:
+    if not abs((time - start) / h) <= MOST_STEPS:
         limit = f"{MOST_STEPS * h:g} s, {MOST_STEPS:.0e} steps of {h:g} s"
         raise ValueError(f"{name} = {time:g} s is not allowed; it must be within {limit}")
-    return round(in_steps(time, h))
+    return round(in_steps(time - start, h))
 
 
 def nearest_steps(name: str, time: float, h: float) -> int:

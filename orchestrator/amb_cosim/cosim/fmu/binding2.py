@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from contextlib import suppress
-from ctypes import byref, c_char_p, c_double, c_int, c_uint
+from ctypes import byref, c_char, c_char_p, c_double, c_int, c_uint
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -35,6 +35,7 @@ _logs: dict[str | int | None, Log] = {}  # of each instance, by its name and by 
 class Binding2(Binding):
     """An instance of an FMU of FMI 2.0."""
 
+    byte = c_char
     kinds: ClassVar[Mapping[str, Kind]] = {"Real": Kind(c_double), "Integer": Kind(c_int), "Boolean": Kind(c_int)}
 
     def __init__(self, interface: FmuInterface, folder: Path, name: str, log: Log) -> None:
@@ -77,9 +78,9 @@ class Binding2(Binding):
         self._callbacks.logger = _LOGGER
         addLoggerProxy(byref(self._callbacks))
 
-    def enter(self, start_time: float) -> None:
-        """Begin initialisation at `start_time` (s)."""
-        check_status("fmi2SetupExperiment", self.fmu.setupExperiment(None, start_time))
+    def enter(self, start_time: float, stop_time: float | None = None) -> None:
+        """Begin initialisation at `start_time` (s) of a run that ends at `stop_time` (s), if that is known."""
+        check_status("fmi2SetupExperiment", self.fmu.setupExperiment(None, start_time, stop_time))
         self.call("EnterInitializationMode")
 
     def step(self, time: float, step_size: float) -> None:

@@ -98,6 +98,7 @@ class _GroupTransfer(Transfer):
 class Binding3(Binding):
     """An instance of an FMU of FMI 3.0."""
 
+    byte = c_uint8
     kinds = KINDS
 
     def __init__(self, interface: FmuInterface, folder: Path, name: str, log: Log) -> None:
@@ -131,9 +132,10 @@ class Binding3(Binding):
         """Address of the function of `binding3.c` that steps."""
         return _address_of("step_fmi3")
 
-    def enter(self, start_time: float) -> None:
-        """Begin initialisation at `start_time` (s)."""
-        self.call("EnterInitializationMode", False, 0.0, start_time, False, 0.0)
+    def enter(self, start_time: float, stop_time: float | None = None) -> None:
+        """Begin initialisation at `start_time` (s) of a run that ends at `stop_time` (s), if that is known."""
+        has_stop = stop_time is not None
+        self.call("EnterInitializationMode", False, 0.0, start_time, has_stop, stop_time or 0.0)
 
     def step(self, time: float, step_size: float) -> None:
         """Advance from `time` by `step_size` (s)."""

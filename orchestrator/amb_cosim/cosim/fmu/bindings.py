@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ctypes import c_void_p, cast
-from typing import Any
+from typing import Any, ClassVar
 
 from fmpy.fmi1 import FMICallException
 
@@ -43,12 +43,15 @@ class Binding(Exchanging):
         The instance of fmpy.
     log
         Its messages.
+    byte
+        C type of the bytes of a serialised state.
     instance, do_step
         Addresses of the instance and of the step function, which has the arguments of fmi2DoStep.
     """
 
     fmu: Any
     log: Log
+    byte: ClassVar[Any]
 
     @staticmethod
     def function(name: str) -> str:
@@ -66,8 +69,8 @@ class Binding(Exchanging):
     def prepare(self) -> None:
         """Direct messages to this project's logger again."""
 
-    def enter(self, start_time: float) -> None:
-        """Begin initialisation at `start_time` (s)."""
+    def enter(self, start_time: float, stop_time: float | None = None) -> None:
+        """Begin initialisation at `start_time` (s) of a run that ends at `stop_time` (s), if that is known."""
         raise NotImplementedError
 
     def send_text(self, variable: TextVariable, value: str | bytes) -> None:

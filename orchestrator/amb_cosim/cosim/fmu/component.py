@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Mapping, Sequence
-from ctypes import byref, c_char, c_double, c_size_t, c_uint, c_void_p
+from ctypes import byref, c_double, c_size_t, c_uint, c_void_p
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -64,6 +64,11 @@ class FmuComponent:
     every
         Number of communication steps that one step of this component spans.
 
+    Attributes
+    ----------
+    stop_time
+        Time (s) at which the last step of the run ends, or None if it is not known; `enter` passes it on.
+
     Raises
     ------
     FmuError
@@ -118,7 +123,7 @@ class FmuComponent:
 
     def enter(self, start_time: float) -> None:
         """Begin initialisation at `start_time` (s)."""
-        self._guard(None, self._binding.enter, start_time)
+        self._guard(None, self._binding.enter, start_time, self.stop_time)
 
     def leave(self) -> None:
         """End initialisation; raises `FmuError` if the FMU has reported a fault."""
@@ -186,7 +191,7 @@ class FmuComponent:
         """Return the state of the FMU as bytes, which `put` restores in any instance of the same FMU."""
         state = self.hold()
         try:
-            content = (c_char * self._size_of(state.pointer))()
+            content = (self._binding.byte * self._size_of(state.pointer))()
             self._call("SerializeFMUState", state.pointer, content, len(content))
             return bytes(content)
         finally:
@@ -197,7 +202,7 @@ class FmuComponent:
         if isinstance(state, HeldState):
             self._call("SetFMUState", state.pointer)
         else:
-            copy, content = HeldState(c_void_p()), (c_char * len(state)).from_buffer_copy(state)
+            copy, content = HeldState(c_void_p()), (self._binding.byte * len(state)).from_buffer_copy(state)
             self._call("DeserializeFMUState", content, len(state), byref(copy.pointer))
             self._held.add(copy)
             try:
@@ -273,6 +278,7 @@ class FmuComponent:
     def _set_up(self, inputs: Sequence[str], outputs: Sequence[str], start: StartValues, every: int) -> None:
         """Set the start values of a run, and the variables that it exchanges."""
         self.every = every
+        self.stop_time: float | None = None
         numbers = {name: value for name, value in start.items() if not isinstance(value, str | bytes)}
         self._in, self._out, initial = (self._exchange(tuple(names)) for names in (inputs, outputs, numbers))
         self.inputs, self.outputs = self._in.values, self._out.values

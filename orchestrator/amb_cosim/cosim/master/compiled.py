@@ -149,10 +149,14 @@ def run(
     watching = None if watch is None or not len(watch.positions) else watch
     begin, size, stopped = first, FIRST, End()
     until = last + 1 if stop is None else stop
+    shorter = {max(first, point) for point, _ in master.last_steps.values()}
     with CLOCK.flag() as pause:
         while begin < until:
-            # Point 0 begins a block, because the recorder's clock starts there.
-            end = min(begin + size, until, 0 if begin < 0 else until)
+            # Point 0 begins a block, because the recorder's clock starts there; so do the points of shorter last steps.
+            end = min(begin + size, *(point for point in (0, *shorter, until) if point > begin))
+            if begin in shorter:
+                sizes = np.array([master.step_size_of(i, begin) for i in range(len(master.components))])
+                program = structure_of(program.data._replace(step_sizes=sizes))
             if watching is not None:
                 end = min(end, begin + WATCHED)
                 watched = _watched(buffer, watching.positions, begin, end)
@@ -216,7 +220,7 @@ def program_of(master: Master[C], stops: StopObserver | None = None, each: Seque
         fetches=_calls(fetches, places, master.values),
         needed=_calls([_only(used[place], of_one) for of_one, place in zip(fetches, places, strict=True)], places),
         values=master.values,
-        start_time=float(master.start_time),
+        start_time=float(master.grid.start),
         step_size=float(master.step_size),
         jacobi=master.coupling == "jacobi",
     )

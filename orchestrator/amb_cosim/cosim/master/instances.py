@@ -40,7 +40,7 @@ class InstancePool:
         """Return the `program_of` a master of these instances, reused for an identical master."""
         every = tuple(component.every for component in master.components)
         judged = tuple(stops.conditions.positions.tolist()), tuple(each.tolist())
-        key = master.values.ctypes.data, master.wiring.names, master.coupling, master.step_size, every, judged
+        key = master.values.ctypes.data, master.wiring.names, master.coupling, master.grid, every, judged
         if key not in self._programs:
             self._programs[key] = program_of(master, stops, each)
         return self._programs[key]

@@ -8,7 +8,7 @@ a component with `every = m` steps by m h at every m-th of them.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from graphlib import CycleError, TopologicalSorter
 from typing import Generic, Protocol, TypeVar
 
@@ -17,6 +17,7 @@ import numpy as np
 from amb_cosim.cosim.basics.choices import Coupling
 from amb_cosim.cosim.basics.errors import StartFailed, StepFailed
 from amb_cosim.cosim.basics.schedules import Schedule
+from amb_cosim.cosim.basics.time_grid import TimeGrid
 from amb_cosim.cosim.master.iteration import MOST_REPETITIONS, Iteration, Unsettled
 from amb_cosim.cosim.system.signal_map import SignalMap
 from array_types import Array
@@ -64,6 +65,10 @@ class Master(Generic[P]):
         t_0 in s, the time of communication point 0.
     values
         Zero array for the values, if it is part of another array.
+    end
+        Last point and its time (s), if the step to it is shorter.
+    last_steps
+        For components whose last step is shorter, by their number: the point from which it begins, and its size (s).
 
     As a context manager, it closes all components on exit in any case.
     """
@@ -76,6 +81,8 @@ class Master(Generic[P]):
         coupling: Coupling = "gauss_seidel",
         start_time: float = 0.0,
         values: Array | None = None,
+        end: tuple[int, float] | None = None,
+        last_steps: Mapping[int, tuple[int, float]] | None = None,
     ) -> None:
         if not 0.0 < step_size < math.inf:
             raise ValueError(f"communication step = {step_size:g} s is not allowed; it must be > 0 s")
@@ -83,7 +90,8 @@ class Master(Generic[P]):
         self.wiring = wiring
         self.step_size = step_size
         self.coupling = coupling
-        self.start_time = start_time
+        self.grid = TimeGrid(step_size, start_time, *(end or ()))
+        self.last_steps = last_steps or {}
         self.values = np.zeros(len(wiring.names)) if values is None else values
         self._iteration = Iteration(self.components, wiring.sources, wiring.weights)
         self.exogenous = self.values[: wiring.n_exogenous]
@@ -108,7 +116,12 @@ class Master(Generic[P]):
 
     def time(self, n: int) -> float:
         """Return the time of communication point n in s, t_0 + n h; never a sum of steps."""
-        return self.start_time + n * self.step_size
+        return self.grid.time(n)
+
+    def step_size_of(self, i: int, n: int) -> float:
+        """Return the size of the step (s) of component i from point n."""
+        begin, size = self.last_steps.get(i, (math.inf, 0.0))
+        return size if n >= begin else self.components[i].every * self.step_size
 
     def initialise(self, n: int = 0) -> None:
         """Initialise all components at point n, passing outputs along the connections until none changes.
@@ -254,7 +267,7 @@ class Master(Generic[P]):
 
     def _step(self, i: int, n: int) -> None:
         component = self.components[i]
-        component.step(self.time(n), component.every * self.step_size)
+        component.step(self.time(n), self.step_size_of(i, n))
 
     def _fetch_outputs(self, i: int) -> None:
         component = self.components[i]

@@ -23,7 +23,19 @@ from amb_files.atomic import write_atomically
 from array_types import Array, Indices
 
 VERSION, MOST_VERSION = 2, 1000
-HEAD = ("point", "step_size", "past", "notice", "names", "recorded", "recorded_each", "since", "components", "warnings")
+HEAD = (
+    "point",
+    "step_size",
+    "start_time",
+    "past",
+    "notice",
+    "names",
+    "recorded",
+    "recorded_each",
+    "since",
+    "components",
+    "warnings",
+)
 
 
 @dataclass(frozen=True)
@@ -32,8 +44,8 @@ class Checkpoint:
 
     Attributes
     ----------
-    point, step_size
-        The communication point, and the communication step (s).
+    point, step_size, start_time
+        The communication point, the communication step (s), and the time of point 0 (s).
     past
         What determined the state; see `past`.
     notice
@@ -64,11 +76,12 @@ class Checkpoint:
     since: Mapping[str, int]
     states: Mapping[str, FmuState]
     warnings: Mapping[str, Sequence[str]]
+    start_time: float = 0.0
 
     @property
     def time(self) -> float:
         """Time of the communication point (s)."""
-        return self.point * self.step_size
+        return self.start_time + self.point * self.step_size
 
     @property
     def is_held(self) -> bool:
@@ -160,6 +173,7 @@ class Checkpoint:
             since=head["since"],
             states={name: arrays[f"state_{k}"].tobytes() for k, name in enumerate(head["components"])},
             warnings=head["warnings"],
+            start_time=float(head.get("start_time", 0.0)),
         )
 
 

@@ -79,10 +79,11 @@ class Run:
         if moment is None and len(self.checkpoints) == 1:
             return next(iter(self.checkpoints.values()))
         h, period = float(self.signals.attrs["communication_step_s"]), self.signals.attrs.get("period_s")
-        n = -1 if moment is None else nearest_point("a moment", moment_of(moment, period), h)
+        start = next((checkpoint.start_time for checkpoint in self.checkpoints.values()), 0.0)
+        n = -1 if moment is None else nearest_point("a moment", moment_of(moment, period), h, start)
         if n in self.checkpoints:
             return self.checkpoints[n]
-        saved = [f"{n * h:.9g} s" for n in self.checkpoints]
+        saved = [f"{checkpoint.time:.9g} s" for checkpoint in self.checkpoints.values()]
         message = f"there are {', '.join(saved)}" if saved else "run with save_at saves them, as far as the run gets"
         raise ValueError(f"there is no checkpoint at {'one moment' if moment is None else moment}; {message}")
 
@@ -120,7 +121,7 @@ def to_signals(recording: Recording) -> SignalTable:
             },
             "time" if name in sampled else EACH_STEP,
         )
-    times = np.asarray(recorder.points * plan.step_size, np.float64)
+    times = plan.grid.times(recorder.points)
     time = Samples(times, {"units": "s", "description": "Time"})
     attributes: dict[str, Any] = {
         "system": plan.system.name,
@@ -128,7 +129,7 @@ def to_signals(recording: Recording) -> SignalTable:
         "communication_step_s": plan.step_size,
         "settling": plan.settling if plan.settling == "simulated" else "solved",
         "settling_s": -plan.begin * plan.step_size,
-        "simulated_s": recorder.reached * plan.step_size,
+        "simulated_s": plan.time(recorder.reached) - plan.start_time,
         "wall_s": recorder.wall_time,
         "completed": int(outcome.failure is None),
         "failure": outcome.failure or "",
@@ -162,7 +163,7 @@ def step_times(recording: Recording) -> dict[str, Samples]:
     plan, steps = recording.plan, recording.recorder.steps
     if not plan.recorded_each:
         return {}
-    times = (max(plan.record_from, plan.begin) + np.arange(len(steps))) * plan.step_size
+    times = plan.grid.times(max(plan.record_from, plan.begin) + np.arange(len(steps)))
     return {EACH_STEP: Samples(times, {"units": "s", "description": "Time of every step"}, EACH_STEP)}
 
 
@@ -179,7 +180,7 @@ def _warnings(recording: Recording, times: Array) -> list[warnings.WarningRecord
             component,
             interface.ports,
             recording.warnings[component],
-            plan.begin * plan.step_size,
+            plan.time(plan.begin),
             times,
             {name: columns[f"{component}.{name}"] for name in interface.ports if f"{component}.{name}" in columns},
         )

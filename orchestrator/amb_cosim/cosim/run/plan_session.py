@@ -41,6 +41,8 @@ class Simulator:
         Reason why the motion before point 0 is simulated instead of solved for.
     values
         Zero array for the values of all signals, if it is part of another array.
+    has_end
+        Whether the FMUs receive the end of the plan: not if another run may continue from a state that is saved.
 
     Raises
     ------
@@ -58,6 +60,7 @@ class Simulator:
         instances: InstancePool,
         notice: str = "",
         values: Array | None = None,
+        has_end: bool = False,
     ) -> None:
         self.assembly, self._asked = assembly, plan
         self.notice = notice
@@ -89,7 +92,13 @@ class Simulator:
             if transformed.keys() & set(names):
                 component.transform([transformed.get(name, (1.0, 0.0)) for name in names])
         values = instances.values(wiring.names) if values is None else values
-        self.master = Master(self.components, wiring, plan.step_size, coupling, values=values)
+        end = None if plan.stop_time is None else (plan.last, plan.stop_time)
+        last_steps = _shorter_last_steps(assembly, plan) if has_end or end is not None else {}
+        self.master = Master(
+            self.components, wiring, plan.step_size, coupling, plan.start_time, values, end, last_steps
+        )
+        for component in self.components if has_end else ():
+            component.stop_time = _end_of(component.name, component.every, plan, assembly)
         recorded, each = ([self._at[name] for name in names] for names in (plan.recorded, plan.recorded_each))
         self.recorder = Recorder(recorded, plan.record_from, plan.record_every, each)
         self.watch = FiniteWatch(
@@ -170,6 +179,7 @@ class Simulator:
         return Checkpoint(
             point=point,
             step_size=plan.step_size,
+            start_time=plan.start_time,
             past=state_fingerprint(self.assembly, self._asked, point),
             notice=self.notice,
             signals=dict(zip(self._at, self.master.values.tolist(), strict=True)),
@@ -199,7 +209,7 @@ class Simulator:
         """
         plan = self.plan
         if start.point > plan.last:
-            end = plan.last * plan.step_size
+            end = plan.time(plan.last)
             raise ValueError(f"the run ends at {end:.9g} s, before the checkpoint at t = {start.time:.9g} s")
         if not start.is_held:
             start.check_past(state_fingerprint(self.assembly, self._asked, start.point))
@@ -236,6 +246,24 @@ def _columns(recorded: Sequence[str], table: Array, wanted: Sequence[str], plan:
 def with_simulated_settling(plan: Plan, notice: str) -> Plan:
     """Return a plan whose motion before point 0 is simulated; the notice gives the reason."""
     return replace(plan, settling="simulated", notices=(*plan.notices, notice))
+
+
+def _shorter_last_steps(assembly: Assembly, plan: Plan) -> dict[int, tuple[int, float]]:
+    """Return point and size (s) of the last step of each component whose last step would end after the plan's end."""
+    end, result = plan.time(plan.last), {}
+    for i, c in enumerate(plan.system.components):
+        point = (plan.last - 1) // c.every * c.every
+        is_longer = point + c.every > plan.last or plan.stop_time is not None
+        if is_longer and assembly.interfaces[c.name].takes_any_step:
+            result[i] = (point, end - plan.time(point))
+    return result
+
+
+def _end_of(name: str, every: int, plan: Plan, assembly: Assembly) -> float:
+    """Return the time at which the last step of a component ends (s)."""
+    if every == 1 or assembly.interfaces[name].takes_any_step:
+        return plan.time(plan.last)
+    return plan.start_time + math.ceil(plan.last / every) * every * plan.step_size
 
 
 def _check_states(assembly: Assembly) -> None:

@@ -48,13 +48,15 @@ def run_plan(assembly: Assembly, plan: Plan, options: RunOptions = DEFAULTS) -> 
     if assembly.from_elsewhere if options.isolated is None else options.isolated:
         return run_isolated(assembly, plan, options)
     notice = "" if options.start is None else options.start.notice
+    has_end = options.start is None and not options.saves.points and options.saves.file is None
     with ExitStack() as stack, deferred() as interruption:
         instances = options.instances
         living = InstancePool() if instances is None else instances
         stack.callback(living.close)
 
         def run(notice: str) -> Recording:
-            return _run(Simulator(assembly, plan, options.loop, living, notice), interruption, options)
+            simulator = Simulator(assembly, plan, options.loop, living, notice, has_end=has_end)
+            return _run(simulator, interruption, options)
 
         try:
             recording = run(notice)
@@ -81,14 +83,14 @@ def _run(simulator: Simulator, interruption: Interruption, options: RunOptions) 
         interruption.check()
         begin = simulator.settle() if start is None else begin
         run_saving(simulator, begin, options.saves, observers, checkpoints.__setitem__)
-        outcome = Outcome("completed", plan.last * plan.step_size)
+        outcome = Outcome("completed", plan.time(plan.last))
     except StepFailed as error:
         outcome = Outcome("failed", error.time, error.component, error.reason)
     except Stopped as condition:
         stopped_at = simulator.master.time(condition.point)
         outcome = Outcome("stopped", stopped_at, None, plan.stops[condition.index].text)
     except KeyboardInterrupt:
-        outcome = Outcome("interrupted", recorder.reached * plan.step_size)
+        outcome = Outcome("interrupted", plan.time(recorder.reached))
     assembly = simulator.assembly
     warnings = {component.name: component.warnings for component in simulator.components}
     nan = _first_nan(simulator, warnings)
@@ -108,7 +110,7 @@ def _first_nan(simulator: Simulator, warnings: dict[str, list[str]]) -> Outcome 
     failures = []
     for found in (watch.nan, watch.infinite):
         for name, (point, value) in found.items():
-            component, time = plan.system.divide(name)[0], point * plan.step_size
+            component, time = plan.system.divide(name)[0], plan.time(point)
             if component in foreign and found is watch.nan:
                 said = f"{name} = {value:g}, which is not a finite number"
                 failures.append(Outcome("failed", time, component, said))

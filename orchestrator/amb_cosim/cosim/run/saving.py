@@ -8,7 +8,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from amb_cosim.cosim.basics.time_grid import nearest_point
 from amb_cosim.cosim.master.master import Observer
 from amb_cosim.cosim.run.checkpoint import Checkpoint
 from amb_cosim.cosim.run.plan_session import Simulator
@@ -125,9 +124,9 @@ def save_points(moments: Sequence[Raw], plan: Plan, period: float | None = None)
     ValueError
         If one is not a time, or after the end of the plan.
     """
-    h, points = plan.step_size, []
+    points: list[int] = []
     for moment in moments:
-        points.append(nearest_point("a moment", moment_of(moment, period), h))
+        points.append(plan.grid.nearest("a moment", moment_of(moment, period)))
         if points[-1] > plan.last:
-            raise ValueError(f"no state can be saved at {moment}; the run ends at {plan.last * h:.9g} s")
+            raise ValueError(f"no state can be saved at {moment}; the run ends at {plan.time(plan.last):.9g} s")
     return tuple(points)

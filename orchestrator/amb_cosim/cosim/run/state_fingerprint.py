@@ -37,6 +37,8 @@ def plan_past(assembly: Assembly, plan: Plan, n: int) -> dict[str, Any]:
     inputs = {name: value for name, value in plan.inputs.items() if value != _start_value(assembly, plan, name)}
     return {
         "communication_step": plan.step_size,
+        **({} if plan.start_time == 0.0 else {"start_time": plan.start_time}),
+        **({} if plan.stop_time is None or n < plan.last else {"end": plan.stop_time}),
         "settling": [plan.settling, plan.first, plan.turn],
         "record": [plan.record_from, plan.record_every],
         "inputs": inputs,

@@ -20,16 +20,16 @@ def experiment_table(run: Described) -> bytes:
     plan, h = run.plan, run.plan.step_size
     table: dict[str, Any] = {
         "communication_step": h,
-        "start_time": plan.first * h,
-        "stop_time": plan.last * h,
+        "start_time": plan.time(plan.first),
+        "stop_time": plan.time(plan.last),
         "inputs": {
             name: _typed(run, name, value)
             for name, value in plan.inputs.items()
             if run.port(name).causality == "input"  # tunable parameters have theirs in the archive's bindings
         },
-        "event": [{"time": n * h, "set": {name: _typed(run, name, value)}} for n, name, value in plan.events],
+        "event": [{"time": plan.time(n), "set": {name: _typed(run, name, value)}} for n, name, value in plan.events],
         "profile": [
-            {"variable": r.variable, "points": [[n * h, value] for n, value in r.points]}
+            {"variable": r.variable, "points": [[plan.time(n), value] for n, value in r.points]}
             | ({"slope": r.slope} if r.slope is not None else {})
             for r in plan.ramps
         ],
@@ -37,7 +37,7 @@ def experiment_table(run: Described) -> bytes:
             {
                 "variable": stop.signal,
                 "above" if stop.above else "below": stop.limit,
-                "from_time": stop.first * h,
+                "from_time": plan.time(stop.first),
                 "hold_time": stop.hold * h,
             }
             for stop in plan.stops
@@ -45,7 +45,7 @@ def experiment_table(run: Described) -> bytes:
         "record": {
             "variables": list(plan.recorded),
             "every": plan.record_every,
-            "settling": plan.record_from == plan.first and plan.first < 0,
+            "settling": plan.record_from == plan.first,
         },
     }
     return tomli_w.dumps({key: value for key, value in table.items() if value != []}).encode()
@@ -68,7 +68,7 @@ def notes(run: Described, baked: bool) -> bytes:
         f"Written by {run.generator}. SystemStructure.ssd lacks the following, which SSP 1.0 cannot express, or has "
         f"it only in annotations.",
         "## Order and step",
-        f"{sequence} Communication step: {h:g} s, from {plan.first * h:.9g} s to {plan.last * h:.9g} s.",
+        f"{sequence} Communication step: {h:g} s, from {plan.time(plan.first):.9g} s to {plan.time(plan.last):.9g} s.",
     ]
     slow = [f"`{c.name}`: {c.every} communication steps" for c in plan.system.components if c.every > 1]
     if slow:
@@ -94,9 +94,13 @@ def notes(run: Described, baked: bool) -> bytes:
             f"## Signals\n\nOne value for several inputs, or an input that changes; {how}.\n\n"
             "| signal | inputs | initial value |\n| --- | --- | --- |\n" + "\n".join(rows)
         )
-    events = [f"| {n * h:.9g} | {name} | {_typed(run, name, value)!r} |" for n, name, value in sorted(plan.events)]
+    events = [
+        f"| {plan.time(n):.9g} | {name} | {_typed(run, name, value)!r} |" for n, name, value in sorted(plan.events)
+    ]
     events += [
-        f"| {n * h:.9g} | {r.variable} (linear between points) | {v!r} |" for r in plan.ramps for n, v in r.points
+        f"| {plan.time(n):.9g} | {r.variable} (linear between points) | {v!r} |"
+        for r in plan.ramps
+        for n, v in r.points
     ]
     if events:
         table = "| time in s | input | value |\n| --- | --- | --- |\n" + "\n".join(events)

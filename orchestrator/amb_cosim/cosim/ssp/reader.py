@@ -89,7 +89,7 @@ def _experiment(
     if step is None or end is None:
         missing = "communication step; set --step" if step is None else "stop time; set --until"
         raise ValueError(f"{what} defines no {missing}")
-    return Experiment(step_size=step, stop_time=end, start_time=start or 0.0)
+    return Experiment(step_size=step, stop_time=end, start_time=start or 0.0, settles=False, record_settling=True)
 
 
 def _step(root: Any, own_steps: Iterable[float | None]) -> float | None:

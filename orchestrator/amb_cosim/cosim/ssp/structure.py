@@ -150,8 +150,8 @@ def _connector(parent: Any, name: str, kind: str, port: Port, enumeration: str) 
 def _experiment(root: Any, run: Described) -> None:
     plan = run.plan
     experiment = etree.SubElement(root, tag("ssd:DefaultExperiment"))
-    experiment.set("startTime", repr(plan.first * plan.step_size))
-    experiment.set("stopTime", repr(plan.last * plan.step_size))
+    experiment.set("startTime", repr(plan.time(plan.first)))
+    experiment.set("stopTime", repr(plan.time(plan.last)))
     algorithm = etree.Element(tag("osp:Algorithm", TOOLS))
     etree.SubElement(algorithm, tag("osp:FixedStepAlgorithm", TOOLS), baseStepSize=repr(plan.step_size))
     local = etree.Element(MASTER, stepSize=repr(plan.step_size), coupling=run.plan.system.coupling)

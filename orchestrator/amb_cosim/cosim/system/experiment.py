@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 from amb_cosim.cosim.basics.choices import Coupling, Settling
 from amb_cosim.cosim.basics.schedules import PiecewiseConstant, PiecewiseLinear, Schedule
+from amb_cosim.cosim.basics.time_grid import TimeGrid
 from amb_cosim.cosim.fmu.fmu_interface import FmuInterface, Port
 from amb_cosim.cosim.system.stopping import Condition, StopCondition
 from amb_cosim.cosim.system.system import System
@@ -31,7 +32,7 @@ class InputChange:
 class Profile:
     """An input is linear between points (time in s, value) and constant outside; `slope` is fed its derivative, in 1/s.
 
-    Without a point at or before time 0, the input's initial value applies at time 0.
+    Without a point at or before communication point 0, the input's initial value applies there.
     """
 
     variable: str
@@ -49,8 +50,8 @@ class Experiment:
         Communication step.
     stop_time
         End of the run.
-    start_time
-        Beginning, 0 or earlier: before time 0 the system settles.
+    start_time, settles
+        Beginning. If the system settles, it is 0 or earlier, and the run proper begins at time 0.
     events, profiles
         Inputs over time.
     stops
@@ -76,6 +77,7 @@ class Experiment:
     step_size: float
     stop_time: float
     start_time: float = 0.0
+    settles: bool = True
     events: tuple[InputChange, ...] = ()
     profiles: tuple[Profile, ...] = ()
     stops: tuple[StopCondition, ...] = ()
@@ -101,7 +103,9 @@ class Ramp:
 
 @dataclass(frozen=True)
 class Plan:
-    """An experiment on the time grid: communication point n is at the time n h.
+    """An experiment on the time grid: communication point n is at the time t_0 + n h, with t_0 = `start_time`.
+
+    The last point is at `stop_time` unless that is None.
 
     `parameters` are the parameters of components, `texts` values of their String and Binary variables, `inputs` the
     initial values of signals and scheduled inputs by name, `events` their changes as (point, name, value). Quantities
@@ -128,6 +132,19 @@ class Plan:
     notices: tuple[str, ...] = ()
     partial_events: tuple[tuple[float, str], ...] = ()
     texts: Mapping[str, Mapping[str, str | bytes]] = field(default_factory=dict)
+    start_time: float = 0.0
+    stop_time: float | None = None
+
+    @property
+    def grid(self) -> TimeGrid:
+        """Times of the communication points."""
+        if self.stop_time is None:
+            return TimeGrid(self.step_size, self.start_time)
+        return TimeGrid(self.step_size, self.start_time, self.last, self.stop_time)
+
+    def time(self, n: int) -> float:
+        """Return the time of communication point n (s)."""
+        return self.grid.time(n)
 
     @property
     def begin(self) -> int:
@@ -163,7 +180,7 @@ class Plan:
         at = list(names).index
         steps: list[Schedule] = [PiecewiseConstant((n, at(name), value) for n, name, value in self.events)]
         return steps + [
-            PiecewiseLinear(r.points, self.step_size, at(r.variable), None if r.slope is None else at(r.slope))
+            PiecewiseLinear(r.points, self.grid, at(r.variable), None if r.slope is None else at(r.slope))
             for r in self.ramps
         ]
 

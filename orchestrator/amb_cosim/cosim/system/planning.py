@@ -8,18 +8,18 @@ from dataclasses import replace
 from functools import lru_cache
 
 from amb_cosim.cosim.basics.choices import Settling
-from amb_cosim.cosim.basics.time_grid import ROUNDING, in_steps, nearest_point, whole_steps
+from amb_cosim.cosim.basics.time_grid import ROUNDING, TimeGrid, in_steps, nearest_point, whole_steps
 from amb_cosim.cosim.system.assignments import Assignments
 from amb_cosim.cosim.system.experiment import EVERYTHING, Experiment, InputChange, Plan, Profile, Ramp
 from amb_cosim.cosim.system.replacement import notices
 from amb_cosim.cosim.system.stopping import Condition, StopCondition
-from amb_cosim.cosim.system.system import Component
+from amb_cosim.cosim.system.system import Component, System
 from amb_files.suggestions import suggest
 from amb_files.wildcards import matches, matching_names
 
 
 def plan_experiment(experiment: Experiment, values: Assignments) -> Plan:
-    """Plan an experiment on the time grid of the master; every time becomes the nearest communication point.
+    """Plan an experiment on the time grid of the master; every time but the end becomes the nearest point.
 
     Parameters
     ----------
@@ -38,7 +38,12 @@ def plan_experiment(experiment: Experiment, values: Assignments) -> Plan:
     values.set_defaults_of_signals()
     components = tuple(_rated(c, values, h) for c in system.components)
     system = replace(system, components=components, coupling=experiment.coupling or system.coupling)
-    ramps = tuple(_ramp(profile, values, h) for profile in experiment.profiles)
+    common = math.lcm(*(_start_grid(c, values, h) for c in system.components))
+    origin, first = _beginning(experiment, common)
+    last, stop_time = _end(experiment, origin, system, values)
+    grid = TimeGrid(h, origin) if stop_time is None else TimeGrid(h, origin, last, stop_time)
+    beginning = 0 if experiment.settles else first
+    ramps = tuple(_ramp(profile, values, grid, beginning) for profile in experiment.profiles)
     ramped = {name for ramp in ramps for name in (ramp.variable, ramp.slope) if name is not None}
     due, partial_events = _without_lacking(experiment.events, values)
     events = []
@@ -47,8 +52,7 @@ def plan_experiment(experiment: Experiment, values: Assignments) -> Plan:
         if name in ramped:
             raise ValueError(f"an event cannot set {name}; a profile does")
         values.inputs.setdefault(name, values.start_value(event.variable))
-        events.append((nearest_point("time of event", event.time, h), name, value))
-    common = math.lcm(*(_start_grid(c, values, h) for c in system.components))
+        events.append((grid.nearest("time of event", event.time), name, value))
     settling, unsolved = _settling(experiment, common)
     available = [
         *values.inputs,
@@ -57,19 +61,17 @@ def plan_experiment(experiment: Experiment, values: Assignments) -> Plan:
     patterns = tuple(name for name in experiment.recorded if not values.drops(name, "output"))
     recorded = _recorded(replace(experiment, recorded=patterns), system.unrecorded, available)
     each = experiment.each if experiment.record_every > 1 else ()
-    nearest_point("start_time", experiment.start_time, h)
-    first = common * math.floor(in_steps(experiment.start_time, common * h))
     return Plan(
         system=system,
         step_size=h,
         first=first,
-        last=max(1, nearest_point("stop_time", experiment.stop_time, h)),
+        last=last,
         parameters=values.parameters,
         inputs=values.inputs,
         events=tuple(events),
         ramps=ramps,
         recorded=recorded,
-        stops=tuple(_condition(stop, available, values, h) for stop in experiment.stops),
+        stops=tuple(_condition(stop, available, values, grid, beginning) for stop in experiment.stops),
         record_every=experiment.record_every,
         recorded_each=_chosen(recorded, each, (), None),
         record_from=first if experiment.record_settling else 0,
@@ -78,7 +80,45 @@ def plan_experiment(experiment: Experiment, values: Assignments) -> Plan:
         notices=(*notices(system, interfaces, values.inputs, values.dropped), *unsolved),
         partial_events=partial_events,
         texts=values.texts,
+        start_time=origin,
+        stop_time=stop_time,
     )
+
+
+def _beginning(experiment: Experiment, common: int) -> tuple[float, int]:
+    """Return the time of communication point 0 (s), and the first point, a multiple of `common`."""
+    start = experiment.start_time
+    nearest_point("start_time", start, experiment.step_size)
+    periods = in_steps(start, common * experiment.step_size)
+    if experiment.settles or (periods == round(periods) and start <= 0.0 < experiment.stop_time):
+        return 0.0, common * math.floor(periods)
+    return start, 0
+
+
+def _end(experiment: Experiment, origin: float, system: System, values: Assignments) -> tuple[int, float | None]:
+    """Return the last communication point, and its time (s) if the step to it is shorter than the others.
+
+    Raises
+    ------
+    ValueError
+        If the run would end before it begins, or a component that steps at every point takes no shorter step.
+    """
+    h, stop = experiment.step_size, experiment.stop_time
+    earliest = 0.0 if experiment.settles else experiment.start_time
+    if not stop > earliest:
+        raise ValueError(f"stop_time = {stop:.12g} s is not allowed; it must be > {earliest:.12g} s, the start")
+    nearest_point("stop_time", stop, h, origin)
+    steps = in_steps(stop - origin, h)
+    if steps == round(steps) and steps > 0:
+        return round(steps), None
+    rigid = [c.name for c in system.components if c.every == 1 and not values.interfaces[c.name].takes_any_step]
+    if rigid:
+        raise ValueError(
+            f"stop_time = {stop:.12g} s is not allowed; it must be a whole number of communication steps of {h:g} s "
+            f"after {origin:g} s, because {', '.join(rigid)} cannot take a shorter last step "
+            f"(canHandleVariableCommunicationStepSize)"
+        )
+    return math.ceil(steps), stop
 
 
 def _settling(experiment: Experiment, samples: int) -> tuple[Settling, list[str]]:
@@ -137,7 +177,7 @@ def _without_lacking(
     return [change for change in changes if not values.lacks(change.variable)], tuple(partial)
 
 
-def _ramp(profile: Profile, values: Assignments, h: float) -> Ramp:
+def _ramp(profile: Profile, values: Assignments, grid: TimeGrid, beginning: int) -> Ramp:
     name, _ = values.read(profile.variable, profile.points[0][1], "input")
     slope = None
     if profile.slope is not None:
@@ -145,14 +185,14 @@ def _ramp(profile: Profile, values: Assignments, h: float) -> Ramp:
         values.inputs.setdefault(slope, 0.0)
     values.inputs.setdefault(name, values.start_value(profile.variable))
     points: list[tuple[int, float]] = []
-    if nearest_point(f"point of {name}", profile.points[0][0], h) > 0:
-        points.append((0, values.inputs[name]))
+    if grid.nearest(f"point of {name}", profile.points[0][0]) > beginning:
+        points.append((beginning, values.inputs[name]))
     for time, raw in profile.points:
-        n = nearest_point(f"point of {name}", time, h)
+        n = grid.nearest(f"point of {name}", time)
         if points and n <= points[-1][0]:
             raise ValueError(
                 f"point of {name} at {time:g} s is not allowed; it must be at least one communication "
-                f"step, {h:g} s, after the one before it"
+                f"step, {grid.step_size:g} s, after the one before it"
             )
         points.append((n, values.read(profile.variable, raw, "input")[1]))
     return Ramp(name, tuple(points), slope)
@@ -188,10 +228,12 @@ def _start_grid(component: Component, values: Assignments, h: float) -> int:
     return math.lcm(component.every, samples) if fits else component.every
 
 
-def _condition(stop: StopCondition, available: Sequence[str], values: Assignments, h: float) -> Condition:
+def _condition(
+    stop: StopCondition, available: Sequence[str], values: Assignments, grid: TimeGrid, beginning: int
+) -> Condition:
     if stop.variable not in available:
         raise ValueError(f"stop: there is no signal {stop.variable!r}; {suggest(stop.variable, available)}")
-    return stop.on_grid(values.port(stop.variable), h)
+    return stop.on_grid(values.port(stop.variable), grid, beginning)
 
 
 def _recorded(experiment: Experiment, unrecorded: Sequence[str], available: Sequence[str]) -> tuple[str, ...]:

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from amb_cosim.cosim.basics.time_grid import nearest_point
+from amb_cosim.cosim.basics.time_grid import TimeGrid, nearest_point
 from amb_cosim.cosim.fmu.fmu_interface import Port
 from amb_cosim.cosim.system.values import Raw, convert
 from array_types import Array, Indices
@@ -21,23 +21,23 @@ from array_types import Array, Indices
 class StopCondition:
     """Ends the run once `variable` has been above (or below) a limit for `hold` s without a break.
 
-    It is checked from `begin` (s); with `hold` = 0 a single point suffices.
+    It is checked from `begin` (s), or from the beginning; with `hold` = 0 a single point suffices.
     """
 
     variable: str
     above: bool
     limit: Raw
     hold: float = 0.0
-    begin: float = 0.0
+    begin: float | None = None
 
-    def on_grid(self, port: Port, step_size: float) -> Condition:
-        """Convert the condition to the unit of its variable and to communication steps of `step_size` s."""
+    def on_grid(self, port: Port, grid: TimeGrid, beginning: int = 0) -> Condition:
+        """Convert the condition to the unit of its variable and to communication steps, from point `beginning`."""
         side = "above" if self.above else "below"
         limit = convert(self.limit, port, f"stop: {self.variable} {side}")
-        first = nearest_point("from_time of stop", self.begin, step_size)
-        hold = nearest_point("hold_time of stop", self.hold, step_size)
+        first = beginning if self.begin is None else grid.nearest("from_time of stop", self.begin)
+        hold = nearest_point("hold_time of stop", self.hold, grid.step_size)
         text = f"{self.variable} {side} {limit:.9g}{port.display_unit}"
-        text += f" for {hold * step_size:.9g} s" if hold else ""
+        text += f" for {hold * grid.step_size:.9g} s" if hold else ""
         return Condition(self.variable, self.above, limit, first, hold, text)
 
 

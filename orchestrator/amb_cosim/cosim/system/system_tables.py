@@ -13,6 +13,8 @@ from amb_cosim.cosim.system.tables import Count, Table, Value, Values, time_of
 from amb_cosim.cosim.system.values import Raw
 from amb_files.wildcards import matches
 
+LONGEST = 1e12  # s, of times in a file
+
 
 class ComponentTable(Table):
     """An instance of an FMU."""
@@ -126,17 +128,18 @@ class StopTable(Table):
     """Upper limit."""
     hold_time: Value = 0.0
     """Duration; with 0 a single point suffices."""
-    from_time: Value = 0.0
-    """Time from which it is checked."""
+    from_time: Value | None = None
+    """Time from which it is checked; the beginning by default."""
 
-    def condition(self) -> StopCondition:
+    def condition(self, beginning: float) -> StopCondition:
         """Return the condition, times in s; raises ValueError unless one of `above` and `below` is given."""
+        begin = None if self.from_time is None else time_of(self.from_time, "from_time of stop", least=beginning)
         return stop_condition(
             self.variable,
             self.above,
             self.below,
             time_of(self.hold_time, "hold_time of stop", least=0.0),
-            time_of(self.from_time, "from_time of stop", least=0.0),
+            begin,
         )
 
 
@@ -147,8 +150,8 @@ class Record(Table):
     """Patterns of names; `*` is the system's default, other variables must be named."""
     every: Count = 1
     """Number of steps between samples."""
-    settling: bool = False
-    """Whether times before 0 are recorded."""
+    settling: bool | None = None
+    """Whether times before 0 are recorded; by default those of a system file are, those of a scenario are not."""
 
 
 class ExperimentTable(Table):
@@ -157,9 +160,9 @@ class ExperimentTable(Table):
     communication_step: Value
     """Communication step."""
     stop_time: Value
-    """End of the run."""
+    """End of the run; a last step is shorter if it must be."""
     start_time: Value = 0.0
-    """Start, 0 or earlier; times before 0 are settling."""
+    """Start; the record begins there."""
     inputs: Values = Field(default={})
     """Initial values of inputs and shared signals."""
     event: tuple[EventTable, ...] = ()
@@ -173,23 +176,30 @@ class ExperimentTable(Table):
 
     def experiment(self) -> Experiment:
         """Return the run, times in s; raises ValueError where one is not allowed."""
+        start = time_of(self.start_time, "start_time", least=-LONGEST)
+        settles = start < 0.0 and self.record.settling is False
+        beginning = 0.0 if settles else start
+        earliest = min(0.0, beginning)
         return Experiment(
             step_size=time_of(self.communication_step, "communication_step"),
-            stop_time=time_of(self.stop_time, "stop_time"),
-            start_time=time_of(self.start_time, "start_time", most=0.0),
+            stop_time=time_of(self.stop_time, "stop_time", least=-LONGEST),
+            start_time=start,
+            settles=settles,
             events=tuple(
-                InputChange(time_of(e.time, "time of event", least=0.0), name, raw, f"event {number}")
+                InputChange(time_of(e.time, "time of event", least=beginning), name, raw, f"event {number}")
                 for number, e in enumerate(self.event, 1)
                 for name, raw in e.set.items()
             ),
             profiles=tuple(
-                Profile(p.variable, tuple((time_of(t, "time of a point", least=0.0), v) for t, v in p.points), p.slope)
+                Profile(
+                    p.variable, tuple((time_of(t, "time of a point", least=earliest), v) for t, v in p.points), p.slope
+                )
                 for p in self.profile
             ),
-            stops=tuple(stop.condition() for stop in self.stop),
+            stops=tuple(stop.condition(beginning) for stop in self.stop),
             recorded=self.record.variables,
             record_every=self.record.every,
-            record_settling=self.record.settling,
+            record_settling=not settles,
         )
 
 
@@ -222,7 +232,9 @@ class OverlayTable(SystemTable):
     component: tuple[ComponentTable, ...] = ()
 
 
-def stop_condition(variable: str, above: Raw | None, below: Raw | None, hold: float, begin: float) -> StopCondition:
+def stop_condition(
+    variable: str, above: Raw | None, below: Raw | None, hold: float, begin: float | None
+) -> StopCondition:
     """Return a stop condition; raises ValueError unless either `above` or `below` is given."""
     limit = above if below is None else below
     if (above is None) == (below is None) or limit is None:
