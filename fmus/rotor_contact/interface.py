@@ -105,7 +105,14 @@ def interface_of(planes: Planes) -> Interface:
         repeated("axes", axes, _axis_inputs),
         repeated("discs", [(disc,) for disc in planes.discs], _disc_inputs),
         repeated("cores", [(bearing, f"the rotor at {bearing.upper()}") for bearing in bearings], _unbalance_inputs),
-        output("theta", "rad", "Rotor angle, within one turn", minimum=0.0, maximum=2.0 * math.pi, starts_from=()),
+        output(
+            "theta",
+            "rad",
+            "Rotor angle, within one turn",
+            minimum=0.0,
+            maximum=2.0 * math.pi,
+            starts_from=("initial.angle",),
+        ),
         output("speed", "rad/s", "Spin speed at the end of the step", starts_as="Omega"),
         output(
             "solver.tolerance_missed",
@@ -190,6 +197,7 @@ def _model_parameters(max_substep: float) -> list[Variable]:
             0.0,
             type="Boolean",
         ),
+        parameter("initial.angle", "rad", "Rotor angle at the start", 0.0),
     ]
 
 

@@ -58,7 +58,7 @@ TURN = 2.0 * math.pi
 
 @kernel
 def initialise(constants: Array, parameters: Array, inputs: Array, state: Array, work: Array, outputs: Array) -> int:
-    """Set the rotor to angle zero, at rest in the centre or on its orbit; return a fault code.
+    """Set the rotor to its first angle, at rest in the centre or on its orbit; return a fault code.
 
     Sites are free unless the orbit passes them. Housings and races are at rest. The orbit is that in the passive
     bearings; with magnetic bearings it would depend on forces that depend on it.
@@ -76,16 +76,17 @@ def initialise(constants: Array, parameters: Array, inputs: Array, state: Array,
         if sites[k].housing >= 0 and p.own[0].contact.impact_law == NODAL:
             return FAULT_NODAL
         x.sites[k].temperature = p.own[0].ambient_temperature
-    Omega = u.own[0].Omega
-    motion = motion_of(structure, scratch.motion, scratch.bearings, 0.0, Omega, 0.0)
+    Omega, theta = u.own[0].Omega, p.own[0].initial.angle
+    head.theta = theta if 0.0 <= theta < TURN else theta % TURN
+    motion = motion_of(structure, scratch.motion, scratch.bearings, head.theta, Omega, 0.0)
     set_bearings(p, motion)
     collect_coefficients(structure, motion)
     w = workspace_of(structure, motion, scratch, n)
     if spin.row >= 0:
         if spin.inertia <= least_inertia(motion):
             return FAULT_INERTIA
-        z[n + spin.row] = Omega
-    head.coupling = coupling_energy(motion, spin, 0.0, z[n : 2 * n])
+        z[spin.row], z[n + spin.row] = head.theta, Omega
+    head.coupling = coupling_energy(motion, spin, head.theta, z[n : 2 * n])
     if n > structure.K.shape[0] and body_limit(sites, spin) < SHORTEST_SUBSTEP:
         return FAULT_FAST
     if p.own[0].initial.orbit != 0.0:
@@ -103,7 +104,7 @@ def initialise(constants: Array, parameters: Array, inputs: Array, state: Array,
             return fault
         copy(start[: 2 * n + N_INTEGRALS], z)
         store_sites(sites, x.sites, start, n)
-    head.coupling = coupling_energy(motion, spin, 0.0, z[n : 2 * n])
+    head.coupling = coupling_energy(motion, spin, head.theta, z[n : 2 * n])
     head.initial_energy = write_mechanical_energy(structure, p, w, x, y.own[0].energy)
     write_outputs(structure, p, w, x, Omega, y)
     y.own[0].solver.energy_missed = 0.0

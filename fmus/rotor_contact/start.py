@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from fmi_export.jit import kernel
 from fmi_export.model import Array
 from rotor_contact.dynamics import Motion, accelerations, coefficients
@@ -14,14 +16,14 @@ MAX_DEFLECTION = 1.0  # m; an equilibrium further away is that of a rotor withou
 
 @kernel
 def start_on_orbit(motion: Motion, equations: Equations, q: Array, v: Array) -> bool:
-    """Compute the steady motion q = q_s + Re(Q exp(i theta)) at theta = 0; return False if none exists.
+    """Compute the steady motion q = q_s + Re(Q exp(i theta)) at an angle; return False if none exists.
 
     K q_s = steady,  (K - Omega^2 + i Omega C) Q = Omega^2 (cosine - i sine)        (coefficients of `Motion`)
 
     Parameters
     ----------
     motion
-        The motion; its angle is taken as zero and its spin speed as constant.
+        The motion; its angle theta is that of the start, and its spin speed is taken as constant.
     equations
         Room for 2 n equations.
     q, v
@@ -54,9 +56,10 @@ def start_on_orbit(motion: Motion, equations: Equations, q: Array, v: Array) -> 
         b[n + i] = -square * sine[i]
     if not solve(equations, 2 * n):
         return False
+    direction_x, direction_y = math.cos(motion.theta), math.sin(motion.theta)
     for i in range(n):
-        q[i] += b[i]
-        v[i] = -motion.Omega * b[n + i]
+        q[i] += direction_x * b[i] - direction_y * b[n + i]
+        v[i] = -motion.Omega * (direction_y * b[i] + direction_x * b[n + i])
         if not abs(q[i]) < MAX_DEFLECTION:
             return False
     return True

@@ -12,7 +12,7 @@ from collections.abc import Iterable
 from rotor_contact.planes import Planes
 
 SUPPORT = ("initial.orbit", "Omega", "bearings[*].k_b")
-WHIRL = (*SUPPORT, "bearings[*].c_b", "discs[*].u", "discs[*].phi", "cores[*].u", "cores[*].phi")
+WHIRL = (*SUPPORT, "initial.angle", "bearings[*].c_b", "discs[*].u", "discs[*].phi", "cores[*].u", "cores[*].phi")
 GRAVITY = ("gravity", "gravity_angle")
 PUT_BACK = ("enabled", "clearance", "offset_x", "offset_y")  # of a site
 CONTACT = ("law", "mu", "mu_static", "stribeck_velocity", "journal_radius", "housing_mass")  # of a site

@@ -76,12 +76,13 @@ def test_gravity_pulls_along_both_axes_by_its_component():
     assert abs(x["energy.balance"]) < 1e-6 * x["energy.work"]
 
 
-@pytest.mark.parametrize("Omega", [90.0, -150.0])
-def test_start_on_the_orbit_is_the_steady_state(Omega):
+@pytest.mark.parametrize(("Omega", "angle"), [(90.0, 0.0), (-150.0, 0.0), (90.0, 0.7), (-150.0, -8.0)])
+def test_start_on_the_orbit_is_the_steady_state(Omega, angle):
     u = [3e-4, 0, 2e-4 * np.exp(1j), 0]
     values = BEARINGS | {"Omega": Omega, "d1.u": 3e-4, "d3.u": 2e-4, "d3.phi": 1.0, "initial.orbit": 1.0}
-    x = plant(values | {"d1.f_x": 20.0})
-    orbit = OnePlane.of(ROTOR, 1e6, 5000.0).orbit(Omega, u)
+    x = plant(values | {"d1.f_x": 20.0, "initial.angle": angle})
+    assert x["theta"] == pytest.approx(angle % (2.0 * np.pi))
+    orbit = OnePlane.of(ROTOR, 1e6, 5000.0).orbit(Omega, u) * np.exp(1j * angle)
     lift = np.linalg.solve(OnePlane.of(ROTOR, 1e6).K, 20.0 * np.eye(6)[0])
     np.testing.assert_allclose(masters(x)[0], orbit + lift, atol=1e-12)
     np.testing.assert_allclose(masters(x)[1], 1j * Omega * orbit, atol=1e-10)

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, fields
 from typing import Any
 
 from amb_cosim.cosim.basics.choices import Role
-from amb_cosim.cosim.basics.time_grid import is_on_grid, nearest_point, nearest_steps
+from amb_cosim.cosim.basics.time_grid import in_steps, is_on_grid, nearest_point, nearest_steps
 from amb_cosim.cosim.system.assembly import Assembly
 from amb_cosim.cosim.system.assignments import Assignments
 from amb_cosim.cosim.system.experiment import Experiment, InputChange, Plan, Profile
@@ -25,6 +25,7 @@ from amb_cosim.scenario.signal_chain import idle_switches, unsteady_effects
 SPEED = "Omega"  # the shared signal whose initial value counts the cycles
 ACCELERATION = "Omega_dot"  # the shared signal that holds the slope of the speed over the coming step
 UNBALANCE = "kg.m"
+ANGLE = "initial.angle"  # parameter of a rotor, its angle at the start
 
 
 @dataclass(frozen=True)
@@ -123,9 +124,27 @@ def plan_scenario(
     plan = plan_experiment(experiment, values)
     planned = {f.name: getattr(plan, f.name) for f in fields(Plan)}
     planned["notices"] = (*plan.notices, *_rounded(end, plan))
+    planned["parameters"] = _with_first_angle(plan, scenario.settle_cycles, period, assembly)
     roles = {event.role: event.name for event in scenario.event if event.role}
     warnings = (*idle_switches(values, given), *first.warnings)
     return ScenarioPlan(**planned, period=period, marks=marks, roles=roles, warnings=warnings)
+
+
+def _with_first_angle(
+    plan: Plan, cycles: float, period: float, assembly: Assembly
+) -> Mapping[str, Mapping[str, float]]:
+    """Return the parameters with the angle at which the rotor starts, so that its angle at cycle 0 is exact.
+
+    The run starts at a communication point, up to a step before the cycles of settling. At cycle 0 the angle is the
+    parameter's (0 by default), plus these cycles, whatever the step.
+    """
+    early = plan.first + in_steps(cycles * period, plan.step_size)
+    parameters = {component: dict(values) for component, values in plan.parameters.items()}
+    for component, interface in assembly.interfaces.items():
+        if early and ANGLE in interface.ports:
+            stated = parameters[component].get(ANGLE, 0.0)
+            parameters[component][ANGLE] = stated + 2.0 * math.pi / period * early * plan.step_size
+    return parameters
 
 
 @dataclass(frozen=True)

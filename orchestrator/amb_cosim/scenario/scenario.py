@@ -167,7 +167,8 @@ class Scenario(Table):
     gravity_angle: Value = "225 deg"
     """Direction of gravity, from x towards y."""
     settle_cycles: float = Field(default=40.0, ge=0.0, le=1e9)
-    """Revolutions before cycle 0 in which the motion settles."""
+    """Revolutions before cycle 0 in which the motion settles. The rotor angle at cycle 0 is `initial.angle` of the
+    rotor plus these revolutions, with any communication step."""
     settling: Settling = "simulated"
     """Whether these turns are `simulated`, or the motion that they lead to is `solved` for, and one turn of it
     simulated, with the angle that the rotor has after them; `automatic` solves where it can. It cannot where noise,

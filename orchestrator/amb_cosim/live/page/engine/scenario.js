@@ -28,7 +28,7 @@ export function scenarioToml(rig, { settings, changes }, speeds, end, descriptio
     gradient: rig.gradient ? undefined : false,
     communication_step: stepSize,
     Omega: speed,
-    settle_cycles: first < 0 ? (-first - 0.5) * stepSize / period : 0, // half a step less, since it is rounded up
+    settle_cycles: (0 - first) * stepSize / period,
     end_time: Math.max(end, 1) * stepSize,
   };
   const events = [
