@@ -133,6 +133,14 @@ def test_a_new_speed_moves_the_cycles_and_reaches_all_targets():
         assert p.marks["step"] == round(5 * PERIOD / 2 / H)
 
 
+def test_cycles_of_a_rotor_that_stands_still_last_10_ms():
+    """It may turn later, and stop again."""
+    points = '[[speed]]\ncycle = 6\nOmega = "50 rad/s"\n[[speed]]\ntime = "0.1 s"\nOmega = 0\n'
+    p = changing(points, scenario=SCENARIO.replace('"100 rad/s"', "0"))
+    assert (p.speed, p.period, p.marks["step"]) == (0.0, 0.01, round(5 * 0.01 / H))
+    assert p.profile == ((0, 0.0), (round(0.06 / H), 50.0), (round(0.1 / H), 0.0))
+
+
 def test_a_speed_must_suit_every_target():
     with raises_naming(ValueError, "Omega", "600 rad/s", ">= 0", "<= 500 rad/s"):
         plan({"rotor.Omega": 600})

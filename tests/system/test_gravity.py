@@ -37,6 +37,15 @@ def test_levitated_rotor_sits_at_its_setpoint(law):
     assert max(abs(x) for x in places) < 1e-6
 
 
+@pytest.mark.parametrize("settling", ["simulated", "automatic"])
+def test_rotor_that_stands_still_levitates_at_its_setpoint(settling):
+    """Its 60 cycles of settling last 0.6 s; they may be left to the choice of the run."""
+    scenario = levitated(Omega=0, settling=settling)
+    *places, cycle, angle = at_the_end(scenario, *PLACES, "cycle", "rotor_contact.theta")
+    assert max(abs(x) for x in places) < 1e-6
+    assert (cycle, angle) == (1.0, 0.0)
+
+
 def test_weight_that_nothing_carries_pulls_the_rotor_down():
     """By a bearing's share of m g/sqrt(2) over K_b along each axis."""
     scenario = levitated(gravity=None, parameters={"rotor_contact": {"gravity": "9.81 m/s2"}})

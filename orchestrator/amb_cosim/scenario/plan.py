@@ -19,7 +19,7 @@ from amb_cosim.results.places import RotorPlaces, places_of
 from amb_cosim.scenario.coupling import delay, predictable
 from amb_cosim.scenario.gravity import Gravity, set_gravity
 from amb_cosim.scenario.operating_point import MissingParameters, set_operating_points, stated_constants
-from amb_cosim.scenario.scenario import Scenario, positive_speed
+from amb_cosim.scenario.scenario import Scenario, checked_speed, cycle_period
 from amb_cosim.scenario.signal_chain import idle_switches, unsteady_effects
 
 SPEED = "Omega"  # the shared signal whose initial value counts the cycles
@@ -32,7 +32,7 @@ ANGLE = "initial.angle"  # parameter of a rotor, its angle at the start
 class ScenarioPlan(Plan):
     """A scenario on the time grid: cycle 0 begins at time 0, preceded by settling.
 
-    `period` is that of the initial speed (s), `marks` the communication points of labelled events, `roles` the labels
+    `period` is that of a cycle (s), `marks` the communication points of labelled events, `roles` the labels
     of those with a role, `warnings` are sentences on parameters without effect or in conflict.
     """
 
@@ -95,7 +95,7 @@ def plan_scenario(
     first = first or first_values(scenario, assembly, settings)
     values, given = first.values.copy(), first.given
     coupling = scenario.coupling or assembly.system.coupling
-    period, h = 2.0 * math.pi / positive_speed(values.inputs[SPEED]), scenario.step_size(coupling)
+    period, h = cycle_period(values.inputs[SPEED]), scenario.step_size(coupling)
     end = None if until is None else quantity(until, "s", "until")
     events: list[InputChange] = []
     marks: dict[str, int] = {}
@@ -177,7 +177,7 @@ def first_values(scenario: Scenario, assembly: Assembly, settings: Mapping[str, 
         set_gravity(missing, Gravity(scenario.gravity, scenario.gravity_angle), scenario.rotor)
     warnings = set_operating_points(missing)
     coupling = scenario.coupling or assembly.system.coupling
-    positive_speed(values.inputs[SPEED])  # a wrong speed is reported before a wrong step
+    checked_speed(values.inputs[SPEED])  # a wrong speed is reported before a wrong step
     if late := delay(coupling, scenario.step_size(coupling)):
         for name in set(predictable(assembly.interfaces)) - given:
             values.set(name, late)
@@ -250,5 +250,5 @@ def _speed_profile(scenario: Scenario, values: Assignments, period: float) -> tu
             f"{', '.join(signals)}"
         )
     points: list[tuple[float, Any]] = [(0.0, values.inputs[SPEED])]
-    points += [(p.moment(period), positive_speed(values.read(SPEED, p.Omega, "input")[1])) for p in scenario.speed]
+    points += [(p.moment(period), checked_speed(values.read(SPEED, p.Omega, "input")[1])) for p in scenario.speed]
     return (Profile(SPEED, tuple(points), ACCELERATION),)

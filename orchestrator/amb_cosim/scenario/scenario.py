@@ -28,6 +28,7 @@ _MACHINE = (  # fields that say what runs, and how it is set
 )
 
 Label = Annotated[str, StringConstraints(pattern=r"^[a-z][a-z0-9_]*$", max_length=40)]
+AT_STANDSTILL = 0.01  # s, a cycle of a rotor that does not turn at first
 FORMER_LABELS = {"step": "disturbance", "removal": "relief"}  # that stood for a role before there were roles
 
 FigureName = Literal["orbits", "displacement", "contact", "whirl", "magnets", "energy", "touchdown", "turns"]
@@ -124,6 +125,8 @@ class Plot(Table):
 
 class Scenario(Table):
     """A run of the levitated rotor. Cycles are periods of the initial speed, counted from the end of settling.
+
+    A cycle of a rotor that stands still at first lasts 10 ms.
 
     Keys of `inputs`, `parameters` and `fmu` are component names; `*` and `?` in the names of parameters and inputs
     match any characters and any one character.
@@ -243,12 +246,12 @@ class Scenario(Table):
     @property
     def initial_speed(self) -> float:
         """Speed before and at the beginning of cycle 0 in rad/s."""
-        return positive_speed(quantity(self.Omega, "rad/s", "Omega"))
+        return checked_speed(quantity(self.Omega, "rad/s", "Omega"))
 
     @property
     def period(self) -> float:
         """Duration of a cycle in s."""
-        return 2.0 * math.pi / self.initial_speed
+        return cycle_period(self.initial_speed)
 
     def step_size(self, coupling: Coupling) -> float:
         """Communication step in s, in this coupling."""
@@ -273,11 +276,16 @@ class Scenario(Table):
         return next((event for event in self.event if event.role == role), None)
 
 
-def positive_speed(speed: float) -> float:
-    """The speed (rad/s), if cycles can be counted at it; raises ValueError otherwise."""
-    if not 0.0 < speed < math.inf:
-        raise ValueError(f"Omega = {speed:g} rad/s is not allowed; it must be > 0 rad/s, since cycles count its turns")
+def checked_speed(speed: float) -> float:
+    """Return the speed (rad/s), if a rotor can turn at it; raise ValueError otherwise."""
+    if not 0.0 <= speed < math.inf:
+        raise ValueError(f"Omega = {speed:g} rad/s is not allowed; it must be >= 0 rad/s, since cycles count its turns")
     return speed
+
+
+def cycle_period(speed: float) -> float:
+    """Return the duration of a cycle (s) at an initial speed (rad/s): a turn, or `AT_STANDSTILL`."""
+    return 2.0 * math.pi / speed if checked_speed(speed) else AT_STANDSTILL
 
 
 def scenarios() -> dict[str, str]:
@@ -375,5 +383,5 @@ def _check_speeds(scenario: Scenario) -> None:
                 else "at > 0 s, because Omega defines the start"
             )
             raise ValueError(f"speed point at {moment:g} s is not allowed; it must be {what}")
-        positive_speed(quantity(point.Omega, "rad/s", "Omega"))
+        checked_speed(quantity(point.Omega, "rad/s", "Omega"))
         before = moment

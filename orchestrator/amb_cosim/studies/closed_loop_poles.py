@@ -21,7 +21,7 @@ from amb_cosim.presentation.text_tables import TextBlock, text_table
 from amb_cosim.presentation.units import speed_unit
 from amb_cosim.scenario.simulation import prepare
 from amb_cosim.studies.coefficient_limits import EXTRAPOLATED, Limits, is_extrapolated, limit_notes, limits_of
-from amb_cosim.studies.inputs import Number, controlled, speed_range
+from amb_cosim.studies.inputs import DEFAULT_RANGE, Number, controlled, speed_range
 from amb_cosim.studies.result import MachineResult
 from amb_files.checks import require
 from array_types import Array, Complex
@@ -188,7 +188,8 @@ def poles(
     scenario, rotor, controller
         Machine, its parameters and its control (`studies.inputs.controlled`).
     up_to
-        Highest spin speed (rad/s), or a string with its unit; 1.5 times that of the scenario by default.
+        Highest spin speed (rad/s), or a string with its unit; 1.5 times that of the scenario by default, 628 rad/s
+        if it stands still.
     count
         Number of vibrations to follow, the slowest first.
     set, flavour
@@ -210,7 +211,7 @@ def poles(
     prepared = prepare(values.machine(), set, flavour=flavour)
     machine = Machine(prepared)
     loop = machine.loop
-    highest = 1.5 * prepared.plan.speed if up_to is None else up_to
+    highest = (1.5 * prepared.plan.speed or DEFAULT_RANGE) if up_to is None else up_to
     speeds = speed_range(highest, POINTS)
     speeds[0] = LOWEST * speeds[-1]
     result = [vibrations(loop, float(Omega)) for Omega in speeds]

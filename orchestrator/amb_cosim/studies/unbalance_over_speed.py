@@ -21,7 +21,7 @@ from amb_cosim.machine.response import peaks_of, refined_response, separation_ma
 from amb_cosim.scenario.scenario import Scenario
 from amb_cosim.scenario.simulation import prepare
 from amb_cosim.studies.coefficient_limits import Limits, is_extrapolated, limits_of
-from amb_cosim.studies.inputs import Number, controlled, node_numbers, positive, speed_range
+from amb_cosim.studies.inputs import DEFAULT_RANGE, Number, controlled, node_numbers, positive, speed_range
 from amb_cosim.studies.unbalance_records import (
     UNDAMPED,
     CriticalResponse,
@@ -43,7 +43,6 @@ from rotor_analysis.supported_rotor import supported_rotor
 POINTS = 644  # speeds of the curves, with the standstill, which is left out
 COARSE = 10  # of these speeds, between one of which and the next critical speeds are sought
 LEVITATED = 161  # the same of a levitated machine, whose peaks get more
-HIGHEST = "628 rad/s"  # of a rotor
 BALANCED = 2.5e-3  # m/s: grade G 2.5, of a machine whose scenario has no unbalance
 REACH = 2.0  # times the speed of a scenario, up to which its response is computed
 
@@ -79,7 +78,8 @@ def unbalance_response(
     mass
         Mass matrix of a rotor alone, `diagonal` or `consistent`; as the rotor says by default.
     up_to
-        Highest spin speed (rad/s), or a string with its unit; twice the scenario's, 628 rad/s of a rotor alone.
+        Highest spin speed (rad/s), or a string with its unit; twice the scenario's, 628 rad/s of a rotor alone
+        or at standstill.
     unbalance
         Unbalance (kg m), or a string with its unit. By default all unbalances at the end of the scenario, or that of
         grade G 2.5 if it has none; 10 g m of a rotor alone.
@@ -118,7 +118,7 @@ def unbalance_response(
     unplaced = node is None and place is None
     loaded = _first_disc(description) if unplaced else _node(description, rotor, place, node)
     places = _places(description)
-    speeds = speed_range(up_to or HIGHEST, POINTS)[1:]
+    speeds = speed_range(up_to or DEFAULT_RANGE, POINTS)[1:]
     load = {loaded: complex(1e-2 if amount is None else amount)}
     rotor_model, nodes = supported_rotor(description, mass), tuple(places.values())
     critical = resonances(partial(dynamic_stiffness, rotor_model.model), np.unique([*speeds[::COARSE], speeds[-1]]))
@@ -137,8 +137,8 @@ def unbalance_response(
 def _of_machine(
     machine: Machine, name: str, loads: Mapping[int, complex], up_to: Number | None, everywhere: float | None
 ) -> UnbalanceResponse:
-    rotor, places, Omega = machine.rotor, _places(machine.rotor), machine.Omega
-    swept = speed_range(REACH * Omega if up_to is None else up_to, LEVITATED)[1:]
+    rotor, places, Omega = machine.rotor, _places(machine.rotor), machine.Omega or None
+    swept = speed_range(up_to or (DEFAULT_RANGE if Omega is None else REACH * Omega), LEVITATED)[1:]
     machine.loop.check_stable(swept)
     speeds, response = refined_response(machine, swept, [loads], tuple(places.values()))
     shown = response[:, 0, [node - 1 for node in places.values()]]
@@ -166,6 +166,10 @@ def _loads(
     else:
         at = max(own, key=lambda number: abs(own[number])) if own else _first_disc(machine.rotor)
     if amount is None:
+        if at not in own and not machine.Omega:
+            raise ValueError(
+                "unbalance is missing: the scenario has none, and stands still, so that no grade gives one"
+            )
         amount = abs(own[at]) if at in own else machine.rotor.mass * BALANCED / machine.Omega
     return {at: complex(amount)}
 
