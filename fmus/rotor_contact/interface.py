@@ -129,8 +129,9 @@ def interface_of(planes: Planes) -> Interface:
             "Whether energy.balance is off by more than a tenth of solver.energy_limit",
             type="Boolean",
             starts_from=(),
-            warning="energy is not conserved: the contact is too stiff, or its friction too strong, for substeps of "
-            "solver.max_substep = {solver.max_substep} s",
+            warning="energy is not conserved: energy.balance is off by more than a tenth of solver.energy_limit = "
+            "{solver.energy_limit}; compare with solver.exact_motion = false, or with a solver.max_substep below "
+            "{solver.max_substep} s",
         ),
         output("solver.method", "1", "How the last step was computed", starts_from=(), **enumerated(METHOD)),
         repeated("displacements", displacements, _displacement_output),

@@ -24,6 +24,16 @@ LAGRANGE = (
 )
 
 
+def _lagrange(s: float) -> tuple[float, float, float, float]:
+    """Return the four cubics l_m at s."""
+    return tuple(sum(c * s**k for k, c in enumerate(row)) for row in LAGRANGE)  # type: ignore[return-value]
+
+
+# The cubics at the Lobatto points of the first half, and at those of the part of that length that begins at s_i/2.
+FIRST_HALF = tuple(_lagrange(0.5 * c) for c in LOBATTO_POINTS)
+SECOND_PART = tuple(tuple(_lagrange(0.5 * (c + s)) for s in LOBATTO_POINTS) for c in LOBATTO_POINTS[1:])
+
+
 @kernel
 def least_of_cubic(f_0: float, f_1: float, f_2: float, f_3: float) -> float:
     """Return a lower bound of the cubic through four values, its smallest Bezier point."""

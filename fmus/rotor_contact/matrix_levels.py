@@ -9,6 +9,7 @@ from fmi_export.jit import kernel, noinline_kernel
 from fmi_export.model import Array
 from rotor_contact.dynamics import Motion, accelerations
 from rotor_contact.lobatto import N_LOBATTO
+from rotor_contact.matrix_dampers import are_there_dampers
 from rotor_contact.passive_bearings import add_bearings
 from rotor_contact.products import row_combination
 from rotor_contact.seals import add_seals, seals_are_isotropic
@@ -50,6 +51,7 @@ def choose_levels(structure: Structure, motion: Motion, sites: Sites, key: Matri
             sizes.n += 2.0
             matrices.ports[first + n_sites + k] = _port_of(matrices, sites[k].housing)
     sizes.n_site_ports = sizes.n_ports
+    sizes.damped = 1.0 if are_there_dampers(structure, motion, sites) else 0.0
     for b in range(n_bearings):
         matrices.ports[first + 2 * n_sites + b] = _port_of(matrices, motion.bearings[b].row)
     copy(accelerations(motion).cosine, matrices.effects[0])

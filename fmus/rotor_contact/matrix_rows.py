@@ -17,7 +17,8 @@ from fmi_export.flat import copy
 from fmi_export.jit import kernel, noinline_kernel
 from fmi_export.model import Array
 from rotor_contact.dynamics import Motion
-from rotor_contact.lobatto import LAGRANGE, LOBATTO_POINTS, N_LOBATTO
+from rotor_contact.lobatto import FIRST_HALF, LAGRANGE, LOBATTO_POINTS, N_LOBATTO, SECOND_PART
+from rotor_contact.matrix_dampers import double_heat_row, integrate_heat_row
 from rotor_contact.matrix_levels import write_coefficients
 from rotor_contact.products import rotate_row, row_combination
 from rotor_contact.site import Sites
@@ -34,15 +35,6 @@ from rotor_contact.step_matrices import (
     velocity_index,
 )
 from rotor_contact.structure import Structure
-
-
-def _lagrange(s: float) -> tuple[float, float, float, float]:
-    """Return the four cubics l_m at s."""
-    return tuple(sum(c * s**k for k, c in enumerate(row)) for row in LAGRANGE)  # type: ignore[return-value]
-
-
-FIRST_HALF = tuple(_lagrange(0.5 * c) for c in LOBATTO_POINTS)
-SECOND_PART = tuple(tuple(_lagrange(0.5 * (c + s)) for s in LOBATTO_POINTS) for c in LOBATTO_POINTS[1:])
 
 
 @noinline_kernel
@@ -68,16 +60,24 @@ def build_slot(
         else:
             _double_row(matrices, which, level, row, Omega, x)
         _observe_row(matrices, which, level, row)
-        slot.n_rows += 1.0
+        n_new = 1
         if sizes.isotropic != 0.0 and row != 2 * n:
             _rotate_rows(matrices, which, level, row)
-            slot.n_rows += 1.0
+            n_new = 2
+        if sizes.damped != 0.0:
+            for new in range(row, row + n_new):
+                if level == int(sizes.n_built) - 1:
+                    integrate_heat_row(structure, motion, sites, matrices, which, level, new, Omega, room)
+                else:
+                    _begin_part(matrices, which, level, new, Omega, N_LOBATTO - 2, x)
+                    double_heat_row(matrices, which, level, new, Omega, x, room)
+        slot.n_rows += float(n_new)
 
 
 @kernel
 def _rotate_rows(matrices: StepMatrices, slot: int, level: int, row: int) -> None:
     """Write the rows for y from the last rows, which are for x."""
-    (P, S), inner = level_of(matrices, slot, level), inner_motion(matrices, slot, level)
+    (P, S, _), inner = level_of(matrices, slot, level), inner_motion(matrices, slot, level)
     rotate_row(P[row], P[row + 1])
     rotate_row(S[row], S[row + 1])
     rotate_row(inner.first[row], inner.first[row + 1])
@@ -188,7 +188,7 @@ def _observe(matrices: StepMatrices, x: Array, observed: Array, unbalance: int, 
 @kernel
 def _observe_row(matrices: StepMatrices, slot: int, level: int, row: int) -> None:
     """Write the observations (S) at the Lobatto points after the first."""
-    P, S = level_of(matrices, slot, level)
+    P, S, _ = level_of(matrices, slot, level)
     n, n_ports = P.shape[1] // 2, int(matrices.sizes[0].n_ports)
     inner = inner_motion(matrices, slot, level)
     for point in range(N_LOBATTO - 1):
@@ -253,30 +253,38 @@ def _integrate_row(
 @kernel
 def _double_row(matrices: StepMatrices, slot: int, level: int, row: int, Omega: float, x: Array) -> None:
     """Write a row of a level from the level of half its length."""
-    sizes = matrices.sizes[0]
-    n, axes = int(sizes.n), 2 * int(sizes.n_ports)
-    below = sizes.step_size * 0.5 ** (level + 1)
-    forces = 2 * n + 3
-    point, axis = (row - forces) // axes, (row - forces) % axes
-    finer, target_motion = inner_motion(matrices, slot, level + 1), inner_motion(matrices, slot, level)
-    ends, new_ends = level_of(matrices, slot, level + 1).P, level_of(matrices, slot, level).P
+    n = int(matrices.sizes[0].n)
+    target_motion, new_ends = inner_motion(matrices, slot, level), level_of(matrices, slot, level).P
+    finer, ends = inner_motion(matrices, slot, level + 1), level_of(matrices, slot, level + 1).P
     for i in range(N_LOBATTO - 1):
+        _begin_part(matrices, slot, level, row, Omega, i, x)
         Y = ends if i == 2 else (finer.first if i == 0 else finer.second)
         target = (new_ends if i == 2 else (target_motion.first if i == 0 else target_motion.second))[row]
-        x[:] = 0.0
-        if row < forces:
-            copy(Y[row], x)
-        else:
-            for j in range(N_LOBATTO):
-                weight = FIRST_HALF[j][point]
-                for c in range(2 * n):
-                    x[c] += weight * Y[forces + axes * j + axis, c]
-                x[forces + axes * j + axis] = SECOND_PART[i][j][point]
-        angle = Omega * LOBATTO_POINTS[i + 1] * below
-        if row == 2 * n:
-            x[2 * n] = 1.0
-        elif row == 2 * n + 1:
-            x[2 * n + 1], x[2 * n + 2] = math.cos(angle), math.sin(angle)
-        elif row == 2 * n + 2:
-            x[2 * n + 1], x[2 * n + 2] = -math.sin(angle), math.cos(angle)
         row_combination(x, Y, target, 2 * n)
+
+
+@kernel
+def _begin_part(matrices: StepMatrices, slot: int, level: int, row: int, Omega: float, i: int, x: Array) -> None:
+    """Write x after the time c_i T, due to a unit in this row at the beginning; T is half the length of the level."""
+    sizes = matrices.sizes[0]
+    n, axes = int(sizes.n), 2 * int(sizes.n_ports)
+    forces = 2 * n + 3
+    point, axis = (row - forces) // axes, (row - forces) % axes
+    finer, ends = inner_motion(matrices, slot, level + 1), level_of(matrices, slot, level + 1).P
+    Y = ends if i == 2 else (finer.first if i == 0 else finer.second)
+    x[:] = 0.0
+    if row < forces:
+        copy(Y[row], x)
+    else:
+        for j in range(N_LOBATTO):
+            weight = FIRST_HALF[j][point]
+            for c in range(2 * n):
+                x[c] += weight * Y[forces + axes * j + axis, c]
+            x[forces + axes * j + axis] = SECOND_PART[i][j][point]
+    angle = Omega * LOBATTO_POINTS[i + 1] * (sizes.step_size * 0.5 ** (level + 1))
+    if row == 2 * n:
+        x[2 * n] = 1.0
+    elif row == 2 * n + 1:
+        x[2 * n + 1], x[2 * n + 2] = math.cos(angle), math.sin(angle)
+    elif row == 2 * n + 2:
+        x[2 * n + 1], x[2 * n + 2] = -math.sin(angle), math.cos(angle)

@@ -16,7 +16,6 @@ from rotor_contact.enumerations import ROLLING
 from rotor_contact.friction import friction_ratio
 from rotor_contact.linear_solver import solve
 from rotor_contact.lobatto import N_LOBATTO
-from rotor_contact.passive_bearings import is_damping
 from rotor_contact.path import Point
 from rotor_contact.piece import INTEGRALS, Piece, piece_of
 from rotor_contact.site import Site, is_constrained, race_radius
@@ -50,11 +49,9 @@ def first_port_number(matrices: StepMatrices) -> int:
 
 @kernel
 def magnets_act(w: Workspace) -> bool:
-    """Return whether any bearing has damping, or a force other than that of its stiffness."""
+    """Return whether any bearing has a magnetic force."""
     acting = forces(w.motion)
     for bearing in w.motion.bearings:
-        if is_damping(bearing):
-            return True
         for axis in range(2):
             row = bearing.row + axis
             if bearing.gradient[axis] != 0.0 or acting.steady[row] != acting.without_magnets[row]:

@@ -23,7 +23,7 @@ from fmi_export.parts import part
 from rotor_contact.bodies import drive_torque, race_drag
 from rotor_contact.lobatto import LAGRANGE, LOBATTO_POINTS, N_LOBATTO
 from rotor_contact.site import Site, is_constrained, race_radius
-from rotor_contact.step_matrices import StepMatrices, n_columns, n_rows, velocity_index
+from rotor_contact.step_matrices import StepMatrices, n_columns, n_rows, place_index, velocity_index
 from rotor_contact.structure import REAL
 from rotor_contact.workspace import Workspace, stages_of
 
@@ -185,6 +185,20 @@ def unbalance_velocity(matrices: StepMatrices, point: int) -> tuple[float, float
         return piece.spin[4, 0], piece.spin[4, 1]
     at = velocity_index(n_ports, point, -1)
     return piece.observed[6, at], piece.observed[6, at + 1]
+
+
+@kernel
+def unbalance_place(w: Workspace, matrices: StepMatrices, point: int) -> tuple[float, float]:
+    """Return cosine . q and sine . q (kg m^2) at a Lobatto point."""
+    if point > 0:
+        observed, at = piece_of(matrices).observed, place_index(int(matrices.sizes[0].n_ports), point, -1)
+        return observed[6, at], observed[6, at + 1]
+    acting, q = matrices.key.forces, stages_of(w.stages).z
+    cosine = sine = 0.0
+    for i in range(acting.shape[1]):
+        cosine += acting[1, i] * q[i]
+        sine += acting[2, i] * q[i]
+    return cosine, sine
 
 
 @kernel

@@ -1,11 +1,19 @@
-"""Heat and work in one piece, by Lobatto quadrature; those of shaft damping and seals by Hermite quadrature.
+"""Heat and work in one piece: what the exact motion gives in closed form, and the rest by quadrature.
 
-The power P of damping is known only at the ends of a piece, but with its slope:
+Modes of the rotor may vibrate several times in a piece. In closed form are therefore the energy D that the dampers take
+from the motion (`matrix_dampers`), and the work of steady forces f and of magnets with gradients k, in a piece
+f . (q_1 - q_0) + k (q_1^2 - q_0^2)/2. D includes what the spin supplies to the damping that rotates with it, -Omega M:
+the heat is D - int Omega M dt. The work of unbalance at a given speed is
+
+    int p . v dt = [p . q] - int p' . q dt,
+    p = exp(i theta) (Omega^2 - i Omega'),    p' = exp(i theta) (3 Omega Omega' + i Omega^3)
+
+because fast modes count less in q than in v. The rest is smooth and needs only Lobatto's quadrature. The power P of
+seals is known only at the ends of a piece, with its slope (Hermite's quadrature):
 
     int P dt = h (P_0 + P_1)/2 + h^2 (P_0' - P_1')/12
 
-The slope is used in short pieces after an impact; over consecutive whole steps it would cancel. With seals it is always
-used. The symmetric part of their stiffness contributes the difference of q . K q/2, with K at the mean speed.
+The symmetric part of their stiffness contributes the difference of q . K q/2, with K at the mean speed.
 """
 
 from __future__ import annotations
@@ -17,47 +25,37 @@ from fmi_export.flat import copy, same_bits
 from fmi_export.jit import kernel, noinline_kernel
 from fmi_export.model import Array
 from rotor_contact.bodies import drive_torque, race_drag
-from rotor_contact.dynamics import is_damped_to_ground, unbalance_direction
+from rotor_contact.dynamics import forces, unbalance_direction
 from rotor_contact.lobatto import LOBATTO_WEIGHTS, N_LOBATTO
-from rotor_contact.node_forces import magnet_force, magnets_act, port_of_bearing, port_of_housing
-from rotor_contact.passive_bearings import heat_per_second
-from rotor_contact.piece import piece_of, unbalance_velocity
-from rotor_contact.products import dot, row_combination
+from rotor_contact.matrix_dampers import energy_of_dampers
+from rotor_contact.node_forces import magnet_force
+from rotor_contact.piece import Piece, piece_of, unbalance_place
+from rotor_contact.products import row_combination
 from rotor_contact.seals import seal_power, slopes_of_seal_power, stored_by_seals
 from rotor_contact.site import is_constrained
 from rotor_contact.site_in_piece import friction_heat
-from rotor_contact.step_matrices import StepMatrices, coefficients_at, slot_of, velocity_index
+from rotor_contact.step_matrices import StepMatrices, coefficients_at, levels_around, slot_of
 from rotor_contact.workspace import Workspace, energy_integrals, site_integrals, stages_of
 
 
 class ShaftDamping(NamedTuple):
-    """Dissipation (W), torque on the spin (N m), and skew power of seals (W), with rates (W/s).
+    """Torque of the shaft's damping on the spin (N m); dissipation and skew power of seals (W), with rates (W/s)."""
 
-    `has_slope` marks whether the rates are known.
-    """
-
+    torque: float
     heat: float
     slope: float
-    torque: float
     of_skew: float
     skew_slope: float
-    has_slope: bool
 
 
 @noinline_kernel
 def damping_of_shaft(w: Workspace, Omega: float, z: Array) -> ShaftDamping:
-    """Return the power of the shaft's damping at z (see `dynamics`), without its slope.
-
-    With w = v - Omega J q the heat is v . C v + w . R w, the torque (J q) . R w. C v and R w are stored in stages.
-    """
+    """Return torque (J q) . R (v - Omega J q) of the shaft's damping at z, and power of the seals without slopes."""
     if not w.motion.is_damped:
-        return ShaftDamping(0.0, 0.0, 0.0, 0.0, 0.0, False)
+        return ShaftDamping(0.0, 0.0, 0.0, 0.0, 0.0)
     n, stages = w.Minv.shape[0], stages_of(w.stages)
     q, v = z[:n], z[w.n : w.n + n]
-    turned, of_fixed, of_turned = stages.trial[:n], stages.k_3[:n], stages.k_4[:n]
-    of_fixed[:] = 0.0
-    if is_damped_to_ground(w.forms):
-        row_combination(v, w.forms[n : 2 * n], of_fixed, n)
+    turned, of_turned = stages.trial[:n], stages.k_4[:n]
     for i in range(0, n, 2):
         turned[i], turned[i + 1] = v[i] + Omega * q[i + 1], v[i + 1] - Omega * q[i]
     row_combination(turned, w.forms[2 * n : 3 * n], of_turned, n)
@@ -65,20 +63,17 @@ def damping_of_shaft(w: Workspace, Omega: float, z: Array) -> ShaftDamping:
     for i in range(0, n, 2):
         torque += q[i] * of_turned[i + 1] - q[i + 1] * of_turned[i]
     in_seals, _, of_skew = seal_power(w.motion.seals, Omega, q, v)
-    return ShaftDamping(dot(v, of_fixed) + dot(turned, of_turned) + in_seals, 0.0, torque, of_skew, 0.0, False)
+    return ShaftDamping(torque, in_seals, 0.0, of_skew, 0.0)
 
 
 @kernel
 def known_damping(w: Workspace, matrices: StepMatrices, Omega: float, z: Array) -> ShaftDamping:
-    """Return the same as `damping_of_shaft`, cached for the next step, which begins at this z.
-
-    C v and R w are not stored in stages.
-    """
+    """Return the same as `damping_of_shaft`, cached for the next step, which begins at this z."""
     n, known = w.Minv.shape[0], matrices.damping
     if known[0] == Omega and same_bits(z[:n], known[4 : 4 + n]) and same_bits(z[w.n : w.n + n], known[4 + n :]):
-        return ShaftDamping(known[1], 0.0, known[2], known[3], 0.0, False)
+        return ShaftDamping(known[1], known[2], 0.0, known[3], 0.0)
     damping = damping_of_shaft(w, Omega, z)
-    known[0], known[1], known[2], known[3] = Omega, damping.heat, damping.torque, damping.of_skew
+    known[0], known[1], known[2], known[3] = Omega, damping.torque, damping.heat, damping.of_skew
     copy(z[:n], known[4:])
     copy(z[w.n : w.n + n], known[4 + n :])
     return damping
@@ -88,19 +83,12 @@ def known_damping(w: Workspace, matrices: StepMatrices, Omega: float, z: Array) 
 def add_slope(
     w: Workspace, matrices: StepMatrices, z: Array, index: float, theta: float, Omega: float, damping: ShaftDamping
 ) -> ShaftDamping:
-    """Return the power with its slopes, for the shaft 2 (a . C v + (a - Omega J v) . R w), after `damping_of_shaft`.
-
-    Requires the contact forces at z in the sites.
-    """
-    n, stages = w.Minv.shape[0], stages_of(w.stages)
-    v, a, of_fixed, of_turned = z[w.n : w.n + n], stages.k_2[:n], stages.k_3[:n], stages.k_4[:n]
+    """Return the power of seals with its slopes; requires the contact forces at z in the sites."""
+    n = w.Minv.shape[0]
+    v, a = z[w.n : w.n + n], stages_of(w.stages).k_2[:n]
     _accelerate(w, matrices, z, index, theta, Omega, a)
-    slope = 0.0
-    for i in range(0, n, 2):
-        slope += a[i] * of_fixed[i] + a[i + 1] * of_fixed[i + 1]
-        slope += (a[i] + Omega * v[i + 1]) * of_turned[i] + (a[i + 1] - Omega * v[i]) * of_turned[i + 1]
     in_seals, of_skew = slopes_of_seal_power(w.motion.seals, Omega, z[:n], v, a)
-    return ShaftDamping(damping.heat, 2.0 * slope + in_seals, damping.torque, damping.of_skew, of_skew, True)
+    return ShaftDamping(damping.torque, damping.heat, in_seals, damping.of_skew, of_skew)
 
 
 @kernel
@@ -134,37 +122,70 @@ def _accelerate(
 
 @kernel
 def mean_heat(before: ShaftDamping, after: ShaftDamping, h: float) -> float:
-    """Return the mean dissipation (W) of shaft and seals in a piece of length h (s)."""
-    return _mean(before.heat, after.heat, before.slope - after.slope, before.has_slope and after.has_slope, h)
+    """Return the mean dissipation (W) of seals in a piece of length h (s)."""
+    return 0.5 * (before.heat + after.heat) + h * (before.slope - after.slope) / 12.0
 
 
 @kernel
 def mean_skew_power(before: ShaftDamping, after: ShaftDamping, h: float) -> float:
     """Return the mean power (W) of the seals' skew stiffness in a piece of length h (s)."""
-    bent = before.skew_slope - after.skew_slope
-    return _mean(before.of_skew, after.of_skew, bent, before.has_slope and after.has_slope, h)
+    return 0.5 * (before.of_skew + after.of_skew) + h * (before.skew_slope - after.skew_slope) / 12.0
 
 
 @kernel
-def _mean(before: float, after: float, bent: float, has_slope: bool, h: float) -> float:
-    """Return the mean of the cubic through two values a time h apart, whose slopes differ by `bent` if known."""
-    mean = 0.5 * (before + after)
-    return mean + h * bent / 12.0 if has_slope else mean
+def energy_taken(matrices: StepMatrices, level: int, index: float) -> float:
+    """Return the energy (J) that dampers take from the motion in a piece, whose x is complete (`end_piece`)."""
+    if matrices.sizes[0].damped == 0.0:
+        return 0.0
+    around = levels_around(matrices, level, index)
+    return energy_of_dampers(piece_of(matrices).x, around.low.H, around.high.H, around.share)
 
 
 @kernel
-def add_energies(w: Workspace, matrices: StepMatrices, h: float, before: ShaftDamping, after: ShaftDamping) -> None:
+def _work_of_magnets(w: Workspace, z: Array, z_new: Array) -> float:
+    """Return the work (J) of the magnetic bearings in a piece."""
+    acting, work = forces(w.motion), 0.0
+    for bearing in w.motion.bearings:
+        for axis in range(2):
+            i = bearing.row + axis
+            force = acting.steady[i] - acting.without_magnets[i] + 0.5 * bearing.gradient[axis] * (z[i] + z_new[i])
+            work += force * (z_new[i] - z[i])
+    return work
+
+
+@kernel
+def _work_of_unbalance(w: Workspace, matrices: StepMatrices, piece: Piece, h: float) -> float:
+    """Return the work (J) of the unbalance at a given speed in a piece of length h (s)."""
+    work, Omega_dot = 0.0, w.motion.Omega_dot
+    for point in range(N_LOBATTO):
+        theta, Omega = piece.spin[1, point], piece.spin[0, point]
+        cosine, sine = unbalance_place(w, matrices, point)
+        if point == 0 or point == N_LOBATTO - 1:
+            direction = unbalance_direction(theta, Omega, Omega_dot)
+            at_end = direction.real * cosine + direction.imag * sine
+            work += at_end if point > 0 else -at_end
+        turn = complex(math.cos(theta), math.sin(theta)) * complex(3.0 * Omega * Omega_dot, Omega * Omega * Omega)
+        work -= h * LOBATTO_WEIGHTS[point] * (turn.real * cosine + turn.imag * sine)
+    return work
+
+
+@kernel
+def add_energies(
+    w: Workspace, matrices: StepMatrices, h: float, taken: float, before: ShaftDamping, after: ShaftDamping
+) -> None:
     """Add heat and work of a piece of length h (s) from z to z_new; update the peak forces.
 
-    Arguments include the power of shaft damping and seals at both ends.
+    `taken` is `energy_taken`; `before` and `after` are torque of damping and power of seals at both ends.
     """
     n, stages = w.Minv.shape[0], stages_of(w.stages)
     z, z_new, piece = stages.z, stages.z_new, piece_of(matrices)
     integrals, speeds = energy_integrals(z_new, w.n), piece.spin[0]
-    is_free, torque = w.spin[0].row >= 0, 0.5 * (before.torque + after.torque)
-    steady, damping, friction, work = matrices.key.forces[0], h * mean_heat(before, after, h), 0.0, 0.0
+    is_free = w.spin[0].row >= 0
+    torque = before.torque if is_free else 0.5 * (before.torque + after.torque)  # a free spin has it (`solve_piece`)
+    steady, damping, friction, work = matrices.key.forces[0], taken, 0.0, _work_of_magnets(w, z, z_new)
     if w.motion.seals.records.shape[1] > 0:
         mean_speed = 0.5 * (speeds[0] + speeds[N_LOBATTO - 1])
+        damping += h * mean_heat(before, after, h)
         work += h * mean_skew_power(before, after, h) + stored_by_seals(w.motion.seals, mean_speed, z)
         work -= stored_by_seals(w.motion.seals, mean_speed, z_new)
     for i in range(n):
@@ -181,41 +202,19 @@ def add_energies(w: Workspace, matrices: StepMatrices, h: float, before: ShaftDa
                 work -= share * matrices.nodes[k, point].f_t * site.journal_radius * speeds[point]
             if site.race >= 0:
                 heat += share * race_drag(site, piece.races[k, point]) * piece.races[k, point]
-            if site.housing >= 0:
-                port = port_of_housing(matrices, k)
-                v_x, v_y = _velocity(w, matrices, port, point, 0), _velocity(w, matrices, port, point, 1)
-                damping += share * (site.mount_damping_x * v_x * v_x + site.mount_damping_y * v_y * v_y)
         friction += heat
         of_site.heat += heat
-    n_bearings = w.motion.bearings.shape[0] if magnets_act(w) else 0
     for point in range(N_LOBATTO):
         share = h * LOBATTO_WEIGHTS[point]
         Omega = speeds[point]
-        for b in range(n_bearings):
-            port = port_of_bearing(matrices, b)
-            v = _velocity(w, matrices, port, point, 0), _velocity(w, matrices, port, point, 1)
-            damping += share * heat_per_second(w.motion.bearings[b], v[0], v[1])
-            for axis in range(2):
-                unit = 2 * (int(matrices.sizes[0].n_ports) * point + port) + axis
-                work += share * piece.known[unit] * v[axis]
+        damping -= share * torque * Omega
         if is_free:
             damping += share * w.spin[0].drag * Omega * Omega
             work += share * drive_torque(w.spin[0], Omega) * Omega
         else:
-            cosine, sine = unbalance_velocity(matrices, point)
-            direction = unbalance_direction(piece.spin[1, point], Omega, w.motion.Omega_dot)
-            work += share * (direction.real * cosine + direction.imag * sine - torque * Omega)
+            work -= share * torque * Omega
+    if not is_free:
+        work += _work_of_unbalance(w, matrices, piece, h)
     integrals.damping_heat += damping
     integrals.friction_heat += friction
     integrals.work += work
-
-
-@kernel
-def _velocity(w: Workspace, matrices: StepMatrices, port: int, point: int, axis: int) -> float:
-    """Return the velocity (m/s) of a port at a Lobatto point."""
-    if point == 0:
-        at_start: float = stages_of(w.stages).z[w.n + int(matrices.ports[port]) + axis]
-        return at_start
-    at = velocity_index(int(matrices.sizes[0].n_ports), point, port) + axis
-    velocity: float = piece_of(matrices).observed[6, at]
-    return velocity

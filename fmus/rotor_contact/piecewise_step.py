@@ -23,7 +23,14 @@ from rotor_contact.events import advance
 from rotor_contact.matrix_levels import choose_levels
 from rotor_contact.matrix_rows import are_complete, build_slot, is_complete, share_of
 from rotor_contact.passive_bearings import same_passive, set_passive
-from rotor_contact.piece_energy import ShaftDamping, add_energies, add_slope, damping_of_shaft, known_damping
+from rotor_contact.piece_energy import (
+    ShaftDamping,
+    add_energies,
+    add_slope,
+    damping_of_shaft,
+    energy_taken,
+    known_damping,
+)
 from rotor_contact.propagator import STEP_TOLERANCE, STEPS_BEFORE_BUILD
 from rotor_contact.site import Sites
 from rotor_contact.smooth_piece import begin_piece, end_piece, find_contact_forces, smooth_share, solve_piece
@@ -159,7 +166,7 @@ def advance_by_pieces(
     at, event = 0, math.inf  # both in units; where the next event is expected
     z, n = stages.z, w.n
     theta, Omega = w.motion.theta, w.motion.Omega
-    known, damping = find_forces_at(w, matrices, z, theta, Omega, memory.method != EXACT)
+    known, damping = find_forces_at(w, matrices, z, theta, Omega)
     memory.method = EXACT
     while at < total:
         yields = is_any_compliant(w.sites)
@@ -178,10 +185,11 @@ def advance_by_pieces(
             if share < 1.0:
                 event = at + share * length
         if done:
+            taken = energy_taken(matrices, level, index)
             new_theta, new_Omega = angle_and_speed_after(w, stages.z_new, theta, Omega, h)
-            holds, after = find_forces_at(w, matrices, stages.z_new, new_theta, new_Omega, level > 0)
+            holds, after = find_forces_at(w, matrices, stages.z_new, new_theta, new_Omega)
             if holds:
-                add_energies(w, matrices, h, damping, after)
+                add_energies(w, matrices, h, taken, damping, after)
                 copy(stages.z_new, z)
                 theta, Omega, damping = new_theta, new_Omega, after
                 at += length
@@ -190,7 +198,7 @@ def advance_by_pieces(
                 if level > 0:
                     memory.method = max(memory.method, PIECES)
                 continue
-            known, damping = find_forces_at(w, matrices, z, theta, Omega, True)
+            known, damping = find_forces_at(w, matrices, z, theta, Omega)
         if begun and level < int(sizes.n_levels) - 1:
             if not event < at + length:
                 memory.level = level_for(level, roughness, int(sizes.n_levels))
@@ -214,7 +222,7 @@ def advance_by_pieces(
         memory.level = sizes.n_levels - 1.0 if is_any_constrained(w.sites) else 0.0
         theta, Omega = angle_and_speed_after(w, z, theta, Omega, h)
         at, event = at + length, math.inf
-        known, damping = find_forces_at(w, matrices, z, theta, Omega, True)
+        known, damping = find_forces_at(w, matrices, z, theta, Omega)
     return 0
 
 
@@ -243,16 +251,16 @@ def _level_at(at: int, room: float, level: int, n_levels: int) -> int:
 
 @kernel
 def find_forces_at(
-    w: Workspace, matrices: StepMatrices, z: Array, theta: float, Omega: float, with_slope: bool
+    w: Workspace, matrices: StepMatrices, z: Array, theta: float, Omega: float
 ) -> tuple[bool, ShaftDamping]:
-    """Find the contact forces at z; return whether they are valid, and the power of the shaft's damping."""
+    """Find the contact forces at z; return whether they are valid, and the torque of damping with the seals' power."""
     index = place_on_grid(matrices, Omega)
     if not are_complete(matrices, index):
-        return False, ShaftDamping(0.0, 0.0, 0.0, 0.0, 0.0, False)
-    needs_slope = (with_slope and w.motion.is_damped) or w.motion.seals.records.shape[1] > 0
-    damping = damping_of_shaft(w, Omega, z) if needs_slope else known_damping(w, matrices, Omega, z)
+        return False, ShaftDamping(0.0, 0.0, 0.0, 0.0, 0.0)
+    has_seals = w.motion.seals.records.shape[1] > 0
+    damping = damping_of_shaft(w, Omega, z) if has_seals else known_damping(w, matrices, Omega, z)
     holds = find_contact_forces(w, matrices, z, index, theta, Omega, damping.torque)
-    if needs_slope:
+    if has_seals:
         damping = add_slope(w, matrices, z, index, theta, Omega, damping)
     return holds, damping
 

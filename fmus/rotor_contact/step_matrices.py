@@ -54,7 +54,7 @@ SIZES = record(
     ("step_size", np.float64),
     ("spacing", np.float64),
     ("isotropic", np.float64),  # whether y answers as x does, turned by a right angle
-    ("unused", np.float64),
+    ("damped", np.float64),  # whether dampers other than seals dissipate energy
 )
 # What is stored for a speed: its number on the grid, and how many rows of all levels are built.
 SLOT = record(("index", np.float64), ("n_rows", np.float64))
@@ -123,10 +123,11 @@ class StepMatrices(NamedTuple):
 
 
 class Level(NamedTuple):
-    """P, shape (n_x, 2 N), and S, shape (n_x, n_columns)."""
+    """P, shape (n_x, 2 N), S, shape (n_x, n_columns), and H (`matrix_dampers`), shape (n_x, n_x + 1)."""
 
     P: Array
     S: Array
+    H: Array
 
 
 class LevelsAround(NamedTuple):
@@ -182,7 +183,8 @@ def velocity_index(n_ports: int, point: int, port: int) -> int:
 
 @views
 def level_size(n: int, n_ports: int) -> int:
-    return n_rows(n, n_ports) * (2 * n + n_columns(n_ports))
+    """Return the number of float64 in a level; H has a column more than needed, which makes it even."""
+    return n_rows(n, n_ports) * (2 * n + n_columns(n_ports) + n_rows(n, n_ports) + 1)
 
 
 @views
@@ -205,6 +207,7 @@ def level_of(matrices: StepMatrices, slot: int, level: int) -> Level:
     return Level(
         part(matrices.memory, at, REAL, (rows, 2 * n)),
         part(matrices.memory, at + rows * 2 * n, REAL, (rows, n_columns(n_ports))),
+        part(matrices.memory, at + rows * (2 * n + n_columns(n_ports)), REAL, (rows, rows + 1)),
     )
 
 

@@ -59,6 +59,37 @@ def test_gradients_that_change_are_those_of_short_substeps():
     assert np.max(np.abs(paths[0][:, 4])) < 1e-6 * x["energy.kinetic"] + 1e-9
 
 
+HELD = {
+    "shaft and bearings": BEARINGS,
+    "shaft, no bearings": {},
+    "free spin": BEARINGS | {"spin.free": 1.0},
+    "mounts": BEARINGS | MOUNT,
+    "speed ramp": BEARINGS | {"Omega_dot": 100.0},
+}
+
+
+@pytest.mark.parametrize("case", HELD)
+def test_heat_and_work_of_held_forces_include_modes_faster_than_the_step(case):
+    """Forces held over a step excite modes that vibrate several times in it; nothing touches."""
+    steps, names = 240, ["energy.damping", "energy.work", "energy.balance", "contact_state"]
+    forces = np.random.default_rng(4).normal(scale=50.0, size=(steps, 4))
+    values = {"Omega": 260.0, "d1.u": 5e-4, "mb1.k_xx": 3e5, "mb2.k_yy": -3e5, "solver.energy_limit": 1e9} | HELD[case]
+    records = []
+    for exact in (1.0, 0.0):
+        x = plant(values | {"solver.exact_motion": exact, "solver.max_substep": 7.5e-6}, ELASTIC)
+        record = np.empty((steps, 4))
+        for n, force in enumerate(forces):
+            x["mb1.f_x"], x["mb1.f_y"], x["mb2.f_x"], x["mb2.f_y"] = force
+            record[n] = run(x, 1, names, start=n * 250e-6)[0]
+        records.append(record)
+    ours, integrated = records
+    assert not np.any(integrated[:, 3])
+    heat = integrated[-1, 0]
+    assert heat > 1e-4
+    np.testing.assert_allclose(ours[:, :2], integrated[:, :2], rtol=0.0, atol=1e-4 * heat)
+    assert np.max(np.abs(ours[:, 2])) < 1e-5 * heat
+
+
 def test_a_restored_state_goes_on_to_the_last_bit():
     values = FALL | FALLS["free spin"]
     x = plant(values, ELASTIC)

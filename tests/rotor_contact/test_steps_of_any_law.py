@@ -20,14 +20,19 @@ CASES = {
     "free spin, races, mounts": {"spin.free": 1.0, "drive.gain": 2.0, "drive.torque_limit": 20.0} | RACES | MOUNTS,
 }
 ORBITS = [f"mb{k}.{axis}" for k in (1, 2) for axis in "xy"]
+ENERGIES = ["energy.balance", "energy.dissipated"]
 PEAKS = ["rb1.f_n_peak", "rb2.f_n_peak"]
 INTEGRATED = {"solver.exact_motion": 0.0, "solver.max_substep": 7.5e-6}
 
 
 def fall(values, parts=1):
-    """Orbits (m) at the ends of the steps, and the largest force (N) so far; `parts` steps for one of H."""
-    record = run(plant(FALL | values, ELASTIC), STEPS * parts, ORBITS + PEAKS, H / parts)
-    return record[parts - 1 :: parts, :4], np.max(record[:, 4:])
+    """Orbits (m) at the ends of the steps, and the largest force (N) so far; `parts` steps for one of H.
+
+    The energy balance must close.
+    """
+    record = run(plant(FALL | values, ELASTIC), STEPS * parts, ORBITS + PEAKS + ENERGIES, H / parts)
+    assert np.max(np.abs(record[:, 6])) < 2e-6 * record[-1, 7]
+    return record[parts - 1 :: parts, :4], np.max(record[:, 4:6])
 
 
 @pytest.mark.parametrize("case", CASES)

@@ -1,0 +1,190 @@
+"""Energy that the dampers take from the lateral motion over a piece, as a quadratic form of x (`step_matrices`).
+
+    D(h) = int_0^h [v . C v + v . R (v - Omega J q)] dt = x . H x
+
+C holds the dampers of passive bearings, of mounts and of the shaft to the ground, R those that rotate with the shaft;
+seals are not included. Quadrature over a piece would miss modes that vibrate several times in it; H includes them. That
+of the shortest piece follows by Lobatto's quadrature, the others by doubling: with x' and x'' at the beginnings of both
+halves (`matrix_rows`)
+
+    D(2 T) = x' . H(T) x' + x'' . H(T) x''
+
+The lower triangle is stored, with elements off the diagonal doubled.
+"""
+
+from __future__ import annotations
+
+import math
+
+from fmi_export.flat import copy
+from fmi_export.jit import kernel, noinline_kernel
+from fmi_export.model import Array
+from rotor_contact.dynamics import Motion
+from rotor_contact.lobatto import FIRST_HALF, LOBATTO_WEIGHTS, N_LOBATTO, SECOND_PART
+from rotor_contact.passive_bearings import is_damping
+from rotor_contact.products import dot, row_combination
+from rotor_contact.site import Sites
+from rotor_contact.step_matrices import StepMatrices, inner_motion, level_of
+from rotor_contact.structure import Structure
+
+
+@kernel
+def are_there_dampers(structure: Structure, motion: Motion, sites: Sites) -> bool:
+    """Return whether shaft, passive bearings or mounts dissipate energy."""
+    m = structure.K.shape[0]
+    for i in range(m):
+        if structure.forms[m + i, i] != 0.0 or structure.forms[2 * m + i, i] != 0.0:
+            return True
+    for bearing in motion.bearings:
+        if is_damping(bearing):
+            return True
+    for site in sites:
+        if site.housing >= 0 and (site.mount_damping_x != 0.0 or site.mount_damping_y != 0.0):
+            return True
+    return False
+
+
+@noinline_kernel
+def integrate_heat_row(
+    structure: Structure,
+    motion: Motion,
+    sites: Sites,
+    matrices: StepMatrices,
+    slot: int,
+    level: int,
+    row: int,
+    Omega: float,
+    room: Array,
+) -> None:
+    """Write a row of H of the shortest piece, from the motion at its Lobatto points."""
+    n, (P, _, H), inner = int(matrices.sizes[0].n), level_of(matrices, slot, level), inner_motion(matrices, slot, level)
+    h = matrices.sizes[0].step_size * 0.5**level
+    y, damped, rest, target = room[: 2 * n], room[2 * n : 4 * n], room[4 * n :], H[row]
+    for s in range(row + 1):
+        target[s] = 0.0
+    for point in range(N_LOBATTO):
+        if point == 0:
+            if row >= 2 * n:
+                continue
+            y[:] = 0.0
+            y[row] = 1.0
+        else:
+            copy((P if point == N_LOBATTO - 1 else (inner.first if point == 1 else inner.second))[row], y)
+        _apply_dampers(structure, motion, sites, Omega, y, damped, rest)
+        for s in range(row + 1):
+            weight = h * LOBATTO_WEIGHTS[point] * (1.0 if s == row else 2.0)
+            if point > 0:
+                other = (P if point == N_LOBATTO - 1 else (inner.first if point == 1 else inner.second))[s]
+                target[s] += weight * dot(damped, other)
+            elif s < 2 * n:
+                target[s] += weight * damped[s]
+
+
+@kernel
+def _apply_dampers(
+    structure: Structure, motion: Motion, sites: Sites, Omega: float, y: Array, damped: Array, room: Array
+) -> None:
+    """Write the symmetric matrix of the power times y = (q, v) into `damped`."""
+    n, m = y.shape[0] // 2, structure.K.shape[0]
+    C, R = structure.forms[m : 2 * m], structure.forms[2 * m : 3 * m]
+    q, v, x, of_x = y[:n], y[n:], room[:m], room[m : 2 * m]
+    damped[:] = 0.0
+    copy(v[:m], x)
+    row_combination(x, R, of_x, m)
+    for i in range(0, m, 2):
+        damped[i], damped[i + 1] = -0.5 * Omega * of_x[i + 1], 0.5 * Omega * of_x[i]
+    row_combination(x, C, of_x, m)
+    for i in range(m):
+        damped[n + i] = of_x[i]
+    for i in range(0, m, 2):
+        x[i], x[i + 1] = v[i] + 0.5 * Omega * q[i + 1], v[i + 1] - 0.5 * Omega * q[i]
+    row_combination(x, R, of_x, m)
+    for i in range(m):
+        damped[n + i] += of_x[i]
+    for bearing in motion.bearings:
+        for i in range(bearing.row, bearing.row + 2):
+            damped[n + i] += bearing.c_b * v[i]
+    for site in sites:
+        if site.housing >= 0:
+            damped[n + site.housing] += site.mount_damping_x * v[site.housing]
+            damped[n + site.housing + 1] += site.mount_damping_y * v[site.housing + 1]
+
+
+@noinline_kernel
+def double_heat_row(
+    matrices: StepMatrices, slot: int, level: int, row: int, Omega: float, second: Array, room: Array
+) -> None:
+    """Write a row of H from the level of half its length; `second` is x'' due to a unit of x in this row."""
+    sizes, finer, target = (
+        matrices.sizes[0],
+        level_of(matrices, slot, level + 1),
+        level_of(matrices, slot, level).H[row],
+    )
+    n, axes, size = int(sizes.n), 2 * int(sizes.n_ports), second.shape[0]
+    forces = 2 * n + 3
+    of_first, of_second, carried = room[:size], room[size : 2 * size], room[2 * size : 3 * size]
+    of_first[:] = 0.0
+    if row < forces:
+        _add_row(finer.H, row, 1.0, of_first)
+    else:
+        for j in range(N_LOBATTO):
+            point, axis = (row - forces) // axes, (row - forces) % axes
+            _add_row(finer.H, forces + axes * j + axis, FIRST_HALF[j][point], of_first)
+    _multiply(finer.H, second, of_second)
+    of_motion = of_second[: 2 * n]
+    for s in range(size):
+        carried[s] = dot(of_motion, finer.P[s])
+    angle = Omega * sizes.step_size * 0.5 ** (level + 1)
+    c, s_ = math.cos(angle), math.sin(angle)
+    a, b = of_second[2 * n + 1], of_second[2 * n + 2]
+    carried[2 * n] += of_second[2 * n]
+    carried[2 * n + 1] += c * a + s_ * b
+    carried[2 * n + 2] += c * b - s_ * a
+    for s in range(row + 1):
+        value = 0.0
+        if s < forces:
+            value = of_first[s] + carried[s]
+        else:
+            point, axis = (s - forces) // axes, (s - forces) % axes
+            for j in range(N_LOBATTO):
+                at = forces + axes * j + axis
+                value += FIRST_HALF[j][point] * (of_first[at] + carried[at])
+                value += SECOND_PART[N_LOBATTO - 2][j][point] * of_second[at]
+        target[s] = value if s == row else 2.0 * value
+
+
+@kernel
+def _add_row(H: Array, row: int, weight: float, y: Array) -> None:
+    """Add `weight` times a row of the symmetric matrix to y."""
+    half = 0.5 * weight
+    for s in range(row):
+        y[s] += half * H[row, s]
+    y[row] += weight * H[row, row]
+    for s in range(row + 1, y.shape[0]):
+        y[s] += half * H[s, row]
+
+
+@kernel
+def _multiply(H: Array, x: Array, y: Array) -> None:
+    """Write the symmetric matrix times x into y."""
+    for r in range(x.shape[0]):
+        row, half = H[r], 0.5 * x[r]
+        below = 0.0
+        for s in range(r):
+            below += row[s] * x[s]
+            y[s] += half * row[s]
+        y[r] = 0.5 * below + row[r] * x[r]
+
+
+@noinline_kernel
+def energy_of_dampers(x: Array, low: Array, high: Array, share: float) -> float:
+    """Return x . H x (J), with H interpolated between two speeds."""
+    energy = 0.0
+    for r in range(x.shape[0]):
+        if x[r] != 0.0:
+            part_of_x = x[: r + 1]
+            of_x = dot(part_of_x, low[r, : r + 1])
+            if share > 0.0:
+                of_x += share * (dot(part_of_x, high[r, : r + 1]) - of_x)
+            energy += x[r] * of_x
+    return energy
