@@ -219,7 +219,8 @@ int FMI(FreeFMUState)(Instance *self, Instance **state)
 CALL(EnterInitializationMode)
 CALL(ExitInitializationMode)
 CALL(SerializedFMUStateSize)
-CALL(SerializeFMUState) CALL(DeserializeFMUState)
+CALL(SerializeFMUState)
+CALL(DeserializeFMUState)
 #if FMI_VERSION != 3
     CALL(SetupExperiment) int fmi2GetRealStatus(Instance *self, int kind, double *value)
 {
