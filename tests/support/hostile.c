@@ -222,7 +222,7 @@ CALL(SerializedFMUStateSize)
 CALL(SerializeFMUState)
 CALL(DeserializeFMUState)
 #if FMI_VERSION != 3
-    CALL(SetupExperiment) int fmi2GetRealStatus(Instance *self, int kind, double *value)
+CALL(SetupExperiment) int fmi2GetRealStatus(Instance *self, int kind, double *value)
 {
     *value = self->reached;
     return called("GetRealStatus", self);
