@@ -110,6 +110,10 @@ def test_unbalance_peaks_at_the_critical_speeds_of_the_sampled_loop(pump):
     """Response by frequency and eigenvalues of the sampled loop are computed independently; AF = 1/(2 zeta)."""
     scenario = pump.folder / "levitation.toml"
     response = studies.unbalance_response(scenario=scenario)
+    assert response.stable_up_to == response.speeds[-1]  # above it, gyroscopic forces drive a mode
+    assert_names(str(response), "not stable above")
+    with raises_naming(ValueError, "not stable"):
+        studies.unbalance_response(scenario=scenario, up_to=2.0 * response.operating_speed)
     sharp = [item for item in response.critical_speeds if item.amplification > 5.0]
     assert sharp
     crossings = studies.poles(scenario, up_to=float(response.speeds[-1])).critical_speeds

@@ -78,8 +78,8 @@ def unbalance_response(
     mass
         Mass matrix of a rotor alone, `diagonal` or `consistent`; as the rotor says by default.
     up_to
-        Highest spin speed (rad/s), or a string with its unit; twice the scenario's, 628 rad/s of a rotor alone
-        or at standstill.
+        Highest spin speed (rad/s), or a string with its unit; 628 rad/s of a rotor alone or at standstill, and of a
+        machine twice the scenario's, or less where the loop is stable only below.
     unbalance
         Unbalance (kg m), or a string with its unit. By default all unbalances at the end of the scenario, or that of
         grade G 2.5 if it has none; 10 g m of a rotor alone.
@@ -139,7 +139,11 @@ def _of_machine(
 ) -> UnbalanceResponse:
     rotor, places, Omega = machine.rotor, _places(machine.rotor), machine.Omega or None
     swept = speed_range(up_to or (DEFAULT_RANGE if Omega is None else REACH * Omega), LEVITATED)[1:]
+    reach = len(swept)
+    if up_to is None:
+        swept = _stable(machine, swept)
     machine.loop.check_stable(swept)
+    stable_up_to = float(swept[-1]) if len(swept) < reach else None
     speeds, response = refined_response(machine, swept, [loads], tuple(places.values()))
     shown = response[:, 0, [node - 1 for node in places.values()]]
     curves = _curves(rotor, places, shown, everywhere)
@@ -150,8 +154,16 @@ def _of_machine(
     criticals = _peaks(speeds, curves, limits, Omega)
     placed = _described(rotor, loads)
     return UnbalanceResponse(
-        rotor.name, rotor.shaft.mass_matrix, name, Omega, *placed, speeds, curves, criticals, limits
+        rotor.name, rotor.shaft.mass_matrix, name, Omega, *placed, speeds, curves, criticals, limits, stable_up_to
     )
+
+
+def _stable(machine: Machine, speeds: Array) -> Array:
+    """Return the speeds below the first one above the operating speed at which the loop is not stable."""
+    for k, Omega in enumerate(map(float, speeds)):
+        if Omega > machine.Omega and not machine.loop.poles(Omega).stability.is_stable:
+            return speeds[: max(k, 1)]
+    return speeds
 
 
 def _loads(

@@ -98,6 +98,8 @@ class UnbalanceResponse(DrawnResult):
         Peaks of the response, ascending.
     limits
         Limits of the coefficients of bearings and seals.
+    stable_up_to
+        Speed (rad/s) at which the response ends because the loop of the machine is not stable above; otherwise None.
     """
 
     name: ClassVar[str] = "unbalance_response"
@@ -113,6 +115,7 @@ class UnbalanceResponse(DrawnResult):
     places: dict[str, PlaceResponse]
     critical_speeds: tuple[CriticalResponse, ...]
     limits: Limits = ()
+    stable_up_to: Annotated[float | None, "rad/s"] = None
 
     @property
     def load(self) -> str:
@@ -135,10 +138,11 @@ class UnbalanceResponse(DrawnResult):
                 continue
             share = "-" if place.clearance is None else f"{peak / place.clearance:.3f}"
             table.add_row(name, f"{1e3 * peak:.4f}", share, f"{self.speeds[top]:.1f}{mark}")
-        notes = limit_notes(self.limits, self.speeds)
+        unit, notes = speed_unit(), limit_notes(self.limits, self.speeds)
+        if self.stable_up_to is not None:
+            notes = [f"the loop is not stable above {unit.text(self.stable_up_to, 5)}", *notes]
         if not self.critical_speeds:
             return [table, "no critical speed in this range", *notes]
-        unit = speed_unit()
         heads: tuple[str, ...] = (f"({unit.label})", "highest at", "(mm)", "amplification")
         heads += () if self.operating_speed is None else (f"margin to {unit.text(self.operating_speed, 5)} (%)",)
         criticals = labelled_table("Critical speeds", *heads)
