@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from machines import machine
 
 from amb_cosim import studies
+from rotor_analysis.damping import Damping
 from rotor_analysis.parts import Site
 from tests.support.messages import assert_names, raises_naming
 
@@ -87,3 +90,20 @@ def test_a_peak_that_nothing_damps_has_no_bound():
     result = studies.unbalance_response(machine().on_equal_bearings(2e7, 0.0), unbalance="1 g.m")
     assert any(not item.is_bounded for item in result.critical_speeds)
     assert_names(str(result), "no bound", "nothing damps the motion")
+
+
+def test_largest_frequency_response_is_that_of_any_range():
+    """Of a rotor on its bearings, between a force and the motion there: peaks do not shrink as the range grows."""
+    channels = {"inputs": ["impeller3.f_x"], "outputs": ["seal.x"], "loop": "linear", "speed": "500 rad/s"}
+    peaks = []
+    for top in ("200 Hz", "5 kHz"):
+        (curve,) = studies.response(rotor="compressor", up_to=top, **channels).responses.values()
+        within = curve.frequencies <= 200.0
+        peaks.append(np.abs(curve.computed[within]).max())
+    assert peaks[0] == pytest.approx(peaks[1], rel=2e-3)
+
+
+def test_a_resonance_that_nothing_damps_has_no_bound():
+    rotor = replace(machine().on_equal_bearings(2e7, 0.0), damping=Damping())
+    result = studies.response(rotor=rotor, loop="linear", inputs=["impeller1.f_x"], outputs=["seal1.x"])
+    assert_names(str(result), "no bound")

@@ -24,6 +24,7 @@ from amb_cosim.results.component_names import ACTUATOR, PLANT
 from array_types import Array, Complex
 from rotor_analysis.harmonic import harmonic_model
 from rotor_analysis.parts import Bearing
+from rotor_analysis.resonances import resonances
 from rotor_analysis.rotor import Rotor
 
 Loop = Literal["free", "linear", "open", "closed"]
@@ -65,7 +66,11 @@ class Structure:
 
 
 def frequency_response(
-    structure: Structure, inputs: Sequence[Place], outputs: Sequence[Place], frequencies: Array
+    structure: Structure,
+    inputs: Sequence[Place],
+    outputs: Sequence[Place],
+    frequencies: Array,
+    highest: float | None = None,
 ) -> Complex:
     """Return outputs over inputs by (1), shape (n, outputs, inputs).
 
@@ -77,6 +82,8 @@ def frequency_response(
         Places with their quantities (`channels`).
     frequencies
         Frequencies (Hz), shape (n,).
+    highest
+        Frequency (Hz) up to which the rotor's model is accurate; by default the highest of these.
 
     Raises
     ------
@@ -90,16 +97,15 @@ def frequency_response(
     for k, place in enumerate(inputs):
         if place.unit == "N":
             loads[:, node_rows(rotor, [place])[0], k] = 1.0
-    nodes = [place.node_on(rotor) for place in inputs if place.unit == "N"]
     forces = None
     if feedback is not None:
-        nodes += [row // 2 + 1 for row in feedback.rows]
         currents = [k for k, place in enumerate(inputs) if place.unit == "A"]
         for j, k in enumerate(currents):
             loads[:, feedback.rows, k] = feedback.forces[:, :, size + j]
         at = {omega: k for k, omega in enumerate(omegas.tolist())}
         forces = lambda omega: feedback.matrix(at[omega], size)  # noqa: E731
-    model = harmonic_model(rotor, nodes, float(omegas.max()), structure.bearings)
+    top = float(omegas.max()) if highest is None else 2.0 * np.pi * highest
+    model = harmonic_model(rotor, _loaded(structure, inputs, feedback), top, structure.bearings)
     motion = model.response(omegas, structure.Omega, loads, np.eye(size), forces)
     result = np.empty((len(omegas), len(outputs), len(inputs)), dtype=np.complex128)
     for k, place in enumerate(outputs):
@@ -109,6 +115,35 @@ def frequency_response(
         else:
             result[:, k] = (1j * omegas[:, None]) ** place.order * motion[:, node_rows(rotor, [place])[0]]
     return result
+
+
+def resonant_frequencies(
+    structure: Structure, inputs: Sequence[Place], outputs: Sequence[Place], frequencies: Array
+) -> list[tuple[float, float]]:
+    """Return the resonances (Hz) between the ends of some frequencies, and their half widths (Hz).
+
+    Arguments as of `frequency_response`; between two frequencies, ascending, a mode may have one resonance.
+    """
+    size, Omega = 2 * len(structure.rotor.shaft.nodes), structure.Omega
+    first = _feedback(structure, inputs, outputs, 2.0 * np.pi * frequencies[:1])
+    loaded = _loaded(structure, inputs, first)
+    model = harmonic_model(structure.rotor, loaded, 2.0 * np.pi * float(frequencies[-1]), structure.bearings)
+    local = model.model.at(Omega)
+
+    def stiffness(omega: float) -> Complex:
+        free = -(omega**2) * local.M + 1j * omega * (local.C + Omega * local.G) + local.K
+        feedback = _feedback(structure, inputs, outputs, np.array([omega]))
+        held = 0.0 if feedback is None else model.left @ feedback.matrix(0, size) @ model.right
+        return np.asarray(free - held)
+
+    found = resonances(stiffness, 2.0 * np.pi * frequencies)
+    return [(omega / (2.0 * np.pi), width / (2.0 * np.pi)) for omega, width in found]
+
+
+def _loaded(structure: Structure, inputs: Sequence[Place], feedback: _Feedback | None) -> list[int]:
+    """Return the nodes at which forces act."""
+    nodes = [place.node_on(structure.rotor) for place in inputs if place.unit == "N"]
+    return nodes if feedback is None else nodes + [row // 2 + 1 for row in feedback.rows]
 
 
 @dataclass(frozen=True, eq=False)

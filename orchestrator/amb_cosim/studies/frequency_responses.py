@@ -14,7 +14,7 @@ import numpy as np
 from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.cosim.system.values import Raw, quantity
 from amb_cosim.machine.channels import Place, place_of
-from amb_cosim.machine.frequency_response import Loop, Structure, frequency_response, refined
+from amb_cosim.machine.frequency_response import Loop, Structure, frequency_response, refined, resonant_frequencies
 from amb_cosim.machine.machine import Machine
 from amb_cosim.measured.deviation import CurveDeviation, ModeDeviation, curve_deviation, mode_deviations
 from amb_cosim.measured.estimates import Estimator
@@ -29,11 +29,15 @@ from amb_cosim.studies.inputs import Number, controlled, positive, spin_speed
 from amb_cosim.studies.result import DrawnResult
 from amb_files.checks import require
 from array_types import Array, Complex
+from rotor_analysis.refinement import about_resonances, vertex
+from rotor_analysis.refinement import refined as refined_samples
 from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import load_rotor
 
 LOWEST, HIGHEST = 1.0, 1000.0  # Hz, without a measurement
 POINTS = 600
+UNDAMPED = 1e-7  # half width of a resonance over its frequency, below which rounding is all that limits it
+COARSE = 10  # of these frequencies, between one of which and the next resonances are sought
 WITH_UNIT = re.compile(r"(?P<name>[^\[\]]+?)\s*(?:\[(?P<unit>[^\[\]]+)\])?")
 
 
@@ -92,9 +96,11 @@ class FrequencyResponses(DrawnResult):
             table = text_table(f"{title}largest values", ("response", "", "at (Hz)", "phase (deg)"), left=("response",))
             for name, item in self.responses.items():
                 top = int(np.argmax(np.abs(item.computed)))
-                phase = np.degrees(np.angle(item.computed[top]))
+                phase = f"{np.degrees(np.angle(item.computed[top])):.1f}"
                 size = f"{abs(item.computed[top]):.4g} {item.unit}"
-                table.add_row(name, size, f"{item.frequencies[top]:.4g}", f"{phase:.1f}")
+                if _is_unbounded(item.frequencies, np.abs(item.computed), top):
+                    size, phase = "no bound", "-"
+                table.add_row(name, size, f"{item.frequencies[top]:.4g}", phase)
             return [table]
         heads = ("measured (Hz)", "computed (Hz)", "(%)", "damping ratio", "computed ratio", "MAC")
         modes = text_table(f"{title}modes", heads)
@@ -194,7 +200,10 @@ def response(
     Omega = at_rest if speed is None else spin_speed(speed)
     if machine is not None and loop == "closed":
         machine.loop.check_stable([Omega])
-    values = _computed(Structure(fine, loop, Omega, machine), curves, ends)
+    structure = Structure(fine, loop, Omega, machine)
+    if measured is None:
+        curves = _closer(structure, curves, ends)
+    values = _computed(structure, curves, ends)
     return laid_over(described.name, loop, Omega, curves, values, compared=measured is not None)
 
 
@@ -274,6 +283,30 @@ def _requested(rotor: Rotor, inputs: Sequence[str], outputs: Sequence[str], high
         for output in outputs
         for source in inputs
     ]
+
+
+def _is_unbounded(frequencies: Array, sizes: Array, top: int) -> bool:
+    """Return whether only rounding limits the largest value, at a resonance that nothing damps."""
+    if not 0 < top < len(sizes) - 1:
+        return False
+    near = slice(top - 1, top + 2)
+    with np.errstate(divide="ignore"):
+        _, lowest, curvature = vertex(frequencies[near], (sizes[top] / sizes[near]) ** 2)
+    return bool(max(float(lowest), 0.0) < float(curvature) * (UNDAMPED * frequencies[top]) ** 2)
+
+
+def _closer(
+    structure: Structure, curves: Sequence[FrequencyResponse], ends: Sequence[tuple[Place, Place]]
+) -> list[FrequencyResponse]:
+    """Return the same responses at frequencies that are closer about resonances and maxima."""
+    first = curves[0].frequencies
+    sources, shown = (list(dict.fromkeys(pair[side] for pair in ends)) for side in (0, 1))
+    coarse = np.unique([*first[::COARSE], first[-1]])
+    known = about_resonances(first, resonant_frequencies(structure, sources, shown, coarse))
+    frequencies, _ = refined_samples(
+        lambda more: frequency_response(structure, sources, shown, more, float(first[-1])), known, np.abs
+    )
+    return [replace(c, frequencies=frequencies, values=np.zeros(len(frequencies), np.complex128)) for c in curves]
 
 
 def _bare(text: str) -> str:
