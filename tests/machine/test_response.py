@@ -10,7 +10,7 @@ from ross_numbers import REFERENCE, complex_numbers
 from amb_cosim.assessment.analyses.free_modes import _pair_text
 from amb_cosim.assessment.critical_speeds import antinodes, critical_speeds, lobe_masses
 from amb_cosim.machine.coefficients import WHIRL
-from amb_cosim.machine.response import peaks_of, separation_margin
+from amb_cosim.machine.response import highest_peaks, peaks_of, separation_margin
 from amb_files.toml import validate
 from rotor_analysis.assembly import assemble
 from rotor_analysis.damping import free_modes
@@ -58,6 +58,14 @@ def test_a_shoulder_of_a_higher_peak_has_one_side():
     first, second = peaks_of(r, low + high)
     assert first.from_single_side
     assert not second.from_single_side
+
+
+def test_a_peak_that_only_one_place_has_counts_beside_those_of_others():
+    """The place with the higher peak does not show the other critical speed; where both peak, the higher counts."""
+    r = np.linspace(0.02, 3.0, 3001)
+    first, second = (a / np.hypot(1.0, (r - at) / 0.02) for a, at in ((1.0, 1.0), (3.0, 2.0)))
+    found = highest_peaks(r, {"drive end": second, "far end": first + 0.5 * second})
+    assert [(name, round(peak.Omega, 2)) for name, peak in found] == [("far end", 1.0), ("drive end", 2.0)]
 
 
 def test_a_margin_is_over_the_nearer_end_and_negative_within():

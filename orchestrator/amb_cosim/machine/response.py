@@ -25,7 +25,7 @@ from rotor_analysis.refinement import about_resonances, refined, vertex
 from rotor_analysis.resonances import resonances
 from rotor_analysis.response import dynamic_stiffness, orbit, unbalance_vector
 
-HALF_POWER = 1.0 / np.sqrt(2.0)
+UNDAMPED = 1e6  # amplification from which rounding is all that limits a peak
 
 
 @dataclass(frozen=True)
@@ -157,6 +157,22 @@ def peaks_of(speeds: Array, amplitudes: Array) -> list[Peak]:
         if before is not None or after is not None:
             result.append(_peak(Omega, float(amplitudes[k] / np.sqrt(lowest)), before, after))
     return result
+
+
+def highest_peaks(speeds: Array, curves: Mapping[str, Array]) -> list[tuple[str, Peak]]:
+    """Return the peaks of the amplitudes at several places, ascending, with the place where each is highest.
+
+    Peaks of two places within half of the half-power width are one.
+    """
+    found = [(name, peak) for name, amplitudes in curves.items() for peak in peaks_of(speeds, amplitudes)]
+    groups: list[list[tuple[str, Peak]]] = []
+    for name, peak in sorted(found, key=lambda item: item[1].Omega):
+        width = peak.Omega * max(0.5 / peak.amplification, 1.0 / UNDAMPED)
+        if groups and peak.Omega - groups[-1][-1][1].Omega <= width:
+            groups[-1].append((name, peak))
+        else:
+            groups.append([(name, peak)])
+    return [max(group, key=lambda item: item[1].amplitude) for group in groups]
 
 
 def _crossing(speeds: Array, values: Array, level: float, lowest: float) -> float | None:

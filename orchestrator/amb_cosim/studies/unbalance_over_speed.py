@@ -17,13 +17,12 @@ import numpy as np
 from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.cosim.system.values import Raw
 from amb_cosim.machine.machine import Machine, machine_of
-from amb_cosim.machine.response import peaks_of, refined_response, separation_margin
+from amb_cosim.machine.response import highest_peaks, refined_response, separation_margin
 from amb_cosim.scenario.scenario import Scenario
 from amb_cosim.scenario.simulation import prepare
 from amb_cosim.studies.coefficient_limits import Limits, is_extrapolated, limits_of
 from amb_cosim.studies.inputs import DEFAULT_RANGE, Number, controlled, node_numbers, positive, speed_range
 from amb_cosim.studies.unbalance_records import (
-    UNDAMPED,
     CriticalResponse,
     PlacedUnbalance,
     PlaceResponse,
@@ -228,24 +227,18 @@ def _peaks(
     speeds: Array, places: Mapping[str, PlaceResponse], limits: Limits, operating: float | None
 ) -> tuple[CriticalResponse, ...]:
     """Return the peaks; of those at several places within half of the half-power width the highest."""
-    found = sorted(
-        (peak.Omega, peak.amplitude, peak.amplification, name)
-        for name, place in places.items()
-        for peak in peaks_of(speeds, place.amplitude)
+    found = highest_peaks(speeds, {name: place.amplitude for name, place in places.items()})
+    return tuple(
+        CriticalResponse(
+            name,
+            peak.Omega,
+            peak.amplitude,
+            peak.amplification,
+            None if not operating else separation_margin(peak.Omega, operating, operating),
+            is_extrapolated(limits, peak.Omega),
+        )
+        for name, peak in found
     )
-    groups: list[list[tuple[float, float, float, str]]] = []
-    for item in found:
-        if groups and item[0] - groups[-1][-1][0] <= item[0] * max(0.5 / item[2], 1.0 / UNDAMPED):
-            groups[-1].append(item)
-        else:
-            groups.append([item])
-    result = []
-    for group in groups:
-        Omega, amplitude, amplification, name = max(group, key=lambda item: item[1])
-        margin = None if not operating else separation_margin(Omega, operating, operating)
-        outside = is_extrapolated(limits, Omega)
-        result.append(CriticalResponse(name, Omega, amplitude, amplification, margin, outside))
-    return tuple(result)
 
 
 def _first_disc(rotor: Rotor) -> int:

@@ -7,6 +7,7 @@ from typing import Annotated, ClassVar
 
 import numpy as np
 
+from amb_cosim.machine.response import UNDAMPED
 from amb_cosim.presentation.text_tables import TextBlock, labelled_table
 from amb_cosim.presentation.units import speed_unit
 from amb_cosim.studies.coefficient_limits import EXTRAPOLATED, Limits, is_extrapolated, limit_notes
@@ -14,7 +15,6 @@ from amb_cosim.studies.result import DrawnResult
 from array_types import Array
 from rotor_analysis.shaft import MassModel
 
-UNDAMPED = 1e6  # amplification from which rounding is all that limits a peak
 DAMPED = 2.5  # amplification below which a peak needs no separation margin (API 617)
 
 

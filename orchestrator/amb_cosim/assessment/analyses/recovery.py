@@ -45,8 +45,8 @@ def answer(subject: Subject) -> AnalysisResult:
         _over_time("Rising overload", used, MOST / OVERLOAD_STEP * OVERLOAD_TIME),
     )
     notes = (
-        f"The overload is an acceleration of the base along y that rises by {OVERLOAD_STEP:g} g every "
-        f"{1e3 * OVERLOAD_TIME:g} ms, on top of gravity and unbalance.",
+        f"The overload is an acceleration of the base along x or y, in either sense, that rises by {OVERLOAD_STEP:g} g "
+        f"every {1e3 * OVERLOAD_TIME:g} ms, on top of gravity and unbalance; the worst of the four counts.",
         *note_on_stages(subject),
     )
     return AnalysisResult((_relevitation(subject, again), overload), panels, (), notes)
@@ -71,20 +71,26 @@ def _relevitation(subject: Subject, again: Result) -> Quantity:
 
 
 def _overload(subject: Subject, Omega: float, inputs: Mapping[str, float]) -> tuple[Quantity, dict[str, Array]]:
-    """Return the acceleration of the base, over g, at which the rotor first touches anything."""
-    count = round(MOST / OVERLOAD_STEP)
-    events = [
-        {"time": k * OVERLOAD_TIME, "set": {PLANT: {"base.a_y": STANDARD_GRAVITY * OVERLOAD_STEP * k}}}
-        for k in range(1, count)
-    ]
+    """Return the least acceleration of the base, over g, at which the rotor first touches anything, and its run."""
+    runs = [_rising(subject, Omega, inputs, axis, sign) for axis in "xy" for sign in "+-"]
+    return min(runs, key=lambda run: (run[0].value, -max(float(of.max()) for of in run[1].values())))
+
+
+def _rising(
+    subject: Subject, Omega: float, inputs: Mapping[str, float], axis: str, sign: str
+) -> tuple[Quantity, dict[str, Array]]:
+    """Return the acceleration of the base along an axis, over g, at which the rotor first touches anything."""
+    count, step = round(MOST / OVERLOAD_STEP), float(f"{sign}1") * STANDARD_GRAVITY * OVERLOAD_STEP
+    events = [{"time": k * OVERLOAD_TIME, "set": {PLANT: {f"base.a_{axis}": step * k}}} for k in range(1, count)]
     used = clearance_used(subject, simulate(subject, Omega, inputs, end_time=count * OVERLOAD_TIME, event=events))
     touched = np.max(list(used.values()), axis=0) >= TOUCHED
     if not touched.any():
-        return Quantity("overload", "no contact", MOST, "1", {}, f"the run ends at {MOST:g} g"), used
+        return Quantity("overload", "no contact", MOST, "1", {}, f"the runs end at {MOST:g} g"), used
     first = int(np.argmax(touched))
     share = first / len(touched)
     site = max(used, key=lambda site_name: float(used[site_name][first]))
-    return Quantity("overload", f"{site} is touched first", OVERLOAD_STEP * int(share * count), "1", {}, "in g"), used
+    where = f"{site} is touched first, along {sign}{axis}"
+    return Quantity("overload", where, OVERLOAD_STEP * int(share * count), "1", {}, "in g"), used
 
 
 def _over_time(title: str, used: Mapping[str, Array], duration: float) -> Panel:

@@ -8,7 +8,7 @@ from amb_cosim.assessment.findings import AnalysisResult, Quantity, ResultTable
 from amb_cosim.assessment.stages import real_coefficients
 from amb_cosim.assessment.subject import Subject, rpm
 from amb_cosim.assessment.unbalance_cases import UnbalanceCase, response_speeds, unbalance_cases
-from amb_cosim.machine.response import Peak, peaks_of, refined_response, separation_margin
+from amb_cosim.machine.response import Peak, highest_peaks, refined_response, separation_margin
 from amb_cosim.reporting.panels import Panel, curve
 from array_types import Array
 from rotor_analysis.response import orbit
@@ -34,10 +34,9 @@ def answer(subject: Subject) -> AnalysisResult:
     panels: list[Panel] = []
     for k, case in enumerate(cases):
         at_probes = {name: 2e6 * amplitudes[:, k, node - 1] for name, node in subject.probes.items()}
-        worst = max(at_probes, key=lambda name: float(at_probes[name].max()))  # used at once
-        for peak in peaks_of(speeds, at_probes[worst]):
-            measured.append(_margin(subject, case, worst, peak))
-            rows.append(_row(subject, case, worst, peak))
+        for probe, peak in highest_peaks(speeds, at_probes):
+            measured.append(_margin(subject, case, probe, peak))
+            rows.append(_row(subject, case, probe, peak))
         largest = max(float(of[operating].max()) for of in at_probes.values())
         where = max(at_probes, key=lambda name: float(at_probes[name][operating].max()))
         measured.append(Quantity("probe_displacement", f"{where}, {case.name}", largest, "um"))
