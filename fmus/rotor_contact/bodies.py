@@ -28,8 +28,8 @@ RACE_SPEED_SCALE = 1.0  # rad/s, over which the constant drag of a race changes 
 RESOLUTION = 0.2  # of a body's fastest time constant; a substep is no longer
 SHORTEST_SUBSTEP = 1e-7  # s, that a body may ask for
 
-# The spin during a step: its degree of freedom, -1 if the speed is prescribed; inertia (kg m^2), drag (N m s), the
-# drive's demanded speed (rad/s), gain (N m s), torque and its limit (N m); and 1/sqrt(J - p . M^-1 p).
+# The spin during a step: its degree of freedom, -1 if the speed is prescribed or held; inertia (kg m^2), drag (N m s),
+# the drive's demanded speed (rad/s), gain (N m s), torque and its limit (N m); and 1/sqrt(J - p . M^-1 p).
 SPIN = record(
     ("row", np.int64),
     ("inertia", np.float64),
@@ -66,14 +66,15 @@ def place_bodies(parameters: Parameters, inputs: Inputs, sites: Sites, spin: Spi
             place += 1
     spin.row = -1
     if p.spin.free != 0.0:
-        spin.row = place
         spin.inertia = p.spin.inertia
         spin.drag = p.spin.drag
         spin.demanded = u.Omega
         spin.gain = p.drive.gain
         spin.torque = u.drive.torque
         spin.torque_limit = u.drive.torque_limit
-        place += 1
+        if u.drive.ideal == 0.0:
+            spin.row = place
+            place += 1
     for site in sites:
         site.spin = spin.row
     return place
@@ -91,6 +92,22 @@ def drive_torque(spin: Spin, Omega: float) -> float:
     """Return the torque (N m) of the drive at the spin speed `Omega` (rad/s)."""
     torque: float = spin.torque + spin.gain * (spin.demanded - Omega)
     return min(max(torque, -spin.torque_limit), spin.torque_limit)
+
+
+@kernel
+def is_beyond_limit(spin: Spin, Omega: float) -> bool:
+    """Return whether a drive that is on should deliver more than its limit: to follow its demand, or to hold the speed.
+
+    An ideal drive holds it against the drag.
+    """
+    torque = spin.drag * Omega if spin.row < 0 else spin.torque + spin.gain * (spin.demanded - Omega)
+    return bool(spin.torque_limit > 0.0 and abs(torque) > spin.torque_limit)
+
+
+@kernel
+def drive_limit(spin: Spin) -> float:
+    """Return the length (s) of a substep that resolves drive and drag; requires an up-to-date coupling."""
+    return RESOLUTION / max((spin.drag + spin.gain) * spin.scale * spin.scale, 1e-300)
 
 
 @noinline_kernel
@@ -221,6 +238,5 @@ def body_limit(sites: Sites, spin: Spin) -> float:
         if site.race >= 0:
             slope = site.race_drag / RACE_SPEED_SCALE + site.race_viscous_drag
             fastest = max(fastest, slope / site.race_inertia)
-    if spin.row >= 0:
-        fastest = max(fastest, (spin.drag + spin.gain) * spin.scale * spin.scale)
-    return RESOLUTION / fastest
+    limit = RESOLUTION / fastest
+    return min(limit, drive_limit(spin)) if spin.row >= 0 else limit

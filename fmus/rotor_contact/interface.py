@@ -100,6 +100,12 @@ def interface_of(planes: Planes) -> Interface:
         input_("Omega_dot", "rad/s2", "Spin acceleration during a step, without spin.free"),
         input_("drive.torque", "N.m", "Torque of the drive at the demanded speed, with spin.free"),
         input_("drive.torque_limit", "N.m", "Largest torque of the drive, in either direction; 0: off", minimum=0.0),
+        input_(
+            "drive.ideal",
+            "1",
+            "Whether the drive holds the demanded speed, whatever torque that takes, with spin.free",
+            type="Boolean",
+        ),
         input_("base.a_x", "m/s2", "Acceleration of the base in x", field="base_acceleration.x"),
         input_("base.a_y", "m/s2", "Acceleration of the base in y", field="base_acceleration.y"),
         repeated("axes", axes, _axis_inputs),
@@ -134,6 +140,15 @@ def interface_of(planes: Planes) -> Interface:
             "{solver.max_substep} s",
         ),
         output("solver.method", "1", "How the last step was computed", starts_from=(), **enumerated(METHOD)),
+        output(
+            "drive.at_limit",
+            "1",
+            "Whether the drive has a torque limit that is less than what it should deliver",
+            type="Boolean",
+            starts_from=(),
+            warning="the drive is at its limit, drive.torque_limit = {drive.torque_limit} N.m: it does not hold the "
+            "speed",
+        ),
         repeated("displacements", displacements, _displacement_output),
         repeated("sensors", sensors, _displacement_output, array=_sensor_array([name for name, *_ in sensors])),
         repeated("sites", [(site.name, planes) for site in sites], site_outputs),
@@ -229,7 +244,7 @@ def _energies(planes: Planes) -> list[Variable]:
             "energy.kinetic",
             "J",
             "Kinetic energy of the lateral motion, of housings, races and a free spin",
-            starts_from=(*start_values.motion(planes), "spin.free", "spin.inertia"),
+            starts_from=(*start_values.motion(planes), "spin.free", "spin.inertia", "drive.ideal"),
         ),
         output(
             "energy.strain",

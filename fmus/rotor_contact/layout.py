@@ -51,6 +51,8 @@ HEAD = record(
     ("n_matrix_steps", np.float64),  # for how many steps the key of the matrices has not changed
     ("place", np.float64),  # of the speed on the grid of the matrices
     ("method", np.float64),  # how the last step was computed, see `METHOD`
+    ("is_held", np.float64),  # whether an ideal drive holds a free spin, which is then no degree of freedom
+    ("speed", np.float64),  # spin speed (rad/s)
 )
 # Mode and direction of slip; temperature (K); heat so far (J).
 SITE_STATE = record(("mode", np.float64), ("slip_sign", np.float64), ("temperature", np.float64), ("heat", np.float64))
@@ -230,6 +232,25 @@ def place_sites(structure: Structure, parameters: Parameters, inputs: Inputs, sc
         scratch.site_rows[k, parameters.sites.shape[1] :] = 0.0
         scratch.sites[k].row = int(structure.sites[k])
     return place_bodies(parameters, inputs, scratch.sites, scratch.spin[0], structure.K.shape[0])
+
+
+@noinline_kernel
+def release_spin(head: np.record, z: Array, n: int) -> None:
+    """Make a held spin the last of n degrees of freedom in z, with its angle and speed."""
+    for i in range(N_INTEGRALS - 1, -1, -1):
+        z[2 * n + i] = z[2 * n - 2 + i]
+    for i in range(n - 2, -1, -1):
+        z[n + i] = z[n - 1 + i]
+    z[n - 1], z[2 * n - 1] = head.theta, head.speed
+
+
+@noinline_kernel
+def hold_spin(z: Array, n: int) -> None:
+    """Take the spin, the last degree of freedom, out of z and leave n others."""
+    for i in range(n):
+        z[n + i] = z[n + 1 + i]
+    for i in range(N_INTEGRALS):
+        z[2 * n + i] = z[2 * n + 2 + i]
 
 
 @kernel

@@ -6,7 +6,7 @@ import numpy as np
 
 from fmi_export.jit import kernel
 from fmi_export.model import Array
-from rotor_contact.bodies import kinetic_energy, strain_energy
+from rotor_contact.bodies import is_beyond_limit, kinetic_energy, strain_energy
 from rotor_contact.compliant import is_compliant, stored_energy
 from rotor_contact.enumerations import FREE, ROLLING, SLIDING
 from rotor_contact.friction import is_below_slip_scale
@@ -32,6 +32,8 @@ def write_outputs(
     own, head = outputs.own[0], x.head[0]
     own.theta = head.theta
     own.speed = Omega
+    is_free = parameters.own[0].spin.free != 0.0
+    own.drive.at_limit = 1.0 if is_free and is_beyond_limit(w.spin[0], Omega) else 0.0
     own.solver.tolerance_missed = head.tolerance_missed
     own.solver.method = head.method
     for k in range(structure.bearings.shape[0]):
@@ -129,8 +131,8 @@ def write_mechanical_energy(
     if n > structure.K.shape[0]:
         kinetic += kinetic_energy(sites, v)
         strain += strain_energy(sites, q)
-    if w.spin[0].row >= 0:
-        Omega = v[w.spin[0].row]
+    if parameters.own[0].spin.free != 0.0:
+        Omega = v[w.spin[0].row] if w.spin[0].row >= 0 else x.head[0].speed
         kinetic += 0.5 * w.spin[0].inertia * Omega * Omega + x.head[0].coupling
     energy.kinetic = kinetic
     energy.strain = strain

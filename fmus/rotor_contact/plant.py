@@ -9,7 +9,14 @@ import numpy as np
 from fmi_export.flat import copy
 from fmi_export.jit import kernel
 from fmi_export.model import Array, Model
-from rotor_contact.bodies import SHORTEST_SUBSTEP, body_limit, coupling_energy, least_inertia
+from rotor_contact.bodies import (
+    SHORTEST_SUBSTEP,
+    body_limit,
+    couple_spin,
+    coupling_energy,
+    drive_limit,
+    least_inertia,
+)
 from rotor_contact.compliant import is_any_compliant
 from rotor_contact.dynamics import (
     add_magnetic_forces,
@@ -25,10 +32,12 @@ from rotor_contact.heating import advance_temperature
 from rotor_contact.interface import interface_of
 from rotor_contact.layout import (
     Scratch,
+    hold_spin,
     load_sites,
     n_state,
     n_work,
     place_sites,
+    release_spin,
     scratch_of,
     state_of,
     store_sites,
@@ -82,9 +91,15 @@ def initialise(constants: Array, parameters: Array, inputs: Array, state: Array,
     set_bearings(p, motion)
     collect_coefficients(structure, motion)
     w = workspace_of(structure, motion, scratch, n)
-    if spin.row >= 0:
+    is_free = p.own[0].spin.free != 0.0
+    head.is_held, head.speed = 1.0 if is_free and spin.row < 0 else 0.0, Omega
+    if is_free:
         if spin.inertia <= least_inertia(motion):
             return FAULT_INERTIA
+        couple_spin(motion, spin, head.theta)
+        if drive_limit(spin) < SHORTEST_SUBSTEP:
+            return FAULT_FAST
+    if spin.row >= 0:
         z[spin.row], z[n + spin.row] = head.theta, Omega
     head.coupling = coupling_energy(motion, spin, head.theta, z[n : 2 * n])
     if n > structure.K.shape[0] and body_limit(sites, spin) < SHORTEST_SUBSTEP:
@@ -107,7 +122,7 @@ def initialise(constants: Array, parameters: Array, inputs: Array, state: Array,
     head.coupling = coupling_energy(motion, spin, head.theta, z[n : 2 * n])
     head.initial_energy = write_mechanical_energy(structure, p, w, x, y.own[0].energy)
     write_outputs(structure, p, w, x, Omega, y)
-    y.own[0].solver.energy_missed = 0.0
+    y.own[0].solver.energy_missed = y.own[0].drive.at_limit = 0.0
     return 0
 
 
@@ -136,12 +151,22 @@ def step(
     n = _prepare(structure, parameters, inputs, scratch)
     load_sites(x.sites, scratch.sites)
     Omega, Omega_dot = u.own[0].Omega, u.own[0].Omega_dot
+    is_held = p.own[0].spin.free != 0.0 and spin.row < 0
+    if head.is_held != 0.0 and not is_held:
+        release_spin(head, x.z, n)
+    if head.is_held == 0.0 and is_held:
+        hold_spin(x.z, n)
+        energy_integrals(x.z, n).work -= head.coupling
+        head.coupling = 0.0
     if spin.row >= 0:
         x.z[spin.row] = head.theta
         Omega, Omega_dot = x.z[n + spin.row], 0.0
     motion = motion_of(structure, scratch.motion, scratch.bearings, head.theta, Omega, Omega_dot)
     set_bearings(p, motion)
     add_magnetic_forces(u, motion)
+    if head.is_held != 0.0 and not is_held:
+        head.coupling = coupling_energy(motion, spin, head.theta, x.z[n : 2 * n])
+        energy_integrals(x.z, n).work += head.coupling
     n_steps = steps_unchanged(motion, step_size, x.key, head)
     if n > structure.K.shape[0] or solver.exact_motion == 0.0:
         n_steps = 0.0
@@ -173,6 +198,9 @@ def step(
     store_sites(scratch.sites, x.sites, z, n)
     copy(z[: 2 * n + N_INTEGRALS], x.z)
     theta, Omega = angle_and_speed_after(w, x.z, head.theta, motion.Omega, step_size)
+    if is_held:
+        energy_integrals(x.z, n).work += 0.5 * spin.inertia * (Omega * Omega - head.speed * head.speed)
+    head.is_held, head.speed = 1.0 if is_held else 0.0, Omega
     head.coupling = coupling_energy(motion, spin, theta, x.z[n : 2 * n])
     head.theta = theta if 0.0 <= theta < TURN else theta % TURN
     for k in range(scratch.sites.shape[0]):

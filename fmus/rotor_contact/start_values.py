@@ -16,7 +16,7 @@ WHIRL = (*SUPPORT, "initial.angle", "bearings[*].c_b", "discs[*].u", "discs[*].p
 GRAVITY = ("gravity", "gravity_angle")
 PUT_BACK = ("enabled", "clearance", "offset_x", "offset_y")  # of a site
 CONTACT = ("law", "mu", "mu_static", "stribeck_velocity", "journal_radius", "housing_mass")  # of a site
-FREE_SPIN = ("spin.free", "spin.inertia", "spin.drag", "drive.torque", "drive.torque_limit")
+FREE_SPIN = ("spin.free", "spin.inertia", "spin.drag", "drive.torque", "drive.torque_limit", "drive.ideal")
 MAGNETS = ("axes[*].force", "axes[*].gradient", "axes[*].reference")
 
 
@@ -52,8 +52,13 @@ def strain(planes: Planes) -> tuple[str, ...]:
 
 
 def motion(planes: Planes) -> tuple[str, ...]:
-    """Dependencies of the velocities of the whole rotor: those of the whirl, unless a journal is moved back."""
-    return strain(planes) if planes.sites else WHIRL
+    """Dependencies of the kinetic energy of the whole rotor: those of the whirl, unless a journal is moved back.
+
+    On a circular orbit it is the same at every angle.
+    """
+    if planes.sites or planes.seals:
+        return strain(planes) if planes.sites else WHIRL
+    return tuple(name for name in WHIRL if name != "initial.angle")
 
 
 def slip(planes: Planes, site: str) -> tuple[str, ...]:

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from rotor_cases import BEARINGS, both, plant, rigid_rotor, run
+from rotor_cases import BEARINGS, H, both, plant, rigid_rotor, run
 
 from fmi_export.model import Fault
 from rotor_contact.enumerations import NODAL
@@ -83,3 +83,51 @@ def test_heat_at_a_site_starts_at_zero_when_the_start_is_computed_again():
     x.state[:] = 0.0
     x.initialise()
     assert x["rb1.heat"] == first
+
+
+UNBALANCED = BEARINGS | {"Omega": 200.0, "d1.u": 10e-3, "spin.free": 1.0, "spin.inertia": 0.4, "spin.drag": 0.5}
+
+
+def test_an_ideal_drive_holds_the_speed_against_drag_as_if_it_were_given():
+    held = plant(UNBALANCED | {"drive.ideal": 1.0})
+    given = plant(UNBALANCED | {"spin.free": 0.0})
+    names = ["mb1.x", "mb2.y", "theta", "speed"]
+    np.testing.assert_array_equal(run(held, 100, names), run(given, 100, names))
+    spin = 0.5 * 0.4 * 200.0**2
+    assert held["energy.kinetic"] == pytest.approx(given["energy.kinetic"] + spin, rel=1e-12)
+
+
+@pytest.mark.parametrize("race", [{}, both("rb.race_inertia", 1e-4)])
+def test_a_released_spin_coasts_from_where_it_was_held(race):
+    """Omega(t) = Omega_0 exp(-d t/J); angle, position and energy are continuous."""
+    x = plant(UNBALANCED | race | {"drive.ideal": 1.0, "d1.u": 1e-6})
+    names = ["theta", "mb1.x", "energy.kinetic", "speed"]
+    before = run(x, 200, names)
+    x["drive.ideal"] = 0.0
+    after = run(x, 200, names, start=200 * H)
+    np.testing.assert_allclose(after[:, 3], 200.0 * np.exp(-0.5 / 0.4 * H * np.arange(1, 201)), rtol=1e-9)
+    turned = (after[0, 0] - before[-1, 0]) % (2.0 * np.pi)
+    assert turned == pytest.approx(200.0 * H, rel=1e-3)
+    assert abs(after[0, 2] - before[-1, 2]) < 1e-3 * before[-1, 2]
+    lost = before[-1, 2] - after[-1, 2]
+    assert x["energy.damping"] == pytest.approx(lost, rel=1e-3)
+    assert abs(x["energy.balance"]) < 1e-6 * before[-1, 2]
+
+
+def test_unbalance_of_a_released_spin_keeps_the_energy_balance():
+    x = plant(UNBALANCED | {"drive.ideal": 1.0, "d1.u": 40e-3, "initial.orbit": 1.0})
+    run(x, 100)
+    for held in (0.0, 1.0, 0.0):
+        x["drive.ideal"] = held
+        run(x, 100)
+        assert abs(x["energy.balance"]) < 1e-5 * x["energy.kinetic"]
+
+
+@pytest.mark.parametrize(
+    ("limit", "ideal", "reached"), [(0.0, 1, 0), (99.0, 1, 1), (101.0, 1, 0), (2.0, 0, 1), (1e3, 0, 0), (0.0, 0, 0)]
+)
+def test_a_drive_at_its_limit_warns(limit, ideal, reached):
+    """100 N m of drag at 200 rad/s; a drive that is off has no limit to reach."""
+    x = plant(UNBALANCED | {"drive.ideal": ideal, "drive.torque_limit": limit, "drive.gain": 10.0})
+    run(x, 40)
+    assert x["drive.at_limit"] == reached

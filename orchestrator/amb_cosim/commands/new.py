@@ -82,6 +82,10 @@ def new(
         click.echo("retainers and sensors are placed next to the bearings; move them in rotor.toml if necessary")
     if "damping" in made.assumed:
         click.echo("damping of the bending modes is assumed: 0.3, 0.5, then 1 %; enter measured values in rotor.toml")
+    if sizes.retainers:
+        click.echo(
+            "no windage is assumed: without spin.drag in levitation.toml only retainers slow a rotor without drive"
+        )
     gains = made.gains
     click.echo(
         f"levitates with K_b = {gains.k_b:.3g} N/m, C_b = {gains.c_b:.3g} N s/m: damping ratios are at least "

@@ -25,6 +25,7 @@ from amb_cosim.scenario.signal_chain import idle_switches, unsteady_effects
 SPEED = "Omega"  # the shared signal whose initial value counts the cycles
 ACCELERATION = "Omega_dot"  # the shared signal that holds the slope of the speed over the coming step
 UNBALANCE = "kg.m"
+FREE, IDEAL = "spin.free", "drive.ideal"  # of the plant: a spin that the drive must hold, and a drive that does
 ANGLE = "initial.angle"  # parameter of a rotor, its angle at the start
 
 
@@ -104,6 +105,7 @@ def plan_scenario(
         if event.name:
             marks[event.name] = nearest_point("time of event", moment, h)
         events += [InputChange(moment, name, value, message) for name, value in _scaled(event.set, scenario, values)]
+    events += _release(scenario, values, events, period)
     experiment = Experiment(
         step_size=h,
         stop_time=_whole_steps(scenario.end(period), h) if end is None else nearest_steps("until", end, h) * h,
@@ -128,6 +130,24 @@ def plan_scenario(
     roles = {event.role: event.name for event in scenario.event if event.role}
     warnings = (*idle_switches(values, given), *first.warnings)
     return ScenarioPlan(**planned, period=period, marks=marks, roles=roles, warnings=warnings)
+
+
+def _release(
+    scenario: Scenario, values: Assignments, events: Sequence[InputChange], period: float
+) -> list[InputChange]:
+    """Hold the speed of a free spin, and return the change that ends this: at the first event, at cycle 0 without one.
+
+    A motion that settles under a drive with a limit would not begin at the speed of the scenario. A speed that changes
+    counts as an event. Scenarios that set `drive.ideal` are left as they are.
+    """
+    ideal = f"{PLANT}.{IDEAL}"
+    if PLANT not in values.interfaces or IDEAL not in values.interfaces[PLANT].ports:
+        return []
+    if not values.parameter(f"{PLANT}.{FREE}") or ideal in values.inputs or any(e.variable == ideal for e in events):
+        return []
+    values.inputs[ideal] = 1.0
+    moments = [event.time for event in events] + [0.0] * bool(scenario.speed)
+    return [InputChange(min(moments, default=0.0), ideal, False)]
 
 
 def _with_first_angle(
