@@ -24,8 +24,14 @@ OF_CONTACT = (
     "rolling_from",
     "rolling_on_race_from",
     "whirl_speed",
+    "share_beyond_reduction",
+    "steps_by_method",
+    "energy",
+    "energy_balance",
+    "energy_balance_of_heat",
+    "warnings",
 )
-OF_RETAINER = ("free", "sliding", "rolling", "whirl", "whirl_speed", "impulse", "friction")
+OF_SAMPLES = ("drop", "orbit", "rest_after")  # of a touchdown; all else is the same
 
 
 def thinned(every, **options):
@@ -38,18 +44,18 @@ def thin():
     return thinned(100)
 
 
-def test_contact_figures_do_not_depend_on_thinning(thin, touchdown):
-    result, full = thin.summary, touchdown.summary
-    assert thin.signals.sizes["time"] < touchdown.signals.sizes["time"] / 90
+@pytest.mark.parametrize("every", [4, 20, 100])
+def test_contact_figures_do_not_depend_on_thinning(every, touchdown):
+    result, full = thinned(every).summary, touchdown.summary
     assert {name: getattr(result, name) for name in OF_CONTACT} == {name: getattr(full, name) for name in OF_CONTACT}
-    assert result.touchdown.first_impacts == full.touchdown.first_impacts
-    assert (result.touchdown.release, result.touchdown.free_after) == (
-        full.touchdown.release,
-        full.touchdown.free_after,
-    )
-    for site, retainer in full.touchdown.retainers.items():
-        of_thin = dataclasses.asdict(result.touchdown.retainers[site])
-        assert {name: of_thin[name] for name in OF_RETAINER} == {name: getattr(retainer, name) for name in OF_RETAINER}
+    fall, of_full = (dataclasses.asdict(summary.touchdown) for summary in (result, full))
+    assert {name: fall[name] for name in fall if name not in OF_SAMPLES} == {
+        name: of_full[name] for name in of_full if name not in OF_SAMPLES
+    }
+
+
+def test_a_thinned_record_has_few_samples(thin, touchdown):
+    assert thin.signals.sizes["time"] < touchdown.signals.sizes["time"] / 90
 
 
 def test_a_thinned_run_is_the_same_in_the_plain_loop(thin):

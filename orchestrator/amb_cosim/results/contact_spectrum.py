@@ -9,7 +9,7 @@ from amb_cosim.cosim.record.signals import Signals
 from amb_cosim.presentation.text_tables import number
 from amb_cosim.results.contact_history import touchable
 from amb_cosim.results.places import places
-from amb_cosim.results.series import cycles, signal
+from amb_cosim.results.series import at_every_step, cycles, signal
 from array_types import Array
 
 WARNED_SHARE = 0.1
@@ -47,6 +47,7 @@ def warnings_beyond_reduction(dataset: Signals) -> list[str]:
 
 
 def _share(dataset: Signals, site: str) -> float | None:
+    dataset = at_every_step(dataset)
     force, limit = signal(dataset, f"{site}.f_n"), places(dataset).valid_to
     after = cycles(dataset) >= 0.0
     if force is None or limit is None or np.count_nonzero(after) < 2 or not force[after].any():

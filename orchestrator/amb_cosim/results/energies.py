@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from amb_cosim.cosim.record.signals import Signals
-from amb_cosim.results.series import cycles, signal
+from amb_cosim.results.series import at_every_step, cycles, signal
 from array_types import Array
 
 HEAT = ("damping", "friction", "impact")
@@ -26,6 +26,7 @@ def energies(dataset: Signals) -> dict[str, Array] | None:
 
 def final_energies(dataset: Signals) -> dict[str, float] | None:
     """Return heat and work from cycle 0 to the end, and `balance`: the largest difference of gain and work (J)."""
+    dataset = at_every_step(dataset)
     series = energies(dataset)
     if series is None:
         return None
@@ -36,6 +37,7 @@ def final_energies(dataset: Signals) -> dict[str, float] | None:
 
 def relative_balance(dataset: Signals) -> float | None:
     """Return the error of the energy balance over the largest of all energies from cycle 0 on."""
+    dataset = at_every_step(dataset)
     series = energies(dataset)
     if series is None:
         return None

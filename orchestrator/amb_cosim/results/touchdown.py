@@ -132,10 +132,10 @@ def touchdown(dataset: Signals) -> Touchdown | None:
         drop={place: _drop(dataset, place, start) for place in moving_places(dataset)},
         orbit={place: _orbit(dataset, place, start) for place in moving_places(dataset)},
         first_impacts=_first_impacts(steps, at_step),
-        retainers={site: _retainer(steps, at_step, dataset, start, site) for site in touched},
+        retainers={site: _retainer(steps, at_step, site) for site in touched},
         rest_after=_rest(dataset, start, values, lying),
         free_after=_free(steps, at_step, contact[at_step:]),
-        standstill_after=_standstill(dataset, start),
+        standstill_after=_standstill(steps, at_step),
     )
 
 
@@ -200,12 +200,12 @@ def _first_impacts(dataset: Signals, start: int) -> tuple[Impact, ...]:
     return tuple(sorted(counted, key=lambda impact: impact.after)[:N_IMPACTS])
 
 
-def _retainer(steps: Signals, at_step: int, dataset: Signals, start: int, site: str) -> Retainer:
-    """Return the loads of a site, from all steps after `at_step` and all samples after `start`."""
-    free, sliding, rolling = _mode_times(steps, site, at_step)
-    direction, whirl_speed = _whirl(steps, site, at_step)
-    values = parameters(dataset)
-    heat, temperature = (_after_release(dataset, f"{site}.{name}", start) for name in ("heat", "temperature"))
+def _retainer(steps: Signals, start: int, site: str) -> Retainer:
+    """Return the loads of a site, from all steps after `start`."""
+    free, sliding, rolling = _mode_times(steps, site, start)
+    direction, whirl_speed = _whirl(steps, site, start)
+    values = parameters(steps)
+    heat, temperature = (_after_release(steps, f"{site}.{name}", start) for name in ("heat", "temperature"))
     warms = temperature is not None and bool(values.get(f"{site}.heat_capacity"))
     return Retainer(
         free=free,
@@ -213,10 +213,10 @@ def _retainer(steps: Signals, at_step: int, dataset: Signals, start: int, site: 
         rolling=rolling,
         whirl=direction,
         whirl_speed=whirl_speed,
-        impulse=_impulse(steps, site, at_step),
-        friction=_integral(steps, f"{site}.friction_power", at_step),
+        impulse=_impulse(steps, site, start),
+        friction=_integral(steps, f"{site}.friction_power", start),
         heat=None if heat is None else float(heat[-1] - heat[0]),
-        race_spin_up=_race_spin_up(dataset, site, start),
+        race_spin_up=_race_spin_up(steps, site, start),
         temperature=float(temperature.max()) if warms and temperature is not None else None,
     )
 

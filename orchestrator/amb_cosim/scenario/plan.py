@@ -232,9 +232,10 @@ def _essential(places: RotorPlaces) -> tuple[str, ...]:
 
 def _contact(places: RotorPlaces) -> tuple[str, ...]:
     """Return patterns of variables that figures of contact require at every step, also of a decimated record."""
-    of_sites = ("f_n*", "impulse", "mode", "whirl_speed", "race_speed", "friction_power")
-    forces = (f"{PLANT}.{site}.{name}" for site in places.sites for name in of_sites)
-    return (f"{PLANT}.contact_state", *forces, f"{ACTUATOR}.*.amplifier_off_?")
+    of_sites = ("f_n*", "impulse", "mode", "whirl_speed", "race_speed", "friction_power", "heat", "temperature")
+    of_plant = ("contact_state", "energy.*", "speed", "solver.method")
+    names = (*of_plant, *(f"{site}.{name}" for site in places.sites for name in of_sites))
+    return (*(f"{PLANT}.{name}" for name in names), f"{ACTUATOR}.*.amplifier_off_?")
 
 
 def _scaled(
