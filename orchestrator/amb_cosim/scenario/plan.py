@@ -163,7 +163,7 @@ def _with_first_angle(
     for component, interface in assembly.interfaces.items():
         if early and ANGLE in interface.ports:
             stated = parameters[component].get(ANGLE, 0.0)
-            parameters[component][ANGLE] = stated + 2.0 * math.pi / period * early * plan.step_size
+            parameters[component][ANGLE] = stated + plan.inputs[SPEED] * early * plan.step_size
     return parameters
 
 
