@@ -202,8 +202,8 @@ def test_spin_becomes_heat_until_the_rotor_comes_to_rest(run: Run) -> None:
     """J Omega^2/2 = 13.9 kJ."""
     result = run("drop_run_down", 40.0)
     assert result.outcome.status == "stopped"
-    assert result.outcome.time == pytest.approx(36.0, abs=2.0)
+    assert result.outcome.time == pytest.approx(34.5, abs=0.5)
     heat = result.summary.energy
     assert heat is not None
-    assert heat["friction"] + heat["impact"] + heat["damping"] == pytest.approx(0.5 * INERTIA * 260.0**2, rel=0.02)
+    assert heat["friction"] + heat["impact"] + heat["damping"] == pytest.approx(0.5 * INERTIA * 260.0**2, rel=1e-3)
     assert result.summary.energy_balance < 1e-6
