@@ -120,6 +120,7 @@ def _interface(description: Any, folder: Path, what: str) -> FmuInterface:
         serialises_state=bool(ability.canGetAndSetFMUstate and ability.canSerializeFMUstate),
         states=_states(description) if ability.providesDirectionalDerivative and major == "2" else (),
         fmi=3 if major == "3" else 2,
+        once_per_process=bool(ability.canBeInstantiatedOnlyOncePerProcess),
         texts={text.name: text for text in _texts(description)},
         own_step=_own_step(description),
         reports_faults=(description.generationTool or "").startswith(f"{TOOL} "),

@@ -117,7 +117,8 @@ class FmuInterface:
 
     `takes_any_step`: it can handle any communication step; `saves_state`: it can return to an earlier state;
     `serialises_state`: a state can be written. `states` are the names of the continuous states and their time
-    derivatives, if an FMU of FMI 2.0 provides directional derivatives and lists them. `fmi` is the version of FMI.
+    derivatives, if an FMU of FMI 2.0 provides directional derivatives and lists them. `fmi` is the version of FMI. A
+    process can have one instance of an FMU that is `once_per_process`.
     `texts` are its String and Binary variables. `deviations` are the rules of FMI that its description breaks, and
     `own_step` the step size of its default experiment (s). `reports_faults`: it was made by this project, whose output
     `fault_code` is 0 without a fault.
@@ -132,6 +133,7 @@ class FmuInterface:
     serialises_state: bool = False
     states: tuple[tuple[str, str], ...] = ()
     fmi: Literal[2, 3] = 2
+    once_per_process: bool = False
     texts: Mapping[str, TextVariable] = field(default_factory=dict)
     reports_faults: bool = False
     deviations: tuple[str, ...] = ()

@@ -11,6 +11,7 @@ import numpy as np
 
 from amb_cosim.cosim.fmu.component import FmuComponent, HeldState, StartValues
 from amb_cosim.cosim.fmu.fmu_interface import FmuInterface
+from amb_cosim.cosim.fmu.separate_component import SeparateComponent
 from amb_cosim.cosim.master.compiled import program_of
 from amb_cosim.cosim.master.master import Master
 from amb_cosim.cosim.system.stopping import StopObserver
@@ -54,19 +55,25 @@ class InstancePool:
         outputs: Sequence[str],
         start: StartValues,
         every: int,
+        is_separate: bool = False,
     ) -> FmuComponent:
-        """Return a new or reset instance of a component; see `FmuComponent` for arguments and errors."""
+        """Return a new or reset instance of a component; see `FmuComponent` for arguments and errors.
+
+        A separate one runs in a process of its own.
+        """
         if self._expired:
             self.close()
         idle_folder, component = self._idle.get(name, (None, None))
-        if component is not None and idle_folder == folder:
+        is_of_kind = isinstance(component, SeparateComponent) == is_separate
+        if component is not None and idle_folder == folder and is_of_kind:
             component.reset(inputs, outputs, start, every)
             return component
         if component is not None:
             self.generation += 1
             component.close()
             self._programs.clear()
-        component = FmuComponent(name, folder, interface, inputs, outputs, start, every)
+        kind = SeparateComponent if is_separate else FmuComponent
+        component = kind(name, folder, interface, inputs, outputs, start, every)
         self._idle[name] = (folder, component)
         return component
 

@@ -11,18 +11,15 @@ import math
 import os
 import pickle
 import queue
-import signal
 import subprocess
 import sys
 import threading
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from dataclasses import replace
-from pathlib import Path
 from typing import IO, Any
 
-from amb_cosim.cosim.basics.descendants import end_descendants
+from amb_cosim.cosim.basics.child_process import child_process, end_group, how_it_ended
 from amb_cosim.cosim.basics.errors import ProcessFailed
 from amb_cosim.cosim.basics.interruption import deferred
 from amb_cosim.cosim.run.options import RunOptions
@@ -105,39 +102,6 @@ def _with_warning(recording: Recording, assembly: Assembly, wrong: str) -> Recor
     return replace(recording, warnings=said)
 
 
-@contextmanager
-def child_process(module: str, given: tuple[Any, ...]) -> Iterator[subprocess.Popen[bytes]]:
-    """Start a process that runs a neighbouring module with some input; it is ended afterwards in any case."""
-    environment = os.environ | {"PYTHONPATH": os.pathsep.join(str(Path(entry).absolute()) for entry in sys.path)}
-    process = subprocess.Popen(
-        [sys.executable, "-P", "-m", f"amb_cosim.cosim.{module}"],
-        env=environment,
-        stdin=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-        start_new_session=True,  # Ctrl-C comes to this process alone
-    )
-    try:
-        assert process.stdin is not None
-        with suppress(OSError):  # it ends before it reads
-            pickle.dump(given, process.stdin)
-            process.stdin.flush()
-        yield process
-    finally:
-        end_group(process)
-        process.kill()
-        process.wait()
-        with suppress(OSError):
-            process.stdin.close()  # type: ignore[union-attr]
-
-
-def end_group(process: subprocess.Popen[bytes]) -> None:
-    """End a process, which leads a group, with all its descendants."""
-    end_descendants(process.pid)
-    if sys.platform != "win32":
-        with suppress(OSError):
-            os.killpg(process.pid, signal.SIGKILL)
-
-
 def has_process_ended(process: subprocess.Popen[bytes]) -> bool:
     """Return whether a process has ended, without releasing its ID, which names its group."""
     if sys.platform == "win32":
@@ -175,12 +139,3 @@ def last_message(messages: Messages) -> tuple[Any, ...]:
 
 def _who(assembly: Assembly) -> str:
     return ", ".join(assembly.from_elsewhere or assembly.fmus)
-
-
-def how_it_ended(code: int) -> str:
-    """Return in words how a process ended."""
-    if code >= 0:
-        return f"ended with exit code {code}"
-    with suppress(ValueError):
-        return f"ended with {signal.Signals(-code).name}"
-    return f"ended with signal {-code}"

@@ -10,13 +10,12 @@ import threading
 from dataclasses import replace
 from typing import Any
 
+from amb_cosim.cosim.basics.child_process import limit_memory
 from amb_cosim.cosim.basics.descendants import adopt_orphans, continue_without_parent, end_descendants
 from amb_cosim.cosim.basics.errors import ProcessFailed
 from amb_cosim.cosim.master.instances import InstancePool
 from amb_cosim.cosim.run.isolation import ERROR, PROGRESS, RECORDING
 from amb_cosim.cosim.run.run_plan import run_plan
-
-SHARE_OF_MEMORY = 0.75  # of this machine's, that FMUs may have
 
 
 def main() -> None:
@@ -48,20 +47,6 @@ def main() -> None:
             pass  # before there was anything to record
     end_descendants(os.getpid())
     os._exit(0)  # FMUs may have threads, and code that runs when a process ends
-
-
-def limit_memory() -> float:
-    """Limit this process to a share of the memory, if the system supports it; return the limit in bytes."""
-    if sys.platform == "win32":
-        return float("inf")
-    import resource
-
-    limit = int(SHARE_OF_MEMORY * os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"))
-    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-    _, highest = resource.getrlimit(resource.RLIMIT_AS)
-    limit = limit if highest == resource.RLIM_INFINITY else min(limit, highest)
-    resource.setrlimit(resource.RLIMIT_AS, (limit, highest))
-    return limit
 
 
 def end_with_parent() -> None:

@@ -12,6 +12,7 @@ import numpy as np
 from amb_cosim.cosim.basics.choices import Loop
 from amb_cosim.cosim.basics.loop_library import load_loop
 from amb_cosim.cosim.fmu.component import FmuComponent, FmuState
+from amb_cosim.cosim.fmu.process_sharing import separate_components
 from amb_cosim.cosim.master import compiled
 from amb_cosim.cosim.master.instances import InstancePool
 from amb_cosim.cosim.master.master import Master, Observer
@@ -70,7 +71,8 @@ class Simulator:
             _check_states(assembly)
         transformed = plan.system.transformed
         explicit = not transformed and coupling != "iterative"
-        self._is_compiled = explicit and loop == "compiled" and load_loop() is not None
+        separate = separate_components(assembly.fmus, assembly.interfaces)
+        self._is_compiled = explicit and not separate and loop == "compiled" and load_loop() is not None
         self.layout = assembly.wiring(plan.inputs, plan.recorded)
         wiring = self.layout.wiring
         self._instances = instances
@@ -84,6 +86,7 @@ class Simulator:
                 self.layout.outputs[c.name],
                 {**plan.parameters[c.name], **plan.texts.get(c.name, {})},
                 c.every,
+                c.name in separate,
             )
             for c in plan.system.components
         ]

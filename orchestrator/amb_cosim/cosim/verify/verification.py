@@ -8,16 +8,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from amb_cosim.cosim.basics.cache import unpacked
+from amb_cosim.cosim.basics.child_process import child_process, end_group, how_it_ended
 from amb_cosim.cosim.basics.errors import ProcessFailed
 from amb_cosim.cosim.run.isolation import (
     ERROR,
     LONGEST_SILENCE,
     POLL_TIME,
     RECORDING,
-    child_process,
-    end_group,
     has_process_ended,
-    how_it_ended,
     last_message,
     messages_of,
 )

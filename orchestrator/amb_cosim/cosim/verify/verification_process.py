@@ -14,9 +14,10 @@ import numpy as np
 from fmpy import read_model_description, simulate_fmu
 from numpy.typing import NDArray
 
+from amb_cosim.cosim.basics.child_process import limit_memory
 from amb_cosim.cosim.basics.descendants import end_descendants
 from amb_cosim.cosim.run.isolation import ERROR, RECORDING
-from amb_cosim.cosim.run.isolation_process import end_with_parent, limit_memory
+from amb_cosim.cosim.run.isolation_process import end_with_parent
 from amb_cosim.cosim.verify.reference_experiments import ReferenceExperiment, Table, read_experiments
 from amb_cosim.cosim.verify.verification import MOST_TOLERANCE, TOLERANCE, Deviation, Verified
 from array_types import Array

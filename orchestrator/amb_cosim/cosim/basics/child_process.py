@@ -1,0 +1,73 @@
+"""Processes that this package starts for FMUs: each leads a group and a session of its own."""
+
+from __future__ import annotations
+
+import os
+import pickle
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import Any
+
+from amb_cosim.cosim.basics.descendants import end_descendants
+
+SHARE_OF_MEMORY = 0.75  # of this machine's, that FMUs may have
+
+
+@contextmanager
+def child_process(module: str, given: tuple[Any, ...]) -> Iterator[subprocess.Popen[bytes]]:
+    """Start a process that runs a module of `cosim` with some input; it is ended afterwards in any case."""
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(str(Path(entry).absolute()) for entry in sys.path)}
+    process = subprocess.Popen(
+        [sys.executable, "-P", "-m", f"amb_cosim.cosim.{module}"],
+        env=environment,
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        start_new_session=True,  # Ctrl-C comes to this process alone
+    )
+    try:
+        assert process.stdin is not None
+        with suppress(OSError):  # it ends before it reads
+            pickle.dump(given, process.stdin)
+            process.stdin.flush()
+        yield process
+    finally:
+        end_group(process)
+        process.kill()
+        process.wait()
+        with suppress(OSError):
+            process.stdin.close()  # type: ignore[union-attr]
+
+
+def end_group(process: subprocess.Popen[bytes]) -> None:
+    """End a process, which leads a group, with all its descendants."""
+    end_descendants(process.pid)
+    if sys.platform != "win32":
+        with suppress(OSError):
+            os.killpg(process.pid, signal.SIGKILL)
+
+
+def how_it_ended(code: int) -> str:
+    """Return in words how a process ended."""
+    if code >= 0:
+        return f"ended with exit code {code}"
+    with suppress(ValueError):
+        return f"ended with {signal.Signals(-code).name}"
+    return f"ended with signal {-code}"
+
+
+def limit_memory() -> float:
+    """Limit this process to a share of the memory, if the system supports it; return the limit in bytes."""
+    if sys.platform == "win32":
+        return float("inf")
+    import resource
+
+    limit = int(SHARE_OF_MEMORY * os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"))
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    _, highest = resource.getrlimit(resource.RLIMIT_AS)
+    limit = limit if highest == resource.RLIM_INFINITY else min(limit, highest)
+    resource.setrlimit(resource.RLIMIT_AS, (limit, highest))
+    return limit

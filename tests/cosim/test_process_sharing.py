@@ -1,0 +1,123 @@
+"""FMUs that cannot share a process with others: each runs in a process of its own."""
+
+from __future__ import annotations
+
+import sys
+
+import numpy as np
+import pytest
+from informed import informed_fmu
+from slow import slow_but_first
+
+import amb_cosim
+from amb_cosim.cosim.basics.errors import ProcessFailed
+from amb_cosim.cosim.fmu.fmu_description import read_interface
+from amb_cosim.cosim.fmu.separate_component import SeparateComponent
+from tests.support.messages import raises_naming
+
+pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="the FMU is compiled for Linux")
+TWO = """coupling = "{coupling}"
+[[component]]
+name = "a"
+fmu = "{fmu}"
+[[component]]
+name = "b"
+fmu = "{fmu}"
+[parameters.b]
+k = 10.0
+[experiment]
+communication_step = "0.1 s"
+stop_time = "1 s"
+inputs = {{ "a.u" = 1.0, "b.u" = 1.0 }}
+"""
+SCRIPT = """
+from pythonfmu import Fmi2Causality, Fmi2Slave, Real
+import gains
+
+class {name}(Fmi2Slave):
+    def __init__(self, **kwargs):
+        super().__init__(**kwargs)
+        self.u, self.y = 0.0, 0.0
+        self.register_variable(Real("u", causality=Fmi2Causality.input))
+        self.register_variable(Real("y", causality=Fmi2Causality.output))
+
+    def do_step(self, current_time, step_size):
+        self.y = gains.GAIN * self.u
+        return True
+"""
+
+
+@pytest.fixture(params=slow_but_first([2, 3]), ids="FMI {}".format)
+def two_instances(request, fmu_from_c, tmp_path):
+    """`two_instances(once, coupling, **options)`: a run of two instances of an FMU that counts those of its process."""
+
+    def simulate(once, coupling="gauss_seidel", **options):
+        fmu = informed_fmu(fmu_from_c, tmp_path, request.param, canBeInstantiatedOnlyOncePerProcess=once)
+        path = tmp_path / "two.toml"
+        path.write_text(TWO.format(fmu=fmu, coupling=coupling), encoding="utf-8")
+        return amb_cosim.simulate(path, **options)
+
+    return simulate
+
+
+def test_each_instance_is_alone_in_a_process_that_may_have_one(two_instances):
+    # Reported publicly for INTO-CPS_Application (11, 17) and FMIKit-Simulink (326).
+    data = two_instances("true").dataset
+    assert [set(data[f"{name}.instances"].values) for name in "ab"] == [{1.0}, {1.0}]
+    assert [data[f"{name}.y"].values[-1] for name in "ab"] == pytest.approx([1.0, 10.0])
+    shared = two_instances("false").dataset
+    assert {*shared["a.instances"].values, *shared["b.instances"].values} == {1.0, 2.0}
+    for name in ("a.y", "b.y", "b.stop", "b.reached"):
+        np.testing.assert_array_equal(data[name], shared[name])
+
+
+@pytest.mark.slow
+def test_an_instance_in_a_process_of_its_own_repeats_steps_and_continues(two_instances):
+    whole = two_instances("true", "iterative", save_at=["0.5 s"])
+    later = two_instances("true", "iterative", start=whole.checkpoint("0.5 s"))
+    np.testing.assert_array_equal(whole.dataset["b.y"], later.dataset["b.y"])
+
+
+def test_an_fmu_that_ends_its_own_process_is_named(hostile, unpack):
+    folder = unpack(hostile.fmu(2))
+    hostile.will("segv", 1, "DoStep")
+    component = SeparateComponent("motor", folder, read_interface(folder, "motor"), ["u"], ["y"], {})
+    component.enter(0.0)
+    component.leave()
+    component.step(0.0, 0.1)
+    component.read()
+    assert component.outputs[0] == 0.1
+    with raises_naming(ProcessFailed, "process of motor", "SIGSEGV"):
+        component.step(0.1, 0.1)
+    component.close()
+    assert not hostile.processes()
+
+
+@pytest.fixture
+def scripts(tmp_path, monkeypatch):
+    """`scripts(gains)`: last outputs of Python FMUs of one system, whose helper modules have the same name."""
+    from pythonfmu.builder import FmuBuilder
+
+    def simulate(gains: dict[str, float]) -> list[float]:
+        parts = []
+        for name, gain in gains.items():
+            folder = tmp_path / name
+            folder.mkdir()
+            (folder / "part.py").write_text(SCRIPT.format(name=name), encoding="utf-8")
+            (folder / "gains.py").write_text(f"GAIN = {gain}\n", encoding="utf-8")
+            for module in ("part", "gains"):  # which the builder imports
+                monkeypatch.delitem(sys.modules, module, raising=False)
+            fmu = FmuBuilder.build_FMU(folder / "part.py", dest=folder, project_files=[folder / "gains.py"])
+            parts.append(f'[[component]]\nname = "{name}"\nfmu = "{fmu}"\n')
+        inputs = ", ".join(f'"{name}.u" = 1.0' for name in gains)
+        run = f'[experiment]\ncommunication_step = "0.1 s"\nstop_time = "0.3 s"\ninputs = {{ {inputs} }}\n'
+        (tmp_path / "system.toml").write_text("".join(parts) + run, encoding="utf-8")
+        data = amb_cosim.simulate(tmp_path / "system.toml").dataset
+        return [float(data[f"{name}.y"].values[-1]) for name in gains]
+
+    return simulate
+
+
+def test_each_python_fmu_gets_the_modules_that_it_brings(scripts):
+    # Reported publicly for PythonFMU (97, 228); here the scripts, too, have one name.
+    assert scripts({"Pump": 2.0, "Valve": 3.0, "Tank": 4.0}) == [2.0, 3.0, 4.0]
