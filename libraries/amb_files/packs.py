@@ -15,12 +15,28 @@ from __future__ import annotations
 import sys
 from functools import cache
 from importlib import import_module
-from importlib.metadata import entry_points
+from importlib.metadata import distributions, entry_points
 from importlib.util import find_spec
 from pathlib import Path
 from types import ModuleType
 
 GROUP = "amb_cosim.packs"
+
+
+def unreadable_distributions() -> list[str]:
+    """Return the names of installed distributions whose `entry_points.txt` cannot be read."""
+    result = []
+    for distribution in distributions():
+        try:
+            _ = distribution.entry_points
+        except Exception:
+            result.append(distribution.metadata["Name"])
+    return result
+
+
+def pack_of(file: Path) -> str:
+    """Return the name of the pack that has a file in one of its folders."""
+    return next((pack for pack, folder in packs().items() if folder == file.parents[1]), file.parents[1].name)
 
 
 @cache

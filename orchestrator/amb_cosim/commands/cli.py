@@ -60,7 +60,18 @@ class Commands(PackCommands):
         except Exception as error:  # an import interrupted by a signal may fail with any error
             if was_interrupted():
                 raise interrupted(getattr(error, "message", "interrupted")) from error
+            if isinstance(error, UnicodeDecodeError) or isinstance(error.__cause__, UnicodeDecodeError):
+                _check_distributions(error)
             raise
+
+
+def _check_distributions(error: Exception) -> None:
+    """Refuse an installed distribution whose entry points are not UTF-8: Pydantic and xarray read all of them."""
+    from amb_files.packs import unreadable_distributions
+
+    if names := unreadable_distributions():
+        said = f"entry_points.txt of the installed {', '.join(names)} cannot be read; it must be UTF-8"
+        raise Refused(f"{said}; correct or uninstall it") from error
 
 
 @click.group(cls=Commands, former=FORMER, context_settings={"help_option_names": ["-h", "--help"]})

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
 import click
 
@@ -13,6 +13,7 @@ from amb_cosim.commands.cli_errors import refusing
 if TYPE_CHECKING:
     from rich.console import Console
 
+T = TypeVar("T")
 SWEEPS = "sweeps"  # theme of sweeps
 OTHERS = "others"  # theme of scenarios without one
 
@@ -70,19 +71,35 @@ def list_scenarios(name: str | None, words: str) -> None:
 
 
 def _entries() -> Iterator[ListedItem]:
-    """Yield the scenarios and the sweeps of all packs."""
-    from amb_cosim.scenario.scenario import load_scenarios
+    """Yield the scenarios and the sweeps of all packs; an invalid one is skipped with a warning."""
+    from amb_cosim.scenario.file import packaged_scenarios
+    from amb_cosim.scenario.scenario import load_scenario
     from amb_cosim.studies.stored_robustness import stored_outcomes
-    from amb_cosim.sweeps.ready import named_sweeps
+    from amb_cosim.sweeps.ready import read_sweep
     from amb_files.packs import files_of
 
     available, files = stored_outcomes(), files_of("scenarios")
-    for name, item in load_scenarios().items():
+    for name in packaged_scenarios():
+        if (item := _readable(files[name], load_scenario, name)) is None:
+            continue
         outcome = f"{available[name].outcome}; {available[name].verdict}" if name in available else ""
         yield ListedItem(name, files[name], item.theme or OTHERS, item.description, outcome, item.source)
     files = files_of("sweeps")
-    for name, ready in named_sweeps().items():
+    for name, file in files.items():
+        if (ready := _readable(file, read_sweep, name, file)) is None:
+            continue
         yield ListedItem(name, files[name], SWEEPS, ready.description, "", f"sweep of {ready.scenario}")
+
+
+def _readable(file: Path, read: Callable[..., T], *arguments: str | Path) -> T | None:
+    """Return what a function reads from a file of a pack, or None with a warning if that is invalid."""
+    from amb_files.packs import pack_of
+
+    try:
+        return read(*arguments)
+    except ValueError as error:
+        click.echo(f"warning: pack {pack_of(file)}: {error}", err=True)
+        return None
 
 
 def _line(console: Console, text: str, style: str | None = None) -> None:

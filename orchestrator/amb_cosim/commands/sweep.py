@@ -90,9 +90,11 @@ def sweep(name: str, vary: tuple[str, ...], output: Path | None, no_plots: bool,
 
 def _request(name: str, options: Mapping[str, Any]) -> tuple[str, dict[str, Any]]:
     """Return scenario and options of `amb_cosim.sweep`; given options override those of a ready sweep."""
-    from amb_cosim.sweeps.ready import named_sweeps
+    from amb_cosim.sweeps.ready import read_sweep
+    from amb_files.packs import files_of
 
-    ready = named_sweeps().get(name)
+    file = files_of("sweeps").get(name)
+    ready = None if file is None else read_sweep(name, file)
     merged = {} if ready is None else ready.options
     for key, value in options.items():
         if isinstance(value, Mapping):

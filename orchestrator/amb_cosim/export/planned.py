@@ -93,6 +93,12 @@ def made_for(system: System, source: Callable[..., Made] = model_source, **optio
         If a component is not a model, or cannot be made with these options.
     """
     files = [component.name for component in system.components if not is_model(component.fmu)]
+    for component in system.components:
+        if component.name in files and Path(component.fmu).is_file():
+            raise ValueError(
+                f"{component.name} of system {system.name} is the FMU {component.fmu}, which is built already "
+                f"and cannot become part of another; it must be one of the models {', '.join(models())}"
+            )
     if files:
         raise ValueError(
             f"{', '.join(files)} of system {system.name} cannot be built; only models can: {', '.join(models())}"

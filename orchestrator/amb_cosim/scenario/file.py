@@ -51,6 +51,8 @@ def read_scenario(name: str, derived: tuple[str, ...] = ()) -> dict[str, Any]:
     """
     packaged = files_of("scenarios")
     source = packaged.get(name, Path(name))
+    if source.is_symlink() and not source.is_file():
+        raise ValueError(f"scenario {name}: {source} is a link that leads to no file")
     if not source.is_file():
         kind = "file" if name.endswith(".toml") else "scenario"
         raise ValueError(f"no {kind} {name!r}; {suggest(name, packaged_scenarios())}")

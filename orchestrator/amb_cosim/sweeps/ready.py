@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 from pydantic import Field
@@ -36,7 +37,10 @@ def named_sweeps() -> dict[str, NamedSweep]:
     ValueError
         If a file cannot be read or is invalid.
     """
-    return {
-        name: validate(read_toml(file, what := f"sweep {name}"), NamedSweep, what)
-        for name, file in files_of("sweeps").items()
-    }
+    return {name: read_sweep(name, file) for name, file in files_of("sweeps").items()}
+
+
+def read_sweep(name: str, file: Path) -> NamedSweep:
+    """Read the sweep of a pack from its file; raises ValueError if that cannot be read or is invalid."""
+    what = f"sweep {name}"
+    return validate(read_toml(file, what), NamedSweep, what)

@@ -88,7 +88,7 @@ def _experiment(
     end = stop if stop_time is None else stop_time
     if step is None or end is None:
         missing = "communication step; set --step" if step is None else "stop time; set --until"
-        raise ValueError(f"{what} defines no {missing}")
+        raise ValueError(f"{what} defines no {missing} of amb-cosim run")
     return Experiment(step_size=step, stop_time=end, start_time=start or 0.0, settles=False, record_settling=True)
 
 

@@ -1,0 +1,59 @@
+"""A pack with a mistake takes nothing else with it."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+from command_line import run_command
+
+from amb_cosim.scenario.file import read_scenario
+from amb_files import packs
+from tests.support.messages import assert_names, raises_naming
+
+
+@pytest.fixture
+def site(tmp_path: Path) -> Path:
+    """A folder with an installed pack `broken`, whose scenarios are not written yet."""
+    (tmp_path / "broken" / "scenarios").mkdir(parents=True)
+    (tmp_path / "broken" / "sweeps").mkdir()
+    (tmp_path / "broken" / "__init__.py").touch()
+    facts = tmp_path / "broken-1.0.dist-info"
+    facts.mkdir()
+    (facts / "METADATA").write_text("Metadata-Version: 2.1\nName: broken\nVersion: 1.0\n", encoding="utf-8")
+    (facts / "entry_points.txt").write_text("[amb_cosim.packs]\nbroken = broken\n", encoding="utf-8")
+    return tmp_path
+
+
+def command(site: Path, line: str, code: int = 0) -> tuple[str, str]:
+    """What a command prints with the pack installed, and its messages."""
+    path = os.pathsep.join([str(site), os.environ.get("PYTHONPATH", "")])
+    done = run_command(*line.split(), cwd=site, code=code, env={**os.environ, "PYTHONPATH": path})
+    return done.stdout, done.stderr
+
+
+def test_invalid_scenarios_and_sweeps_are_skipped_with_the_name_of_their_pack(site):
+    (site / "broken" / "scenarios" / "odd_rub.toml").write_text("Omega = true\n", encoding="utf-8")
+    (site / "broken" / "scenarios" / "loop.toml").symlink_to("loop.toml")
+    (site / "broken" / "sweeps" / "odd_sweep.toml").write_text("axes = 3\n", encoding="utf-8")
+    displayed, warned = command(site, "list")
+    assert "fig4_9" in displayed
+    for name in ("odd_rub", "loop", "odd_sweep"):
+        assert_names(next(line for line in warned.splitlines() if name in line), "pack broken", name)
+
+
+@pytest.mark.parametrize("line", ["list", "run drop --until 1ms"])
+def test_entry_points_that_are_not_utf8_are_refused_with_the_name_of_the_distribution(site, line):
+    (site / "broken-1.0.dist-info" / "entry_points.txt").write_bytes(b"[amb_cosim.packs]\nbroken = br\xe9ken\n")
+    warned = command(site, line, code=2)[1]
+    assert_names(warned, "entry_points.txt", "broken", "UTF-8")
+    assert "Traceback" not in warned
+
+
+def test_a_scenario_that_is_a_link_to_nothing_is_named_as_such(tmp_path):
+    loop = tmp_path / "loop.toml"
+    loop.symlink_to(loop)
+    with raises_naming(ValueError, "loop.toml", "link"):
+        read_scenario(str(loop))
+    assert packs.pack_of(packs.packs()["bath_thesis"] / "scenarios" / "drop.toml") == "bath_thesis"
