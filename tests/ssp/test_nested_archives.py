@@ -251,6 +251,9 @@ LOOP = '<ssd:Component name="self" type="application/x-ssp-definition" source="S
         (CHAIN.format("Counts", "Metres"), ["a.y b.u"], "", ("count", "m")),
         (CHAIN.format("Millimetres", "Metres"), ["In a.u", "In b.u"], "", ("In", "mm", "m")),
         (gain("a"), ["a.y c.u"], "", ("'c'", "a")),
+        (gain("a"), ["In a.v"], bind({"In": 1.0}), ("a", "'v'", "u")),
+        (gain("a"), ["Im a.u"], "", ("the system", "'Im'", "In")),
+        (system("axle", connector("In", "input"), gain("a")), ["In axle.Out"], "", ("axle", "'Out'", "In")),
         (system("box"), [], "", ("no component",)),
         (gain("a.b"), [], "", ("a.b", "dot")),
         (gain("a") + gain("a"), [], "", ("a", "two")),
@@ -298,3 +301,15 @@ def test_tables_of_a_mapping_replace_values(archive):
                 load_ssp(path)
         else:
             assert load_ssp(path)[0].parameters["a"] == {"k": expected}
+
+
+def test_a_connector_of_the_system_may_have_a_dot_in_its_name(archive):
+    """As those of buses have."""
+    bus = connector("Bus.In", "input", "mm")
+    link = '<ssd:Connection startConnector="Bus.In" endElement="a" endConnector="u"/>'
+    path = archive(system("root", bus, gain("a", "Metres"), link, bind({"Bus.In": 5.0, "a.k": 2.0})), units=("mm",))
+    for set, expected in ({}, 5.0), ({"Bus.In": "1 cm"}, 10.0):
+        result = amb_cosim.simulate(path, set=set, isolated=False).dataset
+        assert result["Bus.In"].values.tolist() == [expected] * 6
+        assert result["Bus.In"].attrs["units"] == "mm"
+        assert result["a.y"].values.tolist() == pytest.approx([0.002 * expected] * 6)

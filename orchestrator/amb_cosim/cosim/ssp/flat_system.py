@@ -250,7 +250,8 @@ class FlatSystem:
             else:
                 parameters[node.place][text.name] = values[0]
             return
-        ports = self.interfaces[node.place].elements(node.name, indices)
+        interface = self.interfaces[node.place]
+        ports = interface.elements(node.name, indices) or (interface.port(node.name, node.place),)
         if len(ports) != len(values):
             raise ValueError(
                 f"{self.what}: a parameter set has {len(values)} values for {node.text}, which has {len(ports)}"

@@ -147,6 +147,11 @@ def read_hierarchy(root: Any, folder: Path, what: str) -> Hierarchy:
     result = Hierarchy()
     document = Document(root, folder, what)
     _add_system(result, root.find("ssd:System", NAMES), "", document, {}, 0)
+    for node in (end for link in result.links for end in (link.start, link.end)):
+        if node.kind != "component" and node not in result.connectors:
+            beside = [other.name for other in result.connectors if other[:2] == node[:2]]
+            inside = f"{node.kind} {node.place}" if node.place else "the system"
+            raise ValueError(f"{what}: {inside} has no connector {node.name!r}; {suggest(node.name, beside)}")
     return result
 
 

@@ -51,7 +51,7 @@ def parse(content: bytes, schema: str, what: str) -> Any:
     ValueError
         If it is not XML, or does not follow the schema; the message begins with `what` and contains the line.
     """
-    parser = etree.XMLParser(resolve_entities=False, no_network=True, remove_comments=True)
+    parser = etree.XMLParser(resolve_entities=False, no_network=True, remove_comments=True, remove_pis=True)
     try:
         root = etree.fromstring(content, parser)
     except etree.XMLSyntaxError as error:
