@@ -11,11 +11,15 @@ import pytest
 from fmu_systems import system_text
 
 import amb_cosim
+from amb_cosim.cosim.system.assembly import assemble
+from amb_cosim.cosim.system.planning import plan_experiment
+from amb_cosim.cosim.system.system_file import load_experiment, load_system
 from tests.support.messages import raises_naming
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="the FMU is compiled for Linux")
 
 SOURCE = Path(__file__).parent / "support" / "texts.c"
+UNITS = '<Unit name="s"><BaseUnit s="1"/></Unit><Unit name="ms"><BaseUnit s="1" factor="0.001"/></Unit>'
 ITEMS = '<Item name="slow" value="1"/><Item name="fast" value="3"/>'
 DESCRIPTIONS = {
     2: f"""<?xml version="1.0" encoding="UTF-8"?>
@@ -114,6 +118,36 @@ def test_a_connection_of_a_string_says_that_it_is_one(run):
     connect = '[[connect]]\nfrom = "one"\nto = "one"\nvariables = { "y" = "file" }\n'
     with raises_naming(ValueError, "one.file", "String", "connected"):
         run(2, more=connect)
+
+
+def test_a_text_cannot_change_during_a_run(run, tmp_path):
+    with raises_naming(ValueError, "one.file", "String", "changed"):
+        run(2, more='[[experiment.event]]\ntime = "5 ms"\nset = { "one.file" = "b" }\n')
+    with raises_naming(ValueError, "one.file", "a parameter", "input"):
+        run(2, more='[experiment.inputs]\n"one.file" = "b"\n')
+
+
+@pytest.mark.parametrize(
+    ("declared", "is_rate"),
+    [
+        ('<Real start="2e-3" unit="s"/>', True),
+        ('<Real start="2e-3"/>', True),
+        ('<Real start="2" unit="ms"/>', False),
+        ('<Real start="-1"/>', False),
+        ('<Integer start="2"/>', False),
+    ],
+)
+def test_a_sample_time_that_is_no_time_in_seconds_sets_no_rate(fmu_from_c, tmp_path, declared, is_rate):
+    """The FMU takes no other steps than those of its rate, if it has one: every second step of 1 ms."""
+    text = DESCRIPTIONS[2].replace(' canHandleVariableCommunicationStepSize="true"', "")
+    text = text.replace("<TypeDefinitions>", f"<UnitDefinitions>{UNITS}</UnitDefinitions><TypeDefinitions>")
+    parameter = '<ScalarVariable name="sample_time" valueReference="8" causality="parameter" variability="fixed">'
+    text = text.replace("</ModelVariables>", f"{parameter}{declared}</ScalarVariable></ModelVariables>")
+    fmu = fmu_from_c(SOURCE, text, name=f"rate-{sum(declared.encode())}")
+    (tmp_path / "system.toml").write_text(system_text({"one": str(fmu)}), encoding="utf-8")
+    assembly = assemble(load_system(tmp_path / "system.toml"))
+    plan = plan_experiment(load_experiment(tmp_path / "system.toml")[0], assembly.assignments())
+    assert plan.system.component("one").every == (2 if is_rate else 1)
 
 
 @pytest.mark.parametrize("version", [2, 3])

@@ -88,6 +88,11 @@ class TextVariable:
     reference: int
     size: int = 1
 
+    @property
+    def kind(self) -> str:
+        """The causality with its article: `an input`."""
+        return f"{'an' if self.causality[0] in 'io' else 'a'} {self.causality}"
+
     def value(self, raw: object, name: str) -> str | bytes:
         """Return a value as the FMU takes it: a text, or bytes written as hexadecimal digits.
 
@@ -173,8 +178,8 @@ class FmuInterface:
             If there is none; the message lists similar names.
         """
         if name in self.texts:
-            kind = self.texts[name].type
-            raise ValueError(f"{component}.{name} is a {kind}; its value can be set, but not connected or recorded")
+            possible = "its value can be set at the start, but not changed, connected or recorded"
+            raise ValueError(f"{component}.{name} is a {self.texts[name].type}; {possible}")
         if name not in self.ports:
             raise ValueError(f"{component} has no variable {name!r}; {suggest(name, [*self.ports, *self.texts])}")
         return self.ports[name]

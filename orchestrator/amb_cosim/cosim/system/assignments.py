@@ -61,7 +61,9 @@ class Assignments:
         names = self.matching(name)
         component, variable = self.system.divide(name)
         text = self._text(component, variable)
-        if text is not None and only in (None, text.causality):
+        if text is not None:
+            if only not in (None, text.causality):
+                raise ValueError(f"{name} is {text.kind} and cannot be set here as {only}")
             self.texts.setdefault(component, {})[variable] = text.value(raw, name)
             return names
         for matching in names:

@@ -199,11 +199,15 @@ def _ramp(profile: Profile, values: Assignments, grid: TimeGrid, beginning: int)
 
 
 def _sample_time(component: Component, values: Assignments) -> float | None:
-    """Return the parameter `sample_time` of a component (s), if it has one."""
+    """Return the parameter `sample_time` of a component, if it has one above 0, as a Real in s or without a unit.
+
+    A parameter of that name in other FMUs can be something else; 0 and -1 often mean continuous and inherited.
+    """
     port = values.interfaces[component.name].ports.get("sample_time")
-    if port is None or port.causality != "parameter":
+    if port is None or (port.causality, port.type) != ("parameter", "Real") or port.unit not in (None, "", "s"):
         return None
-    return values.parameters[component.name].get("sample_time", port.start)
+    sample_time = values.parameters[component.name].get("sample_time", port.start)
+    return sample_time if sample_time is None or sample_time > 0.0 else None
 
 
 def _rated(component: Component, values: Assignments, h: float) -> Component:
