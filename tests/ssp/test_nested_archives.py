@@ -8,9 +8,11 @@ import zipfile
 
 import gain_archives
 import pytest
+from click.testing import CliRunner
 from gain_archives import bind, connect, connector, gain, structure, system
 
 import amb_cosim
+from amb_cosim.commands.cli import main
 from amb_cosim.cosim.ssp import load_ssp
 from tests.support.messages import assert_names, raises_naming
 
@@ -301,6 +303,22 @@ def test_tables_of_a_mapping_replace_values(archive):
                 load_ssp(path)
         else:
             assert load_ssp(path)[0].parameters["a"] == {"k": expected}
+
+
+def test_variables_of_an_archive_are_plotted_over_time(archive, tmp_path):
+    """It has no cycles; what needs a rotor is refused."""
+    path = archive(system("root", "", INNER + gain("load"), connect("axle.Out", "load.u")))
+    amb_cosim.simulate(path, isolated=False).save(tmp_path / "run")
+
+    def invoke(*arguments):
+        return CliRunner().invoke(main, [*map(str, arguments)])
+
+    for variables in (["axle.motor.y"], ["motor.y", "load.*"]):
+        assert invoke("plot", tmp_path / "run", *variables, "-o", tmp_path / "y.png").exit_code == 0
+    for command in (["plot", tmp_path / "run", "orbits"], ["compare", tmp_path / "run", tmp_path / "run"]):
+        refused = invoke(*command)
+        assert refused.exit_code == 2
+        assert_names(refused.output, "system", "scenario")
 
 
 def test_a_connector_of_the_system_may_have_a_dot_in_its_name(archive):

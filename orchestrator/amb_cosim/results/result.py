@@ -61,7 +61,18 @@ class Result(Run):
 
     @property
     def scenario(self) -> str:
-        """Name of the scenario."""
+        """Name of the scenario.
+
+        Raises
+        ------
+        ValueError
+            If it is the result of a system of FMUs without a scenario.
+        """
+        if "scenario" not in self.signals.attrs:
+            system = self.signals.attrs.get("system", "FMUs")
+            raise ValueError(
+                f"this is the result of the system {system}, not of a scenario; its variables can be plotted"
+            )
         return str(self.signals.attrs["scenario"])
 
     @cached_property

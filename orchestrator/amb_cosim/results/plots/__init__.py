@@ -142,6 +142,8 @@ def figure(dataset: Signals, name: str) -> Figure:
     """
     if name not in MODULES:
         raise ValueError(f"figure = {name!r} is not allowed; it must be one of {', '.join(MODULES)}")
+    if "scenario" not in dataset.attrs:
+        raise ValueError(f"{name} cannot be drawn: this is the result of a system without a scenario; name variables")
     if not has_motion(dataset):
         raise ValueError(f"{name} cannot be drawn: the run recorded no sample of the rotor's motion at its bearings")
     if name in ("contact", "whirl") and not places(dataset).sites:

@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from amb_cosim.presentation.style import StyledFigure
+from amb_cosim.presentation.style import TITLE_SIZE, StyledFigure
 from amb_cosim.presentation.units import QUANTITIES, ShownUnit, force_unit, length_unit, speed_unit
 from amb_cosim.results.plots.axes import COLOURS, add_title, label_time_axis, mark_events, time_values, title_padding
 from amb_cosim.results.selection import Selection
@@ -17,25 +17,34 @@ MOST_NAMED = 8  # curves of a panel that its legend names
 
 
 def traces(selection: Selection) -> Figure:
-    """Draw variables over the cycles, or the time where the speed changes; a panel for each unit, its curves named."""
+    """Draw variables over the cycles, or the time where the speed changes; a panel for each unit, its curves named.
+
+    Those of a system without a scenario, which has no cycles, are drawn over time.
+    """
     dataset, panels_of = selection.dataset, _by_unit(selection)
     figure = StyledFigure(figsize=(7.6, 1.0 + 2.2 * len(panels_of)), layout="constrained")
     panels = figure.subplots(len(panels_of), 1, sharex=True, squeeze=False)[:, 0]
-    times = time_values(dataset)[selection.within]
+    has_cycles = "scenario" in dataset.attrs
+    times = time_values(dataset)[selection.within] if has_cycles else selection.values("time")
     for panel, (unit, names) in zip(panels, panels_of.items(), strict=True):
         largest = max(float(np.nanmax(np.abs(selection.values(name)), initial=0.0)) for name in names)
         displayed = _shown_unit(unit, largest)
         for name, colour in zip(names, cycle(COLOURS), strict=False):
             panel.plot(times, displayed.of(selection.values(name)), color=colour, label=_short(names, name))
-        panel.set_title(_heading(selection, names), loc="left", pad=title_padding(dataset, panel is panels[0]))
+        padding = title_padding(dataset, panel is panels[0]) if has_cycles else None
+        panel.set_title(_heading(selection, names), loc="left", pad=padding)
         panel.set_ylabel("" if unit == "1" else displayed.label)
         _name_curves(panel, len(names))
-    label_time_axis(panels[-1], dataset)
+    if has_cycles:
+        label_time_axis(panels[-1], dataset)
+        for panel in panels:
+            mark_events(panel, dataset, named=panel is panels[0])
+        add_title(figure, dataset)
+    else:
+        panels[-1].set_xlabel("time (s)")
+        figure.suptitle(str(dataset.attrs.get("system", "")), fontsize=TITLE_SIZE)
     if len(times) > 1:
         panels[-1].set_xlim(times[0], times[-1])
-    for panel in panels:
-        mark_events(panel, dataset, named=panel is panels[0])
-    add_title(figure, dataset)
     return figure
 
 
