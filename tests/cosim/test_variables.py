@@ -55,8 +55,9 @@ DESCRIPTIONS = {
 <Start value="a"/><Start value="b"/></String>
 <Float64 name="y" valueReference="4" causality="output"/>
 <Int32 name="fault_code" valueReference="5" causality="output" variability="discrete"/>
+<String name="said" valueReference="6" causality="output" variability="discrete"/>
 </ModelVariables>
-<ModelStructure><Output valueReference="4"/><Output valueReference="5"/></ModelStructure>
+<ModelStructure><Output valueReference="4"/><Output valueReference="5"/><Output valueReference="6"/></ModelStructure>
 </fmiModelDescription>
 """,
 }

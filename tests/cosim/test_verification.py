@@ -9,6 +9,7 @@ import zipfile
 import pytest
 
 import amb_cosim
+from tests.cosim.test_variables import DESCRIPTIONS, SOURCE
 from tests.support.messages import assert_names
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="the FMU is compiled for Linux")
@@ -33,6 +34,23 @@ def verified(arrays3_fmu, tmp_path):
             fmu.writestr(f"{PLACE}/fmi-ls-manifest.xml", f"<fmiReferences>{related}</fmiReferences>")
             for name, text in (("one.exp", EXPERIMENT), ("in.csv", inputs), ("out.csv", table)):
                 fmu.writestr(f"{PLACE}/{name}", text)
+        (item,) = amb_cosim.verify(path)
+        return item
+
+    return verify
+
+
+@pytest.fixture
+def texts_fmu(fmu_from_c, tmp_path):
+    """`texts_fmu(columns, rows, version=3)`: the result of reference rows of the FMU of `texts.c`."""
+
+    def verify(columns, rows, version=3):
+        shutil.copy(fmu_from_c(SOURCE, DESCRIPTIONS[version], version), path := tmp_path / "Texts.fmu")
+        with zipfile.ZipFile(path, "a") as fmu:
+            related = '<Related type="text/csv" source="out.csv" role="result"/>'
+            fmu.writestr(f"{PLACE}/fmi-ls-manifest.xml", f"<fmiReferences>{related}</fmiReferences>")
+            lines = [f"time,{columns}", *(f"{0.1 * k:.1f},{row}" for k, row in enumerate(rows))]
+            fmu.writestr(f"{PLACE}/out.csv", "\n".join(lines))
         (item,) = amb_cosim.verify(path)
         return item
 
@@ -64,10 +82,22 @@ def test_an_input_is_not_compared_with_its_own_stimulus(verified):
     assert_names(alone, "not run", "no numbers", "Float64.in (an input)")
 
 
-def test_texts_that_are_not_compared_are_named(verified):
-    item = verified(["0.0,a", "91.0,b"], "sum,text")
+def test_binaries_that_are_not_compared_are_named(texts_fmu):
+    item = texts_fmu("y,blob,lines", ["1004.0,00,a", "1004.0,00,a"])
     assert (item.is_equal, item.n_values) == (True, 2)
-    assert_names(item, "not compared", "text (of type String)")
+    assert_names(item, "not compared", "blob (of type Binary)", "lines (of type String, an array)")
+
+
+@pytest.mark.parametrize("version", [2, 3])
+@pytest.mark.parametrize(("columns", "cell"), [("y,said", "1004.0,{}"), ("said", "{}")])
+def test_texts_are_compared_after_each_step(texts_fmu, version, columns, cell):
+    """The output `said` is the text that the FMU was given, here its start value."""
+    rows = [cell.format(text) for text in ("none", "none", "none")]
+    item = texts_fmu(columns, rows, version)
+    assert (item.is_equal, item.n_values) == (True, 2 + 3 * ("y" in columns))
+    other = texts_fmu(columns, [*rows[:2], cell.format("some")], version)
+    assert not other.is_equal
+    assert_names(other, "NOT equal", "said = 'none'", "'some'", "0.2 s")
 
 
 def test_references_at_the_start_alone_verify_nothing(verified):

@@ -1,6 +1,6 @@
 /* An FMU of FMI 2.0 or 3.0 with a String, a Boolean, an Enumeration and, in FMI 3.0, a Binary: the output y has the
-   length of the text, 100 for true, 1000 times the choice, and 10000 times the sum of the bytes. Its output
-   `fault_code` is the choice, too. */
+   length of the text, 100 for true, 1000 times the choice, and 10000 times the sum of the bytes. Its outputs
+   `said` and `fault_code` are the text and the choice. */
 #include <stdbool.h>
 #include <stdint.h>
 #include <stdlib.h>
@@ -51,6 +51,11 @@ int fmi3SetString(Instance *self, const uint32_t *references, size_t n, const ch
 {
     return set_text(self, values[0]);
 }
+int fmi3GetString(Instance *self, const uint32_t *references, size_t n, const char **values, size_t size)
+{
+    values[0] = self->text;
+    return 0;
+}
 int fmi3SetBinary(Instance *self, const uint32_t *references, size_t n, const size_t *sizes,
                   const uint8_t *const *values, size_t size)
 {
@@ -96,6 +101,11 @@ int fmi2SetString(Instance *self, const unsigned *references, size_t n, const ch
 {
     return set_text(self, values[0]);
 }
+int fmi2GetString(Instance *self, const unsigned *references, size_t n, const char **values)
+{
+    values[0] = self->text;
+    return 0;
+}
 int fmi2SetBoolean(Instance *self, const unsigned *references, size_t n, const int *values)
 {
     self->flag = values[0];
@@ -131,7 +141,8 @@ DONE(Terminate)
 #define ABSENT(name)                                                                                                   \
     int FMI(name)(void) { return 3; }
 #define ABSENT3(a, b, c) ABSENT(a) ABSENT(b) ABSENT(c)
-ABSENT3(GetString, GetBoolean, GetDirectionalDerivative)
+ABSENT(GetBoolean)
+ABSENT(GetDirectionalDerivative)
 #if FMI_VERSION == 3
 ABSENT3(GetFMUState, SetFMUState, FreeFMUState)
 ABSENT3(SerializedFMUStateSize, SerializeFMUState, DeserializeFMUState)

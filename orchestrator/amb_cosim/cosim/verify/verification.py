@@ -41,7 +41,7 @@ class Verified:
 
     `failure` is the reason why the FMU failed, `unread` why the experiment was not run. `allowed` is the tolerance of
     the experiment, which `tolerance` caps. `omitted` are columns of the references that are not compared, with the
-    reason.
+    reason; `other_text` is the first text that differs from its reference.
     """
 
     experiment: str
@@ -53,11 +53,12 @@ class Verified:
     unread: str = ""
     allowed: float = 0.0
     omitted: tuple[str, ...] = ()
+    other_text: str = ""
 
     @property
     def is_equal(self) -> bool:
         """Whether all values match the reference within the tolerance."""
-        if self.failure or self.unread or self.n_values == 0:
+        if self.failure or self.unread or self.other_text or self.n_values == 0:
             return False
         return self.largest is None or self.largest.relative <= self.tolerance
 
@@ -72,6 +73,8 @@ class Verified:
         compared = f"{self.n_values} values at {self.n_points} points"
         if self.omitted:
             compared += f" (not compared: {', '.join(self.omitted)})"
+        if self.other_text:
+            return f"NOT equal, {compared}; {self.other_text}"
         if self.largest is None:
             return f"equal to the last bit, {compared}"
         d = self.largest
@@ -90,7 +93,7 @@ def verify(fmu: str | Path) -> list[Verified]:
     """Run the experiments in an FMU (FMI-LS-REF), and compare with their reference results.
 
     FMPy runs it in a separate process. Values must agree within 1e-6 of a variable's largest reference, or within the
-    experiment's `tolerance` if larger (at most 1e-3). Texts, inputs, and parameters that the experiment sets are not
+    experiment's `tolerance` if larger (at most 1e-3). Binaries, inputs, and parameters that the experiment sets are not
     compared; the result names them. References at the start alone verify nothing, nor does a run that ends before them.
 
     Raises

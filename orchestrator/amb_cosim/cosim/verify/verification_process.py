@@ -67,9 +67,10 @@ def _verified(folder: Path, experiment: ReferenceExperiment) -> Verified:
         raise ValueError(f"{experiment.name}: the FMU has no variables {', '.join(unknown)}")
     reasons = {name: _reason_to_omit(variables[name], experiment) for name in names}
     omitted = tuple(f"{name} ({reason})" for name, reason in reasons.items() if reason)
-    names = [name for name in names if not reasons[name]]
+    texts = {name: variables[name] for name in names if not reasons[name] and variables[name].type == "String"}
+    names = [name for name in names if not reasons[name] and name not in texts]
     references = {name: _numbers(name, experiment.references[name]) for name in names}
-    if not names:
+    if not names and not texts:
         has = f"; it has {', '.join(omitted)}" if omitted else ""
         unread = f"its reference results have no numbers to compare with{has}"
         return Verified(experiment.name, tolerance, unread=unread)
@@ -81,6 +82,14 @@ def _verified(folder: Path, experiment: ReferenceExperiment) -> Verified:
     def log(_: Any, __: Any, status: int, ___: Any, text: bytes) -> None:
         if status > 1:
             said.append(text.decode("utf-8", "replace"))
+
+    seen: list[tuple[float, list[str]]] = []
+
+    def see_texts(time: float, recorder: Any) -> bool:
+        if texts:
+            values = recorder.fmu.getString([variable.valueReference for variable in texts.values()])
+            seen.append((time, [v.decode("utf-8", "replace") if isinstance(v, bytes) else str(v) for v in values]))
+        return True
 
     start, varying = _inputs(experiment.stimuli)
     parameters = {name: _value(variables[name], text) for name, text in experiment.parameters.items()}
@@ -96,6 +105,7 @@ def _verified(folder: Path, experiment: ReferenceExperiment) -> Verified:
             input=varying,
             output=names,
             logger=log,
+            step_finished=see_texts,
         )
     except Exception as error:
         return Verified(experiment.name, tolerance, failure=said[-1] if said else str(error))
@@ -104,15 +114,39 @@ def _verified(folder: Path, experiment: ReferenceExperiment) -> Verified:
     if ended < times[-1] - 1e-6 * (stop_time - start_time):
         failure = f"it ended the simulation at {ended:.9g} s, but its reference results end at {times[-1]:.9g} s"
         return Verified(experiment.name, tolerance, failure=failure)
+    n_texts, other = _compared_texts(experiment.references, times, [*texts], seen)
     largest = _largest_deviation(times, references, {name: np.asarray(result[name]) for name in ("time", *names)})
-    n_values = sum(column.size for column in references.values())
-    return Verified(experiment.name, tolerance, len(times), n_values, largest, allowed=allowed, omitted=omitted)
+    n_values = sum(column.size for column in references.values()) + n_texts
+    return Verified(
+        experiment.name, tolerance, len(times), n_values, largest, allowed=allowed, omitted=omitted, other_text=other
+    )
+
+
+def _compared_texts(
+    references: Table, times: Array, names: list[str], seen: list[tuple[float, list[str]]]
+) -> tuple[int, str]:
+    """Compare texts after the steps that end at times of the references; FMPy does not give those at the start.
+
+    Returns
+    -------
+    tuple
+        The number of compared texts, and a phrase on the first that differs, empty if there is none.
+    """
+    count, first = 0, ""
+    points = np.array([time for time, _ in seen])
+    for row, time in enumerate(times):
+        for k in np.flatnonzero(np.isclose(points, time, rtol=1e-9, atol=1e-12))[-1:]:
+            for name, computed in zip(names, seen[k][1], strict=True):
+                expected, count = references[name][row], count + 1
+                if computed != expected and not first:
+                    first = f"{name} = {computed!r}, reference {expected!r}, at t = {time:.9g} s"
+    return count, first
 
 
 def _reason_to_omit(variable: Any, experiment: ReferenceExperiment) -> str:
     """Return why a column of the references proves nothing about an FMU; empty for one that does."""
-    if variable.type in NO_NUMBERS:
-        return f"of type {variable.type}"
+    if variable.type in NO_NUMBERS and not (variable.type == "String" and not variable.shape):
+        return f"of type {variable.type}{', an array' if variable.shape else ''}"
     if variable.causality == "input":
         return "an input"
     if variable.causality == "independent":
