@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import pytest
 
 from amb_cosim import studies
@@ -95,12 +93,3 @@ def test_parts_with_the_same_table_share_a_note_and_others_do_not():
     assert [is_extrapolated(limits, Omega) for Omega in (99.0, 100.0, 300.0, 301.0)] == [True, False, False, True]
     assert len(limit_notes(limits, [0.0, 400.0])) == 1
     assert len(limit_notes(limits, [0.0, 600.0])) == 2
-
-
-def test_poles_mark_speeds_beyond_the_table_of_a_seal():
-    compressor = studies.modes("compressor").description
-    table = over_speed(0.0, 100.0)
-    seal = Bearing("balance_piston", compressor.seals[0].node if compressor.seals else 5, at_speed=table)
-    result = studies.poles("compressor_levitated", rotor=replace(compressor, seals=(seal,)), count=2)
-    assert_names(str(result), "balance_piston", "0 to 100 rad/s", "extrapolated")
-    assert marked_axes(result) == 2

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -13,8 +14,11 @@ import amb_cosim
 from amb_cosim.linear.stability import LoopStability
 from amb_cosim.studies.campbell_diagram import CampbellDiagram, CriticalSpeedRow, ModeOverSpeed
 from amb_cosim.studies.closed_loop_poles import ClosedLoopPoles, PoleOverSpeed
+from amb_cosim.studies.coefficient_limits import limits_of
 from amb_cosim.studies.figures import figure
 from amb_cosim.studies.figures.over_speed import damping_ratio
+from rotor_analysis.parts import AtSpeed, Bearing
+from tests.support.messages import assert_names
 
 
 def close_modes(damping: float = 0.02) -> CampbellDiagram:
@@ -114,3 +118,23 @@ def test_critical_speeds_and_poles_of_a_levitated_machine_are_drawn():
     dots = [line for line in plane.lines if line.get_marker() == "o"]
     assert [line.get_ydata()[0] for line in dots] == [pytest.approx(100.5), pytest.approx(900.0)]
     assert dots[0].get_xdata()[0] == pytest.approx(-0.125 * 100.5 / (2.0 * math.pi))
+
+
+def test_critical_speeds_of_a_levitated_machine_beyond_the_table_of_a_seal_are_marked():
+    rows = tuple(AtSpeed(speed, ((1e5, 0.0), (0.0, 1e5))) for speed in (0.0, 50.0))
+    result = replace(crossing_poles(), limits=limits_of((Bearing("labyrinth", 1, at_speed=rows),)))
+    assert_names(str(result), "labyrinth", "0 to 50 rad/s", "100.5 rad/s (mode 1, decrement 0.15, extrapolated)")
+    assert [any(patch.get_hatch() for patch in axes.patches) for axes in figure(result).axes] == [True, True, False]
+    assert "extrapolated" not in str(crossing_poles())
+
+
+@pytest.mark.parametrize("last", [0.9, 0.94, 0.96, 0.98, 0.995])
+def test_label_of_a_critical_speed_does_not_collide_with_that_of_the_line(last):
+    speeds, frequency = np.linspace(0.0, 200.0, 21), 200.0 * last
+    pole = PoleOverSpeed(np.full(21, frequency), np.full(21, 0.01), np.full(21, 0.06), ("forward",) * 21)
+    top = figure(replace(crossing_poles(), speeds=speeds, poles=(pole,))).axes[0]
+    renderer = FigureCanvasAgg(top.figure.figure).get_renderer()
+    top.figure.figure.draw(renderer)
+    texts = {text.get_text(): Text.get_window_extent(text, renderer) for text in top.texts}
+    (label,) = [box for text, box in texts.items() if text.startswith("1: ")]
+    assert not label.overlaps(texts["1x"])

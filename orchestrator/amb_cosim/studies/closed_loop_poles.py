@@ -299,7 +299,8 @@ def _over_speed(vibrations: list[Vibrations], track: list[int | None]) -> PoleOv
 def _crossings(speeds: Array, followed_poles: Sequence[PoleOverSpeed]) -> Iterator[CriticalCrossing]:
     for mode, pole in enumerate(followed_poles, start=1):
         beyond = pole.frequencies - speeds
-        for k in np.flatnonzero(beyond[:-1] * beyond[1:] < 0.0):
+        before, after = beyond[:-1], beyond[1:]
+        for k in np.flatnonzero(((before > 0.0) & (after <= 0.0)) | ((before <= 0.0) & (after > 0.0))):
             share = float(beyond[k] / (beyond[k] - beyond[k + 1]))
             at, decrement = ((1.0 - share) * v[k] + share * v[k + 1] for v in (speeds, pole.decrements))
             yield CriticalCrossing(mode, float(at), float(decrement))
