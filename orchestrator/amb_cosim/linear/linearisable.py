@@ -8,6 +8,8 @@ from os import PathLike, fspath
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.cosim.fmu.fmus import MADE_FROM_FILE, model_source
 from amb_cosim.cosim.system.assembly import Assembly, assemble
@@ -27,6 +29,7 @@ from amb_cosim.scenario.rotors import RotorSource
 from amb_cosim.scenario.scenario import Scenario, given_scenario
 from amb_cosim.scenario.simulation import PlannedRun, prepare
 from array_types import Array
+from rotor_contact.structure import structure_of
 
 LINEAR = "linear_controller"
 
@@ -122,6 +125,13 @@ class LinearSource:
         fmu = self.assembly.system.component(name).fmu
         constants: Array = self._keep(f"constants {fmu}", lambda: model_source(fmu, rotor=self.rotor)[1])
         return constants
+
+    def mass(self, name: str) -> Array:
+        """Return the mass matrix of a rotor; empty if a component is not this project's model."""
+        if self._kind(name) != PLANT:
+            return np.zeros((0, 0))
+        structure = structure_of(self.constants(name))
+        return structure.forms[: len(structure.K)]
 
     def _keep(self, name: str, make: Callable[[], Any]) -> Any:
         if name not in self._cache:

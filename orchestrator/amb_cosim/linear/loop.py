@@ -18,10 +18,11 @@ from functools import cached_property
 import control
 import numpy as np
 
+from amb_cosim.linear.aliasing import continuous_poles, logarithms
 from amb_cosim.linear.linearisable import LinearSource
 from amb_cosim.linear.linearise import model_of
 from amb_cosim.linear.model import LinearModel
-from amb_cosim.linear.stability import LoopStability, deciding_pole, stability_of
+from amb_cosim.linear.stability import DRIFT, LoopStability, deciding_pole, stability_of
 from amb_cosim.results.component_names import ACTUATOR, PLANT
 from array_types import Array, Complex
 from rotor_analysis.refinement import refined
@@ -37,6 +38,9 @@ class LoopPoles:
 
     z
         The poles, shape (n,).
+    s
+        Their continuous ones (rad/s), z = exp(s T), those of motion faster than half the sample rate at their true
+        frequency (`amb_cosim.linear.aliasing`); 0 for z = 0.
     shapes
         Displacements of the bearings in each, x and y of each bearing in turn, shape (2 bearings, n).
     stability
@@ -44,6 +48,7 @@ class LoopPoles:
     """
 
     z: Complex
+    s: Complex
     shapes: Complex
     stability: LoopStability
 
@@ -131,8 +136,25 @@ class Loop:
         z, vectors = np.linalg.eig(model.A)
         shapes = np.asarray(model.C @ vectors, dtype=np.complex128)
         stability, number = deciding_pole(model.A, z.astype(np.complex128), model.dt)
-        stability = replace(stability, speed=Omega, place=_largest_place(names, np.abs(shapes[:, number])))
-        return LoopPoles(z.astype(np.complex128), shapes, stability)
+        s = self._continuous(Omega, z.astype(np.complex128), vectors, model.dt)
+        omega = float(abs(s[number].imag))
+        frequency = omega if omega > DRIFT * abs(stability.growth_rate) else 0.0
+        stability = replace(
+            stability, speed=Omega, frequency=frequency, place=_largest_place(names, np.abs(shapes[:, number]))
+        )
+        return LoopPoles(z.astype(np.complex128), s, shapes, stability)
+
+    def _continuous(self, Omega: float, z: Complex, vectors: Complex, sample_time: float) -> Complex:
+        """Return s of poles z, by the states of the rotor in their eigenvectors."""
+        source = self.linear_components.at(Omega)
+        parts, first = source.parts([component.name for component in source.assembly.system.components]), 0
+        for part in parts:  # states of the continuous parts come first, in this order
+            size = len(part.law.A) if part.law.sample_time is None else 0
+            mass = source.mass(PLANT)
+            if part.outputs and part.outputs[0].startswith(f"{PLANT}.") and size == 2 * len(mass):
+                return continuous_poles(z, sample_time, vectors[first : first + size], part.law.A, mass)
+            first += size
+        return logarithms(z, sample_time)
 
     def least_stable(self, speeds: Sequence[float] | Array) -> LoopStability:
         """Return the stability at the least stable speed from the first to the last of some speeds (rad/s), ascending.

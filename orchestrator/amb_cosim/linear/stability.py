@@ -51,7 +51,7 @@ class LoopStability:
     growth_rate
         sigma = ln|z|/T; negative if it decays.
     frequency
-        Frequency |omega| of its vibration, at most half the sample rate; 0 for a drift.
+        Frequency |omega| of its vibration; 0 for a drift.
     speed
         Spin speed.
     place

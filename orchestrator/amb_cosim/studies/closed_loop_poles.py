@@ -181,7 +181,7 @@ def poles(
     """Return frequencies, damping and sense of whirl of the vibrations of a levitated rotor over its spin speed.
 
     s = ln(z) / T, z the eigenvalues of the sampled loop (`amb_cosim.linearise`): the Campbell diagram of the levitated
-    machine. A vibration beyond half the sampling frequency appears below it.
+    machine. A vibration faster than half the sample rate is at its true frequency, that of the rotor's mode.
 
     Parameters
     ----------
@@ -243,12 +243,9 @@ def vibrations(loop: Loop, Omega: float) -> Vibrations:
     The sense of whirl is 2 Im(x conj(y)) / (|x|^2 + |y|^2), summed over the journals of the bearings.
     """
     whole = loop.poles(Omega)
-    z = whole.z
-    alive = np.abs(z) > 1e-9
-    s = np.zeros(len(z), dtype=np.complex128)
-    s[alive] = np.log(z[alive]) / loop.sample_time
-    below = s.imag < (1.0 - 1e-9) * math.pi / loop.sample_time
-    vibrates = alive & below & (s.imag > 0.0) & (-s.real < OVERDAMPED * np.abs(s))
+    s = whole.s
+    alternates = (whole.z.real < 0.0) & (np.abs(whole.z.imag) <= 1e-9 * np.abs(whole.z))  # at half the sample rate
+    vibrates = ~alternates & (s.imag > 0.0) & (-s.real < OVERDAMPED * np.abs(s))
     chosen = np.flatnonzero(vibrates)[np.argsort(s[vibrates].imag, kind="stable")]
     x, y = whole.shapes[0::2, chosen], whole.shapes[1::2, chosen]
     size = (np.abs(x) ** 2 + np.abs(y) ** 2).sum(axis=0)

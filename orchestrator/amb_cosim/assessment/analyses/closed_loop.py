@@ -48,11 +48,10 @@ def answer(subject: Subject) -> AnalysisResult:
     table = ResultTable(f"Vibrations at {rpm(speed.highest):.0f} 1/min", ("Hz", "1/min", "decrement", "whirl"), rows)
     ends = [f"{s.name} from {s.at_speed[0].speed:g} to {s.at_speed[-1].speed:g} rad/s" for s in _not_covering(subject)]
     notes = [f"Coefficients of seals are constant outside their tables: {', '.join(ends)}."] if ends else []
-    notes += [
-        f"Vibrations up to {hertz(limit):.0f} Hz, of the sampled loop, z = exp(s T); at most half the sample rate."
-    ]
+    notes += [f"Vibrations up to {hertz(limit):.0f} Hz, of the sampled loop, z = exp(s T)."]
     if hertz(limit) > 0.5 / loop.sample_time:
-        notes.append(f"Half the sample rate is {0.5 / loop.sample_time:.0f} Hz: higher frequencies are aliased.")
+        half = f"Half the sample rate is {0.5 / loop.sample_time:.0f} Hz"
+        notes.append(f"{half}: faster vibrations are at the frequency of the rotor's mode, control sees their alias.")
     notes += [
         f"Stability: all poles, of drifts without vibration too, at all speeds from 0 to {rpm(speed.tripping):.0f} "
         "1/min, with the stages' coefficients of the largest speed where they have no table over speed."

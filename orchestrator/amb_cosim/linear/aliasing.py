@@ -1,0 +1,55 @@
+"""True frequencies of the poles of a sampled loop, which sees the motion of its plant only at samples.
+
+    z = exp(s T),   s = ln(z)/T + 2 pi i m/T,   m any whole number                                 (1)
+
+The samples alone do not determine m: a motion of the plant faster than half the sample rate looks slow. Its state at
+the samples does. Of the plant between samples, (q, v)' = A (q, v), with its mass M,
+
+    s_e = (v^H M a)/(v^H M v),   a the lower half of A (q, v)                                      (2)
+
+is the eigenvalue of the motion that has most of the kinetic energy, up to what the held forces change. s is the value
+of (1) nearest to s_e. Weights by velocity matter: a controller that sees a fast motion as a slow one shakes the rotor
+slowly and widely, with little energy.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from array_types import Array, Complex
+
+EXTINCT = 1e-9  # modulus below which a pole is 0
+RESTS = 1e-20  # share of the squared size of an eigenvector: a plant that moves less takes no part in it
+
+
+def logarithms(z: Complex, sample_time: float) -> Complex:
+    """Return s of (1) with m = 0, at most half the sample rate; 0 for z = 0."""
+    alive, s = np.abs(z) > EXTINCT, np.zeros(len(z), dtype=np.complex128)
+    s[alive] = np.log(z[alive]) / sample_time
+    return s
+
+
+def continuous_poles(z: Complex, sample_time: float, states: Complex, A: Array, mass: Array) -> Complex:
+    """Return s of (1), on the branch of the plant's motion (2), for poles z; 0 for z = 0.
+
+    Parameters
+    ----------
+    z
+        Poles, shape (n,).
+    sample_time
+        T (s).
+    states
+        Displacements q and below them velocities v of the plant in the eigenvector of each pole, shape (2 m, n).
+    A, mass
+        A of the plant, shape (2 m, 2 m), and M, shape (m, m).
+    """
+    s, m = logarithms(z, sample_time), len(mass)
+    v, a = states[m:], A[m:] @ states
+    momenta = (mass @ v).conj()
+    energy, power = (momenta * v).sum(axis=0).real, (momenta * a).sum(axis=0)
+    moves = (s != 0.0) & (energy > RESTS * np.einsum("ij,ij->j", states.conj(), states).real)
+    turns = np.zeros(len(z))
+    turns[moves] = np.round((power[moves] / energy[moves] - s[moves]).imag * sample_time / (2.0 * math.pi))
+    return np.asarray(s + 2j * math.pi * turns / sample_time)
