@@ -45,6 +45,20 @@ def test_forward_and_backward_whirl_have_their_amplitudes(make):
     assert len(result.resonances) == 0  # the speed does not change
 
 
+@pytest.mark.parametrize("window", [0.1, 0.137, 0.5])
+def test_synchronous_run_has_no_other_vibration(make, window):
+    """The side lobes of the window have 14 % two lines off, and 2.7 % further off, and the mean has them too."""
+    result = studies.waterfall(make(lambda t: whirl(0.3e-3, 1.0 / PERIOD)(t) + 0.2e-3), window=window)
+    assert result.bearings["mb1"].other_amplitude < 1e-3 * 0.3e-3
+
+
+def test_small_vibration_beside_a_large_synchronous_one_is_found(make):
+    run = make(lambda t: whirl(0.3e-3, 1.0 / PERIOD)(t) + whirl(5e-6, 23.0)(t) + 0.2e-3)
+    result = studies.waterfall(run, window=0.5).bearings["mb1"]
+    assert result.other_frequency == pytest.approx(23.0, abs=2.0)
+    assert result.other_amplitude == pytest.approx(5e-6, rel=0.2)
+
+
 def test_peak_of_a_sweep_is_its_resonance(make):
     """From 10 to 50 Hz in 4 s, with an amplitude that is largest as the frequency passes 30 Hz after 2 s."""
     profile = [(0.0, 20.0 * np.pi), (4.0, 100.0 * np.pi)]

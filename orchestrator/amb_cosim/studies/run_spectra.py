@@ -32,7 +32,7 @@ FEWEST = 16  # samples of a window
 PROMINENCE = 0.05  # of the largest amplitude, by which a peak stands out
 ORDERS = 2.5  # highest frequency by default, of the highest spin frequency
 UP_TO = 60.0  # Hz, the same of a rotor that does not turn
-NEAR = 1.5  # lines of the spectrum by which a vibration counts as synchronous
+NEAR = 2.0  # lines of the spectrum by which a vibration counts as synchronous: half the width of the window's lobe
 
 
 @dataclass(frozen=True, eq=False)
@@ -187,7 +187,8 @@ def spectra_of(recorded: Signals, highest: float | None = None, window: Number |
         order = np.argsort(lines)
         return lines[order], middles, Z[order].T
 
-    result: dict[str, tuple[Array, Array]] = {}
+    result: dict[str, tuple[Array, Array, Array]] = {}
+    of_turning, of_rest = spectra(np.exp(1j * theta))[2], spectra(np.ones(len(theta), dtype=np.complex128))[2]
     lines, middles = np.empty(0), np.empty(0)
     for bearing in places(recorded).bearings:
         x, y = signal(recorded, f"{bearing}.x"), signal(recorded, f"{bearing}.y")
@@ -196,8 +197,10 @@ def spectra_of(recorded: Signals, highest: float | None = None, window: Number |
         orbit = np.asarray(x + 1j * y)[after]
         lines, middles, Z = spectra(orbit)
         _, _, turned_back = spectra(orbit * np.exp(-1j * theta))
-        displayed = np.abs(lines) <= highest
-        result[bearing] = (np.abs(Z[:, displayed]), np.abs(turned_back[:, lines == 0.0][:, 0]))
+        displayed, synchronous = np.abs(lines) <= highest, turned_back[:, lines == 0.0]
+        others = Z - synchronous * of_turning
+        others -= others[:, lines == 0.0] * of_rest
+        result[bearing] = (np.abs(Z[:, displayed]), np.abs(others[:, displayed]), np.abs(synchronous[:, 0]))
     if not result:
         raise ValueError("the run did not record the displacement at a bearing")
     lines = lines[np.abs(lines) <= highest]
@@ -213,12 +216,15 @@ def spectra_of(recorded: Signals, highest: float | None = None, window: Number |
     )
 
 
-def _bearing(amplitude: Array, synchronous: Array, lines: Array, speeds: Array) -> BearingSpectra:
-    """Return the spectra at a bearing with their largest vibrations; the mean of the orbit (0 Hz) is excluded."""
+def _bearing(amplitude: Array, others: Array, synchronous: Array, lines: Array, speeds: Array) -> BearingSpectra:
+    """Return the spectra at a bearing with their largest vibrations.
+
+    `others` are the spectra without the leakage of the synchronous motion and of the mean of the orbit (0 Hz).
+    """
     spacing = lines[1] - lines[0] if len(lines) > 1 else 1.0
     near = np.abs(lines - speeds[:, np.newaxis]) <= NEAR * spacing
     steady = np.abs(lines) <= NEAR * spacing
-    others = np.where(near | steady, 0.0, amplitude)
+    others = np.where(near | steady, 0.0, others)
     top = int(np.argmax(synchronous))
     peaks, _ = find_peaks(synchronous, prominence=PROMINENCE * synchronous[top])
     peaks = peaks if np.ptp(speeds) > 0.0 else peaks[:0]
