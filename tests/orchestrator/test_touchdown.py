@@ -76,6 +76,16 @@ def test_rocking_at_the_bottom_is_no_whirl():
         assert touchdown(fall(**{"rb1.whirl_speed": whirl})).retainers["rb1"].whirl == "none"
 
 
+def test_free_orbit_after_a_short_contact_is_no_whirl():
+    """The orbit goes on at 25 rad/s for the rest of the run, of which 5 ms are in contact."""
+    dataset = fall()
+    time = dataset["time"].values
+    mode = np.where((time > LANDED) & (time < LANDED + 5e-3), SLIDING, 0)
+    result = touchdown(fall(**{"rb1.mode": mode, "rb1.whirl_speed": np.full(len(time), 25.0)})).retainers["rb1"]
+    assert result.sliding == pytest.approx(5e-3, abs=2 * H)
+    assert (result.whirl, result.whirl_speed) == ("none", None)
+
+
 def test_times_in_each_mode_add_up_to_the_time_from_the_release(found):
     rb1, rb2 = found.retainers["rb1"], found.retainers["rb2"]
     assert (rb1.free, rb1.sliding, rb1.rolling) == pytest.approx((0.1, 1.0, 1.8), abs=2 * H)

@@ -54,18 +54,25 @@ def assess(
     from amb_cosim.presentation.plain_console import plain_console
     from amb_cosim.presentation.progress import bars
 
-    with refusing(), bars(plain_console(stderr=True)) as displayed:
+    console = plain_console(stderr=True)
+    with refusing(), bars(console) as displayed:
         require_extra("report", "an assessment", "plotly")
         read = load_machine(file)
         folder = output or Path("results") / f"assess_{read.name}"
         check_writable(folder, is_folder=True)
         task = displayed.add_task("preparing (a first run compiles the models)", total=None)
+
+        def report(title: str, done: int, total: int) -> None:
+            displayed.update(task, description=title, completed=done, total=total)
+            if displayed.disable:  # no bar
+                console.print(f"{done + 1} of {total}: {title}", markup=False, highlight=False)
+
         result = answer(
             read,
             only=only,
             criteria=criteria,
             flavour=flavour,
-            progress=lambda title, done, total: displayed.update(task, description=title, completed=done, total=total),
+            progress=report,
         )
         page = write_assessment(result, folder)
         printed = print_page(page) if pdf else None

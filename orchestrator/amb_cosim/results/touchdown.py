@@ -26,6 +26,7 @@ SPUN_UP = 0.95  # of a race's largest speed
 AT_REST = 0.05  # of the clearance; smaller motion counts as rest
 STANDSTILL = 0.01  # of the speed at release
 LAST_PART = 0.1  # of the time from release on, in which the rotor must be at rest
+WHIRLS = 1.0  # turns in contact, below which the motion is no whirl
 LEAST_IMPACT = 1e-6  # of all impulse on the sites; less is rounding of a lasting contact
 
 Direction = Literal["forward", "backward", "none"]
@@ -49,8 +50,8 @@ class Retainer:
     free, sliding, rolling
         Time from release on in each mode of contact (s).
     whirl
-        Direction in which the rotor turned about the site from its first contact on; `none` if it did not get around by
-        a turn, or by half of all the angle that it went to and fro.
+        Direction in which the rotor turned about the site from its first contact on; `none` if it did not turn by
+        `WHIRLS` in contact, or did not get around by a turn or by half of all the angle that it went to and fro.
     whirl_speed
         Mean whirl speed in contact (rad/s), backward negative; a mean over the angle turned, so that a rotor at rest
         does not count.
@@ -243,7 +244,7 @@ def _whirl(dataset: Signals, site: str, start: int) -> tuple[Direction | None, f
     turned = whirl * _steps(dataset, start) * np.logical_or.accumulate(closed)
     around, to_and_fro = float(turned.sum()), float(np.abs(turned).sum())
     in_contact = np.abs(turned) * closed
-    if abs(around) < max(2.0 * np.pi, 0.5 * to_and_fro) or not in_contact.any():
+    if abs(around) < max(2.0 * np.pi, 0.5 * to_and_fro) or in_contact.sum() < WHIRLS * 2.0 * np.pi:
         return "none", None
     return "forward" if around > 0.0 else "backward", float(np.average(whirl, weights=in_contact))
 
