@@ -87,12 +87,23 @@ def _notes(saved: SavedRotor, frequency: float | None) -> Iterator[str]:
             yield f"{bearing.tag}: its coefficients over the whirl frequency are those at {at}; modes elsewhere differ."
             if is_magnet:
                 yield "Coefficients of magnets are for analyses without a controller; poles and runs take the scenario."
+                yield from _elsewhere(bearing)
         if len(bearing.speed or ()) > 3 and bearing.interpolation == "spline":
             yield "Coefficients over speed are those of ROSS's spline, which smooths the saved ones."
         yield from beyond_saved(bearing)
         others = sorted(set(bearing.model_extra or {}) - DRAWING)
         if others and magnet_of(bearing) is None:
             yield f"{bearing.tag}: only its stiffness, damping and mass are kept, not {', '.join(others)}."
+
+
+def _elsewhere(bearing: SavedBearing) -> Iterator[str]:
+    """Return a sentence on a magnet whose sensors are not in its plane, where ROSS takes them to be."""
+    magnet = magnet_of(bearing)
+    if magnet is not None and magnet.sensor_node != bearing.n:
+        yield (
+            f"{bearing.tag}: its sensors are at node {magnet.sensor_node + 1}, the magnet at node {bearing.n + 1}; "
+            "ROSS feeds back the motion at the magnet, so that its modes differ from the poles of the scenario."
+        )
 
 
 def _names() -> Callable[[str], str]:

@@ -1,10 +1,13 @@
 """Criteria are data: formulas, zones, sources; a wrong one says what is wrong."""
 
+import math
+
 import pytest
 
+from amb_cosim.assessment.assess import Analysis, Assessment
 from amb_cosim.assessment.criteria import Criterion, check_formulas, load_criteria
 from amb_cosim.assessment.expressions import evaluate, names_in
-from amb_cosim.assessment.findings import Judgement, Quantity, judge
+from amb_cosim.assessment.findings import AnalysisResult, Judgement, Quantity, judge
 from tests.support.messages import raises_naming
 
 ABOUT = {"key": "own", "what": "w", "quantity": "q", "source": "me", "known": "own"}
@@ -127,6 +130,22 @@ def test_a_formula_of_an_unknown_variable_is_not_answered():
     (result,) = judge([Quantity("q", "here", 1.0)], [Criterion(**ABOUT, limit="2 * N_mx")], MACHINE)
     assert result.verdict is Judgement.UNANSWERED
     assert "N_mc" in result.reason
+
+
+@pytest.mark.parametrize(
+    "formula", ["min(1, x)", "min(x, 1)", "max(1, x)", "x < 1", "not x", "1 if x else 0", "x ** 0"]
+)
+def test_formula_of_a_quantity_that_is_not_a_number_has_no_value(formula):
+    with raises_naming(ValueError, "formula", "not"):
+        evaluate(formula, {"x": math.nan})
+
+
+def test_criteria_whose_formulas_have_no_value_are_told_by_their_keys():
+    items = [Quantity("q", "here", 1.0), Quantity("q", "open", 1.0, open="nothing falls")]
+    criteria = [Criterion(**ABOUT, limit="2 * N_mx"), Criterion(**ABOUT | {"key": "other"}, limit="2")]
+    part = Analysis("part", "Part", AnalysisResult(), tuple(judge(items, criteria, MACHINE)))
+    result = Assessment(None, MACHINE, tuple(criteria), (part,))
+    assert list(result.unevaluated) == ["own"]
 
 
 def test_a_criterion_without_a_source_is_told_as_such_and_judges_nothing():

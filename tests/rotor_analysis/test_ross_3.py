@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 
 import numpy as np
 import pytest
@@ -27,7 +28,7 @@ from rotor_analysis.modes import eigenvalues
 from rotor_analysis.ross_file import read_ross
 from rotor_analysis.rotor import Rotor
 from rotor_analysis.supported_rotor import supported_rotor
-from tests.support.messages import raises_naming
+from tests.support.messages import assert_names, raises_naming
 
 FOLDER = REFERENCE / "ross31"
 RESULTS = json.loads((FOLDER / "results.json").read_text(encoding="utf-8"))
@@ -103,6 +104,16 @@ def test_a_magnet_whose_table_was_changed_needs_a_frequency(tmp_path):
     (tmp_path / "changed.toml").write_text(saved.replace("ki_pid = 0", "ki_pid = 1e5", 1))
     with raises_naming(ValueError, "--frequency", "magnet0"):
         read_ross(tmp_path / "changed.toml")
+
+
+def test_sensors_beside_a_magnet_are_told_since_ross_ignores_them(tmp_path):
+    """ROSS feeds back the motion of the magnet's own node, from 0; the imported scenario that of the sensors."""
+    saved = (FOLDER / "magnets.toml").read_text()
+    assert not [note for note in read_ross(FOLDER / "magnets.toml")[1] if "sensors" in note]
+    old = re.search(r"sensor_node = (\d+)", saved)
+    (tmp_path / "moved.toml").write_text(saved.replace(old[0], f"sensor_node = {int(old[1]) + 1}", 1))
+    (note,) = [note for note in read_ross(tmp_path / "moved.toml")[1] if "sensors" in note]
+    assert_names(note, f"node {int(old[1]) + 2}", f"node {int(old[1]) + 1}", "ROSS")
 
 
 def test_an_imported_rotor_levitates_in_its_magnets(tmp_path):

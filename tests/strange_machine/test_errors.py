@@ -60,6 +60,21 @@ COMMANDS = {
     "sweep levitation.toml --vary step.rotor_contact.turbine.u=5:40:5": (
         "add the intended unit, such as step.rotor_contact.turbine.u='5 kg.m'"
     ),
+    "sweep levitation.toml --vary rotor_contact.turbine.u=5:40:3": (
+        "add the intended unit, such as rotor_contact.turbine.u='5 kg.m'"
+    ),
+    "study traps levitation.toml --unbalance 20": "--unbalance 20 has no unit; write for example '20 g.m'",
+    "study traps levitation.toml --unbalance-up-to 20": "--unbalance-up-to 20 has no unit",
+    "study unbalance_response levitation.toml --unbalance 20": "--unbalance 20 has no unit",
+    "study response levitation.toml --up-to 1000": "--up-to 1000 has no unit; write for example '100 Hz'",
+    "rotor import text.toml --frequency 100": "--frequency 100 has no unit; write for example '100 Hz'",
+    "new fan --mass 60 --length 1m --speed 12000rpm": "--mass 60 has no unit; write for example '60 kg'",
+    "new fan --mass 60kg --length 1 --speed 12000rpm": "--length 1 has no unit",
+    "new fan --mass 60kg --length 1m --speed 12000rpm --k-i 210 --k-s '1.5e6 N/m'": "--k-i 210 has no unit",
+    "new fan --mass 60kg --length 1m --speed 12000rpm --k-i '0 N/A' --k-s '1.5e6 N/m'": (
+        "K_i = 0 N/A is not allowed; it must be > 0 N/A"
+    ),
+    "new fan --mass 60kg --length 1m --speed 12000rpm --k-i '210 N/A' --k-s '0 N/m'": "K_s = 0 N/m is not allowed",
     "compare levitation.toml levitation.toml --set 2:rotor_contact.turbin.u=1": "did you mean turbine.u",
     "list --filter nothing_like_it": "no scenario and no sweep has the words 'nothing_like_it'",
 }

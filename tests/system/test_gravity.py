@@ -86,6 +86,15 @@ def test_controller_knows_the_constants_of_the_operating_point():
     assert available["mb1.i_min_x"] == pytest.approx(-(static + 4.43), rel=1e-12)
 
 
+def test_constants_of_the_controller_that_a_system_file_sets_win(tmp_path):
+    """Also if they are written as in the file that it is based on."""
+    (tmp_path / "own.toml").write_text('base = "levitated"\n[parameters.rolac_controller]\n"mb1.k_s_?" = "2e6 N/m"\n')
+    scenario = levitated(parameters={"amb_actuator": {"force_law": 0}}, system=str(tmp_path / "own.toml"))
+    available = prepare(scenario).plan.parameters["rolac_controller"]
+    assert available["mb1.k_s_x"] == 2e6
+    assert available["mb2.k_s_x"] != 2e6
+
+
 def test_parameters_of_the_scenario_win():
     scenario = levitated(parameters={"amb_actuator": {"mb1.static_current_x": "2 A"}})
     setting = {"rolac_controller.mb2.k_i_?": 600.0}

@@ -108,6 +108,12 @@ class Assessment:
         return {part.key: part.reason for part in self.parts if part.reason}
 
     @property
+    def unevaluated(self) -> dict[str, str]:
+        """Criteria without a limit to compare with, such as those whose formulas have no value here, with reasons."""
+        without = (f for f in self.findings if f.verdict is Judgement.UNANSWERED and f.limit is None)
+        return {f.criterion.key: f.reason for f in without if f.criterion is not None}
+
+    @property
     def instability(self) -> str:
         """The pole of the least stable loop, if one of the machine is unstable; otherwise empty."""
         radii = [finding.measured for finding in self.findings if finding.measured.quantity == "spectral_radius"]

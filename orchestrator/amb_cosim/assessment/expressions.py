@@ -84,8 +84,13 @@ def _parsed(formula: str) -> ast.Expression:
 
 
 def _value(node: ast.AST, values: Mapping[str, float]) -> Any:
+    """Return the value of a part of a formula, which must be a number: min, max and comparisons do not pass on NaN."""
+
     def of(inner: ast.AST) -> Any:
-        return _value(inner, values)
+        value = _value(inner, values)
+        if math.isnan(value):
+            raise ValueError(f"{ast.unparse(inner)} is not a number here")
+        return value
 
     match node:
         case ast.Constant(value=int() | float() as number) if not isinstance(number, bool):

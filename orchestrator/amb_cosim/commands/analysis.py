@@ -11,7 +11,18 @@ import click
 
 from amb_cosim import studies
 from amb_cosim.commands.cli_errors import refusing
-from amb_cosim.commands.options import FLAVOUR, ROTOR, SETTINGS, SPEED, UNITS, Option, output
+from amb_cosim.commands.options import (
+    FLAVOUR,
+    FREQUENCY,
+    ROTOR,
+    SETTINGS,
+    SPEED,
+    UNBALANCE,
+    UNITS,
+    Option,
+    WithUnit,
+    output,
+)
 from amb_cosim.commands.packs import GENERAL, PACKAGES, PackCommands
 from amb_files.atomic import check_writable
 
@@ -142,10 +153,12 @@ add_study(
     CONTROLLER,
     MASS,
     click.option("--up-to", type=SPEED, help="Highest speed; default: twice the scenario's, or 628 rad/s."),
-    click.option("--unbalance", help="Unbalance; default: the scenario's, or 10 g.m."),
+    click.option("--unbalance", type=UNBALANCE, help="Unbalance; default: the scenario's, or 10 g.m."),
     click.option("--place", metavar="PART", help="Place of the unbalance; default: the first disc."),
     click.option("--node", type=int, help="Node of the unbalance, instead of --place."),
-    click.option("--clearance", help="Radial clearance everywhere; default: that of each site."),
+    click.option(
+        "--clearance", type=WithUnit("0.25 mm"), help="Radial clearance everywhere; default: that of each site."
+    ),
     SETTINGS,
     FLAVOUR,
 )
@@ -193,10 +206,10 @@ add_study(
     ROTOR,
     CONTROLLER,
     click.option("--speed", type=SPEED, help="Spin speed of the machine; default: the scenario's."),
-    click.option("--unbalance", help="Its unbalance; default: that at the end of the scenario."),
+    click.option("--unbalance", type=UNBALANCE, help="Its unbalance; default: that at the end of the scenario."),
     click.option("--place", metavar="DISC", help="Place of the unbalance; default: as in the scenario."),
     click.option("--up-to", type=SPEED, help="Highest speed of the map; default: twice the machine's."),
-    click.option("--unbalance-up-to", help="Largest unbalance of the map; default: beyond the traps."),
+    click.option("--unbalance-up-to", type=UNBALANCE, help="Largest unbalance of the map; default: beyond the traps."),
     SETTINGS,
     FLAVOUR,
 )
@@ -226,7 +239,7 @@ add_study(
     CONTROLLER,
     *MEASURED,
     click.option("--speed", type=SPEED, help="Spin speed; default: the scenario's, 0 for a rotor."),
-    click.option("--up-to", help="Highest frequency; default: as measured, or 1 kHz."),
+    click.option("--up-to", type=FREQUENCY, help="Highest frequency; default: as measured, or 1 kHz."),
     SETTINGS,
     FLAVOUR,
 )
@@ -238,7 +251,7 @@ add_study(
         "--free", multiple=True, metavar="NAME=LO:HI", help="Parameter with bounds: bodies.fan.mass=3:5; repeatable."
     ),
     click.option("--speed", type=SPEED, help="Spin speed; default: at rest."),
-    click.option("--up-to", help="Highest frequency; default: as measured."),
+    click.option("--up-to", type=FREQUENCY, help="Highest frequency; default: as measured."),
 )
 add_study(
     "waterfall",

@@ -40,7 +40,8 @@ def assess(
 
     The page has a verdict for each criterion, and what to change. FILE may be the name of a packaged machine.
 
-    The exit code is 0 if all parts could be assessed and no loop is unstable, regardless of other verdicts, else 1.
+    The exit code is 0 if all parts and criteria could be assessed and no loop is unstable, regardless of other
+    verdicts, else 1.
     """
     if check:
         _print_description(file, criteria, flavour)
@@ -82,9 +83,10 @@ def assess(
     counts = result.counts()
     click.echo(", ".join(f"{counts[verdict]} {verdict.value}" for verdict in Judgement))
     click.echo(f"page in {page}" + (f", printed in {printed}" if printed else ""))
-    reasons = dict.fromkeys(result.unanswered.values())
+    unanswered = result.unanswered | {f"criterion {key}": why for key, why in result.unevaluated.items()}
+    reasons = dict.fromkeys(unanswered.values())
     failures = [
-        f"{', '.join(name for name, of in result.unanswered.items() if of == reason)}: not answered, because {reason}"
+        f"{', '.join(name for name, of in unanswered.items() if of == reason)}: not answered, because {reason}"
         for reason in reasons
     ]
     if result.instability:

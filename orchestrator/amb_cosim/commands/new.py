@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from amb_cosim.commands.cli_errors import refusing
-from amb_cosim.commands.options import FLAVOUR, SPEED
+from amb_cosim.commands.options import FLAVOUR, SPEED, WithUnit
 from amb_cosim.cosim.basics.choices import Flavour
 
 if TYPE_CHECKING:
@@ -21,16 +21,16 @@ APART = 1.8  # factor above which constants of a magnet are questioned
 @click.command()
 @click.argument("folder", type=click.Path(path_type=Path))
 @click.option("--rotor", metavar="NAME|FILE", help="Rotor file of the drawing (TOML), or a rotor of a pack.")
-@click.option("--mass", help="Mass of the rotor, such as '60 kg'.")
-@click.option("--length", help="Length of the rotor, such as '1.2 m'.")
+@click.option("--mass", type=WithUnit("60 kg"), help="Mass of the rotor, such as '60 kg'.")
+@click.option("--length", type=WithUnit("1.2 m"), help="Length of the rotor, such as '1.2 m'.")
 @click.option("--speed", type=SPEED, prompt=True, help="Highest operating speed, such as '12000 rpm'.")
 @click.option(
     "--bearings",
     metavar="'Z Z'",
     help="Positions of the two bearings, such as '0.2 m 1.0 m'.",
 )
-@click.option("--k-i", help="K_i of an axis from a data sheet ('210 N/A'); with --k-s.")
-@click.option("--k-s", help="K_s at the centre, without static current ('1.5e6 N/m').")
+@click.option("--k-i", type=WithUnit("210 N/A"), help="K_i of an axis from a data sheet ('210 N/A'); with --k-s.")
+@click.option("--k-s", type=WithUnit("1.5e6 N/m"), help="K_s at the centre, without static current ('1.5e6 N/m').")
 @FLAVOUR
 def new(
     folder: Path,

@@ -42,10 +42,13 @@ def _is_number(text: str) -> bool:
         return False
 
 
-class Speed(click.ParamType):  # type: ignore[type-arg]  # generic in later versions alone
-    """One speed, or several with commas, each with its unit: a plain number could be rpm or rad/s."""
+class WithUnit(click.ParamType):  # type: ignore[type-arg]  # generic in later versions alone
+    """One quantity, or several with commas, each with its unit: a plain number could be rpm or rad/s, kg m or g mm."""
 
-    name = "speed"
+    name = "text"
+
+    def __init__(self, *examples: str) -> None:
+        self.examples = ", ".join(map(repr, examples))
 
     def convert(self, value: str, param: click.Parameter | None, ctx: click.Context | None) -> str:
         """Return the text; refuse numbers other than 0 without a unit."""
@@ -53,13 +56,13 @@ class Speed(click.ParamType):  # type: ignore[type-arg]  # generic in later vers
         with refusing():
             for part in value.split(","):
                 if _is_number(part) and float(part):
-                    raise ValueError(
-                        f"{option} {part.strip()} has no unit; write for example '12000 rpm', '200 Hz', '1257 rad/s'"
-                    )
+                    raise ValueError(f"{option} {part.strip()} has no unit; write for example {self.examples}")
         return value
 
 
-SPEED = Speed()
+SPEED = WithUnit("12000 rpm", "200 Hz", "1257 rad/s")
+FREQUENCY = WithUnit("100 Hz", "628 rad/s")
+UNBALANCE = WithUnit("20 g.m", "65 g.mm")
 JSON = click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 NO_PLOTS = click.option("--no-plots", is_flag=True, help="Draw no figures.")
 UNITS: Option = click.option(

@@ -8,7 +8,7 @@ from pathlib import Path
 import click
 
 from amb_cosim.commands.cli_errors import refusing
-from amb_cosim.commands.options import JSON, output
+from amb_cosim.commands.options import FREQUENCY, JSON, output
 from amb_cosim.commands.printing import print_result
 from amb_files.atomic import check_writable
 
@@ -21,7 +21,7 @@ def rotor() -> None:
 @rotor.command("import")
 @click.argument("model", type=click.Path(path_type=Path))
 @output("Rotor file; default: MODEL_rotor.toml.")
-@click.option("--frequency", help="Whirl frequency of frozen coefficients, such as 100 Hz.")
+@click.option("--frequency", type=FREQUENCY, help="Whirl frequency of frozen coefficients, such as 100 Hz.")
 def import_model(model: Path, output: Path | None, frequency: str | None) -> None:
     """Convert a rotor saved by ROSS to a rotor file.
 

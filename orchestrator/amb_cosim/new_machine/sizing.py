@@ -115,6 +115,9 @@ def machine_sizes(rotor: Rotor, speed: float, magnet: MagnetData | None = None) 
         sheet cannot carry the weight.
     """
     require_speed(speed)
+    if magnet is not None:
+        require(0.0 < magnet.k_i < math.inf, "K_i", f"{magnet.k_i:g} N/A", "> 0 N/A")
+        require(0.0 < magnet.k_s < math.inf, "K_s", f"{magnet.k_s:g} N/m", "> 0 N/m")
     retainers = tuple(site for site in rotor.sites if site.bearing is not None)
     for present, what, key in (
         (rotor.sensors, "a sensor", "[[sensors]] with name and z"),
@@ -163,7 +166,6 @@ def machine_sizes(rotor: Rotor, speed: float, magnet: MagnetData | None = None) 
 
 def _area_with(magnet: MagnetData, gap: float, bias: float, turns: int, load: float) -> float:
     """Return the pole area (m2) with which an axis has the K_i of a data sheet, and can carry a load (N)."""
-    require(magnet.k_i > 0.0 and magnet.k_s > 0.0, "K_i and K_s", f"{magnet.k_i:g} N/A and {magnet.k_s:g} N/m", "> 0")
     allowed = f"> {load / bias:.4g} N/A, to carry {load:.4g} N by a swing of {bias:.3g} A, which gap, K_i and K_s give"
     require(magnet.k_i * bias > load, "K_i", f"{magnet.k_i:g} N/A", allowed)
     return 1e-4 * magnet.k_i / _constants(turns, 1e-4, gap, bias).k_i

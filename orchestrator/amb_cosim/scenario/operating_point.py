@@ -5,10 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
-from functools import lru_cache
 
 from amb_cosim.cosim.system.assignments import Assignments
-from amb_cosim.cosim.system.system_file import load_system
 from amb_cosim.cosim.system.values import Raw
 from amb_cosim.results.component_names import ACTUATOR, CONTROLLER
 
@@ -34,15 +32,8 @@ class MissingParameters:
 
 def stated_constants(values: Assignments) -> set[str]:
     """Return the parameters of the controller that a system file states itself, and does not inherit."""
-    own = values.system.parameters.get(CONTROLLER, {}).items()
-    stated = [f"{CONTROLLER}.{pattern}" for pattern, raw in own if raw not in _inherited()]
+    stated = [f"{CONTROLLER}.{pattern}" for pattern in values.system.stated.get(CONTROLLER, ())]
     return {name for pattern in stated if not values.lacks(pattern) for name in values.matching(pattern)}
-
-
-@lru_cache(maxsize=1)
-def _inherited() -> tuple[Raw, ...]:
-    """Return the values of the controller's parameters that system files inherit."""
-    return tuple(load_system("levitated").parameters[CONTROLLER].values())
 
 
 def set_operating_points(missing: MissingParameters) -> list[str]:

@@ -11,6 +11,7 @@ from amb_cosim.scenario.simulation import PlannedRun
 from amb_cosim.sweeps.panels import common_words, first_words
 from amb_cosim.sweeps.sampling import SamplePlan
 from amb_cosim.sweeps.worker import Runner, Task, event_of
+from amb_files.wildcards import matches
 
 FAR = 100.0  # times the scenario's value
 
@@ -67,13 +68,34 @@ def _ports_of(prepared: PlannedRun, name: str) -> list[Port]:
 
 
 def _refuse_far(task: Task, prepared: PlannedRun, name: str, value: Raw) -> None:
-    """Refuse a number without a unit that is more than `FAR` times the scenario's: it may be meant in another unit."""
+    """Refuse a number without a unit that is more than `FAR` times the scenario's: it may be meant in another unit.
+
+    If that is 0, the largest value of this unit that the component has is in its place.
+    """
     local, unit = _value_of(task, prepared, name), unit_of(prepared, _without_event(task, name))
+    whose = "the scenario's"
+    if local == 0.0:
+        local, whose = _largest_alike(task, prepared, name), "the largest of its kind,"
     if isinstance(value, int | float) and unit != "1" and 0.0 < FAR * local < abs(value):
         raise ValueError(
-            f"{name} = {value:g} {unit} is {abs(value) / local:.3g} times the scenario's {local:.4g} {unit}; add the "
+            f"{name} = {value:g} {unit} is {abs(value) / local:.3g} times {whose} {local:.4g} {unit}; add the "
             f"intended unit, such as {name}='{value:g} {unit}'"
         )
+
+
+def _largest_alike(task: Task, prepared: PlannedRun, name: str) -> float:
+    """Return the largest magnitude among the component's inputs or parameters of the same unit in the scenario."""
+    component, port = _without_event(task, name).partition(".")[0], _ports_of(prepared, _without_event(task, name))[0]
+    interface = prepared.interfaces.get(component)
+    alike = [] if interface is None else [p for p in interface.of(port.causality) if p.unit == port.unit]
+    changed = [event.set.get(component, {}) for event in task.scenario.event]
+    sizes = [_value_of(task, prepared, f"{component}.{other.name}") for other in alike]
+    for values in changed:
+        for pattern, raw in values.items():
+            with suppress(ValueError):
+                if any(matches(other.name, pattern) or other.name == pattern for other in alike):
+                    sizes.append(abs(quantity(raw, port.unit or "1", pattern)))
+    return max(sizes, default=0.0)
 
 
 def _value_of(task: Task, prepared: PlannedRun, name: str) -> float:

@@ -96,7 +96,8 @@ class System:
 
     `*` and `?` in names of connected variables, mandatory inputs and parameters match variables of the components, see
     `patterns.expand`; a pattern of a parameter may match nothing. `unrecorded` are patterns of outputs that a run
-    records only if it names them, `unknown` names with values in the file that no component has, and `remarks` other
+    records only if it names them, `stated` the parameters by component that its file, or a base that is not packaged,
+    sets itself, `unknown` names with values in the file that no component has, and `remarks` other
     notices about the file. `check` compares it
     with the components' interfaces, `wiring` lays it out for the master.
 
@@ -115,6 +116,7 @@ class System:
     coupling: Coupling = "gauss_seidel"
     parameters: Mapping[str, Mapping[str, Raw]] = field(default_factory=dict)
     unrecorded: tuple[str, ...] = ()
+    stated: Mapping[str, frozenset[str]] = field(default_factory=dict)
     unknown: tuple[str, ...] = ()
     remarks: tuple[str, ...] = ()
 

@@ -73,7 +73,7 @@ def load_system(name: str | Path, options: Mapping[str, bool] | None = None) -> 
     >>> [component.name for component in load_system("levitated").components]
     ['rolac_controller', 'amb_actuator', 'rotor_contact']
     """
-    table = _table(str(name))
+    table, stated = _table(str(name)), _stated(str(name))
     connections: dict[str, Connection] = {}
     signals: dict[str, Signal] = {}
     for connect in table.connect:
@@ -91,7 +91,21 @@ def load_system(name: str | Path, options: Mapping[str, bool] | None = None) -> 
         coupling=table.coupling,
         parameters=table.parameters,
         unrecorded=table.unrecorded,
+        stated={component: names & {*table.parameters.get(component, {})} for component, names in stated.items()},
     )
+
+
+def _stated(name: str) -> dict[str, frozenset[str]]:
+    """Return the names of parameters by component that a system file sets, or a base of it that has a base itself."""
+    packaged = packaged_systems()
+    source = packaged.get(name, Path(name))
+    data = read_toml(source, f"system {name}")
+    own = {component: frozenset(values) for component, values in data.get("parameters", {}).items()}
+    if "base" not in data:
+        return {} if name in packaged else own
+    base = data["base"] if data["base"] in packaged else str(source.parent / data["base"])
+    below = _stated(base)
+    return {component: own.get(component, frozenset()) | below.get(component, frozenset()) for component in own | below}
 
 
 def is_system(name: str | Path) -> bool:
