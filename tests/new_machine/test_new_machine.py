@@ -1,7 +1,6 @@
 """A first design of a machine: its sizes, its files, and that it levitates, lands and is lifted off again."""
 
 import math
-import re
 import tomllib
 
 import numpy as np
@@ -20,9 +19,10 @@ from amb_cosim.new_machine.levitation import gains_of, operating_points
 from amb_cosim.new_machine.rotor_text import plain_shaft, supports
 from amb_cosim.new_machine.sizing import CAPACITY, MagnetData, machine_sizes
 from amb_cosim.scenario.scenario import load_scenario
+from amb_cosim.scenario.simulation import prepare
 from rotor_analysis.packaged_rotors import rotor_path
 from rotor_analysis.rigid_body import rigid_body
-from rotor_analysis.rotor_file import load_rotor
+from rotor_analysis.rotor_file import load_rotor, rotor_from
 from tests.support.messages import assert_names, raises_naming
 
 RPM = math.pi / 30.0
@@ -88,11 +88,9 @@ def test_every_file_of_a_new_machine_can_be_read(pump):
         assert load_rotor(scenario.rotor).name == "pump"
 
 
-def test_bandwidth_and_signal_chain_of_a_new_machine_are_in_its_file():
-    text = (TEMPLATES / "levitation.toml").read_text(encoding="utf-8")
-    parameters = tomllib.loads(re.sub(r"\$\w+", "1", text.replace("$friction", "")).replace('# "chain.', '"chain.'))[
-        "parameters"
-    ]
+def test_bandwidth_and_signal_chain_of_a_new_machine_are_in_its_file(pump):
+    text = (pump.folder / "levitation.toml").read_text(encoding="utf-8")
+    parameters = tomllib.loads(text.replace('# "chain.', '"chain.'))["parameters"]
     assert parameters["amb_actuator"]["*.bandwidth_?"] == "1.4 kHz"
     assert {"chain.noise", "chain.adc", "chain.delay", "chain.sensitivity"} <= {*parameters["rolac_controller"]}
 
@@ -289,6 +287,64 @@ def test_magnets_of_a_data_sheet_have_its_constants(bench):
     assert sizes.magnet.k_i == pytest.approx(90.0, rel=1e-9)
     assert sizes.magnet.k_s == pytest.approx(8e5, rel=1e-9)
     assert sizes.bias_current == pytest.approx(sizes.gap * 8e5 / 90.0)
+
+
+BLOWER_MAGNET = (210.0, 1.5e6)  # N/A, N/m
+
+
+def points_of(**known):
+    """Sizes and operating points of a shaft of 60 kg with the magnets of a data sheet."""
+    rotor = rotor_from(tomllib.loads(plain_shaft("pump", 60.0, 1.2, 12000.0 * RPM)), "pump")
+    text = plain_shaft("pump", 60.0, 1.2, 12000.0 * RPM) + supports(rotor, None)
+    sizes = machine_sizes(rotor_from(tomllib.loads(text), "pump"), 12000.0 * RPM, MagnetData(*BLOWER_MAGNET, **known))
+    return sizes, operating_points(sizes)
+
+
+def test_constants_of_a_data_sheet_alone_are_kept_under_load():
+    sizes, points = points_of()
+    for bearing, point in points.items():
+        assert (point.k_i, point.k_s) == pytest.approx(BLOWER_MAGNET, rel=1e-9)
+        assert point.static_current == pytest.approx(2.0 * sizes.loads[bearing] / point.k_i, rel=1e-9)
+
+
+@pytest.mark.parametrize("known", [{"gap": 0.4e-3}, {"bias": 0.4e-3 * 1.5e6 / 210.0}])
+def test_differential_drive_keeps_k_i_and_raises_k_s_with_the_load(known):
+    """K_s (1 + (i_s/I_0)^2), of coils with I_0 + i_s and I_0 - i_s."""
+    sizes, points = points_of(**known)
+    for bearing, point in points.items():
+        share = sizes.loads[bearing] / 210.0 / (0.4e-3 * 1.5e6 / 210.0)
+        assert point.k_i == pytest.approx(210.0, rel=1e-9)
+        assert point.k_s == pytest.approx(1.5e6 * (1.0 + share**2), rel=1e-9)
+
+
+def test_one_sided_drive_raises_both_constants():
+    """K_i (1 + I_s/(2 I_0)): the upper coils alone get what carries the weight."""
+    sizes, points = points_of(gap=0.4e-3, drive="one-sided")
+    for point in points.values():
+        assert point.k_i == pytest.approx(210.0 * (1.0 + 0.5 * point.static_current / sizes.bias_current), rel=1e-9)
+        assert point.k_s > 1.5e6
+
+
+@pytest.mark.parametrize(
+    ("known", "facts"),
+    [
+        ({"gap": 0.4e-3, "bias": 2.0}, ("gap", "bias")),
+        ({"gap": 0.0}, ("gap", "0.0 m", "> 0 m")),
+        ({"gap": 1e-5}, ("gap", "clearance")),
+        ({"bias": 1e-3}, ("gap", "clearance")),
+    ],
+)
+def test_gap_and_bias_that_do_not_fit_are_refused(known, facts):
+    with raises_naming(ValueError, *facts):
+        points_of(**known)
+
+
+def test_written_machine_has_the_constants_of_the_data_sheet(bench):
+    """The currents that carry the weight follow from gravity; the controller's constants from them."""
+    values = prepare(load_scenario(str(bench.folder / "levitation.toml"))).plan.parameters["rolac_controller"]
+    for bearing in bench.points:
+        assert values[f"{bearing}.k_i_x"] == pytest.approx(90.0, rel=1e-4)
+        assert values[f"{bearing}.k_s_y"] == pytest.approx(8e5, rel=1e-4)
 
 
 def test_a_rotor_that_nothing_surrounds_levitates_and_has_no_landing(bench):

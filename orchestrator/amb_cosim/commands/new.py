@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -13,7 +14,7 @@ from amb_cosim.commands.options import FLAVOUR, SPEED, WithUnit
 from amb_cosim.cosim.basics.choices import Flavour
 
 if TYPE_CHECKING:
-    from amb_cosim.new_machine.sizing import MagnetData
+    from amb_cosim.new_machine.sizing import Drive, MagnetData
 
 APART = 1.8  # factor above which constants of a magnet are questioned
 
@@ -30,7 +31,14 @@ APART = 1.8  # factor above which constants of a magnet are questioned
     help="Positions of the two bearings, such as '0.2 m 1.0 m'.",
 )
 @click.option("--k-i", type=WithUnit("210 N/A"), help="K_i of an axis from a data sheet ('210 N/A'); with --k-s.")
-@click.option("--k-s", type=WithUnit("1.5e6 N/m"), help="K_s at the centre, without static current ('1.5e6 N/m').")
+@click.option("--k-s", type=WithUnit("1.5e6 N/m"), help="K_s at the centre ('1.5e6 N/m').")
+@click.option("--gap", type=WithUnit("0.4 mm"), help="Air gap of --k-i and --k-s without load.")
+@click.option("--bias", type=WithUnit("2 A"), help="Bias current of --k-i and --k-s, instead of --gap.")
+@click.option(
+    "--drive",
+    type=click.Choice(["differential", "one-sided"]),
+    help="Coils that carry the load: both (default), or the upper.",
+)
 @FLAVOUR
 def new(
     folder: Path,
@@ -41,6 +49,9 @@ def new(
     bearings: str | None,
     k_i: str | None,
     k_s: str | None,
+    gap: str | None,
+    bias: str | None,
+    drive: Drive | None,
     flavour: Flavour,
 ) -> None:
     """Write a first design of a machine into a new FOLDER.
@@ -54,7 +65,7 @@ def new(
     from amb_cosim.new_machine.levitation import WANTED_BEYOND, WANTED_IN_RANGE
 
     with refusing():
-        magnet = _magnet(k_i, k_s)
+        magnet = _magnet(k_i, k_s, gap, bias, drive)
         Omega = quantity(speed, "rad/s", "speed")
         text = _rotor_text(folder.name, rotor, mass, length, Omega)
         places = None if bearings is None else [quantity(z, "m", "bearings") for z in _positions(bearings)]
@@ -65,7 +76,7 @@ def new(
         click.echo(
             f"bearing {bearing}, each axis: {made.sizes.loads[bearing]:.4g} N of the weight by "
             f"{point.static_current:.3g} A; K_s {point.k_s:.4g} N/m, K_i {point.k_i:.4g} N/A"
-            + ("" if magnet is None else f" (data sheet, unloaded: {magnet.k_s:.4g} N/m, {magnet.k_i:.4g} N/A)")
+            + ("" if magnet is None else f" (data sheet: {magnet.k_s:.4g} N/m, {magnet.k_i:.4g} N/A)")
         )
         if made.sizes.retainers and bearing not in {site.bearing for site in made.sizes.retainers}:
             click.echo(
@@ -76,6 +87,9 @@ def new(
         f"magnets: {sizes.turns} turns on each pole, {1e4 * sizes.pole_area:.3g} cm2, gap {1e3 * sizes.gap:.3g} mm, "
         f"bias {sizes.bias_current:.3g} A" + _beside(magnet, made.typical)
     )
+    if magnet is not None:
+        click.echo(_assumed(magnet))
+    click.echo(_lag(made.gains.frequency, made.sample_time))
     if not sizes.retainers:
         click.echo("the rotor has no retainers and cannot land; add them to rotor.toml as [[sites]] with a bearing")
     if "bearings" in made.assumed:
@@ -96,16 +110,54 @@ def new(
     click.echo(f"wrote {folder}; next: amb-cosim run {first}")
 
 
-def _magnet(k_i: str | None, k_s: str | None) -> MagnetData | None:
+def _magnet(
+    k_i: str | None, k_s: str | None, gap: str | None, bias: str | None, drive: Drive | None
+) -> MagnetData | None:
     """Return the constants of a data sheet, if any."""
     from amb_cosim.cosim.system.values import quantity
     from amb_cosim.new_machine.sizing import MagnetData
 
     if k_i is None and k_s is None:
+        if gap or bias or drive:
+            raise ValueError("--gap, --bias and --drive belong to --k-i and --k-s of a data sheet")
         return None
     if k_i is None or k_s is None:
         raise ValueError("--k-i and --k-s must be set together")
-    return MagnetData(quantity(k_i, "N/A", "k-i"), quantity(k_s, "N/m", "k-s"))
+    lengths, currents = (
+        None if raw is None else quantity(raw, unit, name)
+        for raw, unit, name in ((gap, "m", "gap"), (bias, "A", "bias"))
+    )
+    return MagnetData(
+        quantity(k_i, "N/A", "k-i"), quantity(k_s, "N/m", "k-s"), lengths, currents, drive or "differential"
+    )
+
+
+def _assumed(magnet: MagnetData) -> str:
+    """Return what is assumed of a magnet of a data sheet."""
+    constants = "K_i and K_s hold without load"
+    if magnet.keeps_k_s:
+        constants = (
+            "K_i and K_s are those under load, and the gap is assumed; if they hold without load, set --gap or --bias"
+        )
+    elif magnet.gap is None and magnet.bias is None:
+        constants += ", and the gap is assumed"
+    way = "both coils share the load" if magnet.drive == "differential" else "the upper coils carry the load"
+    return f"of the data sheet: {constants}; {way} ({magnet.drive} drive)"
+
+
+def _lag(omega: float, sample_time: float) -> str:
+    """Return the assumed lag of amplifier, filter and computer at the vibration that is nearest to its target.
+
+    A first-order amplifier lags by atan(f/f_b); a demand that is held for a sample, a sample late, by 1.5 T.
+    """
+    from amb_cosim.new_machine.sizing import BANDWIDTH
+
+    hertz = omega / (2.0 * math.pi)
+    amplifier, computer = math.degrees(math.atan(hertz / BANDWIDTH)), 540.0 * hertz * sample_time
+    return (
+        f"assumed lag at {hertz:.0f} Hz: amplifiers of {1e-3 * BANDWIDTH:g} kHz {amplifier:.0f} deg, a computer with "
+        f"samples of {1e6 * sample_time:g} us and one of delay {computer:.0f} deg, no filter of the sensors"
+    )
 
 
 def _beside(magnet: MagnetData | None, typical: MagnetData) -> str:

@@ -15,7 +15,7 @@ from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.cosim.system.values import RPM
 from amb_cosim.new_machine.levitation import Gains, OperatingPoint, best_gains, candidates, operating_points
 from amb_cosim.new_machine.rotor_text import damping, require_name, supports
-from amb_cosim.new_machine.sizing import SAMPLE_TIMES, MachineSizes, MagnetData, machine_sizes
+from amb_cosim.new_machine.sizing import BANDWIDTH, SAMPLE_TIMES, MachineSizes, MagnetData, machine_sizes
 from amb_cosim.scenario.gravity import STANDARD_GRAVITY
 from rotor_analysis.assembly import assemble
 from rotor_analysis.damping import free_modes
@@ -30,6 +30,8 @@ FALL = "landing.toml"  # the base scenario of those with a drop
 class NewMachine:
     """Written files: the folder, the sizes, the operating points by bearing, and the gains that levitate it.
 
+    sample_time
+        Of the controller (s).
     typical
         K_i and K_s of a magnet of the first design.
     assumed
@@ -41,6 +43,7 @@ class NewMachine:
     sizes: MachineSizes
     typical: MagnetData
     points: dict[str, OperatingPoint]
+    sample_time: float
     gains: Gains
 
 
@@ -104,7 +107,9 @@ def new_machine(
         folder.parent.mkdir(parents=True, exist_ok=True)
         shutil.move(draft, folder)
     assumed = {"bearings": not bare.bearings, "damping": not has_damping}
-    return NewMachine(folder, tuple(part for part, is_so in assumed.items() if is_so), sizes, typical, points, gains)
+    return NewMachine(
+        folder, tuple(part for part, is_so in assumed.items() if is_so), sizes, typical, points, sample_time, gains
+    )
 
 
 def _first_that_levitates(
@@ -134,6 +139,21 @@ def _fill(folder: Path, values: dict[str, str], falls: bool) -> None:
         (folder / name).write_text(Template("".join(lines)).substitute(values), encoding="utf-8")
 
 
+def _of_magnets(sizes: MachineSizes) -> str:
+    """Return the lines of magnets that are driven differentially, I_0 + i_s above and I_0 - i_s below."""
+    lines = []
+    for bearing, coils in sizes.coils.items():
+        values = {
+            "bias_current": (coils.bias_current, "A"),
+            "pole_area": (1e4 * coils.pole_area, "cm^2"),
+            "inductance": (1e3 * sizes.inductance * coils.pole_area / sizes.pole_area, "mH"),
+        }
+        lines += [f'\n"{bearing}.{name}_?" = "{value:.6g} {unit}"' for name, (value, unit) in values.items()]
+        shift = 0.5 * coils.static_current
+        lines[-3] += f"  # {coils.bias_current + shift:.4g} A less {shift:.4g} A, and more in the upper coils"
+    return "".join(lines)
+
+
 def _first_bending(rotor: Rotor) -> float:
     """First bending frequency of the free rotor (Hz)."""
     full = assemble(rotor)
@@ -161,6 +181,8 @@ def _values(
         "races": "\n".join(races),
         "friction": '"*.mu" = 0.12  # steel on steel, lubricated' if races else "# no retainers",
         "bearing_rows": "\n".join(rows),
+        "of_magnets": _of_magnets(sizes),
+        "of_limits": "".join(f'\n"{b}.i_max_?" = "{c.bias_current:.5g} A"' for b, c in sizes.coils.items()),
         "first_bending": f"{_first_bending(sizes.rotor):.0f}",
     }
     numbers = {
@@ -183,6 +205,7 @@ def _values(
         "resistance": sizes.resistance,
         "inductance": 1e3 * sizes.inductance,
         "voltage_limit": sizes.voltage_limit,
+        "bandwidth": 1e-3 * BANDWIDTH,
         "unbalance": 1e6 * sizes.unbalance,
         "drive_gain": 1e-3 * sizes.mass * sizes.diameter,
         "drive_torque": 0.1 * sizes.mass * sizes.diameter,

@@ -66,12 +66,15 @@ class Gains:
 
 def operating_points(sizes: MachineSizes) -> dict[str, OperatingPoint]:
     """Return the operating points of the axes of each bearing."""
-    return {bearing: _point(sizes, load) for bearing, load in sizes.loads.items()}
+    return {bearing: _point(sizes, bearing, load) for bearing, load in sizes.loads.items()}
 
 
-def _point(sizes: MachineSizes, load: float) -> OperatingPoint:
+def _point(sizes: MachineSizes, bearing: str, load: float) -> OperatingPoint:
     names = ("turns", "pole_area", "gap", "bias_current", "current_limit")
     p = axis_parameters(**{name: getattr(sizes, name) for name in names}, static_current=0.0)
+    if bearing in sizes.coils:
+        coils = sizes.coils[bearing]
+        p.bias_current, p.pole_area = coils.bias_current, coils.pole_area
     p.static_current = static_current_for(abs(load), p)  # of the coil pair that carries it, whichever that is
     at_rest = linearisation(p)
     return OperatingPoint(float(p.static_current), float(at_rest.k_s), float(at_rest.k_i))

@@ -7,8 +7,9 @@ Sources: G. Schweitzer, E. H. Maslen, Magnetic Bearings, Springer, 2009; ISO 219
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import Annotated
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Annotated, Literal
 
 from amb_cosim.design.magnetic_bearing import axis_parameters, linear_constants
 from amb_cosim.new_machine.rotor_text import diameter_at, gap_for, require_speed
@@ -26,15 +27,53 @@ GRADE = 2.5e-3  # m/s, balancing grade G 2.5
 CAPACITY = 4.0  # force of an axis over its share of the weight
 FLUX = 1.2  # T in the gap at twice the bias current
 CURRENT = 10.0  # A, current limit of the amplifier
+ROOM = 2.5  # of the bias current over the current that carries the weight, where neither gap nor bias is known
+WIDEST = 3.0  # of an assumed gap over that of a first design
+BANDWIDTH = 1400.0  # Hz, of the amplifier for small signals
 SAMPLE_TIMES = (50e-6, 25e-6)  # s, the second where no gains bear the delay of the first
+
+
+Drive = Literal["differential", "one-sided"]
 
 
 @dataclass(frozen=True)
 class MagnetData:
-    """K_i (N/A) and K_s (N/m) of an axis at its centre without static current, from a data sheet."""
+    """K_i (N/A) and K_s (N/m) of an axis at its centre, from a data sheet.
+
+    gap, bias
+        Air gap (m) and bias current I_0 (A) of its coils, if known; one gives the other. With one of them K_i and K_s
+        are those without a load, otherwise those at the operating point.
+    drive
+        How the coils carry a load: `differential`, I_0 + i_s and I_0 - i_s, or `one-sided`, I_0 + I_s and I_0.
+    """
 
     k_i: Annotated[float, "N/A"]
     k_s: Annotated[float, "N/m"]
+    gap: Annotated[float | None, "m"] = None
+    bias: Annotated[float | None, "A"] = None
+    drive: Drive = "differential"
+
+    def __post_init__(self) -> None:
+        for name, unit, value in (("K_i", "N/A", self.k_i), ("K_s", "N/m", self.k_s)):
+            require(0.0 < value < math.inf, name, f"{value:g} {unit}", f"> 0 {unit}")
+        for name, unit, known in (("gap", "m", self.gap), ("bias", "A", self.bias)):
+            require(known is None or 0.0 < known < math.inf, name, f"{known} {unit}", f"> 0 {unit}")
+        if self.gap is not None and self.bias is not None:
+            raise ValueError("gap and bias are both set; K_i and K_s give one from the other, so set one of them")
+
+    @property
+    def keeps_k_s(self) -> bool:
+        """Whether K_s is that of the loaded axis: nothing else is known of it."""
+        return self.gap is None and self.bias is None and self.drive == "differential"
+
+
+@dataclass(frozen=True)
+class CoilCurrents:
+    """Currents of an axis under its load, and its pole area: lower coils, what the upper have beside it, (m2)."""
+
+    bias_current: float
+    static_current: float
+    pole_area: float
 
 
 @dataclass(frozen=True)
@@ -57,6 +96,8 @@ class MachineSizes:
         That of the balancing grade at the speed.
     loads
         Share of the weight that an axis at 45 degrees carries, by bearing.
+    coils
+        Currents and pole area of each bearing that is driven differentially; empty if the upper coils carry the load.
     """
 
     rotor: Rotor
@@ -75,6 +116,7 @@ class MachineSizes:
     voltage_limit: Annotated[float, "V"]
     unbalance: Annotated[float, "kg.m"]
     loads: dict[str, float]
+    coils: dict[str, CoilCurrents] = field(default_factory=dict)
 
     @property
     def magnet(self) -> MagnetData:
@@ -84,7 +126,7 @@ class MachineSizes:
     @property
     def clearance(self) -> float:
         """Least clearance of a retainer (m)."""
-        return 0.5 * self.gap
+        return min((site.clearance for site in self.retainers), default=0.5 * self.gap)
 
 
 def machine_sizes(rotor: Rotor, speed: float, magnet: MagnetData | None = None) -> MachineSizes:
@@ -92,12 +134,14 @@ def machine_sizes(rotor: Rotor, speed: float, magnet: MagnetData | None = None) 
 
     N = B s_0/(2 mu_0 I_b),  A = mu_0 F/B^2,  F = 4 W + 2 m G Omega,  W = m_b g/sqrt(2)      (1)
     L = 2 mu_0 N^2 A/s_0,  U = 2 R I_max + L I_b 2 Omega                                    (2)
-    I_b = s_0 K_s/K_i,  A such that K_i is the data sheet's                                 (3)
+    I_0 = s_0 K_s/K_i,  A such that K_i is the data sheet's                                 (3)
+    K_s(i_s) = K_s (1 + (i_s/I_0)^2),  i_s = W/K_i                                          (4)
 
     m_b is the share of the flexible rotor's mass on a bearing (`carried_masses`). (1) has the flux B at twice the bias
     current, where a control force of the bias current takes the magnet, and room for the unbalance of twice the
     balancing grade; (2) a bandwidth of full swing of about twice the speed. (3), from (2.8) and (2.9) without a static
-    current, takes the place of (1) where a data sheet is given.
+    current, takes the place of (1) where a data sheet is given. (4) holds for differential drive. Unless gap or bias is
+    known, I_0 is such that K_s(i_s) is the data sheet's, and the gap such that I_0 is at least `ROOM` times i_s.
 
     Parameters
     ----------
@@ -115,9 +159,6 @@ def machine_sizes(rotor: Rotor, speed: float, magnet: MagnetData | None = None) 
         sheet cannot carry the weight.
     """
     require_speed(speed)
-    if magnet is not None:
-        require(0.0 < magnet.k_i < math.inf, "K_i", f"{magnet.k_i:g} N/A", "> 0 N/A")
-        require(0.0 < magnet.k_s < math.inf, "K_s", f"{magnet.k_s:g} N/m", "> 0 N/m")
     retainers = tuple(site for site in rotor.sites if site.bearing is not None)
     for present, what, key in (
         (rotor.sensors, "a sensor", "[[sensors]] with name and z"),
@@ -135,12 +176,17 @@ def machine_sizes(rotor: Rotor, speed: float, magnet: MagnetData | None = None) 
     body = rigid_body(rotor)
     loads = {name: mass * STANDARD_GRAVITY / math.sqrt(2.0) for name, mass in carried_masses(rotor).items()}
     gap = 2.0 * min((site.clearance for site in retainers), default=0.5 * gap_for(diameter))
+    most_loaded = max(map(abs, loads.values()))
+    if magnet is not None:
+        least, gap = min((site.clearance for site in retainers), default=0.0), _gap_with(magnet, gap, most_loaded)
+        require(gap > least, "gap", f"{gap:.4g} m", f"> {least:.4g} m, the clearance of a retainer")
     bias = 0.4 * CURRENT if magnet is None else gap * magnet.k_s / magnet.k_i
     turns = max(round(FLUX * gap / (2.0 * MU_0 * bias)), 4)
-    force = CAPACITY * max(map(abs, loads.values())) + 2.0 * body.mass * GRADE * speed
+    force = CAPACITY * most_loaded + 2.0 * body.mass * GRADE * speed
     area = math.ceil(1e6 * MU_0 * force / FLUX**2) / 1e6
     if magnet is not None:
-        area = _area_with(magnet, gap, bias, turns, max(map(abs, loads.values())))
+        area = _area_with(magnet, gap, bias, turns, most_loaded)
+    coils = {} if magnet is None else _differential(magnet, bias, area, loads)
     inductance = 2.0 * MU_0 * turns**2 * area / gap
     resistance, limit = 0.3, max(CURRENT, 2.5 * bias)
     voltage = 2.0 * resistance * limit + 2.0 * inductance * bias * speed
@@ -161,13 +207,44 @@ def machine_sizes(rotor: Rotor, speed: float, magnet: MagnetData | None = None) 
         voltage_limit=float(max(50, 10 * math.ceil(0.1 * voltage))),
         unbalance=body.mass * GRADE / speed,
         loads=loads,
+        coils=coils,
     )
+
+
+def _gap_with(magnet: MagnetData, gap: float, load: float) -> float:
+    """Return the gap (m) of a magnet of a data sheet, of which `gap` is the least that clears the retainers."""
+    if magnet.gap is not None:
+        return magnet.gap
+    if magnet.bias is not None:
+        return magnet.bias * magnet.k_i / magnet.k_s
+    if magnet.drive == "one-sided":
+        return gap
+    return min(max(gap, (ROOM + 1.0 / ROOM) * load / magnet.k_s), WIDEST * gap)
+
+
+def _differential(magnet: MagnetData, bias: float, area: float, loads: Mapping[str, float]) -> dict[str, CoilCurrents]:
+    """Return the currents of coils that share the load of each bearing, by (4); empty for one-sided drive.
+
+    Without a known gap or bias I_0 + i_s^2/I_0 = s_0 K_s/K_i, and the pole area is in inverse proportion to I_0.
+    """
+    if magnet.drive == "one-sided":
+        return {}
+    result = {}
+    for bearing, load in loads.items():
+        shift, own = abs(load) / magnet.k_i, bias
+        if magnet.keeps_k_s:
+            own = 0.5 * (bias + math.sqrt(bias**2 - 4.0 * shift**2))
+        result[bearing] = CoilCurrents(own - shift, 2.0 * shift, area * bias / own)
+    return result
 
 
 def _area_with(magnet: MagnetData, gap: float, bias: float, turns: int, load: float) -> float:
     """Return the pole area (m2) with which an axis has the K_i of a data sheet, and can carry a load (N)."""
-    allowed = f"> {load / bias:.4g} N/A, to carry {load:.4g} N by a swing of {bias:.3g} A, which gap, K_i and K_s give"
-    require(magnet.k_i * bias > load, "K_i", f"{magnet.k_i:g} N/A", allowed)
+    swing = 0.5 * bias if magnet.keeps_k_s else bias
+    allowed = (
+        f"> {load / swing:.4g} N/A, to carry {load:.4g} N by a swing of {swing:.3g} A, which gap, K_i and K_s give"
+    )
+    require(magnet.k_i * swing > load, "K_i", f"{magnet.k_i:g} N/A", allowed)
     return 1e-4 * magnet.k_i / _constants(turns, 1e-4, gap, bias).k_i
 
 
