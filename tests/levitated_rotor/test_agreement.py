@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from assembled_rotor import RIG, Host, T, differing, in_one, inputs_at, separate, series
+from assembled_rotor import RIG, Host, T, differing, in_one, inputs_at, separate, series, start_angle
 
 from amb_cosim import build_assembled
 from amb_cosim.scenario.scenario import load_scenario
@@ -105,7 +105,8 @@ def test_steps_of_any_number_of_samples_in_a_host_that_subtracts_times(
     warnings = {f"{c}.{p.name}" for c, i in prepared.interfaces.items() for p in i.of("output") if p.warning}
     changes, sizes = inputs_at(plan, plan.first, plan.last), [1, 3, 2, 7, 1, 1, 12]
     host = Host(extracted("fig4_9"))
-    host.begin(plan.first * T, **{name.replace(".", "__"): value for name, value in plan.inputs.items()})
+    start = plan.inputs | start_angle(plan)
+    host.begin(plan.first * T, **{name.replace(".", "__"): value for name, value in start.items()})
     n, ends, result, state = plan.first, [0], [], None
     while n < plan.last:
         host.set(changes.get(n, {}))

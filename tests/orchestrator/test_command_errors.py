@@ -106,7 +106,7 @@ ANALYSES = {
     "study campbell --up-to 0": "up-to = 0 rad/s is not allowed; it must be > 0 rad/s",
     "study reduction --up-to 0": "up-to = 0 rad/s is not allowed; it must be > 0 rad/s",
     "study tables --planes 1,x": "planes = 1,x is not allowed; it must be node",
-    "study tables --planes 4,99": "planes [99] are not in the model",
+    "study tables --planes 4,99": "planes = 99 is not allowed",
     "study unbalance_response --node 99": "node = 99 is not allowed; it must be a node",
     "study unbalance_response --place fan": "place = fan is not allowed; ",
     "study unbalance_response --place d1 --node 4": "place = d1 is not allowed with node = 4; give one of them",

@@ -42,6 +42,7 @@ def outputs_of(prepared: PlannedRun) -> tuple[str, ...]:
 def in_one(prepared: PlannedRun, fmu: Path, beside: Mapping[str, Path] | None = None, **changes: Any) -> Recording:
     """Run the same with the assembled FMU: signals, events and ramps get its names, parameters are its start values.
 
+    The angle at the start follows from the settling cycles of the run, which may be others than those of the FMU.
     `beside` are other FMUs of the system, whose input `u` is fed a voltage; `changes` are of the system.
     """
     plan, others = prepared.plan, beside or {}
@@ -61,7 +62,7 @@ def in_one(prepared: PlannedRun, fmu: Path, beside: Mapping[str, Path] | None = 
     local = replace(
         plan,
         system=system,
-        parameters={component.name: {} for component in system.components},
+        parameters={component.name: {} for component in system.components} | {RIG: start_angle(plan)},
         inputs={named(name): value for name, value in plan.inputs.items()},
         events=tuple((n, named(name), value) for n, name, value in plan.events),
         ramps=tuple(
@@ -73,6 +74,11 @@ def in_one(prepared: PlannedRun, fmu: Path, beside: Mapping[str, Path] | None = 
         record_from=-(10**9),
     )
     return run_plan(assemble(system), local)
+
+
+def start_angle(plan: Plan) -> dict[str, float]:
+    """Return the rotor angle at the start (rad), by its name in the assembled FMU."""
+    return {"rotor_contact.initial.angle": plan.parameters["rotor_contact"].get("initial.angle", 0.0)}
 
 
 def series(recording: Recording) -> Series:
