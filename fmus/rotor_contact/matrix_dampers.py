@@ -115,11 +115,8 @@ def double_heat_row(
     matrices: StepMatrices, slot: int, level: int, row: int, Omega: float, second: Array, room: Array
 ) -> None:
     """Write a row of H from the level of half its length; `second` is x'' due to a unit of x in this row."""
-    sizes, finer, target = (
-        matrices.sizes[0],
-        level_of(matrices, slot, level + 1),
-        level_of(matrices, slot, level).H[row],
-    )
+    sizes, target = matrices.sizes[0], level_of(matrices, slot, level).H[row]
+    finer = level_of(matrices, slot, level + 1)
     n, axes, size = int(sizes.n), 2 * int(sizes.n_ports), second.shape[0]
     forces = 2 * n + 3
     of_first, of_second, carried = room[:size], room[size : 2 * size], room[2 * size : 3 * size]

@@ -23,10 +23,7 @@ ACCURACY = 1e-3  # of a maximum, relative to it or to its height above its neigh
 ROUNDS = 16  # in which samples are added; the distance shrinks by a factor of ten or more in each
 FAN = np.tan(np.linspace(-1.45, 1.45, 17))  # about a peak, in half widths
 FEW = np.array([-1.0, 0.0, 1.0])  # about the top of a smooth curve
-NEAR, WIDER = (
-    0.2,
-    5.0,
-)  # distance and width of a peak, in half widths of another, up to which their samples are the same
+NEAR, WIDER = 0.2, 5.0  # distance and width of a peak, in half widths of another, up to which samples serve both
 FINE = 0.25  # half widths, the largest distance of samples at a maximum
 STEEP = 0.5  # of a maximum, below which its neighbours are too far away to tell its shape
 SAME = 1e-12  # relative distance of equal samples

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from gain_archives import NAMESPACES
 from lxml.etree import fromstring
 
 import amb_cosim
@@ -21,14 +22,6 @@ from tests.support.messages import assert_names, raises_naming
 
 SUPPORT = Path(__file__).parents[1] / "cosim" / "support"
 OMEGA = np.sqrt(2.0 * 400.0)  # of two masses of 1 kg against each other
-NAMESPACES = " ".join(
-    f'xmlns:{prefix}="http://ssp-standard.org/SSP1/{name}"'
-    for prefix, name in (
-        ("ssd", "SystemStructureDescription"),
-        ("ssc", "SystemStructureCommon"),
-        ("ssv", "SystemStructureParameterValues"),
-    )
-)
 BINDING = "<ssd:ParameterBinding {attributes}>{content}</ssd:ParameterBinding>"
 BOUND = f"<ssd:ParameterBindings>{BINDING}</ssd:ParameterBindings>"
 SET = """<ssv:ParameterSet {namespaces} version="1.0" name="set"><ssv:Parameters>{parameters}</ssv:Parameters>

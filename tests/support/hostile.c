@@ -13,15 +13,13 @@
 #include <sys/prctl.h>
 #include <unistd.h>
 
+#include "fmi_names.h"
+
 enum { OK, WARNING, DISCARD, ERROR, FATAL };
 typedef struct Instance Instance;
 #if FMI_VERSION == 3
-#define FMI(name) fmi3##name
-#define N_VALUES , size_t n_values
 typedef void (*Logger)(void *, int, const char *, const char *);
 #else
-#define FMI(name) fmi2##name
-#define N_VALUES
 typedef void (*Logger)(void *, const char *, int, const char *, const char *, ...);
 #endif
 struct Instance {
@@ -166,14 +164,6 @@ Instance *fmi2Instantiate(const char *name, int type, const char *guid, const ch
 }
 int fmi2DoStep(Instance *self, double time, double step, int no_way_back)
 {
-#define fmi2SetFloat64 fmi2SetReal
-#define fmi2GetFloat64 fmi2GetReal
-#define fmi2GetFMUState fmi2GetFMUstate
-#define fmi2SetFMUState fmi2SetFMUstate
-#define fmi2FreeFMUState fmi2FreeFMUstate
-#define fmi2SerializedFMUStateSize fmi2SerializedFMUstateSize
-#define fmi2SerializeFMUState fmi2SerializeFMUstate
-#define fmi2DeserializeFMUState fmi2DeSerializeFMUstate
 #endif
     self->y = time + step, self->reached = time + step / 4;
     return called("DoStep", self);

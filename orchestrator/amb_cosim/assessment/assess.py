@@ -110,8 +110,11 @@ class Assessment:
     @property
     def unevaluated(self) -> dict[str, str]:
         """Criteria without a limit to compare with, such as those whose formulas have no value here, with reasons."""
-        without = (f for f in self.findings if f.verdict is Judgement.UNANSWERED and f.limit is None)
-        return {f.criterion.key: f.reason for f in without if f.criterion is not None}
+        return {
+            finding.criterion.key: finding.reason
+            for finding in self.findings
+            if finding.verdict is Judgement.UNANSWERED and finding.limit is None and finding.criterion is not None
+        }
 
     @property
     def instability(self) -> str:

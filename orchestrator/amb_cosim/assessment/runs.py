@@ -11,12 +11,11 @@ import numpy as np
 from amb_cosim.assessment.stages import co_simulated, real_coefficients
 from amb_cosim.assessment.subject import Subject
 from amb_cosim.assessment.unbalance_cases import UnbalanceCase, unbalance_cases
-from amb_cosim.machine.response import machine_resonances, synchronous_response
+from amb_cosim.machine.response import refined_response
 from amb_cosim.results.component_names import ACTUATOR, CONTROLLER, PLANT
 from amb_cosim.results.result import Result
 from amb_cosim.scenario.simulation import prepare, run_prepared
-from array_types import Array, Complex
-from rotor_analysis.refinement import about_resonances, refined
+from array_types import Array
 from rotor_analysis.response import orbit
 
 SETTLING = 20.0  # cycles
@@ -75,6 +74,15 @@ class WorstResponse:
         """The largest displacement over the clearance (1)."""
         return self.shares[self.site]
 
+    def with_run(self, site: str, simulated: float) -> tuple[float, str]:
+        """Return the larger of the steady displacement at a site and that of a run (%), and both in words.
+
+        A short run may not reach the steady motion; in the retainers the rotor moves no further than the clearance.
+        """
+        steady = min(self.shares[site], 1.0)
+        note = f"steady response {100.0 * steady:.3g} %, simulated {100.0 * simulated:.3g} %"
+        return 100.0 * max(simulated, steady), note
+
 
 def planes_of_unbalance(subject: Subject) -> dict[str, int]:
     """Return the nodes at which the co-simulated rotor can have unbalance, by name: its disc planes and bearings."""
@@ -121,16 +129,8 @@ def worst_response(subject: Subject, lowest: float, highest: float, sites: Seque
     nodes, limits = zip(*subject.clearances.values(), strict=True)
     counted = [names.index(site) for site in sites or names]
     speeds = np.unique(np.linspace(lowest, highest, SPEEDS))
-
-    def shares(motion: Complex) -> Array:
-        return orbit(motion[:, :, [node - 1 for node in nodes]])[0] / np.array(limits)
-
-    speeds, motion = refined(
-        lambda more: synchronous_response(subject, more, loads, others),
-        about_resonances(speeds, machine_resonances(subject, speeds, others)),
-        lambda motion: shares(motion)[:, :, counted],
-    )
-    used = shares(motion)
+    speeds, motion = refined_response(subject, speeds, loads, [nodes[site] for site in counted], others)
+    used = orbit(motion[:, :, [node - 1 for node in nodes]])[0] / np.array(limits)
     n, k, top = np.unravel_index(int(used[:, :, counted].argmax()), (*used.shape[:2], len(counted)))
     at_sites = dict(zip(names, used[n, k].tolist(), strict=True))
     return WorstResponse(unbalances[k], float(speeds[n]), names[counted[top]], at_sites)
@@ -183,12 +183,12 @@ def simulate(
 
 def clearance_used(subject: Subject, result: Result) -> dict[str, Array]:
     """Return the displacement over the clearance at every contact site, from cycle 0 on, by site."""
-    signals, matches = result.signals, {}
-    displayed = np.asarray(signals["time"].values) >= 0.0
+    signals, used = result.signals, {}
+    has_settled = np.asarray(signals["time"].values) >= 0.0
     for name, (_, clearance) in subject.clearances.items():
-        x, y = (np.asarray(signals[f"{PLANT}.{name}.{axis}"].values)[displayed] for axis in "xy")
-        matches[name] = np.hypot(x, y) / clearance
-    return matches
+        x, y = (np.asarray(signals[f"{PLANT}.{name}.{axis}"].values)[has_settled] for axis in "xy")
+        used[name] = np.hypot(x, y) / clearance
+    return used
 
 
 def switched_off(subject: Subject, cycle: float) -> dict[str, Any]:

@@ -123,12 +123,12 @@ def _magnet(
         return None
     if k_i is None or k_s is None:
         raise ValueError("--k-i and --k-s must be set together")
-    lengths, currents = (
-        None if raw is None else quantity(raw, unit, name)
-        for raw, unit, name in ((gap, "m", "gap"), (bias, "A", "bias"))
-    )
     return MagnetData(
-        quantity(k_i, "N/A", "k-i"), quantity(k_s, "N/m", "k-s"), lengths, currents, drive or "differential"
+        quantity(k_i, "N/A", "k-i"),
+        quantity(k_s, "N/m", "k-s"),
+        None if gap is None else quantity(gap, "m", "gap"),
+        None if bias is None else quantity(bias, "A", "bias"),
+        drive or "differential",
     )
 
 

@@ -69,7 +69,13 @@ class MagnetData:
 
 @dataclass(frozen=True)
 class CoilCurrents:
-    """Currents of an axis under its load, and its pole area: lower coils, what the upper have beside it, (m2)."""
+    """Coils of an axis under its load.
+
+    bias_current, static_current
+        Current of the lower coils (A), and what the upper coils have in addition (A).
+    pole_area
+        Pole area (m2).
+    """
 
     bias_current: float
     static_current: float

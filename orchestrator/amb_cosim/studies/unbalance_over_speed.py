@@ -22,12 +22,7 @@ from amb_cosim.scenario.scenario import Scenario
 from amb_cosim.scenario.simulation import prepare
 from amb_cosim.studies.coefficient_limits import Limits, is_extrapolated, limits_of
 from amb_cosim.studies.inputs import DEFAULT_RANGE, Number, controlled, node_numbers, positive, speed_range
-from amb_cosim.studies.unbalance_records import (
-    CriticalResponse,
-    PlacedUnbalance,
-    PlaceResponse,
-    UnbalanceResponse,
-)
+from amb_cosim.studies.unbalance_records import CriticalResponse, PlacedUnbalance, PlaceResponse, UnbalanceResponse
 from amb_files.suggestions import suggest
 from array_types import Array, Complex
 from rotor_analysis.refinement import about_resonances, refined

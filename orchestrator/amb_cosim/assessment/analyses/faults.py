@@ -65,14 +65,12 @@ def _running(subject: Subject, name: str, time: float, passed: WorstResponse) ->
     """Return the largest displacement over the clearance of a run-up or run-down, and its curve."""
     if time > LONGEST:
         used = steady_vibration(subject, passed)
-        simulated = max(float(of.max()) for of in used.values())
-        share, steady = max(simulated, min(passed.share, 1.0)), 100.0 * min(passed.share, 1.0)
+        value, note = passed.with_run(passed.site, max(float(of.max()) for of in used.values()))
         duration = len(used[passed.site]) * float(subject.prepared.plan.step_size)
         where = f"{name}, {passed.site} at {rpm(passed.Omega):.0f} 1/min"
         length = f"takes {time:.4g} s" if math.isfinite(time) else "takes an unknown time"
-        note = f"{length}: steady response {steady:.3g} %, simulated {100.0 * simulated:.3g} %"
         line = curve(f"{name}, steady", np.linspace(0.0, duration, len(used[passed.site])), 100.0 * used[passed.site])
-        return Quantity("clearance_used_running", where, 100.0 * share, "%", {}, note), line
+        return Quantity("clearance_used_running", where, value, "%", {}, f"{length}: {note}"), line
     speeds = _speeds(subject, name)
     points = [{"time": share * time, "Omega": Omega} for share, Omega in speeds[1:]]
     result = simulate(subject, speeds[0][1], passed.unbalance.inputs, end_time=time, speed=points)

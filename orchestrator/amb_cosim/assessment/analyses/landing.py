@@ -152,12 +152,12 @@ def _longest(subject: Subject) -> float:
 def _of_run(result: Result, landing: Landing, retainers: list[str]) -> Landing:
     """Return a landing with what a run of it shows."""
     summary, touchdown = result.summary, result.summary.touchdown
-    matches = {} if touchdown is None else touchdown.retainers
+    touched = {} if touchdown is None else touchdown.retainers
     return replace(
         landing,
         forces={site: float(item or 0.0) for site, item in summary.averaged_contact_force.items()},
-        whirls_backward=any(item.whirl == "backward" for item in matches.values()),
+        whirls_backward=any(item.whirl == "backward" for item in touched.values()),
         rests=touchdown is not None and touchdown.rest_after is not None,
-        touches=tuple(site for site in matches if site not in retainers),
-        heat=sum(item.heat or 0.0 for item in matches.values()),
+        touches=tuple(site for site in touched if site not in retainers),
+        heat=sum(item.heat or 0.0 for item in touched.values()),
     )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from amb_cosim.assessment.findings import AnalysisResult, Quantity
-from amb_cosim.assessment.runs import CYCLES, WorstResponse, steady_vibration, worst_response
+from amb_cosim.assessment.runs import CYCLES, steady_vibration, worst_response
 from amb_cosim.assessment.stages import note_on_stages
 from amb_cosim.assessment.subject import Subject, rpm
 from amb_cosim.reporting.panels import Panel, curve
@@ -27,7 +27,8 @@ def answer(subject: Subject) -> AnalysisResult:
         response = worst if Omega == worst.Omega else worst_response(subject, Omega, Omega, retainers)
         used = steady_vibration(subject, response)
         for site in retainers or list(used):
-            measured.append(_largest(response, site, float(used[site].max())))
+            value, note = response.with_run(site, float(used[site].max()))
+            measured.append(Quantity("clearance_used", f"{site} at {rpm(Omega):.0f} 1/min", value, "%", {}, note))
         name = (retainers or list(used))[0]
         cycles = np.linspace(0.0, CYCLES, len(used[name]))
         curves.append(curve(f"{name}, {rpm(Omega):.0f} 1/min", cycles, 100.0 * used[name]))
@@ -43,11 +44,3 @@ def answer(subject: Subject) -> AnalysisResult:
     return AnalysisResult(
         tuple(measured), (Panel("Displacement over clearance", "cycle", "%", tuple(curves)),), (), notes
     )
-
-
-def _largest(response: WorstResponse, site: str, simulated: float) -> Quantity:
-    """Return the larger of the simulated displacement and the steady response, which the run may not have reached."""
-    steady = min(response.shares[site], 1.0)
-    note = f"steady response {100.0 * steady:.3g} %, simulated {100.0 * simulated:.3g} %"
-    value = 100.0 * max(simulated, steady)
-    return Quantity("clearance_used", f"{site} at {rpm(response.Omega):.0f} 1/min", value, "%", {}, note)

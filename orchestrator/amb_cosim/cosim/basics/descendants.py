@@ -10,6 +10,8 @@ import ctypes
 import os
 import signal
 import sys
+import threading
+from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 
@@ -46,3 +48,24 @@ def end_descendants(process: int) -> None:
             with suppress(OSError):
                 os.kill(item, signal.SIGKILL)
         ended |= new
+
+
+def end_with_parent(wait: Callable[[], object]) -> None:
+    """Start a thread that ends this process, with all its descendants, when its parent has ended.
+
+    Parameters
+    ----------
+    wait
+        Returns when the parent has ended.
+    """
+    adopt_orphans()
+    continue_without_parent()
+
+    def wait_and_end() -> None:
+        wait()
+        end_descendants(os.getpid())
+        if sys.platform != "win32" and os.getpgrp() == os.getpid():
+            os.killpg(0, signal.SIGKILL)  # with what FMUs have started
+        os._exit(1)
+
+    threading.Thread(target=wait_and_end, daemon=True).start()

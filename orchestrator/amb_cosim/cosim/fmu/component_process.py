@@ -5,12 +5,12 @@ from __future__ import annotations
 import os
 import pickle
 import sys
-import threading
 import time
+from functools import partial
 from typing import Any
 
 from amb_cosim.cosim.basics.child_process import limit_memory
-from amb_cosim.cosim.basics.descendants import adopt_orphans, end_descendants
+from amb_cosim.cosim.basics.descendants import end_descendants, end_with_parent
 from amb_cosim.cosim.fmu.component import FmuComponent, HeldState
 
 POLL_TIME = 0.5  # s between two looks at whether the parent is still there
@@ -53,8 +53,7 @@ def main() -> None:
     with os.fdopen(os.dup(1), "wb") as answers:
         os.dup2(2, 1)  # what FMUs print does not go among the answers
         given = pickle.load(sys.stdin.buffer)
-        adopt_orphans()
-        threading.Thread(target=_end_with, args=(parent,), daemon=True).start()
+        end_with_parent(partial(_wait_for_end_of, parent))  # standard input has requests
         limit_memory()
         server: _Server | None = None
         while True:
@@ -77,11 +76,9 @@ def main() -> None:
     os._exit(0)  # FMUs may have threads, and code that runs when a process ends
 
 
-def _end_with(parent: int) -> None:
+def _wait_for_end_of(parent: int) -> None:
     while os.getppid() == parent:
         time.sleep(POLL_TIME)
-    end_descendants(os.getpid())
-    os._exit(1)
 
 
 if __name__ == "__main__":

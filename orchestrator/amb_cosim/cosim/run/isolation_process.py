@@ -6,12 +6,11 @@ import os
 import pickle
 import signal
 import sys
-import threading
 from dataclasses import replace
 from typing import Any
 
 from amb_cosim.cosim.basics.child_process import limit_memory
-from amb_cosim.cosim.basics.descendants import adopt_orphans, continue_without_parent, end_descendants
+from amb_cosim.cosim.basics.descendants import end_descendants, end_with_parent
 from amb_cosim.cosim.basics.errors import ProcessFailed
 from amb_cosim.cosim.master.instances import InstancePool
 from amb_cosim.cosim.run.isolation import ERROR, PROGRESS, RECORDING
@@ -24,7 +23,7 @@ def main() -> None:
         os.dup2(2, 1)  # what FMUs print does not go among the answers
         signal.signal(signal.SIGTERM, signal.default_int_handler)  # a run puts it off to a safe moment
         assembly, plan, options = pickle.load(sys.stdin.buffer)
-        end_with_parent()
+        end_with_parent(sys.stdin.buffer.read)
         memory = limit_memory()
 
         def answer(kind: int, *content: Any) -> None:
@@ -47,21 +46,6 @@ def main() -> None:
             pass  # before there was anything to record
     end_descendants(os.getpid())
     os._exit(0)  # FMUs may have threads, and code that runs when a process ends
-
-
-def end_with_parent() -> None:
-    """Start a thread that ends this process, with all its descendants, when its parent has ended."""
-    adopt_orphans()
-    continue_without_parent()
-    threading.Thread(target=_wait_and_end, daemon=True).start()
-
-
-def _wait_and_end() -> None:
-    sys.stdin.buffer.read()
-    end_descendants(os.getpid())
-    if sys.platform != "win32" and os.getpgrp() == os.getpid():
-        os.killpg(0, signal.SIGKILL)  # with what FMUs have started
-    os._exit(1)
 
 
 if __name__ == "__main__":

@@ -24,6 +24,7 @@ from amb_cosim.cosim.run.state_fingerprint import name_of, state_fingerprint
 from amb_cosim.cosim.system.assembly import Assembly
 from amb_cosim.cosim.system.experiment import Plan
 from amb_cosim.cosim.system.stopping import StopObserver
+from amb_cosim.cosim.system.system import UNCHANGED
 from array_types import Array
 
 
@@ -40,8 +41,6 @@ class Simulator:
         The loaded FMUs; missing ones are loaded.
     notice
         Reason why the motion before point 0 is simulated instead of solved for.
-    values
-        Zero array for the values of all signals, if it is part of another array.
     has_end
         Whether the FMUs receive the end of the plan: not if another run may continue from a state that is saved.
 
@@ -60,7 +59,6 @@ class Simulator:
         loop: Loop,
         instances: InstancePool,
         notice: str = "",
-        values: Array | None = None,
         has_end: bool = False,
     ) -> None:
         self.assembly, self._asked = assembly, plan
@@ -93,12 +91,18 @@ class Simulator:
         for component in self.components if transformed else ():
             names = [f"{component.name}.{v}" for v in self.layout.inputs[component.name]]
             if transformed.keys() & set(names):
-                component.transform([transformed.get(name, (1.0, 0.0)) for name in names])
-        values = instances.values(wiring.names) if values is None else values
+                component.transform([transformed.get(name, UNCHANGED) for name in names])
         end = None if plan.stop_time is None else (plan.last, plan.stop_time)
         last_steps = _shorter_last_steps(assembly, plan) if has_end or end is not None else {}
         self.master = Master(
-            self.components, wiring, plan.step_size, coupling, plan.start_time, values, end, last_steps
+            self.components,
+            wiring,
+            plan.step_size,
+            coupling,
+            plan.start_time,
+            instances.values(wiring.names),
+            end,
+            last_steps,
         )
         for component in self.components if has_end else ():
             component.stop_time = _end_of(component.name, component.every, plan, assembly)

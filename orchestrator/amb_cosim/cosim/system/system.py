@@ -97,9 +97,8 @@ class System:
     `*` and `?` in names of connected variables, mandatory inputs and parameters match variables of the components, see
     `patterns.expand`; a pattern of a parameter may match nothing. `unrecorded` are patterns of outputs that a run
     records only if it names them, `stated` the parameters by component that its file, or a base that is not packaged,
-    sets itself, `unknown` names with values in the file that no component has, and `remarks` other
-    notices about the file. `check` compares it
-    with the components' interfaces, `wiring` lays it out for the master.
+    sets itself, `unknown` names with values in the file that no component has, and `remarks` other notices about the
+    file. `check` compares it with the components' interfaces, `wiring` lays it out for the master.
 
     Examples
     --------

@@ -15,9 +15,8 @@ from fmpy import read_model_description, simulate_fmu
 from numpy.typing import NDArray
 
 from amb_cosim.cosim.basics.child_process import limit_memory
-from amb_cosim.cosim.basics.descendants import end_descendants
+from amb_cosim.cosim.basics.descendants import end_descendants, end_with_parent
 from amb_cosim.cosim.run.isolation import ERROR, RECORDING
-from amb_cosim.cosim.run.isolation_process import end_with_parent
 from amb_cosim.cosim.verify.reference_experiments import ReferenceExperiment, Table, read_experiments
 from amb_cosim.cosim.verify.verification import MOST_TOLERANCE, TOLERANCE, Deviation, Verified
 from array_types import Array
@@ -31,7 +30,7 @@ def main() -> None:
         os.dup2(2, 1)  # what FMUs print does not go among the answers
         signal.signal(signal.SIGTERM, signal.default_int_handler)
         (folder,) = pickle.load(sys.stdin.buffer)
-        end_with_parent()
+        end_with_parent(sys.stdin.buffer.read)
         limit_memory()
         try:
             answer: tuple[Any, ...] = (RECORDING, [_verified(folder, item) for item in read_experiments(folder)])
