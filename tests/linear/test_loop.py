@@ -19,7 +19,8 @@ from amb_cosim.linear.loop import check_stable, diagonal_response
 from amb_cosim.linear.model import LinearModel, linear_model
 from amb_cosim.linear.rotor_and_magnets import actuator_component, bearing_slopes, rotor_component
 from amb_cosim.studies.injection import multi_sines, schroeder_phases, settling_samples
-from amb_cosim.studies.stability_margin import AxisSensitivity, curve_frequencies, zone
+from amb_cosim.studies.sensitivity_curves import curve_frequencies
+from amb_cosim.studies.stability_margin import AxisSensitivity, zone
 from rotor_analysis.assembly import assemble
 from rotor_analysis.parts import Bearing, Disc, Sensor
 from rotor_analysis.reduction import msdc

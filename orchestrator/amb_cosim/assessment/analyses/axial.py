@@ -14,7 +14,8 @@ from amb_cosim.assessment.thrust_bearing import ThrustBearing
 from amb_cosim.linear.stability import LARGEST, stability_of
 from amb_cosim.reporting.panels import Panel, curve
 from amb_cosim.studies.damping_zones import damping_ratio
-from amb_cosim.studies.stability_margin import ZONES, curve_frequencies
+from amb_cosim.studies.sensitivity_curves import curve_frequencies
+from amb_cosim.studies.stability_margin import ZONES
 from array_types import Array
 from thrust_bearings.axial_loop import AxialLoop
 from thrust_bearings.disc import OperatingPoint

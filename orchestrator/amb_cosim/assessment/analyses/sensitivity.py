@@ -12,7 +12,8 @@ from amb_cosim.assessment.subject import Subject, rpm
 from amb_cosim.linear.loop import Loop
 from amb_cosim.machine.coupled import coupled_loop
 from amb_cosim.reporting.panels import Panel, curve
-from amb_cosim.studies.stability_margin import StabilityMargin, peak_beyond, sensitivity, sensitivity_curves
+from amb_cosim.studies.sensitivity_curves import peak_beyond, sensitivity_curves
+from amb_cosim.studies.stability_margin import StabilityMargin, sensitivity
 from array_types import Array
 from rotor_analysis.refinement import refined
 
