@@ -52,6 +52,8 @@ class Planes:
         Whether a steady load in x deflects the rotor in y, by damping that rotates with the shaft or by seals.
     seals
         Names of seals and passive bearings with coefficients over the speed.
+    loss_factor
+        Loss factor of the shaft, whose damping the constants have as viscous damping; 0 without.
     """
 
     discs: tuple[str, ...]
@@ -64,6 +66,7 @@ class Planes:
     moved_by: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     mixes_axes: bool = False
     seals: tuple[str, ...] = ()
+    loss_factor: float = 0.0
 
     def layout(self) -> dict[str, Any]:
         """Return the same in JSON types, to store in an FMU."""

@@ -9,10 +9,11 @@ import numpy as np
 from array_types import Array, Complex
 from rotor_analysis.assembly import Matrices, assemble, on_bearings
 from rotor_analysis.masters import needed_masters
-from rotor_analysis.modes import eigenvalues, modes
+from rotor_analysis.modes import modes
 from rotor_analysis.reduction import craig_bampton_by_modes, reduce_by, unreduced
 from rotor_analysis.rotor import Rotor
 from rotor_analysis.shaft import MassModel
+from rotor_analysis.spectrum import eigenvalues
 from rotor_analysis.supported_rotor import SupportedRotor
 
 ACCURACY = 1e-5  # of an eigenvalue

@@ -11,12 +11,11 @@ from array_types import Array
 from rotor_analysis import beam
 from rotor_analysis.damping import damping_matrices
 from rotor_analysis.element import Element
+from rotor_analysis.hysteresis import Hysteresis
+from rotor_analysis.pairs import MINUS_I, turned
 from rotor_analysis.parts import Bearing
 from rotor_analysis.rotor import Rotor
 from rotor_analysis.shaft import MassModel
-
-# Multiplication by -i on (x, y): the gyroscopic term of M r'' - i Omega G_1 r' + K r = f in real form.
-MINUS_I = np.array([[0.0, 1.0], [-1.0, 0.0]])
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,6 +47,8 @@ class Matrices:
         Rows of x and y by node number (from 1).
     over_speed
         Bearings and seals on the model whose coefficients depend on the spin speed; `at` adds them to M, K and C.
+    hysteresis
+        Hysteretic damping of the shaft in addition, for motion at one frequency; None without.
     """
 
     M: Array
@@ -57,6 +58,7 @@ class Matrices:
     K: Array
     translations: dict[int, tuple[int, int]]
     over_speed: tuple[AttachedBearing, ...] = ()
+    hysteresis: Hysteresis | None = None
 
     @property
     def size(self) -> int:
@@ -86,7 +88,7 @@ class Matrices:
     def at(self, Omega: float) -> Matrices:
         """Return the model at spin speed Omega (rad/s) as M q'' + (C + Omega G) q' + K q = f, without R.
 
-        C and K include rotating damping; M, C and K include all bearings and seals at this speed.
+        C and K include rotating viscous damping; M, C and K include all bearings and seals at this speed.
         """
         model = replace(self, over_speed=()) if self.over_speed else self
         if self.R.any():
@@ -97,10 +99,12 @@ class Matrices:
             model = replace(model, M=model.M + M, C=model.C + C, K=model.K + K)
         return model
 
-
-def turned(size: int) -> Array:
-    """Return J, which turns each pair x, y of `size` coordinates by a right angle from x to y: multiplication by i."""
-    return np.kron(np.eye(size // 2), -MINUS_I)
+    def viscous(self) -> Matrices:
+        """Return this free rotor with viscous damping in place of hysteretic damping, for motion in time."""
+        if self.hysteresis is None:
+            return self
+        C, R = self.hysteresis.viscous(self.M)
+        return replace(self, C=self.C + C, R=self.R + R, hysteresis=None)
 
 
 def assemble(rotor: Rotor, mass: MassModel | None = None) -> Matrices:
@@ -117,8 +121,8 @@ def assemble(rotor: Rotor, mass: MassModel | None = None) -> Matrices:
     Returns
     -------
     Matrices
-        Size 4 n for n nodes; node k has rows 4 (k - 1) .. 4 (k - 1) + 3 for x, y, x', y'. C and R are of the rotor's
-        `damping` alone.
+        Size 4 n for n nodes; node k has rows 4 (k - 1) .. 4 (k - 1) + 3 for x, y, x', y'. C, R and hysteresis are of
+        the rotor's `damping` alone.
 
     Raises
     ------
@@ -142,15 +146,18 @@ def assemble(rotor: Rotor, mass: MassModel | None = None) -> Matrices:
         M[w, w] += body.mass
         M[w + 1, w + 1] += body.diametral_inertia
         G[w + 1, w + 1] += body.polar_inertia
-    C, R = damping_matrices(rotor.damping, shaft_mass, M, K)
-    both = np.eye(2)
+    damping, both = rotor.damping, np.eye(2)
+    C, R = damping_matrices(damping, shaft_mass, M, K)
+    stiffness = np.kron(K, both).astype(np.float64)
+    lossy = Hysteresis(damping.loss_factor, damping.rotating, stiffness) if damping.loss_factor else None
     return Matrices(
         M=np.kron(M, both).astype(np.float64),
         C=np.kron(C + 0.0, both).astype(np.float64),  # no -0.0
         R=np.kron(R + 0.0, both).astype(np.float64),
         G=np.kron(G, MINUS_I),
-        K=np.kron(K, both).astype(np.float64),
+        K=stiffness,
         translations={k + 1: (4 * k, 4 * k + 1) for k in range(len(nodes))},
+        hysteresis=lossy,
     )
 
 

@@ -10,8 +10,8 @@ from scipy.optimize import brentq
 
 from array_types import Array
 from rotor_analysis.assembly import Matrices
-from rotor_analysis.modes import Mode, Whirl
-from rotor_analysis.tracking import continue_modes, track_modes
+from rotor_analysis.modes import Mode, Whirl, modes
+from rotor_analysis.tracking import continue_modes, pair_modes, track_modes
 
 
 @dataclass(frozen=True)
@@ -63,7 +63,7 @@ class Campbell:
 def campbell(model: Matrices, speeds: Array, count: int = 8) -> Campbell:
     """Track `count` modes over `speeds` and find their intersections with the synchronous line.
 
-    |Im lambda_k(Omega)| = Omega,  (lambda^2 M + lambda (C + Omega G) + K) phi = 0
+    |Im lambda_k(Omega)| = Omega,  (lambda^2 M + lambda (C + Omega G) + K + D) phi = 0
 
     A crossing between two speeds is refined by root finding on the eigenproblem (Brent's method), where the mode is
     identified by its shape. Two crossings of a mode between adjacent speeds are not found.
@@ -105,4 +105,8 @@ def _crossing(model: Matrices, number: int, mode: Mode, low: float, high: float)
 
     Omega = float(brentq(frequency_excess, low, high, xtol=1e-9, rtol=1e-12))
     result = mode_at(Omega) or mode
+    if model.hysteresis is not None:  # its damping changes sign at this frequency
+        synchronous = modes(model, Omega, omega=Omega)
+        index = pair_modes(model.M, [result.shape], [item.shape for item in synchronous])[0][0]
+        result = result if index is None else synchronous[index]
     return CriticalSpeed(Omega, number, result.damping_ratio, result.whirl)

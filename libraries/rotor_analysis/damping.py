@@ -26,8 +26,7 @@ N_RIGID = 2  # modes of the free rotor in a single plane: translation and tiltin
 class Damping:
     """Damping of a rotor without its bearings: the sum of all contributions.
 
-    Hysteretic damping is replaced, for each elastic mode, by viscous damping of equal loss at its frequency, zeta = eta
-    / 2. Rotating damping, such as that of material and fits, drives whirl that is slower than the spin.
+    Rotating damping, such as that of material and fits, drives whirl that is slower than the spin.
     """
 
     mass: Rate = 0.0
@@ -39,15 +38,16 @@ class Damping:
     modes.
     """
     loss_factor: Ratio = 0.0
-    """eta = energy loss per cycle / (2 pi maximum strain energy) of hysteretic material damping."""
+    """eta = energy loss per cycle / (2 pi maximum strain energy) of hysteretic material damping. Runs and models of the
+    control loop replace it by viscous damping with equal loss in the elastic modes of the free rotor at rest.
+    """
     rotating: Share = 1.0
     """Share of all damping except `mass` that rotates with the shaft."""
 
     def ratios(self, count: int) -> Array:
-        """Return the damping ratios of the first `count` elastic modes by `modal` and `loss_factor`, shape (count,)."""
+        """Return the damping ratios `modal` of the first `count` elastic modes, shape (count,)."""
         values = self.modal or (0.0,)
-        stated = np.array([values[min(k, len(values) - 1)] for k in range(count)])
-        return np.asarray(stated + 0.5 * self.loss_factor)
+        return np.array([values[min(k, len(values) - 1)] for k in range(count)])
 
 
 def free_modes(M: Array, K: Array) -> tuple[Array, Array]:
@@ -71,7 +71,7 @@ def free_modes(M: Array, K: Array) -> tuple[Array, Array]:
 
 
 def damping_matrices(damping: Damping, shaft_mass: Array, M: Array, K: Array) -> tuple[Array, Array]:
-    """Return the damping in the fixed frame and the rotating damping, in a single plane (N s/m).
+    """Return the viscous damping in the fixed frame and the rotating one, in a single plane (N s/m).
 
     C = mass M_shaft + (1 - rotating) C_i,  R = rotating C_i,
     C_i = stiffness K + sum over the elastic modes of 2 zeta_k omega_k (M phi_k) (M phi_k)^T
@@ -84,7 +84,7 @@ def damping_matrices(damping: Damping, shaft_mass: Array, M: Array, K: Array) ->
         Mass of the shaft, mass and stiffness of the free rotor over the degrees of freedom of a plane, shape (n, n).
     """
     internal = damping.stiffness * K
-    if damping.modal or damping.loss_factor:
+    if damping.modal:
         frequencies, shapes = free_modes(M, K)
         momenta = M @ shapes
         internal = internal + (momenta * (2.0 * damping.ratios(len(frequencies)) * frequencies)) @ momenta.T

@@ -1,8 +1,8 @@
 """Response of a turning rotor to harmonic forces, f = Re[F exp(i omega t)], between any of its nodes.
 
-    [-omega^2 M + i omega (C + Omega G) + K - L F(i omega) R] q = L f,   x = R q                  (1)
+    [-omega^2 M + i omega (C + Omega G) + K + D - L F(i omega) R] q = L f,   x = R q                  (1)
 
-M to K are the rotor with what else holds it, reduced to its free modes up to some frequency and the residual shapes of
+M to D are the rotor with what else holds it, reduced to its free modes up to some frequency and the residual shapes of
 the nodes where forces act (`free_rotor`). R has the displacements of all nodes, L the forces on the coordinates.
 F(i omega) are forces of magnetic bearings over displacements.
 """
@@ -20,6 +20,7 @@ from rotor_analysis.assembly import Matrices, assemble, with_bearings
 from rotor_analysis.free_rotor import free_rotor, residual_modes
 from rotor_analysis.modal_reduction import ShapeSpace, reduce_to_shapes
 from rotor_analysis.parts import Bearing
+from rotor_analysis.response import dynamic_stiffness
 from rotor_analysis.rotor import Rotor
 
 BEYOND = 3.0  # times the highest frequency: up to there all modes are kept
@@ -69,8 +70,7 @@ class HarmonicModel:
         """
         require(bool(np.isfinite(omegas).all()), "omega", "not finite", "finite")
         local = self.model.at(Omega)
-        s = 1j * omegas[:, None, None]
-        stiffness = s**2 * local.M + s * (local.C + Omega * local.G) + local.K
+        stiffness = np.array([dynamic_stiffness(local, Omega, float(omega)) for omega in omegas])
         if forces is not None:
             for k, omega in enumerate(omegas):
                 stiffness[k] -= self.left @ forces(float(omega)) @ self.right

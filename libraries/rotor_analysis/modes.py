@@ -6,17 +6,16 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from scipy.linalg import eig, eigh, eigvals
+from scipy.linalg import eigh
 
 from amb_files.checks import require
-from array_types import Array, Bools, Complex
+from array_types import Array, Complex
 from rotor_analysis.assembly import Matrices
+from rotor_analysis.spectrum import AT_REST, eigenpairs, eigenvalues, oscillating
 
 Whirl = Literal["forward", "backward", "mixed"]
 
-AT_REST = 1e-3  # rad/s; rounding gives an unsupported rotor, which does not oscillate, up to 1e-4 rad/s
 SAME_EIGENVALUE = 1e-8  # eigenvalues closer than this, relatively, are one
-FREQUENCY_SCALE = 1e3  # rad/s; scales velocities, so that both halves of the eigenproblem are of the same size
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,10 +60,10 @@ class Mode:
         return "mixed"
 
 
-def modes(model: Matrices, Omega: float, count: int | None = None) -> list[Mode]:
+def modes(model: Matrices, Omega: float, count: int | None = None, omega: float | None = None) -> list[Mode]:
     """Return the oscillating modes at spin speed Omega, one of each conjugate pair, by ascending damped frequency.
 
-    (lambda^2 M + lambda (C + Omega G) + K) phi = 0,  Im lambda > 0
+    (lambda^2 M + lambda (C + Omega G) + K + D) phi = 0,  Im lambda > 0
 
     If eigenvalues coincide, as for an isotropic rotor at rest, the shapes are combined into the most backward and the
     most forward whirl. Overdamped motion does not oscillate: see `overdamped_modes`.
@@ -77,6 +76,8 @@ def modes(model: Matrices, Omega: float, count: int | None = None) -> list[Mode]
         Spin speed (rad/s), positive from x to y.
     count
         Number of modes to return; all by default.
+    omega
+        Frequency (rad/s) at which the hysteretic damping D is computed; by default that of each mode.
 
     Raises
     ------
@@ -84,8 +85,8 @@ def modes(model: Matrices, Omega: float, count: int | None = None) -> list[Mode]
         If Omega is not finite or `count` is below 1.
     """
     require(count is None or count >= 1, "count", count, "1 or more")
-    values, shapes = _eigenpairs(model, Omega)
-    result = np.flatnonzero(_oscillating(values) & (values.imag > 0.0))
+    values, shapes = eigenpairs(model, Omega, omega)
+    result = np.flatnonzero(oscillating(values) & (values.imag > 0.0))
     result = result[np.argsort(values[result].imag, kind="stable")]
     shapes = _separate_whirl(model, values[result], shapes[:, result])
     return _to_modes(model, values[result], shapes)[:count]
@@ -96,17 +97,12 @@ def overdamped_modes(model: Matrices, Omega: float) -> list[Mode]:
 
     Their damping ratio is 1 if they decay and -1 if they grow; an unsupported rotor drifts, with eigenvalue 0.
     """
-    values, shapes = _eigenpairs(model, Omega)
-    result = np.flatnonzero(np.isfinite(values) & ~_oscillating(values))
+    values, shapes = eigenpairs(model, Omega)
+    result = np.flatnonzero(np.isfinite(values) & ~oscillating(values))
     result = result[np.argsort(np.abs(values[result]), kind="stable")]
     real = values[result].real.astype(np.complex128)
     real[np.abs(real) <= AT_REST] = 0.0
     return _to_modes(model, real, shapes[:, result])
-
-
-def eigenvalues(model: Matrices, Omega: float) -> Complex:
-    """Return all eigenvalues of M q'' + (C + Omega G) q' + K q = 0 at Omega (rad/s), in rad/s, shape (2 size,)."""
-    return _in_rad_per_s(eigvals(*_first_order(model, Omega)))
 
 
 def damped_frequencies(model: Matrices, Omega: float, count: int | None = None) -> Array:
@@ -122,38 +118,13 @@ def damped_frequencies(model: Matrices, Omega: float, count: int | None = None) 
         Number of modes to return; all by default.
     """
     values = eigenvalues(model, Omega)
-    frequencies = values.imag[_oscillating(values)]
+    frequencies = values.imag[oscillating(values)]
     return np.sort(frequencies[frequencies > 0.0])[:count]
 
 
 def translations(model: Matrices, shape: Complex) -> Complex:
     """Return x and y of each node of `model` in `shape`, shape (nodes, 2), nodes ascending."""
     return shape[[row for node in sorted(model.translations) for row in model.translations[node]]].reshape(-1, 2)
-
-
-def _oscillating(values: Complex) -> Bools:
-    return np.isfinite(values) & (np.abs(values.imag) > np.maximum(AT_REST, 1e-6 * np.abs(values)))
-
-
-def _first_order(model: Matrices, Omega: float) -> tuple[Array, Array]:
-    """A z = lambda / w B z for z = (q, q' / w), w the unit of frequency; forces count in the norm of K."""
-    require(bool(np.isfinite(Omega)), "Omega", f"{Omega} rad/s", "finite")
-    model = model.at(Omega)
-    w, force = FREQUENCY_SCALE, float(np.linalg.norm(model.K, 1)) or 1.0
-    identity, zero = np.eye(model.size), np.zeros((model.size, model.size))
-    A = np.block([[zero, identity], [-model.K / force, -(model.C + Omega * model.G) * (w / force)]])
-    B = np.block([[identity, zero], [zero, model.M * (w**2 / force)]])
-    return A, B
-
-
-def _eigenpairs(model: Matrices, Omega: float) -> tuple[Complex, Complex]:
-    values, vectors = eig(*_first_order(model, Omega))
-    return _in_rad_per_s(values), vectors[: model.size]
-
-
-def _in_rad_per_s(values: Complex) -> Complex:
-    # Part by part: a mass matrix that is nearly singular has infinite eigenvalues, and inf times 0 would be NaN.
-    return np.asarray((np.ascontiguousarray(values).view(np.float64) * FREQUENCY_SCALE).view(np.complex128))
 
 
 def _to_modes(model: Matrices, values: Complex, shapes: Complex) -> list[Mode]:

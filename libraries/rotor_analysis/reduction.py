@@ -8,7 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from array_types import Array
-from rotor_analysis.assembly import Matrices, turned
+from rotor_analysis.assembly import Matrices
+from rotor_analysis.pairs import turned
 
 
 @dataclass(frozen=True)
@@ -144,7 +145,8 @@ def reduce_by(full: Matrices, translations: dict[int, tuple[int, int]], right: A
         If a bearing that is not at a plane is anisotropic while some damping rotates.
     """
     J = turned(full.size)
-    if full.R.any() and not np.allclose(right @ turned(right.shape[1]), J @ right, atol=1e-9):
+    rotates = full.R.any() or (full.hysteresis is not None and full.hysteresis.rotating)
+    if rotates and not np.allclose(right @ turned(right.shape[1]), J @ right, atol=1e-9):
         what = "since the shaft has rotating damping, they must include anisotropic bearings"
         raise ValueError(f"planes {list(translations)} are not allowed; {what}")
     reduced = Matrices(
@@ -155,5 +157,6 @@ def reduce_by(full: Matrices, translations: dict[int, tuple[int, int]], right: A
         K=left @ full.K @ right,
         translations=translations,
         over_speed=tuple(replace(item, right=item.right @ right, left=left @ item.left) for item in full.over_speed),
+        hysteresis=None if full.hysteresis is None else full.hysteresis.reduced(right, left),
     )
     return Reduction(reduced, right, left)

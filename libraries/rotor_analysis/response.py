@@ -12,10 +12,23 @@ from rotor_analysis.assembly import Matrices
 from rotor_analysis.supported_rotor import SupportedRotor
 
 
-def dynamic_stiffness(model: Matrices, Omega: float) -> Complex:
-    """Return the stiffness to a synchronous force, -Omega^2 M + i Omega (C + Omega G) + K (N/m), shape (size, size)."""
-    model = model.at(Omega)
-    return np.asarray(-(Omega**2) * model.M + 1j * Omega * (model.C + Omega * model.G) + model.K)
+def dynamic_stiffness(model: Matrices, Omega: float, omega: float | None = None) -> Complex:
+    """Return the stiffness to a harmonic force, -omega^2 M + i omega (C + Omega G) + K + D (N/m), shape (size, size).
+
+    D is that of hysteretic damping (`hysteresis`).
+
+    Parameters
+    ----------
+    model
+        A model with its bearings.
+    Omega
+        Spin speed (rad/s), positive from x to y.
+    omega
+        Frequency of the force (rad/s); by default Omega.
+    """
+    model, omega = model.at(Omega), Omega if omega is None else omega
+    stiffness = -(omega**2) * model.M + 1j * omega * (model.C + Omega * model.G) + model.K
+    return np.asarray(stiffness if model.hysteresis is None else stiffness + model.hysteresis.stiffness(omega, Omega))
 
 
 def unbalance_response(
@@ -23,7 +36,7 @@ def unbalance_response(
 ) -> Complex:
     """Return the complex amplitudes of the synchronous motion.
 
-    [-Omega^2 M + i Omega (C + Omega G) + K] Q = Omega^2 (u, -i u)
+    [-Omega^2 M + i Omega (C + Omega G) + K + D] Q = Omega^2 (u, -i u)
 
     Parameters
     ----------

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from amb_cosim import studies
 from amb_cosim.linear.stability import LoopStability
 from amb_cosim.studies.closed_loop_poles import Vibrations, followed
+from rotor_analysis.damping import Damping
+from rotor_analysis.rotor_file import load_rotor
 from tests.support.messages import assert_names
 
 COMPRESSOR = "compressor_levitated"
@@ -41,6 +45,19 @@ def test_logarithmic_decrement_and_damping_ratio_agree(diagram):
 def test_less_damping_of_the_control_is_less_damping_of_the_rotor(diagram):
     softer = studies.poles(COMPRESSOR, set={"rolac_controller.*.c_b_?": 2e4}, up_to=300.0, count=2)
     assert max(pole.decrements[0] for pole in softer.poles) < 0.7 * diagram.poles[0].decrements[0]
+
+
+def test_loss_factor_is_viscous_damping_of_the_loop_and_said(diagram):
+    """Half of the loss factor is the damping ratio of an elastic mode at rest that the magnets hardly hold."""
+    rotor = load_rotor("compressor")
+    lossy, lossless = (
+        studies.poles(COMPRESSOR, rotor=replace(rotor, damping=Damping(loss_factor=eta)), up_to=3.0, flavour="python")
+        for eta in (0.02, 0.0)
+    )
+    assert_names(lossy, "loss_factor = 0.02", "viscous")
+    assert lossless.approximations == diagram.approximations == ()
+    added = [b.damping_ratios[0] - a.damping_ratios[0] for a, b in zip(lossless.poles, lossy.poles, strict=True)]
+    assert max(added) == pytest.approx(0.01, rel=0.1)
 
 
 def test_late_currents_make_an_elastic_mode_unstable():

@@ -7,6 +7,7 @@ import math
 import os
 import signal
 from dataclasses import replace
+from types import SimpleNamespace
 
 import pytest
 from interfaces import interface
@@ -82,6 +83,15 @@ def test_moments_are_the_nearest_communication_points():
     assert abs(p.marks["step"] * H - 5 * PERIOD) <= H / 2
     assert -p.first == math.ceil(2 * PERIOD / H)
     assert [n for n, _, _ in p.events] == [p.marks["step"], 1600]
+
+
+def test_loss_factor_that_a_model_approximates_is_a_warning_of_the_run():
+    fmus = {"rotor": SimpleNamespace(layout={"loss_factor": 0.015}), "sampler": SimpleNamespace(layout=None)}
+    planned = plan_scenario(parse_scenario(SCENARIO, "mine"), Assembly(SYSTEM, fmus, INTERFACES))
+    (sentence,) = planned.warnings
+    assert_names(sentence, "rotor", "loss_factor = 0.015", "viscous")
+    fmus["rotor"].layout["loss_factor"] = 0.0
+    assert plan_scenario(parse_scenario(SCENARIO, "mine"), Assembly(SYSTEM, fmus, INTERFACES)).warnings == ()
 
 
 FOUR_STEPS = ["50 us", "0.05 ms", "50e-6 s", "5e-5", "0.00005 s", "50000 ns", "0.5e2 us", "5e-2 ms"]

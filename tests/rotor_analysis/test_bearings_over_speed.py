@@ -8,10 +8,11 @@ import pytest
 from analysis_cases import disc_between, tensor
 
 from rotor_analysis.campbell import campbell
-from rotor_analysis.modes import eigenvalues, modes
+from rotor_analysis.modes import modes
 from rotor_analysis.parts import AtSpeed, Bearing
 from rotor_analysis.response import unbalance_response
 from rotor_analysis.rotor_file import load_rotor
+from rotor_analysis.spectrum import eigenvalues
 from rotor_analysis.supported_rotor import supported_rotor
 from tests.support.messages import raises_naming
 

@@ -6,10 +6,10 @@ from rotor_cases import OnePlane, one_plane_matrices, plant_rotor
 from scipy.linalg import eig
 
 from rotor_analysis.assembly import assemble, on_bearings
-from rotor_analysis.modes import eigenvalues
 from rotor_analysis.parts import Disc
 from rotor_analysis.rotor_file import load_rotor
 from rotor_analysis.shaft import Shaft
+from rotor_analysis.spectrum import eigenvalues
 
 
 def complex_eigenvalues(M, D, K):

@@ -14,12 +14,12 @@ from amb_cosim.design.plant_data import plant, plant_structure
 from amb_files.toml import validate
 from rotor_analysis.assembly import assemble
 from rotor_analysis.damping import free_modes
-from rotor_analysis.modes import eigenvalues
 from rotor_analysis.packaged_rotors import packaged_rotors, rotor_path
 from rotor_analysis.reduced_rotor import reduction_error
 from rotor_analysis.ross_file import read_ross
 from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import load_rotor
+from rotor_analysis.spectrum import eigenvalues
 from rotor_analysis.supported_rotor import supported_rotor
 from tests.support.messages import raises_naming
 

@@ -12,8 +12,8 @@ import pytest
 from ross_numbers import REFERENCE, STORED_OR_LIVE, complex_numbers, difference, renewed
 
 from rotor_analysis.assembly import assemble, on_bearings
-from rotor_analysis.modes import eigenvalues
 from rotor_analysis.rotor_file import load_rotor
+from rotor_analysis.spectrum import eigenvalues
 
 STORED = json.loads((REFERENCE / "published_rotors.json").read_text(encoding="utf-8"))
 CASES = [(rotor, speed) for rotor, theories in STORED["ross"]["eigenvalues"].items() for speed in theories["rayleigh"]]

@@ -11,11 +11,12 @@ from rotor_cases import discs_at, sensors_at, shaft_only
 from amb_cosim.design.plant_data import plant_structure
 from rotor_analysis.assembly import assemble, on_bearings
 from rotor_analysis.damping import Damping
-from rotor_analysis.modes import damped_frequencies, eigenvalues
+from rotor_analysis.modes import damped_frequencies
 from rotor_analysis.reduced_rotor import reduced_rotor
 from rotor_analysis.reduction import msdc
 from rotor_analysis.rotor import ReductionOptions
 from rotor_analysis.rotor_file import load_rotor
+from rotor_analysis.spectrum import eigenvalues
 from tests.support.messages import raises_naming
 
 ROTOR = load_rotor()

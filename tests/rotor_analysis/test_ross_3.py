@@ -24,9 +24,9 @@ from amb_cosim.scenario.scenario import given_scenario
 from amb_cosim.scenario.simulation import prepare
 from amb_cosim.studies.closed_loop_poles import vibrations
 from amb_files.toml import validate
-from rotor_analysis.modes import eigenvalues
 from rotor_analysis.ross_file import read_ross
 from rotor_analysis.rotor import Rotor
+from rotor_analysis.spectrum import eigenvalues
 from rotor_analysis.supported_rotor import supported_rotor
 from tests.support.messages import assert_names, raises_naming
 

@@ -15,10 +15,10 @@ from ross_numbers import REFERENCE, STORED_OR_LIVE, complex_numbers, nearest, re
 from scipy.interpolate import UnivariateSpline
 
 from amb_files.toml import validate
-from rotor_analysis.modes import eigenvalues
 from rotor_analysis.response import unbalance_response
 from rotor_analysis.ross_file import read_ross
 from rotor_analysis.rotor import Rotor
+from rotor_analysis.spectrum import eigenvalues
 from rotor_analysis.supported_rotor import supported_rotor
 from tests.support.messages import assert_names, raises_naming
 

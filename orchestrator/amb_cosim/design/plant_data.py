@@ -10,7 +10,8 @@ import numpy as np
 
 from array_types import Array
 from fmi_export.model import Model
-from rotor_analysis.assembly import assemble, turned
+from rotor_analysis.assembly import assemble
+from rotor_analysis.pairs import turned
 from rotor_analysis.parts import Bearing
 from rotor_analysis.reduced_rotor import reduced_rotor, valid_to
 from rotor_analysis.rigid_body import rigid_body
@@ -52,7 +53,7 @@ def plant_structure(rotor: Rotor) -> tuple[Structure, Planes]:
     if not rotor.bearings:
         raise ValueError(f"rotor {rotor.name!r} has no bearings; a plant needs at least one")
     full, reduction = assemble(rotor), reduced_rotor(rotor)
-    reduced = reduction.model
+    reduced = reduction.model.viscous()
     translations = [row for rows in reduced.translations.values() for row in rows]
     order = translations + [row for row in range(reduced.size) if row not in set(translations)]
     place = {row: k for k, row in enumerate(order)}
@@ -148,6 +149,7 @@ def _planes(rotor: Rotor, max_substep: float, polar_inertia: float, valid_to: fl
         polar_inertia=polar_inertia,
         valid_to=valid_to,
         seals=tuple(seal.name for seal in rotor.seals),
+        loss_factor=rotor.damping.loss_factor,
     )
 
 

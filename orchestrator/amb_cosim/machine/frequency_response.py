@@ -25,6 +25,7 @@ from array_types import Array, Complex
 from rotor_analysis.harmonic import harmonic_model
 from rotor_analysis.parts import Bearing
 from rotor_analysis.resonances import resonances
+from rotor_analysis.response import dynamic_stiffness
 from rotor_analysis.rotor import Rotor
 
 Loop = Literal["free", "linear", "open", "closed"]
@@ -131,10 +132,9 @@ def resonant_frequencies(
     local = model.model.at(Omega)
 
     def stiffness(omega: float) -> Complex:
-        free = -(omega**2) * local.M + 1j * omega * (local.C + Omega * local.G) + local.K
         feedback = _feedback(structure, inputs, outputs, np.array([omega]))
         held = 0.0 if feedback is None else model.left @ feedback.matrix(0, size) @ model.right
-        return np.asarray(free - held)
+        return np.asarray(dynamic_stiffness(local, Omega, omega) - held)
 
     found = resonances(stiffness, 2.0 * np.pi * frequencies)
     return [(omega / (2.0 * np.pi), width / (2.0 * np.pi)) for omega, width in found]

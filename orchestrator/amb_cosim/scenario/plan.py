@@ -20,6 +20,7 @@ from amb_cosim.scenario.coupling import delay, predictable
 from amb_cosim.scenario.gravity import Gravity, set_gravity
 from amb_cosim.scenario.operating_point import MissingParameters, set_operating_points, stated_constants
 from amb_cosim.scenario.scenario import Scenario, checked_speed, cycle_period
+from amb_cosim.scenario.shaft_damping import viscous_losses
 from amb_cosim.scenario.signal_chain import idle_switches, unsteady_effects
 
 SPEED = "Omega"  # the shared signal whose initial value counts the cycles
@@ -34,7 +35,8 @@ class ScenarioPlan(Plan):
     """A scenario on the time grid: cycle 0 begins at time 0, preceded by settling.
 
     `period` is that of a cycle (s), `marks` the communication points of labelled events, `roles` the labels
-    of those with a role, `warnings` are sentences on parameters without effect or in conflict.
+    of those with a role, `warnings` are sentences on parameters without effect or in conflict, and on
+    approximations.
     """
 
     period: float = math.nan
@@ -128,7 +130,7 @@ def plan_scenario(
     planned["notices"] = (*plan.notices, *_rounded(end, plan))
     planned["parameters"] = _with_first_angle(plan, scenario.settle_cycles, period, assembly)
     roles = {event.role: event.name for event in scenario.event if event.role}
-    warnings = (*idle_switches(values, given), *first.warnings)
+    warnings = (*idle_switches(values, given), *first.warnings, *viscous_losses(assembly))
     return ScenarioPlan(**planned, period=period, marks=marks, roles=roles, warnings=warnings)
 
 

@@ -19,6 +19,7 @@ from amb_cosim.linear.stability import LoopStability
 from amb_cosim.machine.machine import Machine
 from amb_cosim.presentation.text_tables import TextBlock, text_table
 from amb_cosim.presentation.units import speed_unit
+from amb_cosim.scenario.shaft_damping import viscous_losses
 from amb_cosim.scenario.simulation import prepare
 from amb_cosim.studies.coefficient_limits import EXTRAPOLATED, Limits, is_extrapolated, limit_notes, limits_of
 from amb_cosim.studies.inputs import DEFAULT_RANGE, Number, controlled, speed_range
@@ -89,6 +90,8 @@ class ClosedLoopPoles(MachineResult):
         That of the scenario (rad/s).
     limits
         Limits of the coefficients of seals.
+    approximations
+        Sentences on what the model of the loop approximates.
     """
 
     name: ClassVar[str] = "poles"
@@ -103,6 +106,7 @@ class ClosedLoopPoles(MachineResult):
     unstable: Annotated[tuple[float, ...], "rad/s"]
     operating_speed: Annotated[float, "rad/s"]
     limits: Limits = ()
+    approximations: tuple[str, ...] = ()
 
     @property
     def critical_speeds(self) -> tuple[CriticalCrossing, ...]:
@@ -128,7 +132,7 @@ class ClosedLoopPoles(MachineResult):
             f"{speed_unit().text(c.speed)} (mode {c.mode}, decrement {c.decrement:.3g}{self._mark(c.speed)})"
             for c in self.critical_speeds
         )
-        notes = limit_notes(self.limits, self.speeds)
+        notes = [*limit_notes(self.limits, self.speeds), *self.approximations]
         return [table, f"critical speeds: {criticals or 'none'}", *self._verdict(), *notes]
 
     def _mark(self, speed: float) -> str:
@@ -234,6 +238,7 @@ def poles(
         unstable=tuple(unstable),
         operating_speed=prepared.plan.speed,
         limits=limits_of(machine.rotor.seals),
+        approximations=tuple(viscous_losses(prepared.assembly)),
     )
 
 

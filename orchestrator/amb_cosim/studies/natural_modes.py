@@ -18,11 +18,12 @@ from amb_cosim.studies.result import DrawnResult, StudyResult
 from amb_files.checks import require
 from array_types import Array, Complex
 from rotor_analysis.assembly import Matrices
-from rotor_analysis.modes import AT_REST, Mode, Whirl, overdamped_modes, translations
+from rotor_analysis.modes import Mode, Whirl, overdamped_modes, translations
 from rotor_analysis.modes import modes as modes_of
 from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import RotorSource, load_rotor
 from rotor_analysis.shaft import MassModel
+from rotor_analysis.spectrum import AT_REST
 from rotor_analysis.supported_rotor import supported_rotor
 
 NO_RESONANCE = math.sqrt(0.5)  # damping ratio above which a response has no peak
@@ -156,7 +157,7 @@ def modes(
 ) -> ModeShapes:
     """Return natural frequencies, damping ratios and whirl directions at spin speeds, and mode shapes at the first.
 
-    (lambda^2 M + lambda (C + Omega G) + K) phi = 0     (3.1 to 3.6)
+    (lambda^2 M + lambda (C + Omega G) + K + D) phi = 0     (3.1 to 3.6)
 
     Modes with a damping ratio above 1/sqrt(2), whose response has no peak, come last.
 

@@ -16,6 +16,7 @@ from amb_cosim.linear.stability import LARGEST
 from amb_cosim.machine.coupled import coupled_loop
 from amb_cosim.machine.machine import MODES
 from amb_cosim.reporting.panels import Curve, Panel, curve
+from amb_cosim.scenario.shaft_damping import viscous_losses
 from amb_cosim.studies.closed_loop_poles import Vibrations, followed, vibrations
 from amb_cosim.studies.damping_zones import ZONES
 from array_types import Array
@@ -56,6 +57,7 @@ def answer(subject: Subject) -> AnalysisResult:
         f"Stability: all poles, of drifts without vibration too, at all speeds from 0 to {rpm(speed.tripping):.0f} "
         "1/min, with the stages' coefficients of the largest speed where they have no table over speed."
     ]
+    notes += [f"{sentence}." for sentence in viscous_losses(subject.prepared.assembly)]
     measured = (stability, least, everything, *_with_all_modes(subject))
     return AnalysisResult(measured, _panels(subject, speeds, result, tracks), (table,), tuple(notes))
 

@@ -1,0 +1,65 @@
+"""Hysteretic damping of the shaft: force by loss factor and strain, whatever the frequency at which the shaft bends.
+
+The share r of the loss factor eta that rotates with the shaft opposes strain in the frame of the shaft. A whirl with
+the frequency omega in the fixed frame, forward or backward, bends the fibres of the shaft with omega - Omega or
+-omega - Omega. In a harmonic motion q = Re[Q exp(i omega t)] the force of the shaft's damping is -D Q with
+
+    D = i eta (1 - r) sgn(omega) K + i eta r K (sgn(omega - Omega) P_f + sgn(omega + Omega) P_b)           (1)
+    P_f = (1 - i J)/2,   P_b = (1 + i J)/2
+
+where K is the stiffness of the shaft alone, J turns each pair x, y by a right angle from x to y, and P_f and P_b are
+the forward and the backward part of the motion. Faster than the spin D is i eta K: each cycle takes 2 pi eta times the
+greatest strain energy. Slower than the spin, with r = 1, it is -sgn(Omega) eta K J, whose force on a forward whirl has
+the direction of the velocity: it drives this whirl. Synchronous forward whirl keeps the shaft bent and loses nothing.
+
+A model in time needs a force of positions and velocities. On a free rotor with K phi_k = omega_k^2 M phi_k and
+phi_k^T M phi_k = 1 it is that of the viscous damping with equal loss in each mode at rest,
+
+    C_i = eta sum_k omega_k (M phi_k)(M phi_k)^T.                                                          (2)
+
+Source: G. Genta, Dynamics of Rotating Systems, 2005.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from array_types import Array, Complex
+from rotor_analysis.damping import free_modes
+from rotor_analysis.pairs import turned
+
+
+@dataclass(frozen=True, eq=False)
+class Hysteresis:
+    """Hysteretic damping (1) of a shaft.
+
+    loss_factor, rotating
+        eta and r.
+    K
+        Stiffness of the shaft without bearings on the coordinates of a model, shape (size, size).
+    """
+
+    loss_factor: float
+    rotating: float
+    K: Array
+
+    def reduced(self, right: Array, left: Array) -> Hysteresis:
+        """Return the same damping on the coordinates of a reduced model (`reduction.Reduction`)."""
+        return replace(self, K=left @ self.K @ right)
+
+    def stiffness(self, omega: float, Omega: float) -> Complex | Array:
+        """Return D of (1) in N/m at a frequency and a spin speed (rad/s); an array without imaginary part if real."""
+        forward, backward = np.sign(omega - Omega), np.sign(omega + Omega)
+        fixed, turning = self.loss_factor * (1.0 - self.rotating), self.loss_factor * self.rotating
+        loss = fixed * np.sign(omega) + 0.5 * turning * (forward + backward)
+        drive = 0.5 * turning * (forward - backward) * self.K @ turned(len(self.K))
+        return np.asarray(drive + 1j * loss * self.K if loss else drive)
+
+    def viscous(self, M: Array) -> tuple[Array, Array]:
+        """Return the share in the fixed frame and the rotating one of C_i in (2), N s/m, of a free rotor of mass M."""
+        frequencies, shapes = free_modes(M[::2, ::2], self.K[::2, ::2])
+        momenta = M[::2, ::2] @ shapes
+        C: Array = np.kron(self.loss_factor * (momenta * frequencies) @ momenta.T, np.eye(2)).astype(np.float64)
+        return (1.0 - self.rotating) * C, self.rotating * C

@@ -1,0 +1,15 @@
+"""Coordinates in pairs, x and y of each plane, as complex numbers x + i y."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from array_types import Array
+
+# Multiplication by -i on (x, y): the gyroscopic term of M r'' - i Omega G_1 r' + K r = f in real form.
+MINUS_I = np.array([[0.0, 1.0], [-1.0, 0.0]])
+
+
+def turned(size: int) -> Array:
+    """Return J, which turns each pair x, y of `size` coordinates by a right angle from x to y: multiplication by i."""
+    return np.kron(np.eye(size // 2), -MINUS_I)

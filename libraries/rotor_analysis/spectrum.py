@@ -1,0 +1,126 @@
+"""Eigenvalues and eigenvectors of a rotor at a spin speed.
+
+    (lambda^2 M + lambda (C + Omega G) + K + D) phi = 0                                           (1)
+
+Hysteretic damping D depends on the frequency of the motion only by the sign of its difference from the spin speed
+(`hysteresis`). It is constant for all motion slower than the spin, and for all faster motion, so two linear problems
+have all modes. An overdamped mode, which has no frequency, is one of a third problem with D at frequency 0.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from scipy.linalg import eig, eigvals
+
+from amb_files.checks import require
+from array_types import Array, Bools, Complex
+from rotor_analysis.assembly import Matrices
+from rotor_analysis.hysteresis import Hysteresis
+
+AT_REST = 1e-3  # rad/s; rounding gives an unsupported rotor, which does not oscillate, up to 1e-4 rad/s
+FREQUENCY_SCALE = 1e3  # rad/s; scales velocities, so that both halves of the eigenproblem are of the same size
+LIGHTLY_DAMPED = 0.7  # damping ratio below which a mode is one of both problems
+OF_LOSS = 2.0  # times the loss factor: largest |Im lambda / lambda| that a complex stiffness gives an overdamped mode
+
+
+def eigenvalues(model: Matrices, Omega: float) -> Complex:
+    """Return all eigenvalues (rad/s) of (1) at Omega (rad/s), shape (n,), with those of conjugate motion."""
+    if model.hysteresis is None:
+        return _in_rad_per_s(eigvals(*_first_order(model, Omega)))
+    values = eigenpairs(model, Omega)[0]
+    return np.concatenate([values, values[values.imag > 0.0].conj()])
+
+
+def eigenpairs(model: Matrices, Omega: float, omega: float | None = None) -> tuple[Complex, Complex]:
+    """Return eigenvalues (rad/s) and eigenvectors of (1), vectors in columns.
+
+    Those with Im lambda > 0 and the real ones are complete; hysteretic damping leaves out conjugate motion.
+
+    Parameters
+    ----------
+    model
+        A model with its bearings.
+    Omega
+        Spin speed (rad/s), positive from x to y.
+    omega
+        Frequency (rad/s) at which D is computed; by default that of each mode.
+
+    Raises
+    ------
+    ValueError
+        If Omega is not finite.
+    """
+    loss = model.hysteresis
+    if loss is None:
+        return _solved(model, Omega)
+    if omega is not None:
+        return _solved(model, Omega, loss.stiffness(omega, Omega))
+    return _by_frequency(model, loss, Omega)
+
+
+def oscillating(values: Complex) -> Bools:
+    """Return which eigenvalues (rad/s) are of motion with a frequency."""
+    return np.isfinite(values) & (np.abs(values.imag) > np.maximum(AT_REST, 1e-6 * np.abs(values)))
+
+
+def _by_frequency(model: Matrices, loss: Hysteresis, Omega: float) -> tuple[Complex, Complex]:
+    """Return the modes that are slower than the spin, those that are faster, and overdamped ones.
+
+    Near the spin speed a mode may be slower by one problem and not by the other. So a lightly damped mode is taken from
+    that of faster motion if it is not among the first n, where n modes of the other problem are slower.
+    """
+    spin = abs(Omega)
+    values, vectors = _solved(model, Omega, loss.stiffness(0.0, Omega))
+    real = np.isfinite(values) & ~oscillating(values)
+    parts = [(values[real], vectors[:, real])]
+    n_slower = 0
+    if spin > 0.0:
+        values, vectors = _with_frequency(model, Omega, loss, 0.5 * spin)
+        slower = values.imag < spin
+        n_slower = int(np.sum(_is_light(values) & slower))
+        parts.append((values[slower], vectors[:, slower]))
+    values, vectors = _with_frequency(model, Omega, loss, math.inf)
+    light = _is_light(values)
+    faster = np.where(light, np.cumsum(light) > n_slower, values.imag >= spin)
+    parts.append((values[faster], vectors[:, faster]))
+    return np.concatenate([part[0] for part in parts]), np.hstack([part[1] for part in parts])
+
+
+def _with_frequency(model: Matrices, Omega: float, loss: Hysteresis, omega: float) -> tuple[Complex, Complex]:
+    """Return the eigenpairs with Im lambda > 0 and D at a frequency, by ascending Im lambda."""
+    D = loss.stiffness(omega, Omega)
+    values, vectors = _solved(model, Omega, D)
+    least = OF_LOSS * loss.loss_factor if np.iscomplexobj(D) else 0.0
+    upper = np.flatnonzero(oscillating(values) & (values.imag > least * np.abs(values)))
+    upper = upper[np.argsort(values[upper].imag, kind="stable")]
+    return values[upper], vectors[:, upper]
+
+
+def _is_light(values: Complex) -> Bools:
+    return np.asarray(np.abs(values.real) < LIGHTLY_DAMPED * np.abs(values))
+
+
+def _solved(model: Matrices, Omega: float, D: Array | Complex | None = None) -> tuple[Complex, Complex]:
+    values, vectors = eig(*_first_order(model, Omega, D))
+    return _in_rad_per_s(values), vectors[: model.size]
+
+
+def _first_order(
+    model: Matrices, Omega: float, D: Array | Complex | None = None
+) -> tuple[Array | Complex, Array | Complex]:
+    """A z = lambda / w B z for z = (q, q' / w), w the unit of frequency; forces count in the norm of K."""
+    require(bool(np.isfinite(Omega)), "Omega", f"{Omega} rad/s", "finite")
+    model = model.at(Omega)
+    w, force = FREQUENCY_SCALE, float(np.linalg.norm(model.K, 1)) or 1.0
+    K = model.K if D is None else model.K + D
+    identity, zero = np.eye(model.size), np.zeros((model.size, model.size))
+    A = np.block([[zero, identity], [-K / force, -(model.C + Omega * model.G) * (w / force)]])
+    B = np.block([[identity, zero], [zero, model.M * (w**2 / force)]])
+    return A, B
+
+
+def _in_rad_per_s(values: Complex) -> Complex:
+    # Part by part: a mass matrix that is nearly singular has infinite eigenvalues, and inf times 0 would be NaN.
+    return np.asarray((np.ascontiguousarray(values).view(np.float64) * FREQUENCY_SCALE).view(np.complex128))
