@@ -29,15 +29,20 @@ if TYPE_CHECKING:
     from amb_cosim.sweeps.run import Sweep
 
 SPREAD = 100.0  # ratio of largest to smallest value above which colours are logarithmic
-DRAWN = ("contact_share", "peak_contact_force", "orbit_largest", "rolling")
+DRAWN = ("contact_share", "averaged_contact_force", "peak_contact_force", "orbit_largest", "rolling")
 LABELS = {
     "contact_share": "fraction of time in contact between disturbance and relief",
+    "averaged_contact_force": "largest contact force averaged over 1 ms",
     "peak_contact_force": "peak contact force",
     "orbit_largest": "largest radius in bearings and retainers",
     "rolling": "rolling (1) or not (0)",
     "outcome": "outcome",
 }
-UNITS = {"peak_contact_force": (force_unit, 1.0), "orbit_largest": (length_unit, 1e-3)}  # and the SI unit of the store
+UNITS = {  # and the SI unit of the store
+    "averaged_contact_force": (force_unit, 1.0),
+    "peak_contact_force": (force_unit, 1.0),
+    "orbit_largest": (length_unit, 1e-3),
+}
 MOST_PANELS, MOST_TICKS = 8, 6
 FAILED: dict[str, Any] = {
     "marker": "x",

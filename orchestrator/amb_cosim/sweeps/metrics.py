@@ -17,6 +17,7 @@ UNITS = {
     "recovered": "1",
     "rolling": "1",
     "contact_share": "1",
+    "averaged_contact_force": "N",
     "peak_contact_force": "N",
     "peak_impulse": "N s",
     "orbit_largest": "mm",
@@ -54,6 +55,7 @@ def evaluate(signals: Signals) -> tuple[Recovery | None, dict[str, float]]:
         "last_contact": _nan(last),
     }
     at_places = {
+        "averaged_contact_force": {site: contact_forces.largest_averaged_force(signals, site) for site in sites},
         "peak_contact_force": {site: contact_forces.peak_force(signals, site) for site in sites},
         "peak_impulse": {site: contact_history.peak(signals, f"{site}.impulse") for site in sites},
         "orbit_largest": orbit_largest(signals),

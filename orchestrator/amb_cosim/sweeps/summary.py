@@ -1,4 +1,4 @@
-"""Summary of a sweep: outcomes, peak force, boundary and failures."""
+"""Summary of a sweep: outcomes, largest forces, boundary and failures."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 MOST_REASONS = 5
-PEAK = "peak_contact_force"
+FORCES = {"averaged_contact_force": "contact force averaged over 1 ms", "peak_contact_force": "peak contact force"}
 
 
 def summarise_sweep(dataset: xr.Dataset, design: SamplePlan, folder: Path, boundary: str) -> list[str]:
@@ -41,27 +41,28 @@ def summarise_sweep(dataset: xr.Dataset, design: SamplePlan, folder: Path, bound
 
 
 def _of_part(title: str, part: xr.Dataset) -> str:
-    """Return the number of runs of each outcome, worst first, and the peak force."""
+    """Return the number of runs of each outcome, worst first, and the largest forces."""
     result = part["outcome"].values
     counts = {name: int(np.sum(result == name)) for name in COLOURS}
     message = [f"{count} {name or 'not run yet'}" for name, count in counts.items() if count]
-    return f"{title + ': ' if title else ''}{result.size} runs, {', '.join(message)}{_peak(part)}"
+    forces = "".join(_force(part, metric, words) for metric, words in FORCES.items())
+    return f"{title + ': ' if title else ''}{result.size} runs, {', '.join(message)}{forces}"
 
 
-def _peak(part: xr.Dataset) -> str:
-    """Return the largest peak force with its site and point, as the end of a line."""
-    if PEAK not in part or not part[PEAK].notnull().any() or not float(part[PEAK].max()):
+def _force(part: xr.Dataset, metric: str, words: str) -> str:
+    """Return the largest value of a metric of force with its site and point, as the end of a line."""
+    if metric not in part or not part[metric].notnull().any() or not float(part[metric].max()):
         return ""
-    values = part[PEAK].values
+    values = part[metric].values
     index = np.unravel_index(np.nanargmax(values), values.shape)
-    present = part.isel(dict(zip(part[PEAK].dims, (int(k) for k in index), strict=True)))
-    peak = float(values[index])
-    of_sites = [str(name) for name in part if str(name).startswith(f"{PEAK}.") and float(present[name]) == peak]
-    at_site = "".join(f" at {name.removeprefix(f'{PEAK}.').upper()}" for name in of_sites[:1])
+    present = part.isel(dict(zip(part[metric].dims, (int(k) for k in index), strict=True)))
+    largest = float(values[index])
+    of_sites = [str(name) for name in part if str(name).startswith(f"{metric}.") and float(present[name]) == largest]
+    at_site = "".join(f" at {name.removeprefix(f'{metric}.').upper()}" for name in of_sites[:1])
     numbers = [name for name in part.coords if part[name].ndim and np.issubdtype(part[name].dtype, np.number)]
     where = [value_text(str(name), present[name].item(), present[name].attrs.get("units", "")) for name in numbers]
     whose = ", unknown for aborted runs," if np.isin(part["outcome"].values, BROKEN_OFF).any() else ""
-    return f"; peak contact force{whose} up to {peak:.4g} N{at_site}, with {', '.join(where)}"
+    return f"; {words}{whose} up to {largest:.4g} N{at_site}, with {', '.join(where)}"
 
 
 def _of_branching(dataset: xr.Dataset) -> list[str]:

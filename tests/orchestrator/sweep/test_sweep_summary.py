@@ -17,6 +17,7 @@ from amb_cosim.sweeps.sampling import make_design
 from amb_cosim.sweeps.store import SweepStore
 from amb_cosim.sweeps.worker import PointResult
 from tests.orchestrator.sweep.conftest import filled
+from tests.support.messages import assert_names
 
 CONTROLS = {"PID": {}, "ROLAC": {"a.on": True}}
 
@@ -31,6 +32,25 @@ def test_each_alternative_has_a_line_with_its_peak_and_where(tmp_path):
         "PID: 3 runs, 3 recovered; peak contact force up to 300 N, with x = 3",
         "ROLAC: 3 runs, 3 recovered; peak contact force up to 150 N, with x = 3",
     ]
+
+
+def test_the_averaged_force_comes_before_the_peak_each_with_its_site_and_point(tmp_path):
+    """The average over 1 ms is the number that converges; the peak of another point may be larger."""
+
+    def forces(settings):
+        averaged, peak = 20.0 * settings["a.x"], 900.0 / settings["a.x"]
+        return {
+            "averaged_contact_force": averaged,
+            "averaged_contact_force.rb1": 1.0,
+            "averaged_contact_force.rb2": averaged,
+            "peak_contact_force": peak,
+            "peak_contact_force.rb1": peak,
+        }
+
+    (line,) = filled(tmp_path, {"a.x": "1:3:3"}, forces).summary.splitlines()
+    averaged, peak = line.split("; ")[1:]
+    assert_names(averaged, "1 ms", "60 N", "RB2", "x = 3")
+    assert_names(peak, "peak", "900 N", "RB1", "x = 1")
 
 
 def test_a_summary_counts_outcomes_and_tells_reasons(tmp_path):

@@ -70,6 +70,9 @@ def test_a_point_has_the_key_values_of_the_summary():
     assert point.metrics["contact"] == 1.0
     for site, force in summary.peak_contact_force.items():
         assert point.metrics[f"peak_contact_force.{site}"] == force > 0.0
+    averaged = summary.averaged_contact_force
+    assert {site: point.metrics[f"averaged_contact_force.{site}"] for site in averaged} == averaged
+    assert point.metrics["averaged_contact_force"] == max(averaged.values()) > 0.0
     assert point.metrics["peak_contact_force"] == max(summary.peak_contact_force.values())
     assert point.metrics["orbit_largest.mb1"] == summary.orbit_largest["mb1"]
     runner.close()
