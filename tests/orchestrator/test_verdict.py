@@ -12,6 +12,7 @@ from rich.console import Console
 from amb_cosim.results.places import RotorPlaces
 from amb_cosim.results.summary import summarise
 from amb_cosim.results.summary_table import print_summary
+from tests.support.messages import assert_names
 
 SAMPLED = ("contact_state", "rb1.mode", "rb2.mode", "rb1.f_n", "rb2.f_n", "rb1.impulse", "rb2.impulse")
 
@@ -65,6 +66,42 @@ CASES = {
     "failed": (lambda run: ended(run(), "failed", 0.31, "west", "no bits"), "west at t = 0.31 s: no bits"),
     "interrupted": (lambda run: ended(run(), "interrupted", 0.31), "by the user at t = 0.31 s"),
 }
+
+
+def upright(dataset):
+    """Turn gravity off, and let the rotor drift from one side of its retainers to the other after its last contact."""
+    drift = np.clip(dataset["cycle"].values - 12.0, 0.0, None) / 8.0
+    for name in ("mb1.x", "mb2.x"):
+        dataset[f"rotor_contact.{name}"] = dataset[f"rotor_contact.{name}"] + 1e-3 * drift
+    values = json.loads(dataset.attrs["parameters"])["rotor_contact"]
+    return dataset.assign_attrs(parameters=json.dumps({"rotor_contact": values | {"gravity": 0.0}}))
+
+
+@pytest.mark.parametrize("moved", [upright, growing])
+def test_rotor_without_power_that_floats_in_its_retainers_has_landed(synthetic, moved):
+    """Nothing levitates it, so that it is neither unstable nor recovered, however long it does not touch."""
+    summary = summarise(moved(without_power(synthetic())))
+    assert (summary.verdict.word, summary.recovery, summary.recovered) == ("landed", "landed", False)
+    assert_names(summary.verdict.sentence, "no magnet has power", "not touched since cycle 11.99")
+
+
+def test_rotor_with_power_in_a_single_axis_can_be_unstable(synthetic):
+    dataset = growing(without_power(synthetic()))
+    dataset["amb_actuator.mb2.amplifier_off_y"] = ("time", np.zeros(dataset.sizes["time"], bool))
+    assert summarise(dataset).verdict.word == "unstable"
+
+
+def test_rotor_without_power_that_never_touches_is_not_levitated(synthetic):
+    """A passive bearing holds it: it is free, also if its orbit grows after the loss of power."""
+    assert summarise(without_power(free_of_contact(synthetic()))).verdict.word == "free"
+    assert summarise(growing(without_power(free_of_contact(synthetic())))).verdict.word == "free"
+
+
+def test_power_that_is_lost_after_the_last_contact_does_not_undo_a_recovery(synthetic):
+    dataset = without_power(synthetic())
+    for name in [name for name in dataset if "amplifier_off" in str(name)]:
+        dataset[name] = ("time", dataset["cycle"].values >= 13.0)
+    assert summarise(dataset).verdict.word == "recovered"
 
 
 @pytest.mark.parametrize("word", CASES)

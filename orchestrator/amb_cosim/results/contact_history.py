@@ -12,7 +12,7 @@ import numpy as np
 from amb_cosim.cosim.record.signals import Signals
 from amb_cosim.results.contact_forces import peak_force
 from amb_cosim.results.places import places
-from amb_cosim.results.power import without_power
+from amb_cosim.results.power import power_lost_at
 from amb_cosim.results.series import at_every_step, cycles, signal
 from amb_cosim.results.stability import is_unstable
 from array_types import Bools
@@ -95,7 +95,8 @@ def contact_cycles(dataset: Signals) -> tuple[float | None, float | None]:
 def recovered(dataset: Signals) -> bool | None:
     """Return whether the rotor stays free of contact: five cycles follow the last contact, and it is stable.
 
-    A rotor that never touched counts as recovered.
+    A rotor that never touched counts as recovered. One that touched after all magnets lost their power does not, since
+    nothing keeps it from its retainers.
     """
     return freed_after(dataset, contact_cycles(dataset)[1])[0]
 
@@ -103,9 +104,10 @@ def recovered(dataset: Signals) -> bool | None:
 def recovery(dataset: Signals) -> Recovery | None:
     """Return the outcome of the disturbance; None without one, or if contact was not recorded.
 
-    `unstable` is a rotor that diverges without contact, see `stability`, with a disturbance or without. Of the others
-    that have not `recovered`, one whose magnets have no power at the end has `landed` on its retainers, where it
-    belongs then, and any other is `trapped`. Otherwise, `prevented` means no contact after the disturbance.
+    `unstable` is a rotor that diverges without contact under power, see `stability`, with a disturbance or without. Of
+    the others that have not `recovered`, one whose magnets have no power at the end has `landed` on its retainers,
+    where it belongs then, even if it bounces or floats between them, and any other is `trapped`. Otherwise,
+    `prevented` means no contact after the disturbance.
     """
     return freed_after(dataset, contact_cycles(dataset)[1])[1]
 
@@ -114,14 +116,15 @@ def freed_after(dataset: Signals, last: float | None) -> tuple[bool | None, Reco
     """Return `recovered` and `recovery` after the last contact, in cycle `last`, None without any."""
     if signal(dataset, "contact_state") is None or not len(cycles(dataset)):
         return None, None
-    disturbance = dataset.attrs.get("disturbance_cycle")
-    if is_unstable(dataset, last):
+    disturbance, power_lost = dataset.attrs.get("disturbance_cycle"), power_lost_at(dataset)
+    if power_lost is None and is_unstable(dataset, last):
         return False, "unstable"
     free = last is None or bool(cycles(dataset)[-1] - last >= RECOVERY_CYCLES)
+    free = free and (last is None or power_lost is None or last < power_lost)
     if disturbance is None:
         return free, None
     if not free:
-        return free, "landed" if without_power(dataset)[-1] else "trapped"
+        return free, "trapped" if power_lost is None else "landed"
     return free, "prevented" if last is None or last <= disturbance else "recovered"
 
 

@@ -7,6 +7,7 @@ import numpy as np
 from amb_cosim.cosim.record.signals import Signals
 from amb_cosim.results.component_names import ACTUATOR
 from amb_cosim.results.places import places
+from amb_cosim.results.series import cycles
 from array_types import Bools
 
 
@@ -23,3 +24,12 @@ def without_power(dataset: Signals) -> Bools:
     if not off or len(off) < 2 * len(places(dataset).magnetic):
         return np.zeros(dataset.sizes["time"], bool)
     return np.all(off, axis=0)
+
+
+def power_lost_at(dataset: Signals) -> float | None:
+    """Return the cycle from which no magnet has power until the end; None if a magnet has power, or without magnets."""
+    off = without_power(dataset)
+    if not off.any() or not off[-1]:
+        return None
+    powered = np.flatnonzero(~off)
+    return float(cycles(dataset)[powered[-1] + 1 if len(powered) else 0])

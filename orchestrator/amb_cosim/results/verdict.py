@@ -36,8 +36,9 @@ class Verdict:
     ----------
     word
         `recovered`: the rotor touched and is free of contact for good. `trapped`: it is in contact at the end.
-        `rolled`: it rolls on a site at the end. `landed`: it is on its retainers, and no magnet has power.
-        `levitated`: it never touched, or not after the disturbance; `free` is that of a rotor without magnets.
+        `rolled`: it rolls on a site at the end. `landed`: it touched after all magnets lost their power, which is
+        still off. `levitated`: it never touched, or not after the disturbance; `free` is that of a rotor without
+        magnets, or without power at the end.
         `unstable`: its orbit grows, or its amplifiers stay at their limits. `failed` and `interrupted`: the run broke
         off. `completed`: contact was not recorded.
     sentence
@@ -88,17 +89,22 @@ def _ending(dataset: Signals, last: float | None, fall: Touchdown | None) -> tup
         return "completed", "whether the rotor touches was not recorded"
     if recovery == "unstable":
         return "unstable", "its orbit grows, or its amplifiers stay at their limits"
+    powerless = bool(without_power(dataset)[-1])
     if free and (last is None or recovery == "prevented"):
         after = f" after the {event_name(dataset, 'disturbance')}" if recovery == "prevented" else ""
-        return ("levitated" if places(dataset).magnetic else "free"), f"the rotor does not touch{after}"
+        word: Word = "free" if powerless or not places(dataset).magnetic else "levitated"
+        return word, f"the rotor does not touch{after}"
     assert last is not None
     if free:
         return "recovered", f"the rotor touched and is free of contact since {_moment(dataset, last)}"
-    where = _listed(_touched_at_the_end(dataset)) or "its retainers"
+    touched = _touched_at_the_end(dataset)
+    where = _listed(touched) or "its retainers"
     if rolling := contact_history.rolls_at_the_end(dataset):
         return "rolled", f"the rotor rolls on {_listed([_whirl(dataset, site) for site in rolling])} at the end"
-    if without_power(dataset)[-1]:
+    if powerless:
         rest = None if fall is None else fall.rest_after
+        if not touched:
+            return "landed", f"no magnet has power, and the rotor has not touched since {_moment(dataset, last)}"
         lies = "the rotor still moves on" if rest is None else f"after {rest:.3g} s the rotor lies in place on"
         return "landed", f"no magnet has power, and {lies} {where}"
     return "trapped", f"the rotor touches {where} until {_moment(dataset, last)}, and the run ends"
