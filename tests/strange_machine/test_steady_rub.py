@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from growing_vibration import growth_of
@@ -16,12 +19,15 @@ from amb_cosim.rub.rubbing_rotor import rubbing_rotor
 from amb_cosim.rub.stability import Dynamics
 from amb_cosim.rub.started import checkpoint_in
 from amb_cosim.rub.synchronous_states import all_sets, states_of
-from amb_cosim.rub.trap_map import Regime, states_at
+from amb_cosim.rub.trap_map import Regime, clearance_shares, least_touching, states_at
 from amb_cosim.rub.whirl import whirls
 from amb_cosim.scenario.scenario import given_scenario
 from amb_cosim.scenario.simulation import prepare
+from amb_cosim.studies import contact_traps
 from amb_cosim.studies.closed_loop_poles import vibrations
-from tests.support.messages import raises_naming
+from amb_cosim.studies.figures.traps import draw
+from rotor_analysis.rotor_file import load_rotor
+from tests.support.messages import assert_names, raises_naming
 
 STEADY = given_scenario(LEVITATION, None).changed(settle_cycles=300, event=(), end_cycle=3)
 HEAVY = {"rotor_contact.turbine.u": "5 g.mm"}
@@ -179,6 +185,45 @@ def test_delayed_demands_leave_the_free_loop_the_growth_of_its_poles(is_late):
     loop = Dynamics(machine.loop(Omega)).about((), np.zeros(0), np.zeros(0), machine.c, machine.mu(Omega))
     poles = vibrations(Loop(of_prepared(prepared)), Omega).poles
     assert loop.growth == pytest.approx(poles.real.max(), rel=1e-6)
+
+
+@pytest.fixture(scope="module")
+def few_points():
+    """Set the traps of the expander at a thousandth of its unbalance, on a coarse map."""
+    with pytest.MonkeyPatch.context() as patched:
+        for name, few in (("SPEEDS", 6), ("AMOUNTS", 3), ("CURVE", 4), ("LEAST", 5), ("SEARCH_AMOUNTS", 3)):
+            patched.setattr(contact_traps, name, few)
+        yield studies.traps(LEVITATION, unbalance="0.03 g.mm", set=LINEAR)
+
+
+@pytest.mark.slow
+def test_a_map_without_traps_ends_at_ten_times_the_grade_at_the_speed_of_the_machine(expander, few_points, monkeypatch):
+    """G 2.5: u = m 2.5 mm/s/Omega. The map is searched to ten times that, and its sentence compares with that."""
+    mass, Omega = load_rotor(given_scenario(LEVITATION, None).rotor).mass, few_points.speed
+    limit = mass * 2.5e-3 / Omega
+    assert few_points.grade_limit_at_speed == pytest.approx(limit, rel=1e-9)
+    assert few_points.grade_limit[-1] == pytest.approx(limit * Omega / few_points.speeds[-1], rel=1e-9)
+    without = SimpleNamespace(least_trapping=lambda: np.array([np.nan]))
+    monkeypatch.setattr(contact_traps, "trap_map", lambda *_: without)
+    monkeypatch.setattr(contact_traps, "least_touching", lambda *_: (0.1 * limit, Omega))
+    assert contact_traps._largest(expander, few_points.speeds, limit) == pytest.approx(max(10.0 * limit, 2.0))
+    ended = replace(few_points, trapping=None, unbalances=np.array([limit, 8.0 * limit]))
+    assert_names(ended._reach(), "8 times", f"{Omega:.4g} rad/s", "none traps")
+
+
+def test_the_least_unbalance_that_touches_does_not_depend_on_the_speeds_of_the_map(expander):
+    """30 speeds and 3000: the orbit of a resonance between them is the same."""
+    of_map = least_touching(expander, np.linspace(0.0, 2.0 * expander.Omega, 31)[1:])
+    dense = np.linspace(0.99 * of_map[1], 1.01 * of_map[1], 400)
+    assert of_map[0] == pytest.approx(1.0 / clearance_shares(expander, dense).max(), rel=2e-3)
+
+
+@pytest.mark.slow
+def test_a_healthy_machine_has_no_forces_and_its_panel_says_so(few_points):
+    panel = draw(few_points).axes[1]
+    assert not any(len(state.contact) for state in few_points.states)
+    assert_names(" ".join(text.get_text() for text in panel.texts), "no steady contact")
+    assert_names(panel.get_ylabel(), "normal forces")
 
 
 @pytest.mark.slow

@@ -20,6 +20,7 @@ from amb_cosim.rub.rubbing_rotor import RubbingRotor
 from amb_cosim.rub.stability import Dynamics, SmallMotion, slowest_decay
 from amb_cosim.rub.synchronous_states import States, all_sets, states_of
 from array_types import Array, Bools
+from rotor_analysis.refinement import refined
 
 
 class Regime(IntEnum):
@@ -93,21 +94,28 @@ class TrapMap:
         return np.where(trapped.any(axis=1), self.factors[first], np.nan)
 
 
-def least_touching(rotor: RubbingRotor, speeds: Array) -> Array:
-    """Return the factor of the unbalance at which the contact-free orbit touches a site, at each speed.
+def least_touching(rotor: RubbingRotor, speeds: Array) -> tuple[float, float]:
+    """Return the smallest factor of the unbalance at which the contact-free orbit touches a site, and that speed.
 
-    k = min_s c_s / |P_s u Omega^2|     (1)
+    k = min_s c_s / |P_s u Omega^2|,    refined between the speeds     (1)
 
     Parameters
     ----------
     rotor
         The rotor, with the unbalance u that the factor multiplies.
     speeds
-        Above zero (rad/s), shape (n,).
+        Ascending, above zero (rad/s), shape (n,).
     """
-    orbits = (np.abs(rotor.receptances(float(Omega)).P @ rotor.unbalance) * Omega**2 for Omega in speeds)
+    closer, shares = refined(lambda more: clearance_shares(rotor, more), speeds, lambda of: of)
+    at = int(shares.max(axis=1).argmax())
     with np.errstate(divide="ignore"):
-        return np.array([np.min(rotor.c / orbit) for orbit in orbits])
+        return float(1.0 / shares[at].max()), float(closer[at])
+
+
+def clearance_shares(rotor: RubbingRotor, speeds: Array) -> Array:
+    """Return the contact-free orbits |P_s u Omega^2| over the clearances c_s, shape (speeds, n_sites)."""
+    orbits = [np.abs(rotor.receptances(float(Omega)).P @ rotor.unbalance) * Omega**2 for Omega in speeds]
+    return np.array(orbits) / rotor.c
 
 
 def trap_map(rotor: RubbingRotor, speeds: Array, factors: Array, most: int | None = 2) -> TrapMap:

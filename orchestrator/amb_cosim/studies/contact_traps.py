@@ -21,7 +21,7 @@ from amb_cosim.rub.contact_whirl import ContactWhirl, contact_whirls
 from amb_cosim.rub.freeing import smallest_demand, smallest_freeing
 from amb_cosim.rub.rubbing_rotor import RubbingRotor, rubbing_rotor
 from amb_cosim.rub.stability import Dynamics
-from amb_cosim.rub.trap_map import TrapMap, least_touching, states_at, trap_map
+from amb_cosim.rub.trap_map import TrapMap, clearance_shares, least_touching, states_at, trap_map
 from amb_cosim.rub.whirl import whirls
 from amb_cosim.scenario.simulation import prepare
 from amb_cosim.studies.inputs import Number, controlled, positive, speed_range, spin_speed
@@ -77,8 +77,8 @@ class Traps(MachineResult):
         Smallest unbalance at any speed of the map with which the orbit of the unobstructed rotor touches a site, or a
         stable contact exists (kg m), and the speed (rad/s); the second is None if none exists up to the largest of the
         map.
-    grade_limit
-        Unbalance that balancing grade G 2.5 allows at each speed of the map (kg m), shape (n,).
+    grade_limit, grade_limit_at_speed
+        Unbalance that balancing grade G 2.5 allows at each speed of the map, shape (n,), and at its speed (kg m).
     smallest_force
         Smallest additional currents of the bearings that leave no state in contact; None if no currents do, or the loop
         is unstable.
@@ -115,6 +115,7 @@ class Traps(MachineResult):
     touching: tuple[float, float]
     trapping: tuple[float, float] | None
     grade_limit: Annotated[Array, "kg.m"]
+    grade_limit_at_speed: Annotated[float, "kg.m"]
     smallest_force: dict[str, BearingCurrent] | None
     control: dict[str, Freed]
     speeds: Annotated[Array, "rad/s"]
@@ -179,7 +180,7 @@ class Traps(MachineResult):
         if self.trapping is not None:
             traps = f"{_grams(self.trapping[0])} at {self.trapping[1]:.4g} rad/s can trap"
         else:
-            times = f"{largest / self.grade_limit[-1]:.3g} times the limit of G 2.5 there"
+            times = f"{largest / self.grade_limit_at_speed:.3g} times the limit of G 2.5 at {self.speed:.4g} rad/s"
             traps = f"up to {_grams(largest)}, {times}, none traps"
         return f"at any speed up to {highest:.4g} rad/s the least unbalance: {touches}; {traps}"
 
@@ -230,8 +231,8 @@ def traps(
         of the scenario; the map multiplies the unbalances of all places by one factor.
     up_to, unbalance_up_to
         Highest speed and largest unbalance of the map. By default twice the machine's speed, and the unbalance that
-        covers trapping at any of these speeds, touching, and twice the machine's unbalance; ten times G 2.5 if nothing
-        traps.
+        covers trapping at any of these speeds, touching, and twice the machine's unbalance; if nothing traps, also ten
+        times the limit of G 2.5 at the machine's speed.
     set, flavour
         Values of parameters by `component.variable`, numbers or strings with units; flavour of the FMUs.
 
@@ -249,15 +250,16 @@ def traps(
     highest = 2.0 * Omega if up_to is None else spin_speed(up_to, "up-to")
     speeds = speed_range(highest, SPEEDS + 1)[1:]
     described = load_rotor(values.rotor)
-    limit = described.mass * GRADE / speeds
+    limit = described.mass * GRADE / Omega
     largest = (
-        _largest(machine, speeds, float(limit[-1]) / amount) * amount
+        _largest(machine, speeds, limit / amount) * amount
         if unbalance_up_to is None
         else positive(unbalance_up_to, "kg.m", "unbalance-up-to")
     )
     factors = _factors(largest / amount)
     whole = trap_map(machine, speeds, factors, AT_ONCE)
-    touching, trapping = least_touching(machine, speeds), whole.least_trapping()
+    touching, touching_at = least_touching(machine, speeds)
+    trapping = whole.least_trapping()
     curves = trap_map(machine, speed_range(highest, CURVE + 1)[1:], np.ones(1), AT_ONCE)
     states = tuple(report_state(state, machine, Omega) for state in states_at(machine, Omega))
     here = trap_map(machine, np.array([Omega]), np.linspace(0.0, 1.0, LEAST + 1)[1:] * largest / amount, AT_ONCE)
@@ -289,11 +291,12 @@ def traps(
         ),
         rolling=rolling_contacts(machine, Omega, valid_to),
         least_trapping=least if math.isfinite(least) else None,
-        touching=(float(touching.min()) * amount, float(speeds[touching.argmin()])),
+        touching=(touching * amount, touching_at),
         trapping=None
         if np.isnan(trapping).all()
         else (float(np.nanmin(trapping)) * amount, float(speeds[np.nanargmin(trapping)])),
-        grade_limit=limit,
+        grade_limit=limit * Omega / speeds,
+        grade_limit_at_speed=limit,
         smallest_force=needed,
         control=control_of(machine, Omega, states, demands) if loop.is_stable else {},
         speeds=speeds,
@@ -301,7 +304,7 @@ def traps(
         kinds=whole.regimes(),
         least_trapping_over_speed=trapping * amount,
         curves=curves,
-        orbits=_orbits(machine, curves.speeds),
+        orbits=clearance_shares(machine, curves.speeds) * machine.c,
         clearances=machine.c,
         notes=tuple(notes),
     )
@@ -313,9 +316,10 @@ def _largest(machine: RubbingRotor, speeds: Array, limit: float) -> float:
     Parameters
     ----------
     limit
-        Factor that balancing grade G 2.5 allows at the highest speed; the search ends at ten times this factor.
+        Factor that balancing grade G 2.5 allows at the machine's speed; the search ends at ten times this factor, or
+        beyond.
     """
-    touching = float(least_touching(machine, speeds).min())
+    touching, _ = least_touching(machine, speeds)
     end = max(BEYOND_GRADE * limit, MARGIN * touching, 2.0)
     searched = np.geomspace(min(0.1 * touching, 0.1 * end), end, SEARCH_AMOUNTS)
     step = max(1, len(speeds) // SEARCH_SPEEDS)
@@ -355,8 +359,3 @@ def _with_unbalance(machine: RubbingRotor, unbalance: Number | None, place: str 
     return machine.with_unbalance(
         np.array([amount if name == where else 0.0 for name in machine.places], dtype=complex)
     )
-
-
-def _orbits(machine: RubbingRotor, speeds: Array) -> Array:
-    """Return the orbits of the unobstructed rotor at the sites (m), shape (n, n_sites)."""
-    return np.array([np.abs(machine.receptances(w).P @ machine.unbalance) * w**2 for w in map(float, speeds)])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from itertools import cycle
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -30,6 +31,7 @@ from amb_cosim.studies.contact_traps import WIDE, Traps
 COLOURS = (BLUE, ORANGE, GREEN, PURPLE, SKY_BLUE, YELLOW)
 FREE, BOTH, CONTACT, WHIRL = "#FFFFFF", "#F6D98B", "#E08E5B", "#C9C9D6"
 INSIDE = 6  # entries of a legend that hide no curves
+NO_CONTACT = "no steady contact at this unbalance, at any of these speeds"
 LABELS = ("free", "free or in contact", "in contact", "unsteady rub")
 
 
@@ -86,8 +88,13 @@ def _draw_forces(panel: Axes, result: Traps) -> None:
             fill = "black" if state.stable else "white"
             panel.plot(at, sum(state.normal_forces.values()) / unit.size, "o", ms=4, mec="black", mfc=fill, zorder=4)
     panel.axvline(result.speed / speed_unit().size, color="0.6", lw=0.7)
-    if any(len(matches.speed) for matches in result.curves.states[1:]):
-        panel.set_yscale("log")
+    panel.set(xlabel=spin_label(), ylabel=f"normal forces in contact, sum ({unit.label})", xlim=(0.0, speeds[-1]))
+    if not any(map(len, totals)) and not any(state.contact for state in result.states):
+        style: dict[str, Any] = {"ha": "center", "va": "center", "color": "0.35", "transform": panel.transAxes}
+        panel.text(0.5, 0.5, NO_CONTACT, **style)
+        panel.set_yticks([])
+        return
+    panel.set_yscale("log")
     styles = [Line2D([], [], color="black", lw=1.8, label="stable")]
     styles.append(Line2D([], [], color="black", lw=0.8, ls=(0, (3, 1.5)), label="unstable"))
     handles = [*panel.get_legend_handles_labels()[0], *styles]
@@ -95,7 +102,6 @@ def _draw_forces(panel: Axes, result: Traps) -> None:
         panel.legend(handles=handles, loc="upper left", ncols=2)
     else:
         panel.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=4)
-    panel.set(xlabel=spin_label(), ylabel=f"normal forces in contact, sum ({unit.label})", xlim=(0.0, speeds[-1]))
 
 
 def _pieces(branch: list[int], stable: np.ndarray) -> list[tuple[list[int], bool]]:
