@@ -13,7 +13,9 @@ from contextlib import suppress
 from multiprocessing.connection import Connection
 from typing import TypeVar
 
+from amb_cosim.cosim.basics.descendants import continue_without_parent
 from amb_cosim.cosim.basics.interruption import deferred
+from amb_cosim.cosim.basics.spawned_processes import check_script, end_if_imported_anew, main_guard_advice
 from amb_cosim.cosim.run.options import Progress
 
 Case = TypeVar("Case")
@@ -36,10 +38,10 @@ def simulate_in_processes(
     Raises
     ------
     ValueError
-        If processes end as they start: each imports the user's script, which needs a main guard.
+        If processes end as they start: each imports the user's script, a file with a main guard.
     """
-    if getattr(multiprocessing.current_process(), "_inheriting", False):
-        raise SystemExit(1)  # the script of the process that started this one lacks a main guard
+    end_if_imported_anew()
+    check_script()
     context = multiprocessing.get_context("spawn")
     end_of_this, end_of_others = context.Pipe()
     with (
@@ -57,10 +59,7 @@ def simulate_in_processes(
                 if done:
                     progress(len(cases) - len(running), len(cases))
         except BrokenProcessPool:
-            raise ValueError(
-                'processes of the study ended; a script must call it below if __name__ == "__main__":, since each '
-                "process imports the script"
-            ) from None
+            raise ValueError(f"processes of the study ended; {main_guard_advice('it')}") from None
         except BaseException:
             end_of_this.close()
             pool.shutdown(cancel_futures=True)
@@ -71,6 +70,7 @@ def simulate_in_processes(
 def _follow(parent: Connection) -> None:
     """End this process when the other end of the pipe closes, on purpose or because its process has ended."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C stops the process that started this one
+    continue_without_parent()
     threading.Thread(target=_end_with, args=(parent,), daemon=True).start()
 
 

@@ -13,7 +13,6 @@ from __future__ import annotations
 import asyncio
 import logging
 import math
-import multiprocessing
 import threading
 import time
 from collections import deque
@@ -24,6 +23,7 @@ from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from amb_cosim.cosim.basics.interruption import Interruption, deferred
+from amb_cosim.cosim.basics.spawned_processes import check_script, main_guard_advice
 from amb_cosim.presentation.progress import SweepReport as Report
 from amb_cosim.sweeps.branching import branching_order
 from amb_cosim.sweeps.worker import PointResult, Task, run_batch
@@ -93,15 +93,6 @@ def connect(scheduler: str | None = None, jobs: int | None = None) -> Iterator[C
                 client.status = "closed"  # otherwise garbage collection repeats it and prints a traceback
 
 
-def end_if_imported_anew() -> None:
-    """End a process of a local cluster that called this by importing a user's script without a main guard.
-
-    The process that started it raises the error of `local_cluster`.
-    """
-    if getattr(multiprocessing.current_process(), "_inheriting", False):
-        raise SystemExit(1)
-
-
 def local_cluster(jobs: int | None, security: bool | None = True) -> LocalCluster:
     """Start processes with one thread each, which require their certificates if `security` is true.
 
@@ -109,8 +100,12 @@ def local_cluster(jobs: int | None, security: bool | None = True) -> LocalCluste
     ------
     ClusterFailed
         If the processes end as they start.
+    ValueError
+        If they cannot import the script that Python runs.
     """
     from distributed import LocalCluster
+
+    check_script()
 
     try:
         return LocalCluster(
@@ -124,8 +119,7 @@ def local_cluster(jobs: int | None, security: bool | None = True) -> LocalCluste
         )
     except RuntimeError as error:
         raise ClusterFailed(
-            f"no process of the sweep started ({error.__cause__ or error}); a script must call sweep below "
-            'if __name__ == "__main__":, since each process imports it'
+            f"no process of the sweep started ({error.__cause__ or error}); {main_guard_advice('sweep')}"
         ) from None
 
 

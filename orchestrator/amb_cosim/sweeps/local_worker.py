@@ -5,8 +5,14 @@ from __future__ import annotations
 import signal
 import threading
 
+from amb_cosim.cosim.basics.descendants import continue_without_parent
+
 
 def dask_setup(_: object) -> None:
-    """Ignore Ctrl-C, which a terminal sends to all processes; the parent process handles it."""
+    """Ignore Ctrl-C, which a terminal sends to all processes; the parent process handles it.
+
+    A worker ends with its parent, even if it is stopped: it then continues, and Dask ends it.
+    """
+    continue_without_parent()
     if threading.current_thread() is threading.main_thread():
         signal.signal(signal.SIGINT, signal.SIG_IGN)

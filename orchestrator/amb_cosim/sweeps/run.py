@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from amb_cosim.cosim.basics.choices import Flavour
+from amb_cosim.cosim.basics.spawned_processes import end_if_imported_anew
 from amb_cosim.cosim.run.dataset import git_revision
 from amb_cosim.cosim.system.values import Raw, quantity
 from amb_cosim.presentation.progress import SweepReport as Report
@@ -27,7 +28,7 @@ from amb_cosim.sweeps import outcomes
 from amb_cosim.sweeps.axes import Vary
 from amb_cosim.sweeps.branching import varied_labels
 from amb_cosim.sweeps.check import check_points
-from amb_cosim.sweeps.engine import connect, end_if_imported_anew, run_missing
+from amb_cosim.sweeps.engine import connect, run_missing
 from amb_cosim.sweeps.refine import BOUNDARIES, Refinement, check_refinement
 from amb_cosim.sweeps.sampling import SamplePlan, make_design
 from amb_cosim.sweeps.store import SweepStore, open_sweep
