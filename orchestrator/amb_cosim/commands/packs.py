@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import click
 
 from amb_cosim.commands.cli_errors import refusing
 from amb_cosim.commands.former import Group
+from amb_cosim.commands.help_texts import restore_help
 
 GENERAL = __name__.partition(".")[0]
 PACKAGES: dict[click.Command, str] = {}  # of commands whose function is made here for a package
@@ -19,6 +22,15 @@ class PackCommands(Group):
     """
 
     sections: dict[str, tuple[str, ...]] = {}  # noqa: RUF012, a group sets its own
+
+    def __init__(self, *args: Any, **options: Any) -> None:
+        super().__init__(*args, **options)
+        restore_help(self)
+
+    def add_command(self, cmd: click.Command, name: str | None = None) -> None:
+        """Add a command, whose help needs no docstrings in memory."""
+        restore_help(cmd)
+        super().add_command(cmd, name)
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         """Return a command of this package or of a pack."""
