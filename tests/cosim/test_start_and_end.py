@@ -19,8 +19,8 @@ pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="the FMU is comp
 def run(request, fmu_from_c, tmp_path):
     """`run(experiment, components, **options)`: a run of FMUs that show what they are told, one after the other."""
 
-    def simulate(experiment, components="one", more="", flags=None, slow=None, **options):
-        fmu = informed_fmu(fmu_from_c, tmp_path, request.param, **(flags or {}))
+    def simulate(experiment, components="one", more="", flags=None, slow=None, default="", **options):
+        fmu = informed_fmu(fmu_from_c, tmp_path, request.param, default, **(flags or {}))
         every = slow or {}
         parts = [
             f'[[component]]\nname = "{name}"\nfmu = "{fmu}"\nevery = {every.get(name, 1)}\n'
@@ -44,6 +44,13 @@ def test_a_run_begins_with_outputs_that_initialisation_ends_with(run, coupling, 
     assert result["first.y"].values[0] == 5.0
     assert set(result["second.used"].values[1:]) == {5.0}
     assert result["second.y"].values[-1] == pytest.approx(5.0)
+
+
+@pytest.mark.parametrize(("default", "tolerance"), [('tolerance="1e-4"', 1e-4), ('stopTime="2"', -1.0), ("", -1.0)])
+@pytest.mark.parametrize("isolated", [False, True])
+def test_an_fmu_integrates_with_the_tolerance_of_its_default_experiment(run, default, tolerance, isolated):
+    result = run('communication_step = "0.5 s"\nstop_time = "1 s"', default=default, isolated=isolated)
+    assert set(result.dataset["one.tolerance"].values) == {tolerance}
 
 
 @pytest.mark.parametrize("loop", ["compiled", "plain"])

@@ -2,7 +2,7 @@
  *
  * Reals by reference: 0 u, 1 k, 2 y0, 3 y (y0 only as initialisation mode ends), 4 time of the last step's end, 5 the
  * start time, 6 the stop time or -1 without one, 7 the size of the last step, 8 the number of instances in the process,
- * 9 the last input that a step began with.
+ * 9 the last input that a step began with, 10 the tolerance or -1 without one.
  */
 #include <stdbool.h>
 #include <stddef.h>
@@ -11,7 +11,7 @@
 
 #include "fmi_names.h"
 
-enum { U, K, Y0, Y, TIME, START, STOP, STEP, INSTANCES, USED, SIZE };
+enum { U, K, Y0, Y, TIME, START, STOP, STEP, INSTANCES, USED, TOLERANCE, SIZE };
 typedef struct {
     double values[SIZE];
 } Instance;
@@ -26,8 +26,9 @@ static Instance *made(void)
     return self;
 }
 
-static int told(Instance *self, double start, int has_stop, double stop)
+static int told(Instance *self, int has_tolerance, double tolerance, double start, int has_stop, double stop)
 {
+    self->values[TOLERANCE] = has_tolerance ? tolerance : -1.0;
     self->values[TIME] = self->values[START] = start;
     self->values[STOP] = has_stop ? stop : -1.0;
     return 0;
@@ -49,7 +50,7 @@ Instance *fmi3InstantiateCoSimulation(void) { return made(); }
 int fmi3EnterInitializationMode(Instance *self, bool has_tolerance, double tolerance, double start, bool has_stop,
                                 double stop)
 {
-    return told(self, start, has_stop, stop);
+    return told(self, has_tolerance, tolerance, start, has_stop, stop);
 }
 int fmi3DoStep(Instance *self, double time, double size, bool no_way_back, bool *event, bool *end, bool *early,
                double *reached)
@@ -62,7 +63,7 @@ const char *fmi2GetTypesPlatform(void) { return "default"; }
 Instance *fmi2Instantiate(void) { return made(); }
 int fmi2SetupExperiment(Instance *self, int has_tolerance, double tolerance, double start, int has_stop, double stop)
 {
-    return told(self, start, has_stop, stop);
+    return told(self, has_tolerance, tolerance, start, has_stop, stop);
 }
 int fmi2EnterInitializationMode(Instance *self) { return 0; }
 int fmi2DoStep(Instance *self, double time, double size, int no_way_back) { return step(self, time, size); }

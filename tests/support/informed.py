@@ -7,7 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 SOURCE = Path(__file__).parent / "informed.c"
-OUTPUTS = ("y", "reached", "start", "stop", "step", "instances", "used")
+OUTPUTS = ("y", "reached", "start", "stop", "step", "instances", "used", "tolerance")
 VARIABLES = [
     ("u", 'causality="input"', 'start="0"'),
     ("k", 'causality="parameter" variability="fixed"', 'start="1"'),
@@ -17,18 +17,20 @@ VARIABLES = [
 FIRST_OUTPUT = len(VARIABLES) - len(OUTPUTS)
 
 
-def informed_fmu(fmu_from_c: Callable[..., Path], folder: Path, version: int = 2, **flags: str) -> Path:
-    """Return the FMU as a file of `folder`, with flags of its element `CoSimulation`."""
+def informed_fmu(
+    fmu_from_c: Callable[..., Path], folder: Path, version: int = 2, experiment: str = "", **flags: str
+) -> Path:
+    """Return the FMU as a file of `folder`, with attributes of its default experiment and flags of `CoSimulation`."""
     fmu = fmu_from_c(SOURCE, description(version), version)
     copy = folder / f"Informed{version}.fmu"
     with zipfile.ZipFile(fmu) as old, zipfile.ZipFile(copy, "w") as new:
         for name in old.namelist():
-            content = description(version, **flags) if name == "modelDescription.xml" else old.read(name)
+            content = description(version, experiment, **flags) if name == "modelDescription.xml" else old.read(name)
             new.writestr(zipfile.ZipInfo(name), content)  # the same bytes at any time
     return copy
 
 
-def description(version: int, **flags: str) -> str:
+def description(version: int, experiment: str = "", **flags: str) -> str:
     """Return the modelDescription; the FMU takes any step and saves its state unless flags say otherwise."""
     state = "FMUState" if version == 3 else "FMUstate"
     abilities = ("canHandleVariableCommunicationStepSize", f"canGetAndSet{state}", f"canSerialize{state}")
@@ -50,6 +52,7 @@ def description(version: int, **flags: str) -> str:
     return f"""<?xml version="1.0" encoding="UTF-8"?>
 <fmiModelDescription {head} modelName="Informed">
 <CoSimulation modelIdentifier="informed" {text}/>
+{f"<DefaultExperiment {experiment}/>" if experiment else ""}
 <ModelVariables>{"".join(declared)}</ModelVariables>
 <ModelStructure>{outputs if version == 3 else f"<Outputs>{outputs}</Outputs>"}</ModelStructure>
 </fmiModelDescription>

@@ -39,7 +39,7 @@ class Binding2(Binding):
     kinds: ClassVar[Mapping[str, Kind]] = {"Real": Kind(c_double), "Integer": Kind(c_int), "Boolean": Kind(c_int)}
 
     def __init__(self, interface: FmuInterface, folder: Path, name: str, log: Log) -> None:
-        self._names = (name, id(log))
+        self._names, self._tolerance = (name, id(log)), interface.tolerance
         self.log = log
         _logs.update(dict.fromkeys(self._names, log))
         self._callbacks = fmi2CallbackFunctions(
@@ -80,7 +80,7 @@ class Binding2(Binding):
 
     def enter(self, start_time: float, stop_time: float | None = None) -> None:
         """Begin initialisation at `start_time` (s) of a run that ends at `stop_time` (s), if that is known."""
-        check_status("fmi2SetupExperiment", self.fmu.setupExperiment(None, start_time, stop_time))
+        check_status("fmi2SetupExperiment", self.fmu.setupExperiment(self._tolerance, start_time, stop_time))
         self.call("EnterInitializationMode")
 
     def step(self, time: float, step_size: float) -> None:

@@ -102,7 +102,7 @@ class Binding3(Binding):
     kinds = KINDS
 
     def __init__(self, interface: FmuInterface, folder: Path, name: str, log: Log) -> None:
-        self.log = log
+        self.log, self._tolerance = log, interface.tolerance
         self._buffers: list[Any] = []  # what C structures point to
         self.fmu = FMU3Slave(
             guid=interface.guid,
@@ -134,8 +134,8 @@ class Binding3(Binding):
 
     def enter(self, start_time: float, stop_time: float | None = None) -> None:
         """Begin initialisation at `start_time` (s) of a run that ends at `stop_time` (s), if that is known."""
-        has_stop = stop_time is not None
-        self.call("EnterInitializationMode", False, 0.0, start_time, has_stop, stop_time or 0.0)
+        tolerance, stop = ((value is not None, value or 0.0) for value in (self._tolerance, stop_time))
+        self.call("EnterInitializationMode", *tolerance, start_time, *stop)
 
     def step(self, time: float, step_size: float) -> None:
         """Advance from `time` by `step_size` (s)."""

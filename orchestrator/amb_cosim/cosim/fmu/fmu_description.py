@@ -122,7 +122,8 @@ def _interface(description: Any, folder: Path, what: str) -> FmuInterface:
         fmi=3 if major == "3" else 2,
         once_per_process=bool(ability.canBeInstantiatedOnlyOncePerProcess),
         texts={text.name: text for text in _texts(description)},
-        own_step=_own_step(description),
+        own_step=_of_experiment(description, "stepSize"),
+        tolerance=_of_experiment(description, "tolerance"),
         reports_faults=(description.generationTool or "").startswith(f"{TOOL} "),
     )
 
@@ -149,9 +150,10 @@ def _texts(description: Any) -> Iterator[TextVariable]:
             yield TextVariable(v.name, kind, v.causality or "local", int(v.valueReference), math.prod(v.shape or ()))
 
 
-def _own_step(description: Any) -> float | None:
-    experiment = description.defaultExperiment
-    return None if experiment is None or experiment.stepSize is None else float(experiment.stepSize)
+def _of_experiment(description: Any, attribute: str) -> float | None:
+    """Return a number of the default experiment; None if the description has none."""
+    value = getattr(description.defaultExperiment, attribute, None)
+    return None if value is None else float(value)
 
 
 def _states(description: Any) -> tuple[tuple[str, str], ...]:

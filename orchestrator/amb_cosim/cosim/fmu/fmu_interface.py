@@ -125,8 +125,8 @@ class FmuInterface:
     derivatives, if an FMU of FMI 2.0 provides directional derivatives and lists them. `fmi` is the version of FMI. A
     process can have one instance of an FMU that is `once_per_process`.
     `texts` are its String and Binary variables. `deviations` are the rules of FMI that its description breaks, and
-    `own_step` the step size of its default experiment (s). `reports_faults`: it was made by this project, whose output
-    `fault_code` is 0 without a fault.
+    `own_step` and `tolerance` the step size (s) and the relative tolerance of its default experiment.
+    `reports_faults`: it was made by this project, whose output `fault_code` is 0 without a fault.
     """
 
     identifier: str
@@ -143,6 +143,7 @@ class FmuInterface:
     reports_faults: bool = False
     deviations: tuple[str, ...] = ()
     own_step: float | None = None
+    tolerance: float | None = None
 
     def of(self, causality: str) -> tuple[Port, ...]:
         """Return the variables with a causality."""
