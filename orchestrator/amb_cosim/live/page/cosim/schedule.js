@@ -1,4 +1,4 @@
-// Values from outside over time: changes at points, and ramps that are linear between points, as `cosim/schedules.py` has them.
+// Values from outside over time: changes at points, and ramps that are linear between points, as `cosim/basics/schedules.py` has them.
 
 /**
  * @typedef {object} Ramp

@@ -1,4 +1,4 @@
-// Conditions that end a run, as `cosim/stopping.py` has them: a signal has been above or below a limit for long enough.
+// Conditions that end a run, as `cosim/system/stopping.py` has them: a signal has been above or below a limit for long enough.
 
 /**
  * Return the number of the first condition that is met at a point, or -1.

@@ -1,0 +1,66 @@
+"""Files and names that texts point to exist: pages, docstrings and comments."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from importlib import import_module
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+TEXTS, CODE = (".md", ".py", ".toml", ".c", ".h", ".js", ".mjs", ".j2"), (".py", ".c", ".h", ".js", ".mjs")
+LEFT_OUT = {"node_modules", "__pycache__", "vendor", "fmi_headers"}
+OUTPUT = ("site", "results", "build", "dist")  # folders at the top
+HISTORY = ("CHANGELOG.md", "docs/reference/removed.md")  # point to what was there
+PATH = re.compile(r"`([\w.-]+(?:/[\w.-]+)+\.\w+)`")
+NAME = re.compile(
+    r"`((?:amb_\w+|fmi_export|rotor_analysis|signal_chain|source_check|benchmarks|tools)(?:\.\w+)+)(?<!\.py)`"
+)
+FORMS = {"amb_cosim.studies.NAME": "any study", "amb_cosim.models": "a group of entry points"}
+
+
+def _files() -> list[Path]:
+    folders = [
+        path for path in ROOT.iterdir() if path.name not in OUTPUT and (path.name[0] != "." or path.name == ".ci")
+    ]
+    files = (file for folder in folders for file in (folder.rglob("*") if folder.is_dir() else (folder,)))
+    return [file for file in files if file.is_file() and not LEFT_OUT & {*file.relative_to(ROOT).parts}]
+
+
+def _pointers(pattern: re.Pattern[str]) -> Iterator[tuple[str, str]]:
+    """Yield each text's file with what it points to."""
+    for file in _files():
+        name = file.relative_to(ROOT).as_posix()
+        if file.suffix in TEXTS and name not in HISTORY:
+            for target in pattern.findall(file.read_text(encoding="utf-8", errors="replace")):
+                yield name, target
+
+
+def _exists(name: str) -> bool:
+    """Whether a dotted name is a module, or an attribute or a field of one."""
+    parts = name.split(".")
+    for length in range(len(parts), 0, -1):
+        try:
+            item = import_module(".".join(parts[:length]))
+        except ImportError:
+            continue
+        for attribute in parts[length:]:
+            if attribute in getattr(item, "__annotations__", {}):
+                return True
+            item = getattr(item, attribute, None)
+        return item is not None
+    return False
+
+
+def test_source_files_that_texts_name_exist():
+    ends = {"/" + file.relative_to(ROOT).as_posix() for file in _files()}
+    result = [(file, path) for file, path in _pointers(PATH) if path.endswith(CODE)]
+    assert len(result) > 20
+    assert [(file, path) for file, path in result if not any(end.endswith("/" + path) for end in ends)] == []
+
+
+def test_dotted_names_in_texts_exist():
+    result = {(file, name) for file, name in _pointers(NAME) if name not in FORMS}
+    assert len(result) > 50
+    exists = {name: _exists(name) for name in {name for _, name in result}}
+    assert sorted((file, name) for file, name in result if not exists[name]) == []
