@@ -93,7 +93,8 @@ def _with_frequency(model: Matrices, Omega: float, loss: Hysteresis, omega: floa
     D = loss.stiffness(omega, Omega)
     values, vectors = _solved(model, Omega, D)
     least = OF_LOSS * loss.loss_factor if np.iscomplexobj(D) else 0.0
-    upper = np.flatnonzero(oscillating(values) & (values.imag > least * np.abs(values)))
+    upper = np.flatnonzero(oscillating(values))
+    upper = upper[values[upper].imag > least * np.abs(values[upper])]
     upper = upper[np.argsort(values[upper].imag, kind="stable")]
     return values[upper], vectors[:, upper]
 

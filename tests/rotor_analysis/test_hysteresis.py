@@ -61,6 +61,14 @@ def test_loss_damps_fast_whirl_and_drives_slow_forward_whirl(c, sense):
         assert ratios(model, sense * Omega) == dict(zip(names, slow, strict=True))
 
 
+@pytest.mark.filterwarnings("error")
+def test_weightless_nodes_of_a_full_model_do_not_disturb_its_lowest_modes():
+    """Their eigenvalues are infinite."""
+    full = jeffcott(k_bearing=1e9).full
+    assert ratios(full, 0.5 * OMEGA) == dict.fromkeys(("forward", "backward"), pytest.approx(0.5 * ETA, rel=1e-3))
+    assert ratios(full, 2.0 * OMEGA)["forward"] == pytest.approx(-0.5 * ETA, rel=1e-3)
+
+
 def test_rotor_is_unstable_above_its_critical_speed_unless_damping_outweighs_loss():
     """Threshold c omega = eta k, at every speed above the critical one and at none below."""
     threshold = ETA * SHAFT / OMEGA
