@@ -29,6 +29,7 @@ from rotor_analysis.refinement import about_resonances, refined
 from rotor_analysis.resonances import resonances
 from rotor_analysis.response import dynamic_stiffness, orbit
 from rotor_analysis.response import unbalance_response as steady_response
+from rotor_analysis.rigid_body import floating_motions
 from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import RotorSource, load_rotor
 from rotor_analysis.shaft import MassModel
@@ -124,8 +125,10 @@ def unbalance_response(
     curves = _curves(description, places, response, everywhere)
     limits = limits_of((*description.bearings, *description.seals))
     peaks = _peaks(speeds, curves, limits, None)
-    placed = _described(description, load)
-    return UnbalanceResponse(description.name, mass, None, None, *placed, speeds, curves, peaks, limits)
+    placed, floating = _described(description, load), floating_motions(description, speeds[::COARSE])
+    return UnbalanceResponse(
+        description.name, mass, None, None, *placed, speeds, curves, peaks, limits, floating=floating
+    )
 
 
 def _of_machine(
@@ -210,10 +213,12 @@ def _curves(
     rotor: Rotor, places: Mapping[str, int], response: Complex, everywhere: float | None
 ) -> dict[str, PlaceResponse]:
     """Return the curves of places from their displacements (m), shape (speeds, places, 2)."""
-    amplitude, _, phase = orbit(response)
+    amplitude, minor, phase = orbit(response)
     continuous, z = np.unwrap(phase, axis=0), rotor.shaft.nodes
     return {
-        name: PlaceResponse(node, z[node - 1], everywhere or _clearance(rotor, node), amplitude[:, k], continuous[:, k])
+        name: PlaceResponse(
+            node, z[node - 1], everywhere or _clearance(rotor, node), amplitude[:, k], continuous[:, k], minor[:, k]
+        )
         for k, (name, node) in enumerate(places.items())
     }
 

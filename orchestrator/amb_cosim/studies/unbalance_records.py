@@ -15,6 +15,7 @@ from amb_cosim.studies.result import DrawnResult
 from array_types import Array
 from rotor_analysis.shaft import MassModel
 
+RESTING = 1e-9  # of the median amplitude, and of the major semi-axis; smaller motion has no sense of whirl
 DAMPED = 2.5  # amplification below which a peak needs no separation margin (API 617)
 
 
@@ -28,6 +29,9 @@ class PlaceResponse:
         Its position (m).
     amplitude
         Major semi-axis of the orbit (m), shape (n,).
+    minor
+        Minor semi-axis (m), shape (n,): negative where the orbit is backward, so that pi times both is its area with
+        the sense of whirl as sign.
     phase
         Angle by which the forward part of the motion leads the unbalance (rad), continuous, shape (n,).
     clearance
@@ -39,6 +43,18 @@ class PlaceResponse:
     clearance: Annotated[float | None, "m"]
     amplitude: Annotated[Array, "m"]
     phase: Annotated[Array, "rad"]
+    minor: Annotated[Array, "m"]
+
+    def backward(self, speeds: Array) -> list[tuple[float, float]]:
+        """Return the ranges of speed (rad/s) in which the orbit is backward, interpolated between the samples."""
+        moves = self.amplitude > RESTING * np.median(self.amplitude)
+        ratio = np.where(moves, self.minor / np.where(moves, self.amplitude, 1.0), 0.0)
+        whirls = np.concatenate([[False], ratio < -RESTING, [False]])
+        begins, ends = np.flatnonzero(whirls[1:] & ~whirls[:-1]), np.flatnonzero(whirls[:-1] & ~whirls[1:]) - 1
+        return [
+            (_zero(speeds, ratio, first - 1, first), _zero(speeds, ratio, last, last + 1))
+            for first, last in zip(begins.tolist(), ends.tolist(), strict=True)
+        ]
 
 
 @dataclass(frozen=True)
@@ -98,6 +114,8 @@ class UnbalanceResponse(DrawnResult):
         Peaks of the response, ascending.
     limits
         Limits of the coefficients of bearings and seals.
+    floating
+        Rigid-body motions, of four, that neither a bearing nor a seal resists with stiffness.
     stable_up_to
         Speed (rad/s) at which the response ends because the loop of the machine is not stable above; otherwise None.
     """
@@ -116,6 +134,7 @@ class UnbalanceResponse(DrawnResult):
     critical_speeds: tuple[CriticalResponse, ...]
     limits: Limits = ()
     stable_up_to: Annotated[float | None, "rad/s"] = None
+    floating: int = 0
 
     @property
     def load(self) -> str:
@@ -141,6 +160,7 @@ class UnbalanceResponse(DrawnResult):
         unit, notes = speed_unit(), limit_notes(self.limits, self.speeds)
         if self.stable_up_to is not None:
             notes = [f"the loop is not stable above {unit.text(self.stable_up_to, 5)}", *notes]
+        notes = [*self._floating_note(), *self._backward_notes(), *notes]
         if not self.critical_speeds:
             return [table, "no critical speed in this range", *notes]
         heads: tuple[str, ...] = (f"({unit.label})", "highest at", "(mm)", "amplification")
@@ -154,9 +174,35 @@ class UnbalanceResponse(DrawnResult):
         undamped = ", ".join(unit.text(item.speed) for item in self._unbounded)
         return [table, criticals, *([f"nothing damps the motion at {undamped}"] if undamped else []), *notes]
 
+    def _floating_note(self) -> list[str]:
+        if not self.floating:
+            return []
+        return [
+            f"bearings and seals have no stiffness against {self.floating} of the 4 rigid-body motions: in these the "
+            "rotor floats, and only inertia and damping limit its response; they have no critical speed"
+        ]
+
+    def _backward_notes(self) -> list[str]:
+        """Return the ranges of speed in which unbalance whirls the rotor backward, each with its places."""
+        unit, at = speed_unit(), dict[tuple[str, str], list[str]]()
+        for name, place in self.places.items():
+            for low, high in place.backward(self.speeds):
+                at.setdefault((unit.number(low), unit.text(high)), []).append(name)
+        return [
+            f"unbalance whirls the rotor backward from {low} to {high} at {', '.join(names)}"
+            for (low, high), names in at.items()
+        ]
+
     @property
     def _unbounded(self) -> list[CriticalResponse]:
         return [item for item in self.critical_speeds if not item.is_bounded]
+
+
+def _zero(speeds: Array, values: Array, first: int, second: int) -> float:
+    """Return the speed (rad/s) at which values are 0 between two samples, or that of the one that exists."""
+    if first < 0 or second >= len(speeds):
+        return float(speeds[max(first, 0) if second >= len(speeds) else second])
+    return float(speeds[first] + (speeds[second] - speeds[first]) * values[first] / (values[first] - values[second]))
 
 
 def amplification_text(item: CriticalResponse) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import cycle
 from typing import Any
 
@@ -9,6 +10,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator, MultipleLocator
 
 from amb_cosim.presentation.style import COLOURS, DASHED, GREY, TITLE_SIZE, StyledFigure
@@ -18,12 +20,13 @@ from amb_cosim.studies.figures.over_speed import BOX
 from amb_cosim.studies.unbalance_records import UnbalanceResponse, amplification_text
 
 BODE, POLAR = 7.0, 4.8  # inches, widths
+BACKWARD = "#DCE9F5"
 FLOOR = 1e-3  # of the largest amplitude, where a logarithmic axis begins
 LABELS = (0.005, 0.34, 0.67)  # places of the labels of clearances, of the width
 
 
 def draw(result: UnbalanceResponse) -> Figure:
-    """Draw amplitude, with clearances, critical speeds and their margins, and phase over the spin speed; and polar."""
+    """Draw amplitude, with clearances, critical speeds, margins and backward whirl, and phase over speed; and polar."""
     whole = StyledFigure(figsize=(BODE + POLAR, 5.4), layout="constrained")
     figure, right = np.ravel(np.asarray(whole.subfigures(1, 2, width_ratios=(BODE, POLAR))))
     top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
@@ -52,11 +55,22 @@ def draw(result: UnbalanceResponse) -> Figure:
     bottom.grid(axis="y", color="0.9", lw=0.6)
     curves = top.get_legend_handles_labels()[0]
     hatched = hatch_extrapolated((top, bottom), result.speeds, result.limits)
-    figure.legend(handles=[*curves, *hatched], loc="outside lower center", ncols=3)
+    shaded = _shade_backward((top, bottom), result)
+    figure.legend(handles=[*curves, *hatched, *shaded], loc="outside lower center", ncols=3)
     _draw_polar(right.add_subplot(projection="polar"), result, unit)
     title = f"{result.scenario or result.rotor}: steady response to {result.load}"
     whole.suptitle(with_frozen(title, result.limits), fontsize=TITLE_SIZE)
     return whole
+
+
+def _shade_backward(panels: Sequence[Axes], result: UnbalanceResponse) -> list[Patch]:
+    """Shade the speeds at which unbalance whirls the rotor backward anywhere; return the entry of the legend."""
+    size = speed_unit().size
+    ranges = {ends for place in result.places.values() for ends in place.backward(result.speeds)}
+    for axes in panels:
+        for low, high in ranges:
+            axes.axvspan(low / size, high / size, color=BACKWARD, lw=0.0, zorder=-1)
+    return [Patch(color=BACKWARD, label="backward whirl")] if ranges else []
 
 
 def _mark_speeds(top: Axes, bottom: Axes, result: UnbalanceResponse, unit: ShownUnit) -> None:
