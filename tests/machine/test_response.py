@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from ross_numbers import REFERENCE, complex_numbers
 
-from amb_cosim.assessment.analyses.free_modes import _pair_text
 from amb_cosim.assessment.critical_speeds import antinodes, critical_speeds, lobe_masses
 from amb_cosim.machine.coefficients import WHIRL
 from amb_cosim.machine.response import highest_peaks, peaks_of, separation_margin
@@ -151,12 +150,3 @@ def test_response_in_bearings_over_frequency_is_that_of_ross(name):
         result = np.linalg.solve(stiffness, Omega**2 * load)[rows][seen]
         theirs = complex_numbers(expected["response"][k])
         np.testing.assert_allclose(result, theirs, atol=EXACT * np.abs(theirs).max())
-
-
-@pytest.mark.parametrize(
-    ("magnet", "sensor", "text"),
-    [(0, 1, "+1.00, +0.40"), (0, 3, "+1.00, -0.60: non-collocated"), (0, 2, "+1.00, +0.01: at a node")],
-)
-def test_a_node_between_magnet_and_sensor_is_told(magnet, sensor, text):
-    shape = np.array([1.0, 0.4, 0.01, -0.6])
-    assert _pair_text(shape, magnet + 1, sensor + 1) == text
