@@ -8,19 +8,24 @@ A distribution that declares
 adds the package `my_pump`. Its folders `rotors`, `systems`, `scenarios` and `sweeps` contain files of that kind, which
 are known by their names. The optional file `pack.toml` has the form of `PackFile`; the modules `studies` and `commands`
 add studies and commands.
+
+An application is a package of code above the orchestrator, declared in the group `amb_cosim.applications`. It adds
+studies and commands as packs do, and its module `listing` adds to what `amb-cosim list` lists.
 """
 
 from __future__ import annotations
 
 import sys
+from collections.abc import Iterator
 from functools import cache
 from importlib import import_module
-from importlib.metadata import distributions, entry_points
+from importlib.metadata import EntryPoint, distributions, entry_points
 from importlib.util import find_spec
 from pathlib import Path
 from types import ModuleType
 
 GROUP = "amb_cosim.packs"
+APPLICATIONS = "amb_cosim.applications"
 
 
 def unreadable_distributions() -> list[str]:
@@ -42,13 +47,13 @@ def pack_of(file: Path) -> str:
 @cache
 def packs() -> dict[str, Path]:
     """Return the folders of the installed packs, by name; a pack without a package is skipped with a warning."""
-    folders: dict[str, Path] = {}
-    for point in sorted(entry_points(group=GROUP)):
-        try:
-            folders[point.name] = _folder(point.value)
-        except Exception:  # whatever the import of a parent package raises
-            print(f"warning: pack {point.name!r} is skipped; there is no package {point.value!r}", file=sys.stderr)
-    return folders
+    return {point.name: folder for point, folder in _folders(GROUP)}
+
+
+@cache
+def applications() -> dict[str, Path]:
+    """Return the folders of the installed applications, by the full names of their packages."""
+    return {point.value: folder for point, folder in _folders(APPLICATIONS)}
 
 
 def files_of(kind: str, **general: Path) -> dict[str, Path]:
@@ -79,19 +84,33 @@ def files_of(kind: str, **general: Path) -> dict[str, Path]:
 
 @cache
 def modules_of(name: str) -> dict[str, ModuleType]:
-    """Import the module of a name in each pack that has one; return them by pack.
+    """Import the module of a name in each application and pack that has one, in this order; return them by these names.
 
     A module that cannot be imported is skipped with a warning.
     """
+    homes = {package: (f"application {package!r}", package, folder) for package, folder in applications().items()}
+    homes |= {pack: (f"pack {pack!r}", folder.name, folder) for pack, folder in packs().items()}
     result: dict[str, ModuleType] = {}
-    for pack, folder in packs().items():
+    for home, (what, package, folder) in homes.items():
         if (folder / f"{name}.py").is_file() or (folder / name / "__init__.py").is_file():
             try:
-                result[pack] = import_module(f"{folder.name}.{name}")
+                result[home] = import_module(f"{package}.{name}")
             except (Exception, SystemExit) as error:  # whatever its code raises
                 why = f"{type(error).__name__}: {error}"
-                print(f"warning: pack {pack!r} has no {name}, because their import fails: {why!r}", file=sys.stderr)
+                print(f"warning: {what} has no {name}, because their import fails: {why!r}", file=sys.stderr)
     return result
+
+
+def _folders(group: str) -> Iterator[tuple[EntryPoint, Path]]:
+    """Yield the entry points of a group with the folders of their packages; one without a package is skipped."""
+    kind = group.rpartition(".")[2].removesuffix("s")
+    for point in sorted(entry_points(group=group)):
+        try:
+            folder = _folder(point.value)
+        except Exception:  # whatever the import of a parent package raises
+            print(f"warning: {kind} {point.name!r} is skipped; there is no package {point.value!r}", file=sys.stderr)
+        else:
+            yield point, folder
 
 
 def _folder(package: str) -> Path:

@@ -18,7 +18,7 @@ from amb_cosim.scenario.file import read_scenario
 from amb_cosim.scenario.scenario import load_scenario
 from amb_cosim.scenario.simulation import run_prepared
 from amb_cosim.studies.processes import simulate_in_processes
-from amb_cosim.studies.stored_robustness import FILE as ROBUSTNESS
+from amb_cosim.sweeps.stored_robustness import FILE as ROBUSTNESS
 from amb_files.atomic import write_atomically
 from amb_files.packs import files_of, packs
 from amb_files.toml import parse_toml, read_text

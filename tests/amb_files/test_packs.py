@@ -16,12 +16,13 @@ def installed(monkeypatch):
     """`installed({name: package})`: those packs alone, until the test ends."""
 
     def forget():
+        packs.applications.cache_clear()
         packs.packs.cache_clear()
         packs.modules_of.cache_clear()
 
     def install(packages):
         points = [EntryPoint(name, package, packs.GROUP) for name, package in packages.items()]
-        monkeypatch.setattr(packs, "entry_points", lambda group: points)
+        monkeypatch.setattr(packs, "entry_points", lambda group: points if group == packs.GROUP else [])
         forget()
 
     yield install

@@ -16,7 +16,7 @@ PATH = re.compile(r"`([\w.-]+(?:/[\w.-]+)+\.\w+)`")
 NAME = re.compile(
     r"`((?:amb_\w+|fmi_export|rotor_analysis|signal_chain|source_check|benchmarks|tools)(?:\.\w+)+)(?<!\.py)`"
 )
-FORMS = {"amb_cosim.studies.NAME": "any study", "amb_cosim.models": "a group of entry points"}
+FORMS = ("amb_cosim.studies.NAME", "amb_cosim.applications", "amb_cosim.models", "amb_cosim.packs")  # entry points
 
 
 def _files() -> list[Path]:

@@ -17,9 +17,9 @@ from matplotlib.figure import Figure
 from pump import SHAFT, UNSTABLE
 
 from amb_cosim import studies
-from amb_cosim.commands import analysis
 from amb_cosim.commands.options import ROTOR, SETTINGS
 from amb_cosim.presentation.text_tables import TextBlock
+from amb_cosim.studies.commands import analysis
 from amb_cosim.studies.result import DrawnResult
 from rotor_analysis.modes import damped_frequencies
 from rotor_analysis.packaged_rotors import rotor_path
@@ -155,7 +155,7 @@ def test_added_study_runs_with_its_options(runner, added, tmp_path, more):
     assert result.stderr == ""
 
 
-@pytest.mark.parametrize("name", analysis.study.commands)
+@pytest.mark.parametrize("name", analysis.study.list_commands(click.Context(analysis.study)))
 def test_defaults_are_those_of_the_python_function(name):
     values = analysis.study.commands[name].make_context(name, []).params
     del values["output"]

@@ -18,7 +18,9 @@ WIDTH, LONGEST = 78, 60  # characters; click leaves two of a terminal of 80
 
 def _groups(group: click.Group, path: tuple[str, ...] = ()) -> Iterator[tuple[str, ...]]:
     yield path
-    for name, command in group.commands.items():
+    context = click.Context(group)
+    for name in group.list_commands(context):
+        command = group.get_command(context, name)
         if isinstance(command, click.Group):
             yield from _groups(command, (*path, name))
 

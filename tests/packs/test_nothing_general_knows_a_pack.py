@@ -102,8 +102,8 @@ def helps() -> dict[str, str]:
 
     def collect(command: click.Command, path: str) -> dict[str, str]:
         result = {path: command.get_help(click.Context(command, info_name=path))}
-        for name, below in getattr(command, "commands", {}).items():
-            result |= collect(below, f"{path} {name}")
+        for name in command.list_commands(click.Context(command)) if isinstance(command, click.Group) else ():
+            result |= collect(command.get_command(click.Context(command), name), f"{path} {name}")
         return result
 
     return collect(main, "amb-cosim")

@@ -63,7 +63,8 @@ def build(
     Platforms are linux64 and win64, for native FMUs also darwin64, aarch64-linux, aarch64-darwin, and wasm32
     (WebAssembly for browsers), which all does not include.
     """
-    import amb_cosim
+    from amb_cosim.export.assembled import build_assembled
+    from amb_cosim.export.build import build as build_fmus
 
     options |= {"flavour": flavour, "arrays": not no_arrays}
     with refusing():
@@ -75,9 +76,9 @@ def build(
             return
         if assembled is not None:
             whole = None if assembled == SYSTEM else assembled
-            click.echo(amb_cosim.build_assembled(output, whole, **options))
+            click.echo(build_assembled(output, whole, **options))
             return
-        for path in amb_cosim.build(output, scenario=scenario, **options):
+        for path in build_fmus(output, scenario=scenario, **options):
             click.echo(path)
     if flavour == "python":
         from fmi_export.building.python_fmu import what_it_needs
@@ -96,11 +97,11 @@ def _build_controller(
     **options: Any,
 ) -> None:
     """Build the FMU of a controller file."""
-    import amb_cosim
+    from amb_cosim.controllers.linear_controller import linear_controller
 
     if any((*others, rotor, receptances, not arrays, sources)):
         raise ValueError(f"--controller {file} can only be combined with --flavour, --platforms, --fmi and --output")
-    click.echo(amb_cosim.linear_controller(file).build(output, **options))
+    click.echo(linear_controller(file).build(output, **options))
 
 
 COMMANDS = (build,)

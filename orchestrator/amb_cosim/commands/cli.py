@@ -6,24 +6,7 @@ from typing import Any
 
 import click
 
-from amb_cosim.commands import (
-    analysis,
-    assess,
-    build,
-    cache,
-    compare,
-    controller,
-    export,
-    identify,
-    listing,
-    live,
-    new,
-    plot,
-    rotor,
-    run,
-    sweep,
-    verify,
-)
+from amb_cosim.commands import build, cache, compare, controller, export, listing, plot, rotor, run, verify
 from amb_cosim.commands.cli_errors import Refused, interrupted
 from amb_cosim.commands.packs import PackCommands
 from amb_cosim.cosim.basics.interruption import interruptible, was_interrupted
@@ -33,16 +16,6 @@ FORMER = {"animate": "live SCENARIO", "modes": "study modes", "machine": "assess
 
 class Commands(PackCommands):
     """Commands that end with a message and an exit code on Ctrl-C and SIGTERM."""
-
-    sections = {  # noqa: RUF012
-        "Run": ("run", "simulate", "sweep", "compare", "plot", "live", "list"),
-        "Design and judge": (
-            *("new", "assess", "rotor"),
-            *("controller", "study", "identify", "linearise"),
-        ),
-        "FMUs and other tools": ("build", "export-ssp", "verify"),
-        "Housekeeping": ("cache",),
-    }
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         """Refuse arguments that are not UTF-8: results, pages and figures contain file names as text."""
@@ -80,22 +53,7 @@ def main() -> None:
     """Co-simulation of a flexible rotor in magnetic bearings that can touch its retainer bearings."""
 
 
-for command in (
-    *run.COMMANDS,
-    *new.COMMANDS,
-    *listing.COMMANDS,
-    *compare.COMMANDS,
-    *plot.COMMANDS,
-    *build.COMMANDS,
-    *verify.COMMANDS,
-    *export.COMMANDS,
-    *identify.COMMANDS,
-    *analysis.COMMANDS,
-    *rotor.COMMANDS,
-    *controller.COMMANDS,
-    *assess.COMMANDS,
-    *live.COMMANDS,
-    *cache.COMMANDS,
-    *sweep.COMMANDS,
-):
-    main.add_command(command)
+main.add_section("Run", *run.COMMANDS, *compare.COMMANDS, *plot.COMMANDS, *listing.COMMANDS)
+main.add_section("Design and judge", *rotor.COMMANDS, *controller.COMMANDS)
+main.add_section("FMUs and other tools", *build.COMMANDS, *export.COMMANDS, *verify.COMMANDS)
+main.add_section("Housekeeping", *cache.COMMANDS)

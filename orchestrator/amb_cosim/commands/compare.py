@@ -48,7 +48,7 @@ def compare(
     A, B, ... are names of scenarios, their TOML files, or folders (or files .nc) of saved results. To apply an option
     to one run only, put its number in front: --set 2:rotor_contact.*.law=hertz.
     """
-    import amb_cosim
+    from amb_cosim.comparison import compare as comparison
     from amb_cosim.presentation.text_tables import print_parts
     from amb_cosim.scenario.plan import parse_settings
 
@@ -57,7 +57,7 @@ def compare(
         check_writable(folder, is_folder=True)
         count = len(sources)
         of_each = [parse_settings(texts) for texts in _by_run(settings, count, "--set")]
-        result = amb_cosim.compare(
+        result = comparison.compare(
             *sources,
             set=of_each if _names_run(settings) else of_each[0] if of_each else None,
             rotor=_last(rotors, count, "--rotor"),

@@ -13,6 +13,7 @@ from amb_cosim.commands.printing import show as print_data
 from amb_files.atomic import check_writable
 
 FILE = click.argument("file", type=click.Path(path_type=Path))
+DRAWN = 8  # modes of the rotor, the lowest
 AT_SPEED = click.option("--speed", type=SPEED, default="0 rpm", help="Speed of the law and of the rotor's modes.")
 
 
@@ -62,7 +63,7 @@ def import_arrays(
 
     The arrays of FILE (.mat, .npz) are checked, sampled and named.
     """
-    import amb_cosim
+    from amb_cosim.controllers.linear_controller import linear_controller
     from amb_cosim.cosim.system.tables import time_of
 
     signals, demands = (None if names is None else [n.strip() for n in names.split(",")] for names in (inputs, outputs))
@@ -70,17 +71,21 @@ def import_arrays(
     with refusing():
         check_writable(path, is_folder=False)
         time = None if sample_time is None else time_of(sample_time, "--sample-time")
-        click.echo(amb_cosim.linear_controller(file, signals, demands, time).save(path))
+        click.echo(linear_controller(file, signals, demands, time).save(path))
 
 
 def _modes(rotor: str | None, speed: str) -> tuple[float, ...]:
     """Return the damped natural frequencies of a rotor at a speed (rad/s); none without a rotor."""
     if rotor is None:
         return ()
-    from amb_cosim import studies
+    from amb_cosim.cosim.system.values import quantity
+    from rotor_analysis.modes import modes
+    from rotor_analysis.rotor_file import load_rotor
+    from rotor_analysis.supported_rotor import supported_rotor
 
-    (result,) = studies.modes(rotor, speeds=speed).frequencies.speeds.values()
-    return tuple(result.frequencies)
+    read = load_rotor(rotor)
+    model = supported_rotor(read, read.shaft.mass_matrix).model
+    return tuple(mode.frequency for mode in modes(model, quantity(speed, "rad/s", "speed"))[:DRAWN])
 
 
 COMMANDS = (controller,)

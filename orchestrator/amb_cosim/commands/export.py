@@ -32,12 +32,12 @@ def export_ssp(name: str, output: Path | None, **options: Any) -> None:
 
     NAME is a scenario or its TOML file. The archive is SSP 1.0, for other tools.
     """
-    import amb_cosim
+    from amb_cosim.export import exchange
 
     path = output or Path(f"{Path(name).stem}.ssp")
     with refusing():
         check_writable(path, is_folder=False)
-        amb_cosim.export_ssp(name, path, **options)
+        exchange.export_ssp(name, path, **options)
     click.echo(path)
 
 

@@ -1,4 +1,7 @@
-"""The command that lists scenarios and sweeps, or shows everything about one."""
+"""The command that lists scenarios and what applications make of them, or shows everything about one.
+
+An application adds entries in its module `listing`: `entries()` returns them, `outcomes()` what it knows of scenarios.
+"""
 
 from __future__ import annotations
 
@@ -14,12 +17,14 @@ if TYPE_CHECKING:
     from rich.console import Console
 
 T = TypeVar("T")
-SWEEPS = "sweeps"  # theme of sweeps
 OTHERS = "others"  # theme of scenarios without one
 
 
 class ListedItem(NamedTuple):
-    """A scenario or a sweep: its description, and the words that find it."""
+    """A scenario, or what an application makes of one: its description, and the words that find it.
+
+    `command` runs it.
+    """
 
     name: str
     file: Path
@@ -27,6 +32,7 @@ class ListedItem(NamedTuple):
     description: str
     outcome: str
     source: str
+    command: str = "run"
 
     def has(self, words: tuple[str, ...]) -> bool:
         """Whether its description contains all words."""
@@ -50,48 +56,44 @@ def list_scenarios(name: str | None, words: str) -> None:
             item = next((entry for entry in entries if entry.name == name), None)
             if item is None:
                 names = [entry.name for entry in entries]
-                raise ValueError(f"there is no scenario or sweep {name}; {suggest(name, names)}")
+                raise ValueError(f"there is no entry {name}; {suggest(name, names)}")
             _tell(item)
             return
         wanted = tuple(words.lower().split())
         entries = [entry for entry in entries if entry.has(wanted)]
         if not entries:
-            raise ValueError(f"no scenario and no sweep has the words {words!r}")
+            raise ValueError(f"no entry has the words {words!r}")
     console, width = plain_console(), max(len(entry.name) for entry in entries)
     for pack, folder in packs().items():
         of_pack = [entry for entry in entries if entry.file.parents[1] == folder]
         if of_pack:
             _line(console, f"{pack}: {said[pack].description}" if pack in said else pack, style="bold")
-        for theme in sorted({entry.theme for entry in of_pack}, key=lambda theme: (theme == SWEEPS, theme)):
+        for _, theme in sorted({(entry.command != "run", entry.theme) for entry in of_pack}):
             _line(console, f"  {theme}", style="italic")
             for entry in of_pack:
                 if entry.theme == theme:
                     _line(console, f"    {entry.name:{width}}  {entry.description}")
-    _line(console, "Details: amb-cosim list NAME. To run: amb-cosim run NAME, amb-cosim sweep NAME.")
+    run = ", ".join(f"amb-cosim {command} NAME" for command in sorted({entry.command for entry in entries}))
+    _line(console, f"Details: amb-cosim list NAME. To run: {run}.")
 
 
 def _entries() -> Iterator[ListedItem]:
-    """Yield the scenarios and the sweeps of all packs; an invalid one is skipped with a warning."""
+    """Yield the scenarios of all packs and the entries of applications; an invalid one is skipped with a warning."""
     from amb_cosim.scenario.file import packaged_scenarios
     from amb_cosim.scenario.scenario import load_scenario
-    from amb_cosim.studies.stored_robustness import stored_outcomes
-    from amb_cosim.sweeps.ready import read_sweep
-    from amb_files.packs import files_of
+    from amb_files.packs import files_of, modules_of
 
-    available, files = stored_outcomes(), files_of("scenarios")
+    applications, files = modules_of("listing").values(), files_of("scenarios")
+    outcomes = {name: text for listing in applications for name, text in listing.outcomes().items()}
     for name in packaged_scenarios():
-        if (item := _readable(files[name], load_scenario, name)) is None:
-            continue
-        outcome = f"{available[name].outcome}; {available[name].verdict}" if name in available else ""
-        yield ListedItem(name, files[name], item.theme or OTHERS, item.description, outcome, item.source)
-    files = files_of("sweeps")
-    for name, file in files.items():
-        if (ready := _readable(file, read_sweep, name, file)) is None:
-            continue
-        yield ListedItem(name, files[name], SWEEPS, ready.description, "", f"sweep of {ready.scenario}")
+        if (item := readable(files[name], load_scenario, name)) is not None:
+            outcome = outcomes.get(name, "")
+            yield ListedItem(name, files[name], item.theme or OTHERS, item.description, outcome, item.source)
+    for listing in applications:
+        yield from listing.entries()
 
 
-def _readable(file: Path, read: Callable[..., T], *arguments: str | Path) -> T | None:
+def readable(file: Path, read: Callable[..., T], *arguments: str | Path) -> T | None:
     """Return what a function reads from a file of a pack, or None with a warning if that is invalid."""
     from amb_files.packs import pack_of
 
@@ -111,7 +113,7 @@ def _line(console: Console, text: str, style: str | None = None) -> None:
 
 
 def _tell(entry: ListedItem) -> None:
-    """Print everything about a scenario or a sweep."""
+    """Print everything about an entry."""
     for label in ("name", "theme", "description", "outcome", "source", "file"):
         if text := str(getattr(entry, label)):
             click.echo(f"{label:12} {text}")

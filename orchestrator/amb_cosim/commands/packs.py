@@ -1,4 +1,4 @@
-"""Command groups to which packs add commands, in their modules `commands`."""
+"""Command groups to which applications and packs add commands, in their modules `commands`."""
 
 from __future__ import annotations
 
@@ -15,17 +15,26 @@ PACKAGES: dict[click.Command, str] = {}  # of commands whose function is made he
 
 
 class PackCommands(Group):
-    """A group to which packs add commands; they are imported for listings, and for commands not defined here.
+    """A group to which others add commands; they are imported for listings, and for commands not defined here.
 
-    `sections` has the names of this package's commands by the heading under which help lists them; commands of other
-    packages are listed under the package's name.
+    `sections` has the names of commands by the heading under which help lists them; all others are listed under the
+    name of their package.
     """
-
-    sections: dict[str, tuple[str, ...]] = {}  # noqa: RUF012, a group sets its own
 
     def __init__(self, *args: Any, **options: Any) -> None:
         super().__init__(*args, **options)
         restore_help(self)
+        self.sections: dict[str, list[str]] = {}
+
+    def add_section(self, title: str, *commands: click.Command) -> None:
+        """Add commands, and list them in the section with a title, after those that it has."""
+        for command in commands:
+            self.add_command(command)
+        self.list_in_section(title, *(command.name or "" for command in commands))
+
+    def list_in_section(self, title: str, *names: str) -> None:
+        """List commands, which may be added later, in the section with a title, after those that it has."""
+        self.sections.setdefault(title, []).extend(names)
 
     def add_command(self, cmd: click.Command, name: str | None = None) -> None:
         """Add a command, whose help needs no docstrings in memory."""
@@ -33,7 +42,7 @@ class PackCommands(Group):
         super().add_command(cmd, name)
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        """Return a command of this package or of a pack."""
+        """Return a command of this group, wherever it was defined."""
         if cmd_name not in self.commands:
             _add_commands()
         return super().get_command(ctx, cmd_name)
@@ -45,15 +54,16 @@ class PackCommands(Group):
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """List the commands by section."""
-        heading = {name: title for title, names in self.sections.items() for name in names}
-        rest = (name for name in self.list_commands(ctx) if name not in heading)
+        names = self.list_commands(ctx)  # which adds those of other packages
+        heading = {name: title for title, of in self.sections.items() for name in of}
+        rest = (name for name in names if name not in heading)
         listed: dict[str, list[tuple[str, click.Command]]] = {title: [] for title in self.sections}
         for name in (*heading, *rest):
             command = self.get_command(ctx, name)
             if command is None or command.hidden:
                 continue
             package = package_of(command)
-            title = heading.get(name, "Commands") if package == GENERAL else f"Package {package}"
+            title = heading.get(name) or ("Commands" if package == GENERAL else f"Package {package}")
             listed.setdefault(title, []).append((name, command))
         limit = formatter.width - 6 - max(len(name) for commands in listed.values() for name, _ in commands)
         for title, commands in listed.items():
@@ -68,7 +78,7 @@ def package_of(command: click.Command) -> str:
 
 
 def _add_commands() -> None:
-    """Import the packs' modules, which add their commands."""
+    """Import the modules that add commands."""
     from amb_files.packs import modules_of
 
     with refusing():

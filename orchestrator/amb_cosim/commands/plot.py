@@ -31,10 +31,10 @@ def plot(result: Path, variables: tuple[str, ...], output: Path | None, begin: s
     A VARIABLE is a name with or without its component, or a pattern: left.x, '*.f_n'. The name of a figure draws that:
     orbits, turns, contact, .... The suffix of the output defines the format.
     """
-    import amb_cosim
+    from amb_cosim.results.result import Result
 
     with refusing():
-        run = amb_cosim.Result.load(result)
+        run = Result.load(result)
         path = output or (result if result.is_dir() else result.parent) / f"{_figure(variables) or 'traces'}.png"
         if path.suffix.lower() not in PICTURES + TABLES:
             raise ValueError(f"{path} is not allowed; its name must end with {', '.join(PICTURES + TABLES)}")

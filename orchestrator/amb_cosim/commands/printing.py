@@ -4,13 +4,22 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import click
 
 if TYPE_CHECKING:
     from amb_cosim.presentation.text_tables import TextBlock
-    from amb_cosim.studies.result import StudyResult
+
+
+class Printed(Protocol):
+    """A result that can be printed as JSON or as text."""
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the data for JSON, under keys that include their units."""
+
+    def text(self) -> list[TextBlock]:
+        """Return the tables and lines that describe the result."""
 
 
 def show(data: dict[str, Any], as_text: Callable[[dict[str, Any]], Iterable[TextBlock]], as_json: bool) -> None:
@@ -23,6 +32,6 @@ def show(data: dict[str, Any], as_text: Callable[[dict[str, Any]], Iterable[Text
         print_parts(as_text(data))
 
 
-def print_result(result: StudyResult, as_json: bool) -> None:
-    """Print the result of a study as JSON, or as tables and lines."""
+def print_result(result: Printed, as_json: bool) -> None:
+    """Print a result as JSON, or as tables and lines."""
     show(result.as_dict(), lambda _: result.text(), as_json)

@@ -1,4 +1,4 @@
-"""Commands for rotor files: import, show."""
+"""The command group for rotor files, and its command `import`."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from pathlib import Path
 import click
 
 from amb_cosim.commands.cli_errors import refusing
-from amb_cosim.commands.options import FREQUENCY, JSON, output
-from amb_cosim.commands.printing import print_result
+from amb_cosim.commands.options import FREQUENCY, output
+from amb_cosim.commands.packs import PackCommands
 from amb_files.atomic import check_writable
 
 
-@click.group()
+@click.group(cls=PackCommands)
 def rotor() -> None:
     """Import or show a rotor file."""
 
@@ -31,8 +31,8 @@ def import_model(model: Path, output: Path | None, frequency: str | None) -> Non
     """
     import tomli_w
 
+    from amb_cosim.controllers.ross_magnets import levitation_files
     from amb_cosim.cosim.system.values import quantity
-    from amb_cosim.new_machine.ross_magnets import levitation_files
     from amb_files.atomic import write_atomically
     from rotor_analysis.ross_file import read_ross
 
@@ -52,34 +52,6 @@ def import_model(model: Path, output: Path | None, frequency: str | None) -> Non
         click.echo(f"note: {note}", err=True)
     for name in texts:
         click.echo(path.with_name(name))
-
-
-@rotor.command("show")
-@click.argument("name")
-@output("Picture to write.", metavar="PNG")
-@JSON
-def show(name: str, output: Path | None, as_json: bool) -> None:
-    """Show and draw parts, mass and modes of a rotor.
-
-    NAME is a packaged rotor or a rotor file. The plant's model of it is shown, too.
-    """
-    from amb_cosim import studies
-    from rotor_analysis.packaged_rotors import rotor_path
-    from rotor_analysis.rotor_file import load_rotor
-
-    with refusing():
-        if output is not None:
-            check_writable(output, is_folder=False)
-        load_rotor(name)  # its errors name the file
-        try:
-            result = studies.layout(name)
-        except ValueError as error:
-            raise ValueError(f"rotor file {rotor_path(name)}: {error}") from error
-        if output is not None:
-            from amb_cosim.presentation.style import write_png
-
-            write_png(studies.figure(result), output)
-    print_result(result, as_json)
 
 
 COMMANDS = (rotor,)

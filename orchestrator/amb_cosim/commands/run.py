@@ -80,10 +80,11 @@ def run(
             stop_time = None if until is None else quantity(until, "s", "--until")
         _simulate(Path(name), output, show_all, stop_time=stop_time, step_size=step_size, **options)
         return
-    import amb_cosim
     from amb_cosim.presentation.plain_console import plain_console
     from amb_cosim.presentation.text_tables import show_notices
     from amb_cosim.results.summary_table import print_summary
+    from amb_cosim.scenario import simulation
+    from amb_cosim.scenario.scenario import Scenario
     from amb_files.atomic import write_atomically
 
     folder = output or Path("results") / Path(name).stem
@@ -91,13 +92,13 @@ def run(
     with refusing():
         if step is not None:
             raise ValueError("--step is for SSP archives; set communication_step in the scenario")
-        scenario = amb_cosim.Scenario.load(name)
+        scenario = Scenario.load(name)
         check_writable(folder, is_folder=True)
         if copy is not None:
             check_writable(copy, is_folder=False)
         file = folder / AUTOSAVED
         options["autosave"] = file if autosave else None
-        result = amb_cosim.run(scenario, **options, autosave_every=autosave)
+        result = simulation.run(scenario, **options, autosave_every=autosave)
         refuse_nothing(result.outcome)
         text = result.summary.to_json()
         result.save(folder, plots=not no_plots)
@@ -145,8 +146,8 @@ def simulate(system_file: Path, output: Path | None, show_all: bool, **options: 
 
 def _simulate(system_file: Path, output: Path | None, show_all: bool, **options: Any) -> None:
     """Run a system file or an SSP archive, save the record, and print the outcome."""
-    import amb_cosim
     from amb_cosim.cosim.record.warnings import sentences, warnings_of
+    from amb_cosim.cosim.run import simulate as simulation
     from amb_cosim.presentation.progress import progress_bar
     from amb_cosim.presentation.text_tables import show_notices, show_warnings
 
@@ -154,7 +155,7 @@ def _simulate(system_file: Path, output: Path | None, show_all: bool, **options:
     with refusing():
         check_writable(folder, is_folder=True)
         with progress_bar() as report:
-            result = amb_cosim.simulate(system_file, progress=report, **options)
+            result = simulation.simulate(system_file, progress=report, **options)
         refuse_nothing(result.outcome)
         result.save(folder)
     show_warnings(sentences(warnings_of(result.signals)), whole=show_all)

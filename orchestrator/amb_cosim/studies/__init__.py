@@ -1,4 +1,4 @@
-"""Studies of a rotor, its bearings and its control; packs can add more.
+"""Studies of a rotor, its bearings and its control; other applications and packs can add more.
 
 Each study is a function that returns a frozen dataclass. `print` shows its tables, `as_dict()` returns its data, and,
 if the study has a figure, `figure` draws it and `save` writes data and figure. Arguments are numbers in SI units or
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from amb_cosim.studies.stability_margin import sensitivity as sensitivity
     from amb_cosim.studies.unbalance_over_speed import unbalance_response as unbalance_response
 
-    STUDIES: dict[str, Study]  # those of this package and of the packs, by name
+    STUDIES: dict[str, Study]  # of all packages, by name
 
 
 class Study(NamedTuple):
@@ -52,7 +52,7 @@ class Study(NamedTuple):
 
     def of(self, package: str) -> Study:
         """Return the study with the full name of its module."""
-        return self._replace(module=package + self.module)
+        return self._replace(module=package + self.module) if self.module.startswith(".") else self
 
 
 _GENERAL = {
@@ -79,10 +79,6 @@ _GENERAL = {
     "traps": Study(
         ".contact_traps",
         "Find states of sustained contact. Results are their stability and the force that frees the rotor.",
-    ),
-    "robustness": Study(
-        "amb_cosim.sweeps.robustness",  # uses the sweeps, which are above this package
-        "Check whether an outcome is robust. H is identified, and parameters change by 1 %.",
     ),
     "linearisation": Study(
         ".bearing_axis",
@@ -120,7 +116,7 @@ def __getattr__(name: str) -> Any:
 
 
 def study_of(name: str) -> Study | None:
-    """Return the study with a name, if any; packs are searched if this package has none."""
+    """Return the study with a name, if any; other packages are searched if this has none."""
     return _GENERAL.get(name) or _all_studies().get(name)
 
 
@@ -130,12 +126,12 @@ def __dir__() -> list[str]:
 
 @cache
 def _all_studies() -> dict[str, Study]:
-    """Return the studies of this package and of the packs, by name."""
+    """Return all studies, by name."""
     from amb_files.packs import modules_of
 
     available = dict(_GENERAL)
-    for pack, module in modules_of("studies").items():
+    for package, module in modules_of("studies").items():
         if twice := sorted(available.keys() & module.STUDIES):
-            raise ValueError(f"pack {pack} must rename its study {twice[0]!r}: the name is in use")
+            raise ValueError(f"{package} must rename its study {twice[0]!r}: the name is in use")
         available |= {name: study.of(module.__name__) for name, study in module.STUDIES.items()}
     return available

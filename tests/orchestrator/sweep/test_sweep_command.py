@@ -9,10 +9,10 @@ import pytest
 import xarray as xr
 
 import amb_cosim
-from amb_cosim.commands.sweep import _function
 from amb_cosim.scenario.simulation import prepare
 from amb_cosim.sweeps import sensitivity as indices
 from amb_cosim.sweeps.check import check_points
+from amb_cosim.sweeps.commands import _function
 from amb_cosim.sweeps.maps import draw_map
 from amb_cosim.sweeps.ready import named_sweeps
 from amb_cosim.sweeps.refine import Refinement

@@ -46,6 +46,3 @@ def identify(output: Path, **options: Any) -> None:
     if missing:
         raise Failed(f"identification failed at {missing} of {len(result.speeds)} speeds; {written}")
     click.echo(f"receptances in {output}")
-
-
-COMMANDS = (identify,)

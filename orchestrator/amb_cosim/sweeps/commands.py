@@ -1,4 +1,4 @@
-"""The command that runs a scenario over a grid or a sample of its values."""
+"""The commands that run a scenario many times: over a grid or a sample of its values, and for its robustness."""
 
 from __future__ import annotations
 
@@ -9,9 +9,11 @@ from typing import Any
 
 import click
 
+from amb_cosim.commands.cli import main
 from amb_cosim.commands.cli_errors import Failed, interrupted, refusing
 from amb_cosim.commands.former import former_option
 from amb_cosim.commands.options import FLAVOUR, NO_PLOTS, RECEPTANCES, ROTOR, SETTINGS, UNITS, UNTIL, output
+from amb_cosim.studies.commands.analysis import SCENARIO, add_study, study
 from amb_files.atomic import check_writable
 
 
@@ -127,4 +129,14 @@ def _function(text: str) -> Callable[..., Any]:
     return function
 
 
-COMMANDS = (sweep,)
+main.add_section("Run", sweep)
+add_study(
+    "robustness",
+    SCENARIO,
+    ROTOR,
+    SETTINGS,
+    click.option("--change", type=float, default=0.01, show_default=True, help="Relative change of each quantity."),
+    FLAVOUR,
+    shows_progress=True,
+)
+study.list_in_section("Is a result right?", "robustness")

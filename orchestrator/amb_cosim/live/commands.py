@@ -6,6 +6,7 @@ from pathlib import Path
 
 import click
 
+from amb_cosim.commands.cli import main
 from amb_cosim.commands.cli_errors import refusing
 from amb_cosim.commands.options import ROTOR, output
 from amb_files.atomic import check_writable
@@ -36,4 +37,4 @@ def live(scenario: str | None, rotor: str | None, output: Path, only: bool, docs
         click.launch(str(output.resolve()))
 
 
-COMMANDS = (live,)
+main.add_section("Run", live)

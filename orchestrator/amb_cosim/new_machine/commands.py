@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from amb_cosim.commands.cli import main
 from amb_cosim.commands.cli_errors import refusing
 from amb_cosim.commands.options import FLAVOUR, SPEED, WithUnit
 from amb_cosim.cosim.basics.choices import Flavour
@@ -193,4 +194,4 @@ def _positions(text: str) -> list[str]:
     return re.sub(r"\s+(?=[A-Za-z])", "", text.replace(",", " ")).split()
 
 
-COMMANDS = (new,)
+main.add_section("Design and judge", new)

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import click
 
+from amb_cosim.commands.cli import main
 from amb_cosim.commands.cli_errors import refusing
 from amb_cosim.commands.options import FLAVOUR, UNITS, output
 from amb_cosim.cosim.basics.choices import Flavour
@@ -112,4 +113,4 @@ def _print_description(file: str, criteria: tuple[str, ...], flavour: Flavour) -
     print_parts(parts)
 
 
-COMMANDS = (assess,)
+main.add_section("Design and judge", assess)

@@ -81,12 +81,10 @@ def study() -> None:
     """Analyse a machine: draw figures and write data."""
 
 
-study.sections = {
-    "Rotor": ("campbell", "modes", "unbalance_response"),
-    "Bearings and control": ("linearisation", "receptance", "response", "fit", "sensitivity", "poles"),
-    "Contact": ("traps", "waterfall"),
-    "Is a result right?": ("robustness", "convergence", "coupling"),
-}
+study.list_in_section("Rotor", "campbell", "modes", "unbalance_response")
+study.list_in_section("Bearings and control", "linearisation", "receptance", "response", "fit", "sensitivity", "poles")
+study.list_in_section("Contact", "traps", "waterfall")
+study.list_in_section("Is a result right?", "convergence", "coupling")
 
 
 def add_study(name: str, *options: Option, shows_progress: bool = False) -> None:
@@ -222,15 +220,6 @@ add_study(
     click.option("--static-current", help="Current that carries the static load; default: the axis's."),
     SETTINGS,
 )
-add_study(
-    "robustness",
-    SCENARIO,
-    ROTOR,
-    SETTINGS,
-    click.option("--change", type=float, default=0.01, show_default=True, help="Relative change of each quantity."),
-    FLAVOUR,
-    shows_progress=True,
-)
 add_study("receptance", ROTOR, UP_TO_50_HZ, *CLOSED_BEARINGS)
 add_study(
     "response",
@@ -284,19 +273,16 @@ def linearise(scenario: str | None, controller: str | None, output: Path, **opti
 
     The file contains A, B, C, D of the machine, a part of it, or its sampled loop, with names and units.
     """
-    import amb_cosim
+    from amb_cosim.linear import linearise as linear
     from amb_cosim.results.component_names import CONTROLLER as COMPONENT
 
     values: dict[str, Any] = {name: value or None for name, value in options.items() if name != "opened"}
     fmu = None if controller is None else {COMPONENT: controller}
     with refusing():
         check_writable(output, is_folder=False)
-        model = amb_cosim.linearise(scenario, opened=options["opened"], fmu=fmu, **values)
+        model = linear.linearise(scenario, opened=options["opened"], fmu=fmu, **values)
         path = model.save(output)
     sampled = f"sampled every {model.dt:g} s" if model.dt else "continuous"
     click.echo(f"{model.nstates} states, {model.ninputs} inputs, {model.noutputs} outputs, {sampled}; in {path}")
     for note in model.notes:
         click.echo(f"notice: {note}", err=True)
-
-
-COMMANDS = (study, linearise)
