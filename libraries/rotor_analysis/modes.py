@@ -15,7 +15,8 @@ from rotor_analysis.spectrum import AT_REST, eigenpairs, eigenvalues, oscillatin
 
 Whirl = Literal["forward", "backward", "mixed"]
 
-SAME_EIGENVALUE = 1e-8  # eigenvalues closer than this, relatively, are one
+SAME_EIGENVALUE = 1e-7  # eigenvalues closer than this, relatively, are one; stiff bearings part them by 2e-8
+INDEPENDENT = 1e10  # condition of the products of shapes; rounding leaves those of a defective eigenvalue above 1e12
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,7 +142,7 @@ def _separate_whirl(model: Matrices, values: Complex, shapes: Complex) -> Comple
             place = np.stack([translations(model, shape) for shape in shapes[:, begin:end].T], axis=-1)
             x, y = place[:, 0], place[:, 1]
             size = x.conj().T @ x + y.conj().T @ y
-            if np.linalg.cond(size) < 1e3:  # else they are one shape, of a defective eigenvalue
+            if np.linalg.cond(size) < INDEPENDENT:  # else they are one shape, of a defective eigenvalue
                 turning = 1j * (x.conj().T @ y - y.conj().T @ x)  # Hermitian: 2 Im(x conj(y)) summed over the nodes
                 shapes[:, begin:end] = shapes[:, begin:end] @ eigh(turning, size)[1]
         begin = end

@@ -4,14 +4,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from analysis_cases import I_D, I_P, MASS, E, L, clamped, jeffcott, rigid, spring, tensor
+from analysis_cases import I_D, I_P, MASS, NOTHING, E, L, clamped, jeffcott, rigid, spring, tensor
 from rotor_cases import one_plane_matrices
 from scipy.linalg import eigh
 
 from rotor_analysis.analysis_model import ACCURACY, analysis_model
 from rotor_analysis.assembly import assemble
 from rotor_analysis.campbell import campbell
-from rotor_analysis.parts import Body
+from rotor_analysis.modes import modes
+from rotor_analysis.parts import Bearing, Body
 from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import load_rotor
 from rotor_analysis.shaft import Shaft
@@ -138,3 +139,14 @@ def test_where_nothing_may_err_the_full_model_is_analysed():
     rotor = load_rotor("nelson_mcvaugh")
     analysed = analysis_model(rotor, None, np.array([0.0, 100.0]), 4, 0.0)
     assert analysed.supported.model is analysed.supported.full
+
+
+def test_equal_whirls_on_stiff_bearings_are_separated_at_every_speed():
+    """Rounding on the scale of bearings of 1e11 N/m parts the eigenvalues of a disc in the middle, which are equal."""
+    shaft = Shaft((0.0, 0.25, 0.5, 0.75, 1.0), 0.03, 2e11, 0.01, 0.3, theory="rayleigh")
+    held = [Bearing(name, node, tensor(1e11)) for name, node in (("a", 1), ("b", 5))]
+    disc = Body("disc", 3, 10.0, 1e-4, 2e-4)
+    rotor = Rotor("stiff", shaft, (disc,), (*held, Bearing("air", 3, NOTHING, tensor(20.0))))
+    model = analysis_model(rotor, None, np.array([0.0, 1000.0]), 4).supported.model
+    for Omega in np.linspace(0.0, 100.0, 401)[1:]:
+        assert {mode.whirl for mode in modes(model, Omega, 2)} == {"backward", "forward"}
