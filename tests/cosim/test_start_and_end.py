@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import re
 import sys
 
 import numpy as np
 import pytest
-from informed import informed_fmu
+from informed import SOURCE, description, informed_fmu
 from slow import slow_but_first
 
 import amb_cosim
@@ -46,7 +47,9 @@ def test_a_run_begins_with_outputs_that_initialisation_ends_with(run, coupling, 
     assert result["second.y"].values[-1] == pytest.approx(5.0)
 
 
-@pytest.mark.parametrize(("default", "tolerance"), [('tolerance="1e-4"', 1e-4), ('stopTime="2"', -1.0), ("", -1.0)])
+@pytest.mark.parametrize(
+    ("default", "tolerance"), [('tolerance="1e-4"', 1e-4), ('stopTime="2"', -1.0), ("", -1.0), ('tolerance="0"', -1.0)]
+)
 @pytest.mark.parametrize("isolated", [False, True])
 def test_an_fmu_integrates_with_the_tolerance_of_its_default_experiment(run, default, tolerance, isolated):
     result = run('communication_step = "0.5 s"\nstop_time = "1 s"', default=default, isolated=isolated)
@@ -63,6 +66,17 @@ def test_a_run_ends_at_its_stop_time_with_a_shorter_step(run, step, stop, n, loo
     np.testing.assert_allclose(data["one.reached"], times)
     np.testing.assert_allclose(data["one.y"], times)
     assert result.outcome.time == data["time"].values[-1] == data["one.stop"].values[-1] == stop
+
+
+@pytest.mark.parametrize("loop", ["compiled", "plain"])
+def test_an_fmu_without_outputs_runs_to_the_end(fmu_from_c, tmp_path, loop):
+    text = re.sub("<Outputs>.*</Outputs>", "", description(2).replace('causality="output"', 'causality="local"'))
+    path = tmp_path / "system.toml"
+    system = f'[[component]]\nname = "one"\nfmu = "{fmu_from_c(SOURCE, text, name="sink")}"\n[experiment]\n'
+    path.write_text(f'{system}communication_step = "0.1 s"\nstop_time = "1 s"', encoding="utf-8")
+    result = amb_cosim.simulate(path, isolated=False, loop=loop)
+    assert result.outcome.time == 1.0
+    assert (result.dataset.sizes["time"], list(result.dataset.data_vars)) == (11, [])
 
 
 def test_a_stop_time_between_steps_is_refused_where_an_fmu_takes_no_shorter_one(run):

@@ -121,7 +121,7 @@ def test_a_speed_in_hertz_means_revolutions_per_second():
     assert to_unit("6.283185307179586 rad/s", "Hz", "f") == pytest.approx(1, rel=1e-12)
 
 
-@pytest.mark.parametrize("unit", ["1/min", "min-1", "r/min", "rev/min", "RPM", "rpm", "cpm"])
+@pytest.mark.parametrize("unit", ["1/min", "min-1", "r/min", "rev/min", "U/min", "RPM", "Rpm", "rpm", "cpm", "CPM"])
 def test_1000_per_minute_is_1000_revolutions_per_minute(unit):
     assert to_unit(f"1000 {unit}", "rad/s", "w") == pytest.approx(104.719755119660, rel=1e-12)
     assert to_unit(f"1000 {unit}", "Hz", "f") == pytest.approx(1000 / 60, rel=1e-12)
@@ -140,7 +140,8 @@ def test_only_a_reciprocal_time_counts_revolutions():
 
 
 def test_units_of_the_trade_are_read_as_the_trade_means_them():
-    assert to_unit("12 Nm", "N.m", "torque") == 12.0
+    for text in ("12 Nm", "0.012 kNm", "12000 mNm", "1200 Ncm", "12000 Nmm"):
+        assert to_unit(text, "N.m", "torque") == 12.0
     assert to_unit("2 mil", "m", "orbit") == pytest.approx(50.8e-6, rel=1e-12)
     assert to_unit("2 mils", "um", "orbit") == pytest.approx(50.8, rel=1e-12)
 

@@ -78,14 +78,22 @@ COMMON = {
     ("%", "1"): Fraction(1, 100),
 }
 
-# Units of the trade that pint does not know, or takes for others (Nm for the fineness of yarn, mil for an angle).
+# Units of the trade that pint does not know, or takes for others (Nm for the fineness of yarn, mil for an angle, U for
+# the activity of an enzyme).
 TRADE = {
     "RPM": "rpm",
+    "Rpm": "rpm",
+    "U": "turn",
     "r": "turn",
     "rev": "turn",
     "cpm": "(turn/minute)",
+    "CPM": "(turn/minute)",
     "cps": "(turn/second)",
     "Nm": "(newton*meter)",
+    "kNm": "(kilonewton*meter)",
+    "mNm": "(millinewton*meter)",
+    "Nmm": "(newton*millimeter)",
+    "Ncm": "(newton*centimeter)",
     "mil": "thou",
     "mils": "thou",
 }

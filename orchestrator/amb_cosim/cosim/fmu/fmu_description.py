@@ -11,6 +11,7 @@ import itertools
 import json
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
@@ -151,9 +152,11 @@ def _texts(description: Any) -> Iterator[TextVariable]:
 
 
 def _of_experiment(description: Any, attribute: str) -> float | None:
-    """Return a number of the default experiment; None if the description has none."""
-    value = getattr(description.defaultExperiment, attribute, None)
-    return None if value is None else float(value)
+    """Return a positive number of the default experiment; None if it has none."""
+    with suppress(TypeError, ValueError):  # None, or a text that is no number
+        value = float(getattr(description.defaultExperiment, attribute, None))  # type: ignore[arg-type]
+        return value if 0.0 < value < math.inf else None
+    return None
 
 
 def _states(description: Any) -> tuple[tuple[str, str], ...]:

@@ -243,7 +243,7 @@ def _condition(
 def _recorded(experiment: Experiment, unrecorded: Sequence[str], available: Sequence[str]) -> tuple[str, ...]:
     """Return the recorded names; `*` excludes what the system does not record by default."""
     for pattern in experiment.recorded:
-        if not matching_names(available, pattern):
+        if pattern != EVERYTHING and not matching_names(available, pattern):
             raise ValueError(f"record.variables: nothing matches {pattern!r}; {suggest(pattern, available)}")
     named = (*(pattern for pattern in experiment.recorded if pattern != EVERYTHING), *experiment.essential)
     watched = tuple(stop.variable for stop in experiment.stops)
