@@ -53,7 +53,7 @@ class EngineBuildHook(BuildHookInterface[Any]):
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:
         if version == "editable":
             return
-        sys.path[:0] = [str(Path(self.root) / name) for name in ("fmus", "libraries", "orchestrator")]
+        sys.path[:0] = [str(Path(self.root) / name) for name in ("fmus", "libraries", "orchestrator", "applications")]
         from amb_cosim.cosim.basics.loop_library import compile_loop, loop_place
         from fmi_export.building.guard.libraries import SYSTEMS, guard, guard_place
         from fmi_export.building.native.compiler import PLATFORMS, TARGETS, WASM, check_platforms, host_platform

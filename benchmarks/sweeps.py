@@ -23,9 +23,9 @@ import amb_cosim
 from amb_cosim.cosim.basics.loop_library import load_loop
 from amb_cosim.presentation.text_tables import labelled_table
 from amb_cosim.scenario.scenario import load_scenario
-from amb_cosim.sweeps.engine import connect
-from amb_cosim.sweeps.sampling import SamplePlan, make_design
-from amb_cosim.sweeps.worker import Runner, Task
+from amb_sweeps.engine import connect
+from amb_sweeps.sampling import SamplePlan, make_design
+from amb_sweeps.worker import Runner, Task
 from benchmarks.timing import environment, interleaved_times, ratios
 
 if TYPE_CHECKING:

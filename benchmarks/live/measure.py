@@ -24,10 +24,10 @@ from urllib.parse import unquote
 
 from rich.table import Table
 
-from amb_cosim.live.rig import rig
 from amb_cosim.presentation.text_tables import labelled_table
 from amb_cosim.scenario.scenario import load_scenario
 from amb_cosim.scenario.simulation import prepare, run_prepared
+from amb_live.rig import rig
 from benchmarks.timing import environment
 
 HERE = Path(__file__).parent
@@ -133,7 +133,7 @@ def _in_chromium(folder: Path) -> dict[str, list[float]] | None:
 
 
 def _page() -> Path:
-    return Path(str(resources.files("amb_cosim.live").joinpath("page")))
+    return Path(str(resources.files("amb_live").joinpath("page")))
 
 
 class _Handler(BaseHTTPRequestHandler):

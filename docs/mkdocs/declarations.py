@@ -50,7 +50,7 @@ def on_page_markdown(markdown: str, **_: object) -> str:
 
 def outcomes_of(pack: str) -> str:
     """Return a table of a pack's runs with their outcomes, and what flips those that are fragile."""
-    from amb_cosim.sweeps.stored_robustness import load_robustness
+    from amb_sweeps.stored_robustness import load_robustness
 
     rows = []
     for name, one in load_robustness(pack).items():

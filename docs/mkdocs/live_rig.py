@@ -28,7 +28,7 @@ def on_post_build(config: Any, **_: Any) -> None:
     """Write the rig into the site."""
     if commands == ["serve"]:
         return
-    from amb_cosim.live.choice import rigs_of
-    from amb_cosim.live.page import write_page
+    from amb_live.choice import rigs_of
+    from amb_live.page import write_page
 
     write_page(rigs_of(), Path(config["site_dir"]) / Path(DESCRIBED).with_name(RIG), documentation="..")

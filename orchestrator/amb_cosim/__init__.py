@@ -40,10 +40,12 @@ TYPE_CHECKING = False  # as in `typing`, which takes longer to import than all o
 if TYPE_CHECKING:
     from typing import Any
 
+    import amb_live
+    from amb_analysis import studies as studies
+    from amb_analysis.linear.linearise import linearise as linearise
+    from amb_analysis.studies.receptance_identification import identify as identify
+    from amb_assessment.assessment.assess import assess as assess
     from amb_cosim import cosim as cosim
-    from amb_cosim import live as live
-    from amb_cosim import studies as studies
-    from amb_cosim.assessment.assess import assess as assess
     from amb_cosim.comparison.compare import compare as compare
     from amb_cosim.controllers.linear_controller import linear_controller as linear_controller
     from amb_cosim.cosim.run.simulate import simulate as simulate
@@ -53,43 +55,44 @@ if TYPE_CHECKING:
     from amb_cosim.export.assembled import build_assembled as build_assembled
     from amb_cosim.export.build import build as build
     from amb_cosim.export.exchange import export_ssp as export_ssp
-    from amb_cosim.linear.linearise import linearise as linearise
     from amb_cosim.presentation.units import units as units
     from amb_cosim.results.result import Result as Result
     from amb_cosim.scenario.scenario import Scenario as Scenario
     from amb_cosim.scenario.scenario import scenarios as scenarios
     from amb_cosim.scenario.simulation import check as check
     from amb_cosim.scenario.simulation import run as run
-    from amb_cosim.studies.receptance_identification import identify as identify
-    from amb_cosim.sweeps.figures import draw_sweep as draw_sweep
-    from amb_cosim.sweeps.run import sweep as sweep
+    from amb_sweeps.figures import draw_sweep as draw_sweep
+    from amb_sweeps.run import sweep as sweep
+
+    live = amb_live
 
 _MODULES = {
-    "run": "scenario.simulation",
-    "scenarios": "scenario.scenario",
-    "Scenario": "scenario.scenario",
-    "check": "scenario.simulation",
-    "Result": "results.result",
-    "compare": "comparison.compare",
-    "linearise": "linear.linearise",
-    "linear_controller": "controllers.linear_controller",
-    "build": "export.build",
-    "build_assembled": "export.assembled",
-    "verify": "cosim.verify.verification",
-    "export_ssp": "export.exchange",
-    "identify": "studies.receptance_identification",
-    "sweep": "sweeps.run",
-    "draw_sweep": "sweeps.figures",
-    "assess": "assessment.assess",
-    "units": "presentation.units",
-    "live": "live",
-    "studies": "studies",
-    "simulate": "cosim.run.simulate",
-    "System": "cosim.system.system",
-    "load_system": "cosim.system.system_file",
-    "cosim": "cosim",
+    "run": "amb_cosim.scenario.simulation",
+    "scenarios": "amb_cosim.scenario.scenario",
+    "Scenario": "amb_cosim.scenario.scenario",
+    "check": "amb_cosim.scenario.simulation",
+    "Result": "amb_cosim.results.result",
+    "compare": "amb_cosim.comparison.compare",
+    "linearise": "amb_analysis.linear.linearise",
+    "linear_controller": "amb_cosim.controllers.linear_controller",
+    "build": "amb_cosim.export.build",
+    "build_assembled": "amb_cosim.export.assembled",
+    "verify": "amb_cosim.cosim.verify.verification",
+    "export_ssp": "amb_cosim.export.exchange",
+    "identify": "amb_analysis.studies.receptance_identification",
+    "sweep": "amb_sweeps.run",
+    "draw_sweep": "amb_sweeps.figures",
+    "assess": "amb_assessment.assessment.assess",
+    "units": "amb_cosim.presentation.units",
+    "live": "amb_live",
+    "studies": "amb_analysis.studies",
+    "simulate": "amb_cosim.cosim.run.simulate",
+    "System": "amb_cosim.cosim.system.system",
+    "load_system": "amb_cosim.cosim.system.system_file",
+    "cosim": "amb_cosim.cosim",
 }
 
+_PACKAGES = ("live", "studies", "cosim")  # names that are packages
 
 _REMOVED = {"Batch": "sweep (many runs) or Result.checkpoint and run(start=...) (branches of one run)"}
 
@@ -99,8 +102,8 @@ def __getattr__(name: str) -> Any:
         raise AttributeError(f"amb_cosim.{name} was removed; use {_REMOVED[name]}")
     if name not in _MODULES:
         raise AttributeError(f"module 'amb_cosim' has no attribute {name!r}; there are {', '.join(_MODULES)}")
-    module = import_module(f"amb_cosim.{_MODULES[name]}")
-    return module if name == _MODULES[name] else getattr(module, name)
+    module = import_module(_MODULES[name])
+    return module if name in _PACKAGES else getattr(module, name)
 
 
 def __dir__() -> list[str]:

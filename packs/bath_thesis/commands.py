@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import click
 
+from amb_analysis.studies.commands.analysis import CLOSED_BEARINGS, UP_TO, UP_TO_50_HZ, add_study
 from amb_cosim.commands.cli import main
 from amb_cosim.commands.options import FLAVOUR, ROTOR, SPEED
-from amb_cosim.studies.commands.analysis import CLOSED_BEARINGS, UP_TO, UP_TO_50_HZ, add_study
 from source_check.report_command import report
 
 main.add_command(report)

@@ -8,8 +8,8 @@ from typing import Annotated
 
 import numpy as np
 
+from amb_assessment.reporting.panels import Curve, Panel, curve, horizontal_axis
 from amb_cosim.cosim.record.signals import Signals
-from amb_cosim.reporting.panels import Curve, Panel, curve, horizontal_axis
 from amb_cosim.results.contact_history import contact_cycles
 from amb_cosim.results.places import places
 from amb_cosim.results.series import signal

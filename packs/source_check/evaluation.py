@@ -12,8 +12,8 @@ from typing import Any, NamedTuple
 
 from amb_cosim.cosim.run.options import Progress
 from amb_cosim.scenario.scenario import load_scenario
-from amb_cosim.sweeps.stored_robustness import StoredOutcome
 from amb_files.atomic import write_atomically
+from amb_sweeps.stored_robustness import StoredOutcome
 from source_check.requests import QuantityRequest
 from source_check.sources import Job, SourceResult, answers, code_digest, job_of
 from source_check.statements import Chapter, Reading, Source, Statement, Statements, selected

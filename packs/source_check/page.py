@@ -8,8 +8,8 @@ from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
 
+from amb_assessment.reporting.page_parts import asset, in_script, picture_url, plotly_script
 from amb_cosim.presentation.templates import templates_of
-from amb_cosim.reporting.page_parts import asset, in_script, picture_url, plotly_script
 from amb_files.atomic import write_atomically
 from source_check.evaluation import Judged, Report
 from source_check.sources import SourceResult

@@ -13,8 +13,8 @@ from importlib import import_module
 from inspect import isfunction
 from typing import Any, NamedTuple, get_args, get_type_hints
 
+from amb_assessment.reporting.panels import Panel, run_panels
 from amb_cosim.cosim.record.signals import Signals
-from amb_cosim.reporting.panels import Panel, run_panels
 from source_check import run_quantities, study_panels, study_quantities
 
 Quantities = Mapping[str, tuple[Callable[..., Any], str]]

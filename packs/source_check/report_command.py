@@ -69,7 +69,7 @@ def _assess(statements: Statements, folder: Path, only: tuple[str, ...], jobs: i
     """Compute and judge statements, write data, table and page into a folder, and print the number of each verdict."""
     from amb_cosim.presentation.plain_console import plain_console
     from amb_cosim.presentation.progress import bars
-    from amb_cosim.sweeps.stored_robustness import load_robustness
+    from amb_sweeps.stored_robustness import load_robustness
     from source_check.evaluation import assess
     from source_check.page import PAGE, write_page
     from source_check.table import TABLE, write_table

@@ -12,7 +12,7 @@ from amb_cosim.commands.cli_errors import refusing
 if TYPE_CHECKING:
     from amb_cosim.cosim.system.values import Raw
     from amb_cosim.scenario.scenario import Scenario
-    from amb_cosim.sweeps.stored_robustness import StoredOutcome
+    from amb_sweeps.stored_robustness import StoredOutcome
 
 
 @dataclass(frozen=True)
@@ -30,10 +30,10 @@ def store_robustness(pack: str, only: tuple[str, ...], jobs: int | None) -> dict
     Runs are repeated with H identified and with 1 % more and less of each quantity. The report and pages show the
     stored results.
     """
+    from amb_analysis.studies.processes import simulate_in_processes
     from amb_cosim.presentation.plain_console import plain_console
     from amb_cosim.presentation.progress import bars
-    from amb_cosim.studies.processes import simulate_in_processes
-    from amb_cosim.sweeps.stored_robustness import write_robustness
+    from amb_sweeps.stored_robustness import write_robustness
 
     retained = 0
     failures: dict[str, str] = {}
@@ -94,8 +94,8 @@ def outcome_cases(pack: str, only: tuple[str, ...] = ()) -> list[OutcomeCase]:
 
 def outcome_of_case(case: OutcomeCase) -> StoredOutcome | str:
     """Return the outcome of a run and what flips it, or the reason why there is none."""
-    from amb_cosim.sweeps.robustness import robustness as study
-    from amb_cosim.sweeps.stored_robustness import StoredOutcome
+    from amb_sweeps.robustness import robustness as study
+    from amb_sweeps.stored_robustness import StoredOutcome
 
     try:
         result = study(case.scenario, set=case.settings, progress=False)

@@ -11,17 +11,17 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from amb_analysis.studies.processes import simulate_in_processes
+from amb_assessment.reporting.panels import Panel, panel_of
+from amb_assessment.reporting.pictures import picture_of
 from amb_cosim.cosim.run.options import Progress
-from amb_cosim.reporting.panels import Panel, panel_of
-from amb_cosim.reporting.pictures import picture_of
 from amb_cosim.scenario.file import read_scenario
 from amb_cosim.scenario.scenario import load_scenario
 from amb_cosim.scenario.simulation import run_prepared
-from amb_cosim.studies.processes import simulate_in_processes
-from amb_cosim.sweeps.stored_robustness import FILE as ROBUSTNESS
 from amb_files.atomic import write_atomically
 from amb_files.packs import files_of, packs
 from amb_files.toml import parse_toml, read_text
+from amb_sweeps.stored_robustness import FILE as ROBUSTNESS
 from fmi_export.building.identity import package_folder
 from source_check.quantities import (
     panels_of_run,
@@ -234,7 +234,7 @@ def scenario_parameters(name: str) -> dict[str, Any]:
 
 def study_title(study: str) -> str:
     """Return one line about a study."""
-    from amb_cosim.studies import STUDIES
+    from amb_analysis.studies import STUDIES
 
     return STUDIES[study].description if study in STUDIES else "Start values of the models"
 

@@ -42,7 +42,7 @@ class Source(Table):
     rotor_file: str = ""
     """Name of a rotor, in place of the scenario's."""
     study: str = ""
-    """Name of a study of `amb_cosim.studies`, or `model_inputs`."""
+    """Name of a study of `amb_analysis.studies`, or `model_inputs`."""
     arguments: Values = Field(default={})
     """Arguments of the study."""
     title: str = ""

@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from amb_cosim.reporting.panels import Panel, curve
-from amb_cosim.studies.campbell_diagram import CampbellDiagram
-from amb_cosim.studies.natural_modes import ModeShapes
-from amb_cosim.studies.sensor_receptance import SensorReceptance
-from amb_cosim.studies.unbalance_records import UnbalanceResponse
+from amb_analysis.studies.campbell_diagram import CampbellDiagram
+from amb_analysis.studies.natural_modes import ModeShapes
+from amb_analysis.studies.sensor_receptance import SensorReceptance
+from amb_analysis.studies.unbalance_records import UnbalanceResponse
+from amb_assessment.reporting.panels import Panel, curve
 
 SHOWN_MODES = 8
 

@@ -8,13 +8,13 @@ from typing import Annotated, Any
 
 import numpy as np
 
+from amb_analysis.studies.bearing_axis import BearingAxis
+from amb_analysis.studies.campbell_diagram import CampbellDiagram
+from amb_analysis.studies.natural_modes import ModeShapes
+from amb_analysis.studies.rotor_layout import RotorLayout
+from amb_analysis.studies.sensor_receptance import SensorReceptance
 from amb_cosim import studies
 from amb_cosim.cosim.system.values import quantity
-from amb_cosim.studies.bearing_axis import BearingAxis
-from amb_cosim.studies.campbell_diagram import CampbellDiagram
-from amb_cosim.studies.natural_modes import ModeShapes
-from amb_cosim.studies.rotor_layout import RotorLayout
-from amb_cosim.studies.sensor_receptance import SensorReceptance
 from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import load_rotor
 
@@ -44,7 +44,7 @@ def model_inputs() -> ModelInputs:
 
 
 def compute(study: str, arguments: dict[str, Any]) -> Any:
-    """Return the result of a study of `amb_cosim.studies`, or of `model_inputs`.
+    """Return the result of a study of `amb_analysis.studies`, or of `model_inputs`.
 
     Raises
     ------

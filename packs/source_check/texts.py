@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from amb_cosim.reporting.page_parts import number_text
+from amb_assessment.reporting.page_parts import number_text
 from source_check.evaluation import Judged
 from source_check.statements import Expected, Statement
 from source_check.verdict import Computed, Verdict

@@ -5,11 +5,11 @@ from pathlib import Path
 
 import pytest
 
-from amb_cosim.assessment import assess as room
-from amb_cosim.assessment.assess import assess
-from amb_cosim.assessment.findings import Judgement
-from amb_cosim.assessment.machine_file import load_machine
-from amb_cosim.assessment.page import write_assessment
+from amb_assessment.assessment import assess as room
+from amb_assessment.assessment.assess import assess
+from amb_assessment.assessment.findings import Judgement
+from amb_assessment.assessment.machine_file import load_machine
+from amb_assessment.assessment.page import write_assessment
 
 NOTCHES = Path(__file__).parents[2] / "examples/controllers/lead_notches.toml"  # of a hand's tuning, for the compressor
 
@@ -72,7 +72,7 @@ def test_page_and_data_hold_every_verdict(compressor, tmp_path):
 
 
 def test_a_broken_part_is_not_answered_and_ends_nothing(monkeypatch):
-    from amb_cosim.assessment.analyses import free_modes
+    from amb_assessment.assessment.analyses import free_modes
 
     def broken(subject):
         raise ValueError("the drawing is wet")

@@ -4,10 +4,10 @@ import math
 
 import pytest
 
-from amb_cosim.assessment.assess import Analysis, Assessment
-from amb_cosim.assessment.criteria import Criterion, check_formulas, load_criteria
-from amb_cosim.assessment.expressions import evaluate, names_in
-from amb_cosim.assessment.findings import AnalysisResult, Judgement, Quantity, judge
+from amb_assessment.assessment.assess import Analysis, Assessment
+from amb_assessment.assessment.criteria import Criterion, check_formulas, load_criteria
+from amb_assessment.assessment.expressions import evaluate, names_in
+from amb_assessment.assessment.findings import AnalysisResult, Judgement, Quantity, judge
 from tests.support.messages import raises_naming
 
 ABOUT = {"key": "own", "what": "w", "quantity": "q", "source": "me", "known": "own"}

@@ -4,9 +4,9 @@ import math
 
 import pytest
 
-from amb_cosim.assessment.analyses.robustness import variations
-from amb_cosim.assessment.description import inductance_doubt, magnet_numbers
-from amb_cosim.assessment.machine_file import CompressorStage, MachineFile, load_machine
+from amb_assessment.assessment.analyses.robustness import variations
+from amb_assessment.assessment.description import inductance_doubt, magnet_numbers
+from amb_assessment.assessment.machine_file import CompressorStage, MachineFile, load_machine
 from amb_cosim.design.magnetic_bearing import axis_parameters, static_current_for
 from tests.support.messages import raises_naming
 

@@ -7,12 +7,12 @@ from pathlib import Path
 
 import pytest
 
-from amb_cosim.assessment.analyses import landing, recovery, rest
-from amb_cosim.assessment.assess import assess
-from amb_cosim.assessment.criteria import load_criteria
-from amb_cosim.assessment.findings import Judgement, Quantity, judge
-from amb_cosim.assessment.machine_file import load_machine
-from amb_cosim.assessment.subject import subject_of
+from amb_assessment.assessment.analyses import landing, recovery, rest
+from amb_assessment.assessment.assess import assess
+from amb_assessment.assessment.criteria import load_criteria
+from amb_assessment.assessment.findings import Judgement, Quantity, judge
+from amb_assessment.assessment.machine_file import load_machine
+from amb_assessment.assessment.subject import subject_of
 from tests.support.messages import assert_names, raises_naming
 
 BLOWER = Path(__file__).parent / "blower" / "machine.toml"

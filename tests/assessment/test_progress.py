@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from click.testing import CliRunner
 
-from amb_cosim.assessment import assess
+from amb_assessment.assessment import assess
 from amb_cosim.commands.cli import main
 
 

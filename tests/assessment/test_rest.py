@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from amb_cosim.assessment.analyses.rest import coast_down
-from amb_cosim.assessment.assess import assess
+from amb_assessment.assessment.analyses.rest import coast_down
+from amb_assessment.assessment.assess import assess
 
 TIMES = np.linspace(0.0, 1.0, 201)
 J = 0.5  # kg m^2

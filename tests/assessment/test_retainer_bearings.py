@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from amb_cosim.assessment.machine_file import MachineFile
-from amb_cosim.assessment.retainer_bearings import RetainerBearing, check_sites, load_tables
+from amb_assessment.assessment.machine_file import MachineFile
+from amb_assessment.assessment.retainer_bearings import RetainerBearing, check_sites, load_tables
 from tests.support.messages import raises_naming
 
 SKF_6002 = {

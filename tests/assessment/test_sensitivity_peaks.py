@@ -7,14 +7,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from amb_cosim.assessment.analyses.sensitivity import sensitivities
-from amb_cosim.assessment.criteria import load_criteria
-from amb_cosim.assessment.findings import Judgement, Quantity, judge
-from amb_cosim.assessment.machine_file import load_machine
-from amb_cosim.assessment.stages import real_coefficients
-from amb_cosim.assessment.subject import subject_of
-from amb_cosim.linear.loop import Loop, diagonal_response
-from amb_cosim.machine.coupled import coupled_loop
+from amb_analysis.linear.loop import Loop, diagonal_response
+from amb_analysis.machine.coupled import coupled_loop
+from amb_assessment.assessment.analyses.sensitivity import sensitivities
+from amb_assessment.assessment.criteria import load_criteria
+from amb_assessment.assessment.findings import Judgement, Quantity, judge
+from amb_assessment.assessment.machine_file import load_machine
+from amb_assessment.assessment.stages import real_coefficients
+from amb_assessment.assessment.subject import subject_of
 
 BLOWER = Path(__file__).parent / "blower" / "machine.toml"
 

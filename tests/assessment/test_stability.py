@@ -8,18 +8,18 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from amb_cosim.assessment.analyses import robustness
-from amb_cosim.assessment.assess import OF_LEVITATION, assess
-from amb_cosim.assessment.criteria import load_criteria
-from amb_cosim.assessment.findings import Judgement, judge
-from amb_cosim.assessment.machine_file import load_machine
-from amb_cosim.assessment.stability import least_stable
-from amb_cosim.assessment.stages import real_coefficients
-from amb_cosim.assessment.subject import subject_of
+from amb_analysis.machine.coupled import coupled_loop
+from amb_analysis.studies import figure, poles
+from amb_assessment.assessment.analyses import robustness
+from amb_assessment.assessment.assess import OF_LEVITATION, assess
+from amb_assessment.assessment.criteria import load_criteria
+from amb_assessment.assessment.findings import Judgement, judge
+from amb_assessment.assessment.machine_file import load_machine
+from amb_assessment.assessment.stability import least_stable
+from amb_assessment.assessment.stages import real_coefficients
+from amb_assessment.assessment.subject import subject_of
 from amb_cosim.commands.cli import main
 from amb_cosim.design.magnetic_bearing import current_amplitude
-from amb_cosim.machine.coupled import coupled_loop
-from amb_cosim.studies import figure, poles
 from rotor_analysis.packaged_rotors import rotor_path
 from tests.support.messages import assert_names
 

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 from strange_machine import LEVITATION
 
-from amb_cosim.assessment.machine_file import MachineFile, load_machine
-from amb_cosim.assessment.thrust_bearing import DATA_HEADS, ThrustBearing
+from amb_assessment.assessment.machine_file import MachineFile, load_machine
+from amb_assessment.assessment.thrust_bearing import DATA_HEADS, ThrustBearing
 from tests.support.messages import raises_naming
 
 FILE = LEVITATION.parent / "machine.toml"

@@ -7,12 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from amb_cosim.assessment import runs
-from amb_cosim.assessment.analyses import critical_map, envelope, faults, unbalance, vibration
-from amb_cosim.assessment.machine_file import load_machine
-from amb_cosim.assessment.runs import placed_unbalances, planes_of_unbalance, worst_response
-from amb_cosim.assessment.subject import rpm, subject_of
-from amb_cosim.assessment.unbalance_cases import unbalance_cases
+from amb_assessment.assessment import runs
+from amb_assessment.assessment.analyses import critical_map, envelope, faults, unbalance, vibration
+from amb_assessment.assessment.machine_file import load_machine
+from amb_assessment.assessment.runs import placed_unbalances, planes_of_unbalance, worst_response
+from amb_assessment.assessment.subject import rpm, subject_of
+from amb_assessment.assessment.unbalance_cases import unbalance_cases
 
 BLOWER = Path(__file__).parent / "blower" / "machine.toml"
 RPM = np.pi / 30.0

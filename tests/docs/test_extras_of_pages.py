@@ -28,7 +28,7 @@ def installed() -> set[str]:
 
 
 def test_the_readme_installs_every_extra_that_a_command_asks_for():
-    folders = ("orchestrator", "libraries", "fmus", "packs")
+    folders = ("orchestrator", "applications", "libraries", "fmus", "packs")
     requested = named(
         r'require_extra\(\s*"(\w+)"', [file for folder in folders for file in (ROOT / folder).rglob("*.py")]
     )

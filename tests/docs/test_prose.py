@@ -18,7 +18,18 @@ from source_prose import passages_of_source
 ROOT = Path(__file__).parents[2]
 RULES = tomllib.loads(Path(__file__).with_name("prose.toml").read_text(encoding="utf-8"))
 PLAIN = {re.compile(pattern): plain for pattern, plain in RULES["plain"].items()}
-ROOMS = ("docs", "fmus", "libraries", "orchestrator", "packs", "examples", "benchmarks", "tests", "tools")
+ROOMS = (
+    "docs",
+    "fmus",
+    "libraries",
+    "orchestrator",
+    "applications",
+    "packs",
+    "examples",
+    "benchmarks",
+    "tests",
+    "tools",
+)
 LEFT_OUT = {"node_modules", "__pycache__", "vendor", "iframe-worker", "fmi_headers"}
 FOUND = re.compile(r"^(?P<file>.*?):(?P<line>\d+):\d+: (?P<check>[\w.]+): (?P<message>.*)$", re.MULTILINE)
 
@@ -37,7 +48,15 @@ PAGES = [page for page in files(".md") if not any(fnmatch(name_of(page), form) f
 
 PACKAGES = [
     package
-    for folder in ("fmus", "libraries", "orchestrator/amb_cosim", "packs")
+    for folder in (
+        "fmus",
+        "libraries",
+        "orchestrator/amb_cosim",
+        "applications/amb_analysis",
+        "applications/amb_assessment",
+        "applications",
+        "packs",
+    )
     for package in sorted((ROOT / folder).iterdir())
     if package.is_dir() or package.suffix == ".py"
 ]

@@ -19,7 +19,7 @@ pytestmark = pytest.mark.slow  # needs the extra docs
 
 ROOT = Path(__file__).parents[2]
 
-MODULES = ("amb_cosim", "amb_cosim.studies", "amb_cosim.cosim")
+MODULES = ("amb_cosim", "amb_analysis.studies", "amb_cosim.cosim")
 EXTENSION = str(ROOT / "docs" / "mkdocs" / "own_types.py")
 
 
@@ -28,7 +28,7 @@ def documented():
     """The objects that the page shows, by their paths."""
     loader = griffe.GriffeLoader(
         extensions=griffe.load_extensions(EXTENSION),
-        search_paths=[ROOT / name for name in ("orchestrator", "libraries", "fmus", "packs")],
+        search_paths=[ROOT / name for name in ("orchestrator", "applications", "libraries", "fmus", "packs")],
         docstring_parser="numpy",
     )
     paths = [line.removeprefix("::: ") for module in MODULES for line in declarations.names_of(module)]

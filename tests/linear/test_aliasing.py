@@ -7,14 +7,14 @@ import math
 import numpy as np
 import pytest
 
-from amb_cosim.linear.aliasing import continuous_poles, logarithms
-from amb_cosim.linear.components import zoh
-from amb_cosim.linear.linearisable import of_prepared
-from amb_cosim.linear.loop import Loop
+from amb_analysis.linear.aliasing import continuous_poles, logarithms
+from amb_analysis.linear.components import zoh
+from amb_analysis.linear.linearisable import of_prepared
+from amb_analysis.linear.loop import Loop
+from amb_analysis.studies.closed_loop_poles import vibrations
 from amb_cosim.results.component_names import PLANT
 from amb_cosim.scenario.scenario import given_scenario
 from amb_cosim.scenario.simulation import prepare
-from amb_cosim.studies.closed_loop_poles import vibrations
 
 SAMPLE_TIME = 1e-3  # s; half the sample rate is 500 Hz
 

@@ -6,10 +6,10 @@ import control
 import numpy as np
 import pytest
 
+from amb_analysis.linear.components import LinearComponent, connected, delayed_by_a_step, loop_of, sampled
+from amb_analysis.linear.foreign import realised, responses
+from amb_analysis.linear.loop import disk_gain_and_phase, disk_margin
 from amb_cosim.controllers.laws import Law
-from amb_cosim.linear.components import LinearComponent, connected, delayed_by_a_step, loop_of, sampled
-from amb_cosim.linear.foreign import realised, responses
-from amb_cosim.linear.loop import disk_gain_and_phase, disk_margin
 from tests.support.messages import raises_naming
 
 T = 1e-3

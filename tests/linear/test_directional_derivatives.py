@@ -13,9 +13,9 @@ from fmpy.fmi2 import FMU2Slave, defaultCallbacks, fmi2CallbackFunctions, fmi2Ca
 from fmpy.logging import addLoggerProxy
 
 import amb_cosim
+from amb_analysis.linear.components import LinearComponent, sampled
 from amb_cosim.controllers.laws import Law
 from amb_cosim.cosim.fmu.fmus import provide
-from amb_cosim.linear.components import LinearComponent, sampled
 
 H = 1e-4
 OUTPUTS = [f"{bearing}.{axis}" for bearing in ("mb1", "mb2") for axis in "xy"]

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from amb_analysis.linear.foreign import foreign_component
 from amb_cosim.cosim.fmu.fmu_description import read_interface
-from amb_cosim.linear.foreign import foreign_component
 from tests.support.messages import assert_names
 
 SOURCE = Path(__file__).parent / "support" / "spring.c"

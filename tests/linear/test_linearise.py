@@ -8,9 +8,9 @@ from scipy.io import loadmat
 from strange_machine import LEVITATION, ROTOR
 
 import amb_cosim
-from amb_cosim.linear.foreign import foreign_component
-from amb_cosim.linear.linearisable import linearisable
-from amb_cosim.linear.linearise import model_of
+from amb_analysis.linear.foreign import foreign_component
+from amb_analysis.linear.linearisable import linearisable
+from amb_analysis.linear.linearise import model_of
 from tests.support.messages import raises_naming
 
 pytestmark = pytest.mark.gate

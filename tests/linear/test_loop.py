@@ -11,16 +11,16 @@ import numpy as np
 import pytest
 from rig import AXES
 
+from amb_analysis.linear.components import LinearComponent, loop_of
+from amb_analysis.linear.control import pid_component
+from amb_analysis.linear.loop import check_stable, diagonal_response
+from amb_analysis.linear.model import LinearModel, linear_model
+from amb_analysis.linear.rotor_and_magnets import actuator_component, bearing_slopes, rotor_component
+from amb_analysis.studies.injection import multi_sines, schroeder_phases, settling_samples
+from amb_analysis.studies.sensitivity_curves import curve_frequencies
+from amb_analysis.studies.stability_margin import AxisSensitivity, zone
 from amb_cosim.design.plant_data import plant
 from amb_cosim.design.rotor_models import actuator, control_loop, controller
-from amb_cosim.linear.components import LinearComponent, loop_of
-from amb_cosim.linear.control import pid_component
-from amb_cosim.linear.loop import check_stable, diagonal_response
-from amb_cosim.linear.model import LinearModel, linear_model
-from amb_cosim.linear.rotor_and_magnets import actuator_component, bearing_slopes, rotor_component
-from amb_cosim.studies.injection import multi_sines, schroeder_phases, settling_samples
-from amb_cosim.studies.sensitivity_curves import curve_frequencies
-from amb_cosim.studies.stability_margin import AxisSensitivity, zone
 from rotor_analysis.assembly import assemble
 from rotor_analysis.parts import Bearing, Disc, Sensor
 from rotor_analysis.reduction import msdc

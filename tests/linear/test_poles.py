@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from amb_analysis.linear.stability import LoopStability
+from amb_analysis.studies.closed_loop_poles import Vibrations, followed
 from amb_cosim import studies
-from amb_cosim.linear.stability import LoopStability
-from amb_cosim.studies.closed_loop_poles import Vibrations, followed
 from rotor_analysis.damping import Damping
 from rotor_analysis.rotor_file import load_rotor
 from tests.support.messages import assert_names

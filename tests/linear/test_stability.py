@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.linalg import block_diag, expm
 
-from amb_cosim.linear.stability import LARGEST, stability_of
+from amb_analysis.linear.stability import LARGEST, stability_of
 from tests.support.messages import assert_names
 
 T = 50e-6  # s

@@ -18,9 +18,9 @@ import pytest
 from live_answers import Answers
 from live_browser import Rig
 
-from amb_cosim.live.page import write_page
-from amb_cosim.live.rig import rig
 from amb_cosim.scenario.scenario import load_scenario
+from amb_live.page import write_page
+from amb_live.rig import rig
 
 HERE = Path(__file__).parent
 ON_PAGE = ("fig5_6_pid", "drop")  # scenarios

@@ -2,7 +2,7 @@
 // answers as JSON. A request {"type": "wait", "ms": 50} lets it play.
 
 import { readFileSync } from "node:fs";
-import { handle, openSession, work } from "../../orchestrator/amb_cosim/live/page/engine/session.js";
+import { handle, openSession, work } from "../../applications/amb_live/page/engine/session.js";
 
 const [folder] = process.argv.slice(2), rig = JSON.parse(readFileSync(`${folder}/rig.json`, "utf8"));
 const parts = Object.fromEntries([rig.module, rig.data].map((key) => [key, new Uint8Array(readFileSync(`${folder}/${key}`))]));

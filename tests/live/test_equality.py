@@ -12,7 +12,6 @@ import pytest
 from live_answers import Answers
 
 import amb_cosim
-import amb_cosim.live
 
 pytestmark = pytest.mark.slow  # the engine is compiled as WebAssembly first
 

@@ -6,7 +6,7 @@ import subprocess
 
 import pytest
 
-from amb_cosim.live.scripts import joined, read_module
+from amb_live.scripts import joined, read_module
 from tests.support.messages import raises_naming
 
 SOURCES = {

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 HERE = Path(__file__).parent
-PAGE = HERE.parents[1] / "orchestrator" / "amb_cosim" / "live" / "page"
+PAGE = HERE.parents[1] / "applications" / "amb_live" / "page"
 TOOLS = PAGE / "node_modules" / ".bin"
 
 

@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from amb_cosim.linear.linearise import model_of
-from amb_cosim.linear.loop import response
-from amb_cosim.machine.channels import place_of
-from amb_cosim.machine.frequency_response import Structure, frequency_response, refined
-from amb_cosim.machine.machine import machine_of
+from amb_analysis.linear.linearise import model_of
+from amb_analysis.linear.loop import response
+from amb_analysis.machine.channels import place_of
+from amb_analysis.machine.frequency_response import Structure, frequency_response, refined
+from amb_analysis.machine.machine import machine_of
 from amb_cosim.results.component_names import ACTUATOR, PLANT
 from amb_cosim.scenario.scenario import given_scenario
 from amb_cosim.scenario.simulation import prepare

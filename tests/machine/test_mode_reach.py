@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from amb_cosim.machine.mode_reach import BearingReach, ModeReach, mode_reaches
+from amb_analysis.machine.mode_reach import BearingReach, ModeReach, mode_reaches
 from rotor_analysis.assembly import assemble
 from rotor_analysis.damping import free_modes
 from rotor_analysis.rotor_file import rotor_from

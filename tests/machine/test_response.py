@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from ross_numbers import REFERENCE, complex_numbers
 
-from amb_cosim.assessment.critical_speeds import antinodes, critical_speeds, lobe_masses
-from amb_cosim.machine.coefficients import WHIRL
-from amb_cosim.machine.response import highest_peaks, peaks_of, separation_margin
+from amb_analysis.machine.coefficients import WHIRL
+from amb_analysis.machine.response import highest_peaks, peaks_of, separation_margin
+from amb_assessment.assessment.critical_speeds import antinodes, critical_speeds, lobe_masses
 from amb_files.toml import validate
 from rotor_analysis.assembly import assemble
 from rotor_analysis.damping import free_modes

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 import scipy.signal
 
-from amb_cosim.measured.estimates import estimate, responses
-from amb_cosim.measured.records import Channel, TimeRecord
+from amb_analysis.measured.estimates import estimate, responses
+from amb_analysis.measured.records import Channel, TimeRecord
 from tests.support.messages import raises_naming
 
 STEP = 1e-3

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.io import savemat
 
-from amb_cosim.measured.files import Estimation, read_measured
+from amb_analysis.measured.files import Estimation, read_measured
 from tests.support.messages import raises_naming
 
 F = np.arange(5.0, 100.0, 0.5)

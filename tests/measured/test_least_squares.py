@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.stats import binom
 
-from amb_cosim.measured.least_squares import FreeParameter, fit
+from amb_analysis.measured.least_squares import FreeParameter, fit
 from tests.support.messages import raises_naming
 
 F = np.linspace(20.0, 60.0, 40)

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from amb_cosim.measured.deviation import assurance, curve_deviation, mode_deviations
-from amb_cosim.measured.modal_fit import FittedMode, fitted_modes
-from amb_cosim.measured.records import Channel, FrequencyResponse
+from amb_analysis.measured.deviation import assurance, curve_deviation, mode_deviations
+from amb_analysis.measured.modal_fit import FittedMode, fitted_modes
+from amb_analysis.measured.records import Channel, FrequencyResponse
 from tests.support.messages import raises_naming
 
 F = np.arange(5.0, 300.0, 0.25)

@@ -10,14 +10,14 @@ from click.testing import CliRunner
 from strange_machine import ROTOR as EXPANDER
 
 import amb_cosim
+from amb_assessment.assessment.machine_file import load_machine
+from amb_assessment.first_design.files import TEMPLATES, new_machine
+from amb_assessment.first_design.levitation import gains_of, operating_points
+from amb_assessment.first_design.rotor_text import plain_shaft, supports
+from amb_assessment.first_design.sizing import CAPACITY, MagnetData, machine_sizes
 from amb_cosim import studies
-from amb_cosim.assessment.machine_file import load_machine
 from amb_cosim.commands.cli import main
 from amb_cosim.design.magnetic_bearing import axis_parameters, load_capacity
-from amb_cosim.new_machine.files import TEMPLATES, new_machine
-from amb_cosim.new_machine.levitation import gains_of, operating_points
-from amb_cosim.new_machine.rotor_text import plain_shaft, supports
-from amb_cosim.new_machine.sizing import CAPACITY, MagnetData, machine_sizes
 from amb_cosim.scenario.scenario import load_scenario
 from amb_cosim.scenario.simulation import prepare
 from rotor_analysis.packaged_rotors import rotor_path

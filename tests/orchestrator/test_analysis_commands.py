@@ -16,11 +16,11 @@ import pytest
 from matplotlib.figure import Figure
 from pump import SHAFT, UNSTABLE
 
+from amb_analysis.studies.commands import analysis
+from amb_analysis.studies.result import DrawnResult
 from amb_cosim import studies
 from amb_cosim.commands.options import ROTOR, SETTINGS
 from amb_cosim.presentation.text_tables import TextBlock
-from amb_cosim.studies.commands import analysis
-from amb_cosim.studies.result import DrawnResult
 from rotor_analysis.modes import damped_frequencies
 from rotor_analysis.packaged_rotors import rotor_path
 from rotor_analysis.rotor_file import load_rotor

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
+from amb_analysis.studies.coefficient_limits import covered_speeds, is_extrapolated, limit_notes, limits_of
+from amb_analysis.studies.figures import figure
 from amb_cosim import studies
-from amb_cosim.studies.coefficient_limits import covered_speeds, is_extrapolated, limit_notes, limits_of
-from amb_cosim.studies.figures import figure
 from rotor_analysis.parts import AtSpeed, Bearing, Body
 from rotor_analysis.rotor import Rotor
 from rotor_analysis.shaft import Shaft

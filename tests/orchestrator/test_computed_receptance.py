@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from rich.table import Table
 
+from amb_analysis.studies.receptance_identification import HEADINGS
 from amb_cosim import studies
-from amb_cosim.studies.receptance_identification import HEADINGS
 
 
 def test_computed_receptance_is_compared_with_nothing() -> None:

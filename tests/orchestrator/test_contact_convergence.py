@@ -9,11 +9,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from amb_analysis.studies import contact_convergence, convergence_runs
+from amb_analysis.studies.convergence_runs import CaseResult, Contact, ConvergenceCase, varied_cases
 from amb_cosim import studies
 from amb_cosim.cosim.record.signals import Samples, SignalTable
 from amb_cosim.scenario.scenario import given_scenario
-from amb_cosim.studies import contact_convergence, convergence_runs
-from amb_cosim.studies.convergence_runs import CaseResult, Contact, ConvergenceCase, varied_cases
 from rotor_analysis.reduced_rotor import reduced_rotor
 from rotor_analysis.rotor_file import load_rotor
 

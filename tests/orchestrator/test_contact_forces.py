@@ -15,7 +15,7 @@ from amb_cosim.results.places import RotorPlaces, places_of
 from amb_cosim.results.plots.axes import stations
 from amb_cosim.results.plots.contact import contact
 from amb_cosim.results.plots.motion import displacement
-from amb_cosim.sweeps.metrics import needed
+from amb_sweeps.metrics import needed
 from rotor_analysis.parts import Bearing, Sensor, Site
 from source_check import run_quantities
 

@@ -13,13 +13,13 @@ import xarray as xr
 from rig import AXES, DONE, FAILED, SENSOR_NAMES
 from rig import LOOP as RIG_LOOP
 
+from amb_analysis.studies import receptance_measurement
 from amb_cosim.cosim.run.recording import Outcome
 from amb_cosim.design.receptance_file import empty_table, loop_parameters, read_table
 from amb_cosim.design.rotor_models import check_loop
 from amb_cosim.results.result import Result
 from amb_cosim.scenario.scenario import load_scenario
 from amb_cosim.scenario.simulation import prepare
-from amb_cosim.studies import receptance_measurement
 from rolac_controller.enumerations import CONTACT_OCCURRED, NO_ERROR, WAITING
 from rotor_analysis.packaged_rotors import rotor_path
 

@@ -10,8 +10,8 @@ import pytest
 import tomli_w
 from strange_machine import ROTOR as EXPANDER
 
+from amb_analysis.studies.mode_kinds import kind_of
 from amb_cosim import studies
-from amb_cosim.studies.mode_kinds import kind_of
 from rotor_analysis.assembly import assemble
 from rotor_analysis.rotor_file import load_rotor
 

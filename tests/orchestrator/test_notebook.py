@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 
 import amb_cosim
+from amb_analysis.linear.components import LinearComponent
+from amb_analysis.linear.model import linear_model
 from amb_cosim import studies
 from amb_cosim.controllers.laws import Law
 from amb_cosim.cosim.run.recording import Outcome
-from amb_cosim.linear.components import LinearComponent
-from amb_cosim.linear.model import linear_model
-from amb_cosim.live.notebook import LivePage
 from amb_cosim.results.result import Result
+from amb_live.notebook import LivePage
 from tests.support.messages import raises_naming
 
 COMPLETED = Outcome("completed", 0.4, "", "")

@@ -11,12 +11,12 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.text import Text
 
 import amb_cosim
-from amb_cosim.linear.stability import LoopStability
-from amb_cosim.studies.campbell_diagram import CampbellDiagram, CriticalSpeedRow, ModeOverSpeed
-from amb_cosim.studies.closed_loop_poles import ClosedLoopPoles, PoleOverSpeed
-from amb_cosim.studies.coefficient_limits import limits_of
-from amb_cosim.studies.figures import figure
-from amb_cosim.studies.figures.over_speed import damping_ratio
+from amb_analysis.linear.stability import LoopStability
+from amb_analysis.studies.campbell_diagram import CampbellDiagram, CriticalSpeedRow, ModeOverSpeed
+from amb_analysis.studies.closed_loop_poles import ClosedLoopPoles, PoleOverSpeed
+from amb_analysis.studies.coefficient_limits import limits_of
+from amb_analysis.studies.figures import figure
+from amb_analysis.studies.figures.over_speed import damping_ratio
 from rotor_analysis.parts import AtSpeed, Bearing
 from tests.support.messages import assert_names
 

@@ -6,7 +6,7 @@ import json
 
 import numpy as np
 
-from amb_cosim.reporting.panels import Panel, curve, panel_of
+from amb_assessment.reporting.panels import Panel, curve, panel_of
 
 
 def test_a_curve_with_gaps_is_data_of_json():

@@ -9,8 +9,8 @@ import pytest
 from matplotlib.image import imread
 from strange_machine import ROTOR
 
+from amb_analysis.studies.rotor_layout import layout
 from amb_cosim import studies
-from amb_cosim.studies.rotor_layout import layout
 from rotor_analysis.packaged_rotors import rotor_path
 from rotor_analysis.rotor_file import load_rotor
 

@@ -17,7 +17,7 @@ from tests.support.messages import assert_names
 CHECK = "from amb_cosim.cosim.basics.spawned_processes import check_script; check_script()"
 SWEEP = """
 import sys, time
-from amb_cosim.sweeps.engine import local_cluster
+from amb_sweeps.engine import local_cluster
 
 if __name__ == "__main__":
     with local_cluster(1) as cluster:
@@ -26,7 +26,7 @@ if __name__ == "__main__":
 """
 STUDY = """
 import os, time
-from amb_cosim.studies.processes import simulate_in_processes
+from amb_analysis.studies.processes import simulate_in_processes
 
 def wait(_):
     print(os.getpid(), flush=True)

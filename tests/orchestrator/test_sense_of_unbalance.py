@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from amb_analysis.studies.figures.unbalance_response import draw
 from amb_cosim import studies
-from amb_cosim.studies.figures.unbalance_response import draw
 from rotor_analysis.parts import Bearing
 from tests.support.analysis_cases import MASS, NOTHING, disc_between, spring, tensor
 from tests.support.messages import assert_names

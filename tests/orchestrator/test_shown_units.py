@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import amb_cosim
+from amb_assessment.reporting.panels import Panel, curve
 from amb_cosim.presentation.style import spread
 from amb_cosim.presentation.units import (
     convert_units_in_text,
@@ -20,7 +21,6 @@ from amb_cosim.presentation.units import (
     speed_unit,
     spin_text,
 )
-from amb_cosim.reporting.panels import Panel, curve
 from amb_cosim.results import plots
 
 

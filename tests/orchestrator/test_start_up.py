@@ -47,7 +47,7 @@ def loaded(tmp_path):
 
 def test_neither_imports_nor_help_load_anything_to_compute_with(loaded):
     helps = ([*command, "--help"] for command in HELPED)
-    assert loaded(ALL, ("amb_cosim", "amb_cosim.studies"), *helps) == []
+    assert loaded(ALL, ("amb_cosim", "amb_analysis.studies"), *helps) == []
 
 
 def test_figures_load_matplotlib_when_they_are_drawn(loaded):

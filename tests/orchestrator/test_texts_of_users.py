@@ -12,12 +12,12 @@ import pytest
 from rich.table import Table
 
 import amb_cosim
-from amb_cosim.assessment.criteria import load_criteria, packaged_criteria
+from amb_assessment.assessment.criteria import load_criteria, packaged_criteria
 from amb_cosim.controllers.block_file import read_blocks
 from amb_cosim.cosim.system.system_file import load_system
 from amb_cosim.presentation.plain_console import plain_console
 from amb_cosim.presentation.text_tables import rendered
-from amb_cosim.sweeps.axes import read_variations
+from amb_sweeps.axes import read_variations
 from rotor_analysis.packaged_rotors import rotor_path
 from rotor_analysis.rotor_file import load_rotor
 

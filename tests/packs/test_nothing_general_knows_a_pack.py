@@ -11,6 +11,7 @@ ROOT = Path(__file__).parents[2]
 ROOMS = (
     "libraries",
     "orchestrator",
+    "applications",
     "examples",
     "docs/how-to",
 )  # models cite the thesis as the source of their equations

@@ -7,9 +7,9 @@ import pytest
 from growing_vibration import growth_of
 
 import amb_cosim
-from amb_cosim.rub.rubbing_rotor import rubbing_rotor
-from amb_cosim.rub.started import checkpoint_in
-from amb_cosim.rub.trap_map import states_at
+from amb_analysis.steady_contact.rubbing_rotor import rubbing_rotor
+from amb_analysis.steady_contact.started import checkpoint_in
+from amb_analysis.steady_contact.trap_map import states_at
 from amb_cosim.scenario.scenario import given_scenario
 from amb_cosim.scenario.simulation import prepare
 

@@ -7,8 +7,8 @@ import re
 
 import pytest
 
+from amb_analysis.studies import STUDIES
 from amb_cosim.scenario.scenario import packaged_scenarios
-from amb_cosim.studies import STUDIES
 from source_check.evaluation import alternatives, computations, reading_of
 from source_check.quantities import quantities_of_runs, quantities_of_studies
 from source_check.sources import scenario_parameters

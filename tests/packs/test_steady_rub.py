@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 
 import amb_cosim
-from amb_cosim.rub.contact_whirl import contact_whirls, pressed
-from amb_cosim.rub.forward_loop import loop_on_springs
-from amb_cosim.rub.freeing import smallest_demand, smallest_freeing
-from amb_cosim.rub.receptances import receptances, receptances_at
-from amb_cosim.rub.rolling import rolling
-from amb_cosim.rub.rubbing_rotor import rubbing_rotor
-from amb_cosim.rub.stability import Dynamics
-from amb_cosim.rub.synchronous_states import all_sets, states_of
-from amb_cosim.rub.trap_map import Regime, states_at, trap_map
-from amb_cosim.rub.whirl import whirls
+from amb_analysis.steady_contact.contact_whirl import contact_whirls, pressed
+from amb_analysis.steady_contact.forward_loop import loop_on_springs
+from amb_analysis.steady_contact.freeing import smallest_demand, smallest_freeing
+from amb_analysis.steady_contact.receptances import receptances, receptances_at
+from amb_analysis.steady_contact.rolling import rolling
+from amb_analysis.steady_contact.rubbing_rotor import rubbing_rotor
+from amb_analysis.steady_contact.stability import Dynamics
+from amb_analysis.steady_contact.synchronous_states import all_sets, states_of
+from amb_analysis.steady_contact.trap_map import Regime, states_at, trap_map
+from amb_analysis.steady_contact.whirl import whirls
 from amb_cosim.scenario.scenario import given_scenario
 from amb_cosim.scenario.simulation import prepare
 

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from amb_cosim.scenario.scenario import load_scenario
-from amb_cosim.sweeps.stored_robustness import StoredOutcome, load_robustness, stored_outcomes, write_robustness
 from amb_files.packs import packs
+from amb_sweeps.stored_robustness import StoredOutcome, load_robustness, stored_outcomes, write_robustness
 from source_check.robustness_runs import outcome_cases, outcome_of_case
 from tests.support.messages import raises_naming
 
@@ -49,7 +49,7 @@ def test_what_is_kept_is_what_runs_lead_to(cases, name):
 
 
 def test_what_is_written_is_read_and_adds_to_what_was_there(monkeypatch, tmp_path):
-    monkeypatch.setattr("amb_cosim.sweeps.stored_robustness.packs", lambda: {"mine": tmp_path})
+    monkeypatch.setattr("amb_sweeps.stored_robustness.packs", lambda: {"mine": tmp_path})
     load_robustness.cache_clear()
     first = {"b": StoredOutcome(outcome="trapped", flips={"C_b - 1 %": "recovered, touching seal"})}
     second = {"a": StoredOutcome(outcome="prevented")}

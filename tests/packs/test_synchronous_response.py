@@ -7,9 +7,9 @@ import json
 import numpy as np
 import pytest
 
+from amb_analysis.studies.receptance_identification import Identification
+from amb_analysis.studies.receptance_measurement import IdentifiedReceptance
 from amb_cosim import studies
-from amb_cosim.studies.receptance_identification import Identification
-from amb_cosim.studies.receptance_measurement import IdentifiedReceptance
 from bath_thesis.studies import measured_response
 from bath_thesis.studies.measured_response import linearised_norm
 from bath_thesis.studies.printed_h import printed_h

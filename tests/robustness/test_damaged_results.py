@@ -12,9 +12,9 @@ from damage import damaged
 
 from amb_cosim.cosim.run.dataset import save
 from amb_cosim.results.result import Result
-from amb_cosim.sweeps.sampling import make_design
-from amb_cosim.sweeps.store import SweepStore, open_sweep
-from amb_cosim.sweeps.worker import PointResult
+from amb_sweeps.sampling import make_design
+from amb_sweeps.store import SweepStore, open_sweep
+from amb_sweeps.worker import PointResult
 
 pytestmark = pytest.mark.slow
 

@@ -8,7 +8,7 @@ import random
 import pytest
 from mutations import changed_toml
 
-from amb_cosim.assessment.criteria import check_formulas, load_criteria, packaged_criteria
+from amb_assessment.assessment.criteria import check_formulas, load_criteria, packaged_criteria
 
 FACTS = {name: 1.0 for name in ("AF", "N_c", "N_min", "N_mc")}
 NUMBERS = ("0", "1", "-1", "1e308", "1e-308", "64", "0.5", "9" * 30, "2.5", "1_0", "0x1F", "1j", "True", "'a'")

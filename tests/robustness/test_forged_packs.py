@@ -10,8 +10,8 @@ import pytest
 from commands import run
 from mutations import changed_toml
 
+from amb_assessment.assessment.criteria import packaged_criteria
 from amb_cosim import studies
-from amb_cosim.assessment.criteria import packaged_criteria
 from amb_files import pack_file, packs
 
 COMMANDS = (

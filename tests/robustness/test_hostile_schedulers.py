@@ -15,11 +15,11 @@ import pytest
 from misbehaving import CLOSE, DEEDS, between, served, wrong_protocol
 
 from amb_cosim.scenario.scenario import Scenario
-from amb_cosim.sweeps import engine
-from amb_cosim.sweeps.engine import SETTINGS, ClusterFailed, connect, local_cluster, run_missing
-from amb_cosim.sweeps.sampling import make_design
-from amb_cosim.sweeps.store import SweepStore, open_sweep
-from amb_cosim.sweeps.worker import PointResult, Task
+from amb_sweeps import engine
+from amb_sweeps.engine import SETTINGS, ClusterFailed, connect, local_cluster, run_missing
+from amb_sweeps.sampling import make_design
+from amb_sweeps.store import SweepStore, open_sweep
+from amb_sweeps.worker import PointResult, Task
 
 pytestmark = pytest.mark.slow
 
@@ -71,7 +71,7 @@ def scheduler(request):
         assert protocol == request.param
         host, _, port = place.rpartition(":")
         with Client(cluster) as client:
-            client.run(importlib.import_module, "amb_cosim.sweeps.worker")  # which takes some seconds, once
+            client.run(importlib.import_module, "amb_sweeps.worker")  # which takes some seconds, once
         yield protocol, host, int(port)
 
 

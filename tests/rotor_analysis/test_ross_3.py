@@ -17,12 +17,12 @@ from click.testing import CliRunner
 from ross_numbers import REFERENCE, complex_numbers, nearest
 
 import amb_cosim
+from amb_analysis.linear.linearisable import of_prepared
+from amb_analysis.linear.loop import Loop
+from amb_analysis.studies.closed_loop_poles import vibrations
 from amb_cosim.commands.cli import main
-from amb_cosim.linear.linearisable import of_prepared
-from amb_cosim.linear.loop import Loop
 from amb_cosim.scenario.scenario import given_scenario
 from amb_cosim.scenario.simulation import prepare
-from amb_cosim.studies.closed_loop_poles import vibrations
 from amb_files.toml import validate
 from rotor_analysis.ross_file import read_ross
 from rotor_analysis.rotor import Rotor

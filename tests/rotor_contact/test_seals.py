@@ -10,8 +10,8 @@ from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 from scipy.linalg import expm
 
+from amb_analysis.linear.rotor_and_magnets import rotor_component
 from amb_cosim.design.plant_data import plant_structure
-from amb_cosim.linear.rotor_and_magnets import rotor_component
 from rotor_analysis.parts import AtSpeed, Bearing, Disc
 from rotor_analysis.shaft import Shaft
 from rotor_analysis.supported_rotor import supported_plant

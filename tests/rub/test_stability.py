@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from jeffcott import CLEARANCE, DAMPING, MASS, OWN, STIFFNESS, dynamic_stiffness, jeffcott
 
-from amb_cosim.rub.receptances import receptances, receptances_at
-from amb_cosim.rub.rubbing_rotor import rubbing_rotor
-from amb_cosim.rub.stability import Dynamics
-from amb_cosim.rub.synchronous_states import states_of
+from amb_analysis.steady_contact.receptances import receptances, receptances_at
+from amb_analysis.steady_contact.rubbing_rotor import rubbing_rotor
+from amb_analysis.steady_contact.stability import Dynamics
+from amb_analysis.steady_contact.synchronous_states import states_of
 from amb_cosim.scenario.scenario import given_scenario
 from amb_cosim.scenario.simulation import prepare
 

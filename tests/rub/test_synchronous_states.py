@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from jeffcott import CLEARANCE, DAMPING, MASS, OWN, STIFFNESS, dynamic_stiffness, jeffcott
 
-from amb_cosim.rub.homotopy import solve_by_paths
-from amb_cosim.rub.receptances import receptances
-from amb_cosim.rub.synchronous_states import all_sets, states_of
+from amb_analysis.steady_contact.homotopy import solve_by_paths
+from amb_analysis.steady_contact.receptances import receptances
+from amb_analysis.steady_contact.synchronous_states import all_sets, states_of
 
 
 def some_rotor(n_sites, points, seed=0, size=3.0):

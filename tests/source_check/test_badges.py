@@ -7,12 +7,12 @@ from importlib import resources
 
 import pytest
 
-from amb_cosim.assessment.findings import Judgement as OfMachine
+from amb_assessment.assessment.findings import Judgement as OfMachine
 from source_check.verdict import Verdict as OfReport
 
 REPORT, MACHINE = (
     resources.files(package).joinpath("template", name).read_text(encoding="utf-8")
-    for package, name in (("amb_cosim.reporting", "report.css"), ("amb_cosim.assessment", "assessment.css"))
+    for package, name in (("amb_assessment.reporting", "report.css"), ("amb_assessment.assessment", "assessment.css"))
 )
 LIGHT, DARK = (
     dict(re.findall(r"--([\w-]+): (#\w{6})", block)) for block in re.findall(r":root \{(.*?)\}", REPORT, re.S)

@@ -11,7 +11,7 @@ from click.testing import CliRunner
 from lxml import html
 
 from amb_cosim.commands.cli import main
-from amb_cosim.sweeps.stored_robustness import StoredOutcome
+from amb_sweeps.stored_robustness import StoredOutcome
 from source_check import sources
 from source_check.evaluation import Report, assess, judged
 from source_check.page import page

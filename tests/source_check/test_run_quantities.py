@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
+from amb_assessment.reporting.panels import MOST_POINTS, curve, panel_of, run_panels
 from amb_cosim.cosim.record.signals import Samples, SignalTable
-from amb_cosim.reporting.panels import MOST_POINTS, curve, panel_of, run_panels
 from amb_cosim.results.places import RotorPlaces
 from source_check.quantities import quantities_of_runs
 from source_check.requests import QuantityRequest, evaluate

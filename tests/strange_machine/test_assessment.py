@@ -14,24 +14,24 @@ from scipy.optimize import brentq
 from slow import slow_but_first
 from strange_machine import LEVITATION
 
-from amb_cosim.assessment.analyses import cross_coupling, rest
-from amb_cosim.assessment.analyses.envelope import largest_needed
-from amb_cosim.assessment.analyses.sensitivity import sensitivities
-from amb_cosim.assessment.assess import assess
-from amb_cosim.assessment.machine_file import CompressorStage, MachineFile, load_machine
-from amb_cosim.assessment.page import page
-from amb_cosim.assessment.retainer_bearings import TITLE
-from amb_cosim.assessment.stages import anticipated, co_simulated, real_coefficients
-from amb_cosim.assessment.subject import subject_of
+from amb_analysis.linear.linearisable import of_prepared
+from amb_analysis.linear.linearise import model_of
+from amb_analysis.linear.loop import Loop
+from amb_analysis.linear.rotor_and_magnets import rotor_component
+from amb_analysis.machine.coupled import coupled_loop
+from amb_analysis.machine.feedback import bearing_forces
+from amb_analysis.machine.response import passive, synchronous_response
+from amb_assessment.assessment.analyses import cross_coupling, rest
+from amb_assessment.assessment.analyses.envelope import largest_needed
+from amb_assessment.assessment.analyses.sensitivity import sensitivities
+from amb_assessment.assessment.assess import assess
+from amb_assessment.assessment.machine_file import CompressorStage, MachineFile, load_machine
+from amb_assessment.assessment.page import page
+from amb_assessment.assessment.retainer_bearings import TITLE
+from amb_assessment.assessment.stages import anticipated, co_simulated, real_coefficients
+from amb_assessment.assessment.subject import subject_of
 from amb_cosim.commands.cli import main
 from amb_cosim.design.plant_data import plant
-from amb_cosim.linear.linearisable import of_prepared
-from amb_cosim.linear.linearise import model_of
-from amb_cosim.linear.loop import Loop
-from amb_cosim.linear.rotor_and_magnets import rotor_component
-from amb_cosim.machine.coupled import coupled_loop
-from amb_cosim.machine.feedback import bearing_forces
-from amb_cosim.machine.response import passive, synchronous_response
 from amb_cosim.results.component_names import PLANT
 from amb_cosim.scenario.simulation import prepare
 from rotor_analysis.parts import Bearing

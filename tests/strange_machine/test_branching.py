@@ -7,9 +7,9 @@ import pytest
 from strange_machine import RUB
 
 from amb_cosim.scenario.scenario import Scenario
-from amb_cosim.sweeps.branching import branching_order, varied_labels
-from amb_cosim.sweeps.sampling import make_design
-from amb_cosim.sweeps.worker import Runner, Task
+from amb_sweeps.branching import branching_order, varied_labels
+from amb_sweeps.sampling import make_design
+from amb_sweeps.worker import Runner, Task
 
 SHORT = Scenario.load(RUB).changed(end_cycle=11)
 SIZE, MOMENT, REMOVED = "step.rotor_contact.turbine.u", "step.cycle", "removal.cycle"

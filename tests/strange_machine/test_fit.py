@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from amb_analysis.measured.least_squares import FreeParameter
+from amb_analysis.measured.records import Channel, FrequencyResponse, Measurement, Modes
+from amb_analysis.studies.rotor_parameters import RotorParameters, free_parameters
 from amb_cosim import studies
-from amb_cosim.measured.least_squares import FreeParameter
-from amb_cosim.measured.records import Channel, FrequencyResponse, Measurement, Modes
-from amb_cosim.studies.rotor_parameters import RotorParameters, free_parameters
 from rotor_analysis.rotor_file import load_rotor
 from tests.support.messages import raises_naming
 

@@ -10,7 +10,7 @@ import amb_cosim
 from amb_cosim.cosim.basics.build_target import BuildTarget
 from amb_cosim.cosim.fmu.fmus import build_models
 from amb_cosim.scenario.scenario import Scenario
-from amb_cosim.sweeps.worker import Runner, Task
+from amb_sweeps.worker import Runner, Task
 
 MODELS = ("rolac_controller", "amb_actuator", "rotor_contact")
 

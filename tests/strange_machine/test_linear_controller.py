@@ -9,7 +9,7 @@ from strange_machine import LEVITATION
 import amb_cosim
 from amb_cosim.scenario.scenario import Scenario
 from amb_cosim.scenario.simulation import prepare
-from amb_cosim.sweeps.worker import Runner, Task
+from amb_sweeps.worker import Runner, Task
 
 H = 50e-6
 BEARINGS = ("north", "guide", "south")

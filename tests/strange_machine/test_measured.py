@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from amb_analysis.measured.records import Channel, FrequencyResponse, Measurement
+from amb_analysis.measured.run_data import read_run
 from amb_cosim import studies
-from amb_cosim.measured.records import Channel, FrequencyResponse, Measurement
-from amb_cosim.measured.run_data import read_run
 from rotor_analysis.rotor_file import load_rotor
 from tests.support.messages import raises_naming
 

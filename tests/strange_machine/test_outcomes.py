@@ -15,7 +15,7 @@ from amb_cosim.results.places import RotorPlaces
 from amb_cosim.results.summary import Summary
 from amb_cosim.results.summary_table import table
 from amb_cosim.scenario.scenario import Scenario
-from amb_cosim.sweeps.worker import Runner, Task
+from amb_sweeps.worker import Runner, Task
 
 QUIET = Scenario.load(LEVITATION).changed(event=[], end_cycle=20)
 UNDAMPED = {"rolac_controller.*.c_b_?": 0.0, "rotor_contact.guide.c_b": 0.0}

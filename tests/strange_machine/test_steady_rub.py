@@ -12,20 +12,20 @@ from slow import slow_but_first
 from strange_machine import LEVITATION
 
 import amb_cosim
+from amb_analysis.linear.linearisable import of_prepared
+from amb_analysis.linear.loop import Loop
+from amb_analysis.steady_contact.rubbing_rotor import rubbing_rotor
+from amb_analysis.steady_contact.stability import Dynamics
+from amb_analysis.steady_contact.started import checkpoint_in
+from amb_analysis.steady_contact.synchronous_states import all_sets, states_of
+from amb_analysis.steady_contact.trap_map import Regime, clearance_shares, least_touching, states_at
+from amb_analysis.steady_contact.whirl import whirls
+from amb_analysis.studies import contact_traps
+from amb_analysis.studies.closed_loop_poles import vibrations
+from amb_analysis.studies.figures.traps import draw
 from amb_cosim import studies
-from amb_cosim.linear.linearisable import of_prepared
-from amb_cosim.linear.loop import Loop
-from amb_cosim.rub.rubbing_rotor import rubbing_rotor
-from amb_cosim.rub.stability import Dynamics
-from amb_cosim.rub.started import checkpoint_in
-from amb_cosim.rub.synchronous_states import all_sets, states_of
-from amb_cosim.rub.trap_map import Regime, clearance_shares, least_touching, states_at
-from amb_cosim.rub.whirl import whirls
 from amb_cosim.scenario.scenario import given_scenario
 from amb_cosim.scenario.simulation import prepare
-from amb_cosim.studies import contact_traps
-from amb_cosim.studies.closed_loop_poles import vibrations
-from amb_cosim.studies.figures.traps import draw
 from rotor_analysis.rotor_file import load_rotor
 from tests.support.messages import assert_names, raises_naming
 
@@ -159,7 +159,7 @@ def test_runs_begun_in_dry_backward_whirls_stay_or_leave_at_their_rate():
 @pytest.mark.slow
 def test_study_tells_what_frees_the_expander_and_draws_its_map(monkeypatch, tmp_path):
     for name, few in (("SPEEDS", 6), ("AMOUNTS", 4), ("CURVE", 12), ("LEAST", 40)):
-        monkeypatch.setattr(f"amb_cosim.studies.contact_traps.{name}", few)
+        monkeypatch.setattr(f"amb_analysis.studies.contact_traps.{name}", few)
     result = studies.traps(LEVITATION, unbalance="110 g.mm", set=LINEAR)
     assert result.sites == ("catch_n", "catch_s", "labyrinth", "shroud")
     assert result.kinds.shape == (6, 4)

@@ -12,12 +12,12 @@ from strange_machine import RUB
 
 from amb_cosim.commands.cli import main
 from amb_cosim.scenario.scenario import Scenario
-from amb_cosim.sweeps.maps import draw_map
-from amb_cosim.sweeps.phases import distribution, draw_distribution
-from amb_cosim.sweeps.run import Sweep
-from amb_cosim.sweeps.sampling import make_design
-from amb_cosim.sweeps.store import SweepStore
-from amb_cosim.sweeps.worker import PointResult, Runner, Task
+from amb_sweeps.maps import draw_map
+from amb_sweeps.phases import distribution, draw_distribution
+from amb_sweeps.run import Sweep
+from amb_sweeps.sampling import make_design
+from amb_sweeps.store import SweepStore
+from amb_sweeps.worker import PointResult, Runner, Task
 
 PEAK = "peak_contact_force"
 
@@ -61,7 +61,7 @@ def test_the_summary_tells_at_which_site_the_largest_force_is(tmp_path):
 
 def test_a_sweep_without_a_run_that_succeeded_ends_with_exit_code_1(tmp_path, monkeypatch):
     swept = filled(tmp_path / "store", {"a.x": "1:3:3"}, [None, None, None])
-    monkeypatch.setattr("amb_cosim.sweeps.run.sweep", lambda *_, **__: swept)
+    monkeypatch.setattr("amb_sweeps.run.sweep", lambda *_, **__: swept)
     arguments = ["sweep", str(RUB), "--vary", "a.x=1:3:3", "--no-plots", "-o", str(tmp_path)]
     ended = CliRunner().invoke(main, arguments)
     assert (ended.exit_code, ended.stdout.splitlines()[0]) == (1, "3 runs, 3 failed")

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from strange_machine import LEVITATION
 
-from amb_cosim.assessment.analyses import axial
-from amb_cosim.assessment.assess import ANALYSES, assess, chosen_parts
-from amb_cosim.assessment.findings import Judgement
-from amb_cosim.assessment.machine_file import load_machine
-from amb_cosim.assessment.thrust_bearing import ThrustBearing
+from amb_assessment.assessment.analyses import axial
+from amb_assessment.assessment.assess import ANALYSES, assess, chosen_parts
+from amb_assessment.assessment.findings import Judgement
+from amb_assessment.assessment.machine_file import load_machine
+from amb_assessment.assessment.thrust_bearing import ThrustBearing
 from amb_cosim.controllers.linear_controller import linear_controller
 from tests.support.messages import assert_names, raises_naming
 from thrust_bearings.axial_loop import AxialLoop, AxialPlant

@@ -7,8 +7,8 @@ import pytest
 from strange_machine import LEVITATION
 
 import amb_cosim
+from amb_analysis.studies import contact_traps
 from amb_cosim import studies
-from amb_cosim.studies import contact_traps
 from tests.support.messages import assert_names
 
 UNDAMPED = {"rolac_controller.*.c_b_?": 0.0, "amb_actuator.force_law": "linear"}

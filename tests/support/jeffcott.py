@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from amb_cosim.rub.forward_loop import ComplexLaw, ForwardLoop
+from amb_analysis.steady_contact.forward_loop import ComplexLaw, ForwardLoop
 
 MASS, STIFFNESS, DAMPING, CLEARANCE = 2.0, 8e4, 30.0, 1e-4  # kg, N/m, N s/m, m
 OWN = (STIFFNESS / MASS) ** 0.5  # rad/s

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.scenario.scenario import Scenario
-from amb_cosim.sweeps.worker import Runner, Task
+from amb_sweeps.worker import Runner, Task
 
 
 def assert_shared_past_changes_nothing(scenario: Scenario, step: str, flavour: Flavour = "native") -> None:

@@ -20,8 +20,8 @@ def identified(frequencies: list[float], settings: list[str], rotor: str | None 
 
     import numpy as np
 
+    from amb_analysis.studies import receptance_measurement
     from amb_cosim.scenario.plan import parse_settings
-    from amb_cosim.studies import receptance_measurement
     from rotor_analysis.receptance import receptance
 
     def deviation(ratios: np.ndarray) -> list[float]:
@@ -110,10 +110,10 @@ def used() -> dict[str, Any]:
 
     import numpy as np
 
+    from amb_analysis.studies import receptance_measurement
     from amb_cosim.results.summary import summarise
     from amb_cosim.scenario.scenario import load_scenario, make_scenario
     from amb_cosim.scenario.simulation import prepare, run_prepared
-    from amb_cosim.studies import receptance_measurement
 
     table = Path("table.toml").absolute()
     prepared = receptance_measurement.prepare_identification(2.0 * math.pi * 16.0)

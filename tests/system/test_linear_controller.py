@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import amb_cosim
-from amb_cosim.linear.linearisable import linearisable
+from amb_analysis.linear.linearisable import linearisable
 
 H = 1e-4
 K_S, K_I, K_B, C_B = 1.295e7, 1107.0, 1.3e7, 4e4  # of the scenario compressor_levitated

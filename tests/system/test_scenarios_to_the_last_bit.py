@@ -13,7 +13,7 @@ from amb_cosim.cosim.run.saving import Saves
 from amb_cosim.scenario.file import packaged_scenarios
 from amb_cosim.scenario.scenario import load_scenario
 from amb_cosim.scenario.simulation import prepare
-from amb_cosim.sweeps.worker import Runner, Task
+from amb_sweeps.worker import Runner, Task
 
 CYCLES, FEW_CYCLES = 15, 7  # of a run at most; the first events come before the sixth
 FLAVOURS = pytest.mark.parametrize("flavour", ["native", "python"])

@@ -1,6 +1,6 @@
 """Studies of the thesis's rig, its printed and measured numbers, and its open points."""
 
-from amb_cosim.studies import Study
+from amb_analysis.studies import Study
 
 STUDIES = {
     "thesis_tables": Study(".frequency_tables", "Compute Tables 3.1 to 3.4 and the constants of Table 2.2."),

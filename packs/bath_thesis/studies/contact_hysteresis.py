@@ -9,9 +9,9 @@ from typing import Annotated, ClassVar
 import numpy as np
 from scipy.integrate import trapezoid
 
+from amb_analysis.studies.inputs import Number, positive
+from amb_analysis.studies.result import DrawnResult
 from amb_cosim.presentation.text_tables import TextBlock, labelled_table
-from amb_cosim.studies.inputs import Number, positive
-from amb_cosim.studies.result import DrawnResult
 from amb_files.checks import require
 from array_types import Array
 from bath_thesis.studies.contact_blow import LEAST_RESTITUTION, ForceLaw, blow, damping_ratio_of, law_of_plant

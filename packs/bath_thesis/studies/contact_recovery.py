@@ -14,14 +14,14 @@ from dataclasses import dataclass
 from statistics import median
 from typing import Annotated, ClassVar
 
+from amb_analysis.studies.inputs import Number, positive
+from amb_analysis.studies.result import DrawnResult
 from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.cosim.run.options import Progress
 from amb_cosim.cosim.system.values import quantity
 from amb_cosim.presentation.progress import progress_bar
 from amb_cosim.presentation.text_tables import TextBlock, labelled_table
 from amb_cosim.scenario.scenario import load_scenario
-from amb_cosim.studies.inputs import Number, positive
-from amb_cosim.studies.result import DrawnResult
 from amb_files.checks import require
 from bath_thesis.studies.recovery_trials import CONTROLS, END, SCENARIO, RecoveryTrial, TrialResult, simulate_all
 

@@ -13,11 +13,11 @@ from typing import Annotated, ClassVar
 
 import numpy as np
 
+from amb_analysis.studies.result import DrawnResult
 from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.cosim.basics.time_grid import in_steps
 from amb_cosim.design.magnetic_bearing import axis_parameters, linear_constants
 from amb_cosim.presentation.text_tables import TextBlock, labelled_table
-from amb_cosim.studies.result import DrawnResult
 from array_types import Array
 from bath_thesis.studies.coupled_orbit import SUBSTEP, Scheme, cosimulated
 from bath_thesis.studies.monolithic import Levitation, free_orbit

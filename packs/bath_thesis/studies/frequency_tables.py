@@ -9,11 +9,11 @@ from typing import Annotated, Any, ClassVar
 import numpy as np
 from rich.table import Table
 
+from amb_analysis.studies.inputs import Number, node_numbers, speed_range
+from amb_analysis.studies.result import DrawnResult, StudyResult
 from amb_cosim.design.magnetic_bearing import axis_parameters, linear_constants
 from amb_cosim.presentation.json_data import JsonKey, Layout
 from amb_cosim.presentation.text_tables import TextBlock, text_table
-from amb_cosim.studies.inputs import Number, node_numbers, speed_range
-from amb_cosim.studies.result import DrawnResult, StudyResult
 from array_types import Array
 from bath_thesis.condensation_error import condensation_error
 from bath_thesis.meshes import mesh_family

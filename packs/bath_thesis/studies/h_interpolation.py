@@ -8,13 +8,13 @@ from typing import Annotated, ClassVar
 
 import numpy as np
 
+from amb_analysis.studies.inputs import Number, speed_range
+from amb_analysis.studies.result import DrawnResult
+from amb_analysis.studies.sensor_receptance import HERTZ, POINTS, levitated_receptance, sensor_planes
 from amb_cosim.design.controller_data import SPEEDS, condition_number, inverse_receptance, pack
 from amb_cosim.design.rotor_models import control_loop
 from amb_cosim.presentation.json_data import JsonKey, Layout
 from amb_cosim.presentation.text_tables import TextBlock, labelled_table
-from amb_cosim.studies.inputs import Number, speed_range
-from amb_cosim.studies.result import DrawnResult
-from amb_cosim.studies.sensor_receptance import HERTZ, POINTS, levitated_receptance, sensor_planes
 from array_types import Array, Complex
 from bath_thesis.studies.printed_h import FREQUENCY, PrintedH, compare_with_print
 from rolac_controller.control_loop import ControlLoop

@@ -8,14 +8,14 @@ from typing import Annotated, ClassVar
 
 import numpy as np
 
+from amb_analysis.studies.inputs import Number, speed_range, spin_speeds
+from amb_analysis.studies.receptance_identification import identify
+from amb_analysis.studies.result import DrawnResult
+from amb_analysis.studies.sensor_receptance import HERTZ, LOWEST, POINTS, levitated_receptance
 from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.cosim.system.values import quantity
 from amb_cosim.design.rotor_models import control_loop
 from amb_cosim.presentation.text_tables import TextBlock, labelled_table
-from amb_cosim.studies.inputs import Number, speed_range, spin_speeds
-from amb_cosim.studies.receptance_identification import identify
-from amb_cosim.studies.result import DrawnResult
-from amb_cosim.studies.sensor_receptance import HERTZ, LOWEST, POINTS, levitated_receptance
 from array_types import Array, Complex
 from rolac_controller.excitation import FORCE, amplitude_at
 from rotor_analysis.rotor_file import RotorSource, load_rotor

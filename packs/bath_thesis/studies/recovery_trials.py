@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from amb_analysis.studies.processes import simulate_in_processes
 from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.cosim.run.options import Progress
 from amb_cosim.cosim.system.system_tables import Record
@@ -12,7 +13,6 @@ from amb_cosim.cosim.system.values import Raw, quantity
 from amb_cosim.results.contact_history import contact_cycles, recovered
 from amb_cosim.scenario.scenario import Event, Scenario, load_scenario
 from amb_cosim.scenario.simulation import PlannedRun, prepare, run_prepared
-from amb_cosim.studies.processes import simulate_in_processes
 from rolac_controller.enumerations import FORCE_FREE, NOTCH, OLAC, OWN_SENSORS, ROLAC
 
 SCENARIO = "fig5_6"

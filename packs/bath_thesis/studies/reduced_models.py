@@ -7,10 +7,10 @@ from typing import Annotated, ClassVar
 
 import numpy as np
 
+from amb_analysis.studies.inputs import Number, positive, speed_range
+from amb_analysis.studies.result import DrawnResult
 from amb_cosim.presentation.json_data import Layout
 from amb_cosim.presentation.text_tables import TextBlock, labelled_table, number
-from amb_cosim.studies.inputs import Number, positive, speed_range
-from amb_cosim.studies.result import DrawnResult
 from array_types import Array
 from bath_thesis.meshes import mesh_family
 from bath_thesis.printed import table_of

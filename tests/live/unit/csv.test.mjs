@@ -1,6 +1,6 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { csvOf } from "../../../orchestrator/amb_cosim/live/page/engine/csv.js";
+import { csvOf } from "../../../applications/amb_live/page/engine/csv.js";
 
 test("a table has names with units, a line for each sample, and every digit", () => {
   const columns = [

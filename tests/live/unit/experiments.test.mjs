@@ -1,9 +1,9 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { advice, contactTime } from "../../../orchestrator/amb_cosim/live/page/ui/advice.js";
-import { narrate, newNarrator } from "../../../orchestrator/amb_cosim/live/page/ui/events.js";
-import { experimentsOf, follow, newNotes } from "../../../orchestrator/amb_cosim/live/page/ui/experiments.js";
-import { slowness } from "../../../orchestrator/amb_cosim/live/page/ui/transport.js";
+import { advice, contactTime } from "../../../applications/amb_live/page/ui/advice.js";
+import { narrate, newNarrator } from "../../../applications/amb_live/page/ui/events.js";
+import { experimentsOf, follow, newNotes } from "../../../applications/amb_live/page/ui/experiments.js";
+import { slowness } from "../../../applications/amb_live/page/ui/transport.js";
 
 // A machine with one retainer and one disc, whose names have no numbers.
 const CLEARANCE = 1e-4;

@@ -1,6 +1,6 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { factorText, numberText, quantityText, unitText } from "../../../orchestrator/amb_cosim/live/page/ui/format.js";
+import { factorText, numberText, quantityText, unitText } from "../../../applications/amb_live/page/ui/format.js";
 
 test("a quantity has the prefix that leaves one to three digits before the point", () => {
   const said = [[7.5e-4, "m", "750 µm"], [1234.5, "N", "1.23 kN"], [999.7, "N", "1.00 kN"], [-0.0325, "J", "−32.5 mJ"], [100e-6, "m", "100 µm"]];

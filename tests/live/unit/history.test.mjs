@@ -1,6 +1,6 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { backTo, keep, newHistory } from "../../../orchestrator/amb_cosim/live/page/cosim/history.js";
+import { backTo, keep, newHistory } from "../../../applications/amb_live/page/cosim/history.js";
 
 const call = { malloc: () => 8, free() {}, fmi2GetFMUstate: () => 0, fmi2FreeFMUstate: () => 0 };
 const instance = { library: { call }, integers: new Int32Array(4), reals: new Float64Array(2) }; // an FMU that keeps nothing

@@ -1,6 +1,6 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { fromHash, toHash } from "../../../orchestrator/amb_cosim/live/page/engine/link.js";
+import { fromHash, toHash } from "../../../applications/amb_live/page/engine/link.js";
 
 const USER_CHANGES = {
   settings: { values: { "rotor_contact.rb1.mu": 0.1 + 0.2, Omega: 1e-300 }, events: false },

@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { contactArcs, fromCanvas, spanOf } from "../../../orchestrator/amb_cosim/live/page/ui/orbit.js";
-import { nearestDisc, rotationOf } from "../../../orchestrator/amb_cosim/live/page/ui/orbits.js";
+import { contactArcs, fromCanvas, spanOf } from "../../../applications/amb_live/page/ui/orbit.js";
+import { nearestDisc, rotationOf } from "../../../applications/amb_live/page/ui/orbits.js";
 
 const F = (...values) => Float32Array.from(values);
 const near = (found, wanted) => found.forEach((value, k) => assert.ok(Math.abs(value - wanted[k]) < 1e-9, `${found} is not ${wanted}`));

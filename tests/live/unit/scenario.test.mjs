@@ -1,6 +1,6 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { scenarioToml } from "../../../orchestrator/amb_cosim/live/page/engine/scenario.js";
+import { scenarioToml } from "../../../applications/amb_live/page/engine/scenario.js";
 
 const variable = (name, type, causality, start = 0) => ({ name, type, causality, start });
 const RIG = {

@@ -1,6 +1,6 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { addChange, apply, at } from "../../../orchestrator/amb_cosim/live/page/cosim/schedule.js";
+import { addChange, apply, at } from "../../../applications/amb_live/page/cosim/schedule.js";
 
 const POINTS = [[0, 10], [4, 18], [6, 18], [8, 12]];
 

@@ -1,6 +1,6 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { makeSeeker } from "../../../orchestrator/amb_cosim/live/page/ui/seeker.js";
+import { makeSeeker } from "../../../applications/amb_live/page/ui/seeker.js";
 
 function seeking() {
   const sent = [], session = { time: 1, status: "paused", rig: { stepSize: 0.01 } };

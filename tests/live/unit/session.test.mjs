@@ -1,8 +1,8 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { apply } from "../../../orchestrator/amb_cosim/live/page/ui/changes.js";
-import { roomFor } from "../../../orchestrator/amb_cosim/live/page/ui/charts.js";
-import { absorb, effectOf, lasting, matching, newSession, settingOf, valueOf } from "../../../orchestrator/amb_cosim/live/page/ui/session.js";
+import { apply } from "../../../applications/amb_live/page/ui/changes.js";
+import { roomFor } from "../../../applications/amb_live/page/ui/charts.js";
+import { absorb, effectOf, lasting, matching, newSession, settingOf, valueOf } from "../../../applications/amb_live/page/ui/session.js";
 
 const variable = (name, causality, variability, start) => ({ name, causality, variability, start, type: "Real", unit: "", min: null, max: null, description: "", reference: 0 });
 const rig = {

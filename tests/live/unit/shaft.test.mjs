@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { fitted, projection, turned } from "../../../orchestrator/amb_cosim/live/page/ui/camera.js";
-import { deflection, enlargementOf, roomOf } from "../../../orchestrator/amb_cosim/live/page/ui/shaft.js";
+import { fitted, projection, turned } from "../../../applications/amb_live/page/ui/camera.js";
+import { deflection, enlargementOf, roomOf } from "../../../applications/amb_live/page/ui/shaft.js";
 
 const geometry = {
   nodes: [{ z: 0, radius: 0.02 }, { z: 1, radius: 0.02 }, { z: 2, radius: 0.02 }],

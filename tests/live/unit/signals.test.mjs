@@ -1,8 +1,8 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { seriesOfSite } from "../../../orchestrator/amb_cosim/live/page/ui/palette.js";
-import { forceLimits, limitsText } from "../../../orchestrator/amb_cosim/live/page/ui/limits.js";
-import { chartSpecs, watchedSignals } from "../../../orchestrator/amb_cosim/live/page/ui/signals.js";
+import { seriesOfSite } from "../../../applications/amb_live/page/ui/palette.js";
+import { forceLimits, limitsText } from "../../../applications/amb_live/page/ui/limits.js";
+import { chartSpecs, watchedSignals } from "../../../applications/amb_live/page/ui/signals.js";
 
 // Two magnetic bearings and a passive one between them; a retainer in the plane of its bearing, one beside it, two seals.
 const bearings = ["left", "ring", "right"].map((name, k) => ({ name, z: k, magnetic: name !== "ring" }));

@@ -1,6 +1,6 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { conditionMet } from "../../../orchestrator/amb_cosim/live/page/cosim/stopping.js";
+import { conditionMet } from "../../../applications/amb_live/page/cosim/stopping.js";
 
 /** Return the point at which a signal with these values ends the run. */
 function end(values, condition) {

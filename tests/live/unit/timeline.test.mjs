@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { plannedEvents, touches } from "../../../orchestrator/amb_cosim/live/page/ui/timeline.js";
-import { snapped } from "../../../orchestrator/amb_cosim/live/page/ui/transport.js";
+import { plannedEvents, touches } from "../../../applications/amb_live/page/ui/timeline.js";
+import { snapped } from "../../../applications/amb_live/page/ui/transport.js";
 
 test("contact lasts from its begin to its end, whether it slides or rolls, and one that lasts until now", () => {
   const contacts = [[0.1, "a", 1], [0.15, "b", 1], [0.2, "a", 2], [0.3, "a", 0], [0.4, "a", 1]].map(([time, site, mode]) => ({ time, site, mode, point: 0 }));

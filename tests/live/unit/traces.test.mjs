@@ -1,6 +1,6 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { append, between, columnsOf, emptyTraces, firstAt, latest, thinned, truncate } from "../../../orchestrator/amb_cosim/live/page/ui/traces.js";
+import { append, between, columnsOf, emptyTraces, firstAt, latest, thinned, truncate } from "../../../applications/amb_live/page/ui/traces.js";
 
 /** Traces of t and t^2 at 0, 1, 2, ... */
 function squares(count, capacity) {

@@ -4,8 +4,8 @@
 import { readFileSync } from "node:fs";
 import {
   enterInitialisation, exchange, exitInitialisation, fetch, instantiate, release, send, step,
-} from "../../../orchestrator/amb_cosim/live/page/fmi/instance.js";
-import { startLibrary } from "../../../orchestrator/amb_cosim/live/page/fmi/library.js";
+} from "../../../applications/amb_live/page/fmi/instance.js";
+import { startLibrary } from "../../../applications/amb_live/page/fmi/library.js";
 
 const [file, data, guid] = process.argv.slice(2), { set, get, steps, stepSize } = JSON.parse(readFileSync(0, "utf8"));
 const module = new WebAssembly.Module(readFileSync(file)), library = startLibrary(module);

@@ -11,10 +11,10 @@ import pytest
 import xarray as xr
 
 from amb_cosim.scenario.scenario import Scenario, load_scenario
-from amb_cosim.sweeps.run import Sweep
-from amb_cosim.sweeps.sampling import make_design
-from amb_cosim.sweeps.store import SweepStore
-from amb_cosim.sweeps.worker import PointResult
+from amb_sweeps.run import Sweep
+from amb_sweeps.sampling import make_design
+from amb_sweeps.store import SweepStore
+from amb_sweeps.worker import PointResult
 
 VARY = {"Omega": "200:260:3", "rotor_contact.d1.u": "5 g.m:60 g.m:3"}
 UNTIL = 0.06
@@ -31,7 +31,7 @@ def cluster(cache: Path) -> Any:
     """Address of a local cluster with two processes, which needs no certificate."""
     import dask
 
-    from amb_cosim.sweeps.engine import SETTINGS, local_cluster
+    from amb_sweeps.engine import SETTINGS, local_cluster
 
     with dask.config.set(SETTINGS), local_cluster(2, security=None) as running:
         yield running.scheduler_address

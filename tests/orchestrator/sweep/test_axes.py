@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from amb_cosim.sweeps.axes import Axis, parse_vary, read_variations
-from amb_cosim.sweeps.sampling import make_design
+from amb_sweeps.axes import Axis, parse_vary, read_variations
+from amb_sweeps.sampling import make_design
 from tests.support.messages import raises_naming
 
 

@@ -12,8 +12,8 @@ import threading
 import pytest
 
 import amb_cosim
-from amb_cosim.sweeps import engine
-from amb_cosim.sweeps.engine import ClusterFailed, connect
+from amb_sweeps import engine
+from amb_sweeps.engine import ClusterFailed, connect
 from tests.orchestrator.sweep.conftest import UNTIL, VARY
 from tests.support.messages import raises_naming
 

@@ -18,8 +18,8 @@ from command_line import COMMAND
 from killer import Killer
 
 import amb_cosim
-from amb_cosim.sweeps.engine import ClusterFailed
-from amb_cosim.sweeps.store import open_sweep
+from amb_sweeps.engine import ClusterFailed
+from amb_sweeps.store import open_sweep
 from tests.orchestrator.sweep.conftest import same
 
 pytestmark = [pytest.mark.slow, pytest.mark.skipif(sys.platform != "linux", reason="processes are killed by SIGKILL")]

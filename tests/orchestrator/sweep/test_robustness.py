@@ -9,8 +9,8 @@ import pytest
 from amb_cosim import studies
 from amb_cosim.scenario.scenario import load_scenario
 from amb_cosim.scenario.simulation import prepare
-from amb_cosim.sweeps.robustness import Robustness, RobustnessRow
-from amb_cosim.sweeps.variations import identification_speeds, variations
+from amb_sweeps.robustness import Robustness, RobustnessRow
+from amb_sweeps.variations import identification_speeds, variations
 from tests.support.messages import raises_naming
 
 

@@ -10,10 +10,10 @@ import shutil
 import numpy as np
 import pytest
 
-from amb_cosim.sweeps.run import only_writer
-from amb_cosim.sweeps.sampling import make_design
-from amb_cosim.sweeps.store import SweepStore, open_sweep
-from amb_cosim.sweeps.worker import PointResult
+from amb_sweeps.run import only_writer
+from amb_sweeps.sampling import make_design
+from amb_sweeps.store import SweepStore, open_sweep
+from amb_sweeps.worker import PointResult
 from tests.support.messages import raises_naming
 
 DESIGN = make_design({"Omega": np.linspace(100.0, 200.0, 24), "x.y": ["a", "b"]})

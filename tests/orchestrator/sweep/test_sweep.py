@@ -11,10 +11,10 @@ import xarray as xr
 from distributed import Client, default_client
 
 import amb_cosim
-from amb_cosim.sweeps.engine import connect
-from amb_cosim.sweeps.sampling import make_design
-from amb_cosim.sweeps.store import SweepStore, open_sweep
-from amb_cosim.sweeps.worker import PointResult, Runner, Task
+from amb_sweeps.engine import connect
+from amb_sweeps.sampling import make_design
+from amb_sweeps.store import SweepStore, open_sweep
+from amb_sweeps.worker import PointResult, Runner, Task
 from tests.orchestrator.sweep.conftest import UNTIL, VARY, same
 from tests.support.messages import raises_naming
 
@@ -86,7 +86,7 @@ def test_a_folder_has_one_sweep(sweep, tmp_path):
 
 @pytest.mark.slow
 def test_one_process_writes_a_folder(sweep, tmp_path):
-    from amb_cosim.sweeps.run import only_writer
+    from amb_sweeps.run import only_writer
 
     with only_writer(tmp_path), pytest.raises(ValueError, match="another sweep is writing"):
         sweep(tmp_path)
@@ -142,7 +142,7 @@ def test_a_wrong_value_is_refused_before_anything_runs(sweep, tmp_path):
 
 
 def test_no_scheduler_is_an_error_of_the_input(small, tmp_path, monkeypatch):
-    monkeypatch.setattr("amb_cosim.sweeps.engine.ANSWER_TIME", 1)
+    monkeypatch.setattr("amb_sweeps.engine.ANSWER_TIME", 1)
     with pytest.raises(ValueError, match="no Dask scheduler answers at tcp:"):
         amb_cosim.sweep(small, VARY, until=UNTIL, output=tmp_path, scheduler="tcp://127.0.0.1:9", progress=False)
     with raises_naming(ValueError, "--jobs", "cluster"):

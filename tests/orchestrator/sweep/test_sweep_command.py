@@ -10,15 +10,15 @@ import xarray as xr
 
 import amb_cosim
 from amb_cosim.scenario.simulation import prepare
-from amb_cosim.sweeps import sensitivity as indices
-from amb_cosim.sweeps.check import check_points
-from amb_cosim.sweeps.commands import _function
-from amb_cosim.sweeps.maps import draw_map
-from amb_cosim.sweeps.ready import named_sweeps
-from amb_cosim.sweeps.refine import Refinement
-from amb_cosim.sweeps.sampling import make_design
-from amb_cosim.sweeps.store import open_sweep
-from amb_cosim.sweeps.worker import Task
+from amb_sweeps import sensitivity as indices
+from amb_sweeps.check import check_points
+from amb_sweeps.commands import _function
+from amb_sweeps.maps import draw_map
+from amb_sweeps.ready import named_sweeps
+from amb_sweeps.refine import Refinement
+from amb_sweeps.sampling import make_design
+from amb_sweeps.store import open_sweep
+from amb_sweeps.worker import Task
 from tests.orchestrator.sweep.conftest import UNTIL, filled
 from tests.support.messages import assert_names, raises_naming
 

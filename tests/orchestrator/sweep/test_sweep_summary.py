@@ -7,15 +7,15 @@ import math
 import numpy as np
 import xarray as xr
 
-from amb_cosim.sweeps.figures import draw_sweep
-from amb_cosim.sweeps.maps import draw_map
-from amb_cosim.sweeps.panels import common_words
-from amb_cosim.sweeps.phases import distribution, draw_distribution, draw_phases, phase_of
-from amb_cosim.sweeps.refine import Refinement
-from amb_cosim.sweeps.run import Sweep
-from amb_cosim.sweeps.sampling import make_design
-from amb_cosim.sweeps.store import SweepStore
-from amb_cosim.sweeps.worker import PointResult
+from amb_sweeps.figures import draw_sweep
+from amb_sweeps.maps import draw_map
+from amb_sweeps.panels import common_words
+from amb_sweeps.phases import distribution, draw_distribution, draw_phases, phase_of
+from amb_sweeps.refine import Refinement
+from amb_sweeps.run import Sweep
+from amb_sweeps.sampling import make_design
+from amb_sweeps.store import SweepStore
+from amb_sweeps.worker import PointResult
 from tests.orchestrator.sweep.conftest import filled
 from tests.support.messages import assert_names
 

@@ -11,7 +11,7 @@ from amb_cosim.cosim.master.instances import InstancePool
 from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.scenario.scenario import load_scenario
 from amb_cosim.scenario.simulation import prepare, run_prepared
-from amb_cosim.sweeps.worker import Runner, Task, varied
+from amb_sweeps.worker import Runner, Task, varied
 from tests.support.messages import assert_names, raises_naming
 
 UNTIL = 0.06

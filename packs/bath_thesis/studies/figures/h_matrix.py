@@ -6,8 +6,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from amb_analysis.studies.figures.sensors import PLANE_COLOURS, add_sensor_legend
 from amb_cosim.presentation.style import BLUE, DASHED, ORANGE, TITLE_SIZE, StyledFigure
-from amb_cosim.studies.figures.sensors import PLANE_COLOURS, add_sensor_legend
 from bath_thesis.studies.h_interpolation import InverseReceptance
 from bath_thesis.studies.printed_h import PrintedH
 

@@ -1,0 +1,1 @@
+"""Analyses of a machine: linear models, steady contact, studies."""

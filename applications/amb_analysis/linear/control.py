@@ -1,0 +1,155 @@
+"""Linear models of the sampled controllers, from the constants and parameters of their FMUs.
+
+    signals -> scale -> anti-aliasing filter -> law -> whole samples of delay -> demands (-> a share of a sample later)
+
+Noise and converters of the signal chain, limits and anti-windup are nonlinear and not included.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from amb_analysis.linear.components import LinearComponent, names_of
+from amb_cosim.controllers.laws import Law, in_series, side_by_side
+from amb_cosim.design.sampled_loop import axis_matrix, parameters_of_loop
+from array_types import Array
+from linear_controller.matrices import find_bracket, matrices_of, sizes_of
+from rolac_controller.control_loop import ControlLoop, SensorPlane
+from rolac_controller.pid import damping, setpoint_stiffness, stiffness
+from signal_chain.lowpass import coefficients
+from signal_chain.presets import is_on
+
+NOTE = "limits, noise, converters and faults are not included"
+
+
+def pid_component(name: str, layout: Mapping[str, Any], parameters: Mapping[str, float]) -> LinearComponent:
+    """Return demanded currents (A) over displacements at the sensors of all planes and over setpoints (m) (5.1 to 5.4).
+
+    I = -[k x - k_set x_set + c (z - 1)/((tau + T) z - tau) x + K_I T/(z - 1) (x - x_set)] / K_i
+
+    Parameters
+    ----------
+    name
+        Of the component.
+    layout, parameters
+        Of the model `rolac_controller`; its synchronous control is not included.
+    """
+    loop = _control_loop(layout)
+    values = parameters_of_loop(loop, parameters)
+    local = values.common[0]
+    time, tau, direct = float(local.sample_time), float(local.derivative_time), local.pid.direct
+    laws = []
+    for gains in values.axes:
+        k, c, k_set = (float(f(gains, direct)) for f in (stiffness, damping, setpoint_stiffness))
+        integral, k_i, b = float(gains.k_integral), float(gains.k_i), 1.0 / (tau + time)
+        A = np.array([[tau * b, -b, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 1.0]])  # derivative, x before, integral
+        B = np.array([[b, 0.0], [1.0, 0.0], [time * integral, -time * integral]])
+        C = -np.array([[c * tau * b, -c * b, 1.0]]) / k_i
+        used = [j for j, is_used in enumerate((c != 0.0 and tau != 0.0, c != 0.0, integral != 0.0)) if is_used]
+        laws.append(Law(A[np.ix_(used, used)], B[used], C[:, used], -np.array([[k + c * b, -k_set]]) / k_i))
+    n, sensors = len(laws), len(loop.sensors)
+    order = np.kron(np.eye(n), [[1.0], [0.0]]), np.kron(np.eye(n), [[0.0], [1.0]])  # of each law's two columns
+    scaled = static(np.hstack([order[0] @ axis_matrix(values), order[1]]))
+    chain = in_series(scaled, _filtered(local, 2 * n, range(0, 2 * n, 2)))
+    law = in_series(in_series(chain, side_by_side(laws)), delayed(n, int(is_on(local.chain.preset, local.chain.delay))))
+    inputs = [*loop.sensor_names, *(f"{axis.bearing}.set_{axis.direction}" for axis in loop.axes)]
+    outputs = [f"{axis.bearing}.i_{axis.direction}" for axis in loop.axes]
+    assert law.D.shape == (n, sensors + n)
+    left_out = "synchronous control, prediction_time" if local.prediction_time > 0.0 else "synchronous control"
+    return _part(name, law, time, inputs, outputs, f"{left_out}, {NOTE}")
+
+
+def law_component(
+    name: str, layout: Mapping[str, Any], constants: Array, parameters: Mapping[str, float], Omega: float
+) -> LinearComponent:
+    """Return demands (A) over signals, setpoints (m) and feedforward (A) of the model `linear_controller` at a speed.
+
+    u = gain (C x + D e) + feedforward, e = F scale y - setpoint
+
+    Parameters
+    ----------
+    name
+        Of the component.
+    layout, constants, parameters
+        Of the model.
+    Omega
+        Spin speed (rad/s), at which the matrices are interpolated.
+    """
+    local = law_at(constants, Omega)
+    signals, demands = list(layout["signals"]), list(layout["demands"])
+    p, m, time = len(demands), len(signals), parameters["sample_time"]
+    gains = np.array([parameters[f"{demand}.gain"] for demand in demands])
+    local = Law(local.A, local.B, gains[:, None] * local.C, gains[:, None] * local.D)
+    scale = static(np.diag([parameters[f"{signal}.scale"] for signal in signals]))
+    preset = parameters["chain.preset"]
+    measured = scale
+    if is_on(preset, parameters["chain.filter"]):
+        measured = in_series(scale, side_by_side([_filter(parameters["chain.cutoff"], time)] * m))
+    errors = side_by_side([measured, static(-np.eye(m)), static(np.eye(p))])
+    to_law = static(np.block([[np.eye(m), np.eye(m), np.zeros((m, p))], [np.zeros((p, 2 * m)), np.eye(p)]]))
+    summed = in_series(side_by_side([local, static(np.eye(p))]), static(np.hstack([np.eye(p), np.eye(p)])))
+    late = parameters["delay"] + float(is_on(preset, parameters["chain.delay"]))
+    law = in_series(in_series(in_series(errors, to_law), summed), delayed(p, math.floor(late)))
+    inputs = [*signals, *(f"{s}.setpoint" for s in signals), *(f"{d}.feedforward" for d in demands)]
+    return _part(name, law, time, inputs, demands, NOTE, late - math.floor(late))
+
+
+def law_at(constants: Array, Omega: float) -> Law:
+    """Return the matrices of a `linear_controller` at a speed (rad/s), from its constants, in its coordinates."""
+    sizes, matrices = sizes_of(constants), matrices_of(constants)
+    n, m, p = sizes
+    bracket = find_bracket(matrices.speeds, Omega)
+    M = np.zeros((n + p, n + m))
+    for row, weight in ((bracket.lower, 1.0 - bracket.weight), (bracket.upper, bracket.weight)):
+        for block in matrices.law:
+            start, rows, columns = int(block.start), int(block.n_rows), int(block.n_columns)
+            values = matrices.values[row, start : start + rows * columns].reshape(columns, rows).T
+            at = slice(int(block.row), int(block.row) + rows), slice(int(block.column), int(block.column) + columns)
+            M[at] += weight * values
+    return Law(M[:n, :n], M[:n, n:], M[n:, :n], M[n:, n:])
+
+
+def static(D: Array) -> Law:
+    """Return a law without states."""
+    p, m = D.shape
+    return Law(np.zeros((0, 0)), np.zeros((0, m)), np.zeros((p, 0)), D)
+
+
+def delayed(count: int, samples: int) -> Law:
+    """Return a law that delays its `count` signals by a number of samples."""
+    item = Law(np.zeros((count, count)), np.eye(count), np.eye(count), np.zeros((count, count)))
+    law = static(np.eye(count))
+    for _ in range(samples):
+        law = in_series(law, item)
+    return law
+
+
+def _filter(cutoff: float, sample_time: float) -> Law:
+    """Return the anti-aliasing filter of a signal (`signal_chain.lowpass`); states are its last output and input."""
+    E, P = coefficients(cutoff, sample_time)
+    row = np.array([[E, 1.0 - E - P]])
+    return Law(np.vstack([row, np.zeros((1, 2))]), np.array([[P], [1.0]]), row, np.array([[P]]))
+
+
+def _filtered(p: np.record, count: int, filtered: Sequence[int]) -> Law:
+    """Return the law that filters some signals and passes the others, from a controller's parameters."""
+    if not is_on(p.chain.preset, p.chain.filter):
+        return static(np.eye(count))
+    item = _filter(float(p.chain.cutoff), float(p.sample_time))
+    return side_by_side([item if k in filtered else static(np.eye(1)) for k in range(count)])
+
+
+def _control_loop(layout: Mapping[str, Any]) -> ControlLoop:
+    planes = tuple(SensorPlane(**plane) for plane in layout["planes"])
+    return ControlLoop(tuple(layout["bearings"]), planes, tuple(layout["feedback"]))
+
+
+def _part(
+    name: str, law: Law, time: float, inputs: Sequence[str], outputs: Sequence[str], note: str, late: float = 0.0
+) -> LinearComponent:
+    whole = Law(law.A, law.B, law.C, law.D, time)
+    return LinearComponent(whole, names_of(name, inputs), names_of(name, outputs), late, (f"{name}: {note}",))

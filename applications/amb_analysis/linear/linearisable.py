@@ -1,0 +1,219 @@
+"""Source of a linear model: the components of a scenario or a system, and their start values."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from os import PathLike, fspath
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from amb_analysis.linear.components import LinearComponent
+from amb_analysis.linear.control import law_component, pid_component
+from amb_analysis.linear.foreign import foreign_component
+from amb_analysis.linear.rotor_and_magnets import actuator_component, rotor_component
+from amb_cosim.cosim.basics.choices import Flavour
+from amb_cosim.cosim.fmu.fmus import MADE_FROM_FILE, model_source
+from amb_cosim.cosim.system.assembly import Assembly, assemble
+from amb_cosim.cosim.system.assignments import Assignments
+from amb_cosim.cosim.system.experiment import Experiment, Plan
+from amb_cosim.cosim.system.planning import plan_experiment
+from amb_cosim.cosim.system.system import System
+from amb_cosim.cosim.system.system_file import is_system, load_experiment, load_system
+from amb_cosim.cosim.system.values import Raw, convert, quantity
+from amb_cosim.results.component_names import ACTUATOR, CONTROLLER, PLANT
+from amb_cosim.scenario.plan import SPEED
+from amb_cosim.scenario.rotors import RotorSource
+from amb_cosim.scenario.scenario import Scenario, given_scenario
+from amb_cosim.scenario.simulation import PlannedRun, prepare
+from array_types import Array
+from rotor_contact.structure import structure_of
+
+LINEAR = "linear_controller"
+
+
+@dataclass(frozen=True)
+class LinearSource:
+    """Source of a linear model: the components of a run with all start values.
+
+    assembly, plan
+        FMUs and plan of the run.
+    point
+        Operating point, by signal or `component.variable`; `Omega` in rad/s.
+    rotor
+        Rotor of the plant.
+    """
+
+    assembly: Assembly
+    plan: Plan
+    point: Mapping[str, float]
+    rotor: RotorSource = None
+    _cache: dict[str, Any] = field(default_factory=dict)  # constants and parts that do not depend on the speed
+
+    def at(self, Omega: float) -> LinearSource:
+        """Return the same at another spin speed (rad/s); a foreign FMU is unchanged."""
+        return replace(self, point={**self.point, SPEED: Omega})
+
+    def parts(self, names: Sequence[str]) -> list[LinearComponent]:
+        """Return the linear parts of components."""
+        return [self._part(name) for name in names]
+
+    def _part(self, name: str) -> LinearComponent:
+        kind = self._kind(name)
+        if kind in (PLANT, LINEAR):
+            constants = self.constants(name)
+            make = rotor_component if kind == PLANT else law_component
+            return make(name, self.layout(name), constants, self.parameters(name), self._speed(name))
+        makers = {ACTUATOR: self._actuator, CONTROLLER: self._pid}
+        part: LinearComponent = self._keep(name, lambda: makers.get(kind, self._foreign)(name))
+        return part
+
+    def units(self) -> dict[str, str]:
+        """Return the units of all variables, by name."""
+        ports = ((c, p) for c, interface in self.assembly.interfaces.items() for p in interface.ports.values())
+        return {f"{c}.{p.name}": p.unit or "1" for c, p in ports}
+
+    def feeds(self, names: Sequence[str]) -> dict[str, str]:
+        """Return the output that feeds each input, with both ends among components."""
+        system = self.assembly.system
+        links = {link.target: link.source for link in system.connections}
+        return {t: s for t, s in links.items() if system.split(t)[0] in names and system.split(s)[0] in names}
+
+    def _kind(self, name: str) -> str:
+        """Return the model that a component is, or the path of its FMU."""
+        fmu = self.assembly.system.component(name).fmu
+        return MADE_FROM_FILE.get(Path(fmu).suffix, fmu)
+
+    def layout(self, name: str) -> dict[str, Any]:
+        """Return the parts that the FMU of a component declares; none without a layout."""
+        return self.assembly.fmus[name].layout or {}
+
+    def parameters(self, name: str) -> dict[str, float]:
+        """Return the parameters of a component by name (SI)."""
+        values = self._keep("parameters", lambda: self.plan.all_parameters(self.assembly.interfaces))[name]
+        return {variable: value or 0.0 for variable, value in values.items()}
+
+    def _actuator(self, name: str) -> LinearComponent:
+        prefix = f"{name}."
+        local = {end.removeprefix(prefix): value for end, value in self.point.items() if end.startswith(prefix)}
+        return actuator_component(name, self.layout(name), self.parameters(name), local)
+
+    def _pid(self, name: str) -> LinearComponent:
+        return pid_component(name, self.layout(name), self.parameters(name))
+
+    def _foreign(self, name: str) -> LinearComponent:
+        system, interface = self.assembly.system, self.assembly.interfaces[name]
+        every = next(c.every for c in self.plan.system.components if c.name == name)
+        start = dict(self.plan.parameters[name])
+        for port in interface.of("input"):
+            end = f"{name}.{port.name}"
+            signal = system.signal_of(end)
+            value = self._value(signal.name if signal else end)
+            if value is not None:
+                start[port.name] = value
+        fed = {link.target for link in system.connections}
+        inputs = [p.name for p in interface.of("input") if p.type == "Real" and f"{name}.{p.name}" in fed]
+        used = {link.source for link in system.connections}
+        outputs = [p.name for p in interface.of("output") if p.type == "Real" and f"{name}.{p.name}" in used]
+        folder, time = self.assembly.fmus[name].folder, every * self.plan.step_size
+        return foreign_component(name, folder, interface, start, (inputs, outputs), time)
+
+    def constants(self, name: str) -> Array:
+        """Return the constants of a component that is a model of this project."""
+        fmu = self.assembly.system.component(name).fmu
+        constants: Array = self._keep(f"constants {fmu}", lambda: model_source(fmu, rotor=self.rotor)[1])
+        return constants
+
+    def mass(self, name: str) -> Array:
+        """Return the mass matrix of a rotor; empty if a component is not this project's model."""
+        if self._kind(name) != PLANT:
+            return np.zeros((0, 0))
+        structure = structure_of(self.constants(name))
+        return structure.forms[: len(structure.K)]
+
+    def _keep(self, name: str, make: Callable[[], Any]) -> Any:
+        if name not in self._cache:
+            self._cache[name] = make()
+        return self._cache[name]
+
+    def _value(self, name: str) -> float | None:
+        return self.point.get(name, self.plan.inputs.get(name))
+
+    def _speed(self, name: str) -> float:
+        signal = self.assembly.system.signal_of(f"{name}.{SPEED}")
+        value = self._value(signal.name if signal else f"{name}.{SPEED}")
+        return self._value(SPEED) or 0.0 if value is None else value
+
+
+def linearisable(
+    source: str | Path | Scenario | System | None = None,
+    at: Raw | Mapping[str, Raw] | None = None,
+    *,
+    rotor: RotorSource = None,
+    fmu: Mapping[str, str | PathLike[str]] | None = None,
+    set: Mapping[str, Raw] | None = None,
+    flavour: Flavour = "native",
+) -> LinearSource:
+    """Return the components of a scenario or a system with all that they start with; arguments as of `linearise`."""
+    values = at if isinstance(at, Mapping) else {} if at is None else {SPEED: at}
+    if isinstance(source, System) or (isinstance(source, str | Path) and is_system(source)):
+        assembly, plan = _of_system(source, fmu or {}, rotor, set or {}, flavour)
+        return LinearSource(assembly, plan, _point(assembly, values), rotor)
+    return of_prepared(prepare(given_scenario(source, rotor, fmu=fmu), set, flavour=flavour), values)
+
+
+def of_prepared(prepared: PlannedRun, at: Mapping[str, Raw] | None = None) -> LinearSource:
+    """Return the sources of the linear model of a prepared run, optionally at other values than its start values."""
+    return LinearSource(prepared.assembly, prepared.plan, _point(prepared.assembly, at or {}), prepared.scenario.rotor)
+
+
+def _of_system(
+    source: str | Path | System,
+    fmu: Mapping[str, str | PathLike[str]],
+    rotor: RotorSource,
+    set: Mapping[str, Raw],
+    flavour: Flavour,
+) -> tuple[Assembly, Plan]:
+    system = source if isinstance(source, System) else load_system(source)
+    for component, file in fmu.items():
+        system = system.with_fmu(component, fspath(file))
+    assembly = assemble(system, flavour, **({} if rotor is None else {"rotor": rotor}))
+    values = assembly.assignments()
+    for name, raw in set.items():
+        values.set(name, raw)
+    bare = Experiment(_sample_time(values), 1.0)
+    experiment, first = (bare, {}) if isinstance(source, System) else load_experiment(source, bare)
+    for name, raw in first.items():
+        if name not in set:
+            values.set(name, raw)
+    return assembly, plan_experiment(experiment, values)
+
+
+def _sample_time(values: Assignments) -> float:
+    """Return the shortest `sample_time` (s) of the components, or 1 ms."""
+    times = [
+        values.parameter(f"{c}.sample_time")
+        for c, interface in values.interfaces.items()
+        if "sample_time" in interface.ports
+    ]
+    return min(times, default=1e-3)
+
+
+def _point(assembly: Assembly, operating: Mapping[str, Raw]) -> dict[str, float]:
+    """Return values in the units of the variables; of inputs, whether fed or not, or of shared signals."""
+    result, system = {}, assembly.system
+    for name, raw in operating.items():
+        end = system.first_end(name)
+        if "." not in end:
+            if name != SPEED:
+                raise ValueError(f"at: {name!r} is not a component.variable or a signal")
+            result[name] = quantity(raw, "rad/s", name)
+            continue
+        port = system.port(end, assembly.interfaces)
+        if port.causality != "input":
+            raise ValueError(f"at: {name} is {port.kind}; it must be an input")
+        signal = system.signal_of(end)
+        result[signal.name if signal else name] = convert(raw, port, name)
+    return result

@@ -1,0 +1,133 @@
+"""The linear model of a scenario or system, from constants of this project's models and responses of other FMUs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from os import PathLike
+from pathlib import Path
+
+from amb_analysis.linear.components import LinearComponent, delayed_by_a_step, loop_of
+from amb_analysis.linear.linearisable import LinearSource, linearisable
+from amb_analysis.linear.model import LinearModel, linear_model
+from amb_cosim.cosim.basics.choices import Flavour
+from amb_cosim.cosim.system.system import System
+from amb_cosim.cosim.system.values import Raw
+from amb_cosim.scenario.plan import SPEED
+from amb_cosim.scenario.rotors import RotorSource
+from amb_cosim.scenario.scenario import Scenario
+from amb_files.suggestions import suggest
+from amb_files.wildcards import matching_names
+
+
+def linearise(
+    source: str | Path | Scenario | System | None = None,
+    at: Raw | Mapping[str, Raw] | None = None,
+    inputs: Sequence[str] | None = None,
+    outputs: Sequence[str] | None = None,
+    *,
+    components: Sequence[str] | None = None,
+    opened: Sequence[str] = (),
+    rotor: RotorSource = None,
+    fmu: Mapping[str, str | PathLike[str]] | None = None,
+    set: Mapping[str, Raw] | None = None,
+    flavour: Flavour = "native",
+) -> LinearModel:
+    """Return the linear model of a machine, of a part of it, or of its sampled loop, as control.StateSpace.
+
+    The rotor without contact and the magnetic bearings are continuous. With a controller among the components the model
+    is sampled as that is: exactly, the currents held over each sample. Values injected at an input are added to its
+    feed.
+
+        rotor = linearise("drop", components=["rotor_contact"])
+        plant = linearise("drop", components=["rotor_contact", "amb_actuator"])
+        S = linearise("drop", inputs=["amb_actuator.*.i_?"], outputs=["amb_actuator.*.i_?"])
+
+    Parameters
+    ----------
+    source
+        A `Scenario`, the name of a packaged scenario, or its TOML file; a `System`, or its name or file; the packs'
+        default scenario without.
+    at
+        Spin speed (rad/s, or a text with its unit), or values by name: `Omega`, and `component.variable` of inputs,
+        such as displacements and currents of magnetic bearings. Those of the scenario at its start, and 0 elsewhere.
+    inputs, outputs
+        Names or patterns `component.variable`; an input as an output is the sum at that input. By default inputs that
+        nothing feeds, and all outputs.
+    components
+        Those of the model; all by default.
+    opened
+        Names or patterns of inputs whose connection is cut.
+    rotor, fmu, set, flavour
+        As of `amb_cosim.run`.
+
+    Raises
+    ------
+    ValueError
+        If a name or value is not allowed, components sample at different times, or an FMU has no linear model.
+    FmuError
+        If an FMU that is no model of ours refuses to run.
+
+    Examples
+    --------
+    >>> rotor = linearise("compressor_levitated", components=["rotor_contact"])
+    >>> rotor.nstates, rotor.ninputs, rotor.noutputs
+    (28, 20, 16)
+    """
+    made = linearisable(source, at, rotor=rotor, fmu=fmu, set=set, flavour=flavour)
+    return model_of(made, inputs, outputs, components, opened)
+
+
+def model_of(
+    made: LinearSource,
+    inputs: Sequence[str] | None = None,
+    outputs: Sequence[str] | None = None,
+    components: Sequence[str] | None = None,
+    opened: Sequence[str] = (),
+) -> LinearModel:
+    """Return the linear model of components that are there already; arguments and errors as of `linearise`."""
+    present = [component.name for component in made.assembly.system.components]
+    for name in components or ():
+        if name not in present:
+            raise ValueError(f"no component {name!r}; {suggest(name, present)}")
+    chosen, units = [name for name in present if components is None or name in components], made.units()
+    parts, feeds = made.parts(chosen), made.feeds(chosen)
+    parts, feeds = in_order(parts, feeds, chosen)
+    for name in _matching("opened", opened, [end for part in parts for end in part.inputs]):
+        feeds.pop(name, None)
+    whole = loop_of(parts, feeds)
+    available = {end for part in parts for end in part.inputs}
+    free = [name for name in whole.inputs if name in available and (inputs is not None or name not in feeds)]
+    displayed = [name for name in whole.outputs if name in units]
+    local = [name for name in displayed if name not in available]
+    chosen_inputs = free if inputs is None else _matching("inputs", inputs, free)
+    chosen_outputs = local if outputs is None else _matching("outputs", outputs, displayed)
+    point = {SPEED: made.plan.inputs[SPEED]} if SPEED in made.plan.inputs else {}
+    return linear_model(whole.selected(chosen_inputs, chosen_outputs), units, {**point, **made.point})
+
+
+def in_order(
+    parts: Sequence[LinearComponent], feeds: Mapping[str, str], names: Sequence[str]
+) -> tuple[list[LinearComponent], dict[str, str]]:
+    """Return parts and feeds in which outputs of an FMU at the end of its step reach earlier components a step
+    later."""
+    place = {name: k for k, name in enumerate(names)}
+    result, changed = list(parts), dict(feeds)
+    for k, part in enumerate(parts):
+        if not part.at_end:
+            continue
+        back = [(t, s) for t, s in feeds.items() if s in part.outputs and place[t.partition(".")[0]] <= k]
+        if back:
+            result[k], later = delayed_by_a_step(part, [s for _, s in back])
+            changed |= {target: later[source] for target, source in back}
+    return result, changed
+
+
+def _matching(what: str, patterns: Sequence[str], names: Sequence[str]) -> list[str]:
+    """Return the names, and those that match patterns, in order without duplicates."""
+    result: dict[str, None] = {}
+    for pattern in [patterns] if isinstance(patterns, str) else patterns:
+        matching = [pattern] if pattern in names else matching_names(names, pattern)
+        if not matching:
+            raise ValueError(f"{what}: nothing in the linear model matches {pattern!r}; {suggest(pattern, names)}")
+        result |= dict.fromkeys(matching)
+    return list(result)

@@ -1,0 +1,270 @@
+"""The sampled loop of a levitated rotor under any controller: its sensitivities and its margins.
+
+    e_k --->(+)--- i_k ---> hold, amplifiers ---> K_i ---> rotor with K_s ---> sensors ---(+)<--- n_j
+             ^                                                                           | y_j
+             +------------------------------- controller <-------------------------------+
+
+With all loops closed i = S e, and the diagonal of S holds the sensitivities of the axes as ISO 14839-3 defines them:
+1/(1 + L) with the other loops closed. In decentralised control those at the sensors are the same.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import control
+import numpy as np
+
+from amb_analysis.linear.aliasing import continuous_poles, logarithms
+from amb_analysis.linear.linearisable import LinearSource
+from amb_analysis.linear.linearise import model_of
+from amb_analysis.linear.model import LinearModel
+from amb_analysis.linear.stability import DRIFT, LoopStability, deciding_pole, stability_of
+from amb_cosim.results.component_names import ACTUATOR, PLANT
+from array_types import Array, Complex
+from rotor_analysis.refinement import refined
+
+NYQUIST = 1.0 - 1e-9  # of half the sample rate: python-control warns if rounding takes a frequency beyond it
+BALANCING = 60  # steps of Osborne's iteration
+CLOSE = 1e-5  # relative error of the largest growth rate
+
+
+@dataclass(frozen=True, eq=False)
+class LoopPoles:
+    """All poles of a sampled loop.
+
+    z
+        The poles, shape (n,).
+    s
+        Their continuous ones (rad/s), z = exp(s T), those of motion faster than half the sample rate at their true
+        frequency (`amb_analysis.linear.aliasing`); 0 for z = 0.
+    shapes
+        Displacements of the bearings in each, x and y of each bearing in turn, shape (2 bearings, n).
+    stability
+        The pole that decides on stability.
+    """
+
+    z: Complex
+    s: Complex
+    shapes: Complex
+    stability: LoopStability
+
+
+@dataclass(frozen=True)
+class Loop:
+    """The loop of a run.
+
+    Raises
+    ------
+    ValueError
+        If the run has no rotor, no magnetic bearings, or no controller that is connected to them.
+    """
+
+    linear_components: LinearSource
+
+    def __post_init__(self) -> None:
+        present = [component.name for component in self.linear_components.assembly.system.components]
+        missing = [component for component in (PLANT, ACTUATOR) if component not in present]
+        if missing:
+            raise ValueError(f"scenario {self.name} has no component {missing[0]}; a linear loop needs one")
+        if not self.demands:
+            raise ValueError(f"{ACTUATOR} has no demand that a controller is connected to; a linear loop needs one")
+
+    @property
+    def name(self) -> str:
+        """Name of the system."""
+        return self.linear_components.assembly.system.name
+
+    @cached_property
+    def axes(self) -> tuple[tuple[str, str], ...]:
+        """Bearing and direction of each axis that has a magnet and a controller."""
+        source = self.linear_components.assembly.system.source_of
+        bearings = (self.linear_components.assembly.fmus[ACTUATOR].layout or {}).get("bearings", ())
+        axes = [(b, a) for b in bearings for a in "xy"]
+        return tuple((b, a) for b, a in axes if source(f"{ACTUATOR}.{b}.i_{a}") and source(f"{PLANT}.{b}.f_{a}"))
+
+    @property
+    def axis_names(self) -> tuple[str, ...]:
+        """The axes as `bearing.x`."""
+        return tuple(f"{b}.{a}" for b, a in self.axes)
+
+    @property
+    def demands(self) -> tuple[str, ...]:
+        """Inputs of the demanded currents (A)."""
+        return tuple(f"{ACTUATOR}.{b}.i_{a}" for b, a in self.axes)
+
+    @cached_property
+    def sources(self) -> tuple[str, ...]:
+        """Outputs of the controller that feed them."""
+        return tuple(self.linear_components.assembly.system.source_of(demand) or "" for demand in self.demands)
+
+    @cached_property
+    def readings(self) -> tuple[str, ...]:
+        """Inputs of the controller for displacements (m)."""
+        controllers = {source.partition(".")[0] for source in self.sources}
+        links = self.linear_components.assembly.system.connections
+        units = self.linear_components.units()
+        return tuple(
+            link.target
+            for link in links
+            if link.target.partition(".")[0] in controllers
+            and link.source.startswith(f"{PLANT}.")
+            and units[link.target] == "m"
+        )
+
+    @cached_property
+    def sample_time(self) -> float:
+        """Time between samples of the controller (s)."""
+        controller = self.sources[0].partition(".")[0]
+        values = self.linear_components.plan.all_parameters(self.linear_components.assembly.interfaces)[controller].get(
+            "sample_time"
+        )
+        if values:
+            return values
+        every = next(c.every for c in self.linear_components.plan.system.components if c.name == controller)
+        return every * self.linear_components.plan.step_size
+
+    def poles(self, Omega: float) -> LoopPoles:
+        """Return all poles at a spin speed (rad/s)."""
+        bearings = list(dict.fromkeys(bearing for bearing, _ in self.axes))
+        names = [f"{bearing}.{axis}" for bearing in bearings for axis in "xy"]
+        displayed = [f"{PLANT}.{name}" for name in names]
+        model = model_of(self.linear_components.at(Omega), self.demands[:1], displayed)
+        z, vectors = np.linalg.eig(model.A)
+        shapes = np.asarray(model.C @ vectors, dtype=np.complex128)
+        stability, number = deciding_pole(model.A, z.astype(np.complex128), model.dt)
+        s = self._continuous(Omega, z.astype(np.complex128), vectors, model.dt)
+        omega = float(abs(s[number].imag))
+        frequency = omega if omega > DRIFT * abs(stability.growth_rate) else 0.0
+        stability = replace(
+            stability, speed=Omega, frequency=frequency, place=_largest_place(names, np.abs(shapes[:, number]))
+        )
+        return LoopPoles(z.astype(np.complex128), s, shapes, stability)
+
+    def _continuous(self, Omega: float, z: Complex, vectors: Complex, sample_time: float) -> Complex:
+        """Return s of poles z, by the states of the rotor in their eigenvectors."""
+        source = self.linear_components.at(Omega)
+        parts, first = source.parts([component.name for component in source.assembly.system.components]), 0
+        for part in parts:  # states of the continuous parts come first, in this order
+            size = len(part.law.A) if part.law.sample_time is None else 0
+            mass = source.mass(PLANT)
+            if part.outputs and part.outputs[0].startswith(f"{PLANT}.") and size == 2 * len(mass):
+                return continuous_poles(z, sample_time, vectors[first : first + size], part.law.A, mass)
+            first += size
+        return logarithms(z, sample_time)
+
+    def least_stable(self, speeds: Sequence[float] | Array) -> LoopStability:
+        """Return the stability at the least stable speed from the first to the last of some speeds (rad/s), ascending.
+
+        Between these speeds each maximum of the growth rate is refined.
+        """
+        result: list[LoopStability] = []
+
+        def growth_rates(more: Array) -> Array:
+            result.extend(self.poles(float(Omega)).stability for Omega in more)
+            return np.array([one.growth_rate for one in result[len(result) - len(more) :]])
+
+        refined(growth_rates, np.asarray(speeds, dtype=float), lambda rates: rates, CLOSE, resonant=False)
+        return max(result, key=lambda one: one.radius)
+
+    def check_stable(self, speeds: Sequence[float] | Array) -> None:
+        """Raise a ValueError if the loop is not stable from the first to the last of some speeds (rad/s), ascending."""
+        worst = self.least_stable(speeds)
+        if not worst.is_stable:
+            at = f"at {worst.speed:.4g} rad/s {worst.motion}, |z| = {worst.radius:.7g}"
+            raise ValueError(f"the loop is not stable: {at}; only a stable loop has a steady response")
+
+    @cached_property
+    def closed(self) -> LinearModel:
+        """The closed loop: demands and readings over injections at both."""
+        ends = (*self.demands, *self.readings)
+        return model_of(self.linear_components, ends, ends)
+
+    def sensitivity(self) -> LinearModel:
+        """Return the sensitivity S = (1 + L)^-1, demanded over injected currents, axes by axes.
+
+        Raises
+        ------
+        ValueError
+            If the closed loop is unstable; the sensitivity of an unstable loop cannot be measured.
+        """
+        model = model_of(self.linear_components, self.demands, self.demands)
+        check_stable(model)
+        return model
+
+
+def _largest_place(names: Sequence[str], sizes: Array) -> str:
+    """Return the axis that moves most, of two axes of each bearing, or its bearing if the other moves half as much."""
+    if not sizes.max() > 0.0:
+        return ""
+    top = int(sizes.argmax())
+    return names[top] if sizes[top ^ 1] < 0.5 * sizes[top] else names[top].rpartition(".")[0]
+
+
+def check_stable(model: LinearModel) -> None:
+    """Raise a ValueError if a sampled model is unstable."""
+    worst = stability_of(model.A, model.dt)
+    if not worst.is_stable:
+        raise ValueError(
+            f"the loop is not stable: {worst.motion}, {worst.radius - 1.0:.2g} of itself with every sample; only a "
+            "stable loop has a sensitivity"
+        )
+
+
+def pole_frequency(pole: complex | Array | Complex, sample_time: float) -> float | Array:
+    """Return the frequency (Hz) of the vibration of a discrete-time pole."""
+    return np.abs(np.angle(pole)) / (2.0 * math.pi * sample_time)
+
+
+def response(system: control.StateSpace, frequencies: Array) -> Complex:
+    """Return a frequency response, shape (outputs, inputs, n), at frequencies (Hz), shape (n,).
+
+    Frequencies above half the sample rate are limited to it.
+    """
+    omega = 2.0 * math.pi * np.minimum(frequencies, NYQUIST * 0.5 / system.dt)
+    full = control.frequency_response(system, omega, squeeze=False)
+    return np.asarray(full.magnitude * np.exp(1j * full.phase), dtype=np.complex128)
+
+
+def diagonal_response(system: control.StateSpace, frequencies: Array) -> Complex:
+    """Return the diagonal of a frequency response, shape (axes, n), at frequencies (Hz), shape (n,)."""
+    return np.einsum("kkn->kn", response(system, frequencies))
+
+
+def disk_margin(S: Complex) -> Array:
+    """Return a lower bound of the disk margin alpha at each frequency, of all loops at once.
+
+    Each loop may be multiplied by any complex f in the disk with diameter from (2 - alpha)/(2 + alpha) to its inverse:
+
+        1/alpha = mu(S - 1/2) <= min_D sigma_max(D (S - 1/2) D^-1),  D diagonal
+
+    J. D. Blight, R. L. Dailey, D. Gangsaas, Practical control law design for aircraft using multivariable techniques,
+    Int. J. Control 59 (1994) 93-137; P. Seiler, A. Packard, P. Gahinet, IEEE Control Systems 40 (2020) 78-95. D is that
+    of E. E. Osborne, J. ACM 7 (1960) 338-345, which balances rows and columns. For a loop the bound is alpha itself;
+    python-control's `disk_margins` needs slycot for more.
+
+    Parameters
+    ----------
+    S
+        Sensitivity, shape (loops, loops, n).
+    """
+    M = np.moveaxis(S, -1, 0) - 0.5 * np.eye(len(S))
+    power = np.abs(M) ** 2
+    scale = np.ones((len(M), len(S)))
+    off = power * (1.0 - np.eye(len(S)))
+    for _ in range(BALANCING if len(S) > 1 else 0):
+        weighted = off * scale[:, :, None] / scale[:, None, :]  # scale is d^2
+        rows, columns = weighted.sum(axis=2), weighted.sum(axis=1)
+        scale *= np.sqrt(np.where(rows > 0.0, columns, 1.0) / np.where(columns * rows > 0.0, rows, 1.0))
+        scale = np.clip(scale / scale.max(axis=1, keepdims=True), 1e-12, 1.0)
+    d = np.sqrt(scale)
+    return np.asarray(1.0 / np.linalg.norm(M * d[:, :, None] / d[:, None, :], 2, axis=(1, 2)))
+
+
+def disk_gain_and_phase(alpha: float) -> tuple[float, float]:
+    """Return the gain margin (1) and the phase margin (deg) that a disk margin guarantees, alone and in all loops."""
+    gain = (2.0 + alpha) / (2.0 - alpha) if alpha < 2.0 else math.inf
+    return gain, math.degrees(2.0 * math.atan(alpha / 2.0))

@@ -1,0 +1,91 @@
+"""A linear model as control.StateSpace with names, units, and notes on its limits."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import control
+
+from amb_analysis.linear.components import LinearComponent
+from amb_cosim.presentation.text_tables import TextBlock, html_of, text_table
+
+CONTINUOUS = 0.0  # sample time of a continuous model
+
+
+class LinearModel(control.StateSpace):  # type: ignore[misc]  # python-control has no types
+    """control.StateSpace of a machine or of its loop; `input_labels` and `output_labels` have _ for the dots of names.
+
+    input_names, output_names
+        `component.variable`, in the order of the matrices' columns and rows.
+    input_units, output_units
+        Units of these, SI.
+    operating_point
+        Operating point by name: the speed `Omega` (rad/s), and other set values.
+    notes
+        Effects that the model neglects, or the source of a foreign part, in sentences.
+    """
+
+    input_names: tuple[str, ...]
+    output_names: tuple[str, ...]
+    input_units: tuple[str, ...]
+    output_units: tuple[str, ...]
+    operating_point: Mapping[str, float]
+    notes: tuple[str, ...]
+
+    def __repr__(self) -> str:
+        time = f"sampled every {self.dt:g} s" if self.dt else "continuous"
+        return f"LinearModel({self.nstates} states, {self.ninputs} inputs, {self.noutputs} outputs, {time})"
+
+    def text(self) -> list[TextBlock]:
+        """Return size, signals with their units, operating point and notes."""
+        signals = text_table("", ("signal", "unit", "kind"), left=("signal", "unit", "kind"))
+        for kind, names, units in (
+            ("input", self.input_names, self.input_units),
+            ("output", self.output_names, self.output_units),
+        ):
+            for name, unit in zip(names, units, strict=True):
+                signals.add_row(name, unit, kind)
+        point = ", ".join(f"{name} = {value:g}" for name, value in self.operating_point.items())
+        return [repr(self), f"at {point}" if point else "at rest", signals, *self.notes]
+
+    def _repr_html_(self) -> str:
+        return html_of(self.text())
+
+    def save(self, path: str | Path) -> Path:
+        """Write the matrices A, B, C, D, Ts, names and units as arrays (`.mat`, `.npz`) and return the path.
+
+        Raises
+        ------
+        ValueError
+            If the suffix is not allowed.
+        """
+        from amb_cosim.controllers.array_file import write_arrays
+        from amb_cosim.controllers.laws import Law
+
+        facts = {
+            "Ts": self.dt,
+            "inputs": self.input_names,
+            "outputs": self.output_names,
+            "input_units": self.input_units,
+            "output_units": self.output_units,
+        }
+        return write_arrays(Path(path), {0.0: Law(self.A, self.B, self.C, self.D)}, facts)
+
+
+def linear_model(part: LinearComponent, units: Mapping[str, str], point: Mapping[str, float]) -> LinearModel:
+    """Return a part as a `LinearModel`; units are by name, 1 by default."""
+    law = part.law
+    names: dict[str, Any] = {
+        "inputs": [name.replace(".", "_") for name in part.inputs],
+        "outputs": [name.replace(".", "_") for name in part.outputs],
+    }
+    time = CONTINUOUS if law.sample_time is None else law.sample_time
+    model = LinearModel(law.A, law.B, law.C, law.D, time, **names, remove_useless_states=False)
+    model.input_names, model.output_names = part.inputs, part.outputs
+    model.input_units, model.output_units = (
+        tuple(units.get(name, "1") for name in of_kind) for of_kind in (part.inputs, part.outputs)
+    )
+    model.operating_point, model.notes = dict(point), part.notes
+    return model

@@ -1,0 +1,129 @@
+"""Linear models of rotor and magnetic bearings, from the constants and parameters of their FMUs."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from amb_actuator.interface import DYNAMIC, NONLINEAR, axes_of
+from amb_actuator.records import AXIS
+from amb_analysis.linear.components import LinearComponent, names_of
+from amb_cosim.controllers.laws import Law
+from amb_cosim.design.magnetic_bearing import axis_parameters, linearisation, operating_constants
+from array_types import Array
+from rotor_contact.seals import add_seals
+from rotor_contact.structure import structure_of
+
+Parameters = Mapping[str, float]
+
+
+def rotor_component(
+    name: str, layout: Mapping[str, Any], constants: Array, parameters: Parameters, Omega: float
+) -> LinearComponent:
+    """Return displacements (m) over forces (N) and accelerations of the base (m/s^2) of a rotor without contact.
+
+    q'' = M^-1 (f + B_base a) - (M^-1 (K + K_b) - Omega M^-1 R J) q - (M^-1 (C + R + C_b) + Omega M^-1 G) q'
+
+    Parameters
+    ----------
+    name
+        Of the component.
+    layout, constants
+        Of the model `rotor_contact`; K_b and C_b are its passive bearings and, at this speed, its seals.
+    parameters
+        By name.
+    Omega
+        Spin speed (rad/s).
+    """
+    s = structure_of(constants)
+    n = len(s.K)
+    K, C = s.MinvK - Omega * s.over_speed[n:], s.MinvC + Omega * s.over_speed[:n]
+    bearings, at = list(layout["bearings"]), [int(row) + k for row in s.bearings for k in (0, 1)]
+    for bearing, row in zip(bearings, s.bearings.astype(int), strict=True):
+        for i in (row, row + 1):
+            K[:, i] += s.Minv[:, i] * parameters[f"{bearing}.k_b"]
+            C[:, i] += s.Minv[:, i] * parameters[f"{bearing}.c_b"]
+    K_columns, C_columns = K.T.copy(), C.T.copy()
+    add_seals(s.seals, Omega, K_columns, C_columns)
+    K, C = K_columns.T, C_columns.T
+    B = s.Minv @ np.hstack([np.eye(n)[:, at], s.B_disc.T, s.B_base.T])
+    rows = [int(row) + k for row in s.sites for k in (0, 1)]
+    displayed = np.vstack([np.eye(n)[at], s.sensors, np.eye(n)[rows]])
+    inputs = [f"{place}.f_{a}" for place in (*bearings, *layout["discs"]) for a in "xy"] + ["base.a_x", "base.a_y"]
+    outputs = [f"{bearing}.{a}" for bearing in bearings for a in "xy"]
+    outputs += [plane[a] for plane in layout["sensors"] for a in "xy"]
+    outputs += [f"{site['name']}.{a}" for site in layout["sites"] for a in "xy"]
+    zero = np.zeros((n, n))
+    law = Law(
+        np.block([[zero, np.eye(n)], [-K, -C]]),
+        np.vstack([np.zeros_like(B), B]),
+        np.hstack([displayed, np.zeros_like(displayed)]),
+        np.zeros((len(displayed), B.shape[1])),
+    )
+    return _unique(law, name, inputs, outputs, "contact, unbalance and a free spin are not included")
+
+
+def bearing_slopes(
+    bearing: str, axis: str, parameters: Parameters, x: float = 0.0, i: float = 0.0
+) -> tuple[float, float]:
+    """Return K_s (N/m) and K_i (N/A) of an axis by the actuator's force law, at a displacement (m) and a current (A).
+
+    Raises
+    ------
+    ValueError
+        If they exceed the air gap or the limits of the coils.
+    """
+    local = {name: parameters[f"{bearing}.{name}_{axis}"] for name in AXIS.names or ()}
+    p, law = axis_parameters(bearing, axis, **local), int(parameters["force_law"])
+    if law == NONLINEAR and (x != 0.0 or i != 0.0):
+        result = linearisation(p, x, i)
+        return float(result.k_s), float(result.k_i)
+    return operating_constants(p, law)
+
+
+def actuator_component(
+    name: str, layout: Mapping[str, Any], parameters: Parameters, point: Mapping[str, float] | None = None
+) -> LinearComponent:
+    """Return forces (N) over displacements (m) and demands (A, V): f = K_s x + K_i i_c, i_c' = omega_b (i + g v - i_c).
+
+    With ideal amplifiers i_c = i + g v.
+
+    Parameters
+    ----------
+    name
+        Of the component.
+    layout, parameters
+        Of the model `amb_actuator`.
+    point
+        Operating point: displacements and currents by the names of the inputs, 0 by default.
+    """
+    axes, at = axes_of(layout["bearings"]), point or {}
+    dynamic = parameters["amplifier"] == DYNAMIC
+    n = len(axes)
+    k_s, k_i, gain, omega = np.zeros((4, n))
+    for k, (b, a) in enumerate(axes):
+        k_s[k], k_i[k] = bearing_slopes(b, a, parameters, at.get(f"{b}.{a}", 0.0), at.get(f"{b}.i_{a}", 0.0))
+        gain[k] = parameters[f"{b}.amplifier_gain_{a}"]
+        omega[k] = 2.0 * math.pi * parameters[f"{b}.bandwidth_{a}"]
+    eye, zero = np.eye(n), np.zeros((n, n))
+    demanded = np.hstack([eye, zero, np.diag(gain)])  # i_c over i, x and v
+    to_current = np.vstack([np.diag(k_i), eye, -eye])
+    held = np.vstack([np.hstack([zero, np.diag(k_s), zero]), np.zeros((2 * n, 3 * n))])
+    if dynamic:
+        law = Law(-np.diag(omega), omega[:, None] * demanded, to_current, held)
+    else:
+        law = Law(np.zeros((0, 0)), np.zeros((0, 3 * n)), np.zeros((3 * n, 0)), held + to_current @ demanded)
+    inputs = [f"{b}.{v}_{a}" if v else f"{b}.{a}" for v in ("i", "", "command_voltage") for b, a in axes]
+    outputs = [f"{b}.{v}_{a}" for v in ("f", "i_upper", "i_lower") for b, a in axes]
+    return _unique(law, name, inputs, outputs, "limits of currents and voltages, and faults, are not included")
+
+
+def _unique(law: Law, name: str, inputs: list[str], outputs: list[str], note: str) -> LinearComponent:
+    """Return a part without duplicate outputs: a sensor or a retainer may have the names of its bearing."""
+    first = list(dict.fromkeys(outputs))
+    rows = [outputs.index(output) for output in first]
+    once = Law(law.A, law.B, law.C[rows], law.D[rows], law.sample_time)
+    return LinearComponent(once, names_of(name, inputs), names_of(name, first), notes=(f"{name}: {note}",))

@@ -1,0 +1,188 @@
+"""Forces of magnetic bearings over displacements of the rotor: controller, hold, delay, amplifier, magnet.
+
+    F(j omega) = K(j omega) q,    w = E y + u,  y = H w    =>    y = (1 - H E)^-1 H u             (1)
+
+w are the inputs of controller, actuator and components between them, y their outputs, H their frequency responses in
+blocks. A sampled component has H = D + C (z - A)^-1 B, z = exp(j omega T); its output to a continuous one is held:
+
+    H_hold = (1 - exp(-j omega T))/(j omega T) exp(-j omega T_late)                               (2)
+
+The images at omega + 2 pi n/T due to sampling are neglected, because the rotor hardly moves there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.linalg import block_diag
+
+from amb_analysis.linear.components import LinearComponent
+from amb_analysis.linear.linearisable import LinearSource
+from amb_analysis.machine.machine import AXES, Machine
+from amb_cosim.controllers.laws import Law
+from amb_cosim.results.component_names import PLANT
+from array_types import Array, Complex
+
+ALIKE = 1e-3  # of the largest stiffness, up to which directions are equal
+
+
+def bearing_forces(machine: Machine, omega: float, Omega: float) -> Complex:
+    """Return the forces (N) at the bearings' nodes over displacements (m) at all nodes, at a frequency.
+
+    Parameters
+    ----------
+    machine
+        The machine.
+    omega, Omega
+        Frequency of the motion and spin speed (rad/s).
+
+    Returns
+    -------
+    ndarray
+        Shape (2 nodes, 2 nodes), alternating x and y of each node; f = K q, so positive stiffness is negative.
+    """
+    made = machine.linear_components.at(Omega)
+    rows = force_feeds(machine, made)
+    whole = np.zeros((2 * len(machine.z), 2 * len(machine.z)), dtype=np.complex128)
+    np.add.at(whole, list(rows.values()), over_displacements(machine, made, list(rows), omega))
+    return whole
+
+
+def demanded_currents(machine: Machine, omega: float, Omega: float) -> Complex:
+    """Return the demanded currents (A) of all axes over displacements (m) at all nodes, shape (axes, 2 nodes)."""
+    return over_displacements(machine, machine.linear_components.at(Omega), list(machine.loop.sources), omega)
+
+
+def over_displacements(machine: Machine, made: LinearSource, outputs: Sequence[str], omega: float) -> Complex:
+    """Return outputs of components over displacements (m) by (1) at a frequency (rad/s), shape (outputs, 2 nodes).
+
+    Outputs of a sampled component are their fundamental, before the hold.
+    """
+    return component_outputs(machine, made, outputs, omega)
+
+
+def component_outputs(
+    machine: Machine,
+    made: LinearSource,
+    outputs: Sequence[str],
+    omega: float,
+    injected: Sequence[str] = (),
+    components: Sequence[str] | None = None,
+) -> Complex:
+    """Return outputs of components over displacements (m) and injected inputs, shape (outputs, 2 nodes + injected).
+
+    Parameters
+    ----------
+    machine, made
+        The machine, and its linear components at the spin speed.
+    outputs
+        Names `component.variable`. Those of a sampled component are their fundamental, before the hold.
+    omega
+        Frequency (rad/s).
+    injected
+        Inputs to which a signal is added.
+    components
+        Components that act; all but the plant by default.
+    """
+    names = [name for name in _names(made) if name != PLANT and (components is None or name in components)]
+    feeds, parts = made.feeds([*names, PLANT]), made.parts(names)
+    inputs = [name for part in parts for name in part.inputs]
+    displayed = [name for part in parts for name in part.outputs]
+    H = block_diag(*(_response(part, omega) for part in parts))
+    owner = {name: part for part in parts for name in (*part.inputs, *part.outputs)}
+    at_input, at_output = ({name: k for k, name in enumerate(of)} for of in (inputs, displayed))
+    E = np.zeros((len(inputs), len(displayed)), dtype=np.complex128)
+    columns = 2 * len(machine.z)
+    read = np.zeros((len(inputs), columns + len(injected)))
+    for target, source in feeds.items():
+        if target in at_input and source in at_output:
+            E[at_input[target], at_output[source]] = _link(owner[source], owner[target], omega)
+        elif target in at_input and source.startswith(f"{PLANT}."):
+            node, axis = machine.signals[source.removeprefix(f"{PLANT}.")]
+            read[at_input[target], 2 * (node - 1) + axis] = 1.0
+    for k, name in enumerate(injected):
+        read[at_input[name], columns + k] = 1.0
+    closed = np.linalg.solve(np.eye(len(displayed)) - H @ E, H @ read)
+    return np.asarray(closed[[at_output[name] for name in outputs]])
+
+
+def force_feeds(machine: Machine, made: LinearSource) -> dict[str, int]:
+    """Return the outputs that are forces on the bearings, and their rows among x and y of all nodes."""
+    places = {bearing.name: bearing.node for bearing in machine.rotor.bearings}
+    result = {}
+    for target, source in made.feeds(_names(made)).items():
+        if target.startswith(f"{PLANT}.") and ".f_" in target:
+            bearing, _, axis = target.removeprefix(f"{PLANT}.").rpartition(".f_")
+            result[source] = 2 * (places[bearing] - 1) + AXES.index(axis)
+    return result
+
+
+def _names(made: LinearSource) -> list[str]:
+    return [component.name for component in made.assembly.system.components]
+
+
+def _response(part: LinearComponent, omega: float) -> Complex:
+    """Return the frequency response of a component, sampled or not."""
+    law = part.law
+    s = 1j * omega if law.sample_time is None else np.exp(1j * omega * law.sample_time)
+    return frequency_response(law, s)
+
+
+def frequency_response(law: Law, s: complex) -> Complex:
+    """Return D + C (s - A)^-1 B, with z in place of s for a sampled law."""
+    if not len(law.A):
+        return law.D.astype(np.complex128)
+    return np.asarray(law.D + law.C @ np.linalg.solve(s * np.eye(len(law.A)) - law.A, law.B.astype(np.complex128)))
+
+
+def _link(source: LinearComponent, target: LinearComponent, omega: float) -> complex:
+    """Return the response of a connection: (2) from a sampled component to a continuous one, otherwise 1."""
+    time = source.law.sample_time
+    if time is None or target.law.sample_time is not None:
+        return 1.0
+    held = (1.0 - np.exp(-1j * omega * time)) / (1j * omega * time) if omega else 1.0
+    return complex(held * np.exp(-1j * omega * time * (source.late + (1.0 if source.at_end else 0.0))))
+
+
+def parallel_stiffness(
+    machine: Machine, omegas: Array, Omega: float | None = None, axis: str = "x"
+) -> dict[str, Complex]:
+    """Return the dynamic stiffness (N/m) of each magnetic bearing along an axis for parallel motion of the rotor.
+
+    k(j omega) = -F_x(j omega)/x: the real part is stiffness, the imaginary part omega times the damping.
+
+    Parameters
+    ----------
+    machine
+        The machine.
+    omegas
+        Frequencies (rad/s), above 0, shape (n,).
+    Omega
+        Spin speed (rad/s); by default the frequency itself (synchronous motion).
+    axis
+        `x` or `y`.
+
+    Returns
+    -------
+    dict
+        Arrays of shape (n,).
+    """
+    result: dict[str, list[complex]] = {bearing: [] for bearing in machine.magnets}
+    along = np.zeros(2 * len(machine.z))
+    along[AXES.index(axis) :: 2] = 1.0
+    nodes = {bearing.name: bearing.node for bearing in machine.rotor.bearings}
+    for omega in omegas:
+        force = bearing_forces(machine, float(omega), float(omega) if Omega is None else Omega) @ along
+        for bearing, values in result.items():
+            values.append(-force[2 * (nodes[bearing] - 1) + AXES.index(axis)])
+    return {bearing: np.array(values) for bearing, values in result.items()}
+
+
+def directional_stiffness(machine: Machine, omegas: Array) -> dict[str, dict[str, Complex]]:
+    """Return the `parallel_stiffness` of synchronous motion by direction: " along x" and " along y", or "" if equal."""
+    x, y = (parallel_stiffness(machine, omegas, axis=axis) for axis in AXES)
+    size = max(float(np.abs(k).max()) for k in x.values())
+    if all(np.allclose(x[bearing], y[bearing], rtol=0.0, atol=ALIKE * size) for bearing in x):
+        return {"": x}
+    return {" along x": x, " along y": y}

@@ -1,0 +1,216 @@
+"""Response of a rotor, free or in its machine, between channels: forces and currents in, motion and currents out.
+
+With the displacements x of all nodes, and the forces of the magnetic bearings over these and over injected currents i,
+
+    x = H (p + F x + F_i i),    c = T x + T_i i,    y = (j omega)^k S x                            (1)
+
+H is the rotor with its passive bearings and seals (`rotor_analysis.harmonic`), p are external forces, c demanded
+currents, and y displacements (k = 0), velocities (1) and accelerations (2). A positive force and the motion that it
+starts have the same direction: the receptance of a free mass m is -1/(m omega^2).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+
+from amb_analysis.machine.channels import Place, node_rows
+from amb_analysis.machine.feedback import component_outputs, force_feeds
+from amb_analysis.machine.machine import Machine
+from amb_cosim.results.component_names import ACTUATOR, PLANT
+from array_types import Array, Complex
+from rotor_analysis.harmonic import harmonic_model
+from rotor_analysis.parts import Bearing
+from rotor_analysis.resonances import resonances
+from rotor_analysis.response import dynamic_stiffness
+from rotor_analysis.rotor import Rotor
+
+Loop = Literal["free", "linear", "open", "closed"]
+"""Support of the rotor: none, bearings and seals of its file, magnets without controller, or the machine's control."""
+
+
+@dataclass(frozen=True)
+class Structure:
+    """What responds.
+
+    rotor
+        Its description, with a node at every place.
+    loop
+        Its support.
+    Omega
+        Spin speed (rad/s).
+    machine
+        The machine, if `loop` is `open` or `closed`.
+    """
+
+    rotor: Rotor
+    loop: Loop
+    Omega: float = 0.0
+    machine: Machine | None = None
+
+    @property
+    def bearings(self) -> tuple[Bearing, ...]:
+        """Passive bearings and seals."""
+        if self.loop == "free":
+            return ()
+        if self.machine is None:
+            return (*self.rotor.bearings, *self.rotor.seals)
+        local = self.machine.parameters[PLANT]
+        passive = []
+        for bearing in self.rotor.bearings:
+            k, c = (local.get(f"{bearing.name}.{name}", 0.0) for name in ("k_b", "c_b"))
+            passive.append(Bearing(bearing.name, bearing.node, ((k, 0.0), (0.0, k)), ((c, 0.0), (0.0, c))))
+        return (*passive, *self.rotor.seals)
+
+
+def frequency_response(
+    structure: Structure,
+    inputs: Sequence[Place],
+    outputs: Sequence[Place],
+    frequencies: Array,
+    highest: float | None = None,
+) -> Complex:
+    """Return outputs over inputs by (1), shape (n, outputs, inputs).
+
+    Parameters
+    ----------
+    structure
+        What responds.
+    inputs, outputs
+        Places with their quantities (`channels`).
+    frequencies
+        Frequencies (Hz), shape (n,).
+    highest
+        Frequency (Hz) up to which the rotor's model is accurate; by default the highest of these.
+
+    Raises
+    ------
+    ValueError
+        If a current is at a place without a magnet and its control, or the response is unbounded.
+    """
+    rotor, omegas = structure.rotor, 2.0 * np.pi * np.asarray(frequencies, np.float64)
+    size = 2 * len(rotor.shaft.nodes)
+    feedback = _feedback(structure, inputs, outputs, omegas)
+    loads = np.zeros((len(omegas), size, len(inputs)), dtype=np.complex128)
+    for k, place in enumerate(inputs):
+        if place.unit == "N":
+            loads[:, node_rows(rotor, [place])[0], k] = 1.0
+    forces = None
+    if feedback is not None:
+        currents = [k for k, place in enumerate(inputs) if place.unit == "A"]
+        for j, k in enumerate(currents):
+            loads[:, feedback.rows, k] = feedback.forces[:, :, size + j]
+        at = {omega: k for k, omega in enumerate(omegas.tolist())}
+        forces = lambda omega: feedback.matrix(at[omega], size)  # noqa: E731
+    top = float(omegas.max()) if highest is None else 2.0 * np.pi * highest
+    model = harmonic_model(rotor, _loaded(structure, inputs, feedback), top, structure.bearings)
+    motion = model.response(omegas, structure.Omega, loads, np.eye(size), forces)
+    result = np.empty((len(omegas), len(outputs), len(inputs)), dtype=np.complex128)
+    for k, place in enumerate(outputs):
+        if place.unit == "A":
+            assert feedback is not None
+            result[:, k] = feedback.current(place, motion, inputs)
+        else:
+            result[:, k] = (1j * omegas[:, None]) ** place.order * motion[:, node_rows(rotor, [place])[0]]
+    return result
+
+
+def resonant_frequencies(
+    structure: Structure, inputs: Sequence[Place], outputs: Sequence[Place], frequencies: Array
+) -> list[tuple[float, float]]:
+    """Return the resonances (Hz) between the ends of some frequencies, and their half widths (Hz).
+
+    Arguments as of `frequency_response`; between two frequencies, ascending, a mode may have one resonance.
+    """
+    size, Omega = 2 * len(structure.rotor.shaft.nodes), structure.Omega
+    first = _feedback(structure, inputs, outputs, 2.0 * np.pi * frequencies[:1])
+    loaded = _loaded(structure, inputs, first)
+    model = harmonic_model(structure.rotor, loaded, 2.0 * np.pi * float(frequencies[-1]), structure.bearings)
+    local = model.model.at(Omega)
+
+    def stiffness(omega: float) -> Complex:
+        feedback = _feedback(structure, inputs, outputs, np.array([omega]))
+        held = 0.0 if feedback is None else model.left @ feedback.matrix(0, size) @ model.right
+        return np.asarray(dynamic_stiffness(local, Omega, omega) - held)
+
+    found = resonances(stiffness, 2.0 * np.pi * frequencies)
+    return [(omega / (2.0 * np.pi), width / (2.0 * np.pi)) for omega, width in found]
+
+
+def _loaded(structure: Structure, inputs: Sequence[Place], feedback: _Feedback | None) -> list[int]:
+    """Return the nodes at which forces act."""
+    nodes = [place.node_on(structure.rotor) for place in inputs if place.unit == "N"]
+    return nodes if feedback is None else nodes + [row // 2 + 1 for row in feedback.rows]
+
+
+@dataclass(frozen=True, eq=False)
+class _Feedback:
+    """F with F_i at the rows of the bearings, T with T_i at all axes, shape (n, rows or axes, 2 nodes + injected)."""
+
+    rows: list[int]
+    forces: Complex
+    axes: tuple[str, ...]
+    currents: Complex
+
+    def matrix(self, k: int, size: int) -> Complex:
+        whole = np.zeros((size, size), dtype=np.complex128)
+        np.add.at(whole, self.rows, self.forces[k, :, :size])
+        return whole
+
+    def current(self, place: Place, motion: Complex, inputs: Sequence[Place]) -> Complex:
+        """Return a demanded current over the inputs, shape (n, inputs)."""
+        row, size = self.axes.index(place.axis_name), motion.shape[1]
+        result = np.einsum("nr,nri->ni", self.currents[:, row, :size], motion)
+        for j, k in enumerate(k for k, item in enumerate(inputs) if item.unit == "A"):
+            result[:, k] += self.currents[:, row, size + j]
+        return np.asarray(result)
+
+
+def _feedback(
+    structure: Structure, inputs: Sequence[Place], outputs: Sequence[Place], omegas: Array
+) -> _Feedback | None:
+    """Return the forces of the magnets and the demanded currents; None without magnets."""
+    electric = [place for place in (*inputs, *outputs) if place.unit == "A"]
+    machine = structure.machine
+    if machine is None:
+        if electric:
+            raise ValueError(f"{electric[0].name} is a current, which needs loop 'open' or 'closed'")
+        return None
+    if structure.loop == "open" and any(place.unit == "A" for place in outputs):
+        raise ValueError("an open loop demands no current; use loop 'closed'")
+    axes = machine.loop.axis_names
+    for place in electric:
+        if place.axis_name not in axes:
+            raise ValueError(f"{place.name} is not a current of this machine; its axes are {', '.join(axes)}")
+    made = machine.linear_components.at(structure.Omega)
+    injected = [f"{ACTUATOR}.{p.place}.i_{p.direction}" for p in inputs if p.unit == "A"]
+    components = (ACTUATOR,) if structure.loop == "open" else None
+    rows = force_feeds(machine, made)
+    demands = list(machine.loop.sources) if structure.loop == "closed" else []
+    whole = np.array(
+        [component_outputs(machine, made, [*rows, *demands], float(w), injected, components) for w in omegas]
+    )
+    return _Feedback(list(rows.values()), whole[:, : len(rows)], axes, whole[:, len(rows) :])
+
+
+def refined(rotor: Rotor, places: Sequence[Place]) -> Rotor:
+    """Return a rotor with a node at every place that is a position.
+
+    Raises
+    ------
+    ValueError
+        If a position is not on the shaft, or a part does not exist.
+    """
+    positions = [place.position for place in places if place.position is not None]
+    nodes = rotor.shaft.nodes
+    for place in places:
+        if place.position is not None and not nodes[0] <= place.position <= nodes[-1]:
+            limits = f"{nodes[0]:g} m to {nodes[-1]:g} m"
+            raise ValueError(f"{place.name} is not on the shaft; a position must be from {limits}")
+    fine = rotor.on_mesh(rotor.shaft.with_nodes_at(positions)) if positions else rotor
+    for place in places:
+        place.node_on(fine)
+    return fine if not positions else replace(fine, mesh=None)

@@ -1,0 +1,151 @@
+"""The machine of a prepared run: rotor, parameters, sampled loop, and places by name."""
+
+from __future__ import annotations
+
+import cmath
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from amb_actuator.records import AXIS
+from amb_analysis.linear.linearisable import LinearSource, of_prepared
+from amb_analysis.linear.loop import Loop
+from amb_cosim.design.magnetic_bearing import axis_parameters
+from amb_cosim.design.rotor_models import control_loop
+from amb_cosim.results.component_names import ACTUATOR, PLANT
+from amb_cosim.scenario.simulation import PlannedRun
+from amb_files.suggestions import suggest
+from array_types import Array
+from rolac_controller.control_loop import ControlLoop
+from rotor_analysis.assembly import Matrices, assemble
+from rotor_analysis.reduction import craig_bampton
+from rotor_analysis.rotor import Rotor
+from rotor_analysis.rotor_file import load_rotor
+from rotor_analysis.supported_rotor import SupportedRotor
+
+AXES = "xy"
+MODES = 40  # of the rotor held at its parts, in each plane: 1e-5 off all elements at a resonance of amplification 50
+
+
+@dataclass(frozen=True)
+class Machine:
+    """The machine of a prepared run."""
+
+    prepared: PlannedRun
+
+    @property
+    def Omega(self) -> float:
+        """Spin speed at the start (rad/s)."""
+        return self.prepared.plan.speed
+
+    @cached_property
+    def rotor(self) -> Rotor:
+        """Its rotor."""
+        return load_rotor(self.prepared.scenario.rotor)
+
+    @cached_property
+    def parameters(self) -> Mapping[str, Mapping[str, float]]:
+        """Values of the components' parameters (SI)."""
+        result = self.prepared.plan.all_parameters(self.prepared.interfaces)
+        return {component: {name: value or 0.0 for name, value in of.items()} for component, of in result.items()}
+
+    @cached_property
+    def linear_components(self) -> LinearSource:
+        """Source of its linear models."""
+        return of_prepared(self.prepared)
+
+    @cached_property
+    def loop(self) -> Loop:
+        """Its sampled loop."""
+        return Loop(self.linear_components)
+
+    @cached_property
+    def controlled(self) -> ControlLoop:
+        """Bearings and sensor planes of the rotor, and their assignment."""
+        return control_loop(self.rotor)
+
+    @cached_property
+    def free(self) -> Matrices:
+        """The finite-element model of the rotor without bearings and seals."""
+        return assemble(self.rotor)
+
+    @cached_property
+    def free_rotor(self) -> SupportedRotor:
+        """The same condensed to the nodes of its parts and `MODES` modes, for responses at many speeds."""
+        count = len(self.rotor.shaft.nodes)
+        nodes = {*self.rotor.part_nodes, 1, count}
+        condensed = craig_bampton(self.free, tuple(sorted(nodes)), min(MODES, 2 * count - len(nodes)))
+        return SupportedRotor(self.rotor, self.free, condensed)
+
+    @cached_property
+    def z(self) -> Array:
+        """Positions of the nodes (m)."""
+        return np.array(self.rotor.shaft.nodes)
+
+    @cached_property
+    def magnets(self) -> tuple[str, ...]:
+        """Bearings that have a magnet and a controller."""
+        return tuple(dict.fromkeys(bearing for bearing, _ in self.loop.axes))
+
+    @cached_property
+    def probes(self) -> dict[str, int]:
+        """Nodes of the sensors, by name."""
+        return {sensor.name: sensor.node for sensor in self.rotor.sensors}
+
+    @cached_property
+    def clearances(self) -> dict[str, tuple[int, float]]:
+        """Nodes and radial clearances (m) of the places that the rotor can touch, by name."""
+        local = self.parameters[PLANT]
+        enabled = (site for site in self.rotor.sites if local.get(f"{site.name}.enabled", 1.0))
+        return {site.name: (site.node, local.get(f"{site.name}.clearance", site.clearance)) for site in enabled}
+
+    @cached_property
+    def unbalance(self) -> Mapping[str, complex]:
+        """Unbalance (kg m) at the end of the run, by the disc or bearing where it is; those that have one."""
+        layout, plan = self.linear_components.layout(PLANT), self.prepared.plan
+        last = {**plan.inputs, **{name: value for _, name, value in plan.events}}
+        amounts = {place: last.get(f"{PLANT}.{place}.u", 0.0) for place in (*layout["discs"], *layout["bearings"])}
+        return {place: u * cmath.exp(1j * last.get(f"{PLANT}.{place}.phi", 0.0)) for place, u in amounts.items() if u}
+
+    @cached_property
+    def signals(self) -> dict[str, tuple[int, int]]:
+        """Node and axis of the displacements that the plant shows, by the names of its outputs."""
+        named = [(f"{part.name}.{axis}", part.node, k) for part in self.rotor.bearings for k, axis in enumerate(AXES)]
+        named += [(name, s.node, k) for s in self.rotor.sensors for k, name in enumerate((s.x, s.y))]
+        named += [(f"{site.name}.{axis}", site.node, k) for site in self.rotor.sites for k, axis in enumerate(AXES)]
+        return {name: (node, k) for name, node, k in reversed(named)}
+
+    def node_of(self, part: str) -> int:
+        """Return the node of a part of the rotor.
+
+        Raises
+        ------
+        ValueError
+            If it has none of this name.
+        """
+        parts = self.rotor.nodes_by_name
+        if part not in parts:
+            raise ValueError(f"rotor {self.rotor.name} has no part {part!r}; {suggest(part, parts)}")
+        return parts[part]
+
+    def axis(self, bearing: str, direction: str) -> np.record:
+        """Return the parameters of the actuator of one axis, its own static current among them."""
+        local = self.parameters[ACTUATOR]
+        values = {name: local[f"{bearing}.{name}_{direction}"] for name in AXIS.names or ()}
+        return axis_parameters(bearing, direction, **values)
+
+
+def machine_of(prepared: PlannedRun, *needed: str) -> Machine:
+    """Return the machine of a prepared run.
+
+    Raises
+    ------
+    ValueError
+        If the run lacks plant, actuator, or another component that is `needed`.
+    """
+    missing = [component for component in (PLANT, ACTUATOR, *needed) if component not in prepared.interfaces]
+    if missing:
+        raise ValueError(f"scenario {prepared.name} has no component {missing[0]}; a linear loop requires one")
+    return Machine(prepared)

@@ -1,0 +1,124 @@
+"""Measured data from files of arrays, `.mat` and `.npz`.
+
+Frequency responses:
+
+    frequencies                    Hz, n numbers
+    response                       n x outputs x inputs, complex
+    coherence                      n x outputs, or n x outputs x inputs; may be missing
+    inputs, outputs                names
+    input_units, output_units      units
+
+A record over time has `time` (s) or `sample_time`, an array for each channel, and `units`, a structure with a field for
+each channel (in `.npz` arrays of text `units.NAME`). `Result.to_mat` writes this form.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from amb_analysis.measured.records import Channel, FrequencyResponse, Measurement, TimeRecord
+from amb_analysis.measured.run_data import even_step
+from amb_analysis.measured.units import si_unit
+from amb_files.array_files import read_content
+
+
+def read_array_data(path: Path) -> Measurement | TimeRecord:
+    """Return the content of a file of arrays.
+
+    Raises
+    ------
+    ValueError
+        If it cannot be read, an array is missing, or has a shape or a unit that is not allowed.
+    """
+    content = read_content(path)
+    if "response" in content:
+        return _responses(content)
+    if "time" in content or "sample_time" in content:
+        return _record(content)
+    raise ValueError("it must have frequencies and response, or time and channels")
+
+
+def _responses(content: dict[str, Any]) -> Measurement:
+    required = ("frequencies", "inputs", "outputs", "input_units", "output_units")
+    missing = [name for name in required if name not in content]
+    if missing:
+        raise ValueError(f"it lacks {', '.join(missing)}, which belong to response")
+    inputs, outputs = (_channels(content, kind) for kind in ("input", "output"))
+    frequencies = _numbers(content, "frequencies").ravel()
+    shape = (len(frequencies), len(outputs), len(inputs))
+    values = _shaped(content, "response", shape)
+    coherence = None
+    if "coherence" in content:
+        if np.size(content["coherence"]) == shape[0] * shape[1] and shape[2] > 1:
+            coherence = np.repeat(_shaped(content, "coherence", shape[:2])[:, :, None], shape[2], axis=2)
+        else:
+            coherence = _shaped(content, "coherence", shape).real
+    return Measurement(
+        tuple(
+            FrequencyResponse(
+                output,
+                source,
+                frequencies,
+                np.asarray(values[:, k, j] * (factor / divisor), np.complex128),
+                None if coherence is None else coherence[:, k, j].real,
+            )
+            for k, (factor, output) in enumerate(outputs)
+            for j, (divisor, source) in enumerate(inputs)
+        )
+    )
+
+
+def _channels(content: dict[str, Any], kind: str) -> list[tuple[float, Channel]]:
+    """Return factors to SI units, and channels."""
+    names, units = (_texts(content, key) for key in (f"{kind}s", f"{kind}_units"))
+    if len(units) != len(names):
+        raise ValueError(f"{kind}_units has {len(units)} units; it must have {len(names)}, as many as {kind}s")
+    pairs = [(name, *si_unit(unit, name)) for name, unit in zip(names, units, strict=True)]
+    return [(factor, Channel(name, unit)) for name, factor, unit in pairs]
+
+
+def _record(content: dict[str, Any]) -> TimeRecord:
+    if "time" in content:
+        times = _numbers(content, "time").ravel()
+        step, n = even_step(times), len(times)
+    else:
+        step = float(_numbers(content, "sample_time").ravel()[0])
+        n = max((np.size(value) for value in content.values()), default=0)
+        if not step > 0.0:
+            raise ValueError(f"sample_time = {step:g} s is not allowed; it must be > 0 s")
+    signals = {}
+    for name, value in content.items():
+        if name not in ("time", "sample_time") and value.dtype.kind in "fiu" and np.size(value) == n:
+            unit = _texts(content, f"units.{name}") if f"units.{name}" in content else ["1"]
+            factor, si = si_unit(unit[0], name)
+            signals[Channel(name, si)] = factor * np.asarray(value, np.float64).ravel()
+    if not signals:
+        raise ValueError(f"it has no channel: no array with the {n} samples of time")
+    return TimeRecord(step, signals)
+
+
+def _texts(content: dict[str, Any], key: str) -> list[str]:
+    value = np.ravel(content[key])
+    if value.dtype.kind != "U":
+        raise ValueError(f"{key} is not allowed; it must be text")
+    return [item.strip() for item in value.tolist()]
+
+
+def _numbers(content: dict[str, Any], key: str) -> np.ndarray:
+    value = np.asarray(content[key])
+    if value.dtype.kind not in "fiu" or not value.size:
+        raise ValueError(f"{key} is not allowed; it must be numbers")
+    return value.astype(np.float64)
+
+
+def _shaped(content: dict[str, Any], key: str, shape: tuple[int, ...]) -> np.ndarray:
+    """Return an array of numbers in a shape, from which Matlab drops dimensions of one at the end."""
+    value = np.asarray(content[key])
+    squeezed = tuple(k for k in shape if k != 1)
+    if value.dtype.kind not in "fiuc" or tuple(k for k in value.shape if k != 1) != squeezed:
+        wanted = " x ".join(map(str, shape))
+        raise ValueError(f"{key} of shape {value.shape} is not allowed; it must be {wanted} numbers")
+    return value.reshape(shape)

@@ -1,0 +1,102 @@
+"""How far computed responses and modes are from measured ones.
+
+    FRAC = |sum H_m^* H_c|^2 / (sum |H_m|^2 sum |H_c|^2)      over frequency                         (1)
+    MAC  = |phi_m^H phi_c|^2 / (phi_m^H phi_m phi_c^H phi_c)  over responses                         (2)
+
+1 means equal up to a complex factor. R. J. Allemang, The modal assurance criterion: twenty years of use and abuse,
+Sound and Vibration 37 (2003) 14-21.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Annotated
+
+import numpy as np
+from scipy.optimize import linear_sum_assignment
+
+from amb_analysis.measured.modal_fit import FittedMode
+from array_types import Complex
+
+FARTHEST = 0.2  # relative difference of frequency beyond which two modes are no pair
+
+
+@dataclass(frozen=True)
+class CurveDeviation:
+    """Deviation of a computed response.
+
+    frac
+        (1).
+    decibel
+        Root mean square of 20 log10 |H_c/H_m| (dB).
+    """
+
+    frac: float
+    decibel: Annotated[float, "dB"]
+
+
+@dataclass(frozen=True)
+class ModeDeviation:
+    """A measured mode and the computed one that belongs to it.
+
+    measured, computed
+        Frequencies (Hz); None where nothing computed belongs to it.
+    percent
+        Computed over measured frequency less one (%).
+    measured_damping, computed_damping
+        Damping ratios (1); None where not known.
+    mac
+        (2); None with one response.
+    """
+
+    measured: Annotated[float, "Hz"]
+    computed: Annotated[float | None, "Hz"]
+    percent: Annotated[float | None, "%"]
+    measured_damping: float | None
+    computed_damping: float | None
+    mac: float | None
+
+
+def curve_deviation(measured: Complex, computed: Complex) -> CurveDeviation:
+    """Return the deviation of a computed response from a measured one at the same frequencies, shape (n,) each."""
+    levels = np.log10(np.maximum(np.abs(computed), 1e-300) / np.maximum(np.abs(measured), 1e-300))
+    return CurveDeviation(assurance(measured, computed), float(20.0 * np.sqrt(np.mean(levels**2))))
+
+
+def assurance(a: Complex, b: Complex) -> float:
+    """Return the squared correlation of two complex vectors, (1) and (2); 0 if one is zero."""
+    sizes = np.vdot(a, a).real * np.vdot(b, b).real
+    return float(np.abs(np.vdot(a, b)) ** 2 / sizes) if sizes > 0.0 else 0.0
+
+
+def mode_deviations(measured: Sequence[FittedMode], computed: Sequence[FittedMode]) -> tuple[ModeDeviation, ...]:
+    """Return each measured mode with the computed mode that is nearest in frequency and shape; each is used once.
+
+    Shapes count where both sides have two responses or more.
+    """
+    if not measured:
+        return ()
+    cost = np.full((len(measured), len(computed) + len(measured)), 2.0 * FARTHEST + 1.0)
+    for i, m in enumerate(measured):
+        for j, c in enumerate(computed):
+            off = abs(c.frequency / m.frequency - 1.0)
+            if off <= FARTHEST:
+                cost[i, j] = off + FARTHEST * (1.0 - (_mac(m, c) or 0.0))
+    rows, columns = linear_sum_assignment(cost)
+    return tuple(
+        _pair(measured[i], computed[j] if j < len(computed) and cost[i, j] <= 2.0 * FARTHEST else None)
+        for i, j in zip(rows, columns, strict=True)
+    )
+
+
+def _mac(m: FittedMode, c: FittedMode) -> float | None:
+    return assurance(m.shape, c.shape) if len(m.shape) > 1 and len(c.shape) == len(m.shape) else None
+
+
+def _pair(m: FittedMode, c: FittedMode | None) -> ModeDeviation:
+    ratio = None if np.isnan(m.damping_ratio) else m.damping_ratio
+    if c is None:
+        return ModeDeviation(m.frequency, None, None, ratio, None, None)
+    percent = 100.0 * (c.frequency / m.frequency - 1.0)
+    return ModeDeviation(m.frequency, c.frequency, percent, ratio, c.damping_ratio, _mac(m, c))

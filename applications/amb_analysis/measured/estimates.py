@@ -1,0 +1,133 @@
+"""Frequency responses and coherence from records of inputs and outputs, by averaged spectra (P. D. Welch).
+
+With the spectra S_uu = <U U^H>, S_yu = <Y U^H>, S_yy = <Y Y^H> of segments,
+
+    H1 = S_yu S_uu^-1                  noise at the outputs averages out                             (1)
+    H2 = S_yy S_uy^-1                  noise at the input averages out, one input                    (2)
+    gamma^2 = S_yu S_uu^-1 S_uy/S_yy   coherence; of several inputs, the multiple coherence          (3)
+
+J. S. Bendat, A. G. Piersol, Random Data, 4th ed., Wiley, 2010.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Literal
+
+import numpy as np
+from scipy.signal import csd, get_window
+
+from amb_analysis.measured.records import FrequencyResponse, TimeRecord
+from amb_cosim.cosim.basics.time_grid import in_steps
+from array_types import Array, Complex
+
+Estimator = Literal["H1", "H2"]
+
+SEGMENTS = 8  # without overlap, by default
+LEAST_SAMPLES = 8  # of a segment
+
+
+def estimate(
+    record: TimeRecord,
+    inputs: Sequence[str],
+    outputs: Sequence[str] = (),
+    *,
+    estimator: Estimator = "H1",
+    segment: float | None = None,
+    window: str = "hann",
+) -> tuple[FrequencyResponse, ...]:
+    """Return the response of each output to each input with its coherence, by (1) to (3).
+
+    Parameters
+    ----------
+    record
+        Signals over time.
+    inputs, outputs
+        Names of channels; by default all except the inputs are outputs.
+    estimator
+        `H1`, or `H2` for one input.
+    segment
+        Length of a segment (s), by default an eighth of the record; the resolution is its inverse. Segments overlap by
+        half, except with the window `boxcar`.
+    window
+        Name of a window of scipy.
+
+    Raises
+    ------
+    ValueError
+        If a channel, window or length is not allowed, a signal has numbers that are not finite, or inputs follow
+        each other.
+    """
+    chosen = [record.channel(name) for name in dict.fromkeys(inputs)]
+    if not chosen:
+        raise ValueError("an estimate needs an input; name one of " + ", ".join(c.name for c in record.signals))
+    displayed = [record.channel(name) for name in outputs] or [c for c in record.signals if c not in chosen]
+    if not displayed:
+        raise ValueError("an estimate needs an output; all channels of the record are inputs")
+    if estimator == "H2" and len(chosen) > 1:
+        raise ValueError("estimator H2 is not allowed with several inputs; use H1")
+    for channel in (*chosen, *displayed):
+        if not np.isfinite(record.signals[channel]).all():
+            raise ValueError(f"channel {channel.name} has numbers that are not finite")
+    n = _samples(record, segment)
+    frequencies, S = _spectra([record.signals[c] for c in (*chosen, *displayed)], record.sample_time, n, window)
+    values, coherence = responses(S, len(chosen), estimator)
+    return tuple(
+        FrequencyResponse(output, source, frequencies, values[:, k, j], coherence[:, k])
+        for k, output in enumerate(displayed)
+        for j, source in enumerate(chosen)
+    )
+
+
+def responses(S: Complex, inputs: int, estimator: Estimator = "H1") -> tuple[Complex, Array]:
+    """Return the responses, shape (n, outputs, inputs), and the coherence of each output, shape (n, outputs).
+
+    Parameters
+    ----------
+    S
+        Spectra S_ij = <W_i W_j^*> of inputs and then outputs, shape (n, channels, channels).
+    inputs
+        Number of inputs.
+    estimator
+        (1), or (2) for one input.
+
+    Raises
+    ------
+    ValueError
+        If an input is a combination of others, or rests, at some frequency.
+    """
+    S_uu, S_yu = S[:, :inputs, :inputs], S[:, inputs:, :inputs]
+    S_yy = np.einsum("nkk->nk", S[:, inputs:, inputs:]).real
+    size = np.sqrt(np.einsum("nkk->nk", S_uu).real)
+    scaled = S_uu / np.maximum(size[:, :, None] * size[:, None, :], np.finfo(float).tiny)
+    if (np.linalg.svd(scaled, compute_uv=False)[:, -1] < 1e-9).any():
+        raise ValueError("an input rests or follows another one at some frequencies; responses cannot be separated")
+    H1 = np.linalg.solve(S_uu.swapaxes(1, 2), S_yu.swapaxes(1, 2)).swapaxes(1, 2)
+    explained = np.einsum("nkj,nkj->nk", H1, S_yu.conj()).real
+    coherence = np.clip(explained / np.maximum(S_yy, np.finfo(float).tiny), 0.0, 1.0)
+    if estimator == "H2":
+        H1 = H1 / np.maximum(coherence, np.finfo(float).eps)[:, :, None]
+    return np.asarray(H1), coherence
+
+
+def _samples(record: TimeRecord, segment: float | None) -> int:
+    whole = min(len(values) for values in record.signals.values())
+    n = whole // SEGMENTS if segment is None else round(in_steps(segment, record.sample_time))
+    if not LEAST_SAMPLES <= n <= whole // 2:
+        limits = f"{LEAST_SAMPLES * record.sample_time:g} s to {whole // 2 * record.sample_time:g} s"
+        raise ValueError(f"a segment of {n * record.sample_time:g} s is not allowed; it must be {limits}")
+    return n
+
+
+def _spectra(signals: Sequence[Array], sample_time: float, n: int, window: str) -> tuple[Array, Complex]:
+    """Return the frequencies (Hz) above 0 and the spectra, shape (frequencies, channels, channels)."""
+    try:
+        weights = get_window(window, n)
+    except ValueError as error:
+        raise ValueError(f"window {window!r} is not allowed: {error}") from error
+    overlap = 0 if window == "boxcar" else n // 2
+    rows = np.stack(signals)
+    # scipy's csd(x, y) averages X^* Y
+    frequencies, S = csd(rows[None], rows[:, None], 1.0 / sample_time, weights, n, overlap, detrend="constant")
+    inner = slice(1, -1 if n % 2 == 0 else None)
+    return frequencies[inner], np.moveaxis(S, -1, 0)[inner]

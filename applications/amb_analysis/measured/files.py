@@ -1,0 +1,115 @@
+"""Reads measured data from a file; its suffix, or the folder of a run, selects the form."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from amb_analysis.measured.array_data import read_array_data
+from amb_analysis.measured.estimates import Estimator, estimate
+from amb_analysis.measured.records import FrequencyResponse, Measurement, TimeRecord
+from amb_analysis.measured.run_data import read_run
+from amb_analysis.measured.table_data import read_table
+from amb_analysis.measured.uff_data import read_uff
+from amb_files.array_files import SUFFIXES as ARRAYS
+from amb_files.suggestions import suggest
+
+UFF = (".uff", ".unv", ".uf", ".58")
+RUN = "result.nc"
+
+
+@dataclass(frozen=True)
+class Estimation:
+    """How responses are estimated from a time record.
+
+    inputs, outputs
+        Names of channels; all that are no inputs are outputs by default.
+    estimator
+        `H1`, or `H2` for one input.
+    segment
+        Length of a segment (s); an eighth of the record by default.
+    window
+        Name of a window of scipy.
+    """
+
+    inputs: tuple[str, ...] = ()
+    outputs: tuple[str, ...] = ()
+    estimator: Estimator = "H1"
+    segment: float | None = None
+    window: str = "hann"
+
+
+BY_DEFAULT = Estimation()
+
+
+def read_measured(
+    path: str | Path, estimation: Estimation = BY_DEFAULT, names: Mapping[str, str] | None = None
+) -> Measurement:
+    """Return the frequency responses or modes of a file, in SI units.
+
+    Parameters
+    ----------
+    path
+        UFF (`.uff`, `.unv`; sets 58 and 55), arrays (`.mat`, `.npz`), a table (`.csv`), or the result of a run.
+    estimation
+        How responses are estimated, if the file is a record over time; it must name the inputs.
+    names
+        Names of channels in the model by their names in the file.
+
+    Raises
+    ------
+    ValueError
+        If the file cannot be read, or a name or number in it is not allowed; the message begins with the file.
+    """
+    path = Path(path)
+    try:
+        content = _content(path)
+        if isinstance(content, TimeRecord):
+            content = Measurement(
+                estimate(
+                    content,
+                    estimation.inputs,
+                    estimation.outputs,
+                    estimator=estimation.estimator,
+                    segment=estimation.segment,
+                    window=estimation.window,
+                )
+            )
+        return replace(content, responses=_renamed(content.responses, names or {}))
+    except ValueError as error:
+        raise ValueError(f"measured data {path}: {error}") from error
+
+
+def _content(path: Path) -> Measurement | TimeRecord:
+    if path.is_dir() or path.suffix == ".nc":
+        return read_run(path)
+    if not path.is_file():
+        raise ValueError("there is no such file")
+    suffix = path.suffix.lower()
+    if suffix in UFF:
+        return read_uff(path)
+    if suffix in ARRAYS:
+        return read_array_data(path)
+    if suffix == ".csv":
+        return read_table(path)
+    allowed = ", ".join((*UFF, *ARRAYS, ".csv", RUN))
+    raise ValueError(f"its suffix {path.suffix!r} is not allowed; it must be one of {allowed}")
+
+
+def _renamed(responses: Sequence[FrequencyResponse], names: Mapping[str, str]) -> tuple[FrequencyResponse, ...]:
+    present = {channel.name for item in responses for channel in (item.output, item.input)}
+    for name in names:
+        if name not in present:
+            raise ValueError(f"there is no channel {name!r}; {suggest(name, sorted(present))}")
+    return tuple(replace(r, output=r.output.renamed(names), input=r.input.renamed(names)) for r in responses)
+
+
+def common_band(responses: Sequence[FrequencyResponse]) -> tuple[float, float]:
+    """Return the lowest and the highest frequency (Hz) that all responses have."""
+    return (
+        float(np.max([item.frequencies[0] for item in responses])),
+        float(np.min([item.frequencies[-1] for item in responses])),
+    )

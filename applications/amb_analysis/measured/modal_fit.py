@@ -1,0 +1,122 @@
+"""Natural frequencies, damping ratios and shapes from frequency responses, mode by mode.
+
+Near a resonance all responses share a pole lambda, and other modes add little that is not smooth:
+
+    H_c(j omega) = N_c(j omega)/(j omega - lambda),   N_c = b_0c + b_1c s + b_2c s^2,  complex        (1)
+
+Multiplied by the denominator this is linear in lambda and N_c. It is solved by least squares, weighted by the
+denominator of the last iteration (C. K. Sanathanan, J. Koerner, IEEE Trans. Autom. Control 8 (1963) 56-58). The shape
+is the residue N_c(lambda) of each response.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.signal import find_peaks
+
+from amb_analysis.measured.records import FrequencyResponse
+from array_types import Array, Complex
+
+PROMINENCE = 0.6  # decades of power by which a peak rises above its surroundings: 6 dB
+ITERATIONS = 30
+LEAST_LINES = 7  # frequencies of a fit
+WIDTHS = 4.0  # half-power widths on each side of the peak
+
+
+@dataclass(frozen=True, eq=False)
+class FittedMode:
+    """A mode of some responses.
+
+    frequency
+        |Im lambda|/2 pi (Hz).
+    damping_ratio
+        -Re lambda/|lambda| (1).
+    shape
+        Residue of each response, in their order, shape (responses,).
+    """
+
+    frequency: float
+    damping_ratio: float
+    shape: Complex
+
+
+def fitted_modes(responses: Sequence[FrequencyResponse], prominence: float = PROMINENCE) -> tuple[FittedMode, ...]:
+    """Return the modes at the peaks of some responses by (1), by ascending frequency.
+
+    Parameters
+    ----------
+    responses
+        With the same frequencies.
+    prominence
+        Decades of power by which a peak must rise above its surroundings.
+
+    Raises
+    ------
+    ValueError
+        If they have different frequencies.
+    """
+    frequencies = responses[0].frequencies
+    if any(not np.array_equal(item.frequencies, frequencies) for item in responses):
+        raise ValueError("responses with different frequencies are not allowed; modes need common ones")
+    H = np.stack([item.values for item in responses])
+    power = np.mean(np.abs(H) ** 2 / np.median(np.abs(H) ** 2, axis=1, keepdims=True), axis=0)
+    peaks, _ = find_peaks(np.log10(np.maximum(power, np.finfo(float).tiny)), prominence=prominence)
+    result = []
+    for k, peak in enumerate(peaks):
+        first = 0 if k == 0 else (peaks[k - 1] + peak + 1) // 2
+        last = len(frequencies) if k == len(peaks) - 1 else (peaks[k + 1] + peak + 1) // 2
+        lines = _near(power, frequencies, peak, first, last)
+        mode = _fit(frequencies[lines], H[:, lines])
+        if mode is not None:
+            result.append(mode)
+    return tuple(result)
+
+
+def _near(power: Array, frequencies: Array, peak: int, first: int, last: int) -> slice:
+    """Return the lines within some half-power widths of a peak, and between its neighbours."""
+    below, above = peak, peak
+    while below > first and power[below] > 0.5 * power[peak]:
+        below -= 1
+    while above < last - 1 and power[above] > 0.5 * power[peak]:
+        above += 1
+    width = WIDTHS * 0.5 * (frequencies[above] - frequencies[below])
+    ends = np.searchsorted(frequencies, [frequencies[peak] - width, frequencies[peak] + width])
+    reach = LEAST_LINES // 2
+    return slice(max(first, min(int(ends[0]), peak - reach)), min(last, max(int(ends[1]) + 1, peak + reach + 1)))
+
+
+def _fit(frequencies: Array, H: Complex) -> FittedMode | None:
+    """Return the mode by (1) from H, shape (responses, lines); None if the pole does not decay or lies outside."""
+    n = len(frequencies)
+    if n < 5:
+        return None
+    middle, half = 0.5 * (frequencies[0] + frequencies[-1]), 0.5 * (frequencies[-1] - frequencies[0])
+    s = 1j * (frequencies - middle) / half
+    sizes = np.linalg.norm(H, axis=1)
+    H = H / sizes[:, None]
+    basis = np.stack([np.ones(n), s, s**2], axis=1)
+    weight = np.ones(n)
+    pole = 0.0j
+    for _ in range(ITERATIONS):
+        # N_c + pole H_c = s H_c, with each N_c eliminated by projection
+        Q = np.linalg.qr(basis * weight[:, None])[0]
+        left, right = weight * H, weight * s * H
+        left, right = (v - (v @ Q.conj()) @ Q.T for v in (left, right))
+        new = np.vdot(left, right) / np.vdot(left, left).real
+        weight = 1.0 / np.maximum(np.abs(s - new), 1e-9)
+        if abs(new - pole) < 1e-12:
+            break
+        pole = new
+    value = 2.0 * np.pi * (half * new + 1j * middle)
+    inside = frequencies[0] <= value.imag / (2.0 * np.pi) <= frequencies[-1]
+    if not inside or not value.real < 0.0:
+        return None
+    numerators = np.linalg.lstsq(basis * weight[:, None], (weight * (s - new) * H).T, rcond=None)[0]
+    return FittedMode(
+        float(value.imag / (2.0 * np.pi)),
+        float(-value.real / abs(value)),
+        np.asarray(sizes * (np.array([1.0, new, new**2]) @ numerators)),
+    )

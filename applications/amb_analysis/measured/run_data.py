@@ -1,0 +1,54 @@
+"""Measured data from the result of a run of this project."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from amb_analysis.measured.records import Channel, TimeRecord
+from amb_analysis.measured.units import si_unit
+from amb_cosim.cosim.record.signals import AT_STEPS
+from amb_cosim.cosim.run.dataset import load
+
+UNEVEN = 1e-6  # of a step, in which sample times may differ
+
+
+def read_run(path: Path) -> TimeRecord:
+    """Return the record of `result.nc` or of its folder: channels are `component.variable`, of known units.
+
+    Raises
+    ------
+    ValueError
+        If it cannot be read, or its samples are not evenly spaced.
+    """
+    file = path / "result.nc" if path.is_dir() else path
+    try:
+        dataset = load(file)
+    except Exception as error:  # HDF5 and its readers have each their own
+        raise ValueError(f"it cannot be read as the result of a run: {error or type(error).__name__}") from error
+    signals = {}
+    for name, variable in dataset.data_vars.items():
+        if str(name).endswith(AT_STEPS) or variable.dims != ("time",):
+            continue
+        try:
+            factor, unit = si_unit(str(variable.attrs.get("units", "1")), str(name))
+        except ValueError:
+            continue  # an angle, a torque, an energy
+        signals[Channel(str(name), unit)] = factor * np.asarray(variable.values, np.float64)
+    return TimeRecord(even_step(np.asarray(dataset["time"].values, np.float64)), signals)
+
+
+def even_step(times: np.ndarray) -> float:
+    """Return the step of evenly spaced times (s).
+
+    Raises
+    ------
+    ValueError
+        If they are not evenly spaced.
+    """
+    steps = np.diff(times)
+    step = float(np.mean(steps)) if len(steps) else 0.0
+    if not step > 0.0 or not np.isfinite(times).all() or np.abs(steps - step).max() > UNEVEN * step + 1e-12:
+        raise ValueError("its times are not evenly spaced; resample the record")
+    return step

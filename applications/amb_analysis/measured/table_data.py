@@ -1,0 +1,116 @@
+"""Measured data from tables, `.csv`, whose first row has names and units.
+
+time [s], fan.x [mm], fan.f_x [N]                                   a record over time
+frequency [Hz], y/u amplitude [m/N], y/u phase [deg]                responses; also y/u real and y/u imag,
+                                                                    and y/u coherence
+frequency [Hz], damping ratio                                       modes
+"""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+
+from amb_analysis.measured.records import Channel, FrequencyResponse, Measurement, Modes, TimeRecord
+from amb_analysis.measured.run_data import even_step
+from amb_analysis.measured.units import si_unit, split_quotient
+from array_types import Array
+from fmi_export.building.units import to_unit
+
+HEADING = re.compile(r"\s*(?P<name>[^\[\]]+?)\s*(?:\[(?P<unit>[^\[\]]*)\])?\s*")
+CURVE = re.compile(r"(?P<output>[^/]+)/(?P<input>[^/]+) (?P<kind>amplitude|phase|real|imag|coherence)")
+MOST_BYTES = 2**28
+
+Column = tuple[str, Array]  # unit and numbers
+
+
+def read_table(path: Path) -> Measurement | TimeRecord:
+    """Return the content of a table.
+
+    Raises
+    ------
+    ValueError
+        If it cannot be read, or a heading, a unit or a number is not allowed.
+    """
+    columns = _columns(path)
+    first = next(iter(columns))
+    unit, values = columns.pop(first)
+    if first == "time":
+        return _record(even_step(values * to_unit(f"1 {unit}", "s", "time")), columns)
+    if first != "frequency":
+        raise ValueError(f"its first column is {first!r}; it must be time or frequency")
+    frequencies = values * to_unit(f"1 {unit}", "Hz", "frequency")
+    if list(columns) == ["damping ratio"]:
+        unit, ratios = columns["damping ratio"]
+        return Measurement(modes=Modes(frequencies, ratios * (0.01 if unit == "%" else 1.0)))
+    return Measurement(_responses(frequencies, columns))
+
+
+def _columns(path: Path) -> dict[str, Column]:
+    if path.stat().st_size > MOST_BYTES:
+        raise ValueError(f"it has {path.stat().st_size} bytes; it must have <= {MOST_BYTES}")
+    try:
+        with path.open(encoding="utf-8-sig", newline="") as file:
+            rows = [row for row in csv.reader(file) if any(cell.strip() for cell in row)]
+    except (UnicodeDecodeError, csv.Error) as error:
+        raise ValueError(f"it cannot be read as a table: {error}") from error
+    if len(rows) < 2:
+        raise ValueError("it must have a row of headings and a row of numbers")
+    heads = [HEADING.fullmatch(cell) for cell in rows[0]]
+    if None in heads:
+        raise ValueError(f"heading {rows[0][heads.index(None)]!r} is not allowed; it must be 'name [unit]'")
+    names = [head["name"] for head in heads if head]
+    if len(set(names)) < len(names):
+        raise ValueError("two columns have the same name")
+    for k, row in enumerate(rows[1:], 2):
+        if len(row) != len(names):
+            raise ValueError(f"row {k} has {len(row)} numbers; it must have {len(names)}")
+    try:
+        numbers = np.array([[float(cell) if cell.strip() else np.nan for cell in row] for row in rows[1:]])
+    except ValueError as error:
+        raise ValueError(f"a cell is no number: {error}") from None
+    units = [(head["unit"] or "1").strip() for head in heads if head]
+    return {name: (unit, numbers[:, k]) for k, (name, unit) in enumerate(zip(names, units, strict=True))}
+
+
+def _record(step: float, columns: Mapping[str, Column]) -> TimeRecord:
+    signals = {}
+    for name, (unit, values) in columns.items():
+        factor, si = si_unit(unit, name)
+        signals[Channel(name, si)] = factor * values
+    return TimeRecord(step, signals)
+
+
+def _responses(frequencies: Array, columns: Mapping[str, Column]) -> tuple[FrequencyResponse, ...]:
+    curves: dict[tuple[str, str], dict[str, Column]] = {}
+    for name, column in columns.items():
+        match = CURVE.fullmatch(name)
+        if not match:
+            raise ValueError(f"column {name!r} is not allowed; it must be such as 'fan.x/fan.f_x amplitude'")
+        curves.setdefault((match["output"], match["input"]), {})[match["kind"]] = column
+    return tuple(_response(frequencies, *ends, parts) for ends, parts in curves.items())
+
+
+def _response(frequencies: Array, output: str, source: str, parts: Mapping[str, Column]) -> FrequencyResponse:
+    name = f"{output}/{source}"
+    if {"amplitude", "phase"} <= set(parts):
+        unit, amplitude = parts["amplitude"]
+        phase_unit, phase = parts["phase"]
+        values = amplitude * np.exp(1j * phase * to_unit(f"1 {phase_unit}", "rad", f"{name} phase"))
+    elif {"real", "imag"} <= set(parts):
+        unit, real = parts["real"]
+        if parts["imag"][0] != unit:
+            raise ValueError(f"{name}: real and imag have different units")
+        values = real + 1j * parts["imag"][1]
+    else:
+        raise ValueError(f"{name} needs the columns amplitude and phase, or real and imag")
+    above, below = split_quotient(unit, name)
+    (factor, si_above), (divisor, si_below) = si_unit(above, name), si_unit(below, name)
+    coherence = parts["coherence"][1] if "coherence" in parts else None
+    return FrequencyResponse(
+        Channel(output, si_above), Channel(source, si_below), frequencies, values * (factor / divisor), coherence
+    )

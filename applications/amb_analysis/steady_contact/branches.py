@@ -1,0 +1,94 @@
+"""Branches of states over speed, continued through folds."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.optimize import linear_sum_assignment
+
+from amb_analysis.steady_contact.trap_map import StatesOfSet
+from array_types import Array
+
+NEAR = 0.5  # largest distance of two states of one branch at neighbouring speeds, see `_distance`
+MEETS = 0.9  # the same for two branches that meet in a fold
+
+
+def branches(states: StatesOfSet, n_speeds: int) -> list[list[int]]:
+    """Return the states of one unbalance as branches, lists of state numbers; branches that meet in a fold are joined.
+
+    States at neighbouring speeds are paired so that the sum of their distances is minimal. Branches that begin or end
+    close to each other between the same two speeds meet there.
+    """
+    at = [np.flatnonzero(states.speed == k) for k in range(n_speeds)]
+    whole: list[list[int]] = []
+    open_ones: list[list[int]] = []
+    for here in at:
+        matched = _matched([branch[-1] for branch in open_ones], list(here), states)
+        ended = [branch for k, branch in enumerate(open_ones) if k not in matched]
+        for k, number in matched.items():
+            open_ones[k].append(number)
+        going = [open_ones[k] for k in matched]
+        begun = [[int(number)] for number in here if number not in matched.values()]
+        whole += _joined_ends(ended, states)
+        open_ones = going + begun
+    whole += open_ones
+    return _joined_starts(whole, states)
+
+
+def _distance(a: int, b: int, states: StatesOfSet) -> float:
+    """Return the largest relative change of a force, or change of an angle (rad)."""
+    if not states.contact:
+        return 0.0
+    force = np.abs(np.log(states.N[a] / states.N[b])).max()
+    return float(max(force, np.abs(np.exp(1j * (states.psi[a] - states.psi[b])) - 1.0).max()))
+
+
+def _matched(before: list[int], here: list[int], states: StatesOfSet) -> dict[int, int]:
+    """Return the continuation of each branch by its index."""
+    if not before or not here:
+        return {}
+    cost: Array = np.array([[_distance(a, b, states) for b in here] for a in before])
+    pairs = zip(*linear_sum_assignment(cost), strict=True)
+    return {int(k): int(here[j]) for k, j in pairs if cost[k, j] < NEAR}
+
+
+def _joined_ends(ended: list[list[int]], states: StatesOfSet) -> list[list[int]]:
+    """Join branches that end between the same two speeds where they meet."""
+    left, result = list(ended), []
+    while left:
+        item = left.pop()
+        near = min(left, key=lambda other: _distance(item[-1], other[-1], states), default=None)
+        if near is not None and _distance(item[-1], near[-1], states) < MEETS:
+            left.remove(near)
+            result.append(item + near[::-1])
+        else:
+            result.append(item)
+    return result
+
+
+def _joined_starts(whole: list[list[int]], states: StatesOfSet) -> list[list[int]]:
+    """Join branches whose ends are neighbours at the speed at which both begin."""
+    result = list(whole)
+    merged = True
+    while merged:
+        merged = False
+        for i, item in enumerate(result):
+            for j in range(i + 1, len(result)):
+                joined = _at_start(item, result[j], states)
+                if joined is not None:
+                    result[i] = joined
+                    del result[j]
+                    merged = True
+                    break
+            if merged:
+                break
+    return result
+
+
+def _at_start(first: list[int], other: list[int], states: StatesOfSet) -> list[int] | None:
+    for a in (first, first[::-1]):
+        for b in (other, other[::-1]):
+            begins = len(a) < 2 or states.speed[a[0]] < states.speed[a[1]]
+            same = states.speed[a[0]] == states.speed[b[0]] and (len(b) < 2 or states.speed[b[0]] < states.speed[b[1]])
+            if begins and same and states.contact and _distance(a[0], b[0], states) < MEETS:
+                return a[::-1] + b
+    return None

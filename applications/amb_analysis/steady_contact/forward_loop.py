@@ -1,0 +1,280 @@
+"""The loop of a levitated rotor for forward motion with contact forces, in complex form of half the size.
+
+With z = x + i y of each pair of coordinates, an isotropic loop obeys one complex equation. For the real matrix [[xx,
+xy], [yx, yy]] of a pair
+
+    forward  = ((xx + yy) + i (yx - xy))/2,      mixing  = ((xx - yy) + i (yx + xy))/2                (1)
+
+the first acts on z, the second on its conjugate; it vanishes in an isotropic loop and is neglected in others.
+
+    forces at sites F, unbalance ---> rotor, magnets, amplifiers ---> q at sites, readings y
+                                         ^ currents held over a sample (x late)      |
+                                         +---------- controller, sampled <-----------+
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import matrix_balance
+
+from amb_analysis.linear.components import LinearComponent, connected, loop_of, within
+from amb_analysis.linear.linearisable import LinearSource
+from amb_analysis.linear.linearise import in_order
+from amb_analysis.linear.rotor_and_magnets import rotor_component
+from amb_cosim.controllers.laws import Law
+from amb_cosim.results.component_names import ACTUATOR, PLANT
+from array_types import Array
+from rotor_contact.structure import structure_of
+
+Complex = NDArray[np.complexfloating[Any, Any]]  # numpy types products of real and complex arrays so
+Pair = tuple[str, str]
+
+
+@dataclass(frozen=True, eq=False)
+class ComplexLaw:
+    """Matrices of x' = A x + B w or x(n+1) = A x(n) + B w(n), y = C x + D w, complex."""
+
+    A: Complex
+    B: Complex
+    C: Complex
+    D: Complex
+
+
+@dataclass(frozen=True, eq=False)
+class ForwardLoop:
+    """The loop at one speed.
+
+    Omega
+        Spin speed (rad/s).
+    plant
+        Continuous. Inputs: forces at the sites, forces at the places of unbalance, and delayed currents. Outputs:
+        displacements at the sites, and readings.
+    controller
+        Sampled, from readings to currents; None without a controller.
+    sample_time
+        T (s); None without a controller.
+    late
+        Delay of each current as a fraction of a sample, shape (n_currents,).
+    sites, unbalances, currents
+        Names of sites, of places of unbalance, and of the bearings.
+    notes
+        Effects that the linear model neglects, in sentences.
+    """
+
+    Omega: float
+    plant: ComplexLaw
+    controller: ComplexLaw | None
+    sample_time: float | None
+    late: Array
+    sites: tuple[str, ...]
+    unbalances: tuple[str, ...]
+    currents: tuple[str, ...]
+    notes: tuple[str, ...]
+
+    @property
+    def columns(self) -> tuple[slice, slice, slice]:
+        """Input columns of the plant: sites, unbalances, currents."""
+        m, d, b = len(self.sites), len(self.unbalances), len(self.currents)
+        return slice(0, m), slice(m, m + d), slice(m + d, m + d + b)
+
+
+def forward_loop(made: LinearSource, Omega: float, sites: Sequence[str]) -> ForwardLoop:
+    """Return the loop of forward motion at a spin speed (rad/s), with forces at sites of the rotor.
+
+    Raises
+    ------
+    ValueError
+        If the run has no rotor, a site does not exist, or an FMU has no linear model.
+    """
+    names = [component.name for component in made.assembly.system.components]
+    if PLANT not in names:
+        raise ValueError(f"scenario {made.assembly.system.name} has no component {PLANT}; a rub needs a rotor")
+    at = made.at(Omega)
+    layout = at.layout(PLANT)
+    available = [site["name"] for site in layout["sites"]]
+    missing = [site for site in sites if site not in available]
+    if missing:
+        raise ValueError(f"no site {missing[0]!r}; the sites are {', '.join(available)}")
+    parts, feeds = _parts(at, names)
+    continuous = [part for part in parts if part.law.sample_time is None]
+    discrete = [part for part in parts if part.law.sample_time is not None]
+    machine = connected(continuous, within(continuous, feeds))
+    bearings = layout["bearings"]
+    places = [*layout["discs"], *bearings]
+    pairs = [contact_pair(site) for site in sites] + [_pair(PLANT, f"{place}.f_{{}}") for place in places]
+    displayed = [_pair(PLANT, f"{site}.{{}}") for site in sites]
+    if not discrete:
+        plant = _forward(machine.selected(flat(pairs), flat(displayed)).law)
+        return ForwardLoop(Omega, plant, None, None, np.zeros(0), tuple(sites), tuple(places), (), machine.notes)
+    control = connected(discrete, within(discrete, feeds))
+    demanded = [pair for pair in _demands(at) if any(end in feeds for end in pair)]
+    read = _reading_pairs(layout, bearings, sites)
+    sources = {feeds[end] for end in control.inputs if end in feeds}
+    used = [pair for pair in read if set(pair) & sources]
+    plant = _forward(machine.selected(flat([*pairs, *demanded]), flat([*displayed, *used])).law)
+    controller = _forward_control(control, used, demanded, feeds)
+    shares = {name: part.late for part in discrete for name in part.outputs}
+    late = np.array([max(shares.get(feeds.get(end, ""), 0.0) for end in pair) for pair in demanded])
+    currents = tuple(pair[0].split(".")[1] for pair in demanded)
+    time = control.law.sample_time
+    notes = (*machine.notes, *control.notes)
+    ends = (tuple(sites), tuple(places), currents)
+    return ForwardLoop(Omega, plant, controller, time, late, *ends, notes)
+
+
+def loop_on_springs(
+    made: LinearSource, Omega: float, sites: Sequence[str], bearings: Mapping[str, tuple[float, float]]
+) -> ForwardLoop:
+    """Return the loop of a rotor whose control is replaced by springs (N/m) and dampers (N s/m)."""
+    layout, constants = made.layout(PLANT), made.constants(PLANT)
+    passive = {f"{b}.{name}_b": value for b, pair in bearings.items() for name, value in zip("kc", pair, strict=True)}
+    rotor = rotor_component(PLANT, layout, constants, {**made.parameters(PLANT), **passive}, Omega)
+    places = [*layout["discs"], *layout["bearings"]]
+    pairs = [contact_pair(site) for site in sites] + [_pair(PLANT, f"{place}.f_{{}}") for place in places]
+    displayed = [_pair(PLANT, f"{site}.{{}}") for site in sites]
+    plant = _forward(with_contact_forces(rotor, layout, constants).selected(flat(pairs), flat(displayed)).law)
+    return ForwardLoop(Omega, plant, None, None, np.zeros(0), tuple(sites), tuple(places), (), rotor.notes)
+
+
+def with_contact_forces(part: LinearComponent, layout: Mapping[str, Any], constants: Array) -> LinearComponent:
+    """Return the part of a rotor, with additional inputs for forces (N) at its sites."""
+    s = structure_of(constants)
+    n = len(s.K)
+    rows = [int(row) + k for row in s.sites for k in (0, 1)]
+    force = np.vstack([np.zeros((n, len(rows))), s.Minv[:, rows]])
+    law = part.law
+    B, D = np.hstack([law.B, force]), np.hstack([law.D, np.zeros((len(law.D), len(rows)))])
+    inputs = (*part.inputs, *flat([contact_pair(site["name"]) for site in layout["sites"]]))
+    return LinearComponent(Law(law.A, B, law.C, D), inputs, part.outputs, notes=part.notes)
+
+
+def contact_pair(site: str) -> Pair:
+    """Return the names of the contact forces (N) at a site along x and y."""
+    return _pair(PLANT, f"{site} (contact).f_{{}}")
+
+
+def _pair(component: str, variable: str) -> Pair:
+    return f"{component}.{variable.format('x')}", f"{component}.{variable.format('y')}"
+
+
+def flat(pairs: Sequence[Pair]) -> list[str]:
+    """Return the names of all x-y pairs, x first."""
+    return [name for pair in pairs for name in pair]
+
+
+def _demands(made: LinearSource) -> list[Pair]:
+    """Return the names of the demanded bearing currents or, without an actuator, of the forces on the rotor."""
+    if ACTUATOR in made.assembly.interfaces:
+        return [_pair(ACTUATOR, f"{b}.i_{{}}") for b in made.layout(ACTUATOR)["bearings"]]
+    return [_pair(PLANT, f"{b}.f_{{}}") for b in made.layout(PLANT)["bearings"]]
+
+
+def _reading_pairs(layout: Mapping[str, Any], bearings: Sequence[str], sites: Sequence[str]) -> list[Pair]:
+    pairs = [(f"{PLANT}.{plane['x']}", f"{PLANT}.{plane['y']}") for plane in layout["sensors"]]
+    pairs += [_pair(PLANT, f"{place}.{{}}") for place in (*bearings, *sites)]
+    return list(dict.fromkeys(pairs))
+
+
+def _parts(made: LinearSource, names: Sequence[str]) -> tuple[list[LinearComponent], dict[str, str]]:
+    """Return the parts of a run, the rotor with forces at its sites, and their connections."""
+    layout, constants = made.layout(PLANT), made.constants(PLANT)
+    rotor = rotor_component(PLANT, layout, constants, made.parameters(PLANT), made.point["Omega"])
+    others = {name: made.parts([name])[0] for name in names if name != PLANT}
+    parts = [others.get(name, with_contact_forces(rotor, layout, constants)) for name in names]
+    return in_order(parts, made.feeds(names), names)
+
+
+def mixing(made: LinearSource, Omega: float, sites: Sequence[str]) -> float:
+    """Return the anisotropy of a loop: the largest ratio (1) of backward to forward receptance at the sites.
+
+    It is 0 in an isotropic loop, where synchronous orbits are circles.
+    """
+    at, names = made.at(Omega), [component.name for component in made.assembly.system.components]
+    whole = loop_of(*_parts(at, names))
+    law = whole.selected(flat([contact_pair(s) for s in sites]), flat([_pair(PLANT, f"{s}.{{}}") for s in sites])).law
+    root = 1j * Omega if law.sample_time is None else np.exp(1j * Omega * law.sample_time)
+    R = law.C @ np.linalg.solve(root * np.eye(len(law.A)) - law.A, law.B) + law.D
+    forward, backward = _split(R)
+    return float(np.abs(backward).max() / np.abs(forward).max())
+
+
+def _forward(law: Law) -> ComplexLaw:
+    """Return the forward part (1) of a law whose states, inputs and outputs alternate between x and y."""
+    return ComplexLaw(*(_split(matrix)[0] for matrix in (law.A, law.B, law.C, law.D)))
+
+
+def _split(matrix: NDArray[Any]) -> tuple[Complex, Complex]:
+    xx, xy, yx, yy = matrix[0::2, 0::2], matrix[0::2, 1::2], matrix[1::2, 0::2], matrix[1::2, 1::2]
+    return 0.5 * ((xx + yy) + 1j * (yx - xy)), 0.5 * ((xx - yy) + 1j * (yx + xy))
+
+
+def _forward_control(
+    control: LinearComponent, read: Sequence[Pair], demanded: Sequence[Pair], feeds: dict[str, str]
+) -> ComplexLaw:
+    """Return a minimal realisation of a controller for forward motion.
+
+    With y = w (1, -i) and u = (1, i) . (u_x, u_y)/2 the response is (1) of the real controller in any state basis.
+    """
+    law, row = control.law, {name: k for k, name in enumerate(control.outputs)}
+    S = np.zeros((len(control.inputs), 2 * len(read)))  # currents over readings
+    at = {name: k for k, name in enumerate(flat(read))}
+    for k, name in enumerate(control.inputs):
+        if feeds.get(name) in at:
+            S[k, at[feeds[name]]] = 1.0
+    T = np.zeros((2 * len(demanded), len(row)))
+    for k, name in enumerate(flat(demanded)):
+        if name in feeds:
+            T[k, row[feeds[name]]] = 1.0
+    B, C, D = law.B @ S, T @ law.C, T @ law.D @ S
+    at_readings, displayed = (
+        B[:, 0::2] - 1j * B[:, 1::2],
+        np.asarray(0.5 * (C[0::2] + 1j * C[1::2]), dtype=np.complex128),
+    )
+    return minimal(ComplexLaw(np.asarray(law.A, dtype=np.complex128), at_readings, displayed, _split(D)[0]))
+
+
+def minimal(law: ComplexLaw, tolerance: float = 1e-10) -> ComplexLaw:
+    """Return the controllable and observable part of a law, by the staircase algorithm.
+
+    P. van Dooren, IEEE Trans. Automatic Control 26 (1981) 111-129. States are balanced first: a delayed controller
+    holds readings (m) and currents (A), which differ by a factor of 1e6.
+    """
+    law = _balanced(law)
+    reached = _reachable(law.A, law.B, tolerance)
+    A, B, C = reached.conj().T @ law.A @ reached, reached.conj().T @ law.B, law.C @ reached
+    displayed = _reachable(A.conj().T, C.conj().T, tolerance)
+    return ComplexLaw(displayed.conj().T @ A @ displayed, displayed.conj().T @ B, C @ displayed, law.D)
+
+
+def _balanced(law: ComplexLaw) -> ComplexLaw:
+    """Return a law with states scaled so that the input and output gains of each are equal."""
+    n, (rows, columns) = len(law.A), law.D.shape
+    whole = np.block([[np.abs(law.A), np.abs(law.B)], [np.abs(law.C), np.zeros((rows, columns))]])
+    square = np.zeros((max(whole.shape),) * 2)
+    square[: whole.shape[0], : whole.shape[1]] = whole
+    unit = matrix_balance(square, permute=False, separate=True)[1][0][:n]
+    return ComplexLaw(law.A / unit[:, None] * unit, law.B / unit[:, None], law.C * unit, law.D)
+
+
+def _reachable(A: Complex, B: Complex, tolerance: float) -> Complex:
+    """Return an orthonormal basis of the controllable states, shape (n, r)."""
+    n = len(A)
+    basis = np.zeros((n, 0), dtype=complex)
+    if not n or not B.size:
+        return basis
+    columns = np.linalg.norm(B, axis=0)
+    new = B / np.where(columns > 0.0, columns, 1.0)
+    scale = max(float(np.linalg.norm(A, 2)), 1e-300)
+    while new.shape[1] and basis.shape[1] < n:
+        for _ in range(2):
+            new = new - basis @ (basis.conj().T @ new)
+        U, s, _ = np.linalg.svd(new, full_matrices=False)
+        fresh = U[:, s > tolerance]
+        basis = np.hstack([basis, fresh])
+        new = A @ fresh / scale
+    return basis[:, :n]

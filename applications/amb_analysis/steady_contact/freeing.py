@@ -1,0 +1,162 @@
+"""The smallest synchronous control force that frees a trapped rotor.
+
+Currents I, added to the controller's, move the contact-free orbit to r = r_0 + S I. A state with one site in contact
+exists only if |r| is at least (`synchronous_states`, the discriminant of its quadratic)
+
+    b = c |sin arg rho| if Re rho < 0,   b = c otherwise                                              (1)
+
+so |r_k + S_k I| <= s b_k at all sites, with s = 1, excludes these. States of several sites are computed, and s is
+lowered until none exists; then only the contact-free orbit remains. Of all such currents, those with the smallest
+maximum are returned, a convex problem:
+
+    minimise t,  |I_b| <= t,  |r_k + S_k I| <= s b_k                                                  (2)
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated
+
+import numpy as np
+from scipy.optimize import minimize
+
+from amb_analysis.steady_contact.forward_loop import Complex
+from amb_analysis.steady_contact.rubbing_rotor import RubbingRotor
+from amb_analysis.steady_contact.synchronous_states import all_sets, states_of
+from array_types import Array
+
+HALVINGS = 8  # width of the interval of s
+MARGIN = 1e-6  # relative margin of orbits to the limit
+
+
+@dataclass(frozen=True, eq=False)
+class Freeing:
+    """Currents that exclude all states in contact.
+
+    injected
+        Complex current added at each bearing, in the rotating frame (A).
+    demanded
+        Total demanded current there, feedback included, during contact-free rotation (A).
+    share
+        s of (2): reduction of the orbits that excludes states of several sites.
+    """
+
+    injected: dict[str, complex]
+    demanded: dict[str, complex]
+    share: float
+
+    @property
+    def largest(self) -> Annotated[float, "A"]:
+        """Largest amplitude of an injected current (A)."""
+        return max((abs(value) for value in self.injected.values()), default=0.0)
+
+
+def smallest_freeing(rotor: RubbingRotor, Omega: float) -> Freeing | None:
+    """Return the smallest injected currents that free a rotor at a speed (rad/s); None if none do.
+
+    They are zero if the rotor has no state in contact and a stable contact-free orbit.
+    """
+    n = len(rotor.loop(Omega).currents)
+    if _is_free(rotor, Omega, np.zeros(n, dtype=complex)):
+        return _freeing(rotor, Omega, np.zeros(n, dtype=complex), 1.0)
+    return _smallest(rotor, Omega, np.eye(n, dtype=complex), np.zeros(n, dtype=complex)) if n else None
+
+
+def smallest_demand(rotor: RubbingRotor, Omega: float, allowed: Array) -> Freeing | None:
+    """Return the injected currents that minimise the largest ratio of demanded to allowed current (A).
+
+    The demanded current is the sum of the feedback's and the injected current, i = i_0 + S_i I.
+    """
+    at = rotor.receptances(Omega)
+    if not len(allowed) or (allowed <= 0.0).any():
+        return None
+    local = at.currents[1] @ rotor.unbalance * Omega**2
+    turned = np.linalg.inv(at.currents[2])
+    return _smallest(rotor, Omega, turned * allowed, -turned @ local)
+
+
+def _smallest(rotor: RubbingRotor, Omega: float, turned: Complex, offset: Complex) -> Freeing | None:
+    """Return the freeing currents I = turned J + offset with the smallest largest component of J (2)."""
+    at, mu = rotor.receptances(Omega), rotor.mu(Omega)
+    r = at.P @ rotor.unbalance * Omega**2 + at.S @ offset
+    limits = trap_limits(at.R, mu, rotor.c) * (1.0 - MARGIN)
+
+    def with_share(share: float) -> Complex | None:
+        result = _smallest_currents(r, at.S @ turned, share * limits)
+        return None if result is None else turned @ result + offset
+
+    best = with_share(1.0)
+    if best is not None and _is_free(rotor, Omega, best):
+        return _freeing(rotor, Omega, best, 1.0)
+    low, high, result = 0.0, 1.0, None
+    for _ in range(HALVINGS):
+        share = 0.5 * (low + high)
+        currents = with_share(share)
+        if currents is not None and not _is_free(rotor, Omega, currents):
+            high = share
+        else:
+            low = share
+            result = result if currents is None else _freeing(rotor, Omega, currents, share)
+    return result
+
+
+def _is_free(rotor: RubbingRotor, Omega: float, added: Complex) -> bool:
+    """Return whether, with injected currents, the contact-free orbit is the only state."""
+    at, mu = rotor.receptances(Omega), rotor.mu(Omega)
+    r = (at.P @ rotor.unbalance * Omega**2 + at.S @ added)[None]
+    sets = all_sets(len(rotor.sites))
+    free = len(states_of((), at.R, mu, rotor.c, r).points) > 0
+    return free and not any(len(states_of(s, at.R, mu, rotor.c, r).points) for s in sets[1:])
+
+
+def _freeing(rotor: RubbingRotor, Omega: float, added: Complex, share: float) -> Freeing:
+    at, names = rotor.receptances(Omega), rotor.loop(Omega).currents
+    demanded = at.currents[1] @ rotor.unbalance * Omega**2 + at.currents[2] @ added
+    injected, whole = (dict(zip(names, map(complex, values), strict=True)) for values in (added, demanded))
+    return Freeing(injected, whole, share)
+
+
+def trap_limits(R: Complex, mu: Array, c: Array) -> Array:
+    """Return the orbit (m) of each site below which it has no state in contact alone (1)."""
+    rho = np.diagonal(R) * (1.0 + 1j * mu)
+    return np.where(rho.real < 0.0, c * np.abs(rho.imag) / np.abs(rho), c)
+
+
+def _smallest_currents(r: Complex, S: Complex, limits: Array) -> Complex | None:
+    """Return the currents of (2) by sequential quadratic programming, scaled; None if infeasible."""
+    b = S.shape[1]
+    start = -np.linalg.lstsq(S, r, rcond=None)[0]
+    if (np.abs(r + S @ start) > limits).any():
+        return None
+    scale = max(float(np.abs(start).max()), 1e-300)
+    turned = S * scale
+
+    def split(x: Array) -> Complex:
+        return x[:b] + 1j * x[b : 2 * b]
+
+    def slack(x: Array) -> Array:
+        added = split(x)
+        orbits = 1.0 - np.abs((r + turned @ added) / limits) ** 2
+        return np.concatenate([x[-1] ** 2 - np.abs(added) ** 2, orbits, x[-1:]])
+
+    def slopes(x: Array) -> Array:
+        added, J = split(x), np.zeros((b + len(r) + 1, 2 * b + 1))
+        J[:b, :b], J[:b, b : 2 * b], J[:b, -1] = -2.0 * np.diag(added.real), -2.0 * np.diag(added.imag), 2.0 * x[-1]
+        g = -2.0 * ((r + turned @ added).conj() / limits**2)[:, None] * turned
+        J[b:-1, :b], J[b:-1, b : 2 * b], J[-1, -1] = g.real, -g.imag, 1.0
+        return J
+
+    first = np.concatenate([(start / scale).real, (start / scale).imag, [1.0 + 1e-9]])
+    goal = np.zeros(2 * b + 1)
+    goal[-1] = 1.0
+    result = minimize(
+        lambda x: x[-1],
+        first,
+        jac=lambda _: goal,
+        constraints={"type": "ineq", "fun": slack, "jac": slopes},
+        method="SLSQP",
+        options={"maxiter": 300, "ftol": 1e-12},
+    )
+    added = split(result.x) * scale
+    retained = (np.abs(r + S @ added) <= limits * (1.0 + 10.0 * MARGIN)).all()
+    return added if retained and np.abs(added).max() <= np.abs(start).max() * (1.0 + 1e-6) else start

@@ -1,0 +1,117 @@
+"""Synchronous response of a levitated rotor: complex receptances of its sampled loop.
+
+Forces F exp(i Omega t) at the sites, unbalance u, and currents I injected at the bearings give, in the rotating frame,
+
+    q = R F + P u Omega^2 + S I,      i = R_i F + P_i u Omega^2 + S_i I                               (1)
+
+q at the sites (m), i the demanded currents (A). The plant answers to a force by G(i Omega); samples read
+y = G_y F + H_y i exactly, with z = exp(i Omega T), and the held current moves the sites by its first harmonic,
+
+    H_q = G_q(i Omega) exp(-i Omega f T) (1 - exp(-i Omega T))/(i Omega T)                            (2)
+
+with the delay f as a fraction of a sample. The harmonics of the held current, at Omega plus multiples of the sampling
+frequency, change a contact force within a sample but not its mean.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from amb_analysis.linear.components import zoh
+from amb_analysis.steady_contact.forward_loop import Complex, ComplexLaw, ForwardLoop
+
+
+@dataclass(frozen=True, eq=False)
+class Receptances:
+    """Receptances (1) at one speed.
+
+    Omega
+        Spin speed (rad/s).
+    R, P, S
+        Displacements at m sites per force (m/N), per unbalance force at d places (m/N), per injected current at b
+        bearings (m/A): shapes (m, m), (m, d), (m, b).
+    readings
+        The same for the readings of r pairs of sensors: shapes (r, m), (r, d), (r, b).
+    currents
+        The same for the demanded currents (A/N, A/N, 1).
+    """
+
+    Omega: float
+    R: Complex
+    P: Complex
+    S: Complex
+    readings: tuple[Complex, Complex, Complex]
+    currents: tuple[Complex, Complex, Complex]
+
+
+def receptances(loop: ForwardLoop) -> Receptances:
+    """Return the receptances of a loop at its spin speed.
+
+    Raises
+    ------
+    ValueError
+        If the speed is zero.
+    """
+    return receptances_at(loop, loop.Omega)
+
+
+def receptances_at(loop: ForwardLoop, omega: float) -> Receptances:
+    """Return the receptances of a loop at a whirl frequency (rad/s), which is negative for backward whirl.
+
+    Raises
+    ------
+    ValueError
+        If it is zero.
+    """
+    if omega == 0.0:
+        raise ValueError("a frequency of 0 rad/s is not allowed; it must not be zero")
+    at_sites, at_unbalance, at_currents = loop.columns
+    m = len(loop.sites)
+    A, B, C, D = loop.plant.A, loop.plant.B, loop.plant.C, loop.plant.D
+    G = C @ np.linalg.solve(1j * omega * np.eye(len(A)) - A, B) + D
+    G_force, G_unbalance = G[:, at_sites], G[:, at_unbalance]
+    if loop.controller is None or loop.sample_time is None:
+        no, empty = np.zeros((m, 0), dtype=complex), np.zeros((0, m), dtype=complex)
+        nothing = (empty, np.zeros((0, G_unbalance.shape[1]), dtype=complex), np.zeros((0, 0), dtype=complex))
+        return Receptances(omega, G_force, G_unbalance, no, nothing, nothing)
+    T, z = loop.sample_time, np.exp(1j * omega * loop.sample_time)
+    harmonic = np.exp(-1j * omega * loop.late * T) * (1.0 - 1.0 / z) / (1j * omega * T)
+    H_q = G[:m, at_currents] * harmonic
+    H_y = sampled_response(loop, z)[m:]
+    K = response(loop.controller, z)
+    closed = np.linalg.inv(np.eye(len(K)) - K @ H_y)
+    S_i = closed
+    R_i, P_i = closed @ K @ G_force[m:], closed @ K @ G_unbalance[m:]
+    readings = G_force[m:] + H_y @ R_i, G_unbalance[m:] + H_y @ P_i, H_y @ S_i
+    R, P, S = G_force[:m] + H_q @ R_i, G_unbalance[:m] + H_q @ P_i, H_q @ S_i
+    return Receptances(omega, R, P, S, readings, (R_i, P_i, S_i))
+
+
+def sampled_response(loop: ForwardLoop, z: complex) -> Complex:
+    """Return the sampled response of all plant outputs to held currents, shape (n_outputs, n_currents)."""
+    A, C, D = loop.plant.A, loop.plant.C, loop.plant.D
+    columns = loop.columns[2]
+    Phi, old, new = held_steps(loop)
+    x = np.linalg.solve(z * np.eye(len(A)) - Phi, new + old / z)
+    at_once = np.where(loop.late > 0.0, 1.0 / z, 1.0)
+    return np.asarray(C @ x + D[:, columns] * at_once)
+
+
+def held_steps(loop: ForwardLoop) -> tuple[Complex, Complex, Complex]:
+    """Return Phi, Gamma_1, Gamma_0 of x(n+1) = Phi x(n) + Gamma_1 u(n-1) + Gamma_0 u(n), currents u held (2)."""
+    assert loop.sample_time is not None
+    A, B = loop.plant.A, loop.plant.B[:, loop.columns[2]]
+    Phi, new = zoh(A, B, loop.sample_time)
+    old = np.zeros_like(new)
+    for k, f in enumerate(loop.late):
+        if f > 0.0:
+            before, after = zoh(A, B, f * loop.sample_time), zoh(A, B, (1.0 - f) * loop.sample_time)
+            old[:, k], new[:, k] = (after[0] @ before[1])[:, k], after[1][:, k]
+    return Phi, old, new
+
+
+def response(law: ComplexLaw, z: complex) -> Complex:
+    """Return C (z - A)^-1 B + D."""
+    return np.asarray(law.C @ np.linalg.solve(z * np.eye(len(law.A)) - law.A, law.B) + law.D)

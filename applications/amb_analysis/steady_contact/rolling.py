@@ -1,0 +1,69 @@
+"""Rolling: backward whirl of journals without slip, and the friction that it requires.
+
+    omega = -Omega R_s/c,    N_j (1 + i t_j) = -conj(p_j) sum_k E_jk c_k p_k,    |t_j| <= mu_j        (1)
+
+with E = R(omega)^-1 of the rolling sites, p_j = exp(i psi_j), and no unbalance. Only sites with equal R_s/c roll
+together. The angles between them are then free, and N varies about -c_j Re E_jj with them. The equations do not decide
+whether a rotor reaches this state: friction accelerates a backward whirl that is faster than the unstable ones of
+`whirl`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import combinations
+from typing import Annotated
+
+import numpy as np
+
+from amb_analysis.steady_contact.receptances import receptances_at
+from amb_analysis.steady_contact.rubbing_rotor import RubbingRotor
+from amb_cosim.results.component_names import PLANT
+
+ANGLES = np.linspace(0.0, 2.0 * np.pi, 36, endpoint=False)  # between two sites
+SAME = 1e-9  # largest relative difference of R_s/c of sites that roll together
+
+
+@dataclass(frozen=True, eq=False)
+class Rolling:
+    """Rolling sites.
+
+    contact
+        A site or two.
+    frequency
+        Whirl frequency (rad/s), negative.
+    N, swing
+        Normal force at each (N): its mean over the angle between the sites, and the largest deviation from it.
+    friction
+        Smallest coefficient without slip at any site and angle.
+    """
+
+    contact: tuple[str, ...]
+    frequency: Annotated[float, "rad/s"]
+    N: Annotated[dict[str, float], "N"]
+    swing: Annotated[dict[str, float], "N"]
+    friction: float
+
+
+def rolling(rotor: RubbingRotor, Omega: float) -> list[Rolling]:
+    """Return the rolling states (1) of single sites and pairs at a spin speed (rad/s), for any friction."""
+    p = rotor.linear_components.parameters(PLANT)
+    ratio = np.array([p[f"{site}.journal_radius"] for site in rotor.sites]) / rotor.c
+    result = []
+    for contact in [s for size in (1, 2) for s in combinations(range(len(rotor.sites)), size)]:
+        at, others = list(contact), [k for k in range(len(rotor.sites)) if k not in contact]
+        if np.ptp(ratio[at]) > SAME * ratio[at[0]]:
+            continue
+        omega = -Omega * float(ratio[at[0]])
+        R = receptances_at(rotor.loop(Omega), omega).R
+        E, c = np.linalg.inv(R[np.ix_(at, at)]), rotor.c[at]
+        p_j = np.stack([np.ones(len(ANGLES), dtype=complex), np.exp(1j * ANGLES)], axis=1)[:, : len(at)]
+        force = (p_j * c) @ E.T
+        N, q = -p_j.conj() * force, force @ R[np.ix_(others, at)].T
+        if (N.real <= 0.0).any() or (np.abs(q) >= rotor.c[others]).any():
+            continue
+        names, mean = tuple(rotor.sites[k] for k in at), N.real.mean(axis=0)
+        swing = np.abs(N.real - mean).max(axis=0)
+        forces, swings = (dict(zip(names, map(float, values), strict=True)) for values in (mean, swing))
+        result.append(Rolling(names, omega, forces, swings, float(np.abs(N.imag / N.real).max())))
+    return result

@@ -1,0 +1,136 @@
+"""Data of a run for a steady rub: its loop, contact sites, friction and unbalance."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from amb_analysis.linear.linearisable import LinearSource, of_prepared
+from amb_analysis.steady_contact.forward_loop import Complex, ForwardLoop, forward_loop, mixing
+from amb_analysis.steady_contact.receptances import Receptances, receptances
+from amb_cosim.results.component_names import CONTROLLER, PLANT
+from amb_cosim.scenario.simulation import PlannedRun
+from array_types import Array
+from rotor_contact.enumerations import CONSTRAINT, LAWS
+
+ISOTROPIC = 0.01  # ratio of backward to forward motion above which a loop is reported as anisotropic
+
+
+@dataclass(frozen=True, eq=False)
+class RubbingRotor:
+    """A rotor in its control loop, with contact sites.
+
+    made
+        The source of the linear model.
+    Omega
+        Spin speed of the run (rad/s).
+    sites
+        Names of the enabled sites.
+    c
+        Their clearances (m), shape (n_sites,).
+    unbalance
+        Complex unbalance (kg m) at each place at the end of the run, shape (n_places,).
+    places
+        Names of these.
+    notes
+        Approximations, in sentences.
+    """
+
+    linear_components: LinearSource
+    Omega: float
+    sites: tuple[str, ...]
+    c: Array
+    unbalance: Complex
+    places: tuple[str, ...]
+    notes: tuple[str, ...]
+    _loops: dict[float, ForwardLoop] = field(default_factory=dict)
+    _receptances: dict[float, Receptances] = field(default_factory=dict)
+
+    def loop(self, Omega: float) -> ForwardLoop:
+        """Return the loop of forward motion at a speed (rad/s)."""
+        if Omega not in self._loops:
+            self._loops[Omega] = forward_loop(self.linear_components, Omega, self.sites)
+        return self._loops[Omega]
+
+    def receptances(self, Omega: float) -> Receptances:
+        """Return the receptances at a speed (rad/s)."""
+        if Omega not in self._receptances:
+            self._receptances[Omega] = receptances(self.loop(Omega))
+        return self._receptances[Omega]
+
+    def mu(self, Omega: float) -> Array:
+        """Return the friction coefficient of a journal in synchronous whirl at Omega (rad/s), by the law of
+        `rotor_contact`.
+
+        mu + (mu_s - mu) exp(-(v/v_S)^2), v = Omega (R_s + c) (`rotor_contact.friction`)
+        """
+        p = self.linear_components.parameters(PLANT)
+        result = np.zeros(len(self.sites))
+        for k, site in enumerate(self.sites):
+            sliding, scale = p[f"{site}.mu"], p[f"{site}.stribeck_velocity"]
+            result[k] = sliding
+            if scale > 0.0:
+                slip = Omega * (p[f"{site}.journal_radius"] + self.c[k])
+                result[k] += max(p[f"{site}.mu_static"] - sliding, 0.0) * np.exp(-((slip / scale) ** 2))
+        return result
+
+    def with_unbalance(self, unbalance: Complex) -> RubbingRotor:
+        """Return a copy with another unbalance (kg m) at each place."""
+        values = (self.linear_components, self.Omega, self.sites, self.c, unbalance, self.places, self.notes)
+        return RubbingRotor(*values, self._loops, self._receptances)
+
+
+def rubbing_rotor(prepared: PlannedRun) -> RubbingRotor:
+    """Return the rotor of a prepared run, with its final unbalance.
+
+    Raises
+    ------
+    ValueError
+        If the run has no `rotor_contact`, or none of its sites is enabled.
+    """
+    made = of_prepared(prepared)
+    present = [component.name for component in prepared.assembly.system.components]
+    if PLANT not in present:
+        raise ValueError(f"scenario {prepared.name} has no component {PLANT}; a rub needs a rotor")
+    p, layout = made.parameters(PLANT), made.layout(PLANT)
+    sites = tuple(site["name"] for site in layout["sites"] if p[f"{site['name']}.enabled"])
+    if not sites:
+        raise ValueError(f"scenario {prepared.name} has no enabled site; a rub needs one")
+    places = (*layout["discs"], *layout["bearings"])
+    last = {**prepared.plan.inputs, **{name: value for _, name, value in prepared.plan.events}}
+    amounts = np.array([last.get(f"{PLANT}.{place}.u", 0.0) for place in places])
+    angles = np.array([last.get(f"{PLANT}.{place}.phi", 0.0) for place in places])
+    c = np.array([p[f"{site}.clearance"] for site in sites])
+    notes = _notes(p, sites) + _other_notes(last, mixing(made, prepared.plan.speed, sites))
+    return RubbingRotor(made, prepared.plan.speed, sites, c, amounts * np.exp(1j * angles), places, notes)
+
+
+def _notes(p: Mapping[str, float], sites: tuple[str, ...]) -> tuple[str, ...]:
+    result = []
+    for site in sites:
+        if p[f"{site}.law"] != CONSTRAINT:
+            result.append(f"{site} is taken as rigid; its law is {LAWS[int(p[f'{site}.law'])]}")
+        if p[f"{site}.housing_mass"] > 0.0:
+            result.append(f"{site} is taken as fixed; its housing moves")
+        if p[f"{site}.race_inertia"] > 0.0:
+            result.append(f"the race of {site} is taken as non-rotating")
+        if p[f"{site}.offset_x"] != 0.0 or p[f"{site}.offset_y"] != 0.0:
+            result.append(
+                f"{site} is taken as centred; it is offset by {p[f'{site}.offset_x']:g}, {p[f'{site}.offset_y']:g} m"
+            )
+    if p["spin.free"]:
+        result.append("the spin speed is taken as constant; in the run, friction brakes it")
+    if p["gravity"] != 0.0:
+        result.append("weight is neglected: the rotor is taken as centred")
+    return tuple(result)
+
+
+def _other_notes(inputs: Mapping[str, float], share: float) -> tuple[str, ...]:
+    result = []
+    if share > ISOTROPIC:
+        result.append(f"the loop is anisotropic: {share:.1%} of the motion is backward, and neglected")
+    if inputs.get(f"{CONTROLLER}.rolac_enable"):
+        result.append("states are those of the feedback alone; the effect of synchronous control is listed separately")
+    return tuple(result)

@@ -1,0 +1,119 @@
+"""A co-simulation that starts in a synchronous state, or in a whirl without unbalance, stable or not.
+
+The contact forces F of a state turn with the rotor as unbalance does, omega = Omega; those of a whirl with the whirl.
+Under these forces, and without sites, the whole loop including the sampled controller settles to the state; that motion
+is solved for in `cosim.master.settling`. The effect of F on the rotor in a step h is, with its states x = Re[X exp(i
+omega t)],
+
+    f = Re[(exp(i omega h) - exp(A h)) X exp(i omega t)],      X = (i omega - A)^-1 B F               (1)
+
+The run continues from there with real contact at the sites. Currents held over a sample make N ripple about its value
+in the state.
+"""
+
+from __future__ import annotations
+
+from contextlib import closing
+
+import numpy as np
+from scipy.linalg import expm
+
+from amb_analysis.linear import components as linear
+from amb_analysis.linear.rotor_and_magnets import rotor_component
+from amb_analysis.steady_contact.forward_loop import Complex, contact_pair, flat, with_contact_forces
+from amb_analysis.steady_contact.rubbing_rotor import RubbingRotor
+from amb_analysis.steady_contact.trap_map import SolvedState
+from amb_analysis.steady_contact.whirl import Whirl
+from amb_cosim.cosim.master.instances import InstancePool
+from amb_cosim.cosim.master.responses import Response, StateMap
+from amb_cosim.cosim.master.settling import SettledLoop, loop_at, solve
+from amb_cosim.cosim.run.checkpoint import Checkpoint
+from amb_cosim.cosim.run.plan_session import Simulator
+from amb_cosim.cosim.system.experiment import WARM_UP
+from amb_cosim.results.component_names import ACTUATOR, PLANT
+
+PROBE_UNBALANCE = 1e-6  # kg m of unbalance in the warm-up steps, which excites all states without contact
+
+
+def checkpoint_in(rotor: RubbingRotor, state: SolvedState | Whirl) -> Checkpoint:
+    """Return a checkpoint at cycle 0 that starts a run in one of the rotor's states (1).
+
+    Pass it to `amb_cosim.run(..., start=checkpoint)`. The rotor's unbalance holds until an event changes it.
+
+    Parameters
+    ----------
+    rotor
+        Rotor of a prepared run that begins some cycles before cycle 0.
+    state
+        State at the speed of the run; for a whirl, the rotor's unbalance is ignored.
+
+    Raises
+    ------
+    CannotSettle
+        If an FMU does not declare its linear states, or the loop without contact is unstable.
+    ValueError
+        If there are too few steps before cycle 0, or the run has no input for the rotor's unbalance.
+    """
+    plan, assembly = rotor.linear_components.plan, rotor.linear_components.assembly
+    is_whirl = isinstance(state, Whirl)
+    omega = state.frequency if isinstance(state, Whirl) else rotor.Omega
+    at_end = {**plan.inputs, **_unbalance(rotor.with_unbalance(0.0 * rotor.unbalance) if is_whirl else rotor)}
+    missing = [name for name, value in at_end.items() if name not in plan.inputs and value != 0.0]
+    if missing:
+        raise ValueError(f"the run has no {missing[0]}; it add it to the inputs, with any value")
+    if plan.begin > -(WARM_UP + 2):
+        raise ValueError(f"{-plan.begin} steps before cycle 0 are not allowed; at least {WARM_UP + 2} are required")
+    with closing(InstancePool()) as instances:
+        simulator = Simulator(assembly, plan, "plain", instances)
+        begin, master = simulator.initialise(), simulator.master
+        final = np.array([at_end[name] for name in plan.inputs])
+        amounts = np.array([name in at_end and name.endswith(".u") for name in plan.inputs], dtype=bool)
+        master.exogenous[:] = np.where(amounts, PROBE_UNBALANCE, final)
+        master.run(begin, -2)
+        master.exogenous[:] = final
+        loop = loop_at(master, simulator.layout, assembly.fmus, assembly.interfaces, -2)
+        responses = [
+            _pressed(rotor, state, omega, loop, part, answer) if part.component.name == PLANT else answer
+            for part, answer in zip(loop.parts, loop.responses(), strict=True)
+        ]
+        orbit = solve(loop, responses, 0, corrects=False, advance=omega * plan.step_size)
+        loop.put(orbit.at(orbit.angle), orbit.angle)
+        loop.step()
+        for part in loop.parts:
+            part.balance_energy()
+        return simulator.checkpoint(0)
+
+
+def _unbalance(rotor: RubbingRotor) -> dict[str, float]:
+    """Return amount (kg m) and angle (rad) of each place, by the names of the inputs."""
+    result: dict[str, float] = {}
+    for place, u in zip(rotor.places, rotor.unbalance, strict=True):
+        result |= {f"{PLANT}.{place}.u": float(abs(u)), f"{PLANT}.{place}.phi": float(np.angle(u))}
+    return result
+
+
+def _pressed(
+    rotor: RubbingRotor, state: SolvedState | Whirl, omega: float, loop: SettledLoop, part: StateMap, answer: Response
+) -> Response:
+    """Return the response of the plant to contact forces that turn with omega, as forcing (1)."""
+    machine, h = _machine(rotor), loop.master.step_size
+    force = [-(N + 1j * state.friction[site]) * np.exp(1j * state.psi[site]) for site, N in state.N.items()]
+    turning = np.array([F * way for F in force for way in (1.0, -1j)])  # x and y of each
+    law = machine.selected(flat([contact_pair(site) for site in state.N]), machine.outputs).law
+    X = np.linalg.solve(1j * omega * np.eye(len(law.A)) - law.A, law.B @ turning)
+    moved = np.exp(1j * omega * h) * X - expm(law.A * h) @ X
+    displayed = dict(zip(machine.outputs, law.C @ moved, strict=True))
+    names = [loop.master.wiring.names[at] for at in part.slot[np.isin(part.slot, loop.signals)]]
+    added: Complex = np.array([*moved[: len(part.moves)][part.moves], *(displayed.get(name, 0.0) for name in names)])
+    return answer._replace(forcing=answer.forcing + np.stack([0.0 * added.real, added.real, -added.imag], axis=1))
+
+
+def _machine(rotor: RubbingRotor) -> linear.LinearComponent:
+    """Return the rotor, including the magnets' gradient if it acts within a step; the rotor's own states come first."""
+    made = rotor.linear_components.at(rotor.Omega)
+    layout, constants = made.layout(PLANT), made.constants(PLANT)
+    local = rotor_component(PLANT, layout, constants, made.parameters(PLANT), rotor.Omega)
+    parts, feeds = [with_contact_forces(local, layout, constants)], made.feeds([PLANT, ACTUATOR])
+    if any(target.endswith(".k_xx") for target in feeds):
+        parts += made.parts([ACTUATOR])
+    return linear.connected(parts, linear.within(parts, feeds))

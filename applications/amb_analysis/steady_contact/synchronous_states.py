@@ -1,0 +1,258 @@
+"""All steady synchronous states of a rotor with sites in contact, without missing a branch.
+
+In the rotating frame a forward rub at constant speed is at rest. With q = r - R F at the sites in contact, the
+contact-free orbit r, and F_j = N_j (1 + i mu_j) exp(i psi_j) the force of the rotor on each site,
+
+    c_j p_j + sum_k rho_jk N_k p_k = r_j,    rho_jk = R_jk (1 + i mu_k),    p_j = exp(i psi_j)        (1)
+
+with N_j > 0 in contact and |q| < c at all other sites. Friction acts against the spin. By E = rho^-1 and s = E r,
+
+    N_j = conj(p_j) (s_j - sum_k E_jk c_k p_k)   must be real                                         (2)
+
+A site: a quadratic, |rho|^2 N^2 + 2 c Re(rho) N + c^2 - |r|^2 = 0. Several: with P in place of conj(p), (2) and p P = 1
+are 2 m equations linear in p and linear in P, which have C(2 m, m) complex solutions (Bezout's number of two groups of
+unknowns; J. Baillieul and C. I. Byrnes, IEEE Trans. Circuits and Systems 29 (1982) 724-737, count the load flows of m +
+1 machines so, which obey the same equations). Two sites: the resultant, of degree six. Three or more: homotopy
+continuation (`homotopy`). Those with |p| = 1 are the states.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from amb_analysis.steady_contact.forward_loop import Complex
+from amb_analysis.steady_contact.homotopy import solve_by_paths
+from array_types import Array, Bools
+
+ON_CIRCLE = 1e-2  # distance of |p| from 1 up to which Newton's method checks a solution
+SAME = 1e-7  # distance below which two solutions count as one
+SETTLED = 1e-11  # residual of (2) relative to its terms
+ITERATIONS = 12  # iterations of Newton's method
+SINGULAR = 1e13  # condition number of rho above which forces at these sites cannot be distinguished
+
+
+@dataclass(frozen=True, eq=False)
+class States:
+    """Synchronous states of a set of sites in contact, at many points.
+
+    contact
+        Indices of the sites in contact; empty for free states.
+    points
+        Index of the point of each state, ascending, shape (n,).
+    N
+        Normal forces (N), shape (n, m).
+    psi
+        Angles of the journals from the reference of unbalance (rad), shape (n, m).
+    q
+        Displacements of all sites in the rotating frame (m), shape (n, n_sites).
+    force
+        Forces of all sites on the rotor there (N), shape (n, n_sites).
+    """
+
+    contact: tuple[int, ...]
+    points: NDArray[np.int64]
+    N: Array
+    psi: Array
+    q: Complex
+    force: Complex
+
+
+def all_sets(n_sites: int, most: int | None = None) -> list[tuple[int, ...]]:
+    """Return all sets of sites in contact up to a size, the empty set first."""
+    highest = n_sites if most is None else min(most, n_sites)
+    return [chosen for size in range(highest + 1) for chosen in combinations(range(n_sites), size)]
+
+
+def states_of(contact: tuple[int, ...], R: Complex, mu: Array, c: Array, r: Complex) -> States:
+    """Return all synchronous states with exactly this set of sites in contact (1).
+
+    Parameters
+    ----------
+    contact
+        Numbers of the sites.
+    R
+        Receptances of all sites (m/N), shape (n_sites, n_sites), or per point (n_points, n_sites, n_sites).
+    mu
+        Friction coefficients (1), shape (n_sites,).
+    c
+        Clearances (m), shape (n_sites,).
+    r
+        Orbits of all sites without contact (m), shape (n_points, n_sites).
+    """
+    n_points = len(r)
+    whole = np.broadcast_to(R, (n_points, *R.shape[-2:]))
+    at = list(contact)
+    if not at:
+        points, p, N = np.arange(n_points), np.zeros((n_points, 0), dtype=complex), np.zeros((n_points, 0))
+    else:
+        rho = whole[:, at][:, :, at] * (1.0 + 1j * mu[at])
+        points, p, N = _solutions(rho, c[at], r[:, at])
+    force = np.zeros((len(points), len(c)), dtype=complex)
+    force[:, at] = -N * (1.0 + 1j * mu[at]) * p
+    q = r[points] + np.einsum("nij,nj->ni", whole[points], force)
+    others = [k for k in range(len(c)) if k not in contact]
+    apart = (np.abs(q[:, others]) < c[others]).all(axis=1) & (N > 0.0).all(axis=1)
+    return States(contact, points[apart], N[apart], np.angle(p[apart]), q[apart], force[apart])
+
+
+def _solutions(rho: Complex, c: Array, r: Complex) -> tuple[NDArray[np.int64], Complex, Array]:
+    """Return point, p and N of all real solutions of (1); rho of shape (n, m, m), r of shape (n, m)."""
+    m = r.shape[1]
+    if m == 1:
+        return _single(rho[:, 0, 0], float(c[0]), r[:, 0])
+    scale = np.sqrt(np.abs(np.einsum("njj->nj", rho)))
+    scale = np.where(scale > 0.0, scale, 1.0)
+    available = np.linalg.cond(rho / (scale[:, :, None] * scale[:, None, :])) < SINGULAR
+    where = np.flatnonzero(available)
+    if not len(where):
+        return np.zeros(0, dtype=np.int64), np.zeros((0, m), dtype=complex), np.zeros((0, m))
+    E = np.linalg.inv(rho[where])
+    s = np.einsum("njk,nk->nj", E, r[where])
+    candidates = _pair(E, c, s) if m == 2 else solve_by_paths(E * c, s)
+    row, k = np.nonzero((np.abs(np.abs(candidates) - 1.0) < ON_CIRCLE).all(axis=2))
+    p, result = _polished(np.asarray(np.angle(candidates[row, k]), dtype=np.float64), E[row] * c, s[row])
+    row, p = row[result], p[result]
+    retained = _distinct(row, p)
+    row, p = row[retained], p[retained]
+    N = (p.conj() * (s[row] - np.einsum("njk,nk->nj", E[row] * c, p))).real
+    return where[row], p, N
+
+
+def _single(rho: Complex, c: float, r: Complex) -> tuple[NDArray[np.int64], Complex, Array]:
+    """Return the roots of the quadratic, without cancellation; with rho = 0 no force gives a prescribed radius."""
+    square, half = np.abs(rho) ** 2, c * rho.real
+    rest = c * c - np.abs(r) ** 2
+    discriminant = half**2 - square * rest
+    real = (discriminant >= 0.0) & (square > 0.0)
+    root = np.sqrt(np.where(real, discriminant, 0.0))
+    large = -half - np.where(half >= 0.0, root, -root)  # of larger magnitude, times |rho|^2
+    with np.errstate(divide="ignore", invalid="ignore"):
+        roots = np.stack([large / square, np.where(large != 0.0, rest / large, 0.0)], axis=1)
+    roots.sort(axis=1)
+    valid = real[:, None] & np.isfinite(roots)
+    valid[:, 1] &= roots[:, 1] > roots[:, 0]
+    points, k = np.nonzero(valid & (roots > 0.0))
+    N = roots[points, k]
+    p = r[points] / (c + rho[points] * N)
+    return points, (p / np.abs(p))[:, None], N[:, None]
+
+
+def _pair(E: Complex, c: Array, s: Complex) -> Complex:
+    """Return candidates (p_1, p_2) of two sites, shape (n, 24, 2): roots x of the resultant, with y of both equations.
+
+    (2) of the first and of the second site, times p_1 p_2, with x = p_1, y = p_2, are quadratic in y:
+
+        -g y^2 + (s_1 - 2 i d_1 x - conj(s_1) x^2) y + conj(g) x^2 = 0,               g = E_12 c_2, d_1 = Im E_11 c_1
+        (conj(h) - conj(s_2) x) y^2 - 2 i d_2 x y + s_2 x - h x^2 = 0,                h = E_21 c_1, d_2 = Im E_22 c_2
+    """
+    n = len(s)
+    size = np.abs(E * c).sum(axis=2) + np.abs(s)  # scale each equation by its magnitude
+    e, s = E * c / size[:, :, None], s / size
+    g, h, d1, d2 = e[:, 0, 1], e[:, 1, 0], e[:, 0, 0].imag, e[:, 1, 1].imag
+    s_1, s_2, zero = s[:, 0], s[:, 1], np.zeros(n, dtype=complex)
+    a, b, k = [-g], [s_1, -2j * d1, -s_1.conj()], [zero, zero, g.conj()]
+    a_, b_, k_ = [h.conj(), -s_2.conj()], [zero, -2j * d2], [zero, s_2, -h]
+    first = _minus(_times(a, k_), _times(k, a_))
+    resultant = _minus(
+        _times(first, first), _times(_minus(_times(a, b_), _times(b, a_)), _minus(_times(b, k_), _times(k, b_)))
+    )
+    coefficients = np.stack(resultant[1:8], axis=1)  # the constant is 0: x^1 to x^7
+    x = _roots(coefficients)
+    item, square, (g, h, s_1, s_2, d1, d2) = np.ones_like(x), x**2, (v[:, None] for v in (g, h, s_1, s_2, d1, d2))
+    y = np.concatenate(
+        [
+            _quadratic(-g * item, s_1 - 2j * d1 * x - s_1.conj() * square, g.conj() * square),
+            _quadratic(h.conj() - s_2.conj() * x, -2j * d2 * x, s_2 * x - h * square),
+        ],
+        axis=2,
+    )
+    pairs = np.stack([np.broadcast_to(x[:, :, None], y.shape), y], axis=3).reshape(n, -1, 2)
+    return np.where(np.isfinite(pairs), pairs, 0.0)
+
+
+def _quadratic(a: Complex, b: Complex, c: Complex) -> Complex:
+    """Return both roots of a y^2 + b y + c, without cancellation, on a new last axis."""
+    root = np.sqrt(b**2 - 4.0 * a * c)
+    far = -0.5 * (b + np.where((b.conj() * root).real >= 0.0, root, -root))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.stack([far / a, c / far], axis=2)
+
+
+def _times(p: list[Any], q: list[Any]) -> list[Any]:
+    """Return the product of two polynomials, coefficients ascending, each an array over the points."""
+    result = [0.0 * (p[0] + q[0])] * (len(p) + len(q) - 1)
+    for i, left in enumerate(p):
+        for j, right in enumerate(q):
+            result[i + j] = result[i + j] + left * right
+    return result
+
+
+def _minus(p: list[Any], q: list[Any]) -> list[Any]:
+    n = max(len(p), len(q))
+    zero = 0.0 * p[0]
+    p, q = p + [zero] * (n - len(p)), q + [zero] * (n - len(q))
+    return [left - right for left, right in zip(p, q, strict=True)]
+
+
+def _roots(coefficients: Complex) -> Complex:
+    """Return the roots of polynomials with ascending coefficients, shape (n, degree + 1).
+
+    A Moebius map of the unit circle onto itself keeps the leading coefficient away from zero: decoupled sites have
+    roots at 0 and at infinity.
+    """
+    n, degree = coefficients.shape[0], coefficients.shape[1] - 1
+    alpha = 0.37 + 0.21j  # x = (w + alpha)/(1 + conj(alpha) w)
+    up = [np.array([alpha, 1.0])] * degree
+    down = [np.array([1.0, np.conj(alpha)])] * degree
+    mapped = np.zeros((n, degree + 1), dtype=complex)
+    for k in range(degree + 1):
+        basis = np.array([1.0 + 0j])
+        for factor in up[:k] + down[k:]:
+            basis = np.convolve(basis, factor)
+        mapped += coefficients[:, k : k + 1] * basis
+    companion = np.zeros((n, degree, degree), dtype=complex)
+    companion[:, 1:, :-1] = np.eye(degree - 1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        companion[:, :, -1] = -mapped[:, :-1] / mapped[:, -1:]
+    companion[~np.isfinite(companion).all(axis=(1, 2))] = 0.0
+    w = np.linalg.eigvals(companion)
+    return np.asarray((w + alpha) / (1.0 + np.conj(alpha) * w))
+
+
+def _polished(psi: Array, e: Complex, s: Complex) -> tuple[Complex, Bools]:
+    """Return p after Newton's method on the imaginary parts of (2), and where it converged near its start."""
+    start = np.exp(1j * psi)
+    size = np.abs(e).sum(axis=2) + np.abs(s)
+    m = psi.shape[1]
+    p = start
+    for _ in range(ITERATIONS):
+        turned = e * p[:, None, :] * p.conj()[:, :, None]
+        N = p.conj() * s - turned.sum(axis=2)
+        J = -turned.real
+        J[:, np.arange(m), np.arange(m)] -= N.real
+        scaled = J / size[:, :, None] + 1e-15 * np.eye(m)
+        step = np.linalg.solve(scaled, -(N.imag / size)[:, :, None])[:, :, 0]
+        psi = psi + np.clip(step, -0.1, 0.1)
+        p = np.exp(1j * psi)
+    N = p.conj() * s - np.einsum("njk,nk->nj", e, p) * p.conj()
+    rests = (np.abs(N.imag) < SETTLED * size).all(axis=1)
+    return p, rests & (np.abs(p - start) < 10.0 * ON_CIRCLE).all(axis=1)
+
+
+def _distinct(row: NDArray[np.int64], p: Complex) -> NDArray[np.int64]:
+    """Return the indices, ascending, of solutions that differ from all earlier ones at their point."""
+    retained: list[int] = []
+    for k in range(len(row)):
+        back = len(retained) - 1
+        while back >= 0 and row[retained[back]] == row[k]:
+            if np.abs(p[retained[back]] - p[k]).max() < SAME:
+                break
+            back -= 1
+        else:
+            retained.append(k)
+    return np.array(retained, dtype=np.int64)

@@ -1,0 +1,227 @@
+"""All synchronous states over speed and unbalance, and the regime at each point.
+
+* free: the rotor turns without contact; no contact state is stable
+* both: free rotation or contact, depending on the start
+* contact: no stable orbit misses all sites, and a contact state is stable
+* whirl: no stable orbit misses all sites, and no contact state is stable: unsteady rub
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import Annotated
+
+import numpy as np
+from numpy.typing import NDArray
+
+from amb_analysis.steady_contact.forward_loop import Complex
+from amb_analysis.steady_contact.rubbing_rotor import RubbingRotor
+from amb_analysis.steady_contact.stability import Dynamics, SmallMotion, slowest_decay
+from amb_analysis.steady_contact.synchronous_states import States, all_sets, states_of
+from array_types import Array, Bools
+from rotor_analysis.refinement import refined
+
+
+class Regime(IntEnum):
+    """Possible behaviour of a rotor at a speed and an unbalance."""
+
+    FREE, BOTH, CONTACT, WHIRL = range(4)
+
+
+@dataclass(frozen=True, eq=False)
+class StatesOfSet:
+    """The n synchronous states of one set of sites in contact, over speed and unbalance.
+
+    contact
+        Indices of the sites in contact.
+    speed, amount
+        Indices of speed and unbalance of each state, shape (n,).
+    N, psi
+        Normal forces (N) and angles of the journals (rad), shape (n, m).
+    radius
+        Distances of all journals from their centres (m), shape (n, n_sites).
+    growth
+        Growth rate of small motion (1/s), shape (n,).
+    settles
+        Whether it decays, shape (n,).
+    """
+
+    contact: tuple[int, ...]
+    speed: NDArray[np.int64]
+    amount: NDArray[np.int64]
+    N: Annotated[Array, "N"]
+    psi: Annotated[Array, "rad"]
+    radius: Annotated[Array, "m"]
+    growth: Annotated[Array, "1/s"]
+    settles: Bools
+
+    @property
+    def stable(self) -> Bools:
+        """Mask of stable states."""
+        return np.asarray(self.growth < 0.0)
+
+
+@dataclass(frozen=True, eq=False)
+class TrapMap:
+    """States over speeds (rad/s), shape (n,), and factors of an unbalance (1), shape (k,).
+
+    states
+        Those of each set of sites in contact, free first.
+    """
+
+    speeds: Annotated[Array, "rad/s"]
+    factors: Array
+    states: tuple[StatesOfSet, ...]
+
+    def regimes(self) -> NDArray[np.int64]:
+        """Return the `Regime` of each point, shape (n, k)."""
+        shape = len(self.speeds), len(self.factors)
+        free, trapped, rests = (np.zeros(shape, dtype=bool) for _ in range(3))
+        for result in self.states:
+            (trapped if result.contact else free)[result.speed[result.stable], result.amount[result.stable]] = True
+            if result.contact:
+                rests[result.speed[result.settles], result.amount[result.settles]] = True
+        regimes = np.where(
+            free, np.where(trapped, Regime.BOTH, Regime.FREE), np.where(rests, Regime.CONTACT, Regime.WHIRL)
+        )
+        return np.asarray(regimes, dtype=np.int64)
+
+    def least_trapping(self) -> Array:
+        """Return the smallest factor with a stable state in contact at each speed; NaN if there is none."""
+        trapped = np.isin(self.regimes(), (Regime.BOTH, Regime.CONTACT))
+        first = np.argmax(trapped, axis=1)
+        return np.where(trapped.any(axis=1), self.factors[first], np.nan)
+
+
+def least_touching(rotor: RubbingRotor, speeds: Array) -> tuple[float, float]:
+    """Return the smallest factor of the unbalance at which the contact-free orbit touches a site, and that speed.
+
+    k = min_s c_s / |P_s u Omega^2|,    refined between the speeds     (1)
+
+    Parameters
+    ----------
+    rotor
+        The rotor, with the unbalance u that the factor multiplies.
+    speeds
+        Ascending, above zero (rad/s), shape (n,).
+    """
+    closer, shares = refined(lambda more: clearance_shares(rotor, more), speeds, lambda of: of)
+    at = int(shares.max(axis=1).argmax())
+    with np.errstate(divide="ignore"):
+        return float(1.0 / shares[at].max()), float(closer[at])
+
+
+def clearance_shares(rotor: RubbingRotor, speeds: Array) -> Array:
+    """Return the contact-free orbits |P_s u Omega^2| over the clearances c_s, shape (speeds, n_sites)."""
+    orbits = [np.abs(rotor.receptances(float(Omega)).P @ rotor.unbalance) * Omega**2 for Omega in speeds]
+    return np.array(orbits) / rotor.c
+
+
+def trap_map(rotor: RubbingRotor, speeds: Array, factors: Array, most: int | None = 2) -> TrapMap:
+    """Return all synchronous states over speeds (rad/s) and factors of the rotor's unbalance, and their stability.
+
+    Parameters
+    ----------
+    rotor
+        The rotor, with the unbalance that the factors multiply.
+    speeds, factors
+        Ascending, speeds above zero.
+    most
+        Largest number of sites in contact at once; all by default.
+    """
+    sets = all_sets(len(rotor.sites), most)
+    result: list[list[tuple[States, Array]]] = [[] for _ in sets]
+    for Omega in speeds:
+        at, mu = rotor.receptances(float(Omega)), rotor.mu(float(Omega))
+        r = np.outer(factors, at.P @ rotor.unbalance * Omega**2)
+        dynamics = Dynamics(rotor.loop(float(Omega)))
+        for k, contact in enumerate(sets):
+            states = states_of(contact, at.R, mu, rotor.c, r)
+            result[k].append((states, _growth(dynamics, states, rotor.c, mu)))
+    joined = (_joined(contact, speeds, of) for contact, of in zip(sets, result, strict=True))
+    return TrapMap(speeds, factors, tuple(joined))
+
+
+def _growth(dynamics: Dynamics, states: States, c: Array, mu: Array) -> Array:
+    """Return the growth rate (1/s) about each state, which all free states share."""
+    n = len(states.points)
+    if not states.contact:
+        return np.full(n, dynamics.growth((), np.zeros(0), np.zeros(0), c, mu) if n else np.nan)
+    return np.array([dynamics.growth(states.contact, states.N[k], states.psi[k], c, mu) for k in range(n)])
+
+
+def _joined(contact: tuple[int, ...], speeds: Array, pieces: list[tuple[States, Array]]) -> StatesOfSet:
+    speed = np.concatenate([np.full(len(s.points), k, dtype=np.int64) for k, (s, _) in enumerate(pieces)])
+    states, growth = [s for s, _ in pieces], np.concatenate([of for _, of in pieces])
+    return StatesOfSet(
+        contact,
+        speed,
+        np.concatenate([s.points for s in states]),
+        np.concatenate([s.N for s in states]),
+        np.concatenate([s.psi for s in states]),
+        np.abs(np.concatenate([s.q for s in states])),
+        growth,
+        growth < slowest_decay(speeds[speed]),
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class SolvedState:
+    """A synchronous state with its forces, orbits, currents and stability.
+
+    contact
+        Names of the sites in contact.
+    N, psi
+        Normal force (N) and angle of the journal from the reference of unbalance (rad) at each of them.
+    friction
+        Friction force at each of them (N).
+    radius
+        Distance of the journal from the centre at each site (m).
+    currents
+        Complex demanded current of each bearing, in the rotating frame (A).
+    small
+        Small motion about it.
+    """
+
+    contact: tuple[str, ...]
+    N: Annotated[dict[str, float], "N"]
+    psi: Annotated[dict[str, float], "rad"]
+    friction: Annotated[dict[str, float], "N"]
+    radius: Annotated[dict[str, float], "m"]
+    currents: dict[str, complex]
+    small: SmallMotion
+
+
+def states_at(rotor: RubbingRotor, Omega: float, injected: Complex | None = None) -> list[SolvedState]:
+    """Return all synchronous states of a rotor at a speed (rad/s), of all sets of sites.
+
+    Parameters
+    ----------
+    injected
+        Synchronous currents (A) added to those of the controller, shape (n_bearings,).
+    """
+    at, mu, loop = rotor.receptances(Omega), rotor.mu(Omega), rotor.loop(Omega)
+    dynamics, result = Dynamics(loop), []
+    added = np.zeros(len(loop.currents), dtype=complex) if injected is None else injected
+    R_i, P_i, S_i = at.currents
+    force = rotor.unbalance * Omega**2
+    r = (at.P @ force + at.S @ added)[None]
+    for contact in all_sets(len(rotor.sites)):
+        states = states_of(contact, at.R, mu, rotor.c, r)
+        names = tuple(rotor.sites[k] for k in contact)
+        for n in range(len(states.points)):
+            currents = R_i @ states.force[n] + P_i @ force + S_i @ added
+            N = dict(zip(names, map(float, states.N[n]), strict=True))
+            result.append(
+                SolvedState(
+                    names,
+                    N,
+                    dict(zip(names, map(float, states.psi[n]), strict=True)),
+                    {name: float(mu[k]) * N[name] for k, name in zip(contact, names, strict=True)},
+                    dict(zip(rotor.sites, map(float, np.abs(states.q[n])), strict=True)),
+                    dict(zip(loop.currents, map(complex, currents), strict=True)),
+                    dynamics.about(contact, states.N[n], states.psi[n], rotor.c, mu),
+                )
+            )
+    return result

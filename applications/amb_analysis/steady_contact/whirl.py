@@ -1,0 +1,138 @@
+"""Self-sustained whirl in contact without unbalance: forward at a natural frequency, or backward by friction.
+
+Without unbalance, a journal on its circle, q = c exp(i (omega t + psi)), needs forces that turn with it:
+
+    c_j p_j + sum_k R_jk(omega) (1 + i mu_k) N_k p_k = 0,   N_j > 0,   |q| < c elsewhere              (1)
+
+For a site N = -c/(R (1 + i mu)) must be real and positive: H. F. Black, J. Mechanical Engineering Science 10 (1968)
+1-12. For two sites, the angle between them is unknown, and the frequency is solved for on each of its two values.
+Friction acts against the spin as long as the journal slips: Omega R_s + omega c > 0; a faster backward whirl rolls.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import combinations
+from typing import Annotated
+
+import numpy as np
+from scipy.optimize import brentq
+
+from amb_analysis.steady_contact.forward_loop import Complex
+from amb_analysis.steady_contact.receptances import Receptances, receptances_at
+from amb_analysis.steady_contact.rubbing_rotor import RubbingRotor
+from amb_analysis.steady_contact.stability import Dynamics
+from amb_cosim.results.component_names import PLANT
+from array_types import Array
+
+POINTS = 400  # searched frequencies, each way
+REACH = 30.0  # highest frequency, over the speed
+
+
+@dataclass(frozen=True, eq=False)
+class Whirl:
+    """A whirl sustained by friction or rotation.
+
+    contact
+        Sites in contact.
+    frequency
+        Whirl frequency (rad/s), negative backward.
+    N, friction, psi
+        Normal force and friction force (N) and angle (rad) of the journal at each of them.
+    slips
+        Whether the journals slip forward, as (1) assumes; otherwise they roll.
+    growth
+        Largest growth rate of small motion about it (1/s), except for its free phase.
+    """
+
+    contact: tuple[str, ...]
+    frequency: Annotated[float, "rad/s"]
+    N: Annotated[dict[str, float], "N"]
+    friction: Annotated[dict[str, float], "N"]
+    psi: Annotated[dict[str, float], "rad"]
+    slips: bool
+    growth: Annotated[float, "1/s"]
+
+    @property
+    def stable(self) -> bool:
+        """Whether small motion about it decays."""
+        return self.growth <= 0.0
+
+
+def whirls(rotor: RubbingRotor, Omega: float, highest: float | None = None) -> list[Whirl]:
+    """Return the sustained whirls of single sites and of pairs at a speed (rad/s).
+
+    Parameters
+    ----------
+    highest
+        Largest searched frequency (rad/s); `REACH` times the speed by default, and at most half the sampling
+        frequency.
+    """
+    loop, mu, c = rotor.loop(Omega), rotor.mu(Omega), rotor.c
+    nyquist = math.inf if loop.sample_time is None else 0.95 * math.pi / loop.sample_time
+    reach = min(REACH * Omega if highest is None else highest, nyquist)
+    available: dict[float, Receptances] = {}
+
+    def R(omega: float) -> Complex:
+        if omega not in available:
+            available[omega] = receptances_at(loop, omega)
+        return available[omega].R
+
+    grid = np.geomspace(1e-3 * reach, reach, POINTS)
+    radii = [rotor.linear_components.parameters(PLANT)[f"{site}.journal_radius"] for site in rotor.sites]
+    result = []
+    for contact in [s for size in (1, 2) for s in combinations(range(len(rotor.sites)), size)]:
+        for branch in range(1 if len(contact) == 1 else 2):
+            for line in (grid, -grid[::-1]):
+                for omega, forces, q in _on_branch(R, line, contact, branch, mu, c):
+                    others = [k for k in range(len(c)) if k not in contact]
+                    if (forces > 0.0).all() and (np.abs(q[others]) < c[others]).all():
+                        names = tuple(rotor.sites[k] for k in contact)
+                        slips = all(Omega * radii[k] + omega * c[k] > 0.0 for k in contact)
+                        psi = np.asarray(np.angle(q[list(contact)]), dtype=np.float64)
+                        small = Dynamics(loop, omega).about(contact, forces, psi, c, mu)
+                        at_rest = int(np.argmin(np.hypot(small.rates, small.frequencies - omega)))
+                        growth = float(np.delete(small.rates, at_rest).max(initial=-math.inf))
+                        at_sites = (forces, mu[list(contact)] * forces, psi)
+                        by_name = (dict(zip(names, map(float, values), strict=True)) for values in at_sites)
+                        N, friction, angles = by_name
+                        result.append(Whirl(names, omega, N, friction, angles, slips, growth))
+    return sorted(result, key=lambda whirl: whirl.frequency)
+
+
+def _on_branch(
+    R: Callable[[float], Complex], line: Array, contact: tuple[int, ...], branch: int, mu: Array, c: Array
+) -> list[tuple[float, Array, Complex]]:
+    """Return frequency, forces and motions of all sites where the last imaginary part of (1) changes its sign."""
+
+    def parts(omega: float) -> tuple[float, Complex, Complex]:
+        at = list(contact)
+        whole = R(omega)
+        E = np.linalg.inv(whole[np.ix_(at, at)] * (1.0 + 1j * mu[at]))
+        p: Complex = np.ones(len(at), dtype=complex)
+        if len(at) == 2:
+            g = E[0, 1] * c[at[1]]
+            sine = -(E[0, 0] * c[at[0]]).imag / abs(g)
+            if abs(sine) > 1.0:
+                return math.nan, p, p
+            angle = math.asin(sine) if branch == 0 else math.pi - math.asin(sine)
+            p[1] = np.exp(1j * (angle - np.angle(g)))
+        N: Complex = -p.conj() * (E @ (c[at] * p))
+        return float(N[-1].imag), p, N
+
+    values = [parts(float(omega))[0] for omega in line]
+    result: list[tuple[float, Array, Complex]] = []
+    for k in range(len(line) - 1):
+        if values[k] * values[k + 1] < 0.0:  # NaN if there is none
+            try:
+                omega = float(brentq(lambda x: parts(x)[0], line[k], line[k + 1], xtol=1e-10, rtol=1e-13))
+            except ValueError:
+                continue
+            error, p, N = parts(omega)
+            if math.isfinite(error) and abs(error) < 1e-6 * np.abs(N).max():
+                force = np.zeros(len(c), dtype=complex)
+                force[list(contact)] = -N.real * (1.0 + 1j * mu[list(contact)]) * p
+                result.append((omega, np.asarray(N.real, dtype=np.float64), np.asarray(R(omega) @ force)))
+    return result

@@ -1,0 +1,308 @@
+"""Study of an axis of a magnetic bearing: constants off the centre, linear range, load capacity, speed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, ClassVar
+
+import numpy as np
+
+from amb_actuator.force import pull
+from amb_analysis.machine.machine import machine_of
+from amb_analysis.studies.inputs import Number, positive
+from amb_analysis.studies.result import DrawnResult
+from amb_cosim.cosim.system.values import Raw, quantity
+from amb_cosim.design import magnetic_bearing
+from amb_cosim.presentation.text_tables import TextBlock, text_table
+from amb_cosim.results.component_names import PLANT
+from amb_cosim.scenario.scenario import given_scenario, load_scenario
+from amb_cosim.scenario.simulation import prepare
+from amb_files.suggestions import suggest
+from array_types import Array
+from rolac_controller.control_loop import LoopAxis
+from rotor_analysis.rotor_file import load_rotor
+
+TOLERANCE = 0.05  # of the linear law
+EDGE = 1e-3  # of the air gap, that is left where no retainer ends the motion
+POINTS = 61  # in each direction of a map
+LOADS = np.linspace(0.0, 1.0 - 1e-6, 61)  # of the largest that the axis can carry; there, more current adds nothing
+FREQUENCIES = np.geomspace(1.0, 1e4, 121)  # Hz
+AMPLITUDES = (0.25, 0.5, 1.0)  # of the largest sine of the control current
+
+
+@dataclass(frozen=True)
+class LinearLimits:
+    """Limits of the linear law: displacement (m) at I_c = 0, and control current (A) at x = 0."""
+
+    x: Annotated[tuple[float, float], "m"]
+    i_c: Annotated[tuple[float, float], "A"]
+
+
+@dataclass(frozen=True)
+class FullSwing:
+    """Amplitudes of a sinusoidal control current (A) and of its force (N), and the bandwidth (Hz) at that amplitude."""
+
+    i_c: Annotated[float, "A"]
+    force: Annotated[float, "N"]
+    bandwidth: Annotated[float, "Hz"]
+
+
+@dataclass(frozen=True, eq=False)
+class ForceBandwidth:
+    """Largest sinusoidal force at the centre (N) that the voltage allows, over frequency (Hz)."""
+
+    frequencies: Annotated[Array, "Hz"]
+    force_amplitude: Annotated[Array, "N"]
+
+
+@dataclass(frozen=True)
+class StaticLoad:
+    """Static load (N) of the axis at its static current, and the remaining control force (N) against and along it."""
+
+    static_load: Annotated[float, "N"]
+    up: Annotated[float, "N"]
+    down: Annotated[float, "N"]
+
+
+@dataclass(frozen=True, eq=False)
+class LoadCurves:
+    """Remaining control force over the static load.
+
+    static_load
+        Static loads (N), shape (n,).
+    static_current
+        Static current (A) that carries each.
+    up, down
+        Largest control force (N) against and along each load.
+    own
+        The same for the axis at its static current.
+    """
+
+    static_load: Annotated[Array, "N"]
+    static_current: Annotated[Array, "A"]
+    up: Annotated[Array, "N"]
+    down: Annotated[Array, "N"]
+    own: StaticLoad
+
+
+@dataclass(frozen=True, eq=False)
+class OperatingMap:
+    """K_s, K_i and linear error over the operating point.
+
+    x, i_c
+        Displacements up to the retainer (m), shape (m,), and control currents (A), shape (n,).
+    k_s, k_i
+        Negative stiffness (N/m) and current stiffness (N/A), shape (n, m).
+    linear_error
+        Error of the linear law over |K_s x| + |K_i I_c| (1), shape (n, m).
+    """
+
+    x: Annotated[Array, "m"]
+    i_c: Annotated[Array, "A"]
+    k_s: Array
+    k_i: Array
+    linear_error: Array
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class BearingAxis(DrawnResult):
+    """Capabilities of an axis of a magnetic bearing.
+
+    axis
+        Name of the axis, bearing and direction.
+    bias_current, static_current
+        Currents of the coils (A).
+    k_s, k_i
+        Negative stiffness (N/m) (2.8) and current stiffness (N/A) (2.9) at the centre.
+    tolerance
+        Error of the linear law (1) at the limits of its range.
+    linear_range
+        Range in which the linear law holds.
+    slew_rate
+        Fastest rise and fastest fall of the force (N/s).
+    amplifier_bandwidth
+        Bandwidth of the amplifier for small signals (Hz).
+    full_swing
+        Three sinusoidal control currents, the last one with the largest amplitude.
+    bandwidth
+        Largest sinusoidal force over frequency.
+    load
+        Remaining control force over static load.
+    map
+        K_s, K_i and error of the linear law over displacement and control current.
+    """
+
+    name: ClassVar[str] = "linearisation"
+
+    axis: str
+    bias_current: Annotated[float, "A"]
+    static_current: Annotated[float, "A"]
+    k_s: Annotated[float, "N/m"]
+    k_i: Annotated[float, "N/A"]
+    tolerance: float
+    linear_range: LinearLimits
+    slew_rate: Annotated[tuple[float, float], "N/s"]
+    amplifier_bandwidth: Annotated[float, "Hz"]
+    full_swing: tuple[FullSwing, ...]
+    bandwidth: ForceBandwidth
+    load: LoadCurves
+    map: OperatingMap
+
+    def text(self) -> list[TextBlock]:
+        """Return a table with a row for each property."""
+        (x_low, x_high), (i_low, i_high) = self.linear_range.x, self.linear_range.i_c
+        (rise, fall), local = self.slew_rate, self.load.own
+        sines = (f"{s.i_c:.2f} A ({s.force:.0f} N) to {s.bandwidth:.0f} Hz" for s in self.full_swing)
+        rows = {
+            "K_s, K_i (2.8, 2.9)": f"{1e-3 * self.k_s:.2f} N/mm, {self.k_i:.2f} N/A",
+            f"linear law within {self.tolerance:.0%}": (
+                f"x from {1e3 * x_low:.3f} to {1e3 * x_high:.3f} mm, I_c from {i_low:.2f} to {i_high:.2f} A"
+            ),
+            "slew rate of the force": f"{1e-6 * rise:.3f} MN/s up, {1e-6 * fall:.3f} MN/s down",
+            "bandwidth": f"{self.amplifier_bandwidth:g} Hz; at the voltage limit {', '.join(sines)}",
+            "control force left": (
+                f"{local.up:.0f} N up, {local.down:.0f} N down, above a static load of {local.static_load:.0f} N"
+            ),
+        }
+        title = f"{self.axis}, {self.bias_current:g} A bias and {self.static_current:g} A static current"
+        table = text_table(title, ("property", "value"), rows.items(), left=("property", "value"))
+        table.show_header = False
+        return [table]
+
+
+def linearisation(
+    scenario: str | Path | None = None,
+    *,
+    rotor: str | Path | None = None,
+    axis: str | None = None,
+    bias_current: Number | None = None,
+    static_current: Number | None = None,
+    set: Mapping[str, Raw] | None = None,
+) -> BearingAxis:
+    """Return K_s and K_i of a bearing axis over (x, I_c), its linear range, load capacity, slew rate and bandwidth.
+
+    Parameters
+    ----------
+    scenario
+        Name of a scenario of a pack, or a TOML file, that defines machine and parameters; by default the start values
+        of the actuator.
+    rotor
+        Name of a packaged rotor, or rotor file, to use instead of the scenario's.
+    axis
+        Bearing and direction, `left.x`; the first axis by default.
+    bias_current
+        Bias current of the coils (A), or a string with its unit, in place of the axis's.
+    static_current
+        Current that carries the static load (A), or a string with its unit, in place of the axis's.
+    set
+        Values of parameters by `component.variable`, numbers or strings with units; they need a scenario.
+
+    Raises
+    ------
+    ValueError
+        If no such axis exists, or the currents leave no room for control currents of both signs.
+
+    Examples
+    --------
+    >>> axis = linearisation("compressor_levitated")
+    >>> f"{axis.k_s / 1e3:.0f} N/mm, {axis.k_i:.0f} N/A"
+    '12952 N/mm, 1107 N/A'
+    """
+    chosen, local, clearance = _axis_of(scenario, rotor, axis, set or {})
+    currents: dict[str, float] = {}
+    if bias_current is not None:
+        currents["bias_current"] = positive(bias_current, "A", "bias-current")
+    if static_current is not None:
+        currents["static_current"] = quantity(static_current, "A", "static-current")
+    p = magnetic_bearing.axis_parameters(chosen.bearing, chosen.direction, **(local | currents))
+    largest = float(magnetic_bearing.current_amplitude(p, 0.0))
+    if not largest > 0.0:
+        raise ValueError(
+            f"bias-current = {p.bias_current:g} A with static-current = {p.static_current:g} A is not allowed; coils "
+            f"carry 0 to {p.current_limit:g} A and need control currents of both signs"
+        )
+    k_s, k_i = magnetic_bearing.linear_constants(p)
+    limits = magnetic_bearing.linear_range(p, TOLERANCE)
+    full_swing = tuple(
+        FullSwing(i, float(_force_amplitude(p, i)), magnetic_bearing.full_swing_bandwidth(p, i))
+        for i in (share * largest for share in AMPLITUDES)
+    )
+    return BearingAxis(
+        axis=chosen.name,
+        bias_current=float(p.bias_current),
+        static_current=float(p.static_current),
+        k_s=k_s,
+        k_i=k_i,
+        tolerance=TOLERANCE,
+        linear_range=LinearLimits((limits.x_low, limits.x_high), (limits.i_low, limits.i_high)),
+        slew_rate=magnetic_bearing.force_slew_rate(p),
+        amplifier_bandwidth=float(p.bandwidth),
+        full_swing=full_swing,
+        bandwidth=ForceBandwidth(FREQUENCIES, _force_amplitude(p, magnetic_bearing.current_amplitude(p, FREQUENCIES))),
+        load=_load_capacity(p),
+        map=_operating_map(p, clearance),
+    )
+
+
+def _axis_of(
+    scenario: str | Path | None, rotor: str | Path | None, axis: str | None, settings: Mapping[str, Raw]
+) -> tuple[LoopAxis, dict[str, float], float]:
+    """Return an axis, its parameters (from a scenario, if any), and how far the rotor can move there (m).
+
+    The distance is the clearance of its retainer or, without a retainer, the air gap, in which the force law holds.
+    """
+    if scenario is None and settings:
+        raise ValueError(f"{next(iter(settings))} is set, but of no scenario; name one")
+    machine = None
+    description = load_rotor(rotor)
+    values: Mapping[str, float] = {}
+    if scenario is not None:
+        chosen = given_scenario(load_scenario(str(scenario)).machine(), rotor)
+        machine = machine_of(prepare(chosen, settings))
+        description, values = machine.rotor, machine.parameters[PLANT]
+    axes = [LoopAxis(b.name, direction, "") for b in description.bearings for direction in "xy"]
+    names = [item.name for item in axes]
+    if axis is not None and axis not in names:
+        raise ValueError(f"axis = {axis} is not allowed; {suggest(axis, names)}")
+    k = 0 if axis is None else names.index(axis)
+    record = None if machine is None else machine.axis(axes[k].bearing, axes[k].direction)
+    local = {} if record is None else {name: float(record[name]) for name in record.dtype.names or ()}
+    retainers = [site for site in description.sites if site.bearing == axes[k].bearing]
+    gap = float(magnetic_bearing.axis_parameters(axes[k].bearing, axes[k].direction, **local).gap)
+    clearances = [values.get(f"{site.name}.clearance", site.clearance) for site in retainers]
+    return axes[k], local, min([*clearances, (1.0 - EDGE) * gap])
+
+
+def _force_amplitude(p: np.record, i_c: Array | float) -> Array:
+    """Return the force amplitude (N) at the centre under a sinusoidal control current (A), with saturation."""
+    return 0.5 * (
+        magnetic_bearing.linearisation(p, 0.0, i_c).force
+        - magnetic_bearing.linearisation(p, 0.0, -np.asarray(i_c)).force
+    )
+
+
+def _load_capacity(p: np.record) -> LoadCurves:
+    """Return the remaining control force over the static load, and at the static current of the axis."""
+
+    def carried(static: float) -> float:
+        return float(pull(p, p.bias_current + static, p.gap).force - pull(p, p.bias_current, p.gap).force)
+
+    local, loads = carried(p.static_current), LOADS * carried(p.current_limit - p.bias_current)
+    capacity, at_static = magnetic_bearing.load_capacity(p, loads), magnetic_bearing.load_capacity(p, np.array([local]))
+    return LoadCurves(
+        loads,
+        capacity.static_current,
+        capacity.up,
+        capacity.down,
+        StaticLoad(local, float(at_static.up[0]), float(at_static.down[0])),
+    )
+
+
+def _operating_map(p: np.record, clearance: float) -> OperatingMap:
+    """Return K_s, K_i and the error of the linear law over displacement, up to a clearance (m), and control current."""
+    x, i_c = np.linspace(-clearance, clearance, POINTS), np.linspace(*magnetic_bearing.current_range(p), POINTS)
+    slopes = magnetic_bearing.linearisation(p, x[None, :], i_c[:, None])
+    error = magnetic_bearing.linear_error(p, x[None, :], i_c[:, None])
+    return OperatingMap(x, i_c, slopes.k_s, slopes.k_i, error)

@@ -1,0 +1,164 @@
+"""Study of the natural frequencies of a rotor over its spin speed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, ClassVar
+
+import numpy as np
+
+from amb_analysis.studies.coefficient_limits import EXTRAPOLATED, Limits, is_extrapolated, limit_notes, limits_of
+from amb_analysis.studies.inputs import Number, speed_range, spin_speed
+from amb_analysis.studies.result import DrawnResult
+from amb_cosim.presentation.text_tables import TextBlock, text_table
+from amb_files.checks import require
+from array_types import Array
+from rotor_analysis.analysis_model import ACCURACY, analysis_model
+from rotor_analysis.campbell import campbell as follow_modes
+from rotor_analysis.modes import Whirl
+from rotor_analysis.rotor_file import RotorSource, load_rotor
+from rotor_analysis.shaft import MassModel
+
+POINTS = 161  # speeds of the diagram
+
+
+@dataclass(frozen=True, eq=False)
+class ModeOverSpeed:
+    """A mode over the speeds of the diagram.
+
+    frequencies
+        Damped natural frequencies (rad/s), shape (n,); NaN where the mode does not oscillate.
+    damping_ratios
+        Damping ratios (1), shape (n,); NaN where the mode does not oscillate.
+    whirl
+        Whirl direction at each speed; None where the mode does not oscillate.
+    """
+
+    frequencies: Annotated[Array, "rad/s"]
+    damping_ratios: Array
+    whirl: tuple[Whirl | None, ...]
+
+
+@dataclass(frozen=True)
+class CriticalSpeedRow:
+    """A spin speed (rad/s) that equals the damped frequency of a mode, with the number of the mode, from 1.
+
+    `extrapolated` is true if a table of coefficients does not cover this speed.
+    """
+
+    speed: Annotated[float, "rad/s"]
+    mode: int
+    damping_ratio: float
+    whirl: Whirl
+    extrapolated: bool = False
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class CampbellDiagram(DrawnResult):
+    """Natural frequencies and damping ratios over the spin speed, and critical speeds.
+
+    rotor, mass
+        Name of the rotor, and the mass matrix of its model.
+    speeds
+        Spin speeds (rad/s), ascending, shape (n,).
+    modes
+        The lowest modes at the first speed, followed over the others.
+    critical_speeds
+        Crossings of modes and the synchronous line, ascending.
+    coordinates, of
+        Number of coordinates of the analysed model and of the full model.
+    error
+        Largest relative error of the modes' eigenvalues against the full model's, at the lowest and highest speed.
+    operating_speed
+        The speed of the machine (rad/s), if given.
+    limits
+        Limits of the coefficients of bearings and seals.
+    """
+
+    name: ClassVar[str] = "campbell"
+
+    rotor: str
+    mass: MassModel
+    speeds: Annotated[Array, "rad/s"]
+    modes: tuple[ModeOverSpeed, ...]
+    critical_speeds: tuple[CriticalSpeedRow, ...]
+    coordinates: int
+    of: int
+    error: float
+    operating_speed: Annotated[float | None, "rad/s"] = None
+    limits: Limits = ()
+
+    def text(self) -> list[TextBlock]:
+        """Return the table of critical speeds and their accuracy."""
+        table = text_table("Critical speeds", ("(rad/s)", "(Hz)", "mode", "damping ratio", "whirl"), left=("whirl",))
+        for row in self.critical_speeds:
+            hertz = f"{row.speed / (2 * np.pi):.3f}"
+            mark = f", {EXTRAPOLATED}" if row.extrapolated else ""
+            table.add_row(f"{row.speed:.3f}", hertz, str(row.mode), f"{row.damping_ratio:.4f}", row.whirl + mark)
+        notes = limit_notes(self.limits, self.speeds)
+        if self.coordinates == self.of:
+            return [table, *notes]
+        reduced = (
+            f"{self.coordinates} coordinates in place of {self.of}; eigenvalues within {self.error:.0e} of the full"
+        )
+        return [table, *notes, f"{reduced} model's, which --full analyses"]
+
+
+def campbell(
+    rotor: RotorSource = None,
+    *,
+    mass: MassModel | None = None,
+    up_to: Number = "628 rad/s",
+    count: int = 8,
+    speed: Number | None = None,
+    full: bool = False,
+) -> CampbellDiagram:
+    """Return the natural frequencies and damping ratios of a rotor over the spin speed, and its critical speeds.
+
+    (lambda^2 M + lambda (C + Omega G) + K) phi = 0     (3.1 to 3.6);   critical speeds: |Im lambda| = Omega
+
+    Parameters
+    ----------
+    rotor
+        A rotor or a rotor file; by default the packs' default rotor.
+    mass
+        Mass matrix, `diagonal` or `consistent`; by default that of the rotor file.
+    up_to
+        Highest spin speed (rad/s), or a string with its unit.
+    count
+        Number of modes, the lowest first.
+    speed
+        Speed of the machine, marked in the figure.
+    full
+        Whether to analyse the full model instead of the smallest one with eigenvalues within 1e-5.
+
+    Raises
+    ------
+    ValueError
+        If the rotor file cannot be read or an argument is out of range.
+
+    Examples
+    --------
+    >>> diagram = campbell("compressor", up_to="12000 rpm", count=4)
+    >>> f"{diagram.critical_speeds[-1].speed:.0f} rad/s"
+    '331 rad/s'
+    """
+    description = load_rotor(rotor)
+    mass = mass or description.shaft.mass_matrix
+    speeds = speed_range(up_to, POINTS)
+    require(count >= 1, "count", count, "1 or more")
+    analysed = analysis_model(description, mass, speeds, count, 0.0 if full else ACCURACY)
+    model = analysed.supported.model
+    diagram = follow_modes(model, speeds, count)
+    modes = tuple(
+        ModeOverSpeed(frequencies, ratios, tuple(mode.whirl if mode else None for mode in track))
+        for frequencies, ratios, track in zip(diagram.frequencies, diagram.damping_ratios, diagram.tracks, strict=True)
+    )
+    limits = limits_of((*description.bearings, *description.seals))
+    critical = tuple(
+        CriticalSpeedRow(c.Omega, c.number, c.damping_ratio, c.whirl, is_extrapolated(limits, c.Omega))
+        for c in diagram.critical_speeds
+    )
+    sizes = model.size, analysed.supported.full.size
+    operating = None if speed is None else spin_speed(speed)
+    return CampbellDiagram(description.name, mass, speeds, modes, critical, *sizes, analysed.error, operating, limits)

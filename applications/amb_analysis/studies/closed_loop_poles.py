@@ -1,0 +1,312 @@
+"""Study of the poles of the levitated rotor under its controller, over the spin speed."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from os import PathLike
+from pathlib import Path
+from typing import Annotated, ClassVar
+
+import numpy as np
+from scipy.optimize import linear_sum_assignment
+
+from amb_analysis.linear.loop import Loop
+from amb_analysis.linear.stability import LoopStability
+from amb_analysis.machine.machine import Machine
+from amb_analysis.studies.coefficient_limits import EXTRAPOLATED, Limits, is_extrapolated, limit_notes, limits_of
+from amb_analysis.studies.inputs import DEFAULT_RANGE, Number, controlled, speed_range
+from amb_analysis.studies.result import MachineResult
+from amb_cosim.cosim.basics.choices import Flavour
+from amb_cosim.cosim.system.values import Raw
+from amb_cosim.presentation.text_tables import TextBlock, text_table
+from amb_cosim.presentation.units import speed_unit
+from amb_cosim.scenario.shaft_damping import viscous_losses
+from amb_cosim.scenario.simulation import prepare
+from amb_files.checks import require
+from array_types import Array, Complex
+from rotor_analysis.modes import Whirl
+
+POINTS = 61  # speeds of the diagram
+LOWEST = 1e-3  # of the highest speed, where the diagram begins: a rotor that stands still has no sense of whirl
+OVERDAMPED = 0.995  # damping ratio from which a pole does not count as a vibration
+TURN = 0.3  # of a pole's size: what counts as much as another sense of whirl when poles are paired
+CLEAR = 0.05  # sense of whirl, from -1 to 1, up to which it is mixed
+
+
+@dataclass(frozen=True, eq=False)
+class PoleOverSpeed:
+    """A vibration over the speeds of the diagram; NaN where it does not oscillate.
+
+    frequencies
+        Damped frequencies |Im s| (rad/s), shape (n,).
+    damping_ratios
+        -Re s / |s| (1), shape (n,); negative where the loop is not stable.
+    decrements
+        Logarithmic decrements, -2 pi Re s / |Im s| (1), shape (n,): the logarithm of the ratio of successive
+        amplitudes.
+    whirl
+        Sense of whirl at the bearings; None where there is no vibration.
+    """
+
+    frequencies: Annotated[Array, "rad/s"]
+    damping_ratios: Array
+    decrements: Array
+    whirl: tuple[Whirl | None, ...]
+
+
+@dataclass(frozen=True)
+class CriticalCrossing:
+    """A speed (rad/s) at which vibration `mode` (from 1) has the frequency of rotation, and its decrement there."""
+
+    mode: int
+    speed: float
+    decrement: float
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ClosedLoopPoles(MachineResult):
+    """Poles of the sampled loop over the spin speed, z = exp(s T).
+
+    sample_time
+        Sample time of the controller (s).
+    speeds
+        Spin speeds (rad/s), ascending, shape (n,).
+    poles
+        The slowest vibrations at the first speed, followed over the others.
+    least_damped
+        Smallest damping ratio of all vibrations at each speed (1), shape (n,), including those not followed.
+    spectral_radii
+        Largest modulus of all poles z at each speed (1), shape (n,), of drifts without vibration too; the loop is not
+        stable where it exceeds 1 (`amb_analysis.linear.stability`).
+    growth_rates
+        Growth rate of that pole at each speed, ln|z|/T, shape (n,).
+    least_stable
+        That pole at the worst speed from the lowest to the highest, between those of the diagram too.
+    unstable
+        Speeds (rad/s) of the diagram at which the loop is not stable, or the worst if it lies between them.
+    operating_speed
+        That of the scenario (rad/s).
+    limits
+        Limits of the coefficients of seals.
+    approximations
+        Sentences on what the model of the loop approximates.
+    """
+
+    name: ClassVar[str] = "poles"
+
+    sample_time: Annotated[float, "s"]
+    speeds: Annotated[Array, "rad/s"]
+    poles: tuple[PoleOverSpeed, ...]
+    least_damped: Array
+    spectral_radii: Array
+    growth_rates: Annotated[Array, "1/s"]
+    least_stable: LoopStability
+    unstable: Annotated[tuple[float, ...], "rad/s"]
+    operating_speed: Annotated[float, "rad/s"]
+    limits: Limits = ()
+    approximations: tuple[str, ...] = ()
+
+    @property
+    def critical_speeds(self) -> tuple[CriticalCrossing, ...]:
+        """Speeds at which a followed vibration has the frequency of rotation, interpolated, ascending."""
+        return tuple(sorted(_crossings(self.speeds, self.poles), key=lambda crossing: crossing.speed))
+
+    def text(self) -> list[TextBlock]:
+        """Return tables of the poles at the lowest and highest speed, critical speeds, and unstable speeds."""
+        table = text_table(
+            f"{self.rotor}: poles under control",
+            ("(rad/s)", "frequency (Hz)", "damping ratio", "logarithmic decrement", "whirl"),
+            left=("whirl",),
+        )
+        for k in (0, -1):
+            for pole in self.poles:
+                if pole.whirl[k] is not None:
+                    hertz = f"{pole.frequencies[k] / (2.0 * math.pi):.2f}"
+                    shares = (f"{pole.damping_ratios[k]:.4f}", f"{pole.decrements[k]:.3f}")
+                    table.add_row(
+                        f"{self.speeds[k]:.4g}", hertz, *shares, (pole.whirl[k] or "") + self._mark(self.speeds[k])
+                    )
+        criticals = ", ".join(
+            f"{speed_unit().text(c.speed)} (mode {c.mode}, decrement {c.decrement:.3g}{self._mark(c.speed)})"
+            for c in self.critical_speeds
+        )
+        notes = [*limit_notes(self.limits, self.speeds), *self.approximations]
+        return [table, f"critical speeds: {criticals or 'none'}", *self._verdict(), *notes]
+
+    def _mark(self, speed: float) -> str:
+        return f", {EXTRAPOLATED}" if is_extrapolated(self.limits, speed) else ""
+
+    @property
+    def unstable_ranges(self) -> tuple[tuple[float, float], ...]:
+        """First and last of successive speeds (rad/s) at which the loop is not stable."""
+        speeds = np.unique([*self.speeds, *self.unstable])
+        numbers = np.flatnonzero(np.isin(speeds, self.unstable))
+        pieces = np.split(numbers, np.flatnonzero(np.diff(numbers) > 1) + 1) if len(numbers) else []
+        return tuple((float(speeds[piece[0]]), float(speeds[piece[-1]])) for piece in pieces)
+
+    def _verdict(self) -> list[TextBlock]:
+        worst = self.least_stable
+        at = f"at {speed_unit().text(worst.speed)} {worst.motion}, |z| = {worst.radius:.7g}"
+        notes = [worst.note] if worst.note else []
+        if not self.unstable:
+            return ["stable at all of these speeds", f"least stable: {at}", *notes]
+        ranges = [f"from {a:.4g} to {b:.4g} rad/s" if a < b else f"at {a:.4g} rad/s" for a, b in self.unstable_ranges]
+        return [f"not stable {', '.join(ranges)}: {at}", *notes]
+
+
+@dataclass(frozen=True)
+class Vibrations:
+    """Poles s (rad/s) with Im s > 0, and their senses of whirl from -1 (backward) to 1 (forward), shape (n,) each.
+
+    `stability` is that of all poles, of those without vibration too.
+    """
+
+    poles: Complex
+    senses: Array
+    stability: LoopStability
+
+    def ratios(self) -> Array:
+        """Return the damping ratios."""
+        return np.asarray(-self.poles.real / np.abs(self.poles))
+
+
+def poles(
+    scenario: str | Path | None = None,
+    *,
+    rotor: str | Path | None = None,
+    controller: str | PathLike[str] | None = None,
+    up_to: Number | None = None,
+    count: int = 8,
+    set: Mapping[str, Raw] | None = None,
+    flavour: Flavour = "native",
+) -> ClosedLoopPoles:
+    """Return frequencies, damping and sense of whirl of the vibrations of a levitated rotor over its spin speed.
+
+    s = ln(z) / T, z the eigenvalues of the sampled loop (`amb_cosim.linearise`): the Campbell diagram of the levitated
+    machine. A vibration faster than half the sample rate is at its true frequency, that of the rotor's mode.
+
+    Parameters
+    ----------
+    scenario, rotor, controller
+        Machine, its parameters and its control (`studies.inputs.controlled`).
+    up_to
+        Highest spin speed (rad/s), or a string with its unit; 1.5 times that of the scenario by default, 628 rad/s
+        if it stands still.
+    count
+        Number of vibrations to follow, the slowest first.
+    set, flavour
+        Values of parameters by `component.variable`, numbers or strings with units; flavour of the FMUs.
+
+    Raises
+    ------
+    ValueError
+        If a value is not allowed, or the scenario has no magnetic bearings under a controller.
+
+    Examples
+    --------
+    >>> result = poles("compressor_levitated", count=2)
+    >>> [f"{crossing.speed:.0f} rad/s" for crossing in result.critical_speeds]
+    ['297 rad/s', '298 rad/s']
+    """
+    require(count >= 1, "count", count, "1 or more")
+    values = controlled(scenario, rotor, controller)
+    prepared = prepare(values.machine(), set, flavour=flavour)
+    machine = Machine(prepared)
+    loop = machine.loop
+    highest = (1.5 * prepared.plan.speed or DEFAULT_RANGE) if up_to is None else up_to
+    speeds = speed_range(highest, POINTS)
+    speeds[0] = LOWEST * speeds[-1]
+    result = [vibrations(loop, float(Omega)) for Omega in speeds]
+    tracks = followed(result, count)
+    worst = loop.least_stable(speeds)
+    stabilities = [of_speed.stability for of_speed in result]
+    unstable = [one.speed for one in stabilities if not one.is_stable]
+    if not unstable and not worst.is_stable:
+        unstable = [worst.speed]
+    return ClosedLoopPoles(
+        scenario=values.name,
+        rotor=machine.rotor.name,
+        sample_time=loop.sample_time,
+        speeds=speeds,
+        poles=tuple(_over_speed(result, track) for track in tracks),
+        least_damped=np.array([of_speed.ratios().min(initial=1.0) for of_speed in result]),
+        spectral_radii=np.array([one.radius for one in stabilities]),
+        growth_rates=np.array([one.growth_rate for one in stabilities]),
+        least_stable=worst,
+        unstable=tuple(unstable),
+        operating_speed=prepared.plan.speed,
+        limits=limits_of(machine.rotor.seals),
+        approximations=tuple(viscous_losses(prepared.assembly)),
+    )
+
+
+def vibrations(loop: Loop, Omega: float) -> Vibrations:
+    """Return the vibrations of a loop at a spin speed (rad/s), the slowest first.
+
+    The sense of whirl is 2 Im(x conj(y)) / (|x|^2 + |y|^2), summed over the journals of the bearings.
+    """
+    whole = loop.poles(Omega)
+    s = whole.s
+    alternates = (whole.z.real < 0.0) & (np.abs(whole.z.imag) <= 1e-9 * np.abs(whole.z))  # at half the sample rate
+    vibrates = ~alternates & (s.imag > 0.0) & (-s.real < OVERDAMPED * np.abs(s))
+    chosen = np.flatnonzero(vibrates)[np.argsort(s[vibrates].imag, kind="stable")]
+    x, y = whole.shapes[0::2, chosen], whole.shapes[1::2, chosen]
+    size = (np.abs(x) ** 2 + np.abs(y) ** 2).sum(axis=0)
+    turning = 2.0 * (x * y.conj()).imag.sum(axis=0)
+    senses = np.divide(turning, size, out=np.zeros(len(chosen)), where=size > 0.0)
+    return Vibrations(s[chosen], senses, whole.stability)
+
+
+def followed(vibrations: list[Vibrations], count: int) -> list[list[int | None]]:
+    """Return, for each of the first vibrations, its number at every speed; None from where it is lost.
+
+    Each is paired with the pole nearest to the extrapolation of its last two, by |s - s_expected| / |s|, plus `TURN`
+    per difference in the sense of whirl.
+    """
+    tracks: list[list[int | None]] = [[k] for k in range(min(count, len(vibrations[0].poles)))]
+    for n in range(1, len(vibrations)):
+        alive = [track for track in tracks if track[-1] is not None]
+        now = vibrations[n]
+        cost = np.array([_distances(vibrations, track, now, n) for track in alive]).reshape(len(alive), len(now.poles))
+        pairs = dict(zip(*map(list, linear_sum_assignment(cost)), strict=True))
+        for k, track in enumerate(alive):
+            best = pairs.get(k)
+            track.append(best if best is not None and cost[k, best] < TURN else None)
+        for track in tracks:
+            if len(track) == n:
+                track.append(None)
+    return tracks
+
+
+def _distances(vibrations: list[Vibrations], track: list[int | None], now: Vibrations, n: int) -> Array:
+    last, before = track[-1], track[-2] if n > 1 else None
+    assert last is not None
+    expected = vibrations[n - 1].poles[last]
+    if before is not None:
+        expected = 2.0 * expected - vibrations[n - 2].poles[before]
+    turn = np.abs(now.senses - vibrations[n - 1].senses[last]) / 2.0
+    return np.asarray(np.abs(now.poles - expected) / np.abs(expected) + TURN * turn)
+
+
+def _over_speed(vibrations: list[Vibrations], track: list[int | None]) -> PoleOverSpeed:
+    pairs = list(zip(vibrations, track, strict=True))
+    s = np.array([np.nan if k is None else at.poles[k] for at, k in pairs], dtype=np.complex128)
+    ratios = np.array([np.nan if k is None else at.ratios()[k] for at, k in pairs])
+    whirl = tuple(None if k is None else _whirl(float(at.senses[k])) for at, k in pairs)
+    return PoleOverSpeed(s.imag, ratios, -2.0 * math.pi * s.real / s.imag, whirl)
+
+
+def _crossings(speeds: Array, followed_poles: Sequence[PoleOverSpeed]) -> Iterator[CriticalCrossing]:
+    for mode, pole in enumerate(followed_poles, start=1):
+        beyond = pole.frequencies - speeds
+        before, after = beyond[:-1], beyond[1:]
+        for k in np.flatnonzero(((before > 0.0) & (after <= 0.0)) | ((before <= 0.0) & (after > 0.0))):
+            share = float(beyond[k] / (beyond[k] - beyond[k + 1]))
+            at, decrement = ((1.0 - share) * v[k] + share * v[k + 1] for v in (speeds, pole.decrements))
+            yield CriticalCrossing(mode, float(at), float(decrement))
+
+
+def _whirl(sense: float) -> Whirl:
+    return "mixed" if abs(sense) <= CLEAR else "forward" if sense > 0.0 else "backward"

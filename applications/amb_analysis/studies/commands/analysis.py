@@ -1,0 +1,288 @@
+"""Commands that analyse: modes of a rotor, and studies that draw figures."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import AbstractContextManager, nullcontext
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from amb_analysis import studies
+from amb_cosim.commands.cli_errors import refusing
+from amb_cosim.commands.options import (
+    FLAVOUR,
+    FREQUENCY,
+    ROTOR,
+    SETTINGS,
+    SPEED,
+    UNBALANCE,
+    UNITS,
+    Option,
+    WithUnit,
+    output,
+)
+from amb_cosim.commands.packs import GENERAL, PACKAGES, PackCommands
+from amb_files.atomic import check_writable
+
+if TYPE_CHECKING:
+    from amb_analysis.studies.result import DrawnResult
+
+
+def _renamed(_: click.Context, __: click.Parameter, texts: tuple[str, ...]) -> dict[str, str]:
+    pairs = [text.partition("=") for text in texts]
+    with refusing():
+        for name, sign, place in pairs:
+            if not (name and sign and place):
+                raise ValueError(f"--channel {name + sign + place} is not allowed; it must be NAME=PLACE")
+    return {name.strip(): place.strip() for name, _, place in pairs}
+
+
+MASS = click.option(
+    "--mass", type=click.Choice(["diagonal", "consistent"]), help="Mass matrix; default: that of the rotor file."
+)
+SCENARIO = click.argument("scenario", required=False)
+COUNT = click.option("--count", type=int, default=8, show_default=True, help="Number of modes, lowest first.")
+UP_TO = click.option("--up-to", type=SPEED, default="628 rad/s", show_default=True, help="Highest spin speed.")
+UP_TO_50_HZ = click.option("--up-to", type=SPEED, default="50 Hz", show_default=True, help="Highest speed.")
+CONTROLLER = click.option(
+    "--controller", metavar="FILE", help="Controller file (TOML, .npz, .mat) or FMU to use instead."
+)
+CLOSED_BEARINGS = (
+    click.option("--k-b", default="1e6 N/m", show_default=True, help="Net stiffness of the closed bearings."),
+    click.option("--c-b", default="5000 N.s/m", show_default=True, help="Damping of the closed bearings."),
+)
+MEASURED = (
+    click.option("--measured", metavar="FILE", help="Measurement: .uff, .mat, .npz, .csv, or a result."),
+    click.option(
+        "--loop",
+        type=click.Choice(["free", "linear", "open", "closed"]),
+        help="Support of the rotor; default: closed, free for a rotor.",
+    ),
+    click.option("--input", "inputs", multiple=True, metavar="CHANNEL", help="Input, such as fan.f_x; repeatable."),
+    click.option("--response", "outputs", multiple=True, metavar="CHANNEL", help="Output, such as eye.x; repeatable."),
+    click.option(
+        "--channel",
+        "channels",
+        multiple=True,
+        callback=_renamed,
+        metavar="NAME=PLACE",
+        help="Place of a measured channel: acc1='0.12 m.x'.",
+    ),
+    click.option("--estimator", type=click.Choice(["H1", "H2"]), default="H1", show_default=True, help="Estimator."),
+    click.option("--segment", help="Length of a segment; default: 1/8 of the record."),
+    click.option("--window", default="hann", show_default=True, help="Window of a segment."),
+)
+
+
+@click.group(cls=PackCommands)
+def study() -> None:
+    """Analyse a machine: draw figures and write data."""
+
+
+study.list_in_section("Rotor", "campbell", "modes", "unbalance_response")
+study.list_in_section("Bearings and control", "linearisation", "receptance", "response", "fit", "sensitivity", "poles")
+study.list_in_section("Contact", "traps", "waterfall")
+study.list_in_section("Is a result right?", "convergence", "coupling")
+
+
+def add_study(name: str, *options: Option, shows_progress: bool = False) -> None:
+    """Add a study of `amb_analysis.studies.STUDIES` to the command line; modules `commands` of packs do so, too.
+
+    Parameters
+    ----------
+    name
+        Name of the study; its function is imported when the command runs.
+    options
+        Options of the command. Their values are passed by keyword.
+    shows_progress
+        Whether the study shows its own progress bar.
+    """
+
+    described = studies.study_of(name)
+    assert described is not None
+
+    def run(output: Path | None, **values: Any) -> None:
+        from amb_cosim.presentation.plain_console import plain_console
+        from amb_cosim.presentation.text_tables import print_parts
+
+        folder = output or Path("results") / f"study_{name}"
+        status: AbstractContextManager[object] = nullcontext()
+        if not shows_progress:
+            status = plain_console(stderr=True).status("computing (a first run compiles the models)")
+        with refusing(), status:
+            check_writable(folder, is_folder=True)
+            compute: Callable[..., DrawnResult] = getattr(studies, name)
+            result = compute(**values)
+            studies.save(result, folder)
+        print_parts([*result.text(), f"results in {folder}"])
+
+    decorated: Callable[..., None] = run
+    always: tuple[Option, ...] = (output(f"Folder for the results; default results/study_{name}."), UNITS)
+    for add_option in (*always, *reversed(options)):
+        decorated = add_option(decorated)
+    added = study.command(name, help=described.description)(decorated)
+    PACKAGES[added] = described.module.partition(".")[0] or GENERAL
+
+
+add_study(
+    "campbell",
+    ROTOR,
+    MASS,
+    UP_TO,
+    COUNT,
+    click.option("--speed", type=SPEED, help="Speed of the machine, marked in the figure."),
+    click.option("--full", is_flag=True, help="Analyse the full model, not the smallest sufficient one."),
+)
+add_study(
+    "modes",
+    ROTOR,
+    MASS,
+    click.option(
+        "--speeds", type=SPEED, default="0", show_default=True, help="Spin speeds; mode shapes are drawn at the first."
+    ),
+    COUNT,
+)
+add_study(
+    "unbalance_response",
+    SCENARIO,
+    ROTOR,
+    CONTROLLER,
+    MASS,
+    click.option("--up-to", type=SPEED, help="Highest speed; default: twice the scenario's, or 628 rad/s."),
+    click.option("--unbalance", type=UNBALANCE, help="Unbalance; default: the scenario's, or 10 g.m."),
+    click.option("--place", metavar="PART", help="Place of the unbalance; default: the first disc."),
+    click.option("--node", type=int, help="Node of the unbalance, instead of --place."),
+    click.option(
+        "--clearance", type=WithUnit("0.25 mm"), help="Radial clearance everywhere; default: that of each site."
+    ),
+    SETTINGS,
+    FLAVOUR,
+)
+add_study("coupling", SCENARIO, ROTOR, SETTINGS, FLAVOUR)
+add_study(
+    "convergence",
+    SCENARIO,
+    ROTOR,
+    SETTINGS,
+    click.option(
+        "--starts",
+        type=int,
+        default=4,
+        show_default=True,
+        help="Runs with clearances differing by 1e-6; 50 if chaotic.",
+    ),
+    FLAVOUR,
+    shows_progress=True,
+)
+add_study(
+    "sensitivity",
+    SCENARIO,
+    ROTOR,
+    CONTROLLER,
+    click.option("--speed", type=SPEED, help="Spin speed; default: that of the scenario."),
+    click.option("--amplifier", is_flag=True, help="Amplifiers with bandwidth and voltage limit."),
+    click.option("--delay", is_flag=True, help="Delay currents by one sample."),
+    click.option("--sample-time", help="Sample time of the controller; default: the scenario's."),
+    SETTINGS,
+    FLAVOUR,
+)
+add_study(
+    "poles",
+    SCENARIO,
+    ROTOR,
+    CONTROLLER,
+    click.option("--up-to", type=SPEED, help="Highest spin speed; default: 1.5 times the scenario's."),
+    COUNT,
+    SETTINGS,
+    FLAVOUR,
+)
+add_study(
+    "traps",
+    SCENARIO,
+    ROTOR,
+    CONTROLLER,
+    click.option("--speed", type=SPEED, help="Spin speed of the machine; default: the scenario's."),
+    click.option("--unbalance", type=UNBALANCE, help="Its unbalance; default: that at the end of the scenario."),
+    click.option("--place", metavar="DISC", help="Place of the unbalance; default: as in the scenario."),
+    click.option("--up-to", type=SPEED, help="Highest speed of the map; default: twice the machine's."),
+    click.option("--unbalance-up-to", type=UNBALANCE, help="Largest unbalance of the map; default: beyond the traps."),
+    SETTINGS,
+    FLAVOUR,
+)
+add_study(
+    "linearisation",
+    SCENARIO,
+    ROTOR,
+    click.option("--axis", metavar="BEARING.x|y", help="Axis; default: the first."),
+    click.option("--bias-current", help="Bias current of the coils; default: that of the axis."),
+    click.option("--static-current", help="Current that carries the static load; default: the axis's."),
+    SETTINGS,
+)
+add_study("receptance", ROTOR, UP_TO_50_HZ, *CLOSED_BEARINGS)
+add_study(
+    "response",
+    SCENARIO,
+    ROTOR,
+    CONTROLLER,
+    *MEASURED,
+    click.option("--speed", type=SPEED, help="Spin speed; default: the scenario's, 0 for a rotor."),
+    click.option("--up-to", type=FREQUENCY, help="Highest frequency; default: as measured, or 1 kHz."),
+    SETTINGS,
+    FLAVOUR,
+)
+add_study(
+    "fit",
+    ROTOR,
+    *MEASURED,
+    click.option(
+        "--free", multiple=True, metavar="NAME=LO:HI", help="Parameter with bounds: bodies.fan.mass=3:5; repeatable."
+    ),
+    click.option("--speed", type=SPEED, help="Spin speed; default: at rest."),
+    click.option("--up-to", type=FREQUENCY, help="Highest frequency; default: as measured."),
+)
+add_study(
+    "waterfall",
+    click.argument("source", required=False),
+    click.option("--up-to", type=SPEED, help="Highest frequency; default: 2.5 times the highest spin frequency."),
+    click.option("--window", help="Length of a window; default: 1 s, or an eighth of the run."),
+    ROTOR,
+    SETTINGS,
+    FLAVOUR,
+    shows_progress=True,
+)
+
+
+@click.command()
+@SCENARIO
+@ROTOR
+@CONTROLLER
+@click.option("--at", type=SPEED, help="Spin speed; default: that of the scenario.")
+@click.option(
+    "--input", "inputs", multiple=True, metavar="PATTERN", help="component.variable; default: unconnected inputs."
+)
+@click.option("--shown", "outputs", multiple=True, metavar="PATTERN", help="component.variable; default: all.")
+@click.option("--component", "components", multiple=True, metavar="NAME", help="Components of the model; default: all.")
+@click.option("--open", "opened", multiple=True, metavar="PATTERN", help="Inputs whose connection is cut.")
+@SETTINGS
+@FLAVOUR
+@output("File to write, .mat or .npz.", "linear_model.mat")
+def linearise(scenario: str | None, controller: str | None, output: Path, **options: Any) -> None:
+    """Write the linear model of a machine or a part.
+
+    The file contains A, B, C, D of the machine, a part of it, or its sampled loop, with names and units.
+    """
+    from amb_analysis.linear import linearise as linear
+    from amb_cosim.results.component_names import CONTROLLER as COMPONENT
+
+    values: dict[str, Any] = {name: value or None for name, value in options.items() if name != "opened"}
+    fmu = None if controller is None else {COMPONENT: controller}
+    with refusing():
+        check_writable(output, is_folder=False)
+        model = linear.linearise(scenario, opened=options["opened"], fmu=fmu, **values)
+        path = model.save(output)
+    sampled = f"sampled every {model.dt:g} s" if model.dt else "continuous"
+    click.echo(f"{model.nstates} states, {model.ninputs} inputs, {model.noutputs} outputs, {sampled}; in {path}")
+    for note in model.notes:
+        click.echo(f"notice: {note}", err=True)

@@ -1,0 +1,41 @@
+"""The command `rotor show`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from amb_cosim.commands.cli_errors import refusing
+from amb_cosim.commands.options import JSON, output
+from amb_cosim.commands.printing import print_result
+from amb_cosim.commands.rotor import rotor
+from amb_files.atomic import check_writable
+
+
+@rotor.command("show")
+@click.argument("name")
+@output("Picture to write.", metavar="PNG")
+@JSON
+def show(name: str, output: Path | None, as_json: bool) -> None:
+    """Show and draw parts, mass and modes of a rotor.
+
+    NAME is a packaged rotor or a rotor file. The plant's model of it is shown, too.
+    """
+    from amb_analysis import studies
+    from rotor_analysis.packaged_rotors import rotor_path
+    from rotor_analysis.rotor_file import load_rotor
+
+    with refusing():
+        if output is not None:
+            check_writable(output, is_folder=False)
+        load_rotor(name)  # its errors name the file
+        try:
+            result = studies.layout(name)
+        except ValueError as error:
+            raise ValueError(f"rotor file {rotor_path(name)}: {error}") from error
+        if output is not None:
+            from amb_cosim.presentation.style import write_png
+
+            write_png(studies.figure(result), output)
+    print_result(result, as_json)

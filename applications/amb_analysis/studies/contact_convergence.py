@@ -1,0 +1,282 @@
+"""Study of the convergence of contact forces with modes, mesh, substeps, steps and starts.
+
+A contact force has converged if neither twice as many modes nor a shorter communication step changes it. If runs whose
+clearances differ by a millionth differ much, the case is chaotic: a single run is no evidence, and medians over many
+starts are compared.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Annotated, ClassVar
+
+import numpy as np
+
+from amb_analysis.studies.convergence_runs import (
+    START,
+    STEP_PARTS,
+    CaseResult,
+    Contact,
+    ConvergenceCase,
+    prepare_case,
+    simulate_case,
+    varied_cases,
+)
+from amb_analysis.studies.processes import simulate_in_processes
+from amb_analysis.studies.result import DrawnResult
+from amb_cosim.cosim.basics.choices import Flavour
+from amb_cosim.cosim.run.options import Progress
+from amb_cosim.cosim.system.values import Raw
+from amb_cosim.presentation.progress import progress_bar
+from amb_cosim.presentation.text_tables import TextBlock, labelled_table, number, text_table
+from amb_cosim.results.contact_forces import WINDOW
+from amb_cosim.scenario.scenario import given_scenario
+from amb_files.checks import require
+from array_types import Array
+from rotor_analysis.rotor_file import load_rotor
+
+ORDER = ("scenario", "modes", "mesh", "substep", "step")
+CONVERGED = 0.05  # relative change of a peak force
+CHAOTIC = 0.05  # relative scatter of a peak force over starts
+
+
+@dataclass(frozen=True)
+class ConvergenceRow:
+    """A run in the result: the change, its label and position on an axis, its start, and its contact (`CaseResult`).
+
+    change
+        Largest relative change of a site's peak force from that of the scenario (%); None without contact.
+    """
+
+    varied: str
+    label: str
+    value: float
+    start: int
+    sites: dict[str, Contact]
+    recovery: str | None
+    energy_balance: float | None
+    failure: str
+    change: Annotated[float | None, "%"]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ContactConvergence(DrawnResult):
+    """Contact of a scenario with other modes, meshes, substeps, communication steps and starts.
+
+    scenario, rotor
+        Their names.
+    rows
+        The run of the scenario, followed by the others.
+    scatter
+        Largest scatter of a peak force over the starts, (largest - smallest) / median (%); None if there are none.
+    change
+        Largest change of a peak force with twice as many modes (%), of medians over the starts if the case is chaotic;
+        None if modes do not vary.
+    step_change
+        Largest change of a peak force with the shortest communication step (%), judged as `change` is.
+    averaged_change, averaged_step_change
+        The same of the force averaged over 1 ms.
+    chaotic
+        Whether the scatter shows chaos; None without starts.
+    """
+
+    name: ClassVar[str] = "convergence"
+
+    scenario: str
+    rotor: str
+    rows: tuple[ConvergenceRow, ...]
+    scatter: Annotated[float | None, "%"]
+    change: Annotated[float | None, "%"]
+    step_change: Annotated[float | None, "%"]
+    averaged_change: Annotated[float | None, "%"]
+    averaged_step_change: Annotated[float | None, "%"]
+    chaotic: bool | None
+
+    def text(self) -> list[TextBlock]:
+        """Return a table of peak forces, impulses and outcomes, and lines that explain it."""
+        sites = list(dict.fromkeys(site for row in self.rows for site in row.sites))
+        headings = [f"{site.upper()} {what}" for site in sites for what in ("peak", "1 ms", "impact", "impulse")]
+        title = f"Convergence of {self.scenario} with {self.rotor}"
+        table = text_table(title, ("run", *headings, "change", "outcome"), left=("run", "outcome"))
+        for row in self.rows:
+            if row.start == 0:
+                cells = [text for site in sites for text in _cells(row.sites.get(site))]
+                change = "-" if row.change is None else f"{row.change:.1f} %"
+                table.add_row(row.label, *cells, change, row.failure or row.recovery or "-")
+        window = f"{1e3 * WINDOW:g} ms: largest averaged over it, impacts included (N)"
+        return [
+            table,
+            f"peak: largest force (N); {window}; impact: largest impulse of impacts in a step; impulse: of all (N s)",
+            *self._over_starts(sites),
+            *self._verdict(),
+        ]
+
+    def _over_starts(self, sites: Sequence[str]) -> list[TextBlock]:
+        """Return a table of the peak forces over the starts, of the scenario and of the most modes."""
+        repeated = list(dict.fromkeys(row.label for row in self.rows if row.start))
+        if not repeated:
+            return []
+        headings = [f"{site.upper()} {what}" for site in sites for what in ("least", "median", "greatest")]
+        table = labelled_table("Peak force over the starts (N)", "run", *headings)
+        for label in repeated:
+            runs = [row for row in self.rows if row.label == label]
+            peaks = [[row.sites[site].peak_force for row in runs if site in row.sites] for site in sites]
+            cells = [[np.min(peak), np.median(peak), np.max(peak)] if peak else [None] * 3 for peak in peaks]
+            table.add_row(label, *(number(value) for values in cells for value in values))
+        return [table]
+
+    def _verdict(self) -> list[str]:
+        lines = []
+        if self.scatter is not None:
+            starts = max(row.start for row in self.rows)
+            verdict = "chaotic, medians are compared" if self.chaotic else "not chaotic"
+            scatter = f"peak forces scatter by {self.scatter:.2g} %"
+            lines.append(f"{verdict}: over {starts} starts, clearances {START:g} apart, {scatter}")
+        for what, change, averaged in (
+            (f"a communication step of 1/{STEP_PARTS[-1]}", self.step_change, self.averaged_step_change),
+            ("twice as many coordinates, or all", self.change, self.averaged_change),
+        ):
+            if change is not None:
+                verdict = "converged" if change <= 100.0 * CONVERGED else "not converged"
+                forces = f"peak forces change by up to {change:.2g} %, those averaged over 1 ms by {averaged:.2g} %"
+                lines.append(f"{verdict}: with {what}, {forces}")
+        return lines
+
+    def data_files(self) -> dict[str, str]:
+        """Return the texts of `convergence.json`, and of `convergence.csv`, a line for each run and site."""
+        return super().data_files() | {f"{self.name}.csv": self.to_csv()}
+
+    def to_csv(self) -> str:
+        """Return a line for each run and each site that it touched; the column names include units."""
+        file = io.StringIO()
+        writer = csv.writer(file, lineterminator="\n")
+        forces = ("peak_force_N", "mean_force_N", "peak_impulse_Ns", "impulse_Ns")
+        writer.writerow(("varied", "label", "value", "start", "site", *forces, "outcome", "energy_balance"))
+        for row in self.rows:
+            outcome = row.failure or row.recovery or ""
+            for site, contact in row.sites.items():
+                values = (contact.peak_force, contact.mean_force, contact.peak_impulse, contact.impulse)
+                run = (row.varied, row.label, row.value, row.start)
+                writer.writerow((*run, site, *values, outcome, row.energy_balance))
+        return file.getvalue()
+
+
+def _cells(contact: Contact | None) -> Sequence[str]:
+    if contact is None:
+        return "-", "-", "-", "-"
+    return tuple(number(value) for value in vars(contact).values())
+
+
+def convergence(
+    scenario: str | Path | None = None,
+    *,
+    rotor: str | Path | None = None,
+    set: Mapping[str, Raw] | None = None,
+    starts: int = 4,
+    flavour: Flavour = "native",
+    progress: bool | Progress | None = None,
+) -> ContactConvergence:
+    """Return contact forces and outcome of a scenario over modes, mesh, substep, step and perturbed starts.
+
+    Modes are those that Craig and Bampton's method retains in addition to the planes; a rotor condensed to its planes
+    has none. Meshes are those of `[mesh]` `accuracy` from 1e-2 to 1e-4 (1e-3 for diagonal mass), and the mesh of the
+    file with the other mass matrix.
+
+    Parameters
+    ----------
+    scenario
+        Name of a scenario of a pack, or a TOML file; by default the packs' default scenario.
+    rotor
+        Name of a packaged rotor, or rotor file, to use instead of the scenario's.
+    set
+        Values by `component.variable` that replace the scenario's.
+    starts
+        Number of runs with clearances that differ by 1e-6, each for the scenario, for twice as many modes and for the
+        shortest communication step; 0 for none.
+    flavour
+        Flavour of the FMUs.
+    progress
+        Whether to display a bar (default in a terminal and a notebook), or a function called with the number of
+        finished runs and of all runs.
+
+    Raises
+    ------
+    ValueError
+        If the scenario, a value or a file is wrong, or the scenario itself does not reach its end.
+    """
+    require(0 <= starts <= 1000, "starts", starts, "from 0 to 1000")
+    values = given_scenario(scenario, rotor)
+    base = ConvergenceCase(values, dict(set or {}), flavour=flavour)
+    prepare_case(base)  # checks the input and builds the FMUs before processes are started
+    with progress_bar(progress) as report:
+        others = list(varied_cases(base))
+        local = _with_starts([base], starts)
+        twice, short = (_with_starts(_furthest(others, varied), starts) for varied in ("modes", "step"))
+        cases = [*local, *twice, *short, *(case for case in others if case not in (*twice, *short))]
+        results = simulate_in_processes(simulate_case, cases, report)
+    if results[0].failure:
+        raise ValueError(f"scenario {values.name}: {results[0].failure}")
+    rows = [_row(case, result, results[0]) for case, result in zip(cases, results, strict=True)]
+    rows.sort(key=lambda row: (row.start, ORDER.index(row.varied), row.value))
+    of_scenario, of_twice = results[: len(local)], results[len(local) : len(local) + len(twice)]
+    of_short = results[len(local) + len(twice) :][: len(short)]
+    scatter = _scatter(of_scenario) if starts else None
+    chaotic = None if scatter is None else scatter > 100.0 * CHAOTIC
+    compared = slice(None) if chaotic else slice(1)
+    change, step_change, averaged_change, averaged_step_change = (
+        _change(other[compared], of_scenario[compared], force) if other else None
+        for force in ("peak_force", "mean_force")
+        for other in (of_twice, of_short)
+    )
+    return ContactConvergence(
+        scenario=values.name,
+        rotor=load_rotor(values.rotor).name,
+        rows=tuple(rows),
+        scatter=scatter,
+        change=change,
+        step_change=step_change,
+        averaged_change=averaged_change,
+        averaged_step_change=averaged_step_change,
+        chaotic=chaotic,
+    )
+
+
+def _furthest(cases: Sequence[ConvergenceCase], varied: str) -> list[ConvergenceCase]:
+    """The case with the most modes, or with the shortest communication step, if that varies."""
+    return sorted((case for case in cases if case.varied == varied), key=lambda case: case.value)[-1:]
+
+
+def _with_starts(cases: Sequence[ConvergenceCase], starts: int) -> list[ConvergenceCase]:
+    """A case, if any, and its repetitions from perturbed starts."""
+    return [replace(case, start=k) for case in cases for k in range(starts + 1)]
+
+
+def _row(case: ConvergenceCase, result: CaseResult, base: CaseResult) -> ConvergenceRow:
+    change = _change([result], [base]) if result.sites else None
+    return ConvergenceRow(case.varied, case.label, case.value, case.start, **vars(result), change=change)
+
+
+def _forces(results: Sequence[CaseResult], force: str) -> dict[str, Array]:
+    """A force (`peak_force` or `mean_force`) of each run at each site that any run touched."""
+    sites = dict.fromkeys(site for result in results for site in result.sites)
+    return {s: np.array([getattr(r.sites[s], force) if s in r.sites else 0.0 for r in results]) for s in sites}
+
+
+def _scatter(results: Sequence[CaseResult]) -> float:
+    """Scatter of the peak force, (largest - smallest) / median, the largest of all sites (%)."""
+    return max(
+        (100.0 * float(np.ptp(f) / np.median(f)) for f in _forces(results, "peak_force").values() if f.any()),
+        default=0.0,
+    )
+
+
+def _change(results: Sequence[CaseResult], base: Sequence[CaseResult], force: str = "peak_force") -> float:
+    """Largest relative change of the median of a force at a site (%)."""
+    before, after = ({s: float(np.median(f)) for s, f in _forces(runs, force).items()} for runs in (base, results))
+    return max(
+        (100.0 * abs(after.get(site, 0.0) / value - 1.0) for site, value in before.items() if value > 0.0), default=0.0
+    )

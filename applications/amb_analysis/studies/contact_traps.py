@@ -1,0 +1,361 @@
+"""Study of traps: where a rotor can stay in contact, and what frees it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from os import PathLike
+from pathlib import Path
+from typing import Annotated, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from amb_analysis.steady_contact.contact_whirl import ContactWhirl, contact_whirls
+from amb_analysis.steady_contact.freeing import smallest_demand, smallest_freeing
+from amb_analysis.steady_contact.rubbing_rotor import RubbingRotor, rubbing_rotor
+from amb_analysis.steady_contact.stability import Dynamics
+from amb_analysis.steady_contact.trap_map import TrapMap, clearance_shares, least_touching, states_at, trap_map
+from amb_analysis.steady_contact.whirl import whirls
+from amb_analysis.studies.inputs import Number, controlled, positive, speed_range, spin_speed
+from amb_analysis.studies.result import MachineResult
+from amb_analysis.studies.trap_control import Freed, control_of
+from amb_analysis.studies.trap_states import (
+    KINDS,
+    BearingCurrent,
+    RollingContact,
+    SustainedWhirl,
+    SynchronousState,
+    allowed_current,
+    currents_of,
+    regime_of,
+    report_state,
+    rolling_contacts,
+)
+from amb_cosim.cosim.basics.choices import Flavour
+from amb_cosim.cosim.system.values import Raw
+from amb_cosim.presentation.json_data import Layout
+from amb_cosim.presentation.text_tables import TextBlock, text_table
+from amb_cosim.results.component_names import PLANT
+from amb_cosim.scenario.simulation import prepare
+from amb_files.checks import require
+from array_types import Array
+from rotor_analysis.rotor_file import load_rotor
+
+SPEEDS, AMOUNTS, CURVE, LEAST = 200, 50, 400, 500  # points of the map, of the curves, and of unbalance at one speed
+GRADE, BEYOND_GRADE = 2.5e-3, 10.0  # m/s of balancing grade G 2.5, and times its limit that a map reaches at most
+SEARCH_SPEEDS, SEARCH_AMOUNTS, MARGIN = 40, 30, 1.25  # of the search for what traps; what the map shows beyond it
+WIDE = 10.0  # times the machine's unbalance, from which on the amounts of a map are on a logarithmic scale
+LOWEST = 0.02  # of the highest speed and of the largest unbalance, where the map begins
+MOST_LISTED = 4  # vibrations about a state, and sustained whirls, that are printed
+AT_ONCE = 2  # sites in contact at once on the map and on the curves; at the machine's point all
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Traps(MachineResult):
+    """States in which a rotor can stay in contact.
+
+    speed, unbalance
+        Spin speed (rad/s) of the machine, and its largest unbalance at one place (kg m).
+    sites
+        Contact sites.
+    loop_growth, loop_frequency
+        Growth rate (1/s) and whirl frequency (rad/s) of the rotor without contact; positive: the loop is unstable.
+    kind
+        Possible behaviour at this point.
+    states
+        All synchronous states there.
+    own
+        Whirls near its speed that last long without unbalance.
+    sustained, rolling
+        Whirls that need no unbalance, at its speed: with slip, and by rolling.
+    least_trapping
+        Smallest unbalance with which a stable contact exists at its speed (kg m); None if none exists up to the largest
+        of the map.
+    touching, trapping
+        Smallest unbalance at any speed of the map with which the orbit of the unobstructed rotor touches a site, or a
+        stable contact exists (kg m), and the speed (rad/s); the second is None if none exists up to the largest of the
+        map.
+    grade_limit, grade_limit_at_speed
+        Unbalance that balancing grade G 2.5 allows at each speed of the map, shape (n,), and at its speed (kg m).
+    smallest_force
+        Smallest additional currents of the bearings that leave no state in contact; None if no currents do, or the loop
+        is unstable.
+    control
+        Whether each kind of control frees it; empty if the loop is unstable, because steady currents do not stabilise
+        it.
+    speeds, unbalances
+        Axes of the map (rad/s, kg m), shapes (n,) and (k,).
+    kinds
+        Possible behaviour at each point (0 free, 1 both, 2 contact, 3 whirl), shape (n, k).
+    least_trapping_over_speed
+        Smallest unbalance of the map that traps at each speed (kg m), NaN where none traps, shape (n,).
+    curves, orbits
+        All states over speed at the machine's unbalance, and orbits of the unobstructed rotor at the sites (m).
+    clearances
+        Of the sites (m).
+    notes
+        Approximations, in words.
+    """
+
+    name: ClassVar[str] = "traps"
+
+    speed: Annotated[float, "rad/s"]
+    unbalance: Annotated[float, "kg.m"]
+    sites: tuple[str, ...]
+    loop_growth: Annotated[float, "1/s"]
+    loop_frequency: Annotated[float, "rad/s"]
+    kind: str
+    states: tuple[SynchronousState, ...]
+    own: tuple[ContactWhirl, ...]
+    sustained: tuple[SustainedWhirl, ...]
+    rolling: tuple[RollingContact, ...]
+    least_trapping: Annotated[float | None, "kg.m"]
+    touching: tuple[float, float]
+    trapping: tuple[float, float] | None
+    grade_limit: Annotated[Array, "kg.m"]
+    grade_limit_at_speed: Annotated[float, "kg.m"]
+    smallest_force: dict[str, BearingCurrent] | None
+    control: dict[str, Freed]
+    speeds: Annotated[Array, "rad/s"]
+    unbalances: Annotated[Array, "kg.m"]
+    kinds: NDArray[np.int64]
+    least_trapping_over_speed: Annotated[Array, "kg.m"]
+    curves: Annotated[TrapMap, Layout.OMITTED]
+    orbits: Annotated[Array, Layout.OMITTED]
+    clearances: Annotated[Array, "m"]
+    notes: tuple[str, ...]
+
+    def text(self) -> list[TextBlock]:
+        """Return the states of the machine, what frees it, and the approximations."""
+        table = text_table(
+            f"{self.rotor}: states at {self.speed:.5g} rad/s with {1e3 * self.unbalance:.4g} g m",
+            ("contact", "normal forces (N)", "current (A)", "allowed (A)", "growth (1/s)", "whirl (rad/s)", "it"),
+            left=("contact", "it"),
+        )
+        for state in self.states:
+            forces = ", ".join(f"{force:.1f}" for force in state.normal_forces.values()) or "-"
+            worst = max(state.currents.values(), key=lambda i: i.amplitude / max(i.allowed, 1e-12), default=None)
+            currents = ("-", "-") if worst is None else (f"{worst.amplitude:.2f}", f"{worst.allowed:.2f}")
+            place = "+".join(state.contact) or "free"
+            motion = f"{state.growth:.3g}", f"{state.whirl_frequency:.4g}"
+            table.add_row(place, forces, *currents, *motion, state.beyond(self.speed))
+        lines: list[TextBlock] = [*self._instability(), table, f"{self.kind}", self._reach(), *self._freeing()]
+        for state in (state for state in self.states if state.contact):
+            whirling = [v for v in state.vibrations if abs(v.frequency - self.speed) > 1e-6 * self.speed][:MOST_LISTED]
+            held = ", ".join(f"{v.frequency:.4g} ({100.0 * v.damping_ratio:.2g} %)" for v in whirling)
+            where = "+".join(f"{site} with {force:.4g} N" for site, force in state.normal_forces.items())
+            lines.append(f"held at {where} it vibrates at {held} rad/s (damping ratio)")
+        for local in self.own:
+            slow, fast = (", ".join(f"{site} {N[k]:.4g} N" for site, N in local.N.items()) for k in (0, 1))
+            sides = " on opposite sides" if -1 in local.signs else ""
+            lines.append(
+                f"pressed hard at {'+'.join(local.contact)}{sides} it may whirl for long at its own frequency, "
+                f"{local.frequencies[0]:.4g} rad/s ({slow}) to {local.frequencies[1]:.4g} rad/s ({fast})"
+            )
+        lasting = [whirl for whirl in self.sustained if whirl.stable and whirl.accurate]
+        for whirl in sorted(lasting, key=lambda whirl: abs(whirl.frequency))[:MOST_LISTED]:
+            forces = ", ".join(f"{name} {force:.4g} N" for name, force in whirl.normal_forces.items())
+            rolling = "" if whirl.slips else "; it rolls before"
+            lines.append(f"a whirl at {whirl.frequency:.4g} rad/s needs no unbalance, and lasts ({forces}{rolling})")
+        for contact in {whirl.frequency: whirl for whirl in self.rolling if whirl.possible}.values():  # the most sites
+            slower = [w.frequency for w in self.sustained if w.grows_backward and {*w.contact} <= {*contact.contact}]
+            onset = f"; a backward whirl grows from {max(slower):.4g} rad/s on" if slower else ""
+            lines.append(f"{contact}{onset}")
+        return [*lines, *(f"notice: {note}" for note in self.notes)]
+
+    def _instability(self) -> list[str]:
+        if self.loop_growth <= 0.0:
+            return []
+        return [
+            f"the loop is unstable at this speed: without contact a whirl at {self.loop_frequency:.4g} rad/s "
+            f"grows at {self.loop_growth:.3g} 1/s, until the rotor touches"
+        ]
+
+    def _reach(self) -> str:
+        """Return the smallest unbalances that touch and trap at any speed of the map, or the largest without a trap."""
+        highest, largest, (touching, at) = self.speeds[-1], self.unbalances[-1], self.touching
+        touches = f"{_grams(touching)} at {at:.4g} rad/s touches" if touching <= largest else "nothing touches"
+        if self.trapping is not None:
+            traps = f"{_grams(self.trapping[0])} at {self.trapping[1]:.4g} rad/s can trap"
+        else:
+            times = f"{largest / self.grade_limit_at_speed:.3g} times the limit of G 2.5 at {self.speed:.4g} rad/s"
+            traps = f"up to {_grams(largest)}, {times}, none traps"
+        return f"at any speed up to {highest:.4g} rad/s the least unbalance: {touches}; {traps}"
+
+    def _freeing(self) -> list[str]:
+        lines = []
+        if self.least_trapping is None and self.loop_growth > 0.0:
+            lines.append(f"up to {1e3 * self.unbalances[-1]:.4g} g m no steady contact is stable at this speed")
+        elif self.least_trapping is None:
+            lines.append(f"up to {1e3 * self.unbalances[-1]:.4g} g m nothing traps it at this speed")
+        else:
+            lines.append(f"the smallest unbalance that traps it at this speed is {1e3 * self.least_trapping:.4g} g m")
+        if self.loop_growth > 0.0:
+            return lines
+        if self.smallest_force is None:
+            lines.append("no synchronous currents of these bearings leave it without a state in contact")
+        elif any(current.amplitude for current in self.smallest_force.values()):
+            message = ", ".join(f"{b} {i.amplitude:.3g} A at {i.phase:.0f} deg" for b, i in self.smallest_force.items())
+            lines.append(f"the smallest additional currents that leave it no state in contact: {message}")
+        return [*lines, *(f"{name}: {freed.words}" for name, freed in self.control.items())]
+
+
+def traps(
+    scenario: str | Path | None = None,
+    *,
+    rotor: str | Path | None = None,
+    controller: str | PathLike[str] | None = None,
+    speed: Number | None = None,
+    unbalance: Number | None = None,
+    place: str | None = None,
+    up_to: Number | None = None,
+    unbalance_up_to: Number | None = None,
+    set: Mapping[str, Raw] | None = None,
+    flavour: Flavour = "native",
+) -> Traps:
+    """Return where a rotor under control can stay in contact over speed and unbalance, and what frees it.
+
+    Every synchronous state (`synchronous_states`), its stability, the map, and the smallest force that
+    frees.
+
+    Parameters
+    ----------
+    scenario, rotor, controller
+        Machine, control, and final speed and unbalance (`studies.inputs.controlled`).
+    speed
+        Spin speed of the machine's point (rad/s), or a string with its unit.
+    unbalance, place
+        Unbalance of the machine's point (kg m), or a string with its unit, and the disc where it is. By default those
+        of the scenario; the map multiplies the unbalances of all places by one factor.
+    up_to, unbalance_up_to
+        Highest speed and largest unbalance of the map. By default twice the machine's speed, and the unbalance that
+        covers trapping at any of these speeds, touching, and twice the machine's unbalance; if nothing traps, also ten
+        times the limit of G 2.5 at the machine's speed.
+    set, flavour
+        Values of parameters by `component.variable`, numbers or strings with units; flavour of the FMUs.
+
+    Raises
+    ------
+    ValueError
+        If a value is not allowed, there is no unbalance, or the rotor can touch nowhere.
+    """
+    values = controlled(scenario, rotor, controller)
+    prepared = prepare(values, set, flavour=flavour)
+    machine = _with_unbalance(rubbing_rotor(prepared), unbalance, place)
+    Omega = prepared.plan.speed if speed is None else spin_speed(speed)
+    require(Omega > 0.0, "speed", f"{Omega:g} rad/s", "> 0 rad/s")
+    amount = float(np.abs(machine.unbalance).max())
+    highest = 2.0 * Omega if up_to is None else spin_speed(up_to, "up-to")
+    speeds = speed_range(highest, SPEEDS + 1)[1:]
+    described = load_rotor(values.rotor)
+    limit = described.mass * GRADE / Omega
+    largest = (
+        _largest(machine, speeds, limit / amount) * amount
+        if unbalance_up_to is None
+        else positive(unbalance_up_to, "kg.m", "unbalance-up-to")
+    )
+    factors = _factors(largest / amount)
+    whole = trap_map(machine, speeds, factors, AT_ONCE)
+    touching, touching_at = least_touching(machine, speeds)
+    trapping = whole.least_trapping()
+    curves = trap_map(machine, speed_range(highest, CURVE + 1)[1:], np.ones(1), AT_ONCE)
+    states = tuple(report_state(state, machine, Omega) for state in states_at(machine, Omega))
+    here = trap_map(machine, np.array([Omega]), np.linspace(0.0, 1.0, LEAST + 1)[1:] * largest / amount, AT_ONCE)
+    least = float(here.least_trapping()[0]) * amount
+    loop = Dynamics(machine.loop(Omega)).about((), np.zeros(0), np.zeros(0), machine.c, machine.mu(Omega))
+    freeing = smallest_freeing(machine, Omega) if loop.is_stable else None
+    needed = None if freeing is None else currents_of(freeing.injected, machine)
+    allowed = np.array([allowed_current(machine, bearing) for bearing in machine.loop(Omega).currents])
+    demand = smallest_demand(machine, Omega, allowed) if loop.is_stable else None
+    demands = [currents_of(result.demanded, machine) for result in (freeing, demand) if result is not None]
+    valid_to = machine.linear_components.layout(PLANT).get("valid_to") or math.inf
+    notes = list(machine.notes)
+    if len(machine.sites) > AT_ONCE:
+        notes.append(f"map and curves have at most {AT_ONCE} sites in contact at once; the machine's states all")
+    return Traps(
+        scenario=values.name,
+        rotor=described.name,
+        speed=Omega,
+        unbalance=amount,
+        sites=machine.sites,
+        loop_growth=0.0 if loop.is_stable and loop.growth > 0.0 else loop.growth,
+        loop_frequency=loop.frequency,
+        kind=KINDS[regime_of(states)],
+        states=states,
+        own=tuple(contact_whirls(machine, Omega)),
+        sustained=tuple(
+            SustainedWhirl(w.contact, w.frequency, w.N, w.slips, w.stable, abs(w.frequency) <= valid_to)
+            for w in whirls(machine, Omega)
+        ),
+        rolling=rolling_contacts(machine, Omega, valid_to),
+        least_trapping=least if math.isfinite(least) else None,
+        touching=(touching * amount, touching_at),
+        trapping=None
+        if np.isnan(trapping).all()
+        else (float(np.nanmin(trapping)) * amount, float(speeds[np.nanargmin(trapping)])),
+        grade_limit=limit * Omega / speeds,
+        grade_limit_at_speed=limit,
+        smallest_force=needed,
+        control=control_of(machine, Omega, states, demands) if loop.is_stable else {},
+        speeds=speeds,
+        unbalances=factors * amount,
+        kinds=whole.regimes(),
+        least_trapping_over_speed=trapping * amount,
+        curves=curves,
+        orbits=clearance_shares(machine, curves.speeds) * machine.c,
+        clearances=machine.c,
+        notes=tuple(notes),
+    )
+
+
+def _largest(machine: RubbingRotor, speeds: Array, limit: float) -> float:
+    """Return the largest factor of a map: above those that touch and trap at any speed, and at least 2.
+
+    Parameters
+    ----------
+    limit
+        Factor that balancing grade G 2.5 allows at the machine's speed; the search ends at ten times this factor, or
+        beyond.
+    """
+    touching, _ = least_touching(machine, speeds)
+    end = max(BEYOND_GRADE * limit, MARGIN * touching, 2.0)
+    searched = np.geomspace(min(0.1 * touching, 0.1 * end), end, SEARCH_AMOUNTS)
+    step = max(1, len(speeds) // SEARCH_SPEEDS)
+    least = trap_map(machine, speeds[::step], searched, AT_ONCE).least_trapping()
+    if np.isnan(least).all():
+        return end
+    return max(MARGIN * float(np.nanmin(least)), MARGIN * touching, 2.0)
+
+
+def _factors(largest: float) -> Array:
+    """Return the factors of a map: on a linear scale, or on a logarithmic one that includes the machine's."""
+    if largest <= WIDE:
+        return np.linspace(LOWEST, 1.0, AMOUNTS) * largest
+    return np.geomspace(0.5, largest, AMOUNTS)
+
+
+def _grams(unbalance: float) -> str:
+    return f"{1e3 * unbalance:.4g} g m"
+
+
+def _with_unbalance(machine: RubbingRotor, unbalance: Number | None, place: str | None) -> RubbingRotor:
+    if place is not None:
+        require(place in machine.places, "place", place, f"one of {', '.join(machine.places)}")
+    if unbalance is None and place is None:
+        require(
+            bool(np.any(machine.unbalance)),
+            "unbalance",
+            "0 kg m",
+            "> 0 kg m: set unbalance, or use a scenario with one",
+        )
+        return machine
+    amount = np.abs(machine.unbalance).max() if unbalance is None else positive(unbalance, "kg.m", "unbalance")
+    require(amount > 0.0, "unbalance", "0 kg m", "> 0 kg m")
+    where = machine.places[0] if place is None else place
+    if place is None and np.any(machine.unbalance):
+        return machine.with_unbalance(machine.unbalance * amount / np.abs(machine.unbalance).max())
+    return machine.with_unbalance(
+        np.array([amount if name == where else 0.0 for name in machine.places], dtype=complex)
+    )

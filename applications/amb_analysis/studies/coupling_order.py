@@ -1,0 +1,157 @@
+"""Study of the effect of the master's order and communication step on a run."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Annotated, ClassVar
+
+from amb_analysis.studies.result import DrawnResult
+from amb_cosim.cosim.basics.choices import Coupling, Flavour, Loop
+from amb_cosim.cosim.run.options import RunOptions
+from amb_cosim.cosim.system.system_tables import Record
+from amb_cosim.cosim.system.values import Raw
+from amb_cosim.presentation.text_tables import TextBlock, labelled_table
+from amb_cosim.results.contact_history import contact_cycles, recovery
+from amb_cosim.results.orbits import orbit_after, orbit_before
+from amb_cosim.scenario.coupling import delay, predictable
+from amb_cosim.scenario.scenario import Scenario, given_scenario
+from amb_cosim.scenario.simulation import prepare, run_prepared
+
+TIMINGS = 3  # of each run; the shortest counts
+NAMES: Mapping[Coupling, str] = {"gauss_seidel": "Gauss-Seidel", "jacobi": "Jacobi", "iterative": "iterative"}
+
+
+@dataclass(frozen=True)
+class CouplingRun:
+    """Order and loop of the master, fraction of the scenario's step, and whether the controller predicts."""
+
+    coupling: Coupling
+    parts: int
+    predicts: bool = False
+    loop: Loop = "compiled"
+
+    @property
+    def name(self) -> str:
+        """Name of the order."""
+        return NAMES[self.coupling] + ", predicting" * self.predicts + ", plain loop" * (self.loop == "plain")
+
+
+@dataclass(frozen=True)
+class OrderRow:
+    """A run.
+
+    order, step
+        Name of the order; communication step (s).
+    orbit
+        Largest radius at each bearing in the cycle before the scenario's step change, or in the last cycle (mm).
+    deviation
+        Largest relative difference of an orbit from that of the first run (1).
+    outcome
+        Outcome of the step change, or of the run without one, or the reason of an early end.
+    last_contact
+        Cycle of the last contact; None if there is none.
+    cost
+        Run time relative to the first run (1).
+    """
+
+    order: str
+    step: Annotated[float, "s"]
+    orbit: Annotated[dict[str, float], "mm"]
+    deviation: float
+    outcome: str
+    last_contact: float | None
+    cost: float
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class CouplingOrders(DrawnResult):
+    """Runs of a scenario in each order of the master and at several communication steps, compared with the first."""
+
+    name: ClassVar[str] = "coupling"
+
+    scenario: str
+    rows: tuple[OrderRow, ...]
+
+    def text(self) -> list[TextBlock]:
+        """Return a table of the runs by order and step."""
+        places = [f"{at.upper()} (mm)" for at in self.rows[0].orbit]
+        columns = ("step (us)", *places, "deviation (%)", "outcome", "last contact (cycle)", "cost")
+        title = f"{self.scenario}: orbit before the step of the scenario or at the end, outcome and cost"
+        table = labelled_table(title, "order", *columns)
+        for row in self.rows:
+            orbits = (f"{radius:.5f}" for radius in row.orbit.values())
+            last = "-" if row.last_contact is None else f"{row.last_contact:.1f}"
+            displayed = (f"{100.0 * row.deviation:.1f}", row.outcome, last, f"{row.cost:.1f}")
+            table.add_row(row.order, f"{1e6 * row.step:g}", *orbits, *displayed)
+        return [table]
+
+
+RUNS = (
+    *(CouplingRun("gauss_seidel", parts) for parts in (1, 5)),
+    *(CouplingRun("jacobi", parts) for parts in (1, 2, 5, 10, 25)),
+    *(CouplingRun("jacobi", parts, predicts=True) for parts in (1, 2, 5, 10)),
+    CouplingRun("gauss_seidel", 1, loop="plain"),
+    CouplingRun("iterative", 1, loop="plain"),
+)
+
+
+def coupling(
+    scenario: str | Path | None = None,
+    *,
+    rotor: str | Path | None = None,
+    set: Mapping[str, Raw] | None = None,
+    flavour: Flavour = "native",
+) -> CouplingOrders:
+    """Return orbit, outcome and cost of a scenario for each order and communication step of the master.
+
+    Parameters
+    ----------
+    scenario
+        Name of a scenario of a pack, or a TOML file; by default the packs' default scenario. The study compares its
+        communication step and fractions of it.
+    rotor
+        Name of a packaged rotor, or rotor file, to use instead of the scenario's.
+    set
+        Values by `component.variable` that replace the scenario's.
+    flavour
+        Flavour of the FMUs.
+
+    Raises
+    ------
+    ValueError
+        If the scenario, a value or a file is wrong, or its first run has no orbit.
+    """
+    values = given_scenario(scenario, rotor).model_copy(update={"record": Record()})
+    runs = [run for run in RUNS if not run.predicts or predictable(prepare(values, set, flavour=flavour).interfaces)]
+    result = [simulated(run, values, set or {}, flavour) for run in runs]
+    first, shortest = result[0]
+    if not first.orbit or not all(first.orbit.values()):
+        raise ValueError(f"scenario {values.name}: the rotor does not move before its step; {first.outcome}")
+    rows = (replace(row, deviation=_deviation(row, first), cost=wall / shortest) for row, wall in result)
+    return CouplingOrders(values.name, tuple(rows))
+
+
+def simulated(
+    run: CouplingRun, scenario: Scenario, settings: Mapping[str, Raw], flavour: Flavour = "native"
+) -> tuple[OrderRow, float]:
+    """Return a run of a scenario, with deviation and cost still 0, and its shortest run time (s)."""
+    step = scenario.step_size("gauss_seidel") / run.parts
+    changed = scenario.model_copy(update={"coupling": run.coupling, "communication_step": step})
+    ahead = delay(run.coupling, step) if run.predicts else 0.0
+    names = predictable(prepare(changed, settings, flavour=flavour).interfaces)
+    prepared = prepare(changed, {**settings, **dict.fromkeys(names, ahead)}, flavour=flavour)
+    results = [run_prepared(prepared, RunOptions(run.loop)) for _ in range(TIMINGS)]
+    if any(result.outcome.status == "interrupted" for result in results):
+        raise KeyboardInterrupt
+    signals, outcome = results[0].signals, results[0].outcome
+    radii = orbit_before(signals) if "disturbance_cycle" in signals.attrs else orbit_after(signals)
+    orbits = {at: radius for at, radius in radii.items() if radius is not None}
+    led_to = outcome.failure or recovery(signals) or outcome.status
+    row = OrderRow(run.name, step, orbits, 0.0, led_to, contact_cycles(signals)[1], 0.0)
+    return row, min(float(result.signals.attrs["wall_s"]) for result in results)
+
+
+def _deviation(row: OrderRow, first: OrderRow) -> float:
+    return max((abs(row.orbit[at] / r - 1.0) for at, r in first.orbit.items() if at in row.orbit), default=1.0)

@@ -1,0 +1,61 @@
+"""Figures of the studies: module `figures.NAME` draws the result of the study of that name."""
+
+from __future__ import annotations
+
+from functools import partial
+from importlib import import_module
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from amb_files.atomic import write_atomically
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from amb_analysis.studies.result import DrawnResult
+
+
+def figure(result: DrawnResult) -> Figure:
+    """Return a new figure of a study's result, which a notebook displays.
+
+    Examples
+    --------
+    >>> from amb_analysis import studies
+    >>> len(figure(studies.campbell("compressor", count=2)).axes)
+    2
+    """
+    import matplotlib as mpl
+
+    from amb_cosim.presentation.style import STYLE
+
+    with mpl.rc_context(STYLE):
+        beside = type(result).__module__.rpartition(".")[0]
+        drawn: Figure = import_module(f"{beside}.figures.{result.name}").draw(result)
+    return drawn
+
+
+def save(result: DrawnResult, folder: Path | str) -> Path:
+    """Write the data of a study's result as `NAME.json` and its figure as `NAME.png`, and return the folder.
+
+    The folder is created if it is missing. A file appears complete or not at all.
+
+    Raises
+    ------
+    OSError
+        If the folder or a file cannot be written.
+
+    Examples
+    --------
+    >>> from amb_analysis import studies
+    >>> folder = save(studies.campbell("compressor", count=2), "campbell")
+    >>> sorted(file.name for file in folder.iterdir())
+    ['campbell.json', 'campbell.png']
+    """
+    from amb_cosim.presentation.style import write_png
+
+    texts, folder = result.data_files(), Path(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, text in texts.items():
+        write_atomically(folder / name, partial(Path.write_text, data=text, encoding="utf-8"))
+    write_png(figure(result), folder / f"{result.name}.png")
+    return folder

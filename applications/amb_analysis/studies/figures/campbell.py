@@ -1,0 +1,36 @@
+"""Campbell diagram."""
+
+from __future__ import annotations
+
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from amb_analysis.studies.campbell_diagram import CampbellDiagram
+from amb_analysis.studies.figures.coefficient_limits import hatch_extrapolated, with_frozen
+from amb_analysis.studies.figures.over_speed import SIZE, add_legend, draw_over_speed, draw_zones, label_points
+from amb_analysis.studies.figures.whirl import WHIRL_STYLES
+from amb_cosim.presentation.style import TITLE_SIZE, StyledFigure
+from amb_cosim.presentation.units import speed_unit
+
+
+def draw(diagram: CampbellDiagram) -> Figure:
+    """Draw damped frequencies with the lines 1x and 2x and critical speeds above, and damping ratios below."""
+    unit, operating = speed_unit(), diagram.operating_speed
+    vibrations = [(mode.whirl, mode.frequencies, mode.damping_ratios) for mode in diagram.modes]
+    figure = StyledFigure(figsize=SIZE, layout="constrained")
+    top, bottom = draw_over_speed(figure, diagram.speeds, vibrations, operating)
+    points = []
+    for critical in diagram.critical_speeds:
+        colour, _ = WHIRL_STYLES[critical.whirl]
+        at = critical.speed / unit.size
+        top.plot(at, at, "o", ms=3.5, color=colour)
+        points.append((at, at, f"{critical.mode}: {unit.number(critical.speed)}", colour))
+    label_points(top, points)
+    bottom.set_ylabel(r"damping ratio $\zeta$")
+    draw_zones(bottom, [mode.damping_ratios for mode in diagram.modes], is_decrement=False)
+    mark = Line2D([], [], color="0.3", ls="", marker="o", ms=3.5, label="mode: critical speed")
+    hatched = hatch_extrapolated((top, bottom), diagram.speeds, diagram.limits)
+    add_legend(figure, vibrations, operating, mark, *hatched)
+    title = f"{diagram.rotor}: damped natural frequencies and damping ratios"
+    figure.suptitle(with_frozen(title, diagram.limits), fontsize=TITLE_SIZE)
+    return figure

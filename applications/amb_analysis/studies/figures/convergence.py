@@ -1,0 +1,71 @@
+"""Contact forces over the modes kept, the mesh and the substep."""
+
+from __future__ import annotations
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from amb_analysis.studies.contact_convergence import CONVERGED, ContactConvergence, ConvergenceRow
+from amb_cosim.presentation.style import BLUE, GREEN, ORANGE, PURPLE, TITLE_SIZE, YELLOW, StyledFigure
+
+QUANTITIES = (
+    ("peak_force", "peak force (N)"),
+    ("mean_force", "mean over 1 ms (N)"),
+    ("peak_impulse", "largest impact (N s)"),
+)
+NAMED = 8  # runs of a group that are named
+SITE_STYLES = ((BLUE, "o"), (ORANGE, "s"), (GREEN, "^"), (PURPLE, "D"), (YELLOW, "v"))
+
+
+def draw(result: ContactConvergence) -> Figure:
+    """Draw each quantity at each site for every run, with a band of 5 % around the scenario's value."""
+    local = [row for row in result.rows if row.varied == "scenario"]
+    groups = {
+        varied: [local[0], *(row for row in result.rows if row.varied == varied and row.start == 0)]
+        for varied in ("modes", "mesh", "substep", "step")
+    }
+    groups = {"starts": local} | {varied: rows for varied, rows in groups.items() if len(rows) > 1}
+    if len(local) == 1:
+        del groups["starts"]
+    sites = list(dict.fromkeys(site for row in result.rows for site in row.sites))
+    figure = StyledFigure(figsize=(9.2, 7.0), layout="constrained")
+    widths = [min(len(rows), NAMED) + 0.6 for rows in groups.values()]
+    grid = figure.subplots(len(QUANTITIES), len(groups), sharey="row", sharex="col", squeeze=False, width_ratios=widths)
+    for (quantity, label), line in zip(QUANTITIES, grid, strict=True):
+        for axes, (varied, rows) in zip(line, groups.items(), strict=True):
+            _draw_rows(axes, quantity, rows, sites)
+            if quantity == QUANTITIES[0][0]:
+                axes.set_title(varied)
+            if len(rows) <= NAMED:
+                axes.set_xticks(range(len(rows)), [_name(row) for row in rows], rotation=60, ha="right")
+        line[0].set_ylabel(label)
+        line[0].set_ylim(0.0, 1.05 * line[0].get_ylim()[1])
+    if sites:
+        grid[0, 0].legend(loc="best")
+    figure.suptitle(
+        f"{result.scenario} with {result.rotor}: band of {100.0 * CONVERGED:g} % around the scenario; "
+        "hollow where the outcome differs",
+        fontsize=TITLE_SIZE,
+    )
+    return figure
+
+
+def _name(row: ConvergenceRow) -> str:
+    return f"start {row.start}" if row.start else row.label
+
+
+def _draw_rows(axes: Axes, quantity: str, rows: list[ConvergenceRow], sites: list[str]) -> None:
+    """Draw a quantity of each site over the runs."""
+    for site, (colour, marker) in zip(sites, SITE_STYLES, strict=False):
+        local = rows[0].sites.get(site)
+        if local is not None:
+            value = getattr(local, quantity)
+            axes.axhspan(value * (1.0 - CONVERGED), value * (1.0 + CONVERGED), color=colour, alpha=0.12, lw=0)
+        for k, row in enumerate(rows):
+            if site in row.sites:
+                face = colour if row.recovery == rows[0].recovery else "white"
+                displayed = site.upper() if k == 0 else None
+                value = getattr(row.sites[site], quantity)
+                axes.plot(k, value, marker, ms=5, color=colour, markerfacecolor=face, label=displayed, ls="none")
+    axes.set_xlim(-0.5, len(rows) - 0.5)
+    axes.grid(color="0.9", lw=0.5)

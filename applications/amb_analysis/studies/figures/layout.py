@@ -1,0 +1,119 @@
+"""Side view of a rotor: shaft, sleeves and bodies to scale, and below them the positions of parts and masters."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch, Rectangle
+
+from amb_analysis.studies.coefficient_limits import EXTRAPOLATED, is_extrapolated
+from amb_analysis.studies.rotor_layout import RotorLayout
+from amb_cosim.presentation.style import BLUE, GREEN, ORANGE, PURPLE, SKY_BLUE, TITLE_SIZE, StyledFigure
+from rotor_analysis.element import Element
+from rotor_analysis.parts import BodyOrDisc
+from rotor_analysis.rotor import Rotor
+
+LANES = {"disc": (ORANGE, "o"), "bearing": (BLUE, "^"), "contact site": (PURPLE, "v"), "sensor": (GREEN, "s")}
+SHAFT, SLEEVE, BODY = "0.82", SKY_BLUE, "0.6"
+LANE, TALL_LANE = 0.42, 0.62  # inches; tall where names are turned
+WIDTH, LEFT, RIGHT = 8.2, 0.13, 0.98  # of the figure in inches, and of the axes in shares of it
+
+
+def draw(result: RotorLayout) -> Figure:
+    """Draw the rotor, and lanes with its discs, bearings, contact sites, sensors and master planes."""
+    rotor = result.description
+    z, radius = np.array(rotor.shaft.nodes), 1.08 * _largest_radius(rotor)
+    lanes = [kind for kind in LANES if any(part.kind == kind for part in result.parts)]
+    margin = 0.03 * result.length
+    to_scale = (RIGHT - LEFT) * WIDTH * 2.0 * radius / (result.length + 2.0 * margin)
+    lane = TALL_LANE if any(_is_crowded(result, kind) for kind in lanes) else LANE
+    side, lower = float(np.clip(to_scale, 1.0, 4.0)), lane * (len(lanes) + 1)
+    height = side + lower + 1.2
+    figure = StyledFigure(figsize=(WIDTH, height))
+    above, beneath = figure.subplots(2, 1, sharex=True, height_ratios=(side, lower))
+    figure.subplots_adjust(LEFT, 0.5 / height, RIGHT, 1.0 - 0.6 / height, hspace=0.05)
+    _draw_shaft(above, rotor)
+    above.set(xlim=(z[0] - margin, z[-1] + margin), ylim=(-radius, radius), ylabel="$r$ (m)")
+    above.tick_params(bottom=False, labelbottom=False)
+    above.spines["bottom"].set_visible(False)
+    kinds = (("shaft", SHAFT, True), ("sleeve", SLEEVE, bool(rotor.shaft.sleeves)), ("body", BODY, bool(rotor.bodies)))
+    handles = [
+        Patch(facecolor=fill, edgecolor="black", lw=0.4, label=kind) for kind, fill, displayed in kinds if displayed
+    ]
+    above.legend(handles=handles, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, borderaxespad=0.0)
+    _draw_lanes(beneath, result, lanes)
+    positive = result.frequencies[result.frequencies > 0.0]
+    hertz = ", ".join(f"{frequency / (2.0 * math.pi):.1f}" for frequency in positive[:3])
+    mark = f" ({EXTRAPOLATED})" if is_extrapolated(result.limits, 0.0) else ""
+    frozen = any(item.whirl_frequency is not None for item in result.limits)
+    mark += " (coefficients of one whirl frequency)" if frozen else ""
+    title = f"{rotor.name}: {result.mass:.4g} kg; {hertz} Hz at rest{mark}"
+    figure.suptitle(title, fontsize=TITLE_SIZE, x=LEFT, y=1.0 - 0.1 / height, ha="left", va="top")
+    return figure
+
+
+def _draw_shaft(axes: Axes, rotor: Rotor) -> None:
+    """Draw shaft, sleeves and bodies in section."""
+    z = rotor.shaft.nodes
+    for (begin, end), layers in zip(pairwise(z), rotor.elements, strict=True):
+        for k, layer in enumerate(layers):
+            _draw_element(axes, begin, end, layer, SLEEVE if k else SHAFT)
+    for body in rotor.bodies:
+        radius, width = _equivalent_disc(body)
+        width = max(width, 0.004 * (z[-1] - z[0]))
+        at = (z[body.node - 1] - width / 2.0, -radius)
+        axes.add_patch(
+            Rectangle(at, width, 2.0 * radius, facecolor=BODY, edgecolor="black", lw=0.4, alpha=0.6, zorder=3)
+        )
+    axes.axhline(0.0, color="black", lw=0.5, ls=(0, (12, 3, 2, 3)), zorder=4)
+
+
+def _draw_element(axes: Axes, begin: float, end: float, layer: Element, colour: str) -> None:
+    outer, inner = np.array(layer.diameter) / 2.0, np.array(layer.inner_diameter) / 2.0
+    for side in (1.0, -1.0):
+        radii = side * np.array([inner[0], inner[1], outer[1], outer[0]])
+        axes.fill((begin, end, end, begin), radii, facecolor=colour, edgecolor="black", lw=0.3)
+
+
+def _draw_lanes(axes: Axes, result: RotorLayout, lanes: list[str]) -> None:
+    """Draw a lane for each kind of part, and one for the master planes."""
+    z = result.description.shaft.nodes
+    for row, kind in enumerate(lanes):
+        colour, marker = LANES[kind]
+        parts = sorted((part for part in result.parts if part.kind == kind), key=lambda part: part.z)
+        axes.plot([part.z for part in parts], [-row] * len(parts), ls="", marker=marker, ms=5, color=colour)
+        for part in parts:
+            turned = {"rotation": 50, "ha": "left"} if _is_crowded(result, kind) else {"ha": "center"}
+            axes.text(part.z, -row + 0.17, part.name, fontsize=6.5, va="bottom", color=colour, **turned)
+    row = len(lanes)
+    axes.plot([z[node - 1] for node in result.masters], [-row] * len(result.masters), "|", ms=7, color="black")
+    axes.set_yticks(range(-row, 1), ["masters", *(f"{kind}s" for kind in reversed(lanes))])
+    axes.set(ylim=(-row - 0.5, 0.75), xlabel="$z$ (m)")
+    axes.tick_params(left=False)
+    axes.grid(axis="y", color="0.9", lw=0.6)
+    axes.set_axisbelow(True)
+    axes.spines["left"].set_visible(False)
+
+
+def _is_crowded(result: RotorLayout, kind: str) -> bool:
+    """Whether the labels of two parts of a kind would overlap."""
+    parts = sorted((part for part in result.parts if part.kind == kind), key=lambda part: part.z)
+    width = 0.006 * result.length  # of a letter
+    return any(b.z - a.z < width * len(a.name + b.name) for a, b in pairwise(parts))
+
+
+def _largest_radius(rotor: Rotor) -> float:
+    thickest = max(max(layer.diameter) for layers in rotor.elements for layer in layers)
+    return max(thickest / 2.0, *(_equivalent_disc(body)[0] for body in rotor.bodies), 0.0)
+
+
+def _equivalent_disc(body: BodyOrDisc) -> tuple[float, float]:
+    """Radius and width (m) of the homogeneous disc with the mass and inertias of a body; 0 if there is none."""
+    if body.mass == 0.0:
+        return 0.0, 0.0
+    radius = math.sqrt(2.0 * body.polar_inertia / body.mass)
+    return radius, math.sqrt(max(0.0, 12.0 * body.diametral_inertia / body.mass - 3.0 * radius**2))

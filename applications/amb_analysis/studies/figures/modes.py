@@ -1,0 +1,93 @@
+"""Mode shapes of a rotor."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from scipy.interpolate import CubicHermiteSpline
+
+from amb_analysis.studies.coefficient_limits import EXTRAPOLATED, is_extrapolated
+from amb_analysis.studies.figures.coefficient_limits import with_frozen
+from amb_analysis.studies.figures.whirl import WHIRL_STYLES
+from amb_analysis.studies.natural_modes import ModeShapes
+from amb_cosim.presentation.style import DASHED, TITLE_SIZE, StyledFigure
+from amb_cosim.presentation.units import speed_unit, spin_text
+from rotor_analysis.modes import Mode
+from rotor_analysis.rotor import Rotor
+
+
+def draw(result: ModeShapes) -> Figure:
+    """Draw the mode shapes in space: the deflected axis, and the orbits of the ends, bodies and bearings.
+
+    An orbit begins at its dot, on the drawn axis, and ends before a full turn to show its direction.
+    """
+    rotor, matches = result.description, result.modes
+    columns = min(len(matches), 4) or 1
+    rows = -(-len(matches) // columns) or 1
+    height = 2.4 * rows + 0.9
+    figure = StyledFigure(figsize=(max(3.1 * columns, 6.2), height))
+    figure.subplots_adjust(0.0, 0.55 / height, 0.97, 1.0 - 0.5 / height, wspace=0.0, hspace=0.12)
+    for k, mode in enumerate(matches):
+        axes = figure.add_subplot(rows, columns, k + 1, projection="3d", computed_zorder=False)
+        _draw_mode(axes, rotor, mode)
+        ratio = round(mode.damping_ratio, 3) + 0.0  # not -0.000
+        axes.set_title(
+            f"{k + 1}: {result.shapes[k].kind}, {mode.whirl}\n"
+            f"{speed_unit().text(mode.frequency)}, $\\zeta$ = {ratio:.3f}",
+            y=0.86,
+        )
+    handles = [
+        Line2D([], [], color="0.6", lw=0.8, ls=DASHED, label="axis at rest"),
+        Line2D([], [], color="black", marker="o", ms=4, ls="", label="body"),
+        Line2D([], [], color="black", marker="^", ms=5, mfc="white", ls="", label="bearing"),
+        Line2D([], [], color="0.3", lw=1.4, label="deflected axis"),
+    ]
+    handles += [
+        Line2D([], [], color=colour, label=f"{whirl} orbit")
+        for whirl, (colour, _) in WHIRL_STYLES.items()
+        if any(m.whirl == whirl for m in matches)
+    ]
+    figure.legend(handles=handles, loc="lower center", ncols=len(handles) if columns > 2 else 3)
+    limits = result.frequencies.limits
+    mark = f" (coefficients {EXTRAPOLATED})" if is_extrapolated(limits, result.speed) else ""
+    title = with_frozen(f"{rotor.name}: modes at {spin_text(result.speed)}{mark}", limits)
+    figure.suptitle(title, fontsize=TITLE_SIZE)
+    return figure
+
+
+def _draw_mode(axes: Any, rotor: Rotor, mode: Mode) -> None:
+    """Draw a mode shape into three-dimensional axes."""
+    z = np.array(rotor.shaft.nodes)
+    colour, _ = WHIRL_STYLES[mode.whirl]
+    fine_z = np.linspace(z[0], z[-1], 200)
+    x, y, slope_x, slope_y = mode.shape.reshape(-1, 4).T
+    line_x, line_y = (CubicHermiteSpline(z, value, slope)(fine_z) for value, slope in ((x, slope_x), (y, slope_y)))
+    largest = max(np.max(np.abs(line_x)), np.max(np.abs(line_y)))
+    x, y, line_x, line_y = x / largest, y / largest, line_x / largest, line_y / largest
+    axes.plot(z[[0, -1]], [0, 0], [0, 0], color="0.6", lw=0.8, ls=DASHED)
+    rotation = np.exp(1j * np.linspace(0.0, 0.88 * 2.0 * np.pi, 80))
+    for node in sorted({1, len(z), *rotor.bearing_nodes, *(body.node for body in rotor.bodies)}):
+        k = node - 1
+        axes.plot(np.full(len(rotation), z[k]), (x[k] * rotation).real, (y[k] * rotation).real, color=colour, lw=0.9)
+        axes.plot(z[k], x[k].real, y[k].real, "o", color=colour, ms=2.5)
+    axes.plot(fine_z, line_x.real, line_y.real, color="0.3", lw=1.4)
+    for parts, style in (
+        (rotor.bodies, {"marker": "o", "ms": 3}),
+        (rotor.bearings, {"marker": "^", "ms": 5, "mfc": "white"}),
+    ):
+        at = [z[part.node - 1] for part in parts]
+        axes.plot(at, np.zeros(len(at)), np.zeros(len(at)), ls="", color="black", **style)
+    axes.set(xlim=(z[0], z[-1]), ylim=(-1, 1), zlim=(-1, 1), xlabel="$z$ (m)")
+    axes.set_yticks([], [])
+    axes.set_zticks([], [])
+    axes.set_ylabel("$x$", labelpad=-12)
+    axes.set_zlabel("$y$", labelpad=-12)
+    axes.tick_params(axis="x", labelsize=7, pad=-2)
+    axes.set_box_aspect((2.4, 1, 1), zoom=1.25)
+    axes.view_init(elev=18, azim=-62)
+    axes.grid(visible=False)
+    for artist in axes.lines:
+        artist.set_clip_on(False)

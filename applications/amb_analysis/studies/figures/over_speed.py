@@ -1,0 +1,141 @@
+"""Two plots over the spin speed, with a line for each whirl direction of each vibration: frequencies above damping."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.figure import FigureBase
+from matplotlib.lines import Line2D
+
+from amb_analysis.studies.damping_zones import ZONES, damping_ratio
+from amb_analysis.studies.figures.whirl import WHIRL_STYLES
+from amb_cosim.presentation.style import DASHED, GREY, spread
+from amb_cosim.presentation.units import speed_unit, spin_label
+from array_types import Array
+
+Vibration = tuple[Sequence[str | None], Array, Array]  # whirl directions, frequencies (rad/s), damping over speed
+
+SHADES = ("0.86", "0.92", "0.97")  # of the zones of damping
+SIZE = (7.4, 6.6)  # inches, of both plots
+DECADES = (1e-4, 1e1)  # that an axis of damping may have
+BOX = {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.6}  # behind a text that lines may cross
+IN_A_ROW = 5  # entries of a legend as wide as the plots
+LETTERS = 0.042  # share of the axes' height that a line of text takes
+
+
+def draw_over_speed(
+    figure: FigureBase, speeds: Array, vibrations: Sequence[Vibration], operating: float | None
+) -> tuple[Axes, Axes]:
+    """Draw vibrations with their numbers, the lines 1x and 2x and the operating speed (rad/s), if known.
+
+    Return the axes of frequency and of damping.
+    """
+    unit = speed_unit()
+    top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
+    for directions, frequencies, damping in vibrations:
+        for whirl, (colour, line) in WHIRL_STYLES.items():
+            selected = np.array([direction == whirl for direction in directions])
+            for axes, values in ((top, unit.of(frequencies)), (bottom, damping)):
+                axes.plot(unit.of(speeds), np.where(selected, values, np.nan), color=colour, ls=line)
+    highest = float(np.nanmax([frequencies for _, frequencies, _ in vibrations], initial=1.0)) / unit.size
+    top.set(ylabel=f"damped frequency ({unit.label})", ylim=(0.0, 1.08 * highest))
+    top.set_xlim(*unit.of(speeds[[0, -1]]))
+    bottom.set(xlabel=spin_label())
+    _draw_multiples(top)
+    if operating is not None:
+        for axes in (top, bottom):
+            axes.axvline(operating / unit.size, color=GREY, lw=1.2, zorder=0)
+    _number(top, [frequencies / unit.size for _, frequencies, _ in vibrations])
+    return top, bottom
+
+
+def draw_zones(axes: Axes, damping: Sequence[Array], *, is_decrement: bool) -> None:
+    """Set a logarithmic scale of damping, through zero if anything is unstable, and shade its zones."""
+    result = np.concatenate([np.ravel(values) for values in damping]) if damping else np.empty(0)
+    result = result[np.isfinite(result)]
+    positive = result[result > 0.0]
+    low = max(DECADES[0], 10.0 ** math.floor(math.log10(positive.min(initial=0.01))))
+    high = min(DECADES[1], 1.6 * positive.max(initial=1.0))
+    limits = [decrement if is_decrement else damping_ratio(decrement) for decrement, _ in ZONES]
+    bottom = low
+    if result.min(initial=0.0) < 0.0:
+        axes.set_yscale("symlog", linthresh=low, linscale=0.6)
+        bottom = max(1.6 * float(result.min()), -DECADES[1])
+    else:
+        axes.set_yscale("log")
+    axes.set_ylim(bottom, high)
+    below, to_axes = bottom, axes.transAxes.inverted()
+    for limit, shade, (_, text) in zip(limits, SHADES, ZONES, strict=True):
+        if below < min(limit, high):
+            axes.axhspan(below, min(limit, high), color=shade, lw=0.0, zorder=-2)
+            ends = axes.transData.transform([(1.0, below), (1.0, min(limit, high))])
+            middle = float(to_axes.transform(ends)[:, 1].mean())
+            style: dict[str, Any] = {"ha": "left", "va": "center", "fontsize": 7, "color": "0.35", "bbox": BOX}
+            axes.text(0.01, middle, text, transform=axes.transAxes, **style)
+            below = limit
+    _number(axes, damping)
+
+
+def add_legend(figure: FigureBase, vibrations: Sequence[Vibration], operating: float | None, *more: Artist) -> None:
+    """Add a legend of the whirl directions present, the operating speed, and more."""
+    present = {whirl for directions, _, _ in vibrations for whirl in directions}
+    handles: list[Artist] = [
+        Line2D([], [], color=c, ls=ls, label=f"{w} whirl") for w, (c, ls) in WHIRL_STYLES.items() if w in present
+    ]
+    if operating is not None:
+        handles.append(Line2D([], [], color=GREY, lw=1.2, label=f"at {speed_unit().text(operating, 5)}"))
+    handles += more
+    columns = len(handles) if len(handles) <= IN_A_ROW else math.ceil(len(handles) / 2)
+    figure.legend(handles=handles, loc="outside lower center", ncols=columns)
+
+
+def label_points(axes: Axes, places: Sequence[tuple[float, float, str, str]]) -> None:
+    """Write coloured labels to the left of points, stacked where points are close."""
+    low, high = axes.get_ylim()
+    left, right = axes.get_xlim()
+    gap = LETTERS * (high - low)
+    displayed = [place for place in places if place[1] <= high]
+    heights = spread([y for _, y, _, _ in displayed], gap)
+    heights += max(low + 0.5 * gap - heights.min(initial=high), 0.0)
+    for (x, y, text, colour), height in zip(displayed, heights, strict=True):
+        at = max(x - 0.015 * (right - left), left + 0.085 * (right - left))
+        line = {"arrowstyle": "-", "color": colour, "lw": 0.4} if abs(height - y) > 0.5 * gap else None
+        style: dict[str, Any] = {
+            "ha": "right",
+            "va": "center",
+            "color": colour,
+            "fontsize": 7.5,
+            "bbox": BOX,
+            "zorder": 5,
+        }
+        axes.annotate(text, (x, y), (at, height + 0.3 * gap), arrowprops=line, **style)
+
+
+def _draw_multiples(axes: Axes) -> None:
+    """Draw the lines of one and two periods per turn, with labels below them; those of critical speeds are above."""
+    left, right = axes.get_xlim()
+    top = axes.get_ylim()[1]
+    for order, line in ((1, ":"), (2, DASHED)):
+        axes.plot((0.0, right), (0.0, order * right), color="black", lw=0.7, ls=line)
+        x = min(0.965 * right, 0.95 * top / order)
+        if x > left:
+            style: dict[str, Any] = {"textcoords": "offset points", "ha": "left", "va": "top", "fontsize": 8}
+            axes.annotate(f"{order}x", (x, order * x), (2, -1), **style)
+
+
+def _number(axes: Axes, curves: Sequence[Array]) -> None:
+    """Write the number of each curve at the right end of the axes, without overlap."""
+    low, high = axes.get_ylim()
+    scale = axes.transData
+    ends = {}
+    for number, values in enumerate(curves, start=1):
+        available = values[np.isfinite(values)]
+        if available.size and low <= available[-1] <= high:
+            ends[number] = float(axes.transAxes.inverted().transform(scale.transform((0.0, available[-1])))[1])
+    for number, height in zip(ends, spread(list(ends.values()), LETTERS), strict=True):
+        axes.text(1.008, height, str(number), transform=axes.transAxes, va="center", fontsize=7, color="0.3")

@@ -1,0 +1,119 @@
+"""Campbell diagram of a levitated machine, and its poles in the s-plane."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from amb_analysis.studies.closed_loop_poles import ClosedLoopPoles
+from amb_analysis.studies.damping_zones import ZONES, damping_ratio
+from amb_analysis.studies.figures.coefficient_limits import hatch_extrapolated, with_frozen
+from amb_analysis.studies.figures.over_speed import (
+    SHADES,
+    SIZE,
+    add_legend,
+    draw_over_speed,
+    draw_zones,
+    label_points,
+)
+from amb_analysis.studies.figures.whirl import WHIRL_STYLES
+from amb_cosim.presentation.style import DASHED, TITLE_SIZE, StyledFigure
+from amb_cosim.presentation.units import speed_unit
+
+UNSTABLE = "#882255"  # colour of speeds and of the pole where the loop is not stable
+PLANE = 4.6  # inches, width of the s-plane
+
+
+def draw(result: ClosedLoopPoles) -> Figure:
+    """Draw frequencies with the lines 1x and 2x and critical speeds, logarithmic decrements, and the s-plane."""
+    vibrations = [(pole.whirl, pole.frequencies, pole.decrements) for pole in result.poles]
+    figure = StyledFigure(figsize=(SIZE[0] + PLANE, SIZE[1]), layout="constrained")
+    left, right = np.ravel(np.asarray(figure.subfigures(1, 2, width_ratios=(SIZE[0], PLANE))))
+    top, bottom = draw_over_speed(left, result.speeds, vibrations, result.operating_speed)
+    _mark_criticals(top, result)
+    bottom.set_ylabel("logarithmic decrement")
+    draw_zones(bottom, [pole.decrements for pole in result.poles], is_decrement=True)
+    critical = Line2D([], [], color="0.3", ls="", marker="o", ms=3.5, label="mode: critical speed")
+    marks: list[Artist] = [critical] if result.critical_speeds else []
+    marks += _mark_unstable((top, bottom), result)
+    marks += hatch_extrapolated((top, bottom), result.speeds, result.limits)
+    add_legend(left, vibrations, result.operating_speed, *marks)
+    _draw_plane(right.subplots(), result)
+    title = f"{result.scenario}: vibrations of the sampled loop over speed"
+    figure.suptitle(with_frozen(title, result.limits), fontsize=TITLE_SIZE)
+    return figure
+
+
+def _mark_criticals(axes: Axes, result: ClosedLoopPoles) -> None:
+    """Mark critical speeds; hollow if the amplification is below 2.5, which API 617 does not count as critical."""
+    unit, points = speed_unit(), []
+    for critical in result.critical_speeds:
+        at, colour = critical.speed / unit.size, "0.2"
+        full = critical.decrement < ZONES[-1][0]
+        axes.plot(at, at, "o", ms=3.5, color=colour, mfc=colour if full else "white")
+        points.append((at, at, f"{critical.mode}: {unit.number(critical.speed)}", colour))
+    label_points(axes, points)
+
+
+def _mark_unstable(of_speed: Sequence[Axes], result: ClosedLoopPoles) -> list[Line2D]:
+    """Draw a bar over the speeds at which the loop is not stable, a square at a single one, and return its legend."""
+    unit = speed_unit()
+    style: dict[str, Any] = {"color": UNSTABLE, "lw": 4.0, "marker": "s", "ms": 4.0}
+    for axes in of_speed:
+        for ends in result.unstable_ranges:
+            axes.plot(unit.of(np.array(ends)), [0.0, 0.0], transform=axes.get_xaxis_transform(), clip_on=False, **style)
+    return [Line2D([], [], **style, label="not stable")] if result.unstable else []
+
+
+def _draw_plane(axes: Axes, result: ClosedLoopPoles) -> None:
+    """Draw each pole over the speeds, with a dot at the operating speed, and the damping ratios that bound the zones.
+
+    A cross is the pole that grows most, on the real axis for a drift without vibration.
+
+    s = omega_d (j - delta / 2 pi), with the decrement delta; damping ratios are rays from the origin.
+    """
+    unit = speed_unit()
+    highest, leftmost = 0.0, 0.0
+    for pole in result.poles:
+        imaginary = unit.of(pole.frequencies)
+        real = -pole.decrements / (2.0 * math.pi) * imaginary
+        for whirl, (colour, line) in WHIRL_STYLES.items():
+            selected = np.array([direction == whirl for direction in pole.whirl])
+            axes.plot(np.where(selected, real, np.nan), np.where(selected, imaginary, np.nan), color=colour, ls=line)
+            at = int(np.argmin(np.abs(result.speeds - result.operating_speed)))
+            if selected[at]:
+                axes.plot(real[at], imaginary[at], "o", ms=4.0, color=colour)
+        highest = max(highest, float(np.nanmax(imaginary, initial=0.0)))
+        leftmost = min(leftmost, float(np.nanmin(real, initial=0.0)))
+    rightmost = 0.06 * max(-leftmost, 0.02 * highest)
+    if result.unstable:
+        worst = result.least_stable
+        growth, frequency = unit.of(np.array([worst.growth_rate])), unit.of(np.array([worst.frequency]))
+        axes.plot(growth, frequency, "x", ms=6.0, color=UNSTABLE, clip_on=False)
+        highest = max(highest, float(frequency[0]))
+        reals = [-p.decrements / (2.0 * math.pi) * unit.of(p.frequencies) for p in result.poles]
+        rightmost = max(rightmost, 1.1 * max(float(np.nanmax(r, initial=growth[0])) for r in [*reals, growth]))
+    axes.set(xlim=(1.08 * leftmost or -1.0, rightmost), ylim=(0.0, 1.08 * highest or 1.0))
+    axes.axvspan(0.0, rightmost, color=SHADES[0], lw=0.0, zorder=-2)
+    for decrement, _ in ZONES[1:]:
+        zeta = damping_ratio(decrement)
+        slope = -zeta / math.sqrt(1.0 - zeta**2)
+        axes.plot([0.0, slope * 1.08 * highest], [0.0, 1.08 * highest], color="0.6", lw=0.7, ls=DASHED)
+        reach = min(1.0, 1.08 * leftmost / (slope * 1.08 * highest)) if highest else 0.0
+        axes.text(
+            0.9 * reach * slope * 1.08 * highest,
+            0.9 * reach * 1.08 * highest,
+            rf"$\zeta$ = {zeta:.2g}",
+            fontsize=7,
+            color="0.4",
+            ha="right",
+        )
+    axes.set(xlabel=f"Re $s$ ({unit.label})", ylabel=f"Im $s$ ({unit.label})")
+    axes.set_title(f"Poles; dots at {unit.text(result.operating_speed, 5)}", loc="left")

@@ -1,0 +1,46 @@
+"""Receptance of the levitated rotor."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.ticker import MultipleLocator
+
+from amb_analysis.studies.figures.sensors import PLANE_COLOURS, add_sensor_legend
+from amb_analysis.studies.sensor_receptance import SensorReceptance
+from amb_cosim.presentation.style import DASHED, TITLE_SIZE, StyledFigure
+from amb_cosim.presentation.units import SIZES, speed_unit
+from array_types import Array
+
+
+def draw(result: SensorReceptance) -> Figure:
+    """Draw magnitude over speed of the sensors in x and y, and phase in x, for forces in x at both bearings."""
+    figure = StyledFigure(figsize=(8.4, 6.0), layout="constrained")
+    panels = figure.subplots(2, 2, sharex=True, sharey="row", height_ratios=(3, 2))
+    unit = speed_unit("Hz")
+    speeds, R = unit.of(SIZES["speed"]["Hz"] * result.speeds), result.receptance
+    for column, force in enumerate((0, 2)):
+        top, bottom = panels[:, column]
+        for plane, colour in enumerate(PLANE_COLOURS):
+            along, across = R[:, 2 * plane, force], R[:, 2 * plane + 1, force]
+            top.semilogy(speeds, 1e6 * np.abs(along), color=colour)
+            top.semilogy(speeds, 1e6 * np.abs(across), color=colour, ls=DASHED, lw=0.7)
+            bottom.plot(speeds, _without_wraps(np.degrees(np.angle(along))), color=colour)
+        top.set_title(f"force at {result.forces[force]}")
+        bottom.set(xlabel=f"speed ({unit.label})", xlim=(speeds[0], speeds[-1]), ylim=(-180.0, 180.0))
+        bottom.yaxis.set_major_locator(MultipleLocator(90.0))
+        for axes in (top, bottom):
+            axes.grid(color="0.9", lw=0.5)
+    largest = 1e6 * np.abs(R).max()
+    panels[0, 0].set(ylabel="displacement over force (um/N)", ylim=(1e-5 * largest, 2.0 * largest))
+    panels[1, 0].set_ylabel("phase in x (deg)")
+    add_sensor_legend(figure, result.planes)
+    figure.suptitle(
+        f"{result.rotor}: synchronous receptance of the levitated rotor, from the model", fontsize=TITLE_SIZE
+    )
+    return figure
+
+
+def _without_wraps(phase: Array) -> Array:
+    """Return the phase (deg) with gaps at jumps between -180 and 180 degrees."""
+    return np.where(np.abs(np.diff(phase, prepend=phase[0])) > 180.0, np.nan, phase)

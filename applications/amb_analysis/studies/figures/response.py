@@ -1,0 +1,71 @@
+"""Frequency responses, computed and measured."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import MultipleLocator
+
+from amb_analysis.studies.frequency_responses import ComputedResponse, FrequencyResponses
+from amb_cosim.presentation.style import BLUE, GREY, ORANGE, TITLE_SIZE, StyledFigure, fitted
+from array_types import Array, Complex
+
+MOST = 6  # responses that are drawn
+COLUMNS = 3
+PANEL = (3.3, 3.9)  # inches, of a response
+LINEAR_BELOW = 8.0  # times the lowest frequency up to which the axis is linear
+
+
+def draw(result: FrequencyResponses) -> Figure:
+    """Draw amplitude, phase and coherence of the first responses, measured below computed."""
+    shown = list(result.responses.items())[:MOST]
+    columns = min(COLUMNS, len(shown))
+    rows = -(-len(shown) // columns)
+    width = max(columns * PANEL[0], 5.2)
+    figure = StyledFigure(figsize=(width, rows * PANEL[1] + 0.5), layout="constrained")
+    with_coherence = any(item.coherence is not None for _, item in shown)
+    heights = (3, 1.5, 1) if with_coherence else (3, 1.5)
+    outer = figure.subfigures(rows, columns, squeeze=False)
+    for k, (name, item) in enumerate(shown):
+        part = outer[k // columns, k % columns]
+        panels = part.subplots(len(heights), 1, sharex=True, height_ratios=heights)
+        _draw_response(panels, name, item)
+    more = f", {len(shown)} of {len(result.responses)} responses" if len(result.responses) > MOST else ""
+    title = f"{result.rotor}: {result.loop}, {result.speed:.4g} rad/s{more}"
+    figure.suptitle(fitted(title, width), fontsize=TITLE_SIZE)
+    return figure
+
+
+def _draw_response(panels: Array, name: str, item: ComputedResponse) -> None:
+    top, middle = panels[0], panels[1]
+    f = item.frequencies
+    if item.measured is not None:
+        top.semilogy(f, np.abs(item.measured), color=GREY, lw=1.6, label="measured")
+        middle.plot(f, _phase(item.measured), ".", color=GREY, ms=2.0)
+    top.semilogy(f, np.abs(item.computed), color=BLUE, label="computed")
+    middle.plot(f, _phase(item.computed), ".", color=BLUE, ms=1.4)
+    top.set_ylabel(item.unit)
+    top.set_title(fitted(name, PANEL[0] - 0.8))
+    if item.measured is not None:
+        top.legend(loc="best")
+    middle.set(ylabel="phase (deg)", ylim=(-185.0, 185.0))
+    middle.yaxis.set_major_locator(MultipleLocator(90.0))
+    if len(panels) > 2:
+        if item.coherence is not None:
+            panels[2].plot(f, item.coherence, color=ORANGE, lw=0.8)
+        panels[2].set(ylabel="coherence", ylim=(0.0, 1.05))
+    _set_frequencies(panels, f)
+
+
+def _set_frequencies(panels: Array, f: Array) -> None:
+    last: Axes = panels[-1]
+    if f[-1] > LINEAR_BELOW * f[0] and np.ptp(np.diff(np.log(f))) < np.ptp(np.diff(f)) / np.mean(np.diff(f)):
+        last.set_xscale("log")
+    last.set(xlabel="frequency (Hz)", xlim=(f[0], f[-1]))
+    for panel in panels:
+        panel.grid(color="0.9", lw=0.5)
+
+
+def _phase(values: Complex) -> Array:
+    return np.asarray(np.degrees(np.angle(values)))

@@ -1,0 +1,137 @@
+"""Sensitivity and Nyquist plot of the levitated rotor."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import cycle
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Circle
+from matplotlib.ticker import FuncFormatter
+
+from amb_analysis.studies.stability_margin import StabilityMargin
+from amb_cosim.presentation.style import BLUE, COLOURS, DASHED, ORANGE, TITLE_SIZE, StyledFigure
+from amb_cosim.presentation.units import spin_text
+from array_types import Complex
+
+ZONE_SHADES = {"A": "1.0", "B": "0.95", "C": "0.89", "D": "0.82"}
+CURVES, PLANE = 8.0, 5.0  # inches, widths of the curves over frequency and of the Nyquist plot
+AROUND = (1.3, 2.5)  # half the width of the Nyquist plot, which is about -1: least and largest
+
+
+def draw(result: StabilityMargin) -> Figure:
+    """Draw |S| of each axis, computed and measured, over the zones of ISO 14839-3, and L with their circles."""
+    rows = (len(result.axes) + 1) // 2
+    whole = StyledFigure(figsize=(CURVES + PLANE, 1.2 + 2.5 * (rows + 1)), layout="constrained")
+    figure, right = np.ravel(np.asarray(whole.subfigures(1, 2, width_ratios=(CURVES, PLANE))))
+    panels = figure.subplots(rows + 1, 2, sharex=True, squeeze=False)
+    for axes, name in zip(panels.flat, result.axes, strict=False):
+        _draw_zones(axes, result.zone_limits)
+        _draw_sensitivity(axes, result, name)
+    for first in panels[:-1, 0]:
+        first.set_ylabel("sensitivity |S|")
+    for last in panels[-1]:
+        last.set_xlabel("frequency (Hz)")
+    _draw_all_loops(panels[-1], result)
+    delay = f", {result.delay:g} sample{'s' * (result.delay != 1.0)} of delay" if result.delay else ""
+    handles = [
+        Line2D([], [], color=BLUE, label="computed from the sampled linear loop"),
+        Line2D([], [], color=ORANGE, ls="", marker="o", ms=3, label="measured in the co-simulation"),
+    ]
+    figure.legend(handles=handles, loc="outside lower center", ncols=2)
+    _draw_nyquist(right.subplots(), result)
+    whole.suptitle(
+        f"{result.rotor}: sensitivity at {spin_text(result.speed)}, sampled every {1e6 * result.sample_time:g} us, "
+        f"{result.amplifier} amplifiers{delay}",
+        fontsize=TITLE_SIZE,
+    )
+    return whole
+
+
+def _draw_nyquist(axes: Axes, result: StabilityMargin) -> None:
+    """Draw L = 1/S - 1 of each axis. Its distance from -1 is 1/|S|; the circles are the limits of the zones."""
+    farthest = max(float(np.abs(axis.L + 1.0).max()) for axis in result.axes.values())
+    around = float(np.clip(1.1 * farthest, *AROUND))
+    for (name, limit), shade in zip(result.zone_limits.items(), list(ZONE_SHADES.values())[1:], strict=True):
+        axes.add_patch(Circle((-1.0, 0.0), 1.0 / limit, facecolor=shade, edgecolor="0.45", lw=0.7, ls=DASHED))
+        axes.annotate(
+            f"end of {name}: |S| = {limit:g}",
+            (-1.0, 1.0 / limit),
+            (-0.5, (0.9 - 0.11 * limit) * around),
+            fontsize=7,
+            color="0.3",
+            arrowprops={"arrowstyle": "-", "lw": 0.5, "color": "0.45", "shrinkB": 0.0},
+        )
+    axes.plot(-1.0, 0.0, "+", ms=7, color="black")
+    for (name, axis), colour in zip(result.axes.items(), cycle(COLOURS), strict=False):
+        label = f"{name}: nearest at {axis.peak_frequency:.0f} Hz"
+        style: Any = DASHED if name.endswith("y") else "-"
+        axes.plot(axis.L.real, axis.L.imag, color=colour, ls=style, lw=0.9, label=label)
+        nearest = axis.L[np.argmax(axis.computed)]
+        axes.plot(nearest.real, nearest.imag, "o", ms=3.5, color=colour)
+        _draw_direction(axes, axis.L, around, colour)
+    axes.set(
+        title="Nyquist plot, other axes closed",
+        xlabel="real part of L",
+        ylabel="imaginary part of L",
+        aspect="equal",
+        xlim=(-1.0 - around, -1.0 + around),
+        ylim=(-around, around),
+    )
+    axes.axhline(0.0, color="0.85", lw=0.6, zorder=0)
+    axes.axvline(0.0, color="0.85", lw=0.6, zorder=0)
+    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.12), ncols=2)
+
+
+def _draw_direction(axes: Axes, L: Complex, around: float, colour: str) -> None:
+    """Draw an arrow towards higher frequencies where a curve within the plot is farthest from -1."""
+    distance = np.where(np.abs(L + 1.0) < 0.9 * around, np.abs(L + 1.0), 0.0)
+    distance = np.minimum(distance[:-1], distance[1:])
+    if distance.any():
+        k = int(np.argmax(distance))
+        begin, end = ((float(value.real), float(value.imag)) for value in L[k : k + 2])
+        axes.annotate("", end, begin, arrowprops={"arrowstyle": "->", "color": colour, "lw": 0.9})
+
+
+def _draw_all_loops(panels: Sequence[Axes], result: StabilityMargin) -> None:
+    """Draw the largest singular values of S and T, and the disk margins of all loops at once."""
+    of_four, frequencies = result.gang_of_four, result.frequencies
+    for label, curve, colour in (("S", of_four.S, BLUE), ("T", of_four.T, ORANGE)):
+        panels[0].loglog(frequencies, curve, color=colour, lw=0.8, label=label)
+    for (place, margin), colour in zip(result.disk_margins.items(), (BLUE, ORANGE), strict=True):
+        displayed = f"at the {place}: {margin.least:.2f}, {margin.phase:.0f} deg"
+        panels[1].semilogx(frequencies, np.minimum(margin.alpha, 2.5), color=colour, lw=0.8, label=displayed)
+    panels[0].set(ylabel="largest singular value", title="all loops")
+    panels[1].set(ylabel="disk margin", ylim=(0.0, 2.5), title="all loops at once")
+    for axes in panels:
+        axes.legend(loc="best")
+
+
+def _draw_zones(axes: Axes, zone_limits: dict[str, float]) -> None:
+    """Shade the zones of ISO 14839-3."""
+    limits = [0.0, *zone_limits.values(), 1e6]
+    for low, high, (name, shade) in zip(limits[:-1], limits[1:], ZONE_SHADES.items(), strict=True):
+        axes.axhspan(low, high, color=shade, lw=0.0)
+        if name != "D":
+            axes.axhline(high, color="0.45", lw=0.7, ls=DASHED)
+
+
+def _draw_sensitivity(axes: Axes, result: StabilityMargin, name: str) -> None:
+    """Draw the computed curve of an axis and some measured values, evenly spaced on the logarithmic axis."""
+    frequencies, axis = result.frequencies, result.axes[name]
+    lines, values = axis.measured_frequencies, axis.measured
+    displayed = np.unique(np.searchsorted(lines, np.geomspace(lines[0], lines[-1], 150)).clip(0, len(lines) - 1))
+    axes.semilogx(lines[displayed], values[displayed], "o", color=ORANGE, ms=2.6)
+    axes.semilogx(frequencies, axis.computed, color=BLUE, lw=0.8)
+    top = max(6.0, 1.15 * max(other.peak for other in result.axes.values()))
+    axes.set(xlim=(frequencies[0], frequencies[-1]), ylim=(0.0, top))
+    peak = f"{axis.peak:.2f} at {axis.peak_frequency:.1f} Hz, zone {axis.zone}"
+    bearing, _, direction = name.rpartition(".")
+    axes.set_title(f"{bearing.upper()}, {direction} axis: {peak}")
+    for letter, level in {"A": 2.7, "B": 3.5, "C": 4.5, "D": 5.5}.items():
+        axes.text(0.99, level, letter, transform=axes.get_yaxis_transform(), ha="right", va="center", color="0.3")
+    axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))

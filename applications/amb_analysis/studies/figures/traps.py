@@ -1,0 +1,153 @@
+"""Response with folds over speed, and the map of traps over speed and unbalance."""
+
+from __future__ import annotations
+
+from itertools import cycle
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import ListedColormap
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from amb_analysis.steady_contact.branches import branches
+from amb_analysis.studies.contact_traps import WIDE, Traps
+from amb_cosim.presentation.style import (
+    BLUE,
+    DASHED,
+    GREEN,
+    GREY,
+    ORANGE,
+    PURPLE,
+    SKY_BLUE,
+    TITLE_SIZE,
+    YELLOW,
+    StyledFigure,
+)
+from amb_cosim.presentation.units import force_unit, speed_unit, spin_label
+
+COLOURS = (BLUE, ORANGE, GREEN, PURPLE, SKY_BLUE, YELLOW)
+FREE, BOTH, CONTACT, WHIRL = "#FFFFFF", "#F6D98B", "#E08E5B", "#C9C9D6"
+INSIDE = 6  # entries of a legend that hide no curves
+NO_CONTACT = "no steady contact at this unbalance, at any of these speeds"
+LABELS = ("free", "free or in contact", "in contact", "unsteady rub")
+
+
+def draw(result: Traps) -> Figure:
+    """Draw orbits and forces over speed on the left, the map with the machine's point on the right."""
+    figure = StyledFigure(figsize=(10.0, 5.4), layout="constrained")
+    grid = figure.add_gridspec(2, 2, width_ratios=(1.0, 1.15))
+    top = figure.add_subplot(grid[0, 0])
+    bottom = figure.add_subplot(grid[1, 0], sharex=top)
+    _draw_orbits(top, result)
+    _draw_forces(bottom, result)
+    _draw_map(figure.add_subplot(grid[:, 1]), result)
+    unbalance = f"{1e3 * result.unbalance:.4g} g m"
+    figure.suptitle(
+        f"{result.scenario}: where the rotor can stay in contact; curves at {unbalance}", fontsize=TITLE_SIZE
+    )
+    return figure
+
+
+def _draw_orbits(panel: Axes, result: Traps) -> None:
+    """Draw the unobstructed orbit at each site over its clearance; dotted where it exceeds a clearance."""
+    free, speeds = result.curves.states[0], speed_unit().of(result.curves.speeds)
+    for k, (site, colour) in enumerate(zip(result.sites, cycle(COLOURS), strict=False)):
+        share = result.orbits[:, k] / result.clearances[k]
+        exists = np.isin(np.arange(len(speeds)), free.speed)
+        panel.plot(speeds, np.where(exists, share, np.nan), color=colour, lw=1.8, label=site)
+        panel.plot(speeds, np.where(exists, np.nan, share), color=colour, ls=":")
+    panel.axhline(1.0, color="black", lw=0.8, ls=DASHED)
+    panel.axvline(result.speed / speed_unit().size, color="0.6", lw=0.7)
+    panel.set(ylabel="orbit without contact / clearance", ylim=(0.0, 2.0))
+    panel.legend(loc="upper right", ncols=2)
+    panel.tick_params(labelbottom=False)
+
+
+def _draw_forces(panel: Axes, result: Traps) -> None:
+    """Draw the sum of normal forces of every state in contact: stable thick, unstable thin and dashed."""
+    speeds, at = speed_unit().of(result.curves.speeds), result.speed / speed_unit().size
+    totals = [matches.N.sum(axis=1) for matches in result.curves.states[1:]]
+    unit = force_unit(max((float(total.max()) for total in totals if len(total)), default=0.0))
+    colours = cycle(COLOURS)
+    for matches, total_force in zip(result.curves.states[1:], totals, strict=True):
+        colour = next(colours)
+        if not len(matches.speed):
+            continue
+        total, stable = unit.of(total_force), matches.stable
+        for branch in branches(matches, len(speeds)):
+            for piece, is_stable in _pieces(branch, stable):
+                line = {"lw": 1.8} if is_stable else {"lw": 0.8, "ls": (0, (3, 1.5))}
+                panel.plot(speeds[matches.speed[piece]], total[piece], color=colour, **line)
+        label = "+".join(result.sites[k] for k in matches.contact)
+        panel.plot([], [], color=colour, label=label)
+    for state in result.states:
+        if state.contact:
+            fill = "black" if state.stable else "white"
+            panel.plot(at, sum(state.normal_forces.values()) / unit.size, "o", ms=4, mec="black", mfc=fill, zorder=4)
+    panel.axvline(result.speed / speed_unit().size, color="0.6", lw=0.7)
+    panel.set(xlabel=spin_label(), ylabel=f"normal forces in contact, sum ({unit.label})", xlim=(0.0, speeds[-1]))
+    if not any(map(len, totals)) and not any(state.contact for state in result.states):
+        style: dict[str, Any] = {"ha": "center", "va": "center", "color": "0.35", "transform": panel.transAxes}
+        panel.text(0.5, 0.5, NO_CONTACT, **style)
+        panel.set_yticks([])
+        return
+    panel.set_yscale("log")
+    styles = [Line2D([], [], color="black", lw=1.8, label="stable")]
+    styles.append(Line2D([], [], color="black", lw=0.8, ls=(0, (3, 1.5)), label="unstable"))
+    handles = [*panel.get_legend_handles_labels()[0], *styles]
+    if len(handles) <= INSIDE:
+        panel.legend(handles=handles, loc="upper left", ncols=2)
+    else:
+        panel.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=4)
+
+
+def _pieces(branch: list[int], stable: np.ndarray) -> list[tuple[list[int], bool]]:
+    """Return a branch in stable and unstable pieces, each joined to the next."""
+    pieces: list[tuple[list[int], bool]] = []
+    for number in branch:
+        if pieces and pieces[-1][1] == stable[number]:
+            pieces[-1][0].append(number)
+        else:
+            if pieces:
+                pieces[-1][0].append(number)
+            pieces.append(([number], bool(stable[number])))
+    return pieces
+
+
+def _draw_map(panel: Axes, result: Traps) -> None:
+    amounts = 1e3 * result.unbalances
+    colours = (FREE, BOTH, CONTACT, WHIRL)
+    unit = speed_unit()
+    speeds, at = unit.of(result.speeds), (result.speed / unit.size, 1e3 * result.unbalance)
+    panel.pcolormesh(
+        speeds,
+        amounts,
+        result.kinds.T,
+        cmap=ListedColormap(colours),
+        vmin=-0.5,
+        vmax=3.5,
+        shading="nearest",
+    )
+    panel.plot(
+        *at,
+        marker="*",
+        ms=13,
+        mfc="black",
+        mec="white",
+        ls="none",
+        zorder=5,
+    )
+    panel.plot(speeds, 1e3 * result.grade_limit, color="black", lw=0.9, ls=DASHED)
+    if amounts[-1] > WIDE * at[1]:
+        panel.set_yscale("log")
+    grade = Line2D([], [], color="black", lw=0.9, ls=DASHED, label="limit of G 2.5")
+    patches = [Patch(fc=c, ec=GREY, label=label) for c, label in zip(colours, LABELS, strict=True)]
+    star = Line2D([], [], marker="*", ms=10, mfc="black", mec="white", ls="none", label="the machine")
+    panel.legend(
+        handles=[*patches, star, grade], loc="upper center", bbox_to_anchor=(0.5, -0.1), ncols=3, handlelength=1.2
+    )
+    panel.set(xlabel=spin_label(), ylabel="unbalance (g m)")
+    panel.set(xlim=(speeds[0], speeds[-1]), ylim=(amounts[0], amounts[-1]))

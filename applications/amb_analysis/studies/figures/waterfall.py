@@ -1,0 +1,79 @@
+"""Spectra of a run over its time."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import LogNorm
+from matplotlib.figure import Figure
+
+from amb_analysis.studies.run_spectra import Waterfall
+from amb_cosim.presentation.style import BLUE, DASHED, TITLE_SIZE, StyledFigure
+from amb_cosim.presentation.units import SIZES, length_unit, speed_unit
+
+HEIGHT = 0.22  # of the axis, of the largest amplitude of the stacked lines
+DECADES = 1e-4  # of the largest amplitude, the smallest that has a colour
+
+
+def draw(result: Waterfall) -> Figure:
+    """Draw for each bearing the stacked spectra, a colour map, and the peak hold."""
+    figure = StyledFigure(figsize=(11.0, 3.6 * len(result.bearings) + 0.4), layout="constrained")
+    rows = figure.subplots(len(result.bearings), 3, squeeze=False, sharex=True)
+    spin, hertz = speed_unit("Hz"), SIZES["speed"]["Hz"]
+    spins = spin.of(hertz * result.speeds)
+    place, label = (spins, f"spin speed ({spin.label})") if result.changing_speed else (result.times, "time (s)")
+    # A speed that rises and falls again has no order: then time is the axis.
+    if result.changing_speed and not np.all(np.diff(place) >= 0.0):
+        place, label = result.times, "time (s)"
+    unit = length_unit(max(float(matches.amplitude.max()) for matches in result.bearings.values()))
+    for (stacked, coloured, held), (name, matches) in zip(rows, result.bearings.items(), strict=True):
+        amplitude = unit.of(matches.amplitude)
+        _stack(stacked, result.frequencies, place, amplitude, unit.label)
+        floor = DECADES * float(amplitude.max())
+        displayed = coloured.pcolormesh(
+            result.frequencies,
+            place,
+            np.maximum(amplitude, floor),
+            norm=LogNorm(floor),
+            cmap="viridis",
+            rasterized=True,
+        )
+        figure.colorbar(displayed, ax=coloured, label=f"amplitude ({unit.label})")
+        held.semilogy(result.frequencies, unit.of(matches.peak_hold), color=BLUE)
+        held.set(ylabel=f"largest amplitude ({unit.label})", ylim=(floor, None))
+        held.grid(color="0.9", lw=0.5)
+        for axes, colour in ((stacked, "0.2"), (coloured, "white")):
+            for sign in (1.0, -1.0):
+                axes.plot(sign * result.speeds, place, color=colour, ls=DASHED, lw=0.9)
+            axes.set_ylabel(label)
+        stacked.set_title(f"{name.upper()}: spectra")
+        coloured.set_title(f"{name.upper()}: as a map")
+        held.set_title(f"{name.upper()}: peak hold")
+    for axes in rows[-1]:
+        axes.set(xlabel="frequency (Hz), forward > 0", xlim=(result.frequencies[0], result.frequencies[-1]))
+    figure.suptitle(
+        f"{result.scenario}: spectra of x + jy, windows of {result.window:.3g} s; dashed: frequency of rotation",
+        fontsize=TITLE_SIZE,
+    )
+    return figure
+
+
+def _stack(axes: Axes, frequencies: np.ndarray, place: np.ndarray, amplitude: np.ndarray, unit: str) -> None:
+    """Draw the stacked spectra, the last one at the back, with a scale bar."""
+    span = float(place[-1] - place[0]) or 1.0
+    largest = float(amplitude.max() or 1.0)
+    scale = HEIGHT * span / largest
+    for k in range(len(place))[::-1]:
+        line = place[k] + scale * amplitude[k]
+        axes.fill_between(frequencies, place[k], line, color="white", lw=0.0)
+        axes.plot(frequencies, line, color=BLUE, lw=0.6)
+    axes.set_ylim(float(place[0]), float(place[-1]) + HEIGHT * span)
+    axes.set_yticks([tick for tick in axes.get_yticks() if place[0] <= tick <= place[-1]])  # none above the run
+    bar = 10.0 ** math.floor(math.log10(largest))
+    bar *= 5.0 if 5.0 * bar <= largest else 2.0 if 2.0 * bar <= largest else 1.0
+    x, top = 0.965, float(place[-1]) + 0.96 * HEIGHT * span
+    at = axes.get_yaxis_transform()
+    axes.plot([x, x], [top - scale * bar, top], transform=at, color="black", lw=2.0, solid_capstyle="butt")
+    axes.text(x - 0.015, top - 0.5 * scale * bar, f"{bar:g} {unit}", transform=at, ha="right", va="center", fontsize=8)

@@ -1,0 +1,343 @@
+"""Study of frequency responses of a rotor, free or in its machine, computed and laid over measured ones."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import groupby
+from pathlib import Path
+from typing import Annotated, ClassVar
+
+import numpy as np
+
+from amb_analysis.machine.channels import Place, place_of
+from amb_analysis.machine.frequency_response import Loop, Structure, frequency_response, refined, resonant_frequencies
+from amb_analysis.machine.machine import Machine
+from amb_analysis.measured.deviation import CurveDeviation, ModeDeviation, curve_deviation, mode_deviations
+from amb_analysis.measured.estimates import Estimator
+from amb_analysis.measured.files import Estimation, read_measured
+from amb_analysis.measured.modal_fit import fitted_modes
+from amb_analysis.measured.records import Channel, FrequencyResponse, Measurement
+from amb_analysis.measured.units import si_unit
+from amb_analysis.studies.inputs import Number, controlled, positive, spin_speed
+from amb_analysis.studies.result import DrawnResult
+from amb_cosim.cosim.basics.choices import Flavour
+from amb_cosim.cosim.system.values import Raw, quantity
+from amb_cosim.presentation.text_tables import TextBlock, number, text_table
+from amb_cosim.results.component_names import PLANT
+from amb_cosim.scenario.simulation import prepare
+from amb_files.checks import require
+from array_types import Array, Complex
+from rotor_analysis.refinement import about_resonances, vertex
+from rotor_analysis.refinement import refined as refined_samples
+from rotor_analysis.rotor import Rotor
+from rotor_analysis.rotor_file import load_rotor
+
+LOWEST, HIGHEST = 1.0, 1000.0  # Hz, without a measurement
+POINTS = 600
+UNDAMPED = 1e-7  # half width of a resonance over its frequency, below which rounding is all that limits it
+COARSE = 10  # of these frequencies, between one of which and the next resonances are sought
+WITH_UNIT = re.compile(r"(?P<name>[^\[\]]+?)\s*(?:\[(?P<unit>[^\[\]]+)\])?")
+
+
+@dataclass(frozen=True, eq=False)
+class ComputedResponse:
+    """A response, as it is computed and, where there is a measurement, measured.
+
+    unit
+        Of both.
+    frequencies
+        (Hz), shape (n,).
+    computed, measured
+        Complex, shape (n,).
+    coherence
+        Of the measurement (1), shape (n,).
+    deviation
+        Of the computed response.
+    """
+
+    unit: str
+    frequencies: Annotated[Array, "Hz"]
+    computed: Complex
+    measured: Complex | None = None
+    coherence: Array | None = None
+    deviation: CurveDeviation | None = None
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class FrequencyResponses(DrawnResult):
+    """Frequency responses of a rotor.
+
+    rotor
+        Its name.
+    loop
+        Its support.
+    speed
+        Spin speed (rad/s).
+    responses
+        By name, `output/input`.
+    modes
+        Measured modes with those of the computed responses; empty without a measurement.
+    """
+
+    name: ClassVar[str] = "response"
+
+    rotor: str
+    loop: Loop
+    speed: Annotated[float, "rad/s"]
+    responses: dict[str, ComputedResponse]
+    modes: tuple[ModeDeviation, ...]
+
+    def text(self) -> list[TextBlock]:
+        """Return tables of the modes and of the deviations, or of the largest values without a measurement."""
+        title = f"{self.rotor}, {self.loop}, {self.speed:g} rad/s: "
+        if all(item.measured is None for item in self.responses.values()):
+            table = text_table(f"{title}largest values", ("response", "", "at (Hz)", "phase (deg)"), left=("response",))
+            for name, item in self.responses.items():
+                top = int(np.argmax(np.abs(item.computed)))
+                phase = f"{np.degrees(np.angle(item.computed[top])):.1f}"
+                size = f"{abs(item.computed[top]):.4g} {item.unit}"
+                if _is_unbounded(item.frequencies, np.abs(item.computed), top):
+                    size, phase = "no bound", "-"
+                table.add_row(name, size, f"{item.frequencies[top]:.4g}", phase)
+            return [table]
+        heads = ("measured (Hz)", "computed (Hz)", "(%)", "damping ratio", "computed ratio", "MAC")
+        modes = text_table(f"{title}modes", heads)
+        for mode in self.modes:
+            ratios = (number(mode.measured_damping), number(mode.computed_damping))
+            percent = "-" if mode.percent is None else f"{mode.percent:+.2f}"
+            mac = "-" if mode.mac is None else f"{mode.mac:.3f}"
+            modes.add_row(f"{mode.measured:.2f}", number(mode.computed), percent, *ratios, mac)
+        curves = text_table(f"{title}responses", ("response", "unit", "FRAC", "rms (dB)"), left=("response", "unit"))
+        for name, item in self.responses.items():
+            if item.deviation is not None:
+                curves.add_row(name, item.unit, f"{item.deviation.frac:.3f}", f"{item.deviation.decibel:.2f}")
+        none = ["no peak rises 6 dB above its surroundings: no mode is compared"] if not self.modes else []
+        return [modes if self.modes else none[0], curves]
+
+
+def response(
+    scenario: str | Path | None = None,
+    *,
+    rotor: str | Path | Rotor | None = None,
+    controller: str | Path | None = None,
+    measured: str | Path | Measurement | None = None,
+    loop: Loop | None = None,
+    inputs: Sequence[str] = (),
+    outputs: Sequence[str] = (),
+    channels: Mapping[str, str] | None = None,
+    speed: Number | None = None,
+    up_to: Number | None = None,
+    estimator: Estimator = "H1",
+    segment: Number | None = None,
+    window: str = "hann",
+    set: Mapping[str, Raw] | None = None,
+    flavour: Flavour = "native",
+) -> FrequencyResponses:
+    """Return frequency responses from forces or currents to motion or currents, laid over measured ones.
+
+    y/u at the frequencies of the measurement, by the equations of `machine.frequency_response`. Both the measured and
+    the computed responses are fitted near their peaks (`measured.modal_fit`), so that frequencies and damping ratios
+    are compared by one method.
+
+    Parameters
+    ----------
+    scenario, rotor, controller
+        Machine, its rotor and its control, as of `sensitivity`; with `rotor` alone, that rotor.
+    measured
+        File of a measurement (`measured.files.read_measured`), or a measurement.
+    loop
+        `free`: the rotor alone; `linear`: on bearings and seals of its file; `open`: with magnets and without
+        controller; `closed`: under control. By default `closed`, and `free` for a rotor alone.
+    inputs, outputs
+        Channels, such as `fan.f_x`, `left.i_x`, `eye.x`, or `0.12 m.y [m/s2]`. With a measurement those that are
+        compared, all by default; inputs of a record over time must be named.
+    channels
+        Names or places in the model by names in the file.
+    speed
+        Spin speed (rad/s), or a text with its unit; that of the scenario by default, at rest without a machine.
+    up_to
+        Highest frequency (Hz), or a text with its unit; by default that of the measurement, 1 kHz without.
+    estimator, segment, window
+        How responses are estimated from a record over time (`measured.estimates.estimate`); a segment in s.
+    set, flavour
+        Values of parameters by `component.variable`; flavour of the FMUs.
+
+    Raises
+    ------
+    ValueError
+        If the file cannot be read, a channel is no place of the rotor, or an argument is not allowed.
+
+    Examples
+    --------
+    >>> result = response(rotor="compressor", inputs=["impeller3.f_x"], outputs=["seal.x"], up_to="200 Hz")
+    >>> curve = result.responses["seal.x/impeller3.f_x"]
+    >>> f"{abs(curve.computed[0]):.2g} {curve.unit} at {curve.frequencies[0]:.0f} Hz"
+    '0.00011 m/N at 1 Hz'
+    """
+    loop = loop or ("free" if scenario is None and rotor is not None else "closed")
+    highest = None if up_to is None else positive(up_to, "Hz", "up-to")
+    curves: Sequence[FrequencyResponse] = ()
+    if measured is not None:
+        content = measured_content(measured, channels, inputs, outputs, up_to, (estimator, segment, window))
+        curves = content.responses
+        if not curves:
+            raise ValueError("the measurement lists modes alone; there is no response to compare")
+    scenario_of = None if loop in ("free", "linear") else controlled(scenario, rotor, controller)
+    source = rotor if scenario_of is None else scenario_of.rotor
+    described = load_rotor(source)
+    if measured is None:
+        curves = _requested(described, inputs, outputs, highest or HIGHEST)
+    ends = [(_place(c.input, described, True), _place(c.output, described, False)) for c in curves]
+    fine = refined(described, [place for pair in ends for place in pair])
+    machine = None
+    if scenario_of is not None:
+        machine = Machine(prepare(scenario_of.machine(rotor=fine), set, flavour=flavour))
+        if PLANT not in machine.prepared.interfaces:
+            raise ValueError(f"scenario {machine.prepared.name} has no component {PLANT}")
+    at_rest = 0.0 if machine is None else machine.Omega
+    Omega = at_rest if speed is None else spin_speed(speed)
+    if machine is not None and loop == "closed":
+        machine.loop.check_stable([Omega])
+    structure = Structure(fine, loop, Omega, machine)
+    if measured is None:
+        curves = _closer(structure, curves, ends)
+    values = _computed(structure, curves, ends)
+    return laid_over(described.name, loop, Omega, curves, values, compared=measured is not None)
+
+
+def laid_over(
+    rotor: str,
+    loop: Loop,
+    Omega: float,
+    curves: Sequence[FrequencyResponse],
+    values: Sequence[Complex],
+    *,
+    compared: bool = True,
+) -> FrequencyResponses:
+    """Return computed values of responses with the deviations from the measured ones, if these are measured."""
+    if not compared:
+        plain = {c.name: ComputedResponse(c.unit, c.frequencies, v) for c, v in zip(curves, values, strict=True)}
+        return FrequencyResponses(rotor, loop, Omega, plain, ())
+    responses = {
+        c.name: ComputedResponse(c.unit, c.frequencies, v, c.values, c.coherence, curve_deviation(c.values, v))
+        for c, v in zip(curves, values, strict=True)
+    }
+    modes: list[ModeDeviation] = []
+    for _, group in groupby(zip(curves, values, strict=True), lambda pair: pair[0].frequencies.tobytes()):
+        pairs = list(group)
+        found = (
+            fitted_modes([replace(c, values=v) for c, v in pairs]) if computed else fitted_modes([c for c, _ in pairs])
+            for computed in (False, True)
+        )
+        modes += mode_deviations(*found)
+    return FrequencyResponses(rotor, loop, Omega, responses, tuple(sorted(modes, key=lambda mode: mode.measured)))
+
+
+def measured_content(
+    measured: str | Path | Measurement,
+    channels: Mapping[str, str] | None,
+    inputs: Sequence[str],
+    outputs: Sequence[str],
+    up_to: Number | None,
+    estimation: tuple[Estimator, Number | None, str],
+) -> Measurement:
+    """Return a measurement with the chosen responses; arguments as of `response`, estimator, segment and window last.
+
+    Raises
+    ------
+    ValueError
+        If the file cannot be read, or none of its responses is left.
+    """
+    estimator, segment, window = estimation
+    in_file = {place: name for name, place in (channels or {}).items()}
+    named = tuple(in_file.get(_bare(name), _bare(name)) for name in inputs)
+    length = None if segment is None else quantity(segment, "s", "segment")
+    content = measured
+    if not isinstance(content, Measurement):
+        content = read_measured(content, Estimation(named, (), estimator, length, window), channels)
+    if not content.responses:
+        return content
+    highest = None if up_to is None else positive(up_to, "Hz", "up-to")
+    names = channels or {}
+    wanted = [{names.get(name, name) for name in map(_bare, of)} for of in (inputs, outputs)]
+    chosen = [
+        item if highest is None else item.between(0.0, highest)
+        for item in content.responses
+        if all(not of or c.name in of for of, c in zip(wanted, (item.input, item.output), strict=True))
+    ]
+    if not chosen:
+        have = ", ".join(item.name for item in content.responses)
+        raise ValueError(f"no response is left to compare; the measurement has {have}")
+    return Measurement(tuple(sorted(chosen, key=lambda item: item.frequencies.tobytes())), content.modes)
+
+
+def _requested(rotor: Rotor, inputs: Sequence[str], outputs: Sequence[str], highest: float) -> list[FrequencyResponse]:
+    """Return responses without values, between channels that are named."""
+    require(bool(inputs) and bool(outputs), "inputs and outputs", "missing", "given, without a measurement")
+    frequencies = np.geomspace(min(LOWEST, 0.5 * highest), highest, POINTS)
+    empty = np.zeros(POINTS, dtype=np.complex128)
+    return [
+        FrequencyResponse(_channel(output, "m"), _channel(source, "N"), frequencies, empty)
+        for output in outputs
+        for source in inputs
+    ]
+
+
+def _is_unbounded(frequencies: Array, sizes: Array, top: int) -> bool:
+    """Return whether only rounding limits the largest value, at a resonance that nothing damps."""
+    if not 0 < top < len(sizes) - 1:
+        return False
+    near = slice(top - 1, top + 2)
+    with np.errstate(divide="ignore"):
+        _, lowest, curvature = vertex(frequencies[near], (sizes[top] / sizes[near]) ** 2)
+    return bool(max(float(lowest), 0.0) < float(curvature) * (UNDAMPED * frequencies[top]) ** 2)
+
+
+def _closer(
+    structure: Structure, curves: Sequence[FrequencyResponse], ends: Sequence[tuple[Place, Place]]
+) -> list[FrequencyResponse]:
+    """Return the same responses at frequencies that are closer about resonances and maxima."""
+    first = curves[0].frequencies
+    sources, shown = (list(dict.fromkeys(pair[side] for pair in ends)) for side in (0, 1))
+    coarse = np.unique([*first[::COARSE], first[-1]])
+    known = about_resonances(first, resonant_frequencies(structure, sources, shown, coarse))
+    frequencies, _ = refined_samples(
+        lambda more: frequency_response(structure, sources, shown, more, float(first[-1])), known, np.abs
+    )
+    return [replace(c, frequencies=frequencies, values=np.zeros(len(frequencies), np.complex128)) for c in curves]
+
+
+def _bare(text: str) -> str:
+    """Return the name of a channel without the unit in brackets."""
+    return text.partition("[")[0].strip()
+
+
+def _channel(text: str, unit: str) -> Channel:
+    """Return the channel of a name with its unit in brackets; that of a current is A by its name."""
+    match = WITH_UNIT.fullmatch(text)
+    if match is None:
+        raise ValueError(f"channel {text!r} is not allowed; it must be a name such as 'fan.x' or 'fan.x [m/s2]'")
+    name = match["name"]
+    default = "A" if name.rpartition(".")[2].startswith("i_") else unit
+    return Channel(name, si_unit(match["unit"] or default, name)[1])
+
+
+def _place(channel: Channel, rotor: Rotor, is_input: bool) -> Place:
+    return place_of(channel.name, channel.unit, rotor, is_input=is_input)
+
+
+def _computed(
+    structure: Structure, curves: Sequence[FrequencyResponse], ends: Sequence[tuple[Place, Place]]
+) -> list[Complex]:
+    """Return the computed values of responses; those with the same frequencies are computed together."""
+    result: dict[int, Complex] = {}
+    for _, group in groupby(range(len(curves)), lambda k: curves[k].frequencies.tobytes()):
+        members = list(group)
+        sources = list(dict.fromkeys(ends[k][0] for k in members))
+        shown = list(dict.fromkeys(ends[k][1] for k in members))
+        H = frequency_response(structure, sources, shown, curves[members[0]].frequencies)
+        for k in members:
+            result[k] = H[:, shown.index(ends[k][1]), sources.index(ends[k][0])]
+    return [result[k] for k in range(len(curves))]

@@ -1,0 +1,227 @@
+"""Measurement of the sensitivities of all axes in a co-simulation with injected multi-sines.
+
+Current is added to the demand of each controller, through `command_voltage` of the actuator. The spectral lines of the
+axes interleave, so that one run measures all axes: at a line of one axis, the others have no injected current.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from amb_actuator.interface import DYNAMIC
+from amb_analysis.linear.loop import Loop
+from amb_analysis.machine.machine import Machine
+from amb_cosim.cosim.basics.choices import Flavour
+from amb_cosim.cosim.basics.time_grid import in_steps
+from amb_cosim.cosim.record.signals import Signals
+from amb_cosim.cosim.system.values import Raw
+from amb_cosim.results.component_names import ACTUATOR, CONTROLLER, PLANT
+from amb_cosim.results.contact_history import in_contact
+from amb_cosim.scenario.plan import SPEED
+from amb_cosim.scenario.scenario import Scenario
+from amb_cosim.scenario.simulation import PlannedRun, prepare, run_prepared
+from array_types import Array, Complex, Indices
+from signal_chain.presets import CUSTOM, is_on
+
+PERIOD = 4.0  # s: lines every 0.25 Hz, every 1 Hz for each axis
+LOWEST, HIGHEST = 1.0, 2000.0  # Hz
+INJECTED = 0.01  # of the bias current: small enough for the linear law and the voltage limit of the amplifiers
+STEPS_OF_A_SAMPLE = 4  # with dynamic amplifiers: the error of the coupling is then below 1 % near the sharpest peaks
+SUBSTEP = 31.25e-6  # s, of the plant's integration
+LIMITS = ("clipped", "voltage_limited")  # outputs of an axis of the actuator
+REMAINDER = 1e-6  # share of the transient that is left when the measurement begins
+LONGEST = 60.0  # s, of waiting for that
+
+
+@dataclass(frozen=True)
+class MeasuredSensitivity:
+    """Sensitivity of each axis (complex) at its spectral lines (Hz), both of shape (axes, lines)."""
+
+    frequencies: Array
+    sensitivity: Complex
+
+
+def prepare_measurement(
+    scenario: Scenario,
+    settings: Mapping[str, Raw],
+    amplifier: bool = False,
+    delay: bool = False,
+    flavour: Flavour = "native",
+) -> PlannedRun:
+    """Return a prepared run of a scenario's machine, levitated without unbalance, with its sample time.
+
+    The controller's signal chain retains delay and filter; noise and converters are off, because they are not linear.
+
+    Parameters
+    ----------
+    scenario, settings
+        The machine; values by `component.variable` that replace the scenario's.
+    amplifier
+        Whether the amplifiers are dynamic, regardless of the scenario; they are coupled in steps shorter than a sample.
+    delay
+        Whether currents are delayed by one sample, regardless of the scenario.
+    flavour
+        Flavour of the FMUs.
+
+    Raises
+    ------
+    ValueError
+        If a value is not allowed, an input is set, or the scenario has no magnetic bearings.
+    """
+    values: dict[str, dict[str, Raw]] = {ACTUATOR: {"mean_current": True}, PLANT: {"solver.max_substep": SUBSTEP}}
+    values[CONTROLLER] = {} if "chain.preset" in scenario.parameters.get(CONTROLLER, {}) else {"chain.preset": CUSTOM}
+    base = scenario.machine(parameters=values)
+    first = prepare(base, settings, flavour=flavour)
+    loop, parameters = Machine(first).loop, Machine(first).parameters
+    dynamic = amplifier or parameters[ACTUATOR]["amplifier"] == DYNAMIC
+    linear = _linear_chain(parameters[CONTROLLER], delay)
+    sample_time = loop.sample_time
+    measuring = base.changed(
+        description="Levitated rotor with injected currents",
+        end_time=sample_time,
+        communication_step=sample_time / (STEPS_OF_A_SAMPLE if dynamic else 1),
+        coupling="gauss_seidel",
+        inputs={ACTUATOR: {"*.command_voltage_?": 0.0}},
+        record={
+            "variables": [
+                *loop.sources,
+                *(f"{ACTUATOR}.{bearing}.{name}_{axis}" for bearing, axis in loop.axes for name in LIMITS),
+            ],
+        },
+    )
+    changed = {f"{CONTROLLER}.{name}": value for name, value in linear.items()}
+    prepared = prepare(measuring, {**settings, f"{ACTUATOR}.amplifier": int(dynamic), **changed}, flavour=flavour)
+    moved = [name for name, value in prepared.plan.inputs.items() if name != SPEED and value != 0.0]
+    if moved:
+        raise ValueError(
+            f"{moved[0]} cannot be set here; only parameters can, so that injected currents alone move the rotor"
+        )
+    return prepared
+
+
+def _linear_chain(parameters: Mapping[str, float], delay: bool) -> dict[str, Raw]:
+    """Return the linear part of a controller's signal chain, if it has one."""
+    if "chain.preset" not in parameters:
+        if delay:
+            raise ValueError(f"delay is not allowed; {CONTROLLER} has no signal chain")
+        return {}
+    preset = parameters["chain.preset"]
+    return {
+        "chain.preset": CUSTOM,
+        "chain.delay": delay or bool(is_on(preset, parameters["chain.delay"])),
+        "chain.filter": bool(is_on(preset, parameters["chain.filter"])),
+        **dict.fromkeys(("chain.noise", "chain.adc", "chain.dac"), False),
+    }
+
+
+def schroeder_phases(powers: Array) -> Array:
+    """Return phases (rad) for which a sum of adjacent harmonics has a low peak.
+
+    phi_i = -2 pi sum_{m<i} (i - m) P_m     (5.11 to 5.14)
+
+    Parameters
+    ----------
+    powers
+        Relative power of each harmonic, with the sum 1, shape (n,).
+    """
+    return -2.0 * math.pi * np.concatenate([[0.0], np.cumsum(np.cumsum(powers))[:-1]])
+
+
+def multi_sines(n_axes: int, samples: int, sample_time: float) -> tuple[Array, Indices]:
+    """Return a period of the injected currents, shape (axes, samples), and the harmonics of each.
+
+    All harmonics of an axis have the same power, and the peak of a current is 1.
+    """
+    highest = min(HIGHEST, 0.5 / sample_time)
+    first, count = round(LOWEST * samples * sample_time), math.ceil(highest * samples * sample_time)
+    lines = np.arange(first, first + (count - first) // n_axes * n_axes).reshape(-1, n_axes).T
+    phases = schroeder_phases(np.full(lines.shape[1], 1.0 / lines.shape[1]))
+    spectrum = np.zeros((n_axes, samples // 2 + 1), dtype=complex)
+    np.put_along_axis(spectrum, lines, np.exp(1j * phases)[None, :], axis=1)
+    signals = np.fft.irfft(spectrum, samples, axis=1)
+    return signals / np.abs(signals).max(axis=1, keepdims=True), lines
+
+
+def settling_samples(decay: float, sample_time: float) -> int:
+    """Return the number of samples in which a transient dies out that decays by the factor `decay` per sample.
+
+    Raises
+    ------
+    ValueError
+        If it takes longer than `LONGEST`.
+    """
+    samples = math.ceil(math.log(REMAINDER) / math.log(decay))
+    if samples * sample_time > LONGEST:
+        raise ValueError(
+            f"transients decay by the factor {decay:.6f} per sample and would take "
+            f"{samples * sample_time:.0f} s to die out; it must be <= {LONGEST:g} s"
+        )
+    return samples
+
+
+def measure(prepared: PlannedRun, decay: float) -> MeasuredSensitivity:
+    """Co-simulate with the multi-sines, wait for the transient to die out, and compare currents over a period.
+
+    Parameters
+    ----------
+    prepared
+        From `prepare_measurement`.
+    decay
+        Magnitude of the loop's slowest pole.
+
+    Raises
+    ------
+    ValueError
+        If the run fails, the rotor touches anything, or an amplifier reaches a limit.
+    """
+    plan, machine = prepared.plan, Machine(prepared)
+    loop, parameters = machine.loop, machine.parameters[ACTUATOR]
+    steps = round(in_steps(loop.sample_time, plan.step_size))
+    samples = 2 * round(in_steps(0.5 * PERIOD, loop.sample_time))
+    settling = settling_samples(decay, loop.sample_time)
+    sines, lines = multi_sines(len(loop.axes), samples, loop.sample_time)
+    gains, biases = (
+        np.array([parameters[f"{b}.{name}_{a}"] for b, a in loop.axes]) for name in ("amplifier_gain", "bias_current")
+    )
+    if not gains.all() or not biases.all():
+        what = "bias_current = 0 A" if gains.all() else "amplifier_gain = 0 A/V"
+        raise ValueError(f"{what} is not allowed; it must not be 0, since a share of the bias is injected as a voltage")
+    injected = INJECTED * biases[:, None] * sines
+    last = settling + samples
+    volts = injected / gains[:, None]
+    inputs = [f"{ACTUATOR}.{b}.command_voltage_{a}" for b, a in loop.axes]
+    events = tuple(
+        (n * steps, name, float(volts[k, n % samples])) for n in range(last) for k, name in enumerate(inputs)
+    )
+    result = run_prepared(replace(prepared, plan=replace(plan, last=last * steps, events=events)))
+    if result.outcome.failure is not None:
+        raise ValueError(result.outcome.failure)
+    _check_linear(result.signals, loop)
+    first = settling + 1  # a current that the controller demands at a sample is recorded a sample later
+    demanded = [result.signals[source].values[::steps] for source in loop.sources]
+    currents = np.array(demanded)[:, first : first + samples]
+    recorded = np.arange(settling, settling + samples) % samples
+    ratio = _spectrum(currents, lines) / _spectrum(injected[:, recorded], lines)
+    return MeasuredSensitivity(lines / (samples * loop.sample_time), 1.0 + ratio)
+
+
+def _spectrum(signals: Array, lines: Indices) -> Complex:
+    """Return the spectrum of each signal at its lines, shape (axes, lines)."""
+    return np.take_along_axis(np.fft.rfft(signals, axis=1), lines, axis=1)
+
+
+def _check_linear(dataset: Signals, loop: Loop) -> None:
+    """Raise a ValueError if the rotor touched anything or an amplifier reached a limit."""
+    touching = in_contact(dataset)
+    violations = [("the rotor touched a retainer or another site", touching is not None and touching.any())]
+    for b, a in loop.axes:
+        clipped, limited = (dataset[f"{ACTUATOR}.{b}.{name}_{a}"].values.any() for name in LIMITS)
+        violations += [(f"the current of {b}.{a} was clipped", clipped)]
+        violations += [(f"the amplifier of {b}.{a} was at its voltage limit", limited)]
+    for violation, happened in violations:
+        if happened:
+            raise ValueError(f"{violation} during the measurement, which requires a linear system")

@@ -1,0 +1,218 @@
+"""Study of the modes of a rotor: frequencies at spin speeds, mode shapes at the first."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Annotated, ClassVar
+
+import numpy as np
+
+from amb_analysis.studies.coefficient_limits import EXTRAPOLATED, Limits, is_extrapolated, limit_notes, limits_of
+from amb_analysis.studies.inputs import Number, spin_speeds
+from amb_analysis.studies.mode_kinds import kind_of
+from amb_analysis.studies.result import DrawnResult, StudyResult
+from amb_cosim.presentation.json_data import JsonKey, Layout
+from amb_cosim.presentation.text_tables import TextBlock, labelled_table, text_table
+from amb_files.checks import require
+from array_types import Array, Complex
+from rotor_analysis.assembly import Matrices
+from rotor_analysis.modes import Mode, Whirl, overdamped_modes, translations
+from rotor_analysis.modes import modes as modes_of
+from rotor_analysis.rotor import Rotor
+from rotor_analysis.rotor_file import RotorSource, load_rotor
+from rotor_analysis.shaft import MassModel
+from rotor_analysis.spectrum import AT_REST
+from rotor_analysis.supported_rotor import supported_rotor
+
+NO_RESONANCE = math.sqrt(0.5)  # damping ratio above which a response has no peak
+ROUNDING = 1e-9  # a damping ratio above minus this is that of an undamped mode, not of a growing one; near rest it is
+# that of an error of `AT_REST` squared in the square of an eigenvalue
+
+HEADINGS = ("speed", "mode", "frequency (rad/s)", "(Hz)", "damping ratio", "whirl")
+
+
+@dataclass(frozen=True)
+class ModesAtSpeed:
+    """The lowest modes at a spin speed, by ascending frequency; those without resonance come last.
+
+    frequencies
+        Damped natural frequencies (rad/s).
+    damping_ratios
+        Damping ratios (1); negative if the motion grows.
+    whirl
+        Whirl directions.
+    real_eigenvalues
+        Eigenvalues (1/s) of the motions that do not oscillate.
+    extrapolated
+        Whether a table of coefficients does not cover this speed.
+    """
+
+    frequencies: Annotated[tuple[float, ...], "rad/s"]
+    damping_ratios: tuple[float, ...]
+    whirl: tuple[Whirl, ...]
+    real_eigenvalues: Annotated[tuple[float, ...], "1/s"]
+    extrapolated: bool = False
+
+
+@dataclass(frozen=True, repr=False)
+class NaturalFrequencies(StudyResult):
+    """Natural frequencies of a rotor at some spin speeds.
+
+    rotor, mass
+        Name of the rotor, and the mass matrix of its model.
+    speeds
+        The lowest modes by spin speed (rad/s).
+    limits
+        Limits of the coefficients of bearings and seals.
+    """
+
+    rotor: str
+    mass: MassModel
+    speeds: dict[float, ModesAtSpeed]
+    limits: Limits = ()
+
+    def text(self) -> list[TextBlock]:
+        """Return a table of all modes, and a line for each speed with aperiodic motion."""
+        table = text_table(f"{self.rotor}, {self.mass} mass; speed in rad/s", HEADINGS, left=("whirl",))
+        remarks: list[TextBlock] = []
+        for speed, result in self.speeds.items():
+            mark = f", {EXTRAPOLATED}" if result.extrapolated else ""
+            modes = zip(result.frequencies, result.damping_ratios, result.whirl, strict=True)
+            for number, (frequency, ratio, whirl) in enumerate(modes, start=1):
+                hertz = f"{frequency / (2.0 * math.pi):.3f}"
+                grows = ratio < -max(ROUNDING, (AT_REST / frequency) ** 2)
+                displayed = f"{round(ratio if grows else max(ratio, 0.0), 4) + 0.0:.4f}"  # not -0.0000
+                direction = whirl + (", unstable" if grows else "")
+                table.add_row(f"{speed:g}", str(number), f"{frequency:.3f}", hertz, displayed, direction + mark)
+            if result.real_eigenvalues:
+                real = ", ".join(f"{value:.4g}" for value in result.real_eigenvalues)
+                remarks.append(f"at {speed:g} rad/s also aperiodic motion, exp(s t) with s = {real} 1/s")
+        return [table, *remarks, *limit_notes(self.limits, self.speeds)]
+
+
+@dataclass(frozen=True, eq=False)
+class ModeShape:
+    """A mode shape.
+
+    x, y
+        Complex displacement of each node, shape (nodes,) each; the largest is 1 (no unit).
+    kind
+        `cylindrical` or `conical` for rigid-body motion, `flexural` for bending.
+    rigid_share
+        Share of the kinetic energy in rigid-body motion (1).
+    crossings
+        Number of points between the ends where the shaft line crosses the axis.
+    """
+
+    x: Annotated[Complex, Layout.PAIRS]
+    y: Annotated[Complex, Layout.PAIRS]
+    kind: str
+    rigid_share: float
+    crossings: int
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ModeShapes(DrawnResult):
+    """Modes of a rotor at spin speeds.
+
+    frequencies
+        Frequencies, damping ratios and whirl directions at all speeds.
+    shapes
+        Shape of each mode at the first speed.
+    z
+        Axial position of the nodes (m), shape (nodes,).
+    description, modes
+        The rotor and its modes, from which the figure is drawn.
+    """
+
+    name: ClassVar[str] = "modes"
+
+    frequencies: Annotated[NaturalFrequencies, Layout.MERGED]
+    shapes: tuple[ModeShape, ...]
+    z: Annotated[tuple[float, ...], JsonKey("z_m")]
+    description: Annotated[Rotor, Layout.OMITTED]
+    modes: Annotated[tuple[Mode, ...], Layout.OMITTED]
+
+    @property
+    def speed(self) -> float:
+        """Spin speed of the shapes (rad/s)."""
+        return next(iter(self.frequencies.speeds))
+
+    def text(self) -> list[TextBlock]:
+        """Return tables of the modes and of their shapes."""
+        table = labelled_table("Mode shapes", "kind", "mode", "rigid motion (% of kinetic energy)", "crossings")
+        for number, shape in enumerate(self.shapes, start=1):
+            table.add_row(shape.kind, str(number), f"{100.0 * shape.rigid_share:.1f}", str(shape.crossings))
+        return [*self.frequencies.text(), table]
+
+
+def modes(
+    rotor: RotorSource = None,
+    *,
+    mass: MassModel | None = None,
+    speeds: Number | Sequence[Number] = "0",
+    count: int = 8,
+) -> ModeShapes:
+    """Return natural frequencies, damping ratios and whirl directions at spin speeds, and mode shapes at the first.
+
+    (lambda^2 M + lambda (C + Omega G) + K + D) phi = 0     (3.1 to 3.6)
+
+    Modes with a damping ratio above 1/sqrt(2), whose response has no peak, come last.
+
+    Parameters
+    ----------
+    rotor
+        A rotor or a rotor file; by default the packs' default rotor.
+    mass
+        Mass matrix, `diagonal` or `consistent`; by default that of the rotor file.
+    speeds
+        Spin speeds (rad/s), each a number or a string with its unit, or one string separated by commas.
+    count
+        Number of modes, the lowest first.
+
+    Raises
+    ------
+    ValueError
+        If the rotor file cannot be read or an argument is out of range.
+
+    Examples
+    --------
+    >>> print(str(modes("compressor", speeds="0", count=1)).splitlines()[0].strip())
+    compressor, consistent mass; speed in rad/s
+    """
+    description = load_rotor(rotor)
+    mass = mass or description.shaft.mass_matrix
+    model = supported_rotor(description, mass).model
+    at = {Omega: _lowest(model, Omega, count) for Omega in spin_speeds(speeds)}
+    limits = limits_of((*description.bearings, *description.seals))
+    frequencies = {
+        Omega: replace(_at_speed(model, Omega, result), extrapolated=is_extrapolated(limits, Omega))
+        for Omega, result in at.items()
+    }
+    first, z = next(iter(at.values())), np.array(description.shaft.nodes)
+    shapes = tuple(_shape(model, z, mode) for mode in first)
+    named = NaturalFrequencies(description.name, mass, frequencies, limits)
+    return ModeShapes(named, shapes, description.shaft.nodes, description, first)
+
+
+def _lowest(model: Matrices, Omega: float, count: int) -> tuple[Mode, ...]:
+    """Return the lowest modes with a resonance, followed if needed by the lowest of the others."""
+    require(count >= 1, "count", count, "1 or more")
+    ordered = sorted(modes_of(model, Omega), key=lambda mode: mode.damping_ratio > NO_RESONANCE)
+    return tuple(ordered[:count])
+
+
+def _at_speed(model: Matrices, Omega: float, modes: Sequence[Mode]) -> ModesAtSpeed:
+    return ModesAtSpeed(
+        tuple(mode.frequency for mode in modes),
+        tuple(mode.damping_ratio for mode in modes),
+        tuple(mode.whirl for mode in modes),
+        tuple(mode.eigenvalue.real for mode in overdamped_modes(model, Omega)),
+    )
+
+
+def _shape(model: Matrices, z: Array, mode: Mode) -> ModeShape:
+    x, y = translations(model, mode.shape).T
+    return ModeShape(x, y, *kind_of(model, z, mode.shape))

@@ -1,0 +1,182 @@
+"""Study that identifies the receptances of the levitated rotor over the spin speed and stores them in a table."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, NamedTuple
+
+import numpy as np
+
+from amb_analysis.studies.inputs import Number, spin_speeds
+from amb_analysis.studies.receptance_measurement import (
+    IdentifiedReceptance,
+    computed_identification,
+    prepare_identification,
+    ratios,
+    run_identification,
+    table_for,
+)
+from amb_analysis.studies.result import StudyResult
+from amb_cosim.cosim.basics.choices import Flavour
+from amb_cosim.cosim.system.values import Raw
+from amb_cosim.design.controller_data import SPEEDS, condition_number
+from amb_cosim.design.receptance_file import ReceptanceTable
+from amb_cosim.presentation.json_data import Layout
+from amb_cosim.presentation.plain_console import plain_console
+from amb_cosim.presentation.progress import STARTING, bars
+from amb_cosim.presentation.text_tables import TextBlock, text_table
+from amb_cosim.scenario.rotors import RotorSource
+from amb_cosim.scenario.scenario import Scenario, load_scenario
+
+HEADINGS = ("speed (Hz)", "periods", "force (N)", "condition number", "differs from the model (%)", "")
+
+
+class IdentificationProgress(NamedTuple):
+    """Progress of an identification: spin speed (rad/s), finished and total speeds, finished and total steps."""
+
+    speed: float
+    speeds_done: int
+    speeds_total: int
+    steps_done: int
+    steps_total: int
+
+
+Report = Callable[[IdentificationProgress], None]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Identification(StudyResult):
+    """Receptances identified at several speeds.
+
+    speeds
+        Requested spin speeds (rad/s).
+    results
+        Result at each speed; fewer than speeds if Ctrl-C interrupted the study.
+    table
+        Table of the receptances, identified now or already in the table.
+    """
+
+    speeds: Annotated[tuple[float, ...], "rad/s"]
+    results: tuple[IdentifiedReceptance, ...]
+    table: Annotated[ReceptanceTable, Layout.OMITTED]
+
+    @property
+    def identified(self) -> int:
+        """Number of speeds at which the identification succeeded."""
+        return sum(result.receptance is not None for result in self.results)
+
+    @property
+    def interruption(self) -> str:
+        """Reason of an early end of the study; otherwise empty."""
+        last = self.results[-1]
+        return last.reason if last.interrupted else ""
+
+    def text(self) -> list[TextBlock]:
+        """Return a table with a row for each speed."""
+        table = text_table("Identification", HEADINGS, left=("",))
+        for result in self.results:
+            condition, difference, outcome = "-", "-", result.reason or "done"
+            if result.receptance is not None:
+                condition = f"{condition_number(result.receptance):.3f}"
+                if result.model is None:
+                    outcome = "computed, not compared"
+                else:
+                    difference = f"{100.0 * np.abs(ratios(result.receptance, result.model) - 1.0).max():.2g}"
+            numbers = f"{result.frequency:.6g}", str(result.periods), f"{result.force:.1f}"
+            table.add_row(*numbers, condition, difference, outcome)
+        return [table]
+
+
+def identify(
+    speeds: str | Sequence[Number] | None = None,
+    *,
+    output: Path | str | None = None,
+    scenario: Scenario | Path | str | None = None,
+    rotor: RotorSource = None,
+    set: Mapping[str, Raw] | None = None,
+    flavour: Flavour = "native",
+    computed: bool = False,
+    progress: bool | Report | None = None,
+) -> Identification:
+    """Return the receptances of the levitated rotor, as its controller identifies them in co-simulations.
+
+    They are those of the loop with all its controllers, including a linear one below the synchronous control.
+
+    Ctrl-C ends the study; the result then contains the finished speeds.
+
+    Parameters
+    ----------
+    speeds
+        Spin speeds (rad/s), each a number or a string with its unit, or one string separated by commas; by default
+        twelve from 5 to 35 Hz.
+    output
+        Table file (TOML), written after each speed; receptances in it for other speeds are kept.
+    scenario
+        A scenario, the name of a packaged scenario, or a TOML file, that defines machine and parameters; by default the
+        packs' default rotor with the start values of the FMUs.
+    rotor
+        Name of a packaged rotor, or rotor file, to use instead of the scenario's.
+    set
+        Values by `component.variable`, numbers or strings with units.
+    flavour
+        Flavour of the FMUs.
+    computed
+        Whether to compute the receptances from the linear model of the sampled loop instead of co-simulations.
+        Identified receptances are compared with this model; computed ones cannot be.
+    progress
+        Whether to display bars (default in a terminal and a notebook), or a function called repeatedly with an
+        `IdentificationProgress`.
+
+    Raises
+    ------
+    ValueError
+        If an argument is not allowed, or the table in the file belongs to another rotor or control loop.
+
+    Examples
+    --------
+    >>> result = identify("9000 rpm", scenario="compressor_levitated", computed=True)
+    >>> result.table.entries[0].receptance.shape  # sensors, axes
+    (6, 4)
+    """
+    chosen = SPEEDS if speeds is None else spin_speeds(speeds)
+    machine = scenario if isinstance(scenario, Scenario | None) else load_scenario(str(scenario))
+    path = None if output is None else Path(output)
+    results: list[IdentifiedReceptance] = []
+    with _progress_bars(progress) as report:
+        runs = [prepare_identification(Omega, rotor, set, flavour, machine) for Omega in chosen]
+        table = table_for(runs[0], path)
+        for prepared in runs:
+
+            def report_steps(done: int, total: int, speed: float = prepared.plan.speed) -> None:
+                report(IdentificationProgress(speed, len(results), len(runs), done, total))
+
+            result = computed_identification(prepared) if computed else run_identification(prepared, report_steps)
+            results.append(result)
+            if result.receptance is not None:
+                table = table.updated(result.speed, result.receptance, result.order, result.inner)
+                if path is not None:
+                    table.write(path)
+            if result.interrupted:
+                break
+    return Identification(tuple(chosen), tuple(results), table)
+
+
+@contextmanager
+def _progress_bars(progress: bool | Report | None) -> Iterator[Report]:
+    """Yield the function `progress`, or one that shows two bars: all speeds and the current speed."""
+    if callable(progress):
+        yield progress
+        return
+    with bars(plain_console(stderr=True), progress) as displayed:
+        all_speeds, this_speed = displayed.add_task("speeds", total=None), displayed.add_task(STARTING, total=None)
+
+        def show(now: IdentificationProgress) -> None:
+            displayed.update(all_speeds, completed=now.speeds_done, total=now.speeds_total)
+            label = f"{now.speed / (2.0 * math.pi):.4g} Hz"
+            displayed.update(this_speed, description=label, completed=now.steps_done, total=now.steps_total)
+
+        yield show

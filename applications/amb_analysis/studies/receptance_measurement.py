@@ -1,0 +1,230 @@
+"""Identification of the receptance at a spin speed, by the controller FMU in a co-simulation with the plant.
+
+The run covers the six slots of the identification; R is read from the controller's outputs at its end.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import numpy as np
+
+from amb_analysis.machine.machine import Machine, machine_of
+from amb_analysis.studies.sampled_receptance import inner_response, sampled_receptance
+from amb_cosim.cosim.basics.choices import Flavour
+from amb_cosim.cosim.basics.time_grid import in_steps
+from amb_cosim.cosim.run.options import Progress, RunOptions
+from amb_cosim.cosim.system.values import Raw
+from amb_cosim.design.controller_data import MAX_CONDITION, condition_number
+from amb_cosim.design.receptance_file import ReceptanceTable, empty_table, loop_parameters, read_table
+from amb_cosim.design.sampled_loop import parameters_of_loop
+from amb_cosim.results.component_names import CONTROLLER
+from amb_cosim.scenario.inner_loop import inner_loop_parameters
+from amb_cosim.scenario.scenario import Scenario, given_scenario, make_scenario
+from amb_cosim.scenario.simulation import PlannedRun, prepare, run_prepared
+from array_types import Complex
+from rolac_controller.control_loop import ControlLoop
+from rolac_controller.enumerations import ERRORS, GIVEN, ILL_CONDITIONED, last_stages, stages
+from rolac_controller.excitation import force_component, periods
+from rotor_analysis.rotor_file import RotorSource, load_rotor
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+STEP = 250e-6  # s
+MARGIN = 2.0  # revolutions: one fills the window before the first slot, one is for the last sample of the last slot
+LARGE = 0.1  # of the largest element of a column; smaller elements are not compared
+NAME = "identification"
+RECORDED = ["rolac_controller.r.*", "rolac_controller.identification_*"]
+
+
+@dataclass(frozen=True, eq=False)
+class IdentifiedReceptance:
+    """Result of an identification at one speed.
+
+    speed
+        Spin speed (rad/s).
+    order
+        Order of the excited harmonic.
+    periods, force
+        Revolutions of a slot, and amplitude of the test force (N).
+    receptance
+        R, shape (n_sensors, n_axes), complex (m/N); None if the identification failed.
+    model
+        R of the linear model of the same sampled loop, for comparison; None if `receptance` is that R.
+    inner
+        Response of a controller below the synchronous control (`sampled_receptance.inner_response`), if any.
+    reason
+        Reason of a failure; otherwise empty.
+    interrupted
+        Whether it was interrupted by Ctrl-C.
+    """
+
+    speed: Annotated[float, "rad/s"]
+    order: int
+    periods: int
+    force: Annotated[float, "N"]
+    receptance: Annotated[Complex | None, "m/N"]
+    model: Annotated[Complex | None, "m/N"]
+    inner: Annotated[Complex | None, "N/m"] = None
+    reason: str = ""
+    interrupted: bool = False
+
+    @property
+    def frequency(self) -> float:
+        """Spin speed in Hz."""
+        return self.speed / (2.0 * math.pi)
+
+
+def prepare_identification(
+    Omega: float,
+    rotor: RotorSource = None,
+    settings: Mapping[str, Raw] | None = None,
+    flavour: Flavour = "native",
+    machine: Scenario | None = None,
+) -> PlannedRun:
+    """Return an identification of the levitated rotor, ready to run.
+
+    Parameters
+    ----------
+    Omega
+        Spin speed (rad/s).
+    rotor
+        A `Rotor`, the name of a packaged rotor, or a rotor file; by default the machine's rotor or the packs' default.
+    settings
+        Values by `component.variable`, numbers or strings with units.
+    flavour
+        Flavour of the FMUs.
+    machine
+        Scenario that defines machine and parameters; by default the start values of the FMUs.
+
+    Raises
+    ------
+    ValueError
+        If the speed is not positive or below `rolac.min_speed`, or another setting does not fit.
+    """
+    bare = make_scenario({"Omega": 1.0, "communication_step": STEP, "end_time": STEP}, NAME)
+    base = given_scenario((machine or bare).machine(), rotor)
+    step = base.step_size("gauss_seidel")
+    n_axes = 2 * len(load_rotor(base.rotor).bearings)
+    revolutions = (n_axes + 2) * periods(Omega / (2.0 * math.pi)) + MARGIN
+    steps = math.ceil(in_steps(revolutions * 2.0 * math.pi / Omega, step)) if Omega > 0.0 else 1
+    scenario = base.changed(
+        description="Identification of the receptance",
+        Omega=Omega,
+        settle_cycles=0,
+        end_time=steps * step,
+        coupling="gauss_seidel",
+        inputs={CONTROLLER: {"identify": True}},
+        parameters={CONTROLLER: {"contact.source": GIVEN}},
+        record={"variables": RECORDED, "every": steps},
+    )
+    prepared = prepare(scenario, settings, flavour=flavour)
+    if prepared.plan.speed != Omega:
+        raise ValueError("Omega cannot be set here; speeds sets it")
+    lowest = machine_of(prepared, CONTROLLER).parameters[CONTROLLER]["rolac.min_speed"]
+    if Omega < lowest and not math.isclose(Omega, lowest):
+        raise ValueError(f"speeds = {Omega:g} rad/s is not allowed; it must be >= {lowest:g} rad/s, rolac.min_speed")
+    return prepared
+
+
+def table_for(prepared: PlannedRun, path: Path | None) -> ReceptanceTable:
+    """Return the table in a file; without the file, an empty table for the rotor and loop of a prepared run.
+
+    Raises
+    ------
+    ValueError
+        If the file is not a complete table, or is that of another rotor or loop.
+    """
+    machine = machine_of(prepared, CONTROLLER)
+    parameters, controlled, name = machine.parameters[CONTROLLER], machine.controlled, machine.rotor.name
+    inner = inner_loop_parameters(prepared.assembly.system, machine.parameters)
+    if path is not None and path.exists():
+        return read_table(path, name, controlled, {**loop_parameters(controlled, parameters), **inner})
+    return empty_table(name, controlled, parameters, inner)
+
+
+def run_identification(prepared: PlannedRun, progress: Progress | None = None) -> IdentifiedReceptance:
+    """Run an identification to its end and return its result.
+
+    `progress` is called with the numbers of finished steps and of all steps.
+    """
+    planned = _planned(prepared)
+    model = sampled_receptance(prepared, planned.order)
+    result = run_prepared(prepared, RunOptions(progress=progress))
+    receptance, reason = None, result.outcome.failure or ""
+    if result.outcome.failure is None:
+        receptance, reason = _result(result.dataset.isel(time=-1), machine_of(prepared, CONTROLLER).controlled)
+    interrupted = result.outcome.status == "interrupted"
+    return replace(planned, receptance=receptance, model=model, reason=reason, interrupted=interrupted)
+
+
+def computed_identification(prepared: PlannedRun) -> IdentifiedReceptance:
+    """Return the receptance from the linear model of the loop; nothing is simulated or compared."""
+    planned = _planned(prepared)
+    receptance = sampled_receptance(prepared, planned.order)
+    if condition_number(receptance) > MAX_CONDITION:
+        return replace(planned, reason=ERRORS.sentences[ILL_CONDITIONED])
+    return replace(planned, receptance=receptance)
+
+
+def _planned(prepared: PlannedRun) -> IdentifiedReceptance:
+    """Return an identification without its results."""
+    machine = machine_of(prepared, CONTROLLER)
+    order = int(machine.parameters[CONTROLLER]["harmonic1.order"])
+    return IdentifiedReceptance(
+        speed=machine.Omega,
+        order=order,
+        periods=int(periods(machine.Omega / (2.0 * math.pi))),
+        force=force_amplitude(machine),
+        receptance=None,
+        model=None,
+        inner=inner_response(prepared, order),
+    )
+
+
+def force_amplitude(machine: Machine) -> float:
+    """Return the amplitude of the test force in the first harmonic (N)."""
+    parameters = parameters_of_loop(machine.controlled, machine.parameters[CONTROLLER])
+    identification = parameters.common[0].identification
+    multi, scale = identification.multi != 0.0, identification.force_scale
+    return abs(force_component(parameters.harmonics, 0, multi, scale, machine.Omega / (2.0 * math.pi)))
+
+
+def _result(outputs: xr.Dataset, loop: ControlLoop) -> tuple[Complex | None, str]:
+    """Return R at the end of a run, or None and the reason of the failure."""
+    state, error = (int(outputs[f"rolac_controller.identification_{name}"]) for name in ("state", "error"))
+    last, sentences = last_stages(len(loop.axes)), stages(loop.axis_names).sentences
+    if state != last.done:
+        return None, ERRORS.sentences[
+            error
+        ] if state == last.failed else f"it did not reach its end: {sentences[state]}"
+    receptance = receptance_of(outputs, loop)
+    if condition_number(receptance) > MAX_CONDITION:  # the controller's limit is a parameter
+        return None, ERRORS.sentences[ILL_CONDITIONED]
+    return receptance, ""
+
+
+def receptance_of(outputs: xr.Dataset, loop: ControlLoop) -> Complex:
+    """Return R, shape (n_sensors, n_axes), complex (m/N), from the controller's outputs at an instant."""
+    return np.array(
+        [
+            [
+                complex(*(float(outputs[f"rolac_controller.r.{s}.{b}_{a}.{part}"]) for part in ("re", "im")))
+                for b, a, _ in loop.axes
+            ]
+            for s in loop.sensor_names
+        ]
+    )
+
+
+def ratios(receptance: Complex, model: Complex) -> Complex:
+    """Return R over R of a model, for elements of at least a tenth of the largest in their column of the model."""
+    size = np.abs(model)
+    large = size > LARGE * size.max(axis=0)
+    return np.asarray(receptance[large] / model[large], dtype=np.complex128)

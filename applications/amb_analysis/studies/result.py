@@ -1,0 +1,72 @@
+"""Results of all studies: a record that can be printed, written as JSON and drawn."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from typing import Any, ClassVar
+
+import numpy as np
+
+from amb_cosim.presentation.json_data import json_data
+from amb_cosim.presentation.text_tables import TextBlock, html_of, rendered
+
+LONGEST = 60  # characters of a value in a result's representation
+
+
+class StudyResult:
+    """Base of the frozen dataclasses that studies return. `print` shows their tables."""
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the data for JSON, under keys that include their units."""
+        data: dict[str, Any] = json_data(self)
+        return data
+
+    def to_json(self, indent: int = 2) -> str:
+        """Return the JSON text of `as_dict`."""
+        return json.dumps(self.as_dict(), indent=indent, allow_nan=False) + "\n"
+
+    def text(self) -> list[TextBlock]:
+        """Return the tables and lines that describe the result."""
+        raise NotImplementedError
+
+    def __str__(self) -> str:
+        return rendered(self.text())
+
+    def _repr_html_(self) -> str:
+        return html_of(self.text())
+
+    def __repr__(self) -> str:
+        fields = dataclasses.fields(self)  # type: ignore[arg-type]  # every result is a dataclass
+        return f"{type(self).__name__}({', '.join(f'{f.name}={_short(getattr(self, f.name))}' for f in fields)})"
+
+
+class DrawnResult(StudyResult):
+    """A result that `amb_analysis.studies.figure` draws."""
+
+    name: ClassVar[str]
+    """Name of the study, of its files, and of the module in `figures` that draws it."""
+
+    def data_files(self) -> dict[str, str]:
+        """Return the texts of the data files, by name."""
+        return {f"{self.name}.json": self.to_json(indent=1)}
+
+
+@dataclasses.dataclass(frozen=True, eq=False, repr=False)
+class MachineResult(DrawnResult):
+    """A result for the machine of a scenario.
+
+    scenario, rotor
+        Names of the scenario that defines the parameters, and of its rotor.
+    """
+
+    scenario: str
+    rotor: str
+
+
+def _short(value: Any) -> str:
+    """Represent a value in one line: an array by its shape, other long values by their type."""
+    if isinstance(value, np.ndarray):
+        return f"<array of shape {value.shape}>"
+    text = repr(value)
+    return text if len(text) <= LONGEST else f"<{type(value).__name__}>"

@@ -1,0 +1,211 @@
+"""Study that fits parameters of a rotor file to a measurement of the free rotor, or of the rotor on its bearings."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any, ClassVar
+
+import numpy as np
+import tomli_w
+
+from amb_analysis.machine.channels import place_of
+from amb_analysis.machine.frequency_response import Loop, Structure, frequency_response, refined
+from amb_analysis.measured.estimates import Estimator
+from amb_analysis.measured.least_squares import Fit, FreeParameter
+from amb_analysis.measured.least_squares import fit as least_squares_fit
+from amb_analysis.measured.records import FrequencyResponse, Measurement, Modes
+from amb_analysis.studies.frequency_responses import FrequencyResponses, measured_content, response
+from amb_analysis.studies.inputs import Number, spin_speed
+from amb_analysis.studies.result import DrawnResult
+from amb_analysis.studies.rotor_parameters import RotorParameters, free_parameters
+from amb_cosim.presentation.json_data import Layout
+from amb_cosim.presentation.text_tables import TextBlock, text_table
+from array_types import Array
+from rotor_analysis.assembly import assemble, with_bearings
+from rotor_analysis.modes import modes as modes_of
+from rotor_analysis.rotor import Rotor
+
+MOST_LINES = 300  # of a response; more are thinned evenly
+FREQUENCY_ERROR, DAMPING_ERROR = 1e-3, 0.1  # relative, expected of measured modes: their weights in the fit
+MOST_WEIGHT = 30.0  # of a line by its coherence
+ELASTIC = 1e-2  # of the lowest measured frequency, below which a mode is rigid motion
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class RotorFit(DrawnResult):
+    """A rotor fitted to a measurement.
+
+    rotor, measured, loop
+        Its name, the name of the measurement, its support.
+    fit
+        Parameters with intervals, correlation and residuals.
+    before, after
+        Responses before and after, over the measured ones; without responses the modes alone.
+    rotor_file
+        Text of the fitted rotor file.
+    """
+
+    name: ClassVar[str] = "fit"
+
+    rotor: str
+    measured: str
+    loop: Loop
+    fit: Annotated[Fit, Layout.MERGED]
+    before: Annotated[FrequencyResponses | None, Layout.OMITTED]
+    after: Annotated[FrequencyResponses | None, Layout.OMITTED]
+    rotor_file: Annotated[str, Layout.OMITTED]
+
+    def data_files(self) -> dict[str, str]:
+        """Return the data, and the fitted rotor file `rotor.toml`."""
+        return {**super().data_files(), "rotor.toml": self.rotor_file}
+
+    def text(self) -> list[TextBlock]:
+        """Return tables of the parameters and of their correlation."""
+        heads = ("parameter", "fitted", "95 % interval", "")
+        table = text_table(f"{self.rotor} fitted to {self.measured}", heads, left=("parameter", ""))
+        names = list(self.fit.parameters)
+        for name, p in self.fit.parameters.items():
+            at = "at its bound" if p.at_bound else ""
+            table.add_row(name, f"{p.value:.6g}", f"{p.lower:.6g} to {p.upper:.6g}", at)
+        lines: list[TextBlock] = [table]
+        pairs = [
+            f"{names[i]} and {names[j]}: {self.fit.correlation[i, j]:+.2f}"
+            for i in range(len(names))
+            for j in range(i)
+            if abs(self.fit.correlation[i, j]) > 0.5
+        ]
+        if pairs:
+            lines.append("correlation " + ", ".join(pairs))
+        ratio = f"{self.fit.rms_before:.4g} before, {self.fit.rms_after:.4g} after"
+        return [*lines, f"rms of {self.fit.residuals} residuals: {ratio}"]
+
+
+def fit(
+    rotor: str | Path | None = None,
+    *,
+    measured: str | Path | Measurement | None = None,
+    free: Mapping[str, tuple[Number, Number]] | Sequence[str] = (),
+    loop: Loop | None = None,
+    inputs: Sequence[str] = (),
+    outputs: Sequence[str] = (),
+    channels: Mapping[str, str] | None = None,
+    speed: Number | None = None,
+    up_to: Number | None = None,
+    estimator: Estimator = "H1",
+    segment: Number | None = None,
+    window: str = "hann",
+) -> RotorFit:
+    """Return a rotor whose parameters fit a measurement, with 95 % intervals.
+
+    Residuals of responses are ln(H/H_measured), real and imaginary, weighted by the coherence; those of modes the
+    logarithms of frequencies and damping ratios over the measured ones, in units of 0.1 % and 10 %. Parameters that the
+    data do not contain are refused (`measured.least_squares.fit`).
+
+    Parameters
+    ----------
+    rotor
+        Rotor file, or the name of a packaged rotor; the packs' default without.
+    measured
+        File of responses or modes, or a measurement.
+    free
+        Bounds by name of a parameter, or texts `bodies.wheel.mass=3:5`; names are the keys of the rotor file, with the
+        name or the number of an item of a list: `damping.modal.1`.
+    loop
+        `free`, the default, or `linear`: on bearings and seals of the rotor file.
+    inputs, outputs, channels, up_to, estimator, segment, window
+        As of `response`.
+    speed
+        Spin speed (rad/s), or a text with its unit; at rest by default.
+
+    Raises
+    ------
+    ValueError
+        If a parameter does not exist, the measurement cannot be read or does not contain a parameter, or an argument is
+        not allowed.
+    """
+    loop = loop or "free"
+    if loop not in ("free", "linear"):
+        raise ValueError(f"loop = {loop!r} is not allowed; a rotor is fitted with 'free' or 'linear'")
+    if measured is None:
+        raise ValueError("measured is missing; a fit needs a measurement")
+    chosen = free_parameters(free)
+    model = RotorParameters.load(rotor, [p.name for p in chosen])
+    content = measured_content(measured, channels, inputs, outputs, up_to, (estimator, segment, window))
+    Omega = 0.0 if speed is None else spin_speed(speed)
+    curves = [thinned(curve) for curve in content.responses]
+    if not curves and content.modes is None:
+        raise ValueError("the measurement has no response and no mode to fit")
+
+    def residuals(values: Array) -> Array:
+        current = model.rotor_with(values)
+        if curves:
+            return response_residuals(current, loop, Omega, curves)
+        assert content.modes is not None
+        return mode_residuals(current, loop, Omega, content.modes)
+
+    result = least_squares_fit(residuals, chosen, model.start)
+    name = "a measurement" if isinstance(measured, Measurement) else Path(measured).name
+    best = np.array([p.value for p in result.parameters.values()])
+    before = after = None
+    if curves:
+        shown = Measurement(content.responses)
+        before = response(rotor=model.rotor_with(model.start), measured=shown, loop=loop, speed=Omega)
+        after = response(rotor=model.rotor_with(best), measured=shown, loop=loop, speed=Omega)
+    text = _file_text(model.data_with(best), result, chosen, name)
+    return RotorFit(model.rotor_with(best).name, name, loop, result, before, after, text)
+
+
+def thinned(curve: FrequencyResponse) -> FrequencyResponse:
+    """Return a response with at most `MOST_LINES` frequencies."""
+    k = np.unique(np.linspace(0, len(curve.frequencies) - 1, MOST_LINES).round().astype(int))
+    coherence = None if curve.coherence is None else curve.coherence[k]
+    return FrequencyResponse(curve.output, curve.input, curve.frequencies[k], curve.values[k], coherence)
+
+
+def response_residuals(rotor: Rotor, loop: Loop, Omega: float, curves: Sequence[FrequencyResponse]) -> Array:
+    """Return ln(H/H_measured) of all responses, real and imaginary parts, weighted by their coherence."""
+    result = []
+    for curve in curves:
+        source = place_of(curve.input.name, curve.input.unit, rotor, is_input=True)
+        output = place_of(curve.output.name, curve.output.unit, rotor, is_input=False)
+        structure = Structure(refined(rotor, [source, output]), loop, Omega)
+        H = frequency_response(structure, [source], [output], curve.frequencies)[:, 0, 0]
+        error = np.log(H / curve.values)
+        if curve.coherence is not None:
+            # variance of an estimate over its square: (1 - gamma^2)/(2 gamma^2) over the number of averages
+            square = np.clip(curve.coherence, 1e-3, 1.0 - 1e-6)
+            error = error * np.minimum(np.sqrt(square / (1.0 - square)), MOST_WEIGHT)
+        result += [error.real, error.imag]
+    return np.concatenate(result)
+
+
+def mode_residuals(rotor: Rotor, loop: Loop, Omega: float, measured: Modes) -> Array:
+    """Return ln(f/f_measured)/0.1 % and ln(zeta/zeta_measured)/10 % of the computed mode nearest to each measured."""
+    full = assemble(rotor)
+    model = full if loop == "free" else with_bearings(full, (*rotor.bearings, *rotor.seals))
+    lowest = 2.0 * np.pi * ELASTIC * float(measured.frequencies.min())
+    computed = [mode for mode in modes_of(model, Omega) if mode.frequency > lowest]
+    hertz = np.array([mode.frequency for mode in computed]) / (2.0 * np.pi)
+    result = []
+    for f, zeta in zip(measured.frequencies, measured.damping_ratios, strict=True):
+        k = int(np.argmin(np.abs(np.log(hertz / f))))
+        result.append(np.log(hertz[k] / f) / FREQUENCY_ERROR)
+        ratio = computed[k].damping_ratio
+        if np.isfinite(zeta) and zeta > 0.0 and ratio > 0.0:
+            result.append(np.log(ratio / zeta) / DAMPING_ERROR)
+    return np.array(result)
+
+
+def _file_text(data: Mapping[str, Any], result: Fit, free: Sequence[FreeParameter], measured: str) -> str:
+    """Return a rotor file with a note of what was fitted."""
+    lines = [
+        f"# Fitted to {measured} by least squares, {result.residuals} residuals; 95 % intervals of the parameters:"
+    ]
+    for p in free:
+        fitted = result.parameters[p.name]
+        bounds = f"bounds {p.lowest:.6g} to {p.highest:.6g}"
+        at = ", at its bound" if fitted.at_bound else ""
+        lines.append(f"# {p.name} = {fitted.value:.6g}, {fitted.lower:.6g} to {fitted.upper:.6g} ({bounds}{at})")
+    return "\n".join(lines) + "\n\n" + tomli_w.dumps(dict(data))

@@ -1,0 +1,243 @@
+"""Study of the spectra of a run over time: the waterfall of a run-up."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, ClassVar
+
+import numpy as np
+from scipy.signal import find_peaks, stft
+
+from amb_analysis.studies.inputs import Number, spin_speed
+from amb_analysis.studies.result import DrawnResult
+from amb_cosim.comparison.compare import Source, load
+from amb_cosim.cosim.basics.choices import Flavour
+from amb_cosim.cosim.basics.time_grid import in_steps
+from amb_cosim.cosim.record.signals import Signals
+from amb_cosim.cosim.system.values import Raw, quantity
+from amb_cosim.presentation.text_tables import TextBlock, labelled_table
+from amb_cosim.results.places import places
+from amb_cosim.results.result import Result
+from amb_cosim.results.series import cycles, signal, speed, speed_changes, turns
+from amb_cosim.scenario.simulation import run
+from amb_files.checks import require
+from amb_files.pack_file import default
+from array_types import Array, Complex
+
+LONGEST_WINDOW = 1.0  # s, by default
+WINDOWS = 8  # in a run that is shorter, at least
+FEWEST = 16  # samples of a window
+PROMINENCE = 0.05  # of the largest amplitude, by which a peak stands out
+ORDERS = 2.5  # highest frequency by default, of the highest spin frequency
+UP_TO = 60.0  # Hz, the same of a rotor that does not turn
+NEAR = 2.0  # lines of the spectrum by which a vibration counts as synchronous: half the width of the window's lobe
+
+
+@dataclass(frozen=True, eq=False)
+class BearingSpectra:
+    """Spectra of the orbit x + j y at a bearing; positive frequencies are forward whirl, negative ones backward.
+
+    amplitude
+        Amplitude of each line (m), shape (windows, lines).
+    peak_hold
+        Largest amplitude of each line in any window (m), shape (lines,).
+    synchronous
+        Amplitude of the motion synchronous with the rotor's angle, per window (m), shape (windows,).
+    resonances, resonance_amplitudes
+        Spin speeds (Hz) at which the synchronous amplitude has a peak, and the amplitudes (m); none at constant speed.
+    largest, largest_at
+        Largest synchronous amplitude (m), and the spin speed there (Hz).
+    other_frequency, other_amplitude, other_speed
+        Frequency (Hz) of the strongest vibration away from the rotation frequency, its amplitude (m), and the spin
+        speed at that time (Hz).
+    """
+
+    amplitude: Annotated[Array, "m"]
+    peak_hold: Annotated[Array, "m"]
+    synchronous: Annotated[Array, "m"]
+    resonances: Annotated[Array, "Hz"]
+    resonance_amplitudes: Annotated[Array, "m"]
+    largest: Annotated[float, "m"]
+    largest_at: Annotated[float, "Hz"]
+    other_frequency: Annotated[float, "Hz"]
+    other_amplitude: Annotated[float, "m"]
+    other_speed: Annotated[float, "Hz"]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Waterfall(DrawnResult):
+    """Spectra of the orbits of a run over time.
+
+    scenario
+        Name of the scenario.
+    window
+        Length of a window (s); lines are 1/window apart.
+    times, speeds
+        Middle of each window (s), and the mean spin speed in it (Hz), shape (windows,).
+    frequencies
+        Frequencies of the lines (Hz), ascending from below zero, shape (lines,).
+    changing_speed
+        Whether the spin speed changes.
+    bearings
+        Spectra by bearing.
+    """
+
+    name: ClassVar[str] = "waterfall"
+
+    scenario: str
+    window: Annotated[float, "s"]
+    times: Annotated[Array, "s"]
+    speeds: Annotated[Array, "Hz"]
+    frequencies: Annotated[Array, "Hz"]
+    changing_speed: bool
+    bearings: dict[str, BearingSpectra]
+
+    def text(self) -> list[TextBlock]:
+        """Return a table of the largest synchronous and non-synchronous vibration of each bearing."""
+        headings = ("synchronous (mm)", "at (Hz)", "peaks at (Hz)", "other (mm)", "frequency (Hz)", "at speed (Hz)")
+        table = labelled_table(f"{self.scenario}: spectra, windows of {self.window:.3g} s", "bearing", *headings)
+        for name, result in self.bearings.items():
+            table.add_row(
+                name,
+                f"{1e3 * result.largest:.4f}",
+                f"{result.largest_at:.2f}",
+                ", ".join(f"{peak:.4g}" for peak in result.resonances) or "-",
+                f"{1e3 * result.other_amplitude:.4f}",
+                f"{result.other_frequency:.2f}",
+                f"{result.other_speed:.2f}",
+            )
+        return [table, "negative frequencies are backward whirl"]
+
+
+def waterfall(
+    source: Source | None = None,
+    *,
+    up_to: Number | None = None,
+    window: Number | None = None,
+    rotor: str | Path | None = None,
+    set: Mapping[str, Raw] | None = None,
+    flavour: Flavour = "native",
+) -> Waterfall:
+    """Return the spectra of the orbits of a run, window by window.
+
+    Z(f, t) = sum_n w_n (x + j y)(t_n) exp(-j 2 pi f t_n) / sum_n w_n, with a Hann window w; windows overlap by half.
+    The synchronous part has the rotor's angle in place of 2 pi f t, so a changing speed does not blur it.
+
+    Parameters
+    ----------
+    source
+        A scenario (object, name or TOML file), which is run, or a result (object, folder or file). By default a pack's
+        scenario with changing speed.
+    up_to
+        Highest frequency (rad/s), or a string with its unit; by default 2.5 times the highest spin frequency.
+    window
+        Length of a window (s), or a string with its unit; by default 1 s, or an eighth of a shorter run.
+    rotor, set, flavour
+        As in `amb_cosim.run`; not allowed for a result.
+
+    Raises
+    ------
+    ValueError
+        If the source is invalid, the run recorded no orbit or unequal steps, or a window does not fit into it.
+    KeyboardInterrupt
+        If Ctrl-C interrupts the run.
+
+    Examples
+    --------
+    >>> spectra = waterfall(run("compressor_levitated", until="0.1 s"))
+    >>> f"{1e3 * max(bearing.largest for bearing in spectra.bearings.values()):.3f} mm"
+    '0.040 mm'
+    """
+    highest = None if up_to is None else spin_speed(up_to, "up-to") / (2.0 * np.pi)
+    if highest is not None:
+        require(highest > 0.0, "up-to", f"{highest:g} Hz", "> 0 Hz")
+    plan = load(default("changing_speed") if source is None else source)
+    if isinstance(plan, Result):
+        if rotor or set:
+            raise ValueError(f"{source} is a saved result; its settings cannot be changed")
+        return spectra_of(plan.signals, highest, window)
+    result = run(plan, rotor=rotor, set=set, flavour=flavour)
+    if result.outcome.status == "interrupted":
+        raise KeyboardInterrupt(result.outcome.failure)
+    return spectra_of(result.signals, highest, window)
+
+
+def spectra_of(recorded: Signals, highest: float | None = None, window: Number | None = None) -> Waterfall:
+    """Return the spectra of a recorded run up to a frequency (Hz), `ORDERS` of the spin by default; see `waterfall`."""
+    if highest is None:
+        highest = ORDERS * float(np.abs(speed(recorded)).max(initial=0.0)) / (2.0 * np.pi) or UP_TO
+    time, after = np.asarray(recorded["time"].values), cycles(recorded) >= 0.0
+    time = time[after]
+    steps = np.diff(time)
+    if not len(steps) or not np.allclose(steps, steps[0], rtol=1e-6):
+        raise ValueError("spectra require samples at equal steps, which the run does not have")
+    h, duration = float(steps[0]), float(time[-1] - time[0])
+    length = min(LONGEST_WINDOW, duration / WINDOWS) if window is None else quantity(window, "s", "window")
+    require(FEWEST * h <= length <= duration, "window", f"{length:g} s", f">= {FEWEST * h:g} s and <= {duration:.6g} s")
+    size = round(in_steps(length, h))
+    Omega, theta = speed(recorded)[after], 2.0 * np.pi * turns(recorded)[after]
+
+    def spectra(values: Complex) -> tuple[Array, Array, Complex]:
+        """Return frequencies (Hz, ascending), window centres (s), and spectra, shape (windows, lines)."""
+        lines, middles, Z = stft(
+            values, 1.0 / h, "hann", size, size // 2, return_onesided=False, boundary=None, padded=False
+        )
+        order = np.argsort(lines)
+        return lines[order], middles, Z[order].T
+
+    result: dict[str, tuple[Array, Array, Array]] = {}
+    of_turning, of_rest = spectra(np.exp(1j * theta))[2], spectra(np.ones(len(theta), dtype=np.complex128))[2]
+    lines, middles = np.empty(0), np.empty(0)
+    for bearing in places(recorded).bearings:
+        x, y = signal(recorded, f"{bearing}.x"), signal(recorded, f"{bearing}.y")
+        if x is None or y is None:
+            continue
+        orbit = np.asarray(x + 1j * y)[after]
+        lines, middles, Z = spectra(orbit)
+        _, _, turned_back = spectra(orbit * np.exp(-1j * theta))
+        displayed, synchronous = np.abs(lines) <= highest, turned_back[:, lines == 0.0]
+        others = Z - synchronous * of_turning
+        others -= others[:, lines == 0.0] * of_rest
+        result[bearing] = (np.abs(Z[:, displayed]), np.abs(others[:, displayed]), np.abs(synchronous[:, 0]))
+    if not result:
+        raise ValueError("the run did not record the displacement at a bearing")
+    lines = lines[np.abs(lines) <= highest]
+    speeds = np.interp(middles, time - time[0], Omega) / (2.0 * np.pi)
+    return Waterfall(
+        scenario=str(recorded.attrs["scenario"]),
+        window=size * h,
+        times=middles + time[0],
+        speeds=speeds,
+        frequencies=lines,
+        changing_speed=speed_changes(recorded),
+        bearings={name: _bearing(*amplitudes, lines, speeds) for name, amplitudes in result.items()},
+    )
+
+
+def _bearing(amplitude: Array, others: Array, synchronous: Array, lines: Array, speeds: Array) -> BearingSpectra:
+    """Return the spectra at a bearing with their largest vibrations.
+
+    `others` are the spectra without the leakage of the synchronous motion and of the mean of the orbit (0 Hz).
+    """
+    spacing = lines[1] - lines[0] if len(lines) > 1 else 1.0
+    near = np.abs(lines - speeds[:, np.newaxis]) <= NEAR * spacing
+    steady = np.abs(lines) <= NEAR * spacing
+    others = np.where(near | steady, 0.0, others)
+    top = int(np.argmax(synchronous))
+    peaks, _ = find_peaks(synchronous, prominence=PROMINENCE * synchronous[top])
+    peaks = peaks if np.ptp(speeds) > 0.0 else peaks[:0]
+    row, column = np.unravel_index(int(np.argmax(others)), others.shape)
+    return BearingSpectra(
+        amplitude=amplitude,
+        peak_hold=amplitude.max(axis=0),
+        synchronous=synchronous,
+        resonances=speeds[peaks],
+        resonance_amplitudes=synchronous[peaks],
+        largest=float(synchronous[top]),
+        largest_at=float(speeds[top]),
+        other_frequency=float(lines[column]),
+        other_amplitude=float(others[row, column]),
+        other_speed=float(speeds[row]),
+    )

@@ -1,0 +1,103 @@
+"""Receptance that the controller would identify, from the linear model of the loop with any controller.
+
+    U --> u = Re[U exp(j theta)]/K_i --> D --(+)--> currents --> machine --> displacements --> F --> Q = R U
+                                             ^                        |
+                                             +--- PID, inner loop <---+               R = F G D / K_i
+
+G is the response of the closed loop from currents, added at the input of the synchronous control, to displacements at
+its sensors; D is its delay, F its sensors and filter; all at z = exp(j omega h).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from amb_analysis.linear.linearisable import LinearSource
+from amb_analysis.linear.linearise import model_of
+from amb_analysis.linear.model import LinearModel
+from amb_analysis.machine.machine import Machine, machine_of
+from amb_cosim.design.sampled_loop import parameters_of_loop, sensor_response
+from amb_cosim.results.component_names import ACTUATOR, CONTROLLER, PLANT
+from amb_cosim.scenario.simulation import PlannedRun
+from array_types import Array, Complex
+from signal_chain.presets import is_on
+
+ROUNDING = 1e-9  # relative; of a displacement that is a combination of others
+
+
+def sampled_receptance(prepared: PlannedRun, order: int = 1) -> Complex:
+    """Return R of a harmonic, shape (n_sensors, n_axes), complex (m/N), of the loop with hold, controllers and sensors.
+
+    Forces are K_i I with the K_i that the controller assumes, which may differ from that of the bearings.
+
+    Raises
+    ------
+    ValueError
+        If a bearing of the rotor has no sensor plane.
+    """
+    machine = machine_of(prepared, CONTROLLER)
+    omega, parameters = order * machine.Omega, machine.parameters[CONTROLLER]
+    added = list(_places_of_currents(machine).values())
+    loop = model_of(
+        machine.linear_components, added, [f"{PLANT}.{sensor}" for sensor in machine.controlled.sensor_names]
+    )
+    local = parameters_of_loop(machine.controlled, parameters)
+    G = _response(loop, omega)
+    if is_on(parameters["chain.preset"], parameters["chain.delay"]):
+        G = G * np.exp(-1j * omega * parameters["sample_time"])
+    return np.asarray(sensor_response(local, omega) @ G / _current_stiffnesses(machine))
+
+
+def inner_response(prepared: PlannedRun, order: int = 1) -> Complex | None:
+    """Return C of a controller whose demands the currents are added to, u = -C q (`rolac_controller.inner_loop`).
+
+    None if the currents reach the magnetic bearings directly, or that controller reads displacements that the sensors
+    of the synchronous control do not measure.
+    """
+    machine = machine_of(prepared, CONTROLLER)
+    made, added = machine.linear_components, _places_of_currents(machine)
+    system = made.assembly.system
+    inner = {target.partition(".")[0] for target in added.values()}
+    if inner == {ACTUATOR}:
+        return None
+    (name,) = inner
+    local = [f"{PLANT}.{sensor}" for sensor in machine.controlled.sensor_names]
+    links = [link for link in system.connections if link.target.startswith(f"{name}.")]
+    readings = {link.target: link.source for link in links if link.source.startswith(f"{PLANT}.")}
+    displayed = _combination(made, list(readings.values()), local)
+    if displayed is None:
+        return None
+    demands = [system.source_of(f"{ACTUATOR}.{axis}") or "" for axis in added]
+    omega = order * machine.Omega
+    part = _response(model_of(made, [*added.values(), *readings], demands, components=(name,)), omega)
+    law = np.linalg.solve(part[:, : len(added)], part[:, len(added) :])  # before a delay, which both have
+    measured = sensor_response(parameters_of_loop(machine.controlled, machine.parameters[CONTROLLER]), omega)
+    return np.asarray(-_current_stiffnesses(machine)[:, None] * (law @ displayed @ np.linalg.inv(measured)))
+
+
+def _combination(made: LinearSource, readings: Sequence[str], sensors: Sequence[str]) -> Array | None:
+    """Return T of readings = T sensors, with outputs of the plant; None if the readings are not such combinations."""
+    (plant,) = made.parts([PLANT])
+    rows, values = (plant.selected(plant.inputs, names).law.C for names in (readings, sensors))
+    T = rows @ np.linalg.pinv(values)
+    return T if np.abs(T @ values - rows).max() <= ROUNDING * np.abs(rows).max() else None
+
+
+def _places_of_currents(machine: Machine) -> dict[str, str]:
+    """Return the inputs that the currents of the controller feed, by the actuator's name of the demand, `left.i_x`."""
+    fed = {link.source: link.target for link in machine.prepared.assembly.system.connections}
+    names = (f"{axis.bearing}.i_{axis.direction}" for axis in machine.controlled.axes)
+    return {name: fed.get(f"{CONTROLLER}.{name}", f"{ACTUATOR}.{name}") for name in names}
+
+
+def _current_stiffnesses(machine: Machine) -> Array:
+    parameters = machine.parameters[CONTROLLER]
+    return np.array([parameters[f"{axis.bearing}.k_i_{axis.direction}"] for axis in machine.controlled.axes])
+
+
+def _response(model: LinearModel, omega: float) -> Complex:
+    """Return C (z 1 - A)^-1 B + D at z = exp(j omega h)."""
+    z = np.exp(1j * omega * model.dt)
+    return np.asarray(model.C @ np.linalg.solve(z * np.eye(model.nstates) - model.A, model.B) + model.D)

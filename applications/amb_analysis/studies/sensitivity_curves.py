@@ -1,0 +1,60 @@
+"""The sensitivity of a sampled loop over frequency, with its peaks."""
+
+from __future__ import annotations
+
+import control
+import numpy as np
+
+from amb_analysis.linear.loop import diagonal_response, pole_frequency
+from amb_analysis.studies.injection import HIGHEST, LOWEST
+from array_types import Array, Complex
+from rotor_analysis.refinement import refined
+
+POINTS = 2000  # of the computed curve
+SHARP = 0.1  # damping ratio up to which a resonance is sharp
+ANGLES = np.linspace(-1.45, 1.45, 25)  # of the points about a sharp resonance (rad)
+
+
+def curve_frequencies(
+    poles: Array | Complex, sample_time: float, lowest: float = LOWEST, highest: float = HIGHEST
+) -> Array:
+    """Return the frequencies (Hz) of the computed curve: evenly on a logarithmic axis, and closely about the poles.
+
+    About a pole s = -sigma + i omega the response moves on a circle; frequencies omega + sigma tan(psi) divide it
+    evenly.
+    """
+    highest = min(highest, 0.5 / sample_time)
+    growth = np.abs(poles)
+    sigma = -np.log(np.where(growth > 0.0, growth, 1.0)) / (2.0 * np.pi * sample_time)  # Hz
+    resonances = np.asarray(pole_frequency(poles, sample_time))
+    close = resonances[:, None] + np.where(sigma < SHARP * resonances, sigma, 0.0)[:, None] * np.tan(ANGLES)
+    within = close[(close >= lowest) & (close <= highest)]
+    return np.unique(np.concatenate([np.geomspace(lowest, highest, POINTS), within]))
+
+
+def sensitivity_curves(
+    system: control.StateSpace, lowest: float = LOWEST, highest: float = HIGHEST
+) -> tuple[Array, Complex]:
+    """Return frequencies (Hz) and S of each axis there, shape (axes, n), with the peaks of all axes refined.
+
+    Parameters
+    ----------
+    system
+        Sensitivity of a stable sampled loop.
+    lowest, highest
+        Frequencies (Hz); at most half the sample rate.
+    """
+    frequencies, curves = refined(
+        lambda more: diagonal_response(system, more).T,
+        curve_frequencies(system.poles(), float(system.dt), lowest, highest),
+        np.abs,
+    )
+    return frequencies, np.asarray(curves.T)
+
+
+def peak_beyond(system: control.StateSpace) -> list[tuple[float, float]]:
+    """Return the peak of |S| of each axis above `HIGHEST`, and its frequency (Hz); nothing if samples end there."""
+    if 0.5 / system.dt <= HIGHEST * (1.0 + 1e-9):
+        return []
+    frequencies, curves = sensitivity_curves(system, HIGHEST, 0.5 / float(system.dt))
+    return [(float(np.abs(S).max()), float(frequencies[np.abs(S).argmax()])) for S in curves]

@@ -1,0 +1,117 @@
+"""Study of the receptance of the levitated rotor over the spin speed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, ClassVar
+
+import numpy as np
+
+from amb_analysis.studies.inputs import Number, positive, speed_range
+from amb_analysis.studies.result import DrawnResult
+from amb_cosim.design.rotor_models import control_loop
+from amb_cosim.presentation.json_data import JsonKey
+from amb_cosim.presentation.text_tables import TextBlock, labelled_table
+from array_types import Array, Complex
+from rotor_analysis.receptance import receptance as receptance_of
+from rotor_analysis.rotor import Rotor
+from rotor_analysis.rotor_file import RotorSource, load_rotor
+
+HERTZ = 2.0 * np.pi  # rad/s
+LOWEST = 1.0 * HERTZ
+POINTS = 491  # of a range of speeds: every 0.1 Hz from 1 to 50 Hz
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class SensorReceptance(DrawnResult):
+    """Synchronous displacement at the sensors per bearing force.
+
+    rotor
+        Name of the rotor.
+    planes
+        Axial positions of the sensor planes (m), each with a sensor in x and one in y.
+    speeds
+        Spin speeds (Hz), shape (n,).
+    forces
+        Names of the forces.
+    receptance
+        R (m/N), complex, shape (n, n_sensors, n_axes).
+    """
+
+    name: ClassVar[str] = "receptance"
+
+    rotor: str
+    planes: Annotated[tuple[float, ...], JsonKey("planes_z_m")]
+    speeds: Annotated[Array, "Hz"]
+    forces: tuple[str, ...]
+    receptance: Annotated[Complex, "m/N"]
+
+    def text(self) -> list[TextBlock]:
+        """Return a table of the largest displacement at each sensor in x per force in x."""
+        title = f"{self.rotor}: largest receptance of the sensors in x"
+        table = labelled_table(title, "sensor", "force", "(um/N)", "at (Hz)", "phase (deg)")
+        for plane, z in enumerate(self.planes):
+            for k in range(0, len(self.forces), 2):
+                curve = self.receptance[:, 2 * plane, k]
+                top = int(np.argmax(np.abs(curve)))
+                table.add_row(
+                    f"s{2 * plane + 1}, z = {z:.4g} m",
+                    self.forces[k],
+                    f"{1e6 * abs(curve[top]):.3f}",
+                    f"{self.speeds[top]:.2f}",
+                    f"{np.degrees(np.angle(curve[top])):.1f}",
+                )
+        return [table]
+
+
+def receptance(
+    rotor: RotorSource = None, *, up_to: Number = "50 Hz", k_b: Number = "1e6 N/m", c_b: Number = "5000 N.s/m"
+) -> SensorReceptance:
+    """Return the synchronous displacement at the sensors per bearing force over the spin speed.
+
+    R = S [-Omega^2 M + j Omega (C + Omega G) + K]^-1 B     (5.6)
+
+    Parameters
+    ----------
+    rotor
+        A rotor or a rotor file; by default the packs' default rotor.
+    up_to
+        Highest spin speed (rad/s), or a string with its unit.
+    k_b, c_b
+        Net stiffness (N/m) and damping (N s/m) of the closed bearings, or strings with their units.
+
+    Raises
+    ------
+    ValueError
+        If the rotor lacks the planes of the sensors and bearings, or an argument is out of range.
+
+    Examples
+    --------
+    >>> result = receptance("compressor", up_to="200 Hz", k_b="1.3e7 N/m", c_b="4e4 N.s/m")
+    >>> f"{1e6 * abs(result.receptance[:, 0, 0]).max():.3f} um/N"
+    '0.083 um/N'
+    """
+    description, speeds = load_rotor(rotor), speed_range(up_to, POINTS, LOWEST)
+    R = levitated_receptance(description, speeds, k_b, c_b)
+    return SensorReceptance(
+        description.name, sensor_planes(description), speeds / HERTZ, control_loop(description).axis_names, R
+    )
+
+
+def levitated_receptance(rotor: Rotor, speeds: Array, k_b: Number, c_b: Number) -> Complex:
+    """Return R of a rotor on its closed bearings at some speeds (rad/s), shape (n, n_sensors, n_axes) (m/N).
+
+    Raises
+    ------
+    ValueError
+        If the rotor lacks planes of sensors or bearings, or stiffness (N/m) or damping (N s/m) is not positive.
+    """
+    control_loop(rotor)
+    stiffness = positive(k_b, "N/m", "k-b")
+    damping = positive(c_b, "N.s/m", "c-b", ", since nothing else damps the rotor")
+    return receptance_of(speeds, stiffness, damping, rotor)
+
+
+def sensor_planes(rotor: Rotor) -> tuple[float, ...]:
+    """Return the axial positions (m) of the sensor planes."""
+    return tuple(rotor.shaft.nodes[node - 1] for node in rotor.sensor_nodes)

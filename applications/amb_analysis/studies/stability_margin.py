@@ -1,0 +1,308 @@
+"""Study of the stability margin of the levitated rotor (ISO 14839-3), computed and measured in a co-simulation."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, ClassVar, Literal
+
+import numpy as np
+
+from amb_analysis.linear.loop import (
+    Loop,
+    diagonal_response,
+    disk_gain_and_phase,
+    disk_margin,
+    response,
+)
+from amb_analysis.machine.machine import Machine
+from amb_analysis.studies.injection import HIGHEST, LOWEST, measure, prepare_measurement
+from amb_analysis.studies.inputs import Number, controlled, spin_speed
+from amb_analysis.studies.result import MachineResult
+from amb_analysis.studies.sensitivity_curves import peak_beyond, sensitivity_curves
+from amb_cosim.cosim.basics.choices import Flavour
+from amb_cosim.cosim.system.values import Raw, quantity
+from amb_cosim.presentation.text_tables import TextBlock, labelled_table, text_table
+from amb_cosim.results.component_names import ACTUATOR, CONTROLLER
+from amb_cosim.scenario.scenario import Scenario
+from amb_files.checks import require
+from array_types import Array, Complex
+from signal_chain.presets import is_on
+
+ZONES = {"A": 3.0, "B": 4.0, "C": 5.0, "D": np.inf}  # upper limit of |S| in each
+COMPARED = 500.0  # Hz, up to which computed and measured sensitivity are compared
+
+
+@dataclass(frozen=True)
+class PeakBeyond:
+    """Largest |S| (1) above the frequencies of ISO 14839-3, up to half the sample rate, and its frequency (Hz)."""
+
+    peak: float
+    frequency: Annotated[float, "Hz"]
+
+
+@dataclass(frozen=True, eq=False)
+class AxisSensitivity:
+    """Sensitivity of an axis.
+
+    peak, peak_frequency, zone
+        Largest |S| that was computed (1), its frequency (Hz), and its zone.
+    S
+        1/(1 + L) at the frequencies of the study (1), complex, shape (n,).
+    measured_frequencies, measured
+        Frequencies (Hz) and |S| there (1) in the co-simulation, shape (lines,).
+    largest_difference_below_500_hz, largest_difference
+        Largest |S_measured/S_computed - 1| (1) up to 500 Hz, and at all measured frequencies.
+    beyond
+        The peak above 2 kHz; None if half the sample rate is not above.
+    """
+
+    peak: float
+    peak_frequency: Annotated[float, "Hz"]
+    zone: str
+    S: Complex
+    measured_frequencies: Annotated[Array, "Hz"]
+    measured: Array
+    largest_difference_below_500_hz: float
+    largest_difference: float
+    beyond: PeakBeyond | None = None
+
+    @property
+    def computed(self) -> Array:
+        """|S| at the frequencies of the study (1), shape (n,)."""
+        return np.abs(self.S)
+
+    @property
+    def L(self) -> Complex:
+        """Loop gain 1/S - 1 with the loops of the other axes closed (1), shape (n,), negative feedback at -1."""
+        return np.asarray(1.0 / self.S - 1.0)
+
+
+@dataclass(frozen=True, eq=False)
+class GangOfFour:
+    """Largest singular values over the frequencies of the study, shape (n,) each.
+
+    S, T
+        S = (1 + L)^-1 and T = L (1 + L)^-1 (1), broken at the demanded currents.
+    PS
+        Measured displacements over disturbance currents (m/A).
+    CS
+        Demanded currents over sensor disturbances (A/m).
+    """
+
+    S: Array
+    T: Array
+    PS: Annotated[Array, "m/A"]
+    CS: Annotated[Array, "A/m"]
+
+
+@dataclass(frozen=True, eq=False)
+class DiskMargin:
+    """Simultaneous, independent changes of gain and phase of all loops that keep the loop stable.
+
+    alpha
+        Lower bound of the disk margin over the frequencies of the study (1), shape (n,).
+    least, frequency
+        Smallest alpha (1), and its frequency (Hz).
+    gain, phase
+        Factor by which each gain may be multiplied or divided (1), phase by which each loop may turn (deg).
+    """
+
+    alpha: Array
+    least: float
+    frequency: Annotated[float, "Hz"]
+    gain: float
+    phase: Annotated[float, "deg"]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class StabilityMargin(MachineResult):
+    """Sensitivities of all axes, and the disk margins of all loops together.
+
+    speed
+        Spin speed (rad/s).
+    sample_time
+        Sample time of the controller (s).
+    delay
+        Delay of the currents in samples.
+    amplifier
+        Amplifier model.
+    settings
+        Changed parameters, as `component.variable=value`.
+    zone_limits
+        Upper limit of |S| (1) in zones A to C.
+    frequencies
+        Frequencies of the computed curves (Hz), shape (n,).
+    axes
+        Sensitivity of each axis, by name.
+    gang_of_four
+        Largest singular values of S, T, PS and CS.
+    disk_margins
+        Margins of all loops at once, broken at the demanded `currents` and at the `sensors`.
+    """
+
+    name: ClassVar[str] = "sensitivity"
+
+    speed: Annotated[float, "rad/s"]
+    sample_time: Annotated[float, "s"]
+    delay: Annotated[float, "samples"]
+    amplifier: Literal["dynamic", "ideal"]
+    settings: tuple[str, ...]
+    zone_limits: dict[str, float]
+    frequencies: Annotated[Array, "Hz"]
+    axes: dict[str, AxisSensitivity]
+    gang_of_four: GangOfFour
+    disk_margins: dict[str, DiskMargin]
+
+    def text(self) -> list[TextBlock]:
+        """Return tables of the peaks and the disk margins, and the zone of the largest peak."""
+        headings = ("peak of |S|", "at (Hz)", "zone", "measured differs below 500 Hz (%)", "anywhere (%)")
+        table = labelled_table(f"{self.rotor}: sensitivity at {self.speed:g} rad/s", "axis", *headings)
+        for name, axis in self.axes.items():
+            differences = (100.0 * axis.largest_difference_below_500_hz, 100.0 * axis.largest_difference)
+            table.add_row(
+                name,
+                f"{axis.peak:.3f}",
+                f"{axis.peak_frequency:.1f}",
+                axis.zone,
+                *(f"{difference:.3f}" for difference in differences),
+            )
+        worst = max(axis.peak for axis in self.axes.values())
+        all_loops = text_table("All loops at once", ("broken at", "disk margin", "at (Hz)", "gain", "phase (deg)"))
+        for place, margin in self.disk_margins.items():
+            numbers = (f"{margin.least:.3f}", f"{margin.frequency:.1f}", f"{margin.gain:.3f}", f"{margin.phase:.1f}")
+            all_loops.add_row(place, *numbers)
+        lines = [f"zone {zone(worst)} (ISO 14839-3: A below 3, B below 4, C below 5)"]
+        above = [(axis.beyond, name) for name, axis in self.axes.items() if axis.beyond is not None]
+        if above:
+            largest, name = max(above, key=lambda item: item[0].peak)
+            lines.append(
+                f"above {HIGHEST:g} Hz, where the standard ends, the largest peak is {largest.peak:.3f} at "
+                f"{largest.frequency:.1f} Hz ({name})"
+            )
+        return [table, all_loops, *lines]
+
+
+def zone(peak: float) -> str:
+    """Return the zone of a peak of |S|: A below 3, B below 4, C below 5, D from 5 on (ISO 14839-3)."""
+    return next(name for name, limit in ZONES.items() if peak < limit)
+
+
+def sensitivity(
+    scenario: str | Path | Scenario | None = None,
+    *,
+    rotor: str | Path | None = None,
+    controller: str | Path | None = None,
+    speed: Number | None = None,
+    amplifier: bool = False,
+    delay: bool = False,
+    sample_time: Number | None = None,
+    set: Mapping[str, Raw] | None = None,
+    flavour: Flavour = "native",
+) -> StabilityMargin:
+    """Return |S| of each axis over frequency, its peak and zone, computed and measured in a co-simulation.
+
+    S = 1/(1 + L) of an axis, with the loops of the other axes closed (ISO 14839-3). The study also computes the largest
+    singular values of S, T, PS and CS, and the disk margins of all loops at once (`linear.loop.disk_margin`).
+
+    Parameters
+    ----------
+    scenario, rotor, controller
+        Machine, its parameters and its control, without inputs and events (`studies.inputs.controlled`).
+    speed
+        Spin speed (rad/s), or a string with its unit; that of the scenario by default.
+    amplifier
+        Whether the amplifiers have bandwidth and voltage limit, regardless of the scenario.
+    delay
+        Whether currents are delayed by one sample, regardless of the scenario.
+    sample_time
+        Sample time of the controller (s), or a string with its unit; that of the scenario by default.
+    set, flavour
+        Values of parameters by `component.variable`, numbers or strings with units; flavour of the FMUs.
+
+    Raises
+    ------
+    ValueError
+        If a value is not allowed, the loop is not stable, or the co-simulation is not linear.
+
+    Examples
+    --------
+    >>> result = sensitivity("compressor_levitated")
+    >>> [f"{axis.peak:.2f} {axis.zone}" for axis in result.axes.values()]
+    ['1.74 A', '1.74 A', '1.71 A', '1.71 A']
+    """
+    values = controlled(scenario, rotor, controller)
+    if speed is not None:
+        values = values.model_copy(update={"Omega": spin_speed(speed)})
+    settings = dict(set or {})
+    if sample_time is not None:
+        time = quantity(sample_time, "s", "sample-time")
+        require(0.0 < time < 0.5 / LOWEST, "sample-time", f"{time:g} s", f"> 0 s and < {0.5 / LOWEST:g} s")
+        settings[f"{CONTROLLER}.sample_time"] = time
+        values = values.model_copy(update={"communication_step": time})
+    prepared = prepare_measurement(values, settings, amplifier, delay, flavour)
+    machine = Machine(prepared)
+    loop, parameters = machine.loop, machine.parameters
+    system = loop.sensitivity()
+    poles = system.poles()
+    measured = measure(prepared, float(np.abs(poles).max()))
+    frequencies, curves = sensitivity_curves(system)
+    beyond = [PeakBeyond(*above) for above in peak_beyond(system)]
+    expected = np.array([diagonal_response(system, row)[k] for k, row in enumerate(measured.frequencies)])
+    difference = np.abs(measured.sensitivity / expected - 1.0)
+    axes = {
+        name: AxisSensitivity(
+            peak=float(np.abs(S).max()),
+            peak_frequency=float(frequencies[np.abs(S).argmax()]),
+            zone=zone(float(np.abs(S).max())),
+            S=S,
+            measured_frequencies=measured.frequencies[k],
+            measured=np.abs(measured.sensitivity[k]),
+            largest_difference_below_500_hz=float(difference[k][measured.frequencies[k] < COMPARED].max()),
+            largest_difference=float(difference[k].max()),
+            beyond=beyond[k] if beyond else None,
+        )
+        for k, (name, S) in enumerate(zip(loop.axis_names, curves, strict=True))
+    }
+    gang, disks = _all_loops(loop, frequencies)
+    return StabilityMargin(
+        scenario=values.name,
+        rotor=machine.rotor.name,
+        speed=prepared.plan.speed,
+        sample_time=loop.sample_time,
+        delay=_delay(parameters[CONTROLLER]),
+        amplifier="dynamic" if parameters[ACTUATOR]["amplifier"] else "ideal",
+        settings=tuple(f"{name}={value}" for name, value in (set or {}).items()),
+        zone_limits={name: limit for name, limit in ZONES.items() if np.isfinite(limit)},
+        frequencies=frequencies,
+        axes=axes,
+        gang_of_four=gang,
+        disk_margins=disks,
+    )
+
+
+def _all_loops(loop: Loop, frequencies: Array) -> tuple[GangOfFour, dict[str, DiskMargin]]:
+    closed, n = response(loop.closed, frequencies), len(loop.demands)
+    S, CS, PS, S_sensors = closed[:n, :n], closed[:n, n:], closed[n:, :n], closed[n:, n:]
+    T = np.eye(n)[:, :, None] - S
+    disks = {"currents": disk_margin(S), "sensors": disk_margin(S_sensors)}
+    return GangOfFour(*map(_largest, (S, T, PS, CS))), {
+        place: DiskMargin(
+            alpha,
+            float(alpha.min()),
+            float(frequencies[alpha.argmin()]),
+            *disk_gain_and_phase(float(alpha.min())),
+        )
+        for place, alpha in disks.items()
+    }
+
+
+def _largest(matrices: Complex) -> Array:
+    return np.asarray(np.linalg.norm(np.moveaxis(matrices, -1, 0), 2, axis=(1, 2)))
+
+
+def _delay(parameters: Mapping[str, float | None]) -> float:
+    """Return the delay of a controller's demands in samples, from its parameters."""
+    chain = is_on(parameters.get("chain.preset") or 0.0, parameters.get("chain.delay") or 0.0)
+    return float(chain) + (parameters.get("delay") or 0.0)

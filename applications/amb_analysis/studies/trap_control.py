@@ -1,0 +1,112 @@
+"""Kinds of control that free a trapped rotor within the current limits of its bearings."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from amb_analysis.steady_contact.forward_loop import Complex
+from amb_analysis.steady_contact.rubbing_rotor import RubbingRotor
+from amb_analysis.steady_contact.synchronous_control import adaptation_rates, settled
+from amb_analysis.steady_contact.synchronous_states import all_sets, states_of
+from amb_analysis.studies.trap_states import BearingCurrent, SynchronousState, currents_of
+
+
+@dataclass(frozen=True, eq=False)
+class Freed:
+    """Whether a control frees the rotor at the machine's point.
+
+    frees
+        Whether it leaves no state in contact.
+    currents
+        Currents that it demands of each bearing.
+    words
+        The verdict in words.
+    """
+
+    frees: bool
+    currents: dict[str, BearingCurrent]
+    words: str
+
+
+def control_of(
+    machine: RubbingRotor,
+    Omega: float,
+    states: tuple[SynchronousState, ...],
+    demands: Sequence[dict[str, BearingCurrent]],
+) -> dict[str, Freed]:
+    """Return whether feedback, synchronous control and contact-aware control free the rotor.
+
+    The loop must be stable at this speed.
+    """
+    trapped = [state for state in states if state.contact and state.stable]
+    free = [state for state in states if not state.contact and state.stable]
+    local = free[0].currents if free else {}
+    if free and not trapped:
+        words = "free (no stable steady contact)" + _within(local)
+    else:
+        words = "may leave it in contact" if free else "cannot free it: no stable orbit misses all sites"
+    result = {"feedback alone": Freed(bool(free) and not trapped, local, words)}
+    if not machine.loop(Omega).currents:
+        return result
+    result["synchronous control"] = _synchronous(machine, Omega)
+    if not demands:
+        freed = Freed(False, {}, "cannot free it: no synchronous currents do")
+    else:
+        within = [d for d in demands if all(current.is_allowed for current in d.values())]
+        displayed = within[0] if within else demands[-1]
+        words = "can free it from any steady contact" if within else "cannot free it from all contact within its limits"
+        freed = Freed(bool(within), displayed, f"{words}{_within(displayed)}")
+    result["contact-aware synchronous control"] = freed
+    return result
+
+
+def _synchronous(machine: RubbingRotor, Omega: float) -> Freed:
+    """Return the states under the steady force of synchronous control, and whether it converges from contact."""
+    at, mu = machine.receptances(Omega), machine.mu(Omega)
+    rest, force = settled(at), machine.unbalance * Omega**2
+    r = (rest.P @ force)[None]
+    orbit = states_of((), rest.R, mu, machine.c, r)
+    values: Complex = rest.currents[1] @ force
+    currents = currents_of(dict(zip(machine.loop(Omega).currents, values, strict=True)), machine)
+    stuck = []
+    for contact in all_sets(len(machine.sites))[1:]:
+        states = states_of(contact, rest.R, mu, machine.c, r)
+        for n in range(len(states.points)):
+            if adaptation_rates(at, states, n, machine.c, mu).real.max() < 0.0:
+                stuck.append("+".join(machine.sites[k] for k in contact))
+    if not len(orbit.points):
+        return Freed(False, currents, "cannot free it: every orbit under its steady force touches a site")
+    words = "can hold it free" + _within(currents)
+    local = _rates_of_feedback(machine, Omega)
+    turned = [name for name, rate in local.items() if rate > 0.0]
+    if stuck:
+        words += f"; it may also come to rest in contact at {', '.join(sorted(frozenset(stuck)))}"
+    elif turned:
+        words += f"; in contact at {', '.join(turned)} its adaptation diverges"
+    possible = all(current.is_allowed for current in currents.values())
+    return Freed(possible and not stuck and not turned, currents, words)
+
+
+def _rates_of_feedback(machine: RubbingRotor, Omega: float) -> dict[str, float]:
+    """Return the largest growth rate of the adaptation, over alpha, in each contact state under feedback alone (1)."""
+    at, mu = machine.receptances(Omega), machine.mu(Omega)
+    r = (at.P @ machine.unbalance * Omega**2)[None]
+    result: dict[str, float] = {}
+    for contact in all_sets(len(machine.sites))[1:]:
+        states = states_of(contact, at.R, mu, machine.c, r)
+        for n in range(len(states.points)):
+            name = "+".join(machine.sites[k] for k in contact)
+            rate = float(adaptation_rates(at, states, n, machine.c, mu).real.max())
+            result[name] = max(rate, result.get(name, -math.inf))
+    return result
+
+
+def _within(currents: Mapping[str, BearingCurrent]) -> str:
+    if not currents:
+        return ""
+    message = ", ".join(
+        f"{bearing} {current.amplitude:.2f} of {current.allowed:.2f} A" for bearing, current in currents.items()
+    )
+    return f" ({message})"

@@ -1,0 +1,263 @@
+"""Study of the steady response to unbalance over the spin speed, of a rotor or of a levitated machine."""
+
+from __future__ import annotations
+
+import cmath
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+from functools import partial
+from os import PathLike
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+
+from amb_analysis.machine.machine import Machine, machine_of
+from amb_analysis.machine.response import highest_peaks, refined_response, separation_margin
+from amb_analysis.studies.coefficient_limits import Limits, is_extrapolated, limits_of
+from amb_analysis.studies.inputs import DEFAULT_RANGE, Number, controlled, node_numbers, positive, speed_range
+from amb_analysis.studies.unbalance_records import CriticalResponse, PlacedUnbalance, PlaceResponse, UnbalanceResponse
+from amb_cosim.cosim.basics.choices import Flavour
+from amb_cosim.cosim.system.values import Raw
+from amb_cosim.scenario.scenario import Scenario
+from amb_cosim.scenario.simulation import prepare
+from amb_files.suggestions import suggest
+from array_types import Array, Complex
+from rotor_analysis.refinement import about_resonances, refined
+from rotor_analysis.resonances import resonances
+from rotor_analysis.response import dynamic_stiffness, orbit
+from rotor_analysis.response import unbalance_response as steady_response
+from rotor_analysis.rigid_body import floating_motions
+from rotor_analysis.rotor import Rotor
+from rotor_analysis.rotor_file import RotorSource, load_rotor
+from rotor_analysis.shaft import MassModel
+from rotor_analysis.supported_rotor import supported_rotor
+
+POINTS = 644  # speeds of the curves, with the standstill, which is left out
+COARSE = 10  # of these speeds, between one of which and the next critical speeds are sought
+LEVITATED = 161  # the same of a levitated machine, whose peaks get more
+BALANCED = 2.5e-3  # m/s: grade G 2.5, of a machine whose scenario has no unbalance
+REACH = 2.0  # times the speed of a scenario, up to which its response is computed
+
+
+def unbalance_response(
+    rotor: RotorSource = None,
+    *,
+    scenario: str | Path | Scenario | None = None,
+    controller: str | PathLike[str] | None = None,
+    mass: MassModel | None = None,
+    up_to: Number | None = None,
+    unbalance: Number | None = None,
+    place: str | None = None,
+    node: int | None = None,
+    clearance: Number | None = None,
+    set: Mapping[str, Raw] | None = None,
+    flavour: Flavour = "native",
+) -> UnbalanceResponse:
+    """Return amplitude and phase at bearings, contact sites and shaft ends over the spin speed under unbalance.
+
+    [-Omega^2 M + i Omega (C + Omega G) + K - F(i Omega)] Q = Omega^2 (u, -i u)
+
+    F are the forces of the magnetic bearings of a scenario, with controller, hold, delay and amplifiers
+    (`machine.response`); a rotor alone has none. The speeds are closer about critical speeds and about all maxima
+    (`rotor_analysis.refinement`), which are those of the curves to 0.1 %, whatever `up_to`.
+
+    Parameters
+    ----------
+    rotor
+        A rotor or a rotor file; that of the scenario, or the packs' default without.
+    scenario, controller
+        Machine whose magnetic bearings levitate the rotor, and another controller for it.
+    mass
+        Mass matrix of a rotor alone, `diagonal` or `consistent`; as the rotor says by default.
+    up_to
+        Highest spin speed (rad/s), or a string with its unit; 628 rad/s of a rotor alone or at standstill, and of a
+        machine twice the scenario's, or less where the loop is stable only below.
+    unbalance
+        Unbalance (kg m), or a string with its unit. By default all unbalances at the end of the scenario, or that of
+        grade G 2.5 if it has none; 10 g m of a rotor alone.
+    place, node
+        Name of the part, or number of the node in the rotor file, where it is; the first disc by default.
+    clearance
+        Radial clearance (m), or a string with its unit, to compare all amplitudes with; by default the clearance of
+        the site there.
+    set, flavour
+        Values of the scenario's parameters by `component.variable`; flavour of the FMUs.
+
+    Raises
+    ------
+    ValueError
+        If a file cannot be read, an argument is out of range, the scenario has no magnetic bearings, or its loop is
+        not stable at one of the speeds.
+
+    Examples
+    --------
+    >>> response = unbalance_response("compressor", unbalance="1 g.m", place="impeller1")
+    >>> [(item.place, f"{item.speed:.0f} rad/s") for item in response.critical_speeds]
+    [('seal', '454 rad/s')]
+    """
+    everywhere = None if clearance is None else positive(clearance, "m", "clearance")
+    amount = None if unbalance is None else positive(unbalance, "kg.m", "unbalance")
+    if scenario is not None:
+        if mass is not None:
+            raise ValueError(f"mass = {mass} is not allowed with a scenario; set it in the rotor file")
+        values = controlled(scenario, rotor, controller)
+        machine = machine_of(prepare(values, set, flavour=flavour))
+        return _of_machine(machine, values.name, _loads(machine, values.rotor, amount, place, node), up_to, everywhere)
+    if controller is not None or set:
+        raise ValueError("a controller or settings belong to a scenario; name one")
+    description = load_rotor(rotor)
+    mass = mass or description.shaft.mass_matrix
+    unplaced = node is None and place is None
+    loaded = _first_disc(description) if unplaced else _node(description, rotor, place, node)
+    places = _places(description)
+    speeds = speed_range(up_to or DEFAULT_RANGE, POINTS)[1:]
+    load = {loaded: complex(1e-2 if amount is None else amount)}
+    rotor_model, nodes = supported_rotor(description, mass), tuple(places.values())
+    critical = resonances(partial(dynamic_stiffness, rotor_model.model), np.unique([*speeds[::COARSE], speeds[-1]]))
+    speeds, response = refined(
+        lambda more: steady_response(rotor_model, load, more, nodes),
+        about_resonances(speeds, critical),
+        lambda motion: orbit(motion)[0],
+    )
+    curves = _curves(description, places, response, everywhere)
+    limits = limits_of((*description.bearings, *description.seals))
+    peaks = _peaks(speeds, curves, limits, None)
+    placed, floating = _described(description, load), floating_motions(description, speeds[::COARSE])
+    return UnbalanceResponse(
+        description.name, mass, None, None, *placed, speeds, curves, peaks, limits, floating=floating
+    )
+
+
+def _of_machine(
+    machine: Machine, name: str, loads: Mapping[int, complex], up_to: Number | None, everywhere: float | None
+) -> UnbalanceResponse:
+    rotor, places, Omega = machine.rotor, _places(machine.rotor), machine.Omega or None
+    swept = speed_range(up_to or (DEFAULT_RANGE if Omega is None else REACH * Omega), LEVITATED)[1:]
+    reach = len(swept)
+    if up_to is None:
+        swept = _stable(machine, swept)
+    machine.loop.check_stable(swept)
+    stable_up_to = float(swept[-1]) if len(swept) < reach else None
+    speeds, response = refined_response(machine, swept, [loads], tuple(places.values()))
+    shown = response[:, 0, [node - 1 for node in places.values()]]
+    curves = _curves(rotor, places, shown, everywhere)
+    clearances = dict(machine.clearances.values())
+    if everywhere is None:
+        curves = {k: replace(c, clearance=clearances.get(c.node)) for k, c in curves.items()}
+    limits = limits_of(rotor.seals)
+    criticals = _peaks(speeds, curves, limits, Omega)
+    placed = _described(rotor, loads)
+    return UnbalanceResponse(
+        rotor.name, rotor.shaft.mass_matrix, name, Omega, *placed, speeds, curves, criticals, limits, stable_up_to
+    )
+
+
+def _stable(machine: Machine, speeds: Array) -> Array:
+    """Return the speeds below the first one above the operating speed at which the loop is not stable."""
+    for k, Omega in enumerate(map(float, speeds)):
+        if Omega > machine.Omega and not machine.loop.poles(Omega).stability.is_stable:
+            return speeds[: max(k, 1)]
+    return speeds
+
+
+def _loads(
+    machine: Machine, source: RotorSource, amount: float | None, place: str | None, node: int | None
+) -> dict[int, complex]:
+    """Return the unbalance (kg m) by node: that of the scenario, or an amount at a place."""
+    own = {machine.node_of(name): u for name, u in machine.unbalance.items()}
+    if amount is None and place is None and node is None and own:
+        return own
+    if place is not None or node is not None:
+        at = _node(machine.rotor, source, place, node)
+    else:
+        at = max(own, key=lambda number: abs(own[number])) if own else _first_disc(machine.rotor)
+    if amount is None:
+        if at not in own and not machine.Omega:
+            raise ValueError(
+                "unbalance is missing: the scenario has none, and stands still, so that no grade gives one"
+            )
+        amount = abs(own[at]) if at in own else machine.rotor.mass * BALANCED / machine.Omega
+    return {at: complex(amount)}
+
+
+def _node(rotor: Rotor, source: RotorSource, place: str | None, node: int | None) -> int:
+    """Return the node of a part of a rotor, or that with a number in its file."""
+    if place is not None and node is not None:
+        raise ValueError(f"place = {place} is not allowed with node = {node}; give one of them")
+    parts = rotor.nodes_by_name
+    if place is not None and place not in parts:
+        raise ValueError(f"place = {place} is not allowed; {suggest(place, parts)}")
+    if place is not None:
+        return parts[place]
+    assert node is not None
+    return node_numbers(node, "node", rotor, source)[0]
+
+
+def _described(rotor: Rotor, loads: Mapping[int, complex]) -> tuple[float, float, dict[str, PlacedUnbalance]]:
+    """Return the largest unbalance (kg m), its position (m), and all by the names of their places."""
+    names = {node: name for name, node in reversed(rotor.nodes_by_name.items())}
+    largest = max(loads, key=lambda node: abs(loads[node]))
+    placed = {
+        names.get(node, f"z = {rotor.shaft.nodes[node - 1]:.4g} m"): PlacedUnbalance(
+            abs(u), math.degrees(cmath.phase(u))
+        )
+        for node, u in loads.items()
+    }
+    return abs(loads[largest]), rotor.shaft.nodes[largest - 1], placed
+
+
+def _curves(
+    rotor: Rotor, places: Mapping[str, int], response: Complex, everywhere: float | None
+) -> dict[str, PlaceResponse]:
+    """Return the curves of places from their displacements (m), shape (speeds, places, 2)."""
+    amplitude, minor, phase = orbit(response)
+    continuous, z = np.unwrap(phase, axis=0), rotor.shaft.nodes
+    return {
+        name: PlaceResponse(
+            node, z[node - 1], everywhere or _clearance(rotor, node), amplitude[:, k], continuous[:, k], minor[:, k]
+        )
+        for k, (name, node) in enumerate(places.items())
+    }
+
+
+def _peaks(
+    speeds: Array, places: Mapping[str, PlaceResponse], limits: Limits, operating: float | None
+) -> tuple[CriticalResponse, ...]:
+    """Return the peaks; of those at several places within half of the half-power width the highest."""
+    found = highest_peaks(speeds, {name: place.amplitude for name, place in places.items()})
+    return tuple(
+        CriticalResponse(
+            name,
+            peak.Omega,
+            peak.amplitude,
+            peak.amplification,
+            None if not operating else separation_margin(peak.Omega, operating, operating),
+            is_extrapolated(limits, peak.Omega),
+        )
+        for name, peak in found
+    )
+
+
+def _first_disc(rotor: Rotor) -> int:
+    """Return the node of the first disc plane or, without one, of the first body."""
+    nodes = (*rotor.disc_nodes, *(body.node for body in rotor.bodies))
+    if not nodes:
+        raise ValueError("node is missing: a rotor without disc planes and bodies does not say where its unbalance is")
+    return nodes[0]
+
+
+def _places(rotor: Rotor) -> dict[str, int]:
+    """Return the nodes of the bearings, of the sites and of the shaft ends, by name; each node once."""
+    z = rotor.shaft.nodes
+    ends = (SimpleNamespace(name=f"end at z = {z[node - 1]:.4g} m", node=node) for node in (1, len(z)))
+    parts: tuple[Any, ...] = (*rotor.bearings, *rotor.sites, *ends)
+    first = {part.node: part.name for part in reversed(parts)}
+    return {name: node for node, name in sorted(first.items())}
+
+
+def _clearance(rotor: Rotor, node: int) -> float | None:
+    """Return the least clearance (m) of the sites at a node; None without one."""
+    return min((site.clearance for site in rotor.sites if site.node == node), default=None)

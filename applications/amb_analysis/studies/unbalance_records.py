@@ -1,0 +1,216 @@
+"""Record of the steady response to unbalance, with its tables."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, ClassVar
+
+import numpy as np
+
+from amb_analysis.machine.response import UNDAMPED
+from amb_analysis.studies.coefficient_limits import EXTRAPOLATED, Limits, is_extrapolated, limit_notes
+from amb_analysis.studies.result import DrawnResult
+from amb_cosim.presentation.text_tables import TextBlock, labelled_table
+from amb_cosim.presentation.units import speed_unit
+from array_types import Array
+from rotor_analysis.shaft import MassModel
+
+RESTING = 1e-9  # of the median amplitude, and of the major semi-axis; smaller motion has no sense of whirl
+DAMPED = 2.5  # amplification below which a peak needs no separation margin (API 617)
+
+
+@dataclass(frozen=True, eq=False)
+class PlaceResponse:
+    """Response at a point of the shaft.
+
+    node
+        Number of its node on the mesh, which may have more nodes than the rotor file.
+    z
+        Its position (m).
+    amplitude
+        Major semi-axis of the orbit (m), shape (n,).
+    minor
+        Minor semi-axis (m), shape (n,): negative where the orbit is backward, so that pi times both is its area with
+        the sense of whirl as sign.
+    phase
+        Angle by which the forward part of the motion leads the unbalance (rad), continuous, shape (n,).
+    clearance
+        Radial clearance there (m), the smallest of the sites at this node; None if nothing can be touched.
+    """
+
+    node: int
+    z: Annotated[float, "m"]
+    clearance: Annotated[float | None, "m"]
+    amplitude: Annotated[Array, "m"]
+    phase: Annotated[Array, "rad"]
+    minor: Annotated[Array, "m"]
+
+    def backward(self, speeds: Array) -> list[tuple[float, float]]:
+        """Return the ranges of speed (rad/s) in which the orbit is backward, interpolated between the samples."""
+        moves = self.amplitude > RESTING * np.median(self.amplitude)
+        ratio = np.where(moves, self.minor / np.where(moves, self.amplitude, 1.0), 0.0)
+        whirls = np.concatenate([[False], ratio < -RESTING, [False]])
+        begins, ends = np.flatnonzero(whirls[1:] & ~whirls[:-1]), np.flatnonzero(whirls[:-1] & ~whirls[1:]) - 1
+        return [
+            (_zero(speeds, ratio, first - 1, first), _zero(speeds, ratio, last, last + 1))
+            for first, last in zip(begins.tolist(), ends.tolist(), strict=True)
+        ]
+
+
+@dataclass(frozen=True)
+class PlacedUnbalance:
+    """An unbalance (kg m), and the angle (deg) by which it leads the x axis at the beginning of a turn."""
+
+    amount: Annotated[float, "kg.m"]
+    angle: Annotated[float, "deg"]
+
+
+@dataclass(frozen=True)
+class CriticalResponse:
+    """A peak of the response.
+
+    place
+        Where it is highest.
+    speed, amplitude
+        Spin speed (rad/s) and amplitude (m) there.
+    amplification
+        Of the half-power width (`machine.response.Peak`); below 2.5 no separation margin is required (API 617).
+    margin
+        Distance from the operating speed (%), at least 0; None of a rotor alone.
+    extrapolated
+        Whether a table of coefficients does not cover the speed.
+    """
+
+    place: str
+    speed: Annotated[float, "rad/s"]
+    amplitude: Annotated[float, "m"]
+    amplification: float
+    margin: Annotated[float | None, "%"]
+    extrapolated: bool = False
+
+    @property
+    def is_bounded(self) -> bool:
+        """Whether damping limits the peak, not rounding."""
+        return self.amplification < UNDAMPED
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class UnbalanceResponse(DrawnResult):
+    """Steady response of a rotor, or of a levitated machine, to unbalance.
+
+    rotor, mass
+        Name of the rotor, and the mass matrix of its model.
+    scenario, operating_speed
+        Name of the scenario of the machine, and its spin speed (rad/s); None of a rotor alone.
+    unbalance, z
+        Largest unbalance of a place (kg m), and its position (m).
+    unbalances
+        Unbalance of each place, by name.
+    speeds
+        Spin speeds (rad/s), ascending, shape (n,).
+    places
+        Response at bearings, other contact sites, and shaft ends, by name.
+    critical_speeds
+        Peaks of the response, ascending.
+    limits
+        Limits of the coefficients of bearings and seals.
+    floating
+        Rigid-body motions, of four, that neither a bearing nor a seal resists with stiffness.
+    stable_up_to
+        Speed (rad/s) at which the response ends because the loop of the machine is not stable above; otherwise None.
+    """
+
+    name: ClassVar[str] = "unbalance_response"
+
+    rotor: str
+    mass: MassModel
+    scenario: str | None
+    operating_speed: Annotated[float | None, "rad/s"]
+    unbalance: Annotated[float, "kg.m"]
+    z: Annotated[float, "m"]
+    unbalances: dict[str, PlacedUnbalance]
+    speeds: Annotated[Array, "rad/s"]
+    places: dict[str, PlaceResponse]
+    critical_speeds: tuple[CriticalResponse, ...]
+    limits: Limits = ()
+    stable_up_to: Annotated[float | None, "rad/s"] = None
+    floating: int = 0
+
+    @property
+    def load(self) -> str:
+        """The unbalance in words."""
+        amounts = (f"{_gram_metres(u.amount)} at {place}" for place, u in self.unbalances.items())
+        return ", ".join(amounts)
+
+    def text(self) -> list[TextBlock]:
+        """Return tables of the largest amplitudes and of the critical speeds."""
+        of = self.scenario or self.rotor
+        table = labelled_table(
+            f"{of}: largest amplitude, {self.load}", "place", "(mm)", "of the clearance", "at (rad/s)"
+        )
+        for name, place in self.places.items():
+            top = int(np.argmax(place.amplitude))
+            peak = place.amplitude[top]
+            mark = f" {EXTRAPOLATED}" if is_extrapolated(self.limits, self.speeds[top]) else ""
+            if any(abs(item.speed / self.speeds[top] - 1.0) < 1.0 / UNDAMPED for item in self._unbounded):
+                table.add_row(name, "no bound", "-", f"{self.speeds[top]:.1f}{mark}")
+                continue
+            share = "-" if place.clearance is None else f"{peak / place.clearance:.3f}"
+            table.add_row(name, f"{1e3 * peak:.4f}", share, f"{self.speeds[top]:.1f}{mark}")
+        unit, notes = speed_unit(), limit_notes(self.limits, self.speeds)
+        if self.stable_up_to is not None:
+            notes = [f"the loop is not stable above {unit.text(self.stable_up_to, 5)}", *notes]
+        notes = [*self._floating_note(), *self._backward_notes(), *notes]
+        if not self.critical_speeds:
+            return [table, "no critical speed in this range", *notes]
+        heads: tuple[str, ...] = (f"({unit.label})", "highest at", "(mm)", "amplification")
+        heads += () if self.operating_speed is None else (f"margin to {unit.text(self.operating_speed, 5)} (%)",)
+        criticals = labelled_table("Critical speeds", *heads)
+        for item in self.critical_speeds:
+            speed = unit.number(item.speed) + (f" {EXTRAPOLATED}" if item.extrapolated else "")
+            amplitude = f"{1e3 * item.amplitude:.4f}" if item.is_bounded else "no bound"
+            row = (speed, item.place, amplitude, amplification_text(item))
+            criticals.add_row(*row, *(() if item.margin is None else (f"{item.margin:.1f}",)))
+        undamped = ", ".join(unit.text(item.speed) for item in self._unbounded)
+        return [table, criticals, *([f"nothing damps the motion at {undamped}"] if undamped else []), *notes]
+
+    def _floating_note(self) -> list[str]:
+        if not self.floating:
+            return []
+        return [
+            f"bearings and seals have no stiffness against {self.floating} of the 4 rigid-body motions: in these the "
+            "rotor floats, and only inertia and damping limit its response; they have no critical speed"
+        ]
+
+    def _backward_notes(self) -> list[str]:
+        """Return the ranges of speed in which unbalance whirls the rotor backward, each with its places."""
+        unit, at = speed_unit(), dict[tuple[str, str], list[str]]()
+        for name, place in self.places.items():
+            for low, high in place.backward(self.speeds):
+                at.setdefault((unit.number(low), unit.text(high)), []).append(name)
+        return [
+            f"unbalance whirls the rotor backward from {low} to {high} at {', '.join(names)}"
+            for (low, high), names in at.items()
+        ]
+
+    @property
+    def _unbounded(self) -> list[CriticalResponse]:
+        return [item for item in self.critical_speeds if not item.is_bounded]
+
+
+def _zero(speeds: Array, values: Array, first: int, second: int) -> float:
+    """Return the speed (rad/s) at which values are 0 between two samples, or that of the one that exists."""
+    if first < 0 or second >= len(speeds):
+        return float(speeds[max(first, 0) if second >= len(speeds) else second])
+    return float(speeds[first] + (speeds[second] - speeds[first]) * values[first] / (values[first] - values[second]))
+
+
+def amplification_text(item: CriticalResponse) -> str:
+    """Return an amplification, and that a peak is damped if no separation margin is required."""
+    if not item.is_bounded:
+        return "no bound"
+    return f"{item.amplification:.3g}" + (" (damped)" if item.amplification < DAMPED else "")
+
+
+def _gram_metres(u: float) -> str:
+    return f"{1e3 * u:.4g} g m" if u >= 1e-3 else f"{1e6 * u:.4g} g mm"

@@ -1,0 +1,176 @@
+"""Vibrations of the machine under control over speed, with seals and stages: frequencies and logarithmic decrements."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from amb_analysis.linear.loop import Loop
+from amb_analysis.linear.stability import LARGEST
+from amb_analysis.machine.coupled import coupled_loop
+from amb_analysis.machine.machine import MODES
+from amb_analysis.studies.closed_loop_poles import Vibrations, followed, vibrations
+from amb_analysis.studies.damping_zones import ZONES
+from amb_assessment.assessment.findings import AnalysisResult, Quantity, ResultTable
+from amb_assessment.assessment.stability import described, least_stable, spectral_radius
+from amb_assessment.assessment.stages import real_coefficients
+from amb_assessment.assessment.subject import Subject, hertz, rpm, subject_of
+from amb_assessment.reporting.panels import Curve, Panel, curve
+from amb_cosim.scenario.shaft_damping import viscous_losses
+from array_types import Array
+from rotor_analysis.parts import Bearing
+from rotor_analysis.refinement import refined
+
+TITLE = "Closed loop over speed: damped frequencies and logarithmic decrements"
+POINTS = 41  # speeds
+MIN_DECREMENT, MAX_DECREMENT = 1e-3, 3.0  # logarithmic decrements in the figure, whose axis is logarithmic
+ROUNDING = 1e-9  # relative difference of decrements of the same pole
+SPEEDS_OF_ALL_MODES = 21  # from zero to the trip speed, with more about the least
+
+
+def answer(subject: Subject) -> AnalysisResult:
+    """Return stability from zero to the trip speed, damped frequencies and decrements, the least in operation."""
+    loop = coupled_loop(subject, real_coefficients(subject))
+    speed, limit = subject.file.speed, subject.file.highest_frequency
+    speeds = np.unique([*np.linspace(0.01 * speed.tripping, speed.tripping, POINTS), speed.lowest, speed.highest])
+    result = [_within(vibrations(loop, float(Omega)), limit) for Omega in speeds]
+    operating = speeds[(speeds >= speed.lowest) & (speeds <= speed.tripping)]
+    least = least_decrement_over("decrement", lambda Omega: vibrations_within(loop, Omega, limit), operating)
+    everything = least_decrement_over("decrement_anywhere", lambda Omega: vibrations(loop, Omega), operating)
+    stability = spectral_radius("spectral_radius", least_stable(subject))
+    tracks = followed(result, len(result[0].poles))
+    at = int(np.flatnonzero(speeds == speed.highest)[0])
+    rows = tuple(
+        (f"{hertz(s.imag):.1f}", f"{rpm(s.imag):.0f}", f"{-2.0 * np.pi * s.real / s.imag:.3f}", _sense(sense))
+        for s, sense in zip(result[at].poles, result[at].senses, strict=True)
+    )
+    table = ResultTable(f"Vibrations at {rpm(speed.highest):.0f} 1/min", ("Hz", "1/min", "decrement", "whirl"), rows)
+    ends = [f"{s.name} from {s.at_speed[0].speed:g} to {s.at_speed[-1].speed:g} rad/s" for s in _not_covering(subject)]
+    notes = [f"Coefficients of seals are constant outside their tables: {', '.join(ends)}."] if ends else []
+    notes += [f"Vibrations up to {hertz(limit):.0f} Hz, of the sampled loop, z = exp(s T)."]
+    if hertz(limit) > 0.5 / loop.sample_time:
+        half = f"Half the sample rate is {0.5 / loop.sample_time:.0f} Hz"
+        notes.append(f"{half}: faster vibrations are at the frequency of the rotor's mode, control sees their alias.")
+    notes += [
+        f"Stability: all poles, of drifts without vibration too, at all speeds from 0 to {rpm(speed.tripping):.0f} "
+        "1/min, with the stages' coefficients of the largest speed where they have no table over speed."
+    ]
+    notes += [f"{sentence}." for sentence in viscous_losses(subject.prepared.assembly)]
+    measured = (stability, least, everything, *_with_all_modes(subject))
+    return AnalysisResult(measured, _panels(subject, speeds, result, tracks), (table,), tuple(notes))
+
+
+def _with_all_modes(subject: Subject) -> list[Quantity]:
+    """Return the smallest decrement of a rotor including the modes that its reduction omits, if any.
+
+    Sampled control may drive a mode that co-simulations omit (spillover: M. J. Balas, IEEE Trans. Autom. Control 23
+    (1978) 673). Modes far above half the sample rate are still omitted.
+    """
+    retained, most = subject.retained_modes
+    if subject.rotor.reduction.method == "none" or retained >= min(MODES, most):
+        return []
+    finer = subject_of(subject.file, subject.flavour, min(MODES, most))
+    loop = coupled_loop(finer, real_coefficients(finer))
+    edges = (finer.file.speed.lowest, finer.file.speed.highest)
+    speeds = np.unique([*np.linspace(0.0, finer.file.speed.tripping, SPEEDS_OF_ALL_MODES), *edges])
+    result = least_decrement_over("decrement_all_modes", lambda Omega: vibrations(loop, Omega), speeds)
+    note = f"with {min(MODES, most)} modes in a plane of motion, {retained} in co-simulation"
+    return [replace(result, note=note)]
+
+
+def _not_covering(subject: Subject) -> list[Bearing]:
+    """Return the seals whose tables do not cover the smallest to the trip speed."""
+    low, high = subject.file.speed.lowest, subject.file.speed.tripping
+    tabled = [seal for seal in subject.rotor.seals if seal.at_speed]
+    return [seal for seal in tabled if seal.at_speed[0].speed > low or seal.at_speed[-1].speed < high]
+
+
+def least_decrement(quantity: str, vibrations: Sequence[tuple[float, Vibrations]]) -> Quantity:
+    """Return the smallest logarithmic decrement of vibrations at speeds (rad/s), and its speed.
+
+    Of a loop that is not stable the pole that grows most counts, too: a drift without vibration has -`LARGEST`.
+    """
+    all_of = [
+        (float(d), Omega, float(s.imag), float(sense))
+        for Omega, of in vibrations
+        for d, s, sense in zip(decrements(of), of.poles, of.senses, strict=True)
+    ]
+    least, Omega, omega, sense = min(all_of, default=(LARGEST, 0.0, 0.0, 0.0))
+    growing = [of.stability for _, of in vibrations if not of.stability.is_stable]
+    worst = min(growing, key=lambda stability: stability.decrement, default=None)
+    if worst is not None and worst.decrement < least * (1.0 + ROUNDING):
+        facts = {"frequency": hertz(worst.frequency), "N": float(rpm(worst.speed))}
+        note = "the value stands for any growing drift" if worst.is_drift else ""
+        return Quantity(quantity, described(worst), worst.decrement, "1", facts, note)
+    if not all_of:
+        return Quantity(quantity, "nothing vibrates", LARGEST, "1")
+    where = f"{hertz(omega):.1f} Hz at {rpm(Omega):.0f} 1/min, {_sense(sense)}"
+    return Quantity(quantity, where, least, "1", {"frequency": hertz(omega), "N": float(rpm(Omega))})
+
+
+def least_decrement_over(quantity: str, vibrating: Callable[[float], Vibrations], speeds: Array) -> Quantity:
+    """Return the smallest logarithmic decrement at any speed (rad/s) from the first to the last, between them too."""
+    found: dict[float, Vibrations] = {}
+
+    def growths(more: Array) -> Array:
+        new = {Omega: vibrating(Omega) for Omega in map(float, more)}
+        found.update(new)
+        return np.array([-least_decrement(quantity, [item]).value for item in new.items()])
+
+    refined(growths, speeds, lambda of: of, resonant=False)
+    return least_decrement(quantity, list(found.items()))
+
+
+def decrements(vibrations: Vibrations) -> Array:
+    """Return logarithmic decrements, -2 pi Re s/Im s."""
+    return np.asarray(-2.0 * np.pi * vibrations.poles.real / vibrations.poles.imag)
+
+
+def vibrations_within(loop: Loop, Omega: float, limit: float) -> Vibrations:
+    """Return the vibrations of a loop at a speed up to a frequency (rad/s both)."""
+    return _within(vibrations(loop, Omega), limit)
+
+
+def _within(vibrations: Vibrations, limit: float) -> Vibrations:
+    retained = vibrations.poles.imag <= limit
+    return Vibrations(vibrations.poles[retained], vibrations.senses[retained], vibrations.stability)
+
+
+def _sense(sense: float) -> str:
+    return "mixed" if abs(sense) < 0.05 else "forward" if sense > 0.0 else "backward"
+
+
+def _panels(
+    subject: Subject, speeds: Array, vibrations: list[Vibrations], tracks: list[list[int | None]]
+) -> tuple[Panel, ...]:
+    frequency: list[Curve] = []
+    damping: list[Curve] = []
+    beyond: list[Curve] = []
+    for track in tracks:
+        alive = [k for k, n in enumerate(track) if n is not None]
+        chosen = [(k, n) for k, n in enumerate(track) if n is not None]
+        s = np.array([vibrations[k].poles[n] for k, n in chosen])
+        last, number = chosen[-1]
+        name = f"{hertz(s[-1].imag):.0f} Hz {_sense(vibrations[last].senses[number])}"
+        decrement = -2.0 * np.pi * s.real / s.imag
+        displayed = decrement.min() < MAX_DECREMENT
+        (frequency if displayed else beyond).append(curve(name, rpm(speeds[alive]), hertz(s.imag)))
+        if displayed:
+            damping.append(curve(name, rpm(speeds[alive]), np.clip(decrement, MIN_DECREMENT, MAX_DECREMENT)))
+    frequency += beyond  # last, so that the others have the same colours in both figures
+    lowest = min((float(of.y.min()) for of in damping), default=MIN_DECREMENT)
+    ends = rpm(np.array([0.0, subject.file.speed.tripping]))
+    frequency.append(curve("1x", ends, ends / 60.0, "dashed"))
+    for limit in (subject.file.speed.lowest, subject.file.speed.highest):
+        at = rpm(np.array([limit, limit]))
+        frequency.append(curve(f"{at[0]:.0f} 1/min", at, [0.0, hertz(subject.file.highest_frequency)], "dashed"))
+        damping.append(curve(f"{at[0]:.0f} 1/min", at, [lowest, MAX_DECREMENT], "dashed"))
+    title = f"Logarithmic decrements, up to {MAX_DECREMENT:g}"
+    if lowest <= MIN_DECREMENT:
+        title += f"; {MIN_DECREMENT:g} stands for less, down to unstable"
+    return (
+        Panel("Damped frequencies", "speed (1/min)", "Hz", tuple(frequency)),
+        Panel(title, "speed (1/min)", "decrement", tuple(damping), log="y", zones=ZONES[1:]),
+    )

@@ -1,0 +1,107 @@
+"""Undamped critical speeds over the stiffness of the supports, with the bearings' dynamic stiffness."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from amb_analysis.machine.feedback import directional_stiffness
+from amb_assessment.assessment.critical_speeds import critical_speeds
+from amb_assessment.assessment.findings import AnalysisResult, Quantity, ResultTable
+from amb_assessment.assessment.subject import Subject, rpm
+from amb_assessment.reporting.panels import Curve, Panel, curve
+from array_types import Array, Complex
+from rotor_analysis.damping import free_modes
+
+TITLE = "Undamped critical speeds over support stiffness"
+COUNT = 5  # critical speeds
+POINTS = 41  # stiffnesses, and speeds
+DECADES = (-3.0, 1.5)  # of stiffness, about that at which the first bending mode of half the rotor would stand
+
+
+def answer(subject: Subject) -> AnalysisResult:
+    """Return the critical speed map, and the critical speeds at the bearings' own dynamic stiffness."""
+    nodes = {bearing.name: bearing.node for bearing in subject.rotor.bearings if bearing.name in subject.magnets}
+    bending = free_modes(subject.free.M[::2, ::2], subject.free.K[::2, ::2])[0][0]
+    scale = 0.5 * subject.rotor.mass * bending**2
+    stiffnesses = scale * np.logspace(*DECADES, POINTS)
+    lines = np.full((COUNT, POINTS), np.nan)
+    for k, stiffness in enumerate(stiffnesses):
+        speeds, _ = critical_speeds(subject.free, dict.fromkeys(nodes.values(), float(stiffness)), COUNT)
+        lines[: len(speeds), k] = speeds
+    highest = 1.5 * subject.file.speed.tripping
+    swept = np.linspace(0.02, 1.0, POINTS) * highest
+    directions = directional_stiffness(subject, swept)
+    dynamic = {f"{name}{direction}": k for direction, of in directions.items() for name, k in of.items()}
+    measured = tuple(
+        Quantity("undamped_critical_speed", f"number {number}{direction}", float(rpm(Omega)), "1/min")
+        for direction, of in directions.items()
+        for number, Omega in bearing_critical_speeds(subject, swept, {name: k.real for name, k in of.items()})
+    )
+    rows = tuple(
+        (
+            name,
+            *(
+                f"{np.interp(at, swept, k.real) * 1e-6:.3g} and {np.interp(at, swept, k.imag / swept) * 1e-3:.3g}"
+                for at in (subject.file.speed.lowest, subject.file.speed.highest)
+            ),
+        )
+        for name, k in dynamic.items()
+    )
+    heads = ("bearing", *(f"{rpm(at):.0f} 1/min" for at in (subject.file.speed.lowest, subject.file.speed.highest)))
+    table = ResultTable(
+        "Dynamic stiffness (N/um) and damping (kN s/m) of the bearings at synchronous frequency", heads, rows
+    )
+    notes = (
+        "Undamped rotor on equal, isotropic supports; forward synchronous whirl. The bearings' stiffness is the real "
+        "part of force over displacement (controller, hold, delay, amplifier and magnet) for parallel motion of the "
+        "rotor, of either axis if they differ; negative values are not on the map.",
+    )
+    return AnalysisResult(measured, (_panel(subject, stiffnesses, lines, swept, dynamic),), (table,), notes)
+
+
+def bearing_critical_speeds(
+    subject: Subject, speeds: Array, stiffness: dict[str, Array], least: float = 1e-3
+) -> list[tuple[int, float]]:
+    """Return number and speed (rad/s) of each undamped critical speed at the bearings' own stiffness.
+
+    The k-th critical speed Omega_k(K(Omega)) crosses Omega; crossings between speeds are interpolated linearly.
+
+    Parameters
+    ----------
+    subject
+        The machine.
+    speeds
+        Ascending (rad/s), shape (n,).
+    stiffness
+        Real part of the dynamic stiffness (N/m) at these, by bearing.
+    least
+        Share of the largest stiffness that replaces smaller and negative values.
+    """
+    nodes = {bearing.name: bearing.node for bearing in subject.rotor.bearings}
+    floor = least * max(float(np.max(np.abs(k))) for k in stiffness.values())
+    excess = np.full((COUNT, len(speeds)), np.nan)
+    for n, Omega in enumerate(speeds):
+        springs = {nodes[name]: max(float(k[n]), floor) for name, k in stiffness.items()}
+        result, _ = critical_speeds(subject.free, springs, COUNT)
+        excess[: len(result), n] = result - Omega
+    crossings = []
+    for k in range(COUNT):
+        for n in range(len(speeds) - 1):
+            a, b = excess[k, n], excess[k, n + 1]
+            if a * b < 0.0:
+                crossings.append((k + 1, float(speeds[n] + a / (a - b) * (speeds[n + 1] - speeds[n]))))
+    return sorted(crossings, key=lambda item: item[1])
+
+
+def _panel(subject: Subject, stiffnesses: Array, lines: Array, swept: Array, dynamic: dict[str, Complex]) -> Panel:
+    curves: list[Curve] = []
+    for k, line in enumerate(lines):
+        displayed = np.isfinite(line) & (rpm(line) < 20.0 * rpm(subject.file.speed.tripping))
+        if displayed.any():
+            curves.append(curve(f"critical speed {k + 1}", stiffnesses[displayed], rpm(line[displayed])))
+    for name, of_bearing in dynamic.items():
+        positive = of_bearing.real > stiffnesses[0]
+        curves.append(curve(f"bearing {name}", of_bearing.real[positive], rpm(swept[positive]), "dots"))
+    for what, speed in (("minimum", subject.file.speed.lowest), ("maximum", subject.file.speed.highest)):
+        curves.append(curve(f"{what} speed", stiffnesses[[0, -1]], rpm(np.array([speed, speed])), "dashed"))
+    return Panel("Undamped critical speed map", "support stiffness (N/m)", "speed (1/min)", tuple(curves), log="xy")

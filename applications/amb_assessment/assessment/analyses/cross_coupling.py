@@ -1,0 +1,69 @@
+"""Cross coupling of the stages, from none to the threshold of stability."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.optimize import brentq
+
+from amb_analysis.machine.coupled import coupled_loop
+from amb_analysis.studies.closed_loop_poles import Vibrations
+from amb_assessment.assessment.analyses.closed_loop import least_decrement, vibrations_within
+from amb_assessment.assessment.findings import AnalysisResult, Quantity, ResultTable
+from amb_assessment.assessment.stages import anticipated
+from amb_assessment.assessment.subject import Subject, rpm
+from amb_assessment.reporting.panels import Panel, curve
+
+TITLE = "Stability with cross coupling"
+MOST = 30.0  # times the anticipated cross coupling, up to which the threshold is sought
+POINTS = 25  # of the sweep
+
+
+def answer(subject: Subject) -> AnalysisResult:
+    """Return the decrement with the anticipated cross coupling, and the relative threshold, at the largest speed."""
+    if not subject.file.stages:
+        raise ValueError("the machine file has no stages; add their data or their cross coupling")
+    speed, limit = subject.file.speed.highest, subject.file.highest_frequency
+
+    def coupled(factor: float) -> Vibrations:
+        return vibrations_within(coupled_loop(subject, anticipated(subject, factor)), speed, limit)
+
+    def growth(factor: float) -> float:
+        return coupled(factor).stability.growth_rate
+
+    factors = np.concatenate([[0.0], np.geomspace(0.1, MOST, POINTS - 1)])
+    swept = [coupled(float(factor)) for factor in factors]
+    curve_of = np.array([least_decrement("", [(speed, of)]).value for of in swept])
+    unstable = np.flatnonzero([not of.stability.is_stable for of in swept])
+    note, ratio = "", MOST
+    if len(unstable) and unstable[0] > 0:
+        ratio = float(brentq(growth, factors[unstable[0] - 1], factors[unstable[0]], xtol=1e-4))
+    elif len(unstable):
+        ratio, note = 0.0, f"not stable even without cross coupling: {swept[0].stability.motion}"
+    else:
+        note = f"stable up to {MOST:g} times the anticipated cross coupling, where the sweep ends"
+    total = sum(stage.anticipated(speed) for stage in subject.file.stages)
+    measured = (
+        least_decrement("decrement_anticipated", [(speed, coupled(1.0))]),
+        Quantity("cross_coupling_ratio", f"{rpm(speed):.0f} 1/min", ratio, "1", {"Q_a": total}, note),
+    )
+    rows = tuple(
+        (s.at, s.kind, f"{s.anticipated(speed) * 1e-6:.4g}", f"{s.level_two(speed) * 1e-6:.4g}")
+        for s in subject.file.stages
+    )
+    table = ResultTable("Cross-coupled stiffness", ("stage", "kind", "anticipated (MN/m)", "level II (MN/m)"), rows)
+    ends = np.array([0.0, 1e-6 * total * factors[-1]])
+    panel = Panel(
+        "Least logarithmic decrement",
+        "cross coupling of all stages (MN/m)",
+        "decrement",
+        (
+            curve("least decrement", 1e-6 * total * factors, curve_of),
+            curve("anticipated", 1e-6 * np.array([total, total]), [min(0.0, curve_of.min()), curve_of.max()], "dashed"),
+            curve("0.1", ends, [0.1, 0.1], "dashed"),
+        ),
+    )
+    notes = (
+        "Each stage acts at its position, with its share of the anticipated coupling. Seals of the rotor file are "
+        "omitted: in level I, one coupling represents everything that drives whirl.",
+    )
+    return AnalysisResult(measured, (panel,), (table,), notes)

@@ -1,0 +1,100 @@
+"""Forces, currents, voltages and slew rates that unbalance requires, against the limits of amplifiers and magnets."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from amb_analysis.machine.feedback import bearing_forces, demanded_currents
+from amb_analysis.machine.machine import AXES
+from amb_analysis.machine.response import machine_resonances, synchronous_response
+from amb_assessment.assessment.findings import AnalysisResult, Quantity, ResultTable
+from amb_assessment.assessment.stages import real_coefficients
+from amb_assessment.assessment.subject import Subject, hertz, rpm
+from amb_assessment.assessment.unbalance_cases import response_speeds, unbalance_cases
+from amb_assessment.reporting.panels import Panel, curve
+from amb_cosim.design.magnetic_bearing import current_amplitude, force_slew_rate
+from array_types import Array, Complex
+from rotor_analysis.refinement import about_resonances, refined
+
+TITLE = "Envelope: required and available forces, currents, voltages and slew rates"
+POINTS = 90  # speeds, with more about critical speeds and maxima
+
+
+def answer(subject: Subject) -> AnalysisResult:
+    """Return the worst-case requirements of each axis up to the trip speed, with the balancing grade's unbalance."""
+    whole, others = subject.unbalance_of_grade(), real_coefficients(subject)
+    loads = [case.of(whole) for case in unbalance_cases(subject)]
+
+    def requirements(speeds: Array) -> Array:
+        q = synchronous_response(subject, speeds, loads, others)
+        forces, currents = largest_needed(subject, speeds, q)
+        return np.stack([forces, currents, *_shares(subject, speeds, forces, currents)], axis=1)
+
+    speeds = response_speeds(subject, POINTS)
+    speeds = speeds[speeds <= subject.file.speed.tripping]
+    critical = about_resonances(speeds, machine_resonances(subject, speeds, others))
+    speeds, needed = refined(requirements, critical, lambda of: of.reshape(len(of), -1))
+    forces, currents, shares, slews = np.moveaxis(needed, 1, 0)
+    measured: list[Quantity] = []
+    rows: list[tuple[str, ...]] = []
+    in_force, in_current = [], []
+    for k, (bearing, axis) in enumerate(subject.loop.axes):
+        p, name = subject.axis(bearing, axis), f"{bearing}.{axis}"
+        force, current = forces[:, k], currents[:, k]
+        allowed = current_amplitude(p, hertz(speeds))
+        voltage = current * np.hypot(p.resistance, speeds * p.inductance) + p.resistance * (
+            p.bias_current + p.static_current
+        )
+        for what, share in (("current_demand", shares[:, k]), ("slew_demand", slews[:, k])):
+            at = int(share.argmax())
+            measured.append(Quantity(what, f"{name} at {rpm(speeds[at]):.0f} 1/min", float(share[at]), "%"))
+        top, available = int(np.argmax(force)), _slew_limit(p)
+        rows.append(
+            (
+                name,
+                f"{force[top]:.4g} at {rpm(speeds[top]):.0f}",
+                f"{current.max():.3g} of {allowed[int(shares[:, k].argmax())]:.3g}",
+                f"{voltage.max():.4g} of {p.voltage_limit:.4g}",
+                f"{(speeds * force).max():.4g} of {available:.4g}",
+            )
+        )
+        in_force.append(curve(name, rpm(speeds), force))
+        in_current.append(curve(f"{name} needs", rpm(speeds), current))
+        if axis == AXES[0]:
+            in_current.append(curve(f"{bearing} can give", rpm(speeds), allowed, "dashed"))
+    heads = ("axis", "force (N), at 1/min", "current (A)", "voltage (V)", "slew rate (N/s)")
+    panels = (
+        Panel("Amplitude of the bearing forces", "speed (1/min)", "N", tuple(in_force)),
+        Panel("Amplitude of the control currents", "speed (1/min)", "A", tuple(in_current)),
+    )
+    grade = 1e3 * subject.file.balancing.speed
+    notes = (
+        f"Unbalance: {1e6 * whole:.4g} g mm, of balancing grade G {grade:g} at the largest speed (ISO 21940-11), "
+        "placed for each mode as for the response; at each speed the worst mode applies. The current is the "
+        "controller's demand; coils follow it within the voltage limit R I_0 + I |R + j Omega L| <= V.",
+    )
+    return AnalysisResult(tuple(measured), panels, (ResultTable("Largest demands", heads, tuple(rows)),), notes)
+
+
+def _shares(subject: Subject, speeds: Array, forces: Array, currents: Array) -> tuple[Array, Array]:
+    """Return currents and slew rates over the largest possible (%), shape (speeds, axes) each."""
+    axes = [subject.axis(bearing, axis) for bearing, axis in subject.loop.axes]
+    allowed = np.stack([current_amplitude(p, hertz(speeds)) for p in axes], axis=1)
+    slew = speeds[:, None] * forces / [_slew_limit(p) for p in axes]
+    return 100.0 * currents / np.maximum(allowed, 1e-12), 100.0 * slew
+
+
+def _slew_limit(p: np.record) -> float:
+    return min(abs(float(rate)) for rate in force_slew_rate(p))
+
+
+def largest_needed(subject: Subject, speeds: Array, q: Complex) -> tuple[Array, Array]:
+    """Return amplitudes of force (N) and current (A) of each axis in the worst case, shape (speeds, axes) each."""
+    n_axes, nodes = len(subject.loop.axes), {b.name: b.node for b in subject.rotor.bearings}
+    forces, currents = np.zeros((len(speeds), n_axes)), np.zeros((len(speeds), n_axes))
+    rows = [2 * (nodes[bearing] - 1) + AXES.index(axis) for bearing, axis in subject.loop.axes]
+    for k, Omega in enumerate(speeds):
+        motion = q[k].reshape(q.shape[1], -1).T  # x and y of each node in turn, by case
+        forces[k] = np.abs(bearing_forces(subject, float(Omega), float(Omega)) @ motion)[rows].max(axis=1)
+        currents[k] = np.abs(demanded_currents(subject, float(Omega), float(Omega)) @ motion).max(axis=1)
+    return forces, currents

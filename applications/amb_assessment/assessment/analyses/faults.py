@@ -1,0 +1,156 @@
+"""Run-up and run-down through the critical speeds, and faults at speed, in co-simulation."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from amb_assessment.assessment.findings import AnalysisResult, Quantity, ResultTable
+from amb_assessment.assessment.runs import WorstResponse, clearance_used, simulate, steady_vibration, worst_response
+from amb_assessment.assessment.stages import note_on_stages
+from amb_assessment.assessment.subject import Subject, rpm
+from amb_assessment.reporting.panels import Curve, Panel, curve
+from amb_cosim.results.component_names import ACTUATOR, CONTROLLER, PLANT
+from amb_cosim.scenario.gravity import STANDARD_GRAVITY
+from array_types import Array
+
+TITLE = "Run-up, run-down and faults in co-simulation"
+SLOW = 0.1  # of the largest speed, where a run-up begins
+LONGEST = 5.0  # s of a run-up or run-down that is simulated; a slower one passes its critical speeds in steady motion
+POINTS = 13  # of the speed of a run-down
+FAULT = 0.15  # s after a fault
+SHOCK = 5.0 * STANDARD_GRAVITY  # m/s^2, a half sine
+SHOCK_TIME = 0.011  # s
+SHOCK_STEPS = 8
+
+
+def answer(subject: Subject) -> AnalysisResult:
+    """Return the smallest distance of the rotor to contact in each run, with the unbalance of the balancing grade."""
+    speed = subject.file.speed
+    passed = worst_response(subject, SLOW * speed.highest, speed.tripping)
+    running = [_running(subject, name, time, passed) for name, time in _durations(subject).items()]
+    faults, rows = _faults(subject)
+    notes = (
+        f"Run-up and run-down between {rpm(SLOW * speed.highest):.0f} 1/min and the trip speed, with the unbalance of "
+        f"the mode that moves the rotor most between them: {passed.unbalance.note}. One that takes more than "
+        f"{LONGEST:g} s, or an unknown time, counts as steady motion at the worst speed, {rpm(passed.Omega):.0f} "
+        "1/min: a slow one comes to it, a fast one stays below. The keys `run_up` and `run_down` state times; without "
+        "them, a machine runs down as `spin.drag` brakes it.",
+        "Faults are at the largest speed, one at a time; of each kind the worst counts. A rotor on its retainers is at "
+        "100 %.",
+        *note_on_stages(subject),
+    )
+    panel = Panel("Largest displacement over clearance", "time (s)", "%", tuple(line for _, line in running))
+    heads = ("fault", "nearest at", "largest (% of clearance)", "at the end (%)", "contact at the end")
+    table = ResultTable("Faults", heads, tuple(rows))
+    return AnalysisResult((*(quantity for quantity, _ in running), *faults), (panel,), (table,), notes)
+
+
+def _durations(subject: Subject) -> dict[str, float]:
+    """Return the durations (s) of run-up and run-down between `SLOW` and the trip speed; infinite if unknown."""
+    speed, local = subject.file.speed, subject.parameters[PLANT]
+    drag, span = local.get("spin.drag", 0.0), (speed.tripping - SLOW * speed.highest) / speed.highest
+    coasting = local["spin.inertia"] / drag * math.log(speed.tripping / (SLOW * speed.highest)) if drag else math.inf
+    stated = {"run-up": speed.run_up_time, "run-down": speed.run_down_time}
+    return {
+        name: span * time if time is not None else coasting if name == "run-down" else math.inf
+        for name, time in stated.items()
+    }
+
+
+def _running(subject: Subject, name: str, time: float, passed: WorstResponse) -> tuple[Quantity, Curve]:
+    """Return the largest displacement over the clearance of a run-up or run-down, and its curve."""
+    if time > LONGEST:
+        used = steady_vibration(subject, passed)
+        value, note = passed.with_run(passed.site, max(float(of.max()) for of in used.values()))
+        duration = len(used[passed.site]) * float(subject.prepared.plan.step_size)
+        where = f"{name}, {passed.site} at {rpm(passed.Omega):.0f} 1/min"
+        length = f"takes {time:.4g} s" if math.isfinite(time) else "takes an unknown time"
+        line = curve(f"{name}, steady", np.linspace(0.0, duration, len(used[passed.site])), 100.0 * used[passed.site])
+        return Quantity("clearance_used_running", where, value, "%", {}, f"{length}: {note}"), line
+    speeds = _speeds(subject, name)
+    points = [{"time": share * time, "Omega": Omega} for share, Omega in speeds[1:]]
+    result = simulate(subject, speeds[0][1], passed.unbalance.inputs, end_time=time, speed=points)
+    used = clearance_used(subject, result)
+    site = max(used, key=lambda site_name: float(used[site_name].max()))
+    line = curve(name, np.linspace(0.0, time, len(used[site])), 100.0 * used[site])
+    value = 100.0 * float(used[site].max())
+    return Quantity("clearance_used_running", f"{name}, {site}", value, "%", {}, f"in {time:.3g} s"), line
+
+
+def _speeds(subject: Subject, name: str) -> list[tuple[float, float]]:
+    """Return shares of the duration and speeds (rad/s): even with time if a time is stated, or as drag brakes."""
+    speed = subject.file.speed
+    ends = np.array([SLOW * speed.highest, speed.tripping])
+    if name == "run-up":
+        return list(zip([0.0, 1.0], ends.tolist(), strict=True))
+    if speed.run_down_time is not None:
+        return list(zip([0.0, 1.0], ends[::-1].tolist(), strict=True))
+    shares = np.linspace(0.0, 1.0, POINTS)
+    return list(zip(shares.tolist(), (ends[1] * (ends[0] / ends[1]) ** shares).tolist(), strict=True))
+
+
+def _faults(subject: Subject) -> tuple[list[Quantity], list[tuple[str, ...]]]:
+    """Return the worst of each kind of fault, and a row for each fault."""
+    highest = subject.file.speed.highest
+    unbalance = worst_response(subject, highest, highest).unbalance
+    measured: list[Quantity] = []
+    rows: list[tuple[str, ...]] = []
+    for kind, cases in _kinds(subject).items():
+        found: list[tuple[float, str, float]] = []
+        for name, events in cases.items():
+            result = simulate(subject, highest, unbalance.inputs, end_time=FAULT, event=events)
+            used = clearance_used(subject, result)
+            site, largest, end = _nearest(used)
+            rows.append((name, site, f"{largest:.3g}", f"{end:.3g}", result.summary.recovery or "no contact"))
+            found.append((largest, f"{name}, {site}", end))
+        largest, where, end = max(found, key=lambda item: (item[0], item[2]))
+        count = f"the worst of {len(found)}; " if len(found) > 1 else ""
+        note = f"{kind}: {count}at the end {end:.3g} %"
+        measured.append(Quantity("clearance_used_fault", where, largest, "%", {}, note))
+    return measured, rows
+
+
+def _nearest(used: Mapping[str, Array]) -> tuple[str, float, float]:
+    """Return the site that is used most, and the largest displacement over the clearance (%), at the end too."""
+    site = max(used, key=lambda site_name: float(used[site_name].max()))
+    end = max(float(of[-max(1, len(of) // 10) :].max()) for of in used.values())
+    return site, 100.0 * float(used[site].max()), 100.0 * end
+
+
+def _kinds(subject: Subject) -> dict[str, dict[str, list[dict[str, Any]]]]:
+    """Return the events of each fault, by its name, by its kind."""
+    readings = dict.fromkeys(reading.partition(".")[2] for reading in subject.loop.readings)
+    axes = subject.loop.axes
+    settings: dict[str, dict[str, dict[str, dict[str, Any]]]] = {
+        "power of one axis lost": {
+            f"power of {b}.{a} lost": {ACTUATOR: {f"{b}.amplifier_off_{a}": True}} for b, a in axes
+        },
+        "coils of one axis lost": {
+            f"{side} coils of {b}.{a} lost": {ACTUATOR: {f"{b}.coil_loss_{side}_{a}": 1.0}}
+            for side in ("upper", "lower")
+            for b, a in axes
+        },
+        "one sensor dead": {
+            f"sensor {reading} dead": {CONTROLLER: {f"{reading}.fault_dead": True}} for reading in readings
+        },
+    }
+    result = {
+        kind: {name: [{"role": "disturbance", "cycle": 1.0, "set": setting}] for name, setting in cases.items()}
+        for kind, cases in settings.items()
+    }
+    text = f"base shock of {SHOCK / STANDARD_GRAVITY:g} g and {1e3 * SHOCK_TIME:g} ms"
+    return result | {text: {f"{text} along {sign}{axis}": _shock(axis, sign) for axis in "xy" for sign in "+-"}}
+
+
+def _shock(axis: str, sign: str) -> list[dict[str, Any]]:
+    """Return the events of a half sine of the acceleration of the base, in steps."""
+    shares = (np.arange(SHOCK_STEPS) + 0.5) / SHOCK_STEPS
+    pulse = [float(f"{sign}1") * SHOCK * float(a) for a in np.sin(np.pi * shares)]
+    events: list[dict[str, Any]] = [
+        {"time": SHOCK_TIME * k / SHOCK_STEPS, "set": {PLANT: {f"base.a_{axis}": a}}} for k, a in enumerate(pulse)
+    ]
+    return [*events, {"time": SHOCK_TIME, "set": {PLANT: {f"base.a_{axis}": 0.0}}}]

@@ -1,0 +1,56 @@
+"""Bending modes of the free rotor, and their shapes at sensors and magnets."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from amb_analysis.machine.mode_reach import BearingReach, ModeReach, mode_reaches
+from amb_assessment.assessment.findings import AnalysisResult, Quantity, ResultTable
+from amb_assessment.assessment.subject import Subject, hertz
+from amb_assessment.reporting.panels import Panel, curve
+
+TITLE = "Free-free modes, and positions of sensors and magnets"
+LEAST, MOST = 3, 6  # modes that are displayed
+
+
+def answer(subject: Subject) -> AnalysisResult:
+    """Return the bending modes of the free rotor at rest up to the judged frequency, at least three.
+
+    Without a mode up to this frequency the first is judged.
+    """
+    modes = mode_reaches(subject, MOST)
+    within = sum(mode.frequency <= subject.file.highest_frequency for mode in modes)
+    modes = modes[: max(within, LEAST)]
+    measured = []
+    for mode in modes[: max(within, 1)]:
+        deciding, hz = mode.deciding, float(hertz(mode.frequency))
+        place = f"mode {mode.number}, {hz:.0f} Hz, {deciding.bearing} read at {deciding.sensor}"
+        measured.append(Quantity("mode_reach", place, 100.0 * deciding.value, "%", {"frequency": hz}))
+    heads = ("mode", "Hz", *(f"{at.bearing}, read at {at.sensor}" for at in modes[0].bearings))
+    texts = tuple(
+        (str(mode.number), f"{hertz(mode.frequency):.1f}", *(_pair_text(at) for at in mode.bearings)) for mode in modes
+    )
+    notes = (
+        "Numbers are the shape at magnet and sensor, relative to its maximum. If they differ in sign, a node lies "
+        "between them and the magnet acts on this mode with the wrong sign: the mode requires the opposite phase. The "
+        "reach is the root of their product, with its sign: that of the bearing that drives the mode most, or, if none "
+        "does, of the bearing that reaches it best. Modes above the judged frequency are displayed only.",
+    )
+    title = "Shape at the magnet, and at its sensor"
+    return AnalysisResult(tuple(measured), (_panel(subject, modes),), (ResultTable(title, heads, texts),), notes)
+
+
+def _pair_text(at: BearingReach) -> str:
+    return f"{at.at_magnet:+.2f}, {at.at_sensor:+.2f}" + (f": {at.kind}" if at.kind else "")
+
+
+def _panel(subject: Subject, modes: Sequence[ModeReach]) -> Panel:
+    z = 1e3 * subject.z
+    curves = [curve(f"{hertz(mode.frequency):.0f} Hz", z, mode.shape) for mode in modes]
+    magnets = [b.node for b in subject.rotor.bearings if b.name in subject.magnets]
+    curves.append(curve("magnets", z[np.array(magnets) - 1], np.zeros(len(magnets)), "dots"))
+    sensors = np.array(list(subject.probes.values())) - 1
+    curves.append(curve("sensors", z[sensors], np.zeros(len(sensors)), "dots"))
+    return Panel("Shapes of the free rotor", "z (mm)", "largest = 1", tuple(curves))

@@ -1,0 +1,163 @@
+"""Landing on the retainers from full speed, for several phases and friction coefficients."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+from amb_assessment.assessment.findings import AnalysisResult, Quantity, ResultTable
+from amb_assessment.assessment.retainer_bearings import check_sites, load_panels, load_tables
+from amb_assessment.assessment.runs import check_falls, simulate, switched_off, worst_response
+from amb_assessment.assessment.stages import note_on_stages
+from amb_assessment.assessment.subject import Subject, rpm
+from amb_assessment.reporting.panels import Panel, curve
+from amb_cosim.results.component_names import PLANT
+from amb_cosim.results.result import Result
+from amb_cosim.scenario.gravity import STANDARD_GRAVITY
+
+TITLE = "Landing on the retainers"
+PHASES = 4  # of a turn, at which the power is lost
+FRICTIONS = (0.05, 0.15)
+FIRST, LONGEST, MOST_STEPS = 0.4, 2.0, 100_000  # s, s, and steps, for which a landing is followed
+BALLS = "of the largest force averaged over 1 ms, slow motion, rigid rings"
+
+
+@dataclass(frozen=True)
+class Landing:
+    """A landing.
+
+    friction, phase
+        Friction coefficient, and phase at which the power is lost (deg).
+    forces, heat
+        Largest forces (N) by site, and heat (J).
+    whirls_backward, rests
+        How it ended; neither if it did not.
+    touches
+        Sites that are no retainers and were touched.
+    failure
+        Reason of a simulation that ended early.
+    """
+
+    friction: float
+    phase: float
+    forces: Mapping[str, float] = field(default_factory=dict)
+    whirls_backward: bool = False
+    rests: bool = False
+    touches: tuple[str, ...] = ()
+    heat: float = 0.0
+    failure: str = ""
+
+    @property
+    def has_ended(self) -> bool:
+        """Whether it whirls backward, lies at rest, or failed."""
+        return self.whirls_backward or self.rests or bool(self.failure)
+
+    @property
+    def force(self) -> float:
+        """The largest force of all sites (N)."""
+        return max(self.forces.values(), default=0.0)
+
+    @property
+    def row(self) -> tuple[str, ...]:
+        """The landing as texts."""
+        if self.failure:
+            return (f"{self.friction:g}", f"{self.phase:.0f}", self.failure, "", "", "")
+        end = "backward whirl" if self.whirls_backward else "at rest" if self.rests else "not ended"
+        touched = ", ".join(self.touches) or "nothing"
+        return (f"{self.friction:g}", f"{self.phase:.0f}", f"{self.force:.4g}", end, touched, f"{self.heat:.4g}")
+
+
+def answer(subject: Subject) -> AnalysisResult:
+    """Return peak force, backward whirl, contact elsewhere and heat of landings from the largest speed."""
+    retainers = [site.name for site in subject.rotor.sites if site.bearing and site.name in subject.clearances]
+    if not retainers:
+        raise ValueError(f"rotor {subject.rotor.name} has no retainers; set the bearing of its sites")
+    check_falls(subject)
+    check_sites(subject.file.retainer_bearings, subject.clearances)
+    Omega = subject.file.speed.highest
+    inputs = worst_response(subject, Omega, Omega).unbalance.inputs
+    cases = [(mu, k / PHASES) for mu in FRICTIONS for k in range(PHASES)]
+    landings = [_landed(subject, Omega, inputs, mu, phase, retainers) for mu, phase in cases]
+    done = [landing for landing in landings if not landing.failure]
+    if not done:
+        raise ValueError(landings[0].failure)
+    weight, count = STANDARD_GRAVITY * subject.rotor.mass, len(landings)
+    worst = max(done, key=lambda landing: landing.force)
+    where = f"friction {worst.friction:g}, power lost at {worst.phase:.0f} deg"
+
+    followed, open_ended = _longest(subject), sum(not landing.has_ended for landing in landings)
+    reason = f"{open_ended} of {count} landings have not ended within {followed:.3g} s" if open_ended else ""
+
+    def share(quantity: str, number: int) -> Quantity:
+        return Quantity(quantity, f"of {count} landings", 100.0 * number / count, "%", {}, reason, reason)
+
+    balls = subject.file.retainer_bearings
+    bearings = [(item, max(landing.forces.get(item.at, 0.0) for landing in done)) for item in balls]
+    measured = (
+        share("landing_failed", count - len(done)),
+        share("landing_backward_whirl", sum(landing.whirls_backward for landing in done)),
+        share("landing_contact_elsewhere", sum(bool(landing.touches) for landing in done)),
+        Quantity("landing_force", where, worst.force / weight, "1", {"weight": weight}, "over the rotor's weight"),
+        Quantity("landing_heat", f"largest within {followed:.3g} s", max(landing.heat for landing in done), "J"),
+        *(
+            Quantity("landing_ball_pressure", item.at, item.pressure(force), "MPa", note=BALLS)
+            for item, force in bearings
+        ),
+    )
+    curves = tuple(
+        curve(f"friction {mu:g}", *_points([landing for landing in done if landing.friction == mu], weight), "dots")
+        for mu in FRICTIONS
+    )
+    heads = ("friction", "phase (deg)", "force (N)", "end", "touches elsewhere", "heat (J)")
+    notes = (
+        f"All amplifiers lose their power at {rpm(Omega):.0f} 1/min. A landing is followed until it whirls backward or "
+        f"lies at rest, for at most {followed:.3g} s, with only the modes of the rotor file's reduction. Forces are "
+        "averaged over 1 ms, which converges, unlike peaks within an impact. The drive remains on; the part `rest` "
+        "follows a landing with the drive off.",
+        "Retainers without mounts are rigid. The force of a rotor that rolls backward in them is unbounded: values "
+        "above a thousand times the weight are meaningless.",
+        *note_on_stages(subject),
+    )
+    panel = Panel("Largest force of each landing", "phase of the power loss (deg)", "over the weight", curves)
+    table = ResultTable("Landings", heads, tuple(landing.row for landing in landings))
+    return AnalysisResult(measured, (panel, *load_panels(bearings)), (table, *load_tables(bearings)), notes)
+
+
+def _points(landings: list[Landing], weight: float) -> tuple[list[float], list[float]]:
+    return [item.phase for item in landings], [item.force / weight for item in landings]
+
+
+def _landed(
+    subject: Subject, Omega: float, inputs: dict[str, float], mu: float, phase: float, retainers: list[str]
+) -> Landing:
+    fields = switched_off(subject, 1.0 + phase)
+    fields["parameters"] = fields["parameters"] | {PLANT: {"*.mu": mu}}
+    longest, landing = _longest(subject), Landing(mu, float(360.0 * phase))
+    for duration in dict.fromkeys((min(FIRST, longest), longest)):
+        try:
+            result = simulate(subject, Omega, inputs, end_time=duration, **fields)
+        except ValueError as error:
+            return replace(landing, failure=str(error))
+        landing = _of_run(result, landing, retainers)
+        if landing.has_ended:
+            break
+    return landing
+
+
+def _longest(subject: Subject) -> float:
+    """Return the time (s) for which a landing is followed."""
+    return min(LONGEST, MOST_STEPS * float(subject.prepared.plan.step_size))
+
+
+def _of_run(result: Result, landing: Landing, retainers: list[str]) -> Landing:
+    """Return a landing with what a run of it shows."""
+    summary, touchdown = result.summary, result.summary.touchdown
+    touched = {} if touchdown is None else touchdown.retainers
+    return replace(
+        landing,
+        forces={site: float(item or 0.0) for site, item in summary.averaged_contact_force.items()},
+        whirls_backward=any(item.whirl == "backward" for item in touched.values()),
+        rests=touchdown is not None and touchdown.rest_after is not None,
+        touches=tuple(site for site in touched if site not in retainers),
+        heat=sum(item.heat or 0.0 for item in touched.values()),
+    )

@@ -1,0 +1,215 @@
+"""A landing to rest: its heat, the temperature of the retainers, and the change of its force with more modes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from amb_assessment.assessment.findings import AnalysisResult, Quantity, ResultTable
+from amb_assessment.assessment.runs import FRICTION, check_falls, clearance_used, simulate, switched_off, worst_response
+from amb_assessment.assessment.stages import note_on_stages
+from amb_assessment.assessment.subject import Subject, rpm, subject_of
+from amb_assessment.reporting.panels import Panel, curve
+from amb_cosim.cosim.basics.time_grid import in_steps
+from amb_cosim.results.component_names import PLANT
+from amb_cosim.results.result import Result
+from amb_cosim.results.touchdown import STANDSTILL, Retainer, Touchdown
+from array_types import Array
+
+TITLE = "Landing to rest"
+LONGEST, MOST_STEPS = 40.0, 1_000_000  # s, and steps, after which a landing is not followed any more
+RECORDS = 50_000
+STOPPED = 0.9 * STANDSTILL  # of the first speed, at which the run ends
+CONVERGENCE = 0.2  # s, over which forces are compared with those of more modes
+FEWEST = 4  # modes of the finer rotor
+ROUNDING = 1e-9  # of the speed, by which it may differ without being lost
+
+
+@dataclass(frozen=True)
+class CoastDown:
+    """Remaining run-down to standstill: its end (s), and the friction heat (J) at the retainers until then."""
+
+    time: float
+    heat: float
+
+
+def answer(subject: Subject) -> AnalysisResult:
+    """Return time and heat to rest, the largest retainer temperature, and the change of forces with more modes."""
+    check_falls(subject)
+    Omega = subject.file.speed.highest
+    inputs = worst_response(subject, Omega, Omega).unbalance.inputs
+    lost = switched_off(subject, 1.0)
+    lost["parameters"] = lost["parameters"] | {PLANT: {"*.mu": FRICTION}}
+    fallen = simulate(subject, Omega, inputs, **_followed(subject, Omega, lost))
+    touchdown = fallen.summary.touchdown
+    if touchdown is None:
+        raise ValueError("the rotor touches nothing after the power is lost")
+    times, speeds = (np.asarray(fallen.signals[name].values) for name in ("time", f"{PLANT}.speed"))
+    measured = (
+        *_to_rest(subject, touchdown, times, speeds),
+        *_landed(subject, touchdown, times),
+        *_convergence(subject, Omega, inputs, lost),
+    )
+    displayed = times >= 0.0
+    curves = tuple(curve(site, times[displayed], 100.0 * of) for site, of in clearance_used(subject, fallen).items())
+    panels = (
+        Panel("Displacement over clearance without power", "time (s)", "%", curves),
+        Panel("Speed without power", "time (s)", "1/min", (curve("spin", times[displayed], rpm(speeds[displayed])),)),
+    )
+    heads = ("place", "free (s)", "sliding (s)", "rolling (s)", "whirl", "heat (J)", "temperature (K)")
+    rows = tuple((site, *_texts(result)) for site, result in touchdown.retainers.items())
+    notes = (
+        f"From {rpm(Omega):.0f} 1/min with friction {FRICTION:g}, the drive off and the spin free. At rest: the rotor "
+        f"stays in its retainers within 5 % of the clearance until the run ends; it may rotate. The run ends at "
+        f"{100.0 * STOPPED:g} % of its speed, at the latest after {_longest(subject):.4g} s.",
+        "In addition to friction, the machine's drag brakes it: spin.drag (gas, windage), race_drag and "
+        "race_viscous_drag (balls). A race without drag rotates with the rotor for minutes and absorbs hardly any "
+        "heat.",
+        *_without_temperature(touchdown),
+        *note_on_stages(subject),
+    )
+    return AnalysisResult(measured, panels, (ResultTable(f"{times[-1]:.4g} s without power", heads, rows),), notes)
+
+
+def _longest(subject: Subject) -> float:
+    return min(LONGEST, MOST_STEPS * float(subject.prepared.plan.step_size))
+
+
+def _followed(subject: Subject, Omega: float, lost: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the loss of power with a free spin whose drive is off, until it stands still."""
+    parameters = {**lost["parameters"], PLANT: {**lost["parameters"][PLANT], "spin.free": True}}
+    event, *others = lost["event"]
+    off = {**event, "set": {**event["set"], PLANT: {"drive.torque_limit": 0.0}}}
+    end = _longest(subject)
+    return {
+        **lost,
+        "parameters": parameters,
+        "event": [off, *others],
+        "end_time": end,
+        "stop": [{"variable": f"{PLANT}.speed", "below": STOPPED * Omega}],
+        "record": {"every": math.ceil(in_steps(end, RECORDS * float(subject.prepared.plan.step_size)))},
+    }
+
+
+def coast_down(times: Array, speeds: Array, inertia: float, drag: float) -> CoastDown | None:
+    """Return the remaining run-down to standstill; None if friction does not slow the rotor.
+
+        Omega' = -a - b Omega,   b = drag/inertia                                                     (1)
+
+    With w = Omega exp(b t) and u = (exp(b t) - 1)/b, w = w_0 - a u is a line, fitted to the second half of the run. It
+    ends at u = w_0/a, and friction dissipates J a (Omega_1 - a t)/b in the remaining time t from Omega_1.
+
+    Parameters
+    ----------
+    times, speeds
+        Ascending (s), and spin speed (rad/s), shape (n,), n > 3.
+    inertia, drag
+        Of the spin: J (kg m^2), and the viscous drag on it (N m s), 0 or more.
+    """
+    half = len(times) // 2
+    t, Omega, b = times[half:] - times[half], np.abs(speeds[half:]), drag / inertia
+    u = np.expm1(b * t) / b if b else t
+    slope, first = np.polyfit(u, Omega * np.exp(b * t), 1)
+    if -slope * u[-1] <= ROUNDING * first:
+        return None
+    a = -float(slope)
+    left = (math.log1p(b * float(Omega[-1]) / a) / b) if b else float(Omega[-1]) / a
+    angle = (float(Omega[-1]) - a * left) / b if b else 0.5 * float(Omega[-1]) * left
+    return CoastDown(float(times[-1]) + left, inertia * a * angle)
+
+
+def _to_rest(subject: Subject, touchdown: Touchdown, times: Array, speeds: Array) -> Iterator[Quantity]:
+    """Yield times and heats of a fall, and the largest temperature of retainers with a heat capacity."""
+    end, sites = float(times[-1]), touchdown.retainers
+    where, rest = f"in {end:.4g} s without power", touchdown.rest_after
+    note = f"not at rest within {end:.4g} s, the end of the run" if rest is None else ""
+    yield Quantity("rest_time", where, end if rest is None else rest, "s", {}, note)
+    heat = sum(item.heat or 0.0 for item in sites.values())
+    yield Quantity("retainer_heat", where, heat, "J")
+    hottest = max((item.temperature for item in sites.values() if item.temperature is not None), default=None)
+    if hottest is not None:
+        yield Quantity("retainer_temperature", where, hottest, "K")
+    if touchdown.standstill_after is not None:
+        yield Quantity("standstill_time", "simulated to the end", touchdown.standstill_after, "s", {}, "drive off")
+        yield Quantity("heat_to_standstill", "all retainers, simulated to the end", heat, "J")
+        return
+    local = subject.parameters[PLANT]
+    J, drag = local["spin.inertia"], local["spin.drag"]
+    on = coast_down(times, speeds, J, drag)
+    if on is None:
+        return
+    before = coast_down(times[: 3 * len(times) // 4], speeds[: 3 * len(times) // 4], J, drag)
+    other = "never" if before is None else f"after {before.time:.4g} s"
+    share = 100.0 * abs(float(speeds[-1] / speeds[0]))
+    sure = (
+        f"extrapolated from {share:.3g} % of the speed, with the friction of the second half of the run; without "
+        f"its last quarter {other}"
+    )
+    yield Quantity("standstill_time", "extrapolated", on.time, "s", {}, sure)
+    yield Quantity("heat_to_standstill", "all retainers, extrapolated", heat + on.heat, "J", {}, sure)
+    if hottest is not None:
+        most = max(_at_most(subject, touchdown, site, on.heat) for site in sites)
+        message = "extrapolated, as if retainers dissipated no heat"
+        yield Quantity("temperature_to_standstill", "at most", most, "K", {}, message)
+
+
+def _landed(subject: Subject, touchdown: Touchdown, times: Array) -> Iterator[Quantity]:
+    """Yield whether the rotor whirls backward, or touches anything but its retainers, until the end of the run."""
+    end = f"{float(times[-1]):.4g} s without power"
+    retainers = [site.name for site in subject.rotor.sites if site.bearing]
+    others = [site for site in touchdown.retainers if site not in retainers]
+    whirls = [site for site, item in touchdown.retainers.items() if item.whirl == "backward"]
+    ended = touchdown.rest_after is not None or touchdown.standstill_after is not None
+    reason = "" if ended else f"not at rest within {end}, the end of the run"
+    for quantity, sites in (("landing_contact_elsewhere", others), ("landing_backward_whirl", whirls)):
+        where = f"{', '.join(sites)}, in {end}" if sites else f"in {end}"
+        yield Quantity(quantity, where, 100.0 if sites else 0.0, "%", {}, reason, reason)
+
+
+def _at_most(subject: Subject, touchdown: Touchdown, site: str, more: float) -> float:
+    """Return the temperature (K) of a retainer after its share of the remaining heat."""
+    result, all_of = touchdown.retainers[site], sum(item.heat or 0.0 for item in touchdown.retainers.values())
+    capacity = subject.parameters[PLANT][f"{site}.heat_capacity"]
+    if result.temperature is None or not capacity or not all_of:
+        return 0.0
+    return result.temperature + more * (result.heat or 0.0) / all_of / capacity
+
+
+def _without_temperature(touchdown: Touchdown) -> tuple[str, ...]:
+    """List the retainers without a temperature, because their heat capacity is unknown."""
+    names = [site for site, result in touchdown.retainers.items() if result.temperature is None]
+    if not names:
+        return ()
+    return (f"No temperature of {', '.join(names)}: set `heat_capacity` (J/K) and `heat_transfer` (W/K).",)
+
+
+def _texts(retainer: Retainer) -> tuple[str, ...]:
+    numbers = [_number(item) for item in (retainer.free, retainer.sliding, retainer.rolling)]
+    return (*numbers, retainer.whirl or "-", _number(retainer.heat), _number(retainer.temperature))
+
+
+def _number(value: float | None) -> str:
+    return "-" if value is None else f"{value:.4g}"
+
+
+def _convergence(
+    subject: Subject, Omega: float, inputs: Mapping[str, float], lost: Mapping[str, Any]
+) -> list[Quantity]:
+    """Return the change of the largest averaged force with twice the modes, if there are more."""
+    retained, most = subject.retained_modes
+    more = min(max(2 * retained, FEWEST), most)
+    if subject.rotor.reduction.method == "none" or more <= retained:
+        return []
+    machines = (subject, subject_of(subject.file, subject.flavour, more))
+    forces = [_largest(simulate(item, Omega, inputs, end_time=CONVERGENCE, **lost)) for item in machines]
+    change = 100.0 * abs(forces[1] / forces[0] - 1.0)
+    note = f"{forces[0]:.4g} N with {retained} modes per plane of motion, {forces[1]:.4g} N with {more}; mean over 1 ms"
+    return [Quantity("landing_force_change", "largest force, twice the modes", change, "%", {}, note)]
+
+
+def _largest(result: Result) -> float:
+    return max((item or 0.0 for item in result.summary.averaged_contact_force.values()), default=0.0)

@@ -1,0 +1,96 @@
+"""The worst margins of a machine whose constants differ from their nominal values by stated tolerances."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import product
+
+import numpy as np
+
+from amb_analysis.linear.loop import Loop
+from amb_analysis.machine.coupled import MachineVariation, coupled_loop
+from amb_analysis.studies.closed_loop_poles import Vibrations
+from amb_assessment.assessment.analyses.closed_loop import least_decrement_over, vibrations_within
+from amb_assessment.assessment.analyses.sensitivity import sensitivities
+from amb_assessment.assessment.findings import AnalysisResult, Quantity, ResultTable
+from amb_assessment.assessment.machine_file import Tolerances
+from amb_assessment.assessment.stability import described, least_stable, spectral_radius
+from amb_assessment.assessment.stages import real_coefficients
+from amb_assessment.assessment.subject import Subject, rpm
+
+TITLE = "Robustness: worst margins within the tolerances"
+OPERATING = 4  # speeds from the least to the trip speed, between which the least decrement of a corner is sought
+SPEEDS = 9  # from zero to the trip speed, between which the least stable of a corner is sought
+NO_SENSITIVITY = 1e3  # peak that stands for an unstable loop
+
+
+def answer(subject: Subject) -> AnalysisResult:
+    """Return the largest spectral radius, the smallest decrement and the largest sensitivity over the tolerances.
+
+    All corners and all poles count, from zero to the trip speed. For a corner that is not stable, which has no
+    sensitivity, `NO_SENSITIVITY` stands.
+    """
+    speed, tolerances = subject.file.speed, subject.file.tolerances
+    limit, others = subject.file.highest_frequency, real_coefficients(subject)
+    rows: list[tuple[str, ...]] = []
+    radii: list[Quantity] = []
+    decrements: list[Quantity] = []
+    peaks: list[Quantity] = []
+    for name, variation in variations(tolerances).items():
+        loop = coupled_loop(subject, others, variation)
+        speeds = np.unique([*np.linspace(speed.lowest, speed.tripping, OPERATING), speed.highest])
+
+        def vibrating(Omega: float, loop: Loop = loop) -> Vibrations:
+            return vibrations_within(loop, Omega, limit)
+
+        least = least_decrement_over("decrement_varied", vibrating, speeds)
+        decrements.append(Quantity(least.quantity, f"{name}: {least.where}", least.value, "1", least.facts))
+        stability = least_stable(subject, variation, SPEEDS)
+        radii.append(spectral_radius("spectral_radius_varied", stability, f"{name}: "))
+        peak, where = (
+            _largest(loop, (speed.lowest, speed.highest))
+            if stability.is_stable
+            else (NO_SENSITIVITY, described(stability))
+        )
+        note = "" if stability.is_stable else "not stable, so without a sensitivity; the value stands for that"
+        peaks.append(Quantity("sensitivity_varied", f"{name}: {where}", peak, "1", {}, note))
+        displayed = f"{peak:.2f}" if stability.is_stable else "not stable"
+        rows.append((name, f"{stability.radius:.7f}", described(stability), f"{least.value:.3g}", displayed))
+    measured = [
+        max(radii, key=lambda item: item.value),
+        min(decrements, key=lambda item: item.value),
+        max(peaks, key=lambda item: item.value),
+    ]
+    shares = (
+        f"K_i {tolerances.k_i:.0%}, K_s {tolerances.k_s:.0%}, gap {tolerances.gap:.0%}, modes {tolerances.modes:.0%}"
+    )
+    notes = (
+        f"Tolerances: {shares}, all corners. Stability is judged from zero to the trip speed, decrements from the "
+        "smallest to it, sensitivities at smallest and largest speed, up to half the sample rate. A gap wider by a "
+        "fraction d divides K_i by (1 + d)^2 and K_s by (1 + d)^3. Modes are the free rotor's bending modes, all "
+        "changed alike.",
+    )
+    heads = ("changed", "largest |z|", "of", "least decrement", "largest |S|")
+    return AnalysisResult(tuple(measured), (), (ResultTable("Corners of the tolerances", heads, tuple(rows)),), notes)
+
+
+def variations(tolerances: Tolerances) -> dict[str, MachineVariation]:
+    """Return the nominal machine and all corners of its tolerances, by the changes."""
+    result = {"nominal": MachineVariation()}
+    gaps = (-tolerances.gap, tolerances.gap) if tolerances.gap else (0.0,)
+    for i, s, g, m in product((-1, 1), (-1, 1), gaps, (-1, 1)):
+        k_i, k_s = 1.0 + i * tolerances.k_i, 1.0 + s * tolerances.k_s
+        modes = 1.0 + m * tolerances.modes
+        name = f"K_i {k_i:.3g}, K_s {k_s:.3g}, gap {1.0 + g:.3g}, modes {modes:.3g}"
+        result[name] = MachineVariation(k_i / (1.0 + g) ** 2, k_s / (1.0 + g) ** 3, modes)
+    return result
+
+
+def _largest(loop: Loop, speeds: Sequence[float]) -> tuple[float, str]:
+    """Return the largest peak of the sensitivity at the smallest and the largest speed, up to half the sample rate."""
+    worst = (0.0, "")
+    for Omega in speeds:
+        for name, axis in zip(loop.axis_names, sensitivities(loop, Omega), strict=True):
+            peak, hz = max(axis.peaks)
+            worst = max(worst, (peak, f"{name}, {hz:.1f} Hz at {rpm(Omega):.0f} 1/min"))
+    return worst

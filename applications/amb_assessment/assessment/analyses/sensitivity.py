@@ -1,0 +1,115 @@
+"""Sensitivity of every axis (ISO 14839-3), computed over speed, and measured by injected currents in co-simulation."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from amb_analysis.linear.loop import Loop
+from amb_analysis.machine.coupled import coupled_loop
+from amb_analysis.studies.sensitivity_curves import peak_beyond, sensitivity_curves
+from amb_analysis.studies.stability_margin import StabilityMargin, sensitivity
+from amb_assessment.assessment.findings import AnalysisResult, Quantity, ResultTable
+from amb_assessment.assessment.stages import co_simulated, note_on_stages, real_coefficients
+from amb_assessment.assessment.subject import Subject, rpm
+from amb_assessment.reporting.panels import Panel, curve
+from array_types import Array
+from rotor_analysis.refinement import refined
+
+TITLE = "Sensitivity, computed and measured"
+SPEEDS = 4  # from the least to the largest, with more about maxima between them
+
+
+def answer(subject: Subject) -> AnalysisResult:
+    """Return the peak of each axis over the operating speeds, and the measured one at the largest speed."""
+    speed = subject.file.speed
+    loop = coupled_loop(subject, real_coefficients(subject))
+    found: dict[float, list[AxisPeaks]] = {}
+
+    def peaks(speeds: Array) -> Array:
+        found.update({Omega: sensitivities(loop, Omega) for Omega in map(float, speeds)})
+        return np.array([[peak for axis in found[Omega] for peak, _ in axis.peaks] for Omega in map(float, speeds)])
+
+    first = np.unique(np.linspace(speed.lowest, speed.highest, SPEEDS))
+    refined(peaks, first, lambda of: of, resonant=False)
+    measured = []
+    for band, quantity in enumerate(("sensitivity_peak", "sensitivity_peak_beyond")):
+        for k, name in enumerate(loop.axis_names):
+            above = [(of[k].peaks[band], Omega) for Omega, of in found.items() if band < len(of[k].peaks)]
+            if above:
+                (peak, hz), Omega = max(above)
+                where = f"{name}, {hz:.1f} Hz at {rpm(Omega):.0f} 1/min"
+                measured.append(Quantity(quantity, where, peak, "1", {"frequency": hz}))
+    curves = {
+        name: (axis.frequencies, axis.values) for name, axis in zip(loop.axis_names, found[speed.highest], strict=True)
+    }
+    study = sensitivity(co_simulated(subject, speed.highest), flavour=subject.flavour)
+    for name, axis in study.axes.items():
+        top = int(axis.measured.argmax())
+        hz = float(axis.measured_frequencies[top])
+        where = f"{name}, {hz:.1f} Hz at {rpm(speed.highest):.0f} 1/min"
+        note = f"{100.0 * axis.largest_difference:.2g} % largest deviation from the curve of the co-simulated system"
+        measured.append(
+            Quantity("sensitivity_measured", where, float(axis.measured[top]), "1", {"frequency": hz}, note)
+        )
+    return AnalysisResult(tuple(measured), (_panel(subject, curves, study),), (_table(study),), _notes(subject, study))
+
+
+@dataclass(frozen=True, eq=False)
+class AxisPeaks:
+    """|S| of an axis at frequencies (Hz), and its peak with its frequency up to 2 kHz, and above if samples allow."""
+
+    frequencies: Array
+    values: Array
+    peaks: tuple[tuple[float, float], ...]
+
+
+def sensitivities(loop: Loop, Omega: float) -> list[AxisPeaks]:
+    """Return |S| of each axis up to 2 kHz and its peaks at a spin speed (rad/s).
+
+    Raises
+    ------
+    ValueError
+        If the loop is not stable at this speed.
+    """
+    system = Loop(loop.linear_components.at(Omega)).sensitivity()
+    frequencies, curves = sensitivity_curves(system)
+    beyond = peak_beyond(system)
+    result = []
+    for k, row in enumerate(np.abs(curves)):
+        top = int(row.argmax())
+        peaks = ((float(row[top]), float(frequencies[top])), *beyond[k : k + 1])
+        result.append(AxisPeaks(frequencies, row, peaks))
+    return result
+
+
+def _panel(subject: Subject, curves: dict[str, tuple[Array, Array]], study: StabilityMargin) -> Panel:
+    drawn = []
+    for name, (frequencies, values) in curves.items():
+        drawn.append(curve(f"{name} computed", frequencies, values))
+    for name, axis in study.axes.items():
+        drawn.append(curve(f"{name} measured", axis.measured_frequencies, axis.measured, "dots"))
+    ends = next(iter(curves.values()))[0][[0, -1]]
+    drawn += [
+        curve(f"{zone}: below {limit:g}", ends, [limit, limit], "dashed") for zone, limit in study.zone_limits.items()
+    ]
+    title = f"|S| at {rpm(subject.file.speed.highest):.0f} 1/min"
+    return Panel(title, "Hz", "|S|", tuple(drawn), log="x")
+
+
+def _table(study: StabilityMargin) -> ResultTable:
+    rows = tuple(
+        (place, f"{item.least:.3f}", f"{item.frequency:.1f}", f"{item.gain:.2f}", f"{item.phase:.1f}")
+        for place, item in study.disk_margins.items()
+    )
+    heads = ("broken at", "disk margin", "at Hz", "gain factor or divisor", "phase (deg)")
+    return ResultTable("Margins of all loops together, changed at once and independently", heads, rows)
+
+
+def _notes(subject: Subject, study: StabilityMargin) -> tuple[str, ...]:
+    first = (
+        f"Amplifiers are {study.amplifier}, demands {study.delay:g} samples late. Zones count up to 2 kHz, or half the "
+        "sample rate; the peak above 2 kHz is judged by a criterion of the package."
+    )
+    return (first, *note_on_stages(subject))

@@ -1,0 +1,105 @@
+"""Unbalance response for each mode: critical speeds with amplification and margins, probe limit, clearances."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from amb_analysis.machine.response import Peak, highest_peaks, refined_response, separation_margin
+from amb_assessment.assessment.findings import AnalysisResult, Quantity, ResultTable
+from amb_assessment.assessment.stages import real_coefficients
+from amb_assessment.assessment.subject import Subject, rpm
+from amb_assessment.assessment.unbalance_cases import UnbalanceCase, response_speeds, unbalance_cases
+from amb_assessment.reporting.panels import Panel, curve
+from array_types import Array
+from rotor_analysis.response import orbit
+
+TITLE = "Unbalance response, amplification and separation margins"
+FACTOR = 2.0  # times the residual unbalance U_r
+LEAST_SCALE, LARGEST_SCALE = 1.0, 6.0  # S_cc
+
+
+def answer(subject: Subject) -> AnalysisResult:
+    """Return the response at probes and clearances under twice the residual unbalance, placed for each mode."""
+    cases = unbalance_cases(subject)
+    whole = FACTOR * subject.residual_unbalance()
+    loads = [case.of(whole) for case in cases]
+    nodes = tuple({*subject.probes.values(), *(node for node, _ in subject.clearances.values())})
+    speeds, response = refined_response(subject, response_speeds(subject), loads, nodes, real_coefficients(subject))
+    amplitudes = orbit(response)[0]
+    speed = subject.file.speed
+    operating = (speeds >= speed.lowest) & (speeds <= speed.tripping)
+    passed = speeds <= speed.tripping
+    measured: list[Quantity] = []
+    rows: list[tuple[str, ...]] = []
+    panels: list[Panel] = []
+    for k, case in enumerate(cases):
+        at_probes = {name: 2e6 * amplitudes[:, k, node - 1] for name, node in subject.probes.items()}
+        for probe, peak in highest_peaks(speeds, at_probes):
+            measured.append(_margin(subject, case, probe, peak))
+            rows.append(_row(subject, case, probe, peak))
+        largest = max(float(of[operating].max()) for of in at_probes.values())
+        where = max(at_probes, key=lambda name: float(at_probes[name][operating].max()))
+        measured.append(Quantity("probe_displacement", f"{where}, {case.name}", largest, "um"))
+        limit = min(25.4, 25.4 * np.sqrt(12000.0 / rpm(speed.highest)))
+        scale = min(max(LEAST_SCALE, limit / largest), LARGEST_SCALE)
+        for site, (node, clearance) in subject.clearances.items():
+            share = 100.0 * scale * float(amplitudes[passed, k, node - 1].max()) / clearance
+            note = f"scaled by {scale:.3g}" + (f", not by {limit / largest:.3g}" if limit < largest else "")
+            measured.append(Quantity("clearance_share", f"{site}, {case.name}", share, "%", {"S_cc": scale}, note))
+        panels.append(_panel(subject, case, speeds, at_probes))
+    heads = ("case", "probe", "critical speed (1/min)", "amplification", "margin (%)")
+    placed = ResultTable(
+        "Unbalance of each mode", ("case", "g mm, with its sign, at z (mm)"), _placed(subject, cases, whole)
+    )
+    notes = (
+        f"Unbalance: {FACTOR:g} U_r = {1e6 * whole:.4g} g mm in all, U_r = 6350 m/N g mm with the total mass m in kg; "
+        f"each lobe of a mode's shape has its share by mass, at its antinode. Speeds up to 1.5 times the largest.",
+        "Displacements are peak to peak, along the major axis of the orbit. Shares of clearances are scaled by S_cc = "
+        "A_vl/A_max, probe limit over largest displacement at the probes in operation, from 1 to 6. The published text "
+        "gives the 6 alone; the scale stands for vibration that rises to the limit, so it never makes a share smaller.",
+    )
+    return AnalysisResult(
+        tuple(measured), tuple(panels), (ResultTable("Critical speeds", heads, tuple(rows)), placed), notes
+    )
+
+
+def _placed(subject: Subject, cases: list[UnbalanceCase], whole: float) -> tuple[tuple[str, ...], ...]:
+    """Return the unbalance of each mode at each position."""
+    return tuple(
+        (
+            case.name.split(",")[0],
+            ", ".join(
+                f"{1e6 * share * whole:+.3g} at {1e3 * subject.z[node - 1]:.0f}" for node, share in case.shares.items()
+            ),
+        )
+        for case in cases
+    )
+
+
+def _margin(subject: Subject, case: UnbalanceCase, probe: str, peak: Peak) -> Quantity:
+    speed = subject.file.speed
+    margin = separation_margin(peak.Omega, speed.lowest, speed.highest)
+    facts = {"AF": peak.amplification, "N_c": float(rpm(peak.Omega))}
+    note = f"amplification {peak.amplification:.3g}" + (", from one side of the peak" if peak.from_single_side else "")
+    if peak.amplification < 2.5:
+        note += ": critically damped, no margin required"
+    return Quantity("separation_margin", f"{rpm(peak.Omega):.0f} 1/min, {case.name}, {probe}", margin, "%", facts, note)
+
+
+def _row(subject: Subject, case: UnbalanceCase, probe: str, peak: Peak) -> tuple[str, ...]:
+    speed = subject.file.speed
+    margin = separation_margin(peak.Omega, speed.lowest, speed.highest)
+    return (case.name, probe, f"{rpm(peak.Omega):.0f}", f"{peak.amplification:.3g}", f"{margin:.1f}")
+
+
+def _panel(subject: Subject, case: UnbalanceCase, speeds: Array, at_probes: dict[str, Array]) -> Panel:
+    curves = [curve(name, rpm(speeds), of) for name, of in at_probes.items()]
+    speed = subject.file.speed
+    top = max(float(of.max()) for of in at_probes.values())
+    limit = min(25.4, 25.4 * float(np.sqrt(12000.0 / rpm(speed.highest))))
+    curves.append(curve("probe limit", rpm(np.array([speed.lowest, speed.tripping])), [limit, limit], "dashed"))
+    for at in (speed.lowest, speed.highest):
+        curves.append(curve(f"{rpm(at):.0f} 1/min", rpm(np.array([at, at])), [0.0, max(top, limit)], "dashed"))
+    return Panel(
+        f"Response to unbalance for {case.name.split(',')[0]}", "speed (1/min)", "peak to peak (um)", tuple(curves)
+    )

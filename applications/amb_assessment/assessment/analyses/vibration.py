@@ -1,0 +1,46 @@
+"""Vibration at speed against the clearance (ISO 14839-2), in co-simulation with noise and converters."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from amb_assessment.assessment.findings import AnalysisResult, Quantity
+from amb_assessment.assessment.runs import CYCLES, steady_vibration, worst_response
+from amb_assessment.assessment.stages import note_on_stages
+from amb_assessment.assessment.subject import Subject, rpm
+from amb_assessment.reporting.panels import Panel, curve
+
+TITLE = "Vibration at speed in co-simulation"
+
+
+def answer(subject: Subject) -> AnalysisResult:
+    """Return the largest displacement over the clearance at the retainers, with unbalance of the balancing grade.
+
+    The machine runs at the ends of its operating speeds and at the speed between them with the largest steady response.
+    """
+    speed = subject.file.speed
+    retainers = [site.name for site in subject.rotor.sites if site.bearing and site.name in subject.clearances]
+    worst = worst_response(subject, speed.lowest, speed.highest, retainers)
+    speeds = np.unique([speed.lowest, worst.Omega, speed.highest])
+    measured, curves, placed = [], [], []
+    for Omega in map(float, speeds):
+        response = worst if Omega == worst.Omega else worst_response(subject, Omega, Omega, retainers)
+        used = steady_vibration(subject, response)
+        for site in retainers or list(used):
+            value, note = response.with_run(site, float(used[site].max()))
+            measured.append(Quantity("clearance_used", f"{site} at {rpm(Omega):.0f} 1/min", value, "%", {}, note))
+        name = (retainers or list(used))[0]
+        cycles = np.linspace(0.0, CYCLES, len(used[name]))
+        curves.append(curve(f"{name}, {rpm(Omega):.0f} 1/min", cycles, 100.0 * used[name]))
+        placed.append(f"{response.unbalance.note} at {rpm(Omega):.0f} 1/min")
+    notes = (
+        f"Unbalance of the balancing grade, all of it at the rotor's planes, for the worst mode: {'; '.join(placed)}. "
+        f"The largest steady response between the least and the largest speed is at {rpm(worst.Omega):.0f} 1/min, "
+        f"{100.0 * worst.share:.3g} % of the clearance at {worst.site}.",
+        "Sensor noise and converter resolution are the start values of the controller, unless the machine defines its "
+        "signal chain.",
+        *note_on_stages(subject),
+    )
+    return AnalysisResult(
+        tuple(measured), (Panel("Displacement over clearance", "cycle", "%", tuple(curves)),), (), notes
+    )

@@ -1,0 +1,275 @@
+"""Assesses a machine: computes each part separately and judges it by criteria; a failed part has a reason."""
+
+from __future__ import annotations
+
+import time
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+from amb_analysis.linear.stability import LoopStability
+from amb_assessment.assessment.analyses import (
+    axial,
+    closed_loop,
+    critical_map,
+    cross_coupling,
+    envelope,
+    faults,
+    free_modes,
+    landing,
+    recovery,
+    rest,
+    robustness,
+    sensitivity,
+    unbalance,
+    vibration,
+)
+from amb_assessment.assessment.criteria import Criterion, load_criteria
+from amb_assessment.assessment.findings import AnalysisResult, Finding, Judgement, ResultTable, judge
+from amb_assessment.assessment.machine_file import MachineFile, load_machine
+from amb_assessment.assessment.stability import check_stable, least_stable
+from amb_assessment.assessment.subject import Subject, subject_of
+from amb_cosim.cosim.basics.choices import Flavour
+from amb_cosim.cosim.basics.errors import FmuError, ProcessFailed, StartFailed
+from amb_files.suggestions import suggest
+
+ANALYSES: dict[str, ModuleType] = {  # in the order of the page
+    "free_modes": free_modes,
+    "critical_map": critical_map,
+    "closed_loop": closed_loop,
+    "cross_coupling": cross_coupling,
+    "unbalance": unbalance,
+    "envelope": envelope,
+    "sensitivity": sensitivity,
+    "robustness": robustness,
+    "axial": axial,
+    "vibration": vibration,
+    "faults": faults,
+    "landing": landing,
+    "rest": rest,
+    "recovery": recovery,
+}
+OF_LEVITATION = frozenset(  # parts that need a stable loop
+    {"unbalance", "envelope", "sensitivity", "robustness", "vibration", "faults", "landing", "rest", "recovery"}
+)
+OF_CLEARANCES = frozenset({"vibration", "faults", "landing", "rest", "recovery"})  # parts that need contact sites
+
+ProgressCallback = Callable[[str, int, int], None]  # title of the part under way, parts done, their number
+
+
+@dataclass(frozen=True)
+class Analysis:
+    """An analysis of an assessment.
+
+    key, title
+        Name for `only`, and title on the page.
+    answer, findings
+        Its results, and the verdicts on them.
+    reason
+        Reason of a failure; otherwise empty.
+    wall
+        Wall-clock time (s).
+    """
+
+    key: str
+    title: str
+    answer: AnalysisResult
+    findings: tuple[Finding, ...]
+    reason: str = ""
+    wall: float = 0.0
+
+
+@dataclass(frozen=True)
+class Assessment:
+    """Results of a machine under its criteria."""
+
+    machine: MachineFile
+    facts: Mapping[str, float]
+    criteria: tuple[Criterion, ...]
+    parts: tuple[Analysis, ...]
+
+    @property
+    def findings(self) -> tuple[Finding, ...]:
+        """All verdicts."""
+        return tuple(finding for part in self.parts for finding in part.findings)
+
+    @property
+    def missed(self) -> tuple[Finding, ...]:
+        """Verdicts on missed criteria."""
+        return tuple(finding for finding in self.findings if finding.verdict is Judgement.MISSED)
+
+    @property
+    def unanswered(self) -> dict[str, str]:
+        """Parts that failed, with reasons."""
+        return {part.key: part.reason for part in self.parts if part.reason}
+
+    @property
+    def unevaluated(self) -> dict[str, str]:
+        """Criteria without a limit to compare with, such as those whose formulas have no value here, with reasons."""
+        return {
+            finding.criterion.key: finding.reason
+            for finding in self.findings
+            if finding.verdict is Judgement.UNANSWERED and finding.limit is None and finding.criterion is not None
+        }
+
+    @property
+    def instability(self) -> str:
+        """The pole of the least stable loop, if one of the machine is unstable; otherwise empty."""
+        radii = [finding.measured for finding in self.findings if finding.measured.quantity == "spectral_radius"]
+        worst = max(radii, key=lambda radius: radius.value, default=None)
+        return worst.where if worst is not None and worst.value > 1.0 else ""
+
+    def counts(self) -> Counter[Judgement]:
+        """Return the number of verdicts of each kind; a failed part counts as one."""
+        counts = Counter(finding.verdict for finding in self.findings)
+        counts[Judgement.UNANSWERED] += len(self.unanswered)
+        return counts
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the data for JSON."""
+        return {
+            "machine": self.machine.model_dump(mode="json", exclude_none=True),
+            "facts": dict(self.facts),
+            "parts": {part.key: _part_data(part) for part in self.parts},
+        }
+
+
+def assess(
+    machine: str | Path | MachineFile,
+    *,
+    only: Sequence[str] = (),
+    criteria: Sequence[str | Path] = (),
+    flavour: Flavour = "native",
+    progress: ProgressCallback | None = None,
+) -> Assessment:
+    """Return verdicts on a machine: modes, stability, unbalance response, margins, envelope, sensitivity, robustness.
+
+    Parameters
+    ----------
+    machine
+        A machine file, the name of a packaged machine, or the result of `load_machine`.
+    only
+        Names of parts; all by default.
+    criteria
+        Files of criteria, in place of those of the machine file or the package.
+    flavour
+        Flavour of the FMUs.
+    progress
+        Called with the title of the current part, the number of finished parts, and their total.
+
+    Raises
+    ------
+    ValueError
+        If the machine file, a file of criteria or a name is wrong. A failed part raises no exception but is reported
+        with a reason.
+
+    Examples
+    --------
+    >>> part = assess("turbo_expander", only=["free_modes"]).parts[0]
+    >>> [mode.where for mode in part.answer.measured]
+    ['mode 1, 558 Hz', 'mode 2, 1439 Hz', 'mode 3, 2254 Hz']
+    """
+    file = machine if isinstance(machine, MachineFile) else load_machine(machine)
+    requested = load_criteria(criteria or file.criteria)
+    unknown = [name for name in only if name not in ANALYSES]
+    if unknown:
+        raise ValueError(f"no part {unknown[0]!r}; {suggest(unknown[0], ANALYSES)}")
+    subject = check_machine(file, flavour)
+    chosen = chosen_parts(file, only)
+    stability = cache(lambda: least_stable(subject))
+    parts = []
+    for done, name in enumerate(chosen):
+        part = ANALYSES[name]
+        if progress is not None:
+            progress(part.TITLE, done, len(chosen))
+        parts.append(_answered(name, part.TITLE, part.answer, subject, requested, stability))
+    return Assessment(file, subject.facts, requested, tuple(parts))
+
+
+def chosen_parts(file: MachineFile, only: Sequence[str] = ()) -> list[str]:
+    """Return the names of the parts in `only`, or of all parts that concern the machine, in the order of the page."""
+    needless = () if file.thrust_bearing is not None else ("axial",)
+    return [name for name in ANALYSES if (name in only if only else name not in needless)]
+
+
+def check_machine(file: MachineFile, flavour: Flavour = "native") -> Subject:
+    """Return the machine of a file, after checking everything that all parts need.
+
+    Raises
+    ------
+    ValueError
+        If its components do not match, it has fewer than two magnetic bearings under a controller, a stage or the
+        thrust bearing is not at a part of the rotor, or the controller of the latter is wrong.
+    """
+    subject = subject_of(file, flavour)
+    _ = subject.loop.axes, subject.facts
+    for stage in file.stages:
+        subject.node_of(stage.at)
+    if file.thrust_bearing is not None:
+        _ = subject.node_of(file.thrust_bearing.at), file.thrust_bearing.law
+    if len(subject.magnets) < 2:
+        count = f"{len(subject.magnets)} magnetic bearings under a controller"
+        raise ValueError(f"machine {file.name} has {count}; an assessment requires two or more")
+    return subject
+
+
+def _answered(
+    name: str,
+    title: str,
+    ask: Callable[[Subject], AnalysisResult],
+    subject: Subject,
+    criteria: tuple[Criterion, ...],
+    stability: Callable[[], LoopStability],
+) -> Analysis:
+    begin = time.perf_counter()
+    try:
+        if name in OF_LEVITATION:
+            check_stable(stability())
+        if name in OF_CLEARANCES and not subject.clearances:
+            raise ValueError(f"rotor {subject.rotor.name} has no [[sites]], so its possible contacts are unknown")
+        answer = ask(subject)
+        findings = tuple(judge(answer.measured, criteria, subject.facts))
+    except (ValueError, LookupError, ArithmeticError, RuntimeError, StartFailed, FmuError, ProcessFailed) as error:
+        reason = str(error) or type(error).__name__
+        return Analysis(name, title, AnalysisResult(), (), reason, time.perf_counter() - begin)
+    return Analysis(name, title, answer, findings, "", time.perf_counter() - begin)
+
+
+def _part_data(part: Analysis) -> dict[str, Any]:
+    return {
+        "title": part.title,
+        "not_answered_because": part.reason or None,
+        "seconds": round(part.wall, 3),
+        "findings": [_finding_data(item) for item in part.findings],
+        "tables": [_table_data(item) for item in part.answer.tables],
+        "notes": list(part.answer.notes),
+    }
+
+
+def _table_data(table: ResultTable) -> dict[str, Any]:
+    return {"title": table.title, "heads": list(table.heads), "rows": [list(row) for row in table.rows]}
+
+
+def _finding_data(table: Finding) -> dict[str, Any]:
+    data: dict[str, Any] = {
+        "quantity": table.measured.quantity,
+        "where": table.measured.where,
+        "value": table.measured.value,
+        "unit": table.measured.unit,
+        "facts": dict(table.measured.facts),
+        "note": table.measured.note,
+        "verdict": table.verdict.value,
+    }
+    if table.criterion is not None:
+        data |= {
+            "limit": table.limit,
+            "zone": table.zone or None,
+            "reason": table.reason or None,
+            "advice": table.advice or None,
+            "criterion": table.criterion.model_dump(mode="json"),
+        }
+    return data

@@ -1,0 +1,116 @@
+"""The command for machine files: check one, or judge whether the machine may run."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from amb_cosim.commands.cli import main
+from amb_cosim.commands.cli_errors import refusing
+from amb_cosim.commands.options import FLAVOUR, UNITS, output
+from amb_cosim.cosim.basics.choices import Flavour
+from amb_files.atomic import check_writable
+from fmi_export.building.extras import require_extra
+
+
+@click.command()
+@click.argument("file")
+@output("Folder for page, data and PDF; default results/assess_NAME.")
+@click.option("--only", multiple=True, metavar="PART", help="A part, such as closed_loop; repeatable.")
+@click.option(
+    "--criteria",
+    multiple=True,
+    metavar="NAME|FILE",
+    help="Criteria instead of those of the machine file; repeatable.",
+)
+@click.option("--check", is_flag=True, help="Check the file and print its content, without verdicts.")
+@click.option("--pdf/--no-pdf", default=True, help="Print the page as PDF with an installed browser.")
+@UNITS
+@FLAVOUR
+def assess(
+    file: str,
+    output: Path | None,
+    only: tuple[str, ...],
+    criteria: tuple[str, ...],
+    check: bool,
+    pdf: bool,
+    flavour: Flavour,
+) -> None:
+    """Assess a machine against API 617 and ISO 14839.
+
+    The page has a verdict for each criterion, and what to change. FILE may be the name of a packaged machine.
+
+    The exit code is 0 if all parts and criteria could be assessed and no loop is unstable, regardless of other
+    verdicts, else 1.
+    """
+    if check:
+        _print_description(file, criteria, flavour)
+        return
+    from amb_assessment.assessment.assess import assess as answer
+    from amb_assessment.assessment.findings import Judgement
+    from amb_assessment.assessment.machine_file import load_machine
+    from amb_assessment.assessment.page import write_assessment
+    from amb_assessment.assessment.pdf import print_page
+    from amb_cosim.commands.cli_errors import Failed
+    from amb_cosim.presentation.plain_console import plain_console
+    from amb_cosim.presentation.progress import bars
+
+    console = plain_console(stderr=True)
+    with refusing(), bars(console) as displayed:
+        require_extra("report", "an assessment", "plotly")
+        read = load_machine(file)
+        folder = output or Path("results") / f"assess_{read.name}"
+        check_writable(folder, is_folder=True)
+        task = displayed.add_task("preparing (a first run compiles the models)", total=None)
+
+        def report(title: str, done: int, total: int) -> None:
+            displayed.update(task, description=title, completed=done, total=total)
+            if displayed.disable:  # no bar
+                console.print(f"{done + 1} of {total}: {title}", markup=False, highlight=False)
+
+        result = answer(
+            read,
+            only=only,
+            criteria=criteria,
+            flavour=flavour,
+            progress=report,
+        )
+        page = write_assessment(result, folder)
+        printed = print_page(page) if pdf else None
+    for item in result.missed:
+        what = item.criterion.what if item.criterion else item.measured.quantity
+        click.echo(f"missed: {what}: {item.value_text} ({item.limit_text}), {item.measured.where}")
+    counts = result.counts()
+    click.echo(", ".join(f"{counts[verdict]} {verdict.value}" for verdict in Judgement))
+    click.echo(f"page in {page}" + (f", printed in {printed}" if printed else ""))
+    unanswered = result.unanswered | {f"criterion {key}": why for key, why in result.unevaluated.items()}
+    reasons = dict.fromkeys(unanswered.values())
+    failures = [
+        f"{', '.join(name for name, of in unanswered.items() if of == reason)}: not answered, because {reason}"
+        for reason in reasons
+    ]
+    if result.instability:
+        failures.insert(0, f"the machine is not stable: {result.instability}")
+    if failures:
+        raise Failed("\n".join(failures))
+
+
+def _print_description(file: str, criteria: tuple[str, ...], flavour: Flavour) -> None:
+    """Check a machine file, its criteria and their formulas, and print its content."""
+    from amb_assessment.assessment.assess import check_machine
+    from amb_assessment.assessment.criteria import check_formulas, load_criteria
+    from amb_assessment.assessment.description import description
+    from amb_assessment.assessment.machine_file import load_machine
+    from amb_cosim.presentation.text_tables import print_parts
+
+    with refusing():
+        machine = load_machine(file)
+        chosen = load_criteria(criteria or machine.criteria)
+        subject = check_machine(machine, flavour)
+        check_formulas(chosen, subject.facts)
+        parts = description(subject, chosen)
+    print_parts(parts)
+
+
+main.add_section("Design and judge", assess)

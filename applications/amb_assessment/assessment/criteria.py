@@ -1,0 +1,171 @@
+"""Criteria as data: requirements of a standard or a user on a quantity, with source and its reliability."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Literal
+
+from pydantic import Field, model_validator
+
+from amb_assessment.assessment.expressions import evaluate, names_in
+from amb_cosim.cosim.system.tables import Table
+from amb_files.packs import files_of
+from amb_files.suggestions import suggest
+from amb_files.toml import read_toml, validate
+
+Reading = Literal["read", "secondary", "recalled", "own", "missing"]
+READINGS: Mapping[Reading, str] = {
+    "read": "read in the standard",
+    "secondary": "from a secondary source; the standard itself was not read",
+    "recalled": "recalled; no source was read",
+    "own": "own criterion",
+    "missing": "its limits are unknown; no source was found",
+}
+
+
+class Criterion(Table):
+    """A demand on a quantity.
+
+    key, clause, what
+        Name; clause of the standard; the demand in the project's words.
+    quantity, unit
+        Judged quantity, by its name in the parts of an assessment, and the unit of its limits.
+    relation
+        Whether the quantity must be `below` or `above` the limit.
+    limit
+        Formula of the limit, in variables of the machine and the quantity.
+    zones, accepted
+        In place of a limit: upper limits of zones by name, ascending, and the last accepted zone. Values above all of
+        them are in the zone `beyond`.
+    beyond
+        Name of the zone above all others.
+    when
+        Formula of the cases to which it applies; all by default.
+    source, known
+        Source of the number, and its reliability. A criterion without a source is `missing`: it has no limit, and the
+        quantity is reported without a verdict.
+    advice
+        Advice if it is missed.
+    """
+
+    key: str = Field(pattern=r"^[a-z0-9_]+$")
+    clause: str = ""
+    what: str
+    quantity: str
+    unit: str = ""
+    relation: Literal["below", "above"] = "below"
+    limit: str = ""
+    zones: dict[str, float] = Field(default={})
+    accepted: str = ""
+    beyond: str = ""
+    when: str = ""
+    source: str
+    known: Reading
+    advice: str = ""
+    standard: str = ""
+    edition: str = ""
+
+    @model_validator(mode="after")
+    def _is_complete(self) -> Criterion:
+        if self.known == "missing":
+            if self.limit or self.zones:
+                raise ValueError(f"criterion {self.key} is missing but has limits; state their source")
+        elif bool(self.limit) == bool(self.zones):
+            raise ValueError(f"criterion {self.key} needs either limit or zones")
+        if self.zones and (self.accepted not in self.zones or not self.beyond):
+            raise ValueError(
+                f"criterion {self.key} with zones needs beyond, and accepted, one of {', '.join(self.zones)}"
+            )
+        if self.zones and list(self.zones.values()) != sorted(self.zones.values()):
+            raise ValueError(f"criterion {self.key}: zones must ascend")
+        for formula in filter(None, (self.limit, self.when)):
+            names_in(formula)
+        return self
+
+    @property
+    def where(self) -> str:
+        """Standard, edition and clause in a single text."""
+        return ", ".join(filter(None, (f"{self.standard} {self.edition}".strip(), self.clause)))
+
+    def applies(self, facts: Mapping[str, float]) -> bool:
+        """Return whether it applies to a case with these variables."""
+        return not self.when or bool(evaluate(self.when, facts))
+
+    def limit_of(self, facts: Mapping[str, float]) -> float:
+        """Return the limit, in its unit, in a case with these variables."""
+        return self.zones[self.accepted] if self.zones else evaluate(self.limit, facts)
+
+    def zone_of(self, value: float) -> str:
+        """Return the zone of a value; nothing without zones."""
+        if not self.zones:
+            return ""
+        return next((name for name, upper in self.zones.items() if value < upper), self.beyond)
+
+    def is_met(self, value: float, facts: Mapping[str, float]) -> bool:
+        """Return whether a value meets it; a zone excludes its limit, a limit itself is allowed."""
+        limit = self.limit_of(facts)
+        if self.zones:
+            return value < limit
+        return value <= limit * (1.0 + 1e-12) if self.relation == "below" else value >= limit * (1.0 - 1e-12)
+
+
+class CriteriaFile(Table):
+    """A file of criteria: of a standard and edition, or of a user."""
+
+    standard: str
+    edition: str = ""
+    note: str = ""
+    criterion: tuple[Criterion, ...]
+
+    @model_validator(mode="after")
+    def _has_each_once(self) -> CriteriaFile:
+        keys = [criterion.key for criterion in self.criterion]
+        twice = sorted({key for key in keys if keys.count(key) > 1})
+        if twice:
+            raise ValueError(f"two criteria have the key {twice[0]}")
+        return self
+
+
+def check_formulas(criteria: Sequence[Criterion], facts: Mapping[str, float]) -> None:
+    """Evaluate each formula that depends only on the machine's variables.
+
+    Raises
+    ------
+    ValueError
+        If one has no value; the message names its criterion.
+    """
+    for criterion in criteria:
+        for formula in filter(None, (criterion.limit, criterion.when)):
+            if names_in(formula) <= facts.keys():
+                try:
+                    evaluate(formula, facts)
+                except ValueError as error:
+                    raise ValueError(f"criterion {criterion.key}: {error}") from error
+
+
+def packaged_criteria() -> dict[str, Path]:
+    """Return the files of criteria of this package and of packs, by name."""
+    return files_of("criteria", amb_cosim=Path(__file__).parent)
+
+
+def load_criteria(sources: Sequence[str | Path] = ()) -> tuple[Criterion, ...]:
+    """Return criteria of files, each a name or a path; by default those of the package and of packs.
+
+    Raises
+    ------
+    ValueError
+        If there is no such file or it is invalid; a line for each mistake.
+    """
+    return tuple(item for source in (sources or packaged_criteria()) for item in _of_file(source))
+
+
+def _of_file(source: str | Path) -> list[Criterion]:
+    available = packaged_criteria()
+    path = available.get(str(source), Path(source))
+    if not path.is_file():
+        raise ValueError(f"no file of criteria {str(source)!r}; {suggest(str(source), available)}")
+    name = f"criteria {path.name}"
+    file = validate(read_toml(path, name), CriteriaFile, name)
+    about = {"standard": file.standard, "edition": file.edition}
+    return [item.model_copy(update={k: v for k, v in about.items() if not getattr(item, k)}) for item in file.criterion]

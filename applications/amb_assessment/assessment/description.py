@@ -1,0 +1,120 @@
+"""Description of a machine file as text."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.constants import mu_0
+
+from amb_actuator.force import static_pull
+from amb_assessment.assessment.criteria import Criterion
+from amb_assessment.assessment.retainer_bearings import DATA_HEADS, TITLE, check_sites
+from amb_assessment.assessment.subject import Subject, rpm
+from amb_assessment.assessment.thrust_bearing import DATA_HEADS as DATA_OF_THRUST
+from amb_cosim.design.magnetic_bearing import current_range, linearisation, operating_constants
+from amb_cosim.presentation.text_tables import TextBlock, labelled_table
+from amb_cosim.results.component_names import ACTUATOR, PLANT
+from amb_cosim.scenario.gravity import STANDARD_GRAVITY
+from array_types import Array
+from rotor_analysis.static_load import carried_masses
+
+MAGNET_HEADS = (
+    "gap (mm)",
+    "upper coils (A)",
+    "lower coils (A)",
+    "least (N)",
+    "largest (N)",
+    "K_s (MN/m)",
+    "K_i (N/A)",
+    "L (mH)",
+    "L of the gap (mH)",
+)
+LEAKAGE = 4.0
+
+
+def description(subject: Subject, criteria: Sequence[Criterion]) -> list[TextBlock]:
+    """Return tables of bearings, sensors, retainers and stages of a machine, and lines on its speeds and criteria."""
+    rotor, z, speed = subject.rotor, subject.z, subject.file.speed
+    carried = carried_masses(rotor)
+    bearings = labelled_table(f"Bearings of {rotor.name}", "bearing", "z (mm)", "carries (kg)", "magnet")
+    for bearing in rotor.bearings:
+        magnet = "yes" if bearing.name in subject.magnets else "no"
+        bearings.add_row(bearing.name, f"{1e3 * z[bearing.node - 1]:.1f}", f"{carried[bearing.name]:.4g}", magnet)
+    magnets = labelled_table("Magnets at rest", "axis", *MAGNET_HEADS)
+    doubts: list[str] = []
+    for name, axis in subject.loop.axes:
+        numbers = magnet_numbers(subject.axis(name, axis), int(subject.parameters[ACTUATOR]["force_law"]))
+        magnets.add_row(f"{name}.{axis}", *(f"{number:.4g}" for number in numbers))
+        doubts += inductance_doubt(f"{name}.{axis}", *numbers[-2:])
+    sensors = labelled_table("Sensors", "plane", "z (mm)")
+    for name, node in subject.probes.items():
+        sensors.add_row(name, f"{1e3 * z[node - 1]:.1f}")
+    sites = labelled_table("Contact sites", "place", "z (mm)", "radial clearance (mm)")
+    for name, (node, clearance) in subject.clearances.items():
+        sites.add_row(name, f"{1e3 * z[node - 1]:.1f}", f"{1e3 * clearance:.4g}")
+    stages = labelled_table("Stages with cross coupling", "at", "anticipated (MN/m)")
+    for stage in subject.file.stages:
+        stages.add_row(stage.at, f"{1e-6 * stage.anticipated(speed.highest):.4g}")
+    seals = labelled_table(
+        "Seals and passive bearings at the largest speed", "seal", "z (mm)", "K (MN/m)", "C (kN s/m)", "M (kg)"
+    )
+    for seal in rotor.seals:
+        tensors = (scale * of for scale, of in zip((1e-6, 1e-3, 1.0), seal.at(speed.highest), strict=True))
+        seals.add_row(seal.name, f"{1e3 * z[seal.node - 1]:.1f}", *(_tensor(item) for item in tensors))
+    check_sites(subject.file.retainer_bearings, subject.clearances)
+    balls = labelled_table(f"{TITLE}, under an equal share of the weight", "retainer", *DATA_HEADS)
+    for item in subject.file.retainer_bearings:
+        balls.add_row(*item.data(STANDARD_GRAVITY * rotor.mass / len(subject.file.retainer_bearings)))
+    axial = labelled_table("Thrust bearing", "at", *DATA_OF_THRUST)
+    if subject.file.thrust_bearing is not None:
+        weight = subject.file.axial_gravity * rotor.mass
+        axial.add_row(subject.file.thrust_bearing.at, *subject.file.thrust_bearing.data(weight))
+    facts = (
+        f"{subject.file.name}: {rotor.mass:.4g} kg, {rpm(speed.lowest):.0f} to {rpm(speed.highest):.0f} 1/min, trip at "
+        f"{rpm(speed.tripping):.0f} 1/min, G {1e3 * subject.file.balancing.speed:g}, "
+        f"sampled every {subject.loop.sample_time:g} s"
+    )
+    unread = sum(item.known != "read" and item.known != "own" for item in criteria)
+    message = f"{len(criteria)} criteria, {unread} of them written without access to the standard"
+    if not subject.parameters[PLANT]["gravity"]:
+        message += "; the machine has no gravity, so nothing lands"
+    tables: list[TextBlock] = [facts, bearings, magnets, *doubts, sensors, sites]
+    tables += [axial] if subject.file.thrust_bearing is not None else []
+    tables += [balls] if subject.file.retainer_bearings else []
+    return [*tables, *([seals] if rotor.seals else []), *([stages] if subject.file.stages else []), message]
+
+
+def magnet_numbers(p: np.record, law: int) -> tuple[float, ...]:
+    """Return gap (mm), coil currents (A), forces (N), K_s (MN/m), K_i (N/A), and inductances (mH).
+
+    Coils are the upper and the lower; forces are without and with all control current; inductances are of the file and
+    of the gap, L = 2 mu_0 N^2 A/s_0 of a coil pair with N turns per pole, without leakage and iron.
+
+    Parameters
+    ----------
+    p, law
+        Parameters of an axis, and the force law of the actuator.
+    """
+    k_s, k_i = operating_constants(p, law)
+    least, most = (float(linearisation(p, 0.0, i_c).force + static_pull(p)) for i_c in current_range(p))
+    of_gap = 2.0 * mu_0 * p.turns**2 * p.pole_area / p.gap
+    currents = (p.bias_current + p.static_current, p.bias_current)
+    numbers = (1e3 * p.gap, *currents, least, most, 1e-6 * k_s, k_i, 1e3 * p.inductance, 1e3 * of_gap)
+    return tuple(map(float, numbers))
+
+
+def inductance_doubt(axis: str, value: float, of_gap: float) -> list[str]:
+    """Return a line for each inductance that differs from that of its gap by more than a factor of LEAKAGE.
+
+    Leakage and the iron's path change it by less; an omitted unit, or another magnet, by more.
+    """
+    if of_gap / LEAKAGE <= value <= of_gap * LEAKAGE:
+        return []
+    message = f"inductance_{axis[-1]} = {value:.4g} mH, but turns, area and gap give {of_gap:.4g} mH: check its unit"
+    return [f"{axis}: {message}"]
+
+
+def _tensor(of: Array) -> str:
+    """xx, xy; yx, yy."""
+    return "; ".join(", ".join(f"{number:.4g}" for number in row) for row in of)

@@ -1,0 +1,153 @@
+"""Computed quantities of a machine, and the verdicts on them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from enum import StrEnum
+
+from amb_assessment.assessment.criteria import Criterion
+from amb_assessment.reporting.page_parts import number_text
+from amb_assessment.reporting.panels import Panel
+
+
+class Judgement(StrEnum):
+    """Verdict on a quantity or an analysis."""
+
+    MET = "met"
+    MISSED = "missed"
+    NOT_JUDGED = "no criterion"
+    UNANSWERED = "not answered"
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A quantity of the machine.
+
+    quantity, where
+        Its name in criteria, and place, axis, mode or speed.
+    value, unit
+        Number and unit.
+    facts
+        Its variables for formulas of criteria.
+    note
+        Note for the reader.
+    open
+        Reason why the value may become worse, so that a criterion can be missed but not met; empty without one.
+    """
+
+    quantity: str
+    where: str
+    value: float
+    unit: str = ""
+    facts: Mapping[str, float] = field(default_factory=dict)
+    note: str = ""
+    open: str = ""
+
+
+@dataclass(frozen=True)
+class ResultTable:
+    """A table of an analysis: title, heads, and rows of texts."""
+
+    title: str
+    heads: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+
+
+@dataclass(frozen=True)
+class AnalysisResult:
+    """Results of an analysis: quantities, plots, tables, and notes."""
+
+    measured: tuple[Quantity, ...] = ()
+    panels: tuple[Panel, ...] = ()
+    tables: tuple[ResultTable, ...] = ()
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Finding:
+    """A verdict on a quantity.
+
+    measured, criterion
+        The computed quantity, and its criterion, if any.
+    verdict, limit, zone
+        The verdict, its limit, and the zone if the criterion has zones.
+    reason
+        Reason for a missing verdict.
+    """
+
+    measured: Quantity
+    criterion: Criterion | None
+    verdict: Judgement
+    limit: float | None = None
+    zone: str = ""
+    reason: str = ""
+
+    @property
+    def advice(self) -> str:
+        """Advice for a missed criterion."""
+        return self.criterion.advice if self.criterion is not None and self.verdict is Judgement.MISSED else ""
+
+    @property
+    def limit_text(self) -> str:
+        """The limit with relation and unit, or the accepted zones."""
+        if self.criterion is None or self.limit is None:
+            return "–"
+        number = _with_unit(self.limit, self.criterion.unit)
+        if self.criterion.zones:
+            return f"zone {self.criterion.accepted}: below {number}"
+        return f"{'at most' if self.criterion.relation == 'below' else 'at least'} {number}"
+
+    @property
+    def value_text(self) -> str:
+        """The value with unit and zone, with enough digits to distinguish it from a missed limit."""
+        value, unit, limit = self.measured.value, self.measured.unit, self.limit
+        number = number_text(value)
+        if self.verdict is Judgement.MISSED and limit is not None and number == number_text(limit):
+            number = next(message for n in range(5, 18) if (message := f"{value:.{n}g}") != f"{limit:.{n}g}")
+        text = number if unit in ("", "1") else f"{number} {unit}"
+        return f"{text}, zone {self.zone}" if self.zone else text
+
+
+def _with_unit(value: float, unit: str) -> str:
+    return number_text(value) if unit in ("", "1") else f"{number_text(value)} {unit}"
+
+
+def judge(measured: Sequence[Quantity], criteria: Sequence[Criterion], machine: Mapping[str, float]) -> list[Finding]:
+    """Return the verdicts on quantities, criterion by criterion, and then the quantities without a criterion.
+
+    Parameters
+    ----------
+    measured
+        Computed quantities.
+    criteria
+        Criteria.
+    machine
+        Variables of the machine for formulas.
+    """
+    result: list[Finding] = []
+    for item in measured:
+        facts = {**machine, **item.facts}
+        requested = [criterion for criterion in criteria if criterion.quantity == item.quantity]
+        judged = [verdict for criterion in requested if (verdict := _judged(item, criterion, facts)) is not None]
+        result += judged or [Finding(item, None, Judgement.NOT_JUDGED)]
+    order = {criterion.key: k for k, criterion in enumerate(criteria)}
+    return sorted(result, key=lambda item: len(order) if item.criterion is None else order[item.criterion.key])
+
+
+def _judged(item: Quantity, criterion: Criterion, facts: Mapping[str, float]) -> Finding | None:
+    try:
+        if not criterion.applies(facts):
+            return None
+        if criterion.known == "missing":
+            return Finding(item, criterion, Judgement.NOT_JUDGED, reason="No source for its limits was found")
+        limit = criterion.limit_of(facts)
+        verdict = Judgement.MET if criterion.is_met(item.value, facts) else Judgement.MISSED
+    except ValueError as error:
+        return Finding(item, criterion, Judgement.UNANSWERED, reason=str(error))
+    if criterion.unit != item.unit:
+        reason = f"the criterion is in {criterion.unit or '1'}, the quantity in {item.unit or '1'}"
+        return Finding(item, criterion, Judgement.UNANSWERED, reason=reason)
+    if item.open and verdict is Judgement.MET:
+        return Finding(item, criterion, Judgement.UNANSWERED, limit, reason=item.open)
+    return Finding(item, criterion, verdict, limit, criterion.zone_of(item.value))

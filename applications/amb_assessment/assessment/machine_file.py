@@ -1,0 +1,320 @@
+"""The format of a machine file, which names a machine's parts, speeds and loads, and its reader.
+
+A machine file refers to other files: a rotor file with bearings, retainers, sensors and seals, a controller file,
+parameters of components as in a scenario, or a scenario that defines the machine.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, model_validator
+
+from amb_assessment.assessment.retainer_bearings import RetainerBearing
+from amb_assessment.assessment.thrust_bearing import ThrustBearing
+from amb_cosim.cosim.system.tables import Table, Value, Values
+from amb_cosim.cosim.system.values import RPM, Raw, quantity
+from amb_cosim.results.component_names import CONTROLLER
+from amb_cosim.scenario.file import overlaid, read_scenario, with_paths
+from amb_cosim.scenario.scenario import Scenario, make_scenario
+from amb_files.packs import files_of
+from amb_files.suggestions import suggest
+from amb_files.toml import read_toml, validate
+from rotor_analysis.parts import AtSpeed, Bearing
+
+HIGHEST = 1e5  # rad/s
+GRADE = re.compile(r"G ?(\d+(?:\.\d+)?)")  # as ISO 21940-11 writes it, in mm/s
+
+OF_MACHINE = ("system", "rotor", "gravity", "gravity_angle", "communication_step", "fmu", "parameters")
+OF_SCENARIO = (*OF_MACHINE, "gradient", "inputs")  # of the scenario whose machine it is
+
+
+class Speeds(Table):
+    """Speeds of the machine: smallest and largest in operation, and the trip speed (default: 1.05 times maximum).
+
+    `run_up` and `run_down` are the times between standstill and the largest speed, even with time.
+    """
+
+    minimum: Value
+    maximum: Value
+    trip: Value | None = None
+    run_up: Value | None = None
+    run_down: Value | None = None
+
+    @model_validator(mode="after")
+    def _ascend(self) -> Speeds:
+        if not 0.0 < self.lowest <= self.highest <= self.tripping <= HIGHEST:
+            speeds = f"{self.lowest:g}, {self.highest:g}, {self.tripping:g} rad/s"
+            raise ValueError(
+                f"minimum, maximum and trip = {speeds} are not allowed; they must ascend, from above 0 rad/s"
+            )
+        _ = self.run_up_time, self.run_down_time
+        return self
+
+    @property
+    def lowest(self) -> float:
+        """Lowest operating speed (rad/s)."""
+        return quantity(self.minimum, "rad/s", "speed.minimum")
+
+    @property
+    def highest(self) -> float:
+        """Highest operating speed (rad/s)."""
+        return quantity(self.maximum, "rad/s", "speed.maximum")
+
+    @property
+    def tripping(self) -> float:
+        """Speed at which it trips (rad/s)."""
+        return 1.05 * self.highest if self.trip is None else quantity(self.trip, "rad/s", "speed.trip")
+
+    @property
+    def run_up_time(self) -> float | None:
+        """Time from standstill to the largest speed (s), if stated."""
+        return None if self.run_up is None else _positive(self.run_up, "s", "speed.run_up")
+
+    @property
+    def run_down_time(self) -> float | None:
+        """Time from the largest speed to standstill (s), if stated."""
+        return None if self.run_down is None else _positive(self.run_down, "s", "speed.run_down")
+
+
+class Balancing(Table):
+    """Balancing grade, e Omega at the largest speed (ISO 21940-11): 2.5 mm/s by default, which is "G 2.5"."""
+
+    grade: Value = "2.5 mm/s"
+
+    @property
+    def speed(self) -> float:
+        """Product of eccentricity and speed (m/s)."""
+        letter = isinstance(self.grade, str) and GRADE.fullmatch(self.grade.strip())
+        value = quantity(f"{letter[1]} mm/s" if letter else self.grade, "m/s", "balancing.grade")
+        if not 0.0 < value < 1.0:
+            raise ValueError(
+                f"balancing.grade = {value:g} m/s is not allowed; it must be > 0 m/s and < 1 m/s, such as 'G 2.5'"
+            )
+        return value
+
+
+class CompressorStage(Table):
+    """A stage that drives whirl: the rotor part that it acts `at`, and either its data or its coupling.
+
+    kind, power, diameter, width, density_ratio
+        Centrifugal or axial; power, impeller's or pitch diameter, smallest width of diffuser or impeller, or height of
+        blades; ratio of discharge to suction density of a centrifugal stage.
+    cross_coupling
+        Anticipated cross-coupled stiffness in their place.
+    real
+        Result of a better calculation, for level II: cross-coupled stiffness, or stiffness, damping and mass over
+        speed, as for a seal in a rotor file; by default the anticipated coupling.
+    """
+
+    at: str
+    kind: Literal["centrifugal", "axial"] = "centrifugal"
+    power: Value | None = None
+    diameter: Value | None = None
+    width: Value | None = None
+    density_ratio: Annotated[float, Field(gt=0.0)] = 1.0
+    cross_coupling: Value | None = None
+    real: Value | tuple[AtSpeed, ...] | None = None
+
+    @model_validator(mode="after")
+    def _is_complete(self) -> CompressorStage:
+        values = [name for name in ("power", "diameter", "width") if getattr(self, name) is not None]
+        if (self.cross_coupling is None) != (len(values) == 3):
+            raise ValueError(f"stage at {self.at} needs either cross_coupling, or power, diameter and width")
+        _ = self.anticipated(1.0), self.coefficients() or self.level_two(1.0)
+        return self
+
+    def anticipated(self, Omega: float) -> float:
+        """Return the anticipated cross-coupled stiffness (N/m) at a speed (rad/s).
+
+        Q_a = P B C (rho_d/rho_s)/(D H N), B = 3 and C = 9.55 for P in W, D and H in m, N in 1/min; axial: B = 1.5
+        without the densities (API 617, cited from ROSS's report of 2020).
+        """
+        if self.cross_coupling is not None:
+            return quantity(self.cross_coupling, "N/m", f"cross_coupling of stage at {self.at}")
+        P, D, H = (
+            _positive(getattr(self, name) or 0.0, unit, f"{name} of stage at {self.at}")
+            for name, unit in (("power", "W"), ("diameter", "m"), ("width", "m"))
+        )
+        B = 3.0 * self.density_ratio if self.kind == "centrifugal" else 1.5
+        return P * B * 9.55 / (D * H * Omega * RPM)
+
+    def level_two(self, Omega: float) -> float:
+        """Return the cross-coupled stiffness (N/m) for level II, (K_xy - K_yx)/2 of the `coefficients`."""
+        result = self.coefficients()
+        if result is not None:
+            K = result.at(Omega)[0]
+            return float(0.5 * (K[0, 1] - K[1, 0]))
+        if self.real is None or isinstance(self.real, tuple):
+            return self.anticipated(Omega)
+        return quantity(self.real, "N/m", f"real of stage at {self.at}")
+
+    def coefficients(self) -> Bearing | None:
+        """Return the coefficients for level II over speed, if any."""
+        if not isinstance(self.real, tuple) or not self.real:
+            return None
+        if len(self.real) == 1:
+            (only,) = self.real
+            return Bearing("stage", 1, only.stiffness, only.damping, mass=only.mass)
+        return Bearing("stage", 1, at_speed=self.real)
+
+
+class Tolerances(Table):
+    """Tolerances of constants relative to their nominal values."""
+
+    k_i: Annotated[float, Field(ge=0.0, lt=1.0)] = 0.1
+    k_s: Annotated[float, Field(ge=0.0, lt=1.0)] = 0.15
+    gap: Annotated[float, Field(ge=0.0, lt=1.0)] = 0.05
+    modes: Annotated[float, Field(ge=0.0, lt=1.0)] = 0.02
+
+
+class MachineFile(Table):
+    """A machine: its parts, its speeds, its loads.
+
+    name, description, source
+        Name, one-line description, and source of the data.
+    scenario
+        Name or file of a scenario that defines the machine; fields of this file replace those of the scenario.
+    rotor, controller
+        Rotor file; controller of blocks or arrays, or an FMU. By default the PID of `rolac_controller`.
+    system, gravity, gravity_angle, communication_step, fmu, parameters
+        As in a scenario: `parameters.amb_actuator` are magnets and amplifiers, `parameters.rotor_contact` retainers.
+    speed, balancing, stages
+        Operating speeds, balancing grade, stages that drive whirl.
+    retainer_bearings
+        Ball bearings of retainers, whose balls a landing loads.
+    tilt
+        Angle of the shaft above the horizontal, with its end of largest z up: 90 deg for a vertical machine. Gravity
+        then has the component -g sin(tilt) along z, and g cos(tilt) across.
+    thrust_bearing
+        Axial magnetic bearing.
+    up_to
+        Frequency up to which the damping of modes is judged; by default twice the trip speed.
+    tolerances
+        Tolerances for the worst case of its margins.
+    criteria
+        Files of criteria; by default those of the package.
+    """
+
+    name: str = "machine"
+    description: str = ""
+    source: str = ""
+    scenario: str = ""
+    rotor: str | None = None
+    controller: str | None = None
+    system: str | None = None
+    gravity: Value | None = None
+    gravity_angle: Value | None = None
+    communication_step: Value | None = None
+    fmu: dict[str, str] = Field(default={})
+    parameters: dict[str, Values] = Field(default={})
+    speed: Speeds
+    balancing: Balancing = Balancing()
+    stages: tuple[CompressorStage, ...] = ()
+    retainer_bearings: tuple[RetainerBearing, ...] = ()
+    tilt: Value | None = None
+    thrust_bearing: ThrustBearing | None = None
+    up_to: Value | None = None
+    tolerances: Tolerances = Tolerances()
+    criteria: tuple[str, ...] = ()
+
+    @model_validator(mode="after")
+    def _has_a_rotor(self) -> MachineFile:
+        if not self.scenario and self.rotor is None:
+            raise ValueError("a machine needs rotor, or scenario")
+        _ = self.highest_frequency, self.balancing.speed, self.shaft_tilt
+        return self
+
+    @property
+    def highest_frequency(self) -> float:
+        """Frequency up to which modes are judged (rad/s)."""
+        if self.up_to is None:
+            return 2.0 * self.speed.tripping
+        return _positive(self.up_to, "rad/s", "up_to")
+
+    @property
+    def shaft_tilt(self) -> float:
+        """Angle of the shaft above the horizontal (rad)."""
+        if self.tilt is None:
+            return 0.0
+        value = quantity(self.tilt, "rad", "tilt")
+        if not abs(value) <= 0.5 * math.pi * (1.0 + 1e-9):
+            raise ValueError(f"tilt = {math.degrees(value):g} deg is not allowed; it must be >= -90 deg and <= 90 deg")
+        return value
+
+    @property
+    def axial_gravity(self) -> float:
+        """Gravity along z (m/s^2), -g sin(tilt)."""
+        raw = self._scenario_data().get("gravity")
+        return 0.0 if raw is None else 0.0 - quantity(raw, "m/s2", "gravity") * math.sin(self.shaft_tilt)
+
+    def as_scenario(self, Omega: float, **fields: Any) -> Scenario:
+        """Return a scenario of the machine at a speed (rad/s), a second without settling unless `fields` differ."""
+        data = self._scenario_data()
+        if self.tilt is not None and data.get("gravity") is not None:
+            across = math.cos(self.shaft_tilt)
+            data = overlaid(data, {"gravity": quantity(data["gravity"], "m/s2", "gravity") * max(across, 0.0)})
+        if self.controller is not None:
+            data = overlaid(data, {"fmu": {CONTROLLER: self.controller}})
+        data = overlaid(data, {"inputs": {CONTROLLER: {"rolac_enable": False}}})
+        data = overlaid(data, {"Omega": Omega, "settle_cycles": 0} | fields)
+        return make_scenario(data if {"end_time", "end_cycle"} & {*data} else data | {"end_time": 1.0}, self.name)
+
+    def _scenario_data(self) -> dict[str, Any]:
+        """Return the data of its scenario, with what the file itself states."""
+        base = read_scenario(self.scenario) if self.scenario else {}
+        data = {key: base[key] for key in OF_SCENARIO if key in base}
+        local = self.model_dump(mode="json", exclude_unset=True, exclude_none=True, include={*OF_MACHINE})
+        return overlaid(_without_motion(data), local)
+
+
+def _without_motion(data: dict[str, Any]) -> dict[str, Any]:
+    """Return a scenario's data without the loads of its rotor."""
+    from amb_cosim.results.component_names import PLANT
+
+    inputs = {component: of for component, of in data.get("inputs", {}).items() if component != PLANT}
+    return {key: value for key, value in data.items() if key != "inputs"} | ({"inputs": inputs} if inputs else {})
+
+
+def _positive(raw: Raw, unit: str, name: str) -> float:
+    value = quantity(raw, unit, name)
+    if not 0.0 < value < float("inf"):
+        raise ValueError(f"{name} = {value:g} {unit} is not allowed; it must be > 0 {unit}")
+    return value
+
+
+def packaged_machines() -> dict[str, Path]:
+    """Return the machine files of the packs, by name."""
+    return files_of("machines")
+
+
+def load_machine(source: str | Path) -> MachineFile:
+    """Read a machine, by the name of a packaged machine or from a file. Paths in a file are relative to it.
+
+    Raises
+    ------
+    ValueError
+        If there is none, or it is invalid; a line for each mistake.
+    """
+    available = packaged_machines()
+    path = available.get(str(source), Path(source))
+    if not path.is_file():
+        kind = "file" if str(source).endswith(".toml") else "machine"
+        raise ValueError(f"no {kind} {str(source)!r}; {suggest(str(source), available)}")
+    name = f"machine file {path}"
+    data = with_paths(read_toml(path, name), lambda file: str(path.parent / file))
+    for key in ("controller", "scenario"):
+        if isinstance(data.get(key), str) and data[key] not in (files_of("scenarios") if key == "scenario" else ()):
+            data[key] = str(path.parent / data[key])
+    axial = data.get("thrust_bearing")
+    if isinstance(axial, dict) and isinstance(axial.get("controller"), str):
+        data["thrust_bearing"] = axial | {"controller": str(path.parent / axial["controller"])}
+    if isinstance(data.get("criteria"), list):
+        from amb_assessment.assessment.criteria import packaged_criteria
+
+        present = packaged_criteria()
+        data["criteria"] = [item if item in present else str(path.parent / str(item)) for item in data["criteria"]]
+    return validate({"name": path.stem} | data, MachineFile, name)

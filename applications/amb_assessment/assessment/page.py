@@ -1,0 +1,54 @@
+"""An assessment as one self-contained HTML page."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from datetime import UTC, datetime
+from importlib.metadata import version
+from pathlib import Path
+
+from amb_assessment.assessment.assess import Assessment
+from amb_assessment.assessment.criteria import READINGS
+from amb_assessment.assessment.findings import Judgement
+from amb_assessment.reporting.page_parts import asset, in_script, number_text, picture_url, plotly_script
+from amb_assessment.reporting.panels import Panel
+from amb_assessment.reporting.pictures import picture_of
+from amb_cosim.presentation.templates import templates_of
+from amb_files.atomic import write_atomically
+
+PAGE, DATA = "assessment.html", "assessment.json"
+
+
+def write_assessment(assessment: Assessment, folder: Path) -> Path:
+    """Write data and page into a folder, each atomically, and return the path of the page."""
+    text, data = page(assessment), json.dumps(assessment.as_dict(), indent=1, allow_nan=False) + "\n"
+    folder.mkdir(parents=True, exist_ok=True)
+    write_atomically(folder / DATA, lambda file: file.write_text(data, encoding="utf-8"))
+    write_atomically(folder / PAGE, lambda file: file.write_text(text, encoding="utf-8"))
+    return folder / PAGE
+
+
+def page(assessment: Assessment) -> str:
+    """Return the text of the page."""
+    environment = templates_of("amb_assessment.assessment", "template")
+    environment.globals.update(badge=lambda verdict: verdict.name.lower(), number=number_text, known=READINGS)
+    panels = {part.key: [panel.in_chosen_units() for panel in part.answer.panels] for part in assessment.parts}
+    return environment.get_template("assessment.html.j2").render(
+        assessment=assessment,
+        machine=assessment.machine,
+        verdicts=list(Judgement),
+        counts=assessment.counts(),
+        pictures={key: _picture(drawn) for key, drawn in panels.items()},
+        version=version("amb-cosim"),
+        date=datetime.now(UTC).strftime("%Y-%m-%d"),
+        style=asset("report.css") + asset("assessment.css", "amb_assessment.assessment"),
+        script=asset("report.js"),
+        plotly=plotly_script(),
+        plots=in_script({key: [panel.as_data() for panel in drawn] for key, drawn in panels.items()}),
+    )
+
+
+def _picture(panels: Sequence[Panel]) -> str:
+    """Return a picture of a part's plots, as a data URL, for print and for pages without scripts."""
+    return picture_url(picture_of(panels) if panels else b"")

@@ -1,0 +1,151 @@
+"""Ball bearings of retainers in a machine file, and the loads of their balls in a landing."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from functools import cached_property
+from typing import Literal
+
+import numpy as np
+from pydantic import model_validator
+
+from amb_assessment.assessment.findings import ResultTable
+from amb_assessment.reporting.panels import Curve, Panel, curve
+from amb_cosim.cosim.system.tables import Table, Value
+from amb_cosim.cosim.system.values import quantity
+from amb_files.suggestions import suggest
+from ball_bearings.bearing import BallBearing
+from ball_bearings.hertz import SILICON_NITRIDE, STEEL
+
+MATERIALS = {"steel": STEEL, "silicon_nitride": SILICON_NITRIDE}
+TITLE = "Ball bearings of the retainers"
+LOAD_HEADS = ("retainer", "force (N)", "ball load (N)", "pressure (MPa)", "C_0 over force", "displacement (um)")
+DATA_HEADS = (
+    "balls",
+    "C_0 (kN)",
+    "by ISO 76 (kN)",
+    "stiffness under the weight (MN/m)",
+    "displacement (um)",
+    "at C_0 (um)",
+)
+
+
+class RetainerBearing(Table):
+    """The ball bearing of a retainer, as its catalogue has it.
+
+    at
+        Contact site of the rotor.
+    balls, ball_diameter, bore, outside
+        Number of balls of a row, their diameter, bore and outside diameter of the bearing.
+    rows, contact_angle, preload
+        1 for a deep-groove bearing; 2 for a pair, which may have a contact angle and an axial preload.
+    clearance
+        Diametral internal clearance as mounted, without contact angle; negative for an interference.
+    conformity
+        Radii of inner and outer groove over the ball's diameter.
+    ball
+        Material of the balls: steel or silicon_nitride.
+    static_rating
+        C_0 of its catalogue; by ISO 76's pressure without.
+    """
+
+    at: str
+    balls: int
+    ball_diameter: Value
+    bore: Value
+    outside: Value
+    rows: int = 1
+    contact_angle: Value = 0.0
+    preload: Value = 0.0
+    clearance: Value = 0.0
+    conformity: tuple[float, float] = (0.52, 0.52)
+    ball: Literal["steel", "silicon_nitride"] = "steel"
+    static_rating: Value | None = None
+
+    @model_validator(mode="after")
+    def _can_be_built(self) -> RetainerBearing:
+        width, D = 0.5 * (self._value("outside", "m") - self._value("bore", "m")), self._value("ball_diameter", "m")
+        if not 0.0 < D < width:
+            allowed = f"> 0 m and < {width:g} m, half the difference of outside and bore"
+            raise ValueError(
+                f"ball_diameter of the bearing at {self.at} = {D:g} m is not allowed; it must be {allowed}"
+            )
+        _ = self.bearing
+        if not self.rating > 0.0:
+            raise ValueError(f"static_rating of the bearing at {self.at} = {self.rating:g} N must be > 0 N")
+        return self
+
+    def _value(self, name: str, unit: str) -> float:
+        return quantity(getattr(self, name), unit, f"{name} of the bearing at {self.at}")
+
+    @cached_property
+    def bearing(self) -> BallBearing:
+        """The bearing as a model; its pitch diameter lies in the middle of bore and outside diameter."""
+        return BallBearing(
+            self.balls,
+            self._value("ball_diameter", "m"),
+            0.5 * (self._value("bore", "m") + self._value("outside", "m")),
+            self.conformity,
+            self.rows,
+            self._value("contact_angle", "rad"),
+            self._value("clearance", "m"),
+            self._value("preload", "N"),
+            MATERIALS[self.ball],
+        )
+
+    @property
+    def rating(self) -> float:
+        """Static rating C_0 (N): of the catalogue, or by ISO 76's pressure."""
+        if self.static_rating is None:
+            return self.bearing.static_rating
+        return self._value("static_rating", "N")
+
+    def pressure(self, force: float) -> float:
+        """Return the largest Hertz pressure of a ball (MPa) under a radial force (N)."""
+        return 1e-6 * self.bearing.pressure(self.bearing.largest_load(force))
+
+    def under_load(self, force: float) -> tuple[str, ...]:
+        """Return texts of a row of `LOAD_HEADS` for a radial force (N)."""
+        bearing = self.bearing
+        safety = f"{self.rating / force:.3g}" if force > 0.0 else ""
+        numbers = (f"{force:.4g}", f"{bearing.largest_load(force):.4g}", f"{self.pressure(force):.0f}")
+        return (self.at, *numbers, safety, f"{1e6 * bearing.displacement_under(force):.3g}")
+
+    def data(self, weight: float) -> tuple[str, ...]:
+        """Return texts of a row of `DATA_HEADS`, with the stiffness under a radial force `weight` (N)."""
+        bearing, most = self.bearing, self.rating
+        slope = 0.02 * weight / (bearing.displacement_under(1.01 * weight) - bearing.displacement_under(0.99 * weight))
+        displacements = (f"{1e6 * bearing.displacement_under(force):.3g}" for force in (weight, most))
+        ratings = (f"{1e-3 * most:.4g}", f"{1e-3 * bearing.static_rating:.4g}")
+        return (self.at, f"{self.rows} x {self.balls}", *ratings, f"{1e-6 * slope:.4g}", *displacements)
+
+    def curve(self, most: float) -> Curve:
+        """Return the radial displacement (um) over the force (N) up to `most`."""
+        bearing, forces = self.bearing, np.linspace(0.0, most, 60)
+        return curve(self.at, forces, np.array([1e6 * bearing.displacement_under(force) for force in forces]))
+
+
+def check_sites(bearings: Iterable[RetainerBearing], sites: Iterable[str]) -> None:
+    """Raise a ValueError if a bearing is at none of the `sites`, or two are at the same one."""
+    names, used = list(sites), list[str]()
+    for item in bearings:
+        if item.at not in names:
+            raise ValueError(f"the rotor has no contact site {item.at!r} for a bearing; {suggest(item.at, names)}")
+        if item.at in used:
+            raise ValueError(f"two retainer_bearings are at {item.at}; a pair is one bearing with rows = 2")
+        used.append(item.at)
+
+
+def load_panels(loaded: Sequence[tuple[RetainerBearing, float]]) -> tuple[Panel, ...]:
+    """Return the displacement over the force of bearings, up to the forces on them (N) or their ratings."""
+    if not loaded:
+        return ()
+    most = max(max(force, item.rating) for item, force in loaded)
+    curves = tuple(item.curve(most) for item, _ in loaded)
+    return (Panel(TITLE, "radial force (N)", "displacement (um)", curves),)
+
+
+def load_tables(loaded: Sequence[tuple[RetainerBearing, float]]) -> tuple[ResultTable, ...]:
+    """Return the loads of balls under the forces on their bearings (N)."""
+    rows = tuple(item.under_load(force) for item, force in loaded)
+    return (ResultTable(TITLE, LOAD_HEADS, rows),) if rows else ()

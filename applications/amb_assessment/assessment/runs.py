@@ -1,0 +1,212 @@
+"""Co-simulations of a machine with unbalance, and the rotor's distance to contact."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from amb_analysis.machine.response import refined_response
+from amb_assessment.assessment.stages import co_simulated, real_coefficients
+from amb_assessment.assessment.subject import Subject
+from amb_assessment.assessment.unbalance_cases import UnbalanceCase, unbalance_cases
+from amb_cosim.results.component_names import ACTUATOR, CONTROLLER, PLANT
+from amb_cosim.results.result import Result
+from amb_cosim.scenario.simulation import prepare, run_prepared
+from array_types import Array
+from rotor_analysis.response import orbit
+
+SETTLING = 20.0  # cycles
+CYCLES = 60.0  # of a run at a speed
+SPEEDS = 81  # of a response, with more about critical speeds and maxima
+FRICTION = 0.15  # of a landing that is followed
+CHAIN = "chain.preset"
+NOISY = {"chain.noise": True, "chain.adc": True, "chain.dac": True, "chain.filter": False, "chain.delay": False}
+
+
+@dataclass(frozen=True)
+class PlacedUnbalance:
+    """The whole unbalance of the balancing grade at planes of the co-simulated rotor, placed for a mode.
+
+    case
+        The mode.
+    at
+        Unbalance (kg m) by plane, with the sign of the mode's shape there; their sizes sum to the whole.
+    """
+
+    case: UnbalanceCase
+    at: Mapping[str, float]
+
+    @property
+    def inputs(self) -> dict[str, float]:
+        """Inputs of the rotor: unbalance (kg m) and its phase (rad)."""
+        result = {f"{plane}.u": abs(u) for plane, u in self.at.items()}
+        return result | {f"{plane}.phi": np.pi for plane, u in self.at.items() if u < 0.0}
+
+    @property
+    def note(self) -> str:
+        """The unbalance in words."""
+        places = ", ".join(f"{1e6 * u:+.4g} g mm at {plane}" for plane, u in self.at.items() if u)
+        return f"{places}, for {self.case.name.split(',')[0]}"
+
+
+@dataclass(frozen=True)
+class WorstResponse:
+    """The largest steady displacement over the clearance, with its speed and unbalance.
+
+    unbalance, Omega
+        The unbalance and the speed (rad/s).
+    site, share
+        Where it is largest, and the displacement over the clearance there (1).
+    shares
+        The same at every site.
+    """
+
+    unbalance: PlacedUnbalance
+    Omega: float
+    site: str
+    shares: Mapping[str, float]
+
+    @property
+    def share(self) -> float:
+        """The largest displacement over the clearance (1)."""
+        return self.shares[self.site]
+
+    def with_run(self, site: str, simulated: float) -> tuple[float, str]:
+        """Return the larger of the steady displacement at a site and that of a run (%), and both in words.
+
+        A short run may not reach the steady motion; in the retainers the rotor moves no further than the clearance.
+        """
+        steady = min(self.shares[site], 1.0)
+        note = f"steady response {100.0 * steady:.3g} %, simulated {100.0 * simulated:.3g} %"
+        return 100.0 * max(simulated, steady), note
+
+
+def planes_of_unbalance(subject: Subject) -> dict[str, int]:
+    """Return the nodes at which the co-simulated rotor can have unbalance, by name: its disc planes and bearings."""
+    return {part.name: part.node for part in (*subject.rotor.bearings, *subject.rotor.discs)}
+
+
+def placed_unbalances(subject: Subject) -> list[PlacedUnbalance]:
+    """Return the unbalance of the balancing grade placed for each mode.
+
+    Each lobe of the shape has its share by mass, at the plane within the lobe where the shape is largest. A lobe
+    without a plane leaves its share to the others, in proportion: the whole is always placed, and no part of it
+    subtracts from another.
+    """
+    planes, whole = planes_of_unbalance(subject), subject.unbalance_of_grade()
+    result = []
+    for case in unbalance_cases(subject):
+        shares: dict[str, float] = {}
+        for share, (first, last) in zip(case.shares.values(), case.lobes, strict=True):
+            within = [plane for plane, node in planes.items() if first <= node <= last]
+            if within:
+                chosen = max(within, key=lambda plane: abs(case.shape[planes[plane] - 1]))
+                shares[chosen] = share
+        scale = whole / sum(map(abs, shares.values()))
+        result.append(PlacedUnbalance(case, {plane: scale * share for plane, share in shares.items()}))
+    return result
+
+
+def worst_response(subject: Subject, lowest: float, highest: float, sites: Sequence[str] = ()) -> WorstResponse:
+    """Return the largest steady response at any speed (rad/s) from the lowest to the highest, of all modes' unbalances.
+
+    The speeds are refined about critical speeds and maxima (`rotor_analysis.refinement`); forces of the magnetic
+    bearings are linear, with seals and stages.
+
+    Parameters
+    ----------
+    subject, lowest, highest
+        The machine, and the speeds.
+    sites
+        Sites that count; all by default.
+    """
+    unbalances, planes, others = placed_unbalances(subject), planes_of_unbalance(subject), real_coefficients(subject)
+    loads = [{planes[plane]: complex(u) for plane, u in placed.at.items()} for placed in unbalances]
+    names = list(subject.clearances)
+    nodes, limits = zip(*subject.clearances.values(), strict=True)
+    counted = [names.index(site) for site in sites or names]
+    speeds = np.unique(np.linspace(lowest, highest, SPEEDS))
+    speeds, motion = refined_response(subject, speeds, loads, [nodes[site] for site in counted], others)
+    used = orbit(motion[:, :, [node - 1 for node in nodes]])[0] / np.array(limits)
+    n, k, top = np.unravel_index(int(used[:, :, counted].argmax()), (*used.shape[:2], len(counted)))
+    at_sites = dict(zip(names, used[n, k].tolist(), strict=True))
+    return WorstResponse(unbalances[k], float(speeds[n]), names[counted[top]], at_sites)
+
+
+def steady_vibration(subject: Subject, response: WorstResponse) -> dict[str, Array]:
+    """Return the displacement over the clearance by site, of a run with noise and converters at a response's speed."""
+    inputs = response.unbalance.inputs
+    return clearance_used(subject, simulate(subject, response.Omega, inputs, real=True, end_cycle=CYCLES))
+
+
+def simulate(
+    subject: Subject, Omega: float, inputs: Mapping[str, float] | None = None, *, real: bool = False, **fields: Any
+) -> Result:
+    """Return the run of a machine, starting at a speed (rad/s).
+
+    Parameters
+    ----------
+    subject
+        The machine.
+    Omega
+        Speed at the beginning (rad/s).
+    inputs
+        Initial inputs of the rotor, by name.
+    real
+        Whether to use sensor noise and converter resolution, unless the machine defines its signal chain.
+    fields
+        Fields of a scenario.
+
+    Raises
+    ------
+    ValueError
+        If the run fails.
+    """
+    parameters = fields.pop("parameters", {})
+    chain = subject.parameters.get(CONTROLLER, {})
+    if real and chain.get(CHAIN) == 0.0:
+        parameters = {**parameters, CONTROLLER: {CHAIN: "custom", **NOISY}}
+    values: dict[str, Any] = {"settle_cycles": SETTLING, "parameters": parameters, **fields}
+    if inputs:
+        values["inputs"] = {PLANT: dict(inputs)}
+    scenario = co_simulated(subject, Omega, **values)
+    result = run_prepared(prepare(scenario, None, flavour=subject.flavour))
+    if result.outcome.status == "interrupted":
+        raise KeyboardInterrupt
+    if result.outcome.failure is not None:
+        raise ValueError(f"the run ended early: {result.outcome.failure}")
+    return result
+
+
+def clearance_used(subject: Subject, result: Result) -> dict[str, Array]:
+    """Return the displacement over the clearance at every contact site, from cycle 0 on, by site."""
+    signals, used = result.signals, {}
+    has_settled = np.asarray(signals["time"].values) >= 0.0
+    for name, (_, clearance) in subject.clearances.items():
+        x, y = (np.asarray(signals[f"{PLANT}.{name}.{axis}"].values)[has_settled] for axis in "xy")
+        used[name] = np.hypot(x, y) / clearance
+    return used
+
+
+def switched_off(subject: Subject, cycle: float) -> dict[str, Any]:
+    """Return the fields of a scenario in which all amplifiers lose their power at a cycle, and coils discharge."""
+    local = subject.parameters[ACTUATOR]
+    limits = {f"{b}.discharge_voltage_{a}": local[f"{b}.voltage_limit_{a}"] for b, a in subject.loop.axes}
+    return {
+        "parameters": {ACTUATOR: {"amplifier": "dynamic", "mean_current": True, **limits}},
+        "event": [{"role": "disturbance", "cycle": cycle, "set": {ACTUATOR: {"*.amplifier_off_?": True}}}],
+    }
+
+
+def check_falls(subject: Subject) -> None:
+    """Raise a ValueError if a machine has no gravity at all, so that nothing makes its rotor land without power."""
+    if has_no_gravity(subject):
+        raise ValueError("the machine has no gravity, so the rotor does not fall; set gravity in the machine file")
+
+
+def has_no_gravity(subject: Subject) -> bool:
+    """Return whether gravity acts neither across nor along the shaft."""
+    return not subject.parameters[PLANT]["gravity"] and not subject.file.axial_gravity

@@ -1,0 +1,38 @@
+"""Stability of a machine with its seals and stages, from zero to the trip speed."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from amb_analysis.linear.stability import LoopStability
+from amb_analysis.machine.coupled import NOMINAL, MachineVariation, coupled_loop
+from amb_assessment.assessment.findings import Quantity
+from amb_assessment.assessment.stages import real_coefficients
+from amb_assessment.assessment.subject import Subject, hertz, rpm
+
+SPEEDS = 41  # from zero to the trip speed, between which the least stable is sought
+
+
+def least_stable(subject: Subject, variation: MachineVariation = NOMINAL, count: int = SPEEDS) -> LoopStability:
+    """Return the stability at the least stable speed from zero to the trip speed, which every run-up passes."""
+    speed = subject.file.speed
+    speeds = np.unique([*np.linspace(0.0, speed.tripping, count), speed.lowest, speed.highest])
+    return coupled_loop(subject, real_coefficients(subject), variation).least_stable(speeds)
+
+
+def spectral_radius(quantity: str, stability: LoopStability, name: str = "") -> Quantity:
+    """Return the spectral radius of a loop with the motion of its pole and its speed; `name` is put first."""
+    N = float(rpm(stability.speed))
+    facts = {"growth_rate": stability.growth_rate, "frequency": hertz(stability.frequency), "N": N}
+    return Quantity(quantity, f"{name}{described(stability)}", stability.radius, "1", facts, stability.note)
+
+
+def described(stability: LoopStability) -> str:
+    """Return the motion of the pole that decides, and its speed."""
+    return f"{stability.motion}, |z| = {stability.radius:.7f}, at {rpm(stability.speed):.0f} 1/min"
+
+
+def check_stable(stability: LoopStability) -> None:
+    """Raise a ValueError if a machine is not stable."""
+    if not stability.is_stable:
+        raise ValueError(f"the loop is not stable: {described(stability)}; this part needs a rotor that levitates")

@@ -1,0 +1,90 @@
+"""The machine of a file under assessment: content of the file, and derived data for analyses."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from amb_analysis.machine.machine import Machine
+from amb_assessment.assessment.machine_file import MachineFile
+from amb_cosim.cosim.basics.choices import Flavour
+from amb_cosim.cosim.system.values import RPM
+from amb_cosim.scenario.simulation import prepare
+from rotor_analysis.reduced_rotor import reduced_rotor
+from rotor_analysis.rotor import ReductionOptions
+from rotor_analysis.rotor_file import load_rotor
+
+
+@dataclass(frozen=True)
+class Subject(Machine):
+    """A machine under assessment, at its largest speed.
+
+    file
+        Content of the machine file.
+    flavour
+        Flavour of the FMUs.
+    """
+
+    file: MachineFile
+    flavour: Flavour
+
+    @cached_property
+    def retained_modes(self) -> tuple[int, int]:
+        """Number of modes per plane of motion that the reduction retains in addition to its planes, and their total."""
+        model = reduced_rotor(self.rotor).model
+        planes = len(model.translations)
+        return model.size // 2 - planes, 2 * len(self.rotor.shaft.nodes) - planes
+
+    @cached_property
+    def facts(self) -> Mapping[str, float]:
+        """Variables for formulas of criteria: speeds (1/min), mass (kg), balancing grade (mm/s)."""
+        speed = self.file.speed
+        return {
+            "N_min": speed.lowest * RPM,
+            "N_mc": speed.highest * RPM,
+            "N_trip": speed.tripping * RPM,
+            "mass": self.rotor.mass,
+            "grade": 1e3 * self.file.balancing.speed,
+        }
+
+    def unbalance_of_grade(self, Omega: float | None = None) -> float:
+        """Return the unbalance (kg m) allowed by the balancing grade, m G/Omega at the largest speed."""
+        return self.rotor.mass * self.file.balancing.speed / (self.file.speed.highest if Omega is None else Omega)
+
+    def residual_unbalance(self) -> float:
+        """Return the residual unbalance U_r = 6350 W/N g mm (kg m) of API 617, at the largest speed."""
+        return 6350e-6 * self.rotor.mass / (self.file.speed.highest * RPM)
+
+
+def subject_of(file: MachineFile, flavour: Flavour = "native", modes: int | None = None) -> Subject:
+    """Return the machine of a file.
+
+    Parameters
+    ----------
+    file, flavour
+        The file, and the flavour of its FMUs.
+    modes
+        Number of modes per plane of motion that its rotor retains in addition to its planes (R. R. Craig, M. C. C.
+        Bampton), in place of the reduction of its file.
+    """
+    scenario = file.as_scenario(file.speed.highest)
+    if modes is not None:
+        rotor = load_rotor(scenario.rotor)
+        reduction = ReductionOptions("craig_bampton", rotor.masters, modes)
+        scenario = scenario.changed(rotor=replace(rotor, reduction=reduction))
+    return Subject(prepare(scenario, flavour=flavour), file, flavour)
+
+
+def rpm(Omega: Any) -> Any:
+    """Convert a speed from rad/s to 1/min."""
+    return np.asarray(Omega) * RPM if not isinstance(Omega, float) else Omega * RPM
+
+
+def hertz(omega: Any) -> Any:
+    """Convert a frequency from rad/s to Hz."""
+    return omega / (2.0 * math.pi)

@@ -1,0 +1,83 @@
+"""Placement and amount of unbalance for each mode."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from amb_analysis.machine.feedback import directional_stiffness
+from amb_assessment.assessment.critical_speeds import antinodes, critical_speeds, lobe_masses
+from amb_assessment.assessment.subject import Subject, rpm
+from array_types import Array
+
+MOST = 5  # modes
+BEYOND = 1.5  # of the trip speed, up to which the critical speed of a mode may be
+SOFTEST = 0.02  # of the largest stiffness of a bearing, in place of less
+
+
+@dataclass(frozen=True)
+class UnbalanceCase:
+    """Unbalance that excites a mode.
+
+    name
+        Its name.
+    critical_speed
+        Undamped critical speed of the mode (rad/s).
+    shape
+        Its shape at the nodes, the largest 1.
+    shares
+        Share of the total unbalance by node, with the sign of the shape: the mass of each lobe, at its antinode.
+    lobes
+        First and last node of each lobe, in the order of `shares`.
+    """
+
+    name: str
+    critical_speed: float
+    shape: Array
+    shares: dict[int, float]
+    lobes: tuple[tuple[int, int], ...]
+
+    def of(self, whole: float) -> dict[int, complex]:
+        """Return the unbalance (kg m) by node for a total (kg m)."""
+        return {node: complex(share * whole) for node, share in self.shares.items()}
+
+
+def unbalance_cases(subject: Subject) -> list[UnbalanceCase]:
+    """Return a case for each mode with an undamped critical speed up to 1.5 times the trip speed, at least two.
+
+    The shapes are those of the rotor on its bearings with their stiffness at the largest speed; where it differs along
+    x and y, those of either direction.
+    """
+    speed = subject.file.speed
+    directions = directional_stiffness(subject, np.array([speed.highest]))
+    return [
+        case
+        for direction, of in directions.items()
+        for case in _along(subject, direction, {name: float(k[0].real) for name, k in of.items()})
+    ]
+
+
+def _along(subject: Subject, direction: str, stiffness: dict[str, float]) -> list[UnbalanceCase]:
+    """Return the cases of a direction with the stiffness (N/m) of its bearings."""
+    least = SOFTEST * max(max(abs(k) for k in stiffness.values()), 1.0)
+    nodes = {bearing.name: bearing.node for bearing in subject.rotor.bearings}
+    speeds, shapes = critical_speeds(subject.free, {nodes[name]: max(k, least) for name, k in stiffness.items()}, MOST)
+    count = max(2, int(np.count_nonzero(speeds <= BEYOND * subject.file.speed.tripping)))
+    cases = []
+    for k, (Omega, shape) in enumerate(zip(speeds[:count], shapes.T[:count], strict=True), 1):
+        lobes = lobe_masses(subject.free, shape)
+        mass = sum(m for _, m, _ in lobes)
+        shares = {at + 1: sign * m / mass for at, m, sign in lobes}
+        ends = tuple((span.start + 1, span.stop) for _, span in antinodes(shape))
+        places = ", ".join(f"z = {1e3 * subject.z[node - 1]:.0f} mm" for node in shares)
+        name = f"mode {k}{direction} ({rpm(float(Omega)):.0f} 1/min), at {places}"
+        cases.append(UnbalanceCase(name, float(Omega), shape, shares, ends))
+    return cases
+
+
+def response_speeds(subject: Subject, points: int = 160) -> Array:
+    """Return the speeds (rad/s) of a response, from 3 % to 150 % of the largest, and those of operation."""
+    speed = subject.file.speed
+    swept = np.linspace(0.03, 1.5, points) * speed.highest
+    return np.unique([*swept, speed.lowest, speed.highest, speed.tripping])

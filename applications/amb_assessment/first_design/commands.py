@@ -1,0 +1,197 @@
+"""The command that writes a first design of a machine."""
+
+from __future__ import annotations
+
+import math
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from amb_cosim.commands.cli import main
+from amb_cosim.commands.cli_errors import refusing
+from amb_cosim.commands.options import FLAVOUR, SPEED, WithUnit
+from amb_cosim.cosim.basics.choices import Flavour
+
+if TYPE_CHECKING:
+    from amb_assessment.first_design.sizing import Drive, MagnetData
+
+APART = 1.8  # factor above which constants of a magnet are questioned
+
+
+@click.command()
+@click.argument("folder", type=click.Path(path_type=Path))
+@click.option("--rotor", metavar="NAME|FILE", help="Rotor file of the drawing (TOML), or a rotor of a pack.")
+@click.option("--mass", type=WithUnit("60 kg"), help="Mass of the rotor, such as '60 kg'.")
+@click.option("--length", type=WithUnit("1.2 m"), help="Length of the rotor, such as '1.2 m'.")
+@click.option("--speed", type=SPEED, prompt=True, help="Highest operating speed, such as '12000 rpm'.")
+@click.option(
+    "--bearings",
+    metavar="'Z Z'",
+    help="Positions of the two bearings, such as '0.2 m 1.0 m'.",
+)
+@click.option("--k-i", type=WithUnit("210 N/A"), help="K_i of an axis from a data sheet ('210 N/A'); with --k-s.")
+@click.option("--k-s", type=WithUnit("1.5e6 N/m"), help="K_s at the centre ('1.5e6 N/m').")
+@click.option("--gap", type=WithUnit("0.4 mm"), help="Air gap of --k-i and --k-s without load.")
+@click.option("--bias", type=WithUnit("2 A"), help="Bias current of --k-i and --k-s, instead of --gap.")
+@click.option(
+    "--drive",
+    type=click.Choice(["differential", "one-sided"]),
+    help="Coils that carry the load: both (default), or the upper.",
+)
+@FLAVOUR
+def new(
+    folder: Path,
+    rotor: str | None,
+    mass: str | None,
+    length: str | None,
+    speed: str,
+    bearings: str | None,
+    k_i: str | None,
+    k_s: str | None,
+    gap: str | None,
+    bias: str | None,
+    drive: Drive | None,
+    flavour: Flavour,
+) -> None:
+    """Write a first design of a machine into a new FOLDER.
+
+    The folder contains rotor, magnets, a controller that levitates the rotor, and scenarios.
+
+    The rotor comes from a file, or is a plain shaft with a mass and a length. Missing values are prompted for.
+    """
+    from amb_assessment.first_design.files import new_machine
+    from amb_assessment.first_design.levitation import WANTED_BEYOND, WANTED_IN_RANGE
+    from amb_cosim.cosim.system.values import quantity
+
+    with refusing():
+        magnet = _magnet(k_i, k_s, gap, bias, drive)
+        Omega = quantity(speed, "rad/s", "speed")
+        text = _rotor_text(folder.name, rotor, mass, length, Omega)
+        places = None if bearings is None else [quantity(z, "m", "bearings") for z in _positions(bearings)]
+        if places is not None and len(places) != 2:
+            raise ValueError(f"bearings = {bearings!r} is not allowed; it must be two positions, such as '0.2 m 1.0 m'")
+        made = new_machine(folder, text, Omega, None if places is None else (places[0], places[1]), magnet, flavour)
+    for bearing, point in made.points.items():
+        click.echo(
+            f"bearing {bearing}, each axis: {made.sizes.loads[bearing]:.4g} N of the weight by "
+            f"{point.static_current:.3g} A; K_s {point.k_s:.4g} N/m, K_i {point.k_i:.4g} N/A"
+            + ("" if magnet is None else f" (data sheet: {magnet.k_s:.4g} N/m, {magnet.k_i:.4g} N/A)")
+        )
+        if made.sizes.retainers and bearing not in {site.bearing for site in made.sizes.retainers}:
+            click.echo(
+                f"bearing {bearing} has no retainer; if it is passive, list it under [[seals]] of the rotor file"
+            )
+    sizes = made.sizes
+    click.echo(
+        f"magnets: {sizes.turns} turns on each pole, {1e4 * sizes.pole_area:.3g} cm2, gap {1e3 * sizes.gap:.3g} mm, "
+        f"bias {sizes.bias_current:.3g} A" + _beside(magnet, made.typical)
+    )
+    if magnet is not None:
+        click.echo(_assumed(magnet))
+    click.echo(_lag(made.gains.frequency, made.sample_time))
+    if not sizes.retainers:
+        click.echo("the rotor has no retainers and cannot land; add them to rotor.toml as [[sites]] with a bearing")
+    if "bearings" in made.assumed:
+        click.echo("retainers and sensors are placed next to the bearings; move them in rotor.toml if necessary")
+    if "damping" in made.assumed:
+        click.echo("damping of the bending modes is assumed: 0.3, 0.5, then 1 %; enter measured values in rotor.toml")
+    if sizes.retainers:
+        click.echo(
+            "no windage is assumed: without spin.drag in levitation.toml only retainers slow a rotor without drive"
+        )
+    gains = made.gains
+    click.echo(
+        f"levitates with K_b = {gains.k_b:.3g} N/m, C_b = {gains.c_b:.3g} N s/m: damping ratios are at least "
+        f"{gains.in_range:.3g} within the range of speed ({WANTED_IN_RANGE:g} is wanted) and {gains.beyond:.3g} beyond "
+        f"({WANTED_BEYOND:g}); nearest to the target is {gains.least_damped}"
+    )
+    first = folder / ("landing.toml" if sizes.retainers else "levitation.toml")
+    click.echo(f"wrote {folder}; next: amb-cosim run {first}")
+
+
+def _magnet(
+    k_i: str | None, k_s: str | None, gap: str | None, bias: str | None, drive: Drive | None
+) -> MagnetData | None:
+    """Return the constants of a data sheet, if any."""
+    from amb_assessment.first_design.sizing import MagnetData
+    from amb_cosim.cosim.system.values import quantity
+
+    if k_i is None and k_s is None:
+        if gap or bias or drive:
+            raise ValueError("--gap, --bias and --drive belong to --k-i and --k-s of a data sheet")
+        return None
+    if k_i is None or k_s is None:
+        raise ValueError("--k-i and --k-s must be set together")
+    return MagnetData(
+        quantity(k_i, "N/A", "k-i"),
+        quantity(k_s, "N/m", "k-s"),
+        None if gap is None else quantity(gap, "m", "gap"),
+        None if bias is None else quantity(bias, "A", "bias"),
+        drive or "differential",
+    )
+
+
+def _assumed(magnet: MagnetData) -> str:
+    """Return what is assumed of a magnet of a data sheet."""
+    constants = "K_i and K_s hold without load"
+    if magnet.keeps_k_s:
+        constants = (
+            "K_i and K_s are those under load, and the gap is assumed; if they hold without load, set --gap or --bias"
+        )
+    elif magnet.gap is None and magnet.bias is None:
+        constants += ", and the gap is assumed"
+    way = "both coils share the load" if magnet.drive == "differential" else "the upper coils carry the load"
+    return f"of the data sheet: {constants}; {way} ({magnet.drive} drive)"
+
+
+def _lag(omega: float, sample_time: float) -> str:
+    """Return the assumed lag of amplifier, filter and computer at the vibration that is nearest to its target.
+
+    A first-order amplifier lags by atan(f/f_b); a demand that is held for a sample, a sample late, by 1.5 T.
+    """
+    from amb_assessment.first_design.sizing import BANDWIDTH
+
+    hertz = omega / (2.0 * math.pi)
+    amplifier, computer = math.degrees(math.atan(hertz / BANDWIDTH)), 540.0 * hertz * sample_time
+    return (
+        f"assumed lag at {hertz:.0f} Hz: amplifiers of {1e-3 * BANDWIDTH:g} kHz {amplifier:.0f} deg, a computer with "
+        f"samples of {1e6 * sample_time:g} us and one of delay {computer:.0f} deg, no filter of the sensors"
+    )
+
+
+def _beside(magnet: MagnetData | None, typical: MagnetData) -> str:
+    """Return the constants of a magnet sized for the rotor, and a question if those of a data sheet differ much."""
+    if magnet is None:
+        return ""
+    text = f"; one sized for this rotor would have K_s {typical.k_s:.4g} N/m, K_i {typical.k_i:.4g} N/A"
+    ratio = max(magnet.k_i / typical.k_i, typical.k_i / magnet.k_i)
+    return f"{text}, {ratio:.2g} times apart: are the given ones of an axis or of a pole?" if ratio > APART else text
+
+
+def _rotor_text(name: str, rotor: str | None, mass: str | None, length: str | None, Omega: float) -> str:
+    """Return the text of the named rotor file, or of a plain shaft."""
+    from amb_assessment.first_design.rotor_text import plain_shaft
+    from amb_cosim.cosim.system.values import quantity
+    from amb_files.toml import read_text
+    from rotor_analysis.packaged_rotors import rotor_path
+    from rotor_analysis.rotor_file import load_rotor
+
+    if rotor is None:
+        m = quantity(mass or click.prompt("Mass"), "kg", "mass")
+        return plain_shaft(name, m, quantity(length or click.prompt("Length"), "m", "length"), Omega)
+    for key, values in (("mass", mass), ("length", length)):
+        if values is not None:
+            raise ValueError(f"{key} = {values!r} conflicts with the rotor file, which has its own; set one of them")
+    path = rotor_path(rotor)
+    load_rotor(path)  # errors name this file
+    return read_text(path, f"rotor file {path}")
+
+
+def _positions(text: str) -> list[str]:
+    """Return the positions in a text such as '0.2m 1.0m', '0.2 m, 1.0 m' or '0.2 1.0'."""
+    return re.sub(r"\s+(?=[A-Za-z])", "", text.replace(",", " ")).split()
+
+
+main.add_section("Design and judge", new)

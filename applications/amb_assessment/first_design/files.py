@@ -1,0 +1,213 @@
+"""The files of a new machine: a folder of templates with the sizes filled in, created atomically."""
+
+from __future__ import annotations
+
+import math
+import shutil
+import tempfile
+import tomllib
+from contextlib import nullcontext, suppress
+from dataclasses import dataclass
+from pathlib import Path
+from string import Template
+
+from amb_assessment.first_design.levitation import Gains, OperatingPoint, best_gains, candidates, operating_points
+from amb_assessment.first_design.rotor_text import damping, require_name, supports
+from amb_assessment.first_design.sizing import BANDWIDTH, SAMPLE_TIMES, MachineSizes, MagnetData, machine_sizes
+from amb_cosim.cosim.basics.choices import Flavour
+from amb_cosim.cosim.system.values import RPM
+from amb_cosim.scenario.gravity import STANDARD_GRAVITY
+from rotor_analysis.assembly import assemble
+from rotor_analysis.damping import free_modes
+from rotor_analysis.rotor import Rotor
+from rotor_analysis.rotor_file import load_rotor
+
+TEMPLATES = Path(__file__).parent / "templates"
+FALL = "landing.toml"  # the base scenario of those with a drop
+
+
+@dataclass(frozen=True)
+class NewMachine:
+    """Written files: the folder, the sizes, the operating points by bearing, and the gains that levitate it.
+
+    sample_time
+        Of the controller (s).
+    typical
+        K_i and K_s of a magnet of the first design.
+    assumed
+        Parts added to the rotor file: `bearings`, with retainers and sensors, and `damping`.
+    """
+
+    folder: Path
+    assumed: tuple[str, ...]
+    sizes: MachineSizes
+    typical: MagnetData
+    points: dict[str, OperatingPoint]
+    sample_time: float
+    gains: Gains
+
+
+def new_machine(
+    folder: Path,
+    rotor: str,
+    speed: float,
+    bearings: tuple[float, float] | None = None,
+    magnet: MagnetData | None = None,
+    flavour: Flavour = "native",
+) -> NewMachine:
+    """Write rotor, scenarios, machine file and a page about them into a new folder, with gains that levitate it.
+
+    A rotor without retainers has no drop scenarios.
+
+    Parameters
+    ----------
+    folder
+        The folder, which has the name of the machine.
+    rotor
+        Text of a rotor file: of `plain_shaft`, or of a drawing. Without `[damping]`, a default is assumed.
+    speed
+        Highest operating speed (rad/s).
+    bearings
+        Positions of two magnetic bearings (m), if the rotor file has none; by default `supports` places them.
+    magnet
+        K_i and K_s of the axes by a data sheet; by default those of the first design.
+    flavour
+        Flavour of the FMUs to linearise.
+
+    Raises
+    ------
+    ValueError
+        If the folder exists, its name is not allowed in a TOML file, the rotor file is not valid, it has bearings and
+        positions are given, it lacks what `machine_sizes` needs, or no gains levitate the rotor.
+    """
+    require_name(folder.name)
+    if folder.exists():
+        raise ValueError(f"{folder} exists; a new machine needs a new folder")
+    with tempfile.TemporaryDirectory() as place:
+        draft = Path(place) / folder.name
+        draft.mkdir()
+        file = draft / "rotor.toml"
+        has_damping = "damping" in tomllib.loads(rotor)
+        rotor = rotor if has_damping else rotor + damping()
+        bare = _rotor_of(file, rotor)
+        if bare.bearings and bearings:
+            present = ", ".join(f"{b.name} at {bare.shaft.nodes[b.node - 1]:g} m" for b in bare.bearings)
+            raise ValueError(
+                f"bearing positions conflict with the rotor file, which has its own: {present}; omit one of the two"
+            )
+        if not bare.bearings:
+            _rotor_of(file, rotor + supports(bare, bearings))
+        sizes = machine_sizes(load_rotor(file), speed, magnet)
+        typical = machine_sizes(load_rotor(file), speed).magnet
+        points = operating_points(sizes)
+        sample_time, gains = _first_that_levitates(draft, folder.name, sizes, points, flavour)
+        if not bare.bearings:
+            _rotor_of(file, rotor + supports(bare, bearings, gains.k_b, gains.c_b))
+        _fill(draft, _values(folder.name, sizes, points, sample_time, gains), bool(sizes.retainers))
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        shutil.move(draft, folder)
+    assumed = {"bearings": not bare.bearings, "damping": not has_damping}
+    return NewMachine(
+        folder, tuple(part for part, is_so in assumed.items() if is_so), sizes, typical, points, sample_time, gains
+    )
+
+
+def _first_that_levitates(
+    draft: Path, name: str, sizes: MachineSizes, points: dict[str, OperatingPoint], flavour: Flavour
+) -> tuple[float, Gains]:
+    """Return the first sample time (s) with gains that levitate the machine at one sample of delay, and the gains."""
+    for sample_time in SAMPLE_TIMES:
+        first = Gains(*candidates(sizes)[0], 0.0, 0.0)
+        _fill(draft, _values(name, sizes, points, sample_time, first), bool(sizes.retainers))
+        with suppress(ValueError) if sample_time != SAMPLE_TIMES[-1] else nullcontext():
+            return sample_time, best_gains(draft / "levitation.toml", sizes, flavour)
+    raise AssertionError
+
+
+def _rotor_of(file: Path, text: str) -> Rotor:
+    """Write a rotor file, and return its rotor."""
+    file.write_text(text, encoding="utf-8")
+    return load_rotor(file)
+
+
+def _fill(folder: Path, values: dict[str, str], falls: bool) -> None:
+    """Write the templates with values; without retainers none that a fall is in, nor a line that names one of these."""
+    texts = {file.name: file.read_text(encoding="utf-8") for file in sorted(TEMPLATES.iterdir())}
+    omitted = set() if falls else {name for name, text in texts.items() if name == FALL or f'base = "{FALL}"' in text}
+    for name in texts.keys() - omitted:
+        lines = (line for line in texts[name].splitlines(True) if not any(file in line for file in omitted))
+        (folder / name).write_text(Template("".join(lines)).substitute(values), encoding="utf-8")
+
+
+def _of_magnets(sizes: MachineSizes) -> str:
+    """Return the lines of magnets that are driven differentially, I_0 + i_s above and I_0 - i_s below."""
+    lines = []
+    for bearing, coils in sizes.coils.items():
+        values = {
+            "bias_current": (coils.bias_current, "A"),
+            "pole_area": (1e4 * coils.pole_area, "cm^2"),
+            "inductance": (1e3 * sizes.inductance * coils.pole_area / sizes.pole_area, "mH"),
+        }
+        lines += [f'\n"{bearing}.{name}_?" = "{value:.6g} {unit}"' for name, (value, unit) in values.items()]
+        shift = 0.5 * coils.static_current
+        lines[-3] += f"  # {coils.bias_current + shift:.4g} A less {shift:.4g} A, and more in the upper coils"
+    return "".join(lines)
+
+
+def _first_bending(rotor: Rotor) -> float:
+    """First bending frequency of the free rotor (Hz)."""
+    full = assemble(rotor)
+    return float(free_modes(full.M[::2, ::2], full.K[::2, ::2])[0][0] / (2.0 * math.pi))
+
+
+def _values(
+    name: str, sizes: MachineSizes, points: dict[str, OperatingPoint], sample_time: float, gains: Gains
+) -> dict[str, str]:
+    """The texts that fill the templates."""
+    r = 0.5 * sizes.diameter
+    race_inertia, race_drag = 0.01 * sizes.mass * r**2, 0.0015 * 0.5 * sizes.mass * STANDARD_GRAVITY * r
+    races = [
+        f'"{site.name}.race_inertia" = "{race_inertia:.5g} kg.m2"\n"{site.name}.race_drag" = "{race_drag:.5g} N.m"'
+        for site in sizes.retainers
+    ]
+    rows = [
+        f"| {bearing} | {sizes.loads[bearing]:.4g} N | {p.static_current:.4g} A | {p.k_s:.4g} N/m | {p.k_i:.4g} N/A |"
+        for bearing, p in points.items()
+    ]
+    texts = {
+        "name": name,
+        "plane": sizes.plane.name,
+        "sensor": sizes.rotor.sensors[0].x,
+        "races": "\n".join(races),
+        "friction": '"*.mu" = 0.12  # steel on steel, lubricated' if races else "# no retainers",
+        "bearing_rows": "\n".join(rows),
+        "of_magnets": _of_magnets(sizes),
+        "of_limits": "".join(f'\n"{b}.i_max_?" = "{c.bias_current:.5g} A"' for b, c in sizes.coils.items()),
+        "first_bending": f"{_first_bending(sizes.rotor):.0f}",
+    }
+    numbers = {
+        "mass": sizes.mass,
+        "rpm": sizes.speed * RPM,
+        "slow_rpm": 0.05 * sizes.speed * RPM,
+        "least_rpm": 0.8 * sizes.speed * RPM,
+        "k_b": gains.k_b,
+        "c_b": gains.c_b,
+        "cross_coupling": 0.01 * gains.k_b,
+        "in_range": gains.in_range,
+        "beyond": gains.beyond,
+        "clearance_mm": 1e3 * sizes.clearance,
+        "sample_time": 1e6 * sample_time,
+        "turns": sizes.turns,
+        "pole_area": 1e4 * sizes.pole_area,
+        "gap": 1e3 * sizes.gap,
+        "bias_current": sizes.bias_current,
+        "current_limit": sizes.current_limit,
+        "resistance": sizes.resistance,
+        "inductance": 1e3 * sizes.inductance,
+        "voltage_limit": sizes.voltage_limit,
+        "bandwidth": 1e-3 * BANDWIDTH,
+        "unbalance": 1e6 * sizes.unbalance,
+        "drive_gain": 1e-3 * sizes.mass * sizes.diameter,
+        "drive_torque": 0.1 * sizes.mass * sizes.diameter,
+    }
+    return texts | {key: f"{value:.5g}" for key, value in numbers.items()}

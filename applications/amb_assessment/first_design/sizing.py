@@ -1,0 +1,263 @@
+"""First sizes of the magnetic bearings of a rotor from its weight and speed, by handbook rules.
+
+Replace them by data sheets: every number is in a file that states its source.
+Sources: G. Schweitzer, E. H. Maslen, Magnetic Bearings, Springer, 2009; ISO 21940-11 (balancing grades).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Annotated, Literal
+
+from amb_assessment.first_design.rotor_text import diameter_at, gap_for, require_speed
+from amb_cosim.design.magnetic_bearing import axis_parameters, linear_constants
+from amb_cosim.scenario.gravity import STANDARD_GRAVITY
+from amb_files.checks import require
+from rotor_analysis.parts import BodyOrDisc, Site
+from rotor_analysis.rigid_body import rigid_body
+from rotor_analysis.rotor import Rotor
+from rotor_analysis.static_load import carried_masses
+
+MU_0 = 4e-7 * math.pi  # V s/(A m)
+
+SURFACE_SPEED = 200.0  # m/s, limit of laminations on the shaft
+GRADE = 2.5e-3  # m/s, balancing grade G 2.5
+CAPACITY = 4.0  # force of an axis over its share of the weight
+FLUX = 1.2  # T in the gap at twice the bias current
+CURRENT = 10.0  # A, current limit of the amplifier
+ROOM = 2.5  # of the bias current over the current that carries the weight, where neither gap nor bias is known
+WIDEST = 3.0  # of an assumed gap over that of a first design
+BANDWIDTH = 1400.0  # Hz, of the amplifier for small signals
+SAMPLE_TIMES = (50e-6, 25e-6)  # s, the second where no gains bear the delay of the first
+
+
+Drive = Literal["differential", "one-sided"]
+
+
+@dataclass(frozen=True)
+class MagnetData:
+    """K_i (N/A) and K_s (N/m) of an axis at its centre, from a data sheet.
+
+    gap, bias
+        Air gap (m) and bias current I_0 (A) of its coils, if known; one gives the other. With one of them K_i and K_s
+        are those without a load, otherwise those at the operating point.
+    drive
+        How the coils carry a load: `differential`, I_0 + i_s and I_0 - i_s, or `one-sided`, I_0 + I_s and I_0.
+    """
+
+    k_i: Annotated[float, "N/A"]
+    k_s: Annotated[float, "N/m"]
+    gap: Annotated[float | None, "m"] = None
+    bias: Annotated[float | None, "A"] = None
+    drive: Drive = "differential"
+
+    def __post_init__(self) -> None:
+        for name, unit, value in (("K_i", "N/A", self.k_i), ("K_s", "N/m", self.k_s)):
+            require(0.0 < value < math.inf, name, f"{value:g} {unit}", f"> 0 {unit}")
+        for name, unit, known in (("gap", "m", self.gap), ("bias", "A", self.bias)):
+            require(known is None or 0.0 < known < math.inf, name, f"{known} {unit}", f"> 0 {unit}")
+        if self.gap is not None and self.bias is not None:
+            raise ValueError("gap and bias are both set; K_i and K_s give one from the other, so set one of them")
+
+    @property
+    def keeps_k_s(self) -> bool:
+        """Whether K_s is that of the loaded axis: nothing else is known of it."""
+        return self.gap is None and self.bias is None and self.drive == "differential"
+
+
+@dataclass(frozen=True)
+class CoilCurrents:
+    """Coils of an axis under its load.
+
+    bias_current, static_current
+        Current of the lower coils (A), and what the upper coils have in addition (A).
+    pole_area
+        Pole area (m2).
+    """
+
+    bias_current: float
+    static_current: float
+    pole_area: float
+
+
+@dataclass(frozen=True)
+class MachineSizes:
+    """The magnets of a rotor, identical in all bearings, sized for the most loaded one.
+
+    rotor, speed
+        The rotor, and its highest speed in operation.
+    mass, diameter
+        Of the rotor; of the shaft in its bearings, where it is thickest.
+    plane, retainers
+        The plane of unbalance next to the centre of mass; the sites that are retainers of the bearings.
+    gap
+        Of the magnets, twice the least clearance of a retainer; without retainers `gap_for` the shaft.
+    turns, pole_area, bias_current, current_limit
+        Of a magnet.
+    resistance, inductance, voltage_limit
+        Of a coil and its amplifier.
+    unbalance
+        That of the balancing grade at the speed.
+    loads
+        Share of the weight that an axis at 45 degrees carries, by bearing.
+    coils
+        Currents and pole area of each bearing that is driven differentially; empty if the upper coils carry the load.
+    """
+
+    rotor: Rotor
+    speed: Annotated[float, "rad/s"]
+    mass: Annotated[float, "kg"]
+    diameter: Annotated[float, "m"]
+    plane: BodyOrDisc
+    retainers: tuple[Site, ...]
+    gap: Annotated[float, "m"]
+    turns: int
+    pole_area: Annotated[float, "m2"]
+    bias_current: Annotated[float, "A"]
+    current_limit: Annotated[float, "A"]
+    resistance: Annotated[float, "Ohm"]
+    inductance: Annotated[float, "H"]
+    voltage_limit: Annotated[float, "V"]
+    unbalance: Annotated[float, "kg.m"]
+    loads: dict[str, float]
+    coils: dict[str, CoilCurrents] = field(default_factory=dict)
+
+    @property
+    def magnet(self) -> MagnetData:
+        """K_i and K_s of its axes at the centre without static current."""
+        return _constants(self.turns, self.pole_area, self.gap, self.bias_current)
+
+    @property
+    def clearance(self) -> float:
+        """Least clearance of a retainer (m)."""
+        return min((site.clearance for site in self.retainers), default=0.5 * self.gap)
+
+
+def machine_sizes(rotor: Rotor, speed: float, magnet: MagnetData | None = None) -> MachineSizes:
+    """Return first sizes of the magnets of a rotor, or those that have the constants of a data sheet.
+
+    N = B s_0/(2 mu_0 I_b),  A = mu_0 F/B^2,  F = 4 W + 2 m G Omega,  W = m_b g/sqrt(2)      (1)
+    L = 2 mu_0 N^2 A/s_0,  U = 2 R I_max + L I_b 2 Omega                                    (2)
+    I_0 = s_0 K_s/K_i,  A such that K_i is the data sheet's                                 (3)
+    K_s(i_s) = K_s (1 + (i_s/I_0)^2),  i_s = W/K_i                                          (4)
+
+    m_b is the share of the flexible rotor's mass on a bearing (`carried_masses`). (1) has the flux B at twice the bias
+    current, where a control force of the bias current takes the magnet, and room for the unbalance of twice the
+    balancing grade; (2) a bandwidth of full swing of about twice the speed. (3), from (2.8) and (2.9) without a static
+    current, takes the place of (1) where a data sheet is given. (4) holds for differential drive. Unless gap or bias is
+    known, I_0 is such that K_s(i_s) is the data sheet's, and the gap such that I_0 is at least `ROOM` times i_s.
+
+    Parameters
+    ----------
+    rotor
+        With its bearings, all of them magnetic, a sensor, and a plane of unbalance.
+    speed
+        Its highest speed in operation (rad/s).
+    magnet
+        Of a data sheet.
+
+    Raises
+    ------
+    ValueError
+        If the rotor lacks any of these, its surface in a bearing would be faster than 200 m/s, or a magnet of the data
+        sheet cannot carry the weight.
+    """
+    require_speed(speed)
+    retainers = tuple(site for site in rotor.sites if site.bearing is not None)
+    for present, what, key in (
+        (rotor.sensors, "a sensor", "[[sensors]] with name and z"),
+        (rotor.discs, "a plane of unbalance", "a body with unbalance = true"),
+    ):
+        if not present:
+            raise ValueError(f"rotor {rotor.name!r} has not {what}; its file needs {key}")
+    nodes = rotor.shaft.nodes
+    diameter = max(diameter_at(rotor, nodes[node - 1]) for node in rotor.bearing_nodes)
+    fastest = 2.0 * SURFACE_SPEED / diameter
+    allowed = (
+        f"<= {fastest:.4g} rad/s: the surface of the shaft in its bearings, {1e3 * diameter:.3g} mm thick, then has"
+    )
+    require(speed <= fastest, "speed", f"{speed:.4g} rad/s", f"{allowed} {SURFACE_SPEED:g} m/s")
+    body = rigid_body(rotor)
+    loads = {name: mass * STANDARD_GRAVITY / math.sqrt(2.0) for name, mass in carried_masses(rotor).items()}
+    gap = 2.0 * min((site.clearance for site in retainers), default=0.5 * gap_for(diameter))
+    most_loaded = max(map(abs, loads.values()))
+    if magnet is not None:
+        least, gap = min((site.clearance for site in retainers), default=0.0), _gap_with(magnet, gap, most_loaded)
+        require(gap > least, "gap", f"{gap:.4g} m", f"> {least:.4g} m, the clearance of a retainer")
+    bias = 0.4 * CURRENT if magnet is None else gap * magnet.k_s / magnet.k_i
+    turns = max(round(FLUX * gap / (2.0 * MU_0 * bias)), 4)
+    force = CAPACITY * most_loaded + 2.0 * body.mass * GRADE * speed
+    area = math.ceil(1e6 * MU_0 * force / FLUX**2) / 1e6
+    if magnet is not None:
+        area = _area_with(magnet, gap, bias, turns, most_loaded)
+    coils = {} if magnet is None else _differential(magnet, bias, area, loads)
+    inductance = 2.0 * MU_0 * turns**2 * area / gap
+    resistance, limit = 0.3, max(CURRENT, 2.5 * bias)
+    voltage = 2.0 * resistance * limit + 2.0 * inductance * bias * speed
+    return MachineSizes(
+        rotor=rotor,
+        speed=speed,
+        mass=body.mass,
+        diameter=diameter,
+        plane=min(rotor.discs, key=lambda disc: abs(nodes[disc.node - 1] - body.centre)),
+        retainers=retainers,
+        gap=gap,
+        turns=turns,
+        pole_area=area,
+        bias_current=bias,
+        current_limit=limit,
+        resistance=resistance,
+        inductance=inductance,
+        voltage_limit=float(max(50, 10 * math.ceil(0.1 * voltage))),
+        unbalance=body.mass * GRADE / speed,
+        loads=loads,
+        coils=coils,
+    )
+
+
+def _gap_with(magnet: MagnetData, gap: float, load: float) -> float:
+    """Return the gap (m) of a magnet of a data sheet, of which `gap` is the least that clears the retainers."""
+    if magnet.gap is not None:
+        return magnet.gap
+    if magnet.bias is not None:
+        return magnet.bias * magnet.k_i / magnet.k_s
+    if magnet.drive == "one-sided":
+        return gap
+    return min(max(gap, (ROOM + 1.0 / ROOM) * load / magnet.k_s), WIDEST * gap)
+
+
+def _differential(magnet: MagnetData, bias: float, area: float, loads: Mapping[str, float]) -> dict[str, CoilCurrents]:
+    """Return the currents of coils that share the load of each bearing, by (4); empty for one-sided drive.
+
+    Without a known gap or bias I_0 + i_s^2/I_0 = s_0 K_s/K_i, and the pole area is in inverse proportion to I_0.
+    """
+    if magnet.drive == "one-sided":
+        return {}
+    result = {}
+    for bearing, load in loads.items():
+        shift, own = abs(load) / magnet.k_i, bias
+        if magnet.keeps_k_s:
+            own = 0.5 * (bias + math.sqrt(bias**2 - 4.0 * shift**2))
+        result[bearing] = CoilCurrents(own - shift, 2.0 * shift, area * bias / own)
+    return result
+
+
+def _area_with(magnet: MagnetData, gap: float, bias: float, turns: int, load: float) -> float:
+    """Return the pole area (m2) with which an axis has the K_i of a data sheet, and can carry a load (N)."""
+    swing = 0.5 * bias if magnet.keeps_k_s else bias
+    allowed = (
+        f"> {load / swing:.4g} N/A, to carry {load:.4g} N by a swing of {swing:.3g} A, which gap, K_i and K_s give"
+    )
+    require(magnet.k_i * swing > load, "K_i", f"{magnet.k_i:g} N/A", allowed)
+    return 1e-4 * magnet.k_i / _constants(turns, 1e-4, gap, bias).k_i
+
+
+def _constants(turns: int, pole_area: float, gap: float, bias: float) -> MagnetData:
+    """Return K_i and K_s of an axis at its centre without static current."""
+    p = axis_parameters(
+        turns=turns, pole_area=pole_area, gap=gap, bias_current=bias, current_limit=3.0 * bias, static_current=0.0
+    )
+    k_s, k_i = linear_constants(p)
+    return MagnetData(k_i, k_s)

@@ -1,0 +1,32 @@
+"""The scenarios of a page."""
+
+from __future__ import annotations
+
+from functools import cache
+
+from amb_cosim.cosim.fmu.fmus import model_source
+from amb_cosim.scenario.scenario import given_scenario, load_scenario
+from amb_files.pack_file import pack_files
+from amb_live.rig import Rig, rig
+
+
+def rigs_of(name: str | None = None, rotor: str | None = None, *, alone: bool = False) -> list[Rig]:
+    """Return the rigs of a page: that of a scenario and, unless `alone` or with another rotor, those of the packs.
+
+    Parameters
+    ----------
+    name
+        Name of a packaged scenario, or scenario file; default: that of the packs.
+    rotor
+        Rotor that replaces the scenario's.
+
+    Raises
+    ------
+    ValueError
+        If the scenario, the rotor or a file is wrong, or a browser cannot run the scenario.
+    """
+    first = given_scenario(name, rotor)
+    alone = alone or rotor is not None
+    others = [] if alone else [other for pack in pack_files().values() for other in pack.live if other != first.name]
+    source = cache(model_source)  # computing the constants of a rotor takes long, and most scenarios share them
+    return [rig(first, source), *(rig(load_scenario(other), source) for other in others)]

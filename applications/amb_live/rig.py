@@ -1,0 +1,175 @@
+"""A scenario for the live rig: its plan as JSON, and the bytes of one FMU with all components."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from amb_cosim.cosim.fmu.fmu_interface import FmuInterface, Port
+from amb_cosim.cosim.fmu.fmus import model_source
+from amb_cosim.export.assembled import assembled
+from amb_cosim.export.models import Made
+from amb_cosim.export.planned import made_for
+from amb_cosim.results.component_names import PLANT
+from amb_cosim.results.places import places_of
+from amb_cosim.scenario.plan import ScenarioPlan
+from amb_cosim.scenario.rotors import named
+from amb_cosim.scenario.scenario import Scenario
+from amb_cosim.scenario.simulation import PlannedRun, prepare
+from amb_live.geometry import geometry
+from fmi_export.variables import FAULT_CODE
+
+if TYPE_CHECKING:
+    from fmi_export.model import Model
+
+WEBASSEMBLY = "wasm32"  # platform of the modules
+
+
+@dataclass(frozen=True)
+class Rig:
+    """A scenario for the page.
+
+    data
+        A `Rig` as defined by `protocol.js`, for a JSON file.
+    parts
+        Module and constants of the FMU, by the keys in `data`.
+    """
+
+    data: dict[str, Any]
+    parts: Mapping[str, bytes]
+
+
+def rig(scenario: Scenario, source: Callable[..., Made] = model_source) -> Rig:
+    """Return a scenario with everything that a browser needs to run it.
+
+    Parameters
+    ----------
+    source
+        As `model_source`; several rigs may share models.
+
+    Raises
+    ------
+    ValueError
+        If the scenario is invalid, or requires features that a browser lacks: an FMU file, iterative coupling.
+    """
+    prepared = prepare(scenario)
+    _check(prepared)
+    model, parts = _fmu(prepared, source)
+    plan, system = prepared.plan, prepared.plan.system
+    module, guid = parts
+    names = [v.name for v in model.interface.variables if v.name != FAULT_CODE]  # the last one
+    components = [
+        {
+            "name": c.name,
+            "model": c.fmu,
+            "guid": prepared.interfaces[c.name].guid,
+            "variables": [_variable(port) for port in prepared.interfaces[c.name].ports.values()],
+            "parameters": dict(plan.parameters[c.name]),
+        }
+        for c in system.components
+    ]
+    data = {
+        "format": 1,
+        "version": importlib.metadata.version("amb-cosim"),
+        "scenario": scenario.name,
+        "description": scenario.description,
+        "source": scenario.source,
+        "system": scenario.system,
+        "rotor": named(scenario.rotor),
+        "receptances": scenario.receptances,
+        "gradient": scenario.gradient,
+        "stepSize": plan.step_size,
+        "rate": round(1.0 / plan.step_size),
+        "first": plan.first,
+        "last": plan.last,
+        "period": plan.period,
+        "module": module,
+        "guid": guid,
+        "data": guid,
+        "variables": names,
+        "components": components,
+        "signals": [{"name": signal.name, "targets": list(signal.targets)} for signal in system.signals],
+        "inputs": dict(plan.inputs),
+        "events": _events(plan),
+        "ramps": [{"variable": r.variable, "points": list(map(list, r.points)), "slope": r.slope} for r in plan.ramps],
+        "stops": [condition._asdict() for condition in plan.stops],
+        "recorded": [name for name in plan.recorded if name in names],
+        "geometry": geometry(
+            scenario.rotor,
+            prepared.fmus[PLANT].layout or {},
+            _gravity_angle(prepared),
+            places_of(prepared.assembly).magnetic,
+        ),
+    }
+    return Rig(data, parts)
+
+
+def _check(prepared: PlannedRun) -> None:
+    if prepared.assembly.from_elsewhere:
+        name = prepared.assembly.from_elsewhere[0]
+        path = prepared.fmus[name].path
+        raise ValueError(f"{name} is the FMU file {path}; the live rig runs only this project's models")
+    if PLANT not in prepared.interfaces:
+        raise ValueError(
+            f"system {prepared.assembly.system.name} has no component {PLANT}, which the live rig requires"
+        )
+
+
+def _variable(port: Port) -> dict[str, Any]:
+    variable: dict[str, Any] = {
+        "name": port.name,
+        "reference": port.reference,
+        "type": port.type,
+        "causality": port.causality,
+        "variability": port.variability,
+        "unit": "" if port.unit in (None, "1") else port.unit,
+        "min": port.minimum if math.isfinite(port.minimum) else None,
+        "max": port.maximum if math.isfinite(port.maximum) else None,
+        "start": port.start if port.causality != "output" else None,
+        "description": port.description,
+    }
+    return variable | ({"items": dict(port.items)} if port.items else {})
+
+
+def _events(plan: ScenarioPlan) -> list[dict[str, Any]]:
+    labels = {point: label for label, point in plan.marks.items()}
+    roles = {label: role for role, label in plan.roles.items()}
+    return [
+        {
+            "point": point,
+            "variable": variable,
+            "value": value,
+            "label": (label := labels.get(point, "")),
+            "role": roles.get(label, ""),
+        }
+        for point, variable, value in plan.events
+    ]
+
+
+def _gravity_angle(prepared: PlannedRun) -> float:
+    """Direction of gravity (rad), from x towards y."""
+    interface: FmuInterface = prepared.interfaces[PLANT]
+    start = interface.ports["gravity_angle"].start or 0.0
+    return prepared.plan.parameters[PLANT].get("gravity_angle", start)
+
+
+def _fmu(prepared: PlannedRun, source: Callable[..., Made]) -> tuple[Model, dict[str, bytes]]:
+    """Return the components in a single model, and the bytes of its FMU: the module, and the constants by its guid.
+
+    Start values are those of the models, so that scenarios of a system and rotor share it.
+    """
+    from fmi_export.building.native.data import model_data
+    from fmi_export.building.native.engines import engine, engine_key
+    from fmi_export.building.native.package import native_guid
+
+    scenario = prepared.scenario
+    table = None if scenario.receptances is None else Path(scenario.receptances)
+    made = made_for(prepared.plan.system, source, rotor=scenario.rotor, receptances=table)
+    model, constants = assembled(prepared.plan, made)
+    key, guid = engine_key(model.compiled), native_guid(model, constants)
+    module = engine(model.compiled, WEBASSEMBLY).library
+    return model, {key: module, guid: model_data(model, constants, guid, key)}

@@ -1,0 +1,112 @@
+"""Points of a sweep that are identical until an event share the run up to it: its state is restored, not recomputed.
+
+A run saves its state before each event that the sweep varies, in the memory of the FMUs. A later point continues from
+the latest saved state with the same past, bit for bit as if it had run alone. Points are therefore ordered so that
+variations before an event change last, and the moments of an event ascend.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from amb_cosim.cosim.master.instances import InstancePool
+from amb_cosim.cosim.run.checkpoint import Checkpoint
+from amb_cosim.cosim.run.saving import Saves
+from amb_cosim.cosim.run.state_fingerprint import plan_past
+from amb_cosim.cosim.system.assembly import Assembly
+from amb_cosim.cosim.system.values import Raw
+from amb_cosim.scenario.plan import ScenarioPlan
+from amb_sweeps.axes import Axis
+from amb_sweeps.sampling import SamplePlan
+
+
+class Branches:
+    """States from which later points can continue: the latest before each varied event.
+
+    Parameters
+    ----------
+    assembly, instances
+        The FMUs, and their instances, whose memory holds the states.
+    labels
+        Events that the sweep varies.
+    """
+
+    def __init__(self, assembly: Assembly, instances: InstancePool, labels: Sequence[str]) -> None:
+        self._assembly, self._instances = assembly, instances
+        able = all(interface.saves_state for interface in assembly.interfaces.values())
+        self._labels = tuple(labels) if able else ()
+        self._plans: dict[str, tuple[ScenarioPlan, Checkpoint]] = {}
+        self._generation = instances.generation
+
+    def start_of(self, plan: ScenarioPlan) -> Checkpoint | None:
+        """Return the latest state that a run of a plan can go on from, if any."""
+        if self._generation != self._instances.generation:
+            self._plans.clear()  # the FMUs whose memory held the states are gone
+        usable = [state for before, state in self._plans.values() if self._is_shared(before, plan, state.point)]
+        return max(usable, key=lambda state: state.point, default=None)
+
+    def saves_of(self, plan: ScenarioPlan, start: Checkpoint | None) -> Saves:
+        """Return which states a run of a plan saves."""
+        begin = plan.begin if start is None else start.point + 1
+        marks = (plan.marks[label] for label in self._labels if label in plan.marks)
+        return Saves(tuple(n for n in marks if begin <= n <= plan.last), held=True)
+
+    def keep(self, plan: ScenarioPlan, states: Mapping[int, Checkpoint]) -> None:
+        """Store the states that a run of a plan saved, each replacing the one for the same event."""
+        for label in self._labels:
+            state = states.get(plan.marks.get(label, -1))
+            if state is not None:
+                if label in self._plans:
+                    self._instances.forget(self._plans[label][1].states)
+                self._plans[label] = plan, state
+        self._generation = self._instances.generation
+
+    def _is_shared(self, before: ScenarioPlan, plan: ScenarioPlan, n: int) -> bool:
+        """Return whether a plan has the same past as another of the same FMUs at point n."""
+        return (
+            n <= plan.last
+            and before.parameters == plan.parameters
+            and before.recorded == plan.recorded
+            and before.system.components == plan.system.components
+            and before.system.coupling == plan.system.coupling
+            and plan_past(self._assembly, before, n) == plan_past(self._assembly, plan, n)
+        )
+
+
+def varied_labels(design: SamplePlan, labels: Sequence[str]) -> tuple[str, ...]:
+    """Return which of these event labels, in order of time, a design varies."""
+    result = {_label_of(axis, labels) for axis in design.axes}
+    return tuple(label for label in labels if label in result)
+
+
+def branching_order(design: SamplePlan, points: Sequence[int], labels: Sequence[str]) -> list[int]:
+    """Return points ordered so that those with the same past before an event of `labels` follow each other."""
+    import numpy as np
+
+    def key(point: int) -> tuple[Any, ...]:
+        index = np.unravel_index(point, design.shape)
+        places = [(axis, int(k)) for axis, k in zip(design.axes, index, strict=True)]
+        before = tuple(k for axis, k in places if _label_of(axis, labels) is None)
+        of_events = []
+        for label in labels:
+            of_one = [(axis, k) for axis, k in places if _label_of(axis, labels) == label]
+            of_events.append(tuple(sorted((_moment(axis, k, label), k) for axis, k in of_one)))
+        return before, *of_events
+
+    return sorted(points, key=key) if labels else list(points)
+
+
+def _label_of(axis: Axis, labels: Sequence[str]) -> str | None:
+    """Return the first event to which the settings of an axis belong; None if any belongs to no event."""
+    names = [name for setting in axis.alternatives for name in setting] or [column.name for column in axis.columns]
+    heads = {name.partition(".")[0] for name in names}
+    return next((label for label in labels if label in heads), None) if heads <= set(labels) else None
+
+
+def _moment(axis: Axis, k: int, label: str) -> float:
+    """Return the sort key of the moment of an event; 0 if the axis does not change it."""
+    values: Mapping[str, Raw] = axis.settings(k)
+    moments = (values.get(f"{label}.{name}") for name in ("cycle", "time"))
+    numbers = [float(str(raw).split()[0]) for raw in moments if raw is not None]
+    return numbers[0] if numbers else 0.0

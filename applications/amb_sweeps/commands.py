@@ -1,0 +1,142 @@
+"""The commands that run a scenario many times: over a grid or a sample of its values, and for its robustness."""
+
+from __future__ import annotations
+
+import importlib.util
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import click
+
+from amb_analysis.studies.commands.analysis import SCENARIO, add_study, study
+from amb_cosim.commands.cli import main
+from amb_cosim.commands.cli_errors import Failed, interrupted, refusing
+from amb_cosim.commands.former import former_option
+from amb_cosim.commands.options import FLAVOUR, NO_PLOTS, RECEPTANCES, ROTOR, SETTINGS, UNITS, UNTIL, output
+from amb_files.atomic import check_writable
+
+
+@click.command()
+@click.argument("name")
+@click.option(
+    "--vary", "vary", multiple=True, metavar="NAME=VALUES", help="Values of a variable, see above; repeatable."
+)
+@click.option(
+    "--sample",
+    metavar="METHOD",
+    help="lhs:N, sobol:N or saltelli:N points of the ranges without a count, or boundary:METRIC, see above.",
+)
+@click.option("--seed", type=int, default=0, show_default=True, help="Seed of the sample.")
+@SETTINGS
+@output("Folder; default: results/sweep_NAME.")
+@UNTIL
+@ROTOR
+@RECEPTANCES
+@FLAVOUR
+@click.option(
+    "--metric",
+    "metrics",
+    multiple=True,
+    metavar="FILE:FUNCTION",
+    help="Function of a result that returns named numbers.",
+)
+@click.option("--keep", multiple=True, metavar="OUTCOME", help="Outcomes with full records: trapped, failed, ...; all.")
+@click.option("--boundary", metavar="METRIC", help="Boundary in maps: recovered (default), contact, rolling.")
+@former_option("--refine", "--sample boundary:METRIC")
+@former_option("--adaptive", "--sample boundary:METRIC")
+@click.option(
+    "--certainty", type=float, metavar="SHARE", help="Share of an axis to which a boundary is bisected: 0.01."
+)
+@click.option("--scheduler", metavar="ADDRESS", help="Dask scheduler to use, such as tcp://host:8786.")
+@click.option("--jobs", type=int, help="Number of local processes; default: one per processor.")
+@NO_PLOTS
+@UNITS
+def sweep(name: str, vary: tuple[str, ...], output: Path | None, no_plots: bool, **options: Any) -> None:
+    """Run a scenario over a grid or a sample of values.
+
+    Results of runs are in OUTPUT/sweep.zarr as soon as they end; the same command continues an interrupted sweep. NAME
+    may also be a ready sweep listed by `amb-cosim list`; options override its settings.
+
+    --vary takes NAME=START:STOP:COUNT, NAME=VALUE,VALUE,... with units, or NAME=@FILE, a table with one setting per
+    label. Names joined by & vary together; variables that an event sets begin with the label of the event.
+
+    --sample boundary:recovered, boundary:contact or boundary:rolling bisects between the points of a grid.
+    """
+    folder = output or Path("results") / f"sweep_{Path(name).stem}"
+    with refusing():
+        check_writable(folder, is_folder=True)
+        from amb_sweeps.axes import parse_vary
+
+        options["metrics"] = [_function(text) for text in options["metrics"]]
+        scenario, merged = _request(name, options | {"vary": parse_vary(vary)})
+        from amb_sweeps.engine import ClusterFailed
+        from amb_sweeps.outcomes import BROKEN_OFF
+        from amb_sweeps.run import sweep as run_sweep
+
+        try:
+            swept = run_sweep(scenario, output=folder, **merged)
+        except KeyboardInterrupt as error:
+            raise interrupted(f"interrupted; the same command continues with the runs in {folder}") from error
+        except ClusterFailed as error:
+            raise Failed(f"{error}; the same command continues with the runs in {folder}") from error
+        if not no_plots:
+            from amb_sweeps.figures import draw_sweep
+
+            draw_sweep(swept)
+    click.echo(swept.summary)
+    click.echo(f"results in {folder}")
+    if not {*swept.outcomes} - {*BROKEN_OFF, ""}:
+        raise Failed(f"no run of the sweep succeeded; reasons are above and in {folder}")
+
+
+def _request(name: str, options: Mapping[str, Any]) -> tuple[str, dict[str, Any]]:
+    """Return scenario and options of `amb_cosim.sweep`; given options override those of a ready sweep."""
+    from amb_files.packs import files_of
+    from amb_sweeps.ready import read_sweep
+
+    file = files_of("sweeps").get(name)
+    ready = None if file is None else read_sweep(name, file)
+    merged = {} if ready is None else ready.options
+    for key, value in options.items():
+        if isinstance(value, Mapping):
+            merged[key] = {**merged.get(key, {}), **value}
+        elif value is not None:
+            merged[key] = value
+    return (name if ready is None else ready.scenario), merged
+
+
+def _function(text: str) -> Callable[..., Any]:
+    """Return the function named by FILE:FUNCTION; workers receive it by value."""
+    file, _, name = text.rpartition(":")
+    if not file or not Path(file).is_file():
+        raise ValueError(f"--metric {text} is not allowed; it must be FILE:FUNCTION, and FILE must exist")
+    spec = importlib.util.spec_from_file_location(f"amb_cosim_metric_{Path(file).stem}", file)  # no package's name
+    if spec is None or spec.loader is None:
+        raise ValueError(f"--metric {text}: {file} is not a Python file")
+    module = importlib.util.module_from_spec(spec)
+    try:
+        spec.loader.exec_module(module)
+        function = getattr(module, name)
+    except (Exception, SystemExit) as error:  # any error of the user's file
+        raise ValueError(f"--metric {text}: {type(error).__name__}: {error}") from error
+    import sys
+
+    import cloudpickle
+
+    sys.modules[module.__name__] = module
+    cloudpickle.register_pickle_by_value(module)
+    return function
+
+
+main.add_section("Run", sweep)
+add_study(
+    "robustness",
+    SCENARIO,
+    ROTOR,
+    SETTINGS,
+    click.option("--change", type=float, default=0.01, show_default=True, help="Relative change of each quantity."),
+    FLAVOUR,
+    shows_progress=True,
+)
+study.list_in_section("Is a result right?", "robustness")

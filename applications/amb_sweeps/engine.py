@@ -1,0 +1,304 @@
+"""Sends the points of a sweep to the processes of a Dask cluster in batches, and collects the results.
+
+A batch takes about `BATCH_TIME`, estimated from earlier points. Each process has one batch at a time, so a crash can
+only be due to its points. Dask repeats such a batch once; if that crashes a process too, its points are run one by one,
+and a point that crashes two processes alone is recorded as `crashed`.
+
+Processes of a local cluster use TLS, with certificates that are created for it and stay in memory: a scheduler runs
+code for anyone who can connect, and all users of a machine can connect to 127.0.0.1.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import math
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Iterator, Sequence
+from concurrent import futures
+from concurrent.futures import CancelledError
+from contextlib import contextmanager, suppress
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from amb_cosim.cosim.basics.interruption import Interruption, deferred
+from amb_cosim.cosim.basics.spawned_processes import check_script, main_guard_advice
+from amb_cosim.presentation.progress import SweepReport as Report
+from amb_sweeps.branching import branching_order
+from amb_sweeps.worker import PointResult, Task, run_batch
+
+if TYPE_CHECKING:
+    from distributed import Client, Future, LocalCluster
+
+    from amb_sweeps.store import SweepStore
+
+T = TypeVar("T")
+
+BATCH_TIME = 1.0  # s
+LARGEST_BATCH = 500  # points
+WRITE_TIME = 1.0  # s between two writes of the store, for any number of processes
+POLL = 0.1  # s until an interruption is noticed
+START_TIME = 120  # s until a process of the cluster has started
+ANSWER_TIME = 10  # s until a scheduler answers
+POLITE_TIME = 2  # s for repeated requests to a scheduler, and for a client to disconnect
+SETTINGS = {
+    "distributed.scheduler.allowed-failures": 1,
+    "distributed.scheduler.worker-saturation": 1.0,
+    "distributed.worker.daemon": True,
+    "distributed.worker.profile.enabled": False,  # a profiler that samples every worker a hundred times per second
+    "distributed.comm.retry.count": 0,
+}
+
+
+class ClusterFailed(Exception):
+    """The cluster ended before the sweep."""
+
+
+@contextmanager
+def connect(scheduler: str | None = None, jobs: int | None = None) -> Iterator[Client]:
+    """Connect to the scheduler at an address, or start a local cluster of `jobs` processes with one thread each.
+
+    Raises
+    ------
+    ValueError
+        If there is no answer at that address.
+    """
+    import dask
+    from distributed import Client
+    from distributed.utils import silence_logging_cmgr
+
+    if scheduler is not None and jobs is not None:
+        raise ValueError("--jobs is for a local cluster; a scheduler's workers are started separately")
+    if jobs is not None and jobs < 1:
+        raise ValueError(f"--jobs {jobs} is not allowed; it must be 1 or more")
+    with dask.config.set(SETTINGS), silence_logging_cmgr(logging.CRITICAL):  # failures are reported as one message
+        if scheduler is None:
+            with local_cluster(jobs) as cluster, Client(cluster) as client:
+                yield client
+            return
+        try:
+            _check_answer(scheduler)
+            client = _within(4 * ANSWER_TIME, lambda: Client(scheduler, timeout=ANSWER_TIME))  # it has many steps
+        except Exception as error:  # each protocol has its own errors
+            why = str(error) or f"it did not respond within {ANSWER_TIME} s"
+            raise ValueError(f"no Dask scheduler answers at {scheduler}: {why}") from error
+        try:
+            with client.as_current():  # otherwise Dask waits in the event loop of the caller's client
+                yield client
+        finally:
+            try:
+                client.close(timeout=POLITE_TIME)
+            except Exception:  # a scheduler that has ended, possibly during its last message
+                client.status = "closed"  # otherwise garbage collection repeats it and prints a traceback
+
+
+def local_cluster(jobs: int | None, security: bool | None = True) -> LocalCluster:
+    """Start processes with one thread each, which require their certificates if `security` is true.
+
+    Raises
+    ------
+    ClusterFailed
+        If the processes end as they start.
+    ValueError
+        If they cannot import the script that Python runs.
+    """
+    from distributed import LocalCluster
+
+    check_script()
+
+    try:
+        return LocalCluster(
+            n_workers=jobs,
+            threads_per_worker=1,
+            dashboard_address="127.0.0.1:0",
+            memory_limit=0,
+            preload=["amb_sweeps.local_worker"],
+            silence_logs=logging.CRITICAL,  # a crashed process is reported as the outcome of its points
+            security=security,
+        )
+    except RuntimeError as error:
+        raise ClusterFailed(
+            f"no process of the sweep started ({error.__cause__ or error}); {main_guard_advice('sweep')}"
+        ) from None
+
+
+def _check_answer(scheduler: str) -> None:
+    """Raise Dask's error, or TimeoutError, if no scheduler responds at an address; a client would wait for it."""
+    from distributed.core import rpc
+    from distributed.security import Security
+
+    async def ask() -> None:
+        async with rpc(scheduler, connection_args=Security().get_connection_args("client")) as remote:
+            await asyncio.wait_for(remote.identity(), ANSWER_TIME)
+
+    _within(4 * ANSWER_TIME, lambda: asyncio.run(ask()))
+
+
+def _within(seconds: float, call: Callable[[], T]) -> T:
+    """Return the result of a call, or raise TimeoutError; a call that never returns then blocks its thread only.
+
+    The call has a thread, since the caller's may have an event loop. A starting Dask client can wait forever despite
+    its time limit: if the scheduler disconnects, or if another client is garbage-collected.
+    """
+    answer: futures.Future[T] = futures.Future()
+
+    def run() -> None:
+        try:
+            answer.set_result(call())
+        except BaseException as error:
+            answer.set_exception(error)
+
+    threading.Thread(target=run, daemon=True).start()
+    return answer.result(seconds)
+
+
+def run_missing(client: Client, sweep: str, task: Task, store: SweepStore, report: Report) -> None:
+    """Run the points that a store lacks, and store results as they arrive.
+
+    Raises
+    ------
+    KeyboardInterrupt
+        If a signal arrives; earlier results are in the store.
+    ClusterFailed
+        If the cluster has ended, or has no process.
+    """
+    with deferred() as interruption:
+        BatchScheduler(client, sweep, task, store, report, interruption).run()
+
+
+class BatchScheduler:
+    """The running batches of a sweep, and the waiting points."""
+
+    def __init__(
+        self, client: Client, sweep: str, task: Task, store: SweepStore, report: Report, interruption: Interruption
+    ) -> None:
+        import cloudpickle
+
+        self._client, self._sweep, self._store = client, sweep, store
+        self._task = cloudpickle.dumps(task)  # functions of a file are pickled by value; Dask would do so by name
+        self._report, self._interruption = report, interruption
+        self._waiting = deque(branching_order(store.design, store.missing, task.labels))
+        self._suspects: deque[int] = deque()  # points of batches that crashed processes
+        self._under_way: dict[Future[Any], list[int]] = {}
+        self._landed: list[PointResult] = []  # since the store was last written
+        self._written = -math.inf
+        self._done, self._total = store.design.size - len(self._waiting), store.design.size
+        self._seconds, self._ran = 0.0, 0
+        self._link = self._dashboard()
+
+    def run(self) -> None:
+        try:
+            self._run()
+        except BaseException:
+            with suppress(Exception):
+                if self._threads():  # otherwise there is no answer
+                    self._client.cancel(list(self._under_way))
+            raise
+        finally:
+            self._write()
+
+    def _run(self) -> None:
+        alive = time.monotonic()
+        self._tell()
+        while self._waiting or self._suspects or self._under_way:
+            self._interruption.check()
+            if self._client.status == "closed":
+                raise ClusterFailed("the scheduler has ended")
+            workers = self._threads()
+            alive = time.monotonic() if workers else alive
+            if time.monotonic() > alive + START_TIME:
+                raise ClusterFailed(f"the scheduler has had no worker or given no answer for {START_TIME} s")
+            while len(self._under_way) < workers and (self._waiting or self._suspects):
+                self._submit()
+            if time.monotonic() > self._written + WRITE_TIME:
+                self._write()  # while the processes are busy
+            self._collect()
+
+    def _store_results(self, results: Sequence[PointResult]) -> None:
+        """Store the results of points."""
+        self._landed += results
+        self._done += len(results)
+        self._tell()
+
+    def _threads(self) -> int:
+        """Return how many batches can run at once; 0 without a connection or an answer."""
+        return sum(self._ask("ncores").values())  # called by `nthreads`, which would wait forever
+
+    def _ask(self, question: str, **arguments: Any) -> dict[Any, Any]:
+        """Return the scheduler's answer; None without a connection or an answer."""
+        scheduler = self._client.scheduler
+        if self._client.status == "running" and scheduler is not None:
+            with suppress(Exception):
+                ask = getattr(scheduler, question)
+                return dict(self._client.sync(ask, callback_timeout=POLITE_TIME, **arguments))
+        return {}
+
+    def _submit(self) -> None:
+        points = [self._suspects.popleft()] if self._suspects else self._next_batch()
+        batch = [(n, self._store.design.settings(n)) for n in points]
+        future = self._client.submit(run_batch, self._sweep, self._task, batch, pure=False)
+        self._under_way[future] = points
+
+    def _next_batch(self) -> list[int]:
+        """Return points for about `BATCH_TIME`, fewer at the end, so that all processes finish together."""
+        size = int(BATCH_TIME * self._ran / self._seconds) if self._seconds > 0.0 else 1
+        share = len(self._waiting) // (2 * max(1, self._threads()))
+        return [
+            self._waiting.popleft() for _ in range(min(len(self._waiting), LARGEST_BATCH, max(1, size), share or 1))
+        ]
+
+    def _collect(self) -> None:
+        """Wait for results, and take all available ones."""
+        from distributed import wait
+
+        if not self._under_way:
+            time.sleep(POLL)
+            return
+        with suppress(TimeoutError, CancelledError):
+            wait(list(self._under_way), timeout=POLL, return_when="FIRST_COMPLETED")
+        results: list[PointResult] = []
+        for future in [future for future in self._under_way if future.done()]:
+            results += self._results(future, self._under_way.pop(future))
+        if results:
+            self._store_results(results)
+
+    def _write(self) -> None:
+        if self._landed:
+            self._store.add(self._landed)
+            self._landed, self._written = [], time.monotonic()
+
+    def _results(self, future: Future[Any], points: Sequence[int]) -> list[PointResult]:
+        """Return the results of a batch; points to repeat are queued."""
+        from distributed import KilledWorker
+
+        if future.status == "finished":
+            with suppress(Exception):  # a scheduler that ends while answering, or gives an invalid answer
+                matches: list[PointResult] = future.result(timeout=START_TIME)
+                self._seconds += sum(result.seconds for result in matches)
+                self._ran += len(matches)
+                return matches
+        if future.status != "error":  # cancelled, or lost with the scheduler
+            self._waiting.extend(points)
+            return []
+        error = future.exception()
+        if not isinstance(error, KilledWorker):
+            raise ClusterFailed(f"a worker cannot run the sweep: {type(error).__name__}: {error}") from error
+        if len(points) > 1:
+            self._suspects.extend(points)
+            return []
+        return [PointResult(points[0], "crashed", "the process that ran it ended, twice")]
+
+    def _tell(self) -> None:
+        self._report(self._done, self._total, self._link)
+
+    def _dashboard(self) -> str:
+        """Return the address of the dashboard, which Dask would request from a scheduler endlessly."""
+        from distributed.utils import format_dashboard_link
+
+        if self._client.cluster is not None:
+            return str(self._client.dashboard_link or "")
+        scheduler = self._ask("identity")
+        port = scheduler.get("services", {}).get("dashboard")
+        host = str(scheduler.get("address", "")).rpartition("://")[2].rpartition(":")[0]
+        return str(format_dashboard_link(host, port)) if port else ""

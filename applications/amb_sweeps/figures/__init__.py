@@ -1,0 +1,15 @@
+"""The figures of a sweep."""
+
+from __future__ import annotations
+
+from amb_sweeps.maps import draw_maps
+from amb_sweeps.phases import draw_phases
+from amb_sweeps.run import Sweep
+
+
+def draw_sweep(swept: Sweep) -> list[str]:
+    """Plot maps of a sweep and, if the phase of an event varies, the peak force over it, into the sweep's folder.
+
+    Return the names of the files.
+    """
+    return [*draw_maps(swept), *draw_phases(swept)]

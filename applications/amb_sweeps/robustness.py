@@ -1,0 +1,205 @@
+"""Robustness of the outcome of a scenario against identified H and small changes of values.
+
+If one of them flips the outcome, it is *fragile*: it depends on the digits of the input as much as on the machine.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, ClassVar
+
+from amb_analysis.studies.receptance_identification import identify
+from amb_analysis.studies.result import DrawnResult
+from amb_cosim.cosim.basics.choices import Flavour
+from amb_cosim.cosim.run.options import Progress
+from amb_cosim.cosim.system.values import Raw
+from amb_cosim.presentation.progress import progress_bar
+from amb_cosim.presentation.text_tables import TextBlock, number, text_table
+from amb_cosim.scenario.rotors import RotorSource
+from amb_cosim.scenario.scenario import Scenario, given_scenario
+from amb_files.checks import require
+from amb_files.temporary_folders import temporary_folder
+from amb_sweeps.variations import Variation, identification_speeds, variations
+from amb_sweeps.worker import PointResult, Runner, Task
+
+AS_IT_IS = "as it is"
+PEAK, IMPULSE, ORBIT = "peak_contact_force.", "peak_impulse.", "orbit_largest."  # metrics of a place
+
+
+@dataclass(frozen=True)
+class RobustnessRow:
+    """A run.
+
+    changed
+        The change from the scenario.
+    outcome
+        Its outcome, whether the rotor rolls, and the sites in contact.
+    reason
+        Reason for an early end; otherwise empty.
+    last_contact
+        Cycle of the last contact; None without contact.
+    peak_force
+        Largest normal contact force at each site with contact.
+    orbit
+        Largest orbit at each bearing.
+    """
+
+    changed: str
+    outcome: str
+    reason: str
+    last_contact: float | None
+    peak_force: Annotated[dict[str, float], "N"]
+    orbit: Annotated[dict[str, float], "mm"]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Robustness(DrawnResult):
+    """Outcomes of a scenario and of its variations.
+
+    scenario
+        Name of the scenario.
+    change
+        Fraction by which quantities were changed, one at a time.
+    rows
+        The run of the scenario, then its variations.
+    not_varied
+        Reasons why quantities were not varied, by name.
+    """
+
+    name: ClassVar[str] = "robustness"
+
+    scenario: str
+    change: float
+    rows: tuple[RobustnessRow, ...]
+    not_varied: dict[str, str]
+
+    @property
+    def outcome(self) -> str:
+        """Outcome of the unchanged scenario."""
+        return self.rows[0].outcome
+
+    @property
+    def flips(self) -> dict[str, str]:
+        """The outcomes that differ from the scenario's, by change."""
+        return {row.changed: row.outcome for row in self.rows if row.outcome != self.outcome}
+
+    @property
+    def verdict(self) -> str:
+        """`robust`, or `fragile` if a variation flips the outcome."""
+        return "fragile" if self.flips else "robust"
+
+    def text(self) -> list[TextBlock]:
+        """Return a table of the runs, the quantities not varied, and the verdict."""
+        sites = list(dict.fromkeys(site for row in self.rows for site in row.peak_force))
+        places = list(dict.fromkeys(bearing for row in self.rows for bearing in row.orbit))
+        headings = [*(f"{site.upper()} (N)" for site in sites), *(f"{at.upper()} (mm)" for at in places)]
+        columns = ("changed", "outcome", "last contact (cycle)", *headings)
+        table = text_table(f"Robustness of {self.scenario}", columns, left=("changed", "outcome"))
+        for row in self.rows:
+            last = "-" if row.last_contact is None else f"{row.last_contact:.1f}"
+            figures = [*(row.peak_force.get(site) for site in sites), *(row.orbit.get(at) for at in places)]
+            table.add_row(row.changed, row.reason or row.outcome, last, *(number(value) for value in figures))
+        left_out = [f"not varied: {name}, {reason}" for name, reason in self.not_varied.items()]
+        flips = "; ".join(f"{changed}: {outcome}" for changed, outcome in self.flips.items())
+        message = f"fragile: {flips}" if flips else f"robust: every run is {self.outcome}"
+        return [
+            table,
+            "peak force (N) of each site, largest orbit (mm) at each bearing and retainer",
+            *left_out,
+            message,
+        ]
+
+
+def robustness(
+    scenario: Scenario | str | Path | None = None,
+    *,
+    rotor: RotorSource = None,
+    set: Mapping[str, Raw] | None = None,
+    change: float = 0.01,
+    flavour: Flavour = "native",
+    progress: bool | Progress | None = None,
+) -> Robustness:
+    """Return whether a scenario's outcome is robust against identified H and small changes of its quantities.
+
+    K_b, C_b, alpha, clearances and unbalances are changed one at a time. Quantities that the machine lacks are not
+    varied.
+
+    Parameters
+    ----------
+    scenario
+        A scenario, its name in a pack, or a TOML file; the packs' default scenario by default.
+    rotor
+        Name of a packaged rotor, or rotor file, to use instead of the scenario's.
+    set
+        Values by `component.variable` that replace the scenario's.
+    change
+        Fraction by which each quantity is changed, from 1e-6 to 0.5.
+    flavour
+        Flavour of the FMUs.
+    progress
+        Whether to show a bar (default in a terminal and a notebook), or a function called with the number of runs done
+        and of all runs.
+
+    Raises
+    ------
+    ValueError
+        If the scenario, a value or a file is invalid, or the scenario itself does not reach its end.
+    """
+    require(1e-6 <= change <= 0.5, "change", change, "from 1e-6 to 0.5")
+    scenario = given_scenario(scenario, rotor)
+    settings = dict(set or {})
+    runner = Runner(Task(scenario, settings, flavour=flavour))
+    try:
+        with temporary_folder() as folder, progress_bar(progress) as report:
+            prepared = runner.prepare({})
+
+            def identified() -> Path:
+                return _identified(scenario, settings, identification_speeds(prepared), folder / "h.toml", flavour)
+
+            result = variations(prepared, settings, change, identified)
+            cases = [Variation(AS_IT_IS, {}), *result.made]
+            rows = []
+            for k, case in enumerate(cases):
+                rows.append(_row(case, runner.run(k, case.settings)))
+                report(k + 1, len(cases))
+    finally:
+        runner.close()
+    if rows[0].reason:
+        raise ValueError(f"scenario {scenario.name}: {rows[0].reason}")
+    return Robustness(scenario.name, change, tuple(rows), dict(result.left_out))
+
+
+def _identified(
+    scenario: Scenario, settings: Mapping[str, Raw], speeds: list[float], file: Path, flavour: Flavour
+) -> Path:
+    """Identify H of a scenario's sampled loop at these speeds (rad/s); write the table to a file and return its
+    path."""
+    matches = identify(speeds, output=file, scenario=scenario, set=settings, flavour=flavour, progress=False)
+    for result in matches.results:
+        if result.reason:
+            raise ValueError(f"at {result.speed:g} rad/s: {result.reason}")
+    return file
+
+
+def _row(case: Variation, point: PointResult) -> RobustnessRow:
+    values = {name: float(value) for name, value in point.metrics.items() if not math.isnan(value)}
+    impulses, forces, orbit = (_at_places(values, prefix) for prefix in (IMPULSE, PEAK, ORBIT))
+    touched = [site for site, force in forces.items() if force > 0.0 or impulses.get(site, 0.0) > 0.0]
+    rolls, touches = "rolling" * bool(values.get("rolling")), f"touching {' '.join(touched)}" * bool(touched)
+    reason = point.reason if point.outcome in ("failed", "invalid") else ""
+    return RobustnessRow(
+        changed=case.name,
+        outcome=", ".join(filter(None, (point.outcome, rolls, touches))),
+        reason=reason,
+        last_contact=values.get("last_contact"),
+        peak_force={site: forces[site] for site in touched},
+        orbit=orbit,
+    )
+
+
+def _at_places(values: Mapping[str, float], prefix: str) -> dict[str, float]:
+    """Return the values whose names have a prefix, by the place that follows it."""
+    return {name.removeprefix(prefix): value for name, value in values.items() if name.startswith(prefix)}

@@ -1,0 +1,269 @@
+"""A sweep from request to data set: check, run missing points, refine, save."""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.metadata
+import inspect
+import json
+import os
+import platform
+import stat
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from itertools import chain
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from amb_cosim.cosim.basics.choices import Flavour
+from amb_cosim.cosim.basics.spawned_processes import end_if_imported_anew
+from amb_cosim.cosim.run.dataset import git_revision
+from amb_cosim.cosim.system.values import Raw, quantity
+from amb_cosim.presentation.progress import SweepReport as Report
+from amb_cosim.presentation.progress import sweep_bar
+from amb_cosim.scenario.rotors import RotorSource
+from amb_cosim.scenario.scenario import Scenario, given_scenario, load_scenario
+from amb_sweeps import outcomes
+from amb_sweeps.axes import Vary
+from amb_sweeps.branching import varied_labels
+from amb_sweeps.check import check_points
+from amb_sweeps.engine import connect, run_missing
+from amb_sweeps.refine import BOUNDARIES, Refinement, check_refinement
+from amb_sweeps.sampling import SamplePlan, make_design
+from amb_sweeps.store import SweepStore, open_sweep
+from amb_sweeps.worker import Metric, Task
+from fmi_export.building.extras import require_extra
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from distributed import Client
+
+PACKAGES = ("amb-cosim", "numpy", "scipy", "xarray", "zarr", "dask", "distributed")
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """A completed sweep.
+
+    Attributes
+    ----------
+    folder
+        Folder of its store.
+    design
+        Its points.
+    boundary
+        Metric, 0 or 1, whose boundary the maps draw.
+    """
+
+    folder: Path
+    design: SamplePlan
+    boundary: str = "recovered"
+
+    @property
+    def dataset(self) -> xr.Dataset:
+        """Metrics, outcome, reason and seconds of each point, over the axes."""
+        return open_sweep(self.folder)
+
+    @property
+    def name(self) -> str:
+        """Name of its scenario."""
+        return str(json.loads(self.dataset.attrs["request"])["scenario"].get("name", ""))
+
+    @property
+    def summary(self) -> str:
+        """Outcomes of the runs, one line per alternative."""
+        from amb_sweeps.summary import summarise_sweep
+
+        return "\n".join(summarise_sweep(self.dataset, self.design, self.folder, self.boundary))
+
+    @property
+    def outcomes(self) -> dict[str, int]:
+        """Number of points of each outcome."""
+        import numpy as np
+
+        names, counts = np.unique(self.dataset["outcome"].values, return_counts=True)
+        return {str(name): int(count) for name, count in zip(names, counts, strict=True)}
+
+
+def sweep(
+    scenario: str | Path | Scenario,
+    vary: Vary,
+    *,
+    output: str | Path,
+    sample: str = "grid",
+    seed: int = 0,
+    set: Mapping[str, Raw] | None = None,
+    until: Raw | None = None,
+    rotor: RotorSource = None,
+    receptances: str | Path | None = None,
+    flavour: Flavour = "native",
+    metrics: Sequence[Metric] = (),
+    keep: Sequence[str] = (),
+    boundary: str = "recovered",
+    certainty: float = 0.01,
+    scheduler: str | None = None,
+    jobs: int | None = None,
+    progress: bool | Report | None = None,
+) -> Sweep:
+    """Run a scenario over a grid or a sample of its values, and return the results.
+
+    To resume an interrupted sweep, call this again with the same folder.
+
+    Parameters
+    ----------
+    scenario, set, until, rotor, receptances, flavour
+        As for `amb_cosim.run`.
+    vary
+        Values by name: `{"Omega": "60:300:60"}`, `{"Omega": [90, 120]}`; for alternatives, a table of settings for each
+        label; for names joined by `&`, the values of each. A name is a `component.variable`, a shared signal, the label
+        of an event with an input, `cycle` or `time` of that event, a field such as `unbalance_factor`, `fmu.COMPONENT`,
+        or `scenario`.
+    output
+        Folder of the sweep, with `sweep.zarr`.
+    sample, seed
+        `grid`; `boundary:METRIC` for a grid whose boundary of recovered, contact or rolling is bisected; `lhs:N`,
+        `sobol:N` or `saltelli:N` for N points of the ranges without a count, and the seed of the draw.
+    metrics
+        Functions that take a result and return named numbers, in addition to the key values.
+    keep
+        Outcomes whose full records are saved in the folder `runs`: `trapped`, `failed`, ...; `all` for every run.
+    boundary
+        The metric whose boundary the maps draw without bisection: recovered, contact or rolling.
+    certainty
+        Fraction of an axis to which a boundary is bisected.
+    scheduler, jobs
+        Address of a Dask scheduler; or the number of processes of a local cluster, one per processor by default. A
+        script that starts a local cluster must do so under `if __name__ == "__main__":`.
+    progress
+        Whether to show a bar, or a function that is called with the points done, their number, and the address of the
+        dashboard.
+
+    Raises
+    ------
+    ValueError
+        If a name, value or file is invalid, or the folder has the sweep of another request.
+    ClusterFailed
+        If the cluster ended before the sweep; earlier results are stored.
+    KeyboardInterrupt
+        If it was interrupted; earlier results are stored.
+    """
+    end_if_imported_anew()
+    require_extra("sweep", "a sweep", "cryptography", "dask", "distributed", "zarr", "SALib")
+    scenario = given_scenario(scenario, rotor, receptances)
+    unknown = [name for name in keep if name not in (*outcomes.RUN, "all")]
+    if unknown:
+        raise ValueError(f"--keep {unknown[0]} is not allowed; it must be all or one of {', '.join(outcomes.RUN)}")
+    kind, _, metric = sample.partition(":")
+    bisected = kind == "boundary"
+    design = make_design(vary, "grid" if bisected else sample, seed)
+    boundary = metric if bisected else boundary
+    if boundary not in BOUNDARIES:
+        option = f"--sample {sample}" if bisected else f"--boundary {boundary}"
+        raise ValueError(f"{option} is not allowed; the metric must be one of {', '.join(BOUNDARIES)}")
+    if bisected:
+        check_refinement(design, certainty, boundary)
+    until = None if until is None else quantity(until, "s", "until")
+    labels = varied_labels(design, _labels(scenario, design))
+    task = Task(scenario, dict(set or {}), until, flavour, tuple(metrics), tuple(keep), labels)
+    guids, units, described = check_points(task, design)
+    design = design.with_units(units)
+    requested = {**_request(task), "guids": guids}
+    folder = Path(output)
+    provenance = {**_provenance(), "descriptions": described}
+    with only_writer(folder):
+        store = SweepStore(folder, design, {**requested, "design": design.as_dict()}, provenance)
+        name = hashlib.sha256(json.dumps(requested, sort_keys=True).encode()).hexdigest()
+        with sweep_bar(progress) as report:
+            if store.missing or bisected:
+                with connect(scheduler, jobs) as client:
+                    run_missing(client, name, task, store, report)
+                    if bisected:
+                        _refine(client, name, task, store, requested, report, certainty, boundary)
+    return Sweep(folder, design, boundary)
+
+
+def _labels(scenario: Scenario, design: SamplePlan) -> tuple[str, ...]:
+    """Return the event labels of all scenarios of a sweep, in order of time."""
+    names = {str(name) for point in design.corners() if (name := design.settings(point).get("scenario"))}
+    others = (load_scenario(name).labels for name in sorted(names))
+    return tuple(dict.fromkeys((*scenario.labels, *chain.from_iterable(others))))
+
+
+def _refine(
+    client: Client,
+    name: str,
+    task: Task,
+    store: SweepStore,
+    request: Mapping[str, Any],
+    report: Report,
+    tolerance: float,
+    boundary: str,
+) -> None:
+    refinement = Refinement(store.design, store.dataset(), tolerance, boundary)
+    while (points := refinement.next_round()) is not None:
+        group = f"{boundary}_{refinement.rounds}"
+        request = {**request, "design": points.as_dict()}
+        of_round = SweepStore(store.folder, points, request, _provenance(), group)
+        run_missing(client, name, task, of_round, report)
+        refinement.learn(of_round.dataset())
+    refinement.save(store)
+
+
+def _request(task: Task) -> dict[str, Any]:
+    """Return everything that determines the results of a point, as JSON data."""
+    return {
+        "scenario": task.scenario.model_dump(mode="json", exclude_unset=True, exclude_none=True),
+        "set": dict(task.settings),
+        "until": task.until,
+        "flavour": task.flavour,
+        "metrics": [_described(metric) for metric in task.metrics],
+        "keep": list(task.keep),
+    }
+
+
+def _described(metric: Metric) -> str:
+    """Return the name of a function and the digest of its source, if any."""
+    name = getattr(metric, "__qualname__", type(metric).__name__)
+    try:
+        source = inspect.getsource(metric)
+    except (OSError, TypeError):
+        return name
+    return f"{name} {hashlib.sha256(source.encode()).hexdigest()[:12]}"
+
+
+def _provenance() -> dict[str, Any]:
+    versions = {package: importlib.metadata.version(package) for package in PACKAGES}
+    return {"versions": {"python": platform.python_version(), **versions}, "git_revision": git_revision() or ""}
+
+
+@contextmanager
+def only_writer(folder: Path) -> Iterator[None]:
+    """Hold the lock of a folder, which the system releases when the process ends; not on Windows.
+
+    Raises
+    ------
+    ValueError
+        If another process holds it, or its path is not a file; nothing is changed.
+    """
+    try:
+        import fcntl
+    except ImportError:
+        yield
+        return
+    folder.mkdir(parents=True, exist_ok=True)
+    lock = folder / ".lock"
+    try:  # do not follow links or wait for pipes
+        file = os.open(lock, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC, 0o666)
+    except OSError as error:
+        raise ValueError(f"{lock} cannot be the lock of a sweep: {error.strerror}") from error
+    try:
+        if not stat.S_ISREG(os.fstat(file).st_mode):
+            raise ValueError(f"{lock} cannot be the lock of a sweep; it is not a file")
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError as error:
+            raise ValueError(f"another sweep is writing to {folder}") from error
+        yield
+    finally:
+        os.close(file)

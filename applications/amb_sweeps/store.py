@@ -1,0 +1,235 @@
+"""The Zarr store of a sweep: results of each point over the axes.
+
+    folder/sweep.zarr      opens as xarray.open_zarr(path); rounds of refinement are groups, contact_1, contact_2, ...
+    folder/runs            full records of selected points
+
+A single process writes it. Every chunk is a file with a checksum that is replaced atomically. `outcome` is written last
+and shows which points exist, so a sweep that was killed at any moment can resume. Metadata of the arrays exist twice,
+in a file per array and in one for all (`.zmetadata`), so damage to either is detected. Only temporary files of a killed
+process are removed.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from amb_cosim.cosim.basics.differences import list_differences
+from amb_files.atomic import write_atomically
+from amb_files.temporary_folders import temporary_folder
+from amb_sweeps.metrics import UNITS
+from amb_sweeps.sampling import SamplePlan
+from amb_sweeps.worker import PointResult
+from amb_sweeps.zarr_groups import EVERY_CHUNK, consolidate, forget_group, read_group, write_group
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+STORE, RUNS = "sweep.zarr", "runs"
+CHUNK = 16384  # most points that are written together
+LONGEST = 400  # most characters of a reason
+PARTIAL = re.compile(r"\.[0-9a-f]{32}\.partial$")  # Zarr's temporary files of chunks
+DESCRIPTIONS = {
+    "outcome": "unstable, trapped, landed, recovered, prevented; completed, stopped; failed, invalid, crashed; empty",
+    "reason": "Why a run failed or stopped",
+    "seconds": "Wall-clock time of the run",
+    "shared": "Fraction of the steps of the run that were restored from another point",
+    "contact": "1 if the rotor touched from cycle 0 on",
+    "recovered": "1 if the rotor is stable and stays free of contact",
+    "rolling": "1 if the rotor rolled on a site through a full whirl revolution or more",
+    "contact_share": "Fraction of the time between disturbance and relief in contact",
+}
+
+
+class SweepStore:
+    """Results of the points of a design, in memory and in a group of the store.
+
+    Parameters
+    ----------
+    folder
+        Folder of the sweep.
+    design
+        Its points.
+    request
+        The request, as JSON data; an existing store must have been made for the same.
+    provenance
+        Versions and other information to save with the results, as JSON data.
+    group
+        Group of the store; its root by default.
+
+    Raises
+    ------
+    ValueError
+        If the store was made for another request (the message lists the differences), is damaged, or its path is not a
+        store. Nothing is changed.
+    """
+
+    def __init__(
+        self,
+        folder: Path,
+        design: SamplePlan,
+        request: Mapping[str, Any],
+        provenance: Mapping[str, Any],
+        group: str = "",
+    ) -> None:
+        self.folder, self.design, self.group = folder, design, group
+        self.path = folder / STORE
+        self._values: dict[str, NDArray[Any]] = {}
+        self._arrays: dict[str, Any] = {}
+        self._rows = max(1, CHUNK // max(1, design.size // design.shape[0]))  # length of a chunk along the first axis
+        self._dirty: set[int] = set()
+        requested = json.loads(json.dumps(dict(request)))
+        self._attrs = {"request": json.dumps(requested), "provenance": json.dumps(dict(provenance))}
+        if os.path.lexists(self.path / group):
+            present = open_sweep(folder, group)
+            check_same(requested, json.loads(present.attrs.get("request", "null")), folder)
+            self._values = {str(name): np.array(variable.values) for name, variable in present.data_vars.items()}
+            self._clear_up()
+        else:
+            self._create()
+
+    @property
+    def missing(self) -> list[int]:
+        """Points without a result."""
+        return [int(n) for n in np.flatnonzero(self._values["outcome"].ravel() == "")]
+
+    def add(self, results: Sequence[PointResult]) -> None:
+        """Add results, and write their chunks and the selected records."""
+        names = dict.fromkeys(name for result in results for name in result.metrics)
+        if new := [name for name in names if name not in self._values]:
+            self._values |= {name: np.full(self.design.shape, np.nan) for name in new}
+            self._write_new(new)
+        for result in results:
+            if result.record is not None:
+                file = self.folder / RUNS / f"{self.group or 'grid'}_{result.point}.nc"
+                file.parent.mkdir(exist_ok=True)
+                content = result.record
+                write_atomically(file, lambda path, content=content: path.write_bytes(content))  # type: ignore[misc]
+            index = np.unravel_index(result.point, self.design.shape)
+            for name, value in (*result.metrics.items(), ("seconds", result.seconds)):
+                self._values[name][index] = value
+            self._values["reason"][index] = result.reason[:LONGEST]
+            self._values["outcome"][index] = result.outcome
+            self._dirty.add(int(index[0]) // self._rows)
+        self._write()
+
+    def dataset(self) -> xr.Dataset:
+        """Return the results so far as a data set over the axes."""
+        return self._labelled(tuple(self._values)).copy(deep=True)
+
+    @property
+    def _dims(self) -> tuple[str, ...]:
+        return tuple(axis.name for axis in self.design.axes)
+
+    def _coordinates(self) -> dict[str, Any]:
+        coordinates: dict[str, Any] = {}
+        described = json.loads(self._attrs["provenance"]).get("descriptions", {})
+        for axis in self.design.axes:
+            for column in axis.columns:
+                values = column.values if column.numeric else [str(v) for v in column.values]
+                attributes = {"units": column.unit} if column.unit else {}
+                if column.name in described:
+                    attributes["description"] = described[column.name]
+                coordinates[column.name] = (axis.name, np.array(values), attributes)
+        return coordinates
+
+    def _attributes(self, name: str) -> dict[str, str]:
+        unit = "s" if name == "seconds" else UNITS.get(name.partition(".")[0], "")
+        described = DESCRIPTIONS.get(name)
+        return {**({"units": unit} if unit else {}), **({"description": described} if described else {})}
+
+    def _create(self) -> None:
+        """Create the store without results, atomically."""
+        self._values["outcome"] = np.full(self.design.shape, "", "<U16")
+        self._values["reason"] = np.full(self.design.shape, "", object)  # of any length, so that most take no space
+        self._values["seconds"] = np.full(self.design.shape, np.nan)
+        self.folder.mkdir(parents=True, exist_ok=True)
+        with temporary_folder(self.folder) as temporary:
+            whole = self._staged(self._labelled(tuple(self._values)), temporary)
+            if not self.group:
+                consolidate(whole)
+            whole.rename(self.path / self.group)
+        consolidate(self.path)
+
+    def _labelled(self, names: Sequence[str]) -> xr.Dataset:
+        import xarray as xr
+
+        data = {name: (self._dims, self._values[name], self._attributes(name)) for name in names}
+        return xr.Dataset(data, self._coordinates(), self._attrs)
+
+    def _staged(self, dataset: xr.Dataset, folder: Path) -> Path:
+        """Write arrays of results into a folder, to be moved into the store, and return its path."""
+        chunks = (min(self._rows, self.design.shape[0]), *self.design.shape[1:])
+        return write_group(dataset, folder / STORE, dict.fromkeys(dataset.data_vars, chunks))
+
+    def replace_group(self, name: str, dataset: xr.Dataset) -> None:
+        """Write a data set as a group of the store, replacing that of an earlier sweep."""
+        target = self.path / name
+        if os.path.lexists(target):
+            open_sweep(self.folder, name)
+        with temporary_folder(self.folder) as temporary:
+            whole = write_group(dataset, temporary / "new")
+            forget_group(self.path, name)
+            if target.exists():
+                target.rename(temporary / "old")
+            whole.rename(target)
+        consolidate(self.path)
+
+    def _write_new(self, names: Sequence[str]) -> None:
+        """Add arrays for new metrics, each atomically."""
+        with temporary_folder(self.folder) as temporary:
+            whole = self._staged(self._labelled(names).drop_vars(list(self._coordinates())), temporary)
+            for name in names:
+                (whole / name).rename(self.path / self.group / name)
+        consolidate(self.path)
+
+    def _write(self) -> None:
+        """Write the changed chunks, outcomes last."""
+        for name in sorted(self._values, key=lambda name: name == "outcome"):
+            for block in self._dirty:
+                rows = slice(block * self._rows, (block + 1) * self._rows)
+                self._array(name)[rows] = self._values[name][rows]
+        self._dirty.clear()
+
+    def _array(self, name: str) -> Any:
+        """Return an array of the store; each is opened once."""
+        import zarr
+
+        if name not in self._arrays:
+            with zarr.config.set(EVERY_CHUNK):
+                self._arrays[name] = zarr.open_array(self.path / self.group / name, mode="r+", zarr_format=2)
+        return self._arrays[name]
+
+    def _clear_up(self) -> None:
+        """Remove temporary files of a process that was killed while writing, and finish adding its arrays."""
+        for left in self.path.rglob("*.partial"):
+            if PARTIAL.search(left.name):
+                left.unlink()
+        consolidate(self.path)
+
+
+def open_sweep(folder: str | Path, group: str = "") -> xr.Dataset:
+    """Read the results of a sweep, or of a round of its refinement, into memory.
+
+    Raises
+    ------
+    ValueError
+        If there are none, or the store is damaged.
+    """
+    path = Path(folder) / STORE
+    if not (path / group / ".zattrs").is_file():
+        raise ValueError(f"no sweep in {folder}; it must be a folder with a {STORE} that a sweep has made")
+    return read_group(path, group)
+
+
+def check_same(request: Mapping[str, Any], stored: Mapping[str, Any], folder: Path) -> None:
+    """Raise ValueError if a request differs from that of the sweep in a folder."""
+    if message := list_differences(stored, request):
+        raise ValueError(f"the sweep in {folder} was made for another request; choose another folder\n{message}")

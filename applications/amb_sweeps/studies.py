@@ -1,0 +1,10 @@
+"""The study that needs sweeps."""
+
+from amb_analysis.studies import Study
+
+STUDIES = {
+    "robustness": Study(
+        "amb_sweeps.robustness",
+        "Check whether an outcome is robust. H is identified, and parameters change by 1 %.",
+    ),
+}

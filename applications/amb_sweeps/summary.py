@@ -1,0 +1,110 @@
+"""Summary of a sweep: outcomes, largest forces, boundary and failures."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from amb_sweeps.outcomes import BROKEN_OFF, COLOURS
+from amb_sweeps.panels import descriptions, numeric_axes, panels, value_text
+from amb_sweeps.refine import boundary_group, refined_axes
+from amb_sweeps.sampling import SAMPLE, SamplePlan
+from amb_sweeps.store import STORE, open_sweep
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+MOST_REASONS = 5
+FORCES = {"averaged_contact_force": "contact force averaged over 1 ms", "peak_contact_force": "peak contact force"}
+
+
+def summarise_sweep(dataset: xr.Dataset, design: SamplePlan, folder: Path, boundary: str) -> list[str]:
+    """Return a line for each alternative, then lines on boundary, sensitivities and failures, if any.
+
+    Parameters
+    ----------
+    dataset, design, folder, boundary
+        Those of a `Sweep`.
+    """
+    parts = panels(design, numeric_axes(design), descriptions(dataset))
+    lines = [_of_part(panel.title, dataset.isel(panel.at)) for panel in parts]
+    return [
+        *lines,
+        *_of_branching(dataset),
+        *_of_boundary(folder, design, boundary),
+        *_of_sensitivities(design, dataset),
+        *_of_failures(dataset),
+    ]
+
+
+def _of_part(title: str, part: xr.Dataset) -> str:
+    """Return the number of runs of each outcome, worst first, and the largest forces."""
+    result = part["outcome"].values
+    counts = {name: int(np.sum(result == name)) for name in COLOURS}
+    message = [f"{count} {name or 'not run yet'}" for name, count in counts.items() if count]
+    forces = "".join(_force(part, metric, words) for metric, words in FORCES.items())
+    return f"{title + ': ' if title else ''}{result.size} runs, {', '.join(message)}{forces}"
+
+
+def _force(part: xr.Dataset, metric: str, words: str) -> str:
+    """Return the largest value of a metric of force with its site and point, as the end of a line."""
+    if metric not in part or not part[metric].notnull().any() or not float(part[metric].max()):
+        return ""
+    values = part[metric].values
+    index = np.unravel_index(np.nanargmax(values), values.shape)
+    present = part.isel(dict(zip(part[metric].dims, (int(k) for k in index), strict=True)))
+    largest = float(values[index])
+    of_sites = [str(name) for name in part if str(name).startswith(f"{metric}.") and float(present[name]) == largest]
+    at_site = "".join(f" at {name.removeprefix(f'{metric}.').upper()}" for name in of_sites[:1])
+    numbers = [name for name in part.coords if part[name].ndim and np.issubdtype(part[name].dtype, np.number)]
+    where = [value_text(str(name), present[name].item(), present[name].attrs.get("units", "")) for name in numbers]
+    whose = ", unknown for aborted runs," if np.isin(part["outcome"].values, BROKEN_OFF).any() else ""
+    return f"; {words}{whose} up to {largest:.4g} N{at_site}, with {', '.join(where)}"
+
+
+def _of_branching(dataset: xr.Dataset) -> list[str]:
+    if "shared" not in dataset or not float(dataset["shared"].fillna(0.0).max()):
+        return []
+    return [f"{100.0 * float(dataset['shared'].mean()):.3g} % of all steps were shared with earlier points"]
+
+
+def _of_boundary(folder: Path, design: SamplePlan, boundary: str) -> list[str]:
+    group = boundary_group(boundary)
+    if not (folder / STORE / group).is_dir():
+        return []
+    result = open_sweep(folder, group)
+    tolerance, runs = float(result.attrs["tolerance"]), int(result.attrs["runs"])
+    finer = {axis.name for axis in refined_axes(design)}
+    as_fine = math.prod(math.ceil(1.0 / tolerance) + 1 if a.name in finer else len(a) for a in design.axes)
+    return [
+        f"boundary of {boundary}: {result.sizes['point']} points, to within {100.0 * tolerance:.3g} % of an axis; "
+        f"{runs} additional runs, {design.size + runs} in total; a grid this fine takes {as_fine}"
+    ]
+
+
+def _of_sensitivities(design: SamplePlan, dataset: xr.Dataset) -> list[str]:
+    if not design.sampling.startswith("saltelli:") or [a.name for a in design.axes] != [SAMPLE]:
+        return []
+    from amb_sweeps.sensitivity import sensitivity
+
+    try:
+        indices = sensitivity(design, dataset)
+    except ValueError as error:
+        return [f"no sensitivities: {error}"]
+    lines = []
+    for name in indices["parameter"].values:
+        row = indices.sel(parameter=name)
+        first, total = (f"{float(row[k]):.2f} +- {float(row[f'{k}_conf']):.2f}" for k in ("S1", "ST"))
+        lines.append(f"{indices.attrs['metric']} over {name}: first index {first}, total {total}")
+    return lines
+
+
+def _of_failures(dataset: xr.Dataset) -> list[str]:
+    """Return the reasons of failed runs, most frequent first."""
+    failed = np.isin(dataset["outcome"].values, BROKEN_OFF)
+    reasons, counts = np.unique(dataset["reason"].values[failed], return_counts=True)
+    order = np.argsort(-counts, kind="stable")[:MOST_REASONS]
+    return [f"{counts[k]} of the runs: {reasons[k]}" for k in order]

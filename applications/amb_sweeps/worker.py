@@ -1,0 +1,232 @@
+"""Runs the points of a sweep in a worker process, which loads the FMUs of a scenario once."""
+
+from __future__ import annotations
+
+import pickle
+import re
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from amb_cosim.cosim.basics.errors import FmuError, ProcessFailed, StartFailed
+from amb_cosim.cosim.master.instances import InstancePool
+from amb_cosim.cosim.run.options import RunOptions
+from amb_cosim.cosim.run.run_plan import run_plan
+from amb_cosim.cosim.system.assembly import Assembly
+from amb_cosim.cosim.system.values import Raw
+from amb_cosim.results.places import places_of
+from amb_cosim.results.result import Result
+from amb_cosim.scenario.plan import FirstValues, first_values
+from amb_cosim.scenario.scenario import Event, Scenario, load_scenario
+from amb_cosim.scenario.simulation import (
+    PlannedRun,
+    RunRequest,
+    assemble_scenario,
+    bare_signals,
+    plan_prepared,
+    to_result,
+)
+from amb_files.suggestions import suggest
+from amb_sweeps.axes import is_moment
+from amb_sweeps.branching import Branches
+from amb_sweeps.metrics import evaluate, needed, outcome_of
+
+Metric = Callable[[Result], Mapping[str, float]]
+FIELDS = (
+    *("unbalance_factor", "settle_cycles", "end_cycle", "end_time", "gravity", "gravity_angle", "coupling"),
+    *("rotor", "receptances"),
+)
+_ASSEMBLED_FROM = ("system", "rotor", "receptances", "gradient", "fmu")  # fields of a scenario
+
+
+@dataclass(frozen=True)
+class Task(RunRequest):
+    """The task common to all points of a sweep: a run, whose settings a point's values override.
+
+    Parameters
+    ----------
+    metrics
+        Functions of a result; their numbers are added to the key values.
+    keep
+        Outcomes whose full records are saved; `all` for every run.
+    labels
+        Varied events; points share the run before them, see `branching`.
+    """
+
+    metrics: tuple[Metric, ...] = ()
+    keep: tuple[str, ...] = ()
+    labels: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class PointResult:
+    """Result of a point: outcome, reason of failure, metrics, wall-clock time (s), and its record as NetCDF."""
+
+    point: int
+    outcome: str
+    reason: str = ""
+    metrics: Mapping[str, float] = field(default_factory=dict)
+    seconds: float = 0.0
+    record: bytes | None = None
+
+
+class Runner:
+    """Runs points in sequence with the same FMU instances."""
+
+    def __init__(self, task: Task) -> None:
+        self.task = task
+        self._assemblies: dict[str, tuple[Assembly, InstancePool, Branches]] = {}
+        self._first: tuple[str, FirstValues | None] = "", None
+
+    def prepare(self, settings: Mapping[str, Raw]) -> PlannedRun:
+        """Return a point that is ready to run.
+
+        Raises
+        ------
+        ValueError
+            If a name or a value is invalid.
+        """
+        return self._prepared(settings)[0]
+
+    def run(self, point: int, settings: Mapping[str, Raw]) -> PointResult:
+        """Run a point; any failure is its result."""
+        began = time.perf_counter()
+        try:
+            prepared, instances, branches = self._prepared(settings)
+            plan = prepared.plan
+            start = branches.start_of(plan)
+            saves = branches.saves_of(plan, start)
+            options = RunOptions(isolated=False, instances=instances, start=start, saves=saves)  # expendable process
+            recording = run_plan(prepared.assembly, plan, options)
+        except ValueError as error:
+            return PointResult(point, "invalid", str(error), seconds=time.perf_counter() - began)
+        except (StartFailed, FmuError, ProcessFailed) as error:
+            return PointResult(point, "failed", str(error), seconds=time.perf_counter() - began)
+        if recording.outcome.failure is None:
+            branches.keep(plan, recording.checkpoints)
+        recovery, values = evaluate(bare_signals(prepared, recording))
+        outcome, reason = outcome_of(recording.outcome, recovery)
+        if outcome == "failed":
+            values = {}  # of an aborted run they have no meaning
+        elif self.task.metrics:
+            local, wrong = self._user_metrics(to_result(prepared, recording))
+            values |= local
+            outcome, reason = ("failed", wrong) if wrong else (outcome, reason)
+        if self.task.labels and values:
+            values["shared"] = 0.0 if start is None else (start.point - plan.begin) / (plan.last - plan.begin)
+        retained = "all" in self.task.keep or outcome in self.task.keep
+        record = _netcdf(to_result(prepared, recording)) if retained else None
+        return PointResult(point, outcome, reason, values, time.perf_counter() - began, record)
+
+    def _user_metrics(self, result: Result) -> tuple[dict[str, float], str]:
+        """Return the numbers of the user's functions, and the error of the last one that failed."""
+        values: dict[str, float] = {}
+        wrong = ""
+        for metric in self.task.metrics:
+            try:
+                values |= {_checked(name): float(value) for name, value in metric(result).items()}
+            except (Exception, SystemExit) as error:  # any error of a user's function
+                name = getattr(metric, "__name__", type(metric).__name__)
+                wrong = f"metric {name}: {type(error).__name__}: {error}"
+        return values, wrong
+
+    def close(self) -> None:
+        """Free the FMUs."""
+        for _, instances, _ in self._assemblies.values():
+            instances.close()
+        self._assemblies.clear()
+
+    def _prepared(self, settings: Mapping[str, Raw]) -> tuple[PlannedRun, InstancePool, Branches]:
+        scenario, settings = varied(self.task.scenario, settings)
+        key = repr([getattr(scenario, name) for name in _ASSEMBLED_FROM])
+        if key not in self._assemblies:
+            assembly, instances = assemble_scenario(scenario, self.task.flavour), InstancePool()
+            self._assemblies[key] = assembly, instances, Branches(assembly, instances, self.task.labels)
+        assembly, instances, branches = self._assemblies[key]
+        recorded = None if self.task.metrics or self.task.keep else needed(places_of(assembly))
+        values = {**self.task.settings, **settings}
+        begun = repr({name: raw for name, raw in settings.items() if not event_of(scenario, name)})
+        if self._first[0] != begun:
+            self._first = begun, first_values(scenario, assembly, values)
+        first = self._first[1]
+        return plan_prepared(scenario, assembly, values, self.task.until, recorded, first), instances, branches
+
+
+def varied(scenario: Scenario, settings: Mapping[str, Raw]) -> tuple[Scenario, dict[str, Raw]]:
+    """Return the scenario that a point runs, and its other settings, values by `component.variable`.
+
+    Raises
+    ------
+    ValueError
+        If the scenario has no such event or field.
+    """
+    settings = dict(settings)
+    if "scenario" in settings:
+        scenario = load_scenario(str(settings.pop("scenario")))
+    changes: dict[str, Any] = {name: settings.pop(name) for name in FIELDS if name in settings}
+    if "end_cycle" in changes or "end_time" in changes:
+        changes = {"end_cycle": None, "end_time": None} | changes
+    fmus = {name: settings.pop(name) for name in list(settings) if name.startswith("fmu.")}
+    if fmus:
+        changes["fmu"] = {name.removeprefix("fmu."): str(fmu) for name, fmu in fmus.items()}
+    of_events = {name: settings.pop(name) for name in list(settings) if event_of(scenario, name) or is_moment(name)}
+    for name in of_events:
+        if not event_of(scenario, name):
+            labels = ", ".join(scenario.labels) or "none"
+            raise ValueError(f"{name}: scenario {scenario.name} has no such event; its labelled events: {labels}")
+    if of_events:
+        changes["event"] = [_event(event, of_events) for event in scenario.event]
+    return (scenario.changed(**changes) if changes else scenario), settings
+
+
+def event_of(scenario: Scenario, name: str) -> str:
+    """Return the event label with which the name of a variation begins; empty if none."""
+    label = name.partition(".")[0]
+    return label if label in scenario.labels else ""
+
+
+def _event(event: Event, settings: Mapping[str, Raw]) -> dict[str, Any]:
+    """Return an event, in TOML form, with the time and values set for its label."""
+    changes: dict[str, Any] = {}
+    values = {component: dict(of_one) for component, of_one in event.set.items()}
+    for name, raw in settings.items():
+        label, _, rest = name.partition(".")
+        if label != event.name:
+            continue
+        component, _, variable = rest.partition(".")
+        if rest in ("cycle", "time"):
+            changes |= {"cycle": None, "time": None, rest: raw}
+        elif not variable:
+            raise ValueError(
+                f"{name} is not part of an event; {suggest(rest, ['cycle', 'time', 'component.variable'])}"
+            )
+        else:
+            values.setdefault(component, {})[variable] = raw
+    return {**event.model_dump(mode="json", exclude_none=True), **changes, "set": values}
+
+
+def _checked(name: str) -> str:
+    """Return the name of a user's metric, which becomes the name of a variable of the store."""
+    if not re.fullmatch(r"[A-Za-z_][\w.]*", name) or name in ("outcome", "reason", "seconds"):
+        raise ValueError(f"{name!r} is not a name for a metric; it must be like friction_heat or friction_heat.seal")
+    return name
+
+
+def _netcdf(result: Result) -> bytes:
+    from amb_cosim.cosim.record.netcdf import netcdf
+
+    return bytes(netcdf(result.dataset))
+
+
+_runners: dict[str, Runner] = {}  # runners of this process, by the sweep's identifier
+
+
+def run_batch(sweep: str, task: bytes, points: Sequence[tuple[int, Mapping[str, Raw]]]) -> list[PointResult]:
+    """Run points of a sweep, reusing what earlier batches loaded in this process; `task` is pickled."""
+    if sweep not in _runners:
+        for runner in _runners.values():
+            runner.close()
+        _runners.clear()
+        _runners[sweep] = Runner(pickle.loads(task))
+    return [_runners[sweep].run(point, settings) for point, settings in points]
