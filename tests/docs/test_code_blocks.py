@@ -27,7 +27,7 @@ NEEDING = [(page, block) for page in PAGES for block in blocks_of(page) if block
 # What blocks need, and whether it is here; what is None cannot be had in a test.
 NEEDS = {
     "a clone": None,  # installs packages; tests/cosim/test_fourth_fmu.py has the example
-    "a cluster": None,  # tests/orchestrator/sweep/test_killed_sweeps.py has scheduler and workers on one host
+    "a cluster": None,  # tests/amb_sweeps/test_killed_sweeps.py has scheduler and workers on one host
     "the changes above": None,
     "the pack installed": None,  # tests/packs/test_own_pack.py has it
     "ecospy": None,  # tests/ssp/test_tool_pages.py runs it

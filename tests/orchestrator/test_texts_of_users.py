@@ -21,7 +21,7 @@ from amb_sweeps.axes import read_variations
 from rotor_analysis.packaged_rotors import rotor_path
 from rotor_analysis.rotor_file import load_rotor
 
-BLOWER = Path(__file__).parents[1] / "assessment" / "blower"
+BLOWER = Path(__file__).parents[1] / "amb_assessment" / "assessment" / "blower"
 READ = {
     "rotor": (load_rotor, rotor_path("bath_rig").read_text(encoding="utf-8")),
     "scenario": (amb_cosim.Scenario.load, "base = 'fig4_9'\nend_cycle = 3\n"),

@@ -20,7 +20,7 @@ HERE = Path(__file__).parent
 MODELS = ("rotor_contact", "amb_actuator", "rolac_controller")
 ALONE = ("linear_controller",)  # models that no test of the others runs
 # Folders of tests of which some run the compiled kernels of all models, in instances of their own process.
-RUN_SOME_KERNELS = ("benchmarks", "cosim", "linear", "live", "orchestrator", "packs")
+RUN_SOME_KERNELS = ("amb_analysis", "amb_live", "amb_sweeps", "benchmarks", "cosim", "orchestrator", "packs")
 # Folders of tests that run them in any way.
 RUN_ALL_KERNELS = (*RUN_SOME_KERNELS, "levitated_rotor", "native", "referees", "strange_machine", "system")
 

@@ -11,7 +11,7 @@ from amb_assessment.assessment.findings import Judgement
 from amb_assessment.assessment.machine_file import load_machine
 from amb_assessment.assessment.page import write_assessment
 
-NOTCHES = Path(__file__).parents[2] / "examples/controllers/lead_notches.toml"  # of a hand's tuning, for the compressor
+NOTCHES = Path(__file__).parents[3] / "examples/controllers/lead_notches.toml"  # of a hand's tuning, for the compressor
 
 pytestmark = pytest.mark.slow
 

@@ -19,7 +19,7 @@ from amb_sweeps.refine import Refinement
 from amb_sweeps.sampling import make_design
 from amb_sweeps.store import open_sweep
 from amb_sweeps.worker import Task
-from tests.orchestrator.sweep.conftest import UNTIL, filled
+from tests.amb_sweeps.conftest import UNTIL, filled
 from tests.support.messages import assert_names, raises_naming
 
 METRIC = "def turns(result):\n    return {'turns': float(result.dataset['cycle'].values[-1])}\n"

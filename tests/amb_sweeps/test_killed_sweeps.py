@@ -20,7 +20,7 @@ from killer import Killer
 import amb_cosim
 from amb_sweeps.engine import ClusterFailed
 from amb_sweeps.store import open_sweep
-from tests.orchestrator.sweep.conftest import same
+from tests.amb_sweeps.conftest import same
 
 pytestmark = [pytest.mark.slow, pytest.mark.skipif(sys.platform != "linux", reason="processes are killed by SIGKILL")]
 
@@ -153,7 +153,7 @@ def test_a_sweep_goes_on_after_its_client_was_killed(undisturbed, processes, sce
     for k, moment in enumerate(moments):
         folder = tmp_path / f"swept_{k}"
         arguments = map(str, (*moment, scenario, VARY["Omega"], UNTIL, processes.address, folder))
-        environment = os.environ | {"PYTHONPATH": str(Path(__file__).parents[2] / "support")}
+        environment = os.environ | {"PYTHONPATH": str(Path(__file__).parents[1] / "support")}
         done = subprocess.run([sys.executable, "-c", KILLED_CLIENT, *arguments], env=environment, check=False)
         assert done.returncode == -signal.SIGKILL, moment
         go_on(scenario, folder, processes.address, undisturbed, moment)

@@ -15,7 +15,7 @@ from amb_sweeps.engine import connect
 from amb_sweeps.sampling import make_design
 from amb_sweeps.store import SweepStore, open_sweep
 from amb_sweeps.worker import PointResult, Runner, Task
-from tests.orchestrator.sweep.conftest import UNTIL, VARY, same
+from tests.amb_sweeps.conftest import UNTIL, VARY, same
 from tests.support.messages import raises_naming
 
 

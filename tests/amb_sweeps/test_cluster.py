@@ -14,7 +14,7 @@ import pytest
 import amb_cosim
 from amb_sweeps import engine
 from amb_sweeps.engine import ClusterFailed, connect
-from tests.orchestrator.sweep.conftest import UNTIL, VARY
+from tests.amb_sweeps.conftest import UNTIL, VARY
 from tests.support.messages import raises_naming
 
 INTRUDER = """

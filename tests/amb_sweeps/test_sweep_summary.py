@@ -16,7 +16,7 @@ from amb_sweeps.run import Sweep
 from amb_sweeps.sampling import make_design
 from amb_sweeps.store import SweepStore
 from amb_sweeps.worker import PointResult
-from tests.orchestrator.sweep.conftest import filled
+from tests.amb_sweeps.conftest import filled
 from tests.support.messages import assert_names
 
 CONTROLS = {"PID": {}, "ROLAC": {"a.on": True}}

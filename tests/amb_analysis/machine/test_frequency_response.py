@@ -18,7 +18,7 @@ from amb_cosim.scenario.simulation import prepare
 from rotor_analysis.rotor_file import load_rotor
 from tests.support.messages import raises_naming
 
-FOLDER = Path(__file__).parents[1] / "strange_machine"
+FOLDER = Path(__file__).parents[2] / "strange_machine"
 F = np.geomspace(5.0, 2000.0, 40)
 STEP = 50e-6
 
