@@ -52,7 +52,8 @@ def test_only_names_of_this_project_are_installed():
         "thrust_bearings",
     }
     packs = set(project["project"]["entry-points"]["amb_cosim.packs"])
-    assert packages == {"amb_cosim", "source_check"} | models | libraries | packs
+    applications = {"amb_analysis", "amb_assessment", "amb_live", "amb_sweeps"}
+    assert packages == {"amb_cosim", "source_check"} | models | libraries | applications | packs
 
 
 def test_command_line_and_python_give_the_same(result, runner, tmp_path):

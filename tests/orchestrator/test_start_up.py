@@ -61,6 +61,12 @@ def test_a_run_loads_neither_compiler_nor_model_nor_data_set(loaded, runner, tmp
     assert (tmp_path / "out" / "result.nc").is_file()
 
 
+def test_a_run_loads_no_application(loaded, runner):
+    run = (*RUN, "0.01", "--no-plots")
+    assert runner(*run).exit_code == 0
+    assert loaded(("amb_analysis", "amb_assessment", "amb_live", "amb_sweeps"), ("amb_cosim",), run) == []
+
+
 @pytest.mark.slow
 def test_figures_are_drawn_by_matplotlib_alone(loaded, runner, tmp_path):
     run = (*RUN, "0.3")
