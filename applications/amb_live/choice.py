@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import cache
 
 from amb_cosim.cosim.fmu.fmus import model_source
-from amb_cosim.scenario.scenario import given_scenario, load_scenario
+from amb_cosim.scenario.scenario import as_scenario, load_scenario
 from amb_files.pack_file import pack_files
 from amb_live.rig import Rig, rig
 
@@ -25,7 +25,7 @@ def rigs_of(name: str | None = None, rotor: str | None = None, *, alone: bool = 
     ValueError
         If the scenario, the rotor or a file is wrong, or a browser cannot run the scenario.
     """
-    first = given_scenario(name, rotor)
+    first = as_scenario(name, rotor)
     alone = alone or rotor is not None
     others = [] if alone else [other for pack in pack_files().values() for other in pack.live if other != first.name]
     source = cache(model_source)  # computing the constants of a rotor takes long, and most scenarios share them

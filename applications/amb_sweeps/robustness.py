@@ -19,7 +19,7 @@ from amb_cosim.cosim.system.values import Raw
 from amb_cosim.presentation.progress import progress_bar
 from amb_cosim.presentation.text_tables import TextBlock, number, text_table
 from amb_cosim.scenario.rotors import RotorSource
-from amb_cosim.scenario.scenario import Scenario, given_scenario
+from amb_cosim.scenario.scenario import Scenario, as_scenario
 from amb_files.checks import require
 from amb_files.temporary_folders import temporary_folder
 from amb_sweeps.variations import Variation, identification_speeds, variations
@@ -149,7 +149,7 @@ def robustness(
         If the scenario, a value or a file is invalid, or the scenario itself does not reach its end.
     """
     require(1e-6 <= change <= 0.5, "change", change, "from 1e-6 to 0.5")
-    scenario = given_scenario(scenario, rotor)
+    scenario = as_scenario(scenario, rotor)
     settings = dict(set or {})
     runner = Runner(Task(scenario, settings, flavour=flavour))
     try:

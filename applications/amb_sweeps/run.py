@@ -23,7 +23,7 @@ from amb_cosim.cosim.system.values import Raw, quantity
 from amb_cosim.presentation.progress import SweepReport as Report
 from amb_cosim.presentation.progress import sweep_bar
 from amb_cosim.scenario.rotors import RotorSource
-from amb_cosim.scenario.scenario import Scenario, given_scenario, load_scenario
+from amb_cosim.scenario.scenario import Scenario, as_scenario, load_scenario
 from amb_sweeps import outcomes
 from amb_sweeps.axes import Vary
 from amb_sweeps.branching import varied_labels
@@ -150,7 +150,7 @@ def sweep(
     """
     end_if_imported_anew()
     require_extra("sweep", "a sweep", "cryptography", "dask", "distributed", "zarr", "SALib")
-    scenario = given_scenario(scenario, rotor, receptances)
+    scenario = as_scenario(scenario, rotor, receptances)
     unknown = [name for name in keep if name not in (*outcomes.RUN, "all")]
     if unknown:
         raise ValueError(f"--keep {unknown[0]} is not allowed; it must be all or one of {', '.join(outcomes.RUN)}")

@@ -13,13 +13,13 @@ from amb_analysis.studies import contact_convergence, convergence_runs
 from amb_analysis.studies.convergence_runs import CaseResult, Contact, ConvergenceCase, varied_cases
 from amb_cosim import studies
 from amb_cosim.cosim.record.signals import Samples, SignalTable
-from amb_cosim.scenario.scenario import given_scenario
+from amb_cosim.scenario.scenario import as_scenario
 from rotor_analysis.reduced_rotor import reduced_rotor
 from rotor_analysis.rotor_file import load_rotor
 
 
 def base_of(rotor):
-    return ConvergenceCase(given_scenario("fig4_9", rotor))
+    return ConvergenceCase(as_scenario("fig4_9", rotor))
 
 
 @pytest.fixture
@@ -170,7 +170,7 @@ def test_more_modes_leave_contact_forces_of_the_recommended_rig(scenario):
     """A quarter more; twice as many take minutes each, by the study. Forces within a millisecond hang on more modes."""
     settings = {"rotor_contact.contact.impact_law": 1}
     rotors = (load_rotor("bath_rig"), load_rotor("bath_rig", {"reduction": {"modes": 30}}))
-    cases = [ConvergenceCase(given_scenario(scenario, rotor), settings) for rotor in rotors]
+    cases = [ConvergenceCase(as_scenario(scenario, rotor), settings) for rotor in rotors]
     here, more = (convergence_runs.simulate_case(case).sites for case in cases)
     for site, contact in here.items():
         assert more[site].mean_force == pytest.approx(contact.mean_force, rel=0.05)

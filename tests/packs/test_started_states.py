@@ -10,7 +10,7 @@ import amb_cosim
 from amb_analysis.steady_contact.rubbing_rotor import rubbing_rotor
 from amb_analysis.steady_contact.started import checkpoint_in
 from amb_analysis.steady_contact.trap_map import states_at
-from amb_cosim.scenario.scenario import given_scenario
+from amb_cosim.scenario.scenario import as_scenario
 from amb_cosim.scenario.simulation import prepare
 
 RECORD = {"every": 1, "variables": ["rotor_contact.rb?.f_n_mean"]}
@@ -20,7 +20,7 @@ SPEED = 2.0 * np.pi * 16.0
 def case(Omega, u, mu, cycles):
     """Return scenario, settings and rotor with an unbalance on D1 (kg m) and friction of both retainers."""
     changes = {"Omega": Omega, "event": (), "unbalance_factor": 1.0, "record": RECORD, "end_cycle": cycles}
-    scenario = given_scenario("fig5_6_pid", None).changed(**changes)
+    scenario = as_scenario("fig5_6_pid", None).changed(**changes)
     settings = {"rotor_contact.d1.u": u, "rotor_contact.rb?.mu": mu, "rotor_contact.rb?.mu_static": mu}
     return scenario, settings, rubbing_rotor(prepare(scenario, settings))
 

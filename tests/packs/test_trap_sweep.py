@@ -14,7 +14,7 @@ import pytest
 import amb_cosim
 from amb_analysis.steady_contact.rubbing_rotor import rubbing_rotor
 from amb_analysis.steady_contact.trap_map import states_at
-from amb_cosim.scenario.scenario import given_scenario
+from amb_cosim.scenario.scenario import as_scenario
 from amb_cosim.scenario.simulation import prepare
 
 SPEEDS, AMOUNTS = np.linspace(45.0, 235.0, 20), np.linspace(3e-3, 60e-3, 20)  # rad/s, kg m on D1
@@ -37,7 +37,7 @@ def run_of(Omega, u, is_knocked, time):
     cycles = float(np.ceil(time * Omega / (2.0 * np.pi)))
     changes = {"Omega": float(Omega), "event": (*more, *less), "end_cycle": cycles, "unbalance_factor": 1.0}
     changes["record"] = {"every": 4, "variables": ["rotor_contact.rb?.f_n_mean"]}
-    scenario = given_scenario("fig5_6_pid", None).changed(**changes)
+    scenario = as_scenario("fig5_6_pid", None).changed(**changes)
     result = amb_cosim.run(scenario, set={"rotor_contact.d1.u": 0.5 * u}, progress=False)
     data = result.dataset
     forces = np.array([data[f"rotor_contact.{site}.f_n_mean"].values for site in ("rb1", "rb2")])
@@ -77,7 +77,7 @@ def judged(rig, Omega, u, is_knocked):
 
 def sweep(report=lambda *_: None, every=1):
     """Judge every run, or every so many, spread over speed and unbalance."""
-    rig = rubbing_rotor(prepare(given_scenario("fig5_6_pid", None)))
+    rig = rubbing_rotor(prepare(as_scenario("fig5_6_pid", None)))
     result = []
     for i, Omega in enumerate(SPEEDS):
         for j, u in enumerate(AMOUNTS):

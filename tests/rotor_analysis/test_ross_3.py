@@ -21,7 +21,7 @@ from amb_analysis.linear.linearisable import of_prepared
 from amb_analysis.linear.loop import Loop
 from amb_analysis.studies.closed_loop_poles import vibrations
 from amb_cosim.commands.cli import main
-from amb_cosim.scenario.scenario import given_scenario
+from amb_cosim.scenario.scenario import as_scenario
 from amb_cosim.scenario.simulation import prepare
 from amb_files.toml import validate
 from rotor_analysis.ross_file import read_ross
@@ -85,7 +85,7 @@ def test_imported_magnets_and_controller_have_the_modes_of_ross(tmp_path, monkey
         for part in ("controller", "levitation"):
             file = tmp_path / f"{name}_{part}.toml"
             file.write_text(file.read_text().replace("20 us", sample_time))
-        prepared = prepare(given_scenario(file, None).machine())
+        prepared = prepare(as_scenario(file, None).machine())
         loop = Loop(of_prepared(prepared))
         deviations.append(
             max(

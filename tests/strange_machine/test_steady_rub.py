@@ -24,12 +24,12 @@ from amb_analysis.studies import contact_traps
 from amb_analysis.studies.closed_loop_poles import vibrations
 from amb_analysis.studies.figures.traps import draw
 from amb_cosim import studies
-from amb_cosim.scenario.scenario import given_scenario
+from amb_cosim.scenario.scenario import as_scenario
 from amb_cosim.scenario.simulation import prepare
 from rotor_analysis.rotor_file import load_rotor
 from tests.support.messages import assert_names, raises_naming
 
-STEADY = given_scenario(LEVITATION, None).changed(settle_cycles=300, event=(), end_cycle=3)
+STEADY = as_scenario(LEVITATION, None).changed(settle_cycles=300, event=(), end_cycle=3)
 HEAVY = {"rotor_contact.turbine.u": "5 g.mm"}
 
 
@@ -93,7 +93,7 @@ def test_co_simulation_that_is_knocked_into_contact_stays_with_the_force_of_its_
         },
     )
     events += ({"role": "relief", "cycle": 8.0, "set": {"rotor_contact": {"turbine.u": f"{u} g.mm"}}},)
-    knocked = given_scenario(LEVITATION, None).changed(event=events, end_cycle=150)
+    knocked = as_scenario(LEVITATION, None).changed(event=events, end_cycle=150)
     machine = rubbing_rotor(prepare(knocked, LINEAR))
     states = states_at(machine, machine.Omega)
     stable = {state.contact: state for state in states if state.small.is_stable}
@@ -180,7 +180,7 @@ def test_asking_for_what_is_not_there_names_it():
 def test_delayed_demands_leave_the_free_loop_the_growth_of_its_poles(is_late):
     """The linear model has another realisation of the controller."""
     values = {"rolac_controller.chain.preset": "custom", "rolac_controller.chain.delay": is_late}
-    prepared = prepare(given_scenario(LEVITATION, None).machine(), {**LINEAR, **values})
+    prepared = prepare(as_scenario(LEVITATION, None).machine(), {**LINEAR, **values})
     machine, Omega = rubbing_rotor(prepared), prepared.plan.speed
     loop = Dynamics(machine.loop(Omega)).about((), np.zeros(0), np.zeros(0), machine.c, machine.mu(Omega))
     poles = vibrations(Loop(of_prepared(prepared)), Omega).poles
@@ -199,7 +199,7 @@ def few_points():
 @pytest.mark.slow
 def test_a_map_without_traps_ends_at_ten_times_the_grade_at_the_speed_of_the_machine(expander, few_points, monkeypatch):
     """G 2.5: u = m 2.5 mm/s/Omega. The map is searched to ten times that, and its sentence compares with that."""
-    mass, Omega = load_rotor(given_scenario(LEVITATION, None).rotor).mass, few_points.speed
+    mass, Omega = load_rotor(as_scenario(LEVITATION, None).rotor).mass, few_points.speed
     limit = mass * 2.5e-3 / Omega
     assert few_points.grade_limit_at_speed == pytest.approx(limit, rel=1e-9)
     assert few_points.grade_limit[-1] == pytest.approx(limit * Omega / few_points.speeds[-1], rel=1e-9)

@@ -26,7 +26,7 @@ from amb_cosim.cosim.system.values import Raw, convert, quantity
 from amb_cosim.results.component_names import ACTUATOR, CONTROLLER, PLANT
 from amb_cosim.scenario.plan import SPEED
 from amb_cosim.scenario.rotors import RotorSource
-from amb_cosim.scenario.scenario import Scenario, given_scenario
+from amb_cosim.scenario.scenario import Scenario, as_scenario
 from amb_cosim.scenario.simulation import PlannedRun, prepare
 from array_types import Array
 from rotor_contact.structure import structure_of
@@ -161,7 +161,7 @@ def linearisable(
     if isinstance(source, System) or (isinstance(source, str | Path) and is_system(source)):
         assembly, plan = _of_system(source, fmu or {}, rotor, set or {}, flavour)
         return LinearSource(assembly, plan, _point(assembly, values), rotor)
-    return of_prepared(prepare(given_scenario(source, rotor, fmu=fmu), set, flavour=flavour), values)
+    return of_prepared(prepare(as_scenario(source, rotor, fmu=fmu), set, flavour=flavour), values)
 
 
 def of_prepared(prepared: PlannedRun, at: Mapping[str, Raw] | None = None) -> LinearSource:

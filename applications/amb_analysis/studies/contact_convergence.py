@@ -34,7 +34,7 @@ from amb_cosim.cosim.system.values import Raw
 from amb_cosim.presentation.progress import progress_bar
 from amb_cosim.presentation.text_tables import TextBlock, labelled_table, number, text_table
 from amb_cosim.results.contact_forces import WINDOW
-from amb_cosim.scenario.scenario import given_scenario
+from amb_cosim.scenario.scenario import as_scenario
 from amb_files.checks import require
 from array_types import Array
 from rotor_analysis.rotor_file import load_rotor
@@ -209,7 +209,7 @@ def convergence(
         If the scenario, a value or a file is wrong, or the scenario itself does not reach its end.
     """
     require(0 <= starts <= 1000, "starts", starts, "from 0 to 1000")
-    values = given_scenario(scenario, rotor)
+    values = as_scenario(scenario, rotor)
     base = ConvergenceCase(values, dict(set or {}), flavour=flavour)
     prepare_case(base)  # checks the input and builds the FMUs before processes are started
     with progress_bar(progress) as report:

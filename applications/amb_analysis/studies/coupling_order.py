@@ -16,7 +16,7 @@ from amb_cosim.presentation.text_tables import TextBlock, labelled_table
 from amb_cosim.results.contact_history import contact_cycles, recovery
 from amb_cosim.results.orbits import orbit_after, orbit_before
 from amb_cosim.scenario.coupling import delay, predictable
-from amb_cosim.scenario.scenario import Scenario, given_scenario
+from amb_cosim.scenario.scenario import Scenario, as_scenario
 from amb_cosim.scenario.simulation import prepare, run_prepared
 
 TIMINGS = 3  # of each run; the shortest counts
@@ -123,7 +123,7 @@ def coupling(
     ValueError
         If the scenario, a value or a file is wrong, or its first run has no orbit.
     """
-    values = given_scenario(scenario, rotor).model_copy(update={"record": Record()})
+    values = as_scenario(scenario, rotor).model_copy(update={"record": Record()})
     runs = [run for run in RUNS if not run.predicts or predictable(prepare(values, set, flavour=flavour).interfaces)]
     result = [simulated(run, values, set or {}, flavour) for run in runs]
     first, shortest = result[0]

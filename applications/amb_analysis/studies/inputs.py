@@ -10,7 +10,7 @@ import numpy as np
 
 from amb_cosim.cosim.system.values import quantity
 from amb_cosim.results.component_names import CONTROLLER
-from amb_cosim.scenario.scenario import Scenario, given_scenario
+from amb_cosim.scenario.scenario import Scenario, as_scenario
 from amb_files.checks import require
 from array_types import Array
 from rotor_analysis.rotor import Rotor
@@ -38,7 +38,7 @@ def controlled(
     controller
         Controller file, object or FMU in place of the scenario's controller.
     """
-    return given_scenario(scenario, rotor, fmu=None if controller is None else {CONTROLLER: controller})
+    return as_scenario(scenario, rotor, fmu=None if controller is None else {CONTROLLER: controller})
 
 
 def spin_speed(raw: Number, name: str = "speed") -> float:

@@ -24,7 +24,7 @@ from amb_cosim.design.receptance_file import ReceptanceTable, empty_table, loop_
 from amb_cosim.design.sampled_loop import parameters_of_loop
 from amb_cosim.results.component_names import CONTROLLER
 from amb_cosim.scenario.inner_loop import inner_loop_parameters
-from amb_cosim.scenario.scenario import Scenario, given_scenario, make_scenario
+from amb_cosim.scenario.scenario import Scenario, as_scenario, make_scenario
 from amb_cosim.scenario.simulation import PlannedRun, prepare, run_prepared
 from array_types import Complex
 from rolac_controller.control_loop import ControlLoop
@@ -109,7 +109,7 @@ def prepare_identification(
         If the speed is not positive or below `rolac.min_speed`, or another setting does not fit.
     """
     bare = make_scenario({"Omega": 1.0, "communication_step": STEP, "end_time": STEP}, NAME)
-    base = given_scenario((machine or bare).machine(), rotor)
+    base = as_scenario((machine or bare).machine(), rotor)
     step = base.step_size("gauss_seidel")
     n_axes = 2 * len(load_rotor(base.rotor).bearings)
     revolutions = (n_axes + 2) * periods(Omega / (2.0 * math.pi)) + MARGIN

@@ -9,7 +9,7 @@ from amb_cosim.cosim.basics.build_target import BuildTarget
 from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.cosim.system.values import Raw
 from amb_cosim.scenario.rotors import RotorSource
-from amb_cosim.scenario.scenario import Scenario, given_scenario
+from amb_cosim.scenario.scenario import Scenario, as_scenario
 from amb_cosim.scenario.simulation import prepare
 
 
@@ -52,7 +52,7 @@ def export_ssp(
     """
     from amb_cosim.cosim import ssp
 
-    scenario = given_scenario(scenario, rotor, receptances)
+    scenario = as_scenario(scenario, rotor, receptances)
     prepared = prepare(scenario, set, until, flavour)
     table = None if scenario.receptances is None else Path(scenario.receptances)
     return ssp.export_ssp(

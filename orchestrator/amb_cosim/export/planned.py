@@ -20,7 +20,7 @@ from amb_cosim.results.component_names import CONTROLLER
 from amb_cosim.scenario.inner_loop import inner_loop_parameters
 from amb_cosim.scenario.plan import plan_scenario
 from amb_cosim.scenario.rotors import RotorSource
-from amb_cosim.scenario.scenario import Scenario, given_scenario
+from amb_cosim.scenario.scenario import Scenario, as_scenario
 from amb_cosim.scenario.simulation import system_of
 
 STEP_SIZE = 250e-6  # s, default communication step
@@ -57,7 +57,7 @@ def plan_models(
     if file is not None:
         values, system = None, load_system(file)
     else:
-        values = given_scenario(scenario)
+        values = as_scenario(scenario)
         system = system_of(values)
         rotor, receptances = rotor or values.rotor, receptances or values.receptances
     table = None if receptances is None else Path(receptances)
@@ -72,7 +72,7 @@ def plan_models(
     if values is None:
         plan = _plan(assembly, file)
     else:
-        plan = plan_scenario(given_scenario(values, rotor), assembly)
+        plan = plan_scenario(as_scenario(values, rotor), assembly)
     if table is not None:
         from amb_cosim.design.rotor_models import check_loop
 

@@ -106,24 +106,26 @@ def _at_places(values: AtPlaces, unit: str, scale: float = 1.0) -> str:
     return ", ".join(f"{at} {text} {unit}" for at, text in texts.items())
 
 
-def _touchdown_rows(found: Touchdown) -> list[tuple[str, str]]:
+def _touchdown_rows(touchdown: Touchdown) -> list[tuple[str, str]]:
     """Return labels and texts of a touchdown, for a table."""
-    hits = (f"{hit.site.upper()} {number(hit.impulse)} N s after {number(hit.after)} s" for hit in found.first_impacts)
-    ends = (
-        ("the rotor lies still", found.rest_after),
-        ("it is free of contact", found.free_after),
-        ("it stands still", found.standstill_after),
+    hits = (
+        f"{hit.site.upper()} {number(hit.impulse)} N s after {number(hit.after)} s" for hit in touchdown.first_impacts
     )
-    has_fallen = any(mm is not None for mm in found.drop.values())
-    moved = found.drop if has_fallen else found.orbit
+    ends = (
+        ("the rotor lies still", touchdown.rest_after),
+        ("it is free of contact", touchdown.free_after),
+        ("it stands still", touchdown.standstill_after),
+    )
+    has_fallen = any(mm is not None for mm in touchdown.drop.values())
+    moved = touchdown.drop if has_fallen else touchdown.orbit
     return [
-        ("release", f"{number(found.release)} s after cycle 0"),
+        ("release", f"{number(touchdown.release)} s after cycle 0"),
         (
             "drop" if has_fallen else "orbit after it",
             ", ".join(f"{bearing.upper()} {number(mm)} mm" for bearing, mm in moved.items()),
         ),
         ("first impacts", "\n".join(hits) or "-"),
-        *((f"in {site.upper()}", _of_retainer(retainer)) for site, retainer in found.retainers.items()),
+        *((f"in {site.upper()}", _of_retainer(retainer)) for site, retainer in touchdown.retainers.items()),
         ("at last", ", ".join(f"{what} after {number(time)} s" for what, time in ends if time is not None) or "moving"),
     ]
 

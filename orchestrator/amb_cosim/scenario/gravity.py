@@ -74,7 +74,7 @@ def _carry(missing: MissingParameters, bearing: str, axis: str, load: float) -> 
 
     values, static = missing.values, f"{ACTUATOR}.{bearing}.static_current_{axis}"
     law = int(values.parameter(f"{ACTUATOR}.force_law"))
-    if static in missing.given:
+    if static in missing.stated:
         return
     without = {**parameters_of(values, bearing, axis), "static_current": 0.0}
     try:

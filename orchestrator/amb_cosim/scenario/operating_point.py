@@ -22,11 +22,11 @@ class MissingParameters:
     """Parameters that nobody gave."""
 
     values: Assignments
-    given: Collection[str]
+    stated: Collection[str]
 
     def set(self, name: str, value: Raw) -> None:
         """Set a parameter unless the user has set it."""
-        if name not in self.given:
+        if name not in self.stated:
             self.values.set_or_drop(name, value, only="parameter")
 
 
@@ -59,9 +59,9 @@ def set_operating_points(missing: MissingParameters) -> list[str]:
         currents = {"i_min": -(static + bias), "i_max": bias}
         for name, value in (assumed | {f"{CONTROLLER}.{bearing}.{n}_{axis}": i for n, i in currents.items()}).items():
             _set_if_allowed(missing, name, value)
-        own = {f"{ACTUATOR}.{bearing}.{name}_{axis}" for name in GEOMETRY}
+        geometry = {f"{ACTUATOR}.{bearing}.{name}_{axis}" for name in GEOMETRY}
         of_law = {f"{ACTUATOR}.{bearing}.{name}_{axis}": k for name, k in zip(MEASURED, slopes, strict=True)}
-        if measured and own & {*missing.given} and not of_law.keys() & {*missing.given}:
+        if measured and geometry & {*missing.stated} and not of_law.keys() & {*missing.stated}:
             assumed |= dict(zip(of_law, _slopes(bearing, axis, of_axis, LINEAR), strict=True))
         far += [sentence for name, value in assumed.items() if (sentence := _difference(values, name, value))]
     about = f"by more than a factor of {LARGEST_RATIO:g} from the values of the magnets"
@@ -108,8 +108,8 @@ def _difference(values: Assignments, name: str, of_magnet: float) -> str:
     port = values.interfaces[component].ports.get(variable)
     if port is None:
         return ""
-    given = values.parameter(name)
-    least, most = sorted((given / LARGEST_RATIO, given * LARGEST_RATIO))
+    stated = values.parameter(name)
+    least, most = sorted((stated / LARGEST_RATIO, stated * LARGEST_RATIO))
     if least <= of_magnet <= most:
         return ""
-    return f"{name} = {given:.4g}{port.display_unit}, by the magnet {of_magnet:.4g}{port.display_unit}"
+    return f"{name} = {stated:.4g}{port.display_unit}, by the magnet {of_magnet:.4g}{port.display_unit}"

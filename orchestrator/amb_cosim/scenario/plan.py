@@ -96,7 +96,7 @@ def plan_scenario(
         For names that do not exist, values that are not allowed, and times that do not fit the steps.
     """
     first = first or first_values(scenario, assembly, settings)
-    values, given = first.values.copy(), first.given
+    values, stated = first.values.copy(), first.stated
     coupling = scenario.coupling or assembly.system.coupling
     period, h = cycle_period(values.inputs[SPEED]), scenario.step_size(coupling)
     end = None if until is None else quantity(until, "s", "until")
@@ -130,7 +130,7 @@ def plan_scenario(
     planned["notices"] = (*plan.notices, *_rounded(end, plan))
     planned["parameters"] = _with_first_angle(plan, scenario.settle_cycles, period, assembly)
     roles = {event.role: event.name for event in scenario.event if event.role}
-    warnings = (*idle_switches(values, given), *first.warnings, *viscous_losses(assembly))
+    warnings = (*idle_switches(values, stated), *first.warnings, *viscous_losses(assembly))
     return ScenarioPlan(**planned, period=period, marks=marks, roles=roles, warnings=warnings)
 
 
@@ -174,7 +174,7 @@ class FirstValues:
     """Start of a scenario, independent of its events: values, names of set parameters, and warnings."""
 
     values: Assignments
-    given: frozenset[str]
+    stated: frozenset[str]
     warnings: tuple[str, ...] = ()
 
 
@@ -186,24 +186,24 @@ def first_values(scenario: Scenario, assembly: Assembly, settings: Mapping[str, 
     values = assembly.assignments()
     values.set(SPEED, scenario.Omega)
     values.set_defaults_of_signals()
-    given: set[str] = set()
+    stated: set[str] = set()
     for component, variables in scenario.parameters.items():
         for variable, raw in variables.items():
-            given.update(values.set_or_drop(f"{component}.{variable}", raw, only="parameter"))
+            stated.update(values.set_or_drop(f"{component}.{variable}", raw, only="parameter"))
     for name, value in _scaled(scenario.inputs, scenario, values, "input"):
         values.set_first(name, value)
     for name, raw in (settings or {}).items():
-        given.update(values.set(name, raw))
-    missing = MissingParameters(values, given | stated_constants(values))
+        stated.update(values.set(name, raw))
+    missing = MissingParameters(values, stated | stated_constants(values))
     if scenario.gravity is not None:
         set_gravity(missing, Gravity(scenario.gravity, scenario.gravity_angle), scenario.rotor)
     warnings = set_operating_points(missing)
     coupling = scenario.coupling or assembly.system.coupling
     checked_speed(values.inputs[SPEED])  # a wrong speed is reported before a wrong step
     if late := delay(coupling, scenario.step_size(coupling)):
-        for name in set(predictable(assembly.interfaces)) - given:
+        for name in set(predictable(assembly.interfaces)) - stated:
             values.set(name, late)
-    return FirstValues(values, frozenset(given), tuple(warnings))
+    return FirstValues(values, frozenset(stated), tuple(warnings))
 
 
 def _whole_steps(time: float, h: float) -> float:

@@ -318,8 +318,8 @@ def load_scenario(name: str | None = None) -> Scenario:
     return make_scenario(read_scenario(name), name)
 
 
-def given_scenario(
-    given: str | Path | Scenario | None,
+def as_scenario(
+    source: str | Path | Scenario | None,
     rotor: RotorSource = None,
     receptances: str | Path | None = None,
     fmu: Mapping[str, str | PathLike[str]] | None = None,
@@ -331,7 +331,7 @@ def given_scenario(
     ValueError
         As `load_scenario` does.
     """
-    scenario = given if isinstance(given, Scenario) else load_scenario(None if given is None else str(given))
+    scenario = source if isinstance(source, Scenario) else load_scenario(None if source is None else str(source))
     others = {"rotor": rotor, "receptances": receptances}
     changes = {key: item if is_rotor(item) else str(item) for key, item in others.items() if item is not None}
     scenario = scenario.model_copy(update=changes)

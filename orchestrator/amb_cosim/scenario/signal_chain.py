@@ -12,7 +12,7 @@ IDEAL, SWITCHES = "ideal", ("noise", "filter", "adc", "dac", "delay")
 UNSTEADY = ("noise", "adc", "dac")  # effects with which no two turns are alike
 
 
-def idle_switches(values: Assignments, given: Collection[str]) -> list[str]:
+def idle_switches(values: Assignments, stated: Collection[str]) -> list[str]:
     """Return a sentence on switches that were set, and to which the preset of the chain does not listen.
 
     Under `ideal` all effects are off, under other presets except `custom` all are on: other switch settings have no
@@ -20,7 +20,7 @@ def idle_switches(values: Assignments, given: Collection[str]) -> list[str]:
 
     Parameters
     ----------
-    given
+    stated
         Parameters, `component.variable`, set by the user.
     """
     controller = values.interfaces.get(CONTROLLER)
@@ -30,7 +30,7 @@ def idle_switches(values: Assignments, given: Collection[str]) -> list[str]:
     name = f"{CONTROLLER}.{PRESET}"
     chosen = next(item for item, number in preset.items.items() if number == values.parameter(name))
     switches = [f"{CONTROLLER}.chain.{effect}" for effect in SWITCHES]
-    idle = [s for s in switches if s in given and bool(values.parameter(s)) == (chosen == IDEAL)]
+    idle = [s for s in switches if s in stated and bool(values.parameter(s)) == (chosen == IDEAL)]
     if chosen == CUSTOM or not idle:
         return []
     message = ", ".join(f"{switch} = {'true' if values.parameter(switch) else 'false'}" for switch in idle)

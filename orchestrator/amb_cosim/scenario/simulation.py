@@ -39,7 +39,7 @@ from amb_cosim.scenario.inner_loop import inner_loop_parameters
 from amb_cosim.scenario.plan import FirstValues, ScenarioPlan, plan_scenario
 from amb_cosim.scenario.power import with_power
 from amb_cosim.scenario.rotors import RotorSource
-from amb_cosim.scenario.scenario import Scenario, given_scenario
+from amb_cosim.scenario.scenario import Scenario, as_scenario
 from array_types import Array
 
 
@@ -105,7 +105,7 @@ def run(
     ProcessFailed
         If the FMUs' own process crashed or had to be ended.
     """
-    request = RunRequest(given_scenario(scenario, rotor, receptances, fmu), set or {}, until, flavour)
+    request = RunRequest(as_scenario(scenario, rotor, receptances, fmu), set or {}, until, flavour)
     with progress_bar(progress) as report:
         start = Checkpoint.load(start) if isinstance(start, str | Path) else start
         prepared = request.prepared()
@@ -124,7 +124,7 @@ def check(scenario: str | Path | Scenario) -> None:
     --------
     >>> check("compressor_levitated")  # raises nothing: it can run
     """
-    prepare(given_scenario(scenario))
+    prepare(as_scenario(scenario))
 
 
 @dataclass(frozen=True)
@@ -277,8 +277,8 @@ def _coupling_warning(prepared: PlannedRun) -> str | None:
     if not any((target, source) in links for source, target in links):
         return None
     parameters = prepared.plan.all_parameters(prepared.interfaces)
-    predicted = max(of_one.get(PREDICTION) or 0.0 for of_one in parameters.values())
-    sampled = min(filter(None, (of_one.get(SAMPLE_TIME) for of_one in parameters.values())), default=None)
+    predicted = max(values.get(PREDICTION) or 0.0 for values in parameters.values())
+    sampled = min(filter(None, (values.get(SAMPLE_TIME) for values in parameters.values())), default=None)
     return coupling_warning(system.coupling, prepared.plan.step_size, predicted, sampled)
 
 

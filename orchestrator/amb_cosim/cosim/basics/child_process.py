@@ -18,7 +18,7 @@ SHARE_OF_MEMORY = 0.75  # of this machine's, that FMUs may have
 
 
 @contextmanager
-def child_process(module: str, given: tuple[Any, ...]) -> Iterator[subprocess.Popen[bytes]]:
+def child_process(module: str, arguments: tuple[Any, ...]) -> Iterator[subprocess.Popen[bytes]]:
     """Start a process that runs a module of `cosim` with some input; it is ended afterwards in any case."""
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(str(Path(entry).absolute()) for entry in sys.path)}
     process = subprocess.Popen(
@@ -31,7 +31,7 @@ def child_process(module: str, given: tuple[Any, ...]) -> Iterator[subprocess.Po
     try:
         assert process.stdin is not None
         with suppress(OSError):  # it ends before it reads
-            pickle.dump(given, process.stdin)
+            pickle.dump(arguments, process.stdin)
             process.stdin.flush()
         yield process
     finally:

@@ -52,14 +52,14 @@ def main() -> None:
     parent = os.getppid()
     with os.fdopen(os.dup(1), "wb") as answers:
         os.dup2(2, 1)  # what FMUs print does not go among the answers
-        given = pickle.load(sys.stdin.buffer)
+        arguments = pickle.load(sys.stdin.buffer)
         end_with_parent(partial(_wait_for_end_of, parent))  # standard input has requests
         limit_memory()
         server: _Server | None = None
         while True:
             try:
                 if server is None:
-                    server, answer = _Server(given), None
+                    server, answer = _Server(arguments), None
                 else:
                     method, arguments = pickle.load(sys.stdin.buffer)
                     answer = server.answer(method, arguments)

@@ -120,7 +120,7 @@ class Exchange:
         of_kind: dict[str, list[tuple[int, Port]]] = {name: [] for name in fmu.kinds}
         for item in enumerate(ports):
             of_kind[fmu.kind_of(item[1])].append(item)
-        self.groups = [Group(name, fmu.kinds[name], of_one, interface) for name, of_one in of_kind.items() if of_one]
+        self.groups = [Group(name, fmu.kinds[name], chosen, interface) for name, chosen in of_kind.items() if chosen]
 
     def fill(self, values: Mapping[str, float]) -> None:
         """Set array elements that are not exchanged to these values, by name, or to their start values."""

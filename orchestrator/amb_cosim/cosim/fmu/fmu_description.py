@@ -123,7 +123,7 @@ def _interface(description: Any, folder: Path, what: str) -> FmuInterface:
         fmi=3 if major == "3" else 2,
         once_per_process=bool(ability.canBeInstantiatedOnlyOncePerProcess),
         texts={text.name: text for text in _texts(description)},
-        own_step=_of_experiment(description, "stepSize"),
+        internal_step=_of_experiment(description, "stepSize"),
         tolerance=_of_experiment(description, "tolerance"),
         reports_faults=(description.generationTool or "").startswith(f"{TOOL} "),
     )
@@ -131,12 +131,12 @@ def _interface(description: Any, folder: Path, what: str) -> FmuInterface:
 
 def _with_display_units(unit: Any, definitions: Mapping[str, UnitDefinition]) -> Mapping[str, UnitDefinition]:
     """Return the definitions of all units, and of the display units of one: d = f v + o, of which b = F v + O."""
-    shown = {display.name: display for display in unit.displayUnits if display.name not in definitions}
-    if unit.name not in definitions or not shown:
+    displays = {display.name: display for display in unit.displayUnits if display.name not in definitions}
+    if unit.name not in definitions or not displays:
         return definitions
     *powers, factor, offset = definitions[unit.name]
     result = dict(definitions)
-    for name, display in shown.items():
+    for name, display in displays.items():
         f, o = float(display.factor or 1.0), float(display.offset or 0.0)
         if f and getattr(display, "inverse", None) not in ("true", "1"):
             result[name] = (*powers, factor / f, offset - factor * o / f)

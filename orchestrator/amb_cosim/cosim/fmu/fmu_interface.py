@@ -142,7 +142,7 @@ class FmuInterface:
     texts: Mapping[str, TextVariable] = field(default_factory=dict)
     reports_faults: bool = False
     deviations: tuple[str, ...] = ()
-    own_step: float | None = None
+    internal_step: float | None = None
     tolerance: float | None = None
 
     def of(self, causality: str) -> tuple[Port, ...]:
@@ -195,4 +195,4 @@ class FmuInterface:
         for port in self.ports.values():
             if port.size > 1:
                 result.setdefault(port.reference, {}).setdefault(port.element, port)
-        return {reference: tuple(of_one.values()) for reference, of_one in result.items()}
+        return {reference: tuple(by_name.values()) for reference, by_name in result.items()}

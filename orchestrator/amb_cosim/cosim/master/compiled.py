@@ -218,7 +218,7 @@ def program_of(master: Master[C], stops: StopObserver | None = None, each: Seque
         step_sizes=np.array([m * master.step_size for m in every], np.float64),
         sends=_calls([entry.sends for entry in entries], master.wiring.sources),
         fetches=_calls(fetches, places, master.values),
-        needed=_calls([_only(used[place], of_one) for of_one, place in zip(fetches, places, strict=True)], places),
+        needed=_calls([_only(used[place], group) for group, place in zip(fetches, places, strict=True)], places),
         values=master.values,
         start_time=float(master.grid.start),
         step_size=float(master.step_size),
@@ -238,8 +238,8 @@ def _calls(transfers: Sequence[Sequence[Transfer]], places: Sequence[Indices], v
 
     If `values` is passed, the FMU itself writes Reals that are consecutive in it.
     """
-    flat = [t for of_one in transfers for t in of_one]
-    positions = [place[t.where] for of_one, place in zip(transfers, places, strict=True) for t in of_one]
+    flat = [t for group in transfers for t in group]
+    positions = [place[t.where] for group, place in zip(transfers, places, strict=True) for t in group]
     references = np.concatenate([np.zeros(0, np.uint32), *(t.references for t in flat)])
     first = _ends([len(t.where) for t in flat])
     reals, integers = np.zeros(first[-1]), np.zeros(first[-1], np.int32)
@@ -250,7 +250,7 @@ def _calls(transfers: Sequence[Sequence[Transfer]], places: Sequence[Indices], v
         if values is not None and real[c] and np.all(np.diff(at) == 1):
             direct[c], values_at[c] = True, _addresses(values, at[:1])[0]
     return Calls(
-        of=_ends([len(of_one) for of_one in transfers]),
+        of=_ends([len(group) for group in transfers]),
         function=np.array([t.function for t in flat], np.intp),
         references_at=_addresses(references, _ends([len(t.references) for t in flat])[:-1]),
         values_at=values_at,

@@ -68,7 +68,7 @@ class Iteration:
 
     @largest.setter
     def largest(self, largest: Array) -> None:
-        ends = np.cumsum([len(of_one) for of_one in self._largest])
+        ends = np.cumsum([len(group) for group in self._largest])
         self._largest = [part.copy() for part in np.split(largest, ends[:-1])]
 
     def step(self, values: Array, advance: Callable[[int], None]) -> None:

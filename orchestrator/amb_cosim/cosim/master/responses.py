@@ -75,7 +75,7 @@ class StateMap:
         state = len(self.memory) - int(places["size"])
         self._values = state - n_values - n_values % 2  # both begin at multiples of 16 bytes
         self._inputs, self._outputs = (
-            self._values + np.array([interface.ports[name].position for name in of_one], np.intp) for of_one in names
+            self._values + np.array([interface.ports[name].position for name in group], np.intp) for group in names
         )
         self.sources, self.slot = positions
         rows = state + np.concatenate([np.arange(begin, end) for begin, end in places["rows"]])

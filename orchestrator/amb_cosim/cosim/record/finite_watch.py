@@ -37,9 +37,9 @@ class FiniteWatch:
 
     def add(self, other: FiniteWatch) -> None:
         """Add what another watch has noted."""
-        for found, noted in ((self.nan, other.nan), (self.infinite, other.infinite)):
+        for firsts, noted in ((self.nan, other.nan), (self.infinite, other.infinite)):
             for name, first in noted.items():
-                found[name] = min(first, found.get(name, first), key=lambda value: value.point)
+                firsts[name] = min(first, firsts.get(name, first), key=lambda value: value.point)
 
     def __call__(self, n: int, values: Array) -> None:
         if n >= self.first:
@@ -49,10 +49,10 @@ class FiniteWatch:
         """Look at values of the chosen positions, a row for each point in ascending order."""
         if np.isfinite(rows).all():
             return
-        for found, is_found in ((self.nan, np.isnan(rows)), (self.infinite, np.isinf(rows))):
-            for column in np.flatnonzero(is_found.any(axis=0)):
-                row = int(np.argmax(is_found[:, column]))
+        for firsts, mask in ((self.nan, np.isnan(rows)), (self.infinite, np.isinf(rows))):
+            for column in np.flatnonzero(mask.any(axis=0)):
+                row = int(np.argmax(mask[:, column]))
                 first = NonFinite(int(points[row]), float(rows[row, column]))
                 name = self._names[column]
-                if name not in found or first.point < found[name].point:
-                    found[name] = first
+                if name not in firsts or first.point < firsts[name].point:
+                    firsts[name] = first

@@ -61,7 +61,7 @@ class Simulator:
         notice: str = "",
         has_end: bool = False,
     ) -> None:
-        self.assembly, self._asked = assembly, plan
+        self.assembly, self._plan = assembly, plan
         self.notice = notice
         self.plan = with_simulated_settling(plan, notice) if notice else plan
         coupling = plan.system.coupling
@@ -187,7 +187,7 @@ class Simulator:
             point=point,
             step_size=plan.step_size,
             start_time=plan.start_time,
-            past=state_fingerprint(self.assembly, self._asked, point),
+            past=state_fingerprint(self.assembly, self._plan, point),
             notice=self.notice,
             signals=dict(zip(self._at, self.master.values.tolist(), strict=True)),
             scales=self.master.scales,
@@ -219,7 +219,7 @@ class Simulator:
             end = plan.time(plan.last)
             raise ValueError(f"the run ends at {end:.9g} s, before the checkpoint at t = {start.time:.9g} s")
         if not start.is_held:
-            start.check_past(state_fingerprint(self.assembly, self._asked, start.point))
+            start.check_past(state_fingerprint(self.assembly, self._plan, start.point))
         if not start.is_held or any(fmu.layout is None for fmu in self.assembly.fmus.values()):
             self.initialise()
         for component in self.components:

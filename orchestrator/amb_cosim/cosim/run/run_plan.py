@@ -108,10 +108,10 @@ def _first_nan(simulator: Simulator, warnings: dict[str, list[str]]) -> Outcome 
     watch.see(recorder.points, recorder.table)
     watch.add(simulator.watch)
     failures = []
-    for found in (watch.nan, watch.infinite):
-        for name, (point, value) in found.items():
+    for not_finite in (watch.nan, watch.infinite):
+        for name, (point, value) in not_finite.items():
             component, time = plan.system.divide(name)[0], plan.time(point)
-            if component in foreign and found is watch.nan:
+            if component in foreign and not_finite is watch.nan:
                 said = f"{name} = {value:g}, which is not a finite number"
                 failures.append(Outcome("failed", time, component, said))
             elif component in foreign and name not in watch.nan:

@@ -97,9 +97,9 @@ def _content(
 
 def _mapped(settings: list[Setting], entries: Any, owner: str) -> Iterator[Setting]:
     """Return the values that a mapping has, by their new names."""
-    known = {setting.name: setting for setting in settings}
+    by_name = {setting.name: setting for setting in settings}
     for entry in entries.iterfind("ssm:MappingEntry", NAMES):
-        setting = known.get(entry.get("source"))
+        setting = by_name.get(entry.get("source"))
         if setting is None:
             continue  # a mapping may be for larger sets
         target = entry.get("target")

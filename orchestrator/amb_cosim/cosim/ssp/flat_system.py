@@ -44,9 +44,9 @@ class FlatSystem:
                 self.nets.claim(node)
 
     @property
-    def own_steps(self) -> list[float | None]:
+    def fmu_steps(self) -> list[float | None]:
         """The step sizes (s) of the default experiments of the FMUs."""
-        return [interface.own_step for interface in self.interfaces.values()]
+        return [interface.internal_step for interface in self.interfaces.values()]
 
     def components(self) -> tuple[Component, ...]:
         """Return components in the order of the document; their own step sizes come from annotations."""
@@ -289,12 +289,12 @@ class FlatSystem:
 
     def _port(self, end: str) -> Port | None:
         """Return a component's variable; None if there is none, which the check of the system reports."""
-        found = (
+        candidates = (
             interface.ports.get(end.removeprefix(f"{component}."))
             for component, interface in self.interfaces.items()
             if end.startswith(f"{component}.")
         )
-        return next((port for port in found if port is not None), None)
+        return next((port for port in candidates if port is not None), None)
 
 
 def _depth(node: Node) -> float:

@@ -126,9 +126,9 @@ class Hierarchy:
         """
         if path in self.components:
             return Node("component", path, name)
-        own = Node("system", path, name)
-        if own in self.connectors:
-            return own
+        system = Node("system", path, name)
+        if system in self.connectors:
+            return system
         for element, (kind, place) in self.elements[path].items():
             if name.startswith(f"{element}."):
                 rest = name[len(element) + 1 :]
@@ -179,8 +179,8 @@ def _add_system(
         elif element.tag == tag("ssd:SignalDictionaryReference"):
             dictionary = element.get("dictionary")
             if dictionary not in dictionaries:
-                known = suggest(dictionary, dictionaries)
-                raise ValueError(f"{document.what}: {place} refers to no signal dictionary {dictionary!r}; {known}")
+                hint = suggest(dictionary, dictionaries)
+                raise ValueError(f"{document.what}: {place} refers to no signal dictionary {dictionary!r}; {hint}")
             elements[name] = "dictionary", dictionaries[dictionary]
         else:
             elements[name] = _add_component(result, element, place, document, depth)

@@ -97,16 +97,16 @@ class Nets:
                 node = link.end if forward else link.start
                 if link is arrival or node in seen:
                     continue
-                here, there = (link.start_indices, link.end_indices)[:: 1 if forward else -1]
+                from_indices, to_indices = (link.start_indices, link.end_indices)[:: 1 if forward else -1]
                 law, after = self._passed(link, at.node, current, node)
                 presumed = at.unit or (None if at.law != UNCHANGED else self.unit(node))
-                begin = at.start_indices or here
-                if (at.node != start and here) or (node.kind != "component" and there):
+                begin = at.start_indices or from_indices
+                if (at.node != start and from_indices) or (node.kind != "component" and to_indices):
                     raise ValueError(
                         f"{self.what}: the connection of {at.node.text} and {node.text} has indices at a connector of "
                         f"a system, which is not supported"
                     )
-                reached = Reached(node, composed(at.law, law), presumed, begin, there)
+                reached = Reached(node, composed(at.law, law), presumed, begin, to_indices)
                 if node.kind == "component":
                     yield reached
                     continue
@@ -117,17 +117,17 @@ class Nets:
 
     def _passed(self, link: Link, source: Node, unit: Unit | None, target: Node) -> tuple[Law, Unit | None]:
         """Return the law of a connection in this direction, and the unit of the value after it."""
-        own, law = self.unit(target), link.law or UNCHANGED
-        if own is None:
+        expected, law = self.unit(target), link.law or UNCHANGED
+        if expected is None:
             return law, unit if link.law is None and not link.suppresses_units else None
         if unit is None or link.suppresses_units:
-            return law, own
-        converted = conversion(unit, own)
+            return law, expected
+        converted = conversion(unit, expected)
         if converted is not None:
-            return composed(converted, law), own
+            return composed(converted, law), expected
         if link.law is not None:  # which states how one becomes the other
-            return law, own
+            return law, expected
         raise ValueError(
-            f"{self.what}: {source.text} is in {unit.name} and {target.text} is in {own.name}, which cannot be "
+            f"{self.what}: {source.text} is in {unit.name} and {target.text} is in {expected.name}, which cannot be "
             f"converted; a LinearTransformation or suppressUnitConversion is needed"
         )

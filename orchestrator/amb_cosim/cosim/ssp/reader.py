@@ -72,11 +72,11 @@ def load_ssp(
         end = experiment.stop_time if stop_time is None else stop_time
         experiment = replace(experiment, step_size=step_size or experiment.step_size, stop_time=end)
         return system, experiment, {**inputs, **table.inputs}
-    return system, _experiment(root, flat.own_steps, what, step_size, stop_time), inputs
+    return system, _experiment(root, flat.fmu_steps, what, step_size, stop_time), inputs
 
 
 def _experiment(
-    root: Any, own_steps: Iterable[float | None], what: str, step_size: float | None, stop_time: float | None
+    root: Any, fmu_steps: Iterable[float | None], what: str, step_size: float | None, stop_time: float | None
 ) -> Experiment:
     """Return the default experiment."""
     table = root.find("ssd:DefaultExperiment", NAMES)
@@ -84,7 +84,7 @@ def _experiment(
         None if table is None or table.get(name) is None else float(table.get(name))
         for name in ("startTime", "stopTime")
     )
-    step = step_size or _step(root, own_steps)
+    step = step_size or _step(root, fmu_steps)
     end = stop if stop_time is None else stop_time
     if step is None or end is None:
         missing = "communication step; set --step" if step is None else "stop time; set --until"
@@ -92,7 +92,7 @@ def _experiment(
     return Experiment(step_size=step, stop_time=end, start_time=start or 0.0, settles=False, record_settling=True)
 
 
-def _step(root: Any, own_steps: Iterable[float | None]) -> float | None:
+def _step(root: Any, fmu_steps: Iterable[float | None]) -> float | None:
     """Return the communication step: that of an annotation, or the shortest step of an FMU."""
     for path, name in (
         (f".//{MASTER}", "stepSize"),
@@ -102,7 +102,7 @@ def _step(root: Any, own_steps: Iterable[float | None]) -> float | None:
         step = number_of(root, path, name)
         if step:
             return step
-    return min((own for own in own_steps if own), default=None)
+    return min((step for step in fmu_steps if step), default=None)
 
 
 def _coupling(root: Any, what: str) -> Coupling:

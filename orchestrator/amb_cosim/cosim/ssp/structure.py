@@ -82,8 +82,8 @@ class Described:
 
 def system_structure(run: Described) -> bytes:
     """Return the document of a run."""
-    own = {prefix: NAMESPACES[prefix] for prefix in ("ssc", "ssd", "ssv")}
-    root = etree.Element(tag("ssd:SystemStructureDescription"), nsmap=own | TOOLS)
+    namespaces = {prefix: NAMESPACES[prefix] for prefix in ("ssc", "ssd", "ssv")}
+    root = etree.Element(tag("ssd:SystemStructureDescription"), nsmap=namespaces | TOOLS)
     root.attrib.update(dict(version=VERSION, name=run.name, generationTool=run.generator))
     system = etree.SubElement(root, tag("ssd:System"), name="root")
     if run.plan.system.description:

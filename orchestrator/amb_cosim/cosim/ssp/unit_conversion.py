@@ -47,10 +47,10 @@ def unit_of(name: str | None, *definitions: Mapping[str, UnitDefinition]) -> Uni
     """
     if not name or name == "-":
         return None
-    known = next((table[name] for table in definitions if name in table), None)
-    if known is None and (bracketed := re.fullmatch(r"\s*\[(.*)\]\s*", name)):
+    definition = next((table[name] for table in definitions if name in table), None)
+    if definition is None and (bracketed := re.fullmatch(r"\s*\[(.*)\]\s*", name)):
         return unit_of(bracketed[1], *definitions)
-    return Unit(name, known)
+    return Unit(name, definition)
 
 
 def conversion(source: Unit, target: Unit) -> Law | None:

@@ -161,8 +161,8 @@ class Plan:
     def all_texts(self) -> dict[str, dict[str, str]]:
         """Return the set String variables of every component, and Binary ones as hexadecimal digits."""
         return {
-            component: {name: value if isinstance(value, str) else value.hex() for name, value in of_one.items()}
-            for component, of_one in self.texts.items()
+            component: {name: value if isinstance(value, str) else value.hex() for name, value in values.items()}
+            for component, values in self.texts.items()
         }
 
     def start_values(self) -> dict[str, dict[str, float]]:
@@ -189,5 +189,5 @@ def port_of(signal: str, system: System, interfaces: Mapping[str, FmuInterface])
     """Return component and variable of a recorded name; for a shared signal, its own or those of an input it feeds."""
     component, variable = system.split(system.first_end(signal))
     shared = system.signal(signal)
-    own = None if shared is None else shared.port
-    return component, interfaces[component].ports[variable] if own is None else own
+    port = None if shared is None else shared.port
+    return component, interfaces[component].ports[variable] if port is None else port

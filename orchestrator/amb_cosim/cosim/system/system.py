@@ -168,10 +168,10 @@ class System:
         component, _, variable = end.partition(".")
         if component in self._by_name:
             return component, variable
-        known = [name for name in self._nested if end.startswith(f"{name}.")]
-        if not known:
+        nested = [name for name in self._nested if end.startswith(f"{name}.")]
+        if not nested:
             return component, variable
-        component = max(known, key=len)
+        component = max(nested, key=len)
         return component, end[len(component) + 1 :]
 
     @cached_property

@@ -100,12 +100,15 @@ def _stated(name: str) -> dict[str, frozenset[str]]:
     packaged = packaged_systems()
     source = packaged.get(name, Path(name))
     data = read_toml(source, f"system {name}")
-    own = {component: frozenset(values) for component, values in data.get("parameters", {}).items()}
+    stated = {component: frozenset(values) for component, values in data.get("parameters", {}).items()}
     if "base" not in data:
-        return {} if name in packaged else own
+        return {} if name in packaged else stated
     base = data["base"] if data["base"] in packaged else str(source.parent / data["base"])
     below = _stated(base)
-    return {component: own.get(component, frozenset()) | below.get(component, frozenset()) for component in own | below}
+    return {
+        component: stated.get(component, frozenset()) | below.get(component, frozenset())
+        for component in stated | below
+    }
 
 
 def is_system(name: str | Path) -> bool:

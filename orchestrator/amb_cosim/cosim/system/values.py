@@ -60,25 +60,25 @@ def _in_unit_of(port: Port, raw: Raw, name: str) -> float:
 
     With the FMU's definitions of both units, b = F v + O in the same base units, the number is (F v + O - O') / F'.
     """
-    own, match = port.unit or "1", _QUANTITY.fullmatch(raw) if isinstance(raw, str) else None
-    if match is None or match[2] == own or (match[2], own) in COMMON:
-        return quantity(raw, own, name)
+    port_unit, match = port.unit or "1", _QUANTITY.fullmatch(raw) if isinstance(raw, str) else None
+    if match is None or match[2] == port_unit or (match[2], port_unit) in COMMON:
+        return quantity(raw, port_unit, name)
     number, unit = float(match[1]), match[2]
-    given, declared = port.units.get(unit), port.definition
-    if given is not None and declared is not None and given[:-2] == declared[:-2] and declared[-2]:
-        return (given[-2] * number + given[-1] - declared[-1]) / declared[-2]
+    scale, declared = port.units.get(unit), port.definition
+    if scale is not None and declared is not None and scale[:-2] == declared[:-2] and declared[-2]:
+        return (scale[-2] * number + scale[-1] - declared[-1]) / declared[-2]
     if _is_standard(port):
-        return quantity(raw, own, name)
-    if len(own) > 2 and unit == f"{own}s":
+        return quantity(raw, port_unit, name)
+    if len(port_unit) > 2 and unit == f"{port_unit}s":
         return number
     try:
         if declared is None or not declared[-2]:
-            raise ValueError(f"{own} has no definition")
+            raise ValueError(f"{port_unit} has no definition")
         return (quantity(raw, _base(declared), name) - declared[-1]) / declared[-2]
     except ValueError as error:
-        units = ", ".join(dict.fromkeys([own, *port.units]))
+        units = ", ".join(dict.fromkeys([port_unit, *port.units]))
         raise ValueError(
-            f"{name} = {raw!r} is not allowed; it must be a number in {own}; the FMU declares the units {units}"
+            f"{name} = {raw!r} is not allowed; it must be a number in {port_unit}; the FMU declares the units {units}"
         ) from error
 
 

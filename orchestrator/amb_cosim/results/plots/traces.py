@@ -28,7 +28,7 @@ def traces(selection: Selection) -> Figure:
     times = time_values(dataset)[selection.within] if has_cycles else selection.values("time")
     for panel, (unit, names) in zip(panels, panels_of.items(), strict=True):
         largest = max(float(np.nanmax(np.abs(selection.values(name)), initial=0.0)) for name in names)
-        displayed = _shown_unit(unit, largest)
+        displayed = _display_unit(unit, largest)
         for name, colour in zip(names, cycle(COLOURS), strict=False):
             panel.plot(times, displayed.of(selection.values(name)), color=colour, label=_short(names, name))
         padding = title_padding(dataset, panel is panels[0]) if has_cycles else None
@@ -56,7 +56,7 @@ def _by_unit(selection: Selection) -> dict[str, list[str]]:
     return result
 
 
-def _shown_unit(unit: str, largest: float) -> ShownUnit:
+def _display_unit(unit: str, largest: float) -> ShownUnit:
     """Return the unit in which values up to `largest`, of an SI unit, are drawn."""
     quantity = QUANTITIES.get(unit, "")
     if quantity == "speed":
