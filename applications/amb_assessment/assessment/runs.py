@@ -18,7 +18,9 @@ from amb_cosim.scenario.simulation import prepare, run_prepared
 from array_types import Array
 from rotor_analysis.response import orbit
 
-SETTLING = 20.0  # cycles
+SETTLING, LONGEST_SETTLING = 20.0, 400.0  # cycles
+REMAINS = 0.01  # of the motion at the start, which a run may have when it is judged from
+EXCITED = 2.0  # times the spin speed, up to which starting excites vibrations
 CYCLES = 60.0  # of a run at a speed
 SPEEDS = 81  # of a response, with more about critical speeds and maxima
 FRICTION = 0.15  # of a landing that is followed
@@ -169,7 +171,7 @@ def simulate(
     chain = subject.parameters.get(CONTROLLER, {})
     if real and chain.get(CHAIN) == 0.0:
         parameters = {**parameters, CONTROLLER: {CHAIN: "custom", **NOISY}}
-    values: dict[str, Any] = {"settle_cycles": SETTLING, "parameters": parameters, **fields}
+    values: dict[str, Any] = {"settle_cycles": settling_cycles(subject, Omega), "parameters": parameters, **fields}
     if inputs:
         values["inputs"] = {PLANT: dict(inputs)}
     scenario = co_simulated(subject, Omega, **values)
@@ -179,6 +181,25 @@ def simulate(
     if result.outcome.failure is not None:
         raise ValueError(f"the run ended early: {result.outcome.failure}")
     return result
+
+
+def settling_cycles(subject: Subject, Omega: float) -> float:
+    """Return the cycles in which vibrations that starting excites decay to `REMAINS`, between 20 and 400.
+
+        n = ln(1/REMAINS) Omega/(2 pi |sigma|)                                                         (1)
+
+    sigma is that of the slowest decaying vibration of the loop, stages aside, at up to twice the spin speed.
+
+    Parameters
+    ----------
+    subject, Omega
+        The machine, and its spin speed at the beginning (rad/s).
+    """
+    s = subject.loop.poles(Omega).s
+    decays = -s.real[(s.real < 0.0) & (s.imag > 0.0) & (s.imag <= EXCITED * Omega)]
+    slowest = float(decays.min(initial=np.inf))
+    needed = -np.log(REMAINS) * Omega / (2.0 * np.pi * slowest)
+    return float(np.ceil(np.clip(needed, SETTLING, LONGEST_SETTLING)))
 
 
 def clearance_used(subject: Subject, result: Result) -> dict[str, Array]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -85,6 +86,26 @@ def test_a_slow_run_up_counts_as_steady_motion_at_the_worst_speed(minutes, touch
     assert (quantity.value > 99.9) is touches
     if not touches:
         assert quantity.value < 60.0
+
+
+def test_a_run_begins_when_the_motion_of_the_start_has_decayed():
+    """The turbo-expander at its trip speed: with 20 cycles of settling its first cycles moved half as far again."""
+    subject = subject_of(load_machine("turbo_expander"))
+    trip = subject.file.speed.tripping
+    assert runs.settling_cycles(subject, trip) > 60.0
+    inputs = worst_response(subject, trip, trip).unbalance.inputs
+    used = runs.clearance_used(subject, runs.simulate(subject, trip, inputs, end_cycle=20))
+    for of in used.values():
+        first, last = of[: len(of) // 4].max(), of[-len(of) // 4 :].max()
+        assert first == pytest.approx(last, rel=0.03)
+
+
+@pytest.mark.parametrize(("decay", "cycles"), [(200.0, 20.0), (20.0, 37.0), (1e-3, 400.0)])
+def test_settling_follows_the_slowest_vibration_that_the_start_excites(decay, cycles):
+    """n = ln(100) Omega/(2 pi sigma); drifts, faster vibrations and growing ones do not count."""
+    s = np.array([-decay + 500j, -decay - 500j, -1e-6, -1e-6 + 2500j, 1.0 + 300j])
+    loop = SimpleNamespace(poles=lambda Omega: SimpleNamespace(s=s))
+    assert runs.settling_cycles(SimpleNamespace(loop=loop), 1000.0) == pytest.approx(cycles)
 
 
 def test_drag_gives_the_time_of_a_run_down():
