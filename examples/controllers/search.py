@@ -4,16 +4,19 @@
 
 sampled by Tustin's rule and a sample late. At all speeds given, vibrations near the speeds shall have a logarithmic
 decrement of 1.6, which is an amplification of about 2, others up to twice the largest speed 0.2, those beyond 0.03;
-|S| of each axis 2.8 at most; and the noise of the sensors shall move no demand by more than is said.
+|S| of each axis 2.8 at most; and the noise of the sensors shall move no demand by more than is said. The file has the
+current limits of the scenario's controller, and no delay of its own if the scenario's chain has one (chain.delay).
 
     python search.py levitation.toml --speeds "9000 rpm, 17600 rpm" --pairs left=probe_left,right=probe_right
 
-The last line it prints is how far the best is from all that: 0 has all of it. `amb-cosim assess` judges.
+Each generation prints the best so far. The last line is how far the best is from all that: 0 has all of it.
+`amb-cosim assess` judges.
 """
 
 from __future__ import annotations
 
 import argparse
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -23,6 +26,10 @@ from scipy.signal import bilinear, cont2discrete, lfilter, tf2ss
 
 import amb_cosim
 from amb_cosim.cosim.system.values import quantity
+from amb_cosim.machine.machine import Machine
+from amb_cosim.scenario.scenario import given_scenario
+from amb_cosim.scenario.simulation import prepare
+from signal_chain.presets import IDEAL, is_on
 
 WANTED, ENOUGH, ABOVE_ZERO = 1.6, 0.2, 0.03  # decrements: near the speeds, up to twice the largest, beyond
 LARGEST = 2.8  # |S|, in zone A of ISO 14839-3 as it is remembered
@@ -45,6 +52,7 @@ class Search:
         self.Omega = [quantity(speed, "rad/s", "speeds") for speed in speeds]
         magnets = [_magnet(scenario, bearing) for bearing in pairs]
         self.k_p = [k_s / k_i for k_i, k_s in magnets]
+        self.limits, self.is_late = _of_controller(scenario, pairs)
         rate = 1.0 / sample_time
         hertz = np.concatenate([np.geomspace(1e-4, 0.03, 120), np.linspace(0.03, 0.2, 80)[1:]]) * rate
         self.z = np.exp(2j * np.pi * hertz * sample_time)
@@ -95,7 +103,7 @@ class Search:
 
     def best(self, generations, seed=1):
         """Return coefficients and cost of the best that is found."""
-        bounds = BOUNDS * len(self.pairs)
+        bounds, self.generation = BOUNDS * len(self.pairs), 0
         found = differential_evolution(
             self.cost,
             bounds,
@@ -103,16 +111,25 @@ class Search:
             popsize=5,
             seed=seed,
             polish=False,
-            callback=lambda intermediate_result: intermediate_result.fun <= 0.0,
+            callback=self._reported,
         )
         return self.coefficients(found.x), found.fun
+
+    def _reported(self, intermediate_result):
+        """Print the best so far, and return whether it has all that is wanted."""
+        self.generation += 1
+        print(f"generation {self.generation}: {intermediate_result.fun:.3g}", file=sys.stderr, flush=True)
+        return intermediate_result.fun <= 0.0
 
     def text(self, coefficients):
         """Return the controller file."""
         signals = [f"{sensor}.{axis}" for sensor in self.pairs.values() for axis in "xy"]
         demands = [f"{bearing}.i_{axis}" for bearing in self.pairs for axis in "xy"]
         lines = [f"inputs = {signals}", f"outputs = {demands}", f'sample_time = "{1e6 * self.step:g} us"']
-        lines.append("delay = 1  # sample; leave it out where chain.delay is on")
+        if not self.is_late:
+            lines.append("delay = 1  # sample; without it if chain.delay is on")
+        if self.limits:
+            lines.append('limits = ["{:.6g} A", "{:.6g} A"]'.format(*self.limits))
         for (bearing, sensor), (k_p, k_d, roll_off, shelf, zeta, d) in zip(
             self.pairs.items(), coefficients, strict=True
         ):
@@ -134,6 +151,17 @@ def _magnet(scenario, bearing):
     """Return K_i (N/A) and K_s (N/m) of the x axis of a bearing."""
     inputs, force = [f"amb_actuator.{bearing}.i_x", f"amb_actuator.{bearing}.x"], [f"amb_actuator.{bearing}.f_x"]
     return amb_cosim.linearise(scenario, None, inputs, force, components=["amb_actuator"]).dcgain()[0]
+
+
+def _of_controller(scenario, pairs):
+    """Return the narrowest current limits (A) of a scenario's controller, if any, and whether its chain has a delay."""
+    values = Machine(prepare(given_scenario(scenario).machine())).parameters.get("rolac_controller", {})
+    low, high = (
+        [value for name, value in values.items() for b in pairs if name.startswith(f"{b}.{limit}_")]
+        for limit in ("i_min", "i_max")
+    )
+    is_late = is_on(values.get("chain.preset", IDEAL), values.get("chain.delay", 0.0))
+    return (max(low), min(high)) if low and high else None, is_late
 
 
 def _ratio(k_p, k_d, roll_off, shelf, zeta, d):

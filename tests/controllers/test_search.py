@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -60,3 +61,25 @@ def test_a_vibration_near_the_speeds_costs_what_it_lacks_of_damping(machine):
     assert cost(300.0, 0.1) == pytest.approx(10.0 * 0.1)
     assert cost(5000.0, 0.04) == 0.0
     assert cost(5000.0, -0.01) == pytest.approx(60.0 * 0.04)
+
+
+@pytest.mark.parametrize("is_late", [False, True])
+def test_file_of_the_search_has_one_delay_and_the_limits_of_the_scenario(room, tmp_path, is_late):
+    """A demand comes a sample late in all: by the chain of the scenario if that has a delay, or by the file."""
+    scenario = tmp_path / "late.toml"
+    chain = f'"chain.preset" = "custom"\n"chain.delay" = {str(is_late).lower()}'
+    limits = '"mb1.i_max_?" = "3 A"\n"mb2.i_max_?" = "4 A"\n"*.i_min_?" = "-3.5 A"'
+    text = f'base = "{MACHINE}"\n[parameters.rolac_controller]\n{chain}\n{limits}\n'
+    scenario.write_text(text, encoding="utf-8")
+    search = room.Search(str(scenario), ["9000 rpm"], {"mb1": "mb1", "mb2": "mb2"}, STEP)
+    data = tomllib.loads(search.text(LAWS))
+    assert data.get("delay", 0) + is_late == 1
+    assert data["limits"] == ["-3.5 A", "3 A"]
+
+
+def test_search_reports_its_best_after_each_generation(machine, capsys):
+    machine.best(2)
+    lines = [line for line in capsys.readouterr().err.splitlines() if line.startswith("generation")]
+    assert [line.split(":")[0] for line in lines] == ["generation 1", "generation 2"]
+    costs = [float(line.split(":")[1]) for line in lines]
+    assert costs[1] <= costs[0]
