@@ -8,7 +8,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from raw import DISCARD, OK, Library, Library3
+from raw import DISCARD, OK, WARNING, Library, Library3
 from rig import ACTUATOR, ACTUATOR_CONSTANTS
 from slow import slow_but_first
 
@@ -172,6 +172,10 @@ def test_actuator_has_its_constants_until_its_current_is_limited(actuator):
             low, high = (middle, high) if fmu.get("mb1.f_x")[0] > by_i * middle * (1.0 - 1e-9) else (low, middle)
         fmu.set(**{"mb1.i_x": high})
         assert derivative(fmu, ["mb1.f_x"], ["mb1.i_x"], [1.0])[0] == DISCARD
+        assert_names(fmu.log[-1][2], "mb1.f_x", "derivative", "mb1.i_x")
+        status, result = derivative(fmu, ["mb1.f_x", "mb2.f_x"], ["mb1.i_x"], [1.0])
+        assert (status, result[1]) == (WARNING, 0.0)
+        assert math.isnan(result[0])
         assert_names(fmu.log[-1][2], "mb1.f_x", "derivative", "mb1.i_x")
         fmu.set(**{"mb1.i_x": high + 1.0})
         assert derivative(fmu, ["mb1.f_x"], ["mb1.i_x"], [1.0]) == (OK, [0.0])

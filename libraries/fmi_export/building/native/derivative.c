@@ -16,7 +16,7 @@
    in its inputs is exact but for rounding.
 
    Where no two levels agree, or the differences to both sides do not approach each other, there is no derivative, as
-   where a rotor begins to touch: the question is left without an answer, and the instance is as it was. A step with
+   where a rotor begins to touch. It is NaN, with the status Warning, or Discard if no other can be answered. A step with
    changed inputs may be computed in another way than the step without, and y0 be off y+ and y- by an error of the
    step, whatever d: the differences to both sides then go apart as 1/d, which is no kink. */
 
@@ -111,7 +111,7 @@ static double slopes_apart(const Question *question, double y, double plus, doub
     return fabs(question->places[1] == 1.0 ? minus - 2.0 * y + plus : minus - 2.0 * plus + y) / d;
 }
 
-/* The derivative of an output, or a refusal with the reason. */
+/* The derivative of an output; unchanged, with the reason in the log, if there is none. */
 static Status settle(const Question *question, const char *call, double share, size_t j, double *result)
 {
     double quotients[LEVELS], gap[LEVELS], noise[LEVELS], least = INFINITY, y = question->answers[j];
@@ -147,17 +147,24 @@ static Status settle(const Question *question, const char *call, double share, s
     return STATUS_OK;
 }
 
-/* Derivatives of all unknowns in a direction. */
+/* The status of an answer: OK without NaN, Warning with some, Discard if all are NaN. */
+static Status status_of(const double *results, size_t n)
+{
+    size_t n_missing = 0;
+    for (size_t j = 0; j < n; j++)
+        n_missing += isnan(results[j]) != 0;
+    return !n_missing ? STATUS_OK : n_missing < n ? STATUS_WARNING : STATUS_DISCARD;
+}
+
+/* Derivatives of all unknowns in a direction, NaN of those that have none. */
 static Status ask(Question *question, const char *call, const double *seed, double *results)
 {
     Instance *instance = question->instance;
-    Status status = STATUS_OK;
     double share = first_share(question, seed), finer = share;
-    if (share == 0.0) {
-        for (size_t j = 0; j < question->n; j++)
-            results[j] = 0.0;
+    for (size_t j = 0; j < question->n; j++)
+        results[j] = share == 0.0 ? 0.0 : NAN;
+    if (share == 0.0)
         return STATUS_OK;
-    }
     choose_places(question, seed, share);
     int64_t fault = probe(question, seed, 0.0, question->answers);
     for (int k = 0; k < LEVELS && !fault; k++, finer /= FINER) {
@@ -169,9 +176,9 @@ static Status ask(Question *question, const char *call, const double *seed, doub
     memcpy(instance->now, question->before, instance->saved_size);
     if (fault)
         return decline(instance, "%s: the next step cannot be taken: %s", call, reason);
-    for (size_t j = 0; j < question->n && status == STATUS_OK; j++)
-        status = settle(question, call, share, j, results + j);
-    return status;
+    for (size_t j = 0; j < question->n; j++)
+        settle(question, call, share, j, results + j);
+    return status_of(results, question->n);
 }
 
 /* Whether all are Real inputs, or Real outputs. */
@@ -238,15 +245,16 @@ Status slave_adjoint(Instance *instance, const char *call, const Derivatives *of
     Status status = prepare(&question, call, &block);
     if (status == STATUS_OK && ((of->n_unknowns && !seed) || (of->n_knowns && !results)))
         status = fail(instance, "%s: %s is NULL", call, seed ? "sensitivity" : "seed");
-    for (size_t i = 0; i < of->n_knowns && status == STATUS_OK; i++) {
+    int can_ask = status == STATUS_OK;
+    for (size_t i = 0; i < of->n_knowns && can_ask; i++) {
         double *column = question.answers + (1 + 2 * LEVELS) * question.n, *unit = column + question.n;
         memset(unit, 0, of->n_knowns * sizeof *unit);
         unit[i] = 1.0;
-        status = ask(&question, call, unit, column);
+        ask(&question, call, unit, column);
         results[i] = 0.0;
         for (size_t j = 0; j < of->n_unknowns; j++)
-            results[i] += seed[j] * column[j];
+            results[i] += seed[j] != 0.0 ? seed[j] * column[j] : 0.0;
     }
     free(block);
-    return status;
+    return can_ask ? status_of(results, of->n_knowns) : status;
 }
