@@ -6,7 +6,6 @@ import importlib.metadata
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from amb_cosim.cosim.fmu.fmu_interface import FmuInterface, Port
@@ -166,9 +165,7 @@ def _fmu(prepared: PlannedRun, source: Callable[..., Made]) -> tuple[Model, dict
     from fmi_export.building.native.engines import engine, engine_key
     from fmi_export.building.native.package import native_guid
 
-    scenario = prepared.scenario
-    table = None if scenario.receptances is None else Path(scenario.receptances)
-    made = made_for(prepared.plan.system, source, rotor=scenario.rotor, receptances=table)
+    made = made_for(prepared.plan.system, source, **prepared.assembly.options)
     model, constants = assembled(prepared.plan, made)
     key, guid = engine_key(model.compiled), native_guid(model, constants)
     module = engine(model.compiled, WEBASSEMBLY).library

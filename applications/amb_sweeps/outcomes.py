@@ -9,6 +9,7 @@ COLOURS = {  # of all outcomes, worst first; empty: not run yet
     "crashed": "#000000",
     "failed": PURPLE,
     "invalid": PURPLE,
+    "stator": "#661100",
     "unstable": "#882255",
     "trapped": ORANGE,
     "landed": "#b8a878",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -26,6 +27,8 @@ from fmi_export.model import Array, Model
 GAP, BIAS, VOLTAGE = range(3)
 FEWEST_CODES = 10
 MAX_BEARINGS = 16  # which leaves the codes below 100
+AT_STATOR = 0.99  # of the air gap, up to which the force of a magnet without power follows the displacement
+BEYOND_STATOR = 1.1  # of the air gap, that no rotor reaches without power if it touches the stator
 
 
 class AxisResponse(NamedTuple):
@@ -43,6 +46,28 @@ def fault_code(kind: int, axis: int, n_axes: int) -> int:
 
 
 @kernel
+def is_beyond_gap(axis: np.record, u: np.record) -> bool:
+    """Return whether the displacement of an axis is a fault, |x| >= l with air gap l, or 1.1 l without power.
+
+    A magnet with power would pull the rotor into the stator. Without power the rotor may lie on the stator, where its
+    contact keeps |x| near l.
+    """
+    limit = BEYOND_STATOR * axis.gap if u.amplifier_off != 0.0 else axis.gap
+    return bool(abs(u.displacement) >= limit)
+
+
+@kernel
+def place_of_force(axis: np.record, u: np.record) -> float:
+    """Return the displacement (m) at which the force of an axis is evaluated.
+
+    x with power, and limited to +-0.99 l without, since currents that still decay would pull without limit at x = l.
+    """
+    x: float = u.displacement
+    limit = AT_STATOR * axis.gap
+    return math.copysign(min(abs(x), limit), x) if u.amplifier_off != 0.0 else x
+
+
+@kernel
 def check(axes: Axes) -> int:
     """Return the code of the first fault among the axes, or 0."""
     dynamic, n_axes = axes.common[0].amplifier == DYNAMIC, axes.parameters.shape[0]
@@ -50,7 +75,7 @@ def check(axes: Axes) -> int:
         axis = axes.parameters[k]
         upper_current = axis.static_current + axis.bias_current
         larger_current = max(upper_current, axis.bias_current)
-        if abs(axes.inputs[k].displacement) >= axis.gap:
+        if is_beyond_gap(axis, axes.inputs[k]):
             return fault_code(GAP, k, n_axes)
         if upper_current < 0.0 or larger_current > axis.current_limit:
             return fault_code(BIAS, k, n_axes)
@@ -72,12 +97,14 @@ def write_outputs(p: np.record, axis: np.record, u: np.record, response: AxisRes
     response
         Its coil pairs, with deviations from the operating point as currents.
     """
-    x, upper, lower = u.displacement, response.upper, response.lower
+    x, upper, lower = place_of_force(axis, u), response.upper, response.lower
     coils = Coils(upper.current, lower.current, 1.0 - u.coil_loss_upper, 1.0 - u.coil_loss_lower)
     if p.mean_current != 0.0:
         coils = Coils(upper.mean, lower.mean, coils.upper_turns, coils.lower_turns)
     y.force, y.gradient = force(p.force_law, axis, x, coils, p.total_force != 0.0)
-    y.reference = x
+    if x != u.displacement:
+        y.gradient = 0.0
+    y.reference = u.displacement
     # A coil pair that has lost all its turns carries no current, whatever its amplifier is commanded.
     has_upper, has_lower = 1.0 if u.coil_loss_upper < 1.0 else 0.0, 1.0 if u.coil_loss_lower < 1.0 else 0.0
     upper_current = has_upper * (axis.static_current + axis.bias_current + upper.current)

@@ -11,7 +11,8 @@ from typing import Any
 class ContactSite:
     """A contact site: start values of its clearance and journal radius (m).
 
-    `bearing` is the bearing whose retainer it is, `sensor` the sensor plane at the same position, if any.
+    `bearing` is the bearing whose retainer it is, `stator` that whose stator bore it is, `sensor` the sensor plane at
+    the same position, if any.
     """
 
     name: str
@@ -19,6 +20,7 @@ class ContactSite:
     journal_radius: float
     bearing: str = ""
     sensor: str = ""
+    stator: str = ""
 
 
 @dataclass(frozen=True)
@@ -71,3 +73,14 @@ class Planes:
     def layout(self) -> dict[str, Any]:
         """Return the same in JSON types, to store in an FMU."""
         return asdict(self)
+
+
+def stator_site(bearing: str) -> str:
+    """Return the name of the contact site in the stator bore of a bearing.
+
+    Examples
+    --------
+    >>> stator_site("upper")
+    'stator_upper'
+    """
+    return f"stator_{bearing}"

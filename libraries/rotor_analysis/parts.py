@@ -212,6 +212,8 @@ class Site(_Placed):
     """Radius of the rotor at the contact; by default that of the shaft."""
     bearing: Name | None = None
     """Bearing whose retainer it is."""
+    stator: Name | None = None
+    """Bearing whose stator bore it is, where the rotor touches the iron of the magnets."""
     z: Position | None = None
     """Position along the shaft, instead of `node`; the shaft then has a node there."""
 

@@ -165,9 +165,12 @@ class Rotor:
                 yield f"shaft.material = {material!r} is not one of the materials; {suggest(material, self.materials)}"
         bearings = [bearing.name for bearing in self.bearings]
         for k, site in enumerate(self.sites):
-            if site.bearing is not None and site.bearing not in bearings:
-                hint = suggest(site.bearing, bearings)
-                yield f"sites[{k}].bearing ({site.name}) = {site.bearing!r} is not the name of a bearing; {hint}"
+            for key, bearing in (("bearing", site.bearing), ("stator", site.stator)):
+                if bearing is not None and bearing not in bearings:
+                    hint = suggest(bearing, bearings)
+                    yield f"sites[{k}].{key} ({site.name}) = {bearing!r} is not the name of a bearing; {hint}"
+            if site.bearing is not None and site.stator is not None:
+                yield f"sites[{k}] ({site.name}) has both bearing and stator; it may have one of them"
 
     def _on(self, shaft: Shaft) -> dict[str, Any]:
         """Return the fields of this rotor on another mesh of its shaft, which must have the required nodes."""

@@ -130,7 +130,7 @@ def states_seen(run: Signals, begin: float = 0.0, end: float = np.inf) -> str:
 
 
 def outcome(run: Signals) -> str | None:
-    """Return the outcome of the step: `prevented`, `recovered`, `landed` or `trapped`."""
+    """Return the outcome of the step: `prevented`, `recovered`, `landed`, `trapped` or `stator`."""
     return contact_history.recovery(run)
 
 

@@ -4,11 +4,13 @@ import math
 
 import numpy as np
 import pytest
+from messages import assert_names
 from running_actuator import F_0, K
 
 from amb_actuator.amplifier import discharge_response
 from amb_actuator.interface import DYNAMIC, LAWS, LINEAR, NONLINEAR
 from amb_cosim.design.magnetic_bearing import axis_parameters
+from fmi_export.model import Fault
 
 R, L, H = 0.365, 0.0732, 250e-6
 K_I = 2 * K * (5.57 + 4.43)
@@ -167,3 +169,35 @@ def test_cured_faults_leave_no_trace(bearing, law, amplifier):
         assert not np.array_equal(actuator.outputs, before) or fault == "stuck_x"
         step_until_settled(actuator, steps=400, **{f"mb1__{fault}": 0.0})
     np.testing.assert_allclose(actuator.outputs, before, rtol=1e-12, atol=1e-9)
+
+
+@laws
+@pytest.mark.parametrize("sign", [1, -1])
+def test_magnet_without_power_lets_the_rotor_lie_on_the_stator(bearing, law, sign):
+    """Without currents the force is that without turns; while they decay, iron and air gap limit force and gradient."""
+    share = np.array([0.99, 1.0, 1.05])
+    dead = [bearing(force_law=law, total_force=1.0, mb1__amplifier_off_x=1.0) for _ in share]
+    for actuator, x in zip(dead, sign * 1.2e-3 * share, strict=True):
+        step_until_settled(actuator, steps=1, mb1__x=x)
+        assert actuator["mb1.f_x"] == 0.0
+    decaying = bearing(force_law=law, total_force=1.0)
+    decaying["mb1.amplifier_off_x"] = 1.0
+    step_until_settled(decaying, steps=1, mb1__x=sign * 1.2e-3)
+    assert 0.0 < sign * decaying["mb1.f_x"] < (1700.0 if law == NONLINEAR else 8000.0) * 1.000001
+    assert decaying["mb1.k_xx"] == 0.0
+
+
+def test_rotor_beyond_the_stator_is_a_fault_without_power_too(bearing):
+    actuator = bearing(mb1__amplifier_off_x=1.0)
+    actuator["mb1.x"] = 1.1 * 1.2e-3
+    with pytest.raises(Fault) as caught:
+        actuator.step(0.0, H)
+    assert_names(caught, "mb1.x", "0.00132 m", "air gap")
+
+
+def test_axis_with_power_bears_no_contact_with_the_stator(bearing):
+    actuator = bearing(mb1__amplifier_off_y=1.0)
+    actuator["mb1.x"] = 1.2e-3
+    with pytest.raises(Fault) as caught:
+        actuator.step(0.0, H)
+    assert_names(caught, "mb1.x", "air gap")

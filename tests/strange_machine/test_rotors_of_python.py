@@ -75,6 +75,10 @@ def test_the_interface_of_a_model_is_that_of_its_fmu(tmp_path):
         assert [(p.name, p.unit, p.minimum, p.definition) for p in of_model.ports.values()] == [
             (p.name, p.unit, p.minimum, p.definition) for p in of_file.ports.values()
         ]
-        given = {"guid": of_file.guid, "version": of_file.version, "own_step": of_file.own_step}  # of the FMU alone
+        given = {
+            "guid": of_file.guid,
+            "version": of_file.version,
+            "internal_step": of_file.internal_step,
+        }  # of the FMU alone
         starts = {name: replace(p, start=of_file.ports[name].start) for name, p in of_model.ports.items()}
         assert replace(of_model, ports=starts, **given) == of_file

@@ -42,14 +42,11 @@ class LinearSource:
         FMUs and plan of the run.
     point
         Operating point, by signal or `component.variable`; `Omega` in rad/s.
-    rotor
-        Rotor of the plant.
     """
 
     assembly: Assembly
     plan: Plan
     point: Mapping[str, float]
-    rotor: RotorSource = None
     _cache: dict[str, Any] = field(default_factory=dict)  # constants and parts that do not depend on the speed
 
     def at(self, Omega: float) -> LinearSource:
@@ -123,7 +120,7 @@ class LinearSource:
     def constants(self, name: str) -> Array:
         """Return the constants of a component that is a model of this project."""
         fmu = self.assembly.system.component(name).fmu
-        constants: Array = self._keep(f"constants {fmu}", lambda: model_source(fmu, rotor=self.rotor)[1])
+        constants: Array = self._keep(f"constants {fmu}", lambda: model_source(fmu, **self.assembly.options)[1])
         return constants
 
     def mass(self, name: str) -> Array:
@@ -160,13 +157,13 @@ def linearisable(
     values = at if isinstance(at, Mapping) else {} if at is None else {SPEED: at}
     if isinstance(source, System) or (isinstance(source, str | Path) and is_system(source)):
         assembly, plan = _of_system(source, fmu or {}, rotor, set or {}, flavour)
-        return LinearSource(assembly, plan, _point(assembly, values), rotor)
+        return LinearSource(assembly, plan, _point(assembly, values))
     return of_prepared(prepare(as_scenario(source, rotor, fmu=fmu), set, flavour=flavour), values)
 
 
 def of_prepared(prepared: PlannedRun, at: Mapping[str, Raw] | None = None) -> LinearSource:
     """Return the sources of the linear model of a prepared run, optionally at other values than its start values."""
-    return LinearSource(prepared.assembly, prepared.plan, _point(prepared.assembly, at or {}), prepared.scenario.rotor)
+    return LinearSource(prepared.assembly, prepared.plan, _point(prepared.assembly, at or {}))
 
 
 def _of_system(

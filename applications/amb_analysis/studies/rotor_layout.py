@@ -225,7 +225,8 @@ def _parts(rotor: Rotor) -> Iterator[LayoutEntry]:
         what = stated + (" at rest" if bearing.at_speed else "")
         yield LayoutEntry(kind, bearing.name, bearing.node, z[bearing.node - 1], what)
     for site in rotor.sites:
-        what = f"retainer of {site.bearing}" if site.bearing else "bush"
+        stator = f"stator of {site.stator}" if site.stator else "bush"
+        what = f"retainer of {site.bearing}" if site.bearing else stator
         yield LayoutEntry("contact site", site.name, site.node, z[site.node - 1], what)
     for sensor in rotor.sensors:
         yield LayoutEntry("sensor", sensor.name, sensor.node, z[sensor.node - 1], f"{sensor.x}, {sensor.y}")

@@ -12,12 +12,12 @@ from array_types import Array
 from fmi_export.model import Model
 from rotor_analysis.assembly import assemble
 from rotor_analysis.pairs import turned
-from rotor_analysis.parts import Bearing
+from rotor_analysis.parts import Bearing, Site
 from rotor_analysis.reduced_rotor import reduced_rotor, valid_to
 from rotor_analysis.rigid_body import rigid_body
 from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import load_rotor
-from rotor_contact.planes import ContactSite, MeasuredPlane, Planes
+from rotor_contact.planes import ContactSite, MeasuredPlane, Planes, stator_site
 from rotor_contact.plant import model_for
 from rotor_contact.seals import SEAL, SealRecords, Seals, add_seals
 from rotor_contact.structure import SIZES, Structure
@@ -27,23 +27,53 @@ RESOLUTION = 1.0  # rad of the fastest mode per substep
 ROUNDING = 1e-9  # relative contribution of a site to the displacement of a place that counts as zero
 
 
-def plant(rotor: Rotor | None = None) -> tuple[Model, Array]:
+def plant(rotor: Rotor | None = None, stators: Sequence[str] = ()) -> tuple[Model, Array]:
     """Return the plant of a rotor, by default that of the packs, and its constants.
+
+    Parameters
+    ----------
+    rotor
+        A rotor description.
+    stators
+        Names of bearings that get a contact site in their stator bore, see `stator_bores`.
 
     Raises
     ------
     ValueError
         If the rotor has no bearing, cannot be reduced as its file requires (`reduced_rotor`), or has seals with a mass
-        that the plant does not support (`constant_mass`).
+        that the plant does not support (`constant_mass`); and as `stator_bores`.
     """
-    structure, planes = plant_structure(rotor or load_rotor())
+    structure, planes = plant_structure(rotor or load_rotor(), stators)
     return model_for(planes), flat_constants(structure)
 
 
-def plant_structure(rotor: Rotor) -> tuple[Structure, Planes]:
+def stator_bores(rotor: Rotor, bearings: Sequence[str]) -> tuple[Site, ...]:
+    """Return the stator bores of bearings as contact sites, without those that the rotor declares itself.
+
+    They lie in the planes of the bearings, whose motion every reduction retains, so that the reduction stays the same.
+
+    Raises
+    ------
+    ValueError
+        If another part of the rotor has the name of such a site.
+    """
+    declared = {site.stator for site in rotor.sites}
+    nodes = {bearing.name: bearing.node for bearing in rotor.bearings}
+    result = [Site(stator_site(name), nodes[name], stator=name) for name in bearings if name not in declared]
+    for site in result:
+        if site.name in rotor.nodes_by_name:
+            raise ValueError(
+                f"the name {site.name!r} of a part of rotor {rotor.name!r} is not allowed here; it must be free for "
+                f"the stator bore of {site.stator}"
+            )
+    return tuple(result)
+
+
+def plant_structure(rotor: Rotor, stators: Sequence[str] = ()) -> tuple[Structure, Planes]:
     """Return the data of a rotor for the plant's kernels (`reduced_rotor`), and the planes by their names in its file.
 
-    The start value of the longest substep is short enough for the fastest mode of the free rotor.
+    The start value of the longest substep is short enough for the fastest mode of the free rotor. Bearings among
+    `stators` get a contact site in their stator bore.
 
     Raises
     ------
@@ -75,6 +105,7 @@ def plant_structure(rotor: Rotor) -> tuple[Structure, Planes]:
     def first_rows(nodes: tuple[int, ...]) -> Array:
         return np.array([place[reduced.translations[node][0]] for node in nodes], dtype=np.float64)
 
+    sites = (*rotor.sites, *stator_bores(rotor, stators))
     number = {bearing.name: k for k, bearing in enumerate(rotor.bearings)}
     structure = Structure(
         n_translations=len(translations),
@@ -90,15 +121,19 @@ def plant_structure(rotor: Rotor) -> tuple[Structure, Planes]:
         B_base=-(left @ full.M @ base_motion).T,
         sensors=right[full.rows(rotor.sensor_nodes)],
         bearings=first_rows(rotor.bearing_nodes),
-        sites=first_rows(rotor.site_nodes),
-        site_bearings=np.array([number.get(site.bearing or "", -1) for site in rotor.sites], dtype=np.float64),
+        sites=first_rows(tuple(site.node for site in sites)),
+        site_bearings=np.array([number.get(site.bearing or "", -1) for site in sites], dtype=np.float64),
         seals=seals,
     )
     max_substep = float(min(MAX_SUBSTEP, RESOLUTION / _fastest(structure)))
-    planes = _planes(rotor, max_substep, rigid_body(rotor).polar_inertia, structure.valid_to)
-    return structure, replace(
-        planes, moved_by=_moved_by(planes, structure), mixes_axes=bool(np.any(R) or _are_cross_coupled(seals.records))
+    planes = replace(
+        _planes(rotor, sites),
+        max_substep=max_substep,
+        polar_inertia=rigid_body(rotor).polar_inertia,
+        valid_to=structure.valid_to,
+        mixes_axes=bool(np.any(R) or _are_cross_coupled(seals.records)),
     )
+    return structure, replace(planes, moved_by=_moved_by(planes, structure))
 
 
 def _moved_by(planes: Planes, structure: Structure) -> dict[str, tuple[str, ...]]:
@@ -128,26 +163,23 @@ def _fastest(structure: Structure) -> float:
     return largest
 
 
-def _planes(rotor: Rotor, max_substep: float, polar_inertia: float, valid_to: float) -> Planes:
+def _planes(rotor: Rotor, sites: Sequence[Site]) -> Planes:
     sensors = {sensor.node: sensor.name for sensor in reversed(rotor.sensors)}
-    sites = (
-        ContactSite(
-            s.name,
-            s.clearance,
-            _shaft_radius(rotor, s.node) if s.journal_radius is None else s.journal_radius,
-            s.bearing or "",
-            sensors.get(s.node, ""),
-        )
-        for s in rotor.sites
-    )
     return Planes(
         discs=tuple(body.name for body in rotor.discs),
         bearings=tuple(bearing.name for bearing in rotor.bearings),
-        sites=tuple(sites),
+        sites=tuple(
+            ContactSite(
+                s.name,
+                s.clearance,
+                _shaft_radius(rotor, s.node) if s.journal_radius is None else s.journal_radius,
+                s.bearing or "",
+                sensors.get(s.node, ""),
+                s.stator or "",
+            )
+            for s in sites
+        ),
         sensors=tuple(MeasuredPlane(s.name, s.x, s.y) for s in rotor.sensors),
-        max_substep=max_substep,
-        polar_inertia=polar_inertia,
-        valid_to=valid_to,
         seals=tuple(seal.name for seal in rotor.seals),
         loss_factor=rotor.damping.loss_factor,
     )

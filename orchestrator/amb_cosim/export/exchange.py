@@ -54,7 +54,6 @@ def export_ssp(
 
     scenario = as_scenario(scenario, rotor, receptances)
     prepared = prepare(scenario, set, until, flavour)
-    table = None if scenario.receptances is None else Path(scenario.receptances)
     return ssp.export_ssp(
         Path(path),
         prepared.assembly,
@@ -63,6 +62,5 @@ def export_ssp(
         target=BuildTarget(flavour, platforms),
         connectors=connectors,
         integers=integers,
-        rotor=scenario.rotor,
-        receptances=table,
+        **prepared.assembly.options,
     )

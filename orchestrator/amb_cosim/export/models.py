@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,12 +21,15 @@ Made = tuple["Model", Array]
 
 
 @made_from("rotor_contact", "rotor_analysis", "amb_cosim.design", rotor=rotor_path)
-def rotor_contact(rotor: RotorSource = None, **_: Any) -> Made:
-    """Return the plant of a rotor: a packaged one, a rotor file, or the packs' default."""
+def rotor_contact(rotor: RotorSource = None, stators: Sequence[str] = (), **_: Any) -> Made:
+    """Return the plant of a rotor: a packaged one, a rotor file, or the packs' default.
+
+    The rotor can touch the stator bores of the bearings `stators`.
+    """
     from amb_cosim.design.plant_data import plant
     from rotor_analysis.rotor_file import load_rotor
 
-    return plant(load_rotor(rotor))
+    return plant(load_rotor(rotor), stators)
 
 
 @made_from("amb_actuator", "rotor_analysis", "amb_cosim.design", rotor=rotor_path)

@@ -21,7 +21,7 @@ from amb_cosim.scenario.inner_loop import inner_loop_parameters
 from amb_cosim.scenario.plan import plan_scenario
 from amb_cosim.scenario.rotors import RotorSource
 from amb_cosim.scenario.scenario import Scenario, as_scenario
-from amb_cosim.scenario.simulation import system_of
+from amb_cosim.scenario.simulation import model_options, system_of
 
 STEP_SIZE = 250e-6  # s, default communication step
 
@@ -57,22 +57,24 @@ def plan_models(
     if file is not None:
         values, system = None, load_system(file)
     else:
-        values = as_scenario(scenario)
+        values = as_scenario(scenario, rotor, receptances)
         system = system_of(values)
-        rotor, receptances = rotor or values.rotor, receptances or values.receptances
+        rotor, receptances = values.rotor, values.receptances
     table = None if receptances is None else Path(receptances)
-    options: dict[str, Any] = {"rotor": rotor, "receptances": table}
+    options: dict[str, Any] = (
+        {"rotor": rotor, "receptances": table} if values is None else model_options(values, system)
+    )
     made = made_for(system, **options)
     system, interfaces = fitted(
         system,
         {name: interface_of(model) for name, (model, _) in made.items()},
         lambda component: interface_of(model_source(component.fmu, **options)[0]),
     )
-    assembly = Assembly(system, {}, interfaces)
+    assembly = Assembly(system, {}, interfaces, options)
     if values is None:
         plan = _plan(assembly, file)
     else:
-        plan = plan_scenario(as_scenario(values, rotor), assembly)
+        plan = plan_scenario(values, assembly)
     if table is not None:
         from amb_cosim.design.rotor_models import check_loop
 

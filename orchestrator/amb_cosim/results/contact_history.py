@@ -15,12 +15,13 @@ from amb_cosim.results.places import places
 from amb_cosim.results.power import power_lost_at
 from amb_cosim.results.series import at_every_step, cycles, signal
 from amb_cosim.results.stability import is_unstable
+from amb_cosim.results.stators import stator_touches
 from array_types import Bools
 
 RECOVERY_CYCLES = 5.0
 FREE, ROLLING = 0, 2  # values of a site's mode
 
-Recovery = Literal["prevented", "recovered", "landed", "trapped", "unstable"]
+Recovery = Literal["prevented", "recovered", "landed", "trapped", "unstable", "stator"]
 
 
 def peak(dataset: Signals, name: str) -> float | None:
@@ -104,10 +105,11 @@ def recovered(dataset: Signals) -> bool | None:
 def recovery(dataset: Signals) -> Recovery | None:
     """Return the outcome of the disturbance; None without one, or if contact was not recorded.
 
-    `unstable` is a rotor that diverges without contact under power, see `stability`, with a disturbance or without. Of
-    the others that have not `recovered`, one whose magnets have no power at the end has `landed` on its retainers,
-    where it belongs then, even if it bounces or floats between them, and any other is `trapped`. Otherwise,
-    `prevented` means no contact after the disturbance.
+    `stator` is a rotor that has touched the stator of a magnetic bearing, whatever follows, and `unstable` one that
+    diverges without contact under power, see `stability`; both with a disturbance or without. Of the others that have
+    not `recovered`, one whose magnets have no power at the end has `landed` on its retainers, where it belongs then,
+    even if it bounces or floats between them, and any other is `trapped`. Otherwise, `prevented` means no contact after
+    the disturbance.
     """
     return freed_after(dataset, contact_cycles(dataset)[1])[1]
 
@@ -117,9 +119,11 @@ def freed_after(dataset: Signals, last: float | None) -> tuple[bool | None, Reco
     if signal(dataset, "contact_state") is None or not len(cycles(dataset)):
         return None, None
     disturbance, power_lost = dataset.attrs.get("disturbance_cycle"), power_lost_at(dataset)
+    free = last is None or bool(cycles(dataset)[-1] - last >= RECOVERY_CYCLES)
+    if stator_touches(dataset):
+        return free, "stator"
     if power_lost is None and is_unstable(dataset, last):
         return False, "unstable"
-    free = last is None or bool(cycles(dataset)[-1] - last >= RECOVERY_CYCLES)
     free = free and (last is None or power_lost is None or last < power_lost)
     if disturbance is None:
         return free, None

@@ -33,6 +33,8 @@ class RotorPlaces:
         Frequency up to which the reduced rotor is accurate (rad/s); None if not stated.
     magnetic
         The bearings that exert a force: controller and actuator variables of others have no effect.
+    stators
+        Each contact site in a stator bore, with the bearing of that stator.
     """
 
     bearings: Mapping[str, str]
@@ -41,6 +43,7 @@ class RotorPlaces:
     apart: tuple[str, ...] = ()
     valid_to: float | None = None
     magnetic: tuple[str, ...] = ()
+    stators: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def retainers(self) -> dict[str, str]:
@@ -49,7 +52,7 @@ class RotorPlaces:
 
     @property
     def others(self) -> tuple[str, ...]:
-        """The sites other than retainers: bushes, seals."""
+        """The sites other than retainers: bushes, seals, stator bores."""
         return tuple(site for site in self.sites if site not in self.retainers)
 
     @property
@@ -81,6 +84,7 @@ def _read(text: str) -> RotorPlaces:
         tuple(stored.get("apart", ())),
         stored.get("valid_to"),
         tuple(stored.get("magnetic", stored["bearings"])),
+        stored.get("stators", {}),
     )
 
 
@@ -108,7 +112,8 @@ def _named_places(assembly: Assembly) -> RotorPlaces:
         moved_by = layout.get("moved_by", {})
         apart = tuple(site for bearing, site in bearings.items() if site and site not in moved_by.get(bearing, (site,)))
         sites = tuple(site["name"] for site in layout["sites"])
-        return RotorPlaces(bearings, sites, measured, apart, layout.get("valid_to"))
+        stators = {site["name"]: site["stator"] for site in layout["sites"] if site.get("stator")}
+        return RotorPlaces(bearings, sites, measured, apart, layout.get("valid_to"), stators=stators)
     touching, forces = _parts(plant, "output", "f_n"), _parts(plant, "input", "f_x")
     names = [name for name in _parts(plant, "output", "x") if name in forces]
     return RotorPlaces(dict(zip_longest(names, touching[: len(names)], fillvalue="")), tuple(touching))

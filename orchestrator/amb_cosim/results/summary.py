@@ -16,6 +16,7 @@ from amb_cosim.results.methods import shares_of_steps
 from amb_cosim.results.orbits import orbit_after, orbit_before, orbit_largest, settled_amplitudes
 from amb_cosim.results.places import places
 from amb_cosim.results.series import event_name
+from amb_cosim.results.stators import StatorTouch, stator_touches
 from amb_cosim.results.touchdown import Touchdown, touchdown
 from amb_cosim.results.verdict import Verdict, verdict
 
@@ -69,7 +70,8 @@ class Summary:
     recovery
         What the disturbance led to: contact `prevented`, `recovered` from, or the rotor `trapped` in it, or `landed`
         where no magnet has power at the end; `unstable` where its orbit grows or its amplifiers stay at their limits,
-        see `stability`, with a disturbance or without. None of any other run without one, or that broke off.
+        see `stability`, with a disturbance or without, and `stator` where it touched the stator. None of any other run
+        without a disturbance, or that broke off.
     rolling_from
         Cycle from which the rotor rolls on a site through a turn of its whirl or more, net of what it goes back.
     rolling_on_race_from
@@ -88,6 +90,8 @@ class Summary:
         That error over the largest of all energies.
     energy_balance_of_heat
         That error over the heat; None without any.
+    stators
+        The touches of each stator that the rotor has touched, by contact site; empty without.
     share_beyond_reduction
         Share of the contact force's power at each site above the frequency to which the reduced rotor is accurate.
     touchdown
@@ -135,6 +139,7 @@ class Summary:
     energy_balance: float | None = field(metadata={KEY: "energy_balance_relative"})
     energy_balance_of_heat: float | None
     share_beyond_reduction: AtPlaces
+    stators: dict[str, StatorTouch]
     touchdown: Touchdown | None
     warnings: list[str]
     notices: list[str]
@@ -192,6 +197,7 @@ def summarise(dataset: Signals) -> Summary:
         energy_balance=energies.relative_balance(dataset),
         energy_balance_of_heat=energies.balance_of_heat(dataset),
         share_beyond_reduction=share_beyond_reduction(dataset),
+        stators=stator_touches(dataset),
         touchdown=fall,
         warnings=[*sentences(warnings_of(dataset)), *warnings_beyond_reduction(dataset)],
         notices=json.loads(dataset.attrs.get("notices", "[]")),

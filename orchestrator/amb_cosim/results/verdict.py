@@ -19,12 +19,24 @@ from amb_cosim.results.orbits import radius
 from amb_cosim.results.places import places
 from amb_cosim.results.power import without_power
 from amb_cosim.results.series import at_every_step, cycles, event_name, parameters, signal
+from amb_cosim.results.stators import StatorTouch, stator_touches
 from amb_cosim.results.touchdown import Touchdown
 
 Word = Literal[
-    "recovered", "trapped", "landed", "levitated", "rolled", "failed", "unstable", "interrupted", "free", "completed"
+    "recovered",
+    "trapped",
+    "landed",
+    "stator",
+    "levitated",
+    "rolled",
+    "failed",
+    "unstable",
+    "interrupted",
+    "free",
+    "completed",
 ]
-BAD = ("trapped", "rolled", "failed", "unstable", "interrupted")
+BROKEN_OFF = ("failed", "interrupted")
+BAD = ("trapped", "stator", "rolled", "unstable", *BROKEN_OFF)
 QUESTIONING = ("passed", "energy_missed", "overheated")  # outputs whose warnings put the verdict itself in doubt
 
 
@@ -37,14 +49,14 @@ class Verdict:
     word
         `recovered`: the rotor touched and is free of contact for good. `trapped`: it is in contact at the end.
         `rolled`: it rolls on a site at the end. `landed`: it touched after all magnets lost their power, which is
-        still off. `levitated`: it never touched, or not after the disturbance; `free` is that of a rotor without
-        magnets, or without power at the end.
+        still off. `stator`: it touched the stator of a magnetic bearing, whatever followed. `levitated`: it never
+        touched, or not after the disturbance; `free` is that of a rotor without magnets, or without power at the end.
         `unstable`: its orbit grows, or its amplifiers stay at their limits. `failed` and `interrupted`: the run broke
         off. `completed`: contact was not recorded.
     sentence
         The reason, with its values.
     facts
-        Labels and texts that determine it: margin to the clearance, contact force, time in contact.
+        Labels and texts that determine it: margin to the clearance, contact force, time in contact, touches of stators.
     doubts
         Warnings that question it.
     """
@@ -70,7 +82,11 @@ def verdict(dataset: Signals, fall: Touchdown | None = None) -> Verdict:
     """
     last = contact_history.contact_cycles(dataset)[1]
     word, sentence = _ending(dataset, last, fall)
-    facts = [_margin(dataset, word), _force(dataset), _time_in_contact(dataset)]
+    touches = stator_touches(dataset)
+    if touches and word not in BROKEN_OFF:
+        where = _listed([touch.bearing.upper() for touch in touches.values()])
+        word, sentence = "stator", f"the rotor touched the stator at {where}; {sentence}"
+    facts = [_margin(dataset, word), _force(dataset), _time_in_contact(dataset), _stators(touches)]
     if dataset.attrs.get("stopped"):
         facts.append(("stopped", str(dataset.attrs["stopped"])))
     warned = [w for w in warnings_of(dataset) if w.variable.rpartition(".")[2] in QUESTIONING]
@@ -174,6 +190,18 @@ def _force(dataset: Signals) -> tuple[str, str] | None:
         "largest contact force",
         f"{force_unit(averaged[site]).text(averaged[site], 3)} at {site.upper()} ({meaning}{band})",
     )
+
+
+def _stators(touches: dict[str, StatorTouch]) -> tuple[str, str] | None:
+    """Return the first touch of each stator and the largest force on it."""
+    if not touches:
+        return None
+    texts = []
+    for touch in touches.values():
+        force = touch.peak if touch.force is None else touch.force
+        largest = "" if force is None else f", up to {force_unit(force).text(force, 3)}"
+        texts.append(f"{touch.bearing.upper()} at {touch.first:.4g} s{largest}")
+    return "first touch of the stator", "; ".join(texts)
 
 
 def _time_in_contact(dataset: Signals) -> tuple[str, str] | None:

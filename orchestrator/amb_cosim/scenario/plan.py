@@ -22,6 +22,7 @@ from amb_cosim.scenario.operating_point import MissingParameters, set_operating_
 from amb_cosim.scenario.scenario import Scenario, checked_speed, cycle_period
 from amb_cosim.scenario.shaft_damping import viscous_losses
 from amb_cosim.scenario.signal_chain import idle_switches, unsteady_effects
+from amb_cosim.scenario.stators import set_stators
 
 SPEED = "Omega"  # the shared signal whose initial value counts the cycles
 ACCELERATION = "Omega_dot"  # the shared signal that holds the slope of the speed over the coming step
@@ -194,6 +195,9 @@ def first_values(scenario: Scenario, assembly: Assembly, settings: Mapping[str, 
         values.set_first(name, value)
     for name, raw in (settings or {}).items():
         stated.update(values.set(name, raw))
+    if stators := assembly.options.get("stators", ()):
+        of_plant = [f"{PLANT}.{name}" for name in scenario.parameters.get(PLANT, ())]
+        set_stators(values, stators, [*of_plant, *(settings or ())])
     missing = MissingParameters(values, stated | stated_constants(values))
     if scenario.gravity is not None:
         set_gravity(missing, Gravity(scenario.gravity, scenario.gravity_angle), scenario.rotor)

@@ -40,6 +40,7 @@ from amb_cosim.scenario.plan import FirstValues, ScenarioPlan, plan_scenario
 from amb_cosim.scenario.power import with_power
 from amb_cosim.scenario.rotors import RotorSource
 from amb_cosim.scenario.scenario import Scenario, as_scenario
+from amb_cosim.scenario.stators import bearings_without_power
 from array_types import Array
 
 
@@ -178,7 +179,7 @@ def prepare(
     ValueError
         If anything in it does not fit.
     """
-    return plan_prepared(scenario, assemble_scenario(scenario, flavour), settings, until)
+    return plan_prepared(scenario, assemble_scenario(scenario, flavour, settings), settings, until)
 
 
 def system_of(scenario: Scenario) -> System:
@@ -189,8 +190,18 @@ def system_of(scenario: Scenario) -> System:
     return system
 
 
-def assemble_scenario(scenario: Scenario, flavour: Flavour = "native") -> Assembly:
+def model_options(scenario: Scenario, system: System, settings: Mapping[str, Raw] | None = None) -> dict[str, Any]:
+    """Return the options that the models of a scenario are made with: rotor, receptances, touchable stators."""
+    stators = bearings_without_power(scenario, system, settings or {})
+    return {"rotor": scenario.rotor, "receptances": _table(scenario), "stators": stators}
+
+
+def assemble_scenario(
+    scenario: Scenario, flavour: Flavour = "native", settings: Mapping[str, Raw] | None = None
+) -> Assembly:
     """Find the FMUs of a scenario and check its system, for any values of the scenario.
+
+    `settings` matter only if they switch amplifiers off, see `bearings_without_power`.
 
     Raises
     ------
@@ -201,7 +212,7 @@ def assemble_scenario(scenario: Scenario, flavour: Flavour = "native") -> Assemb
     table, controller = _table(scenario), _controller(system)
     if table is not None and controller is None:
         raise ValueError(f"receptances {table} have no use: no component of the run is the model {CONTROLLER}")
-    assembly = assemble(system, flavour, rotor=scenario.rotor, receptances=table)
+    assembly = assemble(system, flavour, **model_options(scenario, system, settings))
     _check_sensors(assembly)
     return assembly
 

@@ -125,7 +125,7 @@ class FmuInterface:
     derivatives, if an FMU of FMI 2.0 provides directional derivatives and lists them. `fmi` is the version of FMI. A
     process can have one instance of an FMU that is `once_per_process`.
     `texts` are its String and Binary variables. `deviations` are the rules of FMI that its description breaks, and
-    `own_step` and `tolerance` the step size (s) and the relative tolerance of its default experiment.
+    `internal_step` and `tolerance` the step size (s) and the relative tolerance of its default experiment.
     `reports_faults`: it was made by this project, whose output `fault_code` is 0 without a fault.
     """
 

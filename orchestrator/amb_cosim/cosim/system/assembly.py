@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
@@ -19,11 +19,15 @@ from amb_cosim.cosim.system.system import MasterLayout, System
 
 @dataclass(frozen=True)
 class Assembly:
-    """A system with the FMUs of its components, checked against their interfaces."""
+    """A system with the FMUs of its components, checked against their interfaces.
+
+    `options` are those that its models were made with, see `model_source`.
+    """
 
     system: System
     fmus: Mapping[str, Fmu]
     interfaces: Mapping[str, FmuInterface]
+    options: Mapping[str, Any] = field(default_factory=dict)
 
     @property
     def flavour(self) -> str:
@@ -80,7 +84,7 @@ def assemble(system: System, flavour: Flavour = "native", **options: Any) -> Ass
     fmus = {c.name: provide(c.fmu, flavour, **options) for c in system.components}
     interfaces = {c: _interface(fmu, c) for c, fmu in fmus.items()}
     system, fitting = fitted(system, interfaces, lambda c: _interface(provide(c.fmu, flavour, **options), c.name))
-    return Assembly(system, fmus, fitting)
+    return Assembly(system, fmus, fitting, options)
 
 
 def _interface(fmu: Fmu, component: str) -> FmuInterface:
