@@ -13,7 +13,7 @@ from rotor_analysis.modes import modes
 from rotor_analysis.reduction import craig_bampton_by_modes, reduce_by, unreduced
 from rotor_analysis.rotor import Rotor
 from rotor_analysis.shaft import MassModel
-from rotor_analysis.spectrum import eigenvalues
+from rotor_analysis.spectrum import eigenvalues, oscillating
 from rotor_analysis.supported_rotor import SupportedRotor
 
 ACCURACY = 1e-5  # of an eigenvalue
@@ -78,6 +78,11 @@ def analysis_model(
 
 
 def _error(reduced: Matrices, speed: float, exact: Complex, count: int) -> float:
-    """Return the largest relative distance of a reduction's lowest modes from the nearest full-model eigenvalues."""
+    """Return the largest relative distance of a reduction's lowest modes from the nearest full-model eigenvalues.
+
+    It is infinite if the reduction lacks some of these modes.
+    """
     result = np.array([mode.eigenvalue for mode in modes(reduced, speed, count)])
+    if len(result) < min(count, int(np.sum(oscillating(exact) & (exact.imag > 0.0)))):
+        return np.inf
     return float(np.max(np.min(np.abs(result[:, None] - exact), axis=1) / np.abs(result), initial=0.0))

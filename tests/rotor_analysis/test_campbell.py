@@ -141,12 +141,29 @@ def test_where_nothing_may_err_the_full_model_is_analysed():
     assert analysed.supported.model is analysed.supported.full
 
 
+def light_shaft(density, k_bearing):
+    """A disc of 10 kg in the middle of a light shaft of 1 m in equal bearings, with a damper at the disc."""
+    shaft = Shaft((0.0, 0.25, 0.5, 0.75, 1.0), 0.03, 2e11, density, 0.3, theory="rayleigh")
+    held = [Bearing(name, node, tensor(k_bearing)) for name, node in (("a", 1), ("b", 5))]
+    disc = Body("disc", 3, 10.0, 1e-4, 2e-4)
+    return Rotor("light", shaft, (disc,), (*held, Bearing("air", 3, NOTHING, tensor(20.0))))
+
+
+@pytest.mark.parametrize("density", [1e-3, 1e-12, 1e-20])
+def test_critical_speed_of_a_shaft_almost_without_mass(density):
+    """omega^2 = k / m with 1/k = L^3 / (48 E I) + 1 / (2 k_b)."""
+    rotor = light_shaft(density, 1e6)
+    model = analysis_model(rotor, None, np.array([0.0, 400.0]), 2).supported.model
+    result = campbell(model, np.linspace(0.0, 400.0, 9), 2).critical_speeds
+    flexibility = 64.0 / (48.0 * 2e11 * np.pi * 0.03**4) + 0.5e-6
+    omega = np.sqrt(1.0 / (10.0 * flexibility) - (20.0 / 20.0) ** 2)
+    assert [item.whirl for item in result] == ["backward", "forward"]
+    assert [item.Omega for item in result] == pytest.approx([omega, omega], rel=1e-5)
+
+
 def test_equal_whirls_on_stiff_bearings_are_separated_at_every_speed():
     """Rounding on the scale of bearings of 1e11 N/m parts the eigenvalues of a disc in the middle, which are equal."""
-    shaft = Shaft((0.0, 0.25, 0.5, 0.75, 1.0), 0.03, 2e11, 0.01, 0.3, theory="rayleigh")
-    held = [Bearing(name, node, tensor(1e11)) for name, node in (("a", 1), ("b", 5))]
-    disc = Body("disc", 3, 10.0, 1e-4, 2e-4)
-    rotor = Rotor("stiff", shaft, (disc,), (*held, Bearing("air", 3, NOTHING, tensor(20.0))))
+    rotor = light_shaft(0.01, 1e11)
     model = analysis_model(rotor, None, np.array([0.0, 1000.0]), 4).supported.model
     for Omega in np.linspace(0.0, 100.0, 401)[1:]:
         assert {mode.whirl for mode in modes(model, Omega, 2)} == {"backward", "forward"}
