@@ -92,16 +92,16 @@ def current_stiffness(tables: ThesisTables) -> Annotated[float, "N/A"]:
     return tables.bearing_constants.k_i
 
 
-def h_norm(found: InverseReceptance, frequency: float) -> Annotated[float, "N/m"]:
+def h_norm(result: InverseReceptance, frequency: float) -> Annotated[float, "N/m"]:
     """Return the Frobenius norm of H at a speed (Hz) (N/m) (5.10)."""
-    at = int(np.argmin(np.abs(np.asarray(found.speeds) - frequency)))
-    return float(np.linalg.norm(found.h[at]))
+    at = int(np.argmin(np.abs(np.asarray(result.speeds) - frequency)))
+    return float(np.linalg.norm(result.h[at]))
 
 
-def h_row_norms(found: InverseReceptance, frequency: float) -> Annotated[list[float], "N/m"]:
+def h_row_norms(result: InverseReceptance, frequency: float) -> Annotated[list[float], "N/m"]:
     """Return the norm of each row of H, one for each force, at a speed (Hz) (N/m)."""
-    at = int(np.argmin(np.abs(np.asarray(found.speeds) - frequency)))
-    return [float(value) for value in np.linalg.norm(found.h[at], axis=1)]
+    at = int(np.argmin(np.abs(np.asarray(result.speeds) - frequency)))
+    return [float(value) for value in np.linalg.norm(result.h[at], axis=1)]
 
 
 def test_amplitude(force: IdentificationForce, frequency: float) -> Annotated[float, "N"]:
@@ -129,22 +129,22 @@ def test_response(force: IdentificationForce, frequency: float) -> Annotated[flo
     return float(np.interp(frequency, force.columns.frequencies, force.columns.response_mb1))
 
 
-def measured_norm(found: SynchronousResponse, axis: int, frequency: float) -> Annotated[float, "m/N"]:
+def measured_norm(result: SynchronousResponse, axis: int, frequency: float) -> Annotated[float, "m/N"]:
     """Return the norm of a column of the receptance identified in a co-simulation at a speed (Hz) (m/N) (5.18)."""
-    at = int(np.argmin(np.abs(np.asarray(found.at_speeds.speeds) - frequency)))
-    return float(found.at_speeds.measured[at, axis])
+    at = int(np.argmin(np.abs(np.asarray(result.at_speeds.speeds) - frequency)))
+    return float(result.at_speeds.measured[at, axis])
 
 
-def critical_speed_shift(found: ModelReduction, model: str) -> Annotated[float, "1"]:
+def critical_speed_shift(result: ModelReduction, model: str) -> Annotated[float, "1"]:
     """Return the largest change of a critical speed, of those of the full model, by another model (1)."""
-    exact, other = (np.array(found.models[name].critical_speeds) for name in (FULL, model))
+    exact, other = (np.array(result.models[name].critical_speeds) for name in (FULL, model))
     count = min(len(exact), len(other))
     return float(np.max(np.abs(other[:count] / exact[:count] - 1.0)))
 
 
-def response_error(found: ModelReduction, model: str) -> Annotated[float, "1"]:
+def response_error(result: ModelReduction, model: str) -> Annotated[float, "1"]:
     """Return the largest deviation of the response to unbalance from that of the full model (1)."""
-    return 0.01 * found.largest_response_error[model]
+    return 0.01 * result.largest_response_error[model]
 
 
 FASTEST = 300.0  # rad/s, up to which critical speeds are looked for
@@ -179,29 +179,29 @@ def identified_norm(run: Signals) -> Annotated[float | None, "N/m"]:
     return float(np.linalg.norm(inverse_receptance(R)))
 
 
-def frequency_panels(found: ThesisTables) -> list[Panel]:
+def frequency_panels(result: ThesisTables) -> list[Panel]:
     """Return the error of each mesh against the finest with consistent mass, at 90 rad/s."""
-    meshes = found.frequencies.by_mesh
+    meshes = result.frequencies.by_mesh
     exact = np.array(meshes["23_node"]["consistent"]["90"])
     rows = {
         f"{mesh.replace('_node', '')} nodes, {mass}": row["90"] for mesh, m in meshes.items() for mass, row in m.items()
     }
-    rows["condensed, diagonal"] = found.frequencies.condensed["90"]["condensed"]
+    rows["condensed, diagonal"] = result.frequencies.condensed["90"]["condensed"]
     number = np.arange(1, len(exact) + 1)
     curves = tuple(curve(name, number, 100.0 * (np.array(row) / exact - 1.0), "dots") for name, row in rows.items())
     return [Panel("Natural frequencies against 23 nodes, consistent mass", "frequency number", "error (%)", curves)]
 
 
-def h_panels(found: InverseReceptance) -> list[Panel]:
+def h_panels(result: InverseReceptance) -> list[Panel]:
     """Return the norm of H, exact and interpolated, over the spin speed."""
-    exact, between = (1e-6 * np.linalg.norm(h, axis=(1, 2)) for h in (found.h, found.h_interpolated))
-    curves = (curve("exact", found.speeds, exact), curve("interpolated", found.speeds, between, "dashed"))
+    exact, between = (1e-6 * np.linalg.norm(h, axis=(1, 2)) for h in (result.h, result.h_interpolated))
+    curves = (curve("exact", result.speeds, exact), curve("interpolated", result.speeds, between, "dashed"))
     return [Panel("Norm of H", "spin speed (Hz)", "|H| (N/um)", curves)]
 
 
-def force_panels(found: IdentificationForce) -> list[Panel]:
+def force_panels(result: IdentificationForce) -> list[Panel]:
     """Return the amplitude of the test force, and of the journals under it, over the frequency."""
-    columns = found.columns
+    columns = result.columns
     moved = {"MB1": columns.response_mb1, "MB2": columns.response_mb2}
     responses = tuple(curve(name, columns.frequencies, 1e3 * response) for name, response in moved.items())
     return [
@@ -210,46 +210,48 @@ def force_panels(found: IdentificationForce) -> list[Panel]:
     ]
 
 
-def norm_panels(found: SynchronousResponse) -> list[Panel]:
+def norm_panels(result: SynchronousResponse) -> list[Panel]:
     """Return the norm of the response over the spin speed, the lines of (5.19), and the identified norm (5.18)."""
-    at = found.at_speeds
-    curves = [curve("(5.19)", found.speeds, 1e6 * found.thesis, "dashed")]
-    for k in range(0, len(found.forces), 2):
-        curves.append(curve(f"model, {found.forces[k]}", found.speeds, 1e6 * found.norm[:, k]))
-    for k in range(0, len(found.forces), 2):
-        curves.append(curve(f"identified, {found.forces[k]}", at.speeds, 1e6 * at.measured[:, k], "dots"))
+    at = result.at_speeds
+    curves = [curve("(5.19)", result.speeds, 1e6 * result.thesis, "dashed")]
+    for k in range(0, len(result.forces), 2):
+        curves.append(curve(f"model, {result.forces[k]}", result.speeds, 1e6 * result.norm[:, k]))
+    for k in range(0, len(result.forces), 2):
+        curves.append(curve(f"identified, {result.forces[k]}", at.speeds, 1e6 * at.measured[:, k], "dots"))
     return [Panel("Norm of the columns of R", "spin speed (Hz)", "|R_i| (um/N)", tuple(curves))]
 
 
-def reduction_panels(found: ModelReduction) -> list[Panel]:
+def reduction_panels(result: ModelReduction) -> list[Panel]:
     """Return frequencies and response of the full, the condensed and the 6-node model over the spin speed."""
     frequencies = []
-    for name, model in found.models.items():
-        speeds = np.tile(np.append(found.speeds, np.nan), len(model.frequencies))
+    for name, model in result.models.items():
+        speeds = np.tile(np.append(result.speeds, np.nan), len(model.frequencies))
         rows = np.hstack([np.append(row, np.nan) for row in model.frequencies])
         frequencies.append(Curve(name.replace("_", " "), speeds, rows))
-    responses = (curve(name.replace("_", " "), found.speeds, 1e3 * m.displacement) for name, m in found.models.items())
+    responses = (
+        curve(name.replace("_", " "), result.speeds, 1e3 * m.displacement) for name, m in result.models.items()
+    )
     return [
         Panel("Damped natural frequencies", "spin speed (rad/s)", "frequency (rad/s)", tuple(frequencies)),
         Panel("Largest response to 0.5 g m on D1", "spin speed (rad/s)", "amplitude (mm)", tuple(responses)),
     ]
 
 
-def force_at_touch(found: ContactLaws, law: str) -> Annotated[float, "N"]:
+def force_at_touch(result: ContactLaws, law: str) -> Annotated[float, "N"]:
     """Return the force of a contact law at the first touch (N), point A of Fig. 4.1."""
-    return found.laws[law].force_at_touch
+    return result.laws[law].force_at_touch
 
 
-def smallest_force(found: ContactLaws, law: str) -> Annotated[float, "N"]:
+def smallest_force(result: ContactLaws, law: str) -> Annotated[float, "N"]:
     """Return the smallest force of a contact law in a blow (N), point B of Fig. 4.1 if negative."""
-    return found.laws[law].smallest_force
+    return result.laws[law].smallest_force
 
 
-def law_panels(found: ContactLaws) -> list[Panel]:
+def law_panels(result: ContactLaws) -> list[Panel]:
     """Return force over penetration of each contact law in one blow."""
     curves = (
         curve(f"{name.replace('_', ' ')} ({loop.equation})", 1e6 * loop.penetration, 1e-3 * loop.force)
-        for name, loop in found.laws.items()
+        for name, loop in result.laws.items()
     )
     return [Panel("Contact laws in one blow", "penetration (um)", "force (kN)", tuple(curves))]
 

@@ -46,7 +46,7 @@ class Judged:
         Reason why it is missed or not computed.
     beside
         Results of other ways, which are not judged, by name.
-    converged, is_met_there
+    converged, converged_is_met
         The same on the model with more modes, and whether the statement is met there; None if not computed.
     robustness
         Whether the stated outcome is robust, and what flips it; empty if unknown.
@@ -61,7 +61,7 @@ class Judged:
     reason: str = ""
     beside: tuple[tuple[str, Computed], ...] = ()
     converged: Computed | None = None
-    is_met_there: bool | None = None
+    converged_is_met: bool | None = None
     robustness: str = ""
 
 
@@ -171,7 +171,7 @@ def jobs_of(statements: Statements, chosen: Iterable[Statement], folder: Path) -
 def judged(
     statement: Statement,
     statements: Statements,
-    found: Mapping[str, SourceResult],
+    by_source: Mapping[str, SourceResult],
     outcomes: Mapping[str, StoredOutcome] = MappingProxyType({}),
 ) -> Judged:
     """Return a statement with the verdict that follows from the answers of its sources.
@@ -179,19 +179,19 @@ def judged(
     `outcomes` states the robustness of outcomes of runs, by name.
     """
     tried = computations(statement, statements)
-    values = [found[way.source].values.get(way.request.key) for way in tried]
+    values = [by_source[way.source].values.get(way.request.key) for way in tried]
     verdict, chosen = judge(statement, [(value, way.reading) for value, way in zip(values, tried, strict=True)])
     if verdict is Verdict.PICTURE:
         return Judged(statement, verdict, statement.source)
     if verdict is Verdict.NOT_COMPUTED:
-        failed = (found[way.source].failures.get(way.request.key, "") for way in tried)
+        failed = (by_source[way.source].failures.get(way.request.key, "") for way in tried)
         return Judged(statement, verdict, reason=statement.missing or next(filter(None, failed), ""))
     way, ours = tried[chosen], values[chosen]
     reason = statement.why if verdict is Verdict.MISSED else ""
     others = alternatives(statement, statements)
-    displayed = [(other.reading, found[other.source].values.get(other.request.key)) for other in others]
+    displayed = [(other.reading, by_source[other.source].values.get(other.request.key)) for other in others]
     beside = tuple((how, value) for how, value in displayed if value is not None)
-    present = next((found[other.source].values.get(other.request.key) for other in on_converged(statement)), None)
+    present = next((by_source[other.source].values.get(other.request.key) for other in on_converged(statement)), None)
     return Judged(
         statement,
         verdict,
@@ -202,7 +202,7 @@ def judged(
         reason,
         beside,
         converged=present,
-        is_met_there=None if present is None else meets(statement, present),
+        converged_is_met=None if present is None else meets(statement, present),
         robustness=_robustness(statement, way.source, outcomes),
     )
 
@@ -262,8 +262,8 @@ def _named(counts: Counter[Verdict]) -> dict[str, int]:
     return {verdict.value: counts[verdict] for verdict in Verdict}
 
 
-def _as_dict(one: Judged) -> dict[str, Any]:
-    statement = one.statement
+def _as_dict(item: Judged) -> dict[str, Any]:
+    statement = item.statement
     return {
         "key": statement.key,
         "where": statement.where,
@@ -271,16 +271,16 @@ def _as_dict(one: Judged) -> dict[str, Any]:
         "stated": statement.value,
         "relation": statement.relation,
         "unit": statement.unit,
-        "ours": one.ours,
-        "ratios": list(one.ratios),
-        "verdict": one.verdict.value,
-        "reading": one.reading,
-        "reason": one.reason or statement.picture,
-        "converged": one.converged,
-        "met_on_converged": one.is_met_there,
-        "robustness": one.robustness,
-        "beside": [{"how": how, "value": value} for how, value in one.beside],
-        "source": one.source,
+        "ours": item.ours,
+        "ratios": list(item.ratios),
+        "verdict": item.verdict.value,
+        "reading": item.reading,
+        "reason": item.reason or statement.picture,
+        "converged": item.converged,
+        "met_on_converged": item.converged_is_met,
+        "robustness": item.robustness,
+        "beside": [{"how": how, "value": value} for how, value in item.beside],
+        "source": item.source,
         "quantity": statement.quantity,
         "arguments": dict(statement.arguments),
     }

@@ -57,12 +57,12 @@ def page(report: Report) -> str:
     """Return the text of the page."""
     environment = templates_of("source_check", "template")
     environment.globals.update(
-        stated=lambda one: stated_text(one.statement),
-        ours=lambda one: value_text(one.ours, one.statement.unit),
+        stated=lambda item: stated_text(item.statement),
+        ours=lambda item: value_text(item.ours, item.statement.unit),
         ratio=ratio_text,
         converged=converged_text,
         remark=remark_text,
-        tolerance=lambda one: tolerance_text(one.statement),
+        tolerance=lambda item: tolerance_text(item.statement),
         badge=lambda verdict: verdict.name.lower(),
     )
     chapters = [(chapter, tuple(sections(report, chapter))) for chapter in report.chapters]

@@ -106,8 +106,8 @@ def job_of(
     name: str, source: Source, quantities: str, requests: Sequence[QuantityRequest], folder: Path, code: str
 ) -> Job:
     """Return the job of a source; its key changes with scenario, parameters, requests, and code."""
-    ordered = tuple(sorted(set(requests), key=lambda one: one.key))
-    facts = [name, source.model_dump(mode="json"), _scenario_data(source), [one.key for one in ordered], code]
+    ordered = tuple(sorted(set(requests), key=lambda request: request.key))
+    facts = [name, source.model_dump(mode="json"), _scenario_data(source), [request.key for request in ordered], code]
     key = hashlib.sha256(json.dumps(facts, sort_keys=True, default=str).encode()).hexdigest()
     return Job(name, source, quantities, ordered, folder / FOLDER / f"{name}.json", key)
 
@@ -131,7 +131,7 @@ def answers(jobs: Sequence[Job], processes: int | None, progress: Progress) -> d
     OSError
         If an answer cannot be written.
     """
-    result = {job.name: answer for job in jobs if (answer := _kept(job)) is not None}
+    result = {job.name: answer for job in jobs if (answer := _stored(job)) is not None}
     open_jobs = [job for job in jobs if job.name not in result]
     progress(len(result), len(jobs))
     if open_jobs:
@@ -243,7 +243,7 @@ def _scenario_data(source: Source) -> Any:
     return read_scenario(source.scenario) if source.scenario else None
 
 
-def _kept(job: Job) -> SourceResult | None:
+def _stored(job: Job) -> SourceResult | None:
     try:
         data = json.loads(job.file.read_text(encoding="utf-8"))
         return _answer(data) if data["key"] == job.key else None

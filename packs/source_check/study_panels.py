@@ -12,41 +12,41 @@ from amb_analysis.studies.sensor_receptance import SensorReceptance
 from amb_analysis.studies.unbalance_records import UnbalanceResponse
 from amb_assessment.reporting.panels import Panel, curve
 
-SHOWN_MODES = 8
+DRAWN_MODES = 8
 
 
-def campbell_panels(found: CampbellDiagram) -> list[Panel]:
+def campbell_panels(result: CampbellDiagram) -> list[Panel]:
     """Return natural frequencies over the spin speed, and the line of synchronous speed."""
-    modes = [curve(f"mode {k}", found.speeds, mode.frequencies) for k, mode in enumerate(found.modes, start=1)]
-    synchronous = curve("synchronous", found.speeds, found.speeds, "dashed")
+    modes = [curve(f"mode {k}", result.speeds, mode.frequencies) for k, mode in enumerate(result.modes, start=1)]
+    synchronous = curve("synchronous", result.speeds, result.speeds, "dashed")
     return [Panel("Damped natural frequencies", "spin speed (rad/s)", "frequency (rad/s)", (*modes, synchronous))]
 
 
-def mode_panels(found: ModeShapes) -> list[Panel]:
+def mode_panels(result: ModeShapes) -> list[Panel]:
     """Return the shapes of the lowest four pairs of modes along the shaft."""
     return [
         Panel(
-            f"Mode shapes at {found.speed:g} rad/s",
+            f"Mode shapes at {result.speed:g} rad/s",
             "axial position (m)",
             "displacement in x",
             tuple(
-                curve(f"{_frequency(found, k):.1f} rad/s", found.z, _real(found.shapes[k].x))
-                for k in range(0, min(SHOWN_MODES, len(found.shapes)), 2)
+                curve(f"{_frequency(result, k):.1f} rad/s", result.z, _real(result.shapes[k].x))
+                for k in range(0, min(DRAWN_MODES, len(result.shapes)), 2)
             ),
         )
     ]
 
 
-def response_panels(found: UnbalanceResponse) -> list[Panel]:
+def response_panels(result: UnbalanceResponse) -> list[Panel]:
     """Return amplitudes over the spin speed."""
-    curves = tuple(curve(name, found.speeds, 1e3 * place.amplitude) for name, place in found.places.items())
+    curves = tuple(curve(name, result.speeds, 1e3 * place.amplitude) for name, place in result.places.items())
     return [Panel("Response to unbalance", "spin speed (rad/s)", "amplitude (mm)", curves)]
 
 
-def receptance_panels(found: SensorReceptance) -> list[Panel]:
+def receptance_panels(result: SensorReceptance) -> list[Panel]:
     """Return the norm of each column of the receptance over the spin speed (5.18)."""
-    norms = 1e6 * np.linalg.norm(found.receptance, axis=1)
-    curves = tuple(curve(name, found.speeds, norms[:, k]) for k, name in enumerate(found.forces))
+    norms = 1e6 * np.linalg.norm(result.receptance, axis=1)
+    curves = tuple(curve(name, result.speeds, norms[:, k]) for k, name in enumerate(result.forces))
     return [Panel("Norm of the columns of R", "spin speed (Hz)", "|R_i| (um/N)", curves)]
 
 
@@ -56,5 +56,5 @@ def _real(shape: Any) -> Any:
     return np.real(shape * np.conj(largest)) / abs(largest)
 
 
-def _frequency(found: ModeShapes, k: int) -> float:
-    return float(found.frequencies.speeds[found.speed].frequencies[k])
+def _frequency(result: ModeShapes, k: int) -> float:
+    return float(result.frequencies.speeds[result.speed].frequencies[k])

@@ -144,17 +144,17 @@ def critical_speeds(diagram: CampbellDiagram, count: int) -> Annotated[list[floa
     return [row.speed for row in diagram.critical_speeds if row.whirl == "forward"][:count]
 
 
-def rotor_mass(found: RotorLayout) -> Annotated[float, "kg"]:
+def rotor_mass(result: RotorLayout) -> Annotated[float, "kg"]:
     """Return the mass of the rotor (kg)."""
-    return found.mass
+    return result.mass
 
 
-def rotor_length(found: RotorLayout) -> Annotated[float, "m"]:
+def rotor_length(result: RotorLayout) -> Annotated[float, "m"]:
     """Return the length of the shaft (m)."""
-    return found.length
+    return result.length
 
 
-def column_norm(found: SensorReceptance, axis: int, frequency: float) -> Annotated[float, "m/N"]:
+def column_norm(result: SensorReceptance, axis: int, frequency: float) -> Annotated[float, "m/N"]:
     """Return the norm of a column of the receptance at a speed (Hz), S_i = |R_i| (m/N) (5.18)."""
-    at = int(np.argmin(np.abs(np.asarray(found.speeds) - frequency)))
-    return float(np.linalg.norm(found.receptance[at][:, axis]))
+    at = int(np.argmin(np.abs(np.asarray(result.speeds) - frequency)))
+    return float(np.linalg.norm(result.receptance[at][:, axis]))

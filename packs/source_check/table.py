@@ -43,17 +43,17 @@ def _chapter(report: Report, chapter: Chapter) -> Iterator[str]:
     yield from map(_line, report.of_chapter(chapter))
 
 
-def _line(one: Judged) -> str:
-    statement = one.statement
+def _line(item: Judged) -> str:
+    statement = item.statement
     return _row(
         statement.where,
         statement.what,
         stated_text(statement),
-        value_text(one.ours, statement.unit),
-        ratio_text(one),
-        converged_text(one),
-        one.verdict.value,
-        remark_text(one),
+        value_text(item.ours, statement.unit),
+        ratio_text(item),
+        converged_text(item),
+        item.verdict.value,
+        remark_text(item),
     )
 
 

@@ -32,32 +32,32 @@ def stated_text(statement: Statement) -> str:
     return RELATIONS[statement.relation] + value_text(statement.value, statement.unit)
 
 
-def ratio_text(one: Judged) -> str:
+def ratio_text(item: Judged) -> str:
     """Return the computed over the stated value: one number, or the smallest and the largest."""
-    if not one.ratios:
+    if not item.ratios:
         return "–"
-    low, high = f"{min(one.ratios):.3g}", f"{max(one.ratios):.3g}"
+    low, high = f"{min(item.ratios):.3g}", f"{max(item.ratios):.3g}"
     return low if low == high else f"{low} to {high}"
 
 
-def converged_text(one: Judged) -> str:
+def converged_text(item: Judged) -> str:
     """Return the value of the model with more modes, and whether it meets the statement."""
-    if one.is_met_there is None:
+    if item.converged_is_met is None:
         return "–"
-    return f"{value_text(one.converged, one.statement.unit)}, {'met' if one.is_met_there else 'not met'}"
+    return f"{value_text(item.converged, item.statement.unit)}, {'met' if item.converged_is_met else 'not met'}"
 
 
-def remark_text(one: Judged, known: str = "") -> str:
+def remark_text(item: Judged, omitted: str = "") -> str:
     """Return the reading of a verdict, the reason of a miss, or a remark; and the results of other ways.
 
     A reading that is `known` to the reader is omitted.
     """
     reading = (
-        one.reading if one.verdict in (Verdict.WITH_READING, Verdict.WITHIN_LIMIT) and one.reading != known else ""
+        item.reading if item.verdict in (Verdict.WITH_READING, Verdict.WITHIN_LIMIT) and item.reading != omitted else ""
     )
-    parts = [reading, one.reason or one.statement.picture, one.robustness]
-    if one.beside:
-        parts.append("; ".join(f"{how}: {value_text(value, one.statement.unit)}" for how, value in one.beside))
+    parts = [reading, item.reason or item.statement.picture, item.robustness]
+    if item.beside:
+        parts.append("; ".join(f"{how}: {value_text(value, item.statement.unit)}" for how, value in item.beside))
     return ". ".join(_capitalised(part) for part in parts if part)
 
 

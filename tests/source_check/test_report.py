@@ -87,7 +87,7 @@ def test_a_run_that_fails_is_told_and_ends_nothing_else(report):
 def test_a_force_is_judged_on_the_converged_model_too(report):
     """The rotor's modes beyond those of six planes take part in a blow: another force, in a column of its own."""
     force = next(item for item in report.judged if item.statement.key == "fig4_9.force")
-    assert force.is_met_there is False
+    assert force.converged_is_met is False
     assert abs(force.converged / force.ours - 1.0) > 0.002
     assert f"{force.converged:.4g} kN, not met" in markdown(report)
 

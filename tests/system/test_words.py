@@ -19,7 +19,7 @@ def _sources(folder):
     return [file for file in files if not FOREIGN & {*file.parts}]
 
 
-@pytest.mark.parametrize("folder", ["orchestrator", "applications", "libraries", "fmus"])
+@pytest.mark.parametrize("folder", ["orchestrator", "applications", "libraries", "fmus", "packs"])
 def test_vague_words_are_rare(folder):
     texts = [file.read_text(encoding="utf-8") for file in _sources(folder)]
     lines, words = sum(text.count("\n") for text in texts), sum(len(WORD.findall(text)) for text in texts)

@@ -26,7 +26,7 @@ from rotor_analysis.supported_rotor import SupportedRotor, supported_rotor
 
 POINTS = 251  # speeds of the curves
 FULL, CONDENSED, COARSE = "13_node", "condensed", "6_node"
-SHOWN = (FULL, CONDENSED, COARSE)
+DRAWN = (FULL, CONDENSED, COARSE)
 
 
 @dataclass(frozen=True, eq=False)
@@ -165,7 +165,7 @@ def reduction(*, up_to: Number = "500 rad/s", unbalance: Number = "0.5 g.m") -> 
     finest = rows[max(meshes, key=lambda model: len(meshes[model].shaft.nodes))]["consistent"]
     coarse_planes = tuple(range(1, len(rotor.masters) + 1))
     planes = {FULL: rotor.masters, CONDENSED: rotor.masters, COARSE: coarse_planes}
-    models = {model: _over_speed(built[model]["diagonal"], speeds, u, planes[model]) for model in SHOWN}
+    models = {model: _over_speed(built[model]["diagonal"], speeds, u, planes[model]) for model in DRAWN}
     response_errors = {
         model: float(100.0 * np.abs(models[model].displacement / models[FULL].displacement - 1.0).max())
         for model in (CONDENSED, COARSE)
@@ -208,18 +208,18 @@ def _rows(model: Matrices) -> Array:
     return np.array([damped_frequencies(model, speed, COUNT) for speed in SPEEDS])
 
 
-def _mean_error(model: SupportedRotor, found: Array, finest: Array, thesis: float | None) -> MeanError:
-    error = 100.0 * float(np.mean(np.abs(found / finest - 1.0)))
+def _mean_error(model: SupportedRotor, frequencies: Array, finest: Array, thesis: float | None) -> MeanError:
+    error = 100.0 * float(np.mean(np.abs(frequencies / finest - 1.0)))
     if model.model.size < 4 * len(model.nodes):
         return MeanError(error, thesis)
     return MeanError(error, thesis, *rigid_inertia(model.model, np.array(model.rotor.shaft.nodes)))
 
 
-def _beside(found: Array, printed: dict[str, list[float]]) -> dict[str, FrequenciesBeside]:
+def _beside(frequencies: Array, printed: dict[str, list[float]]) -> dict[str, FrequenciesBeside]:
     """Return computed and printed frequencies by speed."""
     return {
         speed: FrequenciesBeside(row, np.array(numbers), 100.0 * (row / np.array(numbers) - 1.0))
-        for row, (speed, numbers) in zip(found, printed.items(), strict=True)
+        for row, (speed, numbers) in zip(frequencies, printed.items(), strict=True)
     }
 
 

@@ -10,11 +10,11 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from amb_cosim.presentation.style import BLUE, DASHED, GREEN, ORANGE, TITLE_SIZE, StyledFigure
-from bath_thesis.studies.reduced_models import CONDENSED, FULL, SHOWN, ModelReduction
+from bath_thesis.studies.reduced_models import CONDENSED, DRAWN, FULL, ModelReduction
 
 MODEL_STYLES: dict[str, dict[str, Any]] = dict(
     zip(
-        SHOWN,
+        DRAWN,
         (
             {"color": "0.3", "lw": 1.0},
             {"color": ORANGE, "ls": ":", "lw": 1.8},
