@@ -67,24 +67,20 @@ def antinodes(shape: Array) -> list[tuple[int, slice]]:
 
 
 def lobe_masses(free: Matrices, shape: Array) -> list[tuple[int, float, float]]:
-    """Return for each lobe of a shape its antinode, counted from 0, its mass (kg), and its sign.
+    """Return for each lobe of a shape its antinode, counted from 0, its modal mass (kg), and its sign.
 
-    The mass of a node is that of half an element on either side: of one beside a zero, the other lobe has the part that
-    is beyond it. A node at the zero itself gives half of its mass to either lobe.
+    The modal mass is that of the rotor weighted by the shape:
+
+        m_l = sum over the nodes of lobe l of m_k |phi_k|                                         (2)
+
+    A mass near a zero of the shape hardly excites the mode, and hardly counts. So the masses depend neither on the mesh
+    about the zero nor on the rounding that decides on which side of it a node is.
     """
     along = np.zeros(free.size)
     rows = [free.translations[node][0] for node in sorted(free.translations)]
     along[rows] = 1.0
-    masses = (free.M @ along)[rows]
-    spans = antinodes(shape)
-    result = [float(masses[span].sum()) for _, span in spans]
-    for n, (_, span) in enumerate(spans[1:]):
-        before, after = span.start - 1, span.start
-        zero = abs(shape[before]) / (abs(shape[before]) + abs(shape[after]))  # of the element between them
-        moved = (0.5 - zero) * float(masses[before] if zero < 0.5 else masses[after])
-        result[n] -= moved
-        result[n + 1] += moved
-    return [(at, mass, float(np.sign(shape[at]))) for (at, _), mass in zip(spans, result, strict=True)]
+    weighted = (free.M @ along)[rows] * np.abs(shape)
+    return [(at, float(weighted[span].sum()), float(np.sign(shape[at]))) for at, span in antinodes(shape)]
 
 
 def _signs(shape: Array) -> Array:

@@ -94,7 +94,7 @@ def planes_of_unbalance(subject: Subject) -> dict[str, int]:
 def placed_unbalances(subject: Subject) -> list[PlacedUnbalance]:
     """Return the unbalance of the balancing grade placed for each mode.
 
-    Each lobe of the shape has its share by mass, at the plane within the lobe where the shape is largest. A lobe
+    Each lobe of the shape has its share by modal mass, at the plane within it where the shape is largest. A lobe
     without a plane leaves its share to the others, in proportion: the whole is always placed, and no part of it
     subtracts from another.
     """

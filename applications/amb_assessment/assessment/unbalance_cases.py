@@ -27,7 +27,7 @@ class UnbalanceCase:
     shape
         Its shape at the nodes, the largest 1.
     shares
-        Share of the total unbalance by node, with the sign of the shape: the mass of each lobe, at its antinode.
+        Share of the total unbalance by node, with the sign of the shape: the modal mass of each lobe, at its antinode.
     lobes
         First and last node of each lobe, in the order of `shares`.
     """

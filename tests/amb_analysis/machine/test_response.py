@@ -17,6 +17,7 @@ from rotor_analysis.reduction import unreduced
 from rotor_analysis.response import dynamic_stiffness, unbalance_vector
 from rotor_analysis.ross_file import read_ross
 from rotor_analysis.rotor import Rotor
+from rotor_analysis.shaft import Shaft
 from rotor_analysis.supported_rotor import SupportedRotor
 from tests.support.messages import raises_naming
 
@@ -82,33 +83,29 @@ def test_cross_coupling_pushes_along_a_forward_circle():
     np.testing.assert_allclose((-(2.0 * WHIRL) @ (backward * q) * (backward * velocity)).sum(axis=0), -2.0)
 
 
-def test_lobes_of_a_shape_share_the_mass_of_the_rotor():
+def test_lobes_alternate_and_a_rotor_that_moves_as_a_whole_has_its_mass():
     free = free_rotor("two_discs")
     _, shapes = critical_speeds(free, {1: 1e6, 7: 1e6}, 3)
-    masses = [lobe_masses(free, shape) for shape in shapes.T]
-    whole = free.M[::4, ::4].sum()
-    assert [len(of) for of in masses] == [1, 2, 3]
-    for of in masses:
-        assert sum(mass for _, mass, _ in of) == pytest.approx(whole)
-        assert all(a * b < 0.0 for (_, _, a), (_, _, b) in pairwise(of))
+    lobes = [lobe_masses(free, shape) for shape in shapes.T]
+    assert [len(of) for of in lobes] == [1, 2, 3]
+    assert all(a * b < 0.0 for of in lobes for (_, _, a), (_, _, b) in pairwise(of))
+    ((_, whole, _),) = lobe_masses(free, np.ones(len(shapes)))
+    assert whole == pytest.approx(free.M[::4, ::4].sum())
     assert [at for at, _ in antinodes(np.array([0.1, 0.4, -0.2, -0.6, -0.1]))] == [1, 3]
 
 
 @pytest.mark.parametrize("rounding", [-1e-16, 0.0, 1e-16])
-def test_a_mass_at_a_node_of_a_mode_goes_to_both_lobes_alike(rounding):
-    """The middle of a symmetric shaft does not move in its conical mode: rounding must not choose a lobe."""
-    free = free_rotor("two_discs")
-    count = len(free.translations)
-    shape = np.linspace(-1.0, 1.0, count)
-    shape[count // 2] = rounding
-    along = np.zeros(free.size)
-    rows = [free.translations[node][0] for node in sorted(free.translations)]
-    along[rows] = 1.0
-    masses = (free.M @ along)[rows]
-    (_, first, low), (_, second, high) = lobe_masses(free, shape)
+@pytest.mark.parametrize("elements", [10, 20])
+def test_modal_masses_of_a_tilting_shaft_are_those_of_two_levers(elements, rounding):
+    """m_l = integral of rho A |z - z_0| dz = rho A a^2/2 of either arm a, for any mesh and any sign of the zero."""
+    z = np.linspace(0.0, 1.0, elements + 1)
+    bar = Rotor("bar", Shaft(tuple(z), (0.05,), youngs_modulus=2.1e11, density=7850.0, poissons_ratio=0.3))
+    shape = z - 0.3
+    shape[3 * elements // 10] = rounding
+    (_, first, low), (_, second, high) = lobe_masses(assemble(bar), shape)
+    per_length = 7850.0 * 0.25 * np.pi * 0.05**2
     assert (low, high) == (-1.0, 1.0)
-    assert first == pytest.approx(masses[: count // 2].sum() + 0.5 * masses[count // 2])
-    assert first + second == pytest.approx(masses.sum())
+    assert (first, second) == (pytest.approx(0.5 * per_length * 0.3**2), pytest.approx(0.5 * per_length * 0.7**2))
 
 
 def test_springs_that_do_not_hold_the_rotor_are_refused():
