@@ -1,0 +1,219 @@
+"""What must not change a verdict: mirror, mesh, units, samples, speed range, twice the unbalance; and what must."""
+
+from __future__ import annotations
+
+import re
+import shutil
+from functools import partial
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+from machine_variants import halved, in_other_units, mirrored, read, toml_text
+from slow import slow_but_first
+
+from amb_cosim.assessment import stability
+from amb_cosim.assessment.analyses import closed_loop, cross_coupling, envelope, robustness, sensitivity, unbalance
+from amb_cosim.assessment.assess import OF_LEVITATION, assess
+from amb_cosim.assessment.findings import Judgement
+from amb_cosim.assessment.machine_file import load_machine
+from amb_cosim.assessment.unbalance_cases import response_speeds
+from amb_cosim.commands.cli import main
+from rotor_analysis.packaged_rotors import rotor_path
+from tests.support.messages import assert_names
+
+BLOWER = Path(__file__).parent / "blower"
+LINEAR = ("closed_loop", "cross_coupling", "unbalance", "envelope")
+MARGINS = ("sensitivity", "robustness")
+ACCURACY = 2e-3  # of two values with 0.1 % each, docs/how-to/assess.md
+OF_UNBALANCE = ("probe_displacement", "current_demand", "slew_demand")
+SAMPLES = (
+    (stability, "SPEEDS"),
+    (closed_loop, "POINTS"),
+    (closed_loop, "SPEEDS_OF_ALL_MODES"),
+    (cross_coupling, "POINTS"),
+    (envelope, "POINTS"),
+    (sensitivity, "SPEEDS"),
+    (robustness, "SPEEDS"),
+    (robustness, "OPERATING"),
+)
+
+
+def blower(folder):
+    """Copy the files of the blower."""
+    shutil.copytree(BLOWER, folder, dirs_exist_ok=True)
+
+
+def damped_expander(folder):
+    """Write the packaged turbo-expander with twice the damping of its shaft, so that it levitates at all speeds."""
+    rotor = read(rotor_path("turbo_expander"))
+    rotor["damping"]["modal"] = 0.002
+    (folder / "rotor.toml").write_text(toml_text(rotor), encoding="utf-8")
+    data = load_machine("turbo_expander").model_dump(mode="json", exclude_unset=True, exclude_none=True)
+    (folder / "machine.toml").write_text(toml_text(data | {"rotor": "rotor.toml"}), encoding="utf-8")
+
+
+MACHINES = {"turbo_expander": damped_expander, "blower": blower}
+"""Writers of machine files, of their rotors, and of what they refer to."""
+
+
+@pytest.fixture(scope="module", params=slow_but_first(MACHINES))
+def machine(request, tmp_path_factory):
+    folder = tmp_path_factory.mktemp(request.param)
+    MACHINES[request.param](folder)
+    return folder
+
+
+def values(machine, parts, change=lambda file: file):
+    """Return value and verdict of each finding, by criterion and quantity, in the order of the values."""
+    assessment = assess(change(load_machine(machine / "machine.toml")), only=parts)
+    assert not assessment.unanswered
+    result = {}
+    for item in assessment.findings:
+        key = (item.criterion.key if item.criterion else "", item.measured.quantity)
+        result.setdefault(key, []).append((float(item.measured.value), item.verdict))
+    return {key: sorted(found) for key, found in result.items()}
+
+
+@pytest.fixture(scope="module")
+def linear(machine):
+    return values(machine, LINEAR)
+
+
+@pytest.fixture(scope="module")
+def margins(machine):
+    return values(machine, MARGINS)
+
+
+def with_rotor(change, machine, folder):
+    """Copy the machine with another description of its rotor."""
+    shutil.copytree(machine, folder, dirs_exist_ok=True)
+    (folder / "rotor.toml").write_text(toml_text(change(read(machine / "rotor.toml"))), encoding="utf-8")
+    return folder
+
+
+def with_other_units(machine, folder):
+    """Copy the machine with its values in other units; a rotor file has SI units alone."""
+    for path in machine.glob("*.toml"):
+        text = path.read_text(encoding="utf-8")
+        changed = in_other_units(text)
+        assert (changed == text) == (path.name == "rotor.toml")
+        (folder / path.name).write_text(changed, encoding="utf-8")
+    return folder
+
+
+DESCRIPTIONS = {
+    "mirrored": partial(with_rotor, mirrored),
+    "finer mesh": partial(with_rotor, halved),
+    "other units": with_other_units,
+}
+
+
+def assert_alike(found, reference, factors=None):
+    """Assert the same verdicts and values; factors by quantity; of moduli of poles the distance from 1 counts."""
+    assert found.keys() == reference.keys()
+    for key, expected in reference.items():
+        assert [verdict for _, verdict in found[key]] == [verdict for _, verdict in expected], key
+        offset, factor = float("spectral_radius" in key[1]), (factors or {}).get(key[1], 1.0)
+        numbers = [factor * (value - offset) for value, _ in expected]
+        assert [value - offset for value, _ in found[key]] == pytest.approx(numbers, rel=ACCURACY, abs=1e-9), key
+
+
+def doubled_samples(monkeypatch):
+    for module, name in SAMPLES:
+        monkeypatch.setattr(module, name, 2 * getattr(module, name) - 1)
+    monkeypatch.setattr(unbalance, "response_speeds", lambda subject: response_speeds(subject, 319))
+
+
+@pytest.mark.parametrize("description", DESCRIPTIONS)
+def test_another_description_of_a_machine_changes_no_verdict(description, machine, linear, tmp_path):
+    assert_alike(values(DESCRIPTIONS[description](machine, tmp_path), LINEAR), linear)
+
+
+def test_twice_the_samples_change_no_verdict(machine, linear, monkeypatch):
+    doubled_samples(monkeypatch)
+    assert_alike(values(machine, LINEAR), linear)
+
+
+def test_twice_the_unbalance_doubles_linear_parts_alone(machine, linear, monkeypatch):
+    """Shares of clearances are scaled to the probe limit, so they grow where the response is beyond it alone."""
+    monkeypatch.setattr(unbalance, "FACTOR", 2.0 * unbalance.FACTOR)
+
+    def doubled(file):
+        return file.model_copy(update={"balancing": type(file.balancing)(grade=2.0 * file.balancing.speed)})
+
+    found = values(machine, LINEAR, doubled)
+    for quantity in OF_UNBALANCE:
+        for key in (key for key in linear if key[1] == quantity):
+            assert [value for value, _ in found[key]] == pytest.approx([2.0 * value for value, _ in linear[key]])
+    others = {key: of for key, of in linear.items() if key[1] not in (*OF_UNBALANCE, "clearance_share")}
+    assert_alike({key: found[key] for key in others}, others)
+
+
+def test_a_narrower_range_of_speeds_changes_no_verdict(machine, linear):
+    """The least decrement and the largest displacement of a part of the range are not worse than those of the whole."""
+
+    def narrowed(file):
+        lowest = file.speed.lowest + 0.1 * (file.speed.highest - file.speed.lowest)
+        return file.model_copy(update={"speed": file.speed.model_copy(update={"minimum": lowest})})
+
+    found = values(machine, LINEAR, narrowed)
+    assert {key: [v for _, v in of] for key, of in found.items()} == {
+        key: [v for _, v in of] for key, of in linear.items()
+    }
+    for key, expected in linear.items():
+        if key[1] in ("current_demand", "slew_demand", "spectral_radius"):
+            assert_alike({key: found[key]}, {key: expected})
+        if key[1] == "probe_displacement":
+            assert all(a <= b * (1.0 + ACCURACY) for (a, _), (b, _) in zip(found[key], expected, strict=True))
+        if key[1].startswith("decrement"):
+            assert found[key][0][0] >= expected[0][0] * (1.0 - ACCURACY)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("description", DESCRIPTIONS)
+def test_another_description_of_a_machine_changes_no_margin(description, machine, margins, tmp_path):
+    assert_alike(values(DESCRIPTIONS[description](machine, tmp_path), MARGINS), margins)
+
+
+@pytest.mark.slow
+def test_twice_the_samples_change_no_margin(machine, margins, monkeypatch):
+    doubled_samples(monkeypatch)
+    assert_alike(values(machine, MARGINS), margins)
+
+
+def test_a_resonance_within_the_range_is_missed():
+    """The blower's response has a peak at about 33,000 1/min, which is far above its own speeds."""
+    file = load_machine(BLOWER / "machine.toml")
+    within = {"minimum": "30000 rpm", "maximum": "34000 rpm", "trip": "35700 rpm"}
+    faster = file.model_copy(update={"speed": file.speed.model_copy(update=within)})
+    verdicts = []
+    for of in (file, faster):
+        found = assess(of, only=["unbalance"])
+        assert not found.unanswered
+        verdicts.append({item.criterion.key for item in found.missed})
+    assert verdicts[0] == set()
+    assert "critical_in_range" in verdicts[1]
+
+
+EXCHANGED = {"bearings": ("probe_a", "probe_b"), "axes": (".x", ".y")}
+
+
+@pytest.mark.parametrize("pair", EXCHANGED.values(), ids=EXCHANGED)
+def test_exchanged_sensors_leave_levitation_not_answered(pair, tmp_path):
+    pytest.importorskip("plotly")
+    blower(tmp_path)
+    law = tmp_path / "controller.toml"
+    text = law.read_text(encoding="utf-8")
+    swapped = dict([pair, pair[::-1]])
+    sources = re.compile(r"^from = .*$", re.MULTILINE)
+    either = re.compile("|".join(map(re.escape, pair)))
+    law.write_text(sources.sub(lambda line: either.sub(lambda of: swapped[of[0]], line[0]), text), encoding="utf-8")
+    found = assess(tmp_path / "machine.toml", only=["closed_loop", *OF_LEVITATION])
+    verdicts = {item.criterion.key: item.verdict for item in found.findings if item.criterion}
+    assert verdicts["stable"] is Judgement.MISSED
+    assert set(found.unanswered) == OF_LEVITATION
+    command = ["assess", str(tmp_path / "machine.toml"), "--no-pdf", "-o", str(tmp_path / "page"), "--only", "landing"]
+    ended = CliRunner().invoke(main, command)
+    assert ended.exit_code == 1
+    assert_names(ended.output, "landing", "not answered")
