@@ -15,6 +15,7 @@ from amb_cosim.commands.options import FLAVOUR, SPEED, WithUnit
 from amb_cosim.cosim.basics.choices import Flavour
 
 if TYPE_CHECKING:
+    from amb_assessment.first_design.design import Design
     from amb_assessment.first_design.sizing import Drive, MagnetData
 
 APART = 1.8  # factor above which constants of a magnet are questioned
@@ -62,7 +63,6 @@ def new(
     The rotor comes from a file, or is a plain shaft with a mass and a length. Missing values are prompted for.
     """
     from amb_assessment.first_design.files import new_machine
-    from amb_assessment.first_design.levitation import WANTED_BEYOND, WANTED_IN_RANGE
     from amb_cosim.cosim.system.values import quantity
 
     with refusing():
@@ -90,7 +90,7 @@ def new(
     )
     if magnet is not None:
         click.echo(_assumed(magnet))
-    click.echo(_lag(made.gains.frequency, made.sample_time))
+    click.echo(_lag(made.design))
     if not sizes.retainers:
         click.echo("the rotor has no retainers and cannot land; add them to rotor.toml as [[sites]] with a bearing")
     if "bearings" in made.assumed:
@@ -101,12 +101,7 @@ def new(
         click.echo(
             "no windage is assumed: without spin.drag in levitation.toml only retainers slow a rotor without drive"
         )
-    gains = made.gains
-    click.echo(
-        f"levitates with K_b = {gains.k_b:.3g} N/m, C_b = {gains.c_b:.3g} N s/m: damping ratios are at least "
-        f"{gains.in_range:.3g} within the range of speed ({WANTED_IN_RANGE:g} is wanted) and {gains.beyond:.3g} beyond "
-        f"({WANTED_BEYOND:g}); nearest to the target is {gains.least_damped}"
-    )
+    _echo_design(made.design)
     first = folder / ("landing.toml" if sizes.retainers else "levitation.toml")
     click.echo(f"wrote {folder}; next: amb-cosim run {first}")
 
@@ -146,13 +141,28 @@ def _assumed(magnet: MagnetData) -> str:
     return f"of the data sheet: {constants}; {way} ({magnet.drive} drive)"
 
 
-def _lag(omega: float, sample_time: float) -> str:
+def _echo_design(design: Design) -> None:
+    """Print gains, sensitivity and damping of a design, and what it lacks."""
+    loop, pid = design.loop, design.pid
+    for bearing, k_b in pid.k_b.items():
+        click.echo(f"bearing {bearing}: K_b = {k_b:.3g} N/m, C_b = {pid.c_b[bearing]:.3g} N s/m")
+    click.echo(
+        f"levitates: sensitivity at most {loop.peak.value:.3g}, zone {loop.zone} ({loop.peak.axis}, "
+        f"{loop.peak.frequency:.0f} Hz), and {loop.peak_beyond.value:.3g} above 2 kHz; damping ratios at least "
+        f"{loop.damping}"
+    )
+    for lack in design.shortfalls:
+        click.echo(f"lacks: {lack}")
+
+
+def _lag(design: Design) -> str:
     """Return the assumed lag of amplifier, filter and computer at the vibration that is nearest to its target.
 
     A first-order amplifier lags by atan(f/f_b); a demand that is held for a sample, a sample late, by 1.5 T.
     """
     from amb_assessment.first_design.sizing import BANDWIDTH
 
+    omega, sample_time = design.loop.frequency, design.sample_time
     hertz = omega / (2.0 * math.pi)
     amplifier, computer = math.degrees(math.atan(hertz / BANDWIDTH)), 540.0 * hertz * sample_time
     return (

@@ -6,14 +6,14 @@ import math
 import shutil
 import tempfile
 import tomllib
-from contextlib import nullcontext, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from string import Template
 
-from amb_assessment.first_design.levitation import Gains, OperatingPoint, best_gains, candidates, operating_points
+from amb_assessment.first_design.design import Design, first_design
+from amb_assessment.first_design.levitation import OperatingPoint, operating_points
 from amb_assessment.first_design.rotor_text import damping, require_name, supports
-from amb_assessment.first_design.sizing import BANDWIDTH, SAMPLE_TIMES, MachineSizes, MagnetData, machine_sizes
+from amb_assessment.first_design.sizing import BANDWIDTH, MachineSizes, MagnetData, machine_sizes
 from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.cosim.system.values import RPM
 from amb_cosim.scenario.gravity import STANDARD_GRAVITY
@@ -28,10 +28,8 @@ FALL = "landing.toml"  # the base scenario of those with a drop
 
 @dataclass(frozen=True)
 class NewMachine:
-    """Written files: the folder, the sizes, the operating points by bearing, and the gains that levitate it.
+    """Written files: the folder, the sizes, the operating points by bearing, and the controller's design.
 
-    sample_time
-        Of the controller (s).
     typical
         K_i and K_s of a magnet of the first design.
     assumed
@@ -43,8 +41,7 @@ class NewMachine:
     sizes: MachineSizes
     typical: MagnetData
     points: dict[str, OperatingPoint]
-    sample_time: float
-    gains: Gains
+    design: Design
 
 
 def new_machine(
@@ -100,28 +97,19 @@ def new_machine(
         sizes = machine_sizes(load_rotor(file), speed, magnet)
         typical = machine_sizes(load_rotor(file), speed).magnet
         points = operating_points(sizes)
-        sample_time, gains = _first_that_levitates(draft, folder.name, sizes, points, flavour)
+
+        def fill(design: Design) -> Path:
+            _fill(draft, _values(folder.name, sizes, points, design), bool(sizes.retainers))
+            return draft / "levitation.toml"
+
+        design = first_design(sizes, fill, flavour)
         if not bare.bearings:
-            _rotor_of(file, rotor + supports(bare, bearings, gains.k_b, gains.c_b))
-        _fill(draft, _values(folder.name, sizes, points, sample_time, gains), bool(sizes.retainers))
+            _rotor_of(file, rotor + supports(bare, bearings, design.pid.k_b, design.pid.c_b))
+        fill(design)
         folder.parent.mkdir(parents=True, exist_ok=True)
         shutil.move(draft, folder)
     assumed = {"bearings": not bare.bearings, "damping": not has_damping}
-    return NewMachine(
-        folder, tuple(part for part, is_so in assumed.items() if is_so), sizes, typical, points, sample_time, gains
-    )
-
-
-def _first_that_levitates(
-    draft: Path, name: str, sizes: MachineSizes, points: dict[str, OperatingPoint], flavour: Flavour
-) -> tuple[float, Gains]:
-    """Return the first sample time (s) with gains that levitate the machine at one sample of delay, and the gains."""
-    for sample_time in SAMPLE_TIMES:
-        first = Gains(*candidates(sizes)[0], 0.0, 0.0)
-        _fill(draft, _values(name, sizes, points, sample_time, first), bool(sizes.retainers))
-        with suppress(ValueError) if sample_time != SAMPLE_TIMES[-1] else nullcontext():
-            return sample_time, best_gains(draft / "levitation.toml", sizes, flavour)
-    raise AssertionError
+    return NewMachine(folder, tuple(part for part, is_so in assumed.items() if is_so), sizes, typical, points, design)
 
 
 def _rotor_of(file: Path, text: str) -> Rotor:
@@ -160,9 +148,21 @@ def _first_bending(rotor: Rotor) -> float:
     return float(free_modes(full.M[::2, ::2], full.K[::2, ::2])[0][0] / (2.0 * math.pi))
 
 
-def _values(
-    name: str, sizes: MachineSizes, points: dict[str, OperatingPoint], sample_time: float, gains: Gains
-) -> dict[str, str]:
+def _does(design: Design) -> str:
+    """Return behaviour and shortfalls of the sampled loop of a design as Markdown; nothing before they are computed."""
+    loop = design.levitation
+    if loop is None:
+        return ""
+    peak = loop.peak
+    text = (
+        f"The largest sensitivity of the sampled loop up to the trip speed is {peak.value:.3g}, zone {loop.zone} of "
+        f"ISO 14839-3 ({peak.axis},\n{peak.frequency:.0f} Hz), and {loop.peak_beyond.value:.3g} above 2 kHz. The "
+        f"smallest damping ratio of its vibrations is\n{loop.damping}."
+    )
+    return "\n".join((text, *(f"\n- {lack}" for lack in design.shortfalls)))
+
+
+def _values(name: str, sizes: MachineSizes, points: dict[str, OperatingPoint], design: Design) -> dict[str, str]:
     """The texts that fill the templates."""
     r = 0.5 * sizes.diameter
     race_inertia, race_drag = 0.01 * sizes.mass * r**2, 0.0015 * 0.5 * sizes.mass * STANDARD_GRAVITY * r
@@ -170,6 +170,8 @@ def _values(
         f'"{site.name}.race_inertia" = "{race_inertia:.5g} kg.m2"\n"{site.name}.race_drag" = "{race_drag:.5g} N.m"'
         for site in sizes.retainers
     ]
+    pid = design.pid
+    gains = [f'"{b}.k_b_?" = "{k:.5g} N/m"\n"{b}.c_b_?" = "{pid.c_b[b]:.5g} N.s/m"' for b, k in pid.k_b.items()]
     rows = [
         f"| {bearing} | {sizes.loads[bearing]:.4g} N | {p.static_current:.4g} A | {p.k_s:.4g} N/m | {p.k_i:.4g} N/A |"
         for bearing, p in points.items()
@@ -182,6 +184,9 @@ def _values(
         "friction": '"*.mu" = 0.12  # steel on steel, lubricated' if races else "# no retainers",
         "bearing_rows": "\n".join(rows),
         "of_magnets": _of_magnets(sizes),
+        "gains": "\n".join(gains),
+        "bearings": ", ".join(f"{b} {k:.3g} N/m and {pid.c_b[b]:.3g} N s/m" for b, k in pid.k_b.items()),
+        "does": _does(design),
         "of_limits": "".join(f'\n"{b}.i_max_?" = "{c.bias_current:.5g} A"' for b, c in sizes.coils.items()),
         "first_bending": f"{_first_bending(sizes.rotor):.0f}",
     }
@@ -190,13 +195,10 @@ def _values(
         "rpm": sizes.speed * RPM,
         "slow_rpm": 0.05 * sizes.speed * RPM,
         "least_rpm": 0.8 * sizes.speed * RPM,
-        "k_b": gains.k_b,
-        "c_b": gains.c_b,
-        "cross_coupling": 0.01 * gains.k_b,
-        "in_range": gains.in_range,
-        "beyond": gains.beyond,
+        "derivative_time": 1e6 * pid.derivative_time,
+        "cross_coupling": 0.01 * min(pid.k_b.values()),
         "clearance_mm": 1e3 * sizes.clearance,
-        "sample_time": 1e6 * sample_time,
+        "sample_time": 1e6 * design.sample_time,
         "turns": sizes.turns,
         "pole_area": 1e4 * sizes.pole_area,
         "gap": 1e3 * sizes.gap,

@@ -1,27 +1,63 @@
-"""Gains that levitate a first design: the best closed-loop stiffness and damping of a grid."""
+"""The PID of a first design: stiffness and damping of each bearing, and the derivative's filter, by the sampled loop.
+
+The search minimises the sum of all shortfalls from wanted values (index w):
+
+    4 sum max(0, |S|/S_w - 1) + sum max(0, 1 - zeta/zeta_w) + sum max(0, k_w/k - 1),   k = K_b/K_s      (1)
+
+over the largest |S| up to 2 kHz and above, the smallest damping ratio of vibrations within the range of speed, up to
+twice the trip speed, and above, and the stiffness of each bearing. At low frequency |S| is K_s/K_b, and the rotor
+drifts away if the magnets have more than the K_b + K_s of the controller.
+
+A grid with the same ratios in all bearings comes first, then a simplex search from its best (J. A. Nelder, R. Mead,
+Computer Journal 7 (1965) 308-313). It has no random numbers: a drawing always gets the same design.
+"""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import product
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, NamedTuple
 
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import OptimizeResult, minimize
+
+from amb_analysis.linear.loop import Loop
 from amb_analysis.machine.machine import Machine
-from amb_analysis.studies.closed_loop_poles import OVERDAMPED, vibrations
+from amb_analysis.studies.closed_loop_poles import vibrations
+from amb_analysis.studies.stability_margin import ZONES
+from amb_assessment.first_design.loop_search import LoopSearch, Peak, damping_ratios
 from amb_assessment.first_design.sizing import MachineSizes
 from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.cosim.system.values import RPM
 from amb_cosim.design.magnetic_bearing import axis_parameters, linearisation, static_current_for
+from amb_cosim.results.component_names import CONTROLLER
 from amb_cosim.scenario.scenario import load_scenario
 from amb_cosim.scenario.simulation import prepare
+from array_types import Array
+from rotor_analysis.rotor import Rotor
 
-STIFFNESSES = (0.3, 0.5, 0.75, 1.0, 1.5)  # over K_s
-DAMPING_RATIOS = (0.2, 0.35, 0.5, 0.75)  # of the rotor's share on a bearing
-SPEEDS = (0.02, 0.35, 0.7, 1.0)  # over the highest
-RANGE = 1.2  # of the highest speed
-WANTED_IN_RANGE, WANTED_BEYOND = 0.1, 0.002  # damping ratios
+STIFFNESSES = (0.75, 1.1, 1.6)  # k = K_b/K_s of the grid
+LEADS = (0.4, 0.8, 1.6, 3.2)  # C_b/(K_b + K_s) of the grid over 1 ms
+FILTERS = (0.2, 2.0)  # derivative's filter of the grid, over the sample time
+TRIP = 1.05  # of the highest speed, as in machine files
+SEARCHED = (0.0, 0.6, TRIP)  # speeds of the search over the highest
+JUDGED = (0.0, 0.4, 0.8, 1.0, TRIP)  # speeds of the verdict over the highest
+RANGE = 1.2  # of the highest speed, up to which unbalance excites vibrations
+WITHIN_RANGE, WITHIN_TWICE, BEYOND = 0.1, 0.02, 0.002  # wanted damping ratios
+MODES = 20  # whose own damping is examined
+LEFT = 0.5  # of the rotor's own damping, wanted beyond if that is less
+PEAK, PEAK_BEYOND = 2.6, 4.0  # wanted |S| up to 2 kHz, with reserve to zone A, and above
+OF_PEAKS = 4.0  # weight of sensitivities
+STIFFNESS = 0.7  # wanted K_b/K_s: |S| is then 3.8 at rest with 15 % more K_s, 10 % less K_i and 5 % less gap
+BOUNDS = ((0.3, 5.0), (0.1, 8.0), (0.02, 20.0))  # of k, leads and filters of the search
+STARTS, EVALUATIONS = 2, 120  # of simplex searches, from the best of the grid; of each
+UNSTABLE = 1e3
+BANDS = ("within the range of speed", "up to twice the trip speed", "beyond")
 
 
 @dataclass(frozen=True)
@@ -34,34 +70,79 @@ class OperatingPoint:
 
 
 @dataclass(frozen=True)
-class Gains:
-    """Stiffness and damping of the closed bearings, and the smallest damping ratios of vibrations with them.
+class Pid:
+    """Stiffness (N/m) and damping (N s/m) of the closed bearings by name, and time constant of the derivative (s)."""
 
-    in_range, beyond
-        Smallest damping of vibrations up to 1.2 times the highest speed, which unbalance excites, and above; -1 of a
-        rotor that drifts away without vibration.
+    k_b: dict[str, float]
+    c_b: dict[str, float]
+    derivative_time: float
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        """Parameters of the controller by name."""
+        gains = {"k_b": self.k_b, "c_b": self.c_b}
+        axes = {f"{b}.{name}_{a}": value for name, of in gains.items() for b, value in of.items() for a in "xy"}
+        return {**axes, "derivative_time": self.derivative_time}
+
+
+@dataclass(frozen=True)
+class Levitation:
+    """The sampled loop from standstill to the trip speed.
+
+    in_range, within_twice, beyond
+        Smallest damping ratios of vibrations up to 1.2 times the highest speed, which unbalance excites, up to twice
+        the trip speed, and above.
     frequency, speed
-        Frequency of the vibration that is furthest below its target, and its speed.
+        Frequency and spin speed of the vibration, or of the growing motion, that is furthest below its target.
+    peak, peak_beyond
+        Largest sensitivity up to 2 kHz and above; infinite for a loop that is not stable.
+    wanted
+        Wanted damping ratios in the three bands.
+    motion
+        The growing motion in words; empty if the loop is stable.
     """
 
-    k_b: Annotated[float, "N/m"]
-    c_b: Annotated[float, "N.s/m"]
     in_range: float
+    within_twice: float
     beyond: float
-    frequency: Annotated[float, "rad/s"] = math.nan
-    speed: Annotated[float, "rad/s"] = math.nan
+    frequency: Annotated[float, "rad/s"]
+    speed: Annotated[float, "rad/s"]
+    peak: Peak
+    peak_beyond: Peak
+    wanted: tuple[float, float, float]
+    motion: str = ""
+
+    @property
+    def is_stable(self) -> bool:
+        """Whether no motion grows."""
+        return not self.motion
+
+    @property
+    def zone(self) -> str:
+        """Zone of ISO 14839-3 of the largest sensitivity."""
+        return next(zone for zone, limit in ZONES.items() if self.peak.value <= limit)
 
     @property
     def least_damped(self) -> str:
-        """Description of the least damped vibration, or of a growing drift without vibration."""
-        if min(self.in_range, self.beyond) < -OVERDAMPED:
-            return f"a drift without vibration at {self.speed * RPM:.0f} rpm"
-        return f"the vibration at {self.frequency / (2.0 * math.pi):.0f} Hz at {self.speed * RPM:.0f} rpm"
+        """Description of the vibration that is furthest below its target, or of the growing motion."""
+        what = self.motion or f"the vibration at {self.frequency / (2.0 * math.pi):.0f} Hz"
+        return f"{what} at {self.speed * RPM:.0f} rpm"
 
     @property
-    def quality(self) -> float:
-        """The smaller of the two over its target; above 0 the rotor levitates, at 1 it is well damped."""
-        return min(self.in_range / WANTED_IN_RANGE, self.beyond / WANTED_BEYOND)
+    def damping(self) -> str:
+        """Smallest damping ratio of each band with a vibration, in words."""
+        bands = zip(BANDS, self.ratios, strict=True)
+        return ", ".join(f"{zeta:.3g} {band}" for band, zeta in bands if zeta < 1.0)
+
+    @property
+    def lack(self) -> float:
+        """The sum (1) without its stiffness; 0 if the loop has all that is wanted."""
+        return UNSTABLE if self.motion else _lack(self.peak.value, self.peak_beyond.value, self.ratios, self.wanted)
+
+    @property
+    def ratios(self) -> tuple[float, float, float]:
+        """Smallest damping ratios in the three bands."""
+        return self.in_range, self.within_twice, self.beyond
 
 
 def operating_points(sizes: MachineSizes) -> dict[str, OperatingPoint]:
@@ -80,61 +161,160 @@ def _point(sizes: MachineSizes, bearing: str, load: float) -> OperatingPoint:
     return OperatingPoint(float(p.static_current), float(at_rest.k_s), float(at_rest.k_i))
 
 
-def candidates(sizes: MachineSizes) -> list[tuple[float, float]]:
-    """Return stiffnesses K_b (N/m) and damping C_b (N s/m) to try: K_b over K_s, and C_b = 2 zeta sqrt(K_b m/n)."""
-    k_s, share = max(point.k_s for point in operating_points(sizes).values()), sizes.mass / len(sizes.loads)
-    return [
-        (ratio * k_s, 2.0 * zeta * math.sqrt(ratio * k_s * share))
-        for ratio, zeta in product(STIFFNESSES, DAMPING_RATIOS)
-    ]
+def pid_of(k_s: dict[str, float], ratios: Sequence[float], sample_time: float) -> Pid:
+    """Return the PID with K_b = k K_s, C_b = t (K_b + K_s).
+
+    Parameters
+    ----------
+    k_s
+        Of the bearings (N/m).
+    ratios
+        k (1) and t (ms) of each bearing, and the derivative's filter over the sample time.
+    sample_time
+        Of the controller (s).
+    """
+    k, lead = np.reshape(ratios[:-1], (-1, 2)).T
+    k_b = {bearing: float(k[n] * value) for n, (bearing, value) in enumerate(k_s.items())}
+    c_b = {bearing: float(1e-3 * lead[n] * (k_b[bearing] + value)) for n, (bearing, value) in enumerate(k_s.items())}
+    return Pid(k_b, c_b, float(ratios[-1] * sample_time))
 
 
-def gains_of(scenario: Path, k_b: float, c_b: float, speed: float, flavour: Flavour) -> Gains:
-    """Return the least damping ratios of the vibrations of the sampled loop up to a speed (rad/s).
+def wanted_ratios(rotor: Rotor) -> tuple[float, float, float]:
+    """Return the wanted damping ratios in the three bands: beyond, at most half the rotor's own, if it has any."""
+    own = float(rotor.damping.ratios(MODES).min())
+    return WITHIN_RANGE, WITHIN_TWICE, min(BEYOND, LEFT * own) if own > 0.0 else BEYOND
+
+
+def levitation_of(loop: Loop, speed: float, pid: Pid, wanted: tuple[float, float, float]) -> Levitation:
+    """Return what the sampled loop of a PID does up to the trip speed, of a highest speed (rad/s).
+
+    Parameters
+    ----------
+    loop
+        Of the machine whose controller has these gains.
+    speed
+        Highest speed in operation (rad/s).
+    pid
+        The gains.
+    wanted
+        Damping ratios (`wanted_ratios`).
+    """
+    speeds = [share * speed for share in JUDGED]
+    worst = loop.least_stable(speeds)
+    if not worst.is_stable:
+        lost = Peak(math.inf, worst.place, worst.frequency / (2.0 * math.pi), worst.speed)
+        ratio = -worst.growth_rate / math.hypot(worst.growth_rate, worst.frequency)
+        return Levitation(ratio, ratio, ratio, worst.frequency, worst.speed, lost, lost, wanted, worst.motion)
+    rows = []
+    for Omega in speeds:
+        at = vibrations(loop, Omega)
+        rows += [(zeta, omega, Omega) for zeta, omega in zip(at.ratios().tolist(), at.poles.imag.tolist(), strict=True)]
+    zetas, omegas, at_speeds = np.array(rows).T
+    least = sum(within * zeta for within, zeta in zip(_bands(omegas, speed), wanted, strict=True))
+    furthest = int((zetas / least).argmin())
+    search = LoopSearch(loop, speeds)
+    peaks = search.peaks(search.law(pid.parameters))
+    return Levitation(
+        *_least(omegas, zetas, speed), float(omegas[furthest]), float(at_speeds[furthest]), *peaks, wanted
+    )
+
+
+class _End(NamedTuple):
+    """The end of a search: ratios (`pid_of`), and the sum (1)."""
+
+    ratios: Array
+    lack: float
+
+
+class Designer:
+    """Designs the PID of a machine whose files exist, with any gains.
 
     Parameters
     ----------
     scenario
-        File of the scenario whose machine it is.
-    k_b, c_b
-        Gains of its PID (N/m, N s/m).
+        File of the scenario.
+    sizes
+        Of the magnets.
+    flavour
+        Of the FMUs to linearise.
     """
-    values = {"rolac_controller.*.k_b_?": k_b, "rolac_controller.*.c_b_?": c_b}
-    loop = Machine(prepare(load_scenario(str(scenario)).machine(), values, flavour=flavour)).loop
-    result = []
-    for Omega in (share * speed for share in SPEEDS):
-        at = vibrations(loop, Omega)
-        if at.stability.is_drift and not at.stability.is_stable:
-            result.append((-1.0, 0.0, Omega))
-        result += [
-            (zeta, omega, Omega) for zeta, omega in zip(at.ratios().tolist(), at.poles.imag.tolist(), strict=True)
-        ]
-    low, high = ([v for v in result if (v[1] <= RANGE * speed) == is_low] for is_low in (True, False))
-    worst = min(result, key=lambda v: v[0] / (WANTED_IN_RANGE if v in low else WANTED_BEYOND))
-    return Gains(k_b, c_b, min(low, default=(1.0,))[0], min(high, default=(1.0,))[0], *worst[1:])
 
+    def __init__(self, scenario: Path, sizes: MachineSizes, flavour: Flavour) -> None:
+        self._scenario, self._flavour, self.speed = scenario, flavour, sizes.speed
+        self._k_s = {bearing: point.k_s for bearing, point in operating_points(sizes).items()}
+        self.wanted = wanted_ratios(sizes.rotor)
 
-def best_gains(scenario: Path, sizes: MachineSizes, flavour: Flavour) -> Gains:
-    """Return the gains of the best `quality`; those of `candidates` are tried.
+    @cached_property
+    def _search(self) -> LoopSearch:
+        return LoopSearch(self.machine().loop, [share * self.speed for share in SEARCHED])
 
-    Raises
-    ------
-    ValueError
-        If none levitates the rotor; the message suggests a change.
-    """
-    result = [gains_of(scenario, k_b, c_b, sizes.speed, flavour) for k_b, c_b in candidates(sizes)]
-    best = max(result, key=lambda gains: gains.quality)
-    if best.quality <= 0.0:
-        raise ValueError(
-            f"no PID of {len(result)} levitates rotor {sizes.rotor.name!r} up to {sizes.speed * RPM:.0f} rpm: with the "
-            f"best, K_b = {best.k_b:.3g} N/m and C_b = {best.c_b:.3g} N s/m, {best.least_damped}, "
-            f"{min(best.in_range, best.beyond):.2g} of critical damping; {_advice(best.frequency, sizes.speed)}"
+    def machine(self, pid: Pid | None = None) -> Machine:
+        """Return the machine, with other gains if any."""
+        values = {} if pid is None else {f"{CONTROLLER}.{name}": value for name, value in pid.parameters.items()}
+        return Machine(prepare(load_scenario(str(self._scenario)).machine(), values, flavour=self._flavour))
+
+    def best(self) -> Pid:
+        """Return the best PID, or the first with all that is wanted."""
+        found = {at: self.lack(at) for at in product(STIFFNESSES, LEADS, FILTERS)}
+        n, result = len(self._k_s), []
+        for k, lead, tau in sorted(found, key=lambda at: found[at])[:STARTS]:
+            result.append(self._refined([*[k, lead] * n, tau]))
+            if result[-1].lack == 0.0:
+                return self.pid(result[-1].ratios)
+        best = min(result, key=lambda end: end.lack)
+        return self.pid(self._refined(best.ratios).ratios)
+
+    def _refined(self, ratios: Sequence[float] | Array) -> _End:
+        """Return the end of a simplex search from ratios; it stops where nothing lacks."""
+        ends = [*BOUNDS[:2]] * len(self._k_s) + [BOUNDS[2]]
+
+        def stop(intermediate_result: OptimizeResult) -> None:
+            if intermediate_result.fun <= 0.0:
+                raise StopIteration
+
+        result = minimize(
+            lambda x: self.lack(np.exp(x)),
+            np.log(ratios),
+            method="Nelder-Mead",
+            bounds=np.log(ends),
+            callback=stop,
+            options={"maxfev": EVALUATIONS, "xatol": 0.01, "fatol": 1e-3},
         )
-    return best
+        return _End(np.exp(result.x), float(result.fun))
+
+    def pid(self, ratios: Sequence[float] | Array) -> Pid:
+        """Return the PID of ratios (`pid_of`); a single stiffness and lead hold for all bearings."""
+        *of_bearings, tau = np.asarray(ratios, dtype=float)
+        repeated = of_bearings * (len(self._k_s) if len(of_bearings) == 2 else 1)
+        return pid_of(self._k_s, [*repeated, tau], self._search.sample_time)
+
+    def lack(self, ratios: Sequence[float] | Array) -> float:
+        """Return the sum (1) for ratios (`pid_of`), or how fast the loop grows beyond `UNSTABLE`."""
+        pid, search = self.pid(ratios), self._search
+        law = search.law(pid.parameters)
+        poles = search.poles(law)
+        radius = max(float(np.abs(z).max()) for z in poles)
+        if radius >= 1.0:
+            return UNSTABLE * (1.0 + math.log(radius))
+        omegas, zetas = np.hstack([damping_ratios(z, search.sample_time) for z in poles])
+        k = np.array([pid.k_b[bearing] / k_s for bearing, k_s in self._k_s.items()])
+        soft = float(np.maximum(STIFFNESS / k - 1.0, 0.0).sum())
+        return soft + _lack(*search.coarse_peaks(law, poles), _least(omegas, zetas, self.speed), self.wanted)
 
 
-def _advice(frequency: float, speed: float) -> str:
-    """Return advice for an unstable vibration (rad/s) of a machine of this speed (rad/s)."""
-    if frequency <= RANGE * speed:
-        return "move sensors to their bearings and bearings apart, or lower the speed"
-    return "it bends: give the rotor its measured [damping], and move sensors to their bearings, away from its nodes"
+def _lack(peak: float, peak_beyond: float, ratios: Sequence[float], wanted: Sequence[float]) -> float:
+    """Return the terms of (1) of sensitivities and damping ratios."""
+    of_peaks = max(0.0, peak / PEAK - 1.0) + max(0.0, peak_beyond / PEAK_BEYOND - 1.0)
+    return OF_PEAKS * of_peaks + sum(max(0.0, 1.0 - zeta / least) for zeta, least in zip(ratios, wanted, strict=True))
+
+
+def _bands(omegas: Array, speed: float) -> list[NDArray[np.bool_]]:
+    """Return which frequencies (rad/s) are in the range of speed, up to twice the trip speed, and above."""
+    low, judged = omegas <= RANGE * speed, omegas <= 2.0 * TRIP * speed
+    return [low, judged & ~low, ~judged & ~low]
+
+
+def _least(omegas: Array, zetas: Array, speed: float) -> tuple[float, float, float]:
+    """Return the smallest damping ratio in each band; 1 where it has no vibration."""
+    first, second, third = (float(zetas[within].min(initial=1.0)) for within in _bands(omegas, speed))
+    return first, second, third

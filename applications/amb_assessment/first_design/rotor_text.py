@@ -6,6 +6,7 @@ A drawing's rotor file replaces the first and, if it has bearings, retainers and
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from pathlib import Path
 from string import Template
 
@@ -63,7 +64,12 @@ def plain_shaft(name: str, mass: float, length: float, speed: float) -> str:
     )
 
 
-def supports(rotor: Rotor, places: tuple[float, float] | None, k_b: float | None = None, c_b: float = 0.0) -> str:
+def supports(
+    rotor: Rotor,
+    places: tuple[float, float] | None,
+    k_b: Mapping[str, float] | None = None,
+    c_b: Mapping[str, float] | None = None,
+) -> str:
     """Return the text of bearings, retainers and sensors for a rotor file without any.
 
     s_0 = d/250, 0.3 to 1 mm,  clearance = s_0/2,  d of the shaft in the bearings    (2)
@@ -75,8 +81,8 @@ def supports(rotor: Rotor, places: tuple[float, float] | None, k_b: float | None
     places
         Positions of the two bearings along the shaft (m); 0.18 and 0.82 of the length without.
     k_b, c_b
-        Stiffness (N/m) and damping (N s/m) of the bearings in analyses without a controller; as stiff without that
-        the weight sags by half the clearance.
+        Stiffness (N/m) and damping (N s/m) of the bearings `left` and `right` in analyses without a controller; as
+        stiff without that the weight sags by half the clearance, and undamped.
 
     Raises
     ------
@@ -95,11 +101,14 @@ def supports(rotor: Rotor, places: tuple[float, float] | None, k_b: float | None
     )
     diameter = max(diameter_at(rotor, z) for z in (left, right))
     clearance = 0.5 * gap_for(diameter)
-    k_b = rotor.mass * STANDARD_GRAVITY / clearance if k_b is None else k_b
+    names = ("left", "right")
+    k_b = k_b or dict.fromkeys(names, rotor.mass * STANDARD_GRAVITY / clearance)
+    c_b = c_b or dict.fromkeys(names, 0.0)
     offsets = {"bearing": 0.0, "sensor": SENSOR_OFFSET * length, "retainer": RETAINER_OFFSET * length}
     values = {f"{part}_left": left + offset for part, offset in offsets.items()}
     values |= {f"{part}_right": right - offset for part, offset in offsets.items()}
-    return _filled("supports.toml", clearance=clearance, k_b=k_b, c_b=c_b, **values)
+    values |= {f"{key}_{name}": of[name] for key, of in (("k_b", k_b), ("c_b", c_b)) for name in names}
+    return _filled("supports.toml", clearance=clearance, **values)
 
 
 def gap_for(diameter: float) -> float:

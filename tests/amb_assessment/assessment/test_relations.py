@@ -12,12 +12,12 @@ from click.testing import CliRunner
 from machine_variants import halved, in_other_units, mirrored, read, toml_text
 from slow import slow_but_first
 
-from amb_cosim.assessment import stability
-from amb_cosim.assessment.analyses import closed_loop, cross_coupling, envelope, robustness, sensitivity, unbalance
-from amb_cosim.assessment.assess import OF_LEVITATION, assess
-from amb_cosim.assessment.findings import Judgement
-from amb_cosim.assessment.machine_file import load_machine
-from amb_cosim.assessment.unbalance_cases import response_speeds
+from amb_assessment.assessment import stability
+from amb_assessment.assessment.analyses import closed_loop, cross_coupling, envelope, robustness, sensitivity, unbalance
+from amb_assessment.assessment.assess import OF_LEVITATION, assess
+from amb_assessment.assessment.findings import Judgement
+from amb_assessment.assessment.machine_file import load_machine
+from amb_assessment.assessment.unbalance_cases import response_speeds
 from amb_cosim.commands.cli import main
 from rotor_analysis.packaged_rotors import rotor_path
 from tests.support.messages import assert_names

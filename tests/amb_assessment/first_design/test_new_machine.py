@@ -10,12 +10,12 @@ from click.testing import CliRunner
 from strange_machine import ROTOR as EXPANDER
 
 import amb_cosim
+from amb_analysis import studies
 from amb_assessment.assessment.machine_file import load_machine
 from amb_assessment.first_design.files import TEMPLATES, new_machine
-from amb_assessment.first_design.levitation import gains_of, operating_points
+from amb_assessment.first_design.levitation import operating_points
 from amb_assessment.first_design.rotor_text import plain_shaft, supports
 from amb_assessment.first_design.sizing import CAPACITY, MagnetData, machine_sizes
-from amb_cosim import studies
 from amb_cosim.commands.cli import main
 from amb_cosim.design.magnetic_bearing import axis_parameters, load_capacity
 from amb_cosim.scenario.scenario import load_scenario
@@ -97,7 +97,7 @@ def test_bandwidth_and_signal_chain_of_a_new_machine_are_in_its_file(pump):
 
 def test_a_new_machine_levitates_with_room_to_its_retainers(pump):
     """No vibration of its loop grows, and a run of the scenario agrees: orbits stay within a sixth of the clearance."""
-    assert pump.gains.quality > 0.4
+    assert pump.design.loop.is_stable
     result = amb_cosim.run(load_scenario(str(pump.folder / "levitation.toml")).changed(settle_cycles=20, end_time=0.05))
     assert result.outcome.status == "completed"
     assert all(orbit < 0.17e3 * pump.sizes.clearance for orbit in result.summary.orbit_largest.values())
@@ -108,11 +108,8 @@ def test_unbalance_peaks_at_the_critical_speeds_of_the_sampled_loop(pump):
     """Response by frequency and eigenvalues of the sampled loop are computed independently; AF = 1/(2 zeta)."""
     scenario = pump.folder / "levitation.toml"
     response = studies.unbalance_response(scenario=scenario)
-    assert response.stable_up_to == response.speeds[-1]  # above it, gyroscopic forces drive a mode
-    assert_names(str(response), "not stable above")
-    with raises_naming(ValueError, "not stable"):
-        studies.unbalance_response(scenario=scenario, up_to=2.0 * response.operating_speed)
-    sharp = [item for item in response.critical_speeds if item.amplification > 5.0]
+    assert response.stable_up_to is None  # up to the end of the range
+    sharp = [item for item in response.critical_speeds if item.amplification > 3.0]
     assert sharp
     crossings = studies.poles(scenario, up_to=float(response.speeds[-1])).critical_speeds
     for item in sharp:
@@ -130,7 +127,7 @@ def test_a_drawing_gets_magnets_in_its_own_bearings_and_levitates(expander):
     assert (expander.folder / "rotor.toml").read_text() == EXPANDER.read_text(encoding="utf-8").replace(*PASSIVE)
     assert list(expander.points) == [bearing.name for bearing in rotor.bearings] == ["north", "south"]
     assert expander.sizes.gap == pytest.approx(2.0 * rotor.sites[0].clearance)
-    assert expander.gains.quality > 0.5
+    assert expander.design.loop.is_stable
     result = amb_cosim.run(
         load_scenario(str(expander.folder / "levitation.toml")).changed(settle_cycles=20, end_time=0.02)
     )
@@ -179,12 +176,12 @@ def test_a_drawing_without_a_part_is_told_what_its_file_needs(tmp_path, key):
 
 
 def test_a_rotor_that_no_gains_hold_is_told_its_vibration(tmp_path):
-    """A shaft without damping whose sensors stand beyond nodes of its bending modes."""
+    """A shaft without damping whose sensors are beyond nodes of its bending modes: no gains of a PID hold it."""
     text = shaft_of("pump")[0].replace("modal = [0.003, 0.005, 0.01]", "modal = 0.0")
     places = "".join(f'[[bearings]]\nname = "{b}"\nz = {z}\nstiffness = 1e6\n' for b, z in (("a", 0.1), ("b", 1.1)))
     sites = "".join(f'[[sites]]\nname = "r{b}"\nz = {z}\nbearing = "{b}"\n' for b, z in (("a", 0.15), ("b", 1.05)))
     sensors = '[[sensors]]\nname = "sa"\nz = 0.34\n[[sensors]]\nname = "sb"\nz = 0.86\n'
-    with pytest.raises(ValueError, match=r" \d+ Hz .* \d+ rpm"):
+    with raises_naming(ValueError, "no PID", "grows", "bending mode 1", "node", "sb"):
         new_machine(tmp_path / "fan", "\n".join((text, places, sites, sensors)), 12000.0 * RPM)
     assert list(tmp_path.iterdir()) == []
 
@@ -226,7 +223,7 @@ def test_the_command_takes_units_and_says_what_levitates(tmp_path):
     requested = ("new", str(tmp_path / "fan"), "--mass", "60000 g", "--length", "1200 mm", "--speed", "200 Hz")
     done = CliRunner().invoke(main, [*requested, "--bearings", "0.25 m, 950mm"])
     assert done.exit_code == 0, done.output
-    assert "levitates with K_b" in done.output
+    assert_names(done.output, "levitates", "zone A", "K_b")
     assert (tmp_path / "fan" / "landing.toml").is_file()
 
 
@@ -370,21 +367,4 @@ def test_first_designs_bear_a_sample_of_delay(machine, request):
     """The demands of the scenario come a sample late, and all vibrations of the sampled loop decay with that."""
     made = request.getfixturevalue(machine)
     assert load_scenario(str(made.folder / "levitation.toml")).parameters["rolac_controller"]["chain.delay"] is True
-    assert made.gains.quality > 0.0
-
-
-@pytest.mark.slow
-def test_a_fast_rotor_with_overhung_wheels_gets_a_faster_controller(tmp_path):
-    """At 50 us no gains bear the delay: the packaged expander at 42,000 rpm is designed at 25 us."""
-    rotor = rotor_path("turbo_expander").read_text(encoding="utf-8")
-    made = new_machine(tmp_path / "fast", rotor, 42000.0 * RPM)
-    scenario = load_scenario(str(made.folder / "levitation.toml"))
-    assert scenario.parameters["rolac_controller"]["sample_time"] == "25 us"
-    assert made.gains.quality > 0.0
-
-
-def test_gains_that_let_the_rotor_drift_away_do_not_levitate_it(pump):
-    """A closed bearing of negative stiffness: the pole is real, and no vibration tells of it."""
-    gains = gains_of(pump.folder / "levitation.toml", -0.3e6, 20e3, pump.sizes.speed, "native")
-    assert gains.quality < 0.0
-    assert_names(gains.least_damped, "drift", f"{gains.speed / RPM:.0f} rpm")
+    assert made.design.loop.is_stable

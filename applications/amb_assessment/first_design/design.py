@@ -1,0 +1,100 @@
+"""The controller of a first design: sample time, PID, and the behaviour and shortfalls of the sampled loop."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from amb_analysis.machine.machine import Machine
+from amb_assessment.first_design.levitation import (
+    RANGE,
+    Designer,
+    Levitation,
+    Pid,
+    levitation_of,
+    operating_points,
+    pid_of,
+)
+from amb_assessment.first_design.shortfalls import hindering_positions, shortfalls
+from amb_assessment.first_design.sizing import SAMPLE_TIMES, MachineSizes
+from amb_cosim.cosim.basics.choices import Flavour
+from amb_cosim.cosim.system.values import RPM
+
+START = (1.0, 1.0, 0.2)  # ratios of the gains in the files that are linearised
+
+
+@dataclass(frozen=True)
+class Design:
+    """A controller.
+
+    sample_time
+        Of the controller (s).
+    pid
+        Its gains.
+    levitation
+        Behaviour of its sampled loop; None before that is computed.
+    shortfalls
+        Sentences on missed targets and their causes.
+    """
+
+    sample_time: float
+    pid: Pid
+    levitation: Levitation | None = None
+    shortfalls: tuple[str, ...] = ()
+
+    @property
+    def loop(self) -> Levitation:
+        """Behaviour of the sampled loop."""
+        assert self.levitation is not None, "the loop of a start is not computed"
+        return self.levitation
+
+
+def first_design(sizes: MachineSizes, fill: Callable[[Design], Path], flavour: Flavour) -> Design:
+    """Return the design whose loop lacks least, at the first sample time that lacks nothing or at the best of all.
+
+    Parameters
+    ----------
+    sizes
+        Of the magnets.
+    fill
+        Writes the files of a machine with a controller, and returns that of the scenario.
+    flavour
+        Of the FMUs to linearise.
+
+    Raises
+    ------
+    ValueError
+        If none levitates the rotor; the message names the motion that grows, and suggests a change.
+    """
+    k_s = {bearing: point.k_s for bearing, point in operating_points(sizes).items()}
+    found = []
+    for sample_time in SAMPLE_TIMES:
+        start = pid_of(k_s, [*START[:2] * len(k_s), START[2]], sample_time)
+        designer = Designer(fill(Design(sample_time, start)), sizes, flavour)
+        pid = designer.best()
+        machine = designer.machine(pid)
+        levitation = levitation_of(machine.loop, sizes.speed, pid, designer.wanted)
+        found.append((Design(sample_time, pid, levitation), machine))
+        if levitation.zone == "A":
+            break
+    best, machine = min(found, key=lambda item: item[0].loop.lack)
+    if not best.loop.is_stable:
+        raise ValueError(_refusal(sizes, best, machine))
+    return replace(best, shortfalls=shortfalls(machine, best.loop, sizes.speed))
+
+
+def _refusal(sizes: MachineSizes, best: Design, machine: Machine) -> str:
+    """Return that no PID levitates a rotor, with the motion that grows, and what to change."""
+    loop = best.loop
+    gains = ", ".join(f"{k:.3g} N/m" for k in best.pid.k_b.values())
+    advice = "it bends: give the rotor its measured [damping], and move sensors to their bearings, away from its nodes"
+    if loop.frequency <= RANGE * sizes.speed:
+        advice = "move sensors to their bearings and bearings apart, or lower the speed"
+    return "; ".join(
+        (
+            f"no PID levitates rotor {sizes.rotor.name!r} up to {sizes.speed * RPM:.0f} rpm: with the best, of "
+            f"stiffness {gains}, {loop.least_damped}",
+            *(tuple(hindering_positions(machine, loop, sizes.speed)) or (advice,)),
+        )
+    )

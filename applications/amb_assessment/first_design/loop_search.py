@@ -1,0 +1,168 @@
+"""Figures of the sampled loop under many controllers, from a single model of rotor and magnets at each speed.
+
+    x(n+1) = A x(n) + B i(n),   y(n) = C x(n),   G(z) = C (z - A)^-1 B                              (1)
+    i = K(z) y + e   =>   i = S e,   S = (1 - K G)^-1,   poles: eigenvalues of the loop of (1) and K  (2)
+
+i are the demanded currents, held over a sample, y the displacements at the sensors. The diagonal of S holds the
+sensitivities of the axes, with the loops of all others closed (ISO 14839-3). K is the law of the controller's own
+linear model, with its delay and its filter.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from amb_analysis.linear.components import zoh
+from amb_analysis.linear.control import pid_component
+from amb_analysis.linear.linearise import model_of
+from amb_analysis.linear.loop import Loop
+from amb_analysis.studies.injection import HIGHEST, LOWEST
+from amb_analysis.studies.sensitivity_curves import curve_frequencies
+from amb_cosim.controllers.laws import Law
+from amb_cosim.results.component_names import ACTUATOR, CONTROLLER, PLANT
+from array_types import Array, Complex
+
+COARSE = 60  # frequencies of the search, besides those about poles
+ABOUT = (-1.0, -0.3, 0.3, 1.0)  # distances of frequencies from a pole over its decay rate
+LIGHTLY = 0.8  # modulus from which a pole has a peak
+VIBRATES = 1.0  # rad/s, least frequency of a vibration
+
+
+@dataclass(frozen=True)
+class Peak:
+    """Largest |S| (1), with its axis, frequency (Hz) and spin speed (rad/s)."""
+
+    value: float
+    axis: str = ""
+    frequency: float = 0.0
+    speed: float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class SampledPlant:
+    """Rotor, magnets and amplifiers at a spin speed (rad/s), sampled with held demands, by (1), and its modes."""
+
+    Omega: float
+    A: Array
+    B: Array
+    C: Array
+    poles: Complex
+    seen: Complex
+    moved: Complex
+
+    def response(self, z: Complex) -> Complex:
+        """Return G at points z, shape (n, readings, axes)."""
+        return np.asarray((self.seen / (z[:, None, None] - self.poles)) @ self.moved)
+
+
+class LoopSearch:
+    """The sampled loop of a machine at some speeds, for laws of its PID.
+
+    Parameters
+    ----------
+    loop
+        Of the machine, with any gains.
+    speeds
+        Spin speeds (rad/s).
+    """
+
+    def __init__(self, loop: Loop, speeds: Sequence[float]) -> None:
+        self.axes, self.sample_time = loop.axis_names, loop.sample_time
+        self._ends = loop.readings, loop.sources
+        self._layout = loop.linear_components.layout(CONTROLLER)
+        self.parameters = loop.linear_components.parameters(CONTROLLER)
+        self.plants = [_sampled(loop, Omega) for Omega in speeds]
+        self._hertz = np.geomspace(LOWEST, 0.5 / self.sample_time, COARSE)
+        self._responses = [plant.response(self._z(self._hertz)) for plant in self.plants]
+
+    def law(self, gains: Mapping[str, float]) -> Law:
+        """Return the law of the PID with other gains, by parameter."""
+        part = pid_component(CONTROLLER, self._layout, {**self.parameters, **gains})
+        return part.selected(*self._ends).law
+
+    def poles(self, law: Law) -> list[Complex]:
+        """Return the poles z of the loop at each speed."""
+        return [np.linalg.eigvals(_closed(plant, law)).astype(np.complex128) for plant in self.plants]
+
+    def coarse_peaks(self, law: Law, poles: Sequence[Complex]) -> tuple[float, float]:
+        """Return the largest |S| of all axes and speeds up to 2 kHz and above, at few frequencies and at the poles."""
+        low = high = 0.0
+        K = _response(law, self._z(self._hertz))
+        for plant, G, z in zip(self.plants, self._responses, poles, strict=True):
+            hertz = self._about(z)
+            points = self._z(hertz)
+            S = np.vstack([_sensitivity(K, G), _sensitivity(_response(law, points), plant.response(points))]).max(
+                axis=1
+            )
+            within = np.concatenate([self._hertz, hertz]) <= HIGHEST
+            low, high = max(low, float(S[within].max())), max(high, float(S[~within].max(initial=0.0)))
+        return low, high
+
+    def _about(self, z: Complex) -> Array:
+        """Return frequencies (Hz) at and about the poles of vibrations below half the sample rate."""
+        s = np.log(z[(z.imag > 0.0) & (np.abs(z) > LIGHTLY)]) / (2.0 * math.pi * self.sample_time)
+        hertz = (s.imag[:, None] + s.real[:, None] * np.array(ABOUT)).ravel()
+        return hertz[(hertz >= LOWEST) & (hertz <= 0.5 / self.sample_time)]
+
+    def peaks(self, law: Law) -> tuple[Peak, Peak]:
+        """Return the largest |S| up to 2 kHz and above, at frequencies close together about each pole."""
+        found = [(Peak(0.0), Peak(0.0))]
+        for plant, z in zip(self.plants, self.poles(law), strict=True):
+            hertz = curve_frequencies(z, self.sample_time, LOWEST, 0.5 / self.sample_time)
+            points = self._z(hertz)
+            S = _sensitivity(_response(law, points), plant.response(points))
+            found.append(
+                (self._largest(plant, hertz, S, hertz <= HIGHEST), self._largest(plant, hertz, S, hertz > HIGHEST))
+            )
+        low, high = (max(of_band, key=lambda peak: peak.value) for of_band in zip(*found, strict=True))
+        return low, high
+
+    def _largest(self, plant: SampledPlant, hertz: Array, S: Array, within: NDArray[np.bool_]) -> Peak:
+        if not within.any():
+            return Peak(0.0)
+        band, rows = S[within], hertz[within]
+        row, axis = np.unravel_index(band.argmax(), band.shape)
+        return Peak(float(band[row, axis]), self.axes[axis], float(rows[row]), plant.Omega)
+
+    def _z(self, hertz: Array) -> Complex:
+        return np.exp(2j * math.pi * self.sample_time * hertz)
+
+
+def damping_ratios(z: Complex, sample_time: float) -> tuple[Array, Array]:
+    """Return frequencies (rad/s) and damping ratios -Re s/|s| of the vibrations of poles z = exp(s T)."""
+    s = np.log(z[np.abs(z) > 1e-9]) / sample_time
+    s = s[s.imag > VIBRATES]
+    return s.imag, np.asarray(-s.real / np.abs(s))
+
+
+def _sampled(loop: Loop, Omega: float) -> SampledPlant:
+    source = loop.linear_components.at(Omega)
+    seen = [source.assembly.system.source_of(reading) or "" for reading in loop.readings]
+    model = model_of(source, loop.demands, seen, [PLANT, ACTUATOR])
+    A, B = zoh(model.A, model.B, loop.sample_time)
+    poles, V = np.linalg.eig(A)
+    return SampledPlant(Omega, A, B, model.C, poles, model.C @ V, np.linalg.solve(V, B.astype(np.complex128)))
+
+
+def _closed(plant: SampledPlant, law: Law) -> Array:
+    """Return the state matrix of the loop of (1) and a law."""
+    return np.block(
+        [[plant.A + plant.B @ law.D @ plant.C, plant.B @ law.C], [law.B @ plant.C, law.A]],
+    )
+
+
+def _response(law: Law, z: Complex) -> Complex:
+    """Return K at points z, shape (n, axes, readings)."""
+    states = np.linalg.solve(z[:, None, None] * np.eye(len(law.A)) - law.A, law.B.astype(np.complex128))
+    return np.asarray(law.C @ states + law.D)
+
+
+def _sensitivity(K: Complex, G: Complex) -> Array:
+    """Return |S| of the axes, shape (n, axes), by (2)."""
+    S = np.linalg.inv(np.eye(K.shape[1]) - K @ G)
+    return np.abs(np.einsum("nkk->nk", S))

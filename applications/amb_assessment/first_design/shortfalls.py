@@ -1,0 +1,100 @@
+"""Targets that a first design misses, and the parts of the machine that limit it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from amb_analysis.machine.feedback import demanded_currents
+from amb_analysis.machine.machine import Machine
+from amb_analysis.machine.mode_reach import REACHED, ModeReach, mode_reaches
+from amb_analysis.machine.response import synchronous_response
+from amb_analysis.studies.stability_margin import ZONES
+from amb_assessment.first_design.levitation import BANDS, BEYOND, LEFT, TRIP, Levitation
+from amb_cosim.cosim.system.values import RPM
+from amb_cosim.design.magnetic_bearing import current_amplitude
+from rotor_analysis.rotor import Rotor
+
+ACCEPTED = "AB"  # zones in which a new machine may run without time limit (ISO 14839-3)
+MODES = 6  # of the free rotor that are examined
+WELL = 0.3  # reach from which a bearing damps a mode well
+
+
+def shortfalls(machine: Machine, levitation: Levitation, speed: float) -> tuple[str, ...]:
+    """Return sentences on the targets that a stable loop misses, and their causes; none if it meets all.
+
+    Parameters
+    ----------
+    machine
+        The machine with the gains of the design.
+    levitation
+        Behaviour of its loop.
+    speed
+        Highest speed in operation (rad/s).
+    """
+    return (
+        *_of_loop(levitation),
+        *_of_damping(machine.rotor, levitation),
+        *hindering_positions(machine, levitation, speed),
+        *_of_currents(machine, speed),
+    )
+
+
+def _of_loop(loop: Levitation) -> Iterator[str]:
+    if loop.zone not in ACCEPTED:
+        yield (
+            f"sensitivity {loop.peak.value:.3g} is in zone {loop.zone}, and zone B ends at {ZONES['B']:g}: "
+            f"{loop.peak.axis}, {loop.peak.frequency:.0f} Hz at {loop.peak.speed * RPM:.0f} rpm"
+        )
+    bands = zip(BANDS, loop.ratios, loop.wanted, strict=True)
+    short = [f"{zeta:.3g} {where} ({wanted:.3g} is wanted)" for where, zeta, wanted in bands if zeta < wanted]
+    if short:
+        yield f"damping ratio {', '.join(short)}: {loop.least_damped} lacks most"
+
+
+def _of_damping(rotor: Rotor, loop: Levitation) -> Iterator[str]:
+    """Yield the rotor's own damping where it limits the gains: with more of it the high modes tolerate more."""
+    own = loop.wanted[2] / LEFT
+    if loop.zone not in ACCEPTED and own < 2.0 * BEYOND:
+        yield (
+            f"rotor {rotor.name!r} has damping ratios from {own:.3g}, so that its high bending modes tolerate hardly "
+            "any gain beyond the phase lead of the PID: measure its damping, or use faster amplifiers and samples"
+        )
+
+
+def hindering_positions(machine: Machine, loop: Levitation, speed: float) -> Iterator[str]:
+    """Yield the bending modes up to twice the trip speed that a bearing drives, or no bearing reaches well enough."""
+    is_short = any(zeta < wanted for zeta, wanted in zip(loop.ratios[:2], loop.wanted[:2], strict=True))
+    for mode in mode_reaches(machine, MODES):
+        if mode.frequency <= 2.0 * TRIP * speed and mode.deciding.value < (WELL if is_short else REACHED):
+            yield _of_mode(mode)
+
+
+def _of_mode(mode: ModeReach) -> str:
+    at, name = mode.deciding, f"bending mode {mode.number} ({mode.frequency / (2.0 * math.pi):.0f} Hz)"
+    if at.value < -REACHED:
+        return (
+            f"{name} has a node between {at.bearing} and {at.sensor}: the shape is {at.at_magnet:+.2f} at the magnet "
+            f"and {at.at_sensor:+.2f} at the sensor, so the damping of a PID drives it; move the sensor to the "
+            "magnet's side of the node"
+        )
+    places = ", ".join(
+        f"{one.bearing} {one.at_magnet:+.2f}, {one.sensor} {one.at_sensor:+.2f}" for one in mode.bearings
+    )
+    return f"{name} has nodes close to magnets or sensors, so that no gains damp it well: its shape is {places}"
+
+
+def _of_currents(machine: Machine, speed: float) -> Iterator[str]:
+    """Yield the axes whose demand under the unbalance exceeds coils and amplifiers at the highest speed."""
+    placed = {machine.node_of(place): amount for place, amount in machine.unbalance.items()}
+    motion = synchronous_response(machine, np.array([speed]), [placed]).reshape(-1)
+    demands = np.abs(demanded_currents(machine, speed, speed) @ motion)
+    for (bearing, axis), demand in zip(machine.loop.axes, demands, strict=True):
+        largest = float(current_amplitude(machine.axis(bearing, axis), speed / (2.0 * math.pi)))
+        if demand > largest:
+            yield (
+                f"{bearing}.{axis} saturates: its unbalance demands {demand:.3g} A at {speed * RPM:.0f} rpm of "
+                f"{largest:.3g} A that coils and amplifiers allow"
+            )

@@ -1,0 +1,143 @@
+"""Controllers of first designs: zones of sensitivity, damping, and the reasons of those that miss a target.
+
+`blower.toml` is the drawing of a 250 kW blower for 24,000 rpm, whose free modes a Timoshenko model confirms.
+"""
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from amb_analysis.linear.loop import Loop
+from amb_analysis.machine.machine import Machine
+from amb_analysis.studies.sensitivity_curves import peak_beyond, sensitivity_curves
+from amb_assessment.assessment.assess import assess
+from amb_assessment.assessment.findings import Judgement
+from amb_assessment.first_design.files import new_machine
+from amb_assessment.first_design.levitation import Pid, levitation_of, wanted_ratios
+from amb_assessment.first_design.loop_search import LoopSearch
+from amb_assessment.first_design.rotor_text import plain_shaft
+from amb_cosim.scenario.scenario import load_scenario
+from amb_cosim.scenario.simulation import prepare
+from rotor_analysis.packaged_rotors import rotor_path
+from tests.support.messages import assert_names
+
+RPM = math.pi / 30.0
+HERE = Path(__file__).parent
+PAGE = HERE.parents[1] / "docs" / "tutorials" / "own_machine.md"
+
+
+def drawing_of_the_page():
+    text = PAGE.read_text(encoding="utf-8")
+    begin = text.index("# drawing.toml")
+    return text[begin : text.index("```", begin)]
+
+
+def supports_of(places):
+    """Bearings, sensors and retainers of the page's rotor at (z of bearing, z of sensor, z of retainer)."""
+    text = ""
+    for name, (bearing, sensor, retainer) in zip(("left", "right"), places, strict=True):
+        text += f'[[bearings]]\nname = "{name}"\nz = {bearing}\n[[sensors]]\nname = "probe_{name}"\nz = {sensor}\n'
+        text += f'[[sites]]\nname = "catcher_{name}"\nz = {retainer}\nclearance = 0.25e-3\nbearing = "{name}"\n'
+    return text
+
+
+ACROSS = ((0.216, 0.33, 0.156), (0.984, 0.87, 1.044))  # sensors beyond the node of the first bending mode at the left
+
+
+def expander(damping):
+    """The packaged expander with two overhung wheels, with its damping, or with what is assumed without any."""
+    text = rotor_path("turbo_expander").read_text(encoding="utf-8")
+    return text if damping else text.replace("[damping]\nmodal = 0.001\nrotating = 1.0\n", "")
+
+
+def loop_of(folder, pid=None):
+    values = {} if pid is None else {f"rolac_controller.{name}": value for name, value in pid.parameters.items()}
+    return Machine(prepare(load_scenario(str(folder / "levitation.toml")).machine(), values)).loop
+
+
+@pytest.fixture(scope="module")
+def page_machine(tmp_path_factory):
+    return new_machine(tmp_path_factory.mktemp("design") / "page", drawing_of_the_page(), 12000.0 * RPM)
+
+
+def test_machine_of_the_page_reaches_zone_a_and_all_its_damping(page_machine):
+    loop = page_machine.design.loop
+    assert loop.zone == "A"
+    assert loop.peak.value < 3.0
+    assert loop.in_range > 0.1
+    assert page_machine.design.shortfalls == ()
+
+
+def test_sensitivity_of_the_design_is_that_of_the_closed_loop(page_machine):
+    """(1 - K G)^-1 from plant and law apart, and the state-space model of the whole loop; |S| = K_s/K_b at rest."""
+    folder, pid = page_machine.folder, page_machine.design.pid
+    loop = loop_of(folder)
+    Omega = 12000.0 * RPM
+    search = LoopSearch(loop, [Omega])
+    low, high = search.peaks(search.law(pid.parameters))
+    system = Loop(loop.linear_components.at(Omega)).sensitivity()
+    assert low.value == pytest.approx(np.abs(sensitivity_curves(system)[1]).max(), rel=1e-3)
+    assert high.value == pytest.approx(max(peak for peak, _ in peak_beyond(system)), rel=1e-3)
+
+
+def test_damping_across_a_node_is_a_reason(tmp_path):
+    """Sensors beyond the node of the first bending mode: its shape has another sign there than at the magnet."""
+    text = drawing_of_the_page() + supports_of(ACROSS)
+    made = new_machine(tmp_path / "across", text, 12000.0 * RPM)
+    (reason,) = [lack for lack in made.design.shortfalls if "node" in lack]
+    assert_names(reason, "bending mode 1", "367 Hz", "left", "probe_left")
+    result = assess(made.folder / "machine.toml", only=["free_modes"])
+    findings = [finding for part in result.parts for finding in part.findings]
+    first = next(finding for finding in findings if finding.measured.quantity == "mode_reach")
+    assert first.measured.value < 0.0
+    assert first.verdict == Judgement.MISSED
+
+
+@pytest.mark.slow
+def test_blower_reaches_zone_a_and_names_the_mode_it_cannot_damp(tmp_path):
+    text = (HERE / "blower.toml").read_text(encoding="utf-8")
+    made = new_machine(tmp_path / "blower", text, 24000.0 * RPM)
+    loop = made.design.loop
+    assert loop.zone == "A"
+    assert loop.peak_beyond.value < 4.0
+    assert min(loop.ratios) > 0.0
+    assert_names(" ".join(made.design.shortfalls), "bending mode 1", "476 Hz", "probe_a", "probe_b")
+
+
+@pytest.mark.slow
+def test_expander_at_42000_rpm_reaches_zone_a_with_assumed_damping(tmp_path):
+    made = new_machine(tmp_path / "assumed", expander(damping=False), 42000.0 * RPM)
+    assert made.assumed == ("damping",)
+    assert made.design.loop.zone == "A"
+
+
+@pytest.mark.slow
+def test_expander_at_42000_rpm_without_damping_gets_the_reason(tmp_path):
+    """A tenth of a per cent of damping in its high modes: the design levitates, and the cause of its zone is named."""
+    made = new_machine(tmp_path / "bare", expander(damping=True), 42000.0 * RPM)
+    assert made.design.loop.is_stable
+    assert_names(" ".join(made.design.shortfalls), "turbo_expander", "damping ratios from 0.001")
+
+
+@pytest.mark.slow
+def test_pump_of_three_numbers_reaches_zone_a(tmp_path):
+    made = new_machine(tmp_path / "pump", plain_shaft("pump", 60.0, 1.2, 12000.0 * RPM), 12000.0 * RPM)
+    assert made.design.loop.zone in "AB"
+
+
+@pytest.mark.parametrize(("factor", "motion"), [(-0.3, "drift"), (1.0, "")])
+def test_a_bearing_softer_than_nothing_drifts_away(page_machine, factor, motion):
+    """A closed bearing of negative stiffness: its pole is real, so no vibration has it."""
+    pid, speed = page_machine.design.pid, 12000.0 * RPM
+    changed = Pid({name: factor * k for name, k in pid.k_b.items()}, pid.c_b, pid.derivative_time)
+    wanted = wanted_ratios(page_machine.sizes.rotor)
+    loop = levitation_of(loop_of(page_machine.folder, changed), speed, changed, wanted)
+    assert loop.is_stable == (not motion)
+    assert motion in loop.motion
+    assert math.isinf(loop.peak.value) == bool(motion)
+
+
+def test_wanted_damping_is_at_most_half_the_rotors_own(page_machine):
+    assert wanted_ratios(page_machine.sizes.rotor) == (0.1, 0.02, pytest.approx(0.0015))
