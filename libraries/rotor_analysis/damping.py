@@ -12,6 +12,7 @@ from amb_files.toml import table
 from amb_files.validation_errors import Unit
 from array_types import Array
 from rotor_analysis.checks import Moderate, as_tuple
+from rotor_analysis.inertia import inertial_modes, lacks_inertia
 
 Rate = Annotated[StrictFloat, Ge(0.0), Moderate, Unit("1/s")]
 Time = Annotated[StrictFloat, Ge(0.0), Moderate, Unit("s")]
@@ -19,6 +20,7 @@ Ratio = Annotated[StrictFloat, Ge(0.0), Lt(1.0)]
 Ratios = Annotated[tuple[Ratio, ...], BeforeValidator(as_tuple)]
 Share = Annotated[StrictFloat, Ge(0.0), Le(1.0)]
 
+SHIFT = 1e4  # rad^2/s^2, for a stiffness that does not hold the rotor
 N_RIGID = 2  # modes of the free rotor in a single plane: translation and tilting
 
 
@@ -61,8 +63,12 @@ def free_modes(M: Array, K: Array) -> tuple[Array, Array]:
     Returns
     -------
     frequencies, shapes
-        omega (rad/s), ascending, shape (n - 2,); phi in columns, with phi^T M phi = 1.
+        omega (rad/s), ascending, shape (n - 2,), or fewer if coordinates have no inertia; phi in columns, with
+        phi^T M phi = 1.
     """
+    if lacks_inertia(M, K):
+        squares, shapes = inertial_modes(M, K, SHIFT)
+        return np.sqrt(np.maximum(squares[N_RIGID:], 0.0)), shapes[:, N_RIGID:]
     L = np.linalg.cholesky(M)
     half = np.linalg.solve(L, K)
     squares, vectors = np.linalg.eigh(np.linalg.solve(L, half.T))

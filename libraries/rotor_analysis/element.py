@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass, replace
 from typing import Annotated, Literal
 
-from annotated_types import Gt, Lt
+from annotated_types import Ge, Gt, Le, Lt
 from pydantic import StrictFloat
 
 from amb_files.toml import table
@@ -17,7 +17,7 @@ Theory = Literal["timoshenko", "rayleigh"]
 Shear = Literal["cowper", "hutchinson"]
 
 YoungsModulus = Annotated[StrictFloat, Gt(0.0), Moderate, Unit("Pa")]
-Density = Annotated[StrictFloat, Gt(0.0), Moderate, Unit("kg/m3")]
+Density = Annotated[StrictFloat, Ge(0.0), Le(1e20), Unit("kg/m3")]
 PoissonsRatio = Annotated[StrictFloat, Gt(-1.0), Lt(0.5)]
 
 

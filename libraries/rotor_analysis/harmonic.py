@@ -18,8 +18,10 @@ from amb_files.checks import require
 from array_types import Array, Complex
 from rotor_analysis.assembly import Matrices, assemble, with_bearings
 from rotor_analysis.free_rotor import free_rotor, residual_modes
+from rotor_analysis.inertia import lacks_inertia
 from rotor_analysis.modal_reduction import ShapeSpace, reduce_to_shapes
 from rotor_analysis.parts import Bearing
+from rotor_analysis.reduction import Reduction, unreduced
 from rotor_analysis.response import dynamic_stiffness
 from rotor_analysis.rotor import Rotor
 
@@ -99,10 +101,17 @@ def harmonic_model(rotor: Rotor, nodes: Iterable[int], highest: float, bearings:
     """
     held = tuple(bearings)
     full = assemble(rotor)
+    if lacks_inertia(full.M, full.K):
+        return HarmonicModel(with_bearings(full, held), *_at_nodes(rotor, unreduced(full)))
     free = free_rotor(full)
     places = tuple(sorted({*nodes, *(bearing.node for bearing in held)})) or (1, len(rotor.shaft.nodes))
     count = int(np.searchsorted(free.frequencies, BEYOND * highest))
     count = min(max(count, LEAST_MODES, len(places)), len(free.mu))
     reduction = reduce_to_shapes(full, ShapeSpace(free, count, residual_modes(free, count, places)), places)
-    rows = full.rows(tuple(range(1, len(rotor.shaft.nodes) + 1)))
-    return HarmonicModel(with_bearings(reduction.model, held), reduction.right[rows], reduction.left[:, rows])
+    return HarmonicModel(with_bearings(reduction.model, held), *_at_nodes(rotor, reduction))
+
+
+def _at_nodes(rotor: Rotor, reduction: Reduction) -> tuple[Array, Array]:
+    """Return R and L of (1): rows of x and y of all nodes in a full model."""
+    rows = [4 * node + axis for node in range(len(rotor.shaft.nodes)) for axis in (0, 1)]
+    return reduction.right[rows], reduction.left[:, rows]

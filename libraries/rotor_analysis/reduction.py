@@ -9,6 +9,7 @@ import numpy as np
 
 from array_types import Array
 from rotor_analysis.assembly import Matrices
+from rotor_analysis.inertia import inertial_modes, lacks_inertia
 from rotor_analysis.pairs import turned
 
 
@@ -87,8 +88,11 @@ def craig_bampton_by_modes(full: Matrices, planes: tuple[int, ...]) -> Callable[
     masters = set(full.rows(planes))
     slaves = [row for row in range(0, full.size, 2) if row not in masters]  # along x
     at = np.ix_(slaves, slaves)
-    shapes = eigh(full.K[at], full.M[at])[1] if slaves else np.zeros((0, 0))
-    along_both = np.zeros((full.size, 2 * len(slaves)))
+    if lacks_inertia(full.M[at], full.K[at]):
+        shapes = inertial_modes(full.M[at], full.K[at])[1]
+    else:
+        shapes = eigh(full.K[at], full.M[at])[1] if slaves else np.zeros((0, 0))
+    along_both = np.zeros((full.size, 2 * shapes.shape[1]))
     for axis in (0, 1):
         along_both[np.add(slaves, axis).astype(int), axis::2] = shapes
 

@@ -131,6 +131,7 @@ class Rotor:
         allowed = f"a list with the nodes of bearings and sites: {', '.join(missing)}"
         require(not stated or not missing, "reduction.masters", stated, allowed)
         require(len(stated) != 1, "reduction.masters", stated, "two nodes or more")
+        require(bool(self.bodies) or self.mass > 0.0, "mass of shaft and bodies", "0 kg", "> 0 kg")
 
     def _parts(self) -> Iterator[tuple[str, Part]]:
         """Every part with its key."""

@@ -6,6 +6,7 @@ import numpy as np
 
 from array_types import Array
 from rotor_analysis.assembly import Matrices, assemble, on_bearings
+from rotor_analysis.inertia import inertial
 from rotor_analysis.rotor import Rotor
 
 # Added to omega^2 (rad^2/s^2): M phi = mu (K + shift M) phi has its largest mu = 1 / (omega^2 + shift) where the lowest
@@ -63,6 +64,7 @@ def undamped_modes(model: Matrices, rotor: Rotor, count: int) -> tuple[Array, Ar
             mu, shapes = eigh(M, K + shift * M, subset_by_index=(max(0, last + 1 - count), last))
         except np.linalg.LinAlgError:  # a bearing's negative stiffness outweighs the shift
             continue
+        mu, shapes = mu[inertial(mu)], shapes[:, inertial(mu)]
         squares = (1.0 / mu - shift)[::-1][rigid:]
         return np.sign(squares) * np.sqrt(np.abs(squares)), (shapes / np.sqrt(mu))[:, ::-1][:, rigid:]
     raise ValueError(f"the undamped modes of rotor {rotor.name!r} cannot be computed: its bearings are too unstable")

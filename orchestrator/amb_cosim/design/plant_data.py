@@ -10,7 +10,8 @@ import numpy as np
 
 from array_types import Array
 from fmi_export.model import Model
-from rotor_analysis.assembly import assemble
+from rotor_analysis.assembly import Matrices, assemble
+from rotor_analysis.inertia import MASSLESS
 from rotor_analysis.pairs import turned
 from rotor_analysis.parts import Bearing, Site
 from rotor_analysis.reduced_rotor import reduced_rotor, valid_to
@@ -82,7 +83,9 @@ def plant_structure(rotor: Rotor, stators: Sequence[str] = ()) -> tuple[Structur
     """
     if not rotor.bearings:
         raise ValueError(f"rotor {rotor.name!r} has no bearings; a plant needs at least one")
-    full, reduction = assemble(rotor), reduced_rotor(rotor)
+    full = assemble(rotor)
+    _require_mass(rotor, full)
+    reduction = reduced_rotor(rotor)
     reduced = reduction.model.viscous()
     translations = [row for rows in reduced.translations.values() for row in rows]
     order = translations + [row for row in range(reduced.size) if row not in set(translations)]
@@ -134,6 +137,15 @@ def plant_structure(rotor: Rotor, stators: Sequence[str] = ()) -> tuple[Structur
         mixes_axes=bool(np.any(R) or _are_cross_coupled(seals.records)),
     )
     return structure, replace(planes, moved_by=_moved_by(planes, structure))
+
+
+def _require_mass(rotor: Rotor, full: Matrices) -> None:
+    """Raise ValueError if there is a node without mass, which would move at once when its force changes."""
+    light = [node for node, (x, _) in full.translations.items() if full.M[x, x] <= MASSLESS * rotor.mass]
+    if light:
+        density = min(layer.material.density for layers in rotor.elements for layer in layers)
+        what = f"nodes {light} of rotor {rotor.name!r} have no mass; it must be > 0 kg/m3, such as 1 kg/m3, in a plant"
+        raise ValueError(f"shaft.density = {density:g} kg/m3 is not allowed; {what}")
 
 
 def _moved_by(planes: Planes, structure: Structure) -> dict[str, tuple[str, ...]]:

@@ -1,0 +1,43 @@
+"""Modes of a model in which some coordinates have no inertia, such as those of a massless shaft.
+
+    M phi = mu (K + s M) phi,   omega^2 = 1/mu - s                                                (1)
+
+Motion without inertia has mu = 0: it follows the other coordinates statically and is no mode.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from array_types import Array, Bools
+
+MASSLESS = 1e-15  # mu over the largest mu: rounding of 0
+
+
+def lacks_inertia(M: Array, K: Array) -> bool:
+    """Return whether some coordinates, of mass and stiffness M and K, move statically by all that rounding leaves."""
+    mu = np.diag(M) / np.diag(K)
+    return bool(np.min(mu, initial=np.inf) <= MASSLESS * np.max(mu, initial=0.0))
+
+
+def inertial(mu: Array) -> Bools:
+    """Return which mu of (1) are of modes."""
+    return np.asarray(mu > MASSLESS * np.max(mu, initial=0.0))
+
+
+def inertial_modes(M: Array, K: Array, shift: float = 0.0) -> tuple[Array, Array]:
+    """Return squares of the frequencies of all modes (rad^2/s^2), ascending, and phi in columns, phi^T M phi = 1.
+
+    Parameters
+    ----------
+    M, K
+        Mass and stiffness, shape (n, n).
+    shift
+        s of (1) in rad^2/s^2, with which K + s M is positive definite.
+    """
+    from scipy.linalg import eigh  # slow to import
+
+    mu, shapes = eigh(M, K + shift * M)
+    kept = inertial(mu)
+    mu, shapes = mu[kept][::-1], shapes[:, kept][:, ::-1]
+    return np.asarray(1.0 / mu - shift), np.asarray(shapes / np.sqrt(mu))
