@@ -69,7 +69,7 @@ def frequency_error(exact: Array, found: Array) -> Array:
 
     Rounding of the stiffness adds to the squares of frequencies. Those below `SLOW` are compared with it.
     """
-    error = np.full(len(exact), np.inf)
+    error, found = np.full(len(exact), np.inf), found[: len(exact)]
     known = exact[: len(found)]
     is_slow = np.abs(known) < SLOW
     slow = np.abs(found * np.abs(found) - known * np.abs(known)) / (2.0 * SLOW**2)

@@ -10,7 +10,7 @@ from rotor_analysis.harmonic import harmonic_model
 from rotor_analysis.modes import modes
 from rotor_analysis.parts import Bearing, Body, Disc
 from rotor_analysis.reduced_rotor import reduction_error
-from rotor_analysis.rotor import Rotor
+from rotor_analysis.rotor import Mesh, Rotor
 from rotor_analysis.rotor_file import rotor_from
 from rotor_analysis.shaft import Shaft
 from rotor_analysis.supported_rotor import supported_rotor
@@ -51,6 +51,14 @@ def test_point_masses_on_a_simple_beam_have_the_frequencies_of_its_flexibility(d
     result = [mode.frequency for mode in modes(supported_rotor(rotor).model, 50.0, 4)]
     assert result == pytest.approx(expected.repeat(2), rel=1e-5)
     assert np.max(np.abs(reduction_error(rotor).percent)) < 0.1
+
+
+@pytest.mark.parametrize("density", [1e-9, 1e-12])
+def test_reduction_of_a_light_shaft_keeps_its_frequencies(density):
+    """Its fastest modes are lost in rounding, in the full or in the reduced model."""
+    bearings = tuple(Bearing(name, node, stiffness=1e6) for name, node in (("a", 1), ("b", 5)))
+    rotor = Rotor("light", shaft(density, 5), (Disc("wheel", 3, 10.0, 0.1, 0.02),), bearings, mesh=Mesh(modes=2))
+    assert np.max(np.abs(reduction_error(rotor, 2).percent)) < 0.1
 
 
 @pytest.mark.parametrize("density", DENSITIES)
