@@ -10,7 +10,7 @@ import os
 import platform
 import stat
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from itertools import chain
 from pathlib import Path
@@ -22,8 +22,10 @@ from amb_cosim.cosim.run.dataset import git_revision
 from amb_cosim.cosim.system.values import Raw, quantity
 from amb_cosim.presentation.progress import SweepReport as Report
 from amb_cosim.presentation.progress import sweep_bar
-from amb_cosim.scenario.rotors import RotorSource
+from amb_cosim.scenario.rotors import RotorSource, is_rotor
 from amb_cosim.scenario.scenario import Scenario, as_scenario, load_scenario
+from amb_files.pack_file import rotor_path
+from amb_files.toml import parse_toml, read_text
 from amb_sweeps import outcomes
 from amb_sweeps.axes import Vary
 from amb_sweeps.branching import varied_labels
@@ -219,7 +221,18 @@ def _request(task: Task) -> dict[str, Any]:
         "flavour": task.flavour,
         "metrics": [_described(metric) for metric in task.metrics],
         "keep": list(task.keep),
+        "rotor": _rotor_file(task.scenario.rotor),
     }
+
+
+def _rotor_file(rotor: RotorSource) -> dict[str, Any] | None:
+    """Return the content of a scenario's rotor file; None if it has none, or a rotor created in Python."""
+    if is_rotor(rotor):
+        return None
+    with suppress(ValueError):  # no pack has a rotor
+        path = rotor_path(rotor)
+        return parse_toml(read_text(path, f"rotor file {path}"), f"rotor file {path}")
+    return None
 
 
 def _described(metric: Metric) -> str:

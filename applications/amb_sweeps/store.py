@@ -230,6 +230,13 @@ def open_sweep(folder: str | Path, group: str = "") -> xr.Dataset:
 
 
 def check_same(request: Mapping[str, Any], stored: Mapping[str, Any], folder: Path) -> None:
-    """Raise ValueError if a request differs from that of the sweep in a folder."""
-    if message := list_differences(stored, request):
+    """Raise ValueError if a request differs from that of the sweep in a folder.
+
+    GUIDs follow from the rest of the request, the code, and files other than the rotor's. They are listed only if
+    nothing else differs.
+    """
+    message = list_differences({**stored, "guids": None}, {**request, "guids": None})
+    if not message and (of_fmus := list_differences(stored, request)):
+        message = f"{of_fmus}\n  (the code of these FMUs or a file that they are made from differs)"
+    if message:
         raise ValueError(f"the sweep in {folder} was made for another request; choose another folder\n{message}")

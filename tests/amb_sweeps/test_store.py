@@ -6,14 +6,17 @@ import json
 import os
 import random
 import shutil
+import tomllib
 
 import numpy as np
 import pytest
 
-from amb_sweeps.run import only_writer
+from amb_cosim.scenario.scenario import as_scenario
+from amb_files.pack_file import rotor_path
+from amb_sweeps.run import _request, only_writer
 from amb_sweeps.sampling import make_design
 from amb_sweeps.store import SweepStore, open_sweep
-from amb_sweeps.worker import PointResult
+from amb_sweeps.worker import PointResult, Task
 from tests.support.messages import raises_naming
 
 DESIGN = make_design({"Omega": np.linspace(100.0, 200.0, 24), "x.y": ["a", "b"]})
@@ -27,6 +30,25 @@ def fill(folder, group=""):
         [PointResult(n, "recovered", "why" * (n % 3), {"peak": draw.normal()}, 1.0 + n) for n in range(DESIGN.size)]
     )
     return folder
+
+
+def request(mass, guid):
+    return {"rotor": {"discs": [{"mass": mass}]}, "guids": {"rotor_contact": guid}}
+
+
+def test_a_changed_rotor_is_the_difference_that_is_named(tmp_path):
+    SweepStore(tmp_path, DESIGN, request(3.0, "{a}"), {})
+    with pytest.raises(ValueError, match=r"rotor\.discs\[0\]\.mass: 3\.0 there, 3\.1 now") as error:
+        SweepStore(tmp_path, DESIGN, request(3.1, "{b}"), {})
+    assert "guid" not in str(error.value)
+    with raises_naming(ValueError, "guids.rotor_contact", "{a}", "{b}", "code", "file"):
+        SweepStore(tmp_path, DESIGN, request(3.0, "{b}"), {})
+
+
+@pytest.mark.parametrize("name", ["bath_rig", "compressor"])
+def test_the_request_of_a_sweep_has_the_content_of_its_rotor_file(name):
+    task = Task(as_scenario("fig4_9", rotor=name), {}, None, "native")
+    assert _request(task)["rotor"] == tomllib.loads(rotor_path(name).read_text(encoding="utf-8"))
 
 
 def files(folder):
