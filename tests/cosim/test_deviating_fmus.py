@@ -45,6 +45,23 @@ def read(tmp_path):
     return interface
 
 
+@pytest.mark.skipif(sys.platform != "linux", reason="the FMU is compiled for Linux")
+@pytest.mark.parametrize("identifier", ["tank-c", "2nd", "a.b", "größe"])
+def test_an_identifier_that_is_no_name_in_c_is_a_notice(fmu_from_c, tmp_path, identifier):
+    # As in FMUs of Maestro's tests (watertank-c, rollback-end).
+    source = fmu_from_c(SOURCE, VALID, name="identified")
+    with zipfile.ZipFile(source) as old, zipfile.ZipFile(tmp_path / "one.fmu", "w") as new:
+        for name in old.namelist():
+            content = old.read(name).replace(b'Identifier="gain"', f'Identifier="{identifier}"'.encode())
+            new.writestr(name.replace("gain.so", f"{identifier}.so"), content)
+    path = tmp_path / "system.toml"
+    path.write_text(system_text({"one": tmp_path / "one.fmu"}), encoding="utf-8")
+    data = amb_cosim.simulate(path).dataset
+    assert data["one.y"].values[-1] == 1.0
+    (notice,) = json.loads(data.attrs["notices"])
+    assert_names(notice, "one", "modelIdentifier", identifier, "name in C")
+
+
 def test_a_valid_description_breaks_no_rule(read):
     assert read().deviations == ()
 

@@ -30,8 +30,10 @@ def check_libraries(folder: Path, interface: FmuInterface, what: str) -> None:
         If it has no library, or PythonFMU's library without a script, which would end the process.
     """
     identifier = interface.identifier
-    if not re.fullmatch(r"[A-Za-z_]\w*", identifier):
-        raise ValueError(f"{what}: modelIdentifier = {identifier!r} is not allowed; it must be a name in C")
+    if not re.fullmatch(r"\w[\w .+-]*", identifier):
+        raise ValueError(
+            f"{what}: modelIdentifier = {identifier!r} is not allowed; it must be a name in C, and no path"
+        )
     platform = fmpy.platform_tuple if interface.fmi == 3 else fmpy.platform
     place = folder / "binaries" / platform
     if not (place / f"{identifier}{fmpy.sharedLibraryExtension}").is_file():

@@ -8,6 +8,7 @@ defined are ignored.
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from pathlib import Path
 from typing import Any
@@ -30,7 +31,8 @@ def read_tolerantly(folder: Path) -> tuple[Any, tuple[str, ...]]:
         If it cannot be read; the message has the first reasons.
     """
     try:
-        return fmpy.read_model_description(str(folder)), ()
+        description = fmpy.read_model_description(str(folder))
+        return description, _identifier_fault(description)
     except Exception as error:  # the check of an invalid description may fail itself
         problems = tuple(map(_single_line, getattr(error, "problems", (error,))))
     try:
@@ -41,7 +43,15 @@ def read_tolerantly(folder: Path) -> tuple[Any, tuple[str, ...]]:
         except Exception as error:
             raise ValueError("; ".join(problems[:3])) from error
     _check_usable(description)
-    return description, problems
+    return description, problems + _identifier_fault(description)
+
+
+def _identifier_fault(description: Any) -> tuple[str, ...]:
+    """Return the rule that an identifier breaks if it is no name in C, such as `tank-c`."""
+    identifier = getattr(description.coSimulation, "modelIdentifier", None)
+    if identifier is None or re.fullmatch(r"[A-Za-z_]\w*", identifier, re.ASCII):
+        return ()
+    return (f"modelIdentifier = {identifier!r} is no name in C",)
 
 
 def _read_corrected(file: Path) -> Any:
