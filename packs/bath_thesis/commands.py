@@ -6,7 +6,7 @@ import click
 
 from amb_analysis.studies.commands.analysis import CLOSED_BEARINGS, UP_TO, UP_TO_50_HZ, add_study
 from amb_cosim.commands.cli import main
-from amb_cosim.commands.options import FLAVOUR, ROTOR, SPEED
+from amb_cosim.commands.options import FLAVOUR, ROTOR, SPEED, STIFFNESS, UNBALANCE, WithUnit
 from source_check.report_command import report
 
 main.add_command(report)
@@ -24,16 +24,22 @@ add_study(
 add_study(
     "reduction",
     click.option("--up-to", type=SPEED, default="500 rad/s", show_default=True, help="Highest spin speed."),
-    click.option("--unbalance", default="0.5 g.m", show_default=True, help="Unbalance on D1."),
+    click.option("--unbalance", type=UNBALANCE, default="0.5 g.m", show_default=True, help="Unbalance on D1."),
 )
 add_study("coupling_error", FLAVOUR)
 add_study(
     "contact_laws",
-    click.option("--speed", default="0.1 m/s", show_default=True, help="Speed of approach."),
+    click.option("--speed", type=WithUnit("0.1 m/s"), default="0.1 m/s", show_default=True, help="Speed of approach."),
     click.option("--restitution", type=float, default=0.7, show_default=True, help="Share of it that is returned."),
-    click.option("--k-c", default="1e8 N/m", show_default=True, help="Contact stiffness."),
-    click.option("--delta-c", default="10 um", show_default=True, help="Penetration at which laws are fully engaged."),
-    click.option("--mass", help="Mass; default: the effective mass of MB1's journal."),
+    click.option("--k-c", type=STIFFNESS, default="1e8 N/m", show_default=True, help="Contact stiffness."),
+    click.option(
+        "--delta-c",
+        type=WithUnit("10 um"),
+        default="10 um",
+        show_default=True,
+        help="Penetration at which laws are fully engaged.",
+    ),
+    click.option("--mass", type=WithUnit("40 kg"), help="Mass; default: the effective mass of MB1's journal."),
 )
 add_study(
     "synchronous_response",

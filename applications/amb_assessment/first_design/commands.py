@@ -21,6 +21,11 @@ if TYPE_CHECKING:
 APART = 1.8  # factor above which constants of a magnet are questioned
 
 
+def _positions(text: str) -> list[str]:
+    """Return the positions in a text such as '0.2m 1.0m' or '0.2 m, 1.0 m'."""
+    return re.sub(r"\s+(?=[A-Za-z])", "", text.replace(",", " ")).split()
+
+
 @click.command()
 @click.argument("folder", type=click.Path(path_type=Path))
 @click.option("--rotor", metavar="NAME|FILE", help="Rotor file of the drawing (TOML), or a rotor of a pack.")
@@ -29,6 +34,7 @@ APART = 1.8  # factor above which constants of a magnet are questioned
 @click.option("--speed", type=SPEED, prompt=True, help="Highest operating speed, such as '12000 rpm'.")
 @click.option(
     "--bearings",
+    type=WithUnit("0.2 m 1.0 m", parts=_positions),
     metavar="'Z Z'",
     help="Positions of the two bearings, such as '0.2 m 1.0 m'.",
 )
@@ -197,11 +203,6 @@ def _rotor_text(name: str, rotor: str | None, mass: str | None, length: str | No
     path = rotor_path(rotor)
     load_rotor(path)  # errors name this file
     return read_text(path, f"rotor file {path}")
-
-
-def _positions(text: str) -> list[str]:
-    """Return the positions in a text such as '0.2m 1.0m', '0.2 m, 1.0 m' or '0.2 1.0'."""
-    return re.sub(r"\s+(?=[A-Za-z])", "", text.replace(",", " ")).split()
 
 
 main.add_section("Design and judge", new)

@@ -8,7 +8,7 @@ import click
 
 from amb_cosim.commands.cli_errors import refusing
 from amb_cosim.commands.former import Group
-from amb_cosim.commands.options import JSON, ROTOR, SPEED, output
+from amb_cosim.commands.options import JSON, ROTOR, SPEED, TIME, output
 from amb_cosim.commands.printing import show as print_data
 from amb_files.atomic import check_writable
 
@@ -55,7 +55,7 @@ def show(file: Path, output: Path | None, rotor: str | None, speed: str, as_json
 @output("Output, .npz or .mat; default: FILE_controller.npz.")
 @click.option("--inputs", metavar="NAMES", help="Measured signals, with commas; default: the file's.")
 @click.option("--outputs", metavar="NAMES", help="Demands, with commas; default: the file's.")
-@click.option("--sample-time", metavar="TIME", help="Sample time for a continuous law, such as 100us.")
+@click.option("--sample-time", type=TIME, metavar="TIME", help="Sample time for a continuous law, such as 100us.")
 def import_arrays(
     file: Path, output: Path | None, inputs: str | None, outputs: str | None, sample_time: str | None
 ) -> None:

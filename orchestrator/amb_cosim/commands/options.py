@@ -43,18 +43,22 @@ def _is_number(text: str) -> bool:
 
 
 class WithUnit(click.ParamType):  # type: ignore[type-arg]  # generic in later versions alone
-    """One quantity, or several with commas, each with its unit: a plain number could be rpm or rad/s, kg m or g mm."""
+    """One quantity, or several with commas, each with its unit: a plain number could be rpm or rad/s, kg m or g mm.
+
+    `parts` is the function that separates the quantities.
+    """
 
     name = "text"
 
-    def __init__(self, *examples: str) -> None:
+    def __init__(self, *examples: str, parts: Callable[[str], list[str]] = lambda text: text.split(",")) -> None:
         self.examples = ", ".join(map(repr, examples))
+        self.parts = parts
 
     def convert(self, value: str, param: click.Parameter | None, ctx: click.Context | None) -> str:
         """Return the text; refuse numbers other than 0 without a unit."""
         option = "" if param is None else param.opts[0]
         with refusing():
-            for part in value.split(","):
+            for part in self.parts(value):
                 if _is_number(part) and float(part):
                     raise ValueError(f"{option} {part.strip()} has no unit; write for example {self.examples}")
         return value
@@ -63,6 +67,9 @@ class WithUnit(click.ParamType):  # type: ignore[type-arg]  # generic in later v
 SPEED = WithUnit("12000 rpm", "200 Hz", "1257 rad/s")
 FREQUENCY = WithUnit("100 Hz", "628 rad/s")
 UNBALANCE = WithUnit("20 g.m", "65 g.mm")
+CURRENT = WithUnit("4 A")
+TIME = WithUnit("100 us", "0.1 ms")
+STIFFNESS, DAMPING = WithUnit("1e6 N/m"), WithUnit("5000 N.s/m")
 JSON = click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 NO_PLOTS = click.option("--no-plots", is_flag=True, help="Draw no figures.")
 UNITS: Option = click.option(

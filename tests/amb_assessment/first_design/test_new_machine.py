@@ -227,7 +227,7 @@ def test_the_command_takes_units_and_says_what_levitates(tmp_path):
     assert (tmp_path / "fan" / "landing.toml").is_file()
 
 
-@pytest.mark.parametrize("given", ["0.2 m", "0.2m 0.5 m, 0.9"])
+@pytest.mark.parametrize("given", ["0.2 m", "0.2m 0.5 m, 0.9 m"])
 def test_bearings_are_two_positions(tmp_path, given):
     requested = ("new", str(tmp_path / "fan"), "--mass", "60 kg", "--length", "1.2 m", "--speed", "200 Hz")
     assert "two positions" in CliRunner().invoke(main, [*requested, "--bearings", given]).stderr

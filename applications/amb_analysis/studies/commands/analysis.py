@@ -12,11 +12,15 @@ import click
 from amb_analysis import studies
 from amb_cosim.commands.cli_errors import refusing
 from amb_cosim.commands.options import (
+    CURRENT,
+    DAMPING,
     FLAVOUR,
     FREQUENCY,
     ROTOR,
     SETTINGS,
     SPEED,
+    STIFFNESS,
+    TIME,
     UNBALANCE,
     UNITS,
     Option,
@@ -50,8 +54,8 @@ CONTROLLER = click.option(
     "--controller", metavar="FILE", help="Controller file (TOML, .npz, .mat) or FMU to use instead."
 )
 CLOSED_BEARINGS = (
-    click.option("--k-b", default="1e6 N/m", show_default=True, help="Net stiffness of the closed bearings."),
-    click.option("--c-b", default="5000 N.s/m", show_default=True, help="Damping of the closed bearings."),
+    click.option("--k-b", type=STIFFNESS, default="1e6 N/m", show_default=True, help="Net stiffness of the bearings."),
+    click.option("--c-b", type=DAMPING, default="5000 N.s/m", show_default=True, help="Damping of the bearings."),
 )
 MEASURED = (
     click.option("--measured", metavar="FILE", help="Measurement: .uff, .mat, .npz, .csv, or a result."),
@@ -184,7 +188,7 @@ add_study(
     click.option("--speed", type=SPEED, help="Spin speed; default: that of the scenario."),
     click.option("--amplifier", is_flag=True, help="Amplifiers with bandwidth and voltage limit."),
     click.option("--delay", is_flag=True, help="Delay currents by one sample."),
-    click.option("--sample-time", help="Sample time of the controller; default: the scenario's."),
+    click.option("--sample-time", type=TIME, help="Sample time of the controller; default: the scenario's."),
     SETTINGS,
     FLAVOUR,
 )
@@ -216,8 +220,8 @@ add_study(
     SCENARIO,
     ROTOR,
     click.option("--axis", metavar="BEARING.x|y", help="Axis; default: the first."),
-    click.option("--bias-current", help="Bias current of the coils; default: that of the axis."),
-    click.option("--static-current", help="Current that carries the static load; default: the axis's."),
+    click.option("--bias-current", type=CURRENT, help="Bias current of the coils; default: that of the axis."),
+    click.option("--static-current", type=CURRENT, help="Current that carries the static load; default: the axis's."),
     SETTINGS,
 )
 add_study("receptance", ROTOR, UP_TO_50_HZ, *CLOSED_BEARINGS)
