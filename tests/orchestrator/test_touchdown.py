@@ -11,6 +11,7 @@ from falls import CLEARANCE, END, LANDED, OMEGA, RELEASE, WHIRL, WHIRLED, H, fal
 
 from amb_cosim.results.contact_history import ROLLING
 from amb_cosim.results.plots import figure
+from amb_cosim.results.rocking import steady_swing
 from amb_cosim.results.summary import summarise
 from amb_cosim.results.summary_table import table
 from amb_cosim.results.touchdown import SLIDING, touchdown
@@ -112,6 +113,61 @@ def test_a_race_that_the_rotor_slides_on_to_the_end_is_not_at_speed():
     mode = fall()["rotor_contact.rb1.mode"].values
     sliding = touchdown(fall(**{"rb1.mode": np.where(mode == ROLLING, SLIDING, mode)}))
     assert sliding.retainers["rb1"].race_spin_up is None
+
+
+def rocked(amplitude, **options):
+    """A fall after which both journals swing about the bottom 20 times a second, by an amplitude (rad) over time."""
+    t = fall()["time"].values
+    fallen = np.clip((t - RELEASE) / (LANDED - RELEASE), 0.0, 1.0) * CLEARANCE
+    angle = 1.25 * np.pi + amplitude(t) * np.sin(40.0 * np.pi * t)
+    moved = {f"mb{k}.{axis}": fallen * of(angle) for k in (1, 2) for axis, of in (("x", np.cos), ("y", np.sin))}
+    return fall(**options, **moved)
+
+
+@pytest.mark.parametrize(
+    ("amplitude", "degrees"),
+    [
+        (lambda t: np.full(len(t), 0.8), np.degrees(0.8)),
+        (lambda t: np.where(t < 1.5, 2.5, 0.8), np.degrees(0.8)),
+        (lambda t: 1.2 * np.exp(-(t - 2.275) / 1.5), np.degrees(1.2)),
+        (lambda t: 0.3 * np.exp((t - 3.0) / 4.0), np.degrees(0.3)),
+    ],
+)
+def test_a_rotor_that_swings_at_the_bottom_without_growing_rocks(amplitude, degrees):
+    """In the last quarter of the 2.9 s after the release; what was before does not matter."""
+    dataset = rocked(amplitude)
+    result = touchdown(dataset)
+    assert (result.rest_after, result.rocks_within) == (None, pytest.approx(degrees, rel=0.03))
+    off = {f"amb_actuator.mb1.amplifier_off_{axis}": ("time", dataset["time"].values >= RELEASE) for axis in "xy"}
+    assert_names(summarise(dataset.assign(off)).verdict.sentence, f"rocks within {result.rocks_within:.0f} deg")
+
+
+@pytest.mark.parametrize(
+    "amplitude",
+    [
+        lambda t: 0.4 * np.exp(t / 3.0),  # 62 degrees at the end, and 90 degrees 1.1 s later
+        lambda t: np.full(len(t), 1.8),
+        lambda t: np.where(t < 2.0, 0.8, 40.0 * np.pi * (t - 2.0)),
+    ],
+)
+def test_a_swing_that_grows_or_passes_the_height_of_the_centre_is_no_rocking(amplitude):
+    assert touchdown(rocked(amplitude)).rocks_within is None
+
+
+def test_a_rotor_at_rest_or_without_gravity_does_not_rock(found):
+    assert found.rest_after is not None
+    assert found.rocks_within is None
+    assert touchdown(rocked(lambda t: np.full(len(t), 0.8), gravity=0.0)).rocks_within is None
+
+
+def test_rocking_needs_five_periods_of_the_pendulum_in_a_quarter():
+    """T = 2 pi sqrt(c/g): 55 ms for 0.75 mm, so 1.1 s."""
+    shortest = 20.0 * 2.0 * np.pi * np.sqrt(CLEARANCE / 9.81)
+    for end, rocks in ((1.02 * shortest, True), (0.98 * shortest, False)):
+        t = np.linspace(0.0, end, 4000)
+        z = CLEARANCE * np.exp(1j * (4.0 + 0.7 * np.sin(200.0 * t)))
+        swing = steady_swing(t, z, CLEARANCE, 9.81)
+        assert (swing == pytest.approx(0.7, rel=0.01)) if rocks else swing is None
 
 
 def test_the_rotor_rests_when_its_whirl_has_ended(found):

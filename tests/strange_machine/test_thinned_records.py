@@ -31,7 +31,7 @@ OF_CONTACT = (
     "energy_balance_of_heat",
     "warnings",
 )
-OF_SAMPLES = ("drop", "orbit", "rest_after")  # of a touchdown; all else is the same
+OF_SAMPLES = ("drop", "orbit", "rest_after", "rocks_within")  # of a touchdown; all else is the same
 
 
 def thinned(every, **options):

@@ -116,6 +116,8 @@ def _touchdown_rows(touchdown: Touchdown) -> list[tuple[str, str]]:
         ("it is free of contact", touchdown.free_after),
         ("it stands still", touchdown.standstill_after),
     )
+    rocks = touchdown.rocks_within
+    moves = "moving" if rocks is None else f"rocking within {number(rocks)} deg"
     has_fallen = any(mm is not None for mm in touchdown.drop.values())
     moved = touchdown.drop if has_fallen else touchdown.orbit
     return [
@@ -126,7 +128,7 @@ def _touchdown_rows(touchdown: Touchdown) -> list[tuple[str, str]]:
         ),
         ("first impacts", "\n".join(hits) or "-"),
         *((f"in {site.upper()}", _of_retainer(retainer)) for site, retainer in touchdown.retainers.items()),
-        ("at last", ", ".join(f"{what} after {number(time)} s" for what, time in ends if time is not None) or "moving"),
+        ("at last", ", ".join(f"{what} after {number(time)} s" for what, time in ends if time is not None) or moves),
     ]
 
 

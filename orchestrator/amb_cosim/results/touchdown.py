@@ -17,6 +17,7 @@ from amb_cosim.results.contact_history import FREE, ROLLING, in_contact, touchab
 from amb_cosim.results.orbits import moving_places, path, path_at_rest, radius
 from amb_cosim.results.places import places
 from amb_cosim.results.power import amplifiers_off
+from amb_cosim.results.rocking import steady_swing
 from amb_cosim.results.series import at_every_step, cycles, parameters, signal
 from array_types import Array, Bools
 
@@ -99,6 +100,9 @@ class Touchdown:
         Each touched site.
     rest_after
         Time after which the rotor lies in contact where it is at the end, within 5 % of the clearance (s).
+    rocks_within
+        Largest swing of steady rocking (`rocking`) in all retainers (deg); None of a rotor that rests or moves
+        otherwise.
     free_after
         Time of the last contact of a rotor that is free for the last tenth of the time (s).
     standstill_after
@@ -111,6 +115,7 @@ class Touchdown:
     first_impacts: tuple[Impact, ...]
     retainers: dict[str, Retainer]
     rest_after: Annotated[float | None, "s"]
+    rocks_within: Annotated[float | None, "deg"]
     free_after: Annotated[float | None, "s"]
     standstill_after: Annotated[float | None, "s"]
 
@@ -128,13 +133,15 @@ def touchdown(dataset: Signals) -> Touchdown | None:
     start = int(np.searchsorted(dataset["time"].values[:-1], release))
     lying = contact[np.searchsorted(steps["time"].values, dataset["time"].values[start:])]
     touched = [site for site in touchable(dataset) if _is_touched(steps, site, at_step)]
+    rest = _rest(dataset, start, values, lying)
     return Touchdown(
         release=release,
         drop={place: _drop(dataset, place, start) for place in moving_places(dataset)},
         orbit={place: _orbit(dataset, place, start) for place in moving_places(dataset)},
         first_impacts=_first_impacts(steps, at_step),
         retainers={site: _retainer(steps, at_step, site) for site in touched},
-        rest_after=_rest(dataset, start, values, lying),
+        rest_after=rest,
+        rocks_within=None if rest is not None else _rocks(dataset, start, values, lying),
         free_after=_free(steps, at_step, contact[at_step:]),
         standstill_after=_standstill(steps, at_step),
     )
@@ -281,6 +288,23 @@ def _rest(dataset: Signals, start: int, parameters: Mapping[str, Any], contact: 
         for position in positions[:, start:]:
             moving |= np.abs(position - position[last].mean()) > AT_REST * clearance
     return None if moving[last].any() else _time_after(_times(dataset, start), moving)
+
+
+def _rocks(dataset: Signals, start: int, parameters: Mapping[str, Any], contact: Bools) -> float | None:
+    """Return the largest swing (deg) of a rotor that rocks steadily in all retainers, and touches in the last part."""
+    retainers, swings = places(dataset).retainers, list[float]()
+    if not retainers or not contact[_last_part(dataset, start)].any():
+        return None
+    for site in retainers:
+        clearance, positions = parameters.get(f"{site}.clearance"), path(dataset, site)
+        if positions is None or clearance is None:
+            return None
+        z = positions[0, start:] + 1j * positions[1, start:]
+        swing = steady_swing(_times(dataset, start), z, float(clearance), float(parameters.get("gravity") or 0.0))
+        if swing is None:
+            return None
+        swings.append(swing)
+    return float(np.degrees(max(swings)))
 
 
 def _free(dataset: Signals, start: int, contact: Bools) -> float | None:

@@ -118,10 +118,11 @@ def _ending(dataset: Signals, last: float | None, fall: Touchdown | None) -> tup
     if rolling := contact_history.rolls_at_the_end(dataset):
         return "rolled", f"the rotor rolls on {_listed([_whirl(dataset, site) for site in rolling])} at the end"
     if powerless:
-        rest = None if fall is None else fall.rest_after
+        rest, rocks = (None, None) if fall is None else (fall.rest_after, fall.rocks_within)
         if not touched:
             return "landed", f"no magnet has power, and the rotor has not touched since {_moment(dataset, last)}"
-        lies = "the rotor still moves on" if rest is None else f"after {rest:.3g} s the rotor lies in place on"
+        moves = "still moves" if rocks is None else f"rocks within {rocks:.0f} deg"
+        lies = f"the rotor {moves} on" if rest is None else f"after {rest:.3g} s the rotor lies in place on"
         return "landed", f"no magnet has power, and {lies} {where}"
     return "trapped", f"the rotor touches {where} until {_moment(dataset, last)}, and the run ends"
 

@@ -30,8 +30,8 @@ class Landing:
         Friction coefficient, and phase at which the power is lost (deg).
     forces, heat
         Largest forces (N) by site, and heat (J).
-    whirls_backward, rests
-        How it ended; neither if it did not.
+    whirls_backward, rests, rocks_within
+        How it ended: in backward whirl, at rest, or in steady rocking to and fro (deg); none of these if it did not.
     touches
         Sites that are no retainers and were touched.
     failure
@@ -43,14 +43,20 @@ class Landing:
     forces: Mapping[str, float] = field(default_factory=dict)
     whirls_backward: bool = False
     rests: bool = False
+    rocks_within: float | None = None
     touches: tuple[str, ...] = ()
     heat: float = 0.0
     failure: str = ""
 
     @property
-    def has_ended(self) -> bool:
-        """Whether it whirls backward, lies at rest, or failed."""
+    def is_final(self) -> bool:
+        """Whether it whirls backward, lies at rest, or failed: nothing is to be followed any more."""
         return self.whirls_backward or self.rests or bool(self.failure)
+
+    @property
+    def has_ended(self) -> bool:
+        """Whether it is final, or rocks steadily."""
+        return self.is_final or self.rocks_within is not None
 
     @property
     def force(self) -> float:
@@ -62,7 +68,8 @@ class Landing:
         """The landing as texts."""
         if self.failure:
             return (f"{self.friction:g}", f"{self.phase:.0f}", self.failure, "", "", "")
-        end = "backward whirl" if self.whirls_backward else "at rest" if self.rests else "not ended"
+        rocking = "not ended" if self.rocks_within is None else f"rocks within {self.rocks_within:.0f} deg"
+        end = "backward whirl" if self.whirls_backward else "at rest" if self.rests else rocking
         touched = ", ".join(self.touches) or "nothing"
         return (f"{self.friction:g}", f"{self.phase:.0f}", f"{self.force:.4g}", end, touched, f"{self.heat:.4g}")
 
@@ -111,9 +118,10 @@ def answer(subject: Subject) -> AnalysisResult:
     heads = ("friction", "phase (deg)", "force (N)", "end", "touches elsewhere", "heat (J)")
     notes = (
         f"All amplifiers lose their power at {rpm(Omega):.0f} 1/min. A landing is followed until it whirls backward or "
-        f"lies at rest, for at most {followed:.3g} s, with only the modes of the rotor file's reduction. Forces are "
-        "averaged over 1 ms, which converges, unlike peaks within an impact. The drive remains on; the part `rest` "
-        "follows a landing with the drive off.",
+        f"lies at rest, for at most {followed:.3g} s, with only the modes of the rotor file's reduction. It has ended, "
+        "too, if the rotor then rocks steadily: in the last quarter of the time it swings to and fro by less than "
+        "90 deg, and still would if the swing grew on for twice the time. Forces are averaged over 1 ms, which "
+        "converges, unlike peaks within an impact. The drive remains on; the part `rest` follows a landing without it.",
         "Retainers without mounts are rigid. The force of a rotor that rolls backward in them is unbounded: values "
         "above a thousand times the weight are meaningless.",
         *note_on_stages(subject),
@@ -139,7 +147,7 @@ def _landed(
         except ValueError as error:
             return replace(landing, failure=str(error))
         landing = _of_run(result, landing, retainers)
-        if landing.has_ended:
+        if landing.is_final:
             break
     return landing
 
@@ -158,6 +166,7 @@ def _of_run(result: Result, landing: Landing, retainers: list[str]) -> Landing:
         forces={site: float(item or 0.0) for site, item in summary.averaged_contact_force.items()},
         whirls_backward=any(item.whirl == "backward" for item in touched.values()),
         rests=touchdown is not None and touchdown.rest_after is not None,
+        rocks_within=None if touchdown is None else touchdown.rocks_within,
         touches=tuple(site for site in touched if site not in retainers),
         heat=sum(item.heat or 0.0 for item in touched.values()),
     )

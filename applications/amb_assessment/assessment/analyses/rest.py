@@ -163,8 +163,9 @@ def _landed(subject: Subject, touchdown: Touchdown, times: Array) -> Iterator[Qu
     retainers = [site.name for site in subject.rotor.sites if site.bearing]
     others = [site for site in touchdown.retainers if site not in retainers]
     whirls = [site for site, item in touchdown.retainers.items() if item.whirl == "backward"]
-    ended = touchdown.rest_after is not None or touchdown.standstill_after is not None
-    reason = "" if ended else f"not at rest within {end}, the end of the run"
+    ends = touchdown.rest_after, touchdown.rocks_within, touchdown.standstill_after
+    ended = any(end_of is not None for end_of in ends)
+    reason = "" if ended else f"neither at rest nor in steady rocking within {end}, the end of the run"
     for quantity, sites in (("landing_contact_elsewhere", others), ("landing_backward_whirl", whirls)):
         where = f"{', '.join(sites)}, in {end}" if sites else f"in {end}"
         yield Quantity(quantity, where, 100.0 if sites else 0.0, "%", {}, reason, reason)

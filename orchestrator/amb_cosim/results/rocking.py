@@ -1,0 +1,52 @@
+"""Rocking: motion of a rotor to and fro at the bottom of its retainers, by which it stays there.
+
+With z the displacement from the centre of a retainer and z_r its mean over the last quarter of the time, the swing is
+
+    alpha = |arg(z conj(z_r))|                                                                    (1)
+
+To get around the retainer the rotor must pass its far side, alpha = pi. It rocks steadily if alpha stays below pi/2 in
+the last quarter, and still would if the run lasted twice as long and alpha grew as from a_1 to a_2, its largest values
+in the two quarters before and in the last. The middles of these are 3/8 of the time apart:
+
+    a_2 max(1, a_2/a_1)^(8/3) < pi/2                                                              (2)
+
+A quarter must have `SWINGS` periods of the pendulum whose length is the clearance c:
+
+    T = 2 pi sqrt(c/g)                                                                            (3)
+
+Friction on a spinning rotor displaces z_r from the lowest point, and drives the rocking.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from array_types import Array, Complex
+
+SWINGS = 5.0  # periods of (3) in a quarter
+DOUBLED = 8.0 / 3.0  # exponent of (2)
+STEEPEST = 0.5 * math.pi  # rad
+
+
+def steady_swing(times: Array, z: Complex, clearance: float, gravity: float) -> float | None:
+    """Return the largest swing (rad) by (1) of steady rocking in the last quarter of the time; None of other motion.
+
+    Parameters
+    ----------
+    times
+        Since the release (s), ascending from 0, shape (n,).
+    z
+        Displacement from the centre of the retainer (m), shape (n,).
+    clearance, gravity
+        Of the retainer (m), and across the shaft (m/s^2).
+    """
+    end = float(times[-1])
+    if not gravity or 0.25 * end < SWINGS * 2.0 * math.pi * math.sqrt(clearance / abs(gravity)):
+        return None
+    last, before = times >= 0.75 * end, (times >= 0.25 * end) & (times < 0.75 * end)
+    swing = np.abs(np.angle(z * np.conj(z[last].mean())))
+    largest = float(swing[last].max())
+    expected = largest * max(1.0, largest / float(swing[before].max())) ** DOUBLED
+    return largest if expected < STEEPEST else None
