@@ -109,6 +109,12 @@ def test_unbalance_peaks_at_the_critical_speeds_of_the_sampled_loop(pump):
     scenario = pump.folder / "levitation.toml"
     response = studies.unbalance_response(scenario=scenario)
     assert response.stable_up_to is None  # up to the end of the range
+    for c_b in (1.2e3, 2e5):  # hardly any damping of the rigid rotor; a high bending mode is driven
+        with raises_naming(ValueError, "not stable", "vibration"):
+            studies.unbalance_response(scenario=scenario, set={"rolac_controller.*.c_b_?": c_b})
+    soft = studies.unbalance_response(scenario=scenario, set={"rolac_controller.*.c_b_?": 1.5e3})
+    assert soft.stable_up_to == soft.speeds[-1]  # above it, the rotor's own damping drives its whirl
+    assert_names(str(soft), "not stable above")
     sharp = [item for item in response.critical_speeds if item.amplification > 3.0]
     assert sharp
     crossings = studies.poles(scenario, up_to=float(response.speeds[-1])).critical_speeds
