@@ -12,12 +12,16 @@ import numpy as np
 from array_types import Array, Bools
 
 MASSLESS = 1e-15  # mu over the largest mu: rounding of 0
+DEPENDENT = 1e-13  # least eigenvalue of a mass matrix with diagonal 1: rounding of 0
 
 
 def lacks_inertia(M: Array, K: Array) -> bool:
-    """Return whether some coordinates, of mass and stiffness M and K, move statically by all that rounding leaves."""
+    """Return whether some motion, with mass and stiffness M and K, is static by all that rounding leaves."""
     mu = np.diag(M) / np.diag(K)
-    return bool(np.min(mu, initial=np.inf) <= MASSLESS * np.max(mu, initial=0.0))
+    if np.min(mu, initial=np.inf) <= MASSLESS * np.max(mu, initial=0.0):
+        return True
+    size = np.sqrt(np.diag(M))
+    return bool(np.min(np.linalg.eigvalsh(M / np.outer(size, size)), initial=np.inf) <= DEPENDENT)
 
 
 def inertial(mu: Array) -> Bools:

@@ -9,7 +9,7 @@ from rotor_analysis.damping import Damping, free_modes
 from rotor_analysis.harmonic import harmonic_model
 from rotor_analysis.modes import modes
 from rotor_analysis.parts import Bearing, Body, Disc
-from rotor_analysis.reduced_rotor import reduction_error
+from rotor_analysis.reduced_rotor import reduced_rotor, reduction_error, valid_to
 from rotor_analysis.rotor import Mesh, Rotor
 from rotor_analysis.rotor_file import rotor_from
 from rotor_analysis.shaft import Shaft
@@ -51,6 +51,7 @@ def test_point_masses_on_a_simple_beam_have_the_frequencies_of_its_flexibility(d
     result = [mode.frequency for mode in modes(supported_rotor(rotor).model, 50.0, 4)]
     assert result == pytest.approx(expected.repeat(2), rel=1e-5)
     assert np.max(np.abs(reduction_error(rotor).percent)) < 0.1
+    assert valid_to(assemble(rotor), reduced_rotor(rotor).model) == 0.0, "no bending mode without bearings"
 
 
 @pytest.mark.parametrize("density", [1e-9, 1e-12])
