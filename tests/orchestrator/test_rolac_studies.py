@@ -45,6 +45,14 @@ def test_slow_force_at_a_bearing_deflects_that_bearing_alone(k_b):
     assert np.abs(slow[[S3, S5], [MB1, MB2]]).max() < 0.01 / k_b
 
 
+def test_largest_receptance_does_not_depend_on_the_range_of_speeds():
+    """Weak damping makes a peak sharper than the distance of the speeds; the wide range has a third of them there."""
+    narrow, wide = (studies.receptance(up_to=f"{top} Hz", c_b="20 N.s/m") for top in (50, 150))
+    within = wide.speeds <= 50.0
+    largest = [np.abs(of).max(axis=0) for of in (narrow.receptance, wide.receptance[within])]
+    np.testing.assert_allclose(largest[0][[S5, S3], [MB1, MB2]], largest[1][[S5, S3], [MB1, MB2]], rtol=2e-3)
+
+
 def test_vibration_lags_the_force_that_moves_it(R):
     assert np.all(R[:, [S5, S3], [MB1, MB2]].imag < 0.0)
 

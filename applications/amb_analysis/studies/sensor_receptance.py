@@ -14,6 +14,7 @@ from amb_cosim.presentation.json_data import JsonKey
 from amb_cosim.presentation.text_tables import TextBlock, labelled_table
 from array_types import Array, Complex
 from rotor_analysis.receptance import receptance as receptance_of
+from rotor_analysis.refinement import refined
 from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import RotorSource, load_rotor
 
@@ -71,6 +72,8 @@ def receptance(
 
     R = S [-Omega^2 M + j Omega (C + Omega G) + K]^-1 B     (5.6)
 
+    The speeds are closer about the maxima of all its elements (`rotor_analysis.refinement`).
+
     Parameters
     ----------
     rotor
@@ -91,8 +94,10 @@ def receptance(
     >>> f"{1e6 * abs(result.receptance[:, 0, 0]).max():.3f} um/N"
     '0.083 um/N'
     """
-    description, speeds = load_rotor(rotor), speed_range(up_to, POINTS, LOWEST)
-    R = levitated_receptance(description, speeds, k_b, c_b)
+    description = load_rotor(rotor)
+    speeds, R = refined(
+        lambda more: levitated_receptance(description, more, k_b, c_b), speed_range(up_to, POINTS, LOWEST), np.abs
+    )
     return SensorReceptance(
         description.name, sensor_planes(description), speeds / HERTZ, control_loop(description).axis_names, R
     )
