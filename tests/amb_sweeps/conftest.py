@@ -15,6 +15,9 @@ from amb_sweeps.run import Sweep
 from amb_sweeps.sampling import make_design
 from amb_sweeps.store import SweepStore
 from amb_sweeps.worker import PointResult
+from tests.orchestrator.conftest import runner
+
+__all__ = ("runner",)
 
 VARY = {"Omega": "200:260:3", "rotor_contact.d1.u": "5 g.m:60 g.m:3"}
 UNTIL = 0.06

@@ -85,7 +85,7 @@ def with_ring(node, mass, radius):
         ),
         (
             SEAL + "node = 1\nx = 's1'",
-            ("sites[0].x (seal)", "name, node, clearance, journal_radius, bearing, z"),
+            ("sites[0].x (seal)", "name, node, clearance, journal_radius, bearing, stator, z"),
         ),
         (INLET + "node = 7", ("sensors[0].node (inlet)", "7", "1 to 3")),
         (

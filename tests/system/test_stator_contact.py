@@ -109,7 +109,7 @@ def test_power_that_returns_on_the_stator_is_a_fault():
     result = amb_cosim.run(LANDING.changed(gravity_angle="180 deg", event=[*events, back]), set=SMOOTH)
     assert result.outcome.status == "failed"
     assert result.outcome.time == pytest.approx(0.1, abs=1e-3)
-    assert_names(result.outcome.reason, "mb", ".x", "air gap", "0.0012 m")
+    assert_names(result.outcome.reason, "mb1.x", "air gap", "0.0012 m")
 
 
 def test_rotor_with_power_touches_no_stator():

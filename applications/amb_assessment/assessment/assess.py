@@ -171,7 +171,7 @@ def assess(
     --------
     >>> part = assess("turbo_expander", only=["free_modes"]).parts[0]
     >>> [mode.where for mode in part.answer.measured]
-    ['mode 1, 558 Hz', 'mode 2, 1439 Hz', 'mode 3, 2254 Hz']
+    ['mode 1, 558 Hz, drive_end read at probe_de', 'mode 2, 1439 Hz, far_end read at probe_fe']
     """
     file = machine if isinstance(machine, MachineFile) else load_machine(machine)
     requested = load_criteria(criteria or file.criteria)

@@ -18,7 +18,6 @@ from amb_cosim.cosim.system.values import Raw, is_zero
 from amb_cosim.results.component_names import ACTUATOR, PLANT
 from amb_cosim.scenario.scenario import Scenario
 from amb_files.wildcards import matching_names
-from rotor_contact.planes import stator_site
 
 BEYOND_GAP = 1.001  # clearance of a stator, relative to the air gap
 DRY_STEEL = {"mu": 0.3, "restitution": 0.3}  # friction and restitution of steel on steel, assumed
@@ -57,6 +56,8 @@ def set_stators(values: Assignments, bearings: Sequence[str], assigned: Iterable
         Names and patterns, `component.variable`, of all parameters that a user has set. Patterns that other sites
         match, too, are meant for these alone.
     """
+    from rotor_contact.planes import stator_site  # not needed by a run whose magnets keep their power
+
     names = [port.name for port in values.interfaces[PLANT].of("parameter")]
     sites = {stator_site(bearing): bearing for bearing in bearings}
     begins = tuple(f"{site}." for site in sites)
