@@ -19,6 +19,7 @@ from amb_cosim.results.component_names import ACTUATOR, PLANT
 from amb_cosim.scenario.scenario import Scenario
 from amb_files.wildcards import matching_names
 
+SWITCHES = ("amplifier_off_x", "amplifier_off_y")  # inputs of the actuator for each bearing
 BEYOND_GAP = 1.001  # clearance of a stator, relative to the air gap
 DRY_STEEL = {"mu": 0.3, "restitution": 0.3}  # friction and restitution of steel on steel, assumed
 
@@ -34,12 +35,12 @@ def bearings_without_power(scenario: Scenario, system: System, settings: Mapping
     changes = [scenario.inputs.get(ACTUATOR, {}), *(event.set.get(ACTUATOR, {}) for event in scenario.event)]
     changes.append({name.removeprefix(f"{ACTUATOR}."): raw for name, raw in settings.items()})
     patterns = [pattern for values in changes for pattern, raw in values.items() if not is_zero(raw)]
-    if not patterns:
+    if not any(matching_names(SWITCHES, pattern.rpartition(".")[2]) for pattern in patterns):
         return ()
     from rotor_analysis.rotor_file import load_rotor  # not needed by a run whose magnets keep their power
 
     bearings = [bearing.name for bearing in load_rotor(scenario.rotor).bearings]
-    switches = {name: [f"{name}.amplifier_off_{axis}" for axis in "xy"] for name in bearings}
+    switches = {name: [f"{name}.{switch}" for switch in SWITCHES] for name in bearings}
     return tuple(name for name in bearings if any(matching_names(switches[name], pattern) for pattern in patterns))
 
 
