@@ -11,7 +11,7 @@ from machine_variants import mirrored, read, toml_text
 import amb_cosim
 from amb_cosim.scenario.scenario import load_scenario
 
-LEVITATION = Path(__file__).parents[1] / "assessment" / "blower" / "levitation.toml"
+LEVITATION = Path(__file__).parents[1] / "amb_assessment" / "assessment" / "blower" / "levitation.toml"
 CLEARANCE = 0.2e-3
 WEIGHT = 66.180 * 9.81  # N
 PLACES = ("td_a", "td_b", "amb_a", "amb_b")

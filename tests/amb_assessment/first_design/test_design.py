@@ -25,7 +25,7 @@ from tests.support.messages import assert_names
 
 RPM = math.pi / 30.0
 HERE = Path(__file__).parent
-PAGE = HERE.parents[1] / "docs" / "tutorials" / "own_machine.md"
+PAGE = HERE.parents[2] / "docs" / "tutorials" / "own_machine.md"
 
 
 def drawing_of_the_page():
