@@ -90,7 +90,7 @@ def campbell(model: Matrices, speeds: Array, count: int = 8) -> Campbell:
             if mode and after and (mode.frequency > low) != (after.frequency > high):
                 crossings.append(_crossing(model, number, mode, low, high))
     return Campbell(
-        speeds, tuple(tuple(track) for track in tracks), tuple(sorted(crossings, key=lambda found: found.Omega))
+        speeds, tuple(tuple(track) for track in tracks), tuple(sorted(crossings, key=lambda crossing: crossing.Omega))
     )
 
 

@@ -58,20 +58,20 @@ def condense_to_accuracy(full: Matrices, rotor: Rotor, modes: int, accuracy: flo
         masters = tuple(sorted((*masters, added)))
 
 
-def not_reached(accuracy: float, kept: str, error: Array, otherwise: str = "") -> ValueError:
+def not_reached(accuracy: float, retained: str, error: Array, otherwise: str = "") -> ValueError:
     """Return the error for a reduction that retains all planes or modes and is still not accurate enough."""
-    reached = f"with all {kept} the error is {np.max(error):.1e}"
+    reached = f"with all {retained} the error is {np.max(error):.1e}"
     return ValueError(f"reduction.accuracy = {accuracy:g} is not reached: {reached}; increase it{otherwise}")
 
 
-def frequency_error(exact: Array, found: Array) -> Array:
-    """Return |found / exact - 1| of each frequency, infinite for missing ones, shape (len(exact),).
+def frequency_error(exact: Array, frequencies: Array) -> Array:
+    """Return |frequencies / exact - 1| of each frequency, infinite for missing ones, shape (len(exact),).
 
     Rounding of the stiffness adds to the squares of frequencies. Those below `SLOW` are compared with it.
     """
-    error, found = np.full(len(exact), np.inf), found[: len(exact)]
-    known = exact[: len(found)]
-    is_slow = np.abs(known) < SLOW
-    slow = np.abs(found * np.abs(found) - known * np.abs(known)) / (2.0 * SLOW**2)
-    error[: len(found)] = np.where(is_slow, slow, np.abs(found / np.where(is_slow, 1.0, known) - 1.0))
+    error, frequencies = np.full(len(exact), np.inf), frequencies[: len(exact)]
+    compared = exact[: len(frequencies)]
+    is_slow = np.abs(compared) < SLOW
+    slow = np.abs(frequencies * np.abs(frequencies) - compared * np.abs(compared)) / (2.0 * SLOW**2)
+    error[: len(frequencies)] = np.where(is_slow, slow, np.abs(frequencies / np.where(is_slow, 1.0, compared) - 1.0))
     return error

@@ -60,8 +60,8 @@ class ShapeSpace:
         """
         rows = self.rotor.rows(nodes)
         psi = self.residual.shapes[rows]
-        given_back = (psi / (self.residual.frequencies**2 - omega**2)) @ psi.T
-        error = np.abs(given_back - self.rotor.receptance(rows, omega, slice(self.count, None)))
+        restored = (psi / (self.residual.frequencies**2 - omega**2)) @ psi.T
+        error = np.abs(restored - self.rotor.receptance(rows, omega, slice(self.count, None)))
         size = np.sqrt(self.rotor.sizes(rows, omega))
         return float(np.max(error / np.outer(size, size)))
 
@@ -73,8 +73,8 @@ class ShapeSpace:
 def spaces(rotor: FreeRotor, count: int, nodes: tuple[int, ...]) -> Iterator[ShapeSpace]:
     """Yield the spaces with a number of elastic modes and none, one, ... of the residual shapes of forces at nodes."""
     residual = residual_modes(rotor, count, nodes)
-    for kept in range(len(residual.frequencies) + 1):
-        yield ShapeSpace(rotor, count, ResidualModes(residual.frequencies[:kept], residual.shapes[:, :kept]))
+    for retained in range(len(residual.frequencies) + 1):
+        yield ShapeSpace(rotor, count, ResidualModes(residual.frequencies[:retained], residual.shapes[:, :retained]))
 
 
 def space_with_modes(rotor: FreeRotor, count: int, nodes: tuple[int, ...]) -> ShapeSpace:

@@ -66,7 +66,7 @@ class Body(_Placed):
     name: Name
     """Name, the first part of its variables in the plant."""
     node: NodeUnlessZ
-    """Node number, from 1, unless `z` is given."""
+    """Node number, from 1, unless `z` is set."""
     mass: Mass
     """Mass."""
     diametral_inertia: Inertia
@@ -87,7 +87,7 @@ class Disc(_Placed):
     name: Name
     """Name, the first part of its variables in the plant."""
     node: NodeUnlessZ
-    """Node number, from 1, unless `z` is given."""
+    """Node number, from 1, unless `z` is set."""
     mass: Mass
     """Mass."""
     radius: Size
@@ -131,11 +131,11 @@ class AtSpeed:
     speed: Annotated[StrictFloat, Moderate, Unit("rad/s")]
     """Spin speed."""
     stiffness: TensorOrNumber = NO_TENSOR
-    """2 x 2 stiffness (N/m) or one number."""
+    """2 x 2 stiffness (N/m) or a number."""
     damping: TensorOrNumber = NO_TENSOR
-    """2 x 2 damping (N s/m) or one number."""
+    """2 x 2 damping (N s/m) or a number."""
     mass: TensorOrNumber = NO_TENSOR
-    """2 x 2 mass (kg) or one number."""
+    """2 x 2 mass (kg) or a number."""
 
 
 @table
@@ -151,17 +151,17 @@ class Bearing(_Placed):
     name: Name
     """Name, the first part of its variables in the plant."""
     node: NodeUnlessZ
-    """Node number, from 1, unless `z` is given."""
+    """Node number, from 1, unless `z` is set."""
     stiffness: TensorOrNumber = NO_TENSOR
-    """2 x 2 stiffness [[xx, xy], [yx, yy]] or one number (N/m)."""
+    """2 x 2 stiffness [[xx, xy], [yx, yy]] or a number (N/m)."""
     damping: TensorOrNumber = NO_TENSOR
-    """2 x 2 damping or one number (N s/m)."""
+    """2 x 2 damping or a number (N s/m)."""
     z: Position | None = None
     """Position along the shaft, instead of `node`; the shaft then has a node there."""
     at_speed: tuple[AtSpeed, ...] = ()
     """Coefficients over the spin speed, instead of those above: ascending, monotone in between, constant outside."""
     mass: TensorOrNumber = NO_TENSOR
-    """2 x 2 mass that moves with the shaft (of a fluid), or one number (kg)."""
+    """2 x 2 mass that moves with the shaft (of a fluid), or a number (kg)."""
     whirl_frequency: Annotated[StrictFloat, Ge(0.0), Moderate, Unit("rad/s")] | None = None
     """Whirl frequency at which coefficients that depend on it were taken; results then say so."""
 
@@ -205,7 +205,7 @@ class Site(_Placed):
     name: Name
     """Name, the first part of its variables in the plant."""
     node: NodeUnlessZ
-    """Node number, from 1, unless `z` is given."""
+    """Node number, from 1, unless `z` is set."""
     clearance: Length = DEFAULT_CLEARANCE
     """Radial clearance."""
     journal_radius: Size | None = None
@@ -225,7 +225,7 @@ class Sensor(_Placed):
     name: Name
     """Name, the first part of its variables in the plant."""
     node: NodeUnlessZ
-    """Node number, from 1, unless `z` is given."""
+    """Node number, from 1, unless `z` is set."""
     x: Variable = ""
     """Name of the plant's variable along x; NAME.x by default."""
     y: Variable = ""

@@ -32,7 +32,7 @@ class Shaft:
     nodes: tuple[Position, ...]
     """Positions z of the nodes, ascending."""
     diameter: Diameters
-    """One for each element, or one for all."""
+    """For each element, or for all."""
     youngs_modulus: YoungsModulus | None = None
     """E of elements without a named material."""
     density: Density | None = None
@@ -40,7 +40,7 @@ class Shaft:
     poissons_ratio: PoissonsRatio | None = None
     """nu of these."""
     inner_diameter: InnerDiameters = (0.0,)
-    """One for each element, or one for all."""
+    """For each element, or for all."""
     theory: Theory = "timoshenko"
     """`timoshenko`, or `rayleigh` without shear deformation."""
     diameter_end: Diameters = ()

@@ -41,13 +41,13 @@ def modal_assurance(M: Array, first: Sequence[Complex], second: Sequence[Complex
     return np.asarray(np.abs(a.conj().T @ M @ b) ** 2 / np.outer(size_a, size_b))
 
 
-def pair_modes(M: Array, known: Sequence[Complex], found: Sequence[Complex]) -> list[tuple[int | None, float]]:
-    """Return, for each known shape, the index of the found shape that continues it, and the MAC of the pair.
+def pair_modes(M: Array, tracked: Sequence[Complex], shapes: Sequence[Complex]) -> list[tuple[int | None, float]]:
+    """Return, for each tracked shape, the index of the one of `shapes` that continues it, and the MAC of the pair.
 
-    Each found shape is used once. The index is None if none is left or the MAC is below 0.5.
+    Each shape is used once. The index is None if none is left or the MAC is below 0.5.
     """
-    criterion = modal_assurance(M, known, found)
-    pairs: list[tuple[int | None, float]] = [(None, 0.0)] * len(known)
+    criterion = modal_assurance(M, tracked, shapes)
+    pairs: list[tuple[int | None, float]] = [(None, 0.0)] * len(tracked)
     for row, column in zip(*linear_sum_assignment(criterion, maximize=True), strict=True):
         value = float(criterion[row, column])
         pairs[row] = (int(column) if value >= LOWEST_ASSURANCE else None, value)

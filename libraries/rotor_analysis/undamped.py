@@ -54,7 +54,7 @@ def undamped_modes(model: Matrices, rotor: Rotor, count: int) -> tuple[Array, Ar
     from scipy.linalg import eigh  # slow to import
 
     supported = on_bearings(model, rotor).at(0.0)
-    M, K = _one_plane(supported.M), _one_plane(supported.K)
+    M, K = _plane_of(supported.M), _plane_of(supported.K)
     holding = (*rotor.bearings, *rotor.seals)
     held = {bearing.node for bearing in holding if np.trace(bearing.at(0.0)[0]) != 0.0}
     rigid = max(0, 2 - len(held))
@@ -70,6 +70,6 @@ def undamped_modes(model: Matrices, rotor: Rotor, count: int) -> tuple[Array, Ar
     raise ValueError(f"the undamped modes of rotor {rotor.name!r} cannot be computed: its bearings are too unstable")
 
 
-def _one_plane(matrix: Array) -> Array:
+def _plane_of(matrix: Array) -> Array:
     mean = 0.5 * (matrix[::2, ::2] + matrix[1::2, 1::2])
     return np.asarray(0.5 * (mean + mean.T))

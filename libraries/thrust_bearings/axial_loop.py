@@ -54,7 +54,7 @@ class AxialPlant:
     @cached_property
     def matrices(self) -> tuple[Array, Array]:
         """A and B of (1) in the states z, z', i_c and those of the lag; z is the first one."""
-        lag, own, c, d = self.lag.state_space()
+        lag, gain, c, d = self.lag.state_space()
         n = 3 + len(lag)
         drive = np.array([self.k_s, 0.0, self.k_i])  # of z, z', i_c: what the lag delays (N)
         A, B = np.zeros((n, n)), np.zeros((n, 1))
@@ -62,7 +62,7 @@ class AxialPlant:
         A[1, :3] = d[0, 0] * drive / self.mass
         A[1, 3:] = c[0] / self.mass
         A[2, 2] = -self.bandwidth
-        A[3:, :3] = own * drive
+        A[3:, :3] = gain * drive
         A[3:, 3:] = lag
         B[2] = self.bandwidth
         return A, B
@@ -111,9 +111,9 @@ class AxialLoop:
         if waiting:
             inputs[n] = 1.0
             step[n + 1 :, n:-1] += np.eye(waiting - 1)
-        shown = np.zeros((1, n + waiting))
-        shown[0, 0] = 1.0
-        return step, inputs, shown
+        output = np.zeros((1, n + waiting))
+        output[0, 0] = 1.0
+        return step, inputs, output
 
     @cached_property
     def step_matrix(self) -> Array:
