@@ -13,12 +13,12 @@ from amb_cosim.cosim.fmu.fmus import model_source
 from amb_cosim.export.assembled import assembled
 from amb_cosim.export.models import Made
 from amb_cosim.export.planned import made_for
-from amb_cosim.results.component_names import PLANT
+from amb_cosim.results.component_names import ACTUATOR, PLANT
 from amb_cosim.results.places import places_of
 from amb_cosim.scenario.plan import ScenarioPlan
 from amb_cosim.scenario.rotors import named
 from amb_cosim.scenario.scenario import Scenario
-from amb_cosim.scenario.simulation import PlannedRun, prepare
+from amb_cosim.scenario.simulation import PlannedRun, assemble_scenario, plan_prepared
 from amb_live.geometry import geometry
 from fmi_export.variables import FAULT_CODE
 
@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from fmi_export.model import Model
 
 WEBASSEMBLY = "wasm32"  # platform of the modules
+POWER_LOSS = {f"{ACTUATOR}.*.amplifier_off_?": True}  # at any time, by the user of the page
 
 
 @dataclass(frozen=True)
@@ -55,7 +56,7 @@ def rig(scenario: Scenario, source: Callable[..., Made] = model_source) -> Rig:
     ValueError
         If the scenario is invalid, or requires features that a browser lacks: an FMU file, iterative coupling.
     """
-    prepared = prepare(scenario)
+    prepared = plan_prepared(scenario, assemble_scenario(scenario, settings=POWER_LOSS))
     _check(prepared)
     model, parts = _fmu(prepared, source)
     plan, system = prepared.plan, prepared.plan.system

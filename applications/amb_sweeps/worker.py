@@ -27,6 +27,7 @@ from amb_cosim.scenario.simulation import (
     plan_prepared,
     to_result,
 )
+from amb_cosim.scenario.stators import reasons_for_stators
 from amb_files.suggestions import suggest
 from amb_sweeps.axes import is_moment
 from amb_sweeps.branching import Branches
@@ -77,7 +78,7 @@ class Runner:
     def __init__(self, task: Task) -> None:
         self.task = task
         self._assemblies: dict[str, tuple[Assembly, InstancePool, Branches]] = {}
-        self._first: tuple[str, FirstValues | None] = "", None
+        self._first: tuple[tuple[str, str], FirstValues | None] = ("", ""), None
 
     def prepare(self, settings: Mapping[str, Raw]) -> PlannedRun:
         """Return a point that is ready to run.
@@ -139,14 +140,14 @@ class Runner:
 
     def _prepared(self, settings: Mapping[str, Raw]) -> tuple[PlannedRun, InstancePool, Branches]:
         scenario, settings = varied(self.task.scenario, settings)
-        key = repr([getattr(scenario, name) for name in _ASSEMBLED_FROM])
+        values = {**self.task.settings, **settings}
+        key = repr([reasons_for_stators(scenario, values), *(getattr(scenario, name) for name in _ASSEMBLED_FROM)])
         if key not in self._assemblies:
-            assembly, instances = assemble_scenario(scenario, self.task.flavour), InstancePool()
+            assembly, instances = assemble_scenario(scenario, self.task.flavour, values), InstancePool()
             self._assemblies[key] = assembly, instances, Branches(assembly, instances, self.task.labels)
         assembly, instances, branches = self._assemblies[key]
         recorded = None if self.task.metrics or self.task.keep else needed(places_of(assembly))
-        values = {**self.task.settings, **settings}
-        begun = repr({name: raw for name, raw in settings.items() if not event_of(scenario, name)})
+        begun = key, repr({name: raw for name, raw in settings.items() if not event_of(scenario, name)})
         if self._first[0] != begun:
             self._first = begun, first_values(scenario, assembly, values)
         first = self._first[1]

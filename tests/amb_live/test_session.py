@@ -115,6 +115,16 @@ def test_a_speed_that_the_scenario_leads_is_its_own(session):
     np.testing.assert_array_equal(answers.rows, plain.rows)
 
 
+def test_rotor_whose_power_the_user_switches_off_lands_on_the_stator(session):
+    """Without retainers it lies in the bores at the air gap of 1.2 mm, in a scenario that keeps the power on."""
+    reset = {"type": "reset", "settings": {"values": {f"rotor_contact.rb{k}.enabled": 0 for k in (1, 2)}}}
+    dark = {f"amb_actuator.mb{k}.amplifier_off_{axis}": 1 for k in (1, 2) for axis in "xy"}
+    answers = session("fig5_6", WATCHED, reset, run(0.01), {"type": "set", "values": dark}, run(0.2))
+    assert not answers.of("failed")
+    distance = np.hypot(answers.column(X), answers.column(Y))
+    assert distance.max() == pytest.approx(1.2e-3, rel=5e-3)
+
+
 def test_a_step_that_fails_says_why_and_the_way_back_is_open(session):
     free = {"rotor_contact.rb1.enabled": 0, "rotor_contact.rb2.enabled": 0}
     answers = session(

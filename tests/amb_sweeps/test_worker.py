@@ -9,6 +9,7 @@ import pytest
 
 from amb_cosim.cosim.master.instances import InstancePool
 from amb_cosim.cosim.run.options import RunOptions
+from amb_cosim.results.places import places_of
 from amb_cosim.scenario.scenario import load_scenario
 from amb_cosim.scenario.simulation import prepare, run_prepared
 from amb_sweeps.worker import Runner, Task, varied
@@ -85,6 +86,38 @@ def test_an_fmu_that_is_a_file_runs_in_the_process_of_the_sweep(monkeypatch):
     points = [runner.run(0, {**HIT, **fmu}) for fmu in ({}, {"fmu.rolac_controller": file})]
     assert [point.outcome for point in points] == ["completed", "completed"]
     assert str(points[0].metrics) == str(points[1].metrics)
+    runner.close()
+
+
+NO_EVENTS = load_scenario("drop").changed(event=[], settle_cycles=1, end_time=0.05)
+OFF = "amb_actuator.*.amplifier_off_?"
+EARLY = {"label": "early", "time": 0, "set": {"amb_actuator": {"mb1.amplifier_off_x": False}}}
+
+
+@pytest.mark.parametrize(
+    ("scenario", "of_sweep", "of_point", "bearings"),
+    [
+        (NO_EVENTS, {}, {OFF: True}, {"mb1", "mb2"}),
+        (NO_EVENTS, {}, {"amb_actuator.mb2.amplifier_off_y": True}, {"mb2"}),
+        (NO_EVENTS, {OFF: True}, {}, {"mb1", "mb2"}),
+        (NO_EVENTS, {OFF: True}, {OFF: False}, set()),
+        (NO_EVENTS, {}, {}, set()),
+        (NO_EVENTS, {"rotor_contact.stator_mb1.mu": 0.2}, {}, {"mb1"}),
+        (NO_EVENTS.changed(event=[EARLY]), {}, {"early.amb_actuator.mb1.amplifier_off_x": True}, {"mb1"}),
+    ],
+)
+def test_point_without_power_can_touch_the_stators(scenario, of_sweep, of_point, bearings):
+    runner = Runner(Task(scenario, of_sweep))
+    for settings in ({"Omega": 60.0}, of_point):  # the first has other sites
+        places = places_of(runner.prepare(settings).assembly)
+    assert set(places.stators.values()) == bearings
+
+
+def test_point_that_passes_worn_retainers_ends_on_the_stator():
+    """It falls by the gap g within sqrt(2 g/9.81 m/s2) = 16 ms; with power the same setting leaves it levitated."""
+    worn = {"rotor_contact.rb?.clearance": "5 mm", "rotor_contact.eb?.enabled": False}
+    runner = Runner(Task(NO_EVENTS, worn))
+    assert [runner.run(0, {OFF: off}).outcome for off in (False, True, False)] == ["completed", "stator", "completed"]
     runner.close()
 
 

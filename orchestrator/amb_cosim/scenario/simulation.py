@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -40,7 +40,7 @@ from amb_cosim.scenario.plan import FirstValues, ScenarioPlan, plan_scenario
 from amb_cosim.scenario.power import with_power
 from amb_cosim.scenario.rotors import RotorSource
 from amb_cosim.scenario.scenario import Scenario, as_scenario
-from amb_cosim.scenario.stators import bearings_without_power
+from amb_cosim.scenario.stators import bearings_with_stators, touchable_stators
 from array_types import Array
 
 
@@ -109,7 +109,7 @@ def run(
     request = RunRequest(as_scenario(scenario, rotor, receptances, fmu), set or {}, until, flavour)
     with progress_bar(progress) as report:
         start = Checkpoint.load(start) if isinstance(start, str | Path) else start
-        prepared = request.prepared()
+        prepared = request.prepared(start)
         file = None if autosave is None else Path(autosave)
         saves = Saves(save_points(save_at, prepared.plan, prepared.plan.period), file, autosave_every)
         start = resumed(file, prepared.assembly, prepared.plan) or start
@@ -137,9 +137,9 @@ class RunRequest:
     until: Raw | None = None
     flavour: Flavour = "native"
 
-    def prepared(self) -> PlannedRun:
+    def prepared(self, start: Checkpoint | None = None) -> PlannedRun:
         """Return the run with all that it needs; see `prepare`."""
-        return prepare(self.scenario, self.settings, self.until, self.flavour)
+        return prepare(self.scenario, self.settings, self.until, self.flavour, start)
 
 
 @dataclass(frozen=True)
@@ -171,15 +171,32 @@ def prepare(
     settings: Mapping[str, Raw] | None = None,
     until: Raw | None = None,
     flavour: Flavour = "native",
+    start: Checkpoint | None = None,
 ) -> PlannedRun:
     """Find the FMUs of a scenario, check its system and plan it; see `plan_scenario` for the arguments.
+
+    A run that continues from `start` has the stators of its past, with a warning if others lose their power.
 
     Raises
     ------
     ValueError
         If anything in it does not fit.
     """
-    return plan_prepared(scenario, assemble_scenario(scenario, flavour, settings), settings, until)
+    if start is None:
+        return plan_prepared(scenario, assemble_scenario(scenario, flavour, settings), settings, until)
+    system = system_of(scenario)
+    stators = bearings_with_stators(scenario, system, start.past)
+    assembly = assemble_scenario(scenario, flavour, stators=stators)
+    prepared = plan_prepared(scenario, assembly, settings, until)
+    missing = [name for name in touchable_stators(scenario, system, settings or {}) if name not in stators]
+    if not missing:
+        return prepared
+    warning = (
+        f"the run before t = {start.time:.9g} s had no stators at {', '.join(missing)}, whose amplifiers are switched "
+        "off; a rotor that crosses the air gap there ends this run"
+    )
+    plan = replace(prepared.plan, warnings=(*prepared.plan.warnings, warning))
+    return replace(prepared, plan=plan)
 
 
 def system_of(scenario: Scenario) -> System:
@@ -190,18 +207,28 @@ def system_of(scenario: Scenario) -> System:
     return system
 
 
-def model_options(scenario: Scenario, system: System, settings: Mapping[str, Raw] | None = None) -> dict[str, Any]:
+def model_options(
+    scenario: Scenario,
+    system: System,
+    settings: Mapping[str, Raw] | None = None,
+    stators: Sequence[str] | None = None,
+) -> dict[str, Any]:
     """Return the options that the models of a scenario are made with: rotor, receptances, touchable stators."""
-    stators = bearings_without_power(scenario, system, settings or {})
+    if stators is None:
+        stators = touchable_stators(scenario, system, settings or {})
     return {"rotor": scenario.rotor, "receptances": _table(scenario), "stators": stators}
 
 
 def assemble_scenario(
-    scenario: Scenario, flavour: Flavour = "native", settings: Mapping[str, Raw] | None = None
+    scenario: Scenario,
+    flavour: Flavour = "native",
+    settings: Mapping[str, Raw] | None = None,
+    stators: Sequence[str] | None = None,
 ) -> Assembly:
     """Find the FMUs of a scenario and check its system, for any values of the scenario.
 
-    `settings` matter only if they switch amplifiers off, see `bearings_without_power`.
+    The rotor can touch the stators of the bearings `stators`; by default those of `touchable_stators`, for which
+    alone `settings` matter.
 
     Raises
     ------
@@ -212,7 +239,7 @@ def assemble_scenario(
     table, controller = _table(scenario), _controller(system)
     if table is not None and controller is None:
         raise ValueError(f"receptances {table} have no use: no component of the run is the model {CONTROLLER}")
-    assembly = assemble(system, flavour, **model_options(scenario, system, settings))
+    assembly = assemble(system, flavour, **model_options(scenario, system, settings, stators))
     _check_sensors(assembly)
     return assembly
 

@@ -11,6 +11,7 @@ The thousandth lets an axis with power end the run, |x| >= l_x, before the iron 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
 
 from amb_cosim.cosim.system.assignments import Assignments
 from amb_cosim.cosim.system.system import System
@@ -18,30 +19,67 @@ from amb_cosim.cosim.system.values import Raw, is_zero
 from amb_cosim.results.component_names import ACTUATOR, PLANT
 from amb_cosim.scenario.scenario import Scenario
 from amb_files.wildcards import matching_names
+from rotor_contact.planes import stator_site
 
 SWITCHES = ("amplifier_off_x", "amplifier_off_y")  # inputs of the actuator for each bearing
 BEYOND_GAP = 1.001  # clearance of a stator, relative to the air gap
 DRY_STEEL = {"mu": 0.3, "restitution": 0.3}  # friction and restitution of steel on steel, assumed
 
 
-def bearings_without_power(scenario: Scenario, system: System, settings: Mapping[str, Raw]) -> tuple[str, ...]:
-    """Return the magnetic bearings whose amplifiers a scenario or its `settings` switch off at any time.
+def reasons_for_stators(scenario: Scenario, settings: Mapping[str, Raw]) -> tuple[str, ...]:
+    """Return the names and patterns, `component.variable`, set by a scenario or its `settings`, that need stators.
+
+    They switch amplifiers off at any time, or are parameters of the stators themselves.
+    """
+    tables = [scenario.parameters, scenario.inputs, *(event.set for event in scenario.event)]
+    stated = [(f"{name}.{v}", raw) for table in tables for name, values in table.items() for v, raw in values.items()]
+    values = [*stated, *settings.items()]
+    return tuple(sorted({name for name, raw in values if _is_of_stator(name) or _switches_off(name, raw)}))
+
+
+def _is_of_stator(name: str) -> bool:
+    return name.startswith(f"{PLANT}.{stator_site('')}")
+
+
+def _switches_off(name: str, raw: Raw) -> bool:
+    variable = name.rpartition(".")[2]
+    return name.startswith(f"{ACTUATOR}.") and not is_zero(raw) and bool(matching_names(SWITCHES, variable))
+
+
+def touchable_stators(scenario: Scenario, system: System, settings: Mapping[str, Raw]) -> tuple[str, ...]:
+    """Return the magnetic bearings whose stators the rotor can touch, by the `reasons_for_stators`.
 
     None where another FMU replaces plant or actuator: nothing says how it treats a rotor that reaches the stator.
     """
+    reasons = reasons_for_stators(scenario, settings)
+    if not reasons or not _is_modelled(system):
+        return ()
+    patterns = [name.rpartition(".")[0] + ".*" if _is_of_stator(name) else name for name in reasons]
+
+    def names(bearing: str) -> list[str]:
+        return [f"{PLANT}.{stator_site(bearing)}.*", *(f"{ACTUATOR}.{bearing}.{switch}" for switch in SWITCHES)]
+
+    return tuple(b for b in _bearings(scenario) if any(matching_names(names(b), pattern) for pattern in patterns))
+
+
+def bearings_with_stators(scenario: Scenario, system: System, past: Mapping[str, Any]) -> tuple[str, ...]:
+    """Return the magnetic bearings whose stators a run could touch that left a checkpoint with this `past`."""
+    parameters = past["parameters"].get(PLANT, {})
+    if not _is_modelled(system) or not any(name.startswith(stator_site("")) for name in parameters):
+        return ()
+    return tuple(name for name in _bearings(scenario) if f"{stator_site(name)}.clearance" in parameters)
+
+
+def _is_modelled(system: System) -> bool:
+    """Return whether plant and actuator are the models of that name."""
     models = {component.name: component.fmu for component in system.components}
-    if models.get(PLANT) != PLANT or models.get(ACTUATOR) != ACTUATOR:
-        return ()
-    changes = [scenario.inputs.get(ACTUATOR, {}), *(event.set.get(ACTUATOR, {}) for event in scenario.event)]
-    changes.append({name.removeprefix(f"{ACTUATOR}."): raw for name, raw in settings.items()})
-    patterns = [pattern for values in changes for pattern, raw in values.items() if not is_zero(raw)]
-    if not any(matching_names(SWITCHES, pattern.rpartition(".")[2]) for pattern in patterns):
-        return ()
+    return models.get(PLANT) == PLANT and models.get(ACTUATOR) == ACTUATOR
+
+
+def _bearings(scenario: Scenario) -> list[str]:
     from rotor_analysis.rotor_file import load_rotor  # not needed by a run whose magnets keep their power
 
-    bearings = [bearing.name for bearing in load_rotor(scenario.rotor).bearings]
-    switches = {name: [f"{name}.{switch}" for switch in SWITCHES] for name in bearings}
-    return tuple(name for name in bearings if any(matching_names(switches[name], pattern) for pattern in patterns))
+    return [bearing.name for bearing in load_rotor(scenario.rotor).bearings]
 
 
 def set_stators(values: Assignments, bearings: Sequence[str], assigned: Iterable[str]) -> None:
@@ -57,8 +95,6 @@ def set_stators(values: Assignments, bearings: Sequence[str], assigned: Iterable
         Names and patterns, `component.variable`, of all parameters that a user has set. Patterns that other sites
         match, too, are meant for these alone.
     """
-    from rotor_contact.planes import stator_site  # not needed by a run whose magnets keep their power
-
     names = [port.name for port in values.interfaces[PLANT].of("parameter")]
     sites = {stator_site(bearing): bearing for bearing in bearings}
     begins = tuple(f"{site}." for site in sites)
