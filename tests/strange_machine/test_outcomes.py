@@ -121,6 +121,31 @@ def test_an_orbit_that_grows_ever_faster_is_unstable(radius, expected):
     assert recovered(orbit(radius)) is (expected is None)
 
 
+def moved(z: np.ndarray) -> xr.Dataset:
+    """Return 20 turns of a free rotor with the motion x + j y (m)."""
+    return orbit(z * np.exp(-40j * np.pi * T))
+
+
+@pytest.mark.parametrize("phase", [0.0, 1.0, 2.0, 3.0, 4.0, 5.0])
+@pytest.mark.parametrize("way", [2e-6, 2e-5, 1e-4])
+@pytest.mark.parametrize("turns", [5.0, 7.3, 20.0])
+def test_rotor_that_drifts_on_a_straight_line_is_not_unstable(way, phase, turns):
+    """A free rotor moves uniformly and whirls about its line; a damped or steady orbit of 10 um adds no growth."""
+    line = way * T * np.exp(1j * phase)
+    for amplitude in (0.0, 1e-5, 1e-5 * np.exp(-3.0 * T)):
+        assert recovery(moved(line + amplitude * np.exp(2j * np.pi * turns * T + 1j))) is None
+
+
+@pytest.mark.parametrize("rate", [0.4, 1.0, 3.0, 8.0])  # of the amplitude, per duration
+@pytest.mark.parametrize("frequency", [0.0, 0.05, 0.25, 5.0, 40.0])  # periods in the duration
+def test_exponential_growth_is_unstable_with_and_without_drift(rate, frequency):
+    """Of a real pole, too; the drift is three amplitudes long."""
+    vibration = 1e-6 * np.exp((rate + 2j * np.pi * frequency) * T)
+    assert recovery(moved(vibration)) == "unstable"
+    if rate >= 1.0:
+        assert recovery(moved(vibration + 3e-6j * T)) == "unstable"
+
+
 def test_growth_counts_from_the_last_change_on():
     grown = np.where(T < 0.5, 1e-6 * np.exp(8.0 * T), 1e-6 * np.exp(4.0))
     assert recovery(orbit(grown, last_change_cycle=10.0)) is None

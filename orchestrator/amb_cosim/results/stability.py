@@ -5,6 +5,8 @@ The end of a run is judged: the time since the last change, the last contact and
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from amb_cosim.cosim.basics.choices import ROLES
@@ -42,10 +44,11 @@ def _since(cycle: Array, begin: float) -> slice:
 def orbit_grows(dataset: Signals, within: slice) -> bool:
     """Return whether the motion at the bearings grows at an increasing rate, as modes of an unstable loop do.
 
-        s_k = mean(|z(t) - z_1|^2) over third k of the time, z_1 = mean(z) over the first,    summed over the bearings
+        s_k = mean(|z(t) - z_1|^2) over third k of the time, z_k = mean(z),    summed over the bearings
         s_3 - s_2 > s_2 - s_1 > 0    and    s_3 > 1.5 s_1
 
     An orbit that approaches a larger steady one grows at a decreasing rate. With a changing speed the result is false.
+    A rotor that drifts on a straight line is not unstable, see `_drifts`.
 
     Parameters
     ----------
@@ -59,16 +62,51 @@ def orbit_grows(dataset: Signals, within: slice) -> bool:
         return False
     if _TESTING in dataset and np.ptp(np.asarray(dataset[_TESTING].values)[within]) > 0.0:
         return False
-    squares = np.zeros(3)
-    for bearing in places(dataset).bearings:
-        motion = displacements(dataset, f"{bearing}.x", f"{bearing}.y")
-        if motion is not None:
-            z = motion[0] + 1j * motion[1]
-            thirds = np.array_split(z[within], 3)
-            squares += [np.mean(np.abs(third - thirds[0].mean()) ** 2) for third in thirds]
+    recorded = (displacements(dataset, f"{bearing}.x", f"{bearing}.y") for bearing in places(dataset).bearings)
+    motions = [np.array_split(m[0][within] + 1j * m[1][within], 3) for m in recorded if m is not None]
+    squares = np.sum([[_mean_square(third - of_one[0].mean()) for third in of_one] for of_one in motions], axis=0)
+    if not motions:
+        return False
     first, second, third = squares
+    rest = (NOTICEABLE * _least_clearance(dataset)) ** 2
     grows = third - second > second - first > 0.0 and third > GROWTH * first
-    return bool(grows and third > (NOTICEABLE * _least_clearance(dataset)) ** 2)
+    return bool(grows and third > rest and not _drifts(motions, rest))
+
+
+def _drifts(motions: Sequence[Sequence[Array]], rest: float) -> bool:
+    """Return whether motions at the bearings grow because their mean moves on a straight line, as that of a free rotor.
+
+        v_k = mean(|z - line_k|^2) over third k, line_k the least-squares line there,    summed over the bearings
+        v_3 <= 1.5 v_1 + rest    and    |z_3 - 2 z_2 + z_1| < 0.107 |z_3 - z_1|/2 + v_1^(1/2)
+
+    The vibration of an unstable mode grows about these lines, whatever the drift. The mean of a real exponential that
+    grows by 1.5 in mean square has a ratio of 1.107 = 1.5^(1/4) from third to third. The mean of a steady orbit over a
+    third is not zero, and less than v_1^(1/2).
+
+    Parameters
+    ----------
+    motions
+        The motion x + j y in the three thirds, at each bearing (m).
+    rest
+        Mean square of a motion that counts as rest (m^2).
+    """
+    vibration = np.sum([[_mean_square(third - _line(third)) for third in of_one] for of_one in motions], axis=0)
+    if vibration[2] > GROWTH * vibration[0] + rest:
+        return False
+    first, second, last = np.array([[third.mean() for third in of_one] for of_one in motions]).T
+    bend, way = np.linalg.norm(last - 2.0 * second + first), np.linalg.norm(last - first) / 2.0
+    return bool(bend < (GROWTH**0.25 - 1.0) * way + np.sqrt(vibration[0]))
+
+
+def _mean_square(motion: Array) -> float:
+    return float(np.mean(np.abs(motion) ** 2))
+
+
+def _line(motion: Array) -> Array:
+    """Return the least-squares line through equally spaced samples of a complex motion, shape (n,)."""
+    place = np.arange(len(motion)) - (len(motion) - 1) / 2.0
+    slope = np.sum(place * motion) / max(float(np.sum(place**2)), 1.0)
+    return np.asarray(motion.mean() + slope * place)
 
 
 def is_limited(dataset: Signals, within: slice) -> bool:
