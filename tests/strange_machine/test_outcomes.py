@@ -11,11 +11,13 @@ from strange_machine import LEVITATION, TOUCHDOWN
 
 import amb_cosim
 from amb_cosim.results.contact_history import recovered, recovery
+from amb_cosim.results.orbits import notices_of_start
 from amb_cosim.results.places import RotorPlaces
 from amb_cosim.results.summary import Summary
 from amb_cosim.results.summary_table import table
 from amb_cosim.scenario.scenario import Scenario
 from amb_sweeps.worker import Runner, Task
+from tests.support.messages import assert_names
 
 QUIET = Scenario.load(LEVITATION).changed(event=[], end_cycle=20)
 UNDAMPED = {"rolac_controller.*.c_b_?": 0.0, "rotor_contact.guide.c_b": 0.0}
@@ -119,6 +121,31 @@ T = np.linspace(0.0, 1.0, 2001)
 def test_an_orbit_that_grows_ever_faster_is_unstable(radius, expected):
     assert recovery(orbit(radius)) == expected
     assert recovered(orbit(radius)) is (expected is None)
+
+
+SETTLING = 1e-5 * (1.0 + 3.0 * np.exp(-8.0 * T))  # falls by 24.7 % in the first of its 20 turns
+
+
+@pytest.mark.parametrize("role", [{}, {"disturbance_cycle": 10.0}])
+def test_largest_orbit_of_an_unsettled_start_has_a_notice(role):
+    """(1 + 3 exp(-0.4))/4 = 0.753."""
+    (notice,) = notices_of_start(orbit(SETTLING, **role))
+    assert_names(notice, "NORTH", "25 %", "settle_cycles")
+
+
+@pytest.mark.parametrize(
+    ("radius", "role"),
+    [
+        (np.full(2001, 1e-5), {}),
+        (1e-5 * np.exp(-0.4 * T), {}),  # by 2 % in a turn
+        (1e-5 * (1.0 + 0.5 * np.cos(8.0 * np.pi * T)), {}),  # a beat of five turns
+        (1e-6 * np.exp(T), {}),
+        (SETTLING + 1e-4 * (T > 0.5), {"disturbance_cycle": 10.0}),  # the step of unbalance is larger
+        (SETTLING, {"disturbance_cycle": 0.0}),  # the event is the start
+    ],
+)
+def test_largest_orbit_of_another_time_has_no_notice(radius, role):
+    assert not notices_of_start(orbit(radius, **role))
 
 
 def moved(z: np.ndarray) -> xr.Dataset:

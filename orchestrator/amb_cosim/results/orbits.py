@@ -6,15 +6,18 @@ from typing import Literal, get_args
 
 import numpy as np
 
+from amb_cosim.cosim.basics.choices import ROLES
 from amb_cosim.cosim.record.signals import Signals
 from amb_cosim.results.places import places
-from amb_cosim.results.series import Path, change, cycles, displacements, parameters, turns
+from amb_cosim.results.series import Path, change, cycles, displacements, parameters, signal, turns
 from array_types import Array, Bools
 
 When = Literal["before", "end"]
 
 UPRIGHT = 1e-6  # rad
+FALLING = 0.95  # ratio of the largest radii of consecutive cycles, below which a motion is settling
 _FEWEST_SAMPLES = 8  # of a turn, for three coefficients
+_ENOUGH_SAMPLES = 20  # of a turn, whose largest radius is that of its ellipse within 1.2 %
 
 
 def path(dataset: Signals, place: str) -> Path | None:
@@ -101,6 +104,35 @@ def orbit_after(dataset: Signals) -> dict[str, float | None]:
 def orbit_largest(dataset: Signals) -> dict[str, float | None]:
     """Return the largest radius (mm) at each of `moving_places` from cycle 0 on."""
     return _largest_radii(dataset, cycles(dataset) >= 0.0)
+
+
+def notices_of_start(dataset: Signals) -> list[str]:
+    """Return a sentence if a largest radius is that of a motion of the start, which has not settled.
+
+        R_k: largest radius in cycle k,    R_(k+1) < 0.95 R_k for k = 0 to n - 1,    R < 0.95 R_0 from cycle n on
+
+    The cycles before the first event and the first contact count, if they have enough samples.
+    """
+    cycle, state = cycles(dataset), signal(dataset, "contact_state")
+    events = [float(dataset.attrs.get(f"{role}_cycle", np.inf)) for role in ROLES]
+    contact = cycle[(cycle >= 0.0) & (np.asarray(0 if state is None else state) > 0)]
+    end = int(min([*events, contact.min(initial=np.inf), cycle.max(initial=0.0)]))
+    falling = {}
+    for place in moving_places(dataset):
+        r = radius(dataset, place)
+        if r is None or end < 2 or np.count_nonzero((cycle >= 0.0) & (cycle < 1.0)) < _ENOUGH_SAMPLES:
+            continue
+        R = np.array([r[(cycle >= k) & (cycle < k + 1)].max(initial=0.0) for k in range(end)])
+        n = int(np.argmax(np.append(R[1:] >= FALLING * R[:-1], True)))
+        if n > 0 and r[cycle >= n].max() < FALLING * R[0]:
+            falling[place] = 100.0 * (1.0 - R[1] / R[0])
+    if not falling:
+        return []
+    falls = ", ".join(f"{place.upper()} {percent:.2g} %" for place, percent in falling.items())
+    return [
+        "the largest orbit is a motion of the start that has not settled; after the first cycle it falls by "
+        f"{falls}; more settle_cycles reduce it"
+    ]
 
 
 def settled_amplitudes(dataset: Signals) -> dict[str, dict[str, float | None]]:
