@@ -8,7 +8,6 @@ from typing import Any
 from pydantic import Field
 
 from amb_cosim.cosim.system.tables import Table, Value
-from amb_files.packs import files_of
 from amb_files.toml import read_toml, validate
 
 
@@ -27,17 +26,6 @@ class NamedSweep(Table):
     def options(self) -> dict[str, Any]:
         """All arguments other than the scenario, by name."""
         return self.model_dump(exclude={"description", "scenario"}, exclude_none=True)
-
-
-def named_sweeps() -> dict[str, NamedSweep]:
-    """Return the sweeps of the packs, by name.
-
-    Raises
-    ------
-    ValueError
-        If a file cannot be read or is invalid.
-    """
-    return {name: read_sweep(name, file) for name, file in files_of("sweeps").items()}
 
 
 def read_sweep(name: str, file: Path) -> NamedSweep:

@@ -40,10 +40,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.constants import mu_0
-from scipy.special import erfcx
 
 from amb_files.checks import require, require_positive
-from array_types import Array, Complex
+from array_types import Complex
 from thrust_bearings.disc import Ring, ThrustDisc
 
 LEAKAGE = 1.3  # solutions of the field have 1.26 to 1.5 with gaps of 0.4 to 0.8 mm
@@ -109,11 +108,3 @@ def pole_face(ring: Ring, fed_from: float) -> float:
 def half_order_lag(s: Complex, omega_e: float) -> Complex:
     """Return G (1) of (5) at complex frequencies s (rad/s)."""
     return np.asarray(1.0 / (1.0 + np.sqrt(np.asarray(s, dtype=np.complex128) / omega_e)))
-
-
-def half_order_step(t: Array, omega_e: float) -> Array:
-    """Return the response of (5) to a unit step at times t >= 0 (s), 1 - E_1/2(-sqrt(omega_e t)).
-
-    E_1/2(-x) = exp(x^2) erfc(x) is Mittag-Leffler's function of order 1/2.
-    """
-    return np.asarray(1.0 - erfcx(np.sqrt(omega_e * np.asarray(t, dtype=np.float64))))

@@ -10,11 +10,12 @@ import xarray as xr
 
 import amb_cosim
 from amb_cosim.scenario.simulation import prepare
+from amb_files.packs import files_of
 from amb_sweeps import sensitivity as indices
 from amb_sweeps.check import check_points
 from amb_sweeps.commands import _function
 from amb_sweeps.maps import draw_map
-from amb_sweeps.ready import named_sweeps
+from amb_sweeps.ready import read_sweep
 from amb_sweeps.refine import Refinement
 from amb_sweeps.sampling import make_design
 from amb_sweeps.store import open_sweep
@@ -49,9 +50,9 @@ def test_the_command_maps_a_scenario_and_goes_on(command, tmp_path):
     assert "metrics" in different.output
 
 
-@pytest.mark.parametrize("name", named_sweeps())
-def test_ready_sweeps_fit_their_scenarios(name):
-    study = named_sweeps()[name]
+@pytest.mark.parametrize(("name", "file"), files_of("sweeps").items())
+def test_ready_sweeps_fit_their_scenarios(name, file):
+    study = read_sweep(name, file)
     design = make_design(study.options["vary"], study.options.get("sample", "grid"))
     guids, units, _ = check_points(Task(amb_cosim.Scenario.load(study.scenario)), design)
     assert len(guids) == 3

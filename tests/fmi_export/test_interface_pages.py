@@ -5,9 +5,9 @@ from pathlib import Path
 import pytest
 from markdown_it import MarkdownIt
 
-from amb_cosim.controllers.example import two_axes
 from amb_cosim.export import models
 from fmi_export.building.interface_page import PageTable, interface_page, outside_code, tables
+from tests.support.two_axis_controller import two_axes
 
 REFERENCE = Path(__file__).parents[2] / "docs" / "reference"
 

@@ -6,8 +6,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-import numpy as np
-
 from amb_analysis.measured.array_data import read_array_data
 from amb_analysis.measured.estimates import Estimator, estimate
 from amb_analysis.measured.records import FrequencyResponse, Measurement, TimeRecord
@@ -105,11 +103,3 @@ def _renamed(responses: Sequence[FrequencyResponse], names: Mapping[str, str]) -
         if name not in present:
             raise ValueError(f"there is no channel {name!r}; {suggest(name, sorted(present))}")
     return tuple(replace(r, output=r.output.renamed(names), input=r.input.renamed(names)) for r in responses)
-
-
-def common_band(responses: Sequence[FrequencyResponse]) -> tuple[float, float]:
-    """Return the lowest and the highest frequency (Hz) that all responses have."""
-    return (
-        float(np.max([item.frequencies[0] for item in responses])),
-        float(np.min([item.frequencies[-1] for item in responses])),
-    )

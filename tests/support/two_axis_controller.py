@@ -1,4 +1,4 @@
-"""The example of the reference page: a phase lead on the two axes of a bearing."""
+"""A phase lead on the two axes of a bearing: the example of the reference page of linear controllers."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def two_axes() -> tuple[Model, Array]:
-    """Return model and constants of the example."""
+    """Return its model and constants."""
     lead = law_of(([-40.0, -2e4], [2e-4, 1.0]))
     return linear_controller(
         side_by_side([lead, lead]), ["left.x", "left.y"], ["left.i_x", "left.i_y"], 100e-6
