@@ -7,7 +7,6 @@ import re
 from html import unescape
 
 import numpy as np
-import pytest
 
 import amb_cosim
 from amb_analysis.linear.components import LinearComponent
@@ -40,16 +39,6 @@ def test_a_result_without_samples_shows_how_it_ended(synthetic):
     html = shown(synthetic().isel(time=slice(0, 0)), Outcome("failed", 0.1, "rotor", "the rotor <left>"))
     assert "<img" not in html
     assert "the rotor &lt;left&gt;" in html
-
-
-def test_a_result_can_be_zoomed_into(synthetic):
-    """Orbits of 0.1 to 0.6 mm in clearances of 0.75 mm, and 1.2345 kN at RB1."""
-    pytest.importorskip("plotly")
-    figure = Result(synthetic(), COMPLETED).plot.interactive()
-    curves = {trace.name: trace for trace in figure.data if trace.name}
-    assert {"RB1", "RB2", "N at RB1", "N at RB2"} <= curves.keys()
-    assert np.max(np.hypot(curves["RB2"].x, curves["RB2"].y)) == pytest.approx(0.6)
-    assert np.max(curves["N at RB1"].y) == pytest.approx(1.2345)
 
 
 def test_the_live_rig_is_a_frame_that_holds_its_whole_page(tmp_path):

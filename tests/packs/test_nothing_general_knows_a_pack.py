@@ -35,7 +35,6 @@ EXAMPLES = {
         "report",
         "resume",
         "robustness",
-        "run_many_cases",
         "traps",
     ),
     *("swap_a_component", "sweep", "sweep_results", "wasm"),

@@ -84,7 +84,7 @@ class Result(Run):
 
     @property
     def plot(self) -> Plots:
-        """Figures of a run: `plot("left.x")`, `plot.orbits()`, `turns`, `contact`, `magnets`, ...; `interactive()`."""
+        """Figures of a run: `plot("left.x")`, `plot.orbits()`, `turns`, `contact`, `magnets`, ..."""
         from amb_cosim.results.plots import Plots
 
         return Plots(self.signals)

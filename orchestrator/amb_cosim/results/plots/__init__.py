@@ -7,7 +7,7 @@ from collections.abc import Callable
 from functools import partial
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from amb_cosim.cosim.record.signals import Signals
 from amb_cosim.cosim.system.values import Raw
@@ -104,17 +104,6 @@ class Plots:
 
         with mpl.rc_context(STYLE):
             return traces(select(self._dataset, variables, begin, until))
-
-    def interactive(self) -> Any:
-        """Return orbits, radii and contact forces as a figure of plotly, to zoom into (extra `report`)."""
-        from fmi_export.building.extras import require_extra
-
-        require_extra("report", "an interactive figure", "plotly")
-        if not has_motion(self._dataset):
-            raise ValueError("nothing can be drawn: the run recorded no sample of the rotor's motion at its bearings")
-        from amb_cosim.results.plots.interactive import interactive
-
-        return interactive(self._dataset)
 
     def save(self, folder: Path | str) -> list[Path]:
         """Write the figures that suit the run to a folder, and return their paths."""
