@@ -8,7 +8,7 @@ from statistics import median
 from typing import Any
 
 from amb_cosim.cosim.basics.choices import Flavour
-from benchmarks import cases, contact_cost, scaling, step_times, threads
+from benchmarks import cases, contact_cost, scaling, step_times
 from benchmarks.candidates import Missing, fig4_9_candidates, native_possible, retainer_candidates, rubbing_candidates
 from benchmarks.timing import environment, interleaved_times, ratio, ratios
 
@@ -39,11 +39,10 @@ class Effort:
     memory_s: tuple[float, ...]
     scaling_rounds: int
     contact_repeats: int
-    threaded_s: float
 
 
-FULL = Effort(11, 1.0, 0.5, (1.0, 2.0, 4.0, 8.0), (2.0, 6.0, 10.0), 9, 5, 20.0)
-QUICK = Effort(1, 0.05, 0.05, (0.1, 0.2, 0.4), (1.0, 2.0, 4.0), 1, 1, 0.2)
+FULL = Effort(11, 1.0, 0.5, (1.0, 2.0, 4.0, 8.0), (2.0, 6.0, 10.0), 9, 5)
+QUICK = Effort(1, 0.05, 0.05, (0.1, 0.2, 0.4), (1.0, 2.0, 4.0), 1, 1)
 
 
 def measure(effort: Effort = FULL, show_status: ShowStatus = lambda _: None) -> dict[str, Any]:
@@ -71,8 +70,6 @@ def measure(effort: Effort = FULL, show_status: ShowStatus = lambda _: None) -> 
     }
     show_status("timing single steps")
     single_steps = step_times.step_times(effort.rounds) if native else None
-    show_status("timing runs in threads")
-    in_threads = threads.runs_per_second(effort.threaded_s, effort.scaling_rounds) if native else None
     show_status("measuring memory")
     memory = scaling.memory_over_time(flavour, effort.memory_s)
     show_status("comparing contact laws")
@@ -89,7 +86,6 @@ def measure(effort: Effort = FULL, show_status: ShowStatus = lambda _: None) -> 
         "step_us": {name: [1e6 * t for t in (median(each), min(each), max(each))] for name, each in times.items()},
         "floor_us": {part: 1e6 * min(each) for part, each in parts.items()} if native else None,
         "single_steps_us": single_steps,
-        "in_threads": in_threads,
         "linearity": growth,
         "memory": memory,
         "contact": contact,

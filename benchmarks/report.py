@@ -36,7 +36,7 @@ GROWTH_LABELS = {
 def as_tables(data: Mapping[str, Any]) -> list[Table | str]:
     """Return what `measure` returns as tables and lines of text."""
     single_steps = step_times.as_table(data["single_steps_us"])
-    parts = [_ratios(data), _factors(data), _steps(data), single_steps, _threads(data), _growth(data)]
+    parts = [_ratios(data), _factors(data), _steps(data), single_steps, _growth(data)]
     where = data["environment"]
     machine = f"{where['processor']}, {where['cores']} cores, {where['system']}, Python {where['python']}"
     stiff = data["contact"]["cost_ratio_at_equal_accuracy"]
@@ -80,16 +80,6 @@ def _steps(data: Mapping[str, Any]) -> Table:
     rest = {"rest of the baseline": baseline - sum(parts.values()), "FMI": native - baseline}
     for part, us in (parts | rest).items():
         table.add_row(part, f"{us:.2f}", f"{us / native:.0%}")
-    return table
-
-
-def _threads(data: Mapping[str, Any]) -> Table:
-    table = labelled_table(
-        "Rotor that rubs, runs in threads of one process", "threads", "runs/s", "simulated s/s", "gain"
-    )
-    rates = data["in_threads"] or {"runs": {}, "simulated_s": {}}
-    for count, rate in rates["runs"].items():
-        table.add_row(str(count), f"{rate:.2f}", f"{rates['simulated_s'][count]:.0f}", f"{rate / rates['runs'][1]:.2f}")
     return table
 
 
