@@ -86,6 +86,12 @@ def make_run(end: float = 20, **attributes) -> xr.Dataset:
     )
 
 
+def acting(dataset: xr.Dataset, begin: float) -> xr.Dataset:
+    """Let ROLAC act from a cycle on."""
+    dataset["rolac_controller.rolac_active"] = ("time", (dataset["cycle"].values >= begin).astype(np.int8))
+    return dataset
+
+
 _SITE = {"clearance": CLEARANCE, "journal_radius": JOURNAL}
 
 

@@ -14,6 +14,7 @@ from slow import slow_but_first
 
 from amb_cosim.results import plots
 from amb_cosim.results.plots import axes, motion
+from tests.orchestrator.conftest import acting
 from tests.support.messages import raises_naming
 
 USUAL = ["orbits", "displacement", "contact"]
@@ -125,12 +126,6 @@ def test_unbalance_from_the_start_has_no_part_before_it(synthetic, without):
 def test_speed_is_constant_without_a_profile(synthetic):
     dataset = synthetic()
     assert set(axes.speed(dataset)) == {dataset.attrs["speed_rad_s"]}
-
-
-def acting(dataset, begin):
-    """Let ROLAC act from a cycle on."""
-    dataset["rolac_controller.rolac_active"] = ("time", (dataset["cycle"].values >= begin).astype(np.int8))
-    return dataset
 
 
 def names_of_marks(figure):

@@ -11,6 +11,7 @@ import pytest
 from amb_cosim.results import contact_history, orbits, series
 from amb_cosim.results.summary import summarise
 from amb_cosim.results.summary_table import table
+from tests.orchestrator.conftest import acting
 
 
 def figures_of(dataset):
@@ -213,12 +214,6 @@ def test_settled_amplitude_before_needs_a_step_and_a_whole_turn(synthetic, witho
     assert orbits.settled_amplitudes(without(synthetic(), "disturbance_cycle"))["before"] == nothing
     assert orbits.settled_amplitudes(synthetic(20, disturbance_cycle=0.5))["before"] == nothing
     assert orbits.settled_amplitudes(synthetic(0.5))["end"] == nothing
-
-
-def acting(dataset, begin):
-    """Let ROLAC act from a cycle on."""
-    dataset["rolac_controller.rolac_active"] = ("time", (dataset["cycle"].values >= begin).astype(np.int8))
-    return dataset
 
 
 def test_without_a_step_the_change_is_that_rolac_begins(synthetic, without):
