@@ -124,7 +124,7 @@ def read_blocks(path: Path, continuous: bool = False) -> dict[str, Any]:
 
 
 def _laws(table: ControllerTable, warp: Warp) -> dict[float, Law]:
-    """Return the continuous law for each speed at which a gain or a frequency is given."""
+    """Return the continuous law for each speed at which a gain or a frequency is set."""
     reads, feeds, owners, gains = [], [], [], []
     speeds: set[float] = set()
     for number, channel in enumerate(table.channel, 1):

@@ -4,7 +4,7 @@
     pid           kp + ki/s + kd s/(1 + s/w),  w = roll_off
     lead, lag     (1 + sqrt(a) s/w) / (1 + s/(sqrt(a) w)),  sin(phase) = (a - 1)/(a + 1): the phase at w, 1 at s = 0
     notch         (s^2 + 2 depth z w s + w^2) / (s^2 + 2 z w s + w^2),  z = damping: depth is the gain at w
-                  w may be given at points over speed
+                  w may be set at points over speed
     band_stop     a notch of depth 0 with -3 dB at `low` and `high`: w^2 = low high, 2 z w = high - low
     low_pass      Butterworth of an order, -3 dB at `frequency`
     second_order  (s^2/v^2 + 2 y s/v + 1) / (s^2/w^2 + 2 z s/w + 1); without zeros the numerator is 1
@@ -62,7 +62,7 @@ class BlockTable(Table):
     """Base class of blocks."""
 
     def speeds(self) -> list[float]:
-        """Return the speeds (rad/s) at which a parameter of the block is given."""
+        """Return the speeds (rad/s) at which a parameter of the block is set."""
         return []
 
     def at(self, speed: float) -> Self:

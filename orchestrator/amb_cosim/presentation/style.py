@@ -96,7 +96,7 @@ def fitted(text: str, width: float) -> str:
 
 
 def spread(places: ArrayLike, gap: float) -> Array:
-    """Return positions at least `gap` apart, in the order of the given ones and as near to them as possible.
+    """Return positions at least `gap` apart, in the same order and as near to them as possible.
 
         minimise sum_k (p_k - q_k)^2    subject to    p_(k+1) - p_k >= gap
 

@@ -98,8 +98,8 @@ def set_stators(values: Assignments, bearings: Sequence[str], assigned: Iterable
     names = [port.name for port in values.interfaces[PLANT].of("parameter")]
     sites = {stator_site(bearing): bearing for bearing in bearings}
     begins = tuple(f"{site}." for site in sites)
-    found = (matching_names(names, name.removeprefix(f"{PLANT}.")) for name in assigned)
-    meant = {name for matches in found if all(match.startswith(begins) for match in matches) for name in matches}
+    matched = (matching_names(names, name.removeprefix(f"{PLANT}.")) for name in assigned)
+    meant = {name for matches in matched if all(match.startswith(begins) for match in matches) for name in matches}
     for name in names:
         site, _, variable = name.partition(".")
         if site not in sites or name in meant:

@@ -37,7 +37,7 @@ class Assembly:
 
     @property
     def from_elsewhere(self) -> list[str]:
-        """The components whose FMUs were given as files."""
+        """The components whose FMUs are files."""
         return [name for name, fmu in self.fmus.items() if fmu.flavour == "file"]
 
     def assignments(self) -> Assignments:

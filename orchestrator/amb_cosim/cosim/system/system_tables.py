@@ -132,7 +132,7 @@ class StopTable(Table):
     """Time from which it is checked; the beginning by default."""
 
     def condition(self, beginning: float) -> StopCondition:
-        """Return the condition, times in s; raises ValueError unless one of `above` and `below` is given."""
+        """Return the condition, times in s; raises ValueError unless one of `above` and `below` is set."""
         begin = None if self.from_time is None else time_of(self.from_time, "from_time of stop", least=beginning)
         return stop_condition(
             self.variable,
@@ -235,7 +235,7 @@ class OverlayTable(SystemTable):
 def stop_condition(
     variable: str, above: Raw | None, below: Raw | None, hold: float, begin: float | None
 ) -> StopCondition:
-    """Return a stop condition; raises ValueError unless either `above` or `below` is given."""
+    """Return a stop condition; raises ValueError unless either `above` or `below` is set."""
     limit = above if below is None else below
     if (above is None) == (below is None) or limit is None:
         raise ValueError(f"stop on {variable} needs either above or below")
