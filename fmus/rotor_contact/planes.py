@@ -73,14 +73,3 @@ class Planes:
     def layout(self) -> dict[str, Any]:
         """Return the same in JSON types, to store in an FMU."""
         return asdict(self)
-
-
-def stator_site(bearing: str) -> str:
-    """Return the name of the contact site in the stator bore of a bearing.
-
-    Examples
-    --------
-    >>> stator_site("upper")
-    'stator_upper'
-    """
-    return f"stator_{bearing}"

@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from amb_cosim.design.stator_names import stator_site
 from array_types import Array
 from fmi_export.model import Model
 from rotor_analysis.assembly import Matrices, assemble
@@ -18,7 +19,7 @@ from rotor_analysis.reduced_rotor import reduced_rotor, valid_to
 from rotor_analysis.rigid_body import rigid_body
 from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import load_rotor
-from rotor_contact.planes import ContactSite, MeasuredPlane, Planes, stator_site
+from rotor_contact.planes import ContactSite, MeasuredPlane, Planes
 from rotor_contact.plant import model_for
 from rotor_contact.seals import SEAL, SealRecords, Seals, add_seals
 from rotor_contact.structure import SIZES, Structure

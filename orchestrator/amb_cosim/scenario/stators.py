@@ -16,10 +16,10 @@ from typing import Any
 from amb_cosim.cosim.system.assignments import Assignments
 from amb_cosim.cosim.system.system import System
 from amb_cosim.cosim.system.values import Raw, is_zero
+from amb_cosim.design.stator_names import stator_site
 from amb_cosim.results.component_names import ACTUATOR, PLANT
 from amb_cosim.scenario.scenario import Scenario
 from amb_files.wildcards import matching_names
-from rotor_contact.planes import stator_site
 
 SWITCHES = ("amplifier_off_x", "amplifier_off_y")  # inputs of the actuator for each bearing
 BEYOND_GAP = 1.001  # clearance of a stator, relative to the air gap
