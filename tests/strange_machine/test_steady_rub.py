@@ -18,7 +18,15 @@ from amb_analysis.steady_contact.rubbing_rotor import rubbing_rotor
 from amb_analysis.steady_contact.stability import Dynamics
 from amb_analysis.steady_contact.started import checkpoint_in
 from amb_analysis.steady_contact.synchronous_states import all_sets, states_of
-from amb_analysis.steady_contact.trap_map import Regime, clearance_shares, least_touching, states_at
+from amb_analysis.steady_contact.trap_map import (
+    Regime,
+    clearance_shares,
+    least_touching,
+    least_trapping_at,
+    least_trapping_over,
+    states_at,
+    trap_map,
+)
 from amb_analysis.steady_contact.whirl import whirls
 from amb_analysis.studies import contact_traps
 from amb_analysis.studies.closed_loop_poles import vibrations
@@ -209,6 +217,20 @@ def test_a_map_without_traps_ends_at_ten_times_the_grade_at_the_speed_of_the_mac
     assert contact_traps._largest(expander, few_points.speeds, limit) == pytest.approx(max(10.0 * limit, 2.0))
     ended = replace(few_points, trapping=None, unbalances=np.array([limit, 8.0 * limit]))
     assert_names(ended._reach(), "8 times", f"{Omega:.4g} rad/s", "none traps")
+
+
+@pytest.mark.slow
+def test_least_unbalance_that_traps_is_the_edge_of_the_trap(expander):
+    """A stable state in contact 0.02 % above it, none 0.02 % below; at the best speed at most that of any other."""
+    Omega = expander.Omega
+    least = least_trapping_at(expander, Omega, np.array([5.0, 10.0]))
+    edge = trap_map(expander, np.array([Omega]), least * np.array([1.0 - 2e-4, 1.0 + 2e-4]))
+    assert [bool(np.isin(regime, (Regime.BOTH, Regime.CONTACT))) for regime in edge.regimes()[0]] == [False, True]
+    whole = trap_map(expander, np.array([1.2, 1.4, 1.6]) * Omega, np.array([5.0, 10.0]))
+    amount, at = least_trapping_over(expander, whole)
+    assert 1.2 * Omega < at < 1.6 * Omega
+    others = [least_trapping_at(expander, share * Omega, np.array([5.0, 10.0])) for share in (1.2, 1.3, 1.35, 1.4)]
+    assert amount <= 1.001 * np.nanmin(others)
 
 
 def test_the_least_unbalance_that_touches_does_not_depend_on_the_speeds_of_the_map(expander):

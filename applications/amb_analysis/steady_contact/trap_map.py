@@ -22,6 +22,9 @@ from amb_analysis.steady_contact.synchronous_states import States, all_sets, sta
 from array_types import Array, Bools
 from rotor_analysis.refinement import refined
 
+ACCURACY = 1e-4  # of the smallest factor that traps at a speed, relative
+PARTS, ROUNDS = 5, 16  # into which the distance to the largest factor that does not is divided, and how often
+
 
 class Regime(IntEnum):
     """Possible behaviour of a rotor at a speed and an unbalance."""
@@ -92,6 +95,45 @@ class TrapMap:
         trapped = np.isin(self.regimes(), (Regime.BOTH, Regime.CONTACT))
         first = np.argmax(trapped, axis=1)
         return np.where(trapped.any(axis=1), self.factors[first], np.nan)
+
+
+def least_trapping_at(rotor: RubbingRotor, Omega: float, factors: Array, most: int | None = 2) -> float:
+    """Return the smallest factor with a stable state in contact at a speed (rad/s); NaN if there is none.
+
+    The first of the ascending factors that traps, and the last below it that does not, enclose the limit. Their
+    distance is divided until it is `ACCURACY` of the limit.
+    """
+    below, least = 0.0, np.nan
+    for _ in range(ROUNDS):
+        first = float(trap_map(rotor, np.array([Omega]), factors, most).least_trapping()[0])
+        if np.isnan(first):
+            break
+        below, least = float(max(factors[factors < first], default=below)), first
+        if least - below <= ACCURACY * least:
+            break
+        factors = np.linspace(below, least, PARTS + 1)[1:]
+    return least
+
+
+def least_trapping_over(rotor: RubbingRotor, whole: TrapMap, most: int | None = 2) -> tuple[float, float] | None:
+    """Return the smallest factor that traps at any speed of a map, refined between its neighbours, and that speed.
+
+    None if nothing traps on the map.
+    """
+    coarse = whole.least_trapping()
+    if np.isnan(coarse).all():
+        return None
+    places = np.flatnonzero(coarse == np.nanmin(coarse))
+    near = whole.speeds[max(places[0] - 1, 0) : places[-1] + 2]
+    end = 2.0 * float(np.nanmin(coarse))
+    factors = whole.factors[whole.factors < end]
+
+    def least(speeds: Array) -> Array:
+        return np.nan_to_num([least_trapping_at(rotor, float(Omega), factors, most) for Omega in speeds], nan=end)
+
+    speeds, values = refined(least, near, lambda of: -of, resonant=False)
+    at = int(np.argmin(values))
+    return float(values[at]), float(speeds[at])
 
 
 def least_touching(rotor: RubbingRotor, speeds: Array) -> tuple[float, float]:

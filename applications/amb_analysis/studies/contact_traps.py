@@ -16,7 +16,15 @@ from amb_analysis.steady_contact.contact_whirl import ContactWhirl, contact_whir
 from amb_analysis.steady_contact.freeing import smallest_demand, smallest_freeing
 from amb_analysis.steady_contact.rubbing_rotor import RubbingRotor, rubbing_rotor
 from amb_analysis.steady_contact.stability import Dynamics
-from amb_analysis.steady_contact.trap_map import TrapMap, clearance_shares, least_touching, states_at, trap_map
+from amb_analysis.steady_contact.trap_map import (
+    TrapMap,
+    clearance_shares,
+    least_touching,
+    least_trapping_at,
+    least_trapping_over,
+    states_at,
+    trap_map,
+)
 from amb_analysis.steady_contact.whirl import whirls
 from amb_analysis.studies.inputs import Number, controlled, positive, speed_range, spin_speed
 from amb_analysis.studies.result import MachineResult
@@ -262,8 +270,8 @@ def traps(
     trapping = whole.least_trapping()
     curves = trap_map(machine, speed_range(highest, CURVE + 1)[1:], np.ones(1), AT_ONCE)
     states = tuple(report_state(state, machine, Omega) for state in states_at(machine, Omega))
-    here = trap_map(machine, np.array([Omega]), np.linspace(0.0, 1.0, LEAST + 1)[1:] * largest / amount, AT_ONCE)
-    least = float(here.least_trapping()[0]) * amount
+    least = least_trapping_at(machine, Omega, np.linspace(0.0, 1.0, LEAST + 1)[1:] * largest / amount, AT_ONCE) * amount
+    of_any = least_trapping_over(machine, whole, AT_ONCE)
     loop = Dynamics(machine.loop(Omega)).about((), np.zeros(0), np.zeros(0), machine.c, machine.mu(Omega))
     freeing = smallest_freeing(machine, Omega) if loop.is_stable else None
     needed = None if freeing is None else currents_of(freeing.injected, machine)
@@ -292,9 +300,7 @@ def traps(
         rolling=rolling_contacts(machine, Omega, valid_to),
         least_trapping=least if math.isfinite(least) else None,
         touching=(touching * amount, touching_at),
-        trapping=None
-        if np.isnan(trapping).all()
-        else (float(np.nanmin(trapping)) * amount, float(speeds[np.nanargmin(trapping)])),
+        trapping=None if of_any is None else (of_any[0] * amount, of_any[1]),
         grade_limit=limit * Omega / speeds,
         grade_limit_at_speed=limit,
         smallest_force=needed,
