@@ -145,10 +145,8 @@ def _link(source: LinearComponent, target: LinearComponent, omega: float) -> com
     return complex(held * np.exp(-1j * omega * time * (source.late + (1.0 if source.at_end else 0.0))))
 
 
-def parallel_stiffness(
-    machine: Machine, omegas: Array, Omega: float | None = None, axis: str = "x"
-) -> dict[str, Complex]:
-    """Return the dynamic stiffness (N/m) of each magnetic bearing along an axis for parallel motion of the rotor.
+def parallel_stiffness(machine: Machine, omegas: Array, axis: str = "x") -> dict[str, Complex]:
+    """Return the dynamic stiffness (N/m) of each magnetic bearing along an axis for parallel synchronous motion.
 
     k(j omega) = -F_x(j omega)/x: the real part is stiffness, the imaginary part omega times the damping.
 
@@ -157,9 +155,7 @@ def parallel_stiffness(
     machine
         The machine.
     omegas
-        Frequencies (rad/s), above 0, shape (n,).
-    Omega
-        Spin speed (rad/s); by default the frequency itself (synchronous motion).
+        Frequencies, which are also the spin speeds (rad/s), above 0, shape (n,).
     axis
         `x` or `y`.
 
@@ -173,7 +169,7 @@ def parallel_stiffness(
     along[AXES.index(axis) :: 2] = 1.0
     nodes = {bearing.name: bearing.node for bearing in machine.rotor.bearings}
     for omega in omegas:
-        force = bearing_forces(machine, float(omega), float(omega) if Omega is None else Omega) @ along
+        force = bearing_forces(machine, float(omega), float(omega)) @ along
         for bearing, values in result.items():
             values.append(-force[2 * (nodes[bearing] - 1) + AXES.index(axis)])
     return {bearing: np.array(values) for bearing, values in result.items()}

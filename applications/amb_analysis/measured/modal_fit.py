@@ -43,15 +43,13 @@ class FittedMode:
     shape: Complex
 
 
-def fitted_modes(responses: Sequence[FrequencyResponse], prominence: float = PROMINENCE) -> tuple[FittedMode, ...]:
+def fitted_modes(responses: Sequence[FrequencyResponse]) -> tuple[FittedMode, ...]:
     """Return the modes at the peaks of some responses by (1), by ascending frequency.
 
     Parameters
     ----------
     responses
         With the same frequencies.
-    prominence
-        Decades of power by which a peak must rise above its surroundings.
 
     Raises
     ------
@@ -63,7 +61,7 @@ def fitted_modes(responses: Sequence[FrequencyResponse], prominence: float = PRO
         raise ValueError("responses with different frequencies are not allowed; modes need common ones")
     H = np.stack([item.values for item in responses])
     power = np.mean(np.abs(H) ** 2 / np.median(np.abs(H) ** 2, axis=1, keepdims=True), axis=0)
-    peaks, _ = find_peaks(np.log10(np.maximum(power, np.finfo(float).tiny)), prominence=prominence)
+    peaks, _ = find_peaks(np.log10(np.maximum(power, np.finfo(float).tiny)), prominence=PROMINENCE)
     result = []
     for k, peak in enumerate(peaks):
         first = 0 if k == 0 else (peaks[k - 1] + peak + 1) // 2

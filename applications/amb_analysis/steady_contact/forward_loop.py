@@ -34,6 +34,8 @@ from rotor_contact.structure import structure_of
 Complex = NDArray[np.complexfloating[Any, Any]]  # numpy types products of real and complex arrays so
 Pair = tuple[str, str]
 
+UNREACHABLE = 1e-10  # largest singular value of a balanced law's directions that count as out of reach
+
 
 @dataclass(frozen=True, eq=False)
 class ComplexLaw:
@@ -238,16 +240,16 @@ def _forward_control(
     return minimal(ComplexLaw(np.asarray(law.A, dtype=np.complex128), at_readings, displayed, _split(D)[0]))
 
 
-def minimal(law: ComplexLaw, tolerance: float = 1e-10) -> ComplexLaw:
+def minimal(law: ComplexLaw) -> ComplexLaw:
     """Return the controllable and observable part of a law, by the staircase algorithm.
 
     P. van Dooren, IEEE Trans. Automatic Control 26 (1981) 111-129. States are balanced first: a delayed controller
     holds readings (m) and currents (A), which differ by a factor of 1e6.
     """
     law = _balanced(law)
-    reached = _reachable(law.A, law.B, tolerance)
+    reached = _reachable(law.A, law.B)
     A, B, C = reached.conj().T @ law.A @ reached, reached.conj().T @ law.B, law.C @ reached
-    displayed = _reachable(A.conj().T, C.conj().T, tolerance)
+    displayed = _reachable(A.conj().T, C.conj().T)
     return ComplexLaw(displayed.conj().T @ A @ displayed, displayed.conj().T @ B, C @ displayed, law.D)
 
 
@@ -261,7 +263,7 @@ def _balanced(law: ComplexLaw) -> ComplexLaw:
     return ComplexLaw(law.A / unit[:, None] * unit, law.B / unit[:, None], law.C * unit, law.D)
 
 
-def _reachable(A: Complex, B: Complex, tolerance: float) -> Complex:
+def _reachable(A: Complex, B: Complex) -> Complex:
     """Return an orthonormal basis of the controllable states, shape (n, r)."""
     n = len(A)
     basis = np.zeros((n, 0), dtype=complex)
@@ -274,7 +276,7 @@ def _reachable(A: Complex, B: Complex, tolerance: float) -> Complex:
         for _ in range(2):
             new = new - basis @ (basis.conj().T @ new)
         U, s, _ = np.linalg.svd(new, full_matrices=False)
-        fresh = U[:, s > tolerance]
+        fresh = U[:, s > UNREACHABLE]
         basis = np.hstack([basis, fresh])
         new = A @ fresh / scale
     return basis[:, :n]

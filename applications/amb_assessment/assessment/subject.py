@@ -52,9 +52,9 @@ class Subject(Machine):
             "grade": 1e3 * self.file.balancing.speed,
         }
 
-    def unbalance_of_grade(self, Omega: float | None = None) -> float:
+    def unbalance_of_grade(self) -> float:
         """Return the unbalance (kg m) allowed by the balancing grade, m G/Omega at the largest speed."""
-        return self.rotor.mass * self.file.balancing.speed / (self.file.speed.highest if Omega is None else Omega)
+        return self.rotor.mass * self.file.balancing.speed / self.file.speed.highest
 
     def residual_unbalance(self) -> float:
         """Return the residual unbalance U_r = 6350 W/N g mm (kg m) of API 617, at the largest speed."""

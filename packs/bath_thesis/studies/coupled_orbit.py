@@ -37,7 +37,6 @@ def cosimulated(
     scheme: Scheme,
     step: float,
     samples: int,
-    substep: float = SUBSTEP,
     flavour: Flavour = "native",
 ) -> Complex:
     """Return the complex displacement at the two bearings (m) at each sample from a co-simulation of the three FMUs.
@@ -50,8 +49,6 @@ def cosimulated(
         The coupling, and the communication step (s), which divides the sample time.
     samples
         Number of samples of the controller.
-    substep
-        Longest step of the plant's own integration (s).
     flavour
         Flavour of the FMUs.
 
@@ -60,7 +57,7 @@ def cosimulated(
     ValueError
         If the co-simulation does not reach its end.
     """
-    result = run_prepared(prepare(scenario(levitation, scheme, step, samples, substep), flavour=flavour))
+    result = run_prepared(prepare(scenario(levitation, scheme, step, samples), flavour=flavour))
     if result.outcome.failure is not None:
         raise ValueError(result.outcome.failure)
     bearings = [
@@ -70,7 +67,7 @@ def cosimulated(
     return np.array(bearings).T
 
 
-def scenario(levitation: Levitation, scheme: Scheme, step: float, samples: int, substep: float) -> Scenario:
+def scenario(levitation: Levitation, scheme: Scheme, step: float, samples: int) -> Scenario:
     """Return the scenario of a co-simulation: an unbalanced rotor from rest."""
     actuator: dict[str, float] = {
         "force_law": NONLINEAR if levitation.nonlinear else MEASURED,
@@ -92,7 +89,7 @@ def scenario(levitation: Levitation, scheme: Scheme, step: float, samples: int, 
             "communication_step": step,
             "inputs": {"rotor_contact": {f"{levitation.disc}.u": levitation.unbalance}},
             "parameters": {
-                "rotor_contact": {"solver.max_substep": substep},
+                "rotor_contact": {"solver.max_substep": SUBSTEP},
                 "amb_actuator": actuator,
                 "rolac_controller": {
                     "sample_time": levitation.sample_time,

@@ -15,6 +15,7 @@ from rotor_analysis.damping import free_modes
 TITLE = "Undamped critical speeds over support stiffness"
 COUNT = 5  # critical speeds
 POINTS = 41  # stiffnesses, and speeds
+LEAST = 1e-3  # of the largest dynamic stiffness: replaces smaller and negative values
 DECADES = (-3.0, 1.5)  # of stiffness, about that at which the first bending mode of half the rotor would stand
 
 
@@ -59,9 +60,7 @@ def answer(subject: Subject) -> AnalysisResult:
     return AnalysisResult(measured, (_panel(subject, stiffnesses, lines, swept, dynamic),), (table,), notes)
 
 
-def bearing_critical_speeds(
-    subject: Subject, speeds: Array, stiffness: dict[str, Array], least: float = 1e-3
-) -> list[tuple[int, float]]:
+def bearing_critical_speeds(subject: Subject, speeds: Array, stiffness: dict[str, Array]) -> list[tuple[int, float]]:
     """Return number and speed (rad/s) of each undamped critical speed at the bearings' own stiffness.
 
     The k-th critical speed Omega_k(K(Omega)) crosses Omega; crossings between speeds are interpolated linearly.
@@ -73,12 +72,10 @@ def bearing_critical_speeds(
     speeds
         Ascending (rad/s), shape (n,).
     stiffness
-        Real part of the dynamic stiffness (N/m) at these, by bearing.
-    least
-        Share of the largest stiffness that replaces smaller and negative values.
+        Real part of the dynamic stiffness (N/m) at these, by bearing; `LEAST` replaces smaller and negative values.
     """
     nodes = {bearing.name: bearing.node for bearing in subject.rotor.bearings}
-    floor = least * max(float(np.max(np.abs(k))) for k in stiffness.values())
+    floor = LEAST * max(float(np.max(np.abs(k))) for k in stiffness.values())
     excess = np.full((COUNT, len(speeds)), np.nan)
     for n, Omega in enumerate(speeds):
         springs = {nodes[name]: max(float(k[n]), floor) for name, k in stiffness.items()}
