@@ -78,7 +78,8 @@ def in_one(prepared: PlannedRun, fmu: Path, beside: Mapping[str, Path] | None = 
 
 def start_angle(plan: Plan) -> dict[str, float]:
     """Return the rotor angle at the start (rad), by its name in the assembled FMU."""
-    return {"rotor_contact.initial.angle": plan.parameters["rotor_contact"].get("initial.angle", 0.0)}
+    angles = {name: values.get("initial.angle") for name, values in plan.parameters.items()}
+    return {f"{name}.initial.angle": angle for name, angle in angles.items() if angle is not None}
 
 
 def series(recording: Recording) -> Series:

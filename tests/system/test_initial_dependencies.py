@@ -102,7 +102,7 @@ def cases():
     """The three models of rotors that differ: builder, rotor, scenes, their number, and that of the edges."""
     yield pytest.param(plant, SMALL, scenes_of_plant, 50, 300, id="plant-without-sites")
     yield pytest.param(
-        plant, "nelson_mcvaugh", scenes_of_plant, 4000, 2500, id="plant-one-site", marks=pytest.mark.slow
+        plant, "nelson_mcvaugh", scenes_of_plant, 6000, 2500, id="plant-one-site", marks=pytest.mark.slow
     )
     for name in ("compressor", "bath_rig_thesis"):  # a switch of one of several contacts is rarely seen
         yield pytest.param(plant, name, scenes_of_plant, 1200, 0, id=f"plant-{name}", marks=pytest.mark.slow)

@@ -21,7 +21,7 @@ from amb_cosim.cosim.record.signals import Signals
 from amb_cosim.cosim.system.values import Raw
 from amb_cosim.results.component_names import ACTUATOR, CONTROLLER, PLANT
 from amb_cosim.results.contact_history import in_contact
-from amb_cosim.scenario.plan import SPEED
+from amb_cosim.scenario.plan import IDEAL, SPEED
 from amb_cosim.scenario.scenario import Scenario
 from amb_cosim.scenario.simulation import PlannedRun, prepare, run_prepared
 from array_types import Array, Complex, Indices
@@ -95,7 +95,8 @@ def prepare_measurement(
     )
     changed = {f"{CONTROLLER}.{name}": value for name, value in linear.items()}
     prepared = prepare(measuring, {**settings, f"{ACTUATOR}.amplifier": int(dynamic), **changed}, flavour=flavour)
-    moved = [name for name, value in prepared.plan.inputs.items() if name != SPEED and value != 0.0]
+    held = (SPEED, f"{PLANT}.{IDEAL}")
+    moved = [name for name, value in prepared.plan.inputs.items() if name not in held and value != 0.0]
     if moved:
         raise ValueError(
             f"{moved[0]} cannot be set here; only parameters can, so that injected currents alone move the rotor"
