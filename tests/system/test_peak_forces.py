@@ -11,6 +11,7 @@ from amb_cosim.scenario.simulation import prepare, run_prepared
 pytestmark = pytest.mark.slow
 
 NEWTON = {"rotor_contact.contact.impact_law": 1}
+CHAOTIC = {"fig4_20": 0.05}  # relative scatter of peaks: with the arithmetic of an older processor they differ by 3 %
 RUNS = {"drop": ({}, {}, 0.3), "fig4_9": ({"rotor": "bath_rig"}, NEWTON, 0.2)}
 
 
@@ -36,7 +37,7 @@ def test_forces_on_the_page_are_those_of_runs(name):
     result = forces_of(name)
     assert set(message) == set(result)
     for site, values in result.items():
-        assert message[site] == pytest.approx(values, rel=0.02, abs=2.0)
+        assert message[site] == pytest.approx(values, rel=CHAOTIC.get(name, 0.02), abs=2.0)
 
 
 def test_page_lists_every_scenario_in_which_forces_are_told():
