@@ -29,6 +29,7 @@ NAMES = re.compile(r"^\{\{ names of ([\w.]+) \}\}$", re.MULTILINE)
 OUTCOMES = re.compile(r"^\{\{ outcomes of (\w+) \}\}$", re.MULTILINE)
 STATEMENTS = re.compile(r"^\{\{ statements \}\}$", re.MULTILINE)
 REPORT = Path(__file__).parents[2] / "results/report/report.md"
+FACADE = "amb_cosim"  # names what other packages have
 TYPES = {
     "string": "text",
     "number": "number",
@@ -72,7 +73,8 @@ def names_of(module: str) -> Iterator[str]:
     for name in getattr(offered, "__all__", offered.__dir__()):
         one = getattr(offered, name)
         if isfunction(one) or isclass(one):
-            package = module if one.__module__.startswith(f"{module}.") else one.__module__  # of a pack, or of sweeps
+            is_own = module == FACADE or one.__module__.startswith(f"{module}.")  # else of a pack, or of sweeps
+            package = module if is_own else one.__module__
             yield f"::: {package}.{name}"
 
 

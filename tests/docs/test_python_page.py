@@ -32,15 +32,12 @@ def documented():
         docstring_parser="numpy",
     )
     paths = [line.removeprefix("::: ") for module in MODULES for line in declarations.names_of(module)]
-    for package in {path.partition(".")[0] for path in paths}:
+    items = {path: getattr(import_module(path.rpartition(".")[0]), path.rpartition(".")[2]) for path in paths}
+    for package in {item.__module__.partition(".")[0] for item in items.values()} | {"amb_cosim"}:
         loader.load(package)
     loader.resolve_aliases()
-    result = {}
-    for path in paths:
-        module, _, name = path.rpartition(".")
-        item = getattr(import_module(module), name)
-        result[path] = (item, loader.modules_collection[f"{item.__module__}.{item.__qualname__}"])
-    return result
+    paths_of = {path: f"{item.__module__}.{item.__qualname__}" for path, item in items.items()}
+    return {path: (item, loader.modules_collection[paths_of[path]]) for path, item in items.items()}
 
 
 def _rows(shown):
