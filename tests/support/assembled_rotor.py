@@ -78,8 +78,9 @@ def in_one(prepared: PlannedRun, fmu: Path, beside: Mapping[str, Path] | None = 
 
 def start_angle(plan: Plan) -> dict[str, float]:
     """Return the rotor angle at the start (rad), by its name in the assembled FMU."""
-    angles = {name: values.get("initial.angle") for name, values in plan.parameters.items()}
-    return {f"{name}.initial.angle": angle for name, angle in angles.items() if angle is not None}
+    defaults = {"rotor_contact": 0.0} if "rotor_contact" in plan.parameters else {}
+    angles = {name: values["initial.angle"] for name, values in plan.parameters.items() if "initial.angle" in values}
+    return {f"{name}.initial.angle": angle for name, angle in (defaults | angles).items()}
 
 
 def series(recording: Recording) -> Series:
