@@ -271,7 +271,7 @@ def traps(
     curves = trap_map(machine, speed_range(highest, CURVE + 1)[1:], np.ones(1), AT_ONCE)
     states = tuple(report_state(state, machine, Omega) for state in states_at(machine, Omega))
     least = least_trapping_at(machine, Omega, np.linspace(0.0, 1.0, LEAST + 1)[1:] * largest / amount, AT_ONCE) * amount
-    of_any = least_trapping_over(machine, whole, AT_ONCE)
+    least_over_speeds = least_trapping_over(machine, whole, AT_ONCE)
     loop = Dynamics(machine.loop(Omega)).about((), np.zeros(0), np.zeros(0), machine.c, machine.mu(Omega))
     freeing = smallest_freeing(machine, Omega) if loop.is_stable else None
     needed = None if freeing is None else currents_of(freeing.injected, machine)
@@ -300,7 +300,7 @@ def traps(
         rolling=rolling_contacts(machine, Omega, valid_to),
         least_trapping=least if math.isfinite(least) else None,
         touching=(touching * amount, touching_at),
-        trapping=None if of_any is None else (of_any[0] * amount, of_any[1]),
+        trapping=None if least_over_speeds is None else (least_over_speeds[0] * amount, least_over_speeds[1]),
         grade_limit=limit * Omega / speeds,
         grade_limit_at_speed=limit,
         smallest_force=needed,

@@ -64,9 +64,9 @@ def orbit_grows(dataset: Signals, within: slice) -> bool:
         return False
     recorded = (displacements(dataset, f"{bearing}.x", f"{bearing}.y") for bearing in places(dataset).bearings)
     motions = [np.array_split(m[0][within] + 1j * m[1][within], 3) for m in recorded if m is not None]
-    squares = np.sum([[_mean_square(third - of_one[0].mean()) for third in of_one] for of_one in motions], axis=0)
     if not motions:
         return False
+    squares = np.sum([[_mean_square(third - thirds[0].mean()) for third in thirds] for thirds in motions], axis=0)
     first, second, third = squares
     rest = (NOTICEABLE * _least_clearance(dataset)) ** 2
     grows = third - second > second - first > 0.0 and third > GROWTH * first
@@ -90,10 +90,10 @@ def _drifts(motions: Sequence[Sequence[Array]], rest: float) -> bool:
     rest
         Mean square of a motion that counts as rest (m^2).
     """
-    vibration = np.sum([[_mean_square(third - _line(third)) for third in of_one] for of_one in motions], axis=0)
+    vibration = np.sum([[_mean_square(third - _line(third)) for third in thirds] for thirds in motions], axis=0)
     if vibration[2] > GROWTH * vibration[0] + rest:
         return False
-    first, second, last = np.array([[third.mean() for third in of_one] for of_one in motions]).T
+    first, second, last = np.array([[third.mean() for third in thirds] for thirds in motions]).T
     bend, way = np.linalg.norm(last - 2.0 * second + first), np.linalg.norm(last - first) / 2.0
     return bool(bend < (GROWTH**0.25 - 1.0) * way + np.sqrt(vibration[0]))
 
