@@ -74,7 +74,7 @@ class Baseline:
     def __init__(self, prepared: PlannedRun) -> None:
         plan, system = prepared.plan, prepared.plan.system
         order = system.coupling
-        if order != "gauss_seidel" or plan.profile or prepared.scenario.fmu:
+        if order != "gauss_seidel" or prepared.profile or prepared.scenario.fmu:
             raise ValueError(
                 f"{prepared.name} has no baseline; it must run this project's models in Gauss-Seidel order"
             )

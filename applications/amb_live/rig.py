@@ -15,10 +15,10 @@ from amb_cosim.export.models import Made
 from amb_cosim.export.planned import made_for
 from amb_cosim.results.component_names import ACTUATOR, PLANT
 from amb_cosim.results.places import places_of
-from amb_cosim.scenario.plan import ScenarioPlan
+from amb_cosim.scenario.plan import plan_scenario
 from amb_cosim.scenario.rotors import named
 from amb_cosim.scenario.scenario import Scenario
-from amb_cosim.scenario.simulation import PlannedRun, assemble_scenario, plan_prepared
+from amb_cosim.scenario.simulation import PlannedRun, assemble_scenario
 from amb_live.geometry import geometry
 from fmi_export.variables import FAULT_CODE
 
@@ -56,7 +56,8 @@ def rig(scenario: Scenario, source: Callable[..., Made] = model_source) -> Rig:
     ValueError
         If the scenario is invalid, or requires features that a browser lacks: an FMU file, iterative coupling.
     """
-    prepared = plan_prepared(scenario, assemble_scenario(scenario, settings=POWER_LOSS))
+    assembly = assemble_scenario(scenario, settings=POWER_LOSS)
+    prepared = PlannedRun(scenario, plan_scenario(scenario, assembly), assembly)
     _check(prepared)
     model, parts = _fmu(prepared, source)
     plan, system = prepared.plan, prepared.plan.system
@@ -94,7 +95,7 @@ def rig(scenario: Scenario, source: Callable[..., Made] = model_source) -> Rig:
         "components": components,
         "signals": [{"name": signal.name, "targets": list(signal.targets)} for signal in system.signals],
         "inputs": dict(plan.inputs),
-        "events": _events(plan),
+        "events": _events(prepared),
         "ramps": [{"variable": r.variable, "points": list(map(list, r.points)), "slope": r.slope} for r in plan.ramps],
         "stops": [condition._asdict() for condition in plan.stops],
         "recorded": [name for name in plan.recorded if name in names],
@@ -135,9 +136,9 @@ def _variable(port: Port) -> dict[str, Any]:
     return variable | ({"items": dict(port.items)} if port.items else {})
 
 
-def _events(plan: ScenarioPlan) -> list[dict[str, Any]]:
-    labels = {point: label for label, point in plan.marks.items()}
-    roles = {label: role for role, label in plan.roles.items()}
+def _events(prepared: PlannedRun) -> list[dict[str, Any]]:
+    labels = {point: label for label, point in prepared.plan.marks.items()}
+    roles = {event.name: event.role for event in prepared.scenario.event if event.role}
     return [
         {
             "point": point,
@@ -146,7 +147,7 @@ def _events(plan: ScenarioPlan) -> list[dict[str, Any]]:
             "label": (label := labels.get(point, "")),
             "role": roles.get(label, ""),
         }
-        for point, variable, value in plan.events
+        for point, variable, value in prepared.plan.events
     ]
 
 

@@ -15,8 +15,8 @@ from amb_cosim.cosim.run.checkpoint import Checkpoint
 from amb_cosim.cosim.run.saving import Saves
 from amb_cosim.cosim.run.state_fingerprint import plan_past
 from amb_cosim.cosim.system.assembly import Assembly
+from amb_cosim.cosim.system.experiment import Plan
 from amb_cosim.cosim.system.values import Raw
-from amb_cosim.scenario.plan import ScenarioPlan
 from amb_sweeps.axes import Axis
 from amb_sweeps.sampling import SamplePlan
 
@@ -36,23 +36,23 @@ class Branches:
         self._assembly, self._instances = assembly, instances
         able = all(interface.saves_state for interface in assembly.interfaces.values())
         self._labels = tuple(labels) if able else ()
-        self._plans: dict[str, tuple[ScenarioPlan, Checkpoint]] = {}
+        self._plans: dict[str, tuple[Plan, Checkpoint]] = {}
         self._generation = instances.generation
 
-    def start_of(self, plan: ScenarioPlan) -> Checkpoint | None:
+    def start_of(self, plan: Plan) -> Checkpoint | None:
         """Return the latest state that a run of a plan can go on from, if any."""
         if self._generation != self._instances.generation:
             self._plans.clear()  # the FMUs whose memory held the states are gone
         usable = [state for before, state in self._plans.values() if self._is_shared(before, plan, state.point)]
         return max(usable, key=lambda state: state.point, default=None)
 
-    def saves_of(self, plan: ScenarioPlan, start: Checkpoint | None) -> Saves:
+    def saves_of(self, plan: Plan, start: Checkpoint | None) -> Saves:
         """Return which states a run of a plan saves."""
         begin = plan.begin if start is None else start.point + 1
         marks = (plan.marks[label] for label in self._labels if label in plan.marks)
         return Saves(tuple(n for n in marks if begin <= n <= plan.last), held=True)
 
-    def keep(self, plan: ScenarioPlan, states: Mapping[int, Checkpoint]) -> None:
+    def keep(self, plan: Plan, states: Mapping[int, Checkpoint]) -> None:
         """Store the states that a run of a plan saved, each replacing the one for the same event."""
         for label in self._labels:
             state = states.get(plan.marks.get(label, -1))
@@ -62,7 +62,7 @@ class Branches:
                 self._plans[label] = plan, state
         self._generation = self._instances.generation
 
-    def _is_shared(self, before: ScenarioPlan, plan: ScenarioPlan, n: int) -> bool:
+    def _is_shared(self, before: Plan, plan: Plan, n: int) -> bool:
         """Return whether a plan has the same past as another of the same FMUs at point n."""
         return (
             n <= plan.last

@@ -76,7 +76,7 @@ def variations(
 
 def identification_speeds(prepared: PlannedRun) -> list[float]:
     """Return the speeds (rad/s) at which H is identified: that of the run, or a grid over its range."""
-    speeds = [prepared.plan.speed, *(speed for _, speed in prepared.plan.profile)]
+    speeds = [prepared.speed, *(speed for _, speed in prepared.profile)]
     lowest = prepared.plan.all_parameters(prepared.interfaces)[CONTROLLER]["rolac.min_speed"] or 0.0
     low, high = max(min(speeds), lowest), max(speeds)
     return [high] if high - low < STEP else [float(v) for v in np.linspace(low, high, 1 + round((high - low) / STEP))]

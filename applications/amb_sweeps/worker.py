@@ -17,14 +17,13 @@ from amb_cosim.cosim.system.assembly import Assembly
 from amb_cosim.cosim.system.values import Raw
 from amb_cosim.results.places import places_of
 from amb_cosim.results.result import Result
-from amb_cosim.scenario.plan import FirstValues, first_values
+from amb_cosim.scenario.plan import FirstValues, first_values, plan_scenario
 from amb_cosim.scenario.scenario import Event, Scenario, load_scenario
 from amb_cosim.scenario.simulation import (
     PlannedRun,
     RunRequest,
     assemble_scenario,
     bare_signals,
-    plan_prepared,
     to_result,
 )
 from amb_cosim.scenario.stators import reasons_for_stators
@@ -150,8 +149,8 @@ class Runner:
         begun = key, repr({name: raw for name, raw in settings.items() if not event_of(scenario, name)})
         if self._first[0] != begun:
             self._first = begun, first_values(scenario, assembly, values)
-        first = self._first[1]
-        return plan_prepared(scenario, assembly, values, self.task.until, recorded, first), instances, branches
+        plan = plan_scenario(scenario, assembly, values, self.task.until, recorded, self._first[1])
+        return PlannedRun(scenario, plan, assembly), instances, branches
 
 
 def varied(scenario: Scenario, settings: Mapping[str, Raw]) -> tuple[Scenario, dict[str, Raw]]:

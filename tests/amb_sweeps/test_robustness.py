@@ -69,7 +69,7 @@ def test_h_is_identified_where_the_run_uses_a_table_that_it_does_not_make():
 def test_h_of_a_run_up_is_identified_every_hertz_of_it():
     prepared, _ = of("run_up_rolac")
     speeds = identification_speeds(prepared)
-    assert speeds[-1] == pytest.approx(max(speed for _, speed in prepared.plan.profile))
+    assert speeds[-1] == pytest.approx(max(speed for _, speed in prepared.profile))
     assert max(b - a for a, b in pairwise(speeds)) < 7.0
     assert len(identification_speeds(of("fig5_6")[0])) == 1
 

@@ -189,7 +189,7 @@ def test_delayed_demands_leave_the_free_loop_the_growth_of_its_poles(is_late):
     """The linear model has another realisation of the controller."""
     values = {"rolac_controller.chain.preset": "custom", "rolac_controller.chain.delay": is_late}
     prepared = prepare(as_scenario(LEVITATION, None).machine(), {**LINEAR, **values})
-    machine, Omega = rubbing_rotor(prepared), prepared.plan.speed
+    machine, Omega = rubbing_rotor(prepared), prepared.speed
     loop = Dynamics(machine.loop(Omega)).about((), np.zeros(0), np.zeros(0), machine.c, machine.mu(Omega))
     poles = vibrations(Loop(of_prepared(prepared)), Omega).poles
     assert loop.growth == pytest.approx(poles.real.max(), rel=1e-6)

@@ -26,7 +26,7 @@ def nearest_settling(first, advance, least):
 def test_the_settled_motion_is_that_of_long_settling(name, cycles):
     prepared = prepare(load_scenario(name), until=0.05)
     plan = replace(prepared.plan, settling="solved")
-    advance = plan.speed * plan.step_size
+    advance = prepared.speed * plan.step_size
     first = nearest_settling(plan.first, advance, round(cycles * 2.0 * math.pi / advance))
     plans = replace(plan, first=first), replace(plan, first=first, settling="simulated")
     solved, settled = (run_plan(prepared.assembly, item).recorder.table for item in plans)

@@ -38,7 +38,7 @@ class Machine:
     @property
     def Omega(self) -> float:
         """Spin speed at the start (rad/s)."""
-        return self.prepared.plan.speed
+        return self.prepared.speed
 
     @cached_property
     def rotor(self) -> Rotor:

@@ -103,8 +103,8 @@ def rubbing_rotor(prepared: PlannedRun) -> RubbingRotor:
     amounts = np.array([last.get(f"{PLANT}.{place}.u", 0.0) for place in places])
     angles = np.array([last.get(f"{PLANT}.{place}.phi", 0.0) for place in places])
     c = np.array([p[f"{site}.clearance"] for site in sites])
-    notes = _notes(p, sites) + _other_notes(last, mixing(made, prepared.plan.speed, sites))
-    return RubbingRotor(made, prepared.plan.speed, sites, c, amounts * np.exp(1j * angles), places, notes)
+    notes = _notes(p, sites) + _other_notes(last, mixing(made, prepared.speed, sites))
+    return RubbingRotor(made, prepared.speed, sites, c, amounts * np.exp(1j * angles), places, notes)
 
 
 def _notes(p: Mapping[str, float], sites: tuple[str, ...]) -> tuple[str, ...]:

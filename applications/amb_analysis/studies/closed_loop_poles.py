@@ -215,7 +215,7 @@ def poles(
     prepared = prepare(values.machine(), set, flavour=flavour)
     machine = Machine(prepared)
     loop = machine.loop
-    highest = (1.5 * prepared.plan.speed or DEFAULT_RANGE) if up_to is None else up_to
+    highest = (1.5 * prepared.speed or DEFAULT_RANGE) if up_to is None else up_to
     speeds = speed_range(highest, POINTS)
     speeds[0] = LOWEST * speeds[-1]
     result = [vibrations(loop, float(Omega)) for Omega in speeds]
@@ -236,7 +236,7 @@ def poles(
         growth_rates=np.array([one.growth_rate for one in stabilities]),
         least_stable=worst,
         unstable=tuple(unstable),
-        operating_speed=prepared.plan.speed,
+        operating_speed=prepared.speed,
         limits=limits_of(machine.rotor.seals),
         approximations=tuple(viscous_losses(prepared.assembly)),
     )

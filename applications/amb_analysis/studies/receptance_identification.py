@@ -151,7 +151,7 @@ def identify(
         table = table_for(runs[0], path)
         for prepared in runs:
 
-            def report_steps(done: int, total: int, speed: float = prepared.plan.speed) -> None:
+            def report_steps(done: int, total: int, speed: float = prepared.speed) -> None:
                 report(IdentificationProgress(speed, len(results), len(runs), done, total))
 
             result = computed_identification(prepared) if computed else run_identification(prepared, report_steps)

@@ -125,7 +125,7 @@ def prepare_identification(
         record={"variables": RECORDED, "every": steps},
     )
     prepared = prepare(scenario, settings, flavour=flavour)
-    if prepared.plan.speed != Omega:
+    if prepared.speed != Omega:
         raise ValueError("Omega cannot be set here; speeds sets it")
     lowest = machine_of(prepared, CONTROLLER).parameters[CONTROLLER]["rolac.min_speed"]
     if Omega < lowest and not math.isclose(Omega, lowest):

@@ -269,7 +269,7 @@ def sensitivity(
     return StabilityMargin(
         scenario=values.name,
         rotor=machine.rotor.name,
-        speed=prepared.plan.speed,
+        speed=prepared.speed,
         sample_time=loop.sample_time,
         delay=_delay(parameters[CONTROLLER]),
         amplifier="dynamic" if parameters[ACTUATOR]["amplifier"] else "ideal",

@@ -16,8 +16,7 @@ from amb_cosim.cosim.system.replacement import fitted
 from amb_cosim.cosim.system.system import System
 from amb_cosim.cosim.system.system_file import is_system, load_experiment, load_system
 from amb_cosim.export.models import Made
-from amb_cosim.results.component_names import CONTROLLER
-from amb_cosim.scenario.inner_loop import inner_loop_parameters
+from amb_cosim.scenario.inner_loop import check_receptances
 from amb_cosim.scenario.plan import plan_scenario
 from amb_cosim.scenario.rotors import RotorSource
 from amb_cosim.scenario.scenario import Scenario, as_scenario
@@ -71,18 +70,7 @@ def plan_models(
         lambda component: interface_of(model_source(component.fmu, **options)[0]),
     )
     assembly = Assembly(system, {}, interfaces, options)
-    if values is None:
-        plan = _plan(assembly, file)
-    else:
-        plan = plan_scenario(values, assembly)
-    if table is not None:
-        from amb_cosim.design.rotor_models import check_loop
-
-        parameters = plan.all_parameters(interfaces)
-        inner = inner_loop_parameters(system, parameters)
-        for component in system.components:
-            if component.fmu == CONTROLLER:
-                check_loop(table, parameters[component.name], rotor, inner)
+    plan = _plan(assembly, file) if values is None else plan_scenario(values, assembly)
     return PlannedModels(plan, made)
 
 
@@ -115,4 +103,6 @@ def _plan(assembly: Assembly, file: str | Path | None) -> Plan:
         experiment, inputs = load_experiment(file, experiment)
         for name, raw in inputs.items():
             values.set_first(name, raw)
-    return plan_experiment(experiment, values)
+    plan = plan_experiment(experiment, values)
+    check_receptances(assembly, plan)
+    return plan

@@ -1,4 +1,4 @@
-"""Dependence of a table of receptances on a linear controller beneath the synchronous control."""
+"""Dependence of a table of receptances on the loop in which it was identified."""
 
 from __future__ import annotations
 
@@ -7,11 +7,31 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from amb_cosim.cosim.fmu.fmus import MADE_FROM_FILE, model_source
+from amb_cosim.cosim.system.assembly import Assembly
+from amb_cosim.cosim.system.experiment import Plan
 from amb_cosim.cosim.system.system import System
+from amb_cosim.results.component_names import CONTROLLER
 
 # Names, and endings of names of signals and demands.
 _PARAMETERS = ("delay", "chain.preset", "chain.filter", "chain.delay", "chain.cutoff")
 _ENDINGS = (".gain", ".scale")
+
+
+def check_receptances(assembly: Assembly, plan: Plan) -> None:
+    """Raise ValueError if the table of receptances of a run is that of another loop; see `check_loop`."""
+    if (table := assembly.options.get("receptances")) is None:
+        return
+    from amb_cosim.design.rotor_models import check_loop  # a run without a table needs nothing of it
+
+    parameters = plan.all_parameters(assembly.interfaces)
+    inner = inner_loop_parameters(assembly.system, parameters)
+    for component in controllers(assembly.system):
+        check_loop(table, parameters[component], assembly.options.get("rotor"), inner)
+
+
+def controllers(system: System) -> list[str]:
+    """Return the components that are the controller model, which uses receptances."""
+    return [component.name for component in system.components if component.fmu == CONTROLLER]
 
 
 def inner_loop_parameters(system: System, parameters: Mapping[str, Mapping[str, float | None]]) -> dict[str, float]:

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, replace
 from typing import Any
 
-from amb_cosim.cosim.basics.choices import Role
 from amb_cosim.cosim.basics.time_grid import in_steps, is_on_grid, nearest_point, nearest_steps
 from amb_cosim.cosim.system.assembly import Assembly
 from amb_cosim.cosim.system.assignments import Assignments
@@ -18,6 +16,7 @@ from amb_cosim.results.component_names import ACTUATOR, PLANT
 from amb_cosim.results.places import RotorPlaces, places_of
 from amb_cosim.scenario.coupling import delay, predictable
 from amb_cosim.scenario.gravity import Gravity, set_gravity
+from amb_cosim.scenario.inner_loop import check_receptances
 from amb_cosim.scenario.operating_point import MissingParameters, set_operating_points, stated_constants
 from amb_cosim.scenario.scenario import Scenario, checked_speed, cycle_period
 from amb_cosim.scenario.shaft_damping import viscous_losses
@@ -29,31 +28,6 @@ ACCELERATION = "Omega_dot"  # the shared signal that holds the slope of the spee
 UNBALANCE = "kg.m"
 FREE, IDEAL = "spin.free", "drive.ideal"  # of the plant: a spin that the drive must hold, and a drive that does
 ANGLE = "initial.angle"  # parameter of a rotor, its angle at the start
-
-
-@dataclass(frozen=True)
-class ScenarioPlan(Plan):
-    """A scenario on the time grid: cycle 0 begins at time 0, preceded by settling.
-
-    `period` is that of a cycle (s), `marks` the communication points of labelled events, `roles` the labels
-    of those with a role, `warnings` are sentences on parameters without effect or in conflict, and on
-    approximations.
-    """
-
-    period: float = math.nan
-    marks: Mapping[str, int] = field(default_factory=dict)
-    roles: Mapping[Role, str] = field(default_factory=dict)
-    warnings: tuple[str, ...] = ()
-
-    @property
-    def speed(self) -> float:
-        """Initial speed in rad/s."""
-        return self.inputs[SPEED]
-
-    @property
-    def profile(self) -> tuple[tuple[int, float], ...]:
-        """Points (communication point, rad/s) that the speed is linear between; empty where it is constant."""
-        return next((ramp.points for ramp in self.ramps if ramp.variable == SPEED), ())
 
 
 def parse_settings(settings: Iterable[str]) -> dict[str, str]:
@@ -74,8 +48,8 @@ def plan_scenario(
     until: Raw | None = None,
     recorded: Sequence[str] | None = None,
     first: FirstValues | None = None,
-) -> ScenarioPlan:
-    """Plan a scenario on the time grid of the master.
+) -> Plan:
+    """Plan a scenario on the time grid of the master: cycle 0 begins at time 0, preceded by settling.
 
     Parameters
     ----------
@@ -94,7 +68,8 @@ def plan_scenario(
     Raises
     ------
     ValueError
-        For names that do not exist, values that are not allowed, and times that do not fit the steps.
+        For names that do not exist, values that are not allowed, times that do not fit the steps, and a table of
+        receptances of another loop.
     """
     first = first or first_values(scenario, assembly, settings)
     values, stated = first.values.copy(), first.stated
@@ -102,11 +77,8 @@ def plan_scenario(
     period, h = cycle_period(values.inputs[SPEED]), scenario.step_size(coupling)
     end = None if until is None else quantity(until, "s", "until")
     events: list[InputChange] = []
-    marks: dict[str, int] = {}
     for number, event in enumerate(scenario.event, 1):
         moment, message = event.moment(period), f"event {event.name or number}"
-        if event.name:
-            marks[event.name] = nearest_point("time of event", moment, h)
         events += [InputChange(moment, name, value, message) for name, value in _scaled(event.set, scenario, values)]
     events += _release(scenario, values, events, period)
     experiment = Experiment(
@@ -122,17 +94,20 @@ def plan_scenario(
         each=_contact(places_of(assembly)),
         record_settling=bool(scenario.record.settling),
         settling=scenario.settling,
-        turn=period,
+        period=period,
+        marks={event.name: event.moment(period) for event in scenario.event if event.name},
         unsolvable=unsteady_effects(values),
         coupling=coupling,
     )
     plan = plan_experiment(experiment, values)
-    planned = {f.name: getattr(plan, f.name) for f in fields(Plan)}
-    planned["notices"] = (*plan.notices, *_rounded(end, plan))
-    planned["parameters"] = _with_first_angle(plan, scenario.settle_cycles, period, assembly)
-    roles = {event.role: event.name for event in scenario.event if event.role}
-    warnings = (*idle_switches(values, stated), *first.warnings, *viscous_losses(assembly))
-    return ScenarioPlan(**planned, period=period, marks=marks, roles=roles, warnings=warnings)
+    plan = replace(
+        plan,
+        parameters=_with_first_angle(plan, scenario.settle_cycles, period, assembly),
+        notices=(*plan.notices, *_rounded(end, plan)),
+        warnings=(*idle_switches(values, stated), *first.warnings, *viscous_losses(assembly)),
+    )
+    check_receptances(assembly, plan)
+    return plan
 
 
 def _release(

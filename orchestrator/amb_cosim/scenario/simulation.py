@@ -25,6 +25,7 @@ from amb_cosim.cosim.run.recording import Recording
 from amb_cosim.cosim.run.run_plan import run_plan
 from amb_cosim.cosim.run.saving import AUTOSAVE_TIME, Saves, resumed, save_points
 from amb_cosim.cosim.system.assembly import Assembly, assemble
+from amb_cosim.cosim.system.experiment import Plan
 from amb_cosim.cosim.system.system import System
 from amb_cosim.cosim.system.system_file import load_system
 from amb_cosim.cosim.system.values import Raw
@@ -35,8 +36,8 @@ from amb_cosim.results.places import places_of
 from amb_cosim.results.result import Result
 from amb_cosim.results.stability import LAST_CHANGE
 from amb_cosim.scenario.coupling import PREDICTION, SAMPLE_TIME, coupling_warning
-from amb_cosim.scenario.inner_loop import inner_loop_parameters
-from amb_cosim.scenario.plan import FirstValues, ScenarioPlan, plan_scenario
+from amb_cosim.scenario.inner_loop import controllers
+from amb_cosim.scenario.plan import SPEED, plan_scenario
 from amb_cosim.scenario.power import with_power
 from amb_cosim.scenario.rotors import RotorSource
 from amb_cosim.scenario.scenario import Scenario, as_scenario
@@ -111,7 +112,7 @@ def run(
         start = Checkpoint.load(start) if isinstance(start, str | Path) else start
         prepared = request.prepared(start)
         file = None if autosave is None else Path(autosave)
-        saves = Saves(save_points(save_at, prepared.plan, prepared.plan.period), file, autosave_every)
+        saves = Saves(save_points(save_at, prepared.plan), file, autosave_every)
         start = resumed(file, prepared.assembly, prepared.plan) or start
         return run_prepared(prepared, RunOptions(loop, isolated, start=start, saves=saves, progress=report))
 
@@ -147,7 +148,7 @@ class PlannedRun:
     """A scenario with everything that it needs to run, checked."""
 
     scenario: Scenario
-    plan: ScenarioPlan
+    plan: Plan
     assembly: Assembly
 
     @property
@@ -164,6 +165,16 @@ class PlannedRun:
     def interfaces(self) -> Mapping[str, FmuInterface]:
         """Interface of each component."""
         return self.assembly.interfaces
+
+    @property
+    def speed(self) -> float:
+        """Initial speed in rad/s."""
+        return self.plan.inputs[SPEED]
+
+    @property
+    def profile(self) -> tuple[tuple[int, float], ...]:
+        """Points (communication point, rad/s) that the speed is linear between; empty where it is constant."""
+        return next((ramp.points for ramp in self.plan.ramps if ramp.variable == SPEED), ())
 
 
 def prepare(
@@ -183,20 +194,20 @@ def prepare(
         If anything in it does not fit.
     """
     if start is None:
-        return plan_prepared(scenario, assemble_scenario(scenario, flavour, settings), settings, until)
+        assembly = assemble_scenario(scenario, flavour, settings)
+        return PlannedRun(scenario, plan_scenario(scenario, assembly, settings, until), assembly)
     system = system_of(scenario)
     stators = bearings_with_stators(scenario, system, start.past)
     assembly = assemble_scenario(scenario, flavour, stators=stators)
-    prepared = plan_prepared(scenario, assembly, settings, until)
+    plan = plan_scenario(scenario, assembly, settings, until)
     missing = [name for name in touchable_stators(scenario, system, settings or {}) if name not in stators]
-    if not missing:
-        return prepared
-    warning = (
-        f"the run before t = {start.time:.9g} s had no stators at {', '.join(missing)}, whose amplifiers are switched "
-        "off; a rotor that crosses the air gap there ends this run"
-    )
-    plan = replace(prepared.plan, warnings=(*prepared.plan.warnings, warning))
-    return replace(prepared, plan=plan)
+    if missing:
+        warning = (
+            f"the run before t = {start.time:.9g} s had no stators at {', '.join(missing)}, whose amplifiers are "
+            "switched off; a rotor that crosses the air gap there ends this run"
+        )
+        plan = replace(plan, warnings=(*plan.warnings, warning))
+    return PlannedRun(scenario, plan, assembly)
 
 
 def system_of(scenario: Scenario) -> System:
@@ -236,40 +247,17 @@ def assemble_scenario(
         If an FMU cannot be had, or the system does not fit.
     """
     system = system_of(scenario)
-    table, controller = _table(scenario), _controller(system)
-    if table is not None and controller is None:
-        raise ValueError(f"receptances {table} have no use: no component of the run is the model {CONTROLLER}")
+    if scenario.receptances is not None and not controllers(system):
+        raise ValueError(
+            f"receptances {scenario.receptances} have no use: no component of the run is the model {CONTROLLER}"
+        )
     assembly = assemble(system, flavour, **model_options(scenario, system, settings, stators))
     _check_sensors(assembly)
     return assembly
 
 
-def plan_prepared(
-    scenario: Scenario,
-    assembly: Assembly,
-    settings: Mapping[str, Raw] | None = None,
-    until: Raw | None = None,
-    recorded: Sequence[str] | None = None,
-    first: FirstValues | None = None,
-) -> PlannedRun:
-    """Plan a scenario whose FMUs have been found; see `plan_scenario` for the arguments and errors."""
-    plan = plan_scenario(scenario, assembly, settings, until, recorded, first)
-    table, controller = _table(scenario), _controller(assembly.system)
-    if table is not None and controller is not None:
-        from amb_cosim.design.rotor_models import check_loop  # a run without a table needs nothing of it
-
-        values = plan.all_parameters(assembly.interfaces)
-        check_loop(table, values[controller], scenario.rotor, inner_loop_parameters(assembly.system, values))
-    return PlannedRun(scenario, plan, assembly)
-
-
 def _table(scenario: Scenario) -> Path | None:
     return None if scenario.receptances is None else Path(scenario.receptances)
-
-
-def _controller(system: System) -> str | None:
-    """Return the component that is the controller model, if there is one."""
-    return next((c.name for c in system.components if c.fmu == CONTROLLER), None)
 
 
 def _check_sensors(assembly: Assembly) -> None:
@@ -335,12 +323,12 @@ def to_result(prepared: PlannedRun, recording: Recording) -> Result:
         "scenario": scenario.name,
         "description": scenario.description,
         "source": scenario.source,
-        "speed_rad_s": plan.speed,
+        "speed_rad_s": prepared.speed,
         **_landmarks(prepared, recording.recorder),
         "scenario_data": scenario.model_dump_json(exclude_defaults=True, exclude={"name"}),
     }
-    if plan.profile:
-        attributes["speed_profile"] = json.dumps([(n * plan.step_size, Omega) for n, Omega in plan.profile])
+    if prepared.profile:
+        attributes["speed_profile"] = json.dumps([(n * plan.step_size, Omega) for n, Omega in prepared.profile])
     if scenario.plot.cycles is not None:
         attributes["plot_cycles"] = list(scenario.plot.cycles)
     if scenario.plot.figures is not None:
@@ -351,7 +339,7 @@ def to_result(prepared: PlannedRun, recording: Recording) -> Result:
     return Result(SignalTable(table.variables, table.coordinates, message), recording.outcome, recording.checkpoints)
 
 
-def _coordinates(plan: ScenarioPlan, time: Array) -> dict[str, Samples]:
+def _coordinates(plan: Plan, time: Array) -> dict[str, Samples]:
     """Return time, and the turns of the initial speed."""
     return {
         "time": Samples(time, {"units": "s", "description": "Time from the beginning of cycle 0"}),
@@ -362,10 +350,11 @@ def _coordinates(plan: ScenarioPlan, time: Array) -> dict[str, Samples]:
 def _landmarks(prepared: PlannedRun, recorder: Recorder) -> dict[str, Any]:
     """Return the places of the rotor, labels and cycles of events with a role, and the last change, as attributes."""
     plan, cycle = prepared.plan, prepared.plan.step_size / prepared.plan.period
-    events = {role: label for role, label in plan.roles.items() if plan.marks[label] <= recorder.reached}
+    roles = {event.role: event.name for event in prepared.scenario.event if event.role}
+    events = {role: label for role, label in roles.items() if plan.marks[label] <= recorder.reached}
     cycles = {f"{role}_cycle": plan.marks[label] * cycle for role, label in events.items()}
     labels = {f"{role}_label": label for role, label in events.items()}
-    changes = (*(n for n, _, _ in plan.events), *(n for n, _ in plan.profile))
+    changes = (*(n for n, _, _ in plan.events), *(n for n, _ in prepared.profile))
     last = max((n for n in changes if n <= recorder.reached), default=0)
     message = {PLACES: places_of(prepared.assembly).to_json(), "period_s": plan.period}
     return {**message, **cycles, **labels, LAST_CHANGE: last * cycle}

@@ -116,8 +116,8 @@ def resumed(file: Path | None, assembly: Assembly, plan: Plan) -> Checkpoint | N
     return result
 
 
-def save_points(moments: Sequence[Raw], plan: Plan, period: float | None = None) -> tuple[int, ...]:
-    """Return the communication points of times such as `cycle 5` (of `period` s) or `0.3 s`.
+def save_points(moments: Sequence[Raw], plan: Plan) -> tuple[int, ...]:
+    """Return the communication points of times such as `cycle 5` or `0.3 s`.
 
     Raises
     ------
@@ -126,7 +126,7 @@ def save_points(moments: Sequence[Raw], plan: Plan, period: float | None = None)
     """
     points: list[int] = []
     for moment in moments:
-        points.append(plan.grid.nearest("a moment", moment_of(moment, period)))
+        points.append(plan.grid.nearest("a moment", moment_of(moment, plan.period or None)))
         if points[-1] > plan.last:
             raise ValueError(f"no state can be saved at {moment}; the run ends at {plan.time(plan.last):.9g} s")
     return tuple(points)

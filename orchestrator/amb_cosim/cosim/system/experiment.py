@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from amb_cosim.cosim.basics.choices import Coupling, Settling
 from amb_cosim.cosim.basics.schedules import PiecewiseConstant, PiecewiseLinear, Schedule
-from amb_cosim.cosim.basics.time_grid import TimeGrid
+from amb_cosim.cosim.basics.time_grid import TimeGrid, in_steps
 from amb_cosim.cosim.fmu.fmu_interface import FmuInterface, Port
 from amb_cosim.cosim.system.stopping import Condition, StopCondition
 from amb_cosim.cosim.system.system import System
@@ -66,8 +67,11 @@ class Experiment:
         Patterns of variables to record at every step of a decimated record.
     settling
         Whether the motion before time 0 is simulated, solved for (`settling`), or solved for if possible.
-    turn
-        Time of simulation (s) before time 0 after solving for the motion, which fills windows over the past.
+    period
+        Duration of a cycle, in which times may be stated; 0 without cycles. A motion that is solved for is simulated
+        over the last cycle before time 0, which fills windows over the past.
+    marks
+        Times by label.
     unsolvable
         Reason why it cannot be solved for, if known.
     coupling
@@ -87,7 +91,8 @@ class Experiment:
     each: tuple[str, ...] = ()
     record_settling: bool = False
     settling: Settling = "simulated"
-    turn: float = 0.0
+    period: float = 0.0
+    marks: Mapping[str, float] = field(default_factory=dict)
     unsolvable: str = ""
     coupling: Coupling | None = None
 
@@ -110,8 +115,9 @@ class Plan:
     `parameters` are the parameters of components, `texts` values of their String and Binary variables, `inputs` the
     initial values of signals and scheduled inputs by name, `events` their changes as (point, name, value). Quantities
     of `stops` are recorded. `notices` report what replacing components lack, `partial_events` the events that are
-    therefore incomplete. The motion before point 0 is simulated from point `first`, or solved for with `turn` simulated
-    steps; the angle is the same.
+    therefore incomplete, `warnings` parameters without effect or in conflict, and approximations. The motion before
+    point 0 is simulated from point `first`, or solved for with `turn` simulated steps; the angle is the same. `period`
+    is the duration of a cycle (s), 0 without cycles; `marks` are points by label.
     """
 
     system: System
@@ -128,9 +134,11 @@ class Plan:
     recorded_each: tuple[str, ...] = ()
     record_from: int = 0
     settling: Settling = "simulated"
-    turn: int = 0
+    period: float = 0.0
+    marks: Mapping[str, int] = field(default_factory=dict)
     notices: tuple[str, ...] = ()
     partial_events: tuple[tuple[float, str], ...] = ()
+    warnings: tuple[str, ...] = ()
     texts: Mapping[str, Mapping[str, str | bytes]] = field(default_factory=dict)
     start_time: float = 0.0
     stop_time: float | None = None
@@ -145,6 +153,11 @@ class Plan:
     def time(self, n: int) -> float:
         """Return the time of communication point n (s)."""
         return self.grid.time(n)
+
+    @property
+    def turn(self) -> int:
+        """Number of steps that are simulated before point 0 after solving for the motion: those of a cycle."""
+        return math.ceil(in_steps(self.period, self.step_size))
 
     @property
     def begin(self) -> int:
