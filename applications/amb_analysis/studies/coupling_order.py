@@ -142,7 +142,7 @@ def simulated(
     ahead = delay(run.coupling, step) if run.predicts else 0.0
     names = predictable(prepare(changed, settings, flavour=flavour).interfaces)
     prepared = prepare(changed, {**settings, **dict.fromkeys(names, ahead)}, flavour=flavour)
-    results = [run_prepared(prepared, RunOptions(run.loop)) for _ in range(TIMINGS)]
+    results = [run_prepared(prepared, RunOptions(loop=run.loop)) for _ in range(TIMINGS)]
     if any(result.outcome.status == "interrupted" for result in results):
         raise KeyboardInterrupt
     signals, outcome = results[0].signals, results[0].outcome

@@ -18,12 +18,12 @@ from amb_cosim.cosim.record.recorder import Recorder
 from amb_cosim.cosim.record.signals import AT_STEPS, EACH_STEP, Samples, SignalTable
 from amb_cosim.cosim.record.warnings import ATTRIBUTE as WARNINGS
 from amb_cosim.cosim.record.warnings import WarningRecord, to_json, warnings_of
-from amb_cosim.cosim.run.checkpoint import Checkpoint
+from amb_cosim.cosim.run.checkpoint import Checkpoint, as_checkpoint
 from amb_cosim.cosim.run.dataset import step_times, steps_of, to_signals
 from amb_cosim.cosim.run.options import DEFAULTS, Progress, RunOptions
 from amb_cosim.cosim.run.recording import Recording
 from amb_cosim.cosim.run.run_plan import run_plan
-from amb_cosim.cosim.run.saving import AUTOSAVE_TIME, Saves, resumed, save_points
+from amb_cosim.cosim.run.saving import AUTOSAVE_TIME, Saves
 from amb_cosim.cosim.system.assembly import Assembly, assemble
 from amb_cosim.cosim.system.experiment import Plan
 from amb_cosim.cosim.system.system import System
@@ -108,13 +108,17 @@ def run(
         If the FMUs' own process crashed or had to be ended.
     """
     request = RunRequest(as_scenario(scenario, rotor, receptances, fmu), set or {}, until, flavour)
+    file = None if autosave is None else Path(autosave)
     with progress_bar(progress) as report:
-        start = Checkpoint.load(start) if isinstance(start, str | Path) else start
-        prepared = request.prepared(start)
-        file = None if autosave is None else Path(autosave)
-        saves = Saves(save_points(save_at, prepared.plan), file, autosave_every)
-        start = resumed(file, prepared.assembly, prepared.plan) or start
-        return run_prepared(prepared, RunOptions(loop, isolated, start=start, saves=saves, progress=report))
+        options = RunOptions(
+            flavour=flavour,
+            loop=loop,
+            isolated=isolated,
+            start=as_checkpoint(start),
+            saves=Saves(file=file, every=autosave_every, moments=save_at),
+            progress=report,
+        )
+        return run_prepared(request.prepared(options.start), options)
 
 
 def check(scenario: str | Path | Scenario) -> None:

@@ -177,6 +177,11 @@ class Checkpoint:
         )
 
 
+def as_checkpoint(start: Checkpoint | str | Path | None) -> Checkpoint | None:
+    """Return a checkpoint, read from its file if need be; raises ValueError as `Checkpoint.load`."""
+    return Checkpoint.load(start) if isinstance(start, str | Path) else start
+
+
 def _read_arrays(path: Path) -> dict[str, Any]:
     """Return the arrays of an archive by name; contents larger than the file are refused."""
     with zipfile.ZipFile(path) as archive:

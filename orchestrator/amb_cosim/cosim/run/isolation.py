@@ -44,7 +44,7 @@ def run_isolated(assembly: Assembly, plan: Plan, options: RunOptions) -> Recordi
 
     An interruption ends the run at a safe moment; a second one ends the process.
     """
-    request = assembly, plan, replace(options, isolated=False, instances=None, progress=None)
+    request = assembly, plan, replace(options, instances=None, progress=None)
     with deferred() as interruption, child_process("run.isolation_process", request) as process:
         messages = messages_of(process)
         message, tell_at, latest = False, math.inf, time.monotonic()

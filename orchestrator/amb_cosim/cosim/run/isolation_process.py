@@ -14,11 +14,11 @@ from amb_cosim.cosim.basics.descendants import end_descendants, end_with_parent
 from amb_cosim.cosim.basics.errors import ProcessFailed
 from amb_cosim.cosim.master.instances import InstancePool
 from amb_cosim.cosim.run.isolation import ERROR, PROGRESS, RECORDING
-from amb_cosim.cosim.run.run_plan import run_plan
+from amb_cosim.cosim.run.run_plan import run_here
 
 
 def main() -> None:
-    """Send progress, and the recording or the error of `run_plan`."""
+    """Send progress, and the recording or the error of `run_here`."""
     with os.fdopen(os.dup(1), "wb") as answers:
         os.dup2(2, 1)  # what FMUs print does not go among the answers
         signal.signal(signal.SIGTERM, signal.default_int_handler)  # a run puts it off to a safe moment
@@ -33,7 +33,7 @@ def main() -> None:
         instances = InstancePool()
         options = replace(options, instances=instances, progress=lambda *steps: answer(PROGRESS, *steps))
         try:
-            recording = run_plan(assembly, plan, options)
+            recording = run_here(assembly, plan, options)
             answer(RECORDING, recording)
             instances.close()  # an FMU that crashes as it is closed takes no record with it
         except MemoryError:

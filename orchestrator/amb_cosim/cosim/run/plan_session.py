@@ -121,11 +121,6 @@ class Simulator:
         self._stops = StopObserver(plan.stops, [self._at[condition.signal] for condition in plan.stops])
         self.master.exogenous[:] = list(plan.inputs.values())
 
-    @property
-    def grid(self) -> int:
-        """Number of steps between points at which every component has completed its step."""
-        return math.lcm(*(component.every for component in self.components))
-
     def initialise(self) -> int:
         """Initialise the FMUs, and return the point at which the run begins; raises StartFailed if one refuses."""
         self.master.initialise(self.plan.begin)

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 import time
+from collections.abc import Sequence
 from contextlib import ExitStack
-from dataclasses import replace
+from functools import partial
 
 from amb_cosim.cosim.basics.errors import StepFailed
 from amb_cosim.cosim.basics.interruption import Interruption, deferred
@@ -18,7 +19,7 @@ from amb_cosim.cosim.run.isolation import run_isolated
 from amb_cosim.cosim.run.options import DEFAULTS, Progress, RunOptions
 from amb_cosim.cosim.run.plan_session import Simulator
 from amb_cosim.cosim.run.recording import Outcome, Recording
-from amb_cosim.cosim.run.saving import run_saving
+from amb_cosim.cosim.run.saving import Saves, autosave
 from amb_cosim.cosim.system.assembly import Assembly
 from amb_cosim.cosim.system.experiment import Plan
 from amb_cosim.cosim.system.planning import cannot_settle, simulated_settling_notice
@@ -26,6 +27,8 @@ from amb_cosim.cosim.system.stopping import Stopped
 from array_types import Array
 
 REPORT_TIME = 0.04  # s between two reports of progress
+SHARE = 0.05  # at most, of the time of a run, that automatic checkpoints take
+FIRST = 16  # steps until it is known how long they take
 
 
 def run_plan(assembly: Assembly, plan: Plan, options: RunOptions = DEFAULTS) -> Recording:
@@ -44,35 +47,48 @@ def run_plan(assembly: Assembly, plan: Plan, options: RunOptions = DEFAULTS) -> 
         If the coupling is iterative and an FMU cannot save its state or has its own rate, if an FMU cannot serialise a
         state to be saved, or if `start` is of another run.
     """
-    options = replace(options, saves=options.saves.possible(assembly))
-    if assembly.from_elsewhere if options.isolated is None else options.isolated:
-        return run_isolated(assembly, plan, options)
-    notice = "" if options.start is None else options.start.notice
-    has_end = options.start is None and not options.saves.points and options.saves.file is None
+    options = options.for_plan(assembly, plan)
+    return (run_isolated if options.isolated else run_here)(assembly, plan, options)
+
+
+def run_here(assembly: Assembly, plan: Plan, options: RunOptions) -> Recording:
+    """Run a plan in this process, with options `for_plan`; see `run_plan`.
+
+    A motion before point 0 that cannot be solved for is simulated, with a notice.
+    """
     with ExitStack() as stack, deferred() as interruption:
-        instances = options.instances
-        living = InstancePool() if instances is None else instances
-        stack.callback(living.close)
-
-        def run(notice: str) -> Recording:
-            simulator = Simulator(assembly, plan, options.loop, living, notice, has_end=has_end)
-            return _run(simulator, interruption, options)
-
+        instances = InstancePool() if options.instances is None else options.instances
+        stack.callback(instances.close)
+        record = partial(_record, assembly, plan, options, instances, interruption)
         try:
-            recording = run(notice)
+            recording = record("" if options.start is None else options.start.notice)
         except CannotSettle as error:
             if plan.settling == "solved":
                 raise ValueError(cannot_settle(str(error))) from error
-            recording = run(simulated_settling_notice(str(error)))
-        if instances is not None:
+            recording = record(simulated_settling_notice(str(error)))
+        if options.instances is not None:
             stack.pop_all()  # the next run resets them, or loads new ones
             if recording.outcome.status not in ("completed", "stopped"):
                 instances.expire()
     return recording
 
 
-def _run(simulator: Simulator, interruption: Interruption, options: RunOptions) -> Recording:
-    """Run to the end of the plan; raises CannotSettle if the settled motion cannot be solved for."""
+def _record(
+    assembly: Assembly,
+    plan: Plan,
+    options: RunOptions,
+    instances: InstancePool,
+    interruption: Interruption,
+    notice: str,
+) -> Recording:
+    """Start or resume a run, settle it, step it to its end or to what ends it earlier, and return its record.
+
+    Raises
+    ------
+    CannotSettle
+        If the settled motion cannot be solved for.
+    """
+    simulator = Simulator(assembly, plan, options.loop, instances, notice, has_end=options.has_end)
     plan, recorder, start = simulator.plan, simulator.recorder, options.start
     observers: list[Observer] = [lambda *_: interruption.check()]
     if options.progress is not None:
@@ -82,7 +98,7 @@ def _run(simulator: Simulator, interruption: Interruption, options: RunOptions) 
     try:
         interruption.check()
         begin = simulator.settle() if start is None else begin
-        run_saving(simulator, begin, options.saves, observers, checkpoints.__setitem__)
+        _step_to_end(simulator, begin, options.saves, observers, checkpoints)
         outcome = Outcome("completed", plan.time(plan.last))
     except StepFailed as error:
         outcome = Outcome("failed", error.time, error.component, error.reason)
@@ -91,11 +107,42 @@ def _run(simulator: Simulator, interruption: Interruption, options: RunOptions) 
         outcome = Outcome("stopped", stopped_at, None, plan.stops[condition.index].text)
     except KeyboardInterrupt:
         outcome = Outcome("interrupted", plan.time(recorder.reached))
-    assembly = simulator.assembly
     warnings = {component.name: component.warnings for component in simulator.components}
     nan = _first_nan(simulator, warnings)
     outcome = outcome if nan is None or outcome.failure else nan
     return Recording(plan, assembly.interfaces, recorder, outcome, assembly.flavour, warnings, checkpoints)
+
+
+def _step_to_end(
+    simulator: Simulator,
+    begin: int,
+    saves: Saves,
+    observers: Sequence[Observer],
+    checkpoints: dict[int, Checkpoint],
+) -> None:
+    """Step a plan from point `begin` to its end, and add the states to be saved to `checkpoints`.
+
+    Raises
+    ------
+    StepFailed, Stopped
+        As `Simulator.advance`.
+    """
+    last, common = simulator.plan.last, simulator.plan.common_steps
+    due = sorted((n - n % common, n) for n in saves.points if n - n % common >= begin)
+    size, next_save = FIRST * common, time.monotonic() + saves.every
+    while begin <= last:
+        while due and due[0][0] == begin:
+            checkpoints[due.pop(0)[1]] = simulator.checkpoint(begin, saves.held)
+        stop = min([last + 1, *(n for n, _ in due[:1]), *([begin + size] if saves.file else [])])
+        started = time.monotonic()
+        simulator.advance(begin, stop, observers)
+        begin, now = stop, time.monotonic()
+        if saves.file is None:
+            continue
+        size = 4 * size if now - started < saves.every / 8.0 else max(common, size // 2 // common * common)
+        if now >= next_save and begin <= last:
+            autosave(simulator.checkpoint(begin), saves.file)
+            next_save = time.monotonic() + max(saves.every, (time.monotonic() - now) / SHARE)
 
 
 def _first_nan(simulator: Simulator, warnings: dict[str, list[str]]) -> Outcome | None:

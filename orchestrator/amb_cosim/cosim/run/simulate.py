@@ -7,11 +7,11 @@ from pathlib import Path
 from typing import Any
 
 from amb_cosim.cosim.basics.choices import Flavour, Loop
-from amb_cosim.cosim.run.checkpoint import Checkpoint
+from amb_cosim.cosim.run.checkpoint import Checkpoint, as_checkpoint
 from amb_cosim.cosim.run.dataset import Run, to_signals
 from amb_cosim.cosim.run.options import Progress, RunOptions
 from amb_cosim.cosim.run.run_plan import run_plan
-from amb_cosim.cosim.run.saving import Saves, save_points
+from amb_cosim.cosim.run.saving import Saves
 from amb_cosim.cosim.system.assembly import assemble
 from amb_cosim.cosim.system.experiment import Experiment
 from amb_cosim.cosim.system.planning import plan_experiment
@@ -91,6 +91,14 @@ def simulate(
     >>> print(result.outcome)
     completed at t = 0.01 s
     """
+    how = RunOptions(
+        flavour=flavour,
+        loop=loop,
+        isolated=isolated,
+        start=as_checkpoint(start),
+        saves=Saves(moments=save_at),
+        progress=progress,
+    )
     inputs: Mapping[str, Raw] = {}
     if not isinstance(system, System) and Path(system).suffix == ".ssp":
         from amb_cosim.cosim.ssp import load_ssp  # loads XML libraries
@@ -113,8 +121,5 @@ def simulate(
         values.set_first(name, raw)
     for name, raw in (set or {}).items():
         values.set(name, raw)
-    plan = plan_experiment(experiment, values)
-    saves = Saves(save_points(save_at, plan))
-    start = Checkpoint.load(start) if isinstance(start, str | Path) else start
-    recording = run_plan(assembly, plan, RunOptions(loop, isolated, start=start, saves=saves, progress=progress))
+    recording = run_plan(assembly, plan_experiment(experiment, values), how)
     return Simulation(to_signals(recording), recording.outcome, recording.checkpoints)

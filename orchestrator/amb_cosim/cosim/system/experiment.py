@@ -155,6 +155,11 @@ class Plan:
         return self.grid.time(n)
 
     @property
+    def common_steps(self) -> int:
+        """Number of steps between points at which every component has completed its step."""
+        return math.lcm(*(component.every for component in self.system.components))
+
+    @property
     def turn(self) -> int:
         """Number of steps that are simulated before point 0 after solving for the motion: those of a cycle."""
         return math.ceil(in_steps(self.period, self.step_size))
