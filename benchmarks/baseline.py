@@ -21,7 +21,7 @@ from numba.extending import intrinsic
 
 from amb_cosim.cosim.basics.schedules import Changes, PiecewiseConstant
 from amb_cosim.cosim.fmu.fmus import model_source
-from amb_cosim.scenario.simulation import PlannedRun
+from amb_cosim.scenario.plan_run import PlannedRun
 from array_types import Array, Indices
 from benchmarks.kernels import step_kernel
 from fmi_export.model import UNCHANGED, Instance
@@ -62,7 +62,7 @@ class Baseline:
 
     Parameters
     ----------
-    prepared
+    planned
         A run of this project's models in Gauss-Seidel order, at constant speed.
 
     Raises
@@ -71,15 +71,13 @@ class Baseline:
         If the run is of another kind, or the C compiler of native FMUs is missing.
     """
 
-    def __init__(self, prepared: PlannedRun) -> None:
-        plan, system = prepared.plan, prepared.plan.system
+    def __init__(self, planned: PlannedRun) -> None:
+        plan, system = planned.plan, planned.plan.system
         order = system.coupling
-        if order != "gauss_seidel" or prepared.profile or prepared.scenario.fmu:
-            raise ValueError(
-                f"{prepared.name} has no baseline; it must run this project's models in Gauss-Seidel order"
-            )
-        outputs = [f"{c}.{port.name}" for c, i in prepared.interfaces.items() for port in i.of("output")]
-        wiring, inputs, _ = system.wiring(prepared.interfaces, list(plan.inputs), outputs)
+        if order != "gauss_seidel" or planned.profile or planned.scenario.fmu:
+            raise ValueError(f"{planned.name} has no baseline; it must run this project's models in Gauss-Seidel order")
+        outputs = [f"{c}.{port.name}" for c, i in planned.interfaces.items() for port in i.of("output")]
+        wiring, inputs, _ = system.wiring(planned.interfaces, list(plan.inputs), outputs)
         names = [*plan.inputs, *outputs]  # each model's outputs in the order in which its kernel writes them
         place = np.array([names.index(name) for name in wiring.names], np.intp)
         self._plan = plan
@@ -91,7 +89,7 @@ class Baseline:
         self._changes = PiecewiseConstant(events).changes(0, plan.last + 1)
         self._instances: list[tuple[Instance, Array]] = []  # with their outputs
         self._calls: list[KernelCall] = []
-        scenario = prepared.scenario
+        scenario = planned.scenario
         options = {
             "rotor": scenario.rotor,
             "receptances": None if scenario.receptances is None else Path(scenario.receptances),

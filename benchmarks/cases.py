@@ -21,8 +21,9 @@ from typing import Any
 import numpy as np
 
 from amb_cosim.cosim.basics.choices import Flavour
+from amb_cosim.cosim.run.options import RunOptions
+from amb_cosim.scenario.plan_run import PlannedRun, plan_run
 from amb_cosim.scenario.scenario import Scenario, load_scenario, make_scenario
-from amb_cosim.scenario.simulation import PlannedRun, prepare
 from array_types import Array
 from rotor_analysis.assembly import Matrices, assemble
 from rotor_analysis.reduction import msdc
@@ -47,12 +48,12 @@ _FROM_REST: dict[str, Any] = {
 
 def fig4_9(flavour: Flavour) -> PlannedRun:
     """Prepare the scenario `fig4_9`, controlled at 4 kHz."""
-    return prepare(load_scenario("fig4_9").changed(settling="simulated"), flavour=flavour)
+    return plan_run(load_scenario("fig4_9").changed(settling="simulated"), options=RunOptions(flavour=flavour))
 
 
 def rubbing_case(flavour: Flavour, seconds: float, **changes: Any) -> PlannedRun:
     """Prepare the rubbing case for a time (s); `changes` replace keys of its scenario."""
-    return prepare(make_scenario(_rubbing_scenario(seconds) | changes, "rubbing"), flavour=flavour)
+    return plan_run(make_scenario(_rubbing_scenario(seconds) | changes, "rubbing"), options=RunOptions(flavour=flavour))
 
 
 def _rubbing_scenario(seconds: float) -> dict[str, Any]:
@@ -68,7 +69,7 @@ def _rubbing_scenario(seconds: float) -> dict[str, Any]:
 
 def retainer_case(flavour: Flavour, seconds: float) -> PlannedRun:
     """Prepare the retainer case for a time (s)."""
-    return prepare(retainer_scenario(seconds), flavour=flavour)
+    return plan_run(retainer_scenario(seconds), options=RunOptions(flavour=flavour))
 
 
 def retainer_scenario(seconds: float) -> Scenario:

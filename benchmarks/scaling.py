@@ -11,8 +11,10 @@ from typing import Any
 import numpy as np
 
 from amb_cosim.cosim.basics.choices import Flavour
+from amb_cosim.cosim.run.options import RunOptions
+from amb_cosim.scenario.plan_run import PlannedRun, plan_run
 from amb_cosim.scenario.scenario import Scenario, make_scenario
-from amb_cosim.scenario.simulation import PlannedRun, prepare, run_prepared
+from amb_cosim.scenario.simulation import run_planned
 from benchmarks import cases
 from benchmarks.process import run_function
 
@@ -60,7 +62,9 @@ def cost_over_time(flavour: Flavour, durations: Sequence[float], rounds: int) ->
 
 def cost_over_sites(flavour: Flavour, seconds: float, rounds: int) -> dict[str, Any]:
     """Measure the time (s) of a step of the plant over the number of sites that loads press it onto."""
-    runs = [prepare(pressed_rotor(count, seconds), flavour=flavour) for count in range(len(SITES) + 1)]
+    runs = [
+        plan_run(pressed_rotor(count, seconds), options=RunOptions(flavour=flavour)) for count in range(len(SITES) + 1)
+    ]
     steps = runs[0].plan.last
     return LinearFit(_mean_sites_in_contact(runs), [t / steps for t in _median_times(runs, rounds)]).as_data(
         "sites_in_contact", "step_s"
@@ -70,7 +74,7 @@ def cost_over_sites(flavour: Flavour, seconds: float, rounds: int) -> dict[str, 
 def cost_over_variables(flavour: Flavour, seconds: float, rounds: int) -> dict[str, Any]:
     """Measure the time (s) of a step of the rubbing case over the number of recorded variables."""
     runs = [cases.rubbing_case(flavour, seconds, record={"variables": patterns}) for patterns in RECORDED]
-    counts, steps = [float(len(prepared.plan.recorded)) for prepared in runs], runs[0].plan.last
+    counts, steps = [float(len(planned.plan.recorded)) for planned in runs], runs[0].plan.last
     return LinearFit(counts, [t / steps for t in _median_times(runs, rounds)]).as_data("variables", "step_s")
 
 
@@ -100,11 +104,11 @@ def peak_memory(flavour: Flavour, seconds: float) -> dict[str, float]:
     """Return the peak memory of this process after the rubbing case, and the size of the recorded numbers, in bytes."""
     import resource
 
-    prepared = cases.rubbing_case(flavour, seconds, record={"variables": ["*"]})
-    run_prepared(prepared)
+    planned = cases.rubbing_case(flavour, seconds, record={"variables": ["*"]})
+    run_planned(planned)
     unit = 1 if sys.platform == "darwin" else 1024
     peak = unit * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    return {"peak": peak, "recorder": 8.0 * (prepared.plan.last + 1) * (len(prepared.plan.recorded) + 1)}
+    return {"peak": peak, "recorder": 8.0 * (planned.plan.last + 1) * (len(planned.plan.recorded) + 1)}
 
 
 def pressed_rotor(count: int, seconds: float) -> Scenario:
@@ -130,11 +134,11 @@ def pressed_rotor(count: int, seconds: float) -> Scenario:
 
 def _mean_sites_in_contact(runs: Sequence[PlannedRun]) -> list[float]:
     """Return the number of sites in contact, averaged over each run."""
-    datasets = [run_prepared(prepared).dataset for prepared in runs]
+    datasets = [run_planned(planned).dataset for planned in runs]
     return [sum(float((d[f"rotor_contact.{site}.mode"] > 0).mean()) for site in SITES) for d in datasets]
 
 
 def _median_times(runs: Sequence[PlannedRun], rounds: int) -> list[float]:
     """Return the median stepping time (s) of each run, of rounds in which each runs once."""
-    times = [[float(run_prepared(prepared).dataset.attrs["wall_s"]) for prepared in runs] for _ in range(rounds + 1)]
+    times = [[float(run_planned(planned).dataset.attrs["wall_s"]) for planned in runs] for _ in range(rounds + 1)]
     return [median(column) for column in zip(*times[1:], strict=True)]

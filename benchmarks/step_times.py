@@ -8,10 +8,11 @@ from typing import Any
 import numpy as np
 from rich.table import Table
 
+from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.presentation.text_tables import labelled_table
 from amb_cosim.scenario.file import packaged_scenarios
+from amb_cosim.scenario.plan_run import plan_run
 from amb_cosim.scenario.scenario import load_scenario
-from amb_cosim.scenario.simulation import prepare
 from benchmarks.baseline import Baseline
 from benchmarks.timing import environment
 
@@ -36,9 +37,9 @@ def step_times(rounds: int, names: Sequence[str] = SCENARIOS) -> dict[str, dict[
 
 
 def _step_times(name: str, rounds: int) -> dict[str, float]:
-    prepared = prepare(load_scenario(name), flavour="native")
-    shortest = 1e6 * np.min([Baseline(prepared).run(profile=True).steps for _ in range(rounds)], axis=0)
-    sample = 1e6 * prepared.plan.step_size
+    planned = plan_run(load_scenario(name), options=RunOptions(flavour="native"))
+    shortest = 1e6 * np.min([Baseline(planned).run(profile=True).steps for _ in range(rounds)], axis=0)
+    sample = 1e6 * planned.plan.step_size
     return {
         "median": float(np.median(shortest)),
         "percentile_99_9": float(np.percentile(shortest, 99.9)),

@@ -7,7 +7,7 @@ from contextlib import suppress
 from amb_cosim.cosim.fmu.fmu_interface import Port
 from amb_cosim.cosim.system.values import Raw, quantity
 from amb_cosim.scenario.plan import SPEED
-from amb_cosim.scenario.simulation import PlannedRun
+from amb_cosim.scenario.plan_run import PlannedRun
 from amb_files.wildcards import matches
 from amb_sweeps.panels import common_words, first_words
 from amb_sweeps.sampling import SamplePlan
@@ -33,14 +33,14 @@ def check_points(task: Task, design: SamplePlan) -> tuple[dict[str, str], dict[s
     sampled = design.sampling != "grid" and len(design.axes) == 1
     for point in (0, design.size - 1) if sampled else design.corners():
         settings = design.settings(point)
-        prepared = runner.prepare(settings)
-        if not set(guids) >= {fmu.path.stem for fmu in prepared.fmus.values()}:
-            guids |= {prepared.fmus[c].path.stem: interface.guid for c, interface in prepared.interfaces.items()}
+        planned = runner.plan(settings)
+        if not set(guids) >= {fmu.path.stem for fmu in planned.fmus.values()}:
+            guids |= {planned.fmus[c].path.stem: interface.guid for c, interface in planned.interfaces.items()}
         for name in settings:
-            label, ports = event_of(task.scenario, name), _ports_of(prepared, _without_event(task, name))
+            label, ports = event_of(task.scenario, name), _ports_of(planned, _without_event(task, name))
             if ports and ports[0].unit:
                 units.setdefault(name, ports[0].unit)
-                _refuse_far(task, prepared, name, settings[name])
+                _refuse_far(task, planned, name, settings[name])
             if words := common_words([port.description for port in ports]):
                 since = f", from the {label.replace('_', ' ')} on" if label else ""
                 described.setdefault(name, first_words(words) + since if label else words)
@@ -52,30 +52,30 @@ def _without_event(task: Task, name: str) -> str:
     return name.removeprefix(f"{event_of(task.scenario, name)}.")
 
 
-def unit_of(prepared: PlannedRun, name: str) -> str:
+def unit_of(planned: PlannedRun, name: str) -> str:
     """Return the unit of a variation; empty if it has none or is not a variable."""
-    ports = _ports_of(prepared, name)
+    ports = _ports_of(planned, name)
     return (ports[0].unit or "") if ports else ""
 
 
-def _ports_of(prepared: PlannedRun, name: str) -> list[Port]:
+def _ports_of(planned: PlannedRun, name: str) -> list[Port]:
     """Return the variables that are varied under a name; empty if it is not a variable."""
-    values = prepared.assembly.assignments()
+    values = planned.assembly.assignments()
     try:
         return [values.port(result) for result in values.matching(name)]
     except ValueError:
         return []
 
 
-def _refuse_far(task: Task, prepared: PlannedRun, name: str, value: Raw) -> None:
+def _refuse_far(task: Task, planned: PlannedRun, name: str, value: Raw) -> None:
     """Refuse a number without a unit that is more than `FAR` times the scenario's: it may be meant in another unit.
 
     If that is 0, the largest value of this unit that the component has is in its place.
     """
-    local, unit = _value_of(task, prepared, name), unit_of(prepared, _without_event(task, name))
+    local, unit = _value_of(task, planned, name), unit_of(planned, _without_event(task, name))
     whose = "the scenario's"
     if local == 0.0:
-        local, whose = _largest_alike(task, prepared, name), "the largest of its kind,"
+        local, whose = _largest_alike(task, planned, name), "the largest of its kind,"
     if isinstance(value, int | float) and unit != "1" and 0.0 < FAR * local < abs(value):
         raise ValueError(
             f"{name} = {value:g} {unit} is {abs(value) / local:.3g} times {whose} {local:.4g} {unit}; add the "
@@ -83,13 +83,13 @@ def _refuse_far(task: Task, prepared: PlannedRun, name: str, value: Raw) -> None
         )
 
 
-def _largest_alike(task: Task, prepared: PlannedRun, name: str) -> float:
+def _largest_alike(task: Task, planned: PlannedRun, name: str) -> float:
     """Return the largest magnitude among the component's inputs or parameters of the same unit in the scenario."""
-    component, port = _without_event(task, name).partition(".")[0], _ports_of(prepared, _without_event(task, name))[0]
-    interface = prepared.interfaces.get(component)
+    component, port = _without_event(task, name).partition(".")[0], _ports_of(planned, _without_event(task, name))[0]
+    interface = planned.interfaces.get(component)
     alike = [] if interface is None else [p for p in interface.of(port.causality) if p.unit == port.unit]
     changed = [event.set.get(component, {}) for event in task.scenario.event]
-    sizes = [_value_of(task, prepared, f"{component}.{other.name}") for other in alike]
+    sizes = [_value_of(task, planned, f"{component}.{other.name}") for other in alike]
     for values in changed:
         for pattern, raw in values.items():
             with suppress(ValueError):
@@ -98,10 +98,10 @@ def _largest_alike(task: Task, prepared: PlannedRun, name: str) -> float:
     return max(sizes, default=0.0)
 
 
-def _value_of(task: Task, prepared: PlannedRun, name: str) -> float:
+def _value_of(task: Task, planned: PlannedRun, name: str) -> float:
     """Return the largest magnitude of a variation in the scenario itself, or its start value; 0 if there is none."""
     label, variable = event_of(task.scenario, name), _without_event(task, name)
-    scenario, values = task.scenario, prepared.assembly.assignments()
+    scenario, values = task.scenario, planned.assembly.assignments()
     of_event = [event.set for event in scenario.event if label and event.name == label]
     tables = of_event or [scenario.parameters, scenario.inputs]
     settings = {
@@ -116,5 +116,5 @@ def _value_of(task: Task, prepared: PlannedRun, name: str) -> float:
     for available, raw in settings.items():
         with suppress(ValueError):  # the name is not part of this machine
             if varied & {*values.matching(available)}:
-                result.append(abs(quantity(raw, unit_of(prepared, variable), available)))
-    return max(result) if result else max(abs(port.start or 0.0) for port in _ports_of(prepared, variable))
+                result.append(abs(quantity(raw, unit_of(planned, variable), available)))
+    return max(result) if result else max(abs(port.start or 0.0) for port in _ports_of(planned, variable))

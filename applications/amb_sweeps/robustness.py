@@ -14,7 +14,7 @@ from typing import Annotated, ClassVar
 from amb_analysis.studies.receptance_identification import identify
 from amb_analysis.studies.result import DrawnResult
 from amb_cosim.cosim.basics.choices import Flavour
-from amb_cosim.cosim.run.options import Progress
+from amb_cosim.cosim.run.options import Progress, RunOptions
 from amb_cosim.cosim.system.values import Raw
 from amb_cosim.presentation.progress import progress_bar
 from amb_cosim.presentation.text_tables import TextBlock, number, text_table
@@ -151,15 +151,15 @@ def robustness(
     require(1e-6 <= change <= 0.5, "change", change, "from 1e-6 to 0.5")
     scenario = as_scenario(scenario, rotor)
     settings = dict(set or {})
-    runner = Runner(Task(scenario, settings, flavour=flavour))
+    runner = Runner(Task(scenario, settings, options=RunOptions(flavour=flavour)))
     try:
         with temporary_folder() as folder, progress_bar(progress) as report:
-            prepared = runner.prepare({})
+            planned = runner.plan({})
 
             def identified() -> Path:
-                return _identified(scenario, settings, identification_speeds(prepared), folder / "h.toml", flavour)
+                return _identified(scenario, settings, identification_speeds(planned), folder / "h.toml", flavour)
 
-            result = variations(prepared, settings, change, identified)
+            result = variations(planned, settings, change, identified)
             cases = [Variation(AS_IT_IS, {}), *result.made]
             rows = []
             for k, case in enumerate(cases):

@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any
 from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.cosim.basics.spawned_processes import end_if_imported_anew
 from amb_cosim.cosim.run.dataset import git_revision
+from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.cosim.system.values import Raw, quantity
 from amb_cosim.presentation.progress import SweepReport as Report
 from amb_cosim.presentation.progress import sweep_bar
@@ -167,7 +168,7 @@ def sweep(
         check_refinement(design, certainty, boundary)
     until = None if until is None else quantity(until, "s", "until")
     labels = varied_labels(design, _labels(scenario, design))
-    task = Task(scenario, dict(set or {}), until, flavour, tuple(metrics), tuple(keep), labels)
+    task = Task(scenario, dict(set or {}), until, RunOptions(flavour=flavour), tuple(metrics), tuple(keep), labels)
     guids, units, described = check_points(task, design)
     design = design.with_units(units)
     requested = {**_request(task), "guids": guids}
@@ -218,7 +219,7 @@ def _request(task: Task) -> dict[str, Any]:
         "scenario": task.scenario.model_dump(mode="json", exclude_unset=True, exclude_none=True),
         "set": dict(task.settings),
         "until": task.until,
-        "flavour": task.flavour,
+        "flavour": task.options.flavour,
         "metrics": [_described(metric) for metric in task.metrics],
         "keep": list(task.keep),
         "rotor": _rotor_file(task.scenario.rotor),

@@ -6,26 +6,21 @@ import pickle
 import re
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from amb_cosim.cosim.basics.errors import FmuError, ProcessFailed, StartFailed
 from amb_cosim.cosim.master.instances import InstancePool
-from amb_cosim.cosim.run.options import RunOptions
+from amb_cosim.cosim.run.options import DEFAULTS, RunOptions
 from amb_cosim.cosim.run.run_plan import run_plan
 from amb_cosim.cosim.system.assembly import Assembly
 from amb_cosim.cosim.system.values import Raw
 from amb_cosim.results.places import places_of
 from amb_cosim.results.result import Result
+from amb_cosim.scenario.make_result import bare_signals, make_result
 from amb_cosim.scenario.plan import FirstValues, first_values, plan_scenario
+from amb_cosim.scenario.plan_run import PlannedRun, assemble_scenario
 from amb_cosim.scenario.scenario import Event, Scenario, load_scenario
-from amb_cosim.scenario.simulation import (
-    PlannedRun,
-    RunRequest,
-    assemble_scenario,
-    bare_signals,
-    to_result,
-)
 from amb_cosim.scenario.stators import reasons_for_stators
 from amb_files.suggestions import suggest
 from amb_sweeps.axes import is_moment
@@ -41,11 +36,13 @@ _ASSEMBLED_FROM = ("system", "rotor", "receptances", "gradient", "fmu")  # field
 
 
 @dataclass(frozen=True)
-class Task(RunRequest):
+class Task:
     """The task common to all points of a sweep: a run, whose settings a point's values override.
 
     Parameters
     ----------
+    scenario, settings, until, options
+        As for `plan_run`.
     metrics
         Functions of a result; their numbers are added to the key values.
     keep
@@ -54,6 +51,10 @@ class Task(RunRequest):
         Varied events; points share the run before them, see `branching`.
     """
 
+    scenario: Scenario
+    settings: Mapping[str, Raw] = field(default_factory=dict)
+    until: Raw | None = None
+    options: RunOptions = DEFAULTS
     metrics: tuple[Metric, ...] = ()
     keep: tuple[str, ...] = ()
     labels: tuple[str, ...] = ()
@@ -79,44 +80,45 @@ class Runner:
         self._assemblies: dict[str, tuple[Assembly, InstancePool, Branches]] = {}
         self._first: tuple[tuple[str, str], FirstValues | None] = ("", ""), None
 
-    def prepare(self, settings: Mapping[str, Raw]) -> PlannedRun:
-        """Return a point that is ready to run.
+    def plan(self, settings: Mapping[str, Raw]) -> PlannedRun:
+        """Return the planned run of a point.
 
         Raises
         ------
         ValueError
             If a name or a value is invalid.
         """
-        return self._prepared(settings)[0]
+        return self._planned(settings)[0]
 
     def run(self, point: int, settings: Mapping[str, Raw]) -> PointResult:
         """Run a point; any failure is its result."""
         began = time.perf_counter()
         try:
-            prepared, instances, branches = self._prepared(settings)
-            plan = prepared.plan
+            planned, instances, branches = self._planned(settings)
+            plan = planned.plan
             start = branches.start_of(plan)
             saves = branches.saves_of(plan, start)
-            options = RunOptions(isolated=False, instances=instances, start=start, saves=saves)  # expendable process
-            recording = run_plan(prepared.assembly, plan, options)
+            here = replace(self.task.options, isolated=False)  # this process is expendable
+            options = replace(here, instances=instances, start=start, saves=saves)
+            recording = run_plan(planned.assembly, plan, options)
         except ValueError as error:
             return PointResult(point, "invalid", str(error), seconds=time.perf_counter() - began)
         except (StartFailed, FmuError, ProcessFailed) as error:
             return PointResult(point, "failed", str(error), seconds=time.perf_counter() - began)
         if recording.outcome.failure is None:
             branches.keep(plan, recording.checkpoints)
-        recovery, values = evaluate(bare_signals(prepared, recording))
+        recovery, values = evaluate(bare_signals(planned, recording))
         outcome, reason = outcome_of(recording.outcome, recovery)
         if outcome == "failed":
             values = {}  # of an aborted run they have no meaning
         elif self.task.metrics:
-            local, wrong = self._user_metrics(to_result(prepared, recording))
+            local, wrong = self._user_metrics(make_result(planned, recording))
             values |= local
             outcome, reason = ("failed", wrong) if wrong else (outcome, reason)
         if self.task.labels and values:
             values["shared"] = 0.0 if start is None else (start.point - plan.begin) / (plan.last - plan.begin)
         retained = "all" in self.task.keep or outcome in self.task.keep
-        record = _netcdf(to_result(prepared, recording)) if retained else None
+        record = _netcdf(make_result(planned, recording)) if retained else None
         return PointResult(point, outcome, reason, values, time.perf_counter() - began, record)
 
     def _user_metrics(self, result: Result) -> tuple[dict[str, float], str]:
@@ -137,12 +139,12 @@ class Runner:
             instances.close()
         self._assemblies.clear()
 
-    def _prepared(self, settings: Mapping[str, Raw]) -> tuple[PlannedRun, InstancePool, Branches]:
+    def _planned(self, settings: Mapping[str, Raw]) -> tuple[PlannedRun, InstancePool, Branches]:
         scenario, settings = varied(self.task.scenario, settings)
         values = {**self.task.settings, **settings}
         key = repr([reasons_for_stators(scenario, values), *(getattr(scenario, name) for name in _ASSEMBLED_FROM)])
         if key not in self._assemblies:
-            assembly, instances = assemble_scenario(scenario, self.task.flavour, values), InstancePool()
+            assembly, instances = assemble_scenario(scenario, values, self.task.options), InstancePool()
             self._assemblies[key] = assembly, instances, Branches(assembly, instances, self.task.labels)
         assembly, instances, branches = self._assemblies[key]
         recorded = None if self.task.metrics or self.task.keep else needed(places_of(assembly))

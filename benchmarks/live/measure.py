@@ -25,8 +25,9 @@ from urllib.parse import unquote
 from rich.table import Table
 
 from amb_cosim.presentation.text_tables import labelled_table
+from amb_cosim.scenario.plan_run import plan_run
 from amb_cosim.scenario.scenario import load_scenario
-from amb_cosim.scenario.simulation import prepare, run_prepared
+from amb_cosim.scenario.simulation import run_planned
 from amb_live.rig import rig
 from benchmarks.timing import environment
 
@@ -86,12 +87,12 @@ def _write(name: str, folder: Path) -> None:
 def _native(scenarios: Ends, rounds: int) -> dict[str, list[float]]:
     result: dict[str, list[float]] = {}
     for name, until in scenarios.items():
-        prepared = prepare(load_scenario(name).changed(settling="simulated"), until=until)
-        simulated = (prepared.plan.last - prepared.plan.first) * prepared.plan.step_size
+        planned = plan_run(load_scenario(name).changed(settling="simulated"), until=until)
+        simulated = (planned.plan.last - planned.plan.first) * planned.plan.step_size
         result[name] = []
         for _ in range(rounds + 1):
             begin = time.perf_counter()
-            run_prepared(prepared)
+            run_planned(planned)
             result[name].append(simulated / (time.perf_counter() - begin))
     return result
 

@@ -27,8 +27,8 @@ from scipy.signal import bilinear, cont2discrete, lfilter, tf2ss
 import amb_cosim
 from amb_analysis.machine.machine import Machine
 from amb_cosim.cosim.system.values import quantity
+from amb_cosim.scenario.plan_run import plan_run
 from amb_cosim.scenario.scenario import as_scenario
-from amb_cosim.scenario.simulation import prepare
 from signal_chain.presets import IDEAL, is_on
 
 WANTED, ENOUGH, ABOVE_ZERO = 1.6, 0.2, 0.03  # decrements: near the speeds, up to twice the largest, beyond
@@ -155,7 +155,7 @@ def _magnet(scenario, bearing):
 
 def _of_controller(scenario, pairs):
     """Return the narrowest current limits (A) of a scenario's controller, if any, and whether its chain has a delay."""
-    values = Machine(prepare(as_scenario(scenario).machine())).parameters.get("rolac_controller", {})
+    values = Machine(plan_run(as_scenario(scenario).machine())).parameters.get("rolac_controller", {})
     low, high = (
         [value for name, value in values.items() for b in pairs if name.startswith(f"{b}.{limit}_")]
         for limit in ("i_min", "i_max")

@@ -7,25 +7,26 @@ from collections.abc import Iterable
 from typing import Any
 
 from amb_cosim.cosim.basics.choices import Flavour
+from amb_cosim.cosim.run.options import RunOptions
+from amb_cosim.scenario.plan_run import PlannedRun, plan_run
 from amb_cosim.scenario.scenario import Scenario, load_scenario
-from amb_cosim.scenario.simulation import PlannedRun, prepare
 from rotor_analysis.rotor_file import load_rotor
 from source_check.statements import Source
 
 
-def prepare_source(source: Source, flavour: Flavour = "native") -> PlannedRun:
-    """Return the prepared scenario of a source.
+def plan_source(source: Source, flavour: Flavour = "native") -> PlannedRun:
+    """Return the planned scenario of a source.
 
     Raises
     ------
     ValueError
         If the scenario, a value or a table of the rotor is wrong.
     """
-    return prepare(scenario_of(source), dict(source.set), flavour=flavour)
+    return plan_run(scenario_of(source), dict(source.set), options=RunOptions(flavour=flavour))
 
 
 def scenario_of(source: Source) -> Scenario:
-    """Return the scenario of a source without its settings; arguments and errors as for `prepare_source`."""
+    """Return the scenario of a source without its settings; arguments and errors as for `plan_source`."""
     scenario = load_scenario(source.scenario)
     if source.rotor_file:
         scenario = scenario.changed(rotor=source.rotor_file)
@@ -49,6 +50,6 @@ def build_fmus(sources: Iterable[Source], flavour: Flavour = "native") -> None:
             rotor = json.dumps([source.rotor_file or scenario.rotor, scenario.system, source.rotor], sort_keys=True)
             if rotor not in seen:
                 seen.add(rotor)
-                prepare_source(source, flavour)
+                plan_source(source, flavour)
         except ValueError:
             continue

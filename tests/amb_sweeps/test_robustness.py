@@ -7,8 +7,8 @@ from itertools import pairwise
 import pytest
 
 from amb_cosim import studies
+from amb_cosim.scenario.plan_run import plan_run
 from amb_cosim.scenario.scenario import load_scenario
-from amb_cosim.scenario.simulation import prepare
 from amb_sweeps.robustness import Robustness, RobustnessRow
 from amb_sweeps.variations import identification_speeds, variations
 from tests.support.messages import raises_naming
@@ -20,8 +20,8 @@ def row(changed, outcome):
 
 def of(scenario, **settings):
     """The variations of a scenario by 1 %, with a table that nobody reads."""
-    prepared = prepare(load_scenario(scenario), settings)
-    return prepared, variations(prepared, settings, 0.01, lambda: "h.toml")
+    planned = plan_run(load_scenario(scenario), settings)
+    return planned, variations(planned, settings, 0.01, lambda: "h.toml")
 
 
 def test_verdict_names_what_flips_the_outcome():
@@ -35,8 +35,8 @@ def test_verdict_names_what_flips_the_outcome():
 
 def test_machine_without_controller_varies_its_own_bearings():
     """A rotor in springs and dampers has K_b and C_b in the plant; what it does not have is named."""
-    prepared, result = of("nelson_mcvaugh_rub")
-    values = prepared.plan.all_parameters(prepared.interfaces)["rotor_contact"]
+    planned, result = of("nelson_mcvaugh_rub")
+    values = planned.plan.all_parameters(planned.interfaces)["rotor_contact"]
     settings = {item.name: item.settings for item in result.made}
     stiffer = settings["K_b + 1 %"]
     assert set(stiffer) == {"rotor_contact.b1.k_b", "rotor_contact.b2.k_b"}
@@ -67,9 +67,9 @@ def test_h_is_identified_where_the_run_uses_a_table_that_it_does_not_make():
 
 
 def test_h_of_a_run_up_is_identified_every_hertz_of_it():
-    prepared, _ = of("run_up_rolac")
-    speeds = identification_speeds(prepared)
-    assert speeds[-1] == pytest.approx(max(speed for _, speed in prepared.profile))
+    planned, _ = of("run_up_rolac")
+    speeds = identification_speeds(planned)
+    assert speeds[-1] == pytest.approx(max(speed for _, speed in planned.profile))
     assert max(b - a for a, b in pairwise(speeds)) < 7.0
     assert len(identification_speeds(of("fig5_6")[0])) == 1
 

@@ -47,7 +47,7 @@ def test_a_changed_rotor_is_the_difference_that_is_named(tmp_path):
 
 @pytest.mark.parametrize("name", ["bath_rig", "compressor"])
 def test_the_request_of_a_sweep_has_the_content_of_its_rotor_file(name):
-    task = Task(as_scenario("fig4_9", rotor=name), {}, None, "native")
+    task = Task(as_scenario("fig4_9", rotor=name))
     assert _request(task)["rotor"] == tomllib.loads(rotor_path(name).read_text(encoding="utf-8"))
 
 

@@ -10,8 +10,9 @@ import pytest
 from amb_cosim.cosim.master.instances import InstancePool
 from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.results.places import places_of
+from amb_cosim.scenario.plan_run import plan_run
 from amb_cosim.scenario.scenario import load_scenario
-from amb_cosim.scenario.simulation import prepare, run_prepared
+from amb_cosim.scenario.simulation import run_planned
 from amb_sweeps.worker import Runner, Task, varied
 from tests.support.messages import assert_names, raises_naming
 
@@ -42,11 +43,11 @@ def assert_equal(first, second):
 def test_a_reset_instance_gives_the_same_as_a_new_one(flavour, coupling):
     scenario = SCENARIO.changed(coupling=coupling)
     until = UNTIL if coupling == "gauss_seidel" else 0.01
-    cases = [prepare(scenario, settings, until, flavour) for settings in ({}, HIT, {})]
-    fresh = [data_of(run_prepared(case)) for case in cases]
+    cases = [plan_run(scenario, settings, until, options=RunOptions(flavour=flavour)) for settings in ({}, HIT, {})]
+    fresh = [data_of(run_planned(case)) for case in cases]
     instances = InstancePool()
     try:
-        retained = [data_of(run_prepared(case, RunOptions(instances=instances))) for case in cases]
+        retained = [data_of(run_planned(case, RunOptions(instances=instances))) for case in cases]
     finally:
         instances.close()
     for item, other in zip(fresh, retained, strict=True):
@@ -55,18 +56,18 @@ def test_a_reset_instance_gives_the_same_as_a_new_one(flavour, coupling):
 
 def test_instances_are_new_after_a_run_that_failed():
     instances = InstancePool()
-    good = prepare(SCENARIO, {}, UNTIL)
-    before = data_of(run_prepared(good, RunOptions(instances=instances)))
-    bad = prepare(SCENARIO, {"rotor_contact.d1.u": "9e5 g.m"}, UNTIL)
-    assert run_prepared(bad, RunOptions(instances=instances)).outcome.component == "rolac_controller"
-    assert_equal(data_of(run_prepared(good, RunOptions(instances=instances))), before)
+    good = plan_run(SCENARIO, {}, UNTIL)
+    before = data_of(run_planned(good, RunOptions(instances=instances)))
+    bad = plan_run(SCENARIO, {"rotor_contact.d1.u": "9e5 g.m"}, UNTIL)
+    assert run_planned(bad, RunOptions(instances=instances)).outcome.component == "rolac_controller"
+    assert_equal(data_of(run_planned(good, RunOptions(instances=instances))), before)
     instances.close()
 
 
 def test_a_point_has_the_key_values_of_the_summary():
     runner = Runner(Task(SCENARIO, until=UNTIL))
     point = runner.run(7, HIT)
-    summary = run_prepared(prepare(SCENARIO, HIT, UNTIL)).summary
+    summary = run_planned(plan_run(SCENARIO, HIT, UNTIL)).summary
     assert (point.point, point.outcome) == (7, "completed")
     assert point.metrics["contact"] == 1.0
     for site, force in summary.peak_contact_force.items():
@@ -80,7 +81,7 @@ def test_a_point_has_the_key_values_of_the_summary():
 
 
 def test_an_fmu_that_is_a_file_runs_in_the_process_of_the_sweep(monkeypatch):
-    file = str(prepare(SCENARIO).fmus["rolac_controller"].path)
+    file = str(plan_run(SCENARIO).fmus["rolac_controller"].path)
     monkeypatch.setattr("amb_cosim.cosim.run.run_plan.run_isolated", None)
     runner = Runner(Task(SCENARIO, until=UNTIL))
     points = [runner.run(0, {**HIT, **fmu}) for fmu in ({}, {"fmu.rolac_controller": file})]
@@ -109,7 +110,7 @@ EARLY = {"label": "early", "time": 0, "set": {"amb_actuator": {"mb1.amplifier_of
 def test_point_without_power_can_touch_the_stators(scenario, of_sweep, of_point, bearings):
     runner = Runner(Task(scenario, of_sweep))
     for settings in ({"Omega": 60.0}, of_point):  # the first has other sites
-        places = places_of(runner.prepare(settings).assembly)
+        places = places_of(runner.plan(settings).assembly)
     assert set(places.stators.values()) == bearings
 
 

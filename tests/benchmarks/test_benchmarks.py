@@ -98,14 +98,16 @@ set.rotor_contact."d1.u" = "0.5 g.m"
 
 def compared_with_baseline(scenario: str) -> dict[str, Any]:
     """Return what differs between the co-simulation and the baseline, and what the run contains."""
+    from amb_cosim.cosim.run.options import RunOptions
+    from amb_cosim.scenario.plan_run import plan_run
     from amb_cosim.scenario.scenario import parse_scenario
-    from amb_cosim.scenario.simulation import prepare, run_prepared
+    from amb_cosim.scenario.simulation import run_planned
     from benchmarks.baseline import Baseline
 
-    prepared = prepare(parse_scenario(scenario, "case"), flavour="native")
-    dataset, result = run_prepared(prepared).dataset, Baseline(prepared).run()
-    profiled = Baseline(prepared).run(profile=True)
-    expected = {name: dataset[name].values.astype(float) for name in prepared.plan.recorded}
+    planned = plan_run(parse_scenario(scenario, "case"), options=RunOptions(flavour="native"))
+    dataset, result = run_planned(planned).dataset, Baseline(planned).run()
+    profiled = Baseline(planned).run(profile=True)
+    expected = {name: dataset[name].values.astype(float) for name in planned.plan.recorded}
     return {
         "shape": list(result.table.shape),
         "points": dataset.sizes["time"],
@@ -115,7 +117,7 @@ def compared_with_baseline(scenario: str) -> dict[str, Any]:
         "parts": sum(profiled.parts.values()) / profiled.seconds,
         "steps": len(profiled.steps),
         "shortest_step": profiled.steps.min(),
-        "all_steps": sum(profiled.steps) / sum(profiled.parts[c.name] for c in prepared.plan.system.components),
+        "all_steps": sum(profiled.steps) / sum(profiled.parts[c.name] for c in planned.plan.system.components),
         "contact": sorted(set(dataset["rotor_contact.contact_state"].values.tolist())),
     }
 
@@ -138,12 +140,13 @@ def test_the_baseline_equals_the_co_simulation_to_the_last_bit(step: int, run_py
 
 
 def refused(text: str, flavour: str = "native") -> str:
+    from amb_cosim.cosim.run.options import RunOptions
+    from amb_cosim.scenario.plan_run import plan_run
     from amb_cosim.scenario.scenario import parse_scenario
-    from amb_cosim.scenario.simulation import prepare
     from benchmarks.baseline import Baseline
 
     try:
-        Baseline(prepare(parse_scenario(text, "case"), flavour=flavour))
+        Baseline(plan_run(parse_scenario(text, "case"), options=RunOptions(flavour=flavour)))
     except ValueError as error:
         return str(error)
     return ""

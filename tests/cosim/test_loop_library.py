@@ -11,8 +11,9 @@ import pytest
 from amb_cosim.cosim.basics import loop_library
 from amb_cosim.cosim.master import compiled
 from amb_cosim.cosim.run import plan_session as simulator
+from amb_cosim.scenario.plan_run import plan_run
 from amb_cosim.scenario.scenario import parse_scenario
-from amb_cosim.scenario.simulation import prepare, run_prepared
+from amb_cosim.scenario.simulation import run_planned
 from fmi_export.building.native.compiler import PLATFORMS
 
 SHORT = 'system = "passive"\nOmega = "10 Hz"\nend_time = "20 ms"\nsettle_cycles = 0.5\n'
@@ -54,11 +55,11 @@ def test_without_a_compiler_or_a_cache_there_is_no_loop(load_anew, monkeypatch, 
 
 
 def test_where_there_is_no_compiled_loop_the_plain_one_gives_the_same(monkeypatch):
-    prepared = prepare(parse_scenario(SHORT, "short"))
-    expected = run_prepared(prepared)
+    planned = plan_run(parse_scenario(SHORT, "short"))
+    expected = run_planned(planned)
     monkeypatch.setattr(simulator, "load_loop", lambda: None)
     monkeypatch.setattr(compiled, "run", lambda *_, **__: pytest.fail("not the plain loop"))
-    result = run_prepared(prepared)
+    result = run_planned(planned)
     for name in expected.signals.variables:
         np.testing.assert_array_equal(result.signals[name].values, expected.signals[name].values)
 

@@ -13,8 +13,8 @@ import pytest
 from assembled_rotor import RIG, Host, T, differing, in_one, inputs_at, separate, series, start_angle
 
 from amb_cosim import build_assembled
+from amb_cosim.scenario.plan_run import PlannedRun, plan_run
 from amb_cosim.scenario.scenario import load_scenario
-from amb_cosim.scenario.simulation import PlannedRun, prepare
 
 pytestmark = pytest.mark.gate
 
@@ -25,13 +25,13 @@ SHORT = {"settle_cycles": 2, "end_cycle": 12, **SIMULATED}  # of fig4_9: contact
 
 
 def short(**changes: Any) -> PlannedRun:
-    return prepare(load_scenario("fig4_9").changed(**{**SHORT, **changes}))
+    return plan_run(load_scenario("fig4_9").changed(**{**SHORT, **changes}))
 
 
 @pytest.mark.parametrize("name", SCENARIOS)
 def test_it_equals_the_orchestrator_to_the_last_bit(name: str, assembled: Callable[..., Path]) -> None:
-    prepared = prepare(load_scenario(name).changed(**SIMULATED))
-    three, item = separate(prepared), in_one(prepared, assembled(name))
+    planned = plan_run(load_scenario(name).changed(**SIMULATED))
+    three, item = separate(planned), in_one(planned, assembled(name))
     assert three.outcome.status == item.outcome.status == "completed"
     result = series(three)
     assert differing(series(item), result) == []
@@ -46,14 +46,14 @@ def test_it_equals_the_orchestrator_to_the_last_bit(name: str, assembled: Callab
 @pytest.mark.parametrize("step", [25.0, 125.0])
 def test_at_fractions_of_the_sample_time_too(step: float, assembled: Callable[..., Path]) -> None:
     """The controller samples at its own instants; actuator and rotor step with the master."""
-    prepared = short(communication_step=f"{step} us", settle_cycles=0, end_cycle=7)
-    assert differing(series(in_one(prepared, assembled("fig4_9"))), series(separate(prepared))) == []
+    planned = short(communication_step=f"{step} us", settle_cycles=0, end_cycle=7)
+    assert differing(series(in_one(planned, assembled("fig4_9"))), series(separate(planned))) == []
 
 
 def test_in_jacobi_order_it_is_the_same(assembled: Callable[..., Path], native_lag: Path) -> None:
-    prepared = short()
-    beside = in_one(prepared, assembled("fig4_9"), {"lag": native_lag}, coupling="jacobi")
-    assert differing(series(beside), series(separate(prepared))) == []
+    planned = short()
+    beside = in_one(planned, assembled("fig4_9"), {"lag": native_lag}, coupling="jacobi")
+    assert differing(series(beside), series(separate(planned))) == []
 
 
 def step_through_contact(folder: str) -> dict[str, float]:
@@ -100,9 +100,9 @@ def test_steps_of_any_number_of_samples_in_a_host_that_subtracts_times(
     rollback: bool, extracted: Callable[..., Path]
 ) -> None:
     """Communication points are n T, computed, and steps their differences, as in PyFMI; logging is off."""
-    prepared = short()
-    plan, three = prepared.plan, series(separate(prepared))
-    warnings = {f"{c}.{p.name}" for c, i in prepared.interfaces.items() for p in i.of("output") if p.warning}
+    planned = short()
+    plan, three = planned.plan, series(separate(planned))
+    warnings = {f"{c}.{p.name}" for c, i in planned.interfaces.items() for p in i.of("output") if p.warning}
     changes, sizes = inputs_at(plan, plan.first, plan.last), [1, 3, 2, 7, 1, 1, 12]
     host = Host(extracted("fig4_9"))
     start = plan.inputs | start_angle(plan)
@@ -175,6 +175,6 @@ def test_a_saved_state_goes_through_bytes(extracted: Callable[..., Path]) -> Non
 
 
 def test_one_rotor_and_scenario_of_another_size(assembled: Callable[..., Path]) -> None:
-    prepared = prepare(load_scenario("compressor_levitated").changed(settle_cycles=0, end_cycle=2))
-    three, item = separate(prepared), in_one(prepared, assembled("compressor_levitated"))
+    planned = plan_run(load_scenario("compressor_levitated").changed(settle_cycles=0, end_cycle=2))
+    three, item = separate(planned), in_one(planned, assembled("compressor_levitated"))
     assert differing(series(item), series(three)) == []

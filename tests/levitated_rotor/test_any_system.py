@@ -77,9 +77,9 @@ def built(tmp_path: Path) -> Callable[..., Any]:
     ("coupling", "every"), [("gauss_seidel", 1), ("gauss_seidel", 3), ("jacobi", 1), ("jacobi", 2)]
 )
 def test_it_equals_the_orchestrator_to_the_last_bit(coupling: str, every: int, built: Callable[..., Any]) -> None:
-    prepared, fmu = built(coupling, every)
+    planned, fmu = built(coupling, every)
     assert fmu.name == "two_magnets.fmu"
-    three, item = separate(prepared), in_one(prepared, fmu)
+    three, item = separate(planned), in_one(planned, fmu)
     assert item.outcome.status == three.outcome.status == "completed"
     result = series(three)
     assert differing(series(item), result) == []

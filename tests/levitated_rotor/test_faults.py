@@ -10,8 +10,8 @@ import pytest
 from assembled_rotor import Host, T, in_one, separate
 
 from amb_cosim.cosim.basics.errors import StartFailed
+from amb_cosim.scenario.plan_run import PlannedRun, plan_run
 from amb_cosim.scenario.scenario import load_scenario
-from amb_cosim.scenario.simulation import PlannedRun, prepare
 from tests.support.messages import assert_names, raises_naming
 
 # A magnet so near that the rotor reaches it; no retainers, and a rotor that runs away from its sensors.
@@ -31,12 +31,12 @@ def scenario(parameters: dict[str, Any]) -> Any:
 @pytest.fixture(scope="module", params=["NEAR", "AWAY"])
 def case(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> tuple[PlannedRun, Path]:
     mine = scenario({"NEAR": NEAR, "AWAY": AWAY}[request.param])
-    return prepare(mine), mine.save(tmp_path_factory.mktemp("scenario") / f"{request.param.lower()}.toml")
+    return plan_run(mine), mine.save(tmp_path_factory.mktemp("scenario") / f"{request.param.lower()}.toml")
 
 
 def test_it_stops_where_the_orchestrator_does_and_says_the_same(case: Any, assembled: Callable[..., Path]) -> None:
-    prepared, file = case
-    three, item = separate(prepared).outcome, in_one(prepared, assembled(file)).outcome
+    planned, file = case
+    three, item = separate(planned).outcome, in_one(planned, assembled(file)).outcome
     assert three.status == item.status == "failed"
     assert three.component in ("amb_actuator", "rolac_controller")
     assert item.time == three.time
@@ -47,8 +47,8 @@ def test_it_stops_where_the_orchestrator_does_and_says_the_same(case: Any, assem
 def test_a_long_step_tells_the_value_at_the_sample(
     case: Any, samples: float, assembled: Callable[..., Path], extracted: Callable[..., Path]
 ) -> None:
-    prepared, file = case
-    three = separate(prepared).outcome
+    planned, file = case
+    three = separate(planned).outcome
     host, k = Host(extracted(file)).begin(), 0
     while host.step(k * samples * T, samples * T) == 0:
         before, k = host.read(), k + 1
@@ -64,9 +64,9 @@ def test_a_long_step_tells_the_value_at_the_sample(
 
 
 def test_a_fault_of_a_part_at_the_start_is_told(assembled: Callable[..., Path], extracted: Callable[..., Path]) -> None:
-    prepared = prepare(scenario({"amb_actuator": {"mb2.bias_current_y": "11 A"}}))
+    planned = plan_run(scenario({"amb_actuator": {"mb2.bias_current_y": "11 A"}}))
     with raises_naming(StartFailed, "mb2.bias_current_y", "11 A") as refused:
-        separate(prepared)
+        separate(planned)
     host = Host(extracted("fig4_9"))
     host.slave.set(amb_actuator__mb2__bias_current_y=11.0)
     host.slave.setup()

@@ -90,7 +90,7 @@ def study(monkeypatch):
             sites = [Contact(peak(case), 2.0, 3.0, 4.0) for case in cases]
             return [CaseResult({"rb1": site}, "recovered", 1e-8) for site in sites]
 
-        monkeypatch.setattr(contact_convergence, "prepare_case", lambda case: None)
+        monkeypatch.setattr(contact_convergence, "plan_case", lambda case: None)
         monkeypatch.setattr(contact_convergence, "simulate_in_processes", simulated)
         return studies.convergence("fig4_9", rotor="bath_rig", starts=starts, progress=False)
 

@@ -14,12 +14,13 @@ from rig import AXES, DONE, FAILED, SENSOR_NAMES
 from rig import LOOP as RIG_LOOP
 
 from amb_analysis.studies import receptance_measurement
+from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.cosim.run.recording import Outcome
 from amb_cosim.design.receptance_file import empty_table, loop_parameters, read_table
 from amb_cosim.design.rotor_models import check_loop
 from amb_cosim.results.result import Result
+from amb_cosim.scenario.plan_run import plan_run
 from amb_cosim.scenario.scenario import load_scenario
-from amb_cosim.scenario.simulation import prepare
 from rolac_controller.enumerations import CONTACT_OCCURRED, NO_ERROR, WAITING
 from rotor_analysis.packaged_rotors import rotor_path
 
@@ -57,7 +58,7 @@ def runs(monkeypatch):
 
     def script(*results: Result) -> None:
         left = iter(results)
-        monkeypatch.setattr(receptance_measurement, "run_prepared", lambda prepared, progress: next(left))
+        monkeypatch.setattr(receptance_measurement, "run_planned", lambda planned, progress: next(left))
 
     return script
 
@@ -215,11 +216,11 @@ def test_a_scenario_names_its_table_and_its_rotor_beside_itself(table, tmp_path)
     (folder / "case.toml").write_text('base = "fig5_6"\nrotor = "mine.toml"\nreceptances = "t.toml"\n')
     (tmp_path / "derived.toml").write_text('base = "cases/case.toml"\nsettle_cycles = 3\n')
     for path in (folder / "case.toml", tmp_path / "derived.toml"):
-        prepared = prepare(load_scenario(str(path)), flavour="python")
-        np.testing.assert_array_equal(constants_of(prepared.fmus["rolac_controller"].path), table.constants(RIG_LOOP))
+        planned = plan_run(load_scenario(str(path)), options=RunOptions(flavour="python"))
+        np.testing.assert_array_equal(constants_of(planned.fmus["rolac_controller"].path), table.constants(RIG_LOOP))
     (folder / "case.toml").write_text('base = "fig5_6"\nreceptances = "t.toml"\n')
     with pytest.raises(ValueError, match="it belongs to rotor 'mine', not 'bath_rig_thesis'"):
-        prepare(load_scenario(str(folder / "case.toml")))
+        plan_run(load_scenario(str(folder / "case.toml")))
 
 
 def test_unknown_parameters_count_with_their_start_values(table, tmp_path):

@@ -8,8 +8,8 @@ import pytest
 
 from amb_cosim.cosim.fmu.fmu_interface import Port
 from amb_cosim.cosim.system.values import convert
+from amb_cosim.scenario.plan_run import plan_run
 from amb_cosim.scenario.scenario import load_scenario, packaged_scenarios, parse_scenario
-from amb_cosim.scenario.simulation import prepare
 from tests.support.messages import assert_names, raises_naming
 
 MINIMAL = 'description = "d"\nOmega = "100 rad/s"\nend_cycle = 10\n'
@@ -214,17 +214,17 @@ def test_labels_and_roles_that_cannot_be_meant_are_refused(events, facts):
 @pytest.mark.parametrize("name", packaged_scenarios())
 def test_every_packaged_scenario_fits_the_fmus(name):
     scenario = load_scenario(name)
-    prepared = prepare(scenario)
+    planned = plan_run(scenario)
     if scenario.rotor is not None:
         return
-    plan = prepared.plan
+    plan = planned.plan
     assert plan.parameters["rotor_contact"]["eb1.enabled"] == 0.0
     assert all(plan.parameters["rotor_contact"].get(f"rb{i}.enabled") == 0.0 for i in (1, 2)) == name.startswith("fig3")
-    assert (plan.inputs["Omega_dot"], bool(prepared.profile)) == (0.0, name.startswith("run_"))
+    assert (plan.inputs["Omega_dot"], bool(planned.profile)) == (0.0, name.startswith("run_"))
 
 
 def test_run_down_mirrors_run_up():
-    up, down = (prepare(load_scenario(name)) for name in ("run_up", "run_down"))
+    up, down = (plan_run(load_scenario(name)) for name in ("run_up", "run_down"))
     assert [n for n, _ in up.profile] == [n for n, _ in down.profile]
     sums = [a + b for (_, a), (_, b) in zip(up.profile, down.profile, strict=True)]
     assert sums == pytest.approx([2.0 * math.pi * 33.0] * 3)

@@ -14,8 +14,8 @@ import pytest
 import amb_cosim
 from amb_analysis.steady_contact.rubbing_rotor import rubbing_rotor
 from amb_analysis.steady_contact.trap_map import states_at
+from amb_cosim.scenario.plan_run import plan_run
 from amb_cosim.scenario.scenario import as_scenario
-from amb_cosim.scenario.simulation import prepare
 
 SPEEDS, AMOUNTS = np.linspace(45.0, 235.0, 20), np.linspace(3e-3, 60e-3, 20)  # rad/s, kg m on D1
 TIMES = (8.0, 40.0)  # s
@@ -77,7 +77,7 @@ def judged(rig, Omega, u, is_knocked):
 
 def sweep(report=lambda *_: None, every=1):
     """Judge every run, or every so many, spread over speed and unbalance."""
-    rig = rubbing_rotor(prepare(as_scenario("fig5_6_pid", None)))
+    rig = rubbing_rotor(plan_run(as_scenario("fig5_6_pid", None)))
     result = []
     for i, Omega in enumerate(SPEEDS):
         for j, u in enumerate(AMOUNTS):

@@ -17,12 +17,12 @@ from click.testing import CliRunner
 from ross_numbers import REFERENCE, complex_numbers, nearest
 
 import amb_cosim
-from amb_analysis.linear.linearisable import of_prepared
+from amb_analysis.linear.linearisable import of_planned
 from amb_analysis.linear.loop import Loop
 from amb_analysis.studies.closed_loop_poles import vibrations
 from amb_cosim.commands.cli import main
+from amb_cosim.scenario.plan_run import plan_run
 from amb_cosim.scenario.scenario import as_scenario
-from amb_cosim.scenario.simulation import prepare
 from amb_files.toml import validate
 from rotor_analysis.ross_file import read_ross
 from rotor_analysis.rotor import Rotor
@@ -85,8 +85,8 @@ def test_imported_magnets_and_controller_have_the_modes_of_ross(tmp_path, monkey
         for part in ("controller", "levitation"):
             file = tmp_path / f"{name}_{part}.toml"
             file.write_text(file.read_text().replace("20 us", sample_time))
-        prepared = prepare(as_scenario(file, None).machine())
-        loop = Loop(of_prepared(prepared))
+        planned = plan_run(as_scenario(file, None).machine())
+        loop = Loop(of_planned(planned))
         deviations.append(
             max(
                 np.min(np.abs(vibrations(loop, speed).poles / mode - 1.0))

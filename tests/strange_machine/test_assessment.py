@@ -14,7 +14,7 @@ from scipy.optimize import brentq
 from slow import slow_but_first
 from strange_machine import LEVITATION
 
-from amb_analysis.linear.linearisable import of_prepared
+from amb_analysis.linear.linearisable import of_planned
 from amb_analysis.linear.linearise import model_of
 from amb_analysis.linear.loop import Loop
 from amb_analysis.linear.rotor_and_magnets import rotor_component
@@ -33,7 +33,7 @@ from amb_assessment.assessment.subject import subject_of
 from amb_cosim.commands.cli import main
 from amb_cosim.design.plant_data import plant
 from amb_cosim.results.component_names import PLANT
-from amb_cosim.scenario.simulation import prepare
+from amb_cosim.scenario.plan_run import plan_run
 from rotor_analysis.parts import Bearing
 
 FAST = ["free_modes", "critical_map", "closed_loop", "cross_coupling", "unbalance", "envelope"]
@@ -113,7 +113,7 @@ def test_response_has_seals_and_stages_as_the_loop_has_them(expander):
 def test_the_co_simulated_rotor_has_the_stages_as_the_loop_has_them(expander):
     Omega = expander.file.speed.highest
     (of_loop,) = coupled_loop(expander, real_coefficients(expander)).linear_components.at(Omega).parts([PLANT])
-    (of_run,) = of_prepared(prepare(co_simulated(expander, Omega))).parts([PLANT])
+    (of_run,) = of_planned(plan_run(co_simulated(expander, Omega))).parts([PLANT])
     (bare,) = expander.linear_components.at(Omega).parts([PLANT])
     size = np.abs(bare.law.A).max()
     np.testing.assert_allclose(of_run.law.A, of_loop.law.A, atol=1e-9 * size)

@@ -7,8 +7,8 @@ from strange_machine import LEVITATION
 
 import amb_cosim
 from amb_cosim.design.magnetic_bearing import axis_parameters, linear_constants
+from amb_cosim.scenario.plan_run import plan_run
 from amb_cosim.scenario.scenario import load_scenario
-from amb_cosim.scenario.simulation import prepare
 from tests.support.messages import assert_names
 
 WEIGHTLESS = load_scenario(LEVITATION).changed(gravity=None, settle_cycles=0)
@@ -22,7 +22,7 @@ def test_controller_assumes_the_constants_of_its_magnets(gravity: str | None, ga
     """K_s and K_i by (2.8, 2.9), currents from -(I_s + I_b) to I_b."""
     settings = LINEAR | {"amb_actuator.*.gap_?": gap, "amb_actuator.*.bias_current_y": "2.5 A"}
     scenario = WEIGHTLESS.changed(gravity=gravity)
-    parameters = prepare(scenario, settings).plan.parameters
+    parameters = plan_run(scenario, settings).plan.parameters
     assumed, magnets = parameters["rolac_controller"], parameters["amb_actuator"]
     for bearing in ("north", "south"):
         for axis in "xy":
@@ -43,7 +43,7 @@ def test_weightless_expander_levitates_on_its_own_magnets() -> None:
 
 @pytest.mark.parametrize(("factor", "told"), [(1.4, False), (0.7, False), (1.6, True), (0.6, True)])
 def test_constants_far_from_those_of_the_magnets_warn(factor: float, told: bool) -> None:
-    own = prepare(WEIGHTLESS, LINEAR).plan.parameters["rolac_controller"]["north.k_s_x"]
+    own = plan_run(WEIGHTLESS, LINEAR).plan.parameters["rolac_controller"]["north.k_s_x"]
     given = LINEAR | {"rolac_controller.north.k_s_x": factor * own}
     warnings = amb_cosim.run(WEIGHTLESS, set=given, until="1 ms", progress=False).summary.warnings
     both = f"rolac_controller.north.k_s_x = {factor * own:.4g} N/m, by the magnet {own:.4g} N/m"
@@ -52,10 +52,10 @@ def test_constants_far_from_those_of_the_magnets_warn(factor: float, told: bool)
 
 def test_measured_constants_of_another_machine_warn() -> None:
     """Geometry is given, the force law is that of constants which are not."""
-    warnings = prepare(WEIGHTLESS, {"amb_actuator.force_law": "measured"}).plan.warnings
+    warnings = plan_run(WEIGHTLESS, {"amb_actuator.force_law": "measured"}).plan.warnings
     assert_names(warnings[0], "amb_actuator.north.k_s_measured_x", "2e+06 N/m", "3.526e+05 N/m")
     measured = {"amb_actuator.force_law": "measured", "amb_actuator.*.k_[si]_measured_?": 2e3}
-    assert not prepare(WEIGHTLESS, measured).plan.warnings
+    assert not plan_run(WEIGHTLESS, measured).plan.warnings
 
 
 def test_constants_that_a_system_file_states_stay(tmp_path) -> None:
@@ -64,5 +64,5 @@ def test_constants_that_a_system_file_states_stay(tmp_path) -> None:
         f'base = "{LEVITATION.parent}/levitated_expander.toml"\n[parameters.rolac_controller]\n"north.k_i_?" = 60\n'
     )
     scenario = WEIGHTLESS.changed(system=str(file))
-    assumed = prepare(scenario, LINEAR).plan.parameters["rolac_controller"]
+    assumed = plan_run(scenario, LINEAR).plan.parameters["rolac_controller"]
     assert assumed["north.k_i_x"] == 60.0 != assumed["south.k_i_x"]

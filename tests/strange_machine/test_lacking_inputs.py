@@ -9,8 +9,8 @@ import pytest
 from strange_machine import LEVITATION, ROTOR, SYSTEM, TOUCHDOWN
 
 import amb_cosim
+from amb_cosim.scenario.plan_run import plan_run
 from amb_cosim.scenario.scenario import Scenario
-from amb_cosim.scenario.simulation import prepare
 from tests.support.messages import assert_names, raises_naming
 
 OFF = 'name="north.amplifier_off_x"'
@@ -47,19 +47,19 @@ def test_an_event_without_any_variable_is_refused(actuator):
         "north.amplifier_off_x",
         "north.amplifier_off_y",
     ):
-        prepare(scenario)
+        plan_run(scenario)
 
 
 def test_patterns_that_match_nothing_are_refused_too(actuator):
     with raises_naming(ValueError, "event step", "0.008 s", "*.amplifier_gone_?"):
-        prepare(with_event(actuator, **{"*.amplifier_gone_?": True}))
+        plan_run(with_event(actuator, **{"*.amplifier_gone_?": True}))
 
 
 def test_one_event_is_refused_whatever_others_at_its_time_do(actuator):
     scenario = with_event(actuator, **{"north.amplifier_off_x": True})
     other = {"cycle": 2, "set": {"rotor_contact": {"turbine.u": "1 g.mm"}}}
     with raises_naming(ValueError, "event step"):
-        prepare(scenario.changed(event=[other, *(event.model_dump(exclude_none=True) for event in scenario.event)]))
+        plan_run(scenario.changed(event=[other, *(event.model_dump(exclude_none=True) for event in scenario.event)]))
 
 
 def test_what_an_event_does_without_is_the_first_warning(actuator):
@@ -78,7 +78,7 @@ def test_a_first_value_that_nothing_feels_is_refused(actuator, value):
     first = {"amb_actuator": {"north.amplifier_off_x": value}}
     scenario = Scenario.load(LEVITATION).changed(fmu={"amb_actuator": str(actuator)}, inputs=first)
     with raises_naming(ValueError, "initial value", "amb_actuator.north.amplifier_off_x"):
-        prepare(scenario)
+        plan_run(scenario)
 
 
 @pytest.mark.parametrize("value", [False, 0, "0 A", "-0.0", "false"])
@@ -86,7 +86,7 @@ def test_a_first_value_of_zero_is_dropped_with_a_notice(actuator, value):
     first = {"amb_actuator": {"north.amplifier_off_x": value}}
     scenario = Scenario.load(LEVITATION).changed(fmu={"amb_actuator": str(actuator)}, inputs=first)
     dropped = "amb_actuator: own_actuator.fmu has no north.amplifier_off_x; its settings are ignored"
-    assert dropped in prepare(scenario).plan.notices
+    assert dropped in plan_run(scenario).plan.notices
 
 
 def test_an_event_of_a_system_file_is_refused_alike(actuator, tmp_path):

@@ -7,8 +7,8 @@ import pytest
 from strange_machine import LEVITATION
 
 import amb_cosim
+from amb_cosim.scenario.plan_run import plan_run
 from amb_cosim.scenario.scenario import Scenario
-from amb_cosim.scenario.simulation import prepare
 from amb_sweeps.worker import Runner, Task
 
 H = 50e-6
@@ -26,8 +26,8 @@ def short():
 @pytest.fixture(scope="module")
 def levitation(tmp_path_factory):
     """The first cycles, under the scenario's PID as matrices: i = -((K_b + K_s) x + C_b (x - x_before)/h)/K_i."""
-    prepared = prepare(short())
-    values = prepared.plan.all_parameters(prepared.interfaces)["rolac_controller"]
+    planned = plan_run(short())
+    values = planned.plan.all_parameters(planned.interfaces)["rolac_controller"]
     k_b, k_s, c_b, k_i, low, high = (
         np.array([values[f"{demand.replace('.i_', f'.{name}_')}"] for demand in DEMANDS])
         for name in ("k_b", "k_s", "c_b", "k_i", "i_min", "i_max")

@@ -5,9 +5,9 @@ from __future__ import annotations
 from strange_machine import LEVITATION
 
 from amb_cosim.results.places import places_of
+from amb_cosim.scenario.plan_run import plan_run
 from amb_cosim.scenario.scenario import Scenario
-from amb_cosim.scenario.simulation import prepare
 
 
 def test_a_passive_bearing_has_no_magnets():
-    assert places_of(prepare(Scenario.load(LEVITATION)).assembly).magnetic == ("north", "south")
+    assert places_of(plan_run(Scenario.load(LEVITATION)).assembly).magnetic == ("north", "south")

@@ -9,8 +9,8 @@ from shared_past import assert_shared_past_changes_nothing
 from strange_machine import RUB
 
 import amb_cosim
+from amb_cosim.scenario.plan_run import plan_run
 from amb_cosim.scenario.scenario import Scenario
-from amb_cosim.scenario.simulation import prepare
 from tests.support.messages import raises_naming
 
 SHORT = Scenario.load(RUB).changed(end_cycle=6, settle_cycles=1)
@@ -21,7 +21,7 @@ PLACE = "rotor_contact.labyrinth.x"
 @pytest.fixture(scope="module")
 def made():
     """The FMU of the actuators."""
-    return prepare(SHORT).fmus["amb_actuator"].path
+    return plan_run(SHORT).fmus["amb_actuator"].path
 
 
 @pytest.fixture(scope="module")

@@ -12,7 +12,7 @@ from slow import slow_but_first
 from strange_machine import LEVITATION
 
 import amb_cosim
-from amb_analysis.linear.linearisable import of_prepared
+from amb_analysis.linear.linearisable import of_planned
 from amb_analysis.linear.loop import Loop
 from amb_analysis.steady_contact.rubbing_rotor import rubbing_rotor
 from amb_analysis.steady_contact.stability import Dynamics
@@ -32,8 +32,8 @@ from amb_analysis.studies import contact_traps
 from amb_analysis.studies.closed_loop_poles import vibrations
 from amb_analysis.studies.figures.traps import draw
 from amb_cosim import studies
+from amb_cosim.scenario.plan_run import plan_run
 from amb_cosim.scenario.scenario import as_scenario
-from amb_cosim.scenario.simulation import prepare
 from rotor_analysis.rotor_file import load_rotor
 from tests.support.messages import assert_names, raises_naming
 
@@ -43,7 +43,7 @@ HEAVY = {"rotor_contact.turbine.u": "5 g.mm"}
 
 @pytest.fixture(scope="module")
 def expander():
-    return rubbing_rotor(prepare(STEADY, HEAVY))
+    return rubbing_rotor(plan_run(STEADY, HEAVY))
 
 
 def test_receptances_of_the_loop_are_those_of_a_co_simulation(expander):
@@ -102,7 +102,7 @@ def test_co_simulation_that_is_knocked_into_contact_stays_with_the_force_of_its_
     )
     events += ({"role": "relief", "cycle": 8.0, "set": {"rotor_contact": {"turbine.u": f"{u} g.mm"}}},)
     knocked = as_scenario(LEVITATION, None).changed(event=events, end_cycle=150)
-    machine = rubbing_rotor(prepare(knocked, LINEAR))
+    machine = rubbing_rotor(plan_run(knocked, LINEAR))
     states = states_at(machine, machine.Omega)
     stable = {state.contact: state for state in states if state.small.is_stable}
     assert () in stable
@@ -124,7 +124,7 @@ def test_runs_begun_in_states_of_any_sites_leave_or_stay_as_told():
     """
     scenario = STEADY.changed(settle_cycles=20, end_cycle=10)
     settings = {**LINEAR, "rotor_contact.turbine.u": "110 g.mm"}
-    machine = rubbing_rotor(prepare(scenario, settings))
+    machine = rubbing_rotor(plan_run(scenario, settings))
     sets = set()
     for state in states_at(machine, machine.Omega):
         run = amb_cosim.run(scenario, set=settings, start=checkpoint_in(machine, state), progress=False).dataset
@@ -147,7 +147,7 @@ def test_runs_begun_in_dry_backward_whirls_stay_or_leave_at_their_rate():
     """With slip and without unbalance: those of labyrinth and shroud are left at 127 and 2578 1/s, and one lasts."""
     scenario = STEADY.changed(settle_cycles=20, end_cycle=20)
     settings = {**LINEAR, "rotor_contact.turbine.u": "1 g.mm"}
-    machine = rubbing_rotor(prepare(scenario, settings))
+    machine = rubbing_rotor(plan_run(scenario, settings))
     result = {(whirl.contact, round(whirl.frequency, -2)): whirl for whirl in whirls(machine, machine.Omega)}
     for contact, frequency in ((("labyrinth",), -1800.0), (("shroud",), -3700.0), (("catch_n", "catch_s"), -21300.0)):
         whirl = result[contact, frequency]
@@ -188,10 +188,10 @@ def test_asking_for_what_is_not_there_names_it():
 def test_delayed_demands_leave_the_free_loop_the_growth_of_its_poles(is_late):
     """The linear model has another realisation of the controller."""
     values = {"rolac_controller.chain.preset": "custom", "rolac_controller.chain.delay": is_late}
-    prepared = prepare(as_scenario(LEVITATION, None).machine(), {**LINEAR, **values})
-    machine, Omega = rubbing_rotor(prepared), prepared.speed
+    planned = plan_run(as_scenario(LEVITATION, None).machine(), {**LINEAR, **values})
+    machine, Omega = rubbing_rotor(planned), planned.speed
     loop = Dynamics(machine.loop(Omega)).about((), np.zeros(0), np.zeros(0), machine.c, machine.mu(Omega))
-    poles = vibrations(Loop(of_prepared(prepared)), Omega).poles
+    poles = vibrations(Loop(of_planned(planned)), Omega).poles
     assert loop.growth == pytest.approx(poles.real.max(), rel=1e-6)
 
 

@@ -14,8 +14,8 @@ from strange_machine import LEVITATION, SYSTEM
 
 import amb_cosim
 from amb_cosim.commands.cli import main
+from amb_cosim.scenario.plan_run import plan_run
 from amb_cosim.scenario.scenario import Scenario
-from amb_cosim.scenario.simulation import prepare
 from tests.support.messages import assert_names, raises_naming
 
 SCENARIO = Scenario.load(LEVITATION).changed(settle_cycles=0, end_cycle=4)
@@ -83,8 +83,8 @@ def files(tmp_path_factory):
 @in_host("FMPy", "three of a scenario, wired by hand")
 def test_components_wired_by_hand_give_the_orchestrators_run_to_the_last_bit(files, tmp_path):
     ours = amb_cosim.run(SCENARIO, progress=False)
-    prepared = prepare(SCENARIO)
-    plan = prepared.plan
+    planned = plan_run(SCENARIO)
+    plan = planned.plan
     assert plan.last == 320
     outputs = [name for name in plan.recorded if name not in plan.inputs]
     wires = [(link.source, link.target) for link in plan.system.connections]

@@ -50,10 +50,11 @@ Forces = dict[str, tuple[float, float, float]]
 
 def forces_of(name: str) -> Forces:
     """Return peak force (N), force averaged over 1 ms (N) and largest impulse (N s) at each site that a run touches."""
+    from amb_cosim.scenario.plan_run import plan_run
     from amb_cosim.scenario.scenario import load_scenario
-    from amb_cosim.scenario.simulation import prepare, run_prepared
+    from amb_cosim.scenario.simulation import run_planned
 
-    summary = run_prepared(prepare(load_scenario(name))).summary
+    summary = run_planned(plan_run(load_scenario(name))).summary
     averaged, impulse = summary.averaged_contact_force, summary.peak_impulse
     result = {s: (peak, averaged[s], impulse[s]) for s, peak in summary.peak_contact_force.items()}
     return {site: values for site, values in result.items() if any(values)}

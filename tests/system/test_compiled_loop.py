@@ -94,15 +94,16 @@ def with_both_loops(scenario: str, flavour: str) -> dict[str, Any]:
     import numpy as np
 
     from amb_cosim.cosim.run.options import RunOptions
+    from amb_cosim.scenario.plan_run import plan_run
     from amb_cosim.scenario.scenario import Record, parse_scenario
-    from amb_cosim.scenario.simulation import prepare, run_prepared
+    from amb_cosim.scenario.simulation import run_planned
 
     parsed = parse_scenario(scenario, "case")
     if parsed.record.variables == ("*",):
         every = Record.model_validate(parsed.record.model_dump() | {"variables": ("*", "rolac_controller.r.*")})
         parsed = parsed.model_copy(update={"record": every})
-    prepared = prepare(parsed, flavour=flavour)
-    plain, fast = run_prepared(prepared, RunOptions(loop="plain")), run_prepared(prepared, RunOptions(loop="compiled"))
+    planned = plan_run(parsed, options=RunOptions(flavour=flavour))
+    plain, fast = run_planned(planned, RunOptions(loop="plain")), run_planned(planned, RunOptions(loop="compiled"))
     assert list(plain.dataset.variables) == list(fast.dataset.variables)
     local = ("wall_s",)
     return {
@@ -113,17 +114,17 @@ def with_both_loops(scenario: str, flavour: str) -> dict[str, Any]:
         ],
         "attributes": [k for k, v in plain.dataset.attrs.items() if k not in local and fast.dataset.attrs[k] != v],
         "failures": [plain.outcome.failure, fast.outcome.failure],
-        "points": np.rint(fast.dataset.time.values / prepared.plan.step_size).astype(int).tolist(),
-        "every": [c.every for c in prepared.plan.system.components],
-        "outputs": [len(i.of("output")) for i in prepared.interfaces.values()],
+        "points": np.rint(fast.dataset.time.values / planned.plan.step_size).astype(int).tolist(),
+        "every": [c.every for c in planned.plan.system.components],
+        "outputs": [len(i.of("output")) for i in planned.interfaces.values()],
         "variables": len(fast.dataset.data_vars),
         "contact": sorted(set(fast.dataset["rotor_contact.contact_state"].values.tolist())),
         "touching": int((fast.dataset["rotor_contact.contact_state"].values > 0).argmax()),
-        "last": prepared.plan.last,
+        "last": planned.plan.last,
         "stopped": fast.dataset.attrs["stopped"],
         "completed": fast.dataset.attrs["completed"],
         "simulated": fast.dataset.attrs["simulated_s"],
-        "step": prepared.plan.step_size,
+        "step": planned.plan.step_size,
     }
 
 
@@ -179,11 +180,12 @@ def interrupted(flavour: str, scenario: str) -> dict[str, Any]:
     import threading
 
     from amb_cosim.cosim.run.options import RunOptions
+    from amb_cosim.scenario.plan_run import plan_run
     from amb_cosim.scenario.scenario import parse_scenario
-    from amb_cosim.scenario.simulation import prepare, run_prepared
+    from amb_cosim.scenario.simulation import run_planned
 
     text = scenario.replace("end_cycle = 8", "end_cycle = 2e4")
-    prepared = prepare(parse_scenario(text, "case"), flavour=flavour)
+    planned = plan_run(parse_scenario(text, "case"), options=RunOptions(flavour=flavour))
     stop, started, done = threading.Event(), threading.Event(), []
 
     def busy() -> None:
@@ -203,7 +205,7 @@ def interrupted(flavour: str, scenario: str) -> dict[str, Any]:
     for thread in threads:
         thread.start()
     try:
-        result = run_prepared(prepared, RunOptions(progress=report))
+        result = run_planned(planned, RunOptions(progress=report))
     finally:
         stop.set()
         for thread in threads:
@@ -213,9 +215,9 @@ def interrupted(flavour: str, scenario: str) -> dict[str, Any]:
         "time": float(result.dataset.time[-1]),
         "simulated": result.dataset.attrs["simulated_s"],
         "points": result.dataset.sizes["time"],
-        "settling": -prepared.plan.first,
+        "settling": -planned.plan.first,
         "reports": done,
-        "total": prepared.plan.last - prepared.plan.first,
+        "total": planned.plan.last - planned.plan.first,
     }
 
 

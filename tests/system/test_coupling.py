@@ -57,10 +57,11 @@ FIXED = """
 
 def recorded(text: str, stride: int) -> dict[str, list[float]]:
     """Displacements and contact forces of a scenario, every `stride` points; runs in a process of its own."""
+    from amb_cosim.scenario.plan_run import plan_run
     from amb_cosim.scenario.scenario import parse_scenario
-    from amb_cosim.scenario.simulation import prepare, run_prepared
+    from amb_cosim.scenario.simulation import run_planned
 
-    result = run_prepared(prepare(parse_scenario(text, "coupling")))
+    result = run_planned(plan_run(parse_scenario(text, "coupling")))
     assert result.outcome.failure is None, result.outcome.failure
     names = ["mb1.x", "mb1.y", "mb2.x", "mb2.y", "rb1.f_n", "rb2.f_n"]
     return {name: result.dataset[f"rotor_contact.{name}"].values[::stride].tolist() for name in names}
@@ -88,8 +89,9 @@ def orders() -> list[dict[str, Any]]:
     At 50 and 250 us the controller does not predict, at last it does.
     """
     from amb_cosim.cosim.system.system_tables import Record
+    from amb_cosim.scenario.plan_run import plan_run
     from amb_cosim.scenario.scenario import load_scenario
-    from amb_cosim.scenario.simulation import prepare, run_prepared
+    from amb_cosim.scenario.simulation import run_planned
 
     matches = []
     plain = {"rolac_controller.prediction_time": 0.0}
@@ -101,7 +103,7 @@ def orders() -> list[dict[str, Any]]:
         ({"coupling": "jacobi", "communication_step": "250 us"}, {}),
     ]:
         scenario = load_scenario("fig4_9").changed(**change).model_copy(update={"record": Record()})
-        result = run_prepared(prepare(scenario, settings))
+        result = run_planned(plan_run(scenario, settings))
         summary = result.summary
         warnings = [text for text in summary.warnings if "Jacobi" in text]
         matches.append({"orbit": summary.orbit_before, "recovery": summary.recovery, "warnings": warnings})

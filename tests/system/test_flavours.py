@@ -52,37 +52,39 @@ def test_a_c_program_gets_the_numbers_of_the_orchestrator_for_fig4_9(tmp_path: P
     """Python only writes the program's input: libraries, parameters, connections, events."""
     import numpy as np
 
+    from amb_cosim.cosim.run.options import RunOptions
+    from amb_cosim.scenario.plan_run import plan_run
     from amb_cosim.scenario.scenario import load_scenario
-    from amb_cosim.scenario.simulation import prepare, run_prepared
+    from amb_cosim.scenario.simulation import run_planned
 
-    prepared = prepare(load_scenario("fig4_9").changed(settling="simulated"), flavour="native")
+    planned = plan_run(load_scenario("fig4_9").changed(settling="simulated"), options=RunOptions(flavour="native"))
     command = [sys.executable, "-m", "ziglang", "cc", "-std=gnu11", "-O1", f"-I{HEADERS}"]
     command += [str(TESTS / "native" / "support" / "co_simulation.c"), "-o", str(tmp_path / "host"), "-ldl"]
     subprocess.run(command, check=True, timeout=300)
-    program, names = instructions(prepared)
+    program, names = instructions(planned)
     process = subprocess.run(
         [str(tmp_path / "host")], input=program, capture_output=True, text=True, timeout=300, check=False
     )
     assert process.returncode == 0, process.stderr[-2000:]
     table = np.array([[float.fromhex(word) for word in line.split()] for line in process.stdout.splitlines()])
-    dataset = run_prepared(prepared).dataset
+    dataset = run_planned(planned).dataset
     assert len(table) == dataset.sizes["time"] > 1000
     for position, name in enumerate(names):
         np.testing.assert_array_equal(table[:, position], dataset[name].values.astype(float), err_msg=name)
 
 
-def instructions(prepared: Any) -> tuple[str, list[str]]:
+def instructions(planned: Any) -> tuple[str, list[str]]:
     """Return the program's input, and the names of the columns that it prints."""
-    plan, interfaces = prepared.plan, prepared.interfaces
+    plan, interfaces = planned.plan, planned.interfaces
     wiring, inputs, outputs = plan.system.wiring(interfaces, list(plan.inputs), plan.recorded)
     head = f"components {len(plan.system.components)} first {plan.first} last {plan.last} step {plan.step_size!r}"
     lines = [f"{head} values {len(wiring.names)} exogenous {wiring.n_exogenous}"]
     position = wiring.n_exogenous
     for c, sources in zip(plan.system.components, wiring.sources, strict=True):
         ports, start = interfaces[c.name].ports, plan.parameters[c.name]
-        library = prepared.fmus[c.name].folder / "binaries" / "linux64" / f"{interfaces[c.name].identifier}.so"
+        library = planned.fmus[c.name].folder / "binaries" / "linux64" / f"{interfaces[c.name].identifier}.so"
         count = f"every {c.every} parameters {len(start)} inputs {len(inputs[c.name])} outputs {len(outputs[c.name])}"
-        resources = (prepared.fmus[c.name].folder / "resources").as_uri()
+        resources = (planned.fmus[c.name].folder / "resources").as_uri()
         lines.append(f"{library} {interfaces[c.name].guid} {resources} {c.name} {count}")
         lines += [f"{KEEPS[ports[name].type]} {ports[name].reference} {value!r}" for name, value in start.items()]
         for name, source in zip(inputs[c.name], sources.tolist(), strict=True):

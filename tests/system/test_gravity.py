@@ -7,8 +7,8 @@ import math
 import pytest
 
 import amb_cosim
+from amb_cosim.scenario.plan_run import plan_run
 from amb_cosim.scenario.scenario import make_scenario
-from amb_cosim.scenario.simulation import prepare
 
 WEIGHT = 96.0254 * 9.81  # N
 
@@ -65,7 +65,7 @@ def test_bearings_together_pull_the_weight_against_gravity(angle):
 
 def test_static_currents_are_those_of_the_shares_of_the_weight():
     """K_i/2 I_s = share g/sqrt(2): MB1 carries 53.7 kg, MB2 42.3 kg."""
-    values = prepare(levitated()).plan.parameters["amb_actuator"]
+    values = plan_run(levitated()).plan.parameters["amb_actuator"]
     for bearing, mass in (("mb1", 53.732), ("mb2", 42.294)):
         for axis in "xy":
             expected = 2.0 * mass * 9.81 / math.sqrt(2.0) / 563.0
@@ -75,7 +75,7 @@ def test_static_currents_are_those_of_the_shares_of_the_weight():
 
 def test_controller_knows_the_constants_of_the_operating_point():
     """2.8 and 2.9 with the static current that carries the weight, and the least current -(I_s + I_b)."""
-    parameters = prepare(levitated(parameters={"amb_actuator": {"force_law": 0}})).plan.parameters
+    parameters = plan_run(levitated(parameters={"amb_actuator": {"force_law": 0}})).plan.parameters
     static = parameters["amb_actuator"]["mb1.static_current_x"]
     available = parameters["rolac_controller"]
     per_static_and_bias = 563.15066 / (1.14 + 2 * 4.43)
@@ -90,7 +90,7 @@ def test_constants_of_the_controller_that_a_system_file_sets_win(tmp_path):
     """Also if they are written as in the file that it is based on."""
     (tmp_path / "own.toml").write_text('base = "levitated"\n[parameters.rolac_controller]\n"mb1.k_s_?" = "2e6 N/m"\n')
     scenario = levitated(parameters={"amb_actuator": {"force_law": 0}}, system=str(tmp_path / "own.toml"))
-    available = prepare(scenario).plan.parameters["rolac_controller"]
+    available = plan_run(scenario).plan.parameters["rolac_controller"]
     assert available["mb1.k_s_x"] == 2e6
     assert available["mb2.k_s_x"] != 2e6
 
@@ -98,7 +98,7 @@ def test_constants_of_the_controller_that_a_system_file_sets_win(tmp_path):
 def test_parameters_of_the_scenario_win():
     scenario = levitated(parameters={"amb_actuator": {"mb1.static_current_x": "2 A"}})
     setting = {"rolac_controller.mb2.k_i_?": 600.0}
-    parameters = prepare(scenario, setting).plan.parameters
+    parameters = plan_run(scenario, setting).plan.parameters
     assert parameters["amb_actuator"]["mb1.static_current_x"] == 2.0
     assert parameters["amb_actuator"]["mb1.static_current_y"] != 2.0
     assert parameters["rolac_controller"]["mb2.k_i_y"] == 600.0
@@ -106,13 +106,13 @@ def test_parameters_of_the_scenario_win():
 
 
 def test_rotor_on_springs_has_gravity_alone():
-    parameters = prepare(levitated(system="passive", gravity_angle="3 rad")).plan.parameters["rotor_contact"]
+    parameters = plan_run(levitated(system="passive", gravity_angle="3 rad")).plan.parameters["rotor_contact"]
     assert (parameters["gravity"], parameters["gravity_angle"]) == (9.81, 3.0)
 
 
 def test_weight_that_a_bearing_cannot_carry_is_refused():
     with pytest.raises(ValueError, match=r"gravity: mb1\.x .* load = 1519\.\d+ N .* >= "):
-        prepare(levitated(gravity="40 m/s2", parameters={"amb_actuator": {"force_law": 2}}))
+        plan_run(levitated(gravity="40 m/s2", parameters={"amb_actuator": {"force_law": 2}}))
 
 
 @pytest.mark.parametrize("law", [0, 1, 2], ids=["linear", "measured", "nonlinear"])
@@ -121,7 +121,7 @@ def test_a_machine_turned_by_180_degrees_has_the_same_coil_currents(law):
     coils, constants = [], []
     for angle in (225.0, 45.0):
         parameters = {"amb_actuator": {"force_law": law, "*.bias_current_?": "4.4 A"}}
-        plan = prepare(levitated(gravity_angle=f"{angle} deg", parameters=parameters)).plan
+        plan = plan_run(levitated(gravity_angle=f"{angle} deg", parameters=parameters)).plan
         local = plan.parameters["amb_actuator"]
         pairs = [(local[f"{b}.bias_current_{a}"], local[f"{b}.static_current_{a}"]) for b, a in map(split, AXES)]
         coils.append([(bias + static, bias) for bias, static in pairs])

@@ -41,15 +41,16 @@ def test_contact_aware_adaptation_alone_frees_the_rotor_from_24_g_m(shares: dict
 def compared() -> dict[str, Any]:
     """Cycle of the last contact in the scenario and in the study; cycles from step to contact for three instants."""
     from amb_cosim.results.contact_history import contact_cycles
+    from amb_cosim.scenario.plan_run import plan_run
     from amb_cosim.scenario.scenario import load_scenario
-    from amb_cosim.scenario.simulation import prepare, run_prepared
+    from amb_cosim.scenario.simulation import run_planned
     from bath_thesis.studies.recovery_trials import RecoveryTrial, simulate_trial
 
     def last(added: float, cycle: float) -> float | None:
         return simulate_trial(RecoveryTrial("PID + ROLAC", added, cycle, 7.0)).last_contact_cycle
 
     return {
-        "scenario": contact_cycles(run_prepared(prepare(load_scenario("fig5_6"))).dataset)[1],
+        "scenario": contact_cycles(run_planned(plan_run(load_scenario("fig5_6"))).dataset)[1],
         "study": last(20e-3, 5.0),
         "after": [last(16e-3, cycle) - cycle for cycle in (5.0, 5.4, 5.8)],
     }

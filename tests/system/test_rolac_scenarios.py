@@ -26,8 +26,9 @@ import pytest
 
 from amb_cosim.results.series import speed
 from amb_cosim.results.summary import summarise
+from amb_cosim.scenario.plan_run import plan_run
 from amb_cosim.scenario.scenario import load_scenario
-from amb_cosim.scenario.simulation import prepare, run_prepared
+from amb_cosim.scenario.simulation import run_planned
 
 pytestmark = pytest.mark.gate
 
@@ -47,7 +48,7 @@ def figures_of(name: str, settings: str, factor: float | None) -> dict[str, Any]
     scenario = load_scenario(name)
     if factor is not None:
         scenario = scenario.model_copy(update={"unbalance_factor": factor})
-    result = run_prepared(prepare(scenario, json.loads(settings)))
+    result = run_planned(plan_run(scenario, json.loads(settings)))
     assert result.outcome.failure is None, result.outcome.failure
     assert result.summary.energy_balance < 1e-6
     d = result.dataset

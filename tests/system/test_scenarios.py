@@ -17,8 +17,9 @@ import pytest
 from slow import slow_but_first
 
 from amb_cosim.results.summary import summarise
+from amb_cosim.scenario.plan_run import plan_run
 from amb_cosim.scenario.scenario import load_scenario, parse_scenario
-from amb_cosim.scenario.simulation import prepare, run_prepared
+from amb_cosim.scenario.simulation import run_planned
 from source_check.run_quantities import first_site
 
 pytestmark = pytest.mark.gate
@@ -34,7 +35,7 @@ def figures_of(name: str, law: int | None = None) -> dict[str, Any]:
     The energy of every run is accounted for.
     """
     settings = None if law is None else {"rotor_contact.contact.impact_law": law}
-    result = run_prepared(prepare(load_scenario(name), settings))
+    result = run_planned(plan_run(load_scenario(name), settings))
     assert result.outcome.failure is None, result.outcome.failure
     assert result.summary.energy_balance < (1e-5 if name == "fig4_20" else 1e-6), "it rolls under 1000 kN"
     d = result.dataset
@@ -308,7 +309,7 @@ Omega = "5 Hz"
 @pytest.mark.parametrize("system", slow_but_first(["levitated", "passive"]))
 def test_rotor_turns_by_the_integral_of_its_speed(system: str) -> None:
     """Trapezoids are exact for a speed that is linear between communication points."""
-    result = run_prepared(prepare(parse_scenario(PROFILE.format(system=system), "profile")))
+    result = run_planned(plan_run(parse_scenario(PROFILE.format(system=system), "profile")))
     assert result.outcome.failure is None, result.outcome.failure
     points = np.array([result.dataset[name].values for name in ("time", "Omega", "rotor_contact.theta")]).T
     start, turned = points[0, 2], 0.0

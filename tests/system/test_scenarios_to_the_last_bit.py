@@ -11,8 +11,8 @@ from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.cosim.run.run_plan import run_plan
 from amb_cosim.cosim.run.saving import Saves
 from amb_cosim.scenario.file import packaged_scenarios
+from amb_cosim.scenario.plan_run import plan_run
 from amb_cosim.scenario.scenario import load_scenario
-from amb_cosim.scenario.simulation import prepare
 from amb_sweeps.worker import Runner, Task
 
 CYCLES, FEW_CYCLES = 15, 7  # of a run at most; the first events come before the sixth
@@ -31,22 +31,22 @@ def shortened(name):
     return scenario.changed(settle_cycles=min(scenario.settle_cycles, 1.0))
 
 
-def prepared_for(scenario, cycles, flavour):
-    prepared, until = prepare(scenario, flavour=flavour), cycles * scenario.period
-    if prepared.plan.last * prepared.plan.step_size > until:
-        prepared = prepare(scenario, until=until, flavour=flavour)
-    return prepared
+def planned_for(scenario, cycles, flavour):
+    planned, until = plan_run(scenario, options=RunOptions(flavour=flavour)), cycles * scenario.period
+    if planned.plan.last * planned.plan.step_size > until:
+        planned = plan_run(scenario, until=until, options=RunOptions(flavour=flavour))
+    return planned
 
 
 @FLAVOURS
 @pytest.mark.parametrize("name", packaged_scenarios())
 def test_a_continued_scenario_has_the_same_bits(name, flavour, tmp_path):
-    prepared = prepared_for(load_scenario(name), CYCLES, flavour)
-    middle = prepared.plan.last // 2
-    plain = run_plan(prepared.assembly, prepared.plan, RunOptions(saves=Saves((0, middle))))
+    planned = planned_for(load_scenario(name), CYCLES, flavour)
+    middle = planned.plan.last // 2
+    plain = run_plan(planned.assembly, planned.plan, RunOptions(saves=Saves((0, middle))))
     for n, state in plain.checkpoints.items():
         start = Checkpoint.load(state.save(tmp_path / f"{n}.npz"))
-        continued = run_plan(prepared.assembly, prepared.plan, RunOptions(start=start))
+        continued = run_plan(planned.assembly, planned.plan, RunOptions(start=start))
         assert continued.recorder.points.tobytes() == plain.recorder.points.tobytes()
         assert continued.recorder.table.tobytes() == plain.recorder.table.tobytes()
         assert continued.outcome == plain.outcome
@@ -70,7 +70,13 @@ def test_points_that_share_a_past_have_the_bits_of_a_scenario(name, flavour):
         points = [{f"{label}.time": late * scenario.period} for late in (0.5, 1.0)]
     matches, shared = [], []
     for labels in ((), (label,)):
-        task = Task(scenario, until=FEW_CYCLES * scenario.period, flavour=flavour, metrics=(bits,), labels=labels)
+        task = Task(
+            scenario,
+            until=FEW_CYCLES * scenario.period,
+            options=RunOptions(flavour=flavour),
+            metrics=(bits,),
+            labels=labels,
+        )
         runner = Runner(task)
         results = [runner.run(n, settings) for n, settings in enumerate(points)]
         runner.close()

@@ -13,8 +13,9 @@ from amb_cosim.cosim.system.assembly import assemble
 from amb_cosim.design.plant_data import plant
 from amb_cosim.results.result import Result
 from amb_cosim.scenario.plan import plan_scenario
+from amb_cosim.scenario.plan_run import PlannedRun, plan_run, system_of
 from amb_cosim.scenario.scenario import Scenario
-from amb_cosim.scenario.simulation import PlannedRun, prepare, run_prepared, system_of
+from amb_cosim.scenario.simulation import run_planned
 from amb_sweeps.metrics import evaluate, outcome_of
 from rotor_analysis.parts import Bearing, Site
 from rotor_analysis.rotor import Rotor
@@ -96,10 +97,10 @@ def test_soft_mounts_let_the_rotor_pass_the_retainers():
 
 
 def test_stators_beyond_reach_leave_every_bit_of_a_landing():
-    with_stators = prepare(LANDING, until=0.05)
+    with_stators = plan_run(LANDING, until=0.05)
     assembly = assemble(system_of(LANDING), rotor=LANDING.rotor)
     without = PlannedRun(LANDING, plan_scenario(LANDING, assembly, until=0.05), assembly)
-    results = [run_prepared(run).dataset for run in (with_stators, without)]
+    results = [run_planned(run).dataset for run in (with_stators, without)]
     assert any(name.startswith("rotor_contact.stator_mb1.") for name in results[0].data_vars)
     for name in results[1].data_vars:
         np.testing.assert_array_equal(results[0][name].values, results[1][name].values, err_msg=str(name))
@@ -116,20 +117,20 @@ def test_power_that_returns_on_the_stator_is_a_fault():
 
 def test_rotor_with_power_touches_no_stator():
     """Magnets that keep their power have no bore to touch: the air gap is the limit of the run."""
-    levitated = prepare(LANDING.changed(event=[]))
+    levitated = plan_run(LANDING.changed(event=[]))
     assert not [name for name in levitated.interfaces["rotor_contact"].ports if name.startswith("stator_")]
 
 
 def test_one_bearing_without_power_has_one_stator():
     lost = {"time": 0, "set": {"amb_actuator": {"mb2.amplifier_off_x": True}}}
-    ports = prepare(LANDING.changed(event=[lost])).interfaces["rotor_contact"].ports
+    ports = plan_run(LANDING.changed(event=[lost])).interfaces["rotor_contact"].ports
     assert "stator_mb2.clearance" in ports
     assert "stator_mb1.clearance" not in ports
 
 
 def test_setting_that_switches_amplifiers_off_adds_stators():
     settings = {"amb_actuator.*.amplifier_off_?": True}
-    ports = prepare(LANDING.changed(event=[]), settings).interfaces["rotor_contact"].ports
+    ports = plan_run(LANDING.changed(event=[]), settings).interfaces["rotor_contact"].ports
     assert {"stator_mb1.clearance", "stator_mb2.clearance"} <= ports.keys()
 
 
@@ -141,7 +142,7 @@ def test_clearance_of_a_stator_is_the_smaller_air_gap():
         "rotor_contact.*.race_inertia": "1e-3 kg.m2",
         "rotor_contact.stator_mb2.mu": 0.15,
     }
-    values = prepare(LANDING, settings).plan.parameters["rotor_contact"]
+    values = plan_run(LANDING, settings).plan.parameters["rotor_contact"]
     assert (values["stator_mb1.clearance"], values["stator_mb2.clearance"]) == pytest.approx((1e-3, GAP), rel=2e-3)
     assert (values["rb1.clearance"], values["stator_mb2.mu"]) == (0.6e-3, 0.15)
     assert values.get("stator_mb1.race_inertia", 0.0) == 0.0

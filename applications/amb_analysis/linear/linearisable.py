@@ -16,6 +16,7 @@ from amb_analysis.linear.foreign import foreign_component
 from amb_analysis.linear.rotor_and_magnets import actuator_component, rotor_component
 from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.cosim.fmu.fmus import MADE_FROM_FILE, model_source
+from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.cosim.system.assembly import Assembly, assemble
 from amb_cosim.cosim.system.assignments import Assignments
 from amb_cosim.cosim.system.experiment import Experiment, Plan
@@ -25,9 +26,9 @@ from amb_cosim.cosim.system.system_file import is_system, load_experiment, load_
 from amb_cosim.cosim.system.values import Raw, convert, quantity
 from amb_cosim.results.component_names import ACTUATOR, CONTROLLER, PLANT
 from amb_cosim.scenario.plan import SPEED
+from amb_cosim.scenario.plan_run import PlannedRun, plan_run
 from amb_cosim.scenario.rotors import RotorSource
 from amb_cosim.scenario.scenario import Scenario, as_scenario
-from amb_cosim.scenario.simulation import PlannedRun, prepare
 from array_types import Array
 from rotor_contact.structure import structure_of
 
@@ -158,12 +159,15 @@ def linearisable(
     if isinstance(source, System) or (isinstance(source, str | Path) and is_system(source)):
         assembly, plan = _of_system(source, fmu or {}, rotor, set or {}, flavour)
         return LinearSource(assembly, plan, _point(assembly, values))
-    return of_prepared(prepare(as_scenario(source, rotor, fmu=fmu), set, flavour=flavour), values)
+    return of_planned(
+        plan_run(as_scenario(source, rotor, fmu=fmu), set, options=RunOptions(flavour=flavour)),
+        values,
+    )
 
 
-def of_prepared(prepared: PlannedRun, at: Mapping[str, Raw] | None = None) -> LinearSource:
-    """Return the sources of the linear model of a prepared run, optionally at other values than its start values."""
-    return LinearSource(prepared.assembly, prepared.plan, _point(prepared.assembly, at or {}))
+def of_planned(planned: PlannedRun, at: Mapping[str, Raw] | None = None) -> LinearSource:
+    """Return the sources of the linear model of a planned run, optionally at other values than its start values."""
+    return LinearSource(planned.assembly, planned.plan, _point(planned.assembly, at or {}))
 
 
 def _of_system(

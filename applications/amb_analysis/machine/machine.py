@@ -1,4 +1,4 @@
-"""The machine of a prepared run: rotor, parameters, sampled loop, and places by name."""
+"""The machine of a planned run: rotor, parameters, sampled loop, and places by name."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from functools import cached_property
 import numpy as np
 
 from amb_actuator.records import AXIS
-from amb_analysis.linear.linearisable import LinearSource, of_prepared
+from amb_analysis.linear.linearisable import LinearSource, of_planned
 from amb_analysis.linear.loop import Loop
 from amb_cosim.design.magnetic_bearing import axis_parameters
 from amb_cosim.design.rotor_models import control_loop
 from amb_cosim.results.component_names import ACTUATOR, PLANT
-from amb_cosim.scenario.simulation import PlannedRun
+from amb_cosim.scenario.plan_run import PlannedRun
 from amb_files.suggestions import suggest
 from array_types import Array
 from rolac_controller.control_loop import ControlLoop
@@ -31,30 +31,30 @@ MODES = 40  # of the rotor held at its parts, in each plane: 1e-5 off all elemen
 
 @dataclass(frozen=True)
 class Machine:
-    """The machine of a prepared run."""
+    """The machine of a planned run."""
 
-    prepared: PlannedRun
+    planned: PlannedRun
 
     @property
     def Omega(self) -> float:
         """Spin speed at the start (rad/s)."""
-        return self.prepared.speed
+        return self.planned.speed
 
     @cached_property
     def rotor(self) -> Rotor:
         """Its rotor."""
-        return load_rotor(self.prepared.scenario.rotor)
+        return load_rotor(self.planned.scenario.rotor)
 
     @cached_property
     def parameters(self) -> Mapping[str, Mapping[str, float]]:
         """Values of the components' parameters (SI)."""
-        result = self.prepared.plan.all_parameters(self.prepared.interfaces)
+        result = self.planned.plan.all_parameters(self.planned.interfaces)
         return {component: {name: value or 0.0 for name, value in of.items()} for component, of in result.items()}
 
     @cached_property
     def linear_components(self) -> LinearSource:
         """Source of its linear models."""
-        return of_prepared(self.prepared)
+        return of_planned(self.planned)
 
     @cached_property
     def loop(self) -> Loop:
@@ -104,7 +104,7 @@ class Machine:
     @cached_property
     def unbalance(self) -> Mapping[str, complex]:
         """Unbalance (kg m) at the end of the run, by the disc or bearing where it is; those that have one."""
-        layout, plan = self.linear_components.layout(PLANT), self.prepared.plan
+        layout, plan = self.linear_components.layout(PLANT), self.planned.plan
         last = {**plan.inputs, **{name: value for _, name, value in plan.events}}
         amounts = {place: last.get(f"{PLANT}.{place}.u", 0.0) for place in (*layout["discs"], *layout["bearings"])}
         return {place: u * cmath.exp(1j * last.get(f"{PLANT}.{place}.phi", 0.0)) for place, u in amounts.items() if u}
@@ -137,15 +137,15 @@ class Machine:
         return axis_parameters(bearing, direction, **values)
 
 
-def machine_of(prepared: PlannedRun, *needed: str) -> Machine:
-    """Return the machine of a prepared run.
+def machine_of(planned: PlannedRun, *needed: str) -> Machine:
+    """Return the machine of a planned run.
 
     Raises
     ------
     ValueError
         If the run lacks plant, actuator, or another component that is `needed`.
     """
-    missing = [component for component in (PLANT, ACTUATOR, *needed) if component not in prepared.interfaces]
+    missing = [component for component in (PLANT, ACTUATOR, *needed) if component not in planned.interfaces]
     if missing:
-        raise ValueError(f"scenario {prepared.name} has no component {missing[0]}; a linear loop requires one")
-    return Machine(prepared)
+        raise ValueError(f"scenario {planned.name} has no component {missing[0]}; a linear loop requires one")
+    return Machine(planned)

@@ -7,11 +7,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from amb_analysis.linear.linearisable import LinearSource, of_prepared
+from amb_analysis.linear.linearisable import LinearSource, of_planned
 from amb_analysis.steady_contact.forward_loop import Complex, ForwardLoop, forward_loop, mixing
 from amb_analysis.steady_contact.receptances import Receptances, receptances
 from amb_cosim.results.component_names import CONTROLLER, PLANT
-from amb_cosim.scenario.simulation import PlannedRun
+from amb_cosim.scenario.plan_run import PlannedRun
 from array_types import Array
 from rotor_contact.enumerations import CONSTRAINT, LAWS
 
@@ -82,29 +82,29 @@ class RubbingRotor:
         return RubbingRotor(*values, self._loops, self._receptances)
 
 
-def rubbing_rotor(prepared: PlannedRun) -> RubbingRotor:
-    """Return the rotor of a prepared run, with its final unbalance.
+def rubbing_rotor(planned: PlannedRun) -> RubbingRotor:
+    """Return the rotor of a planned run, with its final unbalance.
 
     Raises
     ------
     ValueError
         If the run has no `rotor_contact`, or none of its sites is enabled.
     """
-    made = of_prepared(prepared)
-    present = [component.name for component in prepared.assembly.system.components]
+    made = of_planned(planned)
+    present = [component.name for component in planned.assembly.system.components]
     if PLANT not in present:
-        raise ValueError(f"scenario {prepared.name} has no component {PLANT}; a rub needs a rotor")
+        raise ValueError(f"scenario {planned.name} has no component {PLANT}; a rub needs a rotor")
     p, layout = made.parameters(PLANT), made.layout(PLANT)
     sites = tuple(site["name"] for site in layout["sites"] if p[f"{site['name']}.enabled"])
     if not sites:
-        raise ValueError(f"scenario {prepared.name} has no enabled site; a rub needs one")
+        raise ValueError(f"scenario {planned.name} has no enabled site; a rub needs one")
     places = (*layout["discs"], *layout["bearings"])
-    last = {**prepared.plan.inputs, **{name: value for _, name, value in prepared.plan.events}}
+    last = {**planned.plan.inputs, **{name: value for _, name, value in planned.plan.events}}
     amounts = np.array([last.get(f"{PLANT}.{place}.u", 0.0) for place in places])
     angles = np.array([last.get(f"{PLANT}.{place}.phi", 0.0) for place in places])
     c = np.array([p[f"{site}.clearance"] for site in sites])
-    notes = _notes(p, sites) + _other_notes(last, mixing(made, prepared.speed, sites))
-    return RubbingRotor(made, prepared.speed, sites, c, amounts * np.exp(1j * angles), places, notes)
+    notes = _notes(p, sites) + _other_notes(last, mixing(made, planned.speed, sites))
+    return RubbingRotor(made, planned.speed, sites, c, amounts * np.exp(1j * angles), places, notes)
 
 
 def _notes(p: Mapping[str, float], sites: tuple[str, ...]) -> tuple[str, ...]:

@@ -43,7 +43,7 @@ def checkpoint_in(rotor: RubbingRotor, state: SolvedState | Whirl) -> Checkpoint
     Parameters
     ----------
     rotor
-        Rotor of a prepared run that begins some cycles before cycle 0.
+        Rotor of a planned run that begins some cycles before cycle 0.
     state
         State at the speed of the run; for a whirl, the rotor's unbalance is ignored.
 

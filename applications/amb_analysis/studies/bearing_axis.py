@@ -17,8 +17,8 @@ from amb_cosim.cosim.system.values import Raw, quantity
 from amb_cosim.design import magnetic_bearing
 from amb_cosim.presentation.text_tables import TextBlock, text_table
 from amb_cosim.results.component_names import PLANT
+from amb_cosim.scenario.plan_run import plan_run
 from amb_cosim.scenario.scenario import as_scenario, load_scenario
-from amb_cosim.scenario.simulation import prepare
 from amb_files.suggestions import suggest
 from array_types import Array
 from rolac_controller.control_loop import LoopAxis
@@ -260,7 +260,7 @@ def _axis_of(
     values: Mapping[str, float] = {}
     if scenario is not None:
         chosen = as_scenario(load_scenario(str(scenario)).machine(), rotor)
-        machine = machine_of(prepare(chosen, settings))
+        machine = machine_of(plan_run(chosen, settings))
         description, values = machine.rotor, machine.parameters[PLANT]
     axes = [LoopAxis(b.name, direction, "") for b in description.bearings for direction in "xy"]
     names = [item.name for item in axes]

@@ -19,11 +19,12 @@ from amb_analysis.studies.coefficient_limits import EXTRAPOLATED, Limits, is_ext
 from amb_analysis.studies.inputs import DEFAULT_RANGE, Number, controlled, speed_range
 from amb_analysis.studies.result import MachineResult
 from amb_cosim.cosim.basics.choices import Flavour
+from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.cosim.system.values import Raw
 from amb_cosim.presentation.text_tables import TextBlock, text_table
 from amb_cosim.presentation.units import speed_unit
+from amb_cosim.scenario.plan_run import plan_run
 from amb_cosim.scenario.shaft_damping import viscous_losses
-from amb_cosim.scenario.simulation import prepare
 from amb_files.checks import require
 from array_types import Array, Complex
 from rotor_analysis.modes import Whirl
@@ -212,10 +213,10 @@ def poles(
     """
     require(count >= 1, "count", count, "1 or more")
     values = controlled(scenario, rotor, controller)
-    prepared = prepare(values.machine(), set, flavour=flavour)
-    machine = Machine(prepared)
+    planned = plan_run(values.machine(), set, options=RunOptions(flavour=flavour))
+    machine = Machine(planned)
     loop = machine.loop
-    highest = (1.5 * prepared.speed or DEFAULT_RANGE) if up_to is None else up_to
+    highest = (1.5 * planned.speed or DEFAULT_RANGE) if up_to is None else up_to
     speeds = speed_range(highest, POINTS)
     speeds[0] = LOWEST * speeds[-1]
     result = [vibrations(loop, float(Omega)) for Omega in speeds]
@@ -236,9 +237,9 @@ def poles(
         growth_rates=np.array([one.growth_rate for one in stabilities]),
         least_stable=worst,
         unstable=tuple(unstable),
-        operating_speed=prepared.speed,
+        operating_speed=planned.speed,
         limits=limits_of(machine.rotor.seals),
-        approximations=tuple(viscous_losses(prepared.assembly)),
+        approximations=tuple(viscous_losses(planned.assembly)),
     )
 
 

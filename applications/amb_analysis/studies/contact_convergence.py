@@ -22,14 +22,14 @@ from amb_analysis.studies.convergence_runs import (
     CaseResult,
     Contact,
     ConvergenceCase,
-    prepare_case,
+    plan_case,
     simulate_case,
     varied_cases,
 )
 from amb_analysis.studies.processes import simulate_in_processes
 from amb_analysis.studies.result import DrawnResult
 from amb_cosim.cosim.basics.choices import Flavour
-from amb_cosim.cosim.run.options import Progress
+from amb_cosim.cosim.run.options import Progress, RunOptions
 from amb_cosim.cosim.system.values import Raw
 from amb_cosim.presentation.progress import progress_bar
 from amb_cosim.presentation.text_tables import TextBlock, labelled_table, number, text_table
@@ -210,8 +210,8 @@ def convergence(
     """
     require(0 <= starts <= 1000, "starts", starts, "from 0 to 1000")
     values = as_scenario(scenario, rotor)
-    base = ConvergenceCase(values, dict(set or {}), flavour=flavour)
-    prepare_case(base)  # checks the input and builds the FMUs before processes are started
+    base = ConvergenceCase(values, dict(set or {}), RunOptions(flavour=flavour))
+    plan_case(base)  # checks the input and builds the FMUs before processes are started
     with progress_bar(progress) as report:
         others = list(varied_cases(base))
         local = _with_starts([base], starts)

@@ -42,11 +42,12 @@ from amb_analysis.studies.trap_states import (
     rolling_contacts,
 )
 from amb_cosim.cosim.basics.choices import Flavour
+from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.cosim.system.values import Raw
 from amb_cosim.presentation.json_data import Layout
 from amb_cosim.presentation.text_tables import TextBlock, text_table
 from amb_cosim.results.component_names import PLANT
-from amb_cosim.scenario.simulation import prepare
+from amb_cosim.scenario.plan_run import plan_run
 from amb_files.checks import require
 from array_types import Array
 from rotor_analysis.rotor_file import load_rotor
@@ -250,9 +251,9 @@ def traps(
         If a value is not allowed, there is no unbalance, or the rotor can touch nowhere.
     """
     values = controlled(scenario, rotor, controller)
-    prepared = prepare(values, set, flavour=flavour)
-    machine = _with_unbalance(rubbing_rotor(prepared), unbalance, place)
-    Omega = prepared.speed if speed is None else spin_speed(speed)
+    planned = plan_run(values, set, options=RunOptions(flavour=flavour))
+    machine = _with_unbalance(rubbing_rotor(planned), unbalance, place)
+    Omega = planned.speed if speed is None else spin_speed(speed)
     require(Omega > 0.0, "speed", f"{Omega:g} rad/s", "> 0 rad/s")
     amount = float(np.abs(machine.unbalance).max())
     highest = 2.0 * Omega if up_to is None else spin_speed(up_to, "up-to")

@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
 from amb_cosim.cosim.record.signals import Signals
+from amb_cosim.cosim.run.options import DEFAULTS, RunOptions
 from amb_cosim.cosim.system.values import Raw
 from amb_cosim.results.component_names import PLANT
 from amb_cosim.results.contact_forces import largest_averaged_force, peak_force, received_impulse
 from amb_cosim.results.contact_history import peak, touchable
 from amb_cosim.results.series import cycles
-from amb_cosim.scenario.simulation import PlannedRun, RunRequest, prepare, run_prepared
+from amb_cosim.scenario.plan_run import PlannedRun, plan_run
+from amb_cosim.scenario.scenario import Scenario
+from amb_cosim.scenario.simulation import run_planned
 from rotor_analysis.assembly import assemble
 from rotor_analysis.reduced_rotor import reduced_rotor
 from rotor_analysis.rotor import ReductionOptions, Rotor
@@ -29,9 +32,9 @@ STEP_PARTS = (2, 5)  # of a communication step
 MESH_MODES = 12  # of a rotor that does not say how many modes its mesh is for
 
 
-@dataclass(frozen=True, kw_only=True)
-class ConvergenceCase(RunRequest):
-    """A run.
+@dataclass(frozen=True)
+class ConvergenceCase:
+    """A run of a scenario, with `settings` in place of its values.
 
     varied, label, value
         What differs from the scenario: nothing for `scenario`, else `modes`, `mesh`, `substep` or `step`; how it is
@@ -44,6 +47,9 @@ class ConvergenceCase(RunRequest):
         Number of the perturbed start: clearances are larger by `start` times `START`.
     """
 
+    scenario: Scenario
+    settings: Mapping[str, Raw] = field(default_factory=dict)
+    options: RunOptions = DEFAULTS
     varied: str = "scenario"
     label: str = "scenario"
     value: float = 1.0
@@ -125,13 +131,14 @@ def _meshed(source: RotorSource, tables: Tables, coordinates: int) -> Rotor | No
     return rotor if coordinates <= 2 * len(rotor.shaft.nodes) <= 2 * MOST_NODES else None
 
 
-def prepare_case(case: ConvergenceCase) -> PlannedRun:
+def plan_case(case: ConvergenceCase) -> PlannedRun:
     """Return a case that is ready to run."""
-    scenario, prepared = case.scenario, case.prepared()
+    scenario = case.scenario
+    planned = plan_run(scenario, case.settings, options=case.options)
     if case.step != 1.0:
-        scenario = scenario.model_copy(update={"communication_step": case.step * prepared.plan.step_size})
-    interface = prepared.interfaces[PLANT]
-    values = prepared.plan.all_parameters(prepared.interfaces)[PLANT]
+        scenario = scenario.model_copy(update={"communication_step": case.step * planned.plan.step_size})
+    interface = planned.interfaces[PLANT]
+    values = planned.plan.all_parameters(planned.interfaces)[PLANT]
     settings = values["solver.max_substep"] or 0.0
     longest = min(settings, interface.ports["solver.max_substep"].start or settings)
     changed: dict[str, Raw] = {SUBSTEP: case.substep * longest}
@@ -139,12 +146,12 @@ def prepare_case(case: ConvergenceCase) -> PlannedRun:
         for name, value in values.items():
             if name.endswith(".clearance"):
                 changed[f"{PLANT}.{name}"] = (value or 0.0) * (1.0 + case.start * START)
-    return prepare(scenario, {**case.settings, **changed}, flavour=case.flavour)
+    return plan_run(scenario, {**case.settings, **changed}, options=case.options)
 
 
 def simulate_case(case: ConvergenceCase) -> CaseResult:
     """Simulate a case. For a run that does not reach its end, the result contains the reason."""
-    result = run_prepared(prepare_case(case))
+    result = run_planned(plan_case(case))
     failure = result.outcome.failure
     if failure is not None:
         return CaseResult({}, None, None, failure)

@@ -16,8 +16,9 @@ from amb_cosim.presentation.text_tables import TextBlock, labelled_table
 from amb_cosim.results.contact_history import contact_cycles, recovery
 from amb_cosim.results.orbits import orbit_after, orbit_before
 from amb_cosim.scenario.coupling import delay, predictable
+from amb_cosim.scenario.plan_run import plan_run
 from amb_cosim.scenario.scenario import Scenario, as_scenario
-from amb_cosim.scenario.simulation import prepare, run_prepared
+from amb_cosim.scenario.simulation import run_planned
 
 TIMINGS = 3  # of each run; the shortest counts
 NAMES: Mapping[Coupling, str] = {"gauss_seidel": "Gauss-Seidel", "jacobi": "Jacobi", "iterative": "iterative"}
@@ -124,7 +125,11 @@ def coupling(
         If the scenario, a value or a file is wrong, or its first run has no orbit.
     """
     values = as_scenario(scenario, rotor).model_copy(update={"record": Record()})
-    runs = [run for run in RUNS if not run.predicts or predictable(prepare(values, set, flavour=flavour).interfaces)]
+    runs = [
+        run
+        for run in RUNS
+        if not run.predicts or predictable(plan_run(values, set, options=RunOptions(flavour=flavour)).interfaces)
+    ]
     result = [simulated(run, values, set or {}, flavour) for run in runs]
     first, shortest = result[0]
     if not first.orbit or not all(first.orbit.values()):
@@ -140,9 +145,9 @@ def simulated(
     step = scenario.step_size("gauss_seidel") / run.parts
     changed = scenario.model_copy(update={"coupling": run.coupling, "communication_step": step})
     ahead = delay(run.coupling, step) if run.predicts else 0.0
-    names = predictable(prepare(changed, settings, flavour=flavour).interfaces)
-    prepared = prepare(changed, {**settings, **dict.fromkeys(names, ahead)}, flavour=flavour)
-    results = [run_prepared(prepared, RunOptions(loop=run.loop)) for _ in range(TIMINGS)]
+    names = predictable(plan_run(changed, settings, options=RunOptions(flavour=flavour)).interfaces)
+    planned = plan_run(changed, {**settings, **dict.fromkeys(names, ahead)}, options=RunOptions(flavour=flavour))
+    results = [run_planned(planned, RunOptions(loop=run.loop)) for _ in range(TIMINGS)]
     if any(result.outcome.status == "interrupted" for result in results):
         raise KeyboardInterrupt
     signals, outcome = results[0].signals, results[0].outcome

@@ -23,10 +23,11 @@ from amb_analysis.measured.units import si_unit
 from amb_analysis.studies.inputs import Number, controlled, positive, spin_speed
 from amb_analysis.studies.result import DrawnResult
 from amb_cosim.cosim.basics.choices import Flavour
+from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.cosim.system.values import Raw, quantity
 from amb_cosim.presentation.text_tables import TextBlock, number, text_table
 from amb_cosim.results.component_names import PLANT
-from amb_cosim.scenario.simulation import prepare
+from amb_cosim.scenario.plan_run import plan_run
 from amb_files.checks import require
 from array_types import Array, Complex
 from rotor_analysis.refinement import about_resonances, vertex
@@ -193,9 +194,9 @@ def response(
     fine = refined(described, [place for pair in ends for place in pair])
     machine = None
     if scenario_of is not None:
-        machine = Machine(prepare(scenario_of.machine(rotor=fine), set, flavour=flavour))
-        if PLANT not in machine.prepared.interfaces:
-            raise ValueError(f"scenario {machine.prepared.name} has no component {PLANT}")
+        machine = Machine(plan_run(scenario_of.machine(rotor=fine), set, options=RunOptions(flavour=flavour)))
+        if PLANT not in machine.planned.interfaces:
+            raise ValueError(f"scenario {machine.planned.name} has no component {PLANT}")
     at_rest = 0.0 if machine is None else machine.Omega
     Omega = at_rest if speed is None else spin_speed(speed)
     if machine is not None and loop == "closed":

@@ -18,12 +18,14 @@ from amb_analysis.machine.machine import Machine
 from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.cosim.basics.time_grid import in_steps
 from amb_cosim.cosim.record.signals import Signals
+from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.cosim.system.values import Raw
 from amb_cosim.results.component_names import ACTUATOR, CONTROLLER, PLANT
 from amb_cosim.results.contact_history import in_contact
 from amb_cosim.scenario.plan import IDEAL, SPEED
+from amb_cosim.scenario.plan_run import PlannedRun, plan_run
 from amb_cosim.scenario.scenario import Scenario
-from amb_cosim.scenario.simulation import PlannedRun, prepare, run_prepared
+from amb_cosim.scenario.simulation import run_planned
 from array_types import Array, Complex, Indices
 from signal_chain.presets import CUSTOM, is_on
 
@@ -45,14 +47,14 @@ class MeasuredSensitivity:
     sensitivity: Complex
 
 
-def prepare_measurement(
+def plan_measurement(
     scenario: Scenario,
     settings: Mapping[str, Raw],
     amplifier: bool = False,
     delay: bool = False,
     flavour: Flavour = "native",
 ) -> PlannedRun:
-    """Return a prepared run of a scenario's machine, levitated without unbalance, with its sample time.
+    """Return a planned run of a scenario's machine, levitated without unbalance, with its sample time.
 
     The controller's signal chain retains delay and filter; noise and converters are off, because they are not linear.
 
@@ -75,7 +77,7 @@ def prepare_measurement(
     values: dict[str, dict[str, Raw]] = {ACTUATOR: {"mean_current": True}, PLANT: {"solver.max_substep": SUBSTEP}}
     values[CONTROLLER] = {} if "chain.preset" in scenario.parameters.get(CONTROLLER, {}) else {"chain.preset": CUSTOM}
     base = scenario.machine(parameters=values)
-    first = prepare(base, settings, flavour=flavour)
+    first = plan_run(base, settings, options=RunOptions(flavour=flavour))
     loop, parameters = Machine(first).loop, Machine(first).parameters
     dynamic = amplifier or parameters[ACTUATOR]["amplifier"] == DYNAMIC
     linear = _linear_chain(parameters[CONTROLLER], delay)
@@ -94,14 +96,16 @@ def prepare_measurement(
         },
     )
     changed = {f"{CONTROLLER}.{name}": value for name, value in linear.items()}
-    prepared = prepare(measuring, {**settings, f"{ACTUATOR}.amplifier": int(dynamic), **changed}, flavour=flavour)
+    planned = plan_run(
+        measuring, {**settings, f"{ACTUATOR}.amplifier": int(dynamic), **changed}, options=RunOptions(flavour=flavour)
+    )
     held = (SPEED, f"{PLANT}.{IDEAL}")
-    moved = [name for name, value in prepared.plan.inputs.items() if name not in held and value != 0.0]
+    moved = [name for name, value in planned.plan.inputs.items() if name not in held and value != 0.0]
     if moved:
         raise ValueError(
             f"{moved[0]} cannot be set here; only parameters can, so that injected currents alone move the rotor"
         )
-    return prepared
+    return planned
 
 
 def _linear_chain(parameters: Mapping[str, float], delay: bool) -> dict[str, Raw]:
@@ -164,13 +168,13 @@ def settling_samples(decay: float, sample_time: float) -> int:
     return samples
 
 
-def measure(prepared: PlannedRun, decay: float) -> MeasuredSensitivity:
+def measure(planned: PlannedRun, decay: float) -> MeasuredSensitivity:
     """Co-simulate with the multi-sines, wait for the transient to die out, and compare currents over a period.
 
     Parameters
     ----------
-    prepared
-        From `prepare_measurement`.
+    planned
+        From `plan_measurement`.
     decay
         Magnitude of the loop's slowest pole.
 
@@ -179,7 +183,7 @@ def measure(prepared: PlannedRun, decay: float) -> MeasuredSensitivity:
     ValueError
         If the run fails, the rotor touches anything, or an amplifier reaches a limit.
     """
-    plan, machine = prepared.plan, Machine(prepared)
+    plan, machine = planned.plan, Machine(planned)
     loop, parameters = machine.loop, machine.parameters[ACTUATOR]
     steps = round(in_steps(loop.sample_time, plan.step_size))
     samples = 2 * round(in_steps(0.5 * PERIOD, loop.sample_time))
@@ -198,7 +202,7 @@ def measure(prepared: PlannedRun, decay: float) -> MeasuredSensitivity:
     events = tuple(
         (n * steps, name, float(volts[k, n % samples])) for n in range(last) for k, name in enumerate(inputs)
     )
-    result = run_prepared(replace(prepared, plan=replace(plan, last=last * steps, events=events)))
+    result = run_planned(replace(planned, plan=replace(plan, last=last * steps, events=events)))
     if result.outcome.failure is not None:
         raise ValueError(result.outcome.failure)
     _check_linear(result.signals, loop)

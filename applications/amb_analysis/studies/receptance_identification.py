@@ -15,7 +15,7 @@ from amb_analysis.studies.inputs import Number, spin_speeds
 from amb_analysis.studies.receptance_measurement import (
     IdentifiedReceptance,
     computed_identification,
-    prepare_identification,
+    plan_identification,
     ratios,
     run_identification,
     table_for,
@@ -147,14 +147,14 @@ def identify(
     path = None if output is None else Path(output)
     results: list[IdentifiedReceptance] = []
     with _progress_bars(progress) as report:
-        runs = [prepare_identification(Omega, rotor, set, flavour, machine) for Omega in chosen]
+        runs = [plan_identification(Omega, rotor, set, flavour, machine) for Omega in chosen]
         table = table_for(runs[0], path)
-        for prepared in runs:
+        for planned in runs:
 
-            def report_steps(done: int, total: int, speed: float = prepared.speed) -> None:
+            def report_steps(done: int, total: int, speed: float = planned.speed) -> None:
                 report(IdentificationProgress(speed, len(results), len(runs), done, total))
 
-            result = computed_identification(prepared) if computed else run_identification(prepared, report_steps)
+            result = computed_identification(planned) if computed else run_identification(planned, report_steps)
             results.append(result)
             if result.receptance is not None:
                 table = table.updated(result.speed, result.receptance, result.order, result.inner)

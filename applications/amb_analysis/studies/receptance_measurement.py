@@ -24,8 +24,9 @@ from amb_cosim.design.receptance_file import ReceptanceTable, empty_table, loop_
 from amb_cosim.design.sampled_loop import parameters_of_loop
 from amb_cosim.results.component_names import CONTROLLER
 from amb_cosim.scenario.inner_loop import inner_loop_parameters
+from amb_cosim.scenario.plan_run import PlannedRun, plan_run
 from amb_cosim.scenario.scenario import Scenario, as_scenario, make_scenario
-from amb_cosim.scenario.simulation import PlannedRun, prepare, run_prepared
+from amb_cosim.scenario.simulation import run_planned
 from array_types import Complex
 from rolac_controller.control_loop import ControlLoop
 from rolac_controller.enumerations import ERRORS, GIVEN, ILL_CONDITIONED, last_stages, stages
@@ -81,7 +82,7 @@ class IdentifiedReceptance:
         return self.speed / (2.0 * math.pi)
 
 
-def prepare_identification(
+def plan_identification(
     Omega: float,
     rotor: RotorSource = None,
     settings: Mapping[str, Raw] | None = None,
@@ -124,58 +125,58 @@ def prepare_identification(
         parameters={CONTROLLER: {"contact.source": GIVEN}},
         record={"variables": RECORDED, "every": steps},
     )
-    prepared = prepare(scenario, settings, flavour=flavour)
-    if prepared.speed != Omega:
+    planned = plan_run(scenario, settings, options=RunOptions(flavour=flavour))
+    if planned.speed != Omega:
         raise ValueError("Omega cannot be set here; speeds sets it")
-    lowest = machine_of(prepared, CONTROLLER).parameters[CONTROLLER]["rolac.min_speed"]
+    lowest = machine_of(planned, CONTROLLER).parameters[CONTROLLER]["rolac.min_speed"]
     if Omega < lowest and not math.isclose(Omega, lowest):
         raise ValueError(f"speeds = {Omega:g} rad/s is not allowed; it must be >= {lowest:g} rad/s, rolac.min_speed")
-    return prepared
+    return planned
 
 
-def table_for(prepared: PlannedRun, path: Path | None) -> ReceptanceTable:
-    """Return the table in a file; without the file, an empty table for the rotor and loop of a prepared run.
+def table_for(planned: PlannedRun, path: Path | None) -> ReceptanceTable:
+    """Return the table in a file; without the file, an empty table for the rotor and loop of a planned run.
 
     Raises
     ------
     ValueError
         If the file is not a complete table, or is that of another rotor or loop.
     """
-    machine = machine_of(prepared, CONTROLLER)
+    machine = machine_of(planned, CONTROLLER)
     parameters, controlled, name = machine.parameters[CONTROLLER], machine.controlled, machine.rotor.name
-    inner = inner_loop_parameters(prepared.assembly.system, machine.parameters)
+    inner = inner_loop_parameters(planned.assembly.system, machine.parameters)
     if path is not None and path.exists():
         return read_table(path, name, controlled, {**loop_parameters(controlled, parameters), **inner})
     return empty_table(name, controlled, parameters, inner)
 
 
-def run_identification(prepared: PlannedRun, progress: Progress | None = None) -> IdentifiedReceptance:
+def run_identification(planned: PlannedRun, progress: Progress | None = None) -> IdentifiedReceptance:
     """Run an identification to its end and return its result.
 
     `progress` is called with the numbers of finished steps and of all steps.
     """
-    planned = _planned(prepared)
-    model = sampled_receptance(prepared, planned.order)
-    result = run_prepared(prepared, RunOptions(progress=progress))
+    identification = _identification(planned)
+    model = sampled_receptance(planned, identification.order)
+    result = run_planned(planned, RunOptions(progress=progress))
     receptance, reason = None, result.outcome.failure or ""
     if result.outcome.failure is None:
-        receptance, reason = _result(result.dataset.isel(time=-1), machine_of(prepared, CONTROLLER).controlled)
+        receptance, reason = _result(result.dataset.isel(time=-1), machine_of(planned, CONTROLLER).controlled)
     interrupted = result.outcome.status == "interrupted"
-    return replace(planned, receptance=receptance, model=model, reason=reason, interrupted=interrupted)
+    return replace(identification, receptance=receptance, model=model, reason=reason, interrupted=interrupted)
 
 
-def computed_identification(prepared: PlannedRun) -> IdentifiedReceptance:
+def computed_identification(planned: PlannedRun) -> IdentifiedReceptance:
     """Return the receptance from the linear model of the loop; nothing is simulated or compared."""
-    planned = _planned(prepared)
-    receptance = sampled_receptance(prepared, planned.order)
+    identification = _identification(planned)
+    receptance = sampled_receptance(planned, identification.order)
     if condition_number(receptance) > MAX_CONDITION:
-        return replace(planned, reason=ERRORS.sentences[ILL_CONDITIONED])
-    return replace(planned, receptance=receptance)
+        return replace(identification, reason=ERRORS.sentences[ILL_CONDITIONED])
+    return replace(identification, receptance=receptance)
 
 
-def _planned(prepared: PlannedRun) -> IdentifiedReceptance:
+def _identification(planned: PlannedRun) -> IdentifiedReceptance:
     """Return an identification without its results."""
-    machine = machine_of(prepared, CONTROLLER)
+    machine = machine_of(planned, CONTROLLER)
     order = int(machine.parameters[CONTROLLER]["harmonic1.order"])
     return IdentifiedReceptance(
         speed=machine.Omega,
@@ -184,7 +185,7 @@ def _planned(prepared: PlannedRun) -> IdentifiedReceptance:
         force=force_amplitude(machine),
         receptance=None,
         model=None,
-        inner=inner_response(prepared, order),
+        inner=inner_response(planned, order),
     )
 
 

@@ -17,7 +17,7 @@ from amb_analysis.linear.loop import (
     response,
 )
 from amb_analysis.machine.machine import Machine
-from amb_analysis.studies.injection import HIGHEST, LOWEST, measure, prepare_measurement
+from amb_analysis.studies.injection import HIGHEST, LOWEST, measure, plan_measurement
 from amb_analysis.studies.inputs import Number, controlled, spin_speed
 from amb_analysis.studies.result import MachineResult
 from amb_analysis.studies.sensitivity_curves import peak_beyond, sensitivity_curves
@@ -241,12 +241,12 @@ def sensitivity(
         require(0.0 < time < 0.5 / LOWEST, "sample-time", f"{time:g} s", f"> 0 s and < {0.5 / LOWEST:g} s")
         settings[f"{CONTROLLER}.sample_time"] = time
         values = values.model_copy(update={"communication_step": time})
-    prepared = prepare_measurement(values, settings, amplifier, delay, flavour)
-    machine = Machine(prepared)
+    planned = plan_measurement(values, settings, amplifier, delay, flavour)
+    machine = Machine(planned)
     loop, parameters = machine.loop, machine.parameters
     system = loop.sensitivity()
     poles = system.poles()
-    measured = measure(prepared, float(np.abs(poles).max()))
+    measured = measure(planned, float(np.abs(poles).max()))
     frequencies, curves = sensitivity_curves(system)
     beyond = [PeakBeyond(*above) for above in peak_beyond(system)]
     expected = np.array([diagonal_response(system, row)[k] for k, row in enumerate(measured.frequencies)])
@@ -269,7 +269,7 @@ def sensitivity(
     return StabilityMargin(
         scenario=values.name,
         rotor=machine.rotor.name,
-        speed=prepared.speed,
+        speed=planned.speed,
         sample_time=loop.sample_time,
         delay=_delay(parameters[CONTROLLER]),
         amplifier="dynamic" if parameters[ACTUATOR]["amplifier"] else "ideal",

@@ -20,9 +20,10 @@ from amb_analysis.studies.coefficient_limits import Limits, is_extrapolated, lim
 from amb_analysis.studies.inputs import DEFAULT_RANGE, Number, controlled, node_numbers, positive, speed_range
 from amb_analysis.studies.unbalance_records import CriticalResponse, PlacedUnbalance, PlaceResponse, UnbalanceResponse
 from amb_cosim.cosim.basics.choices import Flavour
+from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.cosim.system.values import Raw
+from amb_cosim.scenario.plan_run import plan_run
 from amb_cosim.scenario.scenario import Scenario
-from amb_cosim.scenario.simulation import prepare
 from amb_files.suggestions import suggest
 from array_types import Array, Complex
 from rotor_analysis.refinement import about_resonances, refined
@@ -104,7 +105,7 @@ def unbalance_response(
         if mass is not None:
             raise ValueError(f"mass = {mass} is not allowed with a scenario; set it in the rotor file")
         values = controlled(scenario, rotor, controller)
-        machine = machine_of(prepare(values, set, flavour=flavour))
+        machine = machine_of(plan_run(values, set, options=RunOptions(flavour=flavour)))
         return _of_machine(machine, values.name, _loads(machine, values.rotor, amount, place, node), up_to, everywhere)
     if controller is not None or set:
         raise ValueError("a controller or settings belong to a scenario; name one")

@@ -12,9 +12,11 @@ from amb_analysis.machine.response import refined_response
 from amb_assessment.assessment.stages import co_simulated, real_coefficients
 from amb_assessment.assessment.subject import Subject
 from amb_assessment.assessment.unbalance_cases import UnbalanceCase, unbalance_cases
+from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.results.component_names import ACTUATOR, CONTROLLER, PLANT
 from amb_cosim.results.result import Result
-from amb_cosim.scenario.simulation import prepare, run_prepared
+from amb_cosim.scenario.plan_run import plan_run
+from amb_cosim.scenario.simulation import run_planned
 from array_types import Array
 from rotor_analysis.response import orbit
 
@@ -175,7 +177,7 @@ def simulate(
     if inputs:
         values["inputs"] = {PLANT: dict(inputs)}
     scenario = co_simulated(subject, Omega, **values)
-    result = run_prepared(prepare(scenario, None, flavour=subject.flavour))
+    result = run_planned(plan_run(scenario, None, options=RunOptions(flavour=subject.flavour)))
     if result.outcome.status == "interrupted":
         raise KeyboardInterrupt
     if result.outcome.failure is not None:

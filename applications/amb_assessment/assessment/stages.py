@@ -43,7 +43,7 @@ def real_coefficients(subject: Subject) -> tuple[SupportCoefficients, ...]:
 
 def co_simulated(subject: Subject, Omega: float, **fields: Any) -> Scenario:
     """Return the machine's scenario at a speed (rad/s); stages at planes of the plant act on the rotor like seals."""
-    left_out, rotor = stages_left_out(subject), subject.prepared.scenario.rotor
+    left_out, rotor = stages_left_out(subject), subject.planned.scenario.rotor
     stages = [stage for stage in subject.file.stages if stage.at not in left_out]
     rotor = with_stages(subject.rotor, stages, subject.file.speed.highest) if stages else rotor
     return subject.file.as_scenario(Omega, **fields).model_copy(update={"rotor": rotor})

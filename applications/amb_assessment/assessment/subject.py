@@ -13,8 +13,9 @@ import numpy as np
 from amb_analysis.machine.machine import Machine
 from amb_assessment.assessment.machine_file import MachineFile
 from amb_cosim.cosim.basics.choices import Flavour
+from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.cosim.system.values import RPM
-from amb_cosim.scenario.simulation import prepare
+from amb_cosim.scenario.plan_run import plan_run
 from rotor_analysis.reduced_rotor import reduced_rotor
 from rotor_analysis.rotor import ReductionOptions
 from rotor_analysis.rotor_file import load_rotor
@@ -77,7 +78,7 @@ def subject_of(file: MachineFile, flavour: Flavour = "native", modes: int | None
         rotor = load_rotor(scenario.rotor)
         reduction = ReductionOptions("craig_bampton", rotor.masters, modes)
         scenario = scenario.changed(rotor=replace(rotor, reduction=reduction))
-    return Subject(prepare(scenario, flavour=flavour), file, flavour)
+    return Subject(plan_run(scenario, options=RunOptions(flavour=flavour)), file, flavour)
 
 
 def rpm(Omega: Any) -> Any:

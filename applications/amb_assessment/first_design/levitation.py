@@ -33,11 +33,12 @@ from amb_analysis.studies.stability_margin import ZONES
 from amb_assessment.first_design.loop_search import LoopSearch, Peak, damping_ratios
 from amb_assessment.first_design.sizing import MachineSizes
 from amb_cosim.cosim.basics.choices import Flavour
+from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.cosim.system.values import RPM
 from amb_cosim.design.magnetic_bearing import axis_parameters, linearisation, static_current_for
 from amb_cosim.results.component_names import CONTROLLER
+from amb_cosim.scenario.plan_run import plan_run
 from amb_cosim.scenario.scenario import load_scenario
-from amb_cosim.scenario.simulation import prepare
 from array_types import Array
 from rotor_analysis.rotor import Rotor
 
@@ -251,7 +252,9 @@ class Designer:
     def machine(self, pid: Pid | None = None) -> Machine:
         """Return the machine, with other gains if any."""
         values = {} if pid is None else {f"{CONTROLLER}.{name}": value for name, value in pid.parameters.items()}
-        return Machine(prepare(load_scenario(str(self._scenario)).machine(), values, flavour=self._flavour))
+        return Machine(
+            plan_run(load_scenario(str(self._scenario)).machine(), values, options=RunOptions(flavour=self._flavour))
+        )
 
     def best(self) -> Pid:
         """Return the best PID, or the first with all that is wanted."""

@@ -7,10 +7,11 @@ from pathlib import Path
 
 from amb_cosim.cosim.basics.build_target import BuildTarget
 from amb_cosim.cosim.basics.choices import Flavour
+from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.cosim.system.values import Raw
+from amb_cosim.scenario.plan_run import plan_run
 from amb_cosim.scenario.rotors import RotorSource
 from amb_cosim.scenario.scenario import Scenario, as_scenario
-from amb_cosim.scenario.simulation import prepare
 
 
 def export_ssp(
@@ -53,14 +54,14 @@ def export_ssp(
     from amb_cosim.cosim import ssp
 
     scenario = as_scenario(scenario, rotor, receptances)
-    prepared = prepare(scenario, set, until, flavour)
+    planned = plan_run(scenario, set, until, options=RunOptions(flavour=flavour))
     return ssp.export_ssp(
         Path(path),
-        prepared.assembly,
-        prepared.plan,
+        planned.assembly,
+        planned.plan,
         name=scenario.name,
         target=BuildTarget(flavour, platforms),
         connectors=connectors,
         integers=integers,
-        **prepared.assembly.options,
+        **planned.assembly.options,
     )

@@ -18,9 +18,10 @@ from amb_cosim.cosim.system.system_file import is_system, load_experiment, load_
 from amb_cosim.export.models import Made
 from amb_cosim.scenario.inner_loop import check_receptances
 from amb_cosim.scenario.plan import plan_scenario
+from amb_cosim.scenario.plan_run import model_options, system_of
 from amb_cosim.scenario.rotors import RotorSource
 from amb_cosim.scenario.scenario import Scenario, as_scenario
-from amb_cosim.scenario.simulation import model_options, system_of
+from amb_cosim.scenario.stators import stators_of_run
 
 STEP_SIZE = 250e-6  # s, default communication step
 
@@ -61,7 +62,9 @@ def plan_models(
         rotor, receptances = values.rotor, values.receptances
     table = None if receptances is None else Path(receptances)
     options: dict[str, Any] = (
-        {"rotor": rotor, "receptances": table} if values is None else model_options(values, system)
+        {"rotor": rotor, "receptances": table}
+        if values is None
+        else model_options(values, stators_of_run(values, system, {}))
     )
     made = made_for(system, **options)
     system, interfaces = fitted(

@@ -11,8 +11,9 @@ The thousandth lets an axis with power end the run, |x| >= l_x, before the iron 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING
 
+from amb_cosim.cosim.system.assembly import Assembly
 from amb_cosim.cosim.system.assignments import Assignments
 from amb_cosim.cosim.system.system import System
 from amb_cosim.cosim.system.values import Raw, is_zero
@@ -20,6 +21,9 @@ from amb_cosim.design.stator_names import stator_site
 from amb_cosim.results.component_names import ACTUATOR, PLANT
 from amb_cosim.scenario.scenario import Scenario
 from amb_files.wildcards import matching_names
+
+if TYPE_CHECKING:
+    from amb_cosim.cosim.run.checkpoint import Checkpoint
 
 SWITCHES = ("amplifier_off_x", "amplifier_off_y")  # inputs of the actuator for each bearing
 BEYOND_GAP = 1.001  # clearance of a stator, relative to the air gap
@@ -62,12 +66,30 @@ def touchable_stators(scenario: Scenario, system: System, settings: Mapping[str,
     return tuple(b for b in _bearings(scenario) if any(matching_names(names(b), pattern) for pattern in patterns))
 
 
-def bearings_with_stators(scenario: Scenario, system: System, past: Mapping[str, Any]) -> tuple[str, ...]:
-    """Return the magnetic bearings whose stators a run could touch that left a checkpoint with this `past`."""
-    parameters = past["parameters"].get(PLANT, {})
+def stators_of_run(
+    scenario: Scenario, system: System, settings: Mapping[str, Raw], start: Checkpoint | None = None
+) -> tuple[str, ...]:
+    """Return the bearings whose stators are part of a run: those of its past, or the `touchable_stators`."""
+    if start is None:
+        return touchable_stators(scenario, system, settings)
+    parameters = start.past["parameters"].get(PLANT, {})
     if not _is_modelled(system) or not any(name.startswith(stator_site("")) for name in parameters):
         return ()
     return tuple(name for name in _bearings(scenario) if f"{stator_site(name)}.clearance" in parameters)
+
+
+def lacking_stators(
+    scenario: Scenario, assembly: Assembly, settings: Mapping[str, Raw], start: Checkpoint
+) -> list[str]:
+    """Return a sentence on the stators that the past of a run lacks, whose amplifiers it switches off, if any."""
+    available = assembly.options["stators"]
+    missing = [name for name in touchable_stators(scenario, assembly.system, settings) if name not in available]
+    if not missing:
+        return []
+    return [
+        f"the run before t = {start.time:.9g} s had no stators at {', '.join(missing)}, whose amplifiers are switched "
+        "off; a rotor that crosses the air gap there ends this run"
+    ]
 
 
 def _is_modelled(system: System) -> bool:

@@ -9,9 +9,11 @@ import numpy as np
 from amb_actuator.interface import DYNAMIC, IDEAL, MEASURED, NONLINEAR
 from amb_cosim.cosim.basics.choices import Coupling, Flavour
 from amb_cosim.cosim.basics.time_grid import in_steps
+from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.scenario.coupling import delay
+from amb_cosim.scenario.plan_run import plan_run
 from amb_cosim.scenario.scenario import Scenario, make_scenario
-from amb_cosim.scenario.simulation import prepare, run_prepared
+from amb_cosim.scenario.simulation import run_planned
 from array_types import Complex
 from bath_thesis.studies.monolithic import Levitation
 
@@ -57,7 +59,7 @@ def cosimulated(
     ValueError
         If the co-simulation does not reach its end.
     """
-    result = run_prepared(prepare(scenario(levitation, scheme, step, samples), flavour=flavour))
+    result = run_planned(plan_run(scenario(levitation, scheme, step, samples), options=RunOptions(flavour=flavour)))
     if result.outcome.failure is not None:
         raise ValueError(result.outcome.failure)
     bearings = [

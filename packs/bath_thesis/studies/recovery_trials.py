@@ -7,12 +7,13 @@ from dataclasses import dataclass
 
 from amb_analysis.studies.processes import simulate_in_processes
 from amb_cosim.cosim.basics.choices import Flavour
-from amb_cosim.cosim.run.options import Progress
+from amb_cosim.cosim.run.options import Progress, RunOptions
 from amb_cosim.cosim.system.system_tables import Record
 from amb_cosim.cosim.system.values import Raw, quantity
 from amb_cosim.results.contact_history import contact_cycles, recovered
+from amb_cosim.scenario.plan_run import PlannedRun, plan_run
 from amb_cosim.scenario.scenario import Event, Scenario, load_scenario
-from amb_cosim.scenario.simulation import PlannedRun, prepare, run_prepared
+from amb_cosim.scenario.simulation import run_planned
 from rolac_controller.enumerations import FORCE_FREE, NOTCH, OLAC, OWN_SENSORS, ROLAC
 
 SCENARIO = "fig5_6"
@@ -56,7 +57,7 @@ def simulate_all(trials: Sequence[RecoveryTrial], progress: Progress) -> list[Tr
         If a trial cannot be run, or does not reach its end.
     """
     for trial in {trial.control: trial for trial in trials}.values():  # one of each, with the largest unbalance
-        prepare_trial(trial)  # checks the input and builds the FMUs before processes are started
+        plan_trial(trial)  # checks the input and builds the FMUs before processes are started
     return simulate_in_processes(simulate_trial, trials, progress)
 
 
@@ -68,17 +69,17 @@ def simulate_trial(trial: RecoveryTrial) -> TrialResult:
     ValueError
         If it does not reach its end.
     """
-    result = run_prepared(prepare_trial(trial))
+    result = run_planned(plan_trial(trial))
     if result.outcome.failure is not None:
         raise ValueError(f"{trial.control}, {trial.added:g} kg m added: {result.outcome.failure}")
     return TrialResult(bool(recovered(result.signals)), contact_cycles(result.signals)[1])
 
 
-def prepare_trial(trial: RecoveryTrial) -> PlannedRun:
+def plan_trial(trial: RecoveryTrial) -> PlannedRun:
     """Return a trial that is ready to run."""
     settings = {"rolac.alpha": trial.alpha, **CONTROLS[trial.control]}
     named = {f"rolac_controller.{name}": value for name, value in settings.items()}
-    return prepare(trial_scenario(trial), named, flavour=trial.flavour)
+    return plan_run(trial_scenario(trial), named, options=RunOptions(flavour=trial.flavour))
 
 
 def trial_scenario(trial: RecoveryTrial) -> Scenario:

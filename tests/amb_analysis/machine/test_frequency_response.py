@@ -13,8 +13,8 @@ from amb_analysis.machine.channels import place_of
 from amb_analysis.machine.frequency_response import Structure, frequency_response, refined
 from amb_analysis.machine.machine import machine_of
 from amb_cosim.results.component_names import ACTUATOR, PLANT
+from amb_cosim.scenario.plan_run import plan_run
 from amb_cosim.scenario.scenario import as_scenario
-from amb_cosim.scenario.simulation import prepare
 from rotor_analysis.rotor_file import load_rotor
 from tests.support.messages import raises_naming
 
@@ -25,7 +25,7 @@ STEP = 50e-6
 
 @pytest.fixture(scope="module")
 def machine():
-    return machine_of(prepare(as_scenario(FOLDER / "levitation.toml", None), None))
+    return machine_of(plan_run(as_scenario(FOLDER / "levitation.toml", None), None))
 
 
 def places(rotor, *channels, is_input):

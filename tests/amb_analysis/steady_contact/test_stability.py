@@ -10,8 +10,8 @@ from amb_analysis.steady_contact.receptances import receptances, receptances_at
 from amb_analysis.steady_contact.rubbing_rotor import rubbing_rotor
 from amb_analysis.steady_contact.stability import Dynamics
 from amb_analysis.steady_contact.synchronous_states import states_of
+from amb_cosim.scenario.plan_run import plan_run
 from amb_cosim.scenario.scenario import as_scenario
-from amb_cosim.scenario.simulation import prepare
 
 C = np.array([CLEARANCE])
 
@@ -43,7 +43,7 @@ def test_growth_alone_is_that_of_all_vibrations(scenario, contact):
     """Eigenvalues without their vectors, as the maps take them."""
     loop, c, mu = jeffcott(1.5 * OWN), C, np.array([0.3])
     if scenario is not None:
-        rotor = rubbing_rotor(prepare(as_scenario(scenario, None)))
+        rotor = rubbing_rotor(plan_run(as_scenario(scenario, None)))
         loop, c, mu = rotor.loop(rotor.Omega), rotor.c, rotor.mu(rotor.Omega)
     state = (contact, np.full(len(contact), 30.0), np.full(len(contact), 0.4), c, mu)
     assert Dynamics(loop).growth(*state) == pytest.approx(Dynamics(loop).about(*state).growth, rel=1e-8)

@@ -18,8 +18,8 @@ from amb_assessment.first_design.files import new_machine
 from amb_assessment.first_design.levitation import Pid, levitation_of, wanted_ratios
 from amb_assessment.first_design.loop_search import LoopSearch
 from amb_assessment.first_design.rotor_text import plain_shaft
+from amb_cosim.scenario.plan_run import plan_run
 from amb_cosim.scenario.scenario import load_scenario
-from amb_cosim.scenario.simulation import prepare
 from rotor_analysis.packaged_rotors import rotor_path
 from tests.support.messages import assert_names
 
@@ -54,7 +54,7 @@ def expander(damping):
 
 def loop_of(folder, pid=None):
     values = {} if pid is None else {f"rolac_controller.{name}": value for name, value in pid.parameters.items()}
-    return Machine(prepare(load_scenario(str(folder / "levitation.toml")).machine(), values)).loop
+    return Machine(plan_run(load_scenario(str(folder / "levitation.toml")).machine(), values)).loop
 
 
 @pytest.fixture(scope="module")

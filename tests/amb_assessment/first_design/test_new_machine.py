@@ -18,8 +18,8 @@ from amb_assessment.first_design.rotor_text import plain_shaft, supports
 from amb_assessment.first_design.sizing import CAPACITY, MagnetData, machine_sizes
 from amb_cosim.commands.cli import main
 from amb_cosim.design.magnetic_bearing import axis_parameters, load_capacity
+from amb_cosim.scenario.plan_run import plan_run
 from amb_cosim.scenario.scenario import load_scenario
-from amb_cosim.scenario.simulation import prepare
 from rotor_analysis.packaged_rotors import rotor_path
 from rotor_analysis.rigid_body import rigid_body
 from rotor_analysis.rotor_file import load_rotor, rotor_from
@@ -344,7 +344,7 @@ def test_gap_and_bias_that_do_not_fit_are_refused(known, facts):
 
 def test_written_machine_has_the_constants_of_the_data_sheet(bench):
     """The currents that carry the weight follow from gravity; the controller's constants from them."""
-    values = prepare(load_scenario(str(bench.folder / "levitation.toml"))).plan.parameters["rolac_controller"]
+    values = plan_run(load_scenario(str(bench.folder / "levitation.toml"))).plan.parameters["rolac_controller"]
     for bearing in bench.points:
         assert values[f"{bearing}.k_i_x"] == pytest.approx(90.0, rel=1e-4)
         assert values[f"{bearing}.k_s_y"] == pytest.approx(8e5, rel=1e-4)

@@ -154,7 +154,7 @@ def _landed(
 
 def _longest(subject: Subject) -> float:
     """Return the time (s) for which a landing is followed."""
-    return min(LONGEST, MOST_STEPS * float(subject.prepared.plan.step_size))
+    return min(LONGEST, MOST_STEPS * float(subject.planned.plan.step_size))
 
 
 def _of_run(result: Result, landing: Landing, retainers: list[str]) -> Landing:

@@ -76,7 +76,7 @@ def answer(subject: Subject) -> AnalysisResult:
 
 
 def _longest(subject: Subject) -> float:
-    return min(LONGEST, MOST_STEPS * float(subject.prepared.plan.step_size))
+    return min(LONGEST, MOST_STEPS * float(subject.planned.plan.step_size))
 
 
 def _followed(subject: Subject, Omega: float, lost: Mapping[str, Any]) -> dict[str, Any]:
@@ -91,7 +91,7 @@ def _followed(subject: Subject, Omega: float, lost: Mapping[str, Any]) -> dict[s
         "event": [off, *others],
         "end_time": end,
         "stop": [{"variable": f"{PLANT}.speed", "below": STOPPED * Omega}],
-        "record": {"every": math.ceil(in_steps(end, RECORDS * float(subject.prepared.plan.step_size)))},
+        "record": {"every": math.ceil(in_steps(end, RECORDS * float(subject.planned.plan.step_size)))},
     }
 
 

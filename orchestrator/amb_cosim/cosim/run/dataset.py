@@ -168,12 +168,12 @@ def step_times(recording: Recording) -> dict[str, Samples]:
 
 
 def _warnings(recording: Recording, times: Array) -> list[warnings.WarningRecord]:
-    """Return the warnings of all components, after those on partial events."""
+    """Return the warnings of all components, after those of the plan and on partial events."""
     plan, columns = recording.plan, dict(zip(recording.plan.recorded, recording.recorder.table.T, strict=True))
-    partial = [
-        warnings.WarningRecord("events", "", message, message, first=time) for time, message in plan.partial_events
-    ]
-    return partial + [
+    return [
+        *(warnings.WarningRecord("parameters", "", message, message) for message in plan.warnings),
+        *(warnings.WarningRecord("events", "", message, message, first=time) for time, message in plan.partial_events),
+    ] + [
         warned
         for component, interface in recording.interfaces.items()
         for warned in warnings.of_component(

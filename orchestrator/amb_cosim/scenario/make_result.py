@@ -1,0 +1,96 @@
+"""Makes the result of a scenario's record: signals over time and cycle, with the data of the scenario."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import numpy as np
+
+from amb_cosim.cosim.record.recorder import Recorder
+from amb_cosim.cosim.record.signals import AT_STEPS, EACH_STEP, Samples, SignalTable
+from amb_cosim.cosim.record.warnings import ATTRIBUTE as WARNINGS
+from amb_cosim.cosim.record.warnings import WarningRecord, to_json, warnings_of
+from amb_cosim.cosim.run.dataset import step_times, steps_of, to_signals
+from amb_cosim.cosim.run.recording import Recording
+from amb_cosim.cosim.system.experiment import Plan
+from amb_cosim.results.places import ATTRIBUTE as PLACES
+from amb_cosim.results.places import places_of
+from amb_cosim.results.result import Result
+from amb_cosim.results.stability import LAST_CHANGE
+from amb_cosim.scenario.coupling import PREDICTION, SAMPLE_TIME, coupling_warning
+from amb_cosim.scenario.plan_run import PlannedRun
+from amb_cosim.scenario.power import with_power
+from array_types import Array
+
+
+def bare_signals(planned: PlannedRun, recording: Recording) -> SignalTable:
+    """Return the record of a run over time and cycle, with the rotor's positions and the cycles of events.
+
+    This suffices for key values; units, parameters and warnings would cost more than these.
+    """
+    plan, recorder = planned.plan, recording.recorder
+    variables = {name: Samples(column, {}) for name, column in zip(plan.recorded, recorder.table.T, strict=True)}
+    steps = {f"{name}{AT_STEPS}": Samples(column, {}, EACH_STEP) for name, column in steps_of(recording).items()}
+    time = np.asarray(recorder.points * plan.step_size, np.float64)
+    coordinates = _coordinates(plan, time) | step_times(recording)
+    return SignalTable(variables | steps, coordinates, _landmarks(planned, recorder))
+
+
+def _coupling_warnings(planned: PlannedRun) -> list[WarningRecord]:
+    """Return why the coupling of a loop is in doubt, if it is; there is a loop if connections lead both ways."""
+    system = planned.plan.system
+    links = {(system.split(link.source)[0], system.split(link.target)[0]) for link in system.connections}
+    if not any((target, source) in links for source, target in links):
+        return []
+    parameters = planned.plan.all_parameters(planned.interfaces)
+    predicted = max(values.get(PREDICTION) or 0.0 for values in parameters.values())
+    sampled = min(filter(None, (values.get(SAMPLE_TIME) for values in parameters.values())), default=None)
+    sentence = coupling_warning(system.coupling, planned.plan.step_size, predicted, sampled)
+    return [WarningRecord("coupling", "", sentence, sentence)] if sentence else []
+
+
+def make_result(planned: PlannedRun, recording: Recording) -> Result:
+    """Return the record of a run with all labels and the data of the scenario."""
+    scenario, plan = planned.scenario, planned.plan
+    signals = to_signals(recording)
+    warned = [*warnings_of(signals), *_coupling_warnings(planned)]
+    attributes: dict[str, Any] = {
+        "scenario": scenario.name,
+        "description": scenario.description,
+        "source": scenario.source,
+        "speed_rad_s": planned.speed,
+        **_landmarks(planned, recording.recorder),
+        "scenario_data": scenario.model_dump_json(exclude_defaults=True, exclude={"name"}),
+    }
+    if planned.profile:
+        attributes["speed_profile"] = json.dumps([(n * plan.step_size, Omega) for n, Omega in planned.profile])
+    if scenario.plot.cycles is not None:
+        attributes["plot_cycles"] = list(scenario.plot.cycles)
+    if scenario.plot.figures is not None:
+        attributes["plot_figures"] = json.dumps(scenario.plot.figures)
+    coordinates = {**signals.coordinates, **_coordinates(plan, signals["time"].values)}
+    table = SignalTable(signals.variables, coordinates, {**signals.attrs, **attributes})
+    message = {**table.attrs, WARNINGS: to_json(with_power(warned, table))}
+    return Result(SignalTable(table.variables, table.coordinates, message), recording.outcome, recording.checkpoints)
+
+
+def _coordinates(plan: Plan, time: Array) -> dict[str, Samples]:
+    """Return time, and the turns of the initial speed."""
+    return {
+        "time": Samples(time, {"units": "s", "description": "Time from the beginning of cycle 0"}),
+        "cycle": Samples(time / plan.period, {"units": "1", "description": "Turns of the initial speed"}),
+    }
+
+
+def _landmarks(planned: PlannedRun, recorder: Recorder) -> dict[str, Any]:
+    """Return the places of the rotor, labels and cycles of events with a role, and the last change, as attributes."""
+    plan, cycle = planned.plan, planned.plan.step_size / planned.plan.period
+    roles = {event.role: event.name for event in planned.scenario.event if event.role}
+    events = {role: label for role, label in roles.items() if plan.marks[label] <= recorder.reached}
+    cycles = {f"{role}_cycle": plan.marks[label] * cycle for role, label in events.items()}
+    labels = {f"{role}_label": label for role, label in events.items()}
+    changes = (*(n for n, _, _ in plan.events), *(n for n, _ in planned.profile))
+    last = max((n for n in changes if n <= recorder.reached), default=0)
+    message = {PLACES: places_of(planned.assembly).to_json(), "period_s": plan.period}
+    return {**message, **cycles, **labels, LAST_CHANGE: last * cycle}

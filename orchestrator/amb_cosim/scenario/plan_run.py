@@ -1,0 +1,135 @@
+"""Plans the run of a scenario: finds its FMUs, checks their system, and places everything on the time grid."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from amb_cosim.cosim.fmu.fmu_interface import FmuInterface
+from amb_cosim.cosim.fmu.fmus import Fmu
+from amb_cosim.cosim.run.options import DEFAULTS, RunOptions
+from amb_cosim.cosim.system.assembly import Assembly, assemble
+from amb_cosim.cosim.system.experiment import Plan
+from amb_cosim.cosim.system.system import System
+from amb_cosim.cosim.system.system_file import load_system
+from amb_cosim.cosim.system.values import Raw
+from amb_cosim.results.component_names import CONTROLLER
+from amb_cosim.scenario.inner_loop import controllers
+from amb_cosim.scenario.plan import SPEED, plan_scenario
+from amb_cosim.scenario.scenario import Scenario
+from amb_cosim.scenario.stators import lacking_stators, stators_of_run
+
+
+@dataclass(frozen=True)
+class PlannedRun:
+    """A scenario with everything that its run needs, checked."""
+
+    scenario: Scenario
+    plan: Plan
+    assembly: Assembly
+
+    @property
+    def name(self) -> str:
+        """Name of the scenario."""
+        return self.scenario.name
+
+    @property
+    def fmus(self) -> Mapping[str, Fmu]:
+        """FMU of each component."""
+        return self.assembly.fmus
+
+    @property
+    def interfaces(self) -> Mapping[str, FmuInterface]:
+        """Interface of each component."""
+        return self.assembly.interfaces
+
+    @property
+    def speed(self) -> float:
+        """Initial speed in rad/s."""
+        return self.plan.inputs[SPEED]
+
+    @property
+    def profile(self) -> tuple[tuple[int, float], ...]:
+        """Points (communication point, rad/s) that the speed is linear between; empty where it is constant."""
+        return next((ramp.points for ramp in self.plan.ramps if ramp.variable == SPEED), ())
+
+
+def plan_run(
+    scenario: Scenario,
+    settings: Mapping[str, Raw] | None = None,
+    until: Raw | None = None,
+    options: RunOptions = DEFAULTS,
+) -> PlannedRun:
+    """Find the FMUs of a scenario, check its system and plan its run; see `plan_scenario` for the arguments.
+
+    A run that continues from `options.start` has the stators of its past, with a warning if others lose their power.
+
+    Raises
+    ------
+    ValueError
+        If anything in it does not fit.
+    """
+    settings = settings or {}
+    assembly = assemble_scenario(scenario, settings, options)
+    plan = plan_scenario(scenario, assembly, settings, until)
+    if options.start is not None:
+        lacking = lacking_stators(scenario, assembly, settings, options.start)
+        plan = replace(plan, warnings=(*plan.warnings, *lacking))
+    return PlannedRun(scenario, plan, assembly)
+
+
+def assemble_scenario(
+    scenario: Scenario, settings: Mapping[str, Raw] | None = None, options: RunOptions = DEFAULTS
+) -> Assembly:
+    """Find the FMUs of a scenario and check its system, for any values of the scenario.
+
+    The `settings` matter only for the stators that the rotor can touch, see `stators_of_run`.
+
+    Raises
+    ------
+    ValueError
+        If an FMU cannot be had, or the system does not fit.
+    """
+    system = system_of(scenario)
+    if scenario.receptances is not None and not controllers(system):
+        raise ValueError(
+            f"receptances {scenario.receptances} have no use: no component of the run is the model {CONTROLLER}"
+        )
+    stators = stators_of_run(scenario, system, settings or {}, options.start)
+    assembly = assemble(system, options.flavour, **model_options(scenario, stators))
+    _check_sensors(assembly)
+    return assembly
+
+
+def system_of(scenario: Scenario) -> System:
+    """Return the system of a scenario, with its replacing FMUs."""
+    system = load_system(scenario.system, {"gradient": scenario.gradient})
+    for component, fmu in scenario.fmu.items():
+        system = system.with_fmu(component, fmu)
+    return system
+
+
+def model_options(scenario: Scenario, stators: Sequence[str]) -> dict[str, Any]:
+    """Return the options that the models of a scenario are made with: rotor, receptances, touchable stators."""
+    table = None if scenario.receptances is None else Path(scenario.receptances)
+    return {"rotor": scenario.rotor, "receptances": table, "stators": stators}
+
+
+def _check_sensors(assembly: Assembly) -> None:
+    """Raise ValueError if a sensor of a controller is connected to nothing: it would show zero all along."""
+    sensors = [f"{name}.{sensor}" for name, fmu in assembly.fmus.items() for sensor in _sensors(fmu.layout or {})]
+    unfed = [sensor for sensor in sensors if assembly.system.source_of(sensor) is None]
+    if unfed:
+        raise ValueError(
+            "\n".join(
+                f"{sensor}, a sensor, must be connected, and is not; no component has an output of that name"
+                for sensor in unfed
+            )
+        )
+
+
+def _sensors(layout: Mapping[str, Any]) -> list[str]:
+    """Return the inputs that are sensors of a model of this project with such a layout."""
+    return [*(plane[axis] for plane in layout.get("planes", ()) for axis in ("x", "y")), *layout.get("signals", ())]
