@@ -12,7 +12,7 @@ from typing import Any
 
 from amb_cosim.cosim.master.instances import InstancePool
 from amb_cosim.cosim.run.checkpoint import Checkpoint
-from amb_cosim.cosim.run.saving import Saves
+from amb_cosim.cosim.run.options import Saves
 from amb_cosim.cosim.run.state_fingerprint import plan_past
 from amb_cosim.cosim.system.assembly import Assembly
 from amb_cosim.cosim.system.experiment import Plan

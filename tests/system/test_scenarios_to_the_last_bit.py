@@ -7,9 +7,8 @@ import zlib
 import pytest
 
 from amb_cosim.cosim.run.checkpoint import Checkpoint
-from amb_cosim.cosim.run.options import RunOptions
+from amb_cosim.cosim.run.options import RunOptions, Saves
 from amb_cosim.cosim.run.run_plan import run_plan
-from amb_cosim.cosim.run.saving import Saves
 from amb_cosim.scenario.file import packaged_scenarios
 from amb_cosim.scenario.plan_run import plan_run
 from amb_cosim.scenario.scenario import load_scenario

@@ -8,9 +8,8 @@ from pathlib import Path
 
 from amb_cosim.cosim.basics.choices import Flavour, Loop
 from amb_cosim.cosim.run.checkpoint import Checkpoint, as_checkpoint
-from amb_cosim.cosim.run.options import DEFAULTS, Progress, RunOptions
+from amb_cosim.cosim.run.options import AUTOSAVE_TIME, DEFAULTS, Progress, RunOptions, Saves
 from amb_cosim.cosim.run.run_plan import run_plan
-from amb_cosim.cosim.run.saving import AUTOSAVE_TIME, Saves
 from amb_cosim.cosim.system.values import Raw
 from amb_cosim.presentation.progress import progress_bar
 from amb_cosim.results.result import Result

@@ -2,17 +2,70 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import logging
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 
 from amb_cosim.cosim.basics.choices import Flavour, Loop
 from amb_cosim.cosim.master.instances import InstancePool
 from amb_cosim.cosim.run.checkpoint import Checkpoint
-from amb_cosim.cosim.run.saving import Saves, resumed
+from amb_cosim.cosim.run.state_fingerprint import state_fingerprint
 from amb_cosim.cosim.system.assembly import Assembly
 from amb_cosim.cosim.system.experiment import Plan
+from amb_cosim.cosim.system.tables import moment_of
+from amb_cosim.cosim.system.values import Raw
+
+log = logging.getLogger(__name__)
+
+AUTOSAVE_TIME = 60.0  # s between two automatic checkpoints
 
 Progress = Callable[[int, int], None]  # steps done, and their number
+
+
+@dataclass(frozen=True)
+class Saves:
+    """States to save during a run.
+
+    Attributes
+    ----------
+    points
+        Communication points; a state is that of the last point, not after them, at which all components have completed
+        their steps.
+    file, every
+        File of automatic checkpoints, each replacing the previous one, and wall-clock time between them (s).
+    held
+        Whether the states at `points` stay in the memory of the FMUs.
+    moments
+        Times such as `cycle 5` or `0.3 s`, whose points `for_plan` adds.
+    """
+
+    points: tuple[int, ...] = ()
+    file: Path | None = None
+    every: float = AUTOSAVE_TIME
+    held: bool = False
+    moments: Sequence[Raw] = ()
+
+    def for_plan(self, assembly: Assembly, plan: Plan) -> Saves:
+        """Return the same with the points of all moments, without automatic checkpoints if an FMU cannot serialise.
+
+        Raises
+        ------
+        ValueError
+            If a moment is not a time, or after the end of the plan, or an FMU lacks the capabilities for its state.
+        """
+        points = [*self.points]
+        for moment in self.moments:
+            points.append(plan.grid.nearest("a moment", moment_of(moment, plan.period or None)))
+            if points[-1] > plan.last:
+                raise ValueError(f"no state can be saved at {moment}; the run ends at {plan.time(plan.last):.9g} s")
+        interfaces = assembly.interfaces.items()
+        unable = [name for name, interface in interfaces if not interface.serialises_state]
+        lacking = [name for name, interface in interfaces if not interface.saves_state] if self.held else unable
+        if lacking and points:
+            flag = "canGetAndSetFMUstate" if self.held else "canSerializeFMUstate"
+            raise ValueError(f"no checkpoint can be made of {', '.join(lacking)}: an FMU must have {flag}")
+        return replace(self, moments=(), points=tuple(points), file=None if unable else self.file)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -61,8 +114,26 @@ class RunOptions:
         saves = self.saves.for_plan(assembly, plan)
         isolated = bool(assembly.from_elsewhere) if self.isolated is None else self.isolated
         return replace(
-            self, isolated=isolated, saves=saves, start=resumed(self.saves.file, assembly, plan) or self.start
+            self, isolated=isolated, saves=saves, start=_resumed(self.saves.file, assembly, plan) or self.start
         )
 
 
 DEFAULTS = RunOptions()
+
+
+def _resumed(file: Path | None, assembly: Assembly, plan: Plan) -> Checkpoint | None:
+    """Return the automatic checkpoint in a file, if the run of a plan can continue from it."""
+    if file is None or not file.is_file():
+        return None
+    try:
+        result = Checkpoint.load(file)
+        result.check_past(state_fingerprint(assembly, plan, result.point))
+        if result.point > plan.last:
+            raise ValueError(f"the run ends before t = {result.time:.9g} s")
+    except ValueError as error:
+        log.warning(
+            "the run starts from the beginning, because the checkpoint in %s is of another run: %s", file, error
+        )
+        return None
+    log.warning("the run continues from %s, at t = %.9g s", file, result.time)
+    return result

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import logging
 import math
 import time
 from collections.abc import Sequence
 from contextlib import ExitStack
 from functools import partial
+from pathlib import Path
 
 from amb_cosim.cosim.basics.errors import StepFailed
 from amb_cosim.cosim.basics.interruption import Interruption, deferred
@@ -16,15 +18,16 @@ from amb_cosim.cosim.master.settling import CannotSettle
 from amb_cosim.cosim.record.finite_watch import FiniteWatch
 from amb_cosim.cosim.run.checkpoint import Checkpoint
 from amb_cosim.cosim.run.isolation import run_isolated
-from amb_cosim.cosim.run.options import DEFAULTS, Progress, RunOptions
+from amb_cosim.cosim.run.options import DEFAULTS, Progress, RunOptions, Saves
 from amb_cosim.cosim.run.plan_session import Simulator
 from amb_cosim.cosim.run.recording import Outcome, Recording
-from amb_cosim.cosim.run.saving import Saves, autosave
 from amb_cosim.cosim.system.assembly import Assembly
 from amb_cosim.cosim.system.experiment import Plan
 from amb_cosim.cosim.system.planning import cannot_settle, simulated_settling_notice
 from amb_cosim.cosim.system.stopping import Stopped
 from array_types import Array
+
+log = logging.getLogger(__name__)
 
 REPORT_TIME = 0.04  # s between two reports of progress
 SHARE = 0.05  # at most, of the time of a run, that automatic checkpoints take
@@ -141,8 +144,17 @@ def _step_to_end(
             continue
         size = 4 * size if now - started < saves.every / 8.0 else max(common, size // 2 // common * common)
         if now >= next_save and begin <= last:
-            autosave(simulator.checkpoint(begin), saves.file)
+            _autosave(simulator.checkpoint(begin), saves.file)
             next_save = time.monotonic() + max(saves.every, (time.monotonic() - now) / SHARE)
+
+
+def _autosave(checkpoint: Checkpoint, file: Path) -> None:
+    """Write an automatic checkpoint; the run continues if that fails."""
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        checkpoint.save(file)
+    except OSError as error:
+        log.warning("the run continues without an automatic checkpoint: %s", error)
 
 
 def _first_nan(simulator: Simulator, warnings: dict[str, list[str]]) -> Outcome | None:

@@ -9,9 +9,8 @@ from typing import Any
 from amb_cosim.cosim.basics.choices import Flavour, Loop
 from amb_cosim.cosim.run.checkpoint import Checkpoint, as_checkpoint
 from amb_cosim.cosim.run.dataset import Run, to_signals
-from amb_cosim.cosim.run.options import Progress, RunOptions
+from amb_cosim.cosim.run.options import Progress, RunOptions, Saves
 from amb_cosim.cosim.run.run_plan import run_plan
-from amb_cosim.cosim.run.saving import Saves
 from amb_cosim.cosim.system.assembly import assemble
 from amb_cosim.cosim.system.experiment import Experiment
 from amb_cosim.cosim.system.planning import plan_experiment
