@@ -84,7 +84,6 @@ def run(
     from amb_cosim.presentation.text_tables import show_notices
     from amb_cosim.results.summary_table import print_summary
     from amb_cosim.scenario import simulation
-    from amb_cosim.scenario.scenario import Scenario
     from amb_files.atomic import write_atomically
 
     folder = output or Path("results") / Path(name).stem
@@ -92,13 +91,12 @@ def run(
     with refusing():
         if step is not None:
             raise ValueError("--step is for SSP archives; set communication_step in the scenario")
-        scenario = Scenario.load(name)
         check_writable(folder, is_folder=True)
         if copy is not None:
             check_writable(copy, is_folder=False)
         file = folder / AUTOSAVED
         options["autosave"] = file if autosave else None
-        result = simulation.run(scenario, **options, autosave_every=autosave)
+        result = simulation.run(name, **options, autosave_every=autosave)
         refuse_nothing(result.outcome)
         text = result.summary.to_json()
         result.save(folder, plots=not no_plots)

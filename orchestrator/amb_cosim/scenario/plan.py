@@ -72,47 +72,65 @@ def plan_scenario(
         receptances of another loop.
     """
     first = first or first_values(scenario, assembly, settings)
-    values, stated = first.values.copy(), first.stated
-    coupling = scenario.coupling or assembly.system.coupling
-    period, h = cycle_period(values.inputs[SPEED]), scenario.step_size(coupling)
-    end = None if until is None else quantity(until, "s", "until")
-    events: list[InputChange] = []
-    for number, event in enumerate(scenario.event, 1):
-        moment, message = event.moment(period), f"event {event.name or number}"
-        events += [InputChange(moment, name, value, message) for name, value in _scaled(event.set, scenario, values)]
-    events += _release(scenario, values, events, period)
-    experiment = Experiment(
-        step_size=h,
-        stop_time=_whole_steps(scenario.end(period), h) if end is None else nearest_steps("until", end, h) * h,
-        start_time=-scenario.settle_cycles * period,
-        events=tuple(events),
-        profiles=_speed_profile(scenario, values, period),
-        stops=tuple(stop.condition(period) for stop in scenario.stop),
-        recorded=scenario.record.variables if recorded is None else (),
-        essential=_essential(places_of(assembly)) if recorded is None else tuple(recorded),
-        record_every=scenario.record.every,
-        each=_contact(places_of(assembly)),
-        record_settling=bool(scenario.record.settling),
-        settling=scenario.settling,
-        period=period,
-        marks={event.name: event.moment(period) for event in scenario.event if event.name},
-        unsolvable=unsteady_effects(values),
-        coupling=coupling,
-    )
+    values = first.values.copy()
+    experiment = _experiment(scenario, assembly, first, values, until, recorded)
     plan = plan_experiment(experiment, values)
-    plan = replace(
-        plan,
-        parameters=_with_first_angle(plan, scenario.settle_cycles, period, assembly),
-        notices=(*plan.notices, *_rounded(end, plan)),
-        warnings=(*idle_switches(values, stated), *first.warnings, *viscous_losses(assembly)),
-    )
+    plan = replace(plan, parameters=_with_first_angle(plan, scenario.settle_cycles, assembly))
     check_receptances(assembly, plan)
     return plan
 
 
-def _release(
-    scenario: Scenario, values: Assignments, events: Sequence[InputChange], period: float
-) -> list[InputChange]:
+def _experiment(
+    scenario: Scenario,
+    assembly: Assembly,
+    first: FirstValues,
+    values: Assignments,
+    until: Raw | None,
+    recorded: Sequence[str] | None,
+) -> Experiment:
+    """Return a scenario as an experiment in seconds; `values` get the state of the drive before it is released."""
+    coupling, places = scenario.coupling or assembly.system.coupling, places_of(assembly)
+    period, h = cycle_period(values.inputs[SPEED]), scenario.step_size(coupling)
+    end, notices = _end(scenario, until, period, h)
+    changes: list[InputChange] = []
+    for number, event in enumerate(scenario.event, 1):
+        time, message = event.moment(period), f"event {event.name or number}"
+        changes += [InputChange(time, name, value, message) for name, value in _scaled(event.set, scenario, values)]
+    return Experiment(
+        step_size=h,
+        stop_time=end,
+        start_time=-scenario.settle_cycles * period,
+        events=(*changes, *_release(scenario, values, changes)),
+        profiles=_speed_profile(scenario, values, period),
+        stops=tuple(stop.condition(period) for stop in scenario.stop),
+        recorded=scenario.record.variables if recorded is None else (),
+        essential=_essential(places) if recorded is None else tuple(recorded),
+        record_every=scenario.record.every,
+        each=_contact(places),
+        record_settling=bool(scenario.record.settling),
+        settling=scenario.settling,
+        period=period,
+        marks={event.name: event.moment(period) for event in scenario.event if event.name},
+        unsolvable=first.unsolvable,
+        coupling=coupling,
+        notices=notices,
+        warnings=first.warnings,
+    )
+
+
+def _end(scenario: Scenario, until: Raw | None, period: float, h: float) -> tuple[float, tuple[str, ...]]:
+    """Return the end of a run (s), a whole number of steps of h (s), and a notice if `until` is none."""
+    if until is None:
+        return max(1, nearest_point("stop_time", scenario.end(period), h)) * h, ()
+    time = quantity(until, "s", "until")
+    n = nearest_steps("until", time, h)
+    if is_on_grid(n, time, h):
+        return n * h, ()
+    message = f"until = {time:.12g} s is not a whole number of communication steps of {h:g} s"
+    return n * h, (f"{message}; the run ends at {n * h:.9g} s",)
+
+
+def _release(scenario: Scenario, values: Assignments, events: Sequence[InputChange]) -> list[InputChange]:
     """Hold the speed of a free spin, and return the change that ends this: at the first event, at cycle 0 without one.
 
     A motion that settles under a drive with a limit would not begin at the speed of the scenario. A speed that changes
@@ -128,15 +146,13 @@ def _release(
     return [InputChange(min(moments, default=0.0), ideal, False)]
 
 
-def _with_first_angle(
-    plan: Plan, cycles: float, period: float, assembly: Assembly
-) -> Mapping[str, Mapping[str, float]]:
+def _with_first_angle(plan: Plan, cycles: float, assembly: Assembly) -> Mapping[str, Mapping[str, float]]:
     """Return the parameters with the angle at which the rotor starts, so that its angle at cycle 0 is exact.
 
     The run starts at a communication point, up to a step before the cycles of settling. At cycle 0 the angle is the
     parameter's (0 by default), plus these cycles, whatever the step.
     """
-    early = plan.first + in_steps(cycles * period, plan.step_size)
+    early = plan.first + in_steps(cycles * plan.period, plan.step_size)
     parameters = {component: dict(values) for component, values in plan.parameters.items()}
     for component, interface in assembly.interfaces.items():
         if early and ANGLE in interface.ports:
@@ -147,11 +163,11 @@ def _with_first_angle(
 
 @dataclass(frozen=True)
 class FirstValues:
-    """Start of a scenario, independent of its events: values, names of set parameters, and warnings."""
+    """Start of a scenario, independent of its events: values, warnings, and why its motion cannot be solved for."""
 
     values: Assignments
-    stated: frozenset[str]
-    warnings: tuple[str, ...] = ()
+    warnings: tuple[str, ...]
+    unsolvable: str
 
 
 def first_values(scenario: Scenario, assembly: Assembly, settings: Mapping[str, Raw] | None = None) -> FirstValues:
@@ -182,22 +198,8 @@ def first_values(scenario: Scenario, assembly: Assembly, settings: Mapping[str, 
     if late := delay(coupling, scenario.step_size(coupling)):
         for name in set(predictable(assembly.interfaces)) - stated:
             values.set(name, late)
-    return FirstValues(values, frozenset(stated), tuple(warnings))
-
-
-def _whole_steps(time: float, h: float) -> float:
-    """Return the end of a run (s) that is nearest to a time, at least one communication step of h (s)."""
-    return max(1, nearest_point("stop_time", time, h)) * h
-
-
-def _rounded(until: float | None, plan: Plan) -> list[str]:
-    """Return a sentence on the end of a run that is no whole number of steps."""
-    h, n = plan.step_size, plan.last
-    if until is None or is_on_grid(n, until, h):
-        return []
-    return [
-        f"until = {until:.12g} s is not a whole number of communication steps of {h:g} s; the run ends at {n * h:.9g} s"
-    ]
+    warnings = [*idle_switches(values, stated), *warnings, *viscous_losses(assembly)]
+    return FirstValues(values, tuple(warnings), unsteady_effects(values))
 
 
 def _essential(places: RotorPlaces) -> tuple[str, ...]:

@@ -263,7 +263,7 @@ class Scenario(Table):
         """End of the run in s, for cycles of `period` s."""
         if (self.end_cycle is None) == (self.end_time is None):
             raise ValueError("a scenario needs either end_cycle or end_time")
-        return time_of(self.end_cycle * period if self.end_cycle is not None else self.end_time or 0.0, "end_time")
+        return time_of(self.end_time or 0.0, "end_time") if self.end_cycle is None else self.end_cycle * period
 
     @property
     def labels(self) -> tuple[str, ...]:

@@ -74,6 +74,8 @@ class Experiment:
         Times by label.
     unsolvable
         Reason why it cannot be solved for, if known.
+    notices, warnings
+        Sentences for the plan: on roundings; on parameters without effect or in conflict, and approximations.
     coupling
         Order of the components' steps, in place of the system's.
     """
@@ -94,6 +96,8 @@ class Experiment:
     period: float = 0.0
     marks: Mapping[str, float] = field(default_factory=dict)
     unsolvable: str = ""
+    notices: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
     coupling: Coupling | None = None
 
 
