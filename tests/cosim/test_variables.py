@@ -147,7 +147,7 @@ def test_a_sample_time_that_is_no_time_in_seconds_sets_no_rate(fmu_from_c, tmp_p
     fmu = fmu_from_c(SOURCE, text, name=f"rate-{sum(declared.encode())}")
     (tmp_path / "system.toml").write_text(system_text({"one": str(fmu)}), encoding="utf-8")
     assembly = assemble(load_system(tmp_path / "system.toml"))
-    plan = plan_experiment(load_experiment(tmp_path / "system.toml")[0], assembly.assignments())
+    plan = plan_experiment(load_experiment(tmp_path / "system.toml"), assembly.assignments())
     assert plan.system.component("one").every == (2 if is_rate else 1)
 
 

@@ -60,11 +60,7 @@ def built(tmp_path: Path) -> Callable[..., Any]:
         file = tmp_path / "two magnets.toml"
         file.write_text(SYSTEM.format(coupling=coupling, every=every), encoding="utf-8")
         assembly = assemble(load_system(file))
-        experiment, inputs = load_experiment(file)
-        values = assembly.assignments()
-        for name, raw in inputs.items():
-            values.set(name, raw)
-        plan = plan_experiment(experiment, values)
+        plan = plan_experiment(load_experiment(file), assembly.assignments())
         return SimpleNamespace(plan=plan, interfaces=assembly.interfaces, assembly=assembly), build_assembled(
             tmp_path, file
         )

@@ -116,7 +116,7 @@ def test_connections_parameters_and_signals_are_those_of_the_document(archive):
         attributes='prefix="spr"',
         content=f"<ssd:ParameterValues>{parameter_set(ing_dot_k=300.0, ing_dot_unknown=1.0)}</ssd:ParameterValues>",
     )
-    system, experiment, inputs = load_ssp(archive(structure(system_binding=bound)), STEP)
+    system, experiment = load_ssp(archive(structure(system_binding=bound)), STEP)
     assert [c.name for c in system.components] == ["spring", "left", "right"]
     assert {(link.source, link.target) for link in system.connections} == {
         ("left.x", "spring.left"),
@@ -126,7 +126,7 @@ def test_connections_parameters_and_signals_are_those_of_the_document(archive):
     }
     assert system.signal("push").targets == ("left.push", "right.push")
     assert system.parameters == {"spring": {"k": 300.0}, "left": {"start": 0.01}, "right": {}}
-    assert (experiment.stop_time, inputs) == (0.5, {})
+    assert (experiment.stop_time, experiment.inputs) == (0.5, {})
 
 
 def test_a_value_of_what_no_fmu_has_is_a_notice(archive):
@@ -174,8 +174,8 @@ def test_factor_and_offset_of_a_connection_act_on_what_it_carries(archive):
 
 def test_first_values_of_inputs_are_bound_too(archive):
     sets = {"left.ssv": parameter_set(start=0.01, push=2.0, force=9.0)}
-    _, _, inputs = load_ssp(archive(structure(), sets), STEP)
-    assert inputs == {"left.push": 2.0}, "a connected input has no first value of its own"
+    _, experiment = load_ssp(archive(structure(), sets), STEP)
+    assert experiment.inputs == {"left.push": 2.0}, "a connected input has no first value of its own"
 
 
 def test_units_go_with_the_value():

@@ -185,11 +185,8 @@ def _of_system(
     for name, raw in set.items():
         values.set(name, raw)
     bare = Experiment(_sample_time(values), 1.0)
-    experiment, first = (bare, {}) if isinstance(source, System) else load_experiment(source, bare)
-    for name, raw in first.items():
-        if name not in set:
-            values.set(name, raw)
-    return assembly, plan_experiment(experiment, values)
+    experiment = bare if isinstance(source, System) else load_experiment(source, bare)
+    return assembly, plan_experiment(experiment, values, set)
 
 
 def _sample_time(values: Assignments) -> float:

@@ -101,11 +101,9 @@ def made_for(system: System, source: Callable[..., Made] = model_source, **optio
 
 def _plan(assembly: Assembly, file: str | Path | None) -> Plan:
     """Return the experiment of a system file, if it has one."""
-    experiment, values = Experiment(STEP_SIZE, STEP_SIZE), assembly.assignments()
+    experiment = Experiment(STEP_SIZE, STEP_SIZE)
     if file is not None:
-        experiment, inputs = load_experiment(file, experiment)
-        for name, raw in inputs.items():
-            values.set_first(name, raw)
-    plan = plan_experiment(experiment, values)
+        experiment = load_experiment(file, experiment)
+    plan = plan_experiment(experiment, assembly.assignments())
     check_receptances(assembly, plan)
     return plan

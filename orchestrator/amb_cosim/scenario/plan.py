@@ -178,10 +178,7 @@ def first_values(scenario: Scenario, assembly: Assembly, settings: Mapping[str, 
     values = assembly.assignments()
     values.set(SPEED, scenario.Omega)
     values.set_defaults_of_signals()
-    stated: set[str] = set()
-    for component, variables in scenario.parameters.items():
-        for variable, raw in variables.items():
-            stated.update(values.set_or_drop(f"{component}.{variable}", raw, only="parameter"))
+    stated = {*values.set_parameters(scenario.parameters)}
     for name, value in _scaled(scenario.inputs, scenario, values, "input"):
         values.set_first(name, value)
     for name, raw in (settings or {}).items():

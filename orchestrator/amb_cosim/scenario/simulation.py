@@ -81,16 +81,10 @@ def run(
     ProcessFailed
         If the FMUs' own process crashed or had to be ended.
     """
-    file = None if autosave is None else Path(autosave)
+    saves = Saves(file=None if autosave is None else Path(autosave), every=autosave_every, moments=save_at)
+    start = as_checkpoint(start)
     with progress_bar(progress) as report:
-        options = RunOptions(
-            flavour=flavour,
-            loop=loop,
-            isolated=isolated,
-            start=as_checkpoint(start),
-            saves=Saves(file=file, every=autosave_every, moments=save_at),
-            progress=report,
-        )
+        options = RunOptions(flavour=flavour, loop=loop, isolated=isolated, start=start, saves=saves, progress=report)
         return run_planned(plan_run(as_scenario(scenario, rotor, receptances, fmu), set, until, options), options)
 
 

@@ -90,19 +90,12 @@ def simulate(
     >>> print(result.outcome)
     completed at t = 0.01 s
     """
-    how = RunOptions(
-        flavour=flavour,
-        loop=loop,
-        isolated=isolated,
-        start=as_checkpoint(start),
-        saves=Saves(moments=save_at),
-        progress=progress,
-    )
-    inputs: Mapping[str, Raw] = {}
+    saves, start = Saves(moments=save_at), as_checkpoint(start)
+    how = RunOptions(flavour=flavour, loop=loop, isolated=isolated, start=start, saves=saves, progress=progress)
     if not isinstance(system, System) and Path(system).suffix == ".ssp":
         from amb_cosim.cosim.ssp import load_ssp  # loads XML libraries
 
-        system, local, inputs = load_ssp(system, step_size, stop_time)
+        system, local = load_ssp(system, step_size, stop_time)
         experiment = experiment or local
     elif not isinstance(system, System):
         if step_size is not None or stop_time is not None:
@@ -110,15 +103,10 @@ def simulate(
                 "step_size and stop_time are for SSP archives; in a system file they are in the experiment"
             )
         if experiment is None:
-            experiment, inputs = load_experiment(system)
+            experiment = load_experiment(system)
         system = load_system(system)
     if experiment is None:
         raise ValueError(f"system {system.name} needs an experiment, which defines its duration")
     assembly = assemble(system, flavour, **options)
-    values = assembly.assignments()
-    for name, raw in inputs.items():
-        values.set_first(name, raw)
-    for name, raw in (set or {}).items():
-        values.set(name, raw)
-    recording = run_plan(assembly, plan_experiment(experiment, values), how)
+    recording = run_plan(assembly, plan_experiment(experiment, assembly.assignments(), set), how)
     return Simulation(to_signals(recording), recording.outcome, recording.checkpoints)

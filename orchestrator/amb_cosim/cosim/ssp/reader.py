@@ -25,14 +25,13 @@ from amb_cosim.cosim.ssp.structure import MASTER
 from amb_cosim.cosim.system.experiment import Experiment
 from amb_cosim.cosim.system.system import System
 from amb_cosim.cosim.system.system_tables import ExperimentTable
-from amb_cosim.cosim.system.values import Raw
 from amb_files.toml import read_toml, validate
 
 
 def load_ssp(
     path: str | Path, step_size: float | None = None, stop_time: float | None = None
-) -> tuple[System, Experiment, dict[str, Raw]]:
-    """Return the system of an archive, its experiment, and the initial values of inputs.
+) -> tuple[System, Experiment]:
+    """Return the system of an archive, and its experiment.
 
     Parameters
     ----------
@@ -67,12 +66,12 @@ def load_ssp(
     )
     local = folder / EXPERIMENT
     if local.is_file():
-        table = validate(read_toml(local, f"{what}: {EXPERIMENT}"), ExperimentTable, what)
-        experiment = table.experiment()
+        experiment = validate(read_toml(local, f"{what}: {EXPERIMENT}"), ExperimentTable, what).experiment()
         end = experiment.stop_time if stop_time is None else stop_time
         experiment = replace(experiment, step_size=step_size or experiment.step_size, stop_time=end)
-        return system, experiment, {**inputs, **table.inputs}
-    return system, _experiment(root, flat.fmu_steps, what, step_size, stop_time), inputs
+    else:
+        experiment = _experiment(root, flat.fmu_steps, what, step_size, stop_time)
+    return system, replace(experiment, inputs={**inputs, **experiment.inputs})
 
 
 def _experiment(

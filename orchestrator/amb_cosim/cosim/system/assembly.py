@@ -58,9 +58,7 @@ class Assembly:
     @cached_property
     def _assignments(self) -> Assignments:
         values = Assignments(self.system, self.interfaces)
-        for component, variables in self.system.parameters.items():
-            for variable, raw in variables.items():
-                values.set_or_drop(f"{component}.{variable}", raw, only="parameter")
+        values.set_parameters(self.system.parameters)
         return values
 
 

@@ -80,6 +80,11 @@ class Assignments:
         """Set a value like `set`, but drop it if the component replaces one that has such a variable."""
         return [] if self.drops(name, only) else self.set(name, raw, only)
 
+    def set_parameters(self, tables: Mapping[str, Mapping[str, Raw]]) -> list[str]:
+        """Set parameters by component and name like `set_or_drop`, and return the names of those that were set."""
+        values = [(f"{component}.{name}", raw) for component, table in tables.items() for name, raw in table.items()]
+        return [each for name, raw in values for each in self.set_or_drop(name, raw, only="parameter")]
+
     def set_first(self, name: str, raw: Raw) -> None:
         """Set the initial value of all inputs that `name` matches; drop 0 and false if the component lacks the input.
 

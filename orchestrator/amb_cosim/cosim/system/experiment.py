@@ -53,6 +53,8 @@ class Experiment:
         End of the run.
     start_time, settles
         Beginning. If the system settles, it is 0 or earlier, and the run proper begins at time 0.
+    inputs
+        Initial values of inputs, by name.
     events, profiles
         Inputs over time.
     stops
@@ -84,6 +86,7 @@ class Experiment:
     stop_time: float
     start_time: float = 0.0
     settles: bool = True
+    inputs: Mapping[str, Raw] = field(default_factory=dict)
     events: tuple[InputChange, ...] = ()
     profiles: tuple[Profile, ...] = ()
     stops: tuple[StopCondition, ...] = ()

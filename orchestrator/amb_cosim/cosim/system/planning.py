@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import lru_cache
 
@@ -14,11 +14,12 @@ from amb_cosim.cosim.system.experiment import EVERYTHING, Experiment, InputChang
 from amb_cosim.cosim.system.replacement import notices
 from amb_cosim.cosim.system.stopping import Condition, StopCondition
 from amb_cosim.cosim.system.system import Component, System
+from amb_cosim.cosim.system.values import Raw
 from amb_files.suggestions import suggest
 from amb_files.wildcards import matches, matching_names
 
 
-def plan_experiment(experiment: Experiment, values: Assignments) -> Plan:
+def plan_experiment(experiment: Experiment, values: Assignments, settings: Mapping[str, Raw] | None = None) -> Plan:
     """Plan an experiment on the time grid of the master; every time but the end becomes the nearest point.
 
     Parameters
@@ -26,13 +27,19 @@ def plan_experiment(experiment: Experiment, values: Assignments) -> Plan:
     experiment
         The experiment.
     values
-        Parameters and initial values of inputs; inputs that change later are added.
+        Parameters and initial values of inputs; those of the experiment, and inputs that change later, are added.
+    settings
+        Values by `component.variable`, or by a signal's name, that replace these.
 
     Raises
     ------
     ValueError
         For names that do not exist, values that are not allowed, and times that do not fit the steps.
     """
+    for name, raw in experiment.inputs.items():
+        values.set_first(name, raw)
+    for name, raw in (settings or {}).items():
+        values.set(name, raw)
     h = experiment.step_size
     system, interfaces = values.system, values.interfaces
     values.set_defaults_of_signals()

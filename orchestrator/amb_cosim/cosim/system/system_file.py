@@ -44,7 +44,7 @@ from amb_cosim.cosim.system.experiment import Experiment
 from amb_cosim.cosim.system.system import Connection, Signal, System
 from amb_cosim.cosim.system.system_overlay import overlaid
 from amb_cosim.cosim.system.system_tables import OverlayTable, SystemTable
-from amb_cosim.cosim.system.tables import Values, check_bases
+from amb_cosim.cosim.system.tables import check_bases
 from amb_files.packs import files_of
 from amb_files.suggestions import suggest
 from amb_files.toml import read_toml, validate
@@ -118,8 +118,8 @@ def is_system(name: str | Path) -> bool:
     return str(name) in packaged_systems() or not {"component", "connect", "experiment"}.isdisjoint(keys)
 
 
-def load_experiment(name: str | Path, without: Experiment | None = None) -> tuple[Experiment, Values]:
-    """Read the experiment of a system file: the run, and the initial values of inputs.
+def load_experiment(name: str | Path, without: Experiment | None = None) -> Experiment:
+    """Read the experiment of a system file.
 
     Parameters
     ----------
@@ -133,11 +133,11 @@ def load_experiment(name: str | Path, without: Experiment | None = None) -> tupl
     """
     table = _table(str(name)).experiment
     if table is None and without is not None:
-        return without, {}
+        return without
     if table is None:
         raise ValueError(f"system {name} has no table [experiment], which defines the run")
     try:
-        return table.experiment(), table.inputs
+        return table.experiment()
     except ValueError as error:
         raise ValueError(f"system {name}: experiment: {error}") from error
 

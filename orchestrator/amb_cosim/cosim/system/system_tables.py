@@ -185,6 +185,7 @@ class ExperimentTable(Table):
             stop_time=time_of(self.stop_time, "stop_time", least=-LONGEST),
             start_time=start,
             settles=settles,
+            inputs=self.inputs,
             events=tuple(
                 InputChange(time_of(e.time, "time of event", least=beginning), name, raw, f"event {number}")
                 for number, e in enumerate(self.event, 1)
