@@ -12,12 +12,13 @@ from types import SimpleNamespace
 import pytest
 from interfaces import interface
 
+from amb_cosim.commands.options import parse_settings
 from amb_cosim.cosim.basics.interruption import deferred
 from amb_cosim.cosim.basics.time_grid import in_steps
 from amb_cosim.cosim.fmu.fmu_interface import Port
 from amb_cosim.cosim.system.assembly import Assembly
 from amb_cosim.cosim.system.system import Component, Connection, Signal, System
-from amb_cosim.scenario.plan import parse_settings, plan_scenario
+from amb_cosim.scenario.plan import plan_scenario
 from amb_cosim.scenario.scenario import parse_scenario
 from tests.support.messages import assert_names, raises_naming
 

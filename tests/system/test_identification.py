@@ -21,7 +21,7 @@ def identified(frequencies: list[float], settings: list[str], rotor: str | None 
     import numpy as np
 
     from amb_analysis.studies import receptance_measurement
-    from amb_cosim.scenario.plan import parse_settings
+    from amb_cosim.commands.options import parse_settings
     from rotor_analysis.receptance import receptance
 
     def deviation(ratios: np.ndarray) -> list[float]:

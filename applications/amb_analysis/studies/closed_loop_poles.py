@@ -24,7 +24,7 @@ from amb_cosim.cosim.system.values import Raw
 from amb_cosim.presentation.text_tables import TextBlock, text_table
 from amb_cosim.presentation.units import speed_unit
 from amb_cosim.scenario.plan_run import plan_run
-from amb_cosim.scenario.shaft_damping import viscous_losses
+from amb_cosim.scenario.plan_warnings import viscous_losses
 from amb_files.checks import require
 from array_types import Array, Complex
 from rotor_analysis.modes import Whirl

@@ -9,7 +9,6 @@ import click
 
 from amb_cosim.commands.cli_errors import refusing
 from amb_cosim.commands.options import FLAVOUR, FMI, PLATFORMS, RECEPTANCES, ROTOR, output
-from amb_cosim.cosim.basics.choices import Flavour
 from amb_files.atomic import check_writable
 
 SYSTEM = "levitated"  # assembled without a scenario
@@ -44,7 +43,6 @@ SYSTEM = "levitated"  # assembled without a scenario
 @click.option("--sources", is_flag=True, help="Include the C code (C99) in native FMUs, for other targets.")
 def build(
     output: Path,
-    flavour: Flavour,
     assembled: str | None,
     scenario: str | None,
     controller: Path | None,
@@ -66,7 +64,7 @@ def build(
     from amb_cosim.export.assembled import build_assembled
     from amb_cosim.export.build import build as build_fmus
 
-    options |= {"flavour": flavour, "arrays": not no_arrays}
+    options["arrays"] = not no_arrays
     with refusing():
         if assembled is not None and scenario is not None:
             raise ValueError("--assembled and --scenario exclude each other; use --assembled SCENARIO")
@@ -80,7 +78,7 @@ def build(
             return
         for path in build_fmus(output, scenario=scenario, **options):
             click.echo(path)
-    if flavour == "python":
+    if options["flavour"] == "python":
         from fmi_export.building.python_fmu import what_it_needs
 
         click.echo(what_it_needs(), err=True)

@@ -10,7 +10,7 @@ from typing import cast
 import click
 
 from amb_cosim.commands.cli_errors import Failed, interrupted, refuse_nothing, refusing
-from amb_cosim.commands.options import NO_PLOTS, UNITS, UNTIL, output
+from amb_cosim.commands.options import NO_PLOTS, UNITS, UNTIL, output, parse_settings
 from amb_cosim.cosim.basics.choices import Flavour
 from amb_files.atomic import check_writable
 
@@ -50,7 +50,6 @@ def compare(
     """
     from amb_cosim.comparison import compare as comparison
     from amb_cosim.presentation.text_tables import print_parts
-    from amb_cosim.scenario.plan import parse_settings
 
     folder = output or Path("results") / "comparison"
     with refusing():

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 
 import click
@@ -20,9 +20,18 @@ def output(text: str, default: str | None = None, metavar: str | None = None) ->
     return click.option("-o", "--output", type=path, default=default, show_default=True, help=text, metavar=metavar)
 
 
-def _parsed(_: click.Context, __: click.Parameter, texts: tuple[str, ...]) -> dict[str, str]:
-    from amb_cosim.scenario.plan import parse_settings
+def parse_settings(settings: Iterable[str]) -> dict[str, str]:
+    """`component.variable=value` texts by variable; the last one counts."""
+    parsed = {}
+    for text in settings:
+        name, equals, value = (part.strip() for part in text.partition("="))
+        if not (name and equals and value):
+            raise ValueError(f"{text!r} is not a setting; write component.variable=value")
+        parsed[name] = value
+    return parsed
 
+
+def _parsed(_: click.Context, __: click.Parameter, texts: tuple[str, ...]) -> dict[str, str]:
     with refusing():
         return parse_settings(texts)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -18,9 +18,8 @@ from amb_cosim.scenario.coupling import delay, predictable
 from amb_cosim.scenario.gravity import Gravity, set_gravity
 from amb_cosim.scenario.inner_loop import check_receptances
 from amb_cosim.scenario.operating_point import MissingParameters, set_operating_points, stated_constants
+from amb_cosim.scenario.plan_warnings import idle_switches, unsteady_effects, viscous_losses
 from amb_cosim.scenario.scenario import Scenario, checked_speed, cycle_period
-from amb_cosim.scenario.shaft_damping import viscous_losses
-from amb_cosim.scenario.signal_chain import idle_switches, unsteady_effects
 from amb_cosim.scenario.stators import set_stators
 
 SPEED = "Omega"  # the shared signal whose initial value counts the cycles
@@ -28,17 +27,6 @@ ACCELERATION = "Omega_dot"  # the shared signal that holds the slope of the spee
 UNBALANCE = "kg.m"
 FREE, IDEAL = "spin.free", "drive.ideal"  # of the plant: a spin that the drive must hold, and a drive that does
 ANGLE = "initial.angle"  # parameter of a rotor, its angle at the start
-
-
-def parse_settings(settings: Iterable[str]) -> dict[str, str]:
-    """`component.variable=value` texts by variable; the last one counts."""
-    parsed = {}
-    for text in settings:
-        name, equals, value = (part.strip() for part in text.partition("="))
-        if not (name and equals and value):
-            raise ValueError(f"{text!r} is not a setting; write component.variable=value")
-        parsed[name] = value
-    return parsed
 
 
 def plan_scenario(

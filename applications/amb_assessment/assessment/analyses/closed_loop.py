@@ -18,7 +18,7 @@ from amb_assessment.assessment.stability import described, least_stable, spectra
 from amb_assessment.assessment.stages import real_coefficients
 from amb_assessment.assessment.subject import Subject, hertz, rpm, subject_of
 from amb_assessment.reporting.panels import Curve, Panel, curve
-from amb_cosim.scenario.shaft_damping import viscous_losses
+from amb_cosim.scenario.plan_warnings import viscous_losses
 from array_types import Array
 from rotor_analysis.parts import Bearing
 from rotor_analysis.refinement import refined

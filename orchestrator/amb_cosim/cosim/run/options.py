@@ -104,13 +104,7 @@ class RunOptions:
         return self.start is None and not self.saves.points and self.saves.file is None
 
     def for_plan(self, assembly: Assembly, plan: Plan) -> RunOptions:
-        """Return the options of a run of a plan: points to save at, a process, an automatic checkpoint if it has one.
-
-        Raises
-        ------
-        ValueError
-            If a state cannot be saved at a time, or by an FMU.
-        """
+        """Return the options of the run of a plan, with a process or none, `Saves.for_plan`, and an automatic start."""
         saves = self.saves.for_plan(assembly, plan)
         isolated = bool(assembly.from_elsewhere) if self.isolated is None else self.isolated
         return replace(

@@ -84,13 +84,7 @@ def _record(
     interruption: Interruption,
     notice: str,
 ) -> Recording:
-    """Start or resume a run, settle it, step it to its end or to what ends it earlier, and return its record.
-
-    Raises
-    ------
-    CannotSettle
-        If the settled motion cannot be solved for.
-    """
+    """Start or resume a run, settle it, step it, and return its record; raises CannotSettle as `Simulator.settle`."""
     simulator = Simulator(assembly, plan, options.loop, instances, notice, has_end=options.has_end)
     plan, recorder, start = simulator.plan, simulator.recorder, options.start
     observers: list[Observer] = [lambda *_: interruption.check()]
@@ -123,13 +117,7 @@ def _step_to_end(
     observers: Sequence[Observer],
     checkpoints: dict[int, Checkpoint],
 ) -> None:
-    """Step a plan from point `begin` to its end, and add the states to be saved to `checkpoints`.
-
-    Raises
-    ------
-    StepFailed, Stopped
-        As `Simulator.advance`.
-    """
+    """Step a plan from point `begin` to its end, and add the states to be saved to `checkpoints`; see `advance`."""
     last, common = simulator.plan.last, simulator.plan.common_steps
     due = sorted((n - n % common, n) for n in saves.points if n - n % common >= begin)
     size, next_save = FIRST * common, time.monotonic() + saves.every

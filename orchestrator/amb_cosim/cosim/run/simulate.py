@@ -55,21 +55,12 @@ def simulate(
         The experiment; by default that of the file's table `experiment`, or of the archive.
     set
         Values by `component.variable`, or by a signal's name, in place of the file's.
-    flavour
-        Flavour of this project's models; FMU files are used unchanged.
-    loop
-        `compiled`, or `plain` Python for reference; the results are the same to the last bit.
+    flavour, loop, isolated, save_at, start
+        As for `amb_cosim.run`; FMU files have no flavour, and times no cycles.
     progress
         Called repeatedly with the number of finished steps and of all steps.
     step_size, stop_time
         Communication step and end of an SSP archive's run (s), in place of those in the archive.
-    isolated
-        Whether the FMUs run in a separate process, so that a crash is an exception here; by default only if one of them
-        is an FMU file.
-    save_at
-        Times, such as `0.3 s`, whose state `checkpoint` returns; changes at these times are still to come.
-    start
-        A checkpoint with the same past, or its file, from which the run continues.
     options
         Options of models, such as `rotor`, the name of a packaged rotor or a rotor file.
 

@@ -1,9 +1,10 @@
-"""Effects of the signal chains of controllers: switches that are idle, and those with which no two turns are alike."""
+"""Notes on a plan: switches that are idle, effects with which no two turns are alike, approximated damping."""
 
 from __future__ import annotations
 
 from collections.abc import Collection
 
+from amb_cosim.cosim.system.assembly import Assembly
 from amb_cosim.cosim.system.assignments import Assignments
 from amb_cosim.results.component_names import CONTROLLER
 
@@ -48,3 +49,15 @@ def unsteady_effects(values: Assignments) -> str:
         custom = chosen == preset.items[CUSTOM]
         result += [name for name in switches if not custom or values.parameter(name)]
     return f"{', '.join(result)}: no two turns are alike" if result else ""
+
+
+def viscous_losses(assembly: Assembly) -> list[str]:
+    """Return a sentence for each rotor whose loss factor is approximated by viscous damping (`hysteresis`)."""
+    losses = {name: (fmu.layout or {}).get("loss_factor", 0.0) for name, fmu in assembly.fmus.items()}
+    return [
+        f"{name}: loss_factor = {eta:g} acts as viscous damping with equal loss in the elastic modes of the free rotor "
+        "at rest; on stiff supports it is too weak, and its effect on whirl slower than the spin grows with the spin "
+        "('study campbell' has the loss factor itself)"
+        for name, eta in losses.items()
+        if eta
+    ]
