@@ -77,7 +77,7 @@ class Baseline:
         if order != "gauss_seidel" or planned.profile or planned.scenario.fmu:
             raise ValueError(f"{planned.name} has no baseline; it must run this project's models in Gauss-Seidel order")
         outputs = [f"{c}.{port.name}" for c, i in planned.interfaces.items() for port in i.of("output")]
-        wiring, inputs, _ = system.wiring(planned.interfaces, list(plan.inputs), outputs)
+        wiring, inputs, _ = planned.assembly.wiring(plan.inputs, outputs)
         names = [*plan.inputs, *outputs]  # each model's outputs in the order in which its kernel writes them
         place = np.array([names.index(name) for name in wiring.names], np.intp)
         self._plan = plan

@@ -10,6 +10,7 @@ from scipy.linalg import expm
 from amb_cosim.cosim.basics.errors import StepFailed
 from amb_cosim.cosim.fmu.fmu_interface import Port
 from amb_cosim.cosim.master.master import Master
+from amb_cosim.cosim.system.assembly import Assembly
 from amb_cosim.cosim.system.signal_map import SignalMap
 from amb_cosim.cosim.system.system import Component, Connection, System
 from tests.support.messages import raises_naming
@@ -159,7 +160,7 @@ def test_weights_follow_from_what_outputs_depend_on():
     links += [("actuator.f", "plant.f"), ("plant.x", "controller.x")]
     components = tuple(Component(name, name) for name in interfaces)
     system = System("s", "d", components, tuple(Connection(*link) for link in links))
-    wiring, inputs, _ = system.wiring(interfaces, ["controller.u"])
+    wiring, inputs, _ = Assembly(system, {}, interfaces).wiring(["controller.u"])
     weights = {
         f"{name}.{variable}": weight
         for (name, variables), of_one in zip(inputs.items(), wiring.weights, strict=True)

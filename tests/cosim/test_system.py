@@ -9,6 +9,7 @@ import pytest
 from interfaces import interface
 
 from amb_cosim.cosim.fmu.fmu_interface import Port
+from amb_cosim.cosim.system.assembly import Assembly
 from amb_cosim.cosim.system.system import Component, Connection, Signal, System
 from amb_cosim.cosim.system.system_file import load_experiment, load_system
 from amb_cosim.cosim.system.tables import time_of
@@ -112,7 +113,7 @@ def test_a_component_name_must_be_unique():
 
 
 def test_wiring_puts_exogenous_signals_first_and_gathers_by_position():
-    wiring, inputs, outputs = SYSTEM.wiring(INTERFACES, ["Omega"], ["rotor.state"])
+    wiring, inputs, outputs = Assembly(SYSTEM, {}, INTERFACES).wiring(["Omega"], ["rotor.state"])
     assert wiring.names == ("Omega", "magnet.f", "rotor.x", "rotor.state")
     assert inputs == {"magnet": ["x"], "rotor": ["f", "Omega"]}
     assert outputs == {"magnet": ["f"], "rotor": ["x", "state"]}
@@ -122,7 +123,7 @@ def test_wiring_puts_exogenous_signals_first_and_gathers_by_position():
 
 def test_a_scheduled_input_is_its_own_source():
     system = replace(SYSTEM, signals=())
-    wiring, inputs, _ = system.wiring(INTERFACES, ["rotor.Omega"])
+    wiring, inputs, _ = Assembly(system, {}, INTERFACES).wiring(["rotor.Omega"])
     assert wiring.names[0] == "rotor.Omega"
     assert wiring.sources[1].tolist() == [1, 0]
     assert inputs["rotor"] == ["f", "Omega"]

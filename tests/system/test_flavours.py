@@ -76,7 +76,7 @@ def test_a_c_program_gets_the_numbers_of_the_orchestrator_for_fig4_9(tmp_path: P
 def instructions(planned: Any) -> tuple[str, list[str]]:
     """Return the program's input, and the names of the columns that it prints."""
     plan, interfaces = planned.plan, planned.interfaces
-    wiring, inputs, outputs = plan.system.wiring(interfaces, list(plan.inputs), plan.recorded)
+    wiring, inputs, outputs = planned.assembly.wiring(plan.inputs, plan.recorded)
     head = f"components {len(plan.system.components)} first {plan.first} last {plan.last} step {plan.step_size!r}"
     lines = [f"{head} values {len(wiring.names)} exogenous {wiring.n_exogenous}"]
     position = wiring.n_exogenous

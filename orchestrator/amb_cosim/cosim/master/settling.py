@@ -28,8 +28,8 @@ from amb_cosim.cosim.fmu.fmu_interface import FmuInterface
 from amb_cosim.cosim.fmu.fmus import Fmu
 from amb_cosim.cosim.master.master import Master
 from amb_cosim.cosim.master.responses import ANGLES, Response, StateMap, first_harmonic
+from amb_cosim.cosim.system.assembly import MasterLayout
 from amb_cosim.cosim.system.experiment import WARM_UP
-from amb_cosim.cosim.system.system import MasterLayout
 from array_types import Array, Indices
 
 TOLERANCE = 1e-9  # of the largest signal of the same unit

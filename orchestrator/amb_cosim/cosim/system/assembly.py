@@ -1,20 +1,31 @@
-"""Finds and checks the FMUs of a system's components."""
+"""Finds and checks the FMUs of a system's components, and lays out their signals for the master."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
+
+import numpy as np
 
 from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.cosim.fmu.fmu_description import read_interface
-from amb_cosim.cosim.fmu.fmu_interface import FmuInterface
+from amb_cosim.cosim.fmu.fmu_interface import FmuInterface, Port
 from amb_cosim.cosim.fmu.fmu_libraries import check_libraries
 from amb_cosim.cosim.fmu.fmus import Fmu, provide
 from amb_cosim.cosim.system.assignments import Assignments
 from amb_cosim.cosim.system.replacement import fitted
-from amb_cosim.cosim.system.system import MasterLayout, System
+from amb_cosim.cosim.system.signal_map import SignalMap
+from amb_cosim.cosim.system.system import System
+
+
+class MasterLayout(NamedTuple):
+    """Positions of all signals for the master, and the names of exchanged inputs and outputs of each component."""
+
+    wiring: SignalMap
+    inputs: Mapping[str, list[str]]
+    outputs: Mapping[str, list[str]]
 
 
 @dataclass(frozen=True)
@@ -44,11 +55,20 @@ class Assembly:
         """Return the values of the system's parameters, for additions."""
         return self._assignments.copy()
 
-    def wiring(self, exogenous: Iterable[str], recorded: Iterable[str]) -> MasterLayout:
-        """Lay out all signals for a master, see `System.wiring`; runs that differ only in values share it."""
+    def wiring(self, exogenous: Iterable[str], recorded: Iterable[str] = ()) -> MasterLayout:
+        """Lay out all signals for a master; runs that differ only in values share the layout.
+
+        Parameters
+        ----------
+        exogenous
+            Shared signals by their names, and other inputs and tunable parameters (`component.variable`) that a
+            schedule sets.
+        recorded
+            Outputs to fetch even if unconnected.
+        """
         key = tuple(exogenous), tuple(recorded)
         if key not in self._wirings:
-            self._wirings[key] = self.system.wiring(self.interfaces, *key)
+            self._wirings[key] = _layout(self.system, self.interfaces, *key)
         return self._wirings[key]
 
     @cached_property
@@ -90,3 +110,63 @@ def _interface(fmu: Fmu, component: str) -> FmuInterface:
     interface = read_interface(fmu.folder, component, fmu.path)
     check_libraries(fmu.folder, interface, f"{component}: {fmu.path}")
     return interface
+
+
+def _layout(
+    system: System, interfaces: Mapping[str, FmuInterface], exogenous: Collection[str], recorded: Collection[str]
+) -> MasterLayout:
+    """Return the layout of a system's signals for a master; see `Assembly.wiring`."""
+    wanted = {link.source for link in system.connections} | set(recorded)
+    # Reals first: they are then a block of the value array, which an FMU can write itsystem.
+    outputs = {
+        name: [p.name for p in sorted(interfaces[name].of("output"), key=_not_real) if f"{name}.{p.name}" in wanted]
+        for name in (c.name for c in system.components)
+    }
+    source_of = {target: source.removeprefix("signal ") for source, target in system.feeds()}
+    source_of |= {name: name for name in exogenous if system.signal(name) is None}
+    inputs = {
+        c.name: [p.name for p in _receiving(interfaces[c.name]) if f"{c.name}.{p.name}" in source_of]
+        for c in system.components
+    }
+    names = [
+        *exogenous,
+        *(f"{name}.{variable}" for name, variables in outputs.items() for variable in variables),
+    ]
+    position = {name: i for i, name in enumerate(names)}
+    sources = tuple(
+        np.array([position[source_of[f"{name}.{variable}"]] for variable in variables], dtype=np.intp)
+        for name, variables in inputs.items()
+    )
+    depends_on: list[tuple[int, ...]] = [() for _ in exogenous]
+    for component, variables in outputs.items():
+        for variable in variables:
+            needs = [f"{component}.{u}" for u in interfaces[component].ports[variable].depends_on]
+            depends_on.append(tuple(position[source_of[end]] for end in needs if end in source_of))
+    weights = tuple(
+        np.array([_weight(system, source_of[f"{name}.{u}"], interfaces[name], interfaces) for u in variables])
+        for name, variables in inputs.items()
+    )
+    wiring = SignalMap(tuple(names), len(exogenous), sources, tuple(depends_on), weights)
+    return MasterLayout(wiring, inputs, outputs)
+
+
+def _weight(system: System, source: str, target: FmuInterface, interfaces: Mapping[str, FmuInterface]) -> float:
+    """Return the weight of a source's value at the end of a step for an input of `target`.
+
+    See `iteration`. Exogenous inputs are constant over the step.
+    """
+    port = system.port(source, interfaces) if system.signal(source) is None else None
+    sample_time = target.ports.get("sample_time")
+    samples = sample_time is not None and sample_time.causality == "parameter"
+    if port is None or port.causality != "output" or port.type != "Real" or samples:
+        return 0.0
+    return 1.0 if port.depends_on else 0.5
+
+
+def _receiving(interface: FmuInterface) -> tuple[Port, ...]:
+    """Return the names that may be set during a run."""
+    return (*interface.of("input"), *(p for p in interface.of("parameter") if p.variability == "tunable"))
+
+
+def _not_real(port: Port) -> bool:
+    return port.type != "Real"

@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import NamedTuple
-
-import numpy as np
 
 from amb_cosim.cosim.basics.choices import Coupling
 from amb_cosim.cosim.fmu.fmu_interface import FmuInterface, Port
 from amb_cosim.cosim.fmu.fmus import is_placeholder
-from amb_cosim.cosim.system.signal_map import SignalMap
 from amb_cosim.cosim.system.values import Raw
 from amb_files.suggestions import suggest
 
@@ -82,14 +78,6 @@ class Signal:
         return factor * value + offset
 
 
-class MasterLayout(NamedTuple):
-    """Positions of all signals for the master, and the names of exchanged inputs and outputs of each component."""
-
-    wiring: SignalMap
-    inputs: Mapping[str, list[str]]
-    outputs: Mapping[str, list[str]]
-
-
 @dataclass(frozen=True)
 class System:
     """Components in Gauss-Seidel order, their connections, shared signals and parameters.
@@ -98,7 +86,7 @@ class System:
     `patterns.expand`; a pattern of a parameter may match nothing. `unrecorded` are patterns of outputs that a run
     records only if it names them, `stated` the parameters by component that its file, or a base that is not packaged,
     sets itself, `unknown` names with values in the file that no component has, and `remarks` other notices about the
-    file. `check` compares it with the components' interfaces, `wiring` lays it out for the master.
+    file. `check` compares it with the components' interfaces.
 
     Examples
     --------
@@ -213,7 +201,7 @@ class System:
             mandatory input without source, one line each; the message names both ends and valid alternatives.
         """
         fed: dict[str, str] = {}
-        for source, target in self._feeds():
+        for source, target in self.feeds():
             self._check_end(target, "input", interfaces)
             if target in fed:
                 raise ValueError(f"{target} is connected twice: to {fed[target]} and to {source}")
@@ -246,14 +234,15 @@ class System:
 
     def fed(self) -> set[str]:
         """Return the inputs that a connection or a signal feeds."""
-        return {target for _, target in self._feeds()}
+        return {target for _, target in self.feeds()}
 
     def port(self, end: str, interfaces: Mapping[str, FmuInterface]) -> Port:
         """Return the variable `component.variable`; raises ValueError if there is none."""
         component, variable = self.split(end)
         return interfaces[component].port(variable, component)
 
-    def _feeds(self) -> Iterator[tuple[str, str]]:
+    def feeds(self) -> Iterator[tuple[str, str]]:
+        """Yield source and target of every input that is fed; the source of a shared signal is `signal NAME`."""
         for link in self.connections:
             yield link.source, link.target
         for signal in self.signals:
@@ -264,7 +253,7 @@ class System:
         try:
             port = self.port(end, interfaces)
         except ValueError as error:
-            others = [s if t == end else t for s, t in self._feeds() if end in (s, t)]
+            others = [s if t == end else t for s, t in self.feeds() if end in (s, t)]
             where = f" (connected with {others[0]})" if others else ""
             raise ValueError(f"{error}{where}") from error
         if port.causality != causality:
@@ -285,78 +274,6 @@ class System:
         variable = self.split(target)[1]
         same = [option for option in options if self.split(option)[1] == variable]
         return suggest(target, same or options)
-
-    def wiring(
-        self,
-        interfaces: Mapping[str, FmuInterface],
-        exogenous: Collection[str],
-        recorded: Collection[str] = (),
-    ) -> MasterLayout:
-        """Lay out all signals for the master, and list the inputs and outputs that each component exchanges.
-
-        Parameters
-        ----------
-        interfaces
-            The interface of each component by its name.
-        exogenous
-            Shared signals by their names, and other inputs and tunable parameters (`component.variable`) that a
-            schedule sets.
-        recorded
-            Outputs to fetch even if unconnected.
-        """
-        wanted = {link.source for link in self.connections} | set(recorded)
-        # Reals first: they are then a block of the value array, which an FMU can write itself.
-        outputs = {
-            name: [p.name for p in sorted(interfaces[name].of("output"), key=_not_real) if f"{name}.{p.name}" in wanted]
-            for name in (c.name for c in self.components)
-        }
-        source_of = {target: source.removeprefix("signal ") for source, target in self._feeds()}
-        source_of |= {name: name for name in exogenous if self.signal(name) is None}
-        inputs = {
-            c.name: [p.name for p in _receiving(interfaces[c.name]) if f"{c.name}.{p.name}" in source_of]
-            for c in self.components
-        }
-        names = [
-            *exogenous,
-            *(f"{name}.{variable}" for name, variables in outputs.items() for variable in variables),
-        ]
-        position = {name: i for i, name in enumerate(names)}
-        sources = tuple(
-            np.array([position[source_of[f"{name}.{variable}"]] for variable in variables], dtype=np.intp)
-            for name, variables in inputs.items()
-        )
-        depends_on: list[tuple[int, ...]] = [() for _ in exogenous]
-        for component, variables in outputs.items():
-            for variable in variables:
-                needs = [f"{component}.{u}" for u in interfaces[component].ports[variable].depends_on]
-                depends_on.append(tuple(position[source_of[end]] for end in needs if end in source_of))
-        weights = tuple(
-            np.array([self._weight(source_of[f"{name}.{u}"], interfaces[name], interfaces) for u in variables])
-            for name, variables in inputs.items()
-        )
-        wiring = SignalMap(tuple(names), len(exogenous), sources, tuple(depends_on), weights)
-        return MasterLayout(wiring, inputs, outputs)
-
-    def _weight(self, source: str, target: FmuInterface, interfaces: Mapping[str, FmuInterface]) -> float:
-        """Return the weight of a source's value at the end of a step for an input of `target`.
-
-        See `iteration`. Exogenous inputs are constant over the step.
-        """
-        port = self.port(source, interfaces) if self.signal(source) is None else None
-        sample_time = target.ports.get("sample_time")
-        samples = sample_time is not None and sample_time.causality == "parameter"
-        if port is None or port.causality != "output" or port.type != "Real" or samples:
-            return 0.0
-        return 1.0 if port.depends_on else 0.5
-
-
-def _receiving(interface: FmuInterface) -> tuple[Port, ...]:
-    """Return the names that may be set during a run."""
-    return (*interface.of("input"), *(p for p in interface.of("parameter") if p.variability == "tunable"))
-
-
-def _not_real(port: Port) -> bool:
-    return port.type != "Real"
 
 
 def _same_unit(a: Port, b: Port) -> bool:
