@@ -20,7 +20,8 @@ from amb_cosim.results.result import Result
 from amb_cosim.scenario.make_result import bare_signals, make_result
 from amb_cosim.scenario.plan import FirstValues, first_values, plan_scenario
 from amb_cosim.scenario.plan_run import PlannedRun, assemble_scenario
-from amb_cosim.scenario.scenario import Event, Scenario, load_scenario
+from amb_cosim.scenario.scenario import Scenario, load_scenario
+from amb_cosim.scenario.scenario_tables import Event
 from amb_cosim.scenario.stators import reasons_for_stators
 from amb_files.suggestions import suggest
 from amb_sweeps.axes import is_moment

@@ -6,19 +6,19 @@ import math
 from collections.abc import Mapping
 from os import PathLike, fspath
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Any
 
 import tomli_w
-from pydantic import Field, StringConstraints
+from pydantic import Field
 
 from amb_cosim.cosim.basics.choices import Coupling, Role, Settling
-from amb_cosim.cosim.system.stopping import StopCondition
-from amb_cosim.cosim.system.system_tables import Record, stop_condition
-from amb_cosim.cosim.system.tables import Cycles, Table, Value, Values, time_of
+from amb_cosim.cosim.system.system_tables import Record
+from amb_cosim.cosim.system.tables import Table, Value, Values, time_of
 from amb_cosim.cosim.system.values import quantity
 from amb_cosim.scenario.coupling import DEFAULT_STEPS
 from amb_cosim.scenario.file import overlaid, packaged_scenarios, read_scenario, relative_to, with_paths
 from amb_cosim.scenario.rotors import RotorField, RotorSource, is_rotor
+from amb_cosim.scenario.scenario_tables import Event, Plot, SpeedPoint, Stop
 from amb_files.atomic import write_atomically
 from amb_files.pack_file import default
 from amb_files.toml import parse_toml, validate
@@ -27,100 +27,8 @@ _MACHINE = (  # fields that say what runs, and how it is set
     *("system", "rotor", "gradient", "fmu", "parameters", "Omega", "gravity", "gravity_angle", "communication_step"),
 )
 
-Label = Annotated[str, StringConstraints(pattern=r"^[a-z][a-z0-9_]*$", max_length=40)]
 AT_STANDSTILL = 0.01  # s, a cycle of a rotor that does not turn at first
 FORMER_LABELS = {"step": "disturbance", "removal": "relief"}  # that stood for a role before there were roles
-
-FigureName = Literal["orbits", "displacement", "contact", "whirl", "magnets", "energy", "touchdown", "turns"]
-
-
-class _Moment(Table):
-    """An event at a cycle or at a time."""
-
-    noun: ClassVar[str]
-
-    cycle: Cycles | None = None
-    """Cycle of the event: revolutions at the initial speed since the end of settling."""
-    time: Value | None = None
-    """Time of the event in seconds since the end of settling."""
-
-    def moment(self, period: float) -> float:
-        """When it happens in s, for cycles of `period` s."""
-        if (self.cycle is None) == (self.time is None):
-            raise ValueError(f"{self.noun} needs either cycle or time")
-        if self.cycle is not None:
-            return self.cycle * period
-        return quantity(self.time or 0.0, "s", f"time of {self.noun}")
-
-
-class Event(_Moment):
-    """New values of inputs and tunable parameters from a point in time."""
-
-    noun = "an event"
-
-    label: Label | None = None
-    """Unique name of the event in figures and sweeps, such as `power_loss`; default: its role."""
-    role: Role | None = None
-    """Its role in the run: the `disturbance` that the rotor is judged after, or the `relief` that takes it back."""
-    set: dict[str, Values]
-    """New values, by component and variable."""
-
-    @property
-    def name(self) -> str:
-        """Its label or, without one, its role; empty without both."""
-        return self.label or self.role or ""
-
-
-class SpeedPoint(_Moment):
-    """A speed at a point in time; it changes linearly from the previous point."""
-
-    noun = "a speed point"
-
-    Omega: Value
-    """The speed at that time."""
-
-
-class Stop(Table):
-    """The run ends as soon as a signal has been above, or below, a value for long enough."""
-
-    variable: str
-    """An output, or an input that the scenario sets, by its name in the data set."""
-    above: Value | None = None
-    """Lower limit of the signal; either this or `below`."""
-    below: Value | None = None
-    """Upper limit of the signal."""
-    hold_cycles: Cycles | None = None
-    """Duration in cycles; by default a single point suffices."""
-    hold_time: Value | None = None
-    """The same in seconds."""
-    from_cycle: Cycles | None = None
-    """Cycle from which it is checked; default 0."""
-    from_time: Value | None = None
-    """The same in seconds."""
-
-    def condition(self, period: float) -> StopCondition:
-        """The condition with its times in s, for cycles of `period` s."""
-        hold = self._duration("hold", self.hold_cycles, self.hold_time, period)
-        begin = self._duration("from", self.from_cycle, self.from_time, period)
-        return stop_condition(self.variable, self.above, self.below, hold, begin)
-
-    def _duration(self, what: str, cycles: float | None, time: Value | None, period: float) -> float:
-        if cycles is not None and time is not None:
-            names = [name for name in type(self).model_fields if name.startswith(what)]
-            raise ValueError(f"stop on {self.variable} has both {' and '.join(names)}; it may have one")
-        value = cycles * period if cycles is not None else quantity(time or 0.0, "s", f"{what}_time of stop")
-        if not 0.0 <= value < math.inf:
-            raise ValueError(f"{what}_time of stop = {value:g} s is not allowed; it must be >= 0 s")
-        return value
-
-
-class Plot(Table):
-    """Figures."""
-
-    cycles: tuple[Cycles, Cycles] | None = None
-    """First and last cycle of the figures; by default chosen to suit the run."""
-    figures: tuple[FigureName, ...] | None = None
-    """Figures to draw; by default chosen to suit the run."""
 
 
 class Scenario(Table):

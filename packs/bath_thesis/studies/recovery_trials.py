@@ -12,7 +12,8 @@ from amb_cosim.cosim.system.system_tables import Record
 from amb_cosim.cosim.system.values import Raw, quantity
 from amb_cosim.results.contact_history import contact_cycles, recovered
 from amb_cosim.scenario.plan_run import PlannedRun, plan_run
-from amb_cosim.scenario.scenario import Event, Scenario, load_scenario
+from amb_cosim.scenario.scenario import Scenario, load_scenario
+from amb_cosim.scenario.scenario_tables import Event
 from amb_cosim.scenario.simulation import run_planned
 from rolac_controller.enumerations import FORCE_FREE, NOTCH, OLAC, OWN_SENSORS, ROLAC
 
