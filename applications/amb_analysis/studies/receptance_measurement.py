@@ -23,7 +23,7 @@ from amb_cosim.design.controller_data import MAX_CONDITION, condition_number
 from amb_cosim.design.receptance_file import ReceptanceTable, empty_table, loop_parameters, read_table
 from amb_cosim.design.sampled_loop import parameters_of_loop
 from amb_cosim.results.component_names import CONTROLLER
-from amb_cosim.scenario.inner_loop import inner_loop_parameters
+from amb_cosim.scenario.control_loop import inner_loop_parameters
 from amb_cosim.scenario.plan_run import PlannedRun, plan_run
 from amb_cosim.scenario.scenario import Scenario, as_scenario, make_scenario
 from amb_cosim.scenario.simulation import run_planned

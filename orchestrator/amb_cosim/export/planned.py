@@ -16,7 +16,7 @@ from amb_cosim.cosim.system.replacement import fitted
 from amb_cosim.cosim.system.system import System
 from amb_cosim.cosim.system.system_file import is_system, load_experiment, load_system
 from amb_cosim.export.models import Made
-from amb_cosim.scenario.inner_loop import check_receptances
+from amb_cosim.scenario.control_loop import check_control_loop
 from amb_cosim.scenario.plan import plan_scenario
 from amb_cosim.scenario.plan_run import model_options, system_of
 from amb_cosim.scenario.rotors import RotorSource
@@ -105,5 +105,5 @@ def _plan(assembly: Assembly, file: str | Path | None) -> Plan:
     if file is not None:
         experiment = load_experiment(file, experiment)
     plan = plan_experiment(experiment, assembly.assignments())
-    check_receptances(assembly, plan)
+    check_control_loop(assembly, plan)
     return plan

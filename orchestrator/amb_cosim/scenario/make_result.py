@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -52,15 +53,14 @@ def _coupling_warnings(planned: PlannedRun) -> list[WarningRecord]:
 
 def make_result(planned: PlannedRun, recording: Recording) -> Result:
     """Return the record of a run with all labels and the data of the scenario."""
-    scenario, plan = planned.scenario, planned.plan
-    signals = to_signals(recording)
-    warned = [*warnings_of(signals), *_coupling_warnings(planned)]
+    scenario, plan, recorder = planned.scenario, planned.plan, recording.recorder
+    coordinates = _coordinates(plan, plan.grid.times(recorder.points))
     attributes: dict[str, Any] = {
         "scenario": scenario.name,
         "description": scenario.description,
         "source": scenario.source,
         "speed_rad_s": planned.speed,
-        **_landmarks(planned, recording.recorder),
+        **_landmarks(planned, recorder),
         "scenario_data": scenario.model_dump_json(exclude_defaults=True, exclude={"name"}),
     }
     if planned.profile:
@@ -69,10 +69,12 @@ def make_result(planned: PlannedRun, recording: Recording) -> Result:
         attributes["plot_cycles"] = list(scenario.plot.cycles)
     if scenario.plot.figures is not None:
         attributes["plot_figures"] = json.dumps(scenario.plot.figures)
-    coordinates = {**signals.coordinates, **_coordinates(plan, signals["time"].values)}
-    table = SignalTable(signals.variables, coordinates, {**signals.attrs, **attributes})
-    message = {**table.attrs, WARNINGS: to_json(with_power(warned, table))}
-    return Result(SignalTable(table.variables, table.coordinates, message), recording.outcome, recording.checkpoints)
+    coupling = _coupling_warnings(planned)
+    signals = to_signals(recording)
+    table = SignalTable(signals.variables, {**signals.coordinates, **coordinates}, {**signals.attrs, **attributes})
+    warned = to_json(with_power([*warnings_of(signals), *coupling], table))
+    table = replace(table, attrs={**table.attrs, WARNINGS: warned})
+    return Result(table, recording.outcome, recording.checkpoints)
 
 
 def _coordinates(plan: Plan, time: Array) -> dict[str, Samples]:

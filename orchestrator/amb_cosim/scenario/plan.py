@@ -14,9 +14,9 @@ from amb_cosim.cosim.system.planning import plan_experiment
 from amb_cosim.cosim.system.values import Raw, convert, quantity
 from amb_cosim.results.component_names import ACTUATOR, PLANT
 from amb_cosim.results.places import RotorPlaces, places_of
+from amb_cosim.scenario.control_loop import check_control_loop
 from amb_cosim.scenario.coupling import delay, predictable
 from amb_cosim.scenario.gravity import Gravity, set_gravity
-from amb_cosim.scenario.inner_loop import check_receptances
 from amb_cosim.scenario.operating_point import MissingParameters, set_operating_points, stated_constants
 from amb_cosim.scenario.plan_warnings import idle_switches, unsteady_effects, viscous_losses
 from amb_cosim.scenario.scenario import Scenario, checked_speed, cycle_period
@@ -64,7 +64,7 @@ def plan_scenario(
     experiment = _experiment(scenario, assembly, first, values, until, recorded)
     plan = plan_experiment(experiment, values)
     plan = replace(plan, parameters=_with_first_angle(plan, scenario.settle_cycles, assembly))
-    check_receptances(assembly, plan)
+    check_control_loop(assembly, plan)
     return plan
 
 
@@ -77,19 +77,22 @@ def _experiment(
     recorded: Sequence[str] | None,
 ) -> Experiment:
     """Return a scenario as an experiment in seconds; `values` get the state of the drive before it is released."""
-    coupling, places = scenario.coupling or assembly.system.coupling, places_of(assembly)
+    coupling = scenario.coupling or assembly.system.coupling
     period, h = cycle_period(values.inputs[SPEED]), scenario.step_size(coupling)
     end, notices = _end(scenario, until, period, h)
     changes: list[InputChange] = []
     for number, event in enumerate(scenario.event, 1):
         time, message = event.moment(period), f"event {event.name or number}"
         changes += [InputChange(time, name, value, message) for name, value in _scaled(event.set, scenario, values)]
+    changes += _release(scenario, values, changes)
+    profiles = _speed_profile(scenario, values, period)
+    places = places_of(assembly)
     return Experiment(
         step_size=h,
         stop_time=end,
         start_time=-scenario.settle_cycles * period,
-        events=(*changes, *_release(scenario, values, changes)),
-        profiles=_speed_profile(scenario, values, period),
+        events=tuple(changes),
+        profiles=profiles,
         stops=tuple(stop.condition(period) for stop in scenario.stop),
         recorded=scenario.record.variables if recorded is None else (),
         essential=_essential(places) if recorded is None else tuple(recorded),

@@ -15,8 +15,6 @@ from amb_cosim.cosim.system.experiment import Plan
 from amb_cosim.cosim.system.system import System
 from amb_cosim.cosim.system.system_file import load_system
 from amb_cosim.cosim.system.values import Raw
-from amb_cosim.results.component_names import CONTROLLER
-from amb_cosim.scenario.inner_loop import controllers
 from amb_cosim.scenario.plan import SPEED, plan_scenario
 from amb_cosim.scenario.scenario import Scenario
 from amb_cosim.scenario.stators import lacking_stators, stators_of_run
@@ -93,14 +91,8 @@ def assemble_scenario(
         If an FMU cannot be had, or the system does not fit.
     """
     system = system_of(scenario)
-    if scenario.receptances is not None and not controllers(system):
-        raise ValueError(
-            f"receptances {scenario.receptances} have no use: no component of the run is the model {CONTROLLER}"
-        )
     stators = stators_of_run(scenario, system, settings or {}, options.start)
-    assembly = assemble(system, options.flavour, **model_options(scenario, stators))
-    _check_sensors(assembly)
-    return assembly
+    return assemble(system, options.flavour, **model_options(scenario, stators))
 
 
 def system_of(scenario: Scenario) -> System:
@@ -115,21 +107,3 @@ def model_options(scenario: Scenario, stators: Sequence[str]) -> dict[str, Any]:
     """Return the options that the models of a scenario are made with: rotor, receptances, touchable stators."""
     table = None if scenario.receptances is None else Path(scenario.receptances)
     return {"rotor": scenario.rotor, "receptances": table, "stators": stators}
-
-
-def _check_sensors(assembly: Assembly) -> None:
-    """Raise ValueError if a sensor of a controller is connected to nothing: it would show zero all along."""
-    sensors = [f"{name}.{sensor}" for name, fmu in assembly.fmus.items() for sensor in _sensors(fmu.layout or {})]
-    unfed = [sensor for sensor in sensors if assembly.system.source_of(sensor) is None]
-    if unfed:
-        raise ValueError(
-            "\n".join(
-                f"{sensor}, a sensor, must be connected, and is not; no component has an output of that name"
-                for sensor in unfed
-            )
-        )
-
-
-def _sensors(layout: Mapping[str, Any]) -> list[str]:
-    """Return the inputs that are sensors of a model of this project with such a layout."""
-    return [*(plane[axis] for plane in layout.get("planes", ()) for axis in ("x", "y")), *layout.get("signals", ())]

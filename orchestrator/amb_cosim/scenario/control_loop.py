@@ -1,10 +1,11 @@
-"""Dependence of a table of receptances on the loop in which it was identified."""
+"""The control loop of a run: its sensors, and the loop that a table of receptances was identified in."""
 
 from __future__ import annotations
 
 import zlib
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 from amb_cosim.cosim.fmu.fmus import MADE_FROM_FILE, model_source
 from amb_cosim.cosim.system.assembly import Assembly
@@ -17,21 +18,36 @@ _PARAMETERS = ("delay", "chain.preset", "chain.filter", "chain.delay", "chain.cu
 _ENDINGS = (".gain", ".scale")
 
 
-def check_receptances(assembly: Assembly, plan: Plan) -> None:
-    """Raise ValueError if the table of receptances of a run is that of another loop; see `check_loop`."""
+def check_control_loop(assembly: Assembly, plan: Plan) -> None:
+    """Check that sensors are connected, and that a table of receptances is that of the loop; see `check_loop`.
+
+    Raises
+    ------
+    ValueError
+        If a sensor of a controller is connected to nothing, so that it would show zero all along, or the table is that
+        of another loop, or no controller uses it.
+    """
+    sensors = [f"{name}.{sensor}" for name, fmu in assembly.fmus.items() for sensor in _sensors(fmu.layout or {})]
+    unfed = [sensor for sensor in sensors if assembly.system.source_of(sensor) is None]
+    if unfed:
+        what = "a sensor, must be connected, and is not; no component has an output of that name"
+        raise ValueError("\n".join(f"{sensor}, {what}" for sensor in unfed))
     if (table := assembly.options.get("receptances")) is None:
         return
     from amb_cosim.design.rotor_models import check_loop  # a run without a table needs nothing of it
 
+    controllers = [component.name for component in assembly.system.components if component.fmu == CONTROLLER]
+    if not controllers:
+        raise ValueError(f"receptances {table} have no use: no component of the run is the model {CONTROLLER}")
     parameters = plan.all_parameters(assembly.interfaces)
     inner = inner_loop_parameters(assembly.system, parameters)
-    for component in controllers(assembly.system):
-        check_loop(table, parameters[component], assembly.options.get("rotor"), inner)
+    for controller in controllers:
+        check_loop(table, parameters[controller], assembly.options.get("rotor"), inner)
 
 
-def controllers(system: System) -> list[str]:
-    """Return the components that are the controller model, which uses receptances."""
-    return [component.name for component in system.components if component.fmu == CONTROLLER]
+def _sensors(layout: Mapping[str, Any]) -> list[str]:
+    """Return the inputs that are sensors of a model of this project with such a layout."""
+    return [*(plane[axis] for plane in layout.get("planes", ()) for axis in ("x", "y")), *layout.get("signals", ())]
 
 
 def inner_loop_parameters(system: System, parameters: Mapping[str, Mapping[str, float | None]]) -> dict[str, float]:
