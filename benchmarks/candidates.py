@@ -70,7 +70,7 @@ def fig4_9_candidates(flavour: Flavour, parts: dict[str, list[float]]) -> dict[s
 
     What is compared with each other runs one after the other.
     """
-    planned = cases.fig4_9(flavour)
+    planned = cases.fig4_9(RunOptions(flavour=flavour))
     result: dict[str, Candidate] = {flavour: master_candidate(planned, "compiled")}
     if flavour == "native":
         result |= {
@@ -82,7 +82,7 @@ def fig4_9_candidates(flavour: Flavour, parts: dict[str, list[float]]) -> dict[s
 
 def rubbing_candidates(seconds: float, missing: Missing) -> dict[str, Candidate]:
     """Return candidates for the rubbing case with native FMUs: this master, ecos, libcosim."""
-    planned = cases.rubbing_case("native", seconds)
+    planned = cases.rubbing_case(seconds)
     system = plain_system(planned, recorded=[])
     result = {"rub_native": master_candidate(planned, "compiled")}
     for package, function in (("ecospy", "with_ecos"), ("libcosimpy", "with_libcosim")):
@@ -95,7 +95,7 @@ def rubbing_candidates(seconds: float, missing: Missing) -> dict[str, Candidate]
 
 def retainer_candidates(seconds: float, missing: Missing) -> dict[str, Candidate]:
     """Return candidates for the retainer case: the native plant under this master, ROSS, Siconos."""
-    planned = cases.retainer_case("native", seconds)
+    planned = cases.retainer_case(seconds)
     result = {"ring_native": master_candidate(planned, "compiled")}
     steps = planned.plan.last
     others: list[tuple[str, str, str, Callable[[], dict[str, Any]]]] = [

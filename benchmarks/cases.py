@@ -20,8 +20,7 @@ from typing import Any
 
 import numpy as np
 
-from amb_cosim.cosim.basics.choices import Flavour
-from amb_cosim.cosim.run.options import RunOptions
+from amb_cosim.cosim.run.options import DEFAULTS, RunOptions
 from amb_cosim.scenario.plan_run import PlannedRun, plan_run
 from amb_cosim.scenario.scenario import Scenario, load_scenario, make_scenario
 from array_types import Array
@@ -46,14 +45,14 @@ _FROM_REST: dict[str, Any] = {
 }
 
 
-def fig4_9(flavour: Flavour) -> PlannedRun:
-    """Prepare the scenario `fig4_9`, controlled at 4 kHz."""
-    return plan_run(load_scenario("fig4_9").changed(settling="simulated"), options=RunOptions(flavour=flavour))
+def fig4_9(options: RunOptions) -> PlannedRun:
+    """Plan the scenario `fig4_9`, controlled at 4 kHz."""
+    return plan_run(load_scenario("fig4_9").changed(settling="simulated"), options=options)
 
 
-def rubbing_case(flavour: Flavour, seconds: float, **changes: Any) -> PlannedRun:
-    """Prepare the rubbing case for a time (s); `changes` replace keys of its scenario."""
-    return plan_run(make_scenario(_rubbing_scenario(seconds) | changes, "rubbing"), options=RunOptions(flavour=flavour))
+def rubbing_case(seconds: float, options: RunOptions = DEFAULTS, **changes: Any) -> PlannedRun:
+    """Plan the rubbing case for a time (s); `changes` replace keys of its scenario."""
+    return plan_run(make_scenario(_rubbing_scenario(seconds) | changes, "rubbing"), options=options)
 
 
 def _rubbing_scenario(seconds: float) -> dict[str, Any]:
@@ -67,9 +66,9 @@ def _rubbing_scenario(seconds: float) -> dict[str, Any]:
     }
 
 
-def retainer_case(flavour: Flavour, seconds: float) -> PlannedRun:
-    """Prepare the retainer case for a time (s)."""
-    return plan_run(retainer_scenario(seconds), options=RunOptions(flavour=flavour))
+def retainer_case(seconds: float) -> PlannedRun:
+    """Plan the retainer case for a time (s)."""
+    return plan_run(retainer_scenario(seconds))
 
 
 def retainer_scenario(seconds: float) -> Scenario:

@@ -8,6 +8,7 @@ from statistics import median
 from typing import Any
 
 from amb_cosim.cosim.basics.choices import Flavour
+from amb_cosim.cosim.run.options import RunOptions
 from benchmarks import cases, contact_cost, scaling, step_times
 from benchmarks.candidates import Missing, fig4_9_candidates, native_possible, retainer_candidates, rubbing_candidates
 from benchmarks.timing import environment, interleaved_times, ratio, ratios
@@ -62,11 +63,12 @@ def measure(effort: Effort = FULL, show_status: ShowStatus = lambda _: None) -> 
     show_status("timing all candidates")
     times = interleaved_times({name: candidate for group in groups for name, candidate in group.items()}, effort.rounds)
     flavour: Flavour = "native" if native else "python"
+    options = RunOptions(flavour=flavour)
     show_status("measuring cost over time, sites and variables")
     growth = {
-        "simulated_time": scaling.cost_over_time(flavour, effort.durations_s, effort.scaling_rounds),
-        "sites": scaling.cost_over_sites(flavour, effort.retainer_s, effort.scaling_rounds),
-        "variables": scaling.cost_over_variables(flavour, effort.rubbing_s, effort.scaling_rounds),
+        "simulated_time": scaling.cost_over_time(options, effort.durations_s, effort.scaling_rounds),
+        "sites": scaling.cost_over_sites(options, effort.retainer_s, effort.scaling_rounds),
+        "variables": scaling.cost_over_variables(options, effort.rubbing_s, effort.scaling_rounds),
     }
     show_status("timing single steps")
     single_steps = step_times.step_times(effort.rounds) if native else None

@@ -54,26 +54,24 @@ class LinearFit:
         return {x: self.x, y: self.y, "slope": slope, "at_zero": start, "largest_deviation": self.deviation}
 
 
-def cost_over_time(flavour: Flavour, durations: Sequence[float], rounds: int) -> dict[str, Any]:
+def cost_over_time(options: RunOptions, durations: Sequence[float], rounds: int) -> dict[str, Any]:
     """Measure the time (s) of the rubbing case over its simulated time (s), after 40 cycles of settling."""
-    runs = [cases.rubbing_case(flavour, seconds, settle_cycles=40) for seconds in durations]
+    runs = [cases.rubbing_case(seconds, options, settle_cycles=40) for seconds in durations]
     return LinearFit(list(durations), _median_times(runs, rounds)).as_data("simulated_s", "seconds")
 
 
-def cost_over_sites(flavour: Flavour, seconds: float, rounds: int) -> dict[str, Any]:
+def cost_over_sites(options: RunOptions, seconds: float, rounds: int) -> dict[str, Any]:
     """Measure the time (s) of a step of the plant over the number of sites that loads press it onto."""
-    runs = [
-        plan_run(pressed_rotor(count, seconds), options=RunOptions(flavour=flavour)) for count in range(len(SITES) + 1)
-    ]
+    runs = [plan_run(pressed_rotor(count, seconds), options=options) for count in range(len(SITES) + 1)]
     steps = runs[0].plan.last
     return LinearFit(_mean_sites_in_contact(runs), [t / steps for t in _median_times(runs, rounds)]).as_data(
         "sites_in_contact", "step_s"
     )
 
 
-def cost_over_variables(flavour: Flavour, seconds: float, rounds: int) -> dict[str, Any]:
+def cost_over_variables(options: RunOptions, seconds: float, rounds: int) -> dict[str, Any]:
     """Measure the time (s) of a step of the rubbing case over the number of recorded variables."""
-    runs = [cases.rubbing_case(flavour, seconds, record={"variables": patterns}) for patterns in RECORDED]
+    runs = [cases.rubbing_case(seconds, options, record={"variables": patterns}) for patterns in RECORDED]
     counts, steps = [float(len(planned.plan.recorded)) for planned in runs], runs[0].plan.last
     return LinearFit(counts, [t / steps for t in _median_times(runs, rounds)]).as_data("variables", "step_s")
 
@@ -104,7 +102,7 @@ def peak_memory(flavour: Flavour, seconds: float) -> dict[str, float]:
     """Return the peak memory of this process after the rubbing case, and the size of the recorded numbers, in bytes."""
     import resource
 
-    planned = cases.rubbing_case(flavour, seconds, record={"variables": ["*"]})
+    planned = cases.rubbing_case(seconds, RunOptions(flavour=flavour), record={"variables": ["*"]})
     run_planned(planned)
     unit = 1 if sys.platform == "darwin" else 1024
     peak = unit * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss

@@ -6,15 +6,13 @@ import json
 from collections.abc import Iterable
 from typing import Any
 
-from amb_cosim.cosim.basics.choices import Flavour
-from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.scenario.plan_run import PlannedRun, plan_run
 from amb_cosim.scenario.scenario import Scenario, load_scenario
 from rotor_analysis.rotor_file import load_rotor
 from source_check.statements import Source
 
 
-def plan_source(source: Source, flavour: Flavour = "native") -> PlannedRun:
+def plan_source(source: Source) -> PlannedRun:
     """Return the planned scenario of a source.
 
     Raises
@@ -22,7 +20,7 @@ def plan_source(source: Source, flavour: Flavour = "native") -> PlannedRun:
     ValueError
         If the scenario, a value or a table of the rotor is wrong.
     """
-    return plan_run(scenario_of(source), dict(source.set), options=RunOptions(flavour=flavour))
+    return plan_run(scenario_of(source), dict(source.set))
 
 
 def scenario_of(source: Source) -> Scenario:
@@ -39,7 +37,7 @@ def scenario_of(source: Source) -> Scenario:
     return scenario.changed(**settings)
 
 
-def build_fmus(sources: Iterable[Source], flavour: Flavour = "native") -> None:
+def build_fmus(sources: Iterable[Source]) -> None:
     """Build the FMUs of each rotor before several processes need them; errors of a source are reported by its run."""
     seen: set[str] = set()
     for source in sources:
@@ -50,6 +48,6 @@ def build_fmus(sources: Iterable[Source], flavour: Flavour = "native") -> None:
             rotor = json.dumps([source.rotor_file or scenario.rotor, scenario.system, source.rotor], sort_keys=True)
             if rotor not in seen:
                 seen.add(rotor)
-                plan_source(source, flavour)
+                plan_source(source)
         except ValueError:
             continue

@@ -156,13 +156,11 @@ def linearisable(
 ) -> LinearSource:
     """Return the components of a scenario or a system with all that they start with; arguments as of `linearise`."""
     values = at if isinstance(at, Mapping) else {} if at is None else {SPEED: at}
+    options = RunOptions(flavour=flavour)
     if isinstance(source, System) or (isinstance(source, str | Path) and is_system(source)):
-        assembly, plan = _of_system(source, fmu or {}, rotor, set or {}, flavour)
+        assembly, plan = _of_system(source, fmu or {}, rotor, set or {}, options)
         return LinearSource(assembly, plan, _point(assembly, values))
-    return of_planned(
-        plan_run(as_scenario(source, rotor, fmu=fmu), set, options=RunOptions(flavour=flavour)),
-        values,
-    )
+    return of_planned(plan_run(as_scenario(source, rotor, fmu=fmu), set, options=options), values)
 
 
 def of_planned(planned: PlannedRun, at: Mapping[str, Raw] | None = None) -> LinearSource:
@@ -175,12 +173,12 @@ def _of_system(
     fmu: Mapping[str, str | PathLike[str]],
     rotor: RotorSource,
     set: Mapping[str, Raw],
-    flavour: Flavour,
+    options: RunOptions,
 ) -> tuple[Assembly, Plan]:
     system = source if isinstance(source, System) else load_system(source)
     for component, file in fmu.items():
         system = system.with_fmu(component, fspath(file))
-    assembly = assemble(system, flavour, **({} if rotor is None else {"rotor": rotor}))
+    assembly = assemble(system, options.flavour, **({} if rotor is None else {"rotor": rotor}))
     values = assembly.assignments()
     for name, raw in set.items():
         values.set(name, raw)

@@ -125,12 +125,9 @@ def coupling(
         If the scenario, a value or a file is wrong, or its first run has no orbit.
     """
     values = as_scenario(scenario, rotor).model_copy(update={"record": Record()})
-    runs = [
-        run
-        for run in RUNS
-        if not run.predicts or predictable(plan_run(values, set, options=RunOptions(flavour=flavour)).interfaces)
-    ]
-    result = [simulated(run, values, set or {}, flavour) for run in runs]
+    options = RunOptions(flavour=flavour)
+    runs = [run for run in RUNS if not run.predicts or predictable(plan_run(values, set, options=options).interfaces)]
+    result = [simulated(run, values, set or {}, options) for run in runs]
     first, shortest = result[0]
     if not first.orbit or not all(first.orbit.values()):
         raise ValueError(f"scenario {values.name}: the rotor does not move before its step; {first.outcome}")
@@ -139,15 +136,15 @@ def coupling(
 
 
 def simulated(
-    run: CouplingRun, scenario: Scenario, settings: Mapping[str, Raw], flavour: Flavour = "native"
+    run: CouplingRun, scenario: Scenario, settings: Mapping[str, Raw], options: RunOptions
 ) -> tuple[OrderRow, float]:
     """Return a run of a scenario, with deviation and cost still 0, and its shortest run time (s)."""
     step = scenario.step_size("gauss_seidel") / run.parts
     changed = scenario.model_copy(update={"coupling": run.coupling, "communication_step": step})
     ahead = delay(run.coupling, step) if run.predicts else 0.0
-    names = predictable(plan_run(changed, settings, options=RunOptions(flavour=flavour)).interfaces)
-    planned = plan_run(changed, {**settings, **dict.fromkeys(names, ahead)}, options=RunOptions(flavour=flavour))
-    results = [run_planned(planned, RunOptions(loop=run.loop)) for _ in range(TIMINGS)]
+    names = predictable(plan_run(changed, settings, options=options).interfaces)
+    planned = plan_run(changed, {**settings, **dict.fromkeys(names, ahead)}, options=options)
+    results = [run_planned(planned, replace(options, loop=run.loop)) for _ in range(TIMINGS)]
     if any(result.outcome.status == "interrupted" for result in results):
         raise KeyboardInterrupt
     signals, outcome = results[0].signals, results[0].outcome

@@ -15,10 +15,9 @@ import numpy as np
 from amb_actuator.interface import DYNAMIC
 from amb_analysis.linear.loop import Loop
 from amb_analysis.machine.machine import Machine
-from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.cosim.basics.time_grid import in_steps
 from amb_cosim.cosim.record.signals import Signals
-from amb_cosim.cosim.run.options import RunOptions
+from amb_cosim.cosim.run.options import DEFAULTS, RunOptions
 from amb_cosim.cosim.system.values import Raw
 from amb_cosim.results.component_names import ACTUATOR, CONTROLLER, PLANT
 from amb_cosim.results.contact_history import in_contact
@@ -52,7 +51,7 @@ def plan_measurement(
     settings: Mapping[str, Raw],
     amplifier: bool = False,
     delay: bool = False,
-    flavour: Flavour = "native",
+    options: RunOptions = DEFAULTS,
 ) -> PlannedRun:
     """Return a planned run of a scenario's machine, levitated without unbalance, with its sample time.
 
@@ -66,8 +65,8 @@ def plan_measurement(
         Whether the amplifiers are dynamic, regardless of the scenario; they are coupled in steps shorter than a sample.
     delay
         Whether currents are delayed by one sample, regardless of the scenario.
-    flavour
-        Flavour of the FMUs.
+    options
+        Options of the run, of which the flavour of the FMUs counts here.
 
     Raises
     ------
@@ -77,7 +76,7 @@ def plan_measurement(
     values: dict[str, dict[str, Raw]] = {ACTUATOR: {"mean_current": True}, PLANT: {"solver.max_substep": SUBSTEP}}
     values[CONTROLLER] = {} if "chain.preset" in scenario.parameters.get(CONTROLLER, {}) else {"chain.preset": CUSTOM}
     base = scenario.machine(parameters=values)
-    first = plan_run(base, settings, options=RunOptions(flavour=flavour))
+    first = plan_run(base, settings, options=options)
     loop, parameters = Machine(first).loop, Machine(first).parameters
     dynamic = amplifier or parameters[ACTUATOR]["amplifier"] == DYNAMIC
     linear = _linear_chain(parameters[CONTROLLER], delay)
@@ -96,9 +95,7 @@ def plan_measurement(
         },
     )
     changed = {f"{CONTROLLER}.{name}": value for name, value in linear.items()}
-    planned = plan_run(
-        measuring, {**settings, f"{ACTUATOR}.amplifier": int(dynamic), **changed}, options=RunOptions(flavour=flavour)
-    )
+    planned = plan_run(measuring, {**settings, f"{ACTUATOR}.amplifier": int(dynamic), **changed}, options=options)
     held = (SPEED, f"{PLANT}.{IDEAL}")
     moved = [name for name, value in planned.plan.inputs.items() if name not in held and value != 0.0]
     if moved:

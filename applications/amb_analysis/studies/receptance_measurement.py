@@ -15,9 +15,8 @@ import numpy as np
 
 from amb_analysis.machine.machine import Machine, machine_of
 from amb_analysis.studies.sampled_receptance import inner_response, sampled_receptance
-from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.cosim.basics.time_grid import in_steps
-from amb_cosim.cosim.run.options import Progress, RunOptions
+from amb_cosim.cosim.run.options import DEFAULTS, Progress, RunOptions
 from amb_cosim.cosim.system.values import Raw
 from amb_cosim.design.controller_data import MAX_CONDITION, condition_number
 from amb_cosim.design.receptance_file import ReceptanceTable, empty_table, loop_parameters, read_table
@@ -86,7 +85,7 @@ def plan_identification(
     Omega: float,
     rotor: RotorSource = None,
     settings: Mapping[str, Raw] | None = None,
-    flavour: Flavour = "native",
+    options: RunOptions = DEFAULTS,
     machine: Scenario | None = None,
 ) -> PlannedRun:
     """Return an identification of the levitated rotor, ready to run.
@@ -99,8 +98,8 @@ def plan_identification(
         A `Rotor`, the name of a packaged rotor, or a rotor file; by default the machine's rotor or the packs' default.
     settings
         Values by `component.variable`, numbers or strings with units.
-    flavour
-        Flavour of the FMUs.
+    options
+        Options of the run, of which the flavour of the FMUs counts here.
     machine
         Scenario that defines machine and parameters; by default the start values of the FMUs.
 
@@ -125,7 +124,7 @@ def plan_identification(
         parameters={CONTROLLER: {"contact.source": GIVEN}},
         record={"variables": RECORDED, "every": steps},
     )
-    planned = plan_run(scenario, settings, options=RunOptions(flavour=flavour))
+    planned = plan_run(scenario, settings, options=options)
     if planned.speed != Omega:
         raise ValueError("Omega cannot be set here; speeds sets it")
     lowest = machine_of(planned, CONTROLLER).parameters[CONTROLLER]["rolac.min_speed"]

@@ -22,6 +22,7 @@ from amb_analysis.studies.inputs import Number, controlled, spin_speed
 from amb_analysis.studies.result import MachineResult
 from amb_analysis.studies.sensitivity_curves import peak_beyond, sensitivity_curves
 from amb_cosim.cosim.basics.choices import Flavour
+from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.cosim.system.values import Raw, quantity
 from amb_cosim.presentation.text_tables import TextBlock, labelled_table, text_table
 from amb_cosim.results.component_names import ACTUATOR, CONTROLLER
@@ -241,7 +242,7 @@ def sensitivity(
         require(0.0 < time < 0.5 / LOWEST, "sample-time", f"{time:g} s", f"> 0 s and < {0.5 / LOWEST:g} s")
         settings[f"{CONTROLLER}.sample_time"] = time
         values = values.model_copy(update={"communication_step": time})
-    planned = plan_measurement(values, settings, amplifier, delay, flavour)
+    planned = plan_measurement(values, settings, amplifier, delay, RunOptions(flavour=flavour))
     machine = Machine(planned)
     loop, parameters = machine.loop, machine.parameters
     system = loop.sensitivity()

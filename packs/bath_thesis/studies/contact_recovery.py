@@ -17,7 +17,7 @@ from typing import Annotated, ClassVar
 from amb_analysis.studies.inputs import Number, positive
 from amb_analysis.studies.result import DrawnResult
 from amb_cosim.cosim.basics.choices import Flavour
-from amb_cosim.cosim.run.options import Progress
+from amb_cosim.cosim.run.options import Progress, RunOptions
 from amb_cosim.cosim.system.values import quantity
 from amb_cosim.presentation.progress import progress_bar
 from amb_cosim.presentation.text_tables import TextBlock, labelled_table
@@ -142,8 +142,9 @@ def recovery(
     require(1 <= instants <= 1000, "instants", instants, "from 1 to 1000")
     rate = quantity(alpha, "1/s", "alpha")
     added = unbalances(steps)
+    options = RunOptions(flavour=flavour)
     trials = [
-        RecoveryTrial(control, u, FIRST_STEP + k / instants, rate, flavour)
+        RecoveryTrial(control, u, FIRST_STEP + k / instants, rate, options)
         for control in CONTROLS
         for u in added
         for k in range(instants)

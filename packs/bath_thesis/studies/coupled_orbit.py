@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from amb_actuator.interface import DYNAMIC, IDEAL, MEASURED, NONLINEAR
-from amb_cosim.cosim.basics.choices import Coupling, Flavour
+from amb_cosim.cosim.basics.choices import Coupling
 from amb_cosim.cosim.basics.time_grid import in_steps
-from amb_cosim.cosim.run.options import RunOptions
+from amb_cosim.cosim.run.options import DEFAULTS, RunOptions
 from amb_cosim.scenario.coupling import delay
 from amb_cosim.scenario.plan_run import plan_run
 from amb_cosim.scenario.scenario import Scenario, make_scenario
@@ -39,7 +39,7 @@ def cosimulated(
     scheme: Scheme,
     step: float,
     samples: int,
-    flavour: Flavour = "native",
+    options: RunOptions = DEFAULTS,
 ) -> Complex:
     """Return the complex displacement at the two bearings (m) at each sample from a co-simulation of the three FMUs.
 
@@ -51,15 +51,15 @@ def cosimulated(
         The coupling, and the communication step (s), which divides the sample time.
     samples
         Number of samples of the controller.
-    flavour
-        Flavour of the FMUs.
+    options
+        Options of the run, with the flavour of the FMUs.
 
     Raises
     ------
     ValueError
         If the co-simulation does not reach its end.
     """
-    result = run_planned(plan_run(scenario(levitation, scheme, step, samples), options=RunOptions(flavour=flavour)))
+    result = run_planned(plan_run(scenario(levitation, scheme, step, samples), options=options), options)
     if result.outcome.failure is not None:
         raise ValueError(result.outcome.failure)
     bearings = [

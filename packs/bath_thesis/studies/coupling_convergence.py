@@ -16,6 +16,7 @@ import numpy as np
 from amb_analysis.studies.result import DrawnResult
 from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.cosim.basics.time_grid import in_steps
+from amb_cosim.cosim.run.options import DEFAULTS, RunOptions
 from amb_cosim.design.magnetic_bearing import axis_parameters, linear_constants
 from amb_cosim.presentation.text_tables import TextBlock, labelled_table
 from array_types import Array
@@ -154,11 +155,11 @@ def coupling_error(flavour: Flavour = "native") -> CouplingConvergence:
     ValueError
         If a co-simulation does not reach its end.
     """
-    errors = tuple(compare(comparison, flavour=flavour) for comparison in comparisons())
+    errors = tuple(compare(comparison, options=RunOptions(flavour=flavour)) for comparison in comparisons())
     return CouplingConvergence(DURATION, SUBSTEP, errors)
 
 
-def compare(comparison: LoopVariant, duration: float = DURATION, flavour: Flavour = "native") -> ComparisonErrors:
+def compare(comparison: LoopVariant, duration: float = DURATION, options: RunOptions = DEFAULTS) -> ComparisonErrors:
     """Return the errors of each scheme at each communication step, and observed orders.
 
     An error is the largest distance of the orbits at both bearings from those of the monolithic system at the
@@ -170,15 +171,15 @@ def compare(comparison: LoopVariant, duration: float = DURATION, flavour: Flavou
         The comparison.
     duration
         Simulated time from rest (s).
-    flavour
-        Flavour of the FMUs.
+    options
+        Options of the runs, with the flavour of the FMUs.
     """
     levitation = comparison.levitation
     samples = math.ceil(in_steps(duration, levitation.sample_time))
     reference = free_orbit(levitation, samples)
     schemes = {}
     for name, scheme in comparison.schemes.items():
-        orbits = [cosimulated(levitation, scheme, step, samples, flavour=flavour) for step in comparison.steps]
+        orbits = [cosimulated(levitation, scheme, step, samples, options) for step in comparison.steps]
         errors = [float(np.abs(orbit - reference).max() / np.abs(reference).max()) for orbit in orbits]
         schemes[name] = SchemeErrors(np.array(errors), observed_order(comparison.steps, errors))
     return ComparisonErrors(comparison.title, levitation.sample_time, comparison.steps, schemes)

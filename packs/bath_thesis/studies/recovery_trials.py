@@ -6,8 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from amb_analysis.studies.processes import simulate_in_processes
-from amb_cosim.cosim.basics.choices import Flavour
-from amb_cosim.cosim.run.options import Progress, RunOptions
+from amb_cosim.cosim.run.options import DEFAULTS, Progress, RunOptions
 from amb_cosim.cosim.system.system_tables import Record
 from amb_cosim.cosim.system.values import Raw, quantity
 from amb_cosim.results.contact_history import contact_cycles, recovered
@@ -38,7 +37,7 @@ class RecoveryTrial:
     added: float
     cycle: float
     alpha: float
-    flavour: Flavour = "native"
+    options: RunOptions = DEFAULTS
 
 
 @dataclass(frozen=True)
@@ -70,7 +69,7 @@ def simulate_trial(trial: RecoveryTrial) -> TrialResult:
     ValueError
         If it does not reach its end.
     """
-    result = run_planned(plan_trial(trial))
+    result = run_planned(plan_trial(trial), trial.options)
     if result.outcome.failure is not None:
         raise ValueError(f"{trial.control}, {trial.added:g} kg m added: {result.outcome.failure}")
     return TrialResult(bool(recovered(result.signals)), contact_cycles(result.signals)[1])
@@ -80,7 +79,7 @@ def plan_trial(trial: RecoveryTrial) -> PlannedRun:
     """Return a trial that is ready to run."""
     settings = {"rolac.alpha": trial.alpha, **CONTROLS[trial.control]}
     named = {f"rolac_controller.{name}": value for name, value in settings.items()}
-    return plan_run(trial_scenario(trial), named, options=RunOptions(flavour=trial.flavour))
+    return plan_run(trial_scenario(trial), named, options=trial.options)
 
 
 def trial_scenario(trial: RecoveryTrial) -> Scenario:

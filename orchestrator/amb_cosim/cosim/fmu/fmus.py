@@ -188,7 +188,7 @@ def ensure_built(name: str, flavour: Flavour = "native", **options: Any) -> Fmu:
         If no such model exists, or it cannot be made with these options.
     """
     name, options = _resolved(name, options)
-    home = cache_folder() / f"{name}-{_key(_source(name), flavour, options)}"
+    home = cache_folder() / f"{name}-{_key(_source(name), BuildTarget(flavour), options)}"
 
     def fill(stage: Path) -> None:
         built = BuildTarget(flavour).build(*model_source(name, **options), stage)
@@ -211,13 +211,13 @@ def _source(name: str) -> Source:
     return source
 
 
-def _key(source: Source, flavour: Flavour, options: Mapping[str, Any]) -> str:
+def _key(source: Source, target: BuildTarget, options: Mapping[str, Any]) -> str:
     """Return an identifier that changes with everything that an FMU is made from."""
     packages: tuple[str, ...] | None = getattr(source, "packages", None)
     if packages is None:
-        return BuildTarget(flavour).guid(*source(**options)).strip("{}")
+        return target.guid(*source(**options)).strip("{}")
     available = {name: options.get(name) for name in inspect.signature(source).parameters}
-    facts = [source.__qualname__, flavour, sysconfig.get_platform(), version("numpy"), version("scipy")]
+    facts = [source.__qualname__, target.flavour, sysconfig.get_platform(), version("numpy"), version("scipy")]
     sha = hashlib.sha256(repr(facts).encode() + _content(Path(inspect.getfile(source)), "source"))
     for name, option in available.items():
         is_object = not isinstance(option, str | Path | None)
