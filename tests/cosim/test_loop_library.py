@@ -10,7 +10,7 @@ import pytest
 
 from amb_cosim.cosim.basics import loop_library
 from amb_cosim.cosim.master import compiled
-from amb_cosim.cosim.run import plan_session as simulator
+from amb_cosim.cosim.run import simulator
 from amb_cosim.scenario.plan_run import plan_run
 from amb_cosim.scenario.scenario import parse_scenario
 from amb_cosim.scenario.simulation import run_planned

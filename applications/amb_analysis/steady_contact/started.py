@@ -28,7 +28,7 @@ from amb_cosim.cosim.master.instances import InstancePool
 from amb_cosim.cosim.master.responses import Response, StateMap
 from amb_cosim.cosim.master.settling import SettledLoop, loop_at, solve
 from amb_cosim.cosim.run.checkpoint import Checkpoint
-from amb_cosim.cosim.run.plan_session import Simulator
+from amb_cosim.cosim.run.simulator import Simulator
 from amb_cosim.cosim.system.experiment import WARM_UP
 from amb_cosim.results.component_names import ACTUATOR, PLANT
 

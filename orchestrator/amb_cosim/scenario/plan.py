@@ -56,8 +56,8 @@ def plan_scenario(
     Raises
     ------
     ValueError
-        For names that do not exist, values that are not allowed, times that do not fit the steps, and a table of
-        receptances of another loop.
+        For names that do not exist, values that are not allowed, times that do not fit the steps, sensors without a
+        connection, and a table of receptances of another loop.
     """
     first = first or first_values(scenario, assembly, settings)
     values = first.values.copy()
@@ -110,7 +110,7 @@ def _experiment(
 
 
 def _end(scenario: Scenario, until: Raw | None, period: float, h: float) -> tuple[float, tuple[str, ...]]:
-    """Return the end of a run (s), a whole number of steps of h (s), and a notice if `until` is none."""
+    """Return the end of a run (s) on the grid of steps of h (s), and a notice if `until` is not on it."""
     if until is None:
         return max(1, nearest_point("stop_time", scenario.end(period), h)) * h, ()
     time = quantity(until, "s", "until")

@@ -19,8 +19,8 @@ from amb_cosim.cosim.record.finite_watch import FiniteWatch
 from amb_cosim.cosim.run.checkpoint import Checkpoint
 from amb_cosim.cosim.run.isolation import run_isolated
 from amb_cosim.cosim.run.options import DEFAULTS, Progress, RunOptions, Saves
-from amb_cosim.cosim.run.plan_session import Simulator
 from amb_cosim.cosim.run.recording import Outcome, Recording
+from amb_cosim.cosim.run.simulator import Simulator
 from amb_cosim.cosim.system.assembly import Assembly
 from amb_cosim.cosim.system.experiment import Plan
 from amb_cosim.cosim.system.planning import cannot_settle, simulated_settling_notice
