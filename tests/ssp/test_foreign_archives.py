@@ -18,6 +18,7 @@ from amb_cosim.cosim.ssp import load_ssp
 from amb_cosim.cosim.ssp.parameter_values import read_parameters
 from amb_cosim.cosim.ssp.schema import PARAMETERS, parse
 from amb_cosim.cosim.ssp.structure import TOOLS
+from amb_cosim.cosim.system.experiment import Experiment
 from tests.support.messages import assert_names, raises_naming
 
 SUPPORT = Path(__file__).parents[1] / "cosim" / "support"
@@ -176,6 +177,13 @@ def test_first_values_of_inputs_are_bound_too(archive):
     sets = {"left.ssv": parameter_set(start=0.01, push=2.0, force=9.0)}
     _, experiment = load_ssp(archive(structure(), sets), STEP)
     assert experiment.inputs == {"left.push": 2.0}, "a connected input has no first value of its own"
+
+
+def test_another_experiment_keeps_the_first_values_of_the_archive(archive):
+    path = archive(structure(), {"left.ssv": parameter_set(start=0.01, push=2.0, force=9.0)})
+    for inputs, push in (({}, 2.0), ({"left.push": 3.0}, 3.0)):
+        result = amb_cosim.simulate(path, Experiment(STEP, 2 * STEP, inputs=inputs), step_size=STEP).dataset
+        assert json.loads(result.attrs["initial_inputs"])["push"] == push
 
 
 def test_units_go_with_the_value():

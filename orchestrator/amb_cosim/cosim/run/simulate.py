@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -82,12 +83,12 @@ def simulate(
     completed at t = 0.01 s
     """
     saves, start = Saves(moments=save_at), as_checkpoint(start)
-    how = RunOptions(flavour=flavour, loop=loop, isolated=isolated, start=start, saves=saves, progress=progress)
+    run_options = RunOptions(flavour=flavour, loop=loop, isolated=isolated, start=start, saves=saves, progress=progress)
     if not isinstance(system, System) and Path(system).suffix == ".ssp":
         from amb_cosim.cosim.ssp import load_ssp  # loads XML libraries
 
         system, local = load_ssp(system, step_size, stop_time)
-        experiment = experiment or local
+        experiment = local if experiment is None else replace(experiment, inputs={**local.inputs, **experiment.inputs})
     elif not isinstance(system, System):
         if step_size is not None or stop_time is not None:
             raise ValueError(
@@ -99,5 +100,5 @@ def simulate(
     if experiment is None:
         raise ValueError(f"system {system.name} needs an experiment, which defines its duration")
     assembly = assemble(system, flavour, **options)
-    recording = run_plan(assembly, plan_experiment(experiment, assembly.assignments(), set), how)
+    recording = run_plan(assembly, plan_experiment(experiment, assembly.assignments(), set), run_options)
     return Simulation(to_signals(recording), recording.outcome, recording.checkpoints)
