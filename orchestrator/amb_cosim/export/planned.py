@@ -56,16 +56,11 @@ def plan_models(
     file = scenario if isinstance(scenario, str | Path) and is_system(scenario) else None
     if file is not None:
         values, system = None, load_system(file)
+        options: dict[str, Any] = {"rotor": rotor, "receptances": None if receptances is None else Path(receptances)}
     else:
         values = as_scenario(scenario, rotor, receptances)
         system = system_of(values)
-        rotor, receptances = values.rotor, values.receptances
-    table = None if receptances is None else Path(receptances)
-    options: dict[str, Any] = (
-        {"rotor": rotor, "receptances": table}
-        if values is None
-        else model_options(values, stators_of_run(values, system, {}))
-    )
+        options = {**model_options(values), "stators": stators_of_run(values, system, {})}
     made = made_for(system, **options)
     system, interfaces = fitted(
         system,

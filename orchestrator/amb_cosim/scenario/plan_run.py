@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -90,9 +90,17 @@ def assemble_scenario(
     ValueError
         If an FMU cannot be had, or the system does not fit.
     """
-    system = system_of(scenario)
+    made_with, system = model_options(scenario), system_of(scenario)
     stators = stators_of_run(scenario, system, settings or {}, options.start)
-    return assemble(system, options.flavour, **model_options(scenario, stators))
+    return assemble(system, options.flavour, stators=stators, **made_with)
+
+
+def model_options(scenario: Scenario) -> dict[str, Any]:
+    """Return the options that the models of a scenario are made with, except touchable stators: rotor, receptances."""
+    return {
+        "rotor": scenario.rotor,
+        "receptances": None if scenario.receptances is None else Path(scenario.receptances),
+    }
 
 
 def system_of(scenario: Scenario) -> System:
@@ -101,9 +109,3 @@ def system_of(scenario: Scenario) -> System:
     for component, fmu in scenario.fmu.items():
         system = system.with_fmu(component, fmu)
     return system
-
-
-def model_options(scenario: Scenario, stators: Sequence[str]) -> dict[str, Any]:
-    """Return the options that the models of a scenario are made with: rotor, receptances, touchable stators."""
-    table = None if scenario.receptances is None else Path(scenario.receptances)
-    return {"rotor": scenario.rotor, "receptances": table, "stators": stators}

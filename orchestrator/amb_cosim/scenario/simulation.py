@@ -85,7 +85,9 @@ def run(
     start = as_checkpoint(start)
     with progress_bar(progress) as report:
         options = RunOptions(flavour=flavour, loop=loop, isolated=isolated, start=start, saves=saves, progress=report)
-        return run_planned(plan_run(as_scenario(scenario, rotor, receptances, fmu), set, until, options), options)
+        planned = plan_run(as_scenario(scenario, rotor, receptances, fmu), set, until, options)
+        recording = run_plan(planned.assembly, planned.plan, options)
+    return make_result(planned, recording)
 
 
 def run_planned(planned: PlannedRun, options: RunOptions = DEFAULTS) -> Result:
