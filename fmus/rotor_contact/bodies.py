@@ -49,7 +49,7 @@ def place_bodies(parameters: Parameters, inputs: Inputs, sites: Sites, spin: Spi
 
     Housings come first, x and y in turn, then races, then the spin.
     """
-    u, p = inputs.own[0], parameters.own[0]
+    u, p = inputs.scalars[0], parameters.scalars[0]
     place = n
     for site in sites:
         site.housing = -1

@@ -143,7 +143,7 @@ def collect_forces(structure: Structure, parameters: Parameters, inputs: Inputs,
     Gravity acts like an acceleration of the base against its direction.
     """
     n = structure.K.shape[0]
-    u, p = inputs.own[0], parameters.own[0]
+    u, p = inputs.scalars[0], parameters.scalars[0]
     _, cosine, sine, steady = forces(motion)
     a_x, a_y = u.base_acceleration.x, u.base_acceleration.y
     if p.gravity != 0.0:

@@ -74,7 +74,7 @@ def indicator(sites: Sites, z: Array, n: int, Omega: float) -> float:
             continue
         largest = max(largest, -site.f_n / FORCE_SCALE)
         if site.mode == ROLLING:
-            largest = max(largest, friction_excess(site) / FORCE_SCALE)
+            largest = max(largest, friction_excess(site, site.f_n, site.f_t) / FORCE_SCALE)
         elif has_friction(site):
             largest = max(largest, reversed_slip(site, slip_velocity(site, z[n : 2 * n], Omega)))
     return largest

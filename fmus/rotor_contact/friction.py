@@ -59,17 +59,23 @@ def friction_ratio(site: Site, scale: float) -> float:
 
 
 @kernel
-def friction_excess(site: Site) -> float:
-    """Return |T| - mu_s N (N) of a rolling site; positive if it can no longer stick."""
-    excess: float = abs(site.f_t) - static_coefficient(site) * site.f_n
+def friction_limit(site: Site, normal: float) -> float:
+    """Return mu_s N, the largest friction with which a site sticks under a normal force (N) or impulse (N s)."""
+    limit: float = static_coefficient(site) * normal
+    return limit
+
+
+@kernel
+def friction_excess(site: Site, normal: float, friction: float) -> float:
+    """Return |T| - mu_s N of forces (N) or impulses (N s); positive if a rolling site can no longer stick."""
+    excess: float = abs(friction) - friction_limit(site, normal)
     return excess
 
 
 @kernel
 def exceeds_static_impulse(site: Site) -> bool:
     """Return whether the friction impulse of a rolling site is too large for it to stick."""
-    limit = static_coefficient(site) * site.p_n
-    return abs(site.p_t) > limit * (1.0 + 1e-12)
+    return friction_excess(site, site.p_n, site.p_t) > 1e-12 * friction_limit(site, site.p_n)
 
 
 @kernel

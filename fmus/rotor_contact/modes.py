@@ -105,7 +105,7 @@ def _change_friction(sites: Sites, v: Array, Omega: float) -> bool:
     loosest = -1
     for k in range(sites.shape[0]):
         if is_constrained(sites[k]) and sites[k].mode == ROLLING:
-            beyond = friction_excess(sites[k])
+            beyond = friction_excess(sites[k], sites[k].f_n, sites[k].f_t)
             if beyond > excess:
                 loosest = k
                 excess = beyond

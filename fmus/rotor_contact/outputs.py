@@ -29,13 +29,13 @@ def write_outputs(
     n, sites = w.n, w.sites
     q = x.z[:n]
     v = x.z[n : 2 * n]
-    own, head = outputs.own[0], x.head[0]
-    own.theta = head.theta
-    own.speed = Omega
-    is_free = parameters.own[0].spin.free != 0.0
-    own.drive.at_limit = 1.0 if is_free and is_beyond_limit(w.spin[0], Omega) else 0.0
-    own.solver.tolerance_missed = head.tolerance_missed
-    own.solver.method = head.method
+    scalars, head = outputs.scalars[0], x.head[0]
+    scalars.theta = head.theta
+    scalars.speed = Omega
+    is_free = parameters.scalars[0].spin.free != 0.0
+    scalars.drive.at_limit = 1.0 if is_free and is_beyond_limit(w.spin[0], Omega) else 0.0
+    scalars.solver.tolerance_missed = head.tolerance_missed
+    scalars.solver.method = head.method
     for k in range(structure.bearings.shape[0]):
         row = int(structure.bearings[k])
         outputs.displacements[2 * k] = q[row]
@@ -49,9 +49,9 @@ def write_outputs(
     for k in range(outputs.seals.shape[0]):
         seal = structure.seals.records[0, k]
         outputs.seals[k].beyond_table = 1.0 if Omega < seal.lowest or Omega > seal.highest else 0.0
-    own.contact_state = _contact_state(structure, sites)
-    mechanical = write_mechanical_energy(structure, parameters, w, x, own.energy)
-    _write_heat_and_work(energy_integrals(x.z, n), mechanical - head.initial_energy, own.energy)
+    scalars.contact_state = _contact_state(structure, sites)
+    mechanical = write_mechanical_energy(structure, parameters, w, x, scalars.energy)
+    _write_heat_and_work(energy_integrals(x.z, n), mechanical - head.initial_energy, scalars.energy)
 
 
 @kernel
@@ -131,7 +131,7 @@ def write_mechanical_energy(
     if n > structure.K.shape[0]:
         kinetic += kinetic_energy(sites, v)
         strain += strain_energy(sites, q)
-    if parameters.own[0].spin.free != 0.0:
+    if parameters.scalars[0].spin.free != 0.0:
         Omega = v[w.spin[0].row] if w.spin[0].row >= 0 else x.head[0].speed
         kinetic += 0.5 * w.spin[0].inertia * Omega * Omega + x.head[0].coupling
     energy.kinetic = kinetic

@@ -82,16 +82,16 @@ def initialise(constants: Array, parameters: Array, inputs: Array, state: Array,
         off_centre = math.hypot(sites[k].offset_x, sites[k].offset_y)
         if sites[k].enabled != 0.0 and off_centre >= sites[k].clearance:
             return FAULT_OFFSET + k
-        if sites[k].housing >= 0 and p.own[0].contact.impact_law == NODAL:
+        if sites[k].housing >= 0 and p.scalars[0].contact.impact_law == NODAL:
             return FAULT_NODAL
-        x.sites[k].temperature = p.own[0].ambient_temperature
-    Omega, theta = u.own[0].Omega, p.own[0].initial.angle
+        x.sites[k].temperature = p.scalars[0].ambient_temperature
+    Omega, theta = u.scalars[0].Omega, p.scalars[0].initial.angle
     head.theta = theta if 0.0 <= theta < TURN else theta % TURN
     motion = motion_of(structure, scratch.motion, scratch.bearings, head.theta, Omega, 0.0)
     set_bearings(p, motion)
     collect_coefficients(structure, motion)
     w = workspace_of(structure, motion, scratch, n)
-    is_free = p.own[0].spin.free != 0.0
+    is_free = p.scalars[0].spin.free != 0.0
     head.is_held, head.speed = 1.0 if is_free and spin.row < 0 else 0.0, Omega
     if is_free:
         if spin.inertia <= least_inertia(motion):
@@ -104,7 +104,7 @@ def initialise(constants: Array, parameters: Array, inputs: Array, state: Array,
     head.coupling = coupling_energy(motion, spin, head.theta, z[n : 2 * n])
     if n > structure.K.shape[0] and body_limit(sites, spin) < SHORTEST_SUBSTEP:
         return FAULT_FAST
-    if p.own[0].initial.orbit != 0.0:
+    if p.scalars[0].initial.orbit != 0.0:
         m = structure.K.shape[0]
         if not start_on_orbit(motion, scratch.orbit, z[:m], z[n : n + m]):
             return FAULT_NO_ORBIT
@@ -120,9 +120,9 @@ def initialise(constants: Array, parameters: Array, inputs: Array, state: Array,
         copy(start[: 2 * n + N_INTEGRALS], z)
         store_sites(sites, x.sites, start, n)
     head.coupling = coupling_energy(motion, spin, head.theta, z[n : 2 * n])
-    head.initial_energy = write_mechanical_energy(structure, p, w, x, y.own[0].energy)
+    head.initial_energy = write_mechanical_energy(structure, p, w, x, y.scalars[0].energy)
     write_outputs(structure, p, w, x, Omega, y)
-    y.own[0].solver.energy_missed = y.own[0].drive.at_limit = 0.0
+    y.scalars[0].solver.energy_missed = y.scalars[0].drive.at_limit = 0.0
     return 0
 
 
@@ -143,15 +143,15 @@ def step(
     """
     structure = structure_of(constants)
     p, u, y = parameters_of(parameters, structure), inputs_of(inputs, structure), outputs_of(outputs, structure)
-    solver, law = p.own[0].solver, int(p.own[0].contact.impact_law)
+    solver, law = p.scalars[0].solver, int(p.scalars[0].contact.impact_law)
     if step_size > MAX_SUBSTEPS * solver.max_substep:
         return FAULT_LONG_STEP
     x, scratch = state_of(state, structure), scratch_of(work, structure)
     head, spin = x.head[0], scratch.spin[0]
     n = _prepare(structure, parameters, inputs, scratch)
     load_sites(x.sites, scratch.sites)
-    Omega, Omega_dot = u.own[0].Omega, u.own[0].Omega_dot
-    is_held = p.own[0].spin.free != 0.0 and spin.row < 0
+    Omega, Omega_dot = u.scalars[0].Omega, u.scalars[0].Omega_dot
+    is_held = p.scalars[0].spin.free != 0.0 and spin.row < 0
     if head.is_held != 0.0 and not is_held:
         release_spin(head, x.z, n)
     if head.is_held == 0.0 and is_held:
@@ -206,10 +206,10 @@ def step(
     for k in range(scratch.sites.shape[0]):
         site, of_site = scratch.sites[k], site_integrals(z, n, k)
         site.f_n_mean = (of_site.f_n + site.impulse) / step_size
-        advance_temperature(site, x.sites[k], of_site.heat, p.own[0].ambient_temperature, step_size)
+        advance_temperature(site, x.sites[k], of_site.heat, p.scalars[0].ambient_temperature, step_size)
     write_outputs(structure, p, w, x, Omega, y)
-    error = energy_error(y.own[0].energy, head)
-    y.own[0].solver.energy_missed = 1.0 if error > 0.1 * solver.energy_limit else 0.0
+    error = energy_error(y.scalars[0].energy, head)
+    y.scalars[0].solver.energy_missed = 1.0 if error > 0.1 * solver.energy_limit else 0.0
     return FAULT_ENERGY if error > solver.energy_limit else 0
 
 

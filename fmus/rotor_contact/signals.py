@@ -30,32 +30,33 @@ N_AXIS, N_DISC, N_CORE, N_SITE_OUTPUTS = (size_of(r) for r in (AXIS_INPUTS, DISC
 
 
 class Parameters(NamedTuple):
-    """Record of type `PARAMETERS`, in an array of one, and the parameters of the sites and of the bearings.
+    """Single parameters as a record of type `PARAMETERS`, in an array of one, and those of the sites and the bearings.
 
     Site parameters are numbers, shape (n_sites, N_SITE_PARAMETERS).
     """
 
-    own: Records
+    scalars: Records
     sites: Array
     bearings: Records
 
 
 class Inputs(NamedTuple):
-    """Record of type `INPUTS`, in an array of one; records of the bearings' axes, of the discs, of the bearings' cores.
+    """Single inputs as a record of type `INPUTS`, in an array of one; records of axes, discs and cores of bearings.
 
     Axes alternate x and y of each bearing.
     """
 
-    own: Records
+    scalars: Records
     axes: Records
     discs: Records
     cores: Records
 
 
 class Outputs(NamedTuple):
-    """Record of type `OUTPUTS`, in an array of one; displacements (m) at axes and sensors; records of sites, seals."""
+    """Single outputs as a record of type `OUTPUTS`, in an array of one; displacements (m) at axes and sensors; records
+    of sites and seals."""
 
-    own: Records
+    scalars: Records
     displacements: Array
     sensors: Array
     sites: Records

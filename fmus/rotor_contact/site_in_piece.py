@@ -8,7 +8,7 @@ import numpy as np
 
 from fmi_export.jit import kernel, noinline_kernel
 from rotor_contact.enumerations import ROLLING, SLIDING
-from rotor_contact.friction import STICK_SPEED, has_friction, static_coefficient
+from rotor_contact.friction import STICK_SPEED, friction_limit, has_friction
 from rotor_contact.lobatto import LOBATTO_POINTS, LOBATTO_WEIGHTS, N_LOBATTO, greatest_of_cubic, positive_share
 from rotor_contact.path import Point, leaves_or_stays_within, share_before_touch
 from rotor_contact.site import Site
@@ -32,11 +32,10 @@ def share_in_mode(site: Site, nodes: Nodes) -> float:
     a, b, c, d = nodes[0], nodes[1], nodes[2], nodes[3]
     share = positive_share(a.f_n, b.f_n, c.f_n, d.f_n)
     if site.mode == ROLLING:
-        mu = static_coefficient(site)
+        limit_a, limit_b = friction_limit(site, a.f_n), friction_limit(site, b.f_n)
+        limit_c, limit_d = friction_limit(site, c.f_n), friction_limit(site, d.f_n)
         for s in (1.0, -1.0):
-            rest = positive_share(
-                mu * a.f_n - s * a.f_t, mu * b.f_n - s * b.f_t, mu * c.f_n - s * c.f_t, mu * d.f_n - s * d.f_t
-            )
+            rest = positive_share(limit_a - s * a.f_t, limit_b - s * b.f_t, limit_c - s * c.f_t, limit_d - s * d.f_t)
             share = min(share, rest)
     elif has_friction(site):
         s, v = site.slip_sign, STICK_SPEED

@@ -11,7 +11,7 @@ from rotor_contact.bodies import couple_spin, drive_torque, race_drag
 from rotor_contact.contact import find_multipliers, is_any_constrained, number_unknowns, put_on_circles
 from rotor_contact.dynamics import spin_coupling, unbalance_direction
 from rotor_contact.enumerations import ROLLING
-from rotor_contact.friction import static_coefficient
+from rotor_contact.friction import friction_excess
 from rotor_contact.lobatto import LOBATTO_WEIGHTS, N_LOBATTO
 from rotor_contact.node_forces import (
     columns_in_use,
@@ -89,7 +89,7 @@ def find_contact_forces(
         if is_constrained(site):
             if not site.f_n > 0.0:
                 return False
-            if site.mode == ROLLING and abs(site.f_t) > static_coefficient(site) * site.f_n:
+            if site.mode == ROLLING and friction_excess(site, site.f_n, site.f_t) > 0.0:
                 return False
     return True
 

@@ -60,7 +60,8 @@ def test_trapped_rotor_rubs_with_the_forces_of_its_only_state(rig):
     result = {contact: states_of(contact, at.R, np.zeros(2), rig.c, r) for contact in all_sets(2)}
     assert {contact: len(states.points) for contact, states in result.items()} == {(): 0, (0,): 0, (1,): 0, (0, 1): 1}
     state = result[0, 1]
-    small = Dynamics(rig.loop(rig.Omega)).about((0, 1), state.N[0], state.psi[0], rig.c, np.zeros(2))
+    none = np.zeros(2)
+    small = Dynamics(rig.loop(rig.Omega), rig.c, none, none).about((0, 1), state.N[0], state.psi[0])
     assert small.is_stable
     run = amb_cosim.run("fig5_6_pid", until=8.0, progress=False).dataset
     time = run["time"].values

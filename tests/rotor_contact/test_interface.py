@@ -59,7 +59,7 @@ def test_every_field_of_a_record_is_the_variable_of_that_name(causality, views_o
     """Views into an array whose numbers are their positions."""
     names = [v.name for v in INTERFACE.of(causality)]
     parts = views_of(np.arange(float(len(names))), structure_of(CONSTANTS))
-    claimed = dict([*fields(parts.own[0]), *repeated(parts)])
+    claimed = dict([*fields(parts.scalars[0]), *repeated(parts)])
     assert claimed == {name: i for i, name in enumerate(names) if name != "fault_code"}
 
 

@@ -14,6 +14,7 @@ from strange_machine import LEVITATION
 import amb_cosim
 from amb_analysis.linear.linearisable import of_planned
 from amb_analysis.linear.loop import Loop
+from amb_analysis.steady_contact.receptances import receptances_at
 from amb_analysis.steady_contact.rubbing_rotor import rubbing_rotor
 from amb_analysis.steady_contact.stability import Dynamics
 from amb_analysis.steady_contact.started import checkpoint_in
@@ -164,6 +165,24 @@ def test_runs_begun_in_dry_backward_whirls_stay_or_leave_at_their_rate():
                 np.testing.assert_allclose(growth_of(away[first:last], 5e-5, 0.0)[0], whirl.growth, rtol=0.01)
 
 
+def test_dry_whirl_has_the_friction_of_its_own_slip(expander):
+    """R(omega) (1 + i mu(v)) is negative real at v = Omega R_s + omega c, with Stribeck's mu(v) and its slope."""
+    scale, static, Omega = 20.0, 0.16, expander.Omega
+    law = {"rotor_contact.*.stribeck_velocity": scale, "rotor_contact.*.mu_static": static}
+    machine = rubbing_rotor(prepare(STEADY, HEAVY | law))
+    single = [whirl for whirl in whirls(machine, Omega) if len(whirl.contact) == 1 and whirl.slips]
+    assert any(whirl.frequency < 0.0 for whirl in single)
+    for whirl in single:
+        k, omega = machine.sites.index(whirl.contact[0]), whirl.frequency
+        v = Omega * machine.records[k].journal_radius + omega * machine.c[k]
+        falling = (static - 0.08) * np.exp(-((v / scale) ** 2))
+        R = receptances_at(machine.loop(Omega), omega).R[k, k] * (1.0 + 1j * (0.08 + falling))
+        assert abs(R.imag) < 1e-6 * abs(R)
+        assert R.real < 0.0
+        slope = -2.0 * v / scale**2 * falling
+        assert machine.mu_slope(Omega, omega)[k] == pytest.approx(slope, rel=1e-6, abs=1e-10)
+
+
 @pytest.mark.slow
 def test_study_tells_what_frees_the_expander_and_draws_its_map(monkeypatch, tmp_path):
     for name, few in (("SPEEDS", 6), ("AMOUNTS", 4), ("CURVE", 12), ("LEAST", 40)):
@@ -188,9 +207,10 @@ def test_asking_for_what_is_not_there_names_it():
 def test_delayed_demands_leave_the_free_loop_the_growth_of_its_poles(is_late):
     """The linear model has another realisation of the controller."""
     values = {"rolac_controller.chain.preset": "custom", "rolac_controller.chain.delay": is_late}
-    planned = plan_run(as_scenario(LEVITATION, None).machine(), {**LINEAR, **values})
-    machine, Omega = rubbing_rotor(planned), planned.speed
-    loop = Dynamics(machine.loop(Omega)).about((), np.zeros(0), np.zeros(0), machine.c, machine.mu(Omega))
+    planned = prepare(as_scenario(LEVITATION, None).machine(), {**LINEAR, **values})
+    machine, Omega = rubbing_rotor(planned), planned.plan.speed
+    friction = machine.mu(Omega), machine.mu_slope(Omega)
+    loop = Dynamics(machine.loop(Omega), machine.c, *friction).about((), np.zeros(0), np.zeros(0))
     poles = vibrations(Loop(of_planned(planned)), Omega).poles
     assert loop.growth == pytest.approx(poles.real.max(), rel=1e-6)
 

@@ -47,7 +47,8 @@ class ContactWhirl:
 
 def contact_whirls(rotor: RubbingRotor, Omega: float) -> list[ContactWhirl]:
     """Return the long-lasting whirls (1) of single sites and of pairs near a spin speed (rad/s)."""
-    frequencies, mu = np.linspace(*NEAR, POINTS) * Omega, rotor.mu(Omega)
+    frequencies = np.linspace(*NEAR, POINTS) * Omega
+    mu = np.array([rotor.mu(Omega, float(omega)) for omega in frequencies])
     R = np.array([receptances_at(rotor.loop(Omega), float(omega)).R for omega in frequencies])
     result = []
     for size in (1, 2):
@@ -55,7 +56,8 @@ def contact_whirls(rotor: RubbingRotor, Omega: float) -> list[ContactWhirl]:
             at, signs = list(contact), (1, *others)
             forces, q = pressed(R, contact, signs, rotor.c)
             apart = [k for k in range(len(rotor.c)) if k not in contact]
-            valid = (forces.real > 0.0) & (np.abs(forces.imag + mu[at] * forces.real) < MAX_FORCE_RATIO * forces.real)
+            required = np.abs(forces.imag + mu[:, at] * forces.real)
+            valid = (forces.real > 0.0) & (required < MAX_FORCE_RATIO * forces.real)
             lasts = valid.all(axis=1) & (np.abs(q[:, apart]) < rotor.c[apart]).all(axis=1)
             ends = np.flatnonzero(np.diff(np.concatenate([[False], lasts, [False]]).astype(int)))
             for first, last in zip(ends[::2], ends[1::2] - 1, strict=True):

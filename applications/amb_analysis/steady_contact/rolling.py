@@ -18,7 +18,6 @@ import numpy as np
 
 from amb_analysis.steady_contact.receptances import receptances_at
 from amb_analysis.steady_contact.rubbing_rotor import RubbingRotor
-from amb_cosim.results.component_names import PLANT
 
 ANGLES = np.linspace(0.0, 2.0 * np.pi, 36, endpoint=False)  # between two sites
 SAME = 1e-9  # largest relative difference of R_s/c of sites that roll together
@@ -47,8 +46,7 @@ class Rolling:
 
 def rolling(rotor: RubbingRotor, Omega: float) -> list[Rolling]:
     """Return the rolling states (1) of single sites and pairs at a spin speed (rad/s), for any friction."""
-    p = rotor.linear_components.parameters(PLANT)
-    ratio = np.array([p[f"{site}.journal_radius"] for site in rotor.sites]) / rotor.c
+    ratio = np.array([site.journal_radius for site in rotor.records]) / rotor.c
     result = []
     for contact in [s for size in (1, 2) for s in combinations(range(len(rotor.sites)), size)]:
         at, others = list(contact), [k for k in range(len(rotor.sites)) if k not in contact]

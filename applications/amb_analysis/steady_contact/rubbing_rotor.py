@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -14,8 +14,12 @@ from amb_cosim.results.component_names import CONTROLLER, PLANT
 from amb_cosim.scenario.plan_run import PlannedRun
 from array_types import Array
 from rotor_contact.enumerations import CONSTRAINT, LAWS
+from rotor_contact.friction import kinetic_coefficient
+from rotor_contact.signals import SITE_PARAMETERS
+from rotor_contact.site import SITE, Site
 
 ISOTROPIC = 0.01  # ratio of backward to forward motion above which a loop is reported as anisotropic
+SLIP_STEP = 1e-6  # m/s, over which the slope of friction is taken
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,6 +32,8 @@ class RubbingRotor:
         Spin speed of the run (rad/s).
     sites
         Names of the enabled sites.
+    records
+        Their records as the kernels of `rotor_contact` read them, with their parameters.
     c
         Their clearances (m), shape (n_sites,).
     unbalance
@@ -41,6 +47,7 @@ class RubbingRotor:
     linear_components: LinearSource
     Omega: float
     sites: tuple[str, ...]
+    records: tuple[Site, ...]
     c: Array
     unbalance: Complex
     places: tuple[str, ...]
@@ -60,26 +67,32 @@ class RubbingRotor:
             self._receptances[Omega] = receptances(self.loop(Omega))
         return self._receptances[Omega]
 
-    def mu(self, Omega: float) -> Array:
-        """Return the friction coefficient of a journal in synchronous whirl at Omega (rad/s), by the law of
-        `rotor_contact`.
+    def mu(self, Omega: float, whirl: float | None = None) -> Array:
+        """Return the friction coefficient mu(v) of each site by the law of `rotor_contact.friction`.
 
-        mu + (mu_s - mu) exp(-(v/v_S)^2), v = Omega (R_s + c) (`rotor_contact.friction`)
+        v = Omega R_s + omega c     (4.10) of a journal that whirls on its circle
+
+        Parameters
+        ----------
+        Omega
+            Spin speed (rad/s).
+        whirl
+            Whirl frequency omega (rad/s); the spin speed by default.
         """
-        p = self.linear_components.parameters(PLANT)
-        result = np.zeros(len(self.sites))
-        for k, site in enumerate(self.sites):
-            sliding, scale = p[f"{site}.mu"], p[f"{site}.stribeck_velocity"]
-            result[k] = sliding
-            if scale > 0.0:
-                slip = Omega * (p[f"{site}.journal_radius"] + self.c[k])
-                result[k] += max(p[f"{site}.mu_static"] - sliding, 0.0) * np.exp(-((slip / scale) ** 2))
-        return result
+        return np.array([kinetic_coefficient(site, _slip(site, Omega, whirl)) for site in self.records])
+
+    def mu_slope(self, Omega: float, whirl: float | None = None) -> Array:
+        """Return the slope d mu/d v (s/m) of that coefficient, by its central difference over `SLIP_STEP`."""
+        slopes = np.zeros(len(self.records))
+        for k, site in enumerate(self.records):
+            slip = _slip(site, Omega, whirl)
+            low, high = slip - SLIP_STEP, slip + SLIP_STEP
+            slopes[k] = (kinetic_coefficient(site, high) - kinetic_coefficient(site, low)) / (high - low)
+        return slopes
 
     def with_unbalance(self, unbalance: Complex) -> RubbingRotor:
         """Return a copy with another unbalance (kg m) at each place."""
-        values = (self.linear_components, self.Omega, self.sites, self.c, unbalance, self.places, self.notes)
-        return RubbingRotor(*values, self._loops, self._receptances)
+        return replace(self, unbalance=unbalance)
 
 
 def rubbing_rotor(planned: PlannedRun) -> RubbingRotor:
@@ -102,9 +115,23 @@ def rubbing_rotor(planned: PlannedRun) -> RubbingRotor:
     last = {**planned.plan.inputs, **{name: value for _, name, value in planned.plan.events}}
     amounts = np.array([last.get(f"{PLANT}.{place}.u", 0.0) for place in places])
     angles = np.array([last.get(f"{PLANT}.{place}.phi", 0.0) for place in places])
-    c = np.array([p[f"{site}.clearance"] for site in sites])
-    notes = _notes(p, sites) + _other_notes(last, mixing(made, planned.speed, sites))
-    return RubbingRotor(made, planned.speed, sites, c, amounts * np.exp(1j * angles), places, notes)
+    records = tuple(_record(p, site) for site in sites)
+    c = np.array([site.clearance for site in records])
+    notes = _notes(p, sites) + _other_notes(last, mixing(made, planned.plan.speed, sites))
+    return RubbingRotor(made, planned.plan.speed, sites, records, c, amounts * np.exp(1j * angles), places, notes)
+
+
+def _record(p: Mapping[str, float], name: str) -> Site:
+    """Return the record of a site with its parameters."""
+    site: Site = np.zeros(1, SITE)[0]
+    for field_name in SITE_PARAMETERS.names or ():
+        site[field_name] = p[f"{name}.{field_name}"]
+    return site
+
+
+def _slip(site: Site, Omega: float, whirl: float | None) -> float:
+    """Return the slip velocity v (m/s) of a journal that whirls on its circle."""
+    return float(Omega * site.journal_radius + (Omega if whirl is None else whirl) * site.clearance)
 
 
 def _notes(p: Mapping[str, float], sites: tuple[str, ...]) -> tuple[str, ...]:

@@ -4,11 +4,13 @@ In axes that turn with the rotor, along n and t of each site, a small motion (a,
 force -N (1 + i mu) exp(i psi) to first order. The constraint requires a = 0. With lambda for the change of N, and
 friction,
 
-    f_n = -lambda,     f_t = -mu lambda - (1 + mu^2) (N/c) b                                         (1)
+    f_n = -lambda,     f_t = -mu lambda - (1 + mu^2) (N/c) b - mu'(v) N b'                           (1)
 
-so that N on its circle is a spring of stiffness N/c, and lambda follows from a'' = 0. Motion is x' = (A - i Omega) x;
-held currents turn with -i Omega. A sample of rotor and control makes x(n+1) = M x(n), and
-s = ln(z)/T of its eigenvalues z. Exact for an isotropic loop.
+so that N on its circle is a spring of stiffness N/c, and lambda follows from a'' = 0. mu'(v) is the slope of friction
+over the slip velocity, to which b' adds: friction that falls with slip drives the swing.
+
+Motion is x' = (A - i Omega) x; held currents turn with -i Omega. A sample of rotor and control makes x(n+1) = M x(n),
+and s = ln(z)/T of its eigenvalues z. Exact for an isotropic loop.
 """
 
 from __future__ import annotations
@@ -69,9 +71,19 @@ def slowest_decay(Omega: Omegas) -> Omegas:
 class Dynamics:
     """Small motion about states of one loop; the parts common to all states are computed once."""
 
-    def __init__(self, loop: ForwardLoop, frame: float | None = None) -> None:
-        """Prepare the loop in axes that turn with `frame` (rad/s), the spin speed by default."""
-        self.loop = loop
+    def __init__(self, loop: ForwardLoop, c: Array, mu: Array, mu_slope: Array, frame: float | None = None) -> None:
+        """Prepare the loop in axes that turn with `frame` (rad/s), the spin speed by default.
+
+        Parameters
+        ----------
+        loop
+            The loop of forward motion.
+        c, mu, mu_slope
+            Clearance (m), friction coefficient (1) and its slope over the slip velocity (s/m) of each site.
+        frame
+            Whirl frequency of the states (rad/s).
+        """
+        self.loop, self.c, self.mu, self.mu_slope = loop, c, mu, mu_slope
         self.frame = loop.Omega if frame is None else frame
         plant, m = loop.plant, len(loop.sites)
         _, (scale, _) = matrix_balance(plant.A, permute=False, separate=True)
@@ -85,19 +97,19 @@ class Dynamics:
             k, back = loop.controller, np.exp(-1j * self.frame * loop.sample_time)
             self.K_A, self.K_B, self.K_C, self.K_D = _real(k.A * back), _real(k.B * back), _real(k.C), _real(k.D)
 
-    def about(self, contact: tuple[int, ...], N: Array, psi: Array, c: Array, mu: Array) -> SmallMotion:
-        """Return the vibrations about a state, with N and psi of the sites in contact, and c and mu of all sites."""
-        A, B, basis = self._held(contact, N, psi, c, mu)
+    def about(self, contact: tuple[int, ...], N: Array, psi: Array) -> SmallMotion:
+        """Return the vibrations about a state, with N (N) and psi (rad) of the sites in contact."""
+        A, B, basis = self._held(contact, N, psi)
         T = self._sample_time
         values, vectors = np.linalg.eig(A if T is None else self._sampled(A, B, basis, T))
         if T is not None:
             values = np.log(np.where(np.abs(values) > 1e-12, values, 1e-12).astype(complex)) / T
         return self._sorted(values, basis @ vectors[: basis.shape[1]])
 
-    def growth(self, contact: tuple[int, ...], N: Array, psi: Array, c: Array, mu: Array) -> float:
+    def growth(self, contact: tuple[int, ...], N: Array, psi: Array) -> float:
         """Return the largest growth rate (1/s) about a state; it takes half the time of `about`, with the same
         arguments."""
-        A, B, basis = self._held(contact, N, psi, c, mu)
+        A, B, basis = self._held(contact, N, psi)
         T = self._sample_time
         if T is None:
             return float(np.linalg.eigvals(A).real.max())
@@ -108,7 +120,7 @@ class Dynamics:
         """Time between samples (s), None without a sampled controller."""
         return None if self.loop.controller is None else self.loop.sample_time
 
-    def _held(self, contact: tuple[int, ...], N: Array, psi: Array, c: Array, mu: Array) -> tuple[Array, Array, Array]:
+    def _held(self, contact: tuple[int, ...], N: Array, psi: Array) -> tuple[Array, Array, Array]:
         """Return A and B for held currents in a basis of the motions that maintain contact, and the basis."""
         if not contact:
             return self.A, self.B_currents, np.eye(self.n)
@@ -116,8 +128,9 @@ class Dynamics:
         turn = np.exp(1j * psi)
         radial, tangential = _rows(self.C_sites[at] / turn[:, None])
         along_n, along_t = _columns(self.B_sites[:, at] * turn)
-        A = self.A - along_t @ ((1.0 + mu[at] ** 2) * N / c[at] * tangential.T).T
-        pushed = along_n + along_t * mu[at]
+        mu, damping = self.mu[at], self.mu_slope[at] * N
+        A = self.A - along_t @ ((1.0 + mu**2) * N / self.c[at] * tangential.T + damping * (tangential @ self.A).T).T
+        pushed = along_n + along_t * mu
         accelerations = radial @ A
         mobility = accelerations @ pushed
         reaction = np.eye(self.n) - pushed @ np.linalg.solve(mobility, accelerations)  # so that a'' = 0

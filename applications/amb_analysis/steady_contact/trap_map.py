@@ -177,20 +177,20 @@ def trap_map(rotor: RubbingRotor, speeds: Array, factors: Array, most: int | Non
     for Omega in speeds:
         at, mu = rotor.receptances(float(Omega)), rotor.mu(float(Omega))
         r = np.outer(factors, at.P @ rotor.unbalance * Omega**2)
-        dynamics = Dynamics(rotor.loop(float(Omega)))
+        dynamics = Dynamics(rotor.loop(float(Omega)), rotor.c, mu, rotor.mu_slope(float(Omega)))
         for k, contact in enumerate(sets):
             states = states_of(contact, at.R, mu, rotor.c, r)
-            result[k].append((states, _growth(dynamics, states, rotor.c, mu)))
+            result[k].append((states, _growth(dynamics, states)))
     joined = (_joined(contact, speeds, of) for contact, of in zip(sets, result, strict=True))
     return TrapMap(speeds, factors, tuple(joined))
 
 
-def _growth(dynamics: Dynamics, states: States, c: Array, mu: Array) -> Array:
+def _growth(dynamics: Dynamics, states: States) -> Array:
     """Return the growth rate (1/s) about each state, which all free states share."""
     n = len(states.points)
     if not states.contact:
-        return np.full(n, dynamics.growth((), np.zeros(0), np.zeros(0), c, mu) if n else np.nan)
-    return np.array([dynamics.growth(states.contact, states.N[k], states.psi[k], c, mu) for k in range(n)])
+        return np.full(n, dynamics.growth((), np.zeros(0), np.zeros(0)) if n else np.nan)
+    return np.array([dynamics.growth(states.contact, states.N[k], states.psi[k]) for k in range(n)])
 
 
 def _joined(contact: tuple[int, ...], speeds: Array, pieces: list[tuple[States, Array]]) -> StatesOfSet:
@@ -244,7 +244,7 @@ def states_at(rotor: RubbingRotor, Omega: float, injected: Complex | None = None
         Synchronous currents (A) added to those of the controller, shape (n_bearings,).
     """
     at, mu, loop = rotor.receptances(Omega), rotor.mu(Omega), rotor.loop(Omega)
-    dynamics, result = Dynamics(loop), []
+    dynamics, result = Dynamics(loop, rotor.c, mu, rotor.mu_slope(Omega)), []
     added = np.zeros(len(loop.currents), dtype=complex) if injected is None else injected
     R_i, P_i, S_i = at.currents
     force = rotor.unbalance * Omega**2
@@ -263,7 +263,7 @@ def states_at(rotor: RubbingRotor, Omega: float, injected: Complex | None = None
                     {name: float(mu[k]) * N[name] for k, name in zip(contact, names, strict=True)},
                     dict(zip(rotor.sites, map(float, np.abs(states.q[n])), strict=True)),
                     dict(zip(loop.currents, map(complex, currents), strict=True)),
-                    dynamics.about(contact, states.N[n], states.psi[n], rotor.c, mu),
+                    dynamics.about(contact, states.N[n], states.psi[n]),
                 )
             )
     return result

@@ -14,6 +14,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache, partial
 from itertools import combinations
 from typing import Annotated
 
@@ -21,10 +22,9 @@ import numpy as np
 from scipy.optimize import brentq
 
 from amb_analysis.steady_contact.forward_loop import Complex
-from amb_analysis.steady_contact.receptances import Receptances, receptances_at
+from amb_analysis.steady_contact.receptances import receptances_at
 from amb_analysis.steady_contact.rubbing_rotor import RubbingRotor
 from amb_analysis.steady_contact.stability import Dynamics
-from amb_cosim.results.component_names import PLANT
 from array_types import Array
 
 POINTS = 400  # searched frequencies, each way
@@ -70,29 +70,30 @@ def whirls(rotor: RubbingRotor, Omega: float, highest: float | None = None) -> l
         Largest searched frequency (rad/s); `REACH` times the speed by default, and at most half the sampling
         frequency.
     """
-    loop, mu, c = rotor.loop(Omega), rotor.mu(Omega), rotor.c
+    loop, c = rotor.loop(Omega), rotor.c
     nyquist = math.inf if loop.sample_time is None else 0.95 * math.pi / loop.sample_time
     reach = min(REACH * Omega if highest is None else highest, nyquist)
-    available: dict[float, Receptances] = {}
+    mu_at = cache(partial(rotor.mu, Omega))
 
+    @cache
     def R(omega: float) -> Complex:
-        if omega not in available:
-            available[omega] = receptances_at(loop, omega)
-        return available[omega].R
+        return receptances_at(loop, omega).R
 
     grid = np.geomspace(1e-3 * reach, reach, POINTS)
-    radii = [rotor.linear_components.parameters(PLANT)[f"{site}.journal_radius"] for site in rotor.sites]
+    radii = [site.journal_radius for site in rotor.records]
     result = []
     for contact in [s for size in (1, 2) for s in combinations(range(len(rotor.sites)), size)]:
         for branch in range(1 if len(contact) == 1 else 2):
             for line in (grid, -grid[::-1]):
-                for omega, forces, q in _on_branch(R, line, contact, branch, mu, c):
+                for omega, forces, q in _on_branch(R, line, contact, branch, mu_at, c):
                     others = [k for k in range(len(c)) if k not in contact]
                     if (forces > 0.0).all() and (np.abs(q[others]) < c[others]).all():
                         names = tuple(rotor.sites[k] for k in contact)
                         slips = all(Omega * radii[k] + omega * c[k] > 0.0 for k in contact)
                         psi = np.asarray(np.angle(q[list(contact)]), dtype=np.float64)
-                        small = Dynamics(loop, omega).about(contact, forces, psi, c, mu)
+                        mu = mu_at(omega)
+                        dynamics = Dynamics(loop, c, mu, rotor.mu_slope(Omega, omega), omega)
+                        small = dynamics.about(contact, forces, psi)
                         at_rest = int(np.argmin(np.hypot(small.rates, small.frequencies - omega)))
                         growth = float(np.delete(small.rates, at_rest).max(initial=-math.inf))
                         at_sites = (forces, mu[list(contact)] * forces, psi)
@@ -103,14 +104,19 @@ def whirls(rotor: RubbingRotor, Omega: float, highest: float | None = None) -> l
 
 
 def _on_branch(
-    R: Callable[[float], Complex], line: Array, contact: tuple[int, ...], branch: int, mu: Array, c: Array
+    R: Callable[[float], Complex],
+    line: Array,
+    contact: tuple[int, ...],
+    branch: int,
+    mu: Callable[[float], Array],
+    c: Array,
 ) -> list[tuple[float, Array, Complex]]:
     """Return frequency, forces and motions of all sites where the last imaginary part of (1) changes its sign."""
 
     def parts(omega: float) -> tuple[float, Complex, Complex]:
         at = list(contact)
         whole = R(omega)
-        E = np.linalg.inv(whole[np.ix_(at, at)] * (1.0 + 1j * mu[at]))
+        E = np.linalg.inv(whole[np.ix_(at, at)] * (1.0 + 1j * mu(omega)[at]))
         p: Complex = np.ones(len(at), dtype=complex)
         if len(at) == 2:
             g = E[0, 1] * c[at[1]]
@@ -133,6 +139,6 @@ def _on_branch(
             error, p, N = parts(omega)
             if math.isfinite(error) and abs(error) < 1e-6 * np.abs(N).max():
                 force = np.zeros(len(c), dtype=complex)
-                force[list(contact)] = -N.real * (1.0 + 1j * mu[list(contact)]) * p
+                force[list(contact)] = -N.real * (1.0 + 1j * mu(omega)[list(contact)]) * p
                 result.append((omega, np.asarray(N.real, dtype=np.float64), np.asarray(R(omega) @ force)))
     return result

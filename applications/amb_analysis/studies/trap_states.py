@@ -14,7 +14,8 @@ from amb_actuator.interface import DYNAMIC
 from amb_analysis.steady_contact.rolling import rolling
 from amb_analysis.steady_contact.rubbing_rotor import RubbingRotor
 from amb_analysis.steady_contact.trap_map import Regime, SolvedState
-from amb_cosim.results.component_names import ACTUATOR, CONTROLLER, PLANT
+from amb_cosim.results.component_names import ACTUATOR, CONTROLLER
+from rotor_contact.friction import friction_excess
 
 VIBRATIONS = 6  # about a state that are reported, what decays least first
 KINDS = {
@@ -167,8 +168,7 @@ def regime_of(states: tuple[SynchronousState, ...]) -> Regime:
 
 def rolling_contacts(machine: RubbingRotor, Omega: float, valid_to: float) -> tuple[RollingContact, ...]:
     """Return the possible rolling at a speed (rad/s) of a rotor model that is accurate up to a frequency (rad/s)."""
-    p = machine.linear_components.parameters(PLANT)
-    mu = {site: max(p[f"{site}.mu"], p[f"{site}.mu_static"]) for site in machine.sites}
+    records = dict(zip(machine.sites, machine.records, strict=True))
     return tuple(
         RollingContact(
             contact=result.contact,
@@ -176,7 +176,7 @@ def rolling_contacts(machine: RubbingRotor, Omega: float, valid_to: float) -> tu
             normal_forces=result.N,
             swings=result.swing,
             least_friction=result.friction,
-            possible=all(mu[site] >= result.friction for site in result.contact),
+            possible=all(friction_excess(records[site], 1.0, result.friction) <= 0.0 for site in result.contact),
             accurate=abs(result.frequency) <= valid_to,
         )
         for result in rolling(machine, Omega)

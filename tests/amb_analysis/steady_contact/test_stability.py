@@ -16,8 +16,8 @@ from amb_cosim.scenario.scenario import as_scenario
 C = np.array([CLEARANCE])
 
 
-def about(Omega, N, mu):
-    return Dynamics(jeffcott(Omega)).about((0,), np.array([N]), np.zeros(1), C, np.array([mu]))
+def about(Omega, N, mu, slope=0.0):
+    return Dynamics(jeffcott(Omega), C, np.array([mu]), np.array([slope])).about((0,), np.array([N]), np.zeros(1))
 
 
 @pytest.mark.parametrize("mu", [0.0, 0.3])
@@ -37,16 +37,31 @@ def test_journal_swings_on_its_circle_with_the_closed_forms_rates(mu, N):
         assert min(abs(abs(small.frequency - Omega) - abs(root.imag)) for root in expected) < 1e-6 * Omega
 
 
+@pytest.mark.parametrize("slope", [-0.05, 0.02])
+def test_friction_that_falls_with_slip_drives_the_swing_on_the_circle(slope):
+    """The slip grows by b', the friction mu N by mu' N b' against it:
+
+    m b'' + (d + 2 mu m Omega + mu' N) b' + (k - m Omega^2 + mu d Omega + (1 + mu^2) N/c) b = 0.
+    """
+    Omega, N, mu = 1.5 * OWN, 8000.0, 0.3
+    spring = STIFFNESS - MASS * Omega**2 + mu * DAMPING * Omega + (1.0 + mu**2) * N / CLEARANCE
+    damping = DAMPING + 2.0 * mu * MASS * Omega + slope * N
+    small = about(Omega, N, mu, slope)
+    assert small.growth == pytest.approx(np.roots([MASS, damping, spring]).real.max(), rel=1e-8)
+    assert small.is_stable == (damping > 0.0)
+
+
 @pytest.mark.parametrize("contact", [(), (0,)], ids=["free", "in contact"])
 @pytest.mark.parametrize("scenario", [None, "compressor_levitated"], ids=["continuous", "sampled"])
 def test_growth_alone_is_that_of_all_vibrations(scenario, contact):
     """Eigenvalues without their vectors, as the maps take them."""
-    loop, c, mu = jeffcott(1.5 * OWN), C, np.array([0.3])
+    dynamics = Dynamics(jeffcott(1.5 * OWN), C, np.array([0.3]), np.array([0.02]))
     if scenario is not None:
-        rotor = rubbing_rotor(plan_run(as_scenario(scenario, None)))
-        loop, c, mu = rotor.loop(rotor.Omega), rotor.c, rotor.mu(rotor.Omega)
-    state = (contact, np.full(len(contact), 30.0), np.full(len(contact), 0.4), c, mu)
-    assert Dynamics(loop).growth(*state) == pytest.approx(Dynamics(loop).about(*state).growth, rel=1e-8)
+        rotor = rubbing_rotor(prepare(as_scenario(scenario, None)))
+        friction = rotor.mu(rotor.Omega), rotor.mu_slope(rotor.Omega)
+        dynamics = Dynamics(rotor.loop(rotor.Omega), rotor.c, *friction)
+    state = (contact, np.full(len(contact), 30.0), np.full(len(contact), 0.4))
+    assert dynamics.growth(*state) == pytest.approx(dynamics.about(*state).growth, rel=1e-8)
 
 
 @pytest.mark.parametrize("mu", [0.0, 0.1])
@@ -61,7 +76,7 @@ def test_of_two_states_beside_a_free_orbit_the_harder_one_is_stable(mu):
 
 
 def test_free_rotor_has_the_vibrations_of_its_own():
-    small = Dynamics(jeffcott(0.7 * OWN)).about((), np.zeros(0), np.zeros(0), C, np.zeros(1))
+    small = Dynamics(jeffcott(0.7 * OWN), C, np.zeros(1), np.zeros(1)).about((), np.zeros(0), np.zeros(0))
     damped = np.sqrt(STIFFNESS / MASS - (DAMPING / (2.0 * MASS)) ** 2)
     np.testing.assert_allclose(small.rates, -DAMPING / (2.0 * MASS), rtol=1e-9)
     np.testing.assert_allclose(np.sort(small.frequencies), [-damped, damped], rtol=1e-9)
