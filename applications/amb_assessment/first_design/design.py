@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 from amb_analysis.machine.machine import Machine
 from amb_assessment.first_design.levitation import (
@@ -20,8 +19,9 @@ from amb_assessment.first_design.shortfalls import hindering_positions, shortfal
 from amb_assessment.first_design.sizing import SAMPLE_TIMES, MachineSizes
 from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.cosim.system.values import RPM
+from amb_cosim.scenario.scenario import Scenario
 
-START = (1.0, 1.0, 0.2)  # ratios of the gains in the files that are linearised
+START = (1.0, 1.0, 0.2)  # ratios of the gains in the scenario that is linearised
 
 
 @dataclass(frozen=True)
@@ -50,15 +50,15 @@ class Design:
         return self.levitation
 
 
-def first_design(sizes: MachineSizes, fill: Callable[[Design], Path], flavour: Flavour) -> Design:
+def first_design(sizes: MachineSizes, scenario: Callable[[Design], Scenario], flavour: Flavour) -> Design:
     """Return the design whose loop lacks least, at the first sample time that lacks nothing or at the best of all.
 
     Parameters
     ----------
     sizes
         Of the magnets.
-    fill
-        Writes the files of a machine with a controller, and returns that of the scenario.
+    scenario
+        Returns the scenario of the machine with a controller.
     flavour
         Of the FMUs to linearise.
 
@@ -71,7 +71,7 @@ def first_design(sizes: MachineSizes, fill: Callable[[Design], Path], flavour: F
     found = []
     for sample_time in SAMPLE_TIMES:
         start = pid_of(k_s, [*START[:2] * len(k_s), START[2]], sample_time)
-        designer = Designer(fill(Design(sample_time, start)), sizes, flavour)
+        designer = Designer(scenario(Design(sample_time, start)), sizes, flavour)
         pid = designer.best()
         machine = designer.machine(pid)
         levitation = levitation_of(machine.loop, sizes.speed, pid, designer.wanted)

@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import math
-import shutil
-import tempfile
-import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 from string import Template
@@ -17,12 +14,16 @@ from amb_assessment.first_design.sizing import BANDWIDTH, MachineSizes, MagnetDa
 from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.cosim.system.values import RPM
 from amb_cosim.scenario.gravity import STANDARD_GRAVITY
+from amb_cosim.scenario.scenario import Scenario, make_scenario
+from amb_files.atomic import create_atomically
+from amb_files.toml import parse_toml
 from rotor_analysis.assembly import assemble
 from rotor_analysis.damping import free_modes
 from rotor_analysis.rotor import Rotor
-from rotor_analysis.rotor_file import load_rotor
+from rotor_analysis.rotor_file import rotor_from
 
 TEMPLATES = Path(__file__).parent / "templates"
+ROTOR, LEVITATION = "rotor.toml", "levitation.toml"
 FALL = "landing.toml"  # the base scenario of those with a drop
 
 
@@ -80,51 +81,54 @@ def new_machine(
     require_name(folder.name)
     if folder.exists():
         raise ValueError(f"{folder} exists; a new machine needs a new folder")
-    with tempfile.TemporaryDirectory() as place:
-        draft = Path(place) / folder.name
-        draft.mkdir()
-        file = draft / "rotor.toml"
-        has_damping = "damping" in tomllib.loads(rotor)
-        rotor = rotor if has_damping else rotor + damping()
-        bare = _rotor_of(file, rotor)
-        if bare.bearings and bearings:
-            present = ", ".join(f"{b.name} at {bare.shaft.nodes[b.node - 1]:g} m" for b in bare.bearings)
-            raise ValueError(
-                f"bearing positions conflict with the rotor file, which has its own: {present}; omit one of the two"
-            )
-        if not bare.bearings:
-            _rotor_of(file, rotor + supports(bare, bearings))
-        sizes = machine_sizes(load_rotor(file), speed, magnet)
-        typical = machine_sizes(load_rotor(file), speed).magnet
-        points = operating_points(sizes)
+    name = f"rotor file {folder / ROTOR}"
+    has_damping = "damping" in parse_toml(rotor, name)
+    rotor = rotor if has_damping else rotor + damping()
+    bare = _rotor_of(rotor, name)
+    if bare.bearings and bearings:
+        present = ", ".join(f"{b.name} at {bare.shaft.nodes[b.node - 1]:g} m" for b in bare.bearings)
+        raise ValueError(
+            f"bearing positions conflict with the rotor file, which has its own: {present}; omit one of the two"
+        )
+    supported = bare if bare.bearings else _rotor_of(rotor + supports(bare, bearings), name)
+    sizes = machine_sizes(supported, speed, magnet)
+    points = operating_points(sizes)
 
-        def fill(design: Design) -> Path:
-            _fill(draft, _values(folder.name, sizes, points, design), bool(sizes.retainers))
-            return draft / "levitation.toml"
+    def texts(design: Design) -> dict[str, str]:
+        return _filled(_values(folder.name, sizes, points, design), bool(sizes.retainers))
 
-        design = first_design(sizes, fill, flavour)
-        if not bare.bearings:
-            _rotor_of(file, rotor + supports(bare, bearings, design.pid.k_b, design.pid.c_b))
-        fill(design)
-        folder.parent.mkdir(parents=True, exist_ok=True)
-        shutil.move(draft, folder)
+    def scenario(design: Design) -> Scenario:
+        what = f"scenario {folder / LEVITATION}"
+        return make_scenario(parse_toml(texts(design)[LEVITATION], what) | {"rotor": supported}, LEVITATION)
+
+    design = first_design(sizes, scenario, flavour)
+    if not bare.bearings:
+        rotor += supports(bare, bearings, design.pid.k_b, design.pid.c_b)
+    files = {ROTOR: rotor, **texts(design)}
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    create_atomically(folder, lambda draft: [(draft / file).write_text(t, "utf-8") for file, t in files.items()])
     assumed = {"bearings": not bare.bearings, "damping": not has_damping}
-    return NewMachine(folder, tuple(part for part, is_so in assumed.items() if is_so), sizes, typical, points, design)
+    parts = tuple(part for part, is_so in assumed.items() if is_so)
+    return NewMachine(folder, parts, sizes, machine_sizes(supported, speed).magnet, points, design)
 
 
-def _rotor_of(file: Path, text: str) -> Rotor:
-    """Write a rotor file, and return its rotor."""
-    file.write_text(text, encoding="utf-8")
-    return load_rotor(file)
+def _rotor_of(text: str, name: str) -> Rotor:
+    """Return the rotor that a text describes."""
+    return rotor_from(parse_toml(text, name), name)
 
 
-def _fill(folder: Path, values: dict[str, str], falls: bool) -> None:
-    """Write the templates with values; without retainers none that a fall is in, nor a line that names one of these."""
+def _filled(values: dict[str, str], falls: bool) -> dict[str, str]:
+    """Return the templates with values, by file name.
+
+    Without retainers those of a fall are missing, as are lines that name one of them.
+    """
     texts = {file.name: file.read_text(encoding="utf-8") for file in sorted(TEMPLATES.iterdir())}
     omitted = set() if falls else {name for name, text in texts.items() if name == FALL or f'base = "{FALL}"' in text}
-    for name in texts.keys() - omitted:
+    result = {}
+    for name in sorted(texts.keys() - omitted):
         lines = (line for line in texts[name].splitlines(True) if not any(file in line for file in omitted))
-        (folder / name).write_text(Template("".join(lines)).substitute(values), encoding="utf-8")
+        result[name] = Template("".join(lines)).substitute(values)
+    return result
 
 
 def _of_magnets(sizes: MachineSizes) -> str:

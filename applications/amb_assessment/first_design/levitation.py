@@ -19,7 +19,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
-from pathlib import Path
 from typing import Annotated, NamedTuple
 
 import numpy as np
@@ -37,8 +36,8 @@ from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.cosim.system.values import RPM
 from amb_cosim.design.magnetic_bearing import axis_parameters, linearisation, static_current_for
 from amb_cosim.results.component_names import CONTROLLER
+from amb_cosim.scenario.scenario import Scenario
 from amb_cosim.scenario.plan_run import plan_run
-from amb_cosim.scenario.scenario import load_scenario
 from array_types import Array
 from rotor_analysis.rotor import Rotor
 
@@ -228,19 +227,19 @@ class _End(NamedTuple):
 
 
 class Designer:
-    """Designs the PID of a machine whose files exist, with any gains.
+    """Designs the PID of a machine.
 
     Parameters
     ----------
     scenario
-        File of the scenario.
+        Scenario of the machine, with any gains.
     sizes
         Of the magnets.
     flavour
         Of the FMUs to linearise.
     """
 
-    def __init__(self, scenario: Path, sizes: MachineSizes, flavour: Flavour) -> None:
+    def __init__(self, scenario: Scenario, sizes: MachineSizes, flavour: Flavour) -> None:
         self._scenario, self._flavour, self.speed = scenario, flavour, sizes.speed
         self._k_s = {bearing: point.k_s for bearing, point in operating_points(sizes).items()}
         self.wanted = wanted_ratios(sizes.rotor)
@@ -252,9 +251,7 @@ class Designer:
     def machine(self, pid: Pid | None = None) -> Machine:
         """Return the machine, with other gains if any."""
         values = {} if pid is None else {f"{CONTROLLER}.{name}": value for name, value in pid.parameters.items()}
-        return Machine(
-            plan_run(load_scenario(str(self._scenario)).machine(), values, options=RunOptions(flavour=self._flavour))
-        )
+        return Machine(plan_run(self._scenario.machine(), values, options=RunOptions(flavour=self._flavour)))
 
     def best(self) -> Pid:
         """Return the best PID, or the first with all that is wanted."""

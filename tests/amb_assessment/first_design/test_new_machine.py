@@ -12,8 +12,10 @@ from strange_machine import ROTOR as EXPANDER
 import amb_cosim
 from amb_analysis import studies
 from amb_assessment.assessment.machine_file import load_machine
+from amb_assessment.first_design import files
+from amb_assessment.first_design.design import Design
 from amb_assessment.first_design.files import TEMPLATES, new_machine
-from amb_assessment.first_design.levitation import operating_points
+from amb_assessment.first_design.levitation import operating_points, pid_of
 from amb_assessment.first_design.rotor_text import plain_shaft, supports
 from amb_assessment.first_design.sizing import CAPACITY, MagnetData, machine_sizes
 from amb_cosim.commands.cli import main
@@ -35,6 +37,22 @@ def shaft_of(name):
     """Rotor file of a machine's plain shaft, and its speed."""
     mass, length, rpm = MACHINES[name]
     return plain_shaft(name, mass, length, rpm * RPM), rpm * RPM
+
+
+def test_a_machine_is_designed_before_its_files_exist(tmp_path, monkeypatch):
+    """The design has the rotor with its bearings as such, and a machine that cannot be designed leaves no file."""
+    designed = []
+
+    def refuse(sizes, scenario, flavour):
+        k_s = {bearing: point.k_s for bearing, point in operating_points(sizes).items()}
+        designed.append(scenario(Design(1e-4, pid_of(k_s, [1.0, 1.0] * len(k_s) + [0.2], 1e-4))).rotor)
+        raise ValueError("no gains")
+
+    monkeypatch.setattr(files, "first_design", refuse)
+    with pytest.raises(ValueError, match="no gains"):
+        new_machine(tmp_path / "fans" / "fan", *shaft_of("pump"))
+    assert [bearing.name for bearing in designed[0].bearings] == ["left", "right"]
+    assert not any(tmp_path.iterdir())
 
 
 def sizes_of(tmp_path, name, bearings=None):

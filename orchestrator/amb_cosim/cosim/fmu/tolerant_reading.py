@@ -9,14 +9,14 @@ defined are ignored.
 from __future__ import annotations
 
 import re
+import zipfile
 from collections import Counter
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
 import fmpy
-
-from amb_files.temporary_folders import temporary_folder
 
 DESCRIPTION = "modelDescription.xml"
 PARAMETERS = ("parameter", "calculatedParameter")
@@ -56,8 +56,7 @@ def _identifier_fault(description: Any) -> tuple[str, ...]:
 
 def _read_corrected(file: Path) -> Any:
     """Return a description of FMI 2.0 with a variability for its parameters, and without undefined types."""
-    tree = ElementTree.parse(file)
-    root = tree.getroot()
+    root = ElementTree.parse(file).getroot()
     types = {definition.get("name") for definition in root.iterfind("TypeDefinitions/*")}
     for variable in root.iterfind("ModelVariables/ScalarVariable"):
         if variable.get("causality") in PARAMETERS and variable.get("variability", "continuous") == "continuous":
@@ -65,9 +64,10 @@ def _read_corrected(file: Path) -> Any:
         for kind in variable:
             if kind.get("declaredType", "") not in {"", *types}:
                 del kind.attrib["declaredType"]
-    with temporary_folder() as folder:
-        tree.write(folder / DESCRIPTION)
-        return fmpy.read_model_description(str(folder / DESCRIPTION), validate=False)
+    with BytesIO() as memory:  # FMPy reads the description of an archive, or of a file
+        with zipfile.ZipFile(memory, "w") as archive:
+            archive.writestr(DESCRIPTION, ElementTree.tostring(root, encoding="utf-8"))
+        return fmpy.read_model_description(memory, validate=False)
 
 
 def _check_usable(description: Any) -> None:

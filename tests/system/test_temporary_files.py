@@ -1,0 +1,31 @@
+"""Production code passes values as objects; temporary files are for other programs, archives and atomic writing."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+FOLDERS = ("applications", "fmus", "libraries", "orchestrator", "packs")
+ALLOWED = {
+    "libraries/amb_files/temporary_folders.py": "makes them",
+    "libraries/amb_files/atomic.py": "a file appears complete or not at all",
+    "libraries/amb_files/user_cache.py": "a cache where the user's folder cannot be written",
+    "libraries/amb_files/array_files.py": "a process of its own reads .mat files, which may crash it",
+    "libraries/fmi_export/building/experiment.py": "FMPy simulates an FMU",
+    "libraries/fmi_export/building/native/compiler.py": "zig compiles sources",
+    "libraries/fmi_export/building/native/lowering.py": "numba compiles in a process of its own",
+    "libraries/fmi_export/building/python_fmu.py": "PythonFMU packs a folder",
+    "orchestrator/amb_cosim/cosim/basics/cache.py": "FMUs are unpacked for the dynamic loader",
+    "orchestrator/amb_cosim/cosim/ssp/archive.py": "FMUs are built, then packed",
+    "orchestrator/amb_cosim/export/build.py": "FMUs are built, then moved",
+    "applications/amb_sweeps/store.py": "a group of a store appears complete or not at all",
+    "applications/amb_sweeps/robustness.py": "processes of a sweep read an identified table",
+}
+
+
+def test_temporary_files_are_for_other_programs_and_archives():
+    uses = re.compile(r"\btempfile\b|\bmkdtemp\b|\btemporary_folder\b")
+    files = [file for folder in FOLDERS for file in (ROOT / folder).rglob("*.py")]
+    using = {f.relative_to(ROOT).as_posix() for f in files if uses.search(f.read_text(encoding="utf-8"))}
+    assert using == set(ALLOWED)
