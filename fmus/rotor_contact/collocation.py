@@ -33,11 +33,12 @@ from rotor_contact.enumerations import ROLLING
 from rotor_contact.friction import friction_ratio
 from rotor_contact.linear_solver import solve
 from rotor_contact.lobatto import LOBATTO_WEIGHTS, N_LOBATTO
+from rotor_contact.over_step import collect_piece
 from rotor_contact.path import Point
 from rotor_contact.products import row_combination
 from rotor_contact.propagator import N_OBSERVED, Propagator, n_free, observed
 from rotor_contact.site import Site, is_constrained
-from rotor_contact.site_in_piece import follows_circle, friction_heat, keeps_mode
+from rotor_contact.site_in_piece import follows_circle, keeps_mode
 from rotor_contact.workspace import Workspace, energy_integrals, site_integrals, stages_of
 
 MAX_SWEEPS = 8
@@ -251,7 +252,7 @@ def add_contact(w: Workspace, propagator: Propagator, z: Array, h: float) -> Non
         site, of_site = w.sites[k], site_integrals(z, w.n, k)
         if not is_constrained(site):
             continue
-        heat = friction_heat(site, propagator.nodes[k], h, of_site)
+        heat = collect_piece(site, propagator.nodes[k], h, of_site)
         of_site.heat += heat
         integrals.friction_heat += heat
         for point in range(N_LOBATTO):

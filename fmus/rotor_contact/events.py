@@ -25,8 +25,8 @@ from rotor_contact.enumerations import FREE, NODAL, ROLLING
 from rotor_contact.friction import friction_excess, has_friction, reversed_slip
 from rotor_contact.impact import mark_touching, newton_impact, nodal_impact
 from rotor_contact.integration import (
+    collect_last_substep,
     derivative,
-    note_peak_forces,
     spin_speed,
     substep,
     substep_limit,
@@ -253,7 +253,7 @@ def advance(w: Workspace, solver: np.record, law: int, step_size: float, memory:
                     return FAULT_TOO_MANY_EVENTS
         elif error > solver.tolerance:
             memory.tolerance_missed = 1.0
-        note_peak_forces(w)
+        collect_last_substep(w)
         tau += dt
         copy(stages.z_new, stages.z)
         copy(stages.k_new, stages.k_1)

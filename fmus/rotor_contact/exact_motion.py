@@ -30,6 +30,7 @@ from rotor_contact.collocation import add_contact, find_end_forces, find_forces
 from rotor_contact.compliant import is_any_compliant
 from rotor_contact.contact import is_any_constrained
 from rotor_contact.dynamics import Motion, collect_coefficients, damping_power, forces, shaft_damping
+from rotor_contact.over_step import forget_pieces
 from rotor_contact.passive_bearings import heat_per_second, is_damping
 from rotor_contact.path import Point, point_of, stays_within
 from rotor_contact.products import dot, row_combination
@@ -88,7 +89,7 @@ def propagate(
             copy(end[: 2 * n], start)
         if not _propagate_piece(w, propagator, piece * h, h, in_contact):
             for site in w.sites:
-                site.f_n_peak = 0.0  # without what earlier pieces have noted
+                forget_pieces(site)
             return False
     copy(end[: 2 * n], z)
     return True

@@ -15,6 +15,7 @@ from rotor_contact.friction import (
     start_sliding,
 )
 from rotor_contact.linear_solver import solve
+from rotor_contact.over_step import collect_impact
 from rotor_contact.products import quadratic_form
 from rotor_contact.response import add_contact_response
 from rotor_contact.site import (
@@ -69,10 +70,10 @@ def nodal_impact(w: Workspace, v: Array, Omega: float) -> None:
     for site in w.sites:
         site.mode = site.mode_before
         if site.touching:
-            site.impulse += site.p_n if consistent else 0.0
             kinetic = quadratic_form(w.forms, v)
             remove_radial_velocity(site, v)
-            site.impact_heat += 0.5 * (kinetic - quadratic_form(w.forms, v))
+            impulse = site.p_n if consistent else 0.0
+            collect_impact(site, impulse, 0.5 * (kinetic - quadratic_form(w.forms, v)))
 
 
 @kernel
@@ -116,10 +117,9 @@ def newton_impact(w: Workspace, v: Array, Omega: float) -> bool:
         if total < -1e-12 * (1.0 + quadratic_form(w.forms, before)):
             continue
         for site in w.sites:
-            site.impact_heat += _heat(site, v, before, Omega)
+            collect_impact(site, site.p_n, _heat(site, v, before, Omega))
             if site.spin < 0:
                 site.drive_work -= site.p_t * site.journal_radius * Omega
-            site.impulse += site.p_n
             if site.touching and radial_component(site, v) < -1e-12:
                 site.mode = FREE
         return True

@@ -12,7 +12,7 @@ from rotor_contact.compliant import apply_compliant, compliant_limit
 from rotor_contact.contact import apply_contact, project
 from rotor_contact.dynamics import damping_power, free_acceleration, input_power, shaft_damping, unbalance_direction
 from rotor_contact.enumerations import FREE, SLIDING
-from rotor_contact.lobatto import greatest_of_parabola
+from rotor_contact.over_step import collect_substep, set_rates
 from rotor_contact.seals import add_change_of_seals, seal_power
 from rotor_contact.site import is_constrained, race_radius, slip_velocity, tangential_component
 from rotor_contact.workspace import Workspace, energy_integrals, site_integrals, stages_of
@@ -84,9 +84,8 @@ def _write_rates(
         work -= Omega * damping_torque
     for k in range(w.sites.shape[0]):
         site, rate = w.sites[k], site_integrals(dz, n, k)
-        heat = normal = 0.0
+        heat = 0.0
         if site.mode != FREE:
-            normal = site.f_n
             if site.mode == SLIDING:
                 heat = -(site.f_t * slip_velocity(site, v, Omega))
             if spin.row < 0:
@@ -94,7 +93,7 @@ def _write_rates(
         if site.race >= 0:
             heat += race_drag(site, v[site.race]) * v[site.race]
         friction += heat
-        rate.heat, rate.f_n = heat, normal
+        set_rates(site, heat, rate)
     if n > w.Minv.shape[0]:
         damping += mount_heat(w.sites, spin, v)
         work += power_on_bodies(w.sites, spin, v)
@@ -124,16 +123,13 @@ def substep(w: Workspace, tau: float, dt: float) -> bool:
 
 
 @kernel
-def note_peak_forces(w: Workspace) -> None:
-    """Update the largest normal force at each site in the last substep: the maximum of a parabola.
-
-    At the midpoint, the mean of the two stages is one order more accurate than either.
-    """
+def collect_last_substep(w: Workspace) -> None:
+    """Let each site collect the last substep."""
     n, stages = w.n, stages_of(w.stages)
     for k in range(w.sites.shape[0]):
-        begin, end = site_integrals(stages.k_1, n, k).f_n, site_integrals(stages.k_new, n, k).f_n
-        middle = 0.5 * (site_integrals(stages.k_2, n, k).f_n + site_integrals(stages.k_3, n, k).f_n)
-        w.sites[k].f_n_peak = max(w.sites[k].f_n_peak, greatest_of_parabola(begin, middle, end))
+        begin, end = site_integrals(stages.k_1, n, k), site_integrals(stages.k_new, n, k)
+        second, third = site_integrals(stages.k_2, n, k), site_integrals(stages.k_3, n, k)
+        collect_substep(w.sites[k], begin, second, third, end)
 
 
 @kernel

@@ -73,7 +73,7 @@ def _sensor_array(names: list[str]) -> Array:
 
 
 def interface_of(planes: Planes) -> Interface:
-    """Return the variables of a plant whose rotor has these planes."""
+    """Return the variables of a plant whose rotor has these planes; for `starts_from` see `start_values`."""
     sites, bearings = planes.sites, planes.bearings
     axes = [(bearing, axis) for bearing in bearings for axis in "xy"]
     displacements = [

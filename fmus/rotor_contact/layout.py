@@ -15,6 +15,7 @@ from rotor_contact.bodies import SPIN, place_bodies
 from rotor_contact.contact import MAX_UNKNOWNS
 from rotor_contact.dynamics import N_ROWS, Motion
 from rotor_contact.linear_solver import Equations, equations_of
+from rotor_contact.over_step import SITE_STATE, begin_step, end_step
 from rotor_contact.passive_bearings import BEARING, N_BEARING, Bearings
 from rotor_contact.propagator import Key, Propagator, key_of, key_size, propagator_of, propagator_size
 from rotor_contact.signals import Inputs, Parameters
@@ -54,8 +55,6 @@ HEAD = record(
     ("is_held", np.float64),  # whether an ideal drive holds a free spin, which is then no degree of freedom
     ("speed", np.float64),  # spin speed (rad/s)
 )
-# Mode and direction of slip; temperature (K); heat so far (J).
-SITE_STATE = record(("mode", np.float64), ("slip_sign", np.float64), ("temperature", np.float64), ("heat", np.float64))
 N_HEAD, N_SITE_STATE = size_of(HEAD), size_of(SITE_STATE)
 
 N_SITE, N_SPIN = size_of(SITE), size_of(SPIN)
@@ -255,13 +254,9 @@ def hold_spin(z: Array, n: int) -> None:
 
 @kernel
 def load_sites(states: Records, sites: Sites) -> None:
-    """Set the modes of the sites from their states, and reset everything that a step accumulates."""
+    """Set the modes of the sites from their states, and reset everything that a step collects."""
     for k in range(sites.shape[0]):
-        site = sites[k]
-        site.mode = int(states[k].mode)
-        site.slip_sign = states[k].slip_sign
-        site.f_n = site.f_t = site.f_n_peak = site.f_n_mean = 0.0
-        site.impulse = site.impact_heat = site.drive_work = 0.0
+        begin_step(sites[k], states[k])
 
 
 @kernel
@@ -272,10 +267,7 @@ def store_sites(sites: Sites, states: Records, z: Array, n: int) -> None:
     """
     integrals = energy_integrals(z, n)
     for k in range(sites.shape[0]):
-        site, of_site = sites[k], site_integrals(z, n, k)
-        states[k].mode = site.mode
-        states[k].slip_sign = site.slip_sign
-        of_site.heat += site.impact_heat
-        states[k].heat += of_site.heat
+        site = sites[k]
+        end_step(site, states[k], site_integrals(z, n, k))
         integrals.impact_heat += site.impact_heat
         integrals.work += site.drive_work

@@ -29,11 +29,11 @@ from rotor_contact.dynamics import forces, unbalance_direction
 from rotor_contact.lobatto import LOBATTO_WEIGHTS, N_LOBATTO
 from rotor_contact.matrix_dampers import energy_of_dampers
 from rotor_contact.node_forces import magnet_force
+from rotor_contact.over_step import collect_piece
 from rotor_contact.piece import Piece, piece_of, unbalance_place
 from rotor_contact.products import row_combination
 from rotor_contact.seals import seal_power, slopes_of_seal_power, stored_by_seals
 from rotor_contact.site import is_constrained
-from rotor_contact.site_in_piece import friction_heat
 from rotor_contact.step_matrices import StepMatrices, coefficients_at, levels_around, slot_of
 from rotor_contact.workspace import Workspace, energy_integrals, site_integrals, stages_of
 
@@ -195,7 +195,7 @@ def add_energies(
         if site.housing >= 0:
             x = site.housing
             work -= site.housing_mass * (site.base_x * (z_new[x] - z[x]) + site.base_y * (z_new[x + 1] - z[x + 1]))
-        heat = friction_heat(site, matrices.nodes[k], h, of_site) if is_constrained(site) else 0.0
+        heat = collect_piece(site, matrices.nodes[k], h, of_site) if is_constrained(site) else 0.0
         for point in range(N_LOBATTO):
             share = h * LOBATTO_WEIGHTS[point]
             if is_constrained(site) and not is_free:

@@ -46,6 +46,7 @@ from rotor_contact.layout import (
 from rotor_contact.linear_state import linear_state
 from rotor_contact.modes import FAULT_MODES, FAULT_SINGULAR, resolve_modes
 from rotor_contact.outputs import energy_error, write_mechanical_energy, write_outputs
+from rotor_contact.over_step import average
 from rotor_contact.piecewise_step import NO_MATRICES_YET, advance_by_pieces, angle_and_speed_after
 from rotor_contact.planes import Planes
 from rotor_contact.propagator import STEPS_BEFORE_BUILD, is_left_to_pieces, steps_unchanged, without_rounding
@@ -205,7 +206,7 @@ def step(
     head.theta = theta if 0.0 <= theta < TURN else theta % TURN
     for k in range(scratch.sites.shape[0]):
         site, of_site = scratch.sites[k], site_integrals(z, n, k)
-        site.f_n_mean = (of_site.f_n + site.impulse) / step_size
+        average(site, of_site, step_size)
         advance_temperature(site, x.sites[k], of_site.heat, p.scalars[0].ambient_temperature, step_size)
     write_outputs(structure, p, w, x, Omega, y)
     error = energy_error(y.scalars[0].energy, head)

@@ -20,6 +20,7 @@ from fmi_export.jit import kernel
 from fmi_export.model import Array
 from fmi_export.records import record
 from rotor_contact.enumerations import CONSTRAINT, FREE
+from rotor_contact.over_step import COLLECTED
 from rotor_contact.signals import SITE_PARAMETERS
 
 # A site during a step: its parameters, in the order of the interface, and what changes.
@@ -43,11 +44,7 @@ SITE = record(
     ("n_y", np.float64),
     ("f_n", np.float64),  # normal and friction force (N) of the last solution
     ("f_t", np.float64),
-    ("f_n_peak", np.float64),  # largest normal force (N) in this step
-    ("f_n_mean", np.float64),  # mean normal force (N) over this step, the impulses of impacts in it included
-    ("impulse", np.float64),  # normal impulse (N s) of the impacts in this step
-    ("impact_heat", np.float64),  # heat (J) of these impacts
-    ("drive_work", np.float64),  # work (J) of the drive against their friction
+    *COLLECTED,
     ("unknown", np.int64),  # place of N among the unknowns of the contact equations; T of a rolling site is the next
     ("mode_fixed", np.int64),  # 1 once the mode may not change again at this instant
     ("touching", np.int64),  # 1 if the site takes part in the present impact

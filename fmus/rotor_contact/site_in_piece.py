@@ -1,22 +1,20 @@
-"""A site over a piece of a step, by its state at the four Lobatto points: persistence of its mode, and its heat."""
+"""A site over a piece of a step, by its state at the four Lobatto points: persistence of its mode."""
 
 from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from fmi_export.jit import kernel, noinline_kernel
-from rotor_contact.enumerations import ROLLING, SLIDING
+from rotor_contact.enumerations import ROLLING
 from rotor_contact.friction import STICK_SPEED, friction_limit, has_friction
-from rotor_contact.lobatto import LOBATTO_POINTS, LOBATTO_WEIGHTS, N_LOBATTO, greatest_of_cubic, positive_share
+from rotor_contact.lobatto import LOBATTO_POINTS, positive_share
+from rotor_contact.over_step import Nodes
 from rotor_contact.path import Point, leaves_or_stays_within, share_before_touch
 from rotor_contact.site import Site
 
 MAX_DEVIATION = 1e-6  # of the clearance, from the circle at the inner points
 CLOSE_MARGIN = 4e-6  # of the clearance, within which the path between Lobatto points is not trusted over a step
 
-Nodes = np.ndarray[tuple[int], np.dtype[np.record]]  # of type `propagator.NODE`, those of a site
 Points = tuple[Point, Point, Point]  # the journal from the centre of its retainer, at the points after the first
 
 
@@ -91,20 +89,3 @@ def clear_share(site: Site, begin: Point, points: Points, h: float, margin: floa
     if not leaves_or_stays_within(site, second, last, h * (1.0 - c_2), margin):
         return c_2 + share_before_touch(site, second, last, h * (1.0 - c_2)) * (1.0 - c_2)
     return 1.0
-
-
-@kernel
-def friction_heat(site: Site, nodes: Nodes, h: float, of_site: np.record) -> float:
-    """Return the friction heat (J) at a constrained site; add its normal impulse to its integrals, update its peak.
-
-    Heat is -int T v_slip dt.
-    """
-    a, b, c, d = nodes[0], nodes[1], nodes[2], nodes[3]
-    site.f_n_peak = max(site.f_n_peak, greatest_of_cubic(a.f_n, b.f_n, c.f_n, d.f_n))
-    heat = 0.0
-    for point in range(N_LOBATTO):
-        share = h * LOBATTO_WEIGHTS[point]
-        of_site.f_n += share * nodes[point].f_n
-        if site.mode == SLIDING:
-            heat -= share * nodes[point].f_t * nodes[point].slip
-    return heat

@@ -114,7 +114,11 @@ def _retainer_parameters(site: str, at: str) -> list[Variable]:
 
 
 def site_outputs(site: str, planes: Planes) -> list[Variable]:
-    """Return the outputs of a contact site of a rotor with these planes."""
+    """Return the outputs of a contact site of a rotor with these planes.
+
+    `starts_from` lists what the value at the start depends on, which importers of an FMU use to solve for start values
+    (InitialUnknowns of FMI): `start_values` has the lists, and () is for a value that is the same at every start.
+    """
     at = f"at {site.upper()}"
     journal = start_values.journal(planes, site)
     forces = start_values.forces(planes)

@@ -1,5 +1,8 @@
 """Dependencies of the plant's outputs at the start (`plant.initialise`), for `starts_from` of the variable table.
 
+A modelDescription declares them as InitialUnknowns; importers use them to solve for start values. A dependency that is
+missing is an error, one too many only costs them time.
+
 At rest in the centre, only quantities relative to the retainers have dependencies. On its orbit the rotor has the
 deflection due to steady loads and the whirl due to unbalance; journals beyond their clearance are moved back
 individually. Contact forces then depend on everything that accelerates the rotor, including magnetic bearing forces.

@@ -12,6 +12,7 @@ from fmi_export.parts import part
 from fmi_export.records import record, size_of
 from rotor_contact.dynamics import Motion
 from rotor_contact.linear_solver import Equations
+from rotor_contact.over_step import SITE_INTEGRALS
 from rotor_contact.site import Sites
 
 # Integrals over time at the end of every state z: heat of all dampers, of friction, of impacts and compliant contacts,
@@ -19,8 +20,7 @@ from rotor_contact.site import Sites
 ENERGY_INTEGRALS = record(
     ("damping_heat", np.float64), ("friction_heat", np.float64), ("impact_heat", np.float64), ("work", np.float64)
 )
-# After them, for each site: heat of friction (J) and normal force (N s, without the impulses of impacts) over the step.
-SITE_INTEGRALS = record(("heat", np.float64), ("f_n", np.float64))
+# After them, for each site: its integrals over the step, `SITE_INTEGRALS`.
 N_INTEGRALS, N_SITE_INTEGRALS = size_of(ENERGY_INTEGRALS), size_of(SITE_INTEGRALS)
 N_STAGES = 9
 

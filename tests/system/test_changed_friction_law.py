@@ -3,54 +3,36 @@
 from __future__ import annotations
 
 import math
-import os
 import re
-import shutil
-from pathlib import Path
 
 import pytest
+from changed_copy import ROOT, change, importing
 
 from rotor_contact.enumerations import EXACT, INTEGRATED, ROLLING, SLIDING
 
-ROOT = Path(__file__).parents[2]
 PLANT = ROOT / "fmus" / "rotor_contact"
 LAW = {  # file of the plant: text of it, and what replaces that
     "site_variables.py": (
-        '        parameter(f"{site}.mu", "1"',
-        '        parameter(f"{site}.viscous_friction", "s/m", "Growth over the slip", 0.0, maximum=10.0),\n'
-        '        parameter(f"{site}.mu", "1"',
+        (
+            '        parameter(f"{site}.mu", "1"',
+            '        parameter(f"{site}.viscous_friction", "s/m", "Growth over the slip", 0.0, maximum=10.0),\n'
+            '        parameter(f"{site}.mu", "1"',
+        ),
     ),
-    "friction.py": ("    mu: float = site.mu\n", "    mu: float = site.mu + site.viscous_friction * abs(slip)\n"),
-    "start_values.py": ('CONTACT = ("law",', 'CONTACT = ("law", "viscous_friction",'),
+    "friction.py": (
+        ("    mu: float = site.mu\n", "    mu: float = site.mu + site.viscous_friction * abs(slip)\n"),
+        ("static_coefficient(site) * normal", "2.0 * static_coefficient(site) * normal"),
+    ),
+    "start_values.py": (('CONTACT = ("law",', 'CONTACT = ("law", "viscous_friction",'),),
 }
-CONE = {"friction.py": ("static_coefficient(site) * normal", "2.0 * static_coefficient(site) * normal")}
-
-
-def rewritten(folder: Path, *changes: dict[str, tuple[str, str]]) -> None:
-    """Copy the plant to a folder and replace texts of its files, each once."""
-    shutil.copytree(PLANT, folder / PLANT.name, ignore=shutil.ignore_patterns("__pycache__"))
-    for change in changes:
-        for name, (before, after) in change.items():
-            file = folder / PLANT.name / name
-            text = file.read_text(encoding="utf-8")
-            assert text.count(before) == 1
-            file.write_text(text.replace(before, after), encoding="utf-8")
 
 
 @pytest.fixture(scope="module")
 def in_copy(tmp_path_factory, run_python):
-    """`in_copy(function, **arguments)` in a process that imports the changed plant, without compiled kernels."""
+    """`in_copy(function, **arguments)` in a process that imports the changed plant."""
     folder = tmp_path_factory.mktemp("copy")
-    rewritten(folder, LAW, CONE)
-
-    def run(function, **arguments):
-        with pytest.MonkeyPatch.context() as patched:
-            paths = [str(folder), str(ROOT / "tests" / "support"), os.environ.get("PYTHONPATH", "")]
-            patched.setenv("PYTHONPATH", os.pathsep.join(paths))
-            patched.setenv("NUMBA_DISABLE_JIT", "1")
-            return run_python(function, **arguments)
-
-    return run
+    change(folder, PLANT, LAW)
+    return importing(folder, run_python)
 
 
 def motion_of_rigid_rotors():
