@@ -34,7 +34,10 @@ def described_as_integers(fmus: dict[str, str]) -> dict[str, str]:
 
     from fmi_export.building.integers import with_integers
 
-    return {name: str(with_integers(Path(path), Path(f"{name}.fmu").absolute())) for name, path in fmus.items()}
+    copies = {name: Path(f"{name}.fmu").absolute() for name in fmus}
+    for name, copy in copies.items():
+        copy.write_bytes(with_integers(Path(fmus[name]).read_bytes()))
+    return {name: str(copy) for name, copy in copies.items()}
 
 
 def with_libcosim(

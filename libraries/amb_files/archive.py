@@ -6,6 +6,7 @@ import errno
 import zipfile
 import zlib
 from collections.abc import Mapping
+from io import BytesIO
 from pathlib import Path, PurePosixPath
 
 from amb_files.atomic import write_atomically
@@ -18,21 +19,24 @@ ENCRYPTED = 1  # in the flags of an entry
 OF_THE_DISK = (errno.ENOSPC, errno.EDQUOT, errno.EACCES, errno.EROFS, errno.EIO)  # errors unrelated to archives
 
 
-def write_archive(target: Path, content: Mapping[str, bytes]) -> Path:
-    """Write `content` (by name) to a zip file atomically, and return its path.
+def archive_of(content: Mapping[str, bytes]) -> bytes:
+    """Return a zip archive of `content` (by name).
 
     FMUs in it are already compressed, and stored unchanged.
     """
+    memory = BytesIO()
+    with zipfile.ZipFile(memory, "w") as whole:
+        for name in sorted(content):
+            entry = zipfile.ZipInfo(name, NO_TIME)
+            entry.compress_type = zipfile.ZIP_STORED if name.endswith(".fmu") else zipfile.ZIP_DEFLATED
+            entry.create_system, entry.external_attr = 3, 0o100644 << 16
+            whole.writestr(entry, content[name], compresslevel=6)
+    return memory.getvalue()
 
-    def archive(path: Path) -> None:
-        with zipfile.ZipFile(path, "w") as whole:
-            for name in sorted(content):
-                entry = zipfile.ZipInfo(name, NO_TIME)
-                entry.compress_type = zipfile.ZIP_STORED if name.endswith(".fmu") else zipfile.ZIP_DEFLATED
-                entry.create_system, entry.external_attr = 3, 0o100644 << 16
-                whole.writestr(entry, content[name], compresslevel=6)
 
-    write_atomically(target, archive)
+def write_archive(target: Path, archive: bytes) -> Path:
+    """Write an archive to a file atomically, and return its path."""
+    write_atomically(target, lambda path: path.write_bytes(archive))
     return target
 
 

@@ -12,7 +12,7 @@ from slow import slow_but_first
 from amb_cosim.cosim.fmu import fmus
 from amb_cosim.cosim.system.assembly import assemble
 from amb_cosim.cosim.system.system import Component, System
-from amb_files.archive import write_archive
+from amb_files.archive import archive_of, write_archive
 from tests.support.messages import raises_naming
 
 LIBRARY = f"binaries/{fmpy.platform}/Mass{fmpy.sharedLibraryExtension}"
@@ -84,14 +84,14 @@ def test_an_archive_that_unpacks_to_too_much_is_refused(whole, tmp_path):
 
 
 def test_an_entry_outside_of_the_archive_is_refused(whole, tmp_path):
-    path = write_archive(tmp_path / "mass.fmu", entries(whole) | {"../elsewhere": b""})
+    path = write_archive(tmp_path / "mass.fmu", archive_of(entries(whole) | {"../elsewhere": b""}))
     with raises_naming(ValueError, "../elsewhere"):
         assembled(path)
 
 
 def test_entries_that_occur_twice_are_read_if_they_are_equal(whole, tmp_path):
     """As those in `extra` of Roberts.fmu, one of the Reference-FMUs."""
-    path = write_archive(tmp_path / "mass.fmu", entries(whole) | {"extra/note": b"same"})
+    path = write_archive(tmp_path / "mass.fmu", archive_of(entries(whole) | {"extra/note": b"same"}))
     for content, added in ((b"same", "read"), (b"other", "refused")):
         with zipfile.ZipFile(path, "a") as archive, pytest.warns(UserWarning, match="Duplicate name"):
             archive.writestr("extra/note", content)
@@ -117,7 +117,7 @@ def test_an_fmu_with_damaged_content_is_refused_before_it_is_loaded(whole, tmp_p
         before = content.pop(name)
         if change is not None:
             content[name] = change(before)
-    path = write_archive(tmp_path / "mass.fmu", content)
+    path = write_archive(tmp_path / "mass.fmu", archive_of(content))
     with raises_naming(ValueError, *facts) as error:
         assembled(path)
     assert str(error.value).startswith(f"mass: {path}")

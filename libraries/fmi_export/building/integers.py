@@ -3,29 +3,23 @@
 from __future__ import annotations
 
 import zipfile
-from functools import partial
-from pathlib import Path
+from io import BytesIO
 from xml.etree import ElementTree
-
-from amb_files.atomic import write_atomically
 
 DESCRIPTION = "modelDescription.xml"
 
 
-def with_integers(fmu: Path, target: Path) -> Path:
-    """Write a copy of an FMI 2.0 FMU whose Enumerations are described as Integers, and return its path.
+def with_integers(fmu: bytes) -> bytes:
+    """Return an FMI 2.0 FMU whose Enumerations are described as Integers.
 
     Everything else is unchanged: values are set and read by the same functions.
     """
-    write_atomically(target, partial(_copy, fmu))
-    return target
-
-
-def _copy(fmu: Path, target: Path) -> None:
-    with zipfile.ZipFile(fmu) as values, zipfile.ZipFile(target, "w", zipfile.ZIP_DEFLATED) as copy:
+    memory = BytesIO()
+    with zipfile.ZipFile(BytesIO(fmu)) as values, zipfile.ZipFile(memory, "w", zipfile.ZIP_DEFLATED) as copy:
         for entry in values.infolist():
             content = values.read(entry)
             copy.writestr(entry, _described_as_integers(content) if entry.filename == DESCRIPTION else content)
+    return memory.getvalue()
 
 
 def _described_as_integers(description: bytes) -> bytes:

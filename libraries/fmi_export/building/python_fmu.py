@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 from pythonfmu.builder import FmuBuilder
 
-from amb_files.archive import write_archive
+from amb_files.archive import archive_of, write_archive
 from amb_files.temporary_folders import temporary_folder
 from fmi_export import amb_cosim_bootstrap as bootstrap
 from fmi_export.building.description import model_description, xml_file
@@ -30,7 +30,17 @@ from fmi_export.model import Array, Model
 
 
 def build_python_fmu(model: Model, constants: Array, folder: Path, platforms: Iterable[str] | None = None) -> Path:
-    """Write `<model.name>.fmu` into `folder` atomically, and return its path.
+    """Write `python_fmu(model, constants, platforms)` to `<model.name>.fmu` in `folder` atomically; return its path.
+
+    The folder is created if it is missing.
+    """
+    fmu = python_fmu(model, constants, platforms)
+    folder.mkdir(parents=True, exist_ok=True)
+    return write_archive(folder / f"{model.name}.fmu", fmu)
+
+
+def python_fmu(model: Model, constants: Array, platforms: Iterable[str] | None = None) -> bytes:
+    """Return an FMU that PythonFMU runs.
 
     Parameters
     ----------
@@ -38,8 +48,6 @@ def build_python_fmu(model: Model, constants: Array, folder: Path, platforms: It
         The model to export.
     constants
         Its constants, flat float64.
-    folder
-        Folder for the FMU, created if it is missing.
     platforms
         FMI names of the platforms that it runs on, or `all`; this machine's by default; see `guard.libraries`.
 
@@ -62,8 +70,7 @@ def build_python_fmu(model: Model, constants: Array, folder: Path, platforms: It
     content["resources/model.bin"] = _data(model, constants, guid)
     content |= linear_state_file(model, constants) | experiment_files(model, constants)
     content["resources/python.txt"] = "\n".join(_this_python()).encode()
-    folder.mkdir(parents=True, exist_ok=True)
-    return write_archive(folder / f"{model.name}.fmu", content)
+    return archive_of(content)
 
 
 def python_guid(model: Model, constants: Array) -> str:

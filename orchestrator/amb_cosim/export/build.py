@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Iterable
-from functools import partial
 from pathlib import Path
 
 from amb_cosim.cosim.basics.build_target import BuildTarget
@@ -14,8 +12,7 @@ from amb_cosim.export.models import MODELS
 from amb_cosim.export.planned import plan_models
 from amb_cosim.scenario.rotors import RotorSource
 from amb_cosim.scenario.scenario import Scenario
-from amb_files.atomic import write_atomically
-from amb_files.temporary_folders import temporary_folder
+from amb_files.archive import write_archive
 
 
 def build(
@@ -83,10 +80,6 @@ def _build_planned(
     planned = plan_models(scenario, rotor, receptances)
     starts = planned.plan.start_values()
     models = {name: (with_starts(model, starts[name]), constants) for name, (model, constants) in planned.made.items()}
-    with temporary_folder() as temporary:
-        built = {name: target.build(model, constants, temporary / name) for name, (model, constants) in models.items()}
-        folder.mkdir(parents=True, exist_ok=True)
-        paths = {name: folder / f"{name}.fmu" for name in built}
-        for name, path in paths.items():
-            write_atomically(path, partial(shutil.copyfile, built[name]))
-    return list(paths.values())
+    fmus = {name: target.fmu(model, constants) for name, (model, constants) in models.items()}
+    folder.mkdir(parents=True, exist_ok=True)
+    return [write_archive(folder / f"{name}.fmu", fmu) for name, fmu in fmus.items()]

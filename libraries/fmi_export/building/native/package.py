@@ -6,9 +6,9 @@ import importlib.metadata
 import json
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
-from amb_files.archive import write_archive
+from amb_files.archive import archive_of, write_archive
 from fmi_export.building.arrays import without_arrays
 from fmi_export.building.description import model_description, xml_file
 from fmi_export.building.description3 import NOTES, model_description3, variable_notes
@@ -27,16 +27,25 @@ Fmi = Literal[2, 3]  # version
 ICON, ICON3 = "model.png", "terminalsAndIcons/icon.png"  # where importers look for it, in FMI 3.0 the latter
 
 
-def build_native_fmu(
+def build_native_fmu(model: Model, constants: Array, folder: Path, *options: Any, **named: Any) -> Path:
+    """Write `native_fmu(model, constants, ...)` to `<model.name>.fmu` in `folder` atomically, and return its path.
+
+    The folder is created if it is missing; for the options see `native_fmu`.
+    """
+    fmu = native_fmu(model, constants, *options, **named)
+    folder.mkdir(parents=True, exist_ok=True)
+    return write_archive(folder / f"{model.name}.fmu", fmu)
+
+
+def native_fmu(
     model: Model,
     constants: Array,
-    folder: Path,
     platforms: Iterable[str] | None = None,
     fmi: Fmi = 2,
     arrays: bool = True,
     sources: bool = False,
-) -> Path:
-    """Write `<model.name>.fmu` into `folder` atomically, and return its path.
+) -> bytes:
+    """Return a native FMU.
 
     Parameters
     ----------
@@ -44,8 +53,6 @@ def build_native_fmu(
         The model to export.
     constants
         Its constants, flat float64.
-    folder
-        Folder for the FMU, created if it is missing.
     platforms
         FMI names of the platforms, or `all`; default: this machine's. See `compiler.TARGETS`.
     fmi
@@ -81,8 +88,7 @@ def build_native_fmu(
         content |= {NOTES: variable_notes(model.interface), TERMINALS: terminals(model.interface)}
     content |= linear_state_file(model, constants)
     content |= experiment_files(model, constants, by_slot=fmi == 3)
-    folder.mkdir(parents=True, exist_ok=True)
-    return write_archive(folder / f"{model.name}.fmu", content)
+    return archive_of(content)
 
 
 def native_guid(model: Model, constants: Array, fmi: Fmi = 2) -> str:

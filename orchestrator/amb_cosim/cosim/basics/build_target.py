@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from amb_cosim.cosim.basics.choices import Flavour, Fmi
+from amb_files.archive import write_archive
 from array_types import Array
 
 if TYPE_CHECKING:
@@ -40,15 +41,21 @@ class BuildTarget:
         if self.flavour == "python" and self.sources:
             raise ValueError("--sources requires native FMUs; those of flavour python contain their Python code")
 
+    def fmu(self, model: Model, constants: Array) -> bytes:
+        """Return the FMU of a model with its constants."""
+        if self.flavour == "python":
+            from fmi_export.building.python_fmu import python_fmu
+
+            return python_fmu(model, constants, self.platforms)
+        from fmi_export.building.native.package import native_fmu
+
+        return native_fmu(model, constants, self.platforms, self.fmi, self.arrays, self.sources)
+
     def build(self, model: Model, constants: Array, folder: Path) -> Path:
         """Write the FMU of a model with its constants into `folder` and return its path."""
-        if self.flavour == "python":
-            from fmi_export.building.python_fmu import build_python_fmu
-
-            return build_python_fmu(model, constants, folder, self.platforms)
-        from fmi_export.building.native.package import build_native_fmu
-
-        return build_native_fmu(model, constants, folder, self.platforms, self.fmi, self.arrays, self.sources)
+        fmu = self.fmu(model, constants)
+        folder.mkdir(parents=True, exist_ok=True)
+        return write_archive(folder / f"{model.name}.fmu", fmu)
 
     def guid(self, model: Model, constants: Array) -> str:
         """Return the identifier of this FMU, which changes with everything that it is made from."""

@@ -138,14 +138,8 @@ def build_models(
     return [target.build(model, constants, folder) for model, constants in made]
 
 
-def build_with_starts(
-    name: str,
-    folder: Path,
-    target: BuildTarget,
-    starts: Mapping[str, float],
-    **options: Any,
-) -> Path:
-    """Write the FMU of a model whose parameters and inputs have these start values into `folder`; return its path.
+def fmu_with_starts(name: str, target: BuildTarget, starts: Mapping[str, float], **options: Any) -> bytes:
+    """Return the FMU of a model whose parameters and inputs have these start values.
 
     Raises
     ------
@@ -155,7 +149,7 @@ def build_with_starts(
     from fmi_export.model import with_starts
 
     model, constants = model_source(name, **options)
-    return target.build(with_starts(model, starts), constants, folder)
+    return target.fmu(with_starts(model, starts), constants)
 
 
 def provide(fmu: str, flavour: Flavour = "native", **options: Any) -> Fmu:

@@ -9,14 +9,13 @@ from typing import Any
 
 from amb_cosim.cosim.basics.build_target import BuildTarget
 from amb_cosim.cosim.fmu.fmu_interface import FmuInterface
-from amb_cosim.cosim.fmu.fmus import build_with_starts, is_model
+from amb_cosim.cosim.fmu.fmus import fmu_with_starts, is_model
 from amb_cosim.cosim.ssp.experiment_file import EXPERIMENT, NOTES, experiment_table, notes
 from amb_cosim.cosim.ssp.parameter_values import parameter_set
 from amb_cosim.cosim.ssp.structure import Described, system_structure
 from amb_cosim.cosim.system.assembly import Assembly
 from amb_cosim.cosim.system.experiment import Plan
-from amb_files.archive import write_archive
-from amb_files.temporary_folders import temporary_folder
+from amb_files.archive import archive_of, write_archive
 from fmi_export.building.integers import with_integers
 
 STRUCTURE = "SystemStructure.ssd"
@@ -72,16 +71,14 @@ def export_ssp(
     content = {STRUCTURE: system_structure(run), EXPERIMENT: experiment_table(run)}
     for component, place in run.bindings.items():
         content[place] = parameter_set(component, starts[component], run.interfaces[component].ports)
-    with temporary_folder() as folder:
-        for c in system.components:
-            fmu = assembly.fmus[c.name].path
-            if is_model(c.fmu):
-                fmu = build_with_starts(c.fmu, folder, target, starts[c.name], **options)
-            if integers:
-                fmu = with_integers(fmu, folder / f"{c.name} with Integers.fmu")
-            content[run.sources[c.name]] = fmu.read_bytes()
+    for c in system.components:
+        if is_model(c.fmu):
+            fmu = fmu_with_starts(c.fmu, target, starts[c.name], **options)
+        else:
+            fmu = assembly.fmus[c.name].path.read_bytes()
+        content[run.sources[c.name]] = with_integers(fmu) if integers else fmu
     content[NOTES] = notes(run, baked=all(is_model(c.fmu) for c in system.components))
-    return write_archive(path, content)
+    return write_archive(path, archive_of(content))
 
 
 def _numbered(interface: FmuInterface) -> FmuInterface:
