@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 
 import numpy as np
 
@@ -10,6 +11,9 @@ from amb_files.checks import require
 from array_types import Array, Complex
 from rotor_analysis.assembly import Matrices
 from rotor_analysis.supported_rotor import SupportedRotor
+
+Stiffness = Callable[[float], Complex]
+"""Dynamic stiffness (N/m) over the spin speed (rad/s)."""
 
 
 def dynamic_stiffness(model: Matrices, Omega: float, omega: float | None = None) -> Complex:
@@ -59,13 +63,48 @@ def unbalance_response(
     ValueError
         If a node does not exist, a value is not finite, or an undamped rotor is run at its critical speed.
     """
-    out = rotor_model.displacement_of(nodes)
-    excitation = unbalance_vector(rotor_model, unbalance)
-    amplitudes = np.empty((len(speeds), len(nodes), 2), dtype=np.complex128)
-    for k, Omega in enumerate(speeds):
+    stiffness = partial(dynamic_stiffness, rotor_model.model)
+    return np.asarray(synchronous_motion(rotor_model, stiffness, [unbalance], speeds, nodes)[:, 0])
+
+
+def synchronous_motion(
+    rotor_model: SupportedRotor,
+    stiffness: Stiffness,
+    cases: Sequence[Mapping[int, complex]],
+    speeds: Array,
+    nodes: tuple[int, ...],
+) -> Complex:
+    """Return X and Y (m) at nodes under several cases of unbalance, shape (speeds, cases, nodes, 2), complex.
+
+    stiffness(Omega) Q = Omega^2 (u, -i u)
+
+    Parameters
+    ----------
+    rotor_model, speeds, nodes
+        As for `unbalance_response`.
+    stiffness
+        Dynamic stiffness of the rotor in all that supports it, in the coordinates of `rotor_model`.
+    cases
+        Unbalance (kg m) by node, of each case.
+
+    Raises
+    ------
+    ValueError
+        As `unbalance_response`.
+    """
+    displayed = rotor_model.displacement_of(nodes)
+    loads = np.stack([unbalance_vector(rotor_model, case) for case in cases], axis=1)
+    result = np.empty((len(speeds), len(cases), len(nodes), 2), dtype=np.complex128)
+    for k, Omega in enumerate(map(float, speeds)):
         require(bool(np.isfinite(Omega)), "Omega", f"{Omega} rad/s", "finite")
-        amplitudes[k] = (out @ steady_state(rotor_model.model, float(Omega), excitation)).reshape(-1, 2)
-    return amplitudes
+        try:
+            motion = displayed @ np.linalg.solve(stiffness(Omega), Omega**2 * loads)
+        except np.linalg.LinAlgError as error:
+            raise ValueError(
+                f"Omega = {Omega} rad/s is a critical speed of an undamped rotor: no steady state"
+            ) from error
+        result[k] = motion.T.reshape(len(cases), -1, 2)
+    return result
 
 
 def unbalance_vector(rotor_model: SupportedRotor, unbalance: Mapping[int, complex]) -> Complex:
@@ -74,15 +113,6 @@ def unbalance_vector(rotor_model: SupportedRotor, unbalance: Mapping[int, comple
         require(bool(np.isfinite(u)), f"unbalance at node {node}", f"{u} kg m", "finite")
     components = np.array([component for u in unbalance.values() for component in (u, -1j * u)], dtype=np.complex128)
     return np.asarray(rotor_model.force_at(tuple(unbalance)) @ components)
-
-
-def steady_state(model: Matrices, Omega: float, unbalance: Complex) -> Complex:
-    """Return the complex amplitude (m) of the model's coordinates under the force Omega^2 `unbalance` exp(i theta)."""
-    stiffness = dynamic_stiffness(model, Omega)
-    try:
-        return np.asarray(np.linalg.solve(stiffness, Omega**2 * unbalance))
-    except np.linalg.LinAlgError as error:
-        raise ValueError(f"Omega = {Omega} rad/s is a critical speed of an undamped rotor: no steady state") from error
 
 
 def orbit(amplitudes: Complex) -> tuple[Array, Array, Array]:

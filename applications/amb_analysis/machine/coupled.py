@@ -10,12 +10,12 @@ import numpy as np
 from amb_analysis.linear.components import LinearComponent
 from amb_analysis.linear.linearisable import LinearSource
 from amb_analysis.linear.loop import Loop
-from amb_analysis.machine.coefficients import SupportCoefficients
 from amb_analysis.machine.machine import Machine
 from amb_cosim.controllers.laws import Law
 from amb_cosim.results.component_names import ACTUATOR, PLANT
 from array_types import Array
 from rotor_analysis.assembly import with_bearings
+from rotor_analysis.parts import Bearing
 from rotor_analysis.reduced_rotor import reduced_rotor
 
 
@@ -46,7 +46,7 @@ class CoupledMachine(LinearSource):
     """
 
     machine: Machine = field(kw_only=True)
-    others: tuple[SupportCoefficients, ...] = field(default=(), kw_only=True)
+    others: tuple[Bearing, ...] = field(default=(), kw_only=True)
     variation: MachineVariation = field(default=NOMINAL, kw_only=True)
 
     def parts(self, names: Sequence[str]) -> list[LinearComponent]:
@@ -90,9 +90,7 @@ class CoupledMachine(LinearSource):
         return Law(law.A, law.B, C, D, law.sample_time)
 
 
-def coupled_loop(
-    machine: Machine, others: tuple[SupportCoefficients, ...] = (), variation: MachineVariation = NOMINAL
-) -> Loop:
+def coupled_loop(machine: Machine, others: tuple[Bearing, ...] = (), variation: MachineVariation = NOMINAL) -> Loop:
     """Return the sampled loop of a machine with seals and stages, and with factors on its constants."""
     made = machine.linear_components
     retained = {f.name: getattr(made, f.name) for f in fields(LinearSource) if f.init}

@@ -20,7 +20,7 @@ import numpy as np
 from amb_analysis.machine.channels import Place, node_rows
 from amb_analysis.machine.feedback import component_outputs, force_feeds
 from amb_analysis.machine.machine import Machine
-from amb_cosim.results.component_names import ACTUATOR, PLANT
+from amb_cosim.results.component_names import ACTUATOR
 from array_types import Array, Complex
 from rotor_analysis.harmonic import harmonic_model
 from rotor_analysis.parts import Bearing
@@ -58,12 +58,7 @@ class Structure:
             return ()
         if self.machine is None:
             return (*self.rotor.bearings, *self.rotor.seals)
-        local = self.machine.parameters[PLANT]
-        passive = []
-        for bearing in self.rotor.bearings:
-            k, c = (local.get(f"{bearing.name}.{name}", 0.0) for name in ("k_b", "c_b"))
-            passive.append(Bearing(bearing.name, bearing.node, ((k, 0.0), (0.0, k)), ((c, 0.0), (0.0, c))))
-        return (*passive, *self.rotor.seals)
+        return (*self.machine.passive_bearings, *self.rotor.seals)
 
 
 def frequency_response(

@@ -20,6 +20,7 @@ from amb_files.suggestions import suggest
 from array_types import Array
 from rolac_controller.control_loop import ControlLoop
 from rotor_analysis.assembly import Matrices, assemble
+from rotor_analysis.parts import Bearing
 from rotor_analysis.reduction import craig_bampton
 from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import load_rotor
@@ -78,6 +79,15 @@ class Machine:
         nodes = {*self.rotor.part_nodes, 1, count}
         condensed = craig_bampton(self.free, tuple(sorted(nodes)), min(MODES, 2 * count - len(nodes)))
         return SupportedRotor(self.rotor, self.free, condensed)
+
+    @cached_property
+    def passive_bearings(self) -> tuple[Bearing, ...]:
+        """Stiffness and damping `k_b` and `c_b` of the plant at its bearings."""
+        local, result = self.parameters[PLANT], []
+        for bearing in self.rotor.bearings:
+            k, c = (local.get(f"{bearing.name}.{name}", 0.0) for name in ("k_b", "c_b"))
+            result.append(Bearing(bearing.name, bearing.node, ((k, 0.0), (0.0, k)), ((c, 0.0), (0.0, c))))
+        return tuple(result)
 
     @cached_property
     def z(self) -> Array:

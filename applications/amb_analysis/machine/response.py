@@ -1,4 +1,4 @@
-"""Synchronous response of a rotor in its bearings, peaks of it, and their amplification.
+"""Synchronous response of a rotor in its bearings.
 
     [-Omega^2 M + i Omega (C + Omega G) + K - F(i Omega)] Q = Omega^2 (u, -i u)                   (1)
 
@@ -8,60 +8,28 @@ supports it.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
 
 import numpy as np
-from scipy.interpolate import BarycentricInterpolator
-from scipy.optimize import brentq
 
-from amb_analysis.machine.coefficients import SupportCoefficients
 from amb_analysis.machine.feedback import bearing_forces
 from amb_analysis.machine.machine import Machine
-from amb_cosim.results.component_names import PLANT
 from array_types import Array, Complex
 from rotor_analysis.assembly import Matrices, with_bearings
-from rotor_analysis.refinement import about_resonances, refined, vertex
+from rotor_analysis.parts import Bearing
+from rotor_analysis.refinement import about_resonances, refined
 from rotor_analysis.resonances import resonances
-from rotor_analysis.response import dynamic_stiffness, orbit, unbalance_vector
-
-UNDAMPED = 1e6  # amplification from which rounding is all that limits a peak
+from rotor_analysis.response import Stiffness, dynamic_stiffness, orbit, synchronous_motion
 
 
-@dataclass(frozen=True)
-class Peak:
-    """A critical speed of a response.
-
-    Omega, amplitude
-        Speed (rad/s) and amplitude at the peak.
-    amplification
-        AF = Omega/(Omega_2 - Omega_1), the speeds where the amplitude is 1/sqrt(2) of the peak.
-    from_single_side
-        Whether only one of these speeds was found, and the width is twice the distance to it.
-    """
-
-    Omega: float
-    amplitude: float
-    amplification: float
-    from_single_side: bool = False
-
-
-def passive(machine: Machine, Omega: float, others: tuple[SupportCoefficients, ...] = ()) -> Matrices:
+def passive(machine: Machine, Omega: float, others: tuple[Bearing, ...] = ()) -> Matrices:
     """Return the condensed rotor with its seals, passive bearings and other coefficients, at a spin speed (rad/s)."""
-    model, local = with_bearings(machine.free_rotor.model, machine.rotor.seals).at(Omega), machine.parameters[PLANT]
-    for bearing in machine.rotor.bearings:
-        k, c = (local.get(f"{bearing.name}.{name}", 0.0) for name in ("k_b", "c_b"))
-        model = model.with_bearing(bearing.node, k * np.eye(2), c * np.eye(2))
-    for item in others:
-        model = item.added_to(model, Omega)
-    return model
+    sealed = with_bearings(machine.free_rotor.model, machine.rotor.seals).at(Omega)
+    return with_bearings(sealed, (*machine.passive_bearings, *others)).at(Omega)
 
 
 def synchronous_response(
-    machine: Machine,
-    speeds: Array,
-    cases: Sequence[Mapping[int, complex]],
-    others: tuple[SupportCoefficients, ...] = (),
+    machine: Machine, speeds: Array, cases: Sequence[Mapping[int, complex]], others: tuple[Bearing, ...] = ()
 ) -> Complex:
     """Return the displacements (m) of all nodes at speeds (rad/s) under unbalance, shape (speeds, cases, nodes, 2).
 
@@ -74,16 +42,10 @@ def synchronous_response(
     cases
         Unbalance (kg m) by node, of each case.
     others
-        Seals and stages.
+        Stages.
     """
     rotor = machine.free_rotor
-    displayed, stiffness = rotor.displacement_of(rotor.nodes), _at_speeds(machine, others)
-    loads = np.stack([unbalance_vector(rotor, case) for case in cases], axis=1)
-    result = np.empty((len(speeds), len(cases), len(machine.z), 2), dtype=np.complex128)
-    for k, Omega in enumerate(map(float, speeds)):
-        motion = displayed @ np.linalg.solve(stiffness(Omega), Omega**2 * loads)
-        result[k] = motion.T.reshape(len(cases), -1, 2)
-    return result
+    return synchronous_motion(rotor, stiffness_of(machine, others), cases, speeds, rotor.nodes)
 
 
 def refined_response(
@@ -91,7 +53,7 @@ def refined_response(
     speeds: Array,
     cases: Sequence[Mapping[int, complex]],
     nodes: Sequence[int],
-    others: tuple[SupportCoefficients, ...] = (),
+    others: tuple[Bearing, ...] = (),
 ) -> tuple[Array, Complex]:
     """Return speeds (rad/s), closer about critical speeds and maxima, and the `synchronous_response` at these.
 
@@ -106,20 +68,13 @@ def refined_response(
     """
     return refined(
         lambda more: synchronous_response(machine, more, cases, others),
-        about_resonances(speeds, machine_resonances(machine, speeds, others)),
+        about_resonances(speeds, resonances(stiffness_of(machine, others), speeds)),
         lambda motion: orbit(motion[:, :, [node - 1 for node in nodes]])[0],
     )
 
 
-def machine_resonances(
-    machine: Machine, speeds: Array, others: tuple[SupportCoefficients, ...] = ()
-) -> list[tuple[float, float]]:
-    """Return the critical speeds of a machine between the ends of some speeds, and their half widths (rad/s)."""
-    return resonances(_at_speeds(machine, others), speeds)
-
-
-def _at_speeds(machine: Machine, others: tuple[SupportCoefficients, ...]) -> Callable[[float], Complex]:
-    """Return the function of the dynamic stiffness of (1) over the speed, in the coordinates of the condensed rotor."""
+def stiffness_of(machine: Machine, others: tuple[Bearing, ...] = ()) -> Stiffness:
+    """Return the dynamic stiffness of (1) over the spin speed (rad/s), in the coordinates of the condensed rotor."""
     nodes = tuple(sorted(machine.free_rotor.model.translations))
     held = np.ix_(*2 * [machine.free_rotor.model.rows(nodes)])
     retained = np.ix_(*2 * [[2 * (node - 1) + k for node in nodes for k in (0, 1)]])
@@ -130,76 +85,3 @@ def _at_speeds(machine: Machine, others: tuple[SupportCoefficients, ...]) -> Cal
         return result
 
     return stiffness
-
-
-def peaks_of(speeds: Array, amplitudes: Array) -> list[Peak]:
-    """Return the peaks of a response, with their amplification by the half-power width.
-
-    A maximum is not a peak if the amplitude falls to 1/sqrt(2) on neither side before it rises higher. Between samples
-    the inverse square of the amplitude is interpolated, which near a resonance is a parabola.
-
-    Parameters
-    ----------
-    speeds
-        Ascending (rad/s), shape (n,), close about each peak (`refined_response`).
-    amplitudes
-        Amplitudes there, shape (n,).
-    """
-    result = []
-    for k in np.flatnonzero((amplitudes[1:-1] >= amplitudes[:-2]) & (amplitudes[1:-1] > amplitudes[2:])) + 1:
-        with np.errstate(divide="ignore"):
-            compliance = (amplitudes[k] / amplitudes) ** 2
-        Omega, lowest = (float(of) for of in vertex(speeds[k - 1 : k + 2], compliance[k - 1 : k + 2])[:2])
-        if not 0.9 < lowest <= 1.0:  # samples that do not resolve the peak
-            Omega, lowest = float(speeds[k]), 1.0
-        before = _crossing(speeds[k::-1], compliance[k::-1], 2.0 * lowest, lowest)
-        after = _crossing(speeds[k:], compliance[k:], 2.0 * lowest, lowest)
-        if before is not None or after is not None:
-            result.append(_peak(Omega, float(amplitudes[k] / np.sqrt(lowest)), before, after))
-    return result
-
-
-def highest_peaks(speeds: Array, curves: Mapping[str, Array]) -> list[tuple[str, Peak]]:
-    """Return the peaks of the amplitudes at several places, ascending, with the place where each is highest.
-
-    Peaks of two places within half of the half-power width are one.
-    """
-    found = [(name, peak) for name, amplitudes in curves.items() for peak in peaks_of(speeds, amplitudes)]
-    groups: list[list[tuple[str, Peak]]] = []
-    for name, peak in sorted(found, key=lambda item: item[1].Omega):
-        width = peak.Omega * max(0.5 / peak.amplification, 1.0 / UNDAMPED)
-        if groups and peak.Omega - groups[-1][-1][1].Omega <= width:
-            groups[-1].append((name, peak))
-        else:
-            groups.append([(name, peak)])
-    return [max(group, key=lambda item: item[1].amplitude) for group in groups]
-
-
-def _crossing(speeds: Array, values: Array, level: float, lowest: float) -> float | None:
-    """Return the speed at which values rise to a level, from the first on; None if they fall below the lowest first."""
-    beyond = np.flatnonzero(values >= level)
-    if not len(beyond) or values[: beyond[0]].min() < lowest * (1.0 - 1e-6):
-        return None
-    n = int(beyond[0])
-    near = [k for k in range(n - 2, n + 2) if 0 <= k < len(values) and np.isfinite(values[k])]
-    if n not in near:
-        return float(speeds[n])
-    through = BarycentricInterpolator(speeds[near], values[near] - level)
-    low, high = sorted((float(speeds[n - 1]), float(speeds[n])))
-    return float(brentq(through, low, high))
-
-
-def _peak(Omega: float, height: float, before: float | None, after: float | None) -> Peak:
-    if before is not None and after is not None:
-        return Peak(Omega, height, Omega / (after - before))
-    (end,) = (item for item in (before, after) if item is not None)
-    return Peak(Omega, height, Omega / (2.0 * abs(Omega - end)), from_single_side=True)
-
-
-def separation_margin(Omega: float, lowest: float, highest: float) -> float:
-    """Return the distance (%) of a critical speed from the operating speeds, over the nearer end; negative within."""
-    if Omega < lowest:
-        return 100.0 * (lowest - Omega) / lowest
-    if Omega > highest:
-        return 100.0 * (Omega - highest) / highest
-    return -100.0 * min((Omega - lowest) / lowest, (highest - Omega) / highest)

@@ -11,13 +11,13 @@ import numpy as np
 
 from amb_analysis.studies.coefficient_limits import EXTRAPOLATED, Limits, is_extrapolated, limit_notes, limits_of
 from amb_analysis.studies.inputs import Number, spin_speeds
-from amb_analysis.studies.mode_kinds import kind_of
 from amb_analysis.studies.result import DrawnResult, StudyResult
 from amb_cosim.presentation.json_data import JsonKey, Layout
 from amb_cosim.presentation.text_tables import TextBlock, labelled_table, text_table
 from amb_files.checks import require
 from array_types import Array, Complex
 from rotor_analysis.assembly import Matrices
+from rotor_analysis.mode_kinds import kind_of
 from rotor_analysis.modes import Mode, Whirl, overdamped_modes, translations
 from rotor_analysis.modes import modes as modes_of
 from rotor_analysis.rotor import Rotor

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from amb_analysis.machine.machine import Machine, machine_of
-from amb_analysis.machine.response import highest_peaks, refined_response, separation_margin
+from amb_analysis.machine.response import refined_response
 from amb_analysis.studies.coefficient_limits import Limits, is_extrapolated, limits_of
 from amb_analysis.studies.inputs import DEFAULT_RANGE, Number, controlled, node_numbers, positive, speed_range
 from amb_analysis.studies.unbalance_records import CriticalResponse, PlacedUnbalance, PlaceResponse, UnbalanceResponse
@@ -26,6 +26,7 @@ from amb_cosim.scenario.plan_run import plan_run
 from amb_cosim.scenario.scenario import Scenario
 from amb_files.suggestions import suggest
 from array_types import Array, Complex
+from rotor_analysis.peaks import highest_peaks, separation_margin
 from rotor_analysis.refinement import about_resonances, refined
 from rotor_analysis.resonances import resonances
 from rotor_analysis.response import dynamic_stiffness, orbit

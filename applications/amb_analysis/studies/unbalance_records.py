@@ -7,12 +7,12 @@ from typing import Annotated, ClassVar
 
 import numpy as np
 
-from amb_analysis.machine.response import UNDAMPED
 from amb_analysis.studies.coefficient_limits import EXTRAPOLATED, Limits, is_extrapolated, limit_notes
 from amb_analysis.studies.result import DrawnResult
 from amb_cosim.presentation.text_tables import TextBlock, labelled_table
 from amb_cosim.presentation.units import speed_unit
 from array_types import Array
+from rotor_analysis.peaks import UNDAMPED
 from rotor_analysis.shaft import MassModel
 
 RESTING = 1e-9  # of the median amplitude, and of the major semi-axis; smaller motion has no sense of whirl
@@ -74,7 +74,7 @@ class CriticalResponse:
     speed, amplitude
         Spin speed (rad/s) and amplitude (m) there.
     amplification
-        Of the half-power width (`machine.response.Peak`); below 2.5 no separation margin is required (API 617).
+        Of the half-power width (`rotor_analysis.peaks`); below 2.5 no separation margin is required (API 617).
     margin
         Distance from the operating speed (%), at least 0; None of a rotor alone.
     extrapolated

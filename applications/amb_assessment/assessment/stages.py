@@ -9,36 +9,55 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
-from amb_analysis.machine.coefficients import WHIRL, SupportCoefficients, cross_coupling, without
+import numpy as np
+
 from amb_assessment.assessment.machine_file import CompressorStage
 from amb_assessment.assessment.subject import Subject
 from amb_cosim.scenario.scenario import Scenario
-from rotor_analysis.parts import Bearing
+from rotor_analysis.parts import AtSpeed, Bearing
 from rotor_analysis.reduced_rotor import reduced_rotor
 from rotor_analysis.rotor import Rotor
 
 
-def anticipated(subject: Subject, factor: float = 1.0) -> tuple[SupportCoefficients, ...]:
+def anticipated(subject: Subject, factor: float = 1.0) -> tuple[Bearing, ...]:
     """Return the anticipated coupling of the stages at the largest speed times a factor, in place of the rotor's seals.
 
     This is the model of level I: rotor, bearings, and one coupling for everything that drives whirl.
     """
     speed = subject.file.speed.highest
     stages = (cross_coupling(s.at, subject.node_of(s.at), factor * s.anticipated(speed)) for s in subject.file.stages)
-    return (*stages, *(without(seal) for seal in subject.rotor.seals))
+    return (*stages, *(_without(seal) for seal in subject.rotor.seals))
 
 
-def real_coefficients(subject: Subject) -> tuple[SupportCoefficients, ...]:
+def real_coefficients(subject: Subject) -> tuple[Bearing, ...]:
     """Return the stages by the better calculation of level II, by default with the anticipated coupling.
 
     The rotor's seals are in its model.
     """
-    speed, result = subject.file.speed.highest, []
-    for stage in subject.file.stages:
-        node, bearing = subject.node_of(stage.at), stage.coefficients()
-        local = cross_coupling(stage.at, node, stage.level_two(speed)) if bearing is None else None
-        result.append(local or SupportCoefficients(stage.at, node, bearing.at))  # type: ignore[union-attr]
-    return tuple(result)
+    speed = subject.file.speed.highest
+    return tuple(_level_two(stage, stage.at, subject.node_of(stage.at), speed) for stage in subject.file.stages)
+
+
+def cross_coupling(name: str, node: int, Q: float) -> Bearing:
+    """Return a cross-coupled stiffness Q (N/m) that drives forward whirl, f = -K q with K = [[0, Q], [-Q, 0]]."""
+    return Bearing(name, node, ((0.0, Q), (-Q, 0.0)))
+
+
+def _level_two(stage: CompressorStage, name: str, node: int, Omega: float) -> Bearing:
+    """Return a stage by the better calculation."""
+    result = stage.coefficients()
+    return (
+        cross_coupling(name, node, stage.level_two(Omega)) if result is None else replace(result, name=name, node=node)
+    )
+
+
+def _without(seal: Bearing) -> Bearing:
+    """Return coefficients that cancel a seal of the rotor."""
+
+    def opposite(of: Bearing | AtSpeed) -> dict[str, Any]:
+        return {name: (-np.array(getattr(of, name))).tolist() for name in ("stiffness", "damping", "mass")}
+
+    return replace(seal, **opposite(seal), at_speed=tuple(replace(row, **opposite(row)) for row in seal.at_speed))
 
 
 def co_simulated(subject: Subject, Omega: float, **fields: Any) -> Scenario:
@@ -82,21 +101,8 @@ def with_stages(rotor: Rotor, stages: Sequence[CompressorStage], Omega: float) -
         free = (f"{stage.at}_stage{k or ''}" for k in range(len(names) + 1))
         name = next(item for item in free if item not in names)
         names.add(name)
-        seals.append(Bearing(name, nodes[stage.at], **_coefficients(stage, Omega)))
+        seal = _level_two(stage, name, nodes[stage.at], Omega)
+        mass = seal.at(Omega)[2].tolist()
+        rows = ((row.speed, *(of.tolist() for of in seal.at(row.speed)[:2]), mass) for row in seal.at_speed)
+        seals.append(replace(seal, at_speed=tuple(AtSpeed(*row) for row in rows)))
     return replace(rotor, seals=tuple(seals))
-
-
-def _coefficients(stage: CompressorStage, Omega: float) -> dict[str, Any]:
-    """Return the coefficients of a stage as a seal."""
-    result = stage.coefficients()
-    if result is None:
-        return {"stiffness": (stage.level_two(Omega) * WHIRL).tolist()}
-    mass = result.at(Omega)[2].tolist()
-    if not result.at_speed:
-        K, C, _ = result.at(Omega)
-        return {"stiffness": K.tolist(), "damping": C.tolist(), "mass": mass}
-    rows = []
-    for table in result.at_speed:
-        K, C, _ = result.at(table.speed)
-        rows.append({"speed": table.speed, "stiffness": K.tolist(), "damping": C.tolist(), "mass": mass})
-    return {"at_speed": rows}

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from amb_analysis.machine.feedback import directional_stiffness
-from amb_assessment.assessment.critical_speeds import antinodes, critical_speeds, lobe_masses
 from amb_assessment.assessment.subject import Subject, rpm
 from array_types import Array
+from rotor_analysis.critical_speeds import antinodes, critical_speeds, lobe_masses
 
 MOST = 5  # modes
 BEYOND = 1.5  # of the trip speed, up to which the critical speed of a mode may be

@@ -36,8 +36,8 @@ from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.cosim.system.values import RPM
 from amb_cosim.design.magnetic_bearing import axis_parameters, linearisation, static_current_for
 from amb_cosim.results.component_names import CONTROLLER
-from amb_cosim.scenario.scenario import Scenario
 from amb_cosim.scenario.plan_run import plan_run
+from amb_cosim.scenario.scenario import Scenario
 from array_types import Array
 from rotor_analysis.rotor import Rotor
 

@@ -9,12 +9,12 @@ import numpy as np
 
 from amb_analysis.machine.feedback import demanded_currents
 from amb_analysis.machine.machine import Machine
-from amb_analysis.machine.mode_reach import REACHED, ModeReach, mode_reaches
 from amb_analysis.machine.response import synchronous_response
 from amb_analysis.studies.stability_margin import ZONES
 from amb_assessment.first_design.levitation import BANDS, BEYOND, LEFT, TRIP, Levitation
 from amb_cosim.cosim.system.values import RPM
 from amb_cosim.design.magnetic_bearing import current_amplitude
+from rotor_analysis.mode_reach import REACHED, ModeReach, mode_reaches
 from rotor_analysis.rotor import Rotor
 
 ACCEPTED = "AB"  # zones in which a new machine may run without time limit (ISO 14839-3)
@@ -67,7 +67,7 @@ def _of_damping(rotor: Rotor, loop: Levitation) -> Iterator[str]:
 def hindering_positions(machine: Machine, loop: Levitation, speed: float) -> Iterator[str]:
     """Yield the bending modes up to twice the trip speed that a bearing drives, or no bearing reaches well enough."""
     is_short = any(zeta < wanted for zeta, wanted in zip(loop.ratios[:2], loop.wanted[:2], strict=True))
-    for mode in mode_reaches(machine, MODES):
+    for mode in mode_reaches(machine.rotor, machine.magnets, MODES):
         if mode.frequency <= 2.0 * TRIP * speed and mode.deciding.value < (WELL if is_short else REACHED):
             yield _of_mode(mode)
 

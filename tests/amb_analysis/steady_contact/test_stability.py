@@ -10,7 +10,6 @@ from amb_analysis.steady_contact.receptances import receptances, receptances_at
 from amb_analysis.steady_contact.rubbing_rotor import rubbing_rotor
 from amb_analysis.steady_contact.stability import Dynamics
 from amb_analysis.steady_contact.synchronous_states import states_of
-from amb_cosim.scenario.plan_run import plan_run
 from amb_cosim.scenario.scenario import as_scenario
 
 C = np.array([CLEARANCE])

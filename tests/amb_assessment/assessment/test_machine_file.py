@@ -2,11 +2,13 @@
 
 import math
 
+import numpy as np
 import pytest
 
 from amb_assessment.assessment.analyses.robustness import variations
 from amb_assessment.assessment.description import inductance_doubt, magnet_numbers
 from amb_assessment.assessment.machine_file import CompressorStage, MachineFile, load_machine
+from amb_assessment.assessment.stages import cross_coupling
 from amb_cosim.design.magnetic_bearing import axis_parameters, static_current_for
 from tests.support.messages import raises_naming
 
@@ -24,6 +26,17 @@ def test_cross_coupling_of_a_stage_is_that_by_hand():
     assert CompressorStage(at="wheel", density_ratio=1.2, **DATA).anticipated(Omega) == pytest.approx(by_hand)
     axial = CompressorStage(at="wheel", kind="axial", **DATA).anticipated(Omega)
     assert axial == pytest.approx(500e3 * 1.5 * 9.55 / (0.5 * 0.02 * 9000.0))
+
+
+def test_cross_coupling_pushes_along_a_forward_circle():
+    angle = np.linspace(0.0, 2.0 * np.pi, 9)
+    q, velocity = np.array([np.cos(angle), np.sin(angle)]), np.array([-np.sin(angle), np.cos(angle)])
+    K, C, M = cross_coupling("wheel", 3, 2.0).at(700.0)
+    np.testing.assert_allclose(((-K @ q) * velocity).sum(axis=0), 2.0)
+    backward = np.array([[1.0], [-1.0]])
+    np.testing.assert_allclose(((-K @ (backward * q)) * (backward * velocity)).sum(axis=0), -2.0)
+    assert not C.any()
+    assert not M.any()
 
 
 def test_the_real_coupling_of_a_stage_takes_the_place_of_the_anticipated():

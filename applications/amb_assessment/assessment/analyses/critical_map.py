@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from amb_analysis.machine.feedback import directional_stiffness
-from amb_assessment.assessment.critical_speeds import critical_speeds
 from amb_assessment.assessment.findings import AnalysisResult, Quantity, ResultTable
 from amb_assessment.assessment.subject import Subject, rpm
 from amb_assessment.reporting.panels import Curve, Panel, curve
 from array_types import Array, Complex
+from rotor_analysis.critical_speeds import critical_speeds
 from rotor_analysis.damping import free_modes
 
 TITLE = "Undamped critical speeds over support stiffness"

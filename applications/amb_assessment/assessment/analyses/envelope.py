@@ -6,7 +6,7 @@ import numpy as np
 
 from amb_analysis.machine.feedback import bearing_forces, demanded_currents
 from amb_analysis.machine.machine import AXES
-from amb_analysis.machine.response import machine_resonances, synchronous_response
+from amb_analysis.machine.response import stiffness_of, synchronous_response
 from amb_assessment.assessment.findings import AnalysisResult, Quantity, ResultTable
 from amb_assessment.assessment.stages import real_coefficients
 from amb_assessment.assessment.subject import Subject, hertz, rpm
@@ -15,6 +15,7 @@ from amb_assessment.reporting.panels import Panel, curve
 from amb_cosim.design.magnetic_bearing import current_amplitude, force_slew_rate
 from array_types import Array, Complex
 from rotor_analysis.refinement import about_resonances, refined
+from rotor_analysis.resonances import resonances
 
 TITLE = "Envelope: required and available forces, currents, voltages and slew rates"
 POINTS = 90  # speeds, with more about critical speeds and maxima
@@ -32,7 +33,7 @@ def answer(subject: Subject) -> AnalysisResult:
 
     speeds = response_speeds(subject, POINTS)
     speeds = speeds[speeds <= subject.file.speed.tripping]
-    critical = about_resonances(speeds, machine_resonances(subject, speeds, others))
+    critical = about_resonances(speeds, resonances(stiffness_of(subject, others), speeds))
     speeds, needed = refined(requirements, critical, lambda of: of.reshape(len(of), -1))
     forces, currents, shares, slews = np.moveaxis(needed, 1, 0)
     measured: list[Quantity] = []

@@ -6,10 +6,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from amb_analysis.machine.mode_reach import BearingReach, ModeReach, mode_reaches
 from amb_assessment.assessment.findings import AnalysisResult, Quantity, ResultTable
 from amb_assessment.assessment.subject import Subject, hertz
 from amb_assessment.reporting.panels import Panel, curve
+from rotor_analysis.mode_reach import BearingReach, ModeReach, mode_reaches
 
 TITLE = "Free-free modes, and positions of sensors and magnets"
 LEAST, MOST = 3, 6  # modes that are displayed
@@ -20,7 +20,7 @@ def answer(subject: Subject) -> AnalysisResult:
 
     Without a mode up to this frequency the first is judged.
     """
-    modes = mode_reaches(subject, MOST)
+    modes = mode_reaches(subject.rotor, subject.magnets, MOST)
     within = sum(mode.frequency <= subject.file.highest_frequency for mode in modes)
     modes = modes[: max(within, LEAST)]
     measured = []

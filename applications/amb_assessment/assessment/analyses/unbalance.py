@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from amb_analysis.machine.response import Peak, highest_peaks, refined_response, separation_margin
+from amb_analysis.machine.response import refined_response
 from amb_assessment.assessment.findings import AnalysisResult, Quantity, ResultTable
 from amb_assessment.assessment.stages import real_coefficients
 from amb_assessment.assessment.subject import Subject, rpm
 from amb_assessment.assessment.unbalance_cases import UnbalanceCase, response_speeds, unbalance_cases
 from amb_assessment.reporting.panels import Panel, curve
 from array_types import Array
+from rotor_analysis.peaks import Peak, highest_peaks, separation_margin
 from rotor_analysis.response import orbit
 
 TITLE = "Unbalance response, amplification and separation margins"

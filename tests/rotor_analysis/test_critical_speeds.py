@@ -1,4 +1,4 @@
-"""Critical speeds, amplification and cross coupling against closed forms and against ROSS."""
+"""Critical speeds and amplification against closed forms and against ROSS."""
 
 import json
 from itertools import pairwise
@@ -7,12 +7,11 @@ import numpy as np
 import pytest
 from ross_numbers import REFERENCE, complex_numbers
 
-from amb_analysis.machine.coefficients import WHIRL
-from amb_analysis.machine.response import highest_peaks, peaks_of, separation_margin
-from amb_assessment.assessment.critical_speeds import antinodes, critical_speeds, lobe_masses
 from amb_files.toml import validate
 from rotor_analysis.assembly import assemble
+from rotor_analysis.critical_speeds import antinodes, critical_speeds, lobe_masses
 from rotor_analysis.damping import free_modes
+from rotor_analysis.peaks import highest_peaks, peaks_of, separation_margin
 from rotor_analysis.reduction import unreduced
 from rotor_analysis.response import dynamic_stiffness, unbalance_vector
 from rotor_analysis.ross_file import read_ross
@@ -72,15 +71,6 @@ def test_a_margin_is_over_the_nearer_end_and_negative_within():
     assert separation_margin(80.0, 100.0, 200.0) == pytest.approx(20.0)
     assert separation_margin(230.0, 100.0, 200.0) == pytest.approx(15.0)
     assert separation_margin(190.0, 100.0, 200.0) == pytest.approx(-5.0)
-
-
-def test_cross_coupling_pushes_along_a_forward_circle():
-    angle = np.linspace(0.0, 2.0 * np.pi, 9)
-    q, velocity = np.array([np.cos(angle), np.sin(angle)]), np.array([-np.sin(angle), np.cos(angle)])
-    force = -(2.0 * WHIRL) @ q
-    np.testing.assert_allclose((force * velocity).sum(axis=0), 2.0)
-    backward = np.array([[1.0], [-1.0]])
-    np.testing.assert_allclose((-(2.0 * WHIRL) @ (backward * q) * (backward * velocity)).sum(axis=0), -2.0)
 
 
 def test_lobes_alternate_and_a_rotor_that_moves_as_a_whole_has_its_mass():

@@ -15,14 +15,16 @@ drives the mode. The reach of a bearing is the root of the product with its sign
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Annotated
 
 import numpy as np
 
-from amb_analysis.machine.machine import Machine
 from array_types import Array
+from rotor_analysis.assembly import assemble
 from rotor_analysis.damping import free_modes
+from rotor_analysis.rotor import Rotor
 
 SMALL = 0.02  # share of the largest of a shape below which a place is at a node of it
 REACHED = 0.05  # least reach of a mode that is controlled
@@ -75,13 +77,15 @@ class ModeReach:
         return worst if worst.value < -REACHED else max(self.bearings, key=lambda one: one.value)
 
 
-def mode_reaches(machine: Machine, count: int) -> list[ModeReach]:
+def mode_reaches(rotor: Rotor, magnets: Sequence[str], count: int) -> list[ModeReach]:
     """Return the first bending modes of the free rotor at rest, with the reach (2) of each magnet and nearest sensor.
 
     Parameters
     ----------
-    machine
-        The machine.
+    rotor
+        With its bearings and sensors.
+    magnets
+        Names of the bearings that are magnets.
     count
         Number of modes; fewer if the model has fewer.
 
@@ -90,30 +94,20 @@ def mode_reaches(machine: Machine, count: int) -> list[ModeReach]:
     ValueError
         If the rotor has no sensors.
     """
-    if not machine.probes:
-        raise ValueError(f"rotor {machine.rotor.name} has no sensors")
-    frequencies, all_shapes = free_modes(machine.free.M[::2, ::2], machine.free.K[::2, ::2])
-    rows = [machine.free.translations[node][0] // 2 for node in sorted(machine.free.translations)]
-    shapes = all_shapes[rows][:, :count]
+    if not rotor.sensors:
+        raise ValueError(f"rotor {rotor.name} has no sensors")
+    free, z = assemble(rotor), rotor.shaft.nodes
+    frequencies, all_shapes = free_modes(free.M[::2, ::2], free.K[::2, ::2])
+    shapes = all_shapes[::2][:, :count]
     shapes = shapes / shapes[np.abs(shapes).argmax(axis=0), np.arange(shapes.shape[1])]
-    pairs = _pairs(machine)
+    nodes = {bearing.name: bearing.node for bearing in rotor.bearings}
+    pairs = [(b, min(rotor.sensors, key=lambda s, at=z[nodes[b] - 1]: abs(z[s.node - 1] - at))) for b in magnets]  # type: ignore[misc]
     return [
         ModeReach(
             k + 1,
             float(frequencies[k]),
             shape,
-            tuple(BearingReach(b, s, float(shape[at - 1]), float(shape[seen - 1])) for b, at, s, seen in pairs),
+            tuple(BearingReach(b, s.name, float(shape[nodes[b] - 1]), float(shape[s.node - 1])) for b, s in pairs),
         )
         for k, shape in enumerate(shapes.T)
     ]
-
-
-def _pairs(machine: Machine) -> list[tuple[str, int, str, int]]:
-    """Return each magnetic bearing with its node, and the nearest sensor plane with its node."""
-    nodes = {bearing.name: bearing.node for bearing in machine.rotor.bearings}
-    result = []
-    for name in machine.magnets:
-        at = machine.z[nodes[name] - 1]
-        sensor, seen = min(machine.probes.items(), key=lambda probe, at=at: abs(machine.z[probe[1] - 1] - at))  # type: ignore[misc]
-        result.append((name, nodes[name], sensor, seen))
-    return result

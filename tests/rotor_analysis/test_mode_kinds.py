@@ -10,9 +10,9 @@ import pytest
 import tomli_w
 from strange_machine import ROTOR as EXPANDER
 
-from amb_analysis.studies.mode_kinds import kind_of
 from amb_cosim import studies
 from rotor_analysis.assembly import assemble
+from rotor_analysis.mode_kinds import kind_of
 from rotor_analysis.rotor_file import load_rotor
 
 

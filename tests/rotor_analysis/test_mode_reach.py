@@ -1,14 +1,13 @@
 """Reach of magnets and sensors at bending modes, against the closed form of a uniform free beam."""
 
 import math
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from amb_analysis.machine.mode_reach import BearingReach, ModeReach, mode_reaches
 from rotor_analysis.assembly import assemble
 from rotor_analysis.damping import free_modes
+from rotor_analysis.mode_reach import BearingReach, ModeReach, mode_reaches
 from rotor_analysis.rotor_file import rotor_from
 
 LENGTH = 2.0
@@ -23,7 +22,7 @@ def beam_shape(z):
 
 
 def beam(places):
-    """Slender beam with magnets and sensors at (z of magnet, z of sensor)."""
+    """Rotor that is a slender beam, with magnets and sensors at (z of magnet, z of sensor)."""
     pairs = list(enumerate(places))
     data = {
         "name": "beam",
@@ -32,14 +31,7 @@ def beam(places):
         "bearings": [{"name": f"b{k}", "z": z, "stiffness": 1.0} for k, (z, _) in pairs],
         "sensors": [{"name": f"s{k}", "z": z} for k, (_, z) in pairs],
     }
-    rotor = rotor_from(data, "beam")
-    return SimpleNamespace(
-        rotor=rotor,
-        free=assemble(rotor),
-        probes={sensor.name: sensor.node for sensor in rotor.sensors},
-        z=np.array(rotor.shaft.nodes),
-        magnets=tuple(bearing.name for bearing in rotor.bearings),
-    )
+    return rotor_from(data, "beam")
 
 
 @pytest.mark.parametrize(
@@ -47,7 +39,7 @@ def beam(places):
     [((0.2, 0.25), (1.8, 1.75)), ((0.3, 0.6), (1.7, 1.4)), ((0.6, 0.3), (1.75, 1.4)), ((0.2, 0.25), (1.7, 1.4))],
 )
 def test_reach_is_the_signed_product_of_the_shape_of_a_free_beam(places):
-    first = mode_reaches(beam(places), 1)[0]
+    first = mode_reaches(beam(places), ("b0", "b1"), 1)[0]
     for at, (magnet, sensor) in zip(first.bearings, places, strict=True):
         product = beam_shape(magnet) * beam_shape(sensor)
         assert abs(product) > 0.01
@@ -58,18 +50,19 @@ def test_damping_across_a_node_drives_the_mode_by_its_reach():
     """-2 Re s = c phi_m phi_s/m: the exact poles with a damper that pushes at the magnet as the sensor moves."""
     c = 1e-3
     for place in ((0.2, 0.25), (0.3, 0.6), (0.6, 0.3)):
-        machine = beam((place, (1.6, 1.62)))
-        M, K = machine.free.M[::2, ::2], machine.free.K[::2, ::2]
+        rotor = beam((place, (1.6, 1.62)))
+        free = assemble(rotor)
+        M, K = free.M[::2, ::2], free.K[::2, ::2]
         omega, shapes = free_modes(M, K)
-        rows = [machine.free.translations[node][0] // 2 for node in sorted(machine.free.translations)]
+        rows = [free.translations[node][0] // 2 for node in sorted(free.translations)]
         phi = shapes[:, 0] / shapes[rows, 0][np.abs(shapes[rows, 0]).argmax()]
         C = np.zeros_like(M)
-        C[rows[machine.rotor.bearing_nodes[0] - 1], rows[machine.probes["s0"] - 1]] = c
+        C[rows[rotor.bearings[0].node - 1], rows[rotor.sensors[0].node - 1]] = c
         n = len(M)
         A = np.block([[np.zeros((n, n)), np.eye(n)], [-np.linalg.solve(M, K), -np.linalg.solve(M, C)]])
         poles = np.linalg.eigvals(A)
         growth = poles[np.abs(poles - 1j * omega[0]).argmin()].real
-        reach = mode_reaches(machine, 1)[0].bearings[0].value
+        reach = mode_reaches(rotor, ("b0", "b1"), 1)[0].bearings[0].value
         assert growth == pytest.approx(-0.5 * c * reach * abs(reach) / (phi @ M @ phi), rel=0.02)
 
 
