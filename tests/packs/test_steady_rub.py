@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import amb_cosim
+from amb_analysis.linear.components import frequency_response
+from amb_analysis.linear.linearisable import of_planned
 from amb_analysis.steady_contact.contact_whirl import contact_whirls, pressed
-from amb_analysis.steady_contact.forward_loop import loop_on_springs
+from amb_analysis.steady_contact.forward_loop import contact_pair, flat, parts_in_contact
 from amb_analysis.steady_contact.freeing import smallest_demand, smallest_freeing
-from amb_analysis.steady_contact.receptances import receptances, receptances_at
+from amb_analysis.steady_contact.receptances import receptances_at
 from amb_analysis.steady_contact.rolling import rolling
 from amb_analysis.steady_contact.rubbing_rotor import rubbing_rotor
 from amb_analysis.steady_contact.stability import Dynamics
@@ -19,7 +23,7 @@ from amb_analysis.steady_contact.whirl import whirls
 from amb_cosim.scenario.plan_run import plan_run
 from amb_cosim.scenario.scenario import as_scenario
 
-SPRINGS = {"mb1": (1e6, 5000.0), "mb2": (1e6, 5000.0)}  # N/m, N s/m
+SPRINGS = {"rotor_contact.*.k_b": 1e6, "rotor_contact.*.c_b": 5000.0}  # N/m, N s/m
 SPEED = 2.0 * np.pi * 16.0
 CASES = (  # rad/s, kg m on D1, mu; forces (N) of all states at RB1 and RB2, 0 where there is no contact
     (SPEED, 0.03125, 0.0, [(1481.0, 785.3)]),
@@ -36,14 +40,28 @@ def rig():
     return rubbing_rotor(plan_run(as_scenario("fig5_6_pid", None)))
 
 
+@pytest.fixture(scope="module")
+def springs():
+    return of_planned(prepare(as_scenario("fig5_6_pid", None), SPRINGS))
+
+
+def receptance_on_springs(springs, Omega, sites):
+    """Forward receptance (m/N) of the sites to contact forces and to a force on D1, without the controller."""
+    (rotor,), _ = parts_in_contact(springs.at(Omega), ["rotor_contact"])
+    forces = [*(contact_pair(site) for site in sites), ("rotor_contact.d1.f_x", "rotor_contact.d1.f_y")]
+    displayed = [f"rotor_contact.{site}.{axis}" for site in sites for axis in "xy"]
+    H = frequency_response(rotor.selected(flat(forces), displayed).law, 1j * Omega)
+    return 0.5 * (H[0::2, 0::2] + H[1::2, 1::2] + 1j * (H[1::2, 0::2] - H[0::2, 1::2]))
+
+
 @pytest.mark.parametrize(("Omega", "u", "mu", "expected"), CASES)
-def test_states_of_the_continuous_loop_are_all_there(rig, Omega, u, mu, expected):
+def test_states_of_the_continuous_loop_are_all_there(rig, springs, Omega, u, mu, expected):
     """Found before from starts on a grid of phases and forces, with K_b = 1e6 N/m and C_b = 5000 N s/m."""
-    at = receptances(loop_on_springs(rig.linear_components, Omega, rig.sites, SPRINGS))
-    r = at.P[None, :, 0] * u * Omega**2
+    R, P = np.split(receptance_on_springs(springs, Omega, rig.sites), [2], axis=1)
+    r = P.T * u * Omega**2
     result = []
     for contact in all_sets(2):
-        for N in states_of(contact, at.R, np.full(2, mu), rig.c, r).N:
+        for N in states_of(contact, R, np.full(2, mu), rig.c, r).N:
             forces = np.zeros(2)
             forces[list(contact)] = N
             result.append(tuple(forces))
@@ -74,7 +92,7 @@ def test_trapped_rotor_rubs_with_the_forces_of_its_only_state(rig):
 
 
 def on_d1(rig, u):
-    return rig.with_unbalance(np.array([u, *np.zeros(5)], dtype=complex))
+    return replace(rig, unbalance=np.array([u, *np.zeros(5)], dtype=complex))
 
 
 def test_smallest_freeing_currents_leave_no_state_in_contact_and_less_leave_one(rig):

@@ -7,6 +7,7 @@ every run that ends elsewhere than the map has it.
 from __future__ import annotations
 
 from collections import Counter
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -62,7 +63,7 @@ def end_of(Omega, u, is_knocked):
 
 def judged(rig, Omega, u, is_knocked):
     """Return what the map has, what the run ends in, and whether the map has that."""
-    states = states_at(rig.with_unbalance(np.array([u, *np.zeros(5)], dtype=complex)), Omega)
+    states = states_at(replace(rig, unbalance=np.array([u, *np.zeros(5)], dtype=complex)), Omega)
     free = any(not state.contact for state in states)
     traps = [state for state in states if state.contact and state.small.is_stable]
     resting = [[s.N.get(site, 0.0) for site in rig.sites] for s in traps if s.small.settles(Omega)]

@@ -11,14 +11,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import expm, matrix_balance
 
 from amb_cosim.controllers.laws import Law, side_by_side
-from array_types import Array
+from array_types import Array, Complex
 
 WELL_POSED = 1e-12  # smallest singular value of the balanced 1 - E D, over the largest
 LATE = " (late)"  # suffix of an input whose samples are delayed
@@ -54,6 +54,24 @@ class LinearComponent:
         law = self.law
         chosen = Law(law.A, law.B[:, columns], law.C[rows], law.D[np.ix_(rows, columns)], law.sample_time)
         return LinearComponent(chosen, tuple(inputs), tuple(outputs), self.late, self.notes)
+
+
+class StateSpace(Protocol):
+    """Matrices of x' = A x + B w or x(n+1) = A x(n) + B w(n), y = C x + D w, real or complex."""
+
+    @property
+    def A(self) -> NDArray[Any]: ...
+    @property
+    def B(self) -> NDArray[Any]: ...
+    @property
+    def C(self) -> NDArray[Any]: ...
+    @property
+    def D(self) -> NDArray[Any]: ...
+
+
+def frequency_response(law: StateSpace, s: complex) -> Complex:
+    """Return C (s - A)^-1 B + D, with z in place of s for a sampled law."""
+    return np.asarray(law.C @ np.linalg.solve(s * np.eye(len(law.A)) - law.A, law.B) + law.D, np.complex128)
 
 
 def names_of(component: str, variables: Sequence[str]) -> tuple[str, ...]:

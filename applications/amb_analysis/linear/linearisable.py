@@ -54,6 +54,11 @@ class LinearSource:
         """Return the same at another spin speed (rad/s); a foreign FMU is unchanged."""
         return replace(self, point={**self.point, SPEED: Omega})
 
+    @property
+    def names(self) -> list[str]:
+        """Names of the components, in the order of the master."""
+        return [component.name for component in self.assembly.system.components]
+
     def parts(self, names: Sequence[str]) -> list[LinearComponent]:
         """Return the linear parts of components."""
         return [self._part(name) for name in names]

@@ -85,7 +85,7 @@ def model_of(
     opened: Sequence[str] = (),
 ) -> LinearModel:
     """Return the linear model of components that are there already; arguments and errors as of `linearise`."""
-    present = [component.name for component in made.assembly.system.components]
+    present = made.names
     for name in components or ():
         if name not in present:
             raise ValueError(f"no component {name!r}; {suggest(name, present)}")

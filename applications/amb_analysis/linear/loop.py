@@ -66,8 +66,7 @@ class Loop:
     linear_components: LinearSource
 
     def __post_init__(self) -> None:
-        present = [component.name for component in self.linear_components.assembly.system.components]
-        missing = [component for component in (PLANT, ACTUATOR) if component not in present]
+        missing = [component for component in (PLANT, ACTUATOR) if component not in self.linear_components.names]
         if missing:
             raise ValueError(f"scenario {self.name} has no component {missing[0]}; a linear loop needs one")
         if not self.demands:
@@ -119,11 +118,9 @@ class Loop:
     def sample_time(self) -> float:
         """Time between samples of the controller (s)."""
         controller = self.sources[0].partition(".")[0]
-        values = self.linear_components.plan.all_parameters(self.linear_components.assembly.interfaces)[controller].get(
-            "sample_time"
-        )
-        if values:
-            return values
+        stated = self.linear_components.parameters(controller).get("sample_time")
+        if stated:
+            return stated
         every = next(c.every for c in self.linear_components.plan.system.components if c.name == controller)
         return every * self.linear_components.plan.step_size
 
@@ -147,7 +144,7 @@ class Loop:
     def _continuous(self, Omega: float, z: Complex, vectors: Complex, sample_time: float) -> Complex:
         """Return s of poles z, by the states of the rotor in their eigenvectors."""
         source = self.linear_components.at(Omega)
-        parts, first = source.parts([component.name for component in source.assembly.system.components]), 0
+        parts, first = source.parts(source.names), 0
         for part in parts:  # states of the continuous parts come first, in this order
             size = len(part.law.A) if part.law.sample_time is None else 0
             mass = source.mass(PLANT)

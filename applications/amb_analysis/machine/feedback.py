@@ -17,10 +17,9 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.linalg import block_diag
 
-from amb_analysis.linear.components import LinearComponent
+from amb_analysis.linear.components import LinearComponent, frequency_response
 from amb_analysis.linear.linearisable import LinearSource
 from amb_analysis.machine.machine import AXES, Machine
-from amb_cosim.controllers.laws import Law
 from amb_cosim.results.component_names import PLANT
 from array_types import Array, Complex
 
@@ -45,21 +44,13 @@ def bearing_forces(machine: Machine, omega: float, Omega: float) -> Complex:
     made = machine.linear_components.at(Omega)
     rows = force_feeds(machine, made)
     whole = np.zeros((2 * len(machine.z), 2 * len(machine.z)), dtype=np.complex128)
-    np.add.at(whole, list(rows.values()), over_displacements(machine, made, list(rows), omega))
+    np.add.at(whole, list(rows.values()), component_outputs(machine, made, list(rows), omega))
     return whole
 
 
 def demanded_currents(machine: Machine, omega: float, Omega: float) -> Complex:
     """Return the demanded currents (A) of all axes over displacements (m) at all nodes, shape (axes, 2 nodes)."""
-    return over_displacements(machine, machine.linear_components.at(Omega), list(machine.loop.sources), omega)
-
-
-def over_displacements(machine: Machine, made: LinearSource, outputs: Sequence[str], omega: float) -> Complex:
-    """Return outputs of components over displacements (m) by (1) at a frequency (rad/s), shape (outputs, 2 nodes).
-
-    Outputs of a sampled component are their fundamental, before the hold.
-    """
-    return component_outputs(machine, made, outputs, omega)
+    return component_outputs(machine, machine.linear_components.at(Omega), list(machine.loop.sources), omega)
 
 
 def component_outputs(
@@ -70,7 +61,9 @@ def component_outputs(
     injected: Sequence[str] = (),
     components: Sequence[str] | None = None,
 ) -> Complex:
-    """Return outputs of components over displacements (m) and injected inputs, shape (outputs, 2 nodes + injected).
+    """Return outputs of components over displacements (m) and injected inputs by (1).
+
+    The shape is (outputs, 2 nodes + injected).
 
     Parameters
     ----------
@@ -85,7 +78,7 @@ def component_outputs(
     components
         Components that act; all but the plant by default.
     """
-    names = [name for name in _names(made) if name != PLANT and (components is None or name in components)]
+    names = [name for name in made.names if name != PLANT and (components is None or name in components)]
     feeds, parts = made.feeds([*names, PLANT]), made.parts(names)
     inputs = [name for part in parts for name in part.inputs]
     displayed = [name for part in parts for name in part.outputs]
@@ -111,15 +104,11 @@ def force_feeds(machine: Machine, made: LinearSource) -> dict[str, int]:
     """Return the outputs that are forces on the bearings, and their rows among x and y of all nodes."""
     places = {bearing.name: bearing.node for bearing in machine.rotor.bearings}
     result = {}
-    for target, source in made.feeds(_names(made)).items():
+    for target, source in made.feeds(made.names).items():
         if target.startswith(f"{PLANT}.") and ".f_" in target:
             bearing, _, axis = target.removeprefix(f"{PLANT}.").rpartition(".f_")
             result[source] = 2 * (places[bearing] - 1) + AXES.index(axis)
     return result
-
-
-def _names(made: LinearSource) -> list[str]:
-    return [component.name for component in made.assembly.system.components]
 
 
 def _response(part: LinearComponent, omega: float) -> Complex:
@@ -127,13 +116,6 @@ def _response(part: LinearComponent, omega: float) -> Complex:
     law = part.law
     s = 1j * omega if law.sample_time is None else np.exp(1j * omega * law.sample_time)
     return frequency_response(law, s)
-
-
-def frequency_response(law: Law, s: complex) -> Complex:
-    """Return D + C (s - A)^-1 B, with z in place of s for a sampled law."""
-    if not len(law.A):
-        return law.D.astype(np.complex128)
-    return np.asarray(law.D + law.C @ np.linalg.solve(s * np.eye(len(law.A)) - law.A, law.B.astype(np.complex128)))
 
 
 def _link(source: LinearComponent, target: LinearComponent, omega: float) -> complex:

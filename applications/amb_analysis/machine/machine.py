@@ -112,12 +112,22 @@ class Machine:
         return {site.name: (site.node, local.get(f"{site.name}.clearance", site.clearance)) for site in enabled}
 
     @cached_property
+    def last_inputs(self) -> Mapping[str, float]:
+        """Values of the inputs at the end of the run, by `component.variable`."""
+        plan = self.planned.plan
+        return {**plan.inputs, **{name: value for _, name, value in plan.events}}
+
+    @cached_property
     def unbalance(self) -> Mapping[str, complex]:
-        """Unbalance (kg m) at the end of the run, by the disc or bearing where it is; those that have one."""
-        layout, plan = self.linear_components.layout(PLANT), self.planned.plan
-        last = {**plan.inputs, **{name: value for _, name, value in plan.events}}
+        """Unbalance (kg m) at the end of the run, by the disc or bearing where it may be."""
+        layout, last = self.linear_components.layout(PLANT), self.last_inputs
         amounts = {place: last.get(f"{PLANT}.{place}.u", 0.0) for place in (*layout["discs"], *layout["bearings"])}
-        return {place: u * cmath.exp(1j * last.get(f"{PLANT}.{place}.phi", 0.0)) for place, u in amounts.items() if u}
+        return {place: u * cmath.exp(1j * last.get(f"{PLANT}.{place}.phi", 0.0)) for place, u in amounts.items()}
+
+    @cached_property
+    def unbalanced_nodes(self) -> dict[int, complex]:
+        """The unbalance (kg m) by node, of those that have one."""
+        return {self.node_of(place): u for place, u in self.unbalance.items() if u}
 
     @cached_property
     def signals(self) -> dict[str, tuple[int, int]]:

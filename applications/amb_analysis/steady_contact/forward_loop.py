@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import matrix_balance
 
-from amb_analysis.linear.components import LinearComponent, connected, loop_of, within
+from amb_analysis.linear.components import LinearComponent, connected, frequency_response, loop_of, within
 from amb_analysis.linear.linearisable import LinearSource
 from amb_analysis.linear.linearise import in_order
 from amb_analysis.linear.rotor_and_magnets import rotor_component
@@ -91,18 +91,11 @@ def forward_loop(made: LinearSource, Omega: float, sites: Sequence[str]) -> Forw
     Raises
     ------
     ValueError
-        If the run has no rotor, a site does not exist, or an FMU has no linear model.
+        If an FMU has no linear model.
     """
-    names = [component.name for component in made.assembly.system.components]
-    if PLANT not in names:
-        raise ValueError(f"scenario {made.assembly.system.name} has no component {PLANT}; a rub needs a rotor")
     at = made.at(Omega)
     layout = at.layout(PLANT)
-    available = [site["name"] for site in layout["sites"]]
-    missing = [site for site in sites if site not in available]
-    if missing:
-        raise ValueError(f"no site {missing[0]!r}; the sites are {', '.join(available)}")
-    parts, feeds = _parts(at, names)
+    parts, feeds = parts_in_contact(at, at.names)
     continuous = [part for part in parts if part.law.sample_time is None]
     discrete = [part for part in parts if part.law.sample_time is not None]
     machine = connected(continuous, within(continuous, feeds))
@@ -127,20 +120,6 @@ def forward_loop(made: LinearSource, Omega: float, sites: Sequence[str]) -> Forw
     notes = (*machine.notes, *control.notes)
     ends = (tuple(sites), tuple(places), currents)
     return ForwardLoop(Omega, plant, controller, time, late, *ends, notes)
-
-
-def loop_on_springs(
-    made: LinearSource, Omega: float, sites: Sequence[str], bearings: Mapping[str, tuple[float, float]]
-) -> ForwardLoop:
-    """Return the loop of a rotor whose control is replaced by springs (N/m) and dampers (N s/m)."""
-    layout, constants = made.layout(PLANT), made.constants(PLANT)
-    passive = {f"{b}.{name}_b": value for b, pair in bearings.items() for name, value in zip("kc", pair, strict=True)}
-    rotor = rotor_component(PLANT, layout, constants, {**made.parameters(PLANT), **passive}, Omega)
-    places = [*layout["discs"], *layout["bearings"]]
-    pairs = [contact_pair(site) for site in sites] + [_pair(PLANT, f"{place}.f_{{}}") for place in places]
-    displayed = [_pair(PLANT, f"{site}.{{}}") for site in sites]
-    plant = _forward(with_contact_forces(rotor, layout, constants).selected(flat(pairs), flat(displayed)).law)
-    return ForwardLoop(Omega, plant, None, None, np.zeros(0), tuple(sites), tuple(places), (), rotor.notes)
 
 
 def with_contact_forces(part: LinearComponent, layout: Mapping[str, Any], constants: Array) -> LinearComponent:
@@ -182,7 +161,7 @@ def _reading_pairs(layout: Mapping[str, Any], bearings: Sequence[str], sites: Se
     return list(dict.fromkeys(pairs))
 
 
-def _parts(made: LinearSource, names: Sequence[str]) -> tuple[list[LinearComponent], dict[str, str]]:
+def parts_in_contact(made: LinearSource, names: Sequence[str]) -> tuple[list[LinearComponent], dict[str, str]]:
     """Return the parts of a run, the rotor with forces at its sites, and their connections."""
     layout, constants = made.layout(PLANT), made.constants(PLANT)
     rotor = rotor_component(PLANT, layout, constants, made.parameters(PLANT), made.point["Omega"])
@@ -196,11 +175,11 @@ def mixing(made: LinearSource, Omega: float, sites: Sequence[str]) -> float:
 
     It is 0 in an isotropic loop, where synchronous orbits are circles.
     """
-    at, names = made.at(Omega), [component.name for component in made.assembly.system.components]
-    whole = loop_of(*_parts(at, names))
+    at = made.at(Omega)
+    whole = loop_of(*parts_in_contact(at, at.names))
     law = whole.selected(flat([contact_pair(s) for s in sites]), flat([_pair(PLANT, f"{s}.{{}}") for s in sites])).law
     root = 1j * Omega if law.sample_time is None else np.exp(1j * Omega * law.sample_time)
-    R = law.C @ np.linalg.solve(root * np.eye(len(law.A)) - law.A, law.B) + law.D
+    R = frequency_response(law, root)
     forward, backward = _split(R)
     return float(np.abs(backward).max() / np.abs(forward).max())
 

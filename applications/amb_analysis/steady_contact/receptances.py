@@ -19,8 +19,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from amb_analysis.linear.components import zoh
-from amb_analysis.steady_contact.forward_loop import Complex, ComplexLaw, ForwardLoop
+from amb_analysis.linear.components import frequency_response, zoh
+from amb_analysis.steady_contact.forward_loop import Complex, ForwardLoop
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,8 +69,7 @@ def receptances_at(loop: ForwardLoop, omega: float) -> Receptances:
         raise ValueError("a frequency of 0 rad/s is not allowed; it must not be zero")
     at_sites, at_unbalance, at_currents = loop.columns
     m = len(loop.sites)
-    A, B, C, D = loop.plant.A, loop.plant.B, loop.plant.C, loop.plant.D
-    G = C @ np.linalg.solve(1j * omega * np.eye(len(A)) - A, B) + D
+    G = frequency_response(loop.plant, 1j * omega)
     G_force, G_unbalance = G[:, at_sites], G[:, at_unbalance]
     if loop.controller is None or loop.sample_time is None:
         no, empty = np.zeros((m, 0), dtype=complex), np.zeros((0, m), dtype=complex)
@@ -80,7 +79,7 @@ def receptances_at(loop: ForwardLoop, omega: float) -> Receptances:
     harmonic = np.exp(-1j * omega * loop.late * T) * (1.0 - 1.0 / z) / (1j * omega * T)
     H_q = G[:m, at_currents] * harmonic
     H_y = sampled_response(loop, z)[m:]
-    K = response(loop.controller, z)
+    K = frequency_response(loop.controller, z)
     closed = np.linalg.inv(np.eye(len(K)) - K @ H_y)
     S_i = closed
     R_i, P_i = closed @ K @ G_force[m:], closed @ K @ G_unbalance[m:]
@@ -110,8 +109,3 @@ def held_steps(loop: ForwardLoop) -> tuple[Complex, Complex, Complex]:
             before, after = zoh(A, B, f * loop.sample_time), zoh(A, B, (1.0 - f) * loop.sample_time)
             old[:, k], new[:, k] = (after[0] @ before[1])[:, k], after[1][:, k]
     return Phi, old, new
-
-
-def response(law: ComplexLaw, z: complex) -> Complex:
-    """Return C (z - A)^-1 B + D."""
-    return np.asarray(law.C @ np.linalg.solve(z * np.eye(len(law.A)) - law.A, law.B) + law.D)

@@ -11,13 +11,14 @@ whether a rotor reaches this state: friction accelerates a backward whirl that i
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import combinations
 from typing import Annotated
 
 import numpy as np
 
 from amb_analysis.steady_contact.receptances import receptances_at
 from amb_analysis.steady_contact.rubbing_rotor import RubbingRotor
+from amb_analysis.steady_contact.synchronous_states import all_sets
+from amb_cosim.presentation.json_data import JsonKey
 
 ANGLES = np.linspace(0.0, 2.0 * np.pi, 36, endpoint=False)  # between two sites
 SAME = 1e-9  # largest relative difference of R_s/c of sites that roll together
@@ -25,30 +26,41 @@ SAME = 1e-9  # largest relative difference of R_s/c of sites that roll together
 
 @dataclass(frozen=True, eq=False)
 class Rolling:
-    """Rolling sites.
+    """Rolling at sites: a journal rolls without slip in its ring once something makes it whirl backward fast enough.
 
-    contact
-        A site or two.
-    frequency
-        Whirl frequency (rad/s), negative.
+    contact, frequency
+        One or two sites, and the whirl frequency (rad/s), negative.
     N, swing
         Normal force at each (N): its mean over the angle between the sites, and the largest deviation from it.
     friction
         Smallest coefficient without slip at any site and angle.
+    possible, accurate
+        Whether the friction of all these sites is above that; whether the reduced rotor is accurate at this frequency.
     """
 
     contact: tuple[str, ...]
     frequency: Annotated[float, "rad/s"]
-    N: Annotated[dict[str, float], "N"]
-    swing: Annotated[dict[str, float], "N"]
-    friction: float
+    N: Annotated[dict[str, float], JsonKey("normal_forces_N")]
+    swing: Annotated[dict[str, float], JsonKey("swings_N")]
+    friction: Annotated[float, JsonKey("least_friction")]
+    possible: bool
+    accurate: bool
+
+    def __str__(self) -> str:
+        forces = ", ".join(f"{site} {force:.4g} N" for site, force in self.N.items())
+        beyond = "" if self.accurate else "; the reduced rotor is not accurate there"
+        return (
+            f"{'+'.join(self.contact)} may roll at {self.frequency:.4g} rad/s ({forces}), which requires a friction "
+            f"coefficient of {self.friction:.2g}{beyond}"
+        )
 
 
 def rolling(rotor: RubbingRotor, Omega: float) -> list[Rolling]:
     """Return the rolling states (1) of single sites and pairs at a spin speed (rad/s), for any friction."""
-    ratio = np.array([site.journal_radius for site in rotor.records]) / rotor.c
+    p = rotor.parameters
+    ratio = np.array([p[f"{site}.journal_radius"] for site in rotor.sites]) / rotor.c
     result = []
-    for contact in [s for size in (1, 2) for s in combinations(range(len(rotor.sites)), size)]:
+    for contact in all_sets(len(rotor.sites), 2)[1:]:
         at, others = list(contact), [k for k in range(len(rotor.sites)) if k not in contact]
         if np.ptp(ratio[at]) > SAME * ratio[at[0]]:
             continue
@@ -63,5 +75,7 @@ def rolling(rotor: RubbingRotor, Omega: float) -> list[Rolling]:
         names, mean = tuple(rotor.sites[k] for k in at), N.real.mean(axis=0)
         swing = np.abs(N.real - mean).max(axis=0)
         forces, swings = (dict(zip(names, map(float, values), strict=True)) for values in (mean, swing))
-        result.append(Rolling(names, omega, forces, swings, float(np.abs(N.imag / N.real).max())))
+        friction = float(np.abs(N.imag / N.real).max())
+        possible = all(max(p[f"{site}.mu"], p[f"{site}.mu_static"]) >= friction for site in names)
+        result.append(Rolling(names, omega, forces, swings, friction, possible, abs(omega) <= rotor.valid_to))
     return result

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from amb_analysis.linear.linearisable import LinearSource, of_planned
+from amb_analysis.machine.machine import Machine
 from amb_analysis.steady_contact.forward_loop import Complex, ForwardLoop, forward_loop, mixing
 from amb_analysis.steady_contact.receptances import Receptances, receptances
 from amb_cosim.results.component_names import CONTROLLER, PLANT
@@ -24,41 +25,51 @@ SLIP_STEP = 1e-6  # m/s, over which the slope of friction is taken
 
 @dataclass(frozen=True, eq=False)
 class RubbingRotor:
-    """A rotor in its control loop, with contact sites.
+    """A machine with contact sites.
 
-    made
-        The source of the linear model.
-    Omega
-        Spin speed of the run (rad/s).
-    sites
-        Names of the enabled sites.
-    records
-        Their records as the kernels of `rotor_contact` read them, with their parameters.
-    c
-        Their clearances (m), shape (n_sites,).
+    machine
+        The machine.
+    sites, c
+        Names of the enabled sites, and their clearances (m), shape (n_sites,).
     unbalance
-        Complex unbalance (kg m) at each place at the end of the run, shape (n_places,).
-    places
-        Names of these.
+        Complex unbalance (kg m) at each place, shape (n_places,).
     notes
         Approximations, in sentences.
     """
 
-    linear_components: LinearSource
-    Omega: float
+    machine: Machine
     sites: tuple[str, ...]
     records: tuple[Site, ...]
     c: Array
     unbalance: Complex
-    places: tuple[str, ...]
     notes: tuple[str, ...]
     _loops: dict[float, ForwardLoop] = field(default_factory=dict)
     _receptances: dict[float, Receptances] = field(default_factory=dict)
 
+    @property
+    def Omega(self) -> float:
+        """Spin speed of the run (rad/s)."""
+        return self.machine.Omega
+
+    @property
+    def parameters(self) -> Mapping[str, float]:
+        """Parameters of the plant (SI)."""
+        return self.machine.parameters[PLANT]
+
+    @property
+    def places(self) -> tuple[str, ...]:
+        """Names of the places of unbalance."""
+        return tuple(self.machine.unbalance)
+
+    @property
+    def valid_to(self) -> float:
+        """Frequency (rad/s) up to which the reduced rotor is accurate."""
+        return self.machine.linear_components.layout(PLANT).get("valid_to") or math.inf
+
     def loop(self, Omega: float) -> ForwardLoop:
         """Return the loop of forward motion at a speed (rad/s)."""
         if Omega not in self._loops:
-            self._loops[Omega] = forward_loop(self.linear_components, Omega, self.sites)
+            self._loops[Omega] = forward_loop(self.machine.linear_components, Omega, self.sites)
         return self._loops[Omega]
 
     def receptances(self, Omega: float) -> Receptances:
@@ -79,20 +90,15 @@ class RubbingRotor:
         whirl
             Whirl frequency omega (rad/s); the spin speed by default.
         """
-        return np.array([kinetic_coefficient(site, _slip(site, Omega, whirl)) for site in self.records])
-
-    def mu_slope(self, Omega: float, whirl: float | None = None) -> Array:
-        """Return the slope d mu/d v (s/m) of that coefficient, by its central difference over `SLIP_STEP`."""
-        slopes = np.zeros(len(self.records))
-        for k, site in enumerate(self.records):
-            slip = _slip(site, Omega, whirl)
-            low, high = slip - SLIP_STEP, slip + SLIP_STEP
-            slopes[k] = (kinetic_coefficient(site, high) - kinetic_coefficient(site, low)) / (high - low)
-        return slopes
-
-    def with_unbalance(self, unbalance: Complex) -> RubbingRotor:
-        """Return a copy with another unbalance (kg m) at each place."""
-        return replace(self, unbalance=unbalance)
+        p = self.parameters
+        result = np.zeros(len(self.sites))
+        for k, site in enumerate(self.sites):
+            sliding, scale = p[f"{site}.mu"], p[f"{site}.stribeck_velocity"]
+            result[k] = sliding
+            if scale > 0.0:
+                slip = Omega * (p[f"{site}.journal_radius"] + self.c[k])
+                result[k] += max(p[f"{site}.mu_static"] - sliding, 0.0) * np.exp(-((slip / scale) ** 2))
+        return result
 
 
 def rubbing_rotor(planned: PlannedRun) -> RubbingRotor:
@@ -103,35 +109,16 @@ def rubbing_rotor(planned: PlannedRun) -> RubbingRotor:
     ValueError
         If the run has no `rotor_contact`, or none of its sites is enabled.
     """
-    made = of_planned(planned)
-    present = [component.name for component in planned.assembly.system.components]
-    if PLANT not in present:
+    if PLANT not in planned.interfaces:
         raise ValueError(f"scenario {planned.name} has no component {PLANT}; a rub needs a rotor")
-    p, layout = made.parameters(PLANT), made.layout(PLANT)
-    sites = tuple(site["name"] for site in layout["sites"] if p[f"{site['name']}.enabled"])
+    machine = Machine(planned)
+    made, p = machine.linear_components, machine.parameters[PLANT]
+    sites = tuple(site["name"] for site in made.layout(PLANT)["sites"] if p[f"{site['name']}.enabled"])
     if not sites:
         raise ValueError(f"scenario {planned.name} has no enabled site; a rub needs one")
-    places = (*layout["discs"], *layout["bearings"])
-    last = {**planned.plan.inputs, **{name: value for _, name, value in planned.plan.events}}
-    amounts = np.array([last.get(f"{PLANT}.{place}.u", 0.0) for place in places])
-    angles = np.array([last.get(f"{PLANT}.{place}.phi", 0.0) for place in places])
-    records = tuple(_record(p, site) for site in sites)
-    c = np.array([site.clearance for site in records])
-    notes = _notes(p, sites) + _other_notes(last, mixing(made, planned.plan.speed, sites))
-    return RubbingRotor(made, planned.plan.speed, sites, records, c, amounts * np.exp(1j * angles), places, notes)
-
-
-def _record(p: Mapping[str, float], name: str) -> Site:
-    """Return the record of a site with its parameters."""
-    site: Site = np.zeros(1, SITE)[0]
-    for field_name in SITE_PARAMETERS.names or ():
-        site[field_name] = p[f"{name}.{field_name}"]
-    return site
-
-
-def _slip(site: Site, Omega: float, whirl: float | None) -> float:
-    """Return the slip velocity v (m/s) of a journal that whirls on its circle."""
-    return float(Omega * site.journal_radius + (Omega if whirl is None else whirl) * site.clearance)
+    c = np.array([p[f"{site}.clearance"] for site in sites])
+    notes = _notes(p, sites) + _other_notes(machine.last_inputs, mixing(made, machine.Omega, sites))
+    return RubbingRotor(machine, sites, c, np.array(list(machine.unbalance.values()), dtype=complex), notes)
 
 
 def _notes(p: Mapping[str, float], sites: tuple[str, ...]) -> tuple[str, ...]:

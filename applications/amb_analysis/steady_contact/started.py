@@ -14,13 +14,13 @@ in the state.
 from __future__ import annotations
 
 from contextlib import closing
+from dataclasses import replace
 
 import numpy as np
 from scipy.linalg import expm
 
 from amb_analysis.linear import components as linear
-from amb_analysis.linear.rotor_and_magnets import rotor_component
-from amb_analysis.steady_contact.forward_loop import Complex, contact_pair, flat, with_contact_forces
+from amb_analysis.steady_contact.forward_loop import Complex, contact_pair, flat, parts_in_contact
 from amb_analysis.steady_contact.rubbing_rotor import RubbingRotor
 from amb_analysis.steady_contact.trap_map import SolvedState
 from amb_analysis.steady_contact.whirl import Whirl
@@ -54,10 +54,10 @@ def checkpoint_in(rotor: RubbingRotor, state: SolvedState | Whirl) -> Checkpoint
     ValueError
         If there are too few steps before cycle 0, or the run has no input for the rotor's unbalance.
     """
-    plan, assembly = rotor.linear_components.plan, rotor.linear_components.assembly
+    plan, assembly = rotor.machine.planned.plan, rotor.machine.planned.assembly
     is_whirl = isinstance(state, Whirl)
     omega = state.frequency if isinstance(state, Whirl) else rotor.Omega
-    at_end = {**plan.inputs, **_unbalance(rotor.with_unbalance(0.0 * rotor.unbalance) if is_whirl else rotor)}
+    at_end = {**plan.inputs, **_unbalance(replace(rotor, unbalance=0.0 * rotor.unbalance) if is_whirl else rotor)}
     missing = [name for name, value in at_end.items() if name not in plan.inputs and value != 0.0]
     if missing:
         raise ValueError(f"the run has no {missing[0]}; it add it to the inputs, with any value")
@@ -110,10 +110,7 @@ def _pressed(
 
 def _machine(rotor: RubbingRotor) -> linear.LinearComponent:
     """Return the rotor, including the magnets' gradient if it acts within a step; the rotor's own states come first."""
-    made = rotor.linear_components.at(rotor.Omega)
-    layout, constants = made.layout(PLANT), made.constants(PLANT)
-    local = rotor_component(PLANT, layout, constants, made.parameters(PLANT), rotor.Omega)
-    parts, feeds = [with_contact_forces(local, layout, constants)], made.feeds([PLANT, ACTUATOR])
-    if any(target.endswith(".k_xx") for target in feeds):
-        parts += made.parts([ACTUATOR])
+    made = rotor.machine.linear_components.at(rotor.Omega)
+    within_a_step = any(target.endswith(".k_xx") for target in made.feeds([PLANT, ACTUATOR]))
+    parts, feeds = parts_in_contact(made, [PLANT, ACTUATOR] if within_a_step else [PLANT])
     return linear.connected(parts, linear.within(parts, feeds))

@@ -14,8 +14,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache, partial
-from itertools import combinations
 from typing import Annotated
 
 import numpy as np
@@ -25,6 +23,8 @@ from amb_analysis.steady_contact.forward_loop import Complex
 from amb_analysis.steady_contact.receptances import receptances_at
 from amb_analysis.steady_contact.rubbing_rotor import RubbingRotor
 from amb_analysis.steady_contact.stability import Dynamics
+from amb_analysis.steady_contact.synchronous_states import all_sets
+from amb_cosim.presentation.json_data import JsonKey, Layout
 from array_types import Array
 
 POINTS = 400  # searched frequencies, each way
@@ -42,23 +42,26 @@ class Whirl:
     N, friction, psi
         Normal force and friction force (N) and angle (rad) of the journal at each of them.
     slips
-        Whether the journals slip forward, as (1) assumes; otherwise they roll.
-    growth
-        Largest growth rate of small motion about it (1/s), except for its free phase.
+        Whether the journals slip forward, as (1) assumes; otherwise they roll first.
+    stable
+        Whether small motion about it decays, except for its free phase.
+    accurate
+        Whether the reduced rotor is accurate at this frequency.
     """
 
     contact: tuple[str, ...]
     frequency: Annotated[float, "rad/s"]
-    N: Annotated[dict[str, float], "N"]
-    friction: Annotated[dict[str, float], "N"]
-    psi: Annotated[dict[str, float], "rad"]
+    N: Annotated[dict[str, float], JsonKey("normal_forces_N")]
+    friction: Annotated[dict[str, float], Layout.OMITTED]
+    psi: Annotated[dict[str, float], Layout.OMITTED]
     slips: bool
-    growth: Annotated[float, "1/s"]
+    stable: bool
+    accurate: bool
 
     @property
-    def stable(self) -> bool:
-        """Whether small motion about it decays."""
-        return self.growth <= 0.0
+    def grows_backward(self) -> bool:
+        """Whether friction accelerates a backward whirl that is faster than this one."""
+        return self.frequency < 0.0 and self.slips and not self.stable
 
 
 def whirls(rotor: RubbingRotor, Omega: float, highest: float | None = None) -> list[Whirl]:
@@ -80,9 +83,9 @@ def whirls(rotor: RubbingRotor, Omega: float, highest: float | None = None) -> l
         return receptances_at(loop, omega).R
 
     grid = np.geomspace(1e-3 * reach, reach, POINTS)
-    radii = [site.journal_radius for site in rotor.records]
+    radii = [rotor.parameters[f"{site}.journal_radius"] for site in rotor.sites]
     result = []
-    for contact in [s for size in (1, 2) for s in combinations(range(len(rotor.sites)), size)]:
+    for contact in all_sets(len(rotor.sites), 2)[1:]:
         for branch in range(1 if len(contact) == 1 else 2):
             for line in (grid, -grid[::-1]):
                 for omega, forces, q in _on_branch(R, line, contact, branch, mu_at, c):
@@ -95,11 +98,12 @@ def whirls(rotor: RubbingRotor, Omega: float, highest: float | None = None) -> l
                         dynamics = Dynamics(loop, c, mu, rotor.mu_slope(Omega, omega), omega)
                         small = dynamics.about(contact, forces, psi)
                         at_rest = int(np.argmin(np.hypot(small.rates, small.frequencies - omega)))
-                        growth = float(np.delete(small.rates, at_rest).max(initial=-math.inf))
+                        stable = float(np.delete(small.rates, at_rest).max(initial=-math.inf)) <= 0.0
                         at_sites = (forces, mu[list(contact)] * forces, psi)
                         by_name = (dict(zip(names, map(float, values), strict=True)) for values in at_sites)
                         N, friction, angles = by_name
-                        result.append(Whirl(names, omega, N, friction, angles, slips, growth))
+                        accurate = abs(omega) <= rotor.valid_to
+                        result.append(Whirl(names, omega, N, friction, angles, slips, stable, accurate))
     return sorted(result, key=lambda whirl: whirl.frequency)
 
 

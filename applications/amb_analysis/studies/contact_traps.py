@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from os import PathLike
 from pathlib import Path
 from typing import Annotated, ClassVar
@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from amb_analysis.steady_contact.contact_whirl import ContactWhirl, contact_whirls
 from amb_analysis.steady_contact.freeing import smallest_demand, smallest_freeing
+from amb_analysis.steady_contact.rolling import Rolling, rolling
 from amb_analysis.steady_contact.rubbing_rotor import RubbingRotor, rubbing_rotor
 from amb_analysis.steady_contact.stability import Dynamics
 from amb_analysis.steady_contact.trap_map import (
@@ -25,28 +26,24 @@ from amb_analysis.steady_contact.trap_map import (
     states_at,
     trap_map,
 )
-from amb_analysis.steady_contact.whirl import whirls
+from amb_analysis.steady_contact.whirl import Whirl, whirls
 from amb_analysis.studies.inputs import Number, controlled, positive, speed_range, spin_speed
 from amb_analysis.studies.result import MachineResult
 from amb_analysis.studies.trap_control import Freed, control_of
 from amb_analysis.studies.trap_states import (
     KINDS,
     BearingCurrent,
-    RollingContact,
-    SustainedWhirl,
     SynchronousState,
     allowed_current,
     currents_of,
     regime_of,
     report_state,
-    rolling_contacts,
 )
 from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.cosim.system.values import Raw
 from amb_cosim.presentation.json_data import Layout
 from amb_cosim.presentation.text_tables import TextBlock, text_table
-from amb_cosim.results.component_names import PLANT
 from amb_cosim.scenario.plan_run import plan_run
 from amb_files.checks import require
 from array_types import Array
@@ -118,8 +115,8 @@ class Traps(MachineResult):
     kind: str
     states: tuple[SynchronousState, ...]
     own: tuple[ContactWhirl, ...]
-    sustained: tuple[SustainedWhirl, ...]
-    rolling: tuple[RollingContact, ...]
+    sustained: tuple[Whirl, ...]
+    rolling: tuple[Rolling, ...]
     least_trapping: Annotated[float | None, "kg.m"]
     touching: tuple[float, float]
     trapping: tuple[float, float] | None
@@ -165,7 +162,7 @@ class Traps(MachineResult):
             )
         lasting = [whirl for whirl in self.sustained if whirl.stable and whirl.accurate]
         for whirl in sorted(lasting, key=lambda whirl: abs(whirl.frequency))[:MOST_LISTED]:
-            forces = ", ".join(f"{name} {force:.4g} N" for name, force in whirl.normal_forces.items())
+            forces = ", ".join(f"{name} {force:.4g} N" for name, force in whirl.N.items())
             rolling = "" if whirl.slips else "; it rolls before"
             lines.append(f"a whirl at {whirl.frequency:.4g} rad/s needs no unbalance, and lasts ({forces}{rolling})")
         for contact in {whirl.frequency: whirl for whirl in self.rolling if whirl.possible}.values():  # the most sites
@@ -280,7 +277,6 @@ def traps(
     allowed = np.array([allowed_current(machine, bearing) for bearing in machine.loop(Omega).currents])
     demand = smallest_demand(machine, Omega, allowed) if loop.is_stable else None
     demands = [currents_of(result.demanded, machine) for result in (freeing, demand) if result is not None]
-    valid_to = machine.linear_components.layout(PLANT).get("valid_to") or math.inf
     notes = list(machine.notes)
     if len(machine.sites) > AT_ONCE:
         notes.append(f"map and curves have at most {AT_ONCE} sites in contact at once; the machine's states all")
@@ -295,11 +291,8 @@ def traps(
         kind=KINDS[regime_of(states)],
         states=states,
         own=tuple(contact_whirls(machine, Omega)),
-        sustained=tuple(
-            SustainedWhirl(w.contact, w.frequency, w.N, w.slips, w.stable, abs(w.frequency) <= valid_to)
-            for w in whirls(machine, Omega)
-        ),
-        rolling=rolling_contacts(machine, Omega, valid_to),
+        sustained=tuple(whirls(machine, Omega)),
+        rolling=tuple(rolling(machine, Omega)),
         least_trapping=least if math.isfinite(least) else None,
         touching=(touching * amount, touching_at),
         trapping=None if least_over_speeds is None else (least_over_speeds[0] * amount, least_over_speeds[1]),
@@ -363,7 +356,6 @@ def _with_unbalance(machine: RubbingRotor, unbalance: Number | None, place: str 
     require(amount > 0.0, "unbalance", "0 kg m", "> 0 kg m")
     where = machine.places[0] if place is None else place
     if place is None and np.any(machine.unbalance):
-        return machine.with_unbalance(machine.unbalance * amount / np.abs(machine.unbalance).max())
-    return machine.with_unbalance(
-        np.array([amount if name == where else 0.0 for name in machine.places], dtype=complex)
-    )
+        return replace(machine, unbalance=machine.unbalance * amount / np.abs(machine.unbalance).max())
+    placed = np.array([amount if name == where else 0.0 for name in machine.places], dtype=complex)
+    return replace(machine, unbalance=placed)

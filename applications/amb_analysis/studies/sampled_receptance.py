@@ -14,9 +14,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from amb_analysis.linear.components import frequency_response
 from amb_analysis.linear.linearisable import LinearSource
 from amb_analysis.linear.linearise import model_of
-from amb_analysis.linear.model import LinearModel
 from amb_analysis.machine.machine import Machine, machine_of
 from amb_cosim.design.sampled_loop import parameters_of_loop, sensor_response
 from amb_cosim.results.component_names import ACTUATOR, CONTROLLER, PLANT
@@ -44,7 +44,7 @@ def sampled_receptance(planned: PlannedRun, order: int = 1) -> Complex:
         machine.linear_components, added, [f"{PLANT}.{sensor}" for sensor in machine.controlled.sensor_names]
     )
     local = parameters_of_loop(machine.controlled, parameters)
-    G = _response(loop, omega)
+    G = frequency_response(loop, np.exp(1j * omega * loop.dt))
     if is_on(parameters["chain.preset"], parameters["chain.delay"]):
         G = G * np.exp(-1j * omega * parameters["sample_time"])
     return np.asarray(sensor_response(local, omega) @ G / _current_stiffnesses(machine))
@@ -71,7 +71,8 @@ def inner_response(planned: PlannedRun, order: int = 1) -> Complex | None:
         return None
     demands = [system.source_of(f"{ACTUATOR}.{axis}") or "" for axis in added]
     omega = order * machine.Omega
-    part = _response(model_of(made, [*added.values(), *readings], demands, components=(name,)), omega)
+    model = model_of(made, [*added.values(), *readings], demands, components=(name,))
+    part = frequency_response(model, np.exp(1j * omega * model.dt))
     law = np.linalg.solve(part[:, : len(added)], part[:, len(added) :])  # before a delay, which both have
     measured = sensor_response(parameters_of_loop(machine.controlled, machine.parameters[CONTROLLER]), omega)
     return np.asarray(-_current_stiffnesses(machine)[:, None] * (law @ displayed @ np.linalg.inv(measured)))
@@ -95,9 +96,3 @@ def _places_of_currents(machine: Machine) -> dict[str, str]:
 def _current_stiffnesses(machine: Machine) -> Array:
     parameters = machine.parameters[CONTROLLER]
     return np.array([parameters[f"{axis.bearing}.k_i_{axis.direction}"] for axis in machine.controlled.axes])
-
-
-def _response(model: LinearModel, omega: float) -> Complex:
-    """Return C (z 1 - A)^-1 B + D at z = exp(j omega h)."""
-    z = np.exp(1j * omega * model.dt)
-    return np.asarray(model.C @ np.linalg.solve(z * np.eye(model.nstates) - model.A, model.B) + model.D)

@@ -11,11 +11,9 @@ import numpy as np
 
 from amb_actuator.force import limited_current
 from amb_actuator.interface import DYNAMIC
-from amb_analysis.steady_contact.rolling import rolling
 from amb_analysis.steady_contact.rubbing_rotor import RubbingRotor
 from amb_analysis.steady_contact.trap_map import Regime, SolvedState
 from amb_cosim.results.component_names import ACTUATOR, CONTROLLER
-from rotor_contact.friction import friction_excess
 
 VIBRATIONS = 6  # about a state that are reported, what decays least first
 KINDS = {
@@ -97,90 +95,12 @@ class SynchronousState:
         return "whirls backward" if self.whirl_frequency < 0.0 else "whirls forward"
 
 
-@dataclass(frozen=True, eq=False)
-class SustainedWhirl:
-    """A whirl that needs no unbalance.
-
-    contact, frequency, normal_forces
-        Sites in contact, whirl frequency (rad/s, negative backward), force at each (N).
-    slips
-        Whether the journals slip as friction assumes; otherwise they roll first.
-    stable
-        Whether small motion about it decays.
-    accurate
-        Whether the reduced rotor is accurate at this frequency.
-    """
-
-    contact: tuple[str, ...]
-    frequency: Annotated[float, "rad/s"]
-    normal_forces: Annotated[dict[str, float], "N"]
-    slips: bool
-    stable: bool
-    accurate: bool
-
-    @property
-    def grows_backward(self) -> bool:
-        """Whether friction accelerates a backward whirl that is faster than this one."""
-        return self.frequency < 0.0 and self.slips and not self.stable
-
-
-@dataclass(frozen=True, eq=False)
-class RollingContact:
-    """Rolling at sites: a journal rolls without slip in its ring once something makes it whirl backward fast enough.
-
-    contact, frequency
-        One or two sites, and the whirl frequency (rad/s), negative.
-    normal_forces, swings
-        Force at each site, averaged over the angle between the two, and the deviation from it (N).
-    least_friction
-        Friction coefficient below which the journal slips (1).
-    possible
-        Whether the friction of all these sites is above that.
-    accurate
-        Whether the reduced rotor is accurate at this frequency.
-    """
-
-    contact: tuple[str, ...]
-    frequency: Annotated[float, "rad/s"]
-    normal_forces: Annotated[dict[str, float], "N"]
-    swings: Annotated[dict[str, float], "N"]
-    least_friction: float
-    possible: bool
-    accurate: bool
-
-    def __str__(self) -> str:
-        forces = ", ".join(f"{site} {force:.4g} N" for site, force in self.normal_forces.items())
-        beyond = "" if self.accurate else "; the reduced rotor is not accurate there"
-        return (
-            f"{'+'.join(self.contact)} may roll at {self.frequency:.4g} rad/s ({forces}), which requires a friction "
-            f"coefficient of "
-            f"{self.least_friction:.2g}{beyond}"
-        )
-
-
 def regime_of(states: tuple[SynchronousState, ...]) -> Regime:
     """Return the possible behaviour of a rotor with these states."""
     free = any(not state.contact and state.stable for state in states)
     trapped = any(state.contact and state.stable for state in states)
     rests = any(state.contact and state.settles for state in states)
     return (Regime.BOTH if trapped else Regime.FREE) if free else (Regime.CONTACT if rests else Regime.WHIRL)
-
-
-def rolling_contacts(machine: RubbingRotor, Omega: float, valid_to: float) -> tuple[RollingContact, ...]:
-    """Return the possible rolling at a speed (rad/s) of a rotor model that is accurate up to a frequency (rad/s)."""
-    records = dict(zip(machine.sites, machine.records, strict=True))
-    return tuple(
-        RollingContact(
-            contact=result.contact,
-            frequency=result.frequency,
-            normal_forces=result.N,
-            swings=result.swing,
-            least_friction=result.friction,
-            possible=all(friction_excess(records[site], 1.0, result.friction) <= 0.0 for site in result.contact),
-            accurate=abs(result.frequency) <= valid_to,
-        )
-        for result in rolling(machine, Omega)
-    )
 
 
 def report_state(state: SolvedState, machine: RubbingRotor, Omega: float) -> SynchronousState:
@@ -215,17 +135,17 @@ def currents_of(values: Mapping[str, complex], machine: RubbingRotor) -> dict[st
 
 def allowed_current(machine: RubbingRotor, bearing: str) -> float:
     """Return the largest amplitude (A) that coils (`amb_actuator.amplifier`) and controller can follow."""
-    interfaces, result = machine.linear_components.assembly.interfaces, math.inf
-    if ACTUATOR in interfaces:
-        p = machine.linear_components.parameters(ACTUATOR)
+    parameters, result = machine.machine.parameters, math.inf
+    if ACTUATOR in parameters:
+        p = parameters[ACTUATOR]
         for axis in "xy":
             names = ("bias_current", "static_current", "current_limit", "voltage_limit", "resistance")
             bias, static, limit, voltage, resistance = (p[f"{bearing}.{name}_{axis}"] for name in names)
             if p["amplifier"] == DYNAMIC:
                 limit = min(limit, voltage / resistance)
             result = min(result, *(abs(limited_current(demand, bias, static, limit)) for demand in (-1e12, 1e12)))
-    if CONTROLLER in interfaces:
-        p = machine.linear_components.parameters(CONTROLLER)
+    if CONTROLLER in parameters:
+        p = parameters[CONTROLLER]
         result = min(
             result, *(abs(p.get(f"{bearing}.{name}_{a}", math.inf)) for name in ("i_min", "i_max") for a in "xy")
         )

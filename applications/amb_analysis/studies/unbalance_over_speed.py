@@ -169,7 +169,7 @@ def _loads(
     machine: Machine, source: RotorSource, amount: float | None, place: str | None, node: int | None
 ) -> dict[int, complex]:
     """Return the unbalance (kg m) by node: that of the scenario, or an amount at a place."""
-    own = {machine.node_of(name): u for name, u in machine.unbalance.items()}
+    own = machine.unbalanced_nodes
     if amount is None and place is None and node is None and own:
         return own
     if place is not None or node is not None:

@@ -88,8 +88,7 @@ def _of_mode(mode: ModeReach) -> str:
 
 def _of_currents(machine: Machine, speed: float) -> Iterator[str]:
     """Yield the axes whose demand under the unbalance exceeds coils and amplifiers at the highest speed."""
-    placed = {machine.node_of(place): amount for place, amount in machine.unbalance.items()}
-    motion = synchronous_response(machine, np.array([speed]), [placed]).reshape(-1)
+    motion = synchronous_response(machine, np.array([speed]), [machine.unbalanced_nodes]).reshape(-1)
     demands = np.abs(demanded_currents(machine, speed, speed) @ motion)
     for (bearing, axis), demand in zip(machine.loop.axes, demands, strict=True):
         largest = float(current_amplitude(machine.axis(bearing, axis), speed / (2.0 * math.pi)))
