@@ -172,6 +172,15 @@ class Vibrations:
         """Return the damping ratios."""
         return np.asarray(-self.poles.real / np.abs(self.poles))
 
+    def decrements(self) -> Array:
+        """Return the logarithmic decrements, -2 pi Re s/Im s."""
+        return np.asarray(-2.0 * np.pi * self.poles.real / self.poles.imag)
+
+    def up_to(self, frequency: float) -> Vibrations:
+        """Return the vibrations up to a frequency (rad/s)."""
+        retained = self.poles.imag <= frequency
+        return Vibrations(self.poles[retained], self.senses[retained], self.stability)
+
 
 def poles(
     scenario: str | Path | None = None,
@@ -295,7 +304,7 @@ def _over_speed(vibrations: list[Vibrations], track: list[int | None]) -> PoleOv
     pairs = list(zip(vibrations, track, strict=True))
     s = np.array([np.nan if k is None else at.poles[k] for at, k in pairs], dtype=np.complex128)
     ratios = np.array([np.nan if k is None else at.ratios()[k] for at, k in pairs])
-    whirl = tuple(None if k is None else _whirl(float(at.senses[k])) for at, k in pairs)
+    whirl = tuple(None if k is None else whirl_of(float(at.senses[k])) for at, k in pairs)
     return PoleOverSpeed(s.imag, ratios, -2.0 * math.pi * s.real / s.imag, whirl)
 
 
@@ -309,5 +318,6 @@ def _crossings(speeds: Array, followed_poles: Sequence[PoleOverSpeed]) -> Iterat
             yield CriticalCrossing(mode, float(at), float(decrement))
 
 
-def _whirl(sense: float) -> Whirl:
+def whirl_of(sense: float) -> Whirl:
+    """Return the whirl of a sense from -1 (backward) to 1 (forward)."""
     return "mixed" if abs(sense) <= CLEAR else "forward" if sense > 0.0 else "backward"

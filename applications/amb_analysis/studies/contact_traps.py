@@ -27,7 +27,7 @@ from amb_analysis.steady_contact.trap_map import (
     trap_map,
 )
 from amb_analysis.steady_contact.whirl import Whirl, whirls
-from amb_analysis.studies.inputs import Number, controlled, positive, speed_range, spin_speed
+from amb_analysis.studies.inputs import GRADE, Number, controlled, positive, speed_range, spin_speed
 from amb_analysis.studies.result import MachineResult
 from amb_analysis.studies.trap_control import Freed, control_of
 from amb_analysis.studies.trap_states import (
@@ -50,7 +50,7 @@ from array_types import Array
 from rotor_analysis.rotor_file import load_rotor
 
 SPEEDS, AMOUNTS, CURVE, LEAST = 200, 50, 400, 500  # points of the map, of the curves, and of unbalance at one speed
-GRADE, BEYOND_GRADE = 2.5e-3, 10.0  # m/s of balancing grade G 2.5, and times its limit that a map reaches at most
+BEYOND_GRADE = 10.0  # times the limit of G 2.5 that a map reaches at most
 SEARCH_SPEEDS, SEARCH_AMOUNTS, MARGIN = 40, 30, 1.25  # of the search for what traps; what the map shows beyond it
 WIDE = 10.0  # times the machine's unbalance, from which on the amounts of a map are on a logarithmic scale
 LOWEST = 0.02  # of the highest speed and of the largest unbalance, where the map begins

@@ -17,7 +17,7 @@ import numpy as np
 from amb_analysis.machine.machine import Machine, machine_of
 from amb_analysis.machine.response import refined_response
 from amb_analysis.studies.coefficient_limits import Limits, is_extrapolated, limits_of
-from amb_analysis.studies.inputs import DEFAULT_RANGE, Number, controlled, node_numbers, positive, speed_range
+from amb_analysis.studies.inputs import DEFAULT_RANGE, GRADE, Number, controlled, node_numbers, positive, speed_range
 from amb_analysis.studies.unbalance_records import CriticalResponse, PlacedUnbalance, PlaceResponse, UnbalanceResponse
 from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.cosim.run.options import RunOptions
@@ -40,7 +40,6 @@ from rotor_analysis.supported_rotor import supported_rotor
 POINTS = 644  # speeds of the curves, with the standstill, which is left out
 COARSE = 10  # of these speeds, between one of which and the next critical speeds are sought
 LEVITATED = 161  # the same of a levitated machine, whose peaks get more
-BALANCED = 2.5e-3  # m/s: grade G 2.5, of a machine whose scenario has no unbalance
 REACH = 2.0  # times the speed of a scenario, up to which its response is computed
 
 
@@ -181,7 +180,7 @@ def _loads(
             raise ValueError(
                 "unbalance is missing: the scenario has none, and stands still, so that no grade gives one"
             )
-        amount = abs(own[at]) if at in own else machine.rotor.mass * BALANCED / machine.Omega
+        amount = abs(own[at]) if at in own else machine.rotor.mass * GRADE / machine.Omega
     return {at: complex(amount)}
 
 

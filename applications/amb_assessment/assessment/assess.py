@@ -8,8 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from types import ModuleType
-from typing import Any
+from typing import Any, NamedTuple
 
 from amb_analysis.linear.stability import LoopStability
 from amb_assessment.assessment.analyses import (
@@ -37,26 +36,40 @@ from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.cosim.basics.errors import FmuError, ProcessFailed, StartFailed
 from amb_files.suggestions import suggest
 
-ANALYSES: dict[str, ModuleType] = {  # in the order of the page
-    "free_modes": free_modes,
-    "critical_map": critical_map,
-    "closed_loop": closed_loop,
-    "cross_coupling": cross_coupling,
-    "unbalance": unbalance,
-    "envelope": envelope,
-    "sensitivity": sensitivity,
-    "robustness": robustness,
-    "axial": axial,
-    "vibration": vibration,
-    "faults": faults,
-    "landing": landing,
-    "rest": rest,
-    "recovery": recovery,
+
+class Part(NamedTuple):
+    """A part of an assessment.
+
+    title, answer
+        Its title on the page, and the function that returns its results.
+    levitates, touches
+        Whether it needs a stable loop, or contact sites.
+    """
+
+    title: str
+    answer: Callable[[Subject], AnalysisResult]
+    levitates: bool = False
+    touches: bool = False
+
+
+ANALYSES = {  # in the order of the page
+    "free_modes": Part("Free-free modes, and positions of sensors and magnets", free_modes.answer),
+    "critical_map": Part("Undamped critical speeds over support stiffness", critical_map.answer),
+    "closed_loop": Part("Closed loop over speed: damped frequencies and logarithmic decrements", closed_loop.answer),
+    "cross_coupling": Part("Stability with cross coupling", cross_coupling.answer),
+    "unbalance": Part("Unbalance response, amplification and separation margins", unbalance.answer, levitates=True),
+    "envelope": Part(
+        "Envelope: required and available forces, currents, voltages and slew rates", envelope.answer, levitates=True
+    ),
+    "sensitivity": Part("Sensitivity, computed and measured", sensitivity.answer, levitates=True),
+    "robustness": Part("Robustness: worst margins within the tolerances", robustness.answer, levitates=True),
+    "axial": Part("Axial axis: thrust bearing", axial.answer),
+    "vibration": Part("Vibration at speed in co-simulation", vibration.answer, levitates=True, touches=True),
+    "faults": Part("Run-up, run-down and faults in co-simulation", faults.answer, levitates=True, touches=True),
+    "landing": Part("Landing on the retainers", landing.answer, levitates=True, touches=True),
+    "rest": Part("Landing to rest", rest.answer, levitates=True, touches=True),
+    "recovery": Part("Relevitation and overload", recovery.answer, levitates=True, touches=True),
 }
-OF_LEVITATION = frozenset(  # parts that need a stable loop
-    {"unbalance", "envelope", "sensitivity", "robustness", "vibration", "faults", "landing", "rest", "recovery"}
-)
-OF_CLEARANCES = frozenset({"vibration", "faults", "landing", "rest", "recovery"})  # parts that need contact sites
 
 ProgressCallback = Callable[[str, int, int], None]  # title of the part under way, parts done, their number
 
@@ -185,8 +198,8 @@ def assess(
     for done, name in enumerate(chosen):
         part = ANALYSES[name]
         if progress is not None:
-            progress(part.TITLE, done, len(chosen))
-        parts.append(_answered(name, part.TITLE, part.answer, subject, requested, stability))
+            progress(part.title, done, len(chosen))
+        parts.append(_answered(name, part, subject, requested, stability))
     return Assessment(file, subject.facts, requested, tuple(parts))
 
 
@@ -218,25 +231,20 @@ def check_machine(file: MachineFile, flavour: Flavour = "native") -> Subject:
 
 
 def _answered(
-    name: str,
-    title: str,
-    ask: Callable[[Subject], AnalysisResult],
-    subject: Subject,
-    criteria: tuple[Criterion, ...],
-    stability: Callable[[], LoopStability],
+    name: str, part: Part, subject: Subject, criteria: tuple[Criterion, ...], stability: Callable[[], LoopStability]
 ) -> Analysis:
     begin = time.perf_counter()
     try:
-        if name in OF_LEVITATION:
+        if part.levitates:
             check_stable(stability())
-        if name in OF_CLEARANCES and not subject.clearances:
+        if part.touches and not subject.clearances:
             raise ValueError(f"rotor {subject.rotor.name} has no [[sites]], so its possible contacts are unknown")
-        answer = ask(subject)
+        answer = part.answer(subject)
         findings = tuple(judge(answer.measured, criteria, subject.facts))
     except (ValueError, LookupError, ArithmeticError, RuntimeError, StartFailed, FmuError, ProcessFailed) as error:
         reason = str(error) or type(error).__name__
-        return Analysis(name, title, AnalysisResult(), (), reason, time.perf_counter() - begin)
-    return Analysis(name, title, answer, findings, "", time.perf_counter() - begin)
+        return Analysis(name, part.title, AnalysisResult(), (), reason, time.perf_counter() - begin)
+    return Analysis(name, part.title, answer, findings, "", time.perf_counter() - begin)
 
 
 def _part_data(part: Analysis) -> dict[str, Any]:

@@ -140,6 +140,12 @@ def worst_response(subject: Subject, lowest: float, highest: float, sites: Seque
     return WorstResponse(unbalances[k], float(speeds[n]), names[counted[top]], at_sites)
 
 
+def worst_inputs(subject: Subject) -> dict[str, float]:
+    """Return the unbalance with the largest steady response at the largest speed, as inputs of the rotor."""
+    Omega = subject.file.speed.highest
+    return worst_response(subject, Omega, Omega).unbalance.inputs
+
+
 def steady_vibration(subject: Subject, response: WorstResponse) -> dict[str, Array]:
     """Return the displacement over the clearance by site, of a run with noise and converters at a response's speed."""
     inputs = response.unbalance.inputs
@@ -214,14 +220,23 @@ def clearance_used(subject: Subject, result: Result) -> dict[str, Array]:
     return used
 
 
-def switched_off(subject: Subject, cycle: float) -> dict[str, Any]:
-    """Return the fields of a scenario in which all amplifiers lose their power at a cycle, and coils discharge."""
+def without_power(subject: Subject, cycle: float, friction: float = FRICTION) -> dict[str, Any]:
+    """Return the fields of a scenario in which all amplifiers lose their power at a cycle, and coils discharge.
+
+    Contacts have a friction coefficient.
+    """
     local = subject.parameters[ACTUATOR]
     limits = {f"{b}.discharge_voltage_{a}": local[f"{b}.voltage_limit_{a}"] for b, a in subject.loop.axes}
+    actuator = {"amplifier": "dynamic", "mean_current": True, **limits}
     return {
-        "parameters": {ACTUATOR: {"amplifier": "dynamic", "mean_current": True, **limits}},
+        "parameters": {ACTUATOR: actuator, PLANT: {"*.mu": friction}},
         "event": [{"role": "disturbance", "cycle": cycle, "set": {ACTUATOR: {"*.amplifier_off_?": True}}}],
     }
+
+
+def longest(subject: Subject, duration: float, steps: int) -> float:
+    """Return the time (s) of some steps, at most a duration (s)."""
+    return min(duration, steps * float(subject.planned.plan.step_size))
 
 
 def check_falls(subject: Subject) -> None:

@@ -8,8 +8,6 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
-import numpy as np
-
 from amb_analysis.machine.machine import Machine
 from amb_assessment.assessment.machine_file import MachineFile
 from amb_cosim.cosim.basics.choices import Flavour
@@ -53,6 +51,11 @@ class Subject(Machine):
             "grade": 1e3 * self.file.balancing.speed,
         }
 
+    @cached_property
+    def retainers(self) -> tuple[str, ...]:
+        """Contact sites that are retainers of bearings."""
+        return tuple(site.name for site in self.rotor.sites if site.bearing and site.name in self.clearances)
+
     def unbalance_of_grade(self) -> float:
         """Return the unbalance (kg m) allowed by the balancing grade, m G/Omega at the largest speed."""
         return self.rotor.mass * self.file.balancing.speed / self.file.speed.highest
@@ -83,7 +86,7 @@ def subject_of(file: MachineFile, flavour: Flavour = "native", modes: int | None
 
 def rpm(Omega: Any) -> Any:
     """Convert a speed from rad/s to 1/min."""
-    return np.asarray(Omega) * RPM if not isinstance(Omega, float) else Omega * RPM
+    return Omega * RPM
 
 
 def hertz(omega: Any) -> Any:

@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Annotated, Literal
 
+from amb_analysis.studies.inputs import GRADE
 from amb_assessment.first_design.rotor_text import diameter_at, gap_for, require_speed
 from amb_cosim.design.magnetic_bearing import axis_parameters, linear_constants
 from amb_cosim.scenario.gravity import STANDARD_GRAVITY
@@ -23,7 +24,6 @@ from rotor_analysis.static_load import carried_masses
 MU_0 = 4e-7 * math.pi  # V s/(A m)
 
 SURFACE_SPEED = 200.0  # m/s, limit of laminations on the shaft
-GRADE = 2.5e-3  # m/s, balancing grade G 2.5
 CAPACITY = 4.0  # force of an axis over its share of the weight
 FLUX = 1.2  # T in the gap at twice the bias current
 CURRENT = 10.0  # A, current limit of the amplifier

@@ -10,8 +10,8 @@ import numpy as np
 from amb_analysis.linear.stability import LARGEST, stability_of
 from amb_analysis.studies.damping_zones import damping_ratio
 from amb_analysis.studies.sensitivity_curves import curve_frequencies
-from amb_analysis.studies.stability_margin import ZONES
 from amb_assessment.assessment.analyses.robustness import variations
+from amb_assessment.assessment.analyses.sensitivity import zone_limits
 from amb_assessment.assessment.findings import AnalysisResult, Quantity, ResultTable
 from amb_assessment.assessment.subject import Subject, hertz, rpm
 from amb_assessment.assessment.thrust_bearing import ThrustBearing
@@ -21,7 +21,6 @@ from thrust_bearings.axial_loop import AxialLoop
 from thrust_bearings.disc import OperatingPoint
 from thrust_bearings.rational_lag import TOLERANCE
 
-TITLE = "Axial axis: thrust bearing"
 NAME = "thrust.z"
 HEADS = ("bearing force (N)", "control current (A)", "K_s (MN/m)", "Hz", "damping ratio", "decrement", "peak of |S|")
 
@@ -163,12 +162,7 @@ def _panels(cases: Sequence[LoadCase]) -> tuple[Panel, ...]:
     if not stable:
         return ()
     drawn = [curve(f"under {case.name}", case.frequencies, case.S) for case in stable]
-    ends = stable[0].frequencies[[0, -1]]
-    drawn += [
-        curve(f"{zone}: below {limit:g}", ends, [limit, limit], "dashed")
-        for zone, limit in ZONES.items()
-        if np.isfinite(limit)
-    ]
+    drawn += zone_limits(stable[0].frequencies[[0, -1]])
     return (Panel("|S| of the axial axis", "Hz", "|S|", tuple(drawn), log="x"),)
 
 

@@ -7,11 +7,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from amb_analysis.linear.loop import Loop
 from amb_analysis.linear.stability import LARGEST
 from amb_analysis.machine.coupled import coupled_loop
 from amb_analysis.machine.machine import MODES
-from amb_analysis.studies.closed_loop_poles import Vibrations, followed, vibrations
+from amb_analysis.studies.closed_loop_poles import Vibrations, followed, vibrations, whirl_of
 from amb_analysis.studies.damping_zones import ZONES
 from amb_assessment.assessment.findings import AnalysisResult, Quantity, ResultTable
 from amb_assessment.assessment.stability import described, least_stable, spectral_radius
@@ -23,7 +22,6 @@ from array_types import Array
 from rotor_analysis.parts import Bearing
 from rotor_analysis.refinement import refined
 
-TITLE = "Closed loop over speed: damped frequencies and logarithmic decrements"
 POINTS = 41  # speeds
 MIN_DECREMENT, MAX_DECREMENT = 1e-3, 3.0  # logarithmic decrements in the figure, whose axis is logarithmic
 ROUNDING = 1e-9  # relative difference of decrements of the same pole
@@ -35,16 +33,16 @@ def answer(subject: Subject) -> AnalysisResult:
     loop = coupled_loop(subject, real_coefficients(subject))
     speed, limit = subject.file.speed, subject.file.highest_frequency
     speeds = np.unique([*np.linspace(0.01 * speed.tripping, speed.tripping, POINTS), speed.lowest, speed.highest])
-    result = [_within(vibrations(loop, float(Omega)), limit) for Omega in speeds]
+    result = [vibrations(loop, float(Omega)).up_to(limit) for Omega in speeds]
     operating = speeds[(speeds >= speed.lowest) & (speeds <= speed.tripping)]
-    least = least_decrement_over("decrement", lambda Omega: vibrations_within(loop, Omega, limit), operating)
+    least = least_decrement_over("decrement", lambda Omega: vibrations(loop, Omega).up_to(limit), operating)
     everything = least_decrement_over("decrement_anywhere", lambda Omega: vibrations(loop, Omega), operating)
     stability = spectral_radius("spectral_radius", least_stable(subject))
     tracks = followed(result, len(result[0].poles))
     at = int(np.flatnonzero(speeds == speed.highest)[0])
     rows = tuple(
-        (f"{hertz(s.imag):.1f}", f"{rpm(s.imag):.0f}", f"{-2.0 * np.pi * s.real / s.imag:.3f}", _sense(sense))
-        for s, sense in zip(result[at].poles, result[at].senses, strict=True)
+        (f"{hertz(s.imag):.1f}", f"{rpm(s.imag):.0f}", f"{decrement:.3f}", whirl_of(sense))
+        for s, decrement, sense in zip(result[at].poles, result[at].decrements(), result[at].senses, strict=True)
     )
     table = ResultTable(f"Vibrations at {rpm(speed.highest):.0f} 1/min", ("Hz", "1/min", "decrement", "whirl"), rows)
     ends = [f"{s.name} from {s.at_speed[0].speed:g} to {s.at_speed[-1].speed:g} rad/s" for s in _not_covering(subject)]
@@ -95,7 +93,7 @@ def least_decrement(quantity: str, vibrations: Sequence[tuple[float, Vibrations]
     all_of = [
         (float(d), Omega, float(s.imag), float(sense))
         for Omega, of in vibrations
-        for d, s, sense in zip(decrements(of), of.poles, of.senses, strict=True)
+        for d, s, sense in zip(of.decrements(), of.poles, of.senses, strict=True)
     ]
     least, Omega, omega, sense = min(all_of, default=(LARGEST, 0.0, 0.0, 0.0))
     growing = [of.stability for _, of in vibrations if not of.stability.is_stable]
@@ -106,7 +104,7 @@ def least_decrement(quantity: str, vibrations: Sequence[tuple[float, Vibrations]
         return Quantity(quantity, described(worst), worst.decrement, "1", facts, note)
     if not all_of:
         return Quantity(quantity, "nothing vibrates", LARGEST, "1")
-    where = f"{hertz(omega):.1f} Hz at {rpm(Omega):.0f} 1/min, {_sense(sense)}"
+    where = f"{hertz(omega):.1f} Hz at {rpm(Omega):.0f} 1/min, {whirl_of(sense)}"
     return Quantity(quantity, where, least, "1", {"frequency": hertz(omega), "N": float(rpm(Omega))})
 
 
@@ -123,25 +121,6 @@ def least_decrement_over(quantity: str, vibrating: Callable[[float], Vibrations]
     return least_decrement(quantity, list(found.items()))
 
 
-def decrements(vibrations: Vibrations) -> Array:
-    """Return logarithmic decrements, -2 pi Re s/Im s."""
-    return np.asarray(-2.0 * np.pi * vibrations.poles.real / vibrations.poles.imag)
-
-
-def vibrations_within(loop: Loop, Omega: float, limit: float) -> Vibrations:
-    """Return the vibrations of a loop at a speed up to a frequency (rad/s both)."""
-    return _within(vibrations(loop, Omega), limit)
-
-
-def _within(vibrations: Vibrations, limit: float) -> Vibrations:
-    retained = vibrations.poles.imag <= limit
-    return Vibrations(vibrations.poles[retained], vibrations.senses[retained], vibrations.stability)
-
-
-def _sense(sense: float) -> str:
-    return "mixed" if abs(sense) < 0.05 else "forward" if sense > 0.0 else "backward"
-
-
 def _panels(
     subject: Subject, speeds: Array, vibrations: list[Vibrations], tracks: list[list[int | None]]
 ) -> tuple[Panel, ...]:
@@ -153,7 +132,7 @@ def _panels(
         chosen = [(k, n) for k, n in enumerate(track) if n is not None]
         s = np.array([vibrations[k].poles[n] for k, n in chosen])
         last, number = chosen[-1]
-        name = f"{hertz(s[-1].imag):.0f} Hz {_sense(vibrations[last].senses[number])}"
+        name = f"{hertz(s[-1].imag):.0f} Hz {whirl_of(vibrations[last].senses[number])}"
         decrement = -2.0 * np.pi * s.real / s.imag
         displayed = decrement.min() < MAX_DECREMENT
         (frequency if displayed else beyond).append(curve(name, rpm(speeds[alive]), hertz(s.imag)))

@@ -12,7 +12,6 @@ from array_types import Array, Complex
 from rotor_analysis.critical_speeds import critical_speeds
 from rotor_analysis.damping import free_modes
 
-TITLE = "Undamped critical speeds over support stiffness"
 COUNT = 5  # critical speeds
 POINTS = 41  # stiffnesses, and speeds
 LEAST = 1e-3  # of the largest dynamic stiffness: replaces smaller and negative values

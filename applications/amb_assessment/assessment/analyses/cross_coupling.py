@@ -6,14 +6,13 @@ import numpy as np
 from scipy.optimize import brentq
 
 from amb_analysis.machine.coupled import coupled_loop
-from amb_analysis.studies.closed_loop_poles import Vibrations
-from amb_assessment.assessment.analyses.closed_loop import least_decrement, vibrations_within
+from amb_analysis.studies.closed_loop_poles import Vibrations, vibrations
+from amb_assessment.assessment.analyses.closed_loop import least_decrement
 from amb_assessment.assessment.findings import AnalysisResult, Quantity, ResultTable
 from amb_assessment.assessment.stages import anticipated
 from amb_assessment.assessment.subject import Subject, rpm
 from amb_assessment.reporting.panels import Panel, curve
 
-TITLE = "Stability with cross coupling"
 MOST = 30.0  # times the anticipated cross coupling, up to which the threshold is sought
 POINTS = 25  # of the sweep
 
@@ -25,7 +24,7 @@ def answer(subject: Subject) -> AnalysisResult:
     speed, limit = subject.file.speed.highest, subject.file.highest_frequency
 
     def coupled(factor: float) -> Vibrations:
-        return vibrations_within(coupled_loop(subject, anticipated(subject, factor)), speed, limit)
+        return vibrations(coupled_loop(subject, anticipated(subject, factor)), speed).up_to(limit)
 
     def growth(factor: float) -> float:
         return coupled(factor).stability.growth_rate

@@ -17,7 +17,6 @@ from array_types import Array, Complex
 from rotor_analysis.refinement import about_resonances, refined
 from rotor_analysis.resonances import resonances
 
-TITLE = "Envelope: required and available forces, currents, voltages and slew rates"
 POINTS = 90  # speeds, with more about critical speeds and maxima
 
 

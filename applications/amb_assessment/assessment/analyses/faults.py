@@ -17,7 +17,6 @@ from amb_cosim.results.component_names import ACTUATOR, CONTROLLER, PLANT
 from amb_cosim.scenario.gravity import STANDARD_GRAVITY
 from array_types import Array
 
-TITLE = "Run-up, run-down and faults in co-simulation"
 SLOW = 0.1  # of the largest speed, where a run-up begins
 LONGEST = 5.0  # s of a run-up or run-down that is simulated; a slower one passes its critical speeds in steady motion
 POINTS = 13  # of the speed of a run-down

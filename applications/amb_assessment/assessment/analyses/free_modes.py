@@ -11,7 +11,6 @@ from amb_assessment.assessment.subject import Subject, hertz
 from amb_assessment.reporting.panels import Panel, curve
 from rotor_analysis.mode_reach import BearingReach, ModeReach, mode_reaches
 
-TITLE = "Free-free modes, and positions of sensors and magnets"
 LEAST, MOST = 3, 6  # modes that are displayed
 
 

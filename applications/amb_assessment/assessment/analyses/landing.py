@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from amb_assessment.assessment.findings import AnalysisResult, Quantity, ResultTable
 from amb_assessment.assessment.retainer_bearings import check_sites, load_panels, load_tables
-from amb_assessment.assessment.runs import check_falls, simulate, switched_off, worst_response
+from amb_assessment.assessment.runs import check_falls, longest, simulate, without_power, worst_inputs
 from amb_assessment.assessment.stages import note_on_stages
 from amb_assessment.assessment.subject import Subject, rpm
 from amb_assessment.reporting.panels import Panel, curve
-from amb_cosim.results.component_names import PLANT
 from amb_cosim.results.result import Result
 from amb_cosim.scenario.gravity import STANDARD_GRAVITY
 
-TITLE = "Landing on the retainers"
 PHASES = 4  # of a turn, at which the power is lost
 FRICTIONS = (0.05, 0.15)
 FIRST, LONGEST, MOST_STEPS = 0.4, 2.0, 100_000  # s, s, and steps, for which a landing is followed
@@ -76,15 +74,14 @@ class Landing:
 
 def answer(subject: Subject) -> AnalysisResult:
     """Return peak force, backward whirl, contact elsewhere and heat of landings from the largest speed."""
-    retainers = [site.name for site in subject.rotor.sites if site.bearing and site.name in subject.clearances]
-    if not retainers:
+    if not subject.retainers:
         raise ValueError(f"rotor {subject.rotor.name} has no retainers; set the bearing of its sites")
     check_falls(subject)
     check_sites(subject.file.retainer_bearings, subject.clearances)
     Omega = subject.file.speed.highest
-    inputs = worst_response(subject, Omega, Omega).unbalance.inputs
+    inputs = worst_inputs(subject)
     cases = [(mu, k / PHASES) for mu in FRICTIONS for k in range(PHASES)]
-    landings = [_landed(subject, Omega, inputs, mu, phase, retainers) for mu, phase in cases]
+    landings = [_landed(subject, inputs, mu, phase) for mu, phase in cases]
     done = [landing for landing in landings if not landing.failure]
     if not done:
         raise ValueError(landings[0].failure)
@@ -92,7 +89,7 @@ def answer(subject: Subject) -> AnalysisResult:
     worst = max(done, key=lambda landing: landing.force)
     where = f"friction {worst.friction:g}, power lost at {worst.phase:.0f} deg"
 
-    followed, open_ended = _longest(subject), sum(not landing.has_ended for landing in landings)
+    followed, open_ended = longest(subject, LONGEST, MOST_STEPS), sum(not landing.has_ended for landing in landings)
     reason = f"{open_ended} of {count} landings have not ended within {followed:.3g} s" if open_ended else ""
 
     def share(quantity: str, number: int) -> Quantity:
@@ -135,29 +132,21 @@ def _points(landings: list[Landing], weight: float) -> tuple[list[float], list[f
     return [item.phase for item in landings], [item.force / weight for item in landings]
 
 
-def _landed(
-    subject: Subject, Omega: float, inputs: dict[str, float], mu: float, phase: float, retainers: list[str]
-) -> Landing:
-    fields = switched_off(subject, 1.0 + phase)
-    fields["parameters"] = fields["parameters"] | {PLANT: {"*.mu": mu}}
-    longest, landing = _longest(subject), Landing(mu, float(360.0 * phase))
-    for duration in dict.fromkeys((min(FIRST, longest), longest)):
+def _landed(subject: Subject, inputs: dict[str, float], mu: float, phase: float) -> Landing:
+    fields, Omega = without_power(subject, 1.0 + phase, mu), subject.file.speed.highest
+    most, landing = longest(subject, LONGEST, MOST_STEPS), Landing(mu, float(360.0 * phase))
+    for duration in dict.fromkeys((min(FIRST, most), most)):
         try:
             result = simulate(subject, Omega, inputs, end_time=duration, **fields)
         except ValueError as error:
             return replace(landing, failure=str(error))
-        landing = _of_run(result, landing, retainers)
+        landing = _of_run(result, landing, subject.retainers)
         if landing.is_final:
             break
     return landing
 
 
-def _longest(subject: Subject) -> float:
-    """Return the time (s) for which a landing is followed."""
-    return min(LONGEST, MOST_STEPS * float(subject.planned.plan.step_size))
-
-
-def _of_run(result: Result, landing: Landing, retainers: list[str]) -> Landing:
+def _of_run(result: Result, landing: Landing, retainers: Sequence[str]) -> Landing:
     """Return a landing with what a run of it shows."""
     summary, touchdown = result.summary, result.summary.touchdown
     touched = {} if touchdown is None else touchdown.retainers

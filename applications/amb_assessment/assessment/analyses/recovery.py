@@ -8,14 +8,7 @@ from typing import Any
 import numpy as np
 
 from amb_assessment.assessment.findings import AnalysisResult, Quantity
-from amb_assessment.assessment.runs import (
-    FRICTION,
-    clearance_used,
-    has_no_gravity,
-    simulate,
-    switched_off,
-    worst_response,
-)
+from amb_assessment.assessment.runs import clearance_used, has_no_gravity, simulate, without_power, worst_inputs
 from amb_assessment.assessment.stages import note_on_stages
 from amb_assessment.assessment.subject import Subject
 from amb_assessment.reporting.panels import Panel, curve
@@ -24,7 +17,6 @@ from amb_cosim.results.result import Result
 from amb_cosim.scenario.gravity import STANDARD_GRAVITY
 from array_types import Array
 
-TITLE = "Relevitation and overload"
 WITHOUT_POWER = 0.3  # s
 BACK = 0.3  # s with power after that
 TOUCHED = 1.0 - 1e-9  # of the clearance
@@ -34,10 +26,8 @@ OVERLOAD_STEP, OVERLOAD_TIME, MOST = 0.25, 0.02, 8.0  # of the weight, s, of the
 def answer(subject: Subject) -> AnalysisResult:
     """Return the distance to contact after the power returns, and the overload that causes contact."""
     Omega = subject.file.speed.highest
-    inputs = worst_response(subject, Omega, Omega).unbalance.inputs
-    lost = switched_off(subject, 1.0)
-    lost["parameters"] = lost["parameters"] | {PLANT: {"*.mu": FRICTION}}
-    returned = _with_power_back(lost, WITHOUT_POWER)
+    inputs = worst_inputs(subject)
+    returned = _with_power_back(without_power(subject, 1.0), WITHOUT_POWER)
     again = simulate(subject, Omega, inputs, end_time=WITHOUT_POWER + BACK, **returned)
     overload, used = _overload(subject, Omega, inputs)
     panels = (

@@ -10,7 +10,15 @@ from typing import Any
 import numpy as np
 
 from amb_assessment.assessment.findings import AnalysisResult, Quantity, ResultTable
-from amb_assessment.assessment.runs import FRICTION, check_falls, clearance_used, simulate, switched_off, worst_response
+from amb_assessment.assessment.runs import (
+    FRICTION,
+    check_falls,
+    clearance_used,
+    longest,
+    simulate,
+    without_power,
+    worst_inputs,
+)
 from amb_assessment.assessment.stages import note_on_stages
 from amb_assessment.assessment.subject import Subject, rpm, subject_of
 from amb_assessment.reporting.panels import Panel, curve
@@ -20,7 +28,6 @@ from amb_cosim.results.result import Result
 from amb_cosim.results.touchdown import STANDSTILL, Retainer, Touchdown
 from array_types import Array
 
-TITLE = "Landing to rest"
 LONGEST, MOST_STEPS = 40.0, 1_000_000  # s, and steps, after which a landing is not followed any more
 RECORDS = 50_000
 STOPPED = 0.9 * STANDSTILL  # of the first speed, at which the run ends
@@ -41,9 +48,7 @@ def answer(subject: Subject) -> AnalysisResult:
     """Return time and heat to rest, the largest retainer temperature, and the change of forces with more modes."""
     check_falls(subject)
     Omega = subject.file.speed.highest
-    inputs = worst_response(subject, Omega, Omega).unbalance.inputs
-    lost = switched_off(subject, 1.0)
-    lost["parameters"] = lost["parameters"] | {PLANT: {"*.mu": FRICTION}}
+    inputs, lost = worst_inputs(subject), without_power(subject, 1.0)
     fallen = simulate(subject, Omega, inputs, **_followed(subject, Omega, lost))
     touchdown = fallen.summary.touchdown
     if touchdown is None:
@@ -65,7 +70,7 @@ def answer(subject: Subject) -> AnalysisResult:
     notes = (
         f"From {rpm(Omega):.0f} 1/min with friction {FRICTION:g}, the drive off and the spin free. At rest: the rotor "
         f"stays in its retainers within 5 % of the clearance until the run ends; it may rotate. The run ends at "
-        f"{100.0 * STOPPED:g} % of its speed, at the latest after {_longest(subject):.4g} s.",
+        f"{100.0 * STOPPED:g} % of its speed, at the latest after {longest(subject, LONGEST, MOST_STEPS):.4g} s.",
         "In addition to friction, the machine's drag brakes it: spin.drag (gas, windage), race_drag and "
         "race_viscous_drag (balls). A race without drag rotates with the rotor for minutes and absorbs hardly any "
         "heat.",
@@ -75,16 +80,12 @@ def answer(subject: Subject) -> AnalysisResult:
     return AnalysisResult(measured, panels, (ResultTable(f"{times[-1]:.4g} s without power", heads, rows),), notes)
 
 
-def _longest(subject: Subject) -> float:
-    return min(LONGEST, MOST_STEPS * float(subject.planned.plan.step_size))
-
-
 def _followed(subject: Subject, Omega: float, lost: Mapping[str, Any]) -> dict[str, Any]:
     """Return the loss of power with a free spin whose drive is off, until it stands still."""
     parameters = {**lost["parameters"], PLANT: {**lost["parameters"][PLANT], "spin.free": True}}
     event, *others = lost["event"]
     off = {**event, "set": {**event["set"], PLANT: {"drive.torque_limit": 0.0}}}
-    end = _longest(subject)
+    end = longest(subject, LONGEST, MOST_STEPS)
     return {
         **lost,
         "parameters": parameters,
@@ -160,8 +161,7 @@ def _to_rest(subject: Subject, touchdown: Touchdown, times: Array, speeds: Array
 def _landed(subject: Subject, touchdown: Touchdown, times: Array) -> Iterator[Quantity]:
     """Yield whether the rotor whirls backward, or touches anything but its retainers, until the end of the run."""
     end = f"{float(times[-1]):.4g} s without power"
-    retainers = [site.name for site in subject.rotor.sites if site.bearing]
-    others = [site for site in touchdown.retainers if site not in retainers]
+    others = [site for site in touchdown.retainers if site not in subject.retainers]
     whirls = [site for site, item in touchdown.retainers.items() if item.whirl == "backward"]
     ends = touchdown.rest_after, touchdown.rocks_within, touchdown.standstill_after
     ended = any(end_of is not None for end_of in ends)

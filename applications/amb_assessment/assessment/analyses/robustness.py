@@ -9,8 +9,8 @@ import numpy as np
 
 from amb_analysis.linear.loop import Loop
 from amb_analysis.machine.coupled import MachineVariation, coupled_loop
-from amb_analysis.studies.closed_loop_poles import Vibrations
-from amb_assessment.assessment.analyses.closed_loop import least_decrement_over, vibrations_within
+from amb_analysis.studies.closed_loop_poles import Vibrations, vibrations
+from amb_assessment.assessment.analyses.closed_loop import least_decrement_over
 from amb_assessment.assessment.analyses.sensitivity import sensitivities
 from amb_assessment.assessment.findings import AnalysisResult, Quantity, ResultTable
 from amb_assessment.assessment.machine_file import Tolerances
@@ -18,7 +18,6 @@ from amb_assessment.assessment.stability import described, least_stable, spectra
 from amb_assessment.assessment.stages import real_coefficients
 from amb_assessment.assessment.subject import Subject, rpm
 
-TITLE = "Robustness: worst margins within the tolerances"
 OPERATING = 4  # speeds from the least to the trip speed, between which the least decrement of a corner is sought
 SPEEDS = 9  # from zero to the trip speed, between which the least stable of a corner is sought
 NO_SENSITIVITY = 1e3  # peak that stands for an unstable loop
@@ -41,7 +40,7 @@ def answer(subject: Subject) -> AnalysisResult:
         speeds = np.unique([*np.linspace(speed.lowest, speed.tripping, OPERATING), speed.highest])
 
         def vibrating(Omega: float, loop: Loop = loop) -> Vibrations:
-            return vibrations_within(loop, Omega, limit)
+            return vibrations(loop, Omega).up_to(limit)
 
         least = least_decrement_over("decrement_varied", vibrating, speeds)
         decrements.append(Quantity(least.quantity, f"{name}: {least.where}", least.value, "1", least.facts))

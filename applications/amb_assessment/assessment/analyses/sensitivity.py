@@ -9,15 +9,14 @@ import numpy as np
 from amb_analysis.linear.loop import Loop
 from amb_analysis.machine.coupled import coupled_loop
 from amb_analysis.studies.sensitivity_curves import peak_beyond, sensitivity_curves
-from amb_analysis.studies.stability_margin import StabilityMargin, sensitivity
+from amb_analysis.studies.stability_margin import ZONES, StabilityMargin, sensitivity
 from amb_assessment.assessment.findings import AnalysisResult, Quantity, ResultTable
 from amb_assessment.assessment.stages import co_simulated, note_on_stages, real_coefficients
 from amb_assessment.assessment.subject import Subject, rpm
-from amb_assessment.reporting.panels import Panel, curve
+from amb_assessment.reporting.panels import Curve, Panel, curve
 from array_types import Array
 from rotor_analysis.refinement import refined
 
-TITLE = "Sensitivity, computed and measured"
 SPEEDS = 4  # from the least to the largest, with more about maxima between them
 
 
@@ -91,11 +90,15 @@ def _panel(subject: Subject, curves: dict[str, tuple[Array, Array]], study: Stab
     for name, axis in study.axes.items():
         drawn.append(curve(f"{name} measured", axis.measured_frequencies, axis.measured, "dots"))
     ends = next(iter(curves.values()))[0][[0, -1]]
-    drawn += [
-        curve(f"{zone}: below {limit:g}", ends, [limit, limit], "dashed") for zone, limit in study.zone_limits.items()
-    ]
+    drawn += zone_limits(ends)
     title = f"|S| at {rpm(subject.file.speed.highest):.0f} 1/min"
     return Panel(title, "Hz", "|S|", tuple(drawn), log="x")
+
+
+def zone_limits(ends: Array) -> list[Curve]:
+    """Return the upper limits of the zones of |S| between two frequencies (Hz)."""
+    limits = [(zone, limit) for zone, limit in ZONES.items() if np.isfinite(limit)]
+    return [curve(f"{zone}: below {limit:g}", ends, [limit, limit], "dashed") for zone, limit in limits]
 
 
 def _table(study: StabilityMargin) -> ResultTable:

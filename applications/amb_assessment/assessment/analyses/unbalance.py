@@ -14,7 +14,6 @@ from array_types import Array
 from rotor_analysis.peaks import Peak, highest_peaks, separation_margin
 from rotor_analysis.response import orbit
 
-TITLE = "Unbalance response, amplification and separation margins"
 FACTOR = 2.0  # times the residual unbalance U_r
 LEAST_SCALE, LARGEST_SCALE = 1.0, 6.0  # S_cc
 
@@ -36,12 +35,13 @@ def answer(subject: Subject) -> AnalysisResult:
     for k, case in enumerate(cases):
         at_probes = {name: 2e6 * amplitudes[:, k, node - 1] for name, node in subject.probes.items()}
         for probe, peak in highest_peaks(speeds, at_probes):
-            measured.append(_margin(subject, case, probe, peak))
-            rows.append(_row(subject, case, probe, peak))
+            margin, row = _critical(subject, case, probe, peak)
+            measured.append(margin)
+            rows.append(row)
         largest = max(float(of[operating].max()) for of in at_probes.values())
         where = max(at_probes, key=lambda name: float(at_probes[name][operating].max()))
         measured.append(Quantity("probe_displacement", f"{where}, {case.name}", largest, "um"))
-        limit = min(25.4, 25.4 * np.sqrt(12000.0 / rpm(speed.highest)))
+        limit = _probe_limit(subject)
         scale = min(max(LEAST_SCALE, limit / largest), LARGEST_SCALE)
         for site, (node, clearance) in subject.clearances.items():
             share = 100.0 * scale * float(amplitudes[passed, k, node - 1].max()) / clearance
@@ -78,27 +78,28 @@ def _placed(subject: Subject, cases: list[UnbalanceCase], whole: float) -> tuple
     )
 
 
-def _margin(subject: Subject, case: UnbalanceCase, probe: str, peak: Peak) -> Quantity:
-    speed = subject.file.speed
+def _critical(subject: Subject, case: UnbalanceCase, probe: str, peak: Peak) -> tuple[Quantity, tuple[str, ...]]:
+    """Return the separation margin of a peak, and its row of the table."""
+    speed, Omega, AF = subject.file.speed, rpm(peak.Omega), peak.amplification
     margin = separation_margin(peak.Omega, speed.lowest, speed.highest)
-    facts = {"AF": peak.amplification, "N_c": float(rpm(peak.Omega))}
-    note = f"amplification {peak.amplification:.3g}" + (", from one side of the peak" if peak.from_single_side else "")
-    if peak.amplification < 2.5:
+    note = f"amplification {AF:.3g}" + (", from one side of the peak" if peak.from_single_side else "")
+    if AF < 2.5:
         note += ": critically damped, no margin required"
-    return Quantity("separation_margin", f"{rpm(peak.Omega):.0f} 1/min, {case.name}, {probe}", margin, "%", facts, note)
+    where, facts = f"{Omega:.0f} 1/min, {case.name}, {probe}", {"AF": AF, "N_c": float(Omega)}
+    row = (case.name, probe, f"{Omega:.0f}", f"{AF:.3g}", f"{margin:.1f}")
+    return Quantity("separation_margin", where, margin, "%", facts, note), row
 
 
-def _row(subject: Subject, case: UnbalanceCase, probe: str, peak: Peak) -> tuple[str, ...]:
-    speed = subject.file.speed
-    margin = separation_margin(peak.Omega, speed.lowest, speed.highest)
-    return (case.name, probe, f"{rpm(peak.Omega):.0f}", f"{peak.amplification:.3g}", f"{margin:.1f}")
+def _probe_limit(subject: Subject) -> float:
+    """Return the allowed displacement at the probes (um peak to peak), A_vl."""
+    return min(25.4, 25.4 * float(np.sqrt(12000.0 / rpm(subject.file.speed.highest))))
 
 
 def _panel(subject: Subject, case: UnbalanceCase, speeds: Array, at_probes: dict[str, Array]) -> Panel:
     curves = [curve(name, rpm(speeds), of) for name, of in at_probes.items()]
     speed = subject.file.speed
     top = max(float(of.max()) for of in at_probes.values())
-    limit = min(25.4, 25.4 * float(np.sqrt(12000.0 / rpm(speed.highest))))
+    limit = _probe_limit(subject)
     curves.append(curve("probe limit", rpm(np.array([speed.lowest, speed.tripping])), [limit, limit], "dashed"))
     for at in (speed.lowest, speed.highest):
         curves.append(curve(f"{rpm(at):.0f} 1/min", rpm(np.array([at, at])), [0.0, max(top, limit)], "dashed"))

@@ -10,8 +10,6 @@ from amb_assessment.assessment.stages import note_on_stages
 from amb_assessment.assessment.subject import Subject, rpm
 from amb_assessment.reporting.panels import Panel, curve
 
-TITLE = "Vibration at speed in co-simulation"
-
 
 def answer(subject: Subject) -> AnalysisResult:
     """Return the largest displacement over the clearance at the retainers, with unbalance of the balancing grade.
@@ -19,7 +17,7 @@ def answer(subject: Subject) -> AnalysisResult:
     The machine runs at the ends of its operating speeds and at the speed between them with the largest steady response.
     """
     speed = subject.file.speed
-    retainers = [site.name for site in subject.rotor.sites if site.bearing and site.name in subject.clearances]
+    retainers = subject.retainers
     worst = worst_response(subject, speed.lowest, speed.highest, retainers)
     speeds = np.unique([speed.lowest, worst.Omega, speed.highest])
     measured, curves, placed = [], [], []
