@@ -68,6 +68,12 @@ class Matrices:
         """Return the rows of the translations at `nodes`: x and y of the first, x and y of the next, ..."""
         return [row for node in nodes for row in self.translations[node]]
 
+    @property
+    def translations_first(self) -> list[int]:
+        """All rows, those of the translations first."""
+        first = [row for rows in self.translations.values() for row in rows]
+        return first + [row for row in range(self.size) if row not in set(first)]
+
     def with_bearing(self, node: int, stiffness: Array, damping: Array, mass: Array | None = None) -> Matrices:
         """Add a bearing's 2 x 2 stiffness (N/m), damping (N s/m) and mass (kg) at `node`.
 

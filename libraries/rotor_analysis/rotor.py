@@ -220,6 +220,19 @@ class Rotor:
         """Node numbers of all parts, by their names."""
         return {part.name: part.node for _, part in self._parts()}
 
+    def node_of(self, part: str) -> int:
+        """Return the node of a part.
+
+        Raises
+        ------
+        ValueError
+            If it has none of this name.
+        """
+        parts = self.nodes_by_name
+        if part not in parts:
+            raise ValueError(f"rotor {self.name} has no part {part!r}; {suggest(part, parts)}")
+        return parts[part]
+
     @property
     def part_nodes(self) -> tuple[int, ...]:
         """Node numbers of all parts: bodies, bearings, seals, sites and sensors."""

@@ -160,7 +160,7 @@ def test_the_threshold_of_cross_coupling_is_that_of_the_receptance_without(expan
     nodes = sorted(model.translations)
     at = [row for node in nodes for row in model.translations[node]]
     retained = [2 * (node - 1) + k for node in nodes for k in (0, 1)]
-    here = list(model.translations[machine.node_of(stage.at)])
+    here = list(model.translations[machine.rotor.node_of(stage.at)])
 
     def coupling(omega):
         """Return the complex Q of forward whirl, whose imaginary part is 0 at a threshold."""

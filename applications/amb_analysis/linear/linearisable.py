@@ -14,6 +14,7 @@ from amb_analysis.linear.components import LinearComponent
 from amb_analysis.linear.control import law_component, pid_component
 from amb_analysis.linear.foreign import foreign_component
 from amb_analysis.linear.rotor_and_magnets import actuator_component, rotor_component
+from amb_cosim.controllers.laws import Law
 from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.cosim.fmu.fmus import MADE_FROM_FILE, model_source
 from amb_cosim.cosim.run.options import RunOptions
@@ -43,11 +44,14 @@ class LinearSource:
         FMUs and plan of the run.
     point
         Operating point, by signal or `component.variable`; `Omega` in rad/s.
+    changed
+        Returns another law of a component, by its name and its linear part.
     """
 
     assembly: Assembly
     plan: Plan
     point: Mapping[str, float]
+    changed: Callable[[LinearSource, str, LinearComponent], Law] | None = None
     _cache: dict[str, Any] = field(default_factory=dict)  # constants and parts that do not depend on the speed
 
     def at(self, Omega: float) -> LinearSource:
@@ -61,16 +65,19 @@ class LinearSource:
 
     def parts(self, names: Sequence[str]) -> list[LinearComponent]:
         """Return the linear parts of components."""
-        return [self._part(name) for name in names]
+        parts = [self._part(name) for name in names]
+        if self.changed is None:
+            return parts
+        return [replace(part, law=self.changed(self, name, part)) for name, part in zip(names, parts, strict=True)]
 
     def _part(self, name: str) -> LinearComponent:
         kind = self._kind(name)
         if kind in (PLANT, LINEAR):
             constants = self.constants(name)
             make = rotor_component if kind == PLANT else law_component
-            return make(name, self.layout(name), constants, self.parameters(name), self._speed(name))
+            return make(name, self.layout(name), constants, self.parameters(name), self.speed_of(name))
         makers = {ACTUATOR: self._actuator, CONTROLLER: self._pid}
-        part: LinearComponent = self._keep(name, lambda: makers.get(kind, self._foreign)(name))
+        part: LinearComponent = self.retained(name, lambda: makers.get(kind, self._foreign)(name))
         return part
 
     def units(self) -> dict[str, str]:
@@ -95,7 +102,7 @@ class LinearSource:
 
     def parameters(self, name: str) -> dict[str, float]:
         """Return the parameters of a component by name (SI)."""
-        values = self._keep("parameters", lambda: self.plan.all_parameters(self.assembly.interfaces))[name]
+        values = self.retained("parameters", lambda: self.plan.all_parameters(self.assembly.interfaces))[name]
         return {variable: value or 0.0 for variable, value in values.items()}
 
     def _actuator(self, name: str) -> LinearComponent:
@@ -126,7 +133,7 @@ class LinearSource:
     def constants(self, name: str) -> Array:
         """Return the constants of a component that is a model of this project."""
         fmu = self.assembly.system.component(name).fmu
-        constants: Array = self._keep(f"constants {fmu}", lambda: model_source(fmu, **self.assembly.options)[1])
+        constants: Array = self.retained(f"constants {fmu}", lambda: model_source(fmu, **self.assembly.options)[1])
         return constants
 
     def mass(self, name: str) -> Array:
@@ -136,7 +143,8 @@ class LinearSource:
         structure = structure_of(self.constants(name))
         return structure.forms[: len(structure.K)]
 
-    def _keep(self, name: str, make: Callable[[], Any]) -> Any:
+    def retained(self, name: str, make: Callable[[], Any]) -> Any:
+        """Return what does not depend on the speed, and is made once."""
         if name not in self._cache:
             self._cache[name] = make()
         return self._cache[name]
@@ -144,7 +152,8 @@ class LinearSource:
     def _value(self, name: str) -> float | None:
         return self.point.get(name, self.plan.inputs.get(name))
 
-    def _speed(self, name: str) -> float:
+    def speed_of(self, name: str) -> float:
+        """Return the spin speed (rad/s) of a component."""
         signal = self.assembly.system.signal_of(f"{name}.{SPEED}")
         value = self._value(signal.name if signal else f"{name}.{SPEED}")
         return self._value(SPEED) or 0.0 if value is None else value

@@ -68,11 +68,10 @@ class Place:
             if node is None:
                 raise ValueError(f"{self.name}: the rotor has no node at {self.position:g} m")
             return node
-        parts = rotor.nodes_by_name
-        if self.place not in parts:
-            hint = suggest(self.place, parts)
-            raise ValueError(f"{self.name}: rotor {rotor.name} has no part {self.place!r}; {hint}")
-        return parts[self.place]
+        try:
+            return rotor.node_of(self.place)
+        except ValueError as error:
+            raise ValueError(f"{self.name}: {error}") from None
 
 
 def place_of(name: str, unit: str, rotor: Rotor, *, is_input: bool) -> Place:

@@ -16,7 +16,6 @@ from amb_cosim.design.magnetic_bearing import axis_parameters
 from amb_cosim.design.rotor_models import control_loop
 from amb_cosim.results.component_names import ACTUATOR, PLANT
 from amb_cosim.scenario.plan_run import PlannedRun
-from amb_files.suggestions import suggest
 from array_types import Array
 from rolac_controller.control_loop import ControlLoop
 from rotor_analysis.assembly import Matrices, assemble
@@ -127,7 +126,7 @@ class Machine:
     @cached_property
     def unbalanced_nodes(self) -> dict[int, complex]:
         """The unbalance (kg m) by node, of those that have one."""
-        return {self.node_of(place): u for place, u in self.unbalance.items() if u}
+        return {self.rotor.node_of(place): u for place, u in self.unbalance.items() if u}
 
     @cached_property
     def signals(self) -> dict[str, tuple[int, int]]:
@@ -136,19 +135,6 @@ class Machine:
         named += [(name, s.node, k) for s in self.rotor.sensors for k, name in enumerate((s.x, s.y))]
         named += [(f"{site.name}.{axis}", site.node, k) for site in self.rotor.sites for k, axis in enumerate(AXES)]
         return {name: (node, k) for name, node, k in reversed(named)}
-
-    def node_of(self, part: str) -> int:
-        """Return the node of a part of the rotor.
-
-        Raises
-        ------
-        ValueError
-            If it has none of this name.
-        """
-        parts = self.rotor.nodes_by_name
-        if part not in parts:
-            raise ValueError(f"rotor {self.rotor.name} has no part {part!r}; {suggest(part, parts)}")
-        return parts[part]
 
     def axis(self, bearing: str, direction: str) -> np.record:
         """Return the parameters of the actuator of one axis, its own static current among them."""

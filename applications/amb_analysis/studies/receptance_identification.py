@@ -144,19 +144,18 @@ def identify(
     (6, 4)
     """
     chosen = SPEEDS if speeds is None else spin_speeds(speeds)
-    machine = scenario if isinstance(scenario, Scenario | None) else load_scenario(str(scenario))
+    base = scenario if isinstance(scenario, Scenario | None) else load_scenario(str(scenario))
     path = None if output is None else Path(output)
     results: list[IdentifiedReceptance] = []
     with _progress_bars(progress) as report:
-        options = RunOptions(flavour=flavour)
-        runs = [plan_identification(Omega, rotor, set, options, machine) for Omega in chosen]
+        runs = [plan_identification(Omega, rotor, set, flavour, base) for Omega in chosen]
         table = table_for(runs[0], path)
-        for planned in runs:
+        for machine in runs:
 
-            def report_steps(done: int, total: int, speed: float = planned.speed) -> None:
+            def report_steps(done: int, total: int, speed: float = machine.Omega) -> None:
                 report(IdentificationProgress(speed, len(results), len(runs), done, total))
 
-            result = computed_identification(planned) if computed else run_identification(planned, report_steps)
+            result = computed_identification(machine) if computed else run_identification(machine, report_steps)
             results.append(result)
             if result.receptance is not None:
                 table = table.updated(result.speed, result.receptance, result.order, result.inner)

@@ -25,6 +25,7 @@ from amb_cosim.results.component_names import CONTROLLER
 from amb_cosim.scenario.control_loop import inner_loop_parameters
 from amb_cosim.scenario.plan_run import PlannedRun, plan_run
 from amb_cosim.scenario.scenario import Scenario, as_scenario, make_scenario
+from amb_cosim.scenario.plan_run import plan_run
 from amb_cosim.scenario.simulation import run_planned
 from array_types import Complex
 from rolac_controller.control_loop import ControlLoop
@@ -87,8 +88,8 @@ def plan_identification(
     settings: Mapping[str, Raw] | None = None,
     options: RunOptions = DEFAULTS,
     machine: Scenario | None = None,
-) -> PlannedRun:
-    """Return an identification of the levitated rotor, ready to run.
+) -> Machine:
+    """Return the machine of an identification of the levitated rotor, ready to run.
 
     Parameters
     ----------
@@ -124,58 +125,57 @@ def plan_identification(
         parameters={CONTROLLER: {"contact.source": GIVEN}},
         record={"variables": RECORDED, "every": steps},
     )
-    planned = plan_run(scenario, settings, options=options)
-    if planned.speed != Omega:
+    identification = plan_run(scenario, settings, options=options)
+    if identification.speed != Omega:
         raise ValueError("Omega cannot be set here; speeds sets it")
-    lowest = machine_of(planned, CONTROLLER).parameters[CONTROLLER]["rolac.min_speed"]
+    result = machine_of(planned, CONTROLLER)
+    lowest = result.parameters[CONTROLLER]["rolac.min_speed"]
     if Omega < lowest and not math.isclose(Omega, lowest):
         raise ValueError(f"speeds = {Omega:g} rad/s is not allowed; it must be >= {lowest:g} rad/s, rolac.min_speed")
-    return planned
+    return result
 
 
-def table_for(planned: PlannedRun, path: Path | None) -> ReceptanceTable:
-    """Return the table in a file; without the file, an empty table for the rotor and loop of a planned run.
+def table_for(machine: Machine, path: Path | None) -> ReceptanceTable:
+    """Return the table in a file; without the file, an empty table for the rotor and loop of a machine.
 
     Raises
     ------
     ValueError
         If the file is not a complete table, or is that of another rotor or loop.
     """
-    machine = machine_of(planned, CONTROLLER)
     parameters, controlled, name = machine.parameters[CONTROLLER], machine.controlled, machine.rotor.name
-    inner = inner_loop_parameters(planned.assembly.system, machine.parameters)
+    inner = inner_loop_parameters(machine.planned.assembly.system, machine.parameters)
     if path is not None and path.exists():
         return read_table(path, name, controlled, {**loop_parameters(controlled, parameters), **inner})
     return empty_table(name, controlled, parameters, inner)
 
 
-def run_identification(planned: PlannedRun, progress: Progress | None = None) -> IdentifiedReceptance:
+def run_identification(machine: Machine, progress: Progress | None = None) -> IdentifiedReceptance:
     """Run an identification to its end and return its result.
 
     `progress` is called with the numbers of finished steps and of all steps.
     """
-    identification = _identification(planned)
-    model = sampled_receptance(planned, identification.order)
-    result = run_planned(planned, RunOptions(progress=progress))
+    identification = _identification(machine)
+    model = sampled_receptance(machine, identification.order)
+    result = run_planned(machine.planned, RunOptions(progress=progress))
     receptance, reason = None, result.outcome.failure or ""
     if result.outcome.failure is None:
-        receptance, reason = _result(result.dataset.isel(time=-1), machine_of(planned, CONTROLLER).controlled)
+        receptance, reason = _result(result.dataset.isel(time=-1), machine.controlled)
     interrupted = result.outcome.status == "interrupted"
     return replace(identification, receptance=receptance, model=model, reason=reason, interrupted=interrupted)
 
 
-def computed_identification(planned: PlannedRun) -> IdentifiedReceptance:
+def computed_identification(machine: Machine) -> IdentifiedReceptance:
     """Return the receptance from the linear model of the loop; nothing is simulated or compared."""
-    identification = _identification(planned)
-    receptance = sampled_receptance(planned, identification.order)
+    identification = _identification(machine)
+    receptance = sampled_receptance(machine, identification.order)
     if condition_number(receptance) > MAX_CONDITION:
         return replace(identification, reason=ERRORS.sentences[ILL_CONDITIONED])
     return replace(identification, receptance=receptance)
 
 
-def _identification(planned: PlannedRun) -> IdentifiedReceptance:
+def _identification(machine: Machine) -> IdentifiedReceptance:
     """Return an identification without its results."""
-    machine = machine_of(planned, CONTROLLER)
     order = int(machine.parameters[CONTROLLER]["harmonic1.order"])
     return IdentifiedReceptance(
         speed=machine.Omega,
@@ -184,7 +184,7 @@ def _identification(planned: PlannedRun) -> IdentifiedReceptance:
         force=force_amplitude(machine),
         receptance=None,
         model=None,
-        inner=inner_response(planned, order),
+        inner=inner_response(machine, order),
     )
 
 

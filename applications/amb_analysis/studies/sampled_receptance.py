@@ -17,17 +17,16 @@ import numpy as np
 from amb_analysis.linear.components import frequency_response
 from amb_analysis.linear.linearisable import LinearSource
 from amb_analysis.linear.linearise import model_of
-from amb_analysis.machine.machine import Machine, machine_of
+from amb_analysis.machine.machine import Machine
 from amb_cosim.design.sampled_loop import parameters_of_loop, sensor_response
 from amb_cosim.results.component_names import ACTUATOR, CONTROLLER, PLANT
-from amb_cosim.scenario.plan_run import PlannedRun
 from array_types import Array, Complex
 from signal_chain.presets import is_on
 
 ROUNDING = 1e-9  # relative; of a displacement that is a combination of others
 
 
-def sampled_receptance(planned: PlannedRun, order: int = 1) -> Complex:
+def sampled_receptance(machine: Machine, order: int = 1) -> Complex:
     """Return R of a harmonic, shape (n_sensors, n_axes), complex (m/N), of the loop with hold, controllers and sensors.
 
     Forces are K_i I with the K_i that the controller assumes, which may differ from that of the bearings.
@@ -37,7 +36,6 @@ def sampled_receptance(planned: PlannedRun, order: int = 1) -> Complex:
     ValueError
         If a bearing of the rotor has no sensor plane.
     """
-    machine = machine_of(planned, CONTROLLER)
     omega, parameters = order * machine.Omega, machine.parameters[CONTROLLER]
     added = list(_places_of_currents(machine).values())
     loop = model_of(
@@ -50,13 +48,12 @@ def sampled_receptance(planned: PlannedRun, order: int = 1) -> Complex:
     return np.asarray(sensor_response(local, omega) @ G / _current_stiffnesses(machine))
 
 
-def inner_response(planned: PlannedRun, order: int = 1) -> Complex | None:
+def inner_response(machine: Machine, order: int = 1) -> Complex | None:
     """Return C of a controller whose demands the currents are added to, u = -C q (`rolac_controller.inner_loop`).
 
     None if the currents reach the magnetic bearings directly, or that controller reads displacements that the sensors
     of the synchronous control do not measure.
     """
-    machine = machine_of(planned, CONTROLLER)
     made, added = machine.linear_components, _places_of_currents(machine)
     system = made.assembly.system
     inner = {target.partition(".")[0] for target in added.values()}

@@ -221,9 +221,9 @@ def check_machine(file: MachineFile, flavour: Flavour = "native") -> Subject:
     subject = subject_of(file, flavour)
     _ = subject.loop.axes, subject.facts
     for stage in file.stages:
-        subject.node_of(stage.at)
+        subject.rotor.node_of(stage.at)
     if file.thrust_bearing is not None:
-        _ = subject.node_of(file.thrust_bearing.at), file.thrust_bearing.law
+        _ = subject.rotor.node_of(file.thrust_bearing.at), file.thrust_bearing.law
     if len(subject.magnets) < 2:
         count = f"{len(subject.magnets)} magnetic bearings under a controller"
         raise ValueError(f"machine {file.name} has {count}; an assessment requires two or more")

@@ -25,7 +25,9 @@ def anticipated(subject: Subject, factor: float = 1.0) -> tuple[Bearing, ...]:
     This is the model of level I: rotor, bearings, and one coupling for everything that drives whirl.
     """
     speed = subject.file.speed.highest
-    stages = (cross_coupling(s.at, subject.node_of(s.at), factor * s.anticipated(speed)) for s in subject.file.stages)
+    stages = (
+        cross_coupling(s.at, subject.rotor.node_of(s.at), factor * s.anticipated(speed)) for s in subject.file.stages
+    )
     return (*stages, *(_without(seal) for seal in subject.rotor.seals))
 
 
@@ -35,7 +37,7 @@ def real_coefficients(subject: Subject) -> tuple[Bearing, ...]:
     The rotor's seals are in its model.
     """
     speed = subject.file.speed.highest
-    return tuple(_level_two(stage, stage.at, subject.node_of(stage.at), speed) for stage in subject.file.stages)
+    return tuple(_level_two(stage, stage.at, subject.rotor.node_of(stage.at), speed) for stage in subject.file.stages)
 
 
 def cross_coupling(name: str, node: int, Q: float) -> Bearing:
@@ -75,7 +77,7 @@ def stages_left_out(subject: Subject) -> tuple[str, ...]:
     control may drive them.
     """
     planes = reduced_rotor(subject.rotor).model.translations
-    return tuple(stage.at for stage in subject.file.stages if subject.node_of(stage.at) not in planes)
+    return tuple(stage.at for stage in subject.file.stages if subject.rotor.node_of(stage.at) not in planes)
 
 
 def note_on_stages(subject: Subject) -> tuple[str, ...]:
