@@ -102,12 +102,11 @@ def component_outputs(
 
 def force_feeds(machine: Machine, made: LinearSource) -> dict[str, int]:
     """Return the outputs that are forces on the bearings, and their rows among x and y of all nodes."""
-    places = {bearing.name: bearing.node for bearing in machine.rotor.bearings}
     result = {}
     for target, source in made.feeds(made.names).items():
         if target.startswith(f"{PLANT}.") and ".f_" in target:
             bearing, _, axis = target.removeprefix(f"{PLANT}.").rpartition(".f_")
-            result[source] = 2 * (places[bearing] - 1) + AXES.index(axis)
+            result[source] = 2 * (machine.bearings[bearing] - 1) + AXES.index(axis)
     return result
 
 
@@ -149,11 +148,10 @@ def parallel_stiffness(machine: Machine, omegas: Array, axis: str = "x") -> dict
     result: dict[str, list[complex]] = {bearing: [] for bearing in machine.magnets}
     along = np.zeros(2 * len(machine.z))
     along[AXES.index(axis) :: 2] = 1.0
-    nodes = {bearing.name: bearing.node for bearing in machine.rotor.bearings}
     for omega in omegas:
         force = bearing_forces(machine, float(omega), float(omega)) @ along
         for bearing, values in result.items():
-            values.append(-force[2 * (nodes[bearing] - 1) + AXES.index(axis)])
+            values.append(-force[2 * (machine.bearings[bearing] - 1) + AXES.index(axis)])
     return {bearing: np.array(values) for bearing, values in result.items()}
 
 

@@ -48,8 +48,7 @@ class Machine:
     @cached_property
     def parameters(self) -> Mapping[str, Mapping[str, float]]:
         """Values of the components' parameters (SI)."""
-        result = self.planned.plan.all_parameters(self.planned.interfaces)
-        return {component: {name: value or 0.0 for name, value in of.items()} for component, of in result.items()}
+        return {name: self.linear_components.parameters(name) for name in self.linear_components.names}
 
     @cached_property
     def linear_components(self) -> LinearSource:
@@ -97,6 +96,11 @@ class Machine:
     def magnets(self) -> tuple[str, ...]:
         """Bearings that have a magnet and a controller."""
         return tuple(dict.fromkeys(bearing for bearing, _ in self.loop.axes))
+
+    @cached_property
+    def bearings(self) -> dict[str, int]:
+        """Nodes of the bearings, by name."""
+        return {bearing.name: bearing.node for bearing in self.rotor.bearings}
 
     @cached_property
     def probes(self) -> dict[str, int]:

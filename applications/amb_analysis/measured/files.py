@@ -66,16 +66,7 @@ def read_measured(
     try:
         content = _content(path)
         if isinstance(content, TimeRecord):
-            content = Measurement(
-                estimate(
-                    content,
-                    estimation.inputs,
-                    estimation.outputs,
-                    estimator=estimation.estimator,
-                    segment=estimation.segment,
-                    window=estimation.window,
-                )
-            )
+            content = Measurement(estimate(content, **vars(estimation)))
         return replace(content, responses=_renamed(content.responses, names or {}))
     except ValueError as error:
         raise ValueError(f"measured data {path}: {error}") from error

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from array_types import Array, Complex
+from array_types import Array, Bools, Complex, Indices
 
 
 @dataclass(frozen=True)
@@ -75,9 +75,12 @@ class FrequencyResponse:
 
     def between(self, lowest: float, highest: float) -> FrequencyResponse:
         """Return the part between two frequencies (Hz)."""
-        k = (self.frequencies >= lowest) & (self.frequencies <= highest)
+        return self.at((self.frequencies >= lowest) & (self.frequencies <= highest))
+
+    def at(self, k: Indices | Bools) -> FrequencyResponse:
+        """Return the part at some of the frequencies, by their numbers."""
         coherence = None if self.coherence is None else self.coherence[k]
-        return FrequencyResponse(self.output, self.input, self.frequencies[k], self.values[k], coherence)
+        return replace(self, frequencies=self.frequencies[k], values=self.values[k], coherence=coherence)
 
 
 @dataclass(frozen=True, eq=False)

@@ -159,9 +159,7 @@ def fit(
 
 def thinned(curve: FrequencyResponse) -> FrequencyResponse:
     """Return a response with at most `MOST_LINES` frequencies."""
-    k = np.unique(np.linspace(0, len(curve.frequencies) - 1, MOST_LINES).round().astype(int))
-    coherence = None if curve.coherence is None else curve.coherence[k]
-    return FrequencyResponse(curve.output, curve.input, curve.frequencies[k], curve.values[k], coherence)
+    return curve.at(np.unique(np.linspace(0, len(curve.frequencies) - 1, MOST_LINES).round().astype(np.intp)))
 
 
 def response_residuals(rotor: Rotor, loop: Loop, Omega: float, curves: Sequence[FrequencyResponse]) -> Array:

@@ -61,8 +61,8 @@ def unbalance_cases(subject: Subject) -> list[UnbalanceCase]:
 def _along(subject: Subject, direction: str, stiffness: dict[str, float]) -> list[UnbalanceCase]:
     """Return the cases of a direction with the stiffness (N/m) of its bearings."""
     least = SOFTEST * max(max(abs(k) for k in stiffness.values()), 1.0)
-    nodes = {bearing.name: bearing.node for bearing in subject.rotor.bearings}
-    speeds, shapes = critical_speeds(subject.free, {nodes[name]: max(k, least) for name, k in stiffness.items()}, MOST)
+    springs = {subject.bearings[name]: max(k, least) for name, k in stiffness.items()}
+    speeds, shapes = critical_speeds(subject.free, springs, MOST)
     count = max(2, int(np.count_nonzero(speeds <= BEYOND * subject.file.speed.tripping)))
     cases = []
     for k, (Omega, shape) in enumerate(zip(speeds[:count], shapes.T[:count], strict=True), 1):

@@ -20,13 +20,13 @@ DECADES = (-3.0, 1.5)  # of stiffness, about that at which the first bending mod
 
 def answer(subject: Subject) -> AnalysisResult:
     """Return the critical speed map, and the critical speeds at the bearings' own dynamic stiffness."""
-    nodes = {bearing.name: bearing.node for bearing in subject.rotor.bearings if bearing.name in subject.magnets}
     bending = free_modes(subject.free.M[::2, ::2], subject.free.K[::2, ::2])[0][0]
     scale = 0.5 * subject.rotor.mass * bending**2
     stiffnesses = scale * np.logspace(*DECADES, POINTS)
     lines = np.full((COUNT, POINTS), np.nan)
     for k, stiffness in enumerate(stiffnesses):
-        speeds, _ = critical_speeds(subject.free, dict.fromkeys(nodes.values(), float(stiffness)), COUNT)
+        springs = {subject.bearings[name]: float(stiffness) for name in subject.magnets}
+        speeds, _ = critical_speeds(subject.free, springs, COUNT)
         lines[: len(speeds), k] = speeds
     highest = 1.5 * subject.file.speed.tripping
     swept = np.linspace(0.02, 1.0, POINTS) * highest
@@ -73,11 +73,10 @@ def bearing_critical_speeds(subject: Subject, speeds: Array, stiffness: dict[str
     stiffness
         Real part of the dynamic stiffness (N/m) at these, by bearing; `LEAST` replaces smaller and negative values.
     """
-    nodes = {bearing.name: bearing.node for bearing in subject.rotor.bearings}
     floor = LEAST * max(float(np.max(np.abs(k))) for k in stiffness.values())
     excess = np.full((COUNT, len(speeds)), np.nan)
     for n, Omega in enumerate(speeds):
-        springs = {nodes[name]: max(float(k[n]), floor) for name, k in stiffness.items()}
+        springs = {subject.bearings[name]: max(float(k[n]), floor) for name, k in stiffness.items()}
         result, _ = critical_speeds(subject.free, springs, COUNT)
         excess[: len(result), n] = result - Omega
     crossings = []

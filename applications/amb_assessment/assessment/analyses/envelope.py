@@ -90,9 +90,9 @@ def _slew_limit(p: np.record) -> float:
 
 def largest_needed(subject: Subject, speeds: Array, q: Complex) -> tuple[Array, Array]:
     """Return amplitudes of force (N) and current (A) of each axis in the worst case, shape (speeds, axes) each."""
-    n_axes, nodes = len(subject.loop.axes), {b.name: b.node for b in subject.rotor.bearings}
+    n_axes = len(subject.loop.axes)
     forces, currents = np.zeros((len(speeds), n_axes)), np.zeros((len(speeds), n_axes))
-    rows = [2 * (nodes[bearing] - 1) + AXES.index(axis) for bearing, axis in subject.loop.axes]
+    rows = [2 * (subject.bearings[bearing] - 1) + AXES.index(axis) for bearing, axis in subject.loop.axes]
     for k, Omega in enumerate(speeds):
         motion = q[k].reshape(q.shape[1], -1).T  # x and y of each node in turn, by case
         forces[k] = np.abs(bearing_forces(subject, float(Omega), float(Omega)) @ motion)[rows].max(axis=1)
