@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from rotor_analysis.free_rotor import free_rotor
 from rotor_analysis.masters import condense_to_accuracy, frequency_error, needed_masters, not_reached
 from rotor_analysis.modal_reduction import reduce_to_shapes, space_for_band, space_with_modes
 from rotor_analysis.reduction import Reduction, craig_bampton, craig_bampton_by_modes, msdc, unreduced
-from rotor_analysis.rotor import Mesh, Rotor
+from rotor_analysis.rotor import Mesh, ReductionOptions, Rotor
 from rotor_analysis.undamped import undamped_modes
 
 HOLDS_WITHIN = 0.01  # relative error of a natural frequency, up to which a mode counts as one of the rotor's
@@ -65,6 +65,18 @@ def reduced_rotor(rotor: Rotor) -> Reduction:
     if options.modes is not None:
         return craig_bampton(full, masters, options.modes)
     return _craig_bampton_to_accuracy(full, rotor, masters, count)
+
+
+def retained_modes(rotor: Rotor) -> tuple[int, int]:
+    """Return how many modes per plane of motion the plant's model has in addition to its planes, and at most can."""
+    model = reduced_rotor(rotor).model
+    planes = len(model.translations)
+    return model.size // 2 - planes, 2 * len(rotor.shaft.nodes) - planes
+
+
+def with_modes(rotor: Rotor, modes: int) -> Rotor:
+    """Return a rotor whose plant's model has its planes and a number of modes in each plane of motion."""
+    return replace(rotor, reduction=ReductionOptions("craig_bampton", rotor.masters, modes))
 
 
 def reduction_error(rotor: Rotor, count: int = 6) -> ReductionError:

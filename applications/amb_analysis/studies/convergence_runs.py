@@ -15,12 +15,9 @@ from amb_cosim.results.component_names import PLANT
 from amb_cosim.results.contact_forces import largest_averaged_force, peak_force, received_impulse
 from amb_cosim.results.contact_history import peak, touchable
 from amb_cosim.results.series import cycles
-from amb_cosim.scenario.plan_run import PlannedRun, plan_run
-from amb_cosim.scenario.scenario import Scenario
-from amb_cosim.scenario.simulation import run_planned
-from rotor_analysis.assembly import assemble
-from rotor_analysis.reduced_rotor import reduced_rotor
-from rotor_analysis.rotor import ReductionOptions, Rotor
+from amb_cosim.scenario.simulation import PlannedRun, RunRequest, prepare, run_prepared
+from rotor_analysis.reduced_rotor import retained_modes, with_modes
+from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import RotorSource, Tables, load_rotor
 from rotor_analysis.shaft import MassModel
 
@@ -93,15 +90,12 @@ class CaseResult:
 def varied_cases(base: ConvergenceCase) -> Iterator[ConvergenceCase]:
     """Yield the runs with other modes, meshes and substeps than `base`."""
     rotor = load_rotor(base.scenario.rotor)
-    full, reduced = assemble(rotor), reduced_rotor(rotor).model
-    planes = len(reduced.translations)
-    retained, inner = reduced.size // 2 - planes, full.size // 2 - planes
-
+    retained, inner = retained_modes(rotor)
+    planes = 2 * len(rotor.shaft.nodes) - inner
     if rotor.reduction.method != "none":
         fewer = (retained // 4, retained // 2) if retained else (planes // 2,)
         for modes in sorted({*fewer, min(2 * retained or planes, inner)} - {retained}):
-            condensed = replace(rotor, reduction=ReductionOptions("craig_bampton", rotor.masters, modes))
-            yield _with(condensed, base, varied="modes", label=f"{modes} modes", value=modes)
+            yield _with(with_modes(rotor, modes), base, varied="modes", label=f"{modes} modes", value=modes)
     local = rotor.shaft.mass_matrix
     other: MassModel = "consistent" if local == "diagonal" else "diagonal"
     mesh_modes, seen = MESH_MODES if rotor.mesh is None else rotor.mesh.modes, {(len(rotor.shaft.nodes), local)}

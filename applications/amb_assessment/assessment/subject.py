@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -13,9 +13,8 @@ from amb_assessment.assessment.machine_file import MachineFile
 from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.cosim.system.values import RPM
-from amb_cosim.scenario.plan_run import plan_run
-from rotor_analysis.reduced_rotor import reduced_rotor
-from rotor_analysis.rotor import ReductionOptions
+from amb_cosim.scenario.simulation import prepare
+from rotor_analysis.reduced_rotor import with_modes
 from rotor_analysis.rotor_file import load_rotor
 
 
@@ -31,13 +30,6 @@ class Subject(Machine):
 
     file: MachineFile
     flavour: Flavour
-
-    @cached_property
-    def retained_modes(self) -> tuple[int, int]:
-        """Number of modes per plane of motion that the reduction retains in addition to its planes, and their total."""
-        model = reduced_rotor(self.rotor).model
-        planes = len(model.translations)
-        return model.size // 2 - planes, 2 * len(self.rotor.shaft.nodes) - planes
 
     @cached_property
     def facts(self) -> Mapping[str, float]:
@@ -78,10 +70,8 @@ def subject_of(file: MachineFile, flavour: Flavour = "native", modes: int | None
     """
     scenario = file.as_scenario(file.speed.highest)
     if modes is not None:
-        rotor = load_rotor(scenario.rotor)
-        reduction = ReductionOptions("craig_bampton", rotor.masters, modes)
-        scenario = scenario.changed(rotor=replace(rotor, reduction=reduction))
-    return Subject(plan_run(scenario, options=RunOptions(flavour=flavour)), file, flavour)
+        scenario = scenario.changed(rotor=with_modes(load_rotor(scenario.rotor), modes))
+    return Subject(prepare(scenario, flavour=flavour), file, flavour)
 
 
 def rpm(Omega: Any) -> Any:
