@@ -5,7 +5,8 @@ from __future__ import annotations
 import time
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from enum import IntEnum
 from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -31,25 +32,25 @@ from amb_assessment.assessment.criteria import Criterion, load_criteria
 from amb_assessment.assessment.findings import AnalysisResult, Finding, Judgement, ResultTable, judge
 from amb_assessment.assessment.machine_file import MachineFile, load_machine
 from amb_assessment.assessment.stability import check_stable, least_stable
+from amb_assessment.assessment.stages import note_on_stages
 from amb_assessment.assessment.subject import Subject, subject_of
 from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.cosim.basics.errors import FmuError, ProcessFailed, StartFailed
 from amb_files.suggestions import suggest
 
 
-class Part(NamedTuple):
-    """A part of an assessment.
+class Needs(IntEnum):
+    """Needs of a part; each value includes those before it."""
 
-    title, answer
-        Its title on the page, and the function that returns its results.
-    levitates, touches
-        Whether it needs a stable loop, or contact sites.
-    """
+    NOTHING, STABLE_LOOP, CO_SIMULATION, CONTACT_SITES = range(4)
+
+
+class Part(NamedTuple):
+    """A part of an assessment: its title on the page, the function that returns its results, and what it needs."""
 
     title: str
     answer: Callable[[Subject], AnalysisResult]
-    levitates: bool = False
-    touches: bool = False
+    needs: Needs = Needs.NOTHING
 
 
 ANALYSES = {  # in the order of the page
@@ -57,18 +58,18 @@ ANALYSES = {  # in the order of the page
     "critical_map": Part("Undamped critical speeds over support stiffness", critical_map.answer),
     "closed_loop": Part("Closed loop over speed: damped frequencies and logarithmic decrements", closed_loop.answer),
     "cross_coupling": Part("Stability with cross coupling", cross_coupling.answer),
-    "unbalance": Part("Unbalance response, amplification and separation margins", unbalance.answer, levitates=True),
+    "unbalance": Part("Unbalance response, amplification and separation margins", unbalance.answer, Needs.STABLE_LOOP),
     "envelope": Part(
-        "Envelope: required and available forces, currents, voltages and slew rates", envelope.answer, levitates=True
+        "Envelope: required and available forces, currents, voltages and slew rates", envelope.answer, Needs.STABLE_LOOP
     ),
-    "sensitivity": Part("Sensitivity, computed and measured", sensitivity.answer, levitates=True),
-    "robustness": Part("Robustness: worst margins within the tolerances", robustness.answer, levitates=True),
+    "sensitivity": Part("Sensitivity, computed and measured", sensitivity.answer, Needs.CO_SIMULATION),
+    "robustness": Part("Robustness: worst margins within the tolerances", robustness.answer, Needs.STABLE_LOOP),
     "axial": Part("Axial axis: thrust bearing", axial.answer),
-    "vibration": Part("Vibration at speed in co-simulation", vibration.answer, levitates=True, touches=True),
-    "faults": Part("Run-up, run-down and faults in co-simulation", faults.answer, levitates=True, touches=True),
-    "landing": Part("Landing on the retainers", landing.answer, levitates=True, touches=True),
-    "rest": Part("Landing to rest", rest.answer, levitates=True, touches=True),
-    "recovery": Part("Relevitation and overload", recovery.answer, levitates=True, touches=True),
+    "vibration": Part("Vibration at speed in co-simulation", vibration.answer, Needs.CONTACT_SITES),
+    "faults": Part("Run-up, run-down and faults in co-simulation", faults.answer, Needs.CONTACT_SITES),
+    "landing": Part("Landing on the retainers", landing.answer, Needs.CONTACT_SITES),
+    "rest": Part("Landing to rest", rest.answer, Needs.CONTACT_SITES),
+    "recovery": Part("Relevitation and overload", recovery.answer, Needs.CONTACT_SITES),
 }
 
 ProgressCallback = Callable[[str, int, int], None]  # title of the part under way, parts done, their number
@@ -235,11 +236,13 @@ def _answered(
 ) -> Analysis:
     begin = time.perf_counter()
     try:
-        if part.levitates:
+        if part.needs >= Needs.STABLE_LOOP:
             check_stable(stability())
-        if part.touches and not subject.clearances:
+        if part.needs >= Needs.CONTACT_SITES and not subject.clearances:
             raise ValueError(f"rotor {subject.rotor.name} has no [[sites]], so its possible contacts are unknown")
         answer = part.answer(subject)
+        if part.needs >= Needs.CO_SIMULATION:
+            answer = replace(answer, notes=(*answer.notes, *note_on_stages(subject)))
         findings = tuple(judge(answer.measured, criteria, subject.facts))
     except (ValueError, LookupError, ArithmeticError, RuntimeError, StartFailed, FmuError, ProcessFailed) as error:
         reason = str(error) or type(error).__name__

@@ -72,12 +72,10 @@ def test_page_and_data_hold_every_verdict(compressor, tmp_path):
 
 
 def test_a_broken_part_is_not_answered_and_ends_nothing(monkeypatch):
-    from amb_assessment.assessment.analyses import free_modes
-
     def broken(subject):
         raise ValueError("the drawing is wet")
 
-    monkeypatch.setattr(free_modes, "answer", broken)
+    monkeypatch.setitem(room.ANALYSES, "free_modes", room.Part("Free modes", broken))
     result = assess("compressor", only=["free_modes", "closed_loop"])
     assert result.unanswered == {"free_modes": "the drawing is wet"}
     assert result.parts[1].findings

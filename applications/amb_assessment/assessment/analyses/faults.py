@@ -10,7 +10,6 @@ import numpy as np
 
 from amb_assessment.assessment.findings import AnalysisResult, Quantity, ResultTable
 from amb_assessment.assessment.runs import WorstResponse, clearance_used, simulate, steady_vibration, worst_response
-from amb_assessment.assessment.stages import note_on_stages
 from amb_assessment.assessment.subject import Subject, rpm
 from amb_assessment.reporting.panels import Curve, Panel, curve
 from amb_cosim.results.component_names import ACTUATOR, CONTROLLER, PLANT
@@ -40,7 +39,6 @@ def answer(subject: Subject) -> AnalysisResult:
         "them, a machine runs down as `spin.drag` brakes it.",
         "Faults are at the largest speed, one at a time; of each kind the worst counts. A rotor on its retainers is at "
         "100 %.",
-        *note_on_stages(subject),
     )
     panel = Panel("Largest displacement over clearance", "time (s)", "%", tuple(line for _, line in running))
     heads = ("fault", "nearest at", "largest (% of clearance)", "at the end (%)", "contact at the end")

@@ -8,7 +8,6 @@ from dataclasses import dataclass, field, replace
 from amb_assessment.assessment.findings import AnalysisResult, Quantity, ResultTable
 from amb_assessment.assessment.retainer_bearings import check_sites, load_panels, load_tables
 from amb_assessment.assessment.runs import check_falls, longest, simulate, without_power, worst_inputs
-from amb_assessment.assessment.stages import note_on_stages
 from amb_assessment.assessment.subject import Subject, rpm
 from amb_assessment.reporting.panels import Panel, curve
 from amb_cosim.results.result import Result
@@ -121,7 +120,6 @@ def answer(subject: Subject) -> AnalysisResult:
         "converges, unlike peaks within an impact. The drive remains on; the part `rest` follows a landing without it.",
         "Retainers without mounts are rigid. The force of a rotor that rolls backward in them is unbounded: values "
         "above a thousand times the weight are meaningless.",
-        *note_on_stages(subject),
     )
     panel = Panel("Largest force of each landing", "phase of the power loss (deg)", "over the weight", curves)
     table = ResultTable("Landings", heads, tuple(landing.row for landing in landings))

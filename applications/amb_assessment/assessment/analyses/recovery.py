@@ -9,7 +9,6 @@ import numpy as np
 
 from amb_assessment.assessment.findings import AnalysisResult, Quantity
 from amb_assessment.assessment.runs import clearance_used, has_no_gravity, simulate, without_power, worst_inputs
-from amb_assessment.assessment.stages import note_on_stages
 from amb_assessment.assessment.subject import Subject
 from amb_assessment.reporting.panels import Panel, curve
 from amb_cosim.results.component_names import ACTUATOR, PLANT
@@ -37,7 +36,6 @@ def answer(subject: Subject) -> AnalysisResult:
     notes = (
         f"The overload is an acceleration of the base along x or y, in either sense, that rises by {OVERLOAD_STEP:g} g "
         f"every {1e3 * OVERLOAD_TIME:g} ms, on top of gravity and unbalance; the worst of the four counts.",
-        *note_on_stages(subject),
     )
     return AnalysisResult((_relevitation(subject, again), overload), panels, (), notes)
 

@@ -19,7 +19,6 @@ from amb_assessment.assessment.runs import (
     without_power,
     worst_inputs,
 )
-from amb_assessment.assessment.stages import note_on_stages
 from amb_assessment.assessment.subject import Subject, rpm, subject_of
 from amb_assessment.reporting.panels import Panel, curve
 from amb_cosim.cosim.basics.time_grid import in_steps
@@ -76,7 +75,6 @@ def answer(subject: Subject) -> AnalysisResult:
         "race_viscous_drag (balls). A race without drag rotates with the rotor for minutes and absorbs hardly any "
         "heat.",
         *_without_temperature(touchdown),
-        *note_on_stages(subject),
     )
     return AnalysisResult(measured, panels, (ResultTable(f"{times[-1]:.4g} s without power", heads, rows),), notes)
 

@@ -11,7 +11,7 @@ from amb_analysis.machine.coupled import coupled_loop
 from amb_analysis.studies.sensitivity_curves import peak_beyond, sensitivity_curves
 from amb_analysis.studies.stability_margin import ZONES, StabilityMargin, sensitivity
 from amb_assessment.assessment.findings import AnalysisResult, Quantity, ResultTable
-from amb_assessment.assessment.stages import co_simulated, note_on_stages, real_coefficients
+from amb_assessment.assessment.stages import co_simulated, real_coefficients
 from amb_assessment.assessment.subject import Subject, rpm
 from amb_assessment.reporting.panels import Curve, Panel, curve
 from array_types import Array
@@ -52,7 +52,11 @@ def answer(subject: Subject) -> AnalysisResult:
         measured.append(
             Quantity("sensitivity_measured", where, float(axis.measured[top]), "1", {"frequency": hz}, note)
         )
-    return AnalysisResult(tuple(measured), (_panel(subject, curves, study),), (_table(study),), _notes(subject, study))
+    note = (
+        f"Amplifiers are {study.amplifier}, demands {study.delay:g} samples late. Zones count up to 2 kHz, or half the "
+        "sample rate; the peak above 2 kHz is judged by a criterion of the package."
+    )
+    return AnalysisResult(tuple(measured), (_panel(subject, curves, study),), (_table(study),), (note,))
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,11 +112,3 @@ def _table(study: StabilityMargin) -> ResultTable:
     )
     heads = ("broken at", "disk margin", "at Hz", "gain factor or divisor", "phase (deg)")
     return ResultTable("Margins of all loops together, changed at once and independently", heads, rows)
-
-
-def _notes(subject: Subject, study: StabilityMargin) -> tuple[str, ...]:
-    first = (
-        f"Amplifiers are {study.amplifier}, demands {study.delay:g} samples late. Zones count up to 2 kHz, or half the "
-        "sample rate; the peak above 2 kHz is judged by a criterion of the package."
-    )
-    return (first, *note_on_stages(subject))

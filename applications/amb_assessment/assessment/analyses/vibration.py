@@ -6,7 +6,6 @@ import numpy as np
 
 from amb_assessment.assessment.findings import AnalysisResult, Quantity
 from amb_assessment.assessment.runs import CYCLES, steady_vibration, worst_response
-from amb_assessment.assessment.stages import note_on_stages
 from amb_assessment.assessment.subject import Subject, rpm
 from amb_assessment.reporting.panels import Panel, curve
 
@@ -37,7 +36,6 @@ def answer(subject: Subject) -> AnalysisResult:
         f"{100.0 * worst.share:.3g} % of the clearance at {worst.site}.",
         "Sensor noise and converter resolution are the start values of the controller, unless the machine defines its "
         "signal chain.",
-        *note_on_stages(subject),
     )
     return AnalysisResult(
         tuple(measured), (Panel("Displacement over clearance", "cycle", "%", tuple(curves)),), (), notes
