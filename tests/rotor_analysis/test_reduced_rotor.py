@@ -12,7 +12,7 @@ from rotor_analysis.masters import needed_masters
 from rotor_analysis.mesh_accuracy import refine_to_accuracy
 from rotor_analysis.modes import damped_frequencies
 from rotor_analysis.parts import Bearing, Disc, Sensor, Site
-from rotor_analysis.reduced_rotor import reduced_rotor, reduction_error, valid_to
+from rotor_analysis.reduced_rotor import reduced_rotor, reduction_error, retained_modes, valid_to, with_modes
 from rotor_analysis.reduction import craig_bampton, msdc
 from rotor_analysis.rotor import ReductionOptions, Rotor
 from rotor_analysis.rotor_file import load_rotor
@@ -105,6 +105,27 @@ def test_modes_of_craig_and_bampton_bring_the_frequencies_down_to_the_full_ones(
     assert reduced_rotor(rotor).model.size == assemble(RIG).size
     np.testing.assert_allclose(error.percent, 0.0, atol=1e-6)
     np.testing.assert_allclose(error.frequencies, exact)
+
+
+@pytest.mark.parametrize("modes", [0, 3])
+def test_modes_of_a_plant_are_counted_beside_its_planes(modes):
+    planes, nodes = len(RIG.masters), len(RIG.shaft.nodes)
+    rotor = with_modes(RIG, modes)
+    assert retained_modes(rotor) == (modes, 2 * nodes - planes)
+    assert reduced_rotor(rotor).model.size == 2 * (planes + modes)
+
+
+def test_rows_of_translations_come_before_the_slopes():
+    model = assemble(compressor(method="none"))
+    order, n = model.translations_first, len(model.translations)
+    assert sorted(order) == list(range(model.size))
+    assert [row % 4 for row in order] == [0, 1] * n + [2, 3] * n
+
+
+def test_a_part_that_a_rotor_lacks_is_refused_by_name():
+    assert RIG.node_of(RIG.bearings[0].name) == RIG.bearings[0].node
+    with raises_naming(ValueError, RIG.name, "wheel"):
+        RIG.node_of("wheel")
 
 
 @pytest.mark.parametrize(("modes", "elastic"), [(0, 2), (3, 5), (8, 11)])

@@ -8,7 +8,7 @@ from rotor_cases import OnePlane
 from rotor_analysis.assembly import Matrices
 from rotor_analysis.parts import Bearing
 from rotor_analysis.reduction import unreduced
-from rotor_analysis.response import orbit, unbalance_response
+from rotor_analysis.response import orbit, synchronous_motion, unbalance_response
 from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import load_rotor
 from rotor_analysis.supported_rotor import SupportedRotor, supported_rotor
@@ -32,6 +32,20 @@ def test_jeffcott_orbit_is_the_closed_form_in_size_and_phase():
     lag = phase - 0.7
     assert -0.1 < lag[0] < 0.0
     assert -np.pi < lag[-1] < -0.9 * np.pi
+
+
+def test_cases_of_unbalance_superpose_under_any_support():
+    """In a support of stiffness k_s + i c Omega alone, Q = Omega^2 (u, -i u)/(k_s + i c Omega), in every case."""
+    support, k, c = jeffcott(), 3e5, 20.0
+    cases = [{2: 1e-3}, {2: 2e-3j}, {2: 1e-3 + 2e-3j}]
+
+    def held(Omega):
+        return (k + 1j * c * Omega) * np.eye(support.model.size)
+
+    motion = synchronous_motion(support, held, cases, SPEEDS, (2,))
+    expected = 1e-3 * SPEEDS**2 / (k + 1j * c * SPEEDS)
+    np.testing.assert_allclose(motion[:, 0, 0], np.stack([expected, -1j * expected], axis=1), rtol=1e-12)
+    np.testing.assert_allclose(motion[:, 0] + motion[:, 1], motion[:, 2], rtol=1e-12)
 
 
 def test_nodes_between_the_masters_follow_the_static_deflection():

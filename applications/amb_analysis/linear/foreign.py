@@ -12,6 +12,7 @@ algorithm, J. Guidance 8 (1985) 620-627. Pulses of the other sign reveal an FMU 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -69,7 +70,7 @@ def foreign_component(
     component = FmuComponent(name, folder, interface, inputs, outputs, start)
     try:
         rest = np.array([start.get(i, interface.ports[i].start or 0.0) for i in inputs])
-        answer = _Answers(component, inputs, outputs, start, rest, sample_time)
+        answer = _Answers(component, (inputs, outputs, start), rest, sample_time)
         still = answer.to(np.zeros(len(inputs)))
         pulses = [[answer.to(s * d * e) for s in (1.0, -1.0)] for d, e in zip(deltas, np.eye(len(inputs)), strict=True)]
         answer.begin()
@@ -144,20 +145,14 @@ def by_derivatives(
     return Law(Phi, Gamma, C @ Phi, C @ Gamma + D, sample_time)
 
 
+@dataclass(frozen=True, eq=False)
 class _Answers:
-    """Runs of an instance from its start."""
+    """Runs of an instance from its start, with its inputs, its outputs and its start values."""
 
-    def __init__(
-        self,
-        component: FmuComponent,
-        inputs: Sequence[str],
-        outputs: Sequence[str],
-        start: Mapping[str, float],
-        rest: Array,
-        sample_time: float,
-    ) -> None:
-        self.component, self.rest, self.sample_time = component, rest, sample_time
-        self.arguments = inputs, outputs, start
+    component: FmuComponent
+    arguments: tuple[Sequence[str], Sequence[str], Mapping[str, float]]
+    rest: Array
+    sample_time: float
 
     def begin(self) -> None:
         """Reset the instance to its start."""

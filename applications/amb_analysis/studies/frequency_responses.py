@@ -189,7 +189,7 @@ def response(
     source = rotor if scenario_of is None else scenario_of.rotor
     described = load_rotor(source)
     if measured is None:
-        curves = _requested(described, inputs, outputs, highest or HIGHEST)
+        curves = _requested(inputs, outputs, highest or HIGHEST)
     ends = [(_place(c.input, described, True), _place(c.output, described, False)) for c in curves]
     fine = refined(described, [place for pair in ends for place in pair])
     machine = None
@@ -274,7 +274,7 @@ def measured_content(
     return Measurement(tuple(sorted(chosen, key=lambda item: item.frequencies.tobytes())), content.modes)
 
 
-def _requested(rotor: Rotor, inputs: Sequence[str], outputs: Sequence[str], highest: float) -> list[FrequencyResponse]:
+def _requested(inputs: Sequence[str], outputs: Sequence[str], highest: float) -> list[FrequencyResponse]:
     """Return responses without values, between channels that are named."""
     require(bool(inputs) and bool(outputs), "inputs and outputs", "missing", "given, without a measurement")
     frequencies = np.geomspace(min(LOWEST, 0.5 * highest), highest, POINTS)

@@ -22,8 +22,6 @@ class UnbalanceCase:
 
     name
         Its name.
-    critical_speed
-        Undamped critical speed of the mode (rad/s).
     shape
         Its shape at the nodes, the largest 1.
     shares
@@ -33,7 +31,6 @@ class UnbalanceCase:
     """
 
     name: str
-    critical_speed: float
     shape: Array
     shares: dict[int, float]
     lobes: tuple[tuple[int, int], ...]
@@ -72,7 +69,7 @@ def _along(subject: Subject, direction: str, stiffness: dict[str, float]) -> lis
         ends = tuple((span.start + 1, span.stop) for _, span in antinodes(shape))
         places = ", ".join(f"z = {1e3 * subject.z[node - 1]:.0f} mm" for node in shares)
         name = f"mode {k}{direction} ({rpm(float(Omega)):.0f} 1/min), at {places}"
-        cases.append(UnbalanceCase(name, float(Omega), shape, shares, ends))
+        cases.append(UnbalanceCase(name, shape, shares, ends))
     return cases
 
 
