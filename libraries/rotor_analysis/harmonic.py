@@ -10,7 +10,7 @@ F(i omega) are forces of magnetic bearings over displacements.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -46,6 +46,15 @@ class HarmonicModel:
     right: Array
     left: Array
 
+    def at(self, Omega: float) -> HarmonicModel:
+        """Return the model at a spin speed (rad/s)."""
+        return replace(self, model=self.model.at(Omega))
+
+    def stiffness(self, omega: float, Omega: float, forces: Forces | None = None) -> Complex:
+        """Return the matrix of (1) at a frequency and a spin speed (rad/s), with F of (1) if there is any."""
+        stiffness = dynamic_stiffness(self.model, Omega, omega)
+        return stiffness if forces is None else stiffness - self.left @ forces(omega) @ self.right
+
     def response(
         self, omegas: Array, Omega: float, inputs: Array | Complex, outputs: Array, forces: Forces | None
     ) -> Complex:
@@ -71,11 +80,8 @@ class HarmonicModel:
             If a frequency is that of an undamped mode, or not finite.
         """
         require(bool(np.isfinite(omegas).all()), "omega", "not finite", "finite")
-        local = self.model.at(Omega)
-        stiffness = np.array([dynamic_stiffness(local, Omega, float(omega)) for omega in omegas])
-        if forces is not None:
-            for k, omega in enumerate(omegas):
-                stiffness[k] -= self.left @ forces(float(omega)) @ self.right
+        local = self.at(Omega)
+        stiffness = np.array([local.stiffness(float(omega), Omega, forces) for omega in omegas])
         try:
             motion = np.linalg.solve(
                 stiffness, np.broadcast_to(self.left @ inputs, (len(omegas), len(self.left), inputs.shape[-1]))

@@ -11,8 +11,9 @@ starts have the same direction: the receptance of a free mass m is -1/(m omega^2
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 from typing import Literal
 
 import numpy as np
@@ -25,7 +26,6 @@ from array_types import Array, Complex
 from rotor_analysis.harmonic import harmonic_model
 from rotor_analysis.parts import Bearing
 from rotor_analysis.resonances import resonances
-from rotor_analysis.response import dynamic_stiffness
 from rotor_analysis.rotor import Rotor
 
 Loop = Literal["free", "linear", "open", "closed"]
@@ -87,27 +87,27 @@ def frequency_response(
         If a current is at a place without a magnet and its control, or the response is unbounded.
     """
     rotor, omegas = structure.rotor, 2.0 * np.pi * np.asarray(frequencies, np.float64)
-    size = 2 * len(rotor.shaft.nodes)
-    feedback = _feedback(structure, inputs, outputs, omegas)
+    size, magnets = 2 * len(rotor.shaft.nodes), _magnets(structure, inputs, outputs)
     loads = np.zeros((len(omegas), size, len(inputs)), dtype=np.complex128)
+    currents = [k for k, place in enumerate(inputs) if place.unit == "A"]
     for k, place in enumerate(inputs):
         if place.unit == "N":
             loads[:, node_rows(rotor, [place])[0], k] = 1.0
-    forces = None
-    if feedback is not None:
-        currents = [k for k, place in enumerate(inputs) if place.unit == "A"]
-        for j, k in enumerate(currents):
-            loads[:, feedback.rows, k] = feedback.forces[:, :, size + j]
-        at = {omega: k for k, omega in enumerate(omegas.tolist())}
-        forces = lambda omega: feedback.matrix(at[omega], size)  # noqa: E731
+    if magnets is not None and currents:
+        for n, omega in enumerate(omegas):
+            loads[n][np.ix_(magnets.rows, currents)] = magnets.at(omega)[: len(magnets.rows), size:]
     top = float(omegas.max()) if highest is None else 2.0 * np.pi * highest
-    model = harmonic_model(rotor, _loaded(structure, inputs, feedback), top, structure.bearings)
-    motion = model.response(omegas, structure.Omega, loads, np.eye(size), forces)
+    model = harmonic_model(rotor, _loaded(structure, inputs, magnets), top, structure.bearings)
+    motion = model.response(omegas, structure.Omega, loads, np.eye(size), magnets.forces if magnets else None)
     result = np.empty((len(omegas), len(outputs), len(inputs)), dtype=np.complex128)
     for k, place in enumerate(outputs):
         if place.unit == "A":
-            assert feedback is not None
-            result[:, k] = feedback.current(place, motion, inputs)
+            assert magnets is not None
+            row = np.array(
+                [magnets.at(omega)[len(magnets.rows) + magnets.axes.index(place.axis_name)] for omega in omegas]
+            )
+            result[:, k] = np.einsum("nr,nri->ni", row[:, :size], motion)
+            result[:, k, currents] += row[:, size:]
         else:
             result[:, k] = (1j * omegas[:, None]) ** place.order * motion[:, node_rows(rotor, [place])[0]]
     return result
@@ -120,54 +120,41 @@ def resonant_frequencies(
 
     Arguments as of `frequency_response`; between two frequencies, ascending, a mode may have one resonance.
     """
-    size, Omega = 2 * len(structure.rotor.shaft.nodes), structure.Omega
-    first = _feedback(structure, inputs, outputs, 2.0 * np.pi * frequencies[:1])
-    loaded = _loaded(structure, inputs, first)
-    model = harmonic_model(structure.rotor, loaded, 2.0 * np.pi * float(frequencies[-1]), structure.bearings)
-    local = model.model.at(Omega)
-
-    def stiffness(omega: float) -> Complex:
-        feedback = _feedback(structure, inputs, outputs, np.array([omega]))
-        held = 0.0 if feedback is None else model.left @ feedback.matrix(0, size) @ model.right
-        return np.asarray(dynamic_stiffness(local, Omega, omega) - held)
-
-    found = resonances(stiffness, 2.0 * np.pi * frequencies)
+    magnets = _magnets(structure, inputs, outputs)
+    loaded, highest = _loaded(structure, inputs, magnets), 2.0 * np.pi * float(frequencies[-1])
+    model = harmonic_model(structure.rotor, loaded, highest, structure.bearings).at(structure.Omega)
+    forces = magnets.forces if magnets else None
+    found = resonances(lambda omega: model.stiffness(omega, structure.Omega, forces), 2.0 * np.pi * frequencies)
     return [(omega / (2.0 * np.pi), width / (2.0 * np.pi)) for omega, width in found]
 
 
-def _loaded(structure: Structure, inputs: Sequence[Place], feedback: _Feedback | None) -> list[int]:
+def _loaded(structure: Structure, inputs: Sequence[Place], magnets: _Magnets | None) -> list[int]:
     """Return the nodes at which forces act."""
     nodes = [place.node_on(structure.rotor) for place in inputs if place.unit == "N"]
-    return nodes if feedback is None else nodes + [row // 2 + 1 for row in feedback.rows]
+    return nodes if magnets is None else nodes + [row // 2 + 1 for row in magnets.rows]
 
 
 @dataclass(frozen=True, eq=False)
-class _Feedback:
-    """F with F_i at the rows of the bearings, T with T_i at all axes, shape (n, rows or axes, 2 nodes + injected)."""
+class _Magnets:
+    """Magnets of a machine: rows of x and y of all nodes at which their forces act, and axes whose currents count.
 
+    `at` returns [F F_i; T T_i] of (1) at a frequency (rad/s), shape (rows + axes, 2 nodes + injected).
+    """
+
+    size: int
     rows: list[int]
-    forces: Complex
     axes: tuple[str, ...]
-    currents: Complex
+    at: Callable[[float], Complex]
 
-    def matrix(self, k: int, size: int) -> Complex:
-        whole = np.zeros((size, size), dtype=np.complex128)
-        np.add.at(whole, self.rows, self.forces[k, :, :size])
+    def forces(self, omega: float) -> Complex:
+        """Return F for all nodes."""
+        whole = np.zeros((self.size, self.size), dtype=np.complex128)
+        np.add.at(whole, self.rows, self.at(omega)[: len(self.rows), : self.size])
         return whole
 
-    def current(self, place: Place, motion: Complex, inputs: Sequence[Place]) -> Complex:
-        """Return a demanded current over the inputs, shape (n, inputs)."""
-        row, size = self.axes.index(place.axis_name), motion.shape[1]
-        result = np.einsum("nr,nri->ni", self.currents[:, row, :size], motion)
-        for j, k in enumerate(k for k, item in enumerate(inputs) if item.unit == "A"):
-            result[:, k] += self.currents[:, row, size + j]
-        return np.asarray(result)
 
-
-def _feedback(
-    structure: Structure, inputs: Sequence[Place], outputs: Sequence[Place], omegas: Array
-) -> _Feedback | None:
-    """Return the forces of the magnets and the demanded currents; None without magnets."""
+def _magnets(structure: Structure, inputs: Sequence[Place], outputs: Sequence[Place]) -> _Magnets | None:
+    """Return the magnets; None without a machine."""
     electric = [place for place in (*inputs, *outputs) if place.unit == "A"]
     machine = structure.machine
     if machine is None:
@@ -184,11 +171,9 @@ def _feedback(
     injected = [f"{ACTUATOR}.{p.place}.i_{p.direction}" for p in inputs if p.unit == "A"]
     components = (ACTUATOR,) if structure.loop == "open" else None
     rows = force_feeds(machine, made)
-    demands = list(machine.loop.sources) if structure.loop == "closed" else []
-    whole = np.array(
-        [component_outputs(machine, made, [*rows, *demands], float(w), injected, components) for w in omegas]
-    )
-    return _Feedback(list(rows.values()), whole[:, : len(rows)], axes, whole[:, len(rows) :])
+    ends = [*rows, *(machine.loop.sources if structure.loop == "closed" else ())]
+    answer = cache(lambda omega: component_outputs(machine, made, ends, float(omega), injected, components))
+    return _Magnets(2 * len(structure.rotor.shaft.nodes), list(rows.values()), axes, answer)
 
 
 def refined(rotor: Rotor, places: Sequence[Place]) -> Rotor:
