@@ -116,5 +116,5 @@ def inductance_doubt(axis: str, value: float, of_gap: float) -> list[str]:
 
 
 def _tensor(of: Array) -> str:
-    """xx, xy; yx, yy."""
+    """Return a tensor as text, xx, xy; yx, yy."""
     return "; ".join(", ".join(f"{number:.4g}" for number in row) for row in of)
