@@ -42,7 +42,7 @@ def rig():
 
 @pytest.fixture(scope="module")
 def springs():
-    return of_planned(prepare(as_scenario("fig5_6_pid", None), SPRINGS))
+    return of_planned(plan_run(as_scenario("fig5_6_pid", None), SPRINGS))
 
 
 def receptance_on_springs(springs, Omega, sites):

@@ -169,7 +169,7 @@ def test_dry_whirl_has_the_friction_of_its_own_slip(expander):
     """R(omega) (1 + i mu(v)) is negative real at v = Omega R_s + omega c, with Stribeck's mu(v) and its slope."""
     scale, static, Omega = 20.0, 0.16, expander.Omega
     law = {"rotor_contact.*.stribeck_velocity": scale, "rotor_contact.*.mu_static": static}
-    machine = rubbing_rotor(prepare(STEADY, HEAVY | law))
+    machine = rubbing_rotor(plan_run(STEADY, HEAVY | law))
     single = [whirl for whirl in whirls(machine, Omega) if len(whirl.contact) == 1 and whirl.slips]
     assert any(whirl.frequency < 0.0 for whirl in single)
     for whirl in single:
@@ -207,7 +207,7 @@ def test_asking_for_what_is_not_there_names_it():
 def test_delayed_demands_leave_the_free_loop_the_growth_of_its_poles(is_late):
     """The linear model has another realisation of the controller."""
     values = {"rolac_controller.chain.preset": "custom", "rolac_controller.chain.delay": is_late}
-    planned = prepare(as_scenario(LEVITATION, None).machine(), {**LINEAR, **values})
+    planned = plan_run(as_scenario(LEVITATION, None).machine(), {**LINEAR, **values})
     machine, Omega = rubbing_rotor(planned), planned.plan.speed
     friction = machine.mu(Omega), machine.mu_slope(Omega)
     loop = Dynamics(machine.loop(Omega), machine.c, *friction).about((), np.zeros(0), np.zeros(0))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -29,8 +29,12 @@ class RubbingRotor:
 
     machine
         The machine.
-    sites, c
-        Names of the enabled sites, and their clearances (m), shape (n_sites,).
+    sites
+        Names of the enabled sites.
+    records
+        Their records as the kernels of `rotor_contact` read them, with their parameters.
+    c
+        Their clearances (m), shape (n_sites,).
     unbalance
         Complex unbalance (kg m) at each place, shape (n_places,).
     notes
@@ -90,15 +94,16 @@ class RubbingRotor:
         whirl
             Whirl frequency omega (rad/s); the spin speed by default.
         """
-        p = self.parameters
-        result = np.zeros(len(self.sites))
-        for k, site in enumerate(self.sites):
-            sliding, scale = p[f"{site}.mu"], p[f"{site}.stribeck_velocity"]
-            result[k] = sliding
-            if scale > 0.0:
-                slip = Omega * (p[f"{site}.journal_radius"] + self.c[k])
-                result[k] += max(p[f"{site}.mu_static"] - sliding, 0.0) * np.exp(-((slip / scale) ** 2))
-        return result
+        return np.array([kinetic_coefficient(site, _slip(site, Omega, whirl)) for site in self.records])
+
+    def mu_slope(self, Omega: float, whirl: float | None = None) -> Array:
+        """Return the slope d mu/d v (s/m) of that coefficient, by its central difference over `SLIP_STEP`."""
+        slopes = np.zeros(len(self.records))
+        for k, site in enumerate(self.records):
+            slip = _slip(site, Omega, whirl)
+            low, high = slip - SLIP_STEP, slip + SLIP_STEP
+            slopes[k] = (kinetic_coefficient(site, high) - kinetic_coefficient(site, low)) / (high - low)
+        return slopes
 
 
 def rubbing_rotor(planned: PlannedRun) -> RubbingRotor:
@@ -116,9 +121,23 @@ def rubbing_rotor(planned: PlannedRun) -> RubbingRotor:
     sites = tuple(site["name"] for site in made.layout(PLANT)["sites"] if p[f"{site['name']}.enabled"])
     if not sites:
         raise ValueError(f"scenario {planned.name} has no enabled site; a rub needs one")
-    c = np.array([p[f"{site}.clearance"] for site in sites])
+    records = tuple(_record(p, site) for site in sites)
+    c = np.array([site.clearance for site in records])
     notes = _notes(p, sites) + _other_notes(machine.last_inputs, mixing(made, machine.Omega, sites))
-    return RubbingRotor(machine, sites, c, np.array(list(machine.unbalance.values()), dtype=complex), notes)
+    return RubbingRotor(machine, sites, records, c, np.array(list(machine.unbalance.values()), dtype=complex), notes)
+
+
+def _record(p: Mapping[str, float], name: str) -> Site:
+    """Return the record of a site with its parameters."""
+    site: Site = np.zeros(1, SITE)[0]
+    for field_name in SITE_PARAMETERS.names or ():
+        site[field_name] = p[f"{name}.{field_name}"]
+    return site
+
+
+def _slip(site: Site, Omega: float, whirl: float | None) -> float:
+    """Return the slip velocity v (m/s) of a journal that whirls on its circle."""
+    return float(Omega * site.journal_radius + (Omega if whirl is None else whirl) * site.clearance)
 
 
 def _notes(p: Mapping[str, float], sites: tuple[str, ...]) -> tuple[str, ...]:

@@ -14,6 +14,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache, partial
 from typing import Annotated
 
 import numpy as np
@@ -83,7 +84,7 @@ def whirls(rotor: RubbingRotor, Omega: float, highest: float | None = None) -> l
         return receptances_at(loop, omega).R
 
     grid = np.geomspace(1e-3 * reach, reach, POINTS)
-    radii = [rotor.parameters[f"{site}.journal_radius"] for site in rotor.sites]
+    radii = [site.journal_radius for site in rotor.records]
     result = []
     for contact in all_sets(len(rotor.sites), 2)[1:]:
         for branch in range(1 if len(contact) == 1 else 2):

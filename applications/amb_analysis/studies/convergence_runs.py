@@ -15,7 +15,9 @@ from amb_cosim.results.component_names import PLANT
 from amb_cosim.results.contact_forces import largest_averaged_force, peak_force, received_impulse
 from amb_cosim.results.contact_history import peak, touchable
 from amb_cosim.results.series import cycles
-from amb_cosim.scenario.simulation import PlannedRun, RunRequest, prepare, run_prepared
+from amb_cosim.scenario.plan_run import PlannedRun, plan_run
+from amb_cosim.scenario.scenario import Scenario
+from amb_cosim.scenario.simulation import run_planned
 from rotor_analysis.reduced_rotor import retained_modes, with_modes
 from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import RotorSource, Tables, load_rotor

@@ -22,7 +22,6 @@ from amb_analysis.studies.receptance_measurement import (
 )
 from amb_analysis.studies.result import StudyResult
 from amb_cosim.cosim.basics.choices import Flavour
-from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.cosim.system.values import Raw
 from amb_cosim.design.controller_data import SPEEDS, condition_number
 from amb_cosim.design.receptance_file import ReceptanceTable
@@ -148,7 +147,7 @@ def identify(
     path = None if output is None else Path(output)
     results: list[IdentifiedReceptance] = []
     with _progress_bars(progress) as report:
-        runs = [plan_identification(Omega, rotor, set, flavour, base) for Omega in chosen]
+        runs = [plan_identification(Omega, rotor, set, RunOptions(flavour=flavour), base) for Omega in chosen]
         table = table_for(runs[0], path)
         for machine in runs:
 

@@ -23,9 +23,8 @@ from amb_cosim.design.receptance_file import ReceptanceTable, empty_table, loop_
 from amb_cosim.design.sampled_loop import parameters_of_loop
 from amb_cosim.results.component_names import CONTROLLER
 from amb_cosim.scenario.control_loop import inner_loop_parameters
-from amb_cosim.scenario.plan_run import PlannedRun, plan_run
-from amb_cosim.scenario.scenario import Scenario, as_scenario, make_scenario
 from amb_cosim.scenario.plan_run import plan_run
+from amb_cosim.scenario.scenario import Scenario, as_scenario, make_scenario
 from amb_cosim.scenario.simulation import run_planned
 from array_types import Complex
 from rolac_controller.control_loop import ControlLoop
@@ -125,8 +124,8 @@ def plan_identification(
         parameters={CONTROLLER: {"contact.source": GIVEN}},
         record={"variables": RECORDED, "every": steps},
     )
-    identification = plan_run(scenario, settings, options=options)
-    if identification.speed != Omega:
+    planned = plan_run(scenario, settings, options=options)
+    if planned.speed != Omega:
         raise ValueError("Omega cannot be set here; speeds sets it")
     result = machine_of(planned, CONTROLLER)
     lowest = result.parameters[CONTROLLER]["rolac.min_speed"]

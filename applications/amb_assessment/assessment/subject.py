@@ -13,7 +13,7 @@ from amb_assessment.assessment.machine_file import MachineFile
 from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.cosim.system.values import RPM
-from amb_cosim.scenario.simulation import prepare
+from amb_cosim.scenario.plan_run import plan_run
 from rotor_analysis.reduced_rotor import with_modes
 from rotor_analysis.rotor_file import load_rotor
 
@@ -71,7 +71,7 @@ def subject_of(file: MachineFile, flavour: Flavour = "native", modes: int | None
     scenario = file.as_scenario(file.speed.highest)
     if modes is not None:
         scenario = scenario.changed(rotor=with_modes(load_rotor(scenario.rotor), modes))
-    return Subject(prepare(scenario, flavour=flavour), file, flavour)
+    return Subject(plan_run(scenario, options=RunOptions(flavour=flavour)), file, flavour)
 
 
 def rpm(Omega: Any) -> Any:

@@ -10,6 +10,7 @@ from amb_analysis.steady_contact.receptances import receptances, receptances_at
 from amb_analysis.steady_contact.rubbing_rotor import rubbing_rotor
 from amb_analysis.steady_contact.stability import Dynamics
 from amb_analysis.steady_contact.synchronous_states import states_of
+from amb_cosim.scenario.plan_run import plan_run
 from amb_cosim.scenario.scenario import as_scenario
 
 C = np.array([CLEARANCE])
@@ -56,7 +57,7 @@ def test_growth_alone_is_that_of_all_vibrations(scenario, contact):
     """Eigenvalues without their vectors, as the maps take them."""
     dynamics = Dynamics(jeffcott(1.5 * OWN), C, np.array([0.3]), np.array([0.02]))
     if scenario is not None:
-        rotor = rubbing_rotor(prepare(as_scenario(scenario, None)))
+        rotor = rubbing_rotor(plan_run(as_scenario(scenario, None)))
         friction = rotor.mu(rotor.Omega), rotor.mu_slope(rotor.Omega)
         dynamics = Dynamics(rotor.loop(rotor.Omega), rotor.c, *friction)
     state = (contact, np.full(len(contact), 30.0), np.full(len(contact), 0.4))
