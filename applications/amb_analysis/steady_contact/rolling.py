@@ -19,6 +19,7 @@ from amb_analysis.steady_contact.receptances import receptances_at
 from amb_analysis.steady_contact.rubbing_rotor import RubbingRotor
 from amb_analysis.steady_contact.synchronous_states import all_sets
 from amb_cosim.presentation.json_data import JsonKey
+from rotor_contact.friction import friction_excess
 
 ANGLES = np.linspace(0.0, 2.0 * np.pi, 36, endpoint=False)  # between two sites
 SAME = 1e-9  # largest relative difference of R_s/c of sites that roll together
@@ -57,8 +58,7 @@ class Rolling:
 
 def rolling(rotor: RubbingRotor, Omega: float) -> list[Rolling]:
     """Return the rolling states (1) of single sites and pairs at a spin speed (rad/s), for any friction."""
-    p = rotor.parameters
-    ratio = np.array([p[f"{site}.journal_radius"] for site in rotor.sites]) / rotor.c
+    ratio = np.array([site.journal_radius for site in rotor.records]) / rotor.c
     result = []
     for contact in all_sets(len(rotor.sites), 2)[1:]:
         at, others = list(contact), [k for k in range(len(rotor.sites)) if k not in contact]
@@ -76,6 +76,6 @@ def rolling(rotor: RubbingRotor, Omega: float) -> list[Rolling]:
         swing = np.abs(N.real - mean).max(axis=0)
         forces, swings = (dict(zip(names, map(float, values), strict=True)) for values in (mean, swing))
         friction = float(np.abs(N.imag / N.real).max())
-        possible = all(max(p[f"{site}.mu"], p[f"{site}.mu_static"]) >= friction for site in names)
+        possible = all(friction_excess(rotor.records[k], 1.0, friction) <= 0.0 for k in at)
         result.append(Rolling(names, omega, forces, swings, friction, possible, abs(omega) <= rotor.valid_to))
     return result

@@ -22,6 +22,7 @@ from amb_analysis.studies.receptance_measurement import (
 )
 from amb_analysis.studies.result import StudyResult
 from amb_cosim.cosim.basics.choices import Flavour
+from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.cosim.system.values import Raw
 from amb_cosim.design.controller_data import SPEEDS, condition_number
 from amb_cosim.design.receptance_file import ReceptanceTable
