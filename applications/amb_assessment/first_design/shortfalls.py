@@ -38,7 +38,7 @@ def shortfalls(machine: Machine, levitation: Levitation, speed: float) -> tuple[
         *_of_loop(levitation),
         *_of_damping(machine.rotor, levitation),
         *hindering_positions(machine, levitation, speed),
-        *_of_currents(machine, speed),
+        *saturating_axes(machine, speed),
     )
 
 
@@ -86,7 +86,7 @@ def _of_mode(mode: ModeReach) -> str:
     return f"{name} has nodes close to magnets or sensors, so that no gains damp it well: its shape is {places}"
 
 
-def _of_currents(machine: Machine, speed: float) -> Iterator[str]:
+def saturating_axes(machine: Machine, speed: float) -> Iterator[str]:
     """Yield the axes whose demand under the unbalance exceeds coils and amplifiers at the highest speed."""
     motion = synchronous_response(machine, np.array([speed]), [machine.unbalanced_nodes]).reshape(-1)
     demands = np.abs(demanded_currents(machine, speed, speed) @ motion)

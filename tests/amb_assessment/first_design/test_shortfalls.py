@@ -1,0 +1,32 @@
+"""Reasons of a first design: coils that the unbalance drives to their limits."""
+
+from __future__ import annotations
+
+import pytest
+
+from amb_analysis.machine.machine import Machine
+from amb_assessment.first_design.shortfalls import saturating_axes
+from amb_cosim.scenario.scenario import load_scenario
+from amb_cosim.scenario.plan_run import plan_run
+from tests.support.messages import assert_names
+
+SLOW = 0.1  # rad/s: the rotor follows the rotating force as a static one
+Z_MB1, Z_MB2, Z_DISC = 0.624, 1.321, 0.455  # m
+K_B, K_S, K_I = 1e6, 2e6, 563.0  # closed bearing (N/m), magnet (N/m, N/A)
+BIAS = 4.43  # A, the largest control current that keeps current in all coils
+
+
+OF_MB1, OF_BOTH = ["mb1.x", "mb1.y"], ["mb1.x", "mb1.y", "mb2.x", "mb2.y"]
+
+
+@pytest.mark.parametrize(("share", "saturating"), [(0.99, []), (1.01, OF_MB1), (6.0, OF_BOTH)])
+def test_unbalance_beyond_the_coils_is_a_reason(share, saturating):
+    """F_1 = u Omega^2 (z_2 - z_d)/(z_2 - z_1), F_2 = u Omega^2 - F_1, |i| = (K_b + K_s)/(K_i K_b) |F|."""
+    levers = {"mb1": (Z_MB2 - Z_DISC) / (Z_MB2 - Z_MB1), "mb2": (Z_MB1 - Z_DISC) / (Z_MB2 - Z_MB1)}
+    u = share * BIAS * K_I * K_B / (K_B + K_S) / (levers["mb1"] * SLOW**2)
+    machine = Machine(plan_run(load_scenario("fig4_9").machine(), {"rotor_contact.d2.u": u}))
+    reasons = list(saturating_axes(machine, SLOW))
+    assert len(reasons) == len(saturating)
+    for axis, reason in zip(saturating, reasons, strict=True):
+        demand = BIAS * share * abs(levers[axis[:3]]) / levers["mb1"]
+        assert_names(reason, axis, f"{demand:.3g} A", "4.43 A", "1 rpm")
