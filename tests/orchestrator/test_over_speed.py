@@ -13,7 +13,7 @@ from matplotlib.text import Text
 import amb_cosim
 from amb_analysis.linear.stability import LoopStability
 from amb_analysis.studies.campbell_diagram import CampbellDiagram, CriticalSpeedRow, ModeOverSpeed
-from amb_analysis.studies.closed_loop_poles import ClosedLoopPoles, PoleOverSpeed
+from amb_analysis.studies.closed_loop_poles import ClosedLoopPoles, LeastDamped, PoleOverSpeed
 from amb_analysis.studies.coefficient_limits import limits_of
 from amb_analysis.studies.figures import figure
 from amb_analysis.studies.figures.over_speed import damping_ratio
@@ -95,7 +95,7 @@ def crossing_poles() -> ClosedLoopPoles:
         sample_time=sample_time,
         speeds=speeds,
         poles=poles,
-        least_damped=decrements,
+        least_damped=LeastDamped(decrements[-1] / (2.0 * math.pi), speeds[-1], 100.5),
         spectral_radii=radii,
         growth_rates=growth,
         least_stable=LoopStability(radii[-1], growth[-1], 100.5, speeds[-1]),

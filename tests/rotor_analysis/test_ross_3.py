@@ -19,7 +19,7 @@ from ross_numbers import REFERENCE, complex_numbers, nearest
 import amb_cosim
 from amb_analysis.linear.linearisable import of_planned
 from amb_analysis.linear.loop import Loop
-from amb_analysis.studies.closed_loop_poles import vibrations
+from amb_analysis.studies.loop_vibrations import vibrations
 from amb_cosim.commands.cli import main
 from amb_cosim.scenario.plan_run import plan_run
 from amb_cosim.scenario.scenario import as_scenario

@@ -30,8 +30,8 @@ from amb_analysis.steady_contact.trap_map import (
 )
 from amb_analysis.steady_contact.whirl import whirls
 from amb_analysis.studies import contact_traps
-from amb_analysis.studies.closed_loop_poles import vibrations
 from amb_analysis.studies.figures.traps import draw
+from amb_analysis.studies.loop_vibrations import vibrations
 from amb_cosim import studies
 from amb_cosim.scenario.plan_run import plan_run
 from amb_cosim.scenario.scenario import as_scenario

@@ -10,13 +10,12 @@ from pathlib import Path
 from typing import Annotated, ClassVar
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 
-from amb_analysis.linear.loop import Loop
 from amb_analysis.linear.stability import LoopStability
 from amb_analysis.machine.machine import Machine
 from amb_analysis.studies.coefficient_limits import EXTRAPOLATED, Limits, is_extrapolated, limit_notes, limits_of
 from amb_analysis.studies.inputs import DEFAULT_RANGE, Number, controlled, speed_range
+from amb_analysis.studies.loop_vibrations import LeastDamped, Vibrations, followed, least_damped, vibrations_over
 from amb_analysis.studies.result import MachineResult
 from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.cosim.run.options import RunOptions
@@ -26,13 +25,11 @@ from amb_cosim.presentation.units import speed_unit
 from amb_cosim.scenario.plan_run import plan_run
 from amb_cosim.scenario.plan_warnings import viscous_losses
 from amb_files.checks import require
-from array_types import Array, Complex
+from array_types import Array
 from rotor_analysis.modes import Whirl
 
 POINTS = 61  # speeds of the diagram
 LOWEST = 1e-3  # of the highest speed, where the diagram begins: a rotor that stands still has no sense of whirl
-OVERDAMPED = 0.995  # damping ratio from which a pole does not count as a vibration
-TURN = 0.3  # of a pole's size: what counts as much as another sense of whirl when poles are paired
 CLEAR = 0.05  # sense of whirl, from -1 to 1, up to which it is mixed
 
 
@@ -77,7 +74,8 @@ class ClosedLoopPoles(MachineResult):
     poles
         The slowest vibrations at the first speed, followed over the others.
     least_damped
-        Smallest damping ratio of all vibrations at each speed (1), shape (n,), including those not followed.
+        That of all vibrations, including those not followed, at any speed from the lowest to the highest, between those
+        of the diagram too; None where nothing vibrates.
     spectral_radii
         Largest modulus of all poles z at each speed (1), shape (n,), of drifts without vibration too; the loop is not
         stable where it exceeds 1 (`amb_analysis.linear.stability`).
@@ -100,7 +98,7 @@ class ClosedLoopPoles(MachineResult):
     sample_time: Annotated[float, "s"]
     speeds: Annotated[Array, "rad/s"]
     poles: tuple[PoleOverSpeed, ...]
-    least_damped: Array
+    least_damped: LeastDamped | None
     spectral_radii: Array
     growth_rates: Annotated[Array, "1/s"]
     least_stable: LoopStability
@@ -151,35 +149,12 @@ class ClosedLoopPoles(MachineResult):
         worst = self.least_stable
         at = f"at {speed_unit().text(worst.speed)} {worst.motion}, |z| = {worst.radius:.7g}"
         notes = [worst.note] if worst.note else []
+        if self.least_damped is not None:
+            notes.insert(0, f"least damped: at {speed_unit().text(self.least_damped.speed)} {self.least_damped}")
         if not self.unstable:
             return ["stable at all of these speeds", f"least stable: {at}", *notes]
         ranges = [f"from {a:.4g} to {b:.4g} rad/s" if a < b else f"at {a:.4g} rad/s" for a, b in self.unstable_ranges]
         return [f"not stable {', '.join(ranges)}: {at}", *notes]
-
-
-@dataclass(frozen=True)
-class Vibrations:
-    """Poles s (rad/s) with Im s > 0, and their senses of whirl from -1 (backward) to 1 (forward), shape (n,) each.
-
-    `stability` is that of all poles, of those without vibration too.
-    """
-
-    poles: Complex
-    senses: Array
-    stability: LoopStability
-
-    def ratios(self) -> Array:
-        """Return the damping ratios."""
-        return np.asarray(-self.poles.real / np.abs(self.poles))
-
-    def decrements(self) -> Array:
-        """Return the logarithmic decrements, -2 pi Re s/Im s."""
-        return np.asarray(-2.0 * np.pi * self.poles.real / self.poles.imag)
-
-    def up_to(self, frequency: float) -> Vibrations:
-        """Return the vibrations up to a frequency (rad/s)."""
-        retained = self.poles.imag <= frequency
-        return Vibrations(self.poles[retained], self.senses[retained], self.stability)
 
 
 def poles(
@@ -228,9 +203,10 @@ def poles(
     highest = (1.5 * planned.speed or DEFAULT_RANGE) if up_to is None else up_to
     speeds = speed_range(highest, POINTS)
     speeds[0] = LOWEST * speeds[-1]
-    result = [vibrations(loop, float(Omega)) for Omega in speeds]
+    closer, everything = vibrations_over(loop, speeds)
+    result = [of_speed for Omega, of_speed in zip(closer, everything, strict=True) if Omega in speeds]
     tracks = followed(result, count)
-    worst = loop.least_stable(speeds)
+    worst = max((of_speed.stability for of_speed in everything), key=lambda one: one.radius)
     stabilities = [of_speed.stability for of_speed in result]
     unstable = [one.speed for one in stabilities if not one.is_stable]
     if not unstable and not worst.is_stable:
@@ -241,7 +217,7 @@ def poles(
         sample_time=loop.sample_time,
         speeds=speeds,
         poles=tuple(_over_speed(result, track) for track in tracks),
-        least_damped=np.array([of_speed.ratios().min(initial=1.0) for of_speed in result]),
+        least_damped=least_damped(closer, everything),
         spectral_radii=np.array([one.radius for one in stabilities]),
         growth_rates=np.array([one.growth_rate for one in stabilities]),
         least_stable=worst,
@@ -250,54 +226,6 @@ def poles(
         limits=limits_of(machine.rotor.seals),
         approximations=tuple(viscous_losses(planned.assembly)),
     )
-
-
-def vibrations(loop: Loop, Omega: float) -> Vibrations:
-    """Return the vibrations of a loop at a spin speed (rad/s), the slowest first.
-
-    The sense of whirl is 2 Im(x conj(y)) / (|x|^2 + |y|^2), summed over the journals of the bearings.
-    """
-    whole = loop.poles(Omega)
-    s = whole.s
-    alternates = (whole.z.real < 0.0) & (np.abs(whole.z.imag) <= 1e-9 * np.abs(whole.z))  # at half the sample rate
-    vibrates = ~alternates & (s.imag > 0.0) & (-s.real < OVERDAMPED * np.abs(s))
-    chosen = np.flatnonzero(vibrates)[np.argsort(s[vibrates].imag, kind="stable")]
-    x, y = whole.shapes[0::2, chosen], whole.shapes[1::2, chosen]
-    size = (np.abs(x) ** 2 + np.abs(y) ** 2).sum(axis=0)
-    turning = 2.0 * (x * y.conj()).imag.sum(axis=0)
-    senses = np.divide(turning, size, out=np.zeros(len(chosen)), where=size > 0.0)
-    return Vibrations(s[chosen], senses, whole.stability)
-
-
-def followed(vibrations: list[Vibrations], count: int) -> list[list[int | None]]:
-    """Return, for each of the first vibrations, its number at every speed; None from where it is lost.
-
-    Each is paired with the pole nearest to the extrapolation of its last two, by |s - s_expected| / |s|, plus `TURN`
-    per difference in the sense of whirl.
-    """
-    tracks: list[list[int | None]] = [[k] for k in range(min(count, len(vibrations[0].poles)))]
-    for n in range(1, len(vibrations)):
-        alive = [track for track in tracks if track[-1] is not None]
-        now = vibrations[n]
-        cost = np.array([_distances(vibrations, track, now, n) for track in alive]).reshape(len(alive), len(now.poles))
-        pairs = dict(zip(*map(list, linear_sum_assignment(cost)), strict=True))
-        for k, track in enumerate(alive):
-            best = pairs.get(k)
-            track.append(best if best is not None and cost[k, best] < TURN else None)
-        for track in tracks:
-            if len(track) == n:
-                track.append(None)
-    return tracks
-
-
-def _distances(vibrations: list[Vibrations], track: list[int | None], now: Vibrations, n: int) -> Array:
-    last, before = track[-1], track[-2] if n > 1 else None
-    assert last is not None
-    expected = vibrations[n - 1].poles[last]
-    if before is not None:
-        expected = 2.0 * expected - vibrations[n - 2].poles[before]
-    turn = np.abs(now.senses - vibrations[n - 1].senses[last]) / 2.0
-    return np.asarray(np.abs(now.poles - expected) / np.abs(expected) + TURN * turn)
 
 
 def _over_speed(vibrations: list[Vibrations], track: list[int | None]) -> PoleOverSpeed:

@@ -27,7 +27,7 @@ from scipy.optimize import OptimizeResult, minimize
 
 from amb_analysis.linear.loop import Loop
 from amb_analysis.machine.machine import Machine
-from amb_analysis.studies.closed_loop_poles import vibrations
+from amb_analysis.studies.loop_vibrations import vibrations
 from amb_analysis.studies.stability_margin import ZONES
 from amb_assessment.first_design.loop_search import LoopSearch, Peak, damping_ratios
 from amb_assessment.first_design.sizing import MachineSizes

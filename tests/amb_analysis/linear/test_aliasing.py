@@ -11,7 +11,7 @@ from amb_analysis.linear.aliasing import continuous_poles, logarithms
 from amb_analysis.linear.components import zoh
 from amb_analysis.linear.linearisable import of_planned
 from amb_analysis.linear.loop import Loop
-from amb_analysis.studies.closed_loop_poles import vibrations
+from amb_analysis.studies.loop_vibrations import vibrations
 from amb_cosim.results.component_names import PLANT
 from amb_cosim.scenario.plan_run import plan_run
 from amb_cosim.scenario.scenario import as_scenario

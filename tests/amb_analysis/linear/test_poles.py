@@ -7,8 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from amb_analysis.linear.loop import LoopPoles
 from amb_analysis.linear.stability import LoopStability
-from amb_analysis.studies.closed_loop_poles import Vibrations, followed
+from amb_analysis.studies.loop_vibrations import Vibrations, followed, least_damped, vibrations_over
 from amb_cosim import studies
 from rotor_analysis.damping import Damping
 from rotor_analysis.rotor_file import load_rotor
@@ -87,3 +88,37 @@ def test_vibration_that_disappears_is_lost():
     both = Vibrations(np.array([10j - 0.1, 30j - 0.1]), np.array([1.0, 1.0]), STABLE)
     item = Vibrations(both.poles[:1], both.senses[:1], STABLE)
     assert followed([both, both, item, both], 2) == [[0, 0, 0, 0], [1, 1, None, None]]
+
+
+class DampedLeastBetweenSpeeds:
+    """A loop with a vibration of 1000 rad/s: zeta = 0.05 - 0.03/(1 + ((Omega - 133)/w)^2)."""
+
+    def __init__(self, width):
+        self.width = width
+
+    def poles(self, Omega):
+        zeta = 0.05 - 0.03 / (1.0 + ((Omega - 133.0) / self.width) ** 2)
+        s = 1000.0 * complex(-zeta, np.sqrt(1.0 - zeta**2))
+        pair, shapes = np.array([s, s.conjugate()]), np.array([[1.0, 1.0], [-1.0j, 1.0j]])
+        stability = LoopStability(np.exp(1e-4 * s.real), s.real, s.imag, speed=Omega)
+        return LoopPoles(np.exp(1e-4 * pair), pair, shapes, stability)
+
+
+@pytest.mark.parametrize("width", [30.0, 60.0, 120.0])
+def test_least_damping_ratio_is_that_between_the_speeds_of_the_diagram(width):
+    """0.02 at 133 rad/s, of a diagram whose speeds are 50 rad/s apart."""
+    speeds = np.linspace(0.0, 400.0, 9)
+    closer, at_speeds = vibrations_over(DampedLeastBetweenSpeeds(width), speeds)
+    least = least_damped(closer, at_speeds)
+    assert least.damping_ratio == pytest.approx(0.02, rel=1e-3)
+    assert least.speed == pytest.approx(133.0, abs=0.05 * width)
+    assert least.frequency == pytest.approx(1000.0 * np.sqrt(1.0 - 0.02**2), rel=1e-6)
+    assert max(of.stability.growth_rate for of in at_speeds) == pytest.approx(-20.0, rel=1e-3)
+    assert set(speeds) <= set(closer)
+
+
+def test_least_damping_ratio_of_a_machine_is_that_of_its_table(diagram):
+    """No followed vibration has less; the printed line names its ratio, speed and frequency."""
+    least = diagram.least_damped
+    assert least.damping_ratio <= min(float(np.nanmin(pole.damping_ratios)) for pole in diagram.poles)
+    assert_names(str(diagram), "least damped", f"{least.damping_ratio:.4f}")

@@ -75,6 +75,28 @@ def test_envelope_has_the_demand_of_a_resonance_between_its_speeds():
     assert demand == pytest.approx(129.4, rel=0.01)
 
 
+def test_largest_voltage_is_found_where_the_current_has_no_maximum(monkeypatch):
+    """V = R (I_0 + I_s) + I |R + j Omega L| of a current that falls with the speed, with a shoulder at 2000 rad/s."""
+    subject = expander()
+    axes = [subject.axis(bearing, axis) for bearing, axis in subject.loop.axes]
+
+    def current(Omega):
+        return 1000.0 / Omega + 0.125 / (1.0 + ((Omega - 2000.0) / 500.0) ** 2)
+
+    def needed(subject, speeds, q):
+        return np.zeros((len(speeds), len(axes))), np.tile(current(speeds)[:, None], len(axes))
+
+    monkeypatch.setattr(envelope, "largest_needed", needed)
+    monkeypatch.setattr(envelope, "POINTS", 12)
+    (table,) = envelope.answer(subject).tables
+    Omega = np.linspace(1500.0, 2500.0, 10001)
+    for p, row in zip(axes, table.rows, strict=True):
+        voltages = p.resistance * (p.bias_current + p.static_current) + current(Omega) * np.hypot(
+            p.resistance, Omega * p.inductance
+        )
+        assert float(row[3].split()[0]) == pytest.approx(voltages.max(), rel=1e-3)
+
+
 @pytest.mark.parametrize(("minutes", "touches"), [(None, True), ("10 s", True), ("0.2 s", False)])
 def test_a_slow_run_up_counts_as_steady_motion_at_the_worst_speed(minutes, touches):
     """A run-up within 0.2 s passes the resonance before it has grown; in 10 s, or without a time, the rotor touches."""

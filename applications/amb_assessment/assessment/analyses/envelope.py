@@ -28,13 +28,14 @@ def answer(subject: Subject) -> AnalysisResult:
     def requirements(speeds: Array) -> Array:
         q = synchronous_response(subject, speeds, loads, others)
         forces, currents = largest_needed(subject, speeds, q)
-        return np.stack([forces, currents, *_shares(subject, speeds, forces, currents)], axis=1)
+        of_amplifiers = (_voltages(subject, speeds, currents), *_shares(subject, speeds, forces, currents))
+        return np.stack([forces, currents, *of_amplifiers], axis=1)
 
     speeds = response_speeds(subject, POINTS)
     speeds = speeds[speeds <= subject.file.speed.tripping]
     critical = about_resonances(speeds, resonances(stiffness_of(subject, others), speeds))
     speeds, needed = refined(requirements, critical, lambda of: of.reshape(len(of), -1))
-    forces, currents, shares, slews = np.moveaxis(needed, 1, 0)
+    forces, currents, voltages, shares, slews = np.moveaxis(needed, 1, 0)
     measured: list[Quantity] = []
     rows: list[tuple[str, ...]] = []
     in_force, in_current = [], []
@@ -42,19 +43,16 @@ def answer(subject: Subject) -> AnalysisResult:
         p, name = subject.axis(bearing, axis), f"{bearing}.{axis}"
         force, current = forces[:, k], currents[:, k]
         allowed = current_amplitude(p, hertz(speeds))
-        voltage = current * np.hypot(p.resistance, speeds * p.inductance) + p.resistance * (
-            p.bias_current + p.static_current
-        )
         for what, share in (("current_demand", shares[:, k]), ("slew_demand", slews[:, k])):
             at = int(share.argmax())
             measured.append(Quantity(what, f"{name} at {rpm(speeds[at]):.0f} 1/min", float(share[at]), "%"))
-        top, available = int(np.argmax(force)), _slew_limit(p)
+        top, most_used, available = int(force.argmax()), int(shares[:, k].argmax()), _slew_limit(p)
         rows.append(
             (
                 name,
                 f"{force[top]:.4g} at {rpm(speeds[top]):.0f}",
-                f"{current.max():.3g} of {allowed[int(shares[:, k].argmax())]:.3g}",
-                f"{voltage.max():.4g} of {p.voltage_limit:.4g}",
+                f"{current[most_used]:.3g} of {allowed[most_used]:.3g}",
+                f"{voltages[:, k].max():.4g} of {p.voltage_limit:.4g}",
                 f"{(speeds * force).max():.4g} of {available:.4g}",
             )
         )
@@ -74,6 +72,13 @@ def answer(subject: Subject) -> AnalysisResult:
         "controller's demand; coils follow it within the voltage limit R I_0 + I |R + j Omega L| <= V.",
     )
     return AnalysisResult(tuple(measured), panels, (ResultTable("Largest demands", heads, tuple(rows)),), notes)
+
+
+def _voltages(subject: Subject, speeds: Array, currents: Array) -> Array:
+    """Return the largest voltages R (I_0 + I_s) + I |R + j Omega L| of each axis (V), shape (speeds, axes)."""
+    axes = [subject.axis(bearing, axis) for bearing, axis in subject.loop.axes]
+    impedances = np.stack([np.hypot(p.resistance, speeds * p.inductance) for p in axes], axis=1)
+    return currents * impedances + [p.resistance * (p.bias_current + p.static_current) for p in axes]
 
 
 def _shares(subject: Subject, speeds: Array, forces: Array, currents: Array) -> tuple[Array, Array]:

@@ -1,0 +1,129 @@
+"""Vibrations of the sampled loop at spin speeds, and their pairing from speed to speed."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Annotated
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
+
+from amb_analysis.linear.loop import CLOSE, Loop
+from amb_analysis.linear.stability import LoopStability
+from array_types import Array, Complex
+from rotor_analysis.refinement import refined
+
+OVERDAMPED = 0.995  # damping ratio from which a pole does not count as a vibration
+TURN = 0.3  # of a pole's size: what counts as much as another sense of whirl when poles are paired
+
+
+@dataclass(frozen=True)
+class Vibrations:
+    """Poles s (rad/s) with Im s > 0, and their senses of whirl from -1 (backward) to 1 (forward), shape (n,) each.
+
+    `stability` is that of all poles, of those without vibration too.
+    """
+
+    poles: Complex
+    senses: Array
+    stability: LoopStability
+
+    def ratios(self) -> Array:
+        """Return the damping ratios."""
+        return np.asarray(-self.poles.real / np.abs(self.poles))
+
+
+@dataclass(frozen=True)
+class LeastDamped:
+    """The vibration with the smallest damping ratio at any speed (rad/s), with its damped frequency."""
+
+    damping_ratio: float
+    speed: Annotated[float, "rad/s"]
+    frequency: Annotated[float, "rad/s"]
+
+    def __str__(self) -> str:
+        hertz = self.frequency / (2.0 * math.pi)
+        return f"damping ratio {self.damping_ratio:.4f} of the vibration of {hertz:.1f} Hz"
+
+
+def vibrations(loop: Loop, Omega: float) -> Vibrations:
+    """Return the vibrations of a loop at a spin speed (rad/s), the slowest first.
+
+    The sense of whirl is 2 Im(x conj(y)) / (|x|^2 + |y|^2), summed over the journals of the bearings.
+    """
+    whole = loop.poles(Omega)
+    s = whole.s
+    alternates = (whole.z.real < 0.0) & (np.abs(whole.z.imag) <= 1e-9 * np.abs(whole.z))  # at half the sample rate
+    vibrates = ~alternates & (s.imag > 0.0) & (-s.real < OVERDAMPED * np.abs(s))
+    chosen = np.flatnonzero(vibrates)[np.argsort(s[vibrates].imag, kind="stable")]
+    x, y = whole.shapes[0::2, chosen], whole.shapes[1::2, chosen]
+    size = (np.abs(x) ** 2 + np.abs(y) ** 2).sum(axis=0)
+    turning = 2.0 * (x * y.conj()).imag.sum(axis=0)
+    senses = np.divide(turning, size, out=np.zeros(len(chosen)), where=size > 0.0)
+    return Vibrations(s[chosen], senses, whole.stability)
+
+
+def vibrations_over(loop: Loop, speeds: Array) -> tuple[Array, list[Vibrations]]:
+    """Return speeds (rad/s) and the vibrations there, closer about the largest growth and the least damping ratios.
+
+    Parameters
+    ----------
+    loop
+        The loop.
+    speeds
+        Speeds (rad/s) that are to be among the result, ascending, shape (n,).
+    """
+
+    def of(more: Array) -> NDArray[np.object_]:
+        values = np.empty(len(more), dtype=object)
+        values[:] = [vibrations(loop, float(Omega)) for Omega in more]
+        return values
+
+    def heights(values: NDArray[np.object_]) -> Array:
+        return np.array([[v.stability.growth_rate, -v.ratios().min(initial=1.0)] for v in values])
+
+    closer, values = refined(of, speeds, heights, CLOSE, resonant=False)
+    return closer, list(values)
+
+
+def least_damped(speeds: Array, vibrations: list[Vibrations]) -> LeastDamped | None:
+    """Return the least damped of vibrations at speeds (rad/s), shape (n,); None without any."""
+    all_of = [
+        (float(ratio), float(Omega), float(s.imag))
+        for Omega, of_speed in zip(speeds, vibrations, strict=True)
+        for ratio, s in zip(of_speed.ratios(), of_speed.poles, strict=True)
+    ]
+    return LeastDamped(*min(all_of)) if all_of else None
+
+
+def followed(vibrations: list[Vibrations], count: int) -> list[list[int | None]]:
+    """Return, for each of the first vibrations, its number at every speed; None from where it is lost.
+
+    Each is paired with the pole nearest to the extrapolation of its last two, by |s - s_expected| / |s|, plus `TURN`
+    per difference in the sense of whirl.
+    """
+    tracks: list[list[int | None]] = [[k] for k in range(min(count, len(vibrations[0].poles)))]
+    for n in range(1, len(vibrations)):
+        alive = [track for track in tracks if track[-1] is not None]
+        now = vibrations[n]
+        cost = np.array([_distances(vibrations, track, now, n) for track in alive]).reshape(len(alive), len(now.poles))
+        pairs = dict(zip(*map(list, linear_sum_assignment(cost)), strict=True))
+        for k, track in enumerate(alive):
+            best = pairs.get(k)
+            track.append(best if best is not None and cost[k, best] < TURN else None)
+        for track in tracks:
+            if len(track) == n:
+                track.append(None)
+    return tracks
+
+
+def _distances(vibrations: list[Vibrations], track: list[int | None], now: Vibrations, n: int) -> Array:
+    last, before = track[-1], track[-2] if n > 1 else None
+    assert last is not None
+    expected = vibrations[n - 1].poles[last]
+    if before is not None:
+        expected = 2.0 * expected - vibrations[n - 2].poles[before]
+    turn = np.abs(now.senses - vibrations[n - 1].senses[last]) / 2.0
+    return np.asarray(np.abs(now.poles - expected) / np.abs(expected) + TURN * turn)
