@@ -24,6 +24,7 @@ from amb_analysis.steady_contact.trap_map import (
     clearance_shares,
     least_touching,
     least_trapping_at,
+    least_trapping_curve,
     least_trapping_over,
     states_at,
     trap_map,
@@ -247,10 +248,64 @@ def test_least_unbalance_that_traps_is_the_edge_of_the_trap(expander):
     edge = trap_map(expander, np.array([Omega]), least * np.array([1.0 - 2e-4, 1.0 + 2e-4]))
     assert [bool(np.isin(regime, (Regime.BOTH, Regime.CONTACT))) for regime in edge.regimes()[0]] == [False, True]
     whole = trap_map(expander, np.array([1.2, 1.4, 1.6]) * Omega, np.array([5.0, 10.0]))
-    amount, at = least_trapping_over(expander, whole)
+    curve = least_trapping_curve(expander, whole)
+    amount, at = least_trapping_over(expander, whole.speeds, curve)
     assert 1.2 * Omega < at < 1.6 * Omega
     others = [least_trapping_at(expander, share * Omega, np.array([5.0, 10.0])) for share in (1.2, 1.3, 1.35, 1.4)]
     assert amount <= 1.001 * np.nanmin(others)
+
+
+class TrapsFrom:
+    """A map of a rotor that a factor traps from `least` of the speed on, NaN where no factor does."""
+
+    def __init__(self, speeds, factors, least):
+        self.speeds, self.factors, self.least = speeds, factors, least
+
+    def least_trapping(self):
+        first = [self.factors[self.factors >= self.least(Omega)][:1] for Omega in self.speeds]
+        return np.array([of[0] if len(of) else np.nan for of in first])
+
+
+@pytest.fixture
+def traps_from(monkeypatch):
+    """Return the function that gives any rotor the traps from a closed form of the speed."""
+
+    def traps(least):
+        make = lambda rotor, speeds, factors, most: TrapsFrom(speeds, factors, least)  # noqa: E731
+        monkeypatch.setattr("amb_analysis.steady_contact.trap_map.trap_map", make)
+        return TrapsFrom(np.linspace(0.0, 200.0, 21), np.linspace(0.4, 4.0, 10), least)
+
+    return traps
+
+
+def test_curve_of_the_least_unbalance_has_no_steps_of_the_map(traps_from):
+    """k = 1.23 + ((Omega - 70)/50)^2 at each speed within 0.01 %; the map has it within steps of 0.4."""
+    whole = traps_from(lambda Omega: 1.23 + ((Omega - 70.0) / 50.0) ** 2)
+    exact = 1.23 + ((whole.speeds - 70.0) / 50.0) ** 2
+    expected = np.where(exact <= 4.0, exact, np.nan)
+    np.testing.assert_allclose(least_trapping_curve(None, whole), expected, rtol=1.1e-4)
+
+
+def test_least_unbalance_that_traps_is_where_the_curve_ends(traps_from):
+    """k = 3 - Omega/50 up to 147.3 rad/s, and nothing traps above: k = 0.054; the last speed of the map has 0.2."""
+    whole = traps_from(lambda Omega: 3.0 - Omega / 50.0 if Omega <= 147.3 else np.nan)
+    curve = least_trapping_curve(None, whole)
+    assert np.nanmin(curve) == pytest.approx(0.2, rel=2e-4)
+    amount, at = least_trapping_over(None, whole.speeds, curve)
+    assert (amount, at) == (pytest.approx(0.054, rel=1e-3), pytest.approx(147.3, abs=2e-3))
+
+
+def test_least_unbalance_that_traps_is_between_the_speeds_of_the_map(traps_from):
+    whole = traps_from(lambda Omega: 1.23 + ((Omega - 74.0) / 50.0) ** 2)
+    amount, at = least_trapping_over(None, whole.speeds, least_trapping_curve(None, whole))
+    assert (amount, at) == (pytest.approx(1.23, rel=1e-3), pytest.approx(74.0, abs=2.0))
+
+
+def test_nothing_traps_on_a_map_below_all_traps(traps_from):
+    whole = traps_from(lambda Omega: 5.0)
+    curve = least_trapping_curve(None, whole)
+    assert np.isnan(curve).all()
+    assert least_trapping_over(None, whole.speeds, curve) is None
 
 
 def test_the_least_unbalance_that_touches_does_not_depend_on_the_speeds_of_the_map(expander):

@@ -8,6 +8,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import IntEnum
 from typing import Annotated
@@ -97,13 +98,15 @@ class TrapMap:
         return np.where(trapped.any(axis=1), self.factors[first], np.nan)
 
 
-def least_trapping_at(rotor: RubbingRotor, Omega: float, factors: Array, most: int | None = 2) -> float:
+def least_trapping_at(
+    rotor: RubbingRotor, Omega: float, factors: Array, most: int | None = 2, below: float = 0.0
+) -> float:
     """Return the smallest factor with a stable state in contact at a speed (rad/s); NaN if there is none.
 
     The first of the ascending factors that traps, and the last below it that does not, enclose the limit. Their
-    distance is divided until it is `ACCURACY` of the limit.
+    distance is divided until it is `ACCURACY` of the limit. Nothing traps at the factor `below`.
     """
-    below, least = 0.0, np.nan
+    least = np.nan
     for _ in range(ROUNDS):
         first = float(trap_map(rotor, np.array([Omega]), factors, most).least_trapping()[0])
         if np.isnan(first):
@@ -115,25 +118,61 @@ def least_trapping_at(rotor: RubbingRotor, Omega: float, factors: Array, most: i
     return least
 
 
-def least_trapping_over(rotor: RubbingRotor, whole: TrapMap, most: int | None = 2) -> tuple[float, float] | None:
-    """Return the smallest factor that traps at any speed of a map, refined between its neighbours, and that speed.
+def least_trapping_curve(rotor: RubbingRotor, whole: TrapMap, most: int | None = 2) -> Array:
+    """Return the smallest factor that traps at each speed of a map, refined below the first of the map that traps.
 
-    None if nothing traps on the map.
+    NaN where nothing traps.
     """
-    coarse = whole.least_trapping()
-    if np.isnan(coarse).all():
+    curve = whole.least_trapping()
+    for k in np.flatnonzero(np.isfinite(curve)):
+        below = float(max(whole.factors[whole.factors < curve[k]], default=0.0))
+        between = np.linspace(below, curve[k], PARTS + 1)[1:]
+        curve[k] = least_trapping_at(rotor, float(whole.speeds[k]), between, most, below)
+    return curve
+
+
+def least_trapping_over(
+    rotor: RubbingRotor, speeds: Array, curve: Array, most: int | None = 2
+) -> tuple[float, float] | None:
+    """Return the smallest factor that traps at any speed (rad/s), and that speed; None if nothing traps.
+
+    Between the neighbours of the least the minimum is refined. Where one of these does not trap, the curve ends
+    between them, often at its least; this end is enclosed within `ACCURACY` of their distance.
+
+    Parameters
+    ----------
+    rotor
+        The rotor.
+    speeds, curve
+        Those of a map and their `least_trapping_curve`, shape (n,) each.
+    """
+    if np.isnan(curve).all():
         return None
-    places = np.flatnonzero(coarse == np.nanmin(coarse))
-    near = whole.speeds[max(places[0] - 1, 0) : places[-1] + 2]
-    end = 2.0 * float(np.nanmin(coarse))
-    factors = whole.factors[whole.factors < end]
+    at = int(np.nanargmin(curve))
+    end = 2.0 * float(curve[at])
+    factors = np.linspace(0.0, end, 2 * PARTS + 1)[1:]
 
-    def least(speeds: Array) -> Array:
-        return np.nan_to_num([least_trapping_at(rotor, float(Omega), factors, most) for Omega in speeds], nan=end)
+    def least(more: Array) -> Array:
+        return np.array([least_trapping_at(rotor, float(Omega), factors, most) for Omega in more])
 
-    speeds, values = refined(least, near, lambda of: -of, resonant=False)
-    at = int(np.argmin(values))
-    return float(values[at]), float(speeds[at])
+    near = [float(speeds[at])]
+    for k in (at - 1, at + 1):
+        if 0 <= k < len(speeds):
+            near.append(float(speeds[k]) if np.isfinite(curve[k]) else _last_trapping(least, near[0], float(speeds[k])))
+    closer, values = refined(
+        lambda more: np.nan_to_num(least(more), nan=end), np.unique(near), lambda of: -of, resonant=False
+    )
+    best = int(np.argmin(values))
+    return float(values[best]), float(closer[best])
+
+
+def _last_trapping(least: Callable[[Array], Array], inside: float, outside: float) -> float:
+    """Return the last speed that traps, from one inside to one outside of the speeds that do."""
+    enough = ACCURACY * abs(outside - inside)
+    while abs(outside - inside) > enough:
+        middle = 0.5 * (inside + outside)
+        inside, outside = (inside, middle) if np.isnan(least(np.array([middle]))[0]) else (middle, outside)
+    return inside
 
 
 def least_touching(rotor: RubbingRotor, speeds: Array) -> tuple[float, float]:

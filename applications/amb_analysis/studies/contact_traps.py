@@ -22,6 +22,7 @@ from amb_analysis.steady_contact.trap_map import (
     clearance_shares,
     least_touching,
     least_trapping_at,
+    least_trapping_curve,
     least_trapping_over,
     states_at,
     trap_map,
@@ -96,7 +97,7 @@ class Traps(MachineResult):
     kinds
         Possible behaviour at each point (0 free, 1 both, 2 contact, 3 whirl), shape (n, k).
     least_trapping_over_speed
-        Smallest unbalance of the map that traps at each speed (kg m), NaN where none traps, shape (n,).
+        Smallest unbalance that traps at each speed (kg m), NaN where none of the map traps, shape (n,).
     curves, orbits
         All states over speed at the machine's unbalance, and orbits of the unobstructed rotor at the sites (m).
     clearances
@@ -265,13 +266,12 @@ def traps(
     factors = _factors(largest / amount)
     whole = trap_map(machine, speeds, factors, AT_ONCE)
     touching, touching_at = least_touching(machine, speeds)
-    trapping = whole.least_trapping()
     curves = trap_map(machine, speed_range(highest, CURVE + 1)[1:], np.ones(1), AT_ONCE)
     states = tuple(report_state(state, machine, Omega) for state in states_at(machine, Omega))
     least = least_trapping_at(machine, Omega, np.linspace(0.0, 1.0, LEAST + 1)[1:] * largest / amount, AT_ONCE) * amount
-    least_over_speeds = least_trapping_over(machine, whole, AT_ONCE)
-    friction = machine.mu(Omega), machine.mu_slope(Omega)
-    loop = Dynamics(machine.loop(Omega), machine.c, *friction).about((), np.zeros(0), np.zeros(0))
+    curve = least_trapping_curve(machine, whole, AT_ONCE)
+    least_over_speeds = least_trapping_over(machine, speeds, curve, AT_ONCE)
+    loop = Dynamics(machine.loop(Omega)).about((), np.zeros(0), np.zeros(0), machine.c, machine.mu(Omega))
     freeing = smallest_freeing(machine, Omega) if loop.is_stable else None
     needed = None if freeing is None else currents_of(freeing.injected, machine)
     allowed = np.array([allowed_current(machine, bearing) for bearing in machine.loop(Omega).currents])
@@ -303,7 +303,7 @@ def traps(
         speeds=speeds,
         unbalances=factors * amount,
         kinds=whole.regimes(),
-        least_trapping_over_speed=trapping * amount,
+        least_trapping_over_speed=curve * amount,
         curves=curves,
         orbits=clearance_shares(machine, curves.speeds) * machine.c,
         clearances=machine.c,
