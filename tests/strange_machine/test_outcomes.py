@@ -163,14 +163,58 @@ def test_rotor_that_drifts_on_a_straight_line_is_not_unstable(way, phase, turns)
         assert recovery(moved(line + amplitude * np.exp(2j * np.pi * turns * T + 1j))) is None
 
 
+STEADY = 1e-5 * np.exp(40j * np.pi * T)  # synchronous orbit
+PHASES = np.arange(12) * np.pi / 6.0
+
+
 @pytest.mark.parametrize("rate", [0.4, 1.0, 3.0, 8.0])  # of the amplitude, per duration
 @pytest.mark.parametrize("frequency", [0.0, 0.05, 0.25, 5.0, 40.0])  # periods in the duration
-def test_exponential_growth_is_unstable_with_and_without_drift(rate, frequency):
-    """Of a real pole, too; the drift is three amplitudes long."""
+@pytest.mark.parametrize("others", [0.0, 3e-6j * T, STEADY])
+def test_exponential_growth_is_unstable_with_drift_and_orbit(rate, frequency, others):
+    """Of a real pole, too; the drift is three amplitudes long, the orbit ten amplitudes large."""
     vibration = 1e-6 * np.exp((rate + 2j * np.pi * frequency) * T)
-    assert recovery(moved(vibration)) == "unstable"
-    if rate >= 1.0:
-        assert recovery(moved(vibration + 3e-6j * T)) == "unstable"
+    assert recovery(moved(vibration + others)) == "unstable"
+
+
+@pytest.mark.parametrize("rate", [0.4, 1.0, 3.0])
+@pytest.mark.parametrize("periods", [0.1, 0.25, 0.5, 1.0, 1.5, 2.0, 3.0, 5.0, 20.5])
+@pytest.mark.parametrize("others", [0.0, 3e-6j * T, STEADY])
+def test_growth_along_a_line_is_unstable_at_every_phase(rate, periods, others):
+    """x = exp(sigma t) cos(omega t + phi): the mean square of a third of the time depends on the phase."""
+    for phase in PHASES:
+        vibration = 1e-6 * np.exp(rate * T) * np.cos(2.0 * np.pi * periods * T + phase)
+        assert recovery(moved(vibration + others)) == "unstable"
+
+
+@pytest.mark.parametrize("rate", [-3.0, -0.4, 0.0])
+@pytest.mark.parametrize("periods", [0.1, 0.5, 1.5, 2.0, 20.5])
+def test_vibration_that_does_not_grow_is_stable_at_every_phase(rate, periods):
+    """Slow vibrations and beats with the orbit, whose mean square rises within the time at some phases."""
+    for phase in PHASES:
+        vibration = 1e-5 * np.exp(rate * T) * np.cos(2.0 * np.pi * periods * T + phase)
+        assert recovery(moved(vibration + STEADY)) is None
+
+
+@pytest.mark.parametrize("noise", [1e-9, 1e-8, 1e-7, 1e-6])
+def test_noise_neither_grows_nor_hides_growth(noise):
+    """The growing vibration reaches at least seven times the noise."""
+    random = np.random.default_rng(7)
+    for motion in (STEADY, STEADY + 3e-6j * T, STEADY * (2.0 - np.exp(-3.0 * T))):
+        noisy = motion + noise * (random.standard_normal(len(T)) + 1j * random.standard_normal(len(T)))
+        assert recovery(moved(noisy)) is None
+        for phase in PHASES:
+            vibration = 1e-6 * np.exp(3.0 * T) * np.cos(8.0 * np.pi * T + phase)
+            assert recovery(moved(noisy + vibration)) == "unstable"
+
+
+@pytest.mark.parametrize("change", [1e-4, 2e-3, 9e-3])
+def test_synchronous_orbit_at_a_speed_that_varies_a_little_is_steady(change):
+    """In time, a sine whose frequency rises by 1 % is fitted by growing and decaying ones."""
+    noise = 1e-9 * np.random.default_rng(7).standard_normal(len(T))
+    turns = 20.0 * (T + 0.5 * change * T**2)
+    dataset = orbit(1e-5 * np.exp(2j * np.pi * (turns - 20.0 * T)) + noise)
+    dataset["rotor_contact.speed"] = ("time", 500.0 * np.pi * (1.0 + change * T))
+    assert recovery(dataset) is None
 
 
 def test_growth_counts_from_the_last_change_on():

@@ -5,20 +5,19 @@ The end of a run is judged: the time since the last change, the last contact and
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
+from scipy.interpolate import CubicSpline
 
 from amb_cosim.cosim.basics.choices import ROLES
 from amb_cosim.cosim.record.signals import Signals
 from amb_cosim.results.component_names import ACTUATOR, CONTROLLER, PLANT
+from amb_cosim.results.growth import FEWEST, grows
 from amb_cosim.results.places import places
 from amb_cosim.results.series import cycles, displacements, parameters, signal, speed, speed_changes
 from array_types import Array
 
 LAST_CHANGE = "last_change_cycle"  # attribute of a data set: of the last event or point of the speed
 MIN_CYCLES = 5.0
-GROWTH = 1.5  # of the mean square from the first to the last third
 NOTICEABLE = 1e-4  # of the smallest clearance; smaller motion counts as rest
 STEADY_SPEED = 0.01  # relative change that is ignored
 LIMITED_SHARE = 0.5  # of the last cycles, beyond which an axis stays at its limits
@@ -42,71 +41,40 @@ def _since(cycle: Array, begin: float) -> slice:
 
 
 def orbit_grows(dataset: Signals, within: slice) -> bool:
-    """Return whether the motion at the bearings grows at an increasing rate, as modes of an unstable loop do.
+    """Return whether a part of the motion at the bearings grows exponentially, as modes of an unstable loop do.
 
-        s_k = mean(|z(t) - z_1|^2) over third k of the time, z_k = mean(z),    summed over the bearings
-        s_3 - s_2 > s_2 - s_1 > 0    and    s_3 > 1.5 s_1
-
-    An orbit that approaches a larger steady one grows at a decreasing rate. With a changing speed the result is false.
-    A rotor that drifts on a straight line is not unstable, see `_drifts`.
+    Steady orbits, drifts on a straight line, and orbits that approach another one do not grow (`results.growth`).
+    Samples are taken at equal angles of the shaft, so that a synchronous orbit is steady while the speed varies by up
+    to 1 %. With a larger change of the speed the result is false.
 
     Parameters
     ----------
     within
         Samples to judge, without events, contact and test forces.
     """
-    if within.stop - within.start < 3:
+    if within.stop - within.start < FEWEST:
         return False
     Omega = speed(dataset) if speed_changes(dataset) else signal(dataset, "speed")
     if Omega is not None and np.ptp(Omega[within]) > STEADY_SPEED * np.abs(Omega[within]).max():
         return False
     if _TESTING in dataset and np.ptp(np.asarray(dataset[_TESTING].values)[within]) > 0.0:
         return False
-    recorded = (displacements(dataset, f"{bearing}.x", f"{bearing}.y") for bearing in places(dataset).bearings)
-    motions = [np.array_split(m[0][within] + 1j * m[1][within], 3) for m in recorded if m is not None]
-    if not motions:
+    recorded = [displacements(dataset, f"{bearing}.x", f"{bearing}.y") for bearing in places(dataset).bearings]
+    signals = [np.asarray(values, dtype=float)[within] for pair in recorded if pair is not None for values in pair]
+    if not signals:
         return False
-    squares = np.sum([[_mean_square(third - thirds[0].mean()) for third in thirds] for thirds in motions], axis=0)
-    first, second, third = squares
-    rest = (NOTICEABLE * _least_clearance(dataset)) ** 2
-    grows = third - second > second - first > 0.0 and third > GROWTH * first
-    return bool(grows and third > rest and not _drifts(motions, rest))
+    motion = np.stack(signals, axis=1)
+    if Omega is not None and np.ptp(Omega[within]) > 0.0:
+        motion = _at_equal_angles(np.asarray(dataset["time"].values)[within], np.asarray(Omega)[within], motion)
+    return grows(motion, NOTICEABLE * _least_clearance(dataset))
 
 
-def _drifts(motions: Sequence[Sequence[Array]], rest: float) -> bool:
-    """Return whether motions at the bearings grow because their mean moves on a straight line, as that of a free rotor.
-
-        v_k = mean(|z - line_k|^2) over third k, line_k the least-squares line there,    summed over the bearings
-        v_3 <= 1.5 v_1 + rest    and    |z_3 - 2 z_2 + z_1| < 0.107 |z_3 - z_1|/2 + v_1^(1/2)
-
-    The vibration of an unstable mode grows about these lines, whatever the drift. The mean of a real exponential that
-    grows by 1.5 in mean square has a ratio of 1.107 = 1.5^(1/4) from third to third. The mean of a steady orbit over a
-    third is not zero, and less than v_1^(1/2).
-
-    Parameters
-    ----------
-    motions
-        The motion x + j y in the three thirds, at each bearing (m).
-    rest
-        Mean square of a motion that counts as rest (m^2).
-    """
-    vibration = np.sum([[_mean_square(third - _line(third)) for third in thirds] for thirds in motions], axis=0)
-    if vibration[2] > GROWTH * vibration[0] + rest:
-        return False
-    first, second, last = np.array([[third.mean() for third in thirds] for thirds in motions]).T
-    bend, way = np.linalg.norm(last - 2.0 * second + first), np.linalg.norm(last - first) / 2.0
-    return bool(bend < (GROWTH**0.25 - 1.0) * way + np.sqrt(vibration[0]))
-
-
-def _mean_square(motion: Array) -> float:
-    return float(np.mean(np.abs(motion) ** 2))
-
-
-def _line(motion: Array) -> Array:
-    """Return the least-squares line through equally spaced samples of a complex motion, shape (n,)."""
-    place = np.arange(len(motion)) - (len(motion) - 1) / 2.0
-    slope = np.sum(place * motion) / max(float(np.sum(place**2)), 1.0)
-    return np.asarray(motion.mean() + slope * place)
+def _at_equal_angles(time: Array, Omega: Array, motion: Array) -> Array:
+    """Return as many samples of a motion at equal angles of the shaft, by the speed (rad/s) at equal times (s)."""
+    angle = np.concatenate([[0.0], np.cumsum(0.5 * (np.abs(Omega[1:]) + np.abs(Omega[:-1])) * np.diff(time))])
+    if not (np.diff(angle) > 0.0).all():
+        return motion
+    return np.asarray(CubicSpline(angle, motion)(np.linspace(0.0, angle[-1], len(angle))))
 
 
 def is_limited(dataset: Signals, within: slice) -> bool:

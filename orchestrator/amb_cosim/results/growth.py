@@ -1,0 +1,75 @@
+"""Whether sampled motion has a part that grows exponentially, whatever its phase and number of periods.
+
+Free motion of a linear machine, with its steady orbit, rest position and drift, is
+
+    y(k) = sum_i c_i z_i^k + a + b k,    k = 0 ... n - 1                                          (1)
+
+The poles z_i are those of the matrix pencil of windows of the samples, which all signals share (Y. Hua, T. K. Sarkar,
+Matrix pencil method for estimating parameters of exponentially damped/undamped sinusoids in noise, IEEE Trans.
+Acoustics, Speech and Signal Processing 38 (1990) 814-824). Amplitudes c_i, a and b are least squares. Sampling keeps
+|z_i| of vibrations faster than half the sample rate.
+
+A pole grows if it multiplies the mean square by 1.5 from the first third of the time to the last, |z_i|^n > 1.5^(3/4).
+Slow motion over less than a period, and noise, can be fitted by a growing pole as well as by others. So growth counts
+only if (1) without it, with these poles on the unit circle, misses the samples by 1.5 times the mean square.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+
+from array_types import Array, Complex
+
+GROWTH = 1.5  # of the mean square from the first to the last third
+NEEDED = 1.5  # of the mean square of what is missed, without growing poles over with them
+SAMPLES = 160  # that are examined, at most
+FEWEST = 12  # samples that are examined, at least
+MOST_POLES, RANK = 24, 1e-8  # number, and singular value over the largest
+
+
+def grows(motion: Array, rest: float) -> bool:
+    """Return whether a part of the motion grows by (1), and is above rest in the last third of the time.
+
+    Parameters
+    ----------
+    motion
+        Equally spaced samples of some signals (m), shape (n, signals).
+    rest
+        Rms of a motion that counts as rest (m).
+    """
+    motion = motion[(len(motion) - 1) % -(-len(motion) // SAMPLES) :: -(-len(motion) // SAMPLES)]
+    n = len(motion)
+    if n < FEWEST or not np.ptp(motion, axis=0).max() > rest:
+        return False
+    motion = motion - motion.mean(axis=0)
+    z = _poles(motion)
+    growing = n * np.log(np.abs(z)) > 0.75 * math.log(GROWTH)
+    if not growing.any():
+        return False
+    fitted, amplitudes, missed = _fit(z, motion)
+    part = fitted[:, : len(z)][:, growing] @ amplitudes[: len(z)][growing]
+    steady = _fit(np.where(growing, z / np.abs(z), z), motion)[2]
+    return bool(np.mean(np.abs(part[-(n // 3) :]) ** 2) > rest**2 and steady > NEEDED * missed)
+
+
+def _poles(motion: Array) -> Complex:
+    """Return the poles z of (1), without those that decay within a sample."""
+    width = len(motion) // 3
+    windows = [sliding_window_view(signal, len(motion) - width + 1) for signal in motion.T]
+    U, s, _ = np.linalg.svd(np.concatenate(windows, axis=1), full_matrices=False)
+    U = U[:, : min(int(np.count_nonzero(s > RANK * s[0])), MOST_POLES, width - 1)]
+    z = np.linalg.eigvals(np.linalg.lstsq(U[:-1], U[1:], rcond=None)[0]).astype(np.complex128)
+    return z[np.abs(z) > RANK]
+
+
+def _fit(z: Complex, motion: Array) -> tuple[Complex, Complex, float]:
+    """Return the terms of (1), those of growing poles 1 at the end, their amplitudes, and the mean square missed."""
+    n = len(motion)
+    k = np.arange(n)[:, None]
+    exponents = np.where(np.abs(z) > 1.0, k - (n - 1), k)
+    terms = np.concatenate([np.exp(np.log(z) * exponents), np.ones((n, 1)), k / n], axis=1)
+    amplitudes = np.linalg.lstsq(terms, motion.astype(np.complex128), rcond=1e-12)[0]
+    return terms, amplitudes, float(np.mean(np.abs(motion - terms @ amplitudes) ** 2))
