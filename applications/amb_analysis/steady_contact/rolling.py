@@ -3,9 +3,14 @@
     omega = -Omega R_s/c,    N_j (1 + i t_j) = -conj(p_j) sum_k E_jk c_k p_k,    |t_j| <= mu_j        (1)
 
 with E = R(omega)^-1 of the rolling sites, p_j = exp(i psi_j), and no unbalance. Only sites with equal R_s/c roll
-together. The angles between them are then free, and N varies about -c_j Re E_jj with them. The equations do not decide
-whether a rotor reaches this state: friction accelerates a backward whirl that is faster than the unstable ones of
-`whirl`.
+together. The angle between two of them is then free, so that N_j (1 + i t_j) is on a circle, and the journal at another
+site s within a distance:
+
+    |N_j (1 + i t_j) - a_j| = b_j,    a_j = -c_j E_jj,    b_j = c_k |E_jk|                           (2)
+    max |t_j| = max |tan(arg a_j +- arcsin(b_j/|a_j|))|,    max |q_s| = sum_k |(R_s E)_k| c_k        (3)
+
+The equations do not decide whether a rotor reaches this state: friction accelerates a backward whirl that is faster
+than the unstable ones of `whirl`.
 """
 
 from __future__ import annotations
@@ -21,7 +26,6 @@ from amb_analysis.steady_contact.synchronous_states import all_sets
 from amb_cosim.presentation.json_data import JsonKey
 from rotor_contact.friction import friction_excess
 
-ANGLES = np.linspace(0.0, 2.0 * np.pi, 36, endpoint=False)  # between two sites
 SAME = 1e-9  # largest relative difference of R_s/c of sites that roll together
 
 
@@ -67,15 +71,14 @@ def rolling(rotor: RubbingRotor, Omega: float) -> list[Rolling]:
         omega = -Omega * float(ratio[at[0]])
         R = receptances_at(rotor.loop(Omega), omega).R
         E, c = np.linalg.inv(R[np.ix_(at, at)]), rotor.c[at]
-        p_j = np.stack([np.ones(len(ANGLES), dtype=complex), np.exp(1j * ANGLES)], axis=1)[:, : len(at)]
-        force = (p_j * c) @ E.T
-        N, q = -p_j.conj() * force, force @ R[np.ix_(others, at)].T
-        if (N.real <= 0.0).any() or (np.abs(q) >= rotor.c[others]).any():
+        forces = -E * c
+        a, b = np.diag(forces), np.abs(forces - np.diag(np.diag(forces))).sum(axis=1)
+        reach = np.abs(R[np.ix_(others, at)] @ E) @ c
+        if (a.real <= b).any() or (reach >= rotor.c[others]).any():
             continue
-        names, mean = tuple(rotor.sites[k] for k in at), N.real.mean(axis=0)
-        swing = np.abs(N.real - mean).max(axis=0)
-        forces, swings = (dict(zip(names, map(float, values), strict=True)) for values in (mean, swing))
-        friction = float(np.abs(N.imag / N.real).max())
-        possible = all(friction_excess(rotor.records[k], 1.0, friction) <= 0.0 for k in at)
-        result.append(Rolling(names, omega, forces, swings, friction, possible, abs(omega) <= rotor.valid_to))
+        half_angle = np.arcsin(b / np.abs(a))
+        slopes = np.abs(np.tan(np.angle(a) + np.outer((1.0, -1.0), half_angle)))
+        names = tuple(rotor.sites[k] for k in contact)
+        mean, swing = (dict(zip(names, map(float, values), strict=True)) for values in (a.real, b))
+        result.append(Rolling(names, omega, mean, swing, float(slopes.max())))
     return result
