@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Annotated, ClassVar
 
 import numpy as np
-from scipy.signal import find_peaks, stft
+from scipy.signal import find_peaks, get_window, stft
 
 from amb_analysis.studies.inputs import Number, spin_speed
 from amb_analysis.studies.result import DrawnResult
@@ -25,6 +26,7 @@ from amb_cosim.scenario.simulation import run
 from amb_files.checks import require
 from amb_files.pack_file import default
 from array_types import Array, Complex
+from rotor_analysis.refinement import refined
 
 LONGEST_WINDOW = 1.0  # s, by default
 WINDOWS = 8  # in a run that is shorter, at least
@@ -32,6 +34,7 @@ FEWEST = 16  # samples of a window
 PROMINENCE = 0.05  # of the largest amplitude, by which a peak stands out
 ORDERS = 2.5  # highest frequency by default, of the highest spin frequency
 UP_TO = 60.0  # Hz, the same of a rotor that does not turn
+BETWEEN_LINES = 0.84  # of its amplitude that a vibration has at a line, at least
 NEAR = 2.0  # lines of the spectrum by which a vibration counts as synchronous: half the width of the window's lobe
 
 
@@ -187,7 +190,7 @@ def spectra_of(recorded: Signals, highest: float | None = None, window: Number |
         order = np.argsort(lines)
         return lines[order], middles, Z[order].T
 
-    result: dict[str, tuple[Array, Array, Array]] = {}
+    result: dict[str, BearingSpectra] = {}
     of_turning, of_rest = spectra(np.exp(1j * theta))[2], spectra(np.ones(len(theta), dtype=np.complex128))[2]
     lines, middles = np.empty(0), np.empty(0)
     for bearing in places(recorded).bearings:
@@ -196,15 +199,18 @@ def spectra_of(recorded: Signals, highest: float | None = None, window: Number |
             continue
         orbit = np.asarray(x + 1j * y)[after]
         lines, middles, Z = spectra(orbit)
+        speeds = np.interp(middles, time - time[0], Omega) / (2.0 * np.pi)
         _, _, turned_back = spectra(orbit * np.exp(-1j * theta))
         displayed, synchronous = np.abs(lines) <= highest, turned_back[:, lines == 0.0]
         others = Z - synchronous * of_turning
-        others -= others[:, lines == 0.0] * of_rest
-        result[bearing] = (np.abs(Z[:, displayed]), np.abs(others[:, displayed]), np.abs(synchronous[:, 0]))
+        mean = others[:, lines == 0.0]
+        others -= mean * of_rest
+        rest = _Windows(orbit, np.exp(1j * theta), synchronous[:, 0], mean[:, 0], size, h)
+        amplitudes = np.abs(Z[:, displayed]), np.abs(others[:, displayed]), np.abs(synchronous[:, 0])
+        result[bearing] = _bearing(*amplitudes, lines[displayed], speeds, rest)
     if not result:
         raise ValueError("the run did not record the displacement at a bearing")
     lines = lines[np.abs(lines) <= highest]
-    speeds = np.interp(middles, time - time[0], Omega) / (2.0 * np.pi)
     return Waterfall(
         scenario=str(recorded.attrs["scenario"]),
         window=size * h,
@@ -212,11 +218,56 @@ def spectra_of(recorded: Signals, highest: float | None = None, window: Number |
         speeds=speeds,
         frequencies=lines,
         changing_speed=speed_changes(recorded),
-        bearings={name: _bearing(*amplitudes, lines, speeds) for name, amplitudes in result.items()},
+        bearings=result,
     )
 
 
-def _bearing(amplitude: Array, others: Array, synchronous: Array, lines: Array, speeds: Array) -> BearingSpectra:
+@dataclass(frozen=True, eq=False)
+class _Windows:
+    """An orbit without its synchronous motion and mean, window by window.
+
+    z(t_n) - Z_s exp(j theta_n) - Z_0,    |n h - t| <= size h/2                                   (1)
+    """
+
+    orbit: Complex
+    turning: Complex
+    synchronous: Complex
+    mean: Complex
+    size: int
+    step: float
+
+    def amplitudes(self, row: int, frequencies: Array) -> Array:
+        """Return amplitudes (m) of (1) in a window at any frequencies (Hz), also between the lines of the spectrum."""
+        within = slice(row * (self.size - self.size // 2), row * (self.size - self.size // 2) + self.size)
+        rest = self.orbit[within] - self.synchronous[row] * self.turning[within] - self.mean[row]
+        w = get_window("hann", self.size)
+        times = self.step * np.arange(self.size)
+        return np.asarray(np.abs(np.exp(-2j * np.pi * np.outer(frequencies, times)) @ (w * rest)) / w.sum())
+
+
+def _strongest(windows: _Windows, others: Array, lines: Array) -> tuple[float, float, int]:
+    """Return amplitude (m), frequency (Hz) and window of the largest vibration, refined between the lines.
+
+    A vibration half way between two lines has 85 % of its amplitude at these, so that maxima from there on are refined.
+    """
+    padded = np.pad(others, ((0, 0), (1, 1)))
+    tops = (others >= padded[:, :-2]) & (others >= padded[:, 2:]) & (others >= BETWEEN_LINES * others.max())
+    found = []
+    for row, column in np.argwhere(tops & (others > 0.0)):
+        near = lines[max(column - 1, 0) : column + 2]
+        if len(near) < 3:  # at an end of the spectrum
+            found.append((float(others[row, column]), float(lines[column]), int(row)))
+            continue
+        at_row = partial(windows.amplitudes, int(row))
+        frequencies, amplitudes = refined(at_row, near, np.abs, resonant=False)
+        top = int(amplitudes.argmax())
+        found.append((float(amplitudes[top]), float(frequencies[top]), int(row)))
+    return max(found, default=(0.0, 0.0, 0))
+
+
+def _bearing(
+    amplitude: Array, others: Array, synchronous: Array, lines: Array, speeds: Array, windows: _Windows
+) -> BearingSpectra:
     """Return the spectra at a bearing with their largest vibrations.
 
     `others` are the spectra without the leakage of the synchronous motion and of the mean of the orbit (0 Hz).
@@ -228,7 +279,7 @@ def _bearing(amplitude: Array, others: Array, synchronous: Array, lines: Array, 
     top = int(np.argmax(synchronous))
     peaks, _ = find_peaks(synchronous, prominence=PROMINENCE * synchronous[top])
     peaks = peaks if np.ptp(speeds) > 0.0 else peaks[:0]
-    row, column = np.unravel_index(int(np.argmax(others)), others.shape)
+    strongest, frequency, row = _strongest(windows, others, lines)
     return BearingSpectra(
         amplitude=amplitude,
         peak_hold=amplitude.max(axis=0),
@@ -237,7 +288,7 @@ def _bearing(amplitude: Array, others: Array, synchronous: Array, lines: Array, 
         resonance_amplitudes=synchronous[peaks],
         largest=float(synchronous[top]),
         largest_at=float(speeds[top]),
-        other_frequency=float(lines[column]),
-        other_amplitude=float(others[row, column]),
+        other_frequency=frequency,
+        other_amplitude=strongest,
         other_speed=float(speeds[row]),
     )
