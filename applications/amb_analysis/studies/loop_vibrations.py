@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Annotated
 
@@ -33,6 +34,11 @@ class Vibrations:
     def ratios(self) -> Array:
         """Return the damping ratios."""
         return np.asarray(-self.poles.real / np.abs(self.poles))
+
+    @property
+    def least_ratio(self) -> float:
+        """The smallest damping ratio; 1 where nothing vibrates."""
+        return float(self.ratios().min(initial=1.0))
 
 
 @dataclass(frozen=True)
@@ -65,7 +71,9 @@ def vibrations(loop: Loop, Omega: float) -> Vibrations:
     return Vibrations(s[chosen], senses, whole.stability)
 
 
-def vibrations_over(loop: Loop, speeds: Array) -> tuple[Array, list[Vibrations]]:
+def vibrations_over(
+    loop: Loop, speeds: Array, least: Callable[[Vibrations], Sequence[float]] = lambda of: (of.least_ratio,)
+) -> tuple[Array, list[Vibrations]]:
     """Return speeds (rad/s) and the vibrations there, closer about the largest growth and the least damping ratios.
 
     Parameters
@@ -74,17 +82,19 @@ def vibrations_over(loop: Loop, speeds: Array) -> tuple[Array, list[Vibrations]]
         The loop.
     speeds
         Speeds (rad/s) that are to be among the result, ascending, shape (n,).
+    least
+        Returns the damping ratios of vibrations whose minima over speed count; that of all by default.
     """
 
-    def of(more: Array) -> NDArray[np.object_]:
+    def at_speeds(more: Array) -> NDArray[np.object_]:
         values = np.empty(len(more), dtype=object)
         values[:] = [vibrations(loop, float(Omega)) for Omega in more]
         return values
 
     def heights(values: NDArray[np.object_]) -> Array:
-        return np.array([[v.stability.growth_rate, -v.ratios().min(initial=1.0)] for v in values])
+        return np.array([[of.stability.growth_rate, *(-ratio for ratio in least(of))] for of in values])
 
-    closer, values = refined(of, speeds, heights, CLOSE, resonant=False)
+    closer, values = refined(at_speeds, speeds, heights, CLOSE, resonant=False)
     return closer, list(values)
 
 

@@ -27,9 +27,9 @@ from scipy.optimize import OptimizeResult, minimize
 
 from amb_analysis.linear.loop import Loop
 from amb_analysis.machine.machine import Machine
-from amb_analysis.studies.loop_vibrations import vibrations
+from amb_analysis.studies.loop_vibrations import vibrations_over
 from amb_analysis.studies.stability_margin import ZONES
-from amb_assessment.first_design.loop_search import LoopSearch, Peak, damping_ratios
+from amb_assessment.first_design.loop_search import LoopSearch, Peak, damping_ratios, largest_peaks
 from amb_assessment.first_design.sizing import MachineSizes
 from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.cosim.run.options import RunOptions
@@ -46,7 +46,7 @@ LEADS = (0.4, 0.8, 1.6, 3.2)  # C_b/(K_b + K_s) of the grid over 1 ms
 FILTERS = (0.2, 2.0)  # derivative's filter of the grid, over the sample time
 TRIP = 1.05  # of the highest speed, as in machine files
 SEARCHED = (0.0, 0.6, TRIP)  # speeds of the search over the highest
-JUDGED = (0.0, 0.4, 0.8, 1.0, TRIP)  # speeds of the verdict over the highest
+JUDGED = (0.0, 0.4, 0.8, 1.0, TRIP)  # first speeds of the verdict over the highest
 RANGE = 1.2  # of the highest speed, up to which unbalance excites vibrations
 WITHIN_RANGE, WITHIN_TWICE, BEYOND = 0.1, 0.02, 0.002  # wanted damping ratios
 MODES = 20  # whose own damping is examined
@@ -199,24 +199,19 @@ def levitation_of(loop: Loop, speed: float, pid: Pid, wanted: tuple[float, float
     wanted
         Damping ratios (`wanted_ratios`).
     """
-    speeds = [share * speed for share in JUDGED]
-    worst = loop.least_stable(speeds)
+    speeds = speed * np.array(JUDGED)
+    closer, at_speeds = vibrations_over(loop, speeds, lambda of: _least(of.poles.imag, of.ratios(), speed))
+    worst = max((of.stability for of in at_speeds), key=lambda one: one.radius)
     if not worst.is_stable:
         lost = Peak(math.inf, worst.place, worst.frequency / (2.0 * math.pi), worst.speed)
         ratio = -worst.growth_rate / math.hypot(worst.growth_rate, worst.frequency)
         return Levitation(ratio, ratio, ratio, worst.frequency, worst.speed, lost, lost, wanted, worst.motion)
-    rows = []
-    for Omega in speeds:
-        at = vibrations(loop, Omega)
-        rows += [(zeta, omega, Omega) for zeta, omega in zip(at.ratios().tolist(), at.poles.imag.tolist(), strict=True)]
-    zetas, omegas, at_speeds = np.array(rows).T
+    zetas, omegas = (np.concatenate(of) for of in zip(*((v.ratios(), v.poles.imag) for v in at_speeds), strict=True))
+    spins = np.repeat(closer, [len(of.poles) for of in at_speeds])
     least = sum(within * zeta for within, zeta in zip(_bands(omegas, speed), wanted, strict=True))
     furthest = int((zetas / least).argmin())
-    search = LoopSearch(loop, speeds)
-    peaks = search.peaks(search.law(pid.parameters))
-    return Levitation(
-        *_least(omegas, zetas, speed), float(omegas[furthest]), float(at_speeds[furthest]), *peaks, wanted
-    )
+    peaks = largest_peaks(loop, pid.parameters, speeds)
+    return Levitation(*_least(omegas, zetas, speed), float(omegas[furthest]), float(spins[furthest]), *peaks, wanted)
 
 
 class _End(NamedTuple):

@@ -26,6 +26,7 @@ from amb_analysis.studies.sensitivity_curves import curve_frequencies
 from amb_cosim.controllers.laws import Law
 from amb_cosim.results.component_names import ACTUATOR, CONTROLLER, PLANT
 from array_types import Array, Complex
+from rotor_analysis.refinement import refined
 
 COARSE = 60  # frequencies of the search, besides those about poles
 ABOUT = (-1.0, -0.3, 0.3, 1.0)  # distances of frequencies from a pole over its decay rate
@@ -131,6 +132,31 @@ class LoopSearch:
 
     def _z(self, hertz: Array) -> Complex:
         return np.exp(2j * math.pi * self.sample_time * hertz)
+
+
+def largest_peaks(loop: Loop, gains: Mapping[str, float], speeds: Array) -> tuple[Peak, Peak]:
+    """Return the largest |S| up to 2 kHz and above, at any speed from the first to the last of some, ascending (rad/s).
+
+    Parameters
+    ----------
+    loop
+        Of the machine, stable with these gains.
+    gains
+        Of the PID, by parameter.
+    speeds
+        Speeds between whose neighbours each maximum is refined, shape (n,).
+    """
+    found: list[tuple[Peak, Peak]] = []
+
+    def values(more: Array) -> Array:
+        for Omega in map(float, more):
+            search = LoopSearch(loop, [Omega])
+            found.append(search.peaks(search.law(gains)))
+        return np.array([[low.value, high.value] for low, high in found[len(found) - len(more) :]])
+
+    refined(values, speeds, lambda of: of, resonant=False)
+    low, high = (max(of_band, key=lambda peak: peak.value) for of_band in zip(*found, strict=True))
+    return low, high
 
 
 def damping_ratios(z: Complex, sample_time: float) -> tuple[Array, Array]:

@@ -9,14 +9,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from amb_analysis.linear.loop import Loop
+from amb_analysis.linear.loop import Loop, LoopPoles
+from amb_analysis.linear.stability import LoopStability
 from amb_analysis.machine.machine import Machine
 from amb_analysis.studies.sensitivity_curves import peak_beyond, sensitivity_curves
 from amb_assessment.assessment.assess import assess
 from amb_assessment.assessment.findings import Judgement
 from amb_assessment.first_design.files import new_machine
 from amb_assessment.first_design.levitation import Pid, levitation_of, wanted_ratios
-from amb_assessment.first_design.loop_search import LoopSearch
+from amb_assessment.first_design.loop_search import LoopSearch, Peak
 from amb_assessment.first_design.rotor_text import plain_shaft
 from amb_cosim.scenario.plan_run import plan_run
 from amb_cosim.scenario.scenario import load_scenario
@@ -137,6 +138,42 @@ def test_a_bearing_softer_than_nothing_drifts_away(page_machine, factor, motion)
     assert loop.is_stable == (not motion)
     assert motion in loop.motion
     assert math.isinf(loop.peak.value) == bool(motion)
+
+
+class LoopOfOneVibration:
+    """A vibration of 500 rad/s: zeta = 0.3 - 0.22/(1 + ((Omega - 610)/200)^2), of which 0.08 is the least."""
+
+    def poles(self, Omega):
+        zeta = 0.3 - 0.22 / (1.0 + ((Omega - 610.0) / 200.0) ** 2)
+        s = 500.0 * complex(-zeta, math.sqrt(1.0 - zeta**2))
+        pair = np.array([s, s.conjugate()])
+        stability = LoopStability(math.exp(1e-4 * s.real), s.real, s.imag, speed=Omega)
+        return LoopPoles(np.exp(1e-4 * pair), pair, np.array([[1.0, 1.0], [-1.0j, 1.0j]]), stability)
+
+
+class PeaksOverSpeed:
+    """|S| = 2 + 0.8/(1 + ((Omega - 620)/200)^2) up to 2 kHz, 3 - ((Omega - 300)/1000)^2 above."""
+
+    def __init__(self, loop, speeds):
+        (self.Omega,) = speeds
+
+    def law(self, gains):
+        return gains
+
+    def peaks(self, law):
+        low = 2.0 + 0.8 / (1.0 + ((self.Omega - 620.0) / 200.0) ** 2)
+        return Peak(low, "left.x", 100.0, self.Omega), Peak(3.0 - ((self.Omega - 300.0) / 1000.0) ** 2)
+
+
+def test_values_of_a_design_are_the_worst_between_its_speeds_too(monkeypatch):
+    """Of 0, 400, 800, 1000 and 1050 rad/s none is within 190 of the worst."""
+    monkeypatch.setattr("amb_assessment.first_design.loop_search.LoopSearch", PeaksOverSpeed)
+    loop = levitation_of(LoopOfOneVibration(), 1000.0, Pid({}, {}, 1e-5), (0.1, 0.02, 0.002))
+    assert (loop.in_range, loop.beyond) == (pytest.approx(0.08, rel=1e-3), 1.0)
+    assert loop.speed == pytest.approx(610.0, abs=10.0)
+    assert (loop.peak.value, loop.peak.axis) == (pytest.approx(2.8, rel=1e-3), "left.x")
+    assert loop.peak_beyond.value == pytest.approx(3.0, rel=1e-3)
+    assert loop.is_stable
 
 
 def test_wanted_damping_is_at_most_half_the_rotors_own(page_machine):
