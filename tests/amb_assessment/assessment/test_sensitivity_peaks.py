@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from amb_analysis.linear.loop import Loop, diagonal_response
+from amb_analysis.linear.stability import LoopStability
 from amb_analysis.machine.coupled import coupled_loop
-from amb_assessment.assessment.analyses.sensitivity import sensitivities
+from amb_assessment.assessment.analyses import robustness, sensitivity
+from amb_assessment.assessment.analyses.sensitivity import AxisPeaks, sensitivities
 from amb_assessment.assessment.criteria import load_criteria
 from amb_assessment.assessment.findings import Judgement, Quantity, judge
 from amb_assessment.assessment.machine_file import load_machine
@@ -45,3 +48,29 @@ def test_a_mode_above_2_khz_has_its_own_peak():
     item = Quantity("sensitivity_peak_beyond", "far_end.x", float(above[:, 0].max()), "1")
     (found,) = judge([item], load_criteria(["physics"]), {})
     assert found.verdict is Judgement.MISSED
+
+
+def resonant(loop, Omega):
+    """|S| = 4 + 1.2/(1 + ((Omega - 700)/150)^2) of the corner with the most K_i, and 3.9 of all others."""
+    height = 4.0 + 1.2 / (1.0 + ((Omega - 700.0) / 150.0) ** 2) if loop.variation.k_i > 1.05 else 3.9
+    return [AxisPeaks(np.array([100.0]), np.array([height]), ((height, 100.0),))]
+
+
+def test_sensitivity_of_the_worst_corner_is_that_between_its_speeds(monkeypatch):
+    """5.2 at 700 rad/s, zone D; at the least and the largest speed, 500 and 1000 rad/s, it is 4.4."""
+    monkeypatch.setattr(robustness, "sensitivities", resonant)
+    monkeypatch.setattr(sensitivity, "sensitivities", resonant)
+    corner = lambda subject, others, variation: SimpleNamespace(variation=variation, axis_names=("left.x",))  # noqa: E731
+    monkeypatch.setattr(robustness, "coupled_loop", corner)
+    monkeypatch.setattr(robustness, "real_coefficients", lambda subject: ())
+    monkeypatch.setattr(robustness, "least_decrement_over", lambda quantity, *_: Quantity(quantity, "", 0.2, "1"))
+    monkeypatch.setattr(robustness, "least_stable", lambda *_: LoopStability(0.99, -100.0, 10.0))
+    speed = SimpleNamespace(lowest=500.0, highest=1000.0, tripping=1050.0)
+    tolerances = SimpleNamespace(k_i=0.1, k_s=0.0, gap=0.0, modes=0.0)
+    result = robustness.answer(
+        SimpleNamespace(file=SimpleNamespace(speed=speed, tolerances=tolerances, highest_frequency=1e3))
+    )
+    (worst,) = [item for item in result.measured if item.quantity == "sensitivity_varied"]
+    assert worst.value == pytest.approx(5.2, rel=1e-3)
+    assert worst.where.startswith("K_i 1.1")
+    assert "5.20" in {row[-1] for row in result.tables[0].rows}

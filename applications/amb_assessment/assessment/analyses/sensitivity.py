@@ -24,14 +24,7 @@ def answer(subject: Subject) -> AnalysisResult:
     """Return the peak of each axis over the operating speeds, and the measured one at the largest speed."""
     speed = subject.file.speed
     loop = coupled_loop(subject, real_coefficients(subject))
-    found: dict[float, list[AxisPeaks]] = {}
-
-    def peaks(speeds: Array) -> Array:
-        found.update({Omega: sensitivities(loop, Omega) for Omega in map(float, speeds)})
-        return np.array([[peak for axis in found[Omega] for peak, _ in axis.peaks] for Omega in map(float, speeds)])
-
-    first = np.unique(np.linspace(speed.lowest, speed.highest, SPEEDS))
-    refined(peaks, first, lambda of: of, resonant=False)
+    found = sensitivities_over(loop, speed.lowest, speed.highest)
     measured = []
     for band, quantity in enumerate(("sensitivity_peak", "sensitivity_peak_beyond")):
         for k, name in enumerate(loop.axis_names):
@@ -85,6 +78,18 @@ def sensitivities(loop: Loop, Omega: float) -> list[AxisPeaks]:
         peaks = ((float(row[top]), float(frequencies[top])), *beyond[k : k + 1])
         result.append(AxisPeaks(frequencies, row, peaks))
     return result
+
+
+def sensitivities_over(loop: Loop, lowest: float, highest: float) -> dict[float, list[AxisPeaks]]:
+    """Return `sensitivities` at some speeds from the lowest to the highest (rad/s), closer about maxima of any peak."""
+    found: dict[float, list[AxisPeaks]] = {}
+
+    def peaks(speeds: Array) -> Array:
+        found.update({Omega: sensitivities(loop, Omega) for Omega in map(float, speeds)})
+        return np.array([[peak for axis in found[Omega] for peak, _ in axis.peaks] for Omega in map(float, speeds)])
+
+    refined(peaks, np.unique(np.linspace(lowest, highest, SPEEDS)), lambda of: of, resonant=False)
+    return found
 
 
 def _panel(subject: Subject, curves: dict[str, tuple[Array, Array]], study: StabilityMargin) -> Panel:
