@@ -29,6 +29,7 @@ from amb_cosim.results.component_names import ACTUATOR, CONTROLLER
 from amb_cosim.scenario.scenario import Scenario
 from amb_files.checks import require
 from array_types import Array, Complex
+from rotor_analysis.refinement import refined
 from signal_chain.presets import is_on
 
 ZONES = {"A": 3.0, "B": 4.0, "C": 5.0, "D": np.inf}  # upper limit of |S| in each
@@ -284,18 +285,26 @@ def sensitivity(
 
 
 def _all_loops(loop: Loop, frequencies: Array) -> tuple[GangOfFour, dict[str, DiskMargin]]:
-    closed, n = response(loop.closed, frequencies), len(loop.demands)
-    S, CS, PS, S_sensors = closed[:n, :n], closed[:n, n:], closed[n:, :n], closed[n:, n:]
-    T = np.eye(n)[:, :, None] - S
-    disks = {"currents": disk_margin(S), "sensors": disk_margin(S_sensors)}
-    return GangOfFour(*map(_largest, (S, T, PS, CS))), {
+    """Return the four sensitivities at frequencies (Hz), and disk margins with their least values refined between."""
+    n = len(loop.demands)
+
+    def values(more: Array) -> Array:
+        closed = response(loop.closed, more)
+        S, CS, PS, S_sensors = closed[:n, :n], closed[:n, n:], closed[n:, :n], closed[n:, n:]
+        T = np.eye(n)[:, :, None] - S
+        return np.stack([disk_margin(S), disk_margin(S_sensors), *map(_largest, (S, T, PS, CS))], axis=1)
+
+    closer, found = refined(values, frequencies, lambda of: 1.0 / of[:, :2])
+    first = np.isin(closer, frequencies)
+    margins = zip(("currents", "sensors"), found.T[:2], strict=True)
+    return GangOfFour(*found[first, 2:].T), {
         place: DiskMargin(
-            alpha,
+            alpha[first],
             float(alpha.min()),
-            float(frequencies[alpha.argmin()]),
+            float(closer[alpha.argmin()]),
             *disk_gain_and_phase(float(alpha.min())),
         )
-        for place, alpha in disks.items()
+        for place, alpha in margins
     }
 
 

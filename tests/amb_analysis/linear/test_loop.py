@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cache
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,7 @@ from amb_analysis.linear.control import pid_component
 from amb_analysis.linear.loop import check_stable, diagonal_response
 from amb_analysis.linear.model import LinearModel, linear_model
 from amb_analysis.linear.rotor_and_magnets import actuator_component, bearing_slopes, rotor_component
+from amb_analysis.studies import stability_margin
 from amb_analysis.studies.injection import multi_sines, schroeder_phases, settling_samples
 from amb_analysis.studies.sensitivity_curves import curve_frequencies
 from amb_analysis.studies.stability_margin import AxisSensitivity, zone
@@ -364,3 +366,19 @@ def test_measurement_waits_until_the_transient_is_gone() -> None:
     assert 0.999 ** settling_samples(0.999, 250e-6) == pytest.approx(1e-6, rel=1e-3)
     with raises_naming(ValueError, "0.999990", "<= 60 s"):
         settling_samples(0.99999, 250e-6)
+
+
+def test_least_disk_margin_is_that_between_the_frequencies(monkeypatch):
+    """alpha = 1/|S - 1/2| of a loop alone: 0.5 at 333 Hz, with frequencies that are 13 Hz apart there."""
+
+    def closed(model, hertz):
+        S = 0.5 + 2.0 / (1.0 + 1j * (hertz - 333.0) / 10.0)
+        return np.stack([np.stack([S, S]), np.stack([S, S])])
+
+    monkeypatch.setattr(stability_margin, "response", closed)
+    frequencies = np.geomspace(1.0, 2000.0, 200)
+    gang, margins = stability_margin._all_loops(SimpleNamespace(demands=("i",), closed=None), frequencies)
+    assert len(gang.S) == len(frequencies)
+    for margin in margins.values():
+        assert len(margin.alpha) == len(frequencies)
+        assert (margin.least, margin.frequency) == (pytest.approx(0.5, rel=1e-3), pytest.approx(333.0, abs=1.0))

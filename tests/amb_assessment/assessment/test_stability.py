@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from click.testing import CliRunner
 
+from amb_analysis.linear.stability import LoopStability
 from amb_analysis.machine.coupled import coupled_loop
 from amb_analysis.studies import figure, poles
-from amb_assessment.assessment.analyses import robustness
-from amb_assessment.assessment.assess import ANALYSES, Needs, assess
+from amb_analysis.studies.loop_vibrations import Vibrations
+from amb_assessment.assessment.analyses import cross_coupling, robustness
+from amb_assessment.assessment.assess import OF_LEVITATION, assess
 from amb_assessment.assessment.criteria import load_criteria
 from amb_assessment.assessment.findings import Judgement, judge
 from amb_assessment.assessment.machine_file import load_machine
@@ -191,3 +194,20 @@ def test_a_machine_turned_by_180_degrees_has_the_same_poles_and_demands():
     for bearing, axis in first.loop.axes:
         limits = [current_amplitude(item.axis(bearing, axis), 400.0) for item in (first, turned)]
         assert limits[0] == pytest.approx(limits[1])
+
+
+def test_threshold_of_cross_coupling_is_the_first_in_a_narrow_unstable_range(monkeypatch):
+    """sigma = 12/(1 + ((q - 3.4)/0.3)^2) - 10 is positive from 3.4 - 0.3/5^(1/2) to 3.4 + 0.3/5^(1/2)."""
+
+    def vibrating(factor, speed, limit):
+        growth = 12.0 / (1.0 + ((factor - 3.4) / 0.3) ** 2) - 10.0
+        return Vibrations(np.array([growth + 300.0j]), np.ones(1), LoopStability(np.exp(1e-4 * growth), growth, 300.0))
+
+    stage = SimpleNamespace(at="wheel", kind="none", anticipated=lambda speed: 1e6, level_two=lambda speed: 0.0)
+    file = SimpleNamespace(stages=[stage], speed=SimpleNamespace(highest=1000.0), highest_frequency=1e3)
+    monkeypatch.setattr(cross_coupling, "anticipated", lambda subject, factor: factor)
+    monkeypatch.setattr(cross_coupling, "coupled_loop", lambda subject, factor: factor)
+    monkeypatch.setattr(cross_coupling, "vibrations_within", vibrating)
+    result = cross_coupling.answer(SimpleNamespace(file=file))
+    (ratio,) = [item.value for item in result.measured if item.quantity == "cross_coupling_ratio"]
+    assert ratio == pytest.approx(3.4 - 0.3 / np.sqrt(5.0), abs=1e-3)

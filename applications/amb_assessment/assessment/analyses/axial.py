@@ -17,6 +17,7 @@ from amb_assessment.assessment.subject import Subject, hertz, rpm
 from amb_assessment.assessment.thrust_bearing import ThrustBearing
 from amb_assessment.reporting.panels import Panel, curve
 from array_types import Array
+from rotor_analysis.refinement import refined
 from thrust_bearings.axial_loop import AxialLoop
 from thrust_bearings.disc import OperatingPoint
 from thrust_bearings.rational_lag import TOLERANCE
@@ -82,8 +83,9 @@ def _case(subject: Subject, bearing: ThrustBearing, load: float, factors: tuple[
     loop = bearing.loop(subject.rotor.mass, point, factors)
     if not loop.is_stable:
         return LoadCase(load, point, loop, np.zeros(0), np.zeros(0))
-    frequencies = curve_frequencies(loop.poles, loop.sample_time)
-    return LoadCase(load, point, loop, frequencies, np.abs(loop.sensitivity(frequencies)))
+    first = curve_frequencies(loop.poles, loop.sample_time)
+    frequencies, S = refined(lambda more: np.abs(loop.sensitivity(more)), first, lambda of: of)
+    return LoadCase(load, point, loop, frequencies, S)
 
 
 def least_decrement(loop: AxialLoop) -> tuple[float, float]:

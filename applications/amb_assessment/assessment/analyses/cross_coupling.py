@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from amb_analysis.machine.coupled import coupled_loop
@@ -12,9 +13,16 @@ from amb_assessment.assessment.findings import AnalysisResult, Quantity, ResultT
 from amb_assessment.assessment.stages import anticipated
 from amb_assessment.assessment.subject import Subject, rpm
 from amb_assessment.reporting.panels import Panel, curve
+from array_types import Array
+from rotor_analysis.refinement import refined
 
 MOST = 30.0  # times the anticipated cross coupling, up to which the threshold is sought
-POINTS = 25  # of the sweep
+POINTS = 25  # of the sweep, with more about maxima of the growth rate
+
+
+def growth_rates(swept: NDArray[np.object_]) -> Array:
+    """Return the growth rate (1/s) that decides on the stability of each of some vibrations."""
+    return np.array([of.stability.growth_rate for of in swept])
 
 
 def answer(subject: Subject) -> AnalysisResult:
@@ -29,8 +37,13 @@ def answer(subject: Subject) -> AnalysisResult:
     def growth(factor: float) -> float:
         return coupled(factor).stability.growth_rate
 
-    factors = np.concatenate([[0.0], np.geomspace(0.1, MOST, POINTS - 1)])
-    swept = [coupled(float(factor)) for factor in factors]
+    def swept_over(more: Array) -> NDArray[np.object_]:
+        values = np.empty(len(more), dtype=object)
+        values[:] = [coupled(float(factor)) for factor in more]
+        return values
+
+    first = np.concatenate([[0.0], np.geomspace(0.1, MOST, POINTS - 1)])
+    factors, swept = refined(swept_over, first, growth_rates, resonant=False)
     curve_of = np.array([least_decrement("", [(speed, of)]).value for of in swept])
     unstable = np.flatnonzero([not of.stability.is_stable for of in swept])
     note, ratio = "", MOST
