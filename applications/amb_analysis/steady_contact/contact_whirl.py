@@ -12,18 +12,23 @@ L is small compared with N. With friction, L_j + mu N_j is required.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from itertools import combinations, product
+from dataclasses import dataclass, field
+from functools import cached_property, partial
+from itertools import combinations
 from typing import Annotated
 
 import numpy as np
+from scipy.optimize import brentq
 
-from amb_analysis.steady_contact.forward_loop import Complex
+from amb_analysis.steady_contact.forward_loop import Complex, ForwardLoop
 from amb_analysis.steady_contact.receptances import receptances_at
 from amb_analysis.steady_contact.rubbing_rotor import RubbingRotor
 from array_types import Array
+from rotor_analysis.refinement import refined
 
-NEAR, POINTS = (0.5, 2.0), 600  # searched frequencies, over the speed
+NEAR, POINTS = (0.5, 2.0), 600  # searched frequencies, over the speed, with more about maxima of the margin
+ABOUT = np.outer((-1.0, 1.0), 0.5 ** np.arange(20)).ravel()  # of their distance, about changes of sign
+JUMP, SAME = 1e-3, 1e-9  # of the margin, and relative distance of the frequencies between which it jumps
 MAX_FORCE_RATIO = 0.1  # largest force that damping and friction may require, over N
 
 
@@ -36,35 +41,108 @@ class ContactWhirl:
     frequencies
         Lowest and highest whirl frequency (rad/s).
     N
-        Normal forces (N) at these two frequencies, by site.
+        Normal forces (N) at these two frequencies, by site; None where they have no limit.
     """
 
     contact: tuple[str, ...]
     signs: tuple[int, ...]
     frequencies: Annotated[tuple[float, float], "rad/s"]
-    N: Annotated[dict[str, tuple[float, float]], "N"]
+    N: Annotated[dict[str, tuple[float | None, float | None]], "N"]
 
 
 def contact_whirls(rotor: RubbingRotor, Omega: float) -> list[ContactWhirl]:
-    """Return the long-lasting whirls (1) of single sites and of pairs near a spin speed (rad/s)."""
-    frequencies = np.linspace(*NEAR, POINTS) * Omega
-    mu = np.array([rotor.mu(Omega, float(omega)) for omega in frequencies])
-    R = np.array([receptances_at(rotor.loop(Omega), float(omega)).R for omega in frequencies])
+    """Return the long-lasting whirls (1) of single sites and of pairs near a spin speed (rad/s).
+
+    A whirl lasts where its margin is positive, the least over sites j in contact and others k:
+
+        (N_j/10 - |L_j + mu_j N_j|)/|N_j + i L_j|,    1 - |q_k|/c_k                               (2)
+
+    Its maxima over frequency are refined, and its zeros are the ends of a whirl.
+    """
+    search = _Search(rotor, rotor.loop(Omega), rotor.mu(Omega))
+    first = search.about_changes_of_sign(np.linspace(*NEAR, POINTS) * Omega)
+    frequencies, margins = refined(search.margins, first, lambda of: of, resonant=False)
     result = []
-    for size in (1, 2):
-        for contact, others in product(combinations(range(len(rotor.sites)), size), product((1, -1), repeat=size - 1)):
-            at, signs = list(contact), (1, *others)
-            forces, q = pressed(R, contact, signs, rotor.c)
-            apart = [k for k in range(len(rotor.c)) if k not in contact]
-            required = np.abs(forces.imag + mu[:, at] * forces.real)
-            valid = (forces.real > 0.0) & (required < MAX_FORCE_RATIO * forces.real)
-            lasts = valid.all(axis=1) & (np.abs(q[:, apart]) < rotor.c[apart]).all(axis=1)
-            ends = np.flatnonzero(np.diff(np.concatenate([[False], lasts, [False]]).astype(int)))
-            for first, last in zip(ends[::2], ends[1::2] - 1, strict=True):
-                names = tuple(rotor.sites[k] for k in contact)
-                N = {s: (float(forces[first, k].real), float(forces[last, k].real)) for k, s in enumerate(names)}
-                result.append(ContactWhirl(names, signs, (float(frequencies[first]), float(frequencies[last])), N))
+    for number, (contact, signs) in enumerate(search.sets):
+        lasts = np.concatenate([[False], margins[:, number] > 0.0, [False]])
+        ends = np.flatnonzero(np.diff(lasts.astype(int)))
+        for k, after in zip(ends[::2], ends[1::2], strict=True):
+            slow, fast = search.end(number, frequencies[: k + 1][::-1]), search.end(number, frequencies[after - 1 :])
+            N = {rotor.sites[site]: (slow[1][j], fast[1][j]) for j, site in enumerate(contact)}
+            result.append(ContactWhirl(tuple(N), signs, (slow[0], fast[0]), N))
     return result
+
+
+@dataclass(frozen=True, eq=False)
+class _Search:
+    """Forces and margins of all sets of sites and signs of a rotor over frequency."""
+
+    rotor: RubbingRotor
+    loop: ForwardLoop
+    mu: Array
+    available: dict[float, Complex] = field(default_factory=dict)
+
+    @cached_property
+    def sets(self) -> list[tuple[tuple[int, ...], tuple[int, ...]]]:
+        """Sites in contact and p of each."""
+        sites = range(len(self.rotor.sites))
+        singles: list[tuple[tuple[int, ...], tuple[int, ...]]] = [((site,), (1,)) for site in sites]
+        return [*singles, *((pair, (1, sign)) for pair in combinations(sites, 2) for sign in (1, -1))]
+
+    def receptances(self, frequencies: Array) -> Complex:
+        """Return receptances, shape (n, all, all)."""
+        for omega in map(float, frequencies):
+            if omega not in self.available:
+                self.available[omega] = receptances_at(self.loop, omega).R
+        return np.array([self.available[float(omega)] for omega in frequencies])
+
+    def forces(self, number: int, frequencies: Array) -> Array:
+        """Return normal forces of a set (N), shape (n, m)."""
+        return np.asarray(pressed(self.receptances(frequencies), *self.sets[number], self.rotor.c)[0].real)
+
+    def margins(self, frequencies: Array) -> Array:
+        """Return the margins (2), shape (n, sets)."""
+        R, c = self.receptances(frequencies), self.rotor.c
+        result = []
+        for contact, signs in self.sets:
+            F, q = pressed(R, contact, signs, c)
+            apart = [k for k in range(len(c)) if k not in contact]
+            held = (MAX_FORCE_RATIO * F.real - np.abs(F.imag + self.mu[list(contact)] * F.real)) / np.abs(F)
+            result.append(np.concatenate([held, 1.0 - np.abs(q[:, apart]) / c[apart]], axis=1).min(axis=1))
+        return np.stack(result, axis=1)
+
+    def about_changes_of_sign(self, grid: Array) -> Array:
+        """Return frequencies with more about those at which a force changes its sign, where narrow whirls begin."""
+        about = [grid]
+        for number in range(len(self.sets)):
+            forces = self.forces(number, grid)
+            for n, site in np.argwhere(forces[:-1] * forces[1:] < 0.0):
+                at = brentq(partial(self._force, number, int(site)), grid[n], grid[n + 1])
+                about.append(at + (grid[n + 1] - grid[n]) * ABOUT)
+        result = np.unique(np.concatenate(about))
+        return np.asarray(result[(result >= grid[0]) & (result <= grid[-1])])
+
+    def end(self, number: int, outward: Array) -> tuple[float, list[float | None]]:
+        """Return the end of a whirl and its forces there (N): between two frequencies, or at the last one.
+
+        Where the margin jumps and the forces grow, a mode of the pinned rotor has no damping: they have no limit.
+        """
+        if len(outward) == 1:
+            return float(outward[0]), [float(N) for N in self.forces(number, outward)[0]]
+        margin = partial(self._margin, number)
+        omega = float(brentq(margin, outward[0], outward[1], xtol=1e-12, rtol=1e-12))
+        inwards = SAME * float(np.sign(outward[0] - outward[1]))
+        near, farther, outside = omega * (1.0 + inwards * np.array([1.0, 2.0, -1.0]))
+        by_distance = self.forces(number, np.array([near, farther])).max(axis=1)
+        bounded = margin(near) - margin(outside) < JUMP or by_distance[0] <= by_distance[1]
+        at_end = self.forces(number, np.array([omega]))[0]
+        return omega, [float(N) if bounded else None for N in at_end]
+
+    def _force(self, number: int, site: int, omega: float) -> float:
+        return float(self.forces(number, np.array([omega]))[0, site])
+
+    def _margin(self, number: int, omega: float) -> float:
+        return float(self.margins(np.array([omega]))[0, number])
 
 
 def pressed(R: Complex, contact: Sequence[int], signs: Sequence[int], c: Array) -> tuple[Complex, Complex]:

@@ -155,7 +155,7 @@ class Traps(MachineResult):
             where = "+".join(f"{site} with {force:.4g} N" for site, force in state.normal_forces.items())
             lines.append(f"held at {where} it vibrates at {held} rad/s (damping ratio)")
         for local in self.own:
-            slow, fast = (", ".join(f"{site} {N[k]:.4g} N" for site, N in local.N.items()) for k in (0, 1))
+            slow, fast = (", ".join(f"{site} {_newtons(N[k])}" for site, N in local.N.items()) for k in (0, 1))
             sides = " on opposite sides" if -1 in local.signs else ""
             lines.append(
                 f"pressed hard at {'+'.join(local.contact)}{sides} it may whirl for long at its own frequency, "
@@ -335,6 +335,10 @@ def _factors(largest: float) -> Array:
     if largest <= WIDE:
         return np.linspace(LOWEST, 1.0, AMOUNTS) * largest
     return np.geomspace(0.5, largest, AMOUNTS)
+
+
+def _newtons(force: float | None) -> str:
+    return "without limit" if force is None else f"{force:.4g} N"
 
 
 def _grams(unbalance: float) -> str:
