@@ -6,7 +6,6 @@ The end of a run is judged: the time since the last change, the last contact and
 from __future__ import annotations
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from amb_cosim.cosim.basics.choices import ROLES
 from amb_cosim.cosim.record.signals import Signals
@@ -74,6 +73,8 @@ def _at_equal_angles(time: Array, Omega: Array, motion: Array) -> Array:
     angle = np.concatenate([[0.0], np.cumsum(0.5 * (np.abs(Omega[1:]) + np.abs(Omega[:-1])) * np.diff(time))])
     if not (np.diff(angle) > 0.0).all():
         return motion
+    from scipy.interpolate import CubicSpline  # slow to import
+
     return np.asarray(CubicSpline(angle, motion)(np.linspace(0.0, angle[-1], len(angle))))
 
 
