@@ -80,5 +80,7 @@ def rolling(rotor: RubbingRotor, Omega: float) -> list[Rolling]:
         slopes = np.abs(np.tan(np.angle(a) + np.outer((1.0, -1.0), half_angle)))
         names = tuple(rotor.sites[k] for k in contact)
         mean, swing = (dict(zip(names, map(float, values), strict=True)) for values in (a.real, b))
-        result.append(Rolling(names, omega, mean, swing, float(slopes.max())))
+        friction = float(slopes.max())
+        possible = all(friction_excess(rotor.records[k], 1.0, friction) <= 0.0 for k in contact)
+        result.append(Rolling(names, omega, mean, swing, friction, possible, abs(omega) <= rotor.valid_to))
     return result

@@ -271,7 +271,8 @@ def traps(
     least = least_trapping_at(machine, Omega, np.linspace(0.0, 1.0, LEAST + 1)[1:] * largest / amount, AT_ONCE) * amount
     curve = least_trapping_curve(machine, whole, AT_ONCE)
     least_over_speeds = least_trapping_over(machine, speeds, curve, AT_ONCE)
-    loop = Dynamics(machine.loop(Omega)).about((), np.zeros(0), np.zeros(0), machine.c, machine.mu(Omega))
+    friction = machine.mu(Omega), machine.mu_slope(Omega)
+    loop = Dynamics(machine.loop(Omega), machine.c, *friction).about((), np.zeros(0), np.zeros(0))
     freeing = smallest_freeing(machine, Omega) if loop.is_stable else None
     needed = None if freeing is None else currents_of(freeing.injected, machine)
     allowed = np.array([allowed_current(machine, bearing) for bearing in machine.loop(Omega).currents])

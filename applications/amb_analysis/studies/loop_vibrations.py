@@ -35,6 +35,15 @@ class Vibrations:
         """Return the damping ratios."""
         return np.asarray(-self.poles.real / np.abs(self.poles))
 
+    def decrements(self) -> Array:
+        """Return the logarithmic decrements, -2 pi Re s/Im s."""
+        return np.asarray(-2.0 * np.pi * self.poles.real / self.poles.imag)
+
+    def up_to(self, frequency: float) -> Vibrations:
+        """Return the vibrations up to a frequency (rad/s)."""
+        retained = self.poles.imag <= frequency
+        return Vibrations(self.poles[retained], self.senses[retained], self.stability)
+
     @property
     def least_ratio(self) -> float:
         """The smallest damping ratio; 1 where nothing vibrates."""

@@ -14,7 +14,7 @@ from amb_analysis.machine.coupled import coupled_loop
 from amb_analysis.studies import figure, poles
 from amb_analysis.studies.loop_vibrations import Vibrations
 from amb_assessment.assessment.analyses import cross_coupling, robustness
-from amb_assessment.assessment.assess import OF_LEVITATION, assess
+from amb_assessment.assessment.assess import ANALYSES, Needs, assess
 from amb_assessment.assessment.criteria import load_criteria
 from amb_assessment.assessment.findings import Judgement, judge
 from amb_assessment.assessment.machine_file import load_machine

@@ -6,8 +6,8 @@ import pytest
 
 from amb_analysis.machine.machine import Machine
 from amb_assessment.first_design.shortfalls import saturating_axes
-from amb_cosim.scenario.scenario import load_scenario
 from amb_cosim.scenario.plan_run import plan_run
+from amb_cosim.scenario.scenario import load_scenario
 from tests.support.messages import assert_names
 
 SLOW = 0.1  # rad/s: the rotor follows the rotating force as a static one

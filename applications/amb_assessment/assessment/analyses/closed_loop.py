@@ -10,6 +10,7 @@ import numpy as np
 from amb_analysis.linear.stability import LARGEST
 from amb_analysis.machine.coupled import coupled_loop
 from amb_analysis.machine.machine import MODES
+from amb_analysis.studies.closed_loop_poles import whirl_of
 from amb_analysis.studies.damping_zones import ZONES
 from amb_analysis.studies.loop_vibrations import Vibrations, followed, vibrations
 from amb_assessment.assessment.findings import AnalysisResult, Quantity, ResultTable

@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from amb_analysis.machine.coupled import coupled_loop
-from amb_analysis.studies.loop_vibrations import Vibrations
-from amb_assessment.assessment.analyses.closed_loop import least_decrement, vibrations_within
+from amb_analysis.studies.loop_vibrations import Vibrations, vibrations
+from amb_assessment.assessment.analyses.closed_loop import least_decrement
 from amb_assessment.assessment.findings import AnalysisResult, Quantity, ResultTable
 from amb_assessment.assessment.stages import anticipated
 from amb_assessment.assessment.subject import Subject, rpm

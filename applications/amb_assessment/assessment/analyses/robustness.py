@@ -9,8 +9,8 @@ import numpy as np
 
 from amb_analysis.linear.loop import Loop
 from amb_analysis.machine.coupled import MachineVariation, coupled_loop
-from amb_analysis.studies.loop_vibrations import Vibrations
-from amb_assessment.assessment.analyses.closed_loop import least_decrement_over, vibrations_within
+from amb_analysis.studies.loop_vibrations import Vibrations, vibrations
+from amb_assessment.assessment.analyses.closed_loop import least_decrement_over
 from amb_assessment.assessment.analyses.sensitivity import AxisPeaks, sensitivities, sensitivities_over
 from amb_assessment.assessment.findings import AnalysisResult, Quantity, ResultTable
 from amb_assessment.assessment.machine_file import Tolerances
