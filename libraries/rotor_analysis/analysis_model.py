@@ -8,9 +8,9 @@ import numpy as np
 
 from array_types import Array, Complex
 from rotor_analysis.assembly import Matrices, assemble, on_bearings
-from rotor_analysis.masters import needed_masters
+from rotor_analysis.modal_reduction import reduce_to_modes
 from rotor_analysis.modes import modes
-from rotor_analysis.reduction import craig_bampton_by_modes, reduce_by, unreduced
+from rotor_analysis.reduction import reduce_by, unreduced
 from rotor_analysis.rotor import Rotor
 from rotor_analysis.shaft import MassModel
 from rotor_analysis.spectrum import eigenvalues, oscillating
@@ -42,8 +42,8 @@ def analysis_model(
 
     max |lambda - lambda_full| / |lambda_full| <= accuracy, over `count` modes at both ends of `speeds`
 
-    It retains the planes of bearings and seals, and an increasing number of modes of the rotor fixed there (Craig and
-    Bampton 1968); the full model if no reduction is accurate.
+    It retains an increasing number of free modes, and residual shapes of bearings and seals; the full model if no
+    reduction is accurate.
 
     Parameters
     ----------
@@ -62,13 +62,12 @@ def analysis_model(
     full = on_bearings(free, rotor)
     if not accuracy:
         return AnalysisModel(SupportedRotor(rotor, full, unreduced(full)), 0.0)
-    planes = tuple(sorted({*rotor.bearing_nodes, *rotor.seal_nodes}))
-    reduced_to = craig_bampton_by_modes(free, planes if len(planes) > 1 else needed_masters(rotor))
+    nodes = (*rotor.bearing_nodes, *rotor.seal_nodes) or (1, len(rotor.shaft.nodes))
     ends = [float(speed) for speed in (np.min(speeds), np.max(speeds))]
     exact = [eigenvalues(full, speed) for speed in ends]
     retained = count
     while 4 * retained < full.size:
-        basis = reduced_to(retained)
+        basis = reduce_to_modes(free, retained, nodes)
         reduction = reduce_by(full, basis.model.translations, basis.right, basis.left)
         error = max(_error(reduction.model, *end, count) for end in zip(ends, exact, strict=True))
         if error <= accuracy:

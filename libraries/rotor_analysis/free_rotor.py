@@ -23,10 +23,11 @@ import numpy as np
 
 from array_types import Array
 from rotor_analysis.assembly import Matrices
+from rotor_analysis.inertia import inertial
 
 SHIFT = 1e4  # rad^2/s^2
 RESONANT = 1e-12  # least relative distance of omega^2 + s from that of a mode
-INDEPENDENT = 1e-10  # share of the largest static displacement below which shapes are rounding
+MOVING = 1e-20  # share of the largest nu, below which a residual shape has no mass
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,7 +39,7 @@ class FreeRotor:
     rigid
         Two rigid motions, translation and tilt about the centre of mass, with R^T M R = 1, shape (n, 2).
     mu
-        1/(omega^2 + s) of the elastic modes (s^2/rad^2), descending, shape (n - 2,).
+        1/(omega^2 + s) of the elastic modes (s^2/rad^2), descending, shape (n - 2,); last, 0 of motions without mass.
     shapes
         S of (1), in the same order, shape (n, n - 2).
     """
@@ -50,8 +51,8 @@ class FreeRotor:
 
     @property
     def frequencies(self) -> Array:
-        """Natural frequencies of the elastic modes (rad/s), infinite without mass."""
-        return np.sqrt(np.maximum(1.0 / np.maximum(self.mu, 1e-300) - SHIFT, 0.0))
+        """Natural frequencies of the elastic modes (rad/s), without motions that have no mass."""
+        return np.sqrt(np.maximum(1.0 / self.mu[inertial(self.mu)] - SHIFT, 0.0))
 
     def modes(self, count: int) -> Array:
         """Return the shapes of the rigid motions and of the first `count` elastic modes, M-orthonormal, in columns."""
@@ -63,8 +64,8 @@ class FreeRotor:
 
     def receptance(self, rows: list[int], omega: float, modes: slice = slice(None)) -> Array:
         """Return H of (2) between rows (m/N) at a frequency (rad/s), from some or all elastic modes."""
-        s, mu = self.shapes[rows, modes], self.mu[modes]
-        H = (s / (1.0 - (SHIFT + omega**2) * mu)) @ s.T
+        s, distance = self.shapes[rows, modes], 1.0 - (SHIFT + omega**2) * self.mu[modes]
+        H = (s / np.copysign(np.maximum(np.abs(distance), RESONANT), distance)) @ s.T
         return H if modes != slice(None) else H - self.rigid[rows] @ self.rigid[rows].T / omega**2
 
     def sizes(self, rows: list[int], omega: float) -> Array:
@@ -102,19 +103,20 @@ def _rigid_motions(M: Array, shapes: Array) -> Array:
     return np.asarray(np.linalg.solve(L, shapes.T).T)
 
 
-def residual_modes(rotor: FreeRotor, count: int, nodes: tuple[int, ...]) -> ResidualModes:
+def residual_modes(rotor: FreeRotor, count: int, nodes: tuple[int, ...], negligible: float) -> ResidualModes:
     """Return the residual attachment shapes of forces at nodes, beyond the first `count` elastic modes, as modes.
 
-    Shapes that differ by rounding only are left out.
+    Combinations of forces whose residual flexibility is a negligible share of the whole elastic flexibility, such as
+    opposite forces at close places, have no shape: it would be fast.
     """
-    rows = rotor.rows(nodes)
-    mu, S = rotor.mu[count:], rotor.shapes[:, count:]
-    static = S[rows] / (1.0 - SHIFT * mu)
-    A = S @ static.T
-    size, directions = np.linalg.eigh(A[rows])
-    independent = size > INDEPENDENT * np.max(size, initial=0.0)
-    y = directions[:, independent] / np.sqrt(size[independent])  # y^T A_p y = 1: unit strain energy
-    nu, turned = np.linalg.eigh(y.T @ ((static * mu) @ static.T) @ y)
-    nu, shapes = nu[::-1], A @ y @ turned[:, ::-1]
-    moving = nu > INDEPENDENT**2 * np.max(nu, initial=0.0)
+    rows, elastic = rotor.rows(nodes), 1.0 - SHIFT * rotor.mu
+    T = rotor.shapes / np.sqrt(elastic)  # T T^T is the elastic flexibility
+    T_p = T[rows] / np.linalg.norm(T[rows], axis=1, keepdims=True)  # for forces that each have a flexibility of 1
+    mu, T, T_p = rotor.mu[count:] / elastic[count:], T[:, count:], T_p[:, count:]
+    size, directions = np.linalg.eigh(T_p @ T_p.T)
+    flexible = size > negligible
+    y = directions[:, flexible] / np.sqrt(size[flexible])  # unit strain energy
+    nu, turned = np.linalg.eigh(y.T @ ((T_p * mu) @ T_p.T) @ y)
+    nu, shapes = nu[::-1], T @ T_p.T @ y @ turned[:, ::-1]
+    moving = nu > MOVING * np.max(nu, initial=0.0)
     return ResidualModes(1.0 / np.sqrt(nu[moving]), shapes[:, moving] / np.sqrt(nu[moving]))

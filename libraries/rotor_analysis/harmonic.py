@@ -17,11 +17,10 @@ import numpy as np
 from amb_files.checks import require
 from array_types import Array, Complex
 from rotor_analysis.assembly import Matrices, assemble, with_bearings
-from rotor_analysis.free_rotor import free_rotor, residual_modes
-from rotor_analysis.inertia import lacks_inertia
-from rotor_analysis.modal_reduction import ShapeSpace, reduce_to_shapes
+from rotor_analysis.damping import free_modes
+from rotor_analysis.modal_reduction import reduce_to_modes
 from rotor_analysis.parts import Bearing
-from rotor_analysis.reduction import Reduction, unreduced
+from rotor_analysis.reduction import Reduction
 from rotor_analysis.response import dynamic_stiffness
 from rotor_analysis.rotor import Rotor
 
@@ -107,13 +106,9 @@ def harmonic_model(rotor: Rotor, nodes: Iterable[int], highest: float, bearings:
     """
     held = tuple(bearings)
     full = assemble(rotor)
-    if lacks_inertia(full.M, full.K):
-        return HarmonicModel(with_bearings(full, held), *_at_nodes(rotor, unreduced(full)))
-    free = free_rotor(full)
-    places = tuple(sorted({*nodes, *(bearing.node for bearing in held)})) or (1, len(rotor.shaft.nodes))
-    count = int(np.searchsorted(free.frequencies, BEYOND * highest))
-    count = min(max(count, LEAST_MODES, len(places)), len(free.mu))
-    reduction = reduce_to_shapes(full, ShapeSpace(free, count, residual_modes(free, count, places)), places)
+    places = tuple({*nodes, *(bearing.node for bearing in held)}) or (1, len(rotor.shaft.nodes))
+    count = int(np.searchsorted(free_modes(full.M[::2, ::2], full.K[::2, ::2])[0], BEYOND * highest))
+    reduction = reduce_to_modes(full, max(count, LEAST_MODES, len(places)), places)
     return HarmonicModel(with_bearings(reduction.model, held), *_at_nodes(rotor, reduction))
 
 

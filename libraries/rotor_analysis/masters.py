@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from array_types import Array
-from rotor_analysis.assembly import Matrices
+from rotor_analysis.assembly import Matrices, on_bearings
 from rotor_analysis.reduction import Reduction, msdc
 from rotor_analysis.rotor import Rotor
 from rotor_analysis.undamped import undamped_modes
@@ -41,27 +41,22 @@ def condense_to_accuracy(full: Matrices, rotor: Rotor, modes: int, accuracy: flo
     ValueError
         If all planes together do not suffice.
     """
-    frequencies, shapes = undamped_modes(full, rotor, modes)
+    frequencies, shapes = undamped_modes(on_bearings(full, rotor), rotor, modes)
     masters = needed_masters(rotor)
     while True:
         reduction = msdc(full, masters)
-        error = frequency_error(frequencies, undamped_modes(reduction.model, rotor, modes)[0])
+        error = frequency_error(frequencies, undamped_modes(on_bearings(reduction.model, rotor), rotor, modes)[0])
         others = [node for node in full.translations if node not in masters]
         if np.max(error) <= accuracy:
             return reduction
         if not others:
-            raise not_reached(accuracy, "planes", error, ", or use craig_bampton")
+            what = f"with all planes the error is {np.max(error):.1e}; increase it, or use free_modes"
+            raise ValueError(f"reduction.accuracy = {accuracy:g} is not reached: {what}")
         shape = shapes[:, np.argmax(error)]
         x = reduction.right[::2, ::2]
         residual = np.abs(shape - x @ shape[[row // 2 for row in full.rows(masters)[::2]]])
         added = max(others, key=lambda node: residual[full.translations[node][0] // 2])
         masters = tuple(sorted((*masters, added)))
-
-
-def not_reached(accuracy: float, retained: str, error: Array, otherwise: str = "") -> ValueError:
-    """Return the error for a reduction that retains all planes or modes and is still not accurate enough."""
-    reached = f"with all {retained} the error is {np.max(error):.1e}"
-    return ValueError(f"reduction.accuracy = {accuracy:g} is not reached: {reached}; increase it{otherwise}")
 
 
 def frequency_error(exact: Array, frequencies: Array) -> Array:

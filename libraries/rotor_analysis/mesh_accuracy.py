@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from array_types import Array
-from rotor_analysis.assembly import assemble, element_matrices
+from rotor_analysis.assembly import assemble, element_matrices, on_bearings
 from rotor_analysis.element import Element
 from rotor_analysis.rotor import Rotor
 from rotor_analysis.shaft import SHORTEST, MassModel
@@ -74,7 +74,7 @@ def refine_to_accuracy(rotor: Rotor, modes: int, accuracy: float) -> Rotor:
 
 def _change_by_halving(rotor: Rotor, modes: int) -> Array:
     """Return the relative changes of the frequencies when elements are halved, shape (elements, modes)."""
-    frequencies, shapes = undamped_modes(assemble(rotor), rotor, modes)
+    frequencies, shapes = undamped_modes(on_bearings(assemble(rotor), rotor), rotor, modes)
     change = np.empty((len(rotor.elements), len(frequencies)))
     for e, layers in enumerate(rotor.elements):
         at_ends = shapes[2 * e : 2 * e + 4]

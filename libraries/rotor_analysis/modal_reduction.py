@@ -1,4 +1,4 @@
-"""Reduction to free modes of the whole rotor and residual attachment shapes of its contact sites (`free_rotor`).
+"""Reduction to free modes of the whole rotor and residual attachment shapes of bearings and sites (`free_rotor`).
 
 In each plane of motion the rotor moves in the space of m M-orthonormal shapes Phi with frequencies omega. The plant
 requires the displacements x_p of a few points p (contact sites and bearings) as coordinates. The other coordinates are
@@ -19,12 +19,13 @@ import numpy as np
 
 from array_types import Array
 from rotor_analysis.assembly import Matrices
-from rotor_analysis.free_rotor import FreeRotor, ResidualModes, residual_modes
-from rotor_analysis.reduction import Reduction, reduce_by
+from rotor_analysis.free_rotor import FreeRotor, ResidualModes, free_rotor, residual_modes
+from rotor_analysis.inertia import lacks_inertia
+from rotor_analysis.reduction import Reduction, reduce_by, unreduced
 
 LEAST_INDEPENDENCE = 1e-6  # of places: smallest over largest singular value of Phi_p, its rows scaled to 1
+ROUNDING = 1e-10  # share of the elastic flexibility
 N_FREQUENCIES = 100  # in a band, at which the receptance is compared
-AS_GOOD = 2.0  # times the error with all residual shapes: so much allows to leave some out
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,33 +71,23 @@ class ShapeSpace:
         return max(self.receptance_error(nodes, omega) for omega in np.linspace(0.0, highest, N_FREQUENCIES + 1)[1:])
 
 
-def spaces(rotor: FreeRotor, count: int, nodes: tuple[int, ...]) -> Iterator[ShapeSpace]:
-    """Yield the spaces with a number of elastic modes and none, one, ... of the residual shapes of forces at nodes."""
-    residual = residual_modes(rotor, count, nodes)
-    for retained in range(len(residual.frequencies) + 1):
-        yield ShapeSpace(rotor, count, ResidualModes(residual.frequencies[:retained], residual.shapes[:, :retained]))
+def space_with_modes(rotor: FreeRotor, count: int, nodes: tuple[int, ...], accuracy: float) -> ShapeSpace:
+    """Return the space with a number of elastic modes and the residual shapes of forces at nodes.
 
-
-def space_with_modes(rotor: FreeRotor, count: int, nodes: tuple[int, ...]) -> ShapeSpace:
-    """Return the space with a number of elastic modes and as many residual shapes of nodes as improve the receptance.
+    Residual shapes are left out where that changes no static elastic displacement by more than `accuracy`.
 
     Raises
     ------
     ValueError
         If the rotor has fewer modes.
     """
-    most = len(rotor.mu)
+    most = len(rotor.frequencies)
     if not 0 <= count <= most:
         raise ValueError(f"reduction.modes = {count} is not allowed; the free rotor has 0 to {most} elastic modes")
-    highest = float(rotor.frequencies[max(count - 1, 0)])
-    candidates = list(spaces(rotor, count, nodes))
-    limit = AS_GOOD * candidates[-1].largest_error(nodes, highest)
-    return next(item for item in candidates if item.largest_error(nodes, highest) <= limit)
+    return ShapeSpace(rotor, count, residual_modes(rotor, count, nodes, 2.0 * accuracy))
 
 
-def space_for_band(
-    rotor: FreeRotor, highest: float, nodes: tuple[int, ...], accuracy: float, places: tuple[int, ...]
-) -> ShapeSpace:
+def space_for_band(rotor: FreeRotor, highest: float, nodes: tuple[int, ...], accuracy: float) -> ShapeSpace:
     """Return the smallest space in which the receptance between nodes is accurate, with the slowest fastest shape.
 
     Parameters
@@ -106,35 +97,40 @@ def space_for_band(
     highest
         Frequency (rad/s) up to which it must be accurate.
     nodes
-        Nodes at which forces act.
+        Nodes at which forces act, whose displacements must be independent in the space.
     accuracy
         Allowed error (`ShapeSpace.receptance_error`).
-    places
-        Nodes whose displacements must be independent in the space.
 
     Raises
     ------
     ValueError
         If all modes together do not suffice.
     """
-    most, best = len(rotor.mu), np.inf
-    first = max(int(np.searchsorted(rotor.frequencies, highest)) - len(nodes), 0)
-    by_size: dict[int, list[ShapeSpace]] = {}
-    for count in range(first, most + 1):
+    most, best, least = len(rotor.frequencies), np.inf, np.inf
+    smallest: list[ShapeSpace] = []
+    for count in range(max(int(np.searchsorted(rotor.frequencies, highest)) - len(nodes), 0), most + 1):
         if 2 + count > best:
             break
-        for space in spaces(rotor, count, nodes):
+        for space in _spaces(rotor, count, nodes):
             size = len(space.frequencies)
-            if size > best or _independence(space, places) < LEAST_INDEPENDENCE:
+            if size > best or _independence(space, nodes) < LEAST_INDEPENDENCE:
                 continue
-            if space.largest_error(nodes, highest) <= accuracy:
+            error = space.largest_error(nodes, highest)
+            least = min(error, least)
+            if error <= accuracy:
+                smallest = [*smallest, space] if size == best else [space]
                 best = size
-                by_size.setdefault(size, []).append(space)
                 break
-    if not by_size:
-        error = next(spaces(rotor, most, nodes)).largest_error(nodes, highest)
-        raise ValueError(f"reduction.accuracy = {accuracy:g} is not reached: with all modes the error is {error:.1e}")
-    return min(by_size[min(by_size)], key=lambda space: float(np.max(space.frequencies)))
+    if not smallest:
+        raise ValueError(f"reduction.accuracy = {accuracy:g} is not reached: the least error is {least:.1e}")
+    return min(smallest, key=lambda space: float(np.max(space.frequencies)))
+
+
+def _spaces(rotor: FreeRotor, count: int, nodes: tuple[int, ...]) -> Iterator[ShapeSpace]:
+    """Yield the spaces with a number of elastic modes and none, one, ... of the residual shapes of forces at nodes."""
+    residual = residual_modes(rotor, count, nodes, ROUNDING)
+    for retained in range(len(residual.frequencies) + 1):
+        yield ShapeSpace(rotor, count, ResidualModes(residual.frequencies[:retained], residual.shapes[:, :retained]))
 
 
 def _independence(space: ShapeSpace, places: tuple[int, ...]) -> float:
@@ -181,3 +177,20 @@ def reduce_to_shapes(full: Matrices, space: ShapeSpace, places: tuple[int, ...])
     reduction = reduce_by(full, translations, right, right.T)
     M, K = (np.kron(0.5 * (matrix + matrix.T), both) for matrix in (M, K))
     return replace(reduction, model=replace(reduction.model, M=M, K=K))
+
+
+def reduce_to_modes(full: Matrices, count: int, nodes: tuple[int, ...]) -> Reduction:
+    """Return a free rotor in its first elastic modes, at most `count`, and all residual shapes of forces at nodes.
+
+    The translations at these nodes come first. A rotor without inertia somewhere is not reduced.
+
+    Raises
+    ------
+    ValueError
+        As `reduce_to_shapes`.
+    """
+    if lacks_inertia(full.M, full.K):
+        return unreduced(full)
+    free, places = free_rotor(full), tuple(sorted({*nodes}))
+    count = min(count, len(free.frequencies))
+    return reduce_to_shapes(full, ShapeSpace(free, count, residual_modes(free, count, places, ROUNDING)), places)

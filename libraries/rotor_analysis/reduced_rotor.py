@@ -8,12 +8,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from array_types import Array
-from rotor_analysis.assembly import Matrices, assemble
+from rotor_analysis.assembly import Matrices, assemble, on_bearings
 from rotor_analysis.damping import free_modes
 from rotor_analysis.free_rotor import free_rotor
-from rotor_analysis.masters import condense_to_accuracy, frequency_error, needed_masters, not_reached
+from rotor_analysis.inertia import lacks_inertia
+from rotor_analysis.masters import condense_to_accuracy, frequency_error
 from rotor_analysis.modal_reduction import reduce_to_shapes, space_for_band, space_with_modes
-from rotor_analysis.reduction import Reduction, craig_bampton, craig_bampton_by_modes, msdc, unreduced
+from rotor_analysis.reduction import Reduction, msdc, reduce_by, unreduced
 from rotor_analysis.rotor import Mesh, ReductionOptions, Rotor
 from rotor_analysis.undamped import undamped_modes
 
@@ -37,10 +38,10 @@ class ReductionError:
 def reduced_rotor(rotor: Rotor) -> Reduction:
     """Return the plant's model of the free rotor, without its bearings.
 
-    The translations x and y of the master planes come first, in order, then those of the modes. Unreduced, the
-    coordinates are x, y and the slopes x', y' of every node. By default the masters are the planes of discs, bearings,
-    seals, sites and sensors and, for MSDC, others until the first modes are accurate; the number of modes in Craig and
-    Bampton's method is as large as accuracy requires.
+    The translations x and y of some planes come first, in order, then the other coordinates: with free modes the planes
+    of bearings and sites, with MSDC the masters. Unreduced, the coordinates are x, y and the slopes x', y' of every
+    node, and with free modes if some node has no inertia. By default MSDC's masters are the planes of discs, bearings,
+    seals, sites and sensors, and others until the first modes are accurate.
 
     Parameters
     ----------
@@ -56,33 +57,27 @@ def reduced_rotor(rotor: Rotor) -> Reduction:
     count = (rotor.mesh or Mesh()).modes
     if options.method == "none":
         return unreduced(full)
-    if options.method == "free_modes":
-        return _by_free_modes(full, rotor, count)
     if options.method == "msdc":
         named = rotor.masters
         return msdc(full, named) if named else condense_to_accuracy(full, rotor, count, options.accuracy)
-    masters = rotor.masters or needed_masters(rotor)
-    if options.modes is not None:
-        return craig_bampton(full, masters, options.modes)
-    return _craig_bampton_to_accuracy(full, rotor, masters, count)
+    return _by_free_modes(full, rotor, count)
 
 
-def retained_modes(rotor: Rotor) -> tuple[int, int]:
-    """Return how many modes per plane of motion the plant's model has in addition to its planes, and at most can."""
-    model = reduced_rotor(rotor).model
-    planes = len(model.translations)
-    return model.size // 2 - planes, 2 * len(rotor.shaft.nodes) - planes
+def elastic_shapes(rotor: Rotor) -> tuple[int, int]:
+    """Return the number of elastic shapes of the plant's model in a plane of motion, and that of all elements."""
+    return reduced_rotor(rotor).model.size // 2 - 2, 2 * len(rotor.shaft.nodes) - 2
 
 
 def with_modes(rotor: Rotor, modes: int) -> Rotor:
-    """Return a rotor whose plant's model has its planes and a number of modes in each plane of motion."""
-    return replace(rotor, reduction=ReductionOptions("craig_bampton", rotor.masters, modes))
+    """Return a rotor whose plant has a number of elastic modes in each plane of motion."""
+    return replace(rotor, reduction=ReductionOptions("free_modes", modes=modes))
 
 
 def reduction_error(rotor: Rotor, count: int = 6) -> ReductionError:
     """Return the errors of the frequencies of `reduced_rotor`, of the first `count` modes without rigid motion."""
-    exact = undamped_modes(assemble(rotor), rotor, count)[0]
-    result = undamped_modes(reduced_rotor(rotor).model, rotor, count)[0]
+    full, plant = on_bearings(assemble(rotor), rotor), reduced_rotor(rotor)
+    reduced = reduce_by(full, plant.model.translations, plant.right, plant.left).model
+    exact, result = (undamped_modes(model, rotor, count)[0] for model in (full, reduced))
     percent = np.full(len(exact), np.nan)
     percent[: len(result)] = 100.0 * (result / exact[: len(result)] - 1.0)
     return ReductionError(exact, percent)
@@ -107,32 +102,20 @@ def valid_to(full: Matrices, reduced: Matrices) -> float:
 
 
 def force_nodes(rotor: Rotor) -> tuple[int, ...]:
-    """Return the nodes of the contact sites, or else of the bearings, or else of the ends."""
-    nodes = {*rotor.site_nodes} or {*rotor.bearing_nodes} or {1, len(rotor.shaft.nodes)}
+    """Return the nodes of bearings and contact sites, which get residual shapes, or else those of the ends."""
+    nodes = {*rotor.site_nodes, *rotor.bearing_nodes} or {1, len(rotor.shaft.nodes)}
     return tuple(sorted(nodes))
 
 
 def _by_free_modes(full: Matrices, rotor: Rotor, count: int) -> Reduction:
-    """The reduction by the free modes, and the residual shapes of its contact sites, as the rotor file requires."""
+    """The reduction by the free modes, and the residual shapes of `force_nodes`, as the rotor file requires."""
+    if lacks_inertia(full.M, full.K):
+        return unreduced(full)
     free, forces, options = free_rotor(full), force_nodes(rotor), rotor.reduction
-    places = tuple(sorted({*rotor.bearing_nodes, *rotor.site_nodes})) or forces
     if options.modes is not None:
-        space = space_with_modes(free, options.modes, forces)
+        space = space_with_modes(free, options.modes, forces, options.accuracy)
     else:
-        default = float(free.frequencies[min(max(count - 2, 1), len(free.mu)) - 1])
+        default = float(free.frequencies[min(max(count - 2, 1), len(free.frequencies)) - 1])
         highest = default if options.band is None else 2.0 * math.pi * options.band
-        space = space_for_band(free, highest, forces, options.accuracy, places)
-    return reduce_to_shapes(full, space, places)
-
-
-def _craig_bampton_to_accuracy(full: Matrices, rotor: Rotor, masters: tuple[int, ...], count: int) -> Reduction:
-    """The reduction with the fewest modes that make the first `count` natural frequencies accurate."""
-    exact, accuracy = undamped_modes(full, rotor, count)[0], rotor.reduction.accuracy
-    inner = full.size // 2 - len(masters)
-    reduced_to = craig_bampton_by_modes(full, masters)
-    for modes in range(inner + 1):
-        reduction = reduced_to(modes)
-        error = frequency_error(exact, undamped_modes(reduction.model, rotor, count)[0])
-        if np.max(error) <= accuracy:
-            return reduction
-    raise not_reached(accuracy, "modes", error)
+        space = space_for_band(free, highest, forces, options.accuracy)
+    return reduce_to_shapes(full, space, forces)

@@ -1,15 +1,13 @@
-"""Reduction of the rotor to a few planes: modified static condensation, or Craig and Bampton's method."""
+"""Reduction of the rotor to other coordinates, and to a few planes by modified static condensation."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from array_types import Array
 from rotor_analysis.assembly import Matrices
-from rotor_analysis.inertia import inertial_modes, lacks_inertia
 from rotor_analysis.pairs import turned
 
 
@@ -18,7 +16,7 @@ class Reduction:
     """A reduced model and its relation to the full model.
 
     model
-        Matrices on the coordinates: x and y of each master plane in order, then those of the modes.
+        Matrices on the coordinates: x and y of some planes in order, then those of the modes.
     right, left
         Full displacement = `right` @ coordinates, reduced force = `left` @ full force. For symmetric K `left` is the
         transpose of `right`; cross-coupled bearings make them differ.
@@ -50,59 +48,6 @@ def msdc(full: Matrices, planes: tuple[int, ...]) -> Reduction:
         a bearing at another node is anisotropic while some damping rotates.
     """
     return reduce_by(full, _in_turn(planes), *_static(full, planes))
-
-
-def craig_bampton(full: Matrices, planes: tuple[int, ...], modes: int) -> Reduction:
-    """Reduce a model to the translations at `planes` and the modes of the rotor fixed there.
-
-    q_s = -R_D q_m + Phi xi with K_ss Phi = M_ss Phi diag(omega^2), Phi^T M_ss Phi = 1      (Craig and Bampton 1968)
-
-    Parameters
-    ----------
-    full
-        The model to reduce, with bearings only at `planes`, otherwise the same in both planes of motion.
-    planes
-        Node numbers whose translations are kept.
-    modes
-        Number of modes in each of the two planes of motion, the slowest first.
-
-    Raises
-    ------
-    ValueError
-        As `msdc`, or if there are fewer modes.
-    """
-    return craig_bampton_by_modes(full, planes)(modes)
-
-
-def craig_bampton_by_modes(full: Matrices, planes: tuple[int, ...]) -> Callable[[int], Reduction]:
-    """Return a function that returns `craig_bampton` for a number of modes; the common part is computed once.
-
-    Raises
-    ------
-    ValueError
-        As `craig_bampton`, the function for the number of modes.
-    """
-    from scipy.linalg import eigh  # slow to import
-
-    right, left = _static(full, planes)
-    masters = set(full.rows(planes))
-    slaves = [row for row in range(0, full.size, 2) if row not in masters]  # along x
-    at = np.ix_(slaves, slaves)
-    if lacks_inertia(full.M[at], full.K[at]):
-        shapes = inertial_modes(full.M[at], full.K[at])[1]
-    else:
-        shapes = eigh(full.K[at], full.M[at])[1] if slaves else np.zeros((0, 0))
-    along_both = np.zeros((full.size, 2 * shapes.shape[1]))
-    for axis in (0, 1):
-        along_both[np.add(slaves, axis).astype(int), axis::2] = shapes
-
-    def with_modes(modes: int) -> Reduction:
-        if not 0 <= modes <= len(slaves):
-            raise ValueError(f"modes = {modes} is not allowed; the rotor held at these planes has 0 to {len(slaves)}")
-        retained = along_both[:, : 2 * modes]
-        return reduce_by(full, _in_turn(planes), np.hstack([right, retained]), np.vstack([left, retained.T]))
-
-    return with_modes
 
 
 def unreduced(full: Matrices) -> Reduction:

@@ -23,41 +23,42 @@ from rotor_analysis.element import Element, Material
 from rotor_analysis.parts import NO_TENSOR, Bearing, BodyOrDisc, Part, Sensor, Site
 from rotor_analysis.shaft import Shaft, ShaftOrSections
 
-Method = Literal["free_modes", "msdc", "craig_bampton", "none"]
+Method = Literal["free_modes", "msdc", "none"]
 
 KINDS = ("bodies", "bearings", "seals", "sites", "sensors")
 
 
 @table
 class ReductionOptions:
-    """Reduction of the plant's model. Masters and modes that are not set are chosen for `accuracy`."""
+    """Reduction of the plant's model. Modes and masters that are not set are chosen for `accuracy`."""
 
     method: Method | None = None
-    """`msdc` condenses the rotor to the translations at the nodes `masters`, `craig_bampton` also retains `modes` of
-    the rotor fixed there, `none` keeps the full model. Default: `msdc` if masters are set, otherwise `craig_bampton`.
+    """`free_modes` retains modes of the free rotor and residual shapes of bearings and sites, `msdc` condenses the
+    rotor to the translations at the nodes `masters`, `none` keeps the full model. Default: `msdc` if masters are set,
+    otherwise `free_modes`.
     """
     masters: tuple[Node, ...] = ()
-    """Nodes whose translations are retained, including bearings and sites."""
+    """With `msdc`, nodes whose translations are retained, including bearings and sites."""
     modes: Annotated[StrictInt, Ge(0)] | None = None
-    """Number of modes of the rotor fixed at its masters; with `free_modes`, of elastic modes of the free rotor."""
+    """With `free_modes`, the number of elastic modes of the free rotor."""
     band: Annotated[StrictFloat, Gt(0.0), Moderate, Unit("Hz")] | None = None
-    """With `free_modes`, the frequency up to which the receptance between contact sites is accurate; by default that of
-    the last of `mesh.modes` modes of the free rotor, rigid motions among them."""
+    """With `free_modes`, the frequency up to which the receptance between bearings and sites is accurate; by default
+    that of the last of `mesh.modes` modes of the free rotor, rigid motions among them."""
     accuracy: Annotated[StrictFloat, Gt(0.0), Lt(1.0)] = 1e-3
-    """Allowed relative error of that receptance or of the first natural frequencies."""
+    """Allowed relative error of that receptance, or with `msdc` of the first natural frequencies."""
 
     def __post_init__(self) -> None:
         if self.method is None:
-            object.__setattr__(self, "method", "msdc" if self.masters else "craig_bampton")
+            object.__setattr__(self, "method", "msdc" if self.masters else "free_modes")
         if self.modes is not None and self.band is not None:
             raise ValueError("modes and band are both set; set one of them")
-        for name, values, methods in (
-            ("masters", len(self.masters) > 0, ("msdc", "craig_bampton")),
-            ("modes", self.modes is not None, ("free_modes", "craig_bampton")),
-            ("band", self.band is not None, ("free_modes",)),
+        for name, is_set, method in (
+            ("masters", len(self.masters) > 0, "msdc"),
+            ("modes", self.modes is not None, "free_modes"),
+            ("band", self.band is not None, "free_modes"),
         ):
-            if values and self.method not in methods:
-                raise ValueError(f"{name} is set, which belongs to {' or '.join(methods)}, not to {self.method!r}")
+            if is_set and self.method != method:
+                raise ValueError(f"{name} is set, which belongs to {method}, not to {self.method!r}")
 
 
 @table

@@ -27,19 +27,19 @@ def natural_frequencies(rotor: Rotor, count: int) -> Array:
     >>> natural_frequencies(fan, 2).round(1)
     array([ 386.3, 1597.1])
     """
-    return undamped_modes(assemble(rotor), rotor, count)[0]
+    return undamped_modes(on_bearings(assemble(rotor), rotor), rotor, count)[0]
 
 
-def undamped_modes(model: Matrices, rotor: Rotor, count: int) -> tuple[Array, Array]:
-    """Return the first modes of a model of `rotor` on its bearings, K phi = omega^2 M phi.
+def undamped_modes(supported: Matrices, rotor: Rotor, count: int) -> tuple[Array, Array]:
+    """Return the first modes of a rotor on its bearings, K phi = omega^2 M phi.
 
     K and M are the means over both planes. With fewer than two bearings or seals, one or two of these modes are rigid
     motions without a frequency, which are omitted.
 
     Parameters
     ----------
-    model
-        The free rotor, full or reduced, with the translations of the bearings.
+    supported
+        The rotor on its bearings and seals, full or reduced.
     rotor
         Its description.
     count
@@ -53,8 +53,8 @@ def undamped_modes(model: Matrices, rotor: Rotor, count: int) -> tuple[Array, Ar
     """
     from scipy.linalg import eigh  # slow to import
 
-    supported = on_bearings(model, rotor).at(0.0)
-    M, K = _plane_of(supported.M), _plane_of(supported.K)
+    at_rest = supported.at(0.0)
+    M, K = _plane_of(at_rest.M), _plane_of(at_rest.K)
     holding = (*rotor.bearings, *rotor.seals)
     held = {bearing.node for bearing in holding if np.trace(bearing.at(0.0)[0]) != 0.0}
     rigid = max(0, 2 - len(held))

@@ -16,6 +16,7 @@ from array_types import Array
 from rotor_analysis.assembly import with_bearings
 from rotor_analysis.parts import Bearing
 from rotor_analysis.reduced_rotor import reduced_rotor
+from rotor_analysis.reduction import reduce_by
 
 
 @dataclass(frozen=True)
@@ -85,5 +86,6 @@ def _reduced(machine: Machine) -> tuple[Array, Array, Array, Array]:
     reduction = reduced_rotor(machine.rotor)
     model, order = reduction.model, reduction.model.translations_first
     at = np.ix_(order, order)
-    M = with_bearings(model, machine.rotor.seals).at(0.0).M
+    with_seals = with_bearings(machine.free, machine.rotor.seals)
+    M = reduce_by(with_seals, model.translations, reduction.right, reduction.left).model.at(0.0).M
     return M[at], model.K[at], reduction.right[:, order], reduction.left[order]

@@ -19,14 +19,14 @@ from amb_cosim.scenario.plan_run import PlannedRun
 from array_types import Array
 from rolac_controller.control_loop import ControlLoop
 from rotor_analysis.assembly import Matrices, assemble
+from rotor_analysis.modal_reduction import reduce_to_modes
 from rotor_analysis.parts import Bearing
-from rotor_analysis.reduction import craig_bampton
 from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import load_rotor
 from rotor_analysis.supported_rotor import SupportedRotor
 
 AXES = "xy"
-MODES = 40  # of the rotor held at its parts, in each plane: 1e-5 off all elements at a resonance of amplification 50
+MODES = 40  # of the free rotor in each plane: 1e-5 off all elements at a resonance of amplification 50
 
 
 @dataclass(frozen=True)
@@ -72,11 +72,8 @@ class Machine:
 
     @cached_property
     def free_rotor(self) -> SupportedRotor:
-        """The same condensed to the nodes of its parts and `MODES` modes, for responses at many speeds."""
-        count = len(self.rotor.shaft.nodes)
-        nodes = {*self.rotor.part_nodes, 1, count}
-        condensed = craig_bampton(self.free, tuple(sorted(nodes)), min(MODES, 2 * count - len(nodes)))
-        return SupportedRotor(self.rotor, self.free, condensed)
+        """The same in `MODES` free modes and residual shapes of its parts, for responses at many speeds."""
+        return SupportedRotor(self.rotor, self.free, reduce_to_modes(self.free, MODES, self.rotor.part_nodes))
 
     @cached_property
     def passive_bearings(self) -> tuple[Bearing, ...]:

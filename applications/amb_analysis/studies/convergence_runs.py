@@ -18,7 +18,7 @@ from amb_cosim.results.series import cycles
 from amb_cosim.scenario.plan_run import PlannedRun, plan_run
 from amb_cosim.scenario.scenario import Scenario
 from amb_cosim.scenario.simulation import run_planned
-from rotor_analysis.reduced_rotor import retained_modes, with_modes
+from rotor_analysis.reduced_rotor import elastic_shapes, with_modes
 from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import RotorSource, Tables, load_rotor
 from rotor_analysis.shaft import MassModel
@@ -92,18 +92,16 @@ class CaseResult:
 def varied_cases(base: ConvergenceCase) -> Iterator[ConvergenceCase]:
     """Yield the runs with other modes, meshes and substeps than `base`."""
     rotor = load_rotor(base.scenario.rotor)
-    retained, inner = retained_modes(rotor)
-    planes = 2 * len(rotor.shaft.nodes) - inner
+    shapes, all_shapes = elastic_shapes(rotor)
     if rotor.reduction.method != "none":
-        fewer = (retained // 4, retained // 2) if retained else (planes // 2,)
-        for modes in sorted({*fewer, min(2 * retained or planes, inner)} - {retained}):
+        for modes in (shapes // 2, min(2 * shapes, all_shapes)):
             yield _with(with_modes(rotor, modes), base, varied="modes", label=f"{modes} modes", value=modes)
     local = rotor.shaft.mass_matrix
     other: MassModel = "consistent" if local == "diagonal" else "diagonal"
     mesh_modes, seen = MESH_MODES if rotor.mesh is None else rotor.mesh.modes, {(len(rotor.shaft.nodes), local)}
     for mass, accuracy in (*((local, accuracy) for accuracy in ACCURACIES[local]), (other, None)):
         mesh = {} if accuracy is None else {"mesh": {"modes": mesh_modes, "accuracy": accuracy}}
-        meshed = _meshed(base.scenario.rotor, {"shaft": {"mass_matrix": mass}, **mesh}, retained + planes)
+        meshed = _meshed(base.scenario.rotor, {"shaft": {"mass_matrix": mass}, **mesh}, shapes + 2)
         nodes = len(meshed.shaft.nodes) if meshed else 0
         if meshed and (nodes, mass) not in seen:
             seen.add((nodes, mass))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Annotated, ClassVar
 
@@ -12,8 +12,9 @@ from amb_analysis.studies.result import DrawnResult
 from amb_cosim.presentation.json_data import Layout
 from amb_cosim.presentation.text_tables import TextBlock, number, text_table
 from array_types import Array
-from rotor_analysis.assembly import assemble
-from rotor_analysis.reduced_rotor import reduced_rotor, reduction_error, valid_to
+from rotor_analysis.damping import free_modes
+from rotor_analysis.receptance_error import ReceptanceError, receptance_error
+from rotor_analysis.reduced_rotor import reduced_rotor, reduction_error
 from rotor_analysis.rigid_body import rigid_body
 from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import RotorSource, load_rotor, numbered_positions
@@ -32,22 +33,6 @@ class LayoutEntry:
     what: str
 
 
-@dataclass(frozen=True)
-class PlantModel:
-    """A reduced model of the rotor: mesh nodes of its planes, number of coordinates, highest valid frequency."""
-
-    masters: tuple[int, ...]
-    coordinates: int
-    valid_to: Annotated[float, "rad/s"]
-
-    def text(self, z: Sequence[float], numbers: Mapping[int, int]) -> str:
-        """Return it in words, for positions (m) of nodes, and their numbers in the rotor file if it has them."""
-        planes = f"z = {', '.join(f'{z[node - 1]:.4g}' for node in self.masters)} m"
-        if set(self.masters) <= numbers.keys():
-            planes = f"nodes {', '.join(str(numbers[node]) for node in self.masters)}"
-        return f"{self.coordinates} coordinates, planes at {planes}; holds up to {number(self.valid_to)} rad/s"
-
-
 @dataclass(frozen=True, eq=False, repr=False)
 class RotorLayout(DrawnResult):
     """A rotor, its modes at rest on its bearings, and the reduced model of a plant.
@@ -62,12 +47,11 @@ class RotorLayout(DrawnResult):
         Numbers of nodes in the rotor file, by those of the mesh, which also has nodes for `z` and `[mesh]`.
     parts
         Bodies, bearings, contact sites and sensors.
-    method, masters, coordinates, valid_to
-        The plant's model: reduction method, mesh nodes of its planes, number of coordinates, and the frequency up to
-        which it is valid (rad/s), see `rotor_analysis.reduced_rotor.valid_to`.
-    leaner
-        The model with planes only at bearings and contact sites, which require one; None if it does not have fewer
-        coordinates. Unbalance, external forces and sensors require no plane.
+    method, planes, coordinates, fastest
+        The plant's model: reduction method, mesh nodes whose displacements are coordinates, number of coordinates, and
+        frequency of its fastest mode without bearings (rad/s).
+    receptance
+        Error of its receptance between bearings and contact sites.
     frequencies, error
         Undamped natural frequencies of the full model (rad/s), negative where motion diverges, and relative errors of
         those of the plant's model (%).
@@ -89,10 +73,10 @@ class RotorLayout(DrawnResult):
     numbers: Annotated[dict[int, int], Layout.OMITTED]
     parts: tuple[LayoutEntry, ...]
     method: str
-    masters: tuple[int, ...]
+    planes: tuple[int, ...]
     coordinates: int
-    valid_to: Annotated[float, "rad/s"]
-    leaner: PlantModel | None
+    fastest: Annotated[float, "rad/s"]
+    receptance: ReceptanceError
     frequencies: Annotated[Array, "rad/s"]
     error: Annotated[Array, "%"]
     description: Annotated[Rotor, Layout.OMITTED]
@@ -113,20 +97,37 @@ class RotorLayout(DrawnResult):
             displayed = "-" if math.isnan(error) else f"{error:+.4f}"
             hertz = f"{frequency / (2.0 * math.pi):.3f}" if frequency > 0.0 else "diverges"
             modes.add_row(str(k), f"{frequency:.3f}", hertz, displayed)
-        z = self.description.shaft.nodes
-        plant = PlantModel(self.masters, self.coordinates, self.valid_to).text(z, self.numbers)
-        fewer = "" if self.leaner is None else self.leaner.text(z, self.numbers)
-        leaner = [f"with reduction.masters at bearings and sites: {fewer}"] if fewer else []
         return [
             f"{self.rotor}: {self.mass:.4g} kg, {self.length:.4g} m, {self.nodes} nodes",
             f"centre of mass at {self.centre:.4g} m; {inertia}",
             parts,
             modes,
             *limit_notes(self.limits, [0.0]),
-            f"plant by {self.method}: {plant}",
-            *leaner,
+            self._plant(),
+            *self._receptance_table(),
             f"damping: {_damping(self.description)}",
         ]
+
+    def _plant(self) -> str:
+        """Return the plant's model in words."""
+        z = self.description.shaft.nodes
+        where = f"z = {', '.join(f'{z[node - 1]:.4g}' for node in self.planes)} m"
+        if set(self.planes) <= self.numbers.keys():
+            where = f"nodes {', '.join(str(self.numbers[node]) for node in self.planes)}"
+        size = f"{self.coordinates} coordinates, planes at {where}; fastest mode {_hertz(self.fastest)}"
+        limit = _hertz(self.receptance.limit) if math.isfinite(self.receptance.limit) else "its fastest mode"
+        within = f"receptance between bearings and sites within {100.0 * self.receptance.accuracy:g} % up to {limit}"
+        return f"plant by {self.method}: {size}; {within}"
+
+    def _receptance_table(self) -> list[TextBlock]:
+        """Return the table of the receptance's error, or nothing where there is none."""
+        error = self.receptance
+        if not len(error.frequencies):
+            return []
+        table = text_table("Error of the plant", ("frequency", "receptance (%)"))
+        for frequency, value in zip(error.frequencies, error.error, strict=True):
+            table.add_row(_hertz(frequency), f"{100.0 * value:.2g}")
+        return [table]
 
 
 def layout(rotor: RotorSource = None) -> RotorLayout:
@@ -149,7 +150,7 @@ def layout(rotor: RotorSource = None) -> RotorLayout:
     '246.9 kg, 1.653 m, 56 nodes'
     """
     result = load_rotor(rotor)
-    body, plant, error = rigid_body(result), _plant(result), reduction_error(result, COUNT)
+    body, plant, error = rigid_body(result), reduced_rotor(result).model, reduction_error(result, COUNT)
     z = result.shaft.nodes
     nodes = ((result.shaft.node_at(place), k) for k, place in enumerate(numbered_positions(rotor), start=1))
     numbers = {node: k for node, k in nodes if node is not None}
@@ -164,10 +165,10 @@ def layout(rotor: RotorSource = None) -> RotorLayout:
         numbers=numbers,
         parts=tuple(replace(part, node=numbers.get(part.node or 0)) for part in _parts(result)),
         method=str(result.reduction.method),
-        masters=plant.masters,
-        coordinates=plant.coordinates,
-        valid_to=plant.valid_to,
-        leaner=_leaner(result, plant),
+        planes=tuple(plant.translations),
+        coordinates=plant.size,
+        fastest=float(free_modes(plant.M[::2, ::2], plant.K[::2, ::2])[0][-1]),
+        receptance=receptance_error(result),
         frequencies=error.frequencies,
         error=error.percent,
         description=result,
@@ -175,21 +176,8 @@ def layout(rotor: RotorSource = None) -> RotorLayout:
     )
 
 
-def _plant(rotor: Rotor) -> PlantModel:
-    model = reduced_rotor(rotor).model
-    return PlantModel(tuple(model.translations), model.size, valid_to(assemble(rotor), model))
-
-
-def _leaner(rotor: Rotor, plant: PlantModel) -> PlantModel | None:
-    """The plant's model with planes only at bearings, seals and sites and as many modes, if that is smaller."""
-    needed = tuple(sorted({*rotor.bearing_nodes, *rotor.seal_nodes, *rotor.site_nodes}))
-    if rotor.reduction.method != "craig_bampton" or len(needed) < 2:
-        return None
-    try:
-        result = _plant(replace(rotor, reduction=replace(rotor.reduction, masters=needed)))
-    except ValueError:  # the shaft does not reach the accuracy on these planes
-        return None
-    return result if result.coordinates < plant.coordinates else None
+def _hertz(omega: float) -> str:
+    return f"{omega / (2.0 * math.pi):.{0 if omega > 1e3 else 1}f} Hz"
 
 
 def _damping(rotor: Rotor) -> str:

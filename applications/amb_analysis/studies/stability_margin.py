@@ -232,7 +232,7 @@ def sensitivity(
     --------
     >>> result = sensitivity("compressor_levitated")
     >>> [f"{axis.peak:.2f} {axis.zone}" for axis in result.axes.values()]
-    ['1.74 A', '1.74 A', '1.71 A', '1.71 A']
+    ['1.76 A', '1.76 A', '2.59 A', '2.59 A']
     """
     values = controlled(scenario, rotor, controller)
     if speed is not None:

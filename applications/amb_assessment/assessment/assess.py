@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from enum import IntEnum
 from functools import cache
 from pathlib import Path
@@ -32,7 +32,6 @@ from amb_assessment.assessment.criteria import Criterion, load_criteria
 from amb_assessment.assessment.findings import AnalysisResult, Finding, Judgement, ResultTable, judge
 from amb_assessment.assessment.machine_file import MachineFile, load_machine
 from amb_assessment.assessment.stability import check_stable, least_stable
-from amb_assessment.assessment.stages import note_on_stages
 from amb_assessment.assessment.subject import Subject, subject_of
 from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.cosim.basics.errors import FmuError, ProcessFailed, StartFailed
@@ -42,7 +41,7 @@ from amb_files.suggestions import suggest
 class Needs(IntEnum):
     """Needs of a part; each value includes those before it."""
 
-    NOTHING, STABLE_LOOP, CO_SIMULATION, CONTACT_SITES = range(4)
+    NOTHING, STABLE_LOOP, CONTACT_SITES = range(3)
 
 
 class Part(NamedTuple):
@@ -62,7 +61,7 @@ ANALYSES = {  # in the order of the page
     "envelope": Part(
         "Envelope: required and available forces, currents, voltages and slew rates", envelope.answer, Needs.STABLE_LOOP
     ),
-    "sensitivity": Part("Sensitivity, computed and measured", sensitivity.answer, Needs.CO_SIMULATION),
+    "sensitivity": Part("Sensitivity, computed and measured", sensitivity.answer, Needs.STABLE_LOOP),
     "robustness": Part("Robustness: worst margins within the tolerances", robustness.answer, Needs.STABLE_LOOP),
     "axial": Part("Axial axis: thrust bearing", axial.answer),
     "vibration": Part("Vibration at speed in co-simulation", vibration.answer, Needs.CONTACT_SITES),
@@ -241,8 +240,6 @@ def _answered(
         if part.needs >= Needs.CONTACT_SITES and not subject.clearances:
             raise ValueError(f"rotor {subject.rotor.name} has no [[sites]], so its possible contacts are unknown")
         answer = part.answer(subject)
-        if part.needs >= Needs.CO_SIMULATION:
-            answer = replace(answer, notes=(*answer.notes, *note_on_stages(subject)))
         findings = tuple(judge(answer.measured, criteria, subject.facts))
     except (ValueError, LookupError, ArithmeticError, RuntimeError, StartFailed, FmuError, ProcessFailed) as error:
         reason = str(error) or type(error).__name__

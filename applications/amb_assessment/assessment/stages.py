@@ -15,7 +15,6 @@ from amb_assessment.assessment.machine_file import CompressorStage
 from amb_assessment.assessment.subject import Subject
 from amb_cosim.scenario.scenario import Scenario
 from rotor_analysis.parts import AtSpeed, Bearing
-from rotor_analysis.reduced_rotor import reduced_rotor
 from rotor_analysis.rotor import Rotor
 
 
@@ -63,28 +62,11 @@ def _without(seal: Bearing) -> Bearing:
 
 
 def co_simulated(subject: Subject, Omega: float, **fields: Any) -> Scenario:
-    """Return the machine's scenario at a speed (rad/s); stages at planes of the plant act on the rotor like seals."""
-    left_out, rotor = stages_left_out(subject), subject.planned.scenario.rotor
-    stages = [stage for stage in subject.file.stages if stage.at not in left_out]
-    rotor = with_stages(subject.rotor, stages, subject.file.speed.highest) if stages else rotor
+    """Return the machine's scenario at a speed (rad/s); its stages act on the rotor like seals."""
+    rotor, stages = subject.planned.scenario.rotor, subject.file.stages
+    if stages:
+        rotor = with_stages(subject.rotor, stages, subject.file.speed.highest)
     return subject.file.as_scenario(Omega, **fields).model_copy(update={"rotor": rotor})
-
-
-def stages_left_out(subject: Subject) -> tuple[str, ...]:
-    """Return the parts with stages that are not in co-simulation, because the plant has no plane there.
-
-    More planes would add modes far above those that the rotor file's reduction retains: nothing damps them, and sampled
-    control may drive them.
-    """
-    planes = reduced_rotor(subject.rotor).model.translations
-    return tuple(stage.at for stage in subject.file.stages if subject.rotor.node_of(stage.at) not in planes)
-
-
-def note_on_stages(subject: Subject) -> tuple[str, ...]:
-    """Return notes on the stages for readers of a co-simulation."""
-    places = ", ".join(stages_left_out(subject))
-    text = f"Stages missing in co-simulation, because the rotor's reduction has no plane there: {places}."
-    return (text,) if places else ()
 
 
 def with_stages(rotor: Rotor, stages: Sequence[CompressorStage], Omega: float) -> Rotor:

@@ -65,8 +65,7 @@ def subject_of(file: MachineFile, flavour: Flavour = "native", modes: int | None
     file, flavour
         The file, and the flavour of its FMUs.
     modes
-        Number of modes per plane of motion that its rotor retains in addition to its planes (R. R. Craig, M. C. C.
-        Bampton), in place of the reduction of its file.
+        Number of elastic modes per plane of motion that its rotor retains, in place of the reduction of its file.
     """
     scenario = file.as_scenario(file.speed.highest)
     if modes is not None:

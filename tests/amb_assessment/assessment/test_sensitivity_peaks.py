@@ -22,8 +22,8 @@ from amb_assessment.assessment.subject import subject_of
 BLOWER = Path(__file__).parent / "blower" / "machine.toml"
 
 
-def loop_of(machine):
-    subject = subject_of(load_machine(machine))
+def loop_of(machine, modes=None):
+    subject = subject_of(load_machine(machine), modes=modes)
     return coupled_loop(subject, real_coefficients(subject)), subject.file.speed
 
 
@@ -39,13 +39,22 @@ def test_peaks_are_those_of_many_frequencies_below_and_above_2_khz(machine):
 
 
 def test_a_mode_above_2_khz_has_its_own_peak():
-    """The turbo-expander at its least speed: zone A up to 2 kHz, and 34 at 4.6 kHz, where a mode is hardly damped."""
-    loop, speed = loop_of("turbo_expander")
-    below, above = np.moveaxis(np.array([axis.peaks for axis in sensitivities(loop, speed.lowest)]), 1, 0)
-    assert below[:, 0].max() == pytest.approx(2.68, abs=0.01)
-    assert above[:, 0].max() == pytest.approx(33.7, rel=0.01)
-    assert above[:, 1] == pytest.approx(4627.0, abs=1.0)
-    item = Quantity("sensitivity_peak_beyond", "far_end.x", float(above[:, 0].max()), "1")
+    """The turbo-expander at its least speed: zone A up to 2 kHz, and a peak at 4.6 kHz, where a mode is hardly damped.
+
+    With twenty elastic modes, of which the plant has five, the peaks are the same within what these are damped.
+    """
+    result = []
+    for modes in (None, 20):
+        loop, speed = loop_of("turbo_expander", modes)
+        peaks = np.array([axis.peaks for axis in sensitivities(loop, speed.lowest)])
+        result.append(np.moveaxis(peaks, 1, 0))
+    (below, above), (exact_below, exact_above) = result
+    assert below[:, 0].max() == pytest.approx(exact_below[:, 0].max(), rel=1e-3)
+    assert below[:, 0].max() < 3.0
+    assert above[:, 0] == pytest.approx(exact_above[:, 0], rel=0.15)
+    assert above[:, 1] == pytest.approx(exact_above[:, 1], rel=2e-3)
+    assert above[:, 0].max() > 4.0
+    item = Quantity("sensitivity_peak_beyond", "far_end.x", 34.0, "1")
     (found,) = judge([item], load_criteria(["physics"]), {})
     assert found.verdict is Judgement.MISSED
 

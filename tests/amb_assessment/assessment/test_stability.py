@@ -139,48 +139,70 @@ def test_poles_over_speed_tell_a_drift_with_its_axis_and_rate():
     assert "not stable" in [entry.get_text() for legend in legends for entry in legend.texts]
 
 
-def test_an_unstable_corner_misses_its_sensitivity_and_stability():
-    """A mode at 4.6 to 4.8 kHz grows in most corners, beyond the frequency up to which the file assesses decrements."""
-    subject = subject_of(load_machine("turbo_expander"))
+@pytest.fixture
+def expander(tmp_path):
+    """The packaged expander with a text of its rotor file replaced."""
+
+    def changed(old: str, new: str):
+        text = rotor_path("turbo_expander").read_text(encoding="utf-8")
+        assert old in text
+        (tmp_path / "rotor.toml").write_text(text.replace(old, new), encoding="utf-8")
+        return load_machine("turbo_expander").model_copy(update={"rotor": str(tmp_path / "rotor.toml")})
+
+    return changed
+
+
+def test_an_unstable_corner_misses_its_sensitivity_and_stability(expander):
+    """With less damping a mode at 4.6 kHz grows, beyond the frequency up to which the file assesses decrements."""
+    subject = subject_of(expander("modal = 0.001\n", "modal = 0.0008\n"))
     result = robustness.answer(subject)
     found = {
         item.criterion.key: item for item in judge(result.measured, load_criteria(), subject.facts) if item.criterion
     }
     assert found["stable_with_tolerances"].verdict is Judgement.MISSED
-    assert found["stable_with_tolerances"].measured.value > 1.0003
+    assert found["stable_with_tolerances"].measured.value > 1.0001
     assert found["sensitivity_with_tolerances"].verdict is Judgement.MISSED
     assert "without a sensitivity" in found["sensitivity_with_tolerances"].measured.note
     rows = result.tables[0].rows
-    assert sum("vibration of 4" in motion and peak == "not stable" for *_, motion, _, peak in rows) >= 11
+    assert sum("vibration of 4" in motion and peak == "not stable" for *_, motion, _, peak in rows) >= 8
     for name, radius, _, _, peak in rows:
         assert (float(radius) > 1.0) == (peak == "not stable"), name
 
 
-def test_a_speed_that_only_a_run_up_passes_is_judged(tmp_path):
-    """With a little more damping the expander is stable in operation, and not at 15,100 1/min."""
-    rotor = rotor_path("turbo_expander").read_text(encoding="utf-8")
-    damped = rotor.replace("modal = 0.001\n", "modal = 0.00103\n")
-    assert damped != rotor
-    (tmp_path / "rotor.toml").write_text(damped, encoding="utf-8")
-    file = load_machine("turbo_expander").model_copy(update={"rotor": str(tmp_path / "rotor.toml")})
+SWIRL = 1500.0  # rad/s, passed in every run-up
+SEAL = f"""[[seals]]
+name = "swirl"
+z = 0.26
+at_speed = [
+  {{ speed = 0.0, stiffness = 0.0 }},
+  {{ speed = {SWIRL - 300.0}, stiffness = 0.0 }},
+  {{ speed = {SWIRL}, stiffness = [[0.0, 1e7], [-1e7, 0.0]] }},
+  {{ speed = {SWIRL + 300.0}, stiffness = 0.0 }},
+]
+
+# The steel of the shaft"""
+
+
+def test_a_speed_that_only_a_run_up_passes_is_judged(expander):
+    """A seal drives forward whirl around one speed below the operating range."""
+    file = expander("# The steel of the shaft", SEAL)
     machine = subject_of(file)
     loop = coupled_loop(machine, real_coefficients(machine))
     for Omega in (file.speed.lowest, file.speed.highest, file.speed.tripping):
         assert loop.poles(Omega).stability.is_stable
     worst = least_stable(machine)
     assert not worst.is_stable
-    assert worst.speed == pytest.approx(15076.0 * RPM, rel=0.01)
-    assert worst.decrement == pytest.approx(-2.0e-4, rel=0.05)
+    assert worst.speed == pytest.approx(SWIRL, rel=0.01)
     (found,) = (f for f in assess(file, only=["closed_loop"]).findings if f.criterion and f.criterion.key == "stable")
     assert (found.verdict, found.measured.value) == (Judgement.MISSED, pytest.approx(worst.radius, abs=1e-9))
 
 
-def test_the_least_stable_speed_is_found_between_those_of_a_grid():
-    machine = subject_of(load_machine("turbo_expander"))
+def test_the_least_stable_speed_is_found_between_those_of_a_grid(expander):
+    machine = subject_of(expander("# The steel of the shaft", SEAL))
     loop = coupled_loop(machine, real_coefficients(machine))
-    worst = loop.least_stable(np.linspace(0.0, 4400.0, 7))
+    worst = loop.least_stable(np.linspace(0.0, 4400.0, 31))
     radii = {Omega: loop.poles(float(Omega)).stability.radius for Omega in np.linspace(1400.0, 1800.0, 41)}
-    assert worst.radius >= max(radii.values())
+    assert worst.radius >= max(radii.values()) * (1.0 - 1e-12)
     assert worst.speed == pytest.approx(max(radii, key=lambda Omega: radii[Omega]), abs=10.0)
 
 

@@ -90,8 +90,8 @@ def _draw_lanes(axes: Axes, result: RotorLayout, lanes: list[str]) -> None:
             turned = {"rotation": 50, "ha": "left"} if _is_crowded(result, kind) else {"ha": "center"}
             axes.text(part.z, -row + 0.17, part.name, fontsize=6.5, va="bottom", color=colour, **turned)
     row = len(lanes)
-    axes.plot([z[node - 1] for node in result.masters], [-row] * len(result.masters), "|", ms=7, color="black")
-    axes.set_yticks(range(-row, 1), ["masters", *(f"{kind}s" for kind in reversed(lanes))])
+    axes.plot([z[node - 1] for node in result.planes], [-row] * len(result.planes), "|", ms=7, color="black")
+    axes.set_yticks(range(-row, 1), ["planes", *(f"{kind}s" for kind in reversed(lanes))])
     axes.set(ylim=(-row - 0.5, 0.75), xlabel="$z$ (m)")
     axes.tick_params(left=False)
     axes.grid(axis="y", color="0.9", lw=0.6)

@@ -21,7 +21,7 @@ from amb_assessment.reporting.panels import Curve, Panel, curve
 from amb_cosim.scenario.plan_warnings import viscous_losses
 from array_types import Array
 from rotor_analysis.parts import Bearing
-from rotor_analysis.reduced_rotor import retained_modes
+from rotor_analysis.reduced_rotor import elastic_shapes
 from rotor_analysis.refinement import refined
 
 POINTS = 41  # speeds
@@ -68,7 +68,7 @@ def _with_all_modes(subject: Subject) -> list[Quantity]:
     Sampled control may drive a mode that co-simulations omit (spillover: M. J. Balas, IEEE Trans. Autom. Control 23
     (1978) 673). Modes far above half the sample rate are still omitted.
     """
-    retained, most = retained_modes(subject.rotor)
+    retained, most = elastic_shapes(subject.rotor)
     if subject.rotor.reduction.method == "none" or retained >= min(MODES, most):
         return []
     finer = subject_of(subject.file, subject.flavour, min(MODES, most))

@@ -26,7 +26,7 @@ from amb_cosim.results.component_names import PLANT
 from amb_cosim.results.result import Result
 from amb_cosim.results.touchdown import STANDSTILL, Retainer, Touchdown
 from array_types import Array
-from rotor_analysis.reduced_rotor import retained_modes
+from rotor_analysis.reduced_rotor import elastic_shapes
 
 LONGEST, MOST_STEPS = 40.0, 1_000_000  # s, and steps, after which a landing is not followed any more
 RECORDS = 50_000
@@ -200,7 +200,7 @@ def _convergence(
     subject: Subject, Omega: float, inputs: Mapping[str, float], lost: Mapping[str, Any]
 ) -> list[Quantity]:
     """Return the change of the largest averaged force with twice the modes, if there are more."""
-    retained, most = retained_modes(subject.rotor)
+    retained, most = elastic_shapes(subject.rotor)
     more = min(max(2 * retained, FEWEST), most)
     if subject.rotor.reduction.method == "none" or more <= retained:
         return []

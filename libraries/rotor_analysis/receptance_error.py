@@ -1,0 +1,78 @@
+"""Error of a reduced rotor's receptance against all elements, and the frequency up to which it is small."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from array_types import Array
+from rotor_analysis.assembly import Matrices, assemble
+from rotor_analysis.free_rotor import FreeRotor, free_rotor
+from rotor_analysis.reduced_rotor import force_nodes, reduced_rotor
+from rotor_analysis.reduction import Reduction
+from rotor_analysis.rotor import Rotor
+
+LOWEST = 0.05  # times the lowest elastic natural frequency, at which the search for the limit begins
+PER_DECADE = 100  # frequencies in it
+WITHIN = 1e-3  # relative width at which the bisection of the limit ends
+
+
+@dataclass(frozen=True, eq=False)
+class ReceptanceError:
+    """Error of the receptance of a plant's model between bearings and contact sites.
+
+    accuracy
+        Error up to which the model is said to be accurate.
+    limit
+        Lowest frequency at which the error exceeds it (rad/s); infinite if there is none.
+    frequencies
+        A quarter, a half, the whole and the double of the limit (rad/s), shape (4,); empty if the limit is infinite.
+    error
+        Error at these frequencies, shape (4,).
+    """
+
+    accuracy: float
+    limit: float
+    frequencies: Array
+    error: Array
+
+
+def receptance_error(rotor: Rotor) -> ReceptanceError:
+    """Return the error of the plant's model (`reduced_rotor`) for the accuracy in the rotor file.
+
+    max |H_ij reduced - H_ij| / sqrt(S_i S_j), with S_i the sum of magnitudes of all modal terms of H_ii (m/N)     (1)
+
+    i and j are the planes of bearings and sites (`force_nodes`), of the undamped free rotor at rest.
+    """
+    full, nodes, accuracy = assemble(rotor), force_nodes(rotor), rotor.reduction.accuracy
+    free, plant = free_rotor(full), reduced_rotor(rotor)
+
+    def error(omega: float) -> float:
+        return _error(full, free, plant, nodes, omega)
+
+    lowest, highest = LOWEST * free.frequencies[0], free.frequencies[np.isfinite(free.frequencies)][-1]
+    count = int(PER_DECADE * np.log10(highest / lowest)) + 2
+    below = lowest
+    for above in np.geomspace(lowest, highest, count).tolist():
+        if error(above) > accuracy:
+            break
+        below = above
+    else:
+        return ReceptanceError(accuracy, np.inf, np.zeros(0), np.zeros(0))
+    while above - below > WITHIN * above:
+        middle = 0.5 * (below + above)
+        below, above = (middle, above) if error(middle) <= accuracy else (below, middle)
+    frequencies = below * np.array([0.25, 0.5, 1.0, 2.0])
+    return ReceptanceError(accuracy, below, frequencies, np.array([error(omega) for omega in frequencies]))
+
+
+def _error(full: Matrices, free: FreeRotor, plant: Reduction, nodes: tuple[int, ...], omega: float) -> float:
+    """Return the error (1) at a frequency (rad/s)."""
+    rows, model = full.rows(nodes)[::2], plant.model
+    right, left = plant.right[rows, ::2], plant.left[::2, rows]
+    D = model.K[::2, ::2] - omega**2 * model.M[::2, ::2]
+    own = free.rows(nodes)
+    size = np.sqrt(free.sizes(own, omega))
+    error = np.abs(right @ np.linalg.solve(D, left) - free.receptance(own, omega))
+    return float(np.max(error / np.outer(size, size)))
