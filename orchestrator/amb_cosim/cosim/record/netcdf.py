@@ -9,7 +9,6 @@ Four bytes after the end, which HDF5 ignores, are a CRC-32 of the file.
 from __future__ import annotations
 
 import zlib
-from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -79,10 +78,10 @@ def _of_dataset(dataset: xr.Dataset) -> bytes:
     import h5netcdf
     from xarray.backends import H5NetCDFStore
 
-    content = BytesIO()
     packed = {"zlib": True, "complevel": 4, "shuffle": True}
     checked = {name: CHECKED for name, variable in dataset.variables.items() if variable.size}
     encoding = checked | {name: {**packed, **checked.get(name, {})} for name in dataset.data_vars}
-    with h5netcdf.File(content, "w", libver=WITH_CHECKSUMS) as file:
+    with h5netcdf.File("signals", "w", driver="core", backing_store=False, libver=WITH_CHECKSUMS) as file:
         dataset.dump_to_store(H5NetCDFStore(file), encoding=encoding)
-    return content.getvalue()
+        file.flush()
+        return bytes(file._h5file.id.get_file_image())
