@@ -107,9 +107,11 @@ def test_more_free_modes_bring_the_frequencies_down_to_those_of_all_elements():
 
 @pytest.mark.parametrize("modes", [0, 3])
 def test_elastic_shapes_of_a_plant_are_its_modes_and_residual_shapes(modes):
-    """Thesis's rig has four places, which each have a residual shape."""
+    """Thesis's rig has four places, with a residual shape each where the accuracy is high enough."""
     places, nodes = 4, len(RIG.shaft.nodes)
-    assert elastic_shapes(with_modes(RIG, modes)) == (modes + places, 2 * nodes - 2)
+    rotor = with_modes(RIG, modes)
+    exact = replace(rotor, reduction=replace(rotor.reduction, accuracy=1e-9))
+    assert elastic_shapes(exact) == (modes + places, 2 * nodes - 2)
 
 
 def test_rows_of_translations_come_before_the_slopes():

@@ -59,7 +59,7 @@ def test_it_has_landed_where_both_magnets_have_lost_their_power(lost, outcome):
 
 def test_it_rubs_hardest_where_no_bearing_is(rub):
     peaks = rub.summary.peak_contact_force
-    assert peaks["labyrinth"] > 2.0 * peaks["catch_n"] > 0.0
+    assert peaks["labyrinth"] > 1.5 * peaks["catch_n"] > 0.0
     assert peaks["shroud"] > 0.0
     assert rub.summary.recovery == "recovered"
 

@@ -21,7 +21,7 @@ from tests.support.messages import assert_names
 
 QUIET = Scenario.load(LEVITATION).changed(event=[], end_cycle=20)
 UNDAMPED = {"rolac_controller.*.c_b_?": 0.0, "rotor_contact.guide.c_b": 0.0}
-TOO_FAST = {"rolac_controller.*.c_b_?": 8000.0}
+TOO_FAST = {"rolac_controller.*.c_b_?": 8200.0}
 NOTHING_TO_TOUCH = {f"rotor_contact.{site}.enabled": False for site in ("catch_n", "catch_s", "labyrinth", "shroud")}
 
 
@@ -37,10 +37,10 @@ def test_an_undamped_loop_is_unstable_before_it_touches():
 
 
 def test_a_limit_cycle_between_the_current_limits_is_unstable():
-    """Its amplitude is steady; the currents are at their limits for much of the time."""
+    """Its amplitude is steady; the currents are at their limits most of the time."""
     result = amb_cosim.run(QUIET.changed(settle_cycles=120), set=TOO_FAST)
     limited = result.dataset["rolac_controller.current_limited"].values.astype(bool)
-    assert limited.mean() > 0.4
+    assert limited.mean() > 0.5
     assert result.summary.recovery == "unstable"
 
 

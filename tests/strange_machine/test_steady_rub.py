@@ -209,7 +209,7 @@ def test_delayed_demands_leave_the_free_loop_the_growth_of_its_poles(is_late):
     """The linear model has another realisation of the controller."""
     values = {"rolac_controller.chain.preset": "custom", "rolac_controller.chain.delay": is_late}
     planned = plan_run(as_scenario(LEVITATION, None).machine(), {**LINEAR, **values})
-    machine, Omega = rubbing_rotor(planned), planned.plan.speed
+    machine, Omega = rubbing_rotor(planned), planned.speed
     friction = machine.mu(Omega), machine.mu_slope(Omega)
     loop = Dynamics(machine.loop(Omega), machine.c, *friction).about((), np.zeros(0), np.zeros(0))
     poles = vibrations(Loop(of_planned(planned)), Omega).poles

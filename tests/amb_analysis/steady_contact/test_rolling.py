@@ -9,6 +9,7 @@ import pytest
 
 from amb_analysis.steady_contact import rolling as module
 from amb_analysis.steady_contact.rolling import rolling
+from rotor_contact.site import SITE
 
 CLEARANCES = np.array([2e-4, 3e-4])
 ANGLES = np.linspace(0.0, 2.0 * np.pi, 200_001)
@@ -19,10 +20,10 @@ def rotor_of(monkeypatch, R, clearances):
     """A rotor with receptances R at the frequency of rolling; the seal has another ratio of radius to clearance."""
     c = np.array(clearances)
     names, radii = SITES[: len(c)], (100.0 * c[0], 100.0 * c[1], 1.0)
-    parameters = {f"{site}.journal_radius": radius for site, radius in zip(names, radii, strict=False)}
+    records = np.zeros(len(c), SITE)
+    records["journal_radius"] = radii[: len(c)]
     monkeypatch.setattr(module, "receptances_at", lambda loop, omega: SimpleNamespace(R=R))
-    components = SimpleNamespace(parameters=lambda component: parameters)
-    return SimpleNamespace(sites=names, c=c, loop=lambda Omega: None, linear_components=components)
+    return SimpleNamespace(sites=names, c=c, loop=lambda Omega: None, records=records, valid_to=np.inf)
 
 
 def receptances(seed):

