@@ -202,7 +202,7 @@ def test_spin_becomes_heat_until_the_rotor_comes_to_rest(run: Run) -> None:
     """J Omega^2/2 = 13.9 kJ."""
     result = run("drop_run_down", 40.0)
     assert result.outcome.status == "stopped"
-    assert result.outcome.time == pytest.approx(34.5, abs=0.5)
+    assert result.outcome.time == pytest.approx(36.1, abs=0.5)
     heat = result.summary.energy
     assert heat is not None
     assert heat["friction"] + heat["impact"] + heat["damping"] == pytest.approx(0.5 * INERTIA * 260.0**2, rel=1e-3)

@@ -170,7 +170,7 @@ def test_share_of_a_sample_of_delay_is_exact_where_steps_meet_it():
     result = amb_cosim.run(scenario, progress=False)
     motion = np.array([result.signals[name].values for name in SHOWN]).T[::10][60:]
     seen = np.array([pole for pole in model.poles() if abs(pole) > 0.95])
-    matches = fitted_poles(motion, 28)
+    matches = fitted_poles(motion, 36)
     for pole in seen:
         assert np.abs(np.log(matches[np.argmin(np.abs(matches - pole))]) / np.log(pole) - 1.0) < 1e-6
 

@@ -84,4 +84,5 @@ def _of_dataset(dataset: xr.Dataset) -> bytes:
     with h5netcdf.File("signals", "w", driver="core", backing_store=False, libver=WITH_CHECKSUMS) as file:
         dataset.dump_to_store(H5NetCDFStore(file), encoding=encoding)
         file.flush()
+        file._h5file.flush()  # which h5netcdf does not do
         return bytes(file._h5file.id.get_file_image())
