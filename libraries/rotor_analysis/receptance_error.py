@@ -9,6 +9,7 @@ import numpy as np
 from array_types import Array
 from rotor_analysis.assembly import Matrices, assemble
 from rotor_analysis.free_rotor import FreeRotor, free_rotor
+from rotor_analysis.inertia import lacks_inertia
 from rotor_analysis.reduced_rotor import force_nodes, reduced_rotor
 from rotor_analysis.reduction import Reduction
 from rotor_analysis.rotor import Rotor
@@ -23,7 +24,7 @@ class ReceptanceError:
     """Error of the receptance of a plant's model between bearings and contact sites.
 
     accuracy
-        Error up to which the model is said to be accurate.
+        Error up to which the model counts as accurate.
     limit
         Lowest frequency at which the error exceeds it (rad/s); infinite if there is none.
     frequencies
@@ -38,20 +39,23 @@ class ReceptanceError:
     error: Array
 
 
-def receptance_error(rotor: Rotor) -> ReceptanceError:
+def receptance_error(rotor: Rotor) -> ReceptanceError | None:
     """Return the error of the plant's model (`reduced_rotor`) for the accuracy in the rotor file.
 
     max |H_ij reduced - H_ij| / sqrt(S_i S_j), with S_i the sum of magnitudes of all modal terms of H_ii (m/N)     (1)
 
-    i and j are the planes of bearings and sites (`force_nodes`), of the undamped free rotor at rest.
+    i and j are the planes of bearings and sites (`force_nodes`), of the undamped free rotor at rest. None if a node has
+    no inertia: such a rotor has no plant.
     """
     full, nodes, accuracy = assemble(rotor), force_nodes(rotor), rotor.reduction.accuracy
+    if lacks_inertia(full.M, full.K):
+        return None
     free, plant = free_rotor(full), reduced_rotor(rotor)
 
     def error(omega: float) -> float:
         return _error(full, free, plant, nodes, omega)
 
-    lowest, highest = LOWEST * free.frequencies[0], free.frequencies[np.isfinite(free.frequencies)][-1]
+    lowest, highest = LOWEST * free.frequencies[0], free.frequencies[-1]
     count = int(PER_DECADE * np.log10(highest / lowest)) + 2
     below = lowest
     for above in np.geomspace(lowest, highest, count).tolist():
@@ -72,7 +76,7 @@ def _error(full: Matrices, free: FreeRotor, plant: Reduction, nodes: tuple[int, 
     rows, model = full.rows(nodes)[::2], plant.model
     right, left = plant.right[rows, ::2], plant.left[::2, rows]
     D = model.K[::2, ::2] - omega**2 * model.M[::2, ::2]
-    own = free.rows(nodes)
-    size = np.sqrt(free.sizes(own, omega))
-    error = np.abs(right @ np.linalg.solve(D, left) - free.receptance(own, omega))
+    places = free.rows(nodes)
+    size = np.sqrt(free.sizes(places, omega))
+    error = np.abs(right @ np.linalg.solve(D, left) - free.receptance(places, omega))
     return float(np.max(error / np.outer(size, size)))

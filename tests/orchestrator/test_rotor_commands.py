@@ -10,7 +10,11 @@ from matplotlib.image import imread
 
 from amb_cosim import studies
 from rotor_analysis.packaged_rotors import rotor_path
+from rotor_analysis.parts import Bearing, Body
+from rotor_analysis.rotor import ReductionOptions, Rotor
 from rotor_analysis.rotor_file import load_rotor
+from rotor_analysis.shaft import Shaft
+from tests.support.messages import assert_names
 
 ROSS = Path(__file__).parents[1] / "reference" / "ross"
 
@@ -83,3 +87,15 @@ def test_inertias_are_those_of_the_parts():
     apart = sum(body.mass * (z[body.node - 1] - result.centre) ** 2 for body in rig.bodies)
     apart += shaft * (z[-1] / 2.0 - result.centre) ** 2
     assert result.diametral_inertia == pytest.approx(local + apart, rel=1e-6)
+
+
+@pytest.mark.parametrize(("density", "masters"), [(0.0, ()), (7850.0, (1, 4))], ids=["massless", "two_planes"])
+def test_a_plant_without_elastic_modes_is_shown(density, masters):
+    """A mass on a massless shaft, and a shaft between two planes: neither has an elastic mode."""
+    shaft = Shaft((0.0, 0.3, 0.6, 0.9), 0.05, 2e11, density, 0.3, theory="rayleigh")
+    bearings = (Bearing("a", 1, stiffness=1e7), Bearing("b", 4, stiffness=1e7))
+    rotor = Rotor("rigid", shaft, (Body("m", 2, 8.0, 0.0, 0.0),), bearings, reduction=ReductionOptions(masters=masters))
+    result = studies.layout(rotor)
+    assert result.fastest == 0.0
+    assert (result.receptance is None) == (density == 0.0)
+    assert_names(result, "no elastic mode")

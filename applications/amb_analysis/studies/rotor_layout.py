@@ -49,9 +49,9 @@ class RotorLayout(DrawnResult):
         Bodies, bearings, contact sites and sensors.
     method, planes, coordinates, fastest
         The plant's model: reduction method, mesh nodes whose displacements are coordinates, number of coordinates, and
-        frequency of its fastest mode without bearings (rad/s).
+        frequency of its fastest mode without bearings (rad/s), 0 if it has no elastic mode.
     receptance
-        Error of its receptance between bearings and contact sites.
+        Error of its receptance between bearings and contact sites; None for a rotor with massless nodes.
     frequencies, error
         Undamped natural frequencies of the full model (rad/s), negative where motion diverges, and relative errors of
         those of the plant's model (%).
@@ -76,7 +76,7 @@ class RotorLayout(DrawnResult):
     planes: tuple[int, ...]
     coordinates: int
     fastest: Annotated[float, "rad/s"]
-    receptance: ReceptanceError
+    receptance: ReceptanceError | None
     frequencies: Annotated[Array, "rad/s"]
     error: Annotated[Array, "%"]
     description: Annotated[Rotor, Layout.OMITTED]
@@ -114,7 +114,10 @@ class RotorLayout(DrawnResult):
         where = f"z = {', '.join(f'{z[node - 1]:.4g}' for node in self.planes)} m"
         if set(self.planes) <= self.numbers.keys():
             where = f"nodes {', '.join(str(self.numbers[node]) for node in self.planes)}"
-        size = f"{self.coordinates} coordinates, planes at {where}; fastest mode {_hertz(self.fastest)}"
+        fastest = f"fastest mode {_hertz(self.fastest)}" if self.fastest > 0.0 else "no elastic mode"
+        size = f"{self.coordinates} coordinates, planes at {where}; {fastest}"
+        if self.receptance is None:
+            return f"plant by {self.method}: {size}"
         limit = _hertz(self.receptance.limit) if math.isfinite(self.receptance.limit) else "its fastest mode"
         within = f"receptance between bearings and sites within {100.0 * self.receptance.accuracy:g} % up to {limit}"
         return f"plant by {self.method}: {size}; {within}"
@@ -122,7 +125,7 @@ class RotorLayout(DrawnResult):
     def _receptance_table(self) -> list[TextBlock]:
         """Return the table of the receptance's error, or nothing where there is none."""
         error = self.receptance
-        if not len(error.frequencies):
+        if error is None or not len(error.frequencies):
             return []
         table = text_table("Error of the plant", ("frequency", "receptance (%)"))
         for frequency, value in zip(error.frequencies, error.error, strict=True):
@@ -167,7 +170,7 @@ def layout(rotor: RotorSource = None) -> RotorLayout:
         method=str(result.reduction.method),
         planes=tuple(plant.translations),
         coordinates=plant.size,
-        fastest=float(free_modes(plant.M[::2, ::2], plant.K[::2, ::2])[0][-1]),
+        fastest=float(free_modes(plant.M[::2, ::2], plant.K[::2, ::2])[0].max(initial=0.0)),
         receptance=receptance_error(result),
         frequencies=error.frequencies,
         error=error.percent,
