@@ -18,6 +18,7 @@ from rotor_analysis.reduction import Reduction, msdc, reduce_by, unreduced
 from rotor_analysis.rotor import Mesh, ReductionOptions, Rotor
 from rotor_analysis.undamped import undamped_modes
 
+DEFAULT_BAND = 2000.0  # Hz
 HOLDS_WITHIN = 0.01  # relative error of a natural frequency, up to which a mode counts as one of the rotor's
 
 
@@ -46,7 +47,7 @@ def reduced_rotor(rotor: Rotor) -> Reduction:
     Parameters
     ----------
     rotor
-        Its description, with `reduction` and, for the number of modes that must be accurate, `mesh`.
+        Its description, with `reduction` and, for the number of modes that MSDC must keep accurate, `mesh`.
 
     Raises
     ------
@@ -54,13 +55,12 @@ def reduced_rotor(rotor: Rotor) -> Reduction:
         If the masters do not support the rotor, or the accuracy is not reached.
     """
     full, options = assemble(rotor), rotor.reduction
-    count = (rotor.mesh or Mesh()).modes
     if options.method == "none":
         return unreduced(full)
     if options.method == "msdc":
-        named = rotor.masters
+        named, count = rotor.masters, (rotor.mesh or Mesh()).modes
         return msdc(full, named) if named else condense_to_accuracy(full, rotor, count, options.accuracy)
-    return _by_free_modes(full, rotor, count)
+    return _by_free_modes(full, rotor)
 
 
 def elastic_shapes(rotor: Rotor) -> tuple[int, int]:
@@ -107,7 +107,7 @@ def force_nodes(rotor: Rotor) -> tuple[int, ...]:
     return tuple(sorted(nodes))
 
 
-def _by_free_modes(full: Matrices, rotor: Rotor, count: int) -> Reduction:
+def _by_free_modes(full: Matrices, rotor: Rotor) -> Reduction:
     """The reduction by the free modes, and the residual shapes of `force_nodes`, as the rotor file requires."""
     if lacks_inertia(full.M, full.K):
         return unreduced(full)
@@ -115,7 +115,6 @@ def _by_free_modes(full: Matrices, rotor: Rotor, count: int) -> Reduction:
     if options.modes is not None:
         space = space_with_modes(free, options.modes, forces, options.accuracy)
     else:
-        default = float(free.frequencies[min(max(count - 2, 1), len(free.frequencies)) - 1])
-        highest = default if options.band is None else 2.0 * math.pi * options.band
-        space = space_for_band(free, highest, forces, options.accuracy)
+        band = DEFAULT_BAND if options.band is None else options.band
+        space = space_for_band(free, 2.0 * math.pi * band, forces, options.accuracy)
     return reduce_to_shapes(full, space, forces)

@@ -43,7 +43,7 @@ class ReductionOptions:
     """With `free_modes`, the number of elastic modes of the free rotor."""
     band: Annotated[StrictFloat, Gt(0.0), Moderate, Unit("Hz")] | None = None
     """With `free_modes`, the frequency up to which the receptance between bearings and sites is accurate; by default
-    that of the last of `mesh.modes` modes of the free rotor, rigid motions among them."""
+    2 kHz, up to which ISO 14839-3 judges the sensitivity of magnetic bearings."""
     accuracy: Annotated[StrictFloat, Gt(0.0), Lt(1.0)] = 1e-3
     """Allowed relative error of that receptance, or with `msdc` of the first natural frequencies."""
 
