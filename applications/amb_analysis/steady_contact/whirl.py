@@ -44,8 +44,10 @@ class Whirl:
         Normal force and friction force (N) and angle (rad) of the journal at each of them.
     slips
         Whether the journals slip forward, as (1) assumes; otherwise they roll first.
+    growth
+        Largest growth rate (1/s) of small motion about it, except for its free phase.
     stable
-        Whether small motion about it decays, except for its free phase.
+        Whether small motion decays.
     accurate
         Whether the reduced rotor is accurate at this frequency.
     """
@@ -56,6 +58,7 @@ class Whirl:
     friction: Annotated[dict[str, float], Layout.OMITTED]
     psi: Annotated[dict[str, float], Layout.OMITTED]
     slips: bool
+    growth: Annotated[float, "1/s"]
     stable: bool
     accurate: bool
 
@@ -99,12 +102,13 @@ def whirls(rotor: RubbingRotor, Omega: float, highest: float | None = None) -> l
                         dynamics = Dynamics(loop, c, mu, rotor.mu_slope(Omega, omega), omega)
                         small = dynamics.about(contact, forces, psi)
                         at_rest = int(np.argmin(np.hypot(small.rates, small.frequencies - omega)))
-                        stable = float(np.delete(small.rates, at_rest).max(initial=-math.inf)) <= 0.0
+                        growth = float(np.delete(small.rates, at_rest).max(initial=-math.inf))
                         at_sites = (forces, mu[list(contact)] * forces, psi)
                         by_name = (dict(zip(names, map(float, values), strict=True)) for values in at_sites)
                         N, friction, angles = by_name
                         accurate = abs(omega) <= rotor.valid_to
-                        result.append(Whirl(names, omega, N, friction, angles, slips, stable, accurate))
+                        stable = growth <= 0.0
+                        result.append(Whirl(names, omega, N, friction, angles, slips, growth, stable, accurate))
     return sorted(result, key=lambda whirl: whirl.frequency)
 
 
