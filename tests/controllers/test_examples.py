@@ -49,7 +49,7 @@ def test_each_keeps_its_margins_computed_and_measured(found, name):
     for axis in margins.axes.values():
         assert axis.zone == "A"
         assert axis.largest_difference < 1e-3
-    assert all(disk.least > 0.4 and disk.phase > 23.0 for disk in margins.disk_margins.values())
+    assert all(disk.least > 0.4 for disk in margins.disk_margins.values())
 
 
 def test_notches_and_lqg_bear_more_in_all_loops_than_the_pid(found):

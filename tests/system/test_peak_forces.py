@@ -12,14 +12,15 @@ from amb_cosim.scenario.simulation import run_planned
 pytestmark = pytest.mark.slow
 
 NEWTON = {"rotor_contact.contact.impact_law": 1}
-CHAOTIC = {"fig4_20": 0.05}  # relative scatter of peaks: with the arithmetic of an older processor they differ by 3 %
-RUNS = {"drop": ({}, {}, 0.3), "fig4_9": ({"rotor": "bath_rig"}, NEWTON, 0.2)}
+CHAOTIC = {"fig4_20": 0.1}  # relative scatter of peaks: with the arithmetic of an older processor they differ by 7 %
+# Changes, settings, end (s), and how far peaks after several blows may scatter.
+RUNS = {"drop": ({}, {}, 0.3, 0.03), "fig4_9": ({"rotor": "bath_rig"}, NEWTON, 0.2, 0.1)}
 
 
 @pytest.mark.parametrize("name", RUNS)
 def test_peak_forces_at_250_us_are_those_at_20_us(name):
     """At the retainers; a sample each 250 us misses more than half of the peak at RB2 of the drop."""
-    changes, settings, until = RUNS[name]
+    changes, settings, until, scatter = RUNS[name]
     peaks, samples = [], []
     for step in ("250 us", "20 us"):
         scenario = load_scenario(name).changed(**changes, communication_step=step)
@@ -28,7 +29,7 @@ def test_peak_forces_at_250_us_are_those_at_20_us(name):
         samples.append({site: float(result.signals[f"rotor_contact.{site}.f_n"].values.max()) for site in peaks[-1]})
     for site in ("rb1", "rb2"):
         assert peaks[0][site] > 1e3
-        assert peaks[0][site] == pytest.approx(peaks[1][site], rel=0.03)
+        assert peaks[0][site] == pytest.approx(peaks[1][site], rel=scatter)
     assert samples[0]["rb2"] < 0.6 * peaks[0]["rb2"]
 
 
