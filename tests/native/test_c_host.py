@@ -135,13 +135,6 @@ def test_sanitizers_find_nothing_in_calls_of_fmi_3_in_any_order(sanitized):
 
 
 @pytest.mark.slow
-def test_reading_nothing_with_null_pointers_is_defined(sanitized, lag):
-    host, *fmu = sanitized(lag, np.zeros(1))
-    answers, _ = run([host], *fmu, program=["new 0", "enter 0", "read 0", "exit 0", "read 0", "free 0"])
-    assert answers[2] == answers[4] == ["0"]
-
-
-@pytest.mark.slow
 def test_sanitizers_find_nothing_in_the_plant(sanitized, plant, plant_constants, plant_program):
     host, *fmu = sanitized(plant, plant_constants)
     answers, _ = run([host], *fmu, program=[*plant_program.lines, "fuzz 7 20000"])

@@ -1,11 +1,7 @@
 """Platforms, the required compiler, and macOS's universal libraries."""
 
 import importlib.metadata
-import os
-import signal
 import struct
-import subprocess
-import sys
 import tomllib
 from pathlib import Path
 
@@ -13,7 +9,6 @@ import pytest
 from packaging.requirements import Requirement
 from packaging.version import Version
 
-from amb_files.temporary_folders import temporary_folder
 from fmi_export.building.native import compiler
 from fmi_export.building.native.compiler import PLATFORMS, TARGETS, check_platforms
 from fmi_export.building.native.universal import universal
@@ -92,36 +87,3 @@ def test_a_universal_library_holds_each_slice_at_a_page_of_its_own():
 def test_a_universal_library_is_made_of_mach_o_files_only():
     with raises_naming(ValueError, "64-bit Mach-O"):
         universal([b"\x7fELF" + bytes(20)])
-
-
-def test_a_compiler_without_a_cache_of_its_own_has_a_temporary_one(tmp_path, monkeypatch):
-    monkeypatch.delenv(compiler.ZIG_CACHE, raising=False)
-    monkeypatch.setattr(compiler.platformdirs, "user_cache_path", lambda *_, **__: Path("/dev/null/cache"))
-    assert compiler._cache(tmp_path) == {compiler.ZIG_CACHE: str(tmp_path / "cache")}
-    monkeypatch.setattr(compiler.platformdirs, "user_cache_path", lambda *_, **__: tmp_path / "usual")
-    assert compiler._cache(tmp_path) == {}
-
-
-KILLED = {
-    "compiling": "compiler._zig = kill; compiler.compile_library('x', {'x.c': 'int x;'}, 'linux64')",
-    "lowering": "from probe_lag.lag import MODEL; lowering.subprocess.run = kill; lowering.lower(MODEL)",
-}
-
-
-@pytest.mark.usefixtures("compiler")
-@pytest.mark.skipif(sys.platform == "win32", reason="abandoned folders are not removed there")
-@pytest.mark.parametrize("work", KILLED)
-def test_what_a_killed_process_left_is_removed_by_the_next(tmp_path, work):
-    program = f"""
-import os, signal
-from fmi_export.building.native import compiler, lowering
-compiler.check_compiler()
-kill = lambda *_, **__: os.kill(os.getpid(), signal.SIGKILL)
-{KILLED[work]}
-"""
-    environment = os.environ | {"TMPDIR": str(tmp_path), "PYTHONPATH": os.pathsep.join(sys.path)}
-    done = subprocess.run([sys.executable, "-c", program], env=environment, check=False)
-    assert done.returncode == -signal.SIGKILL
-    (left,) = tmp_path.iterdir()
-    with temporary_folder(tmp_path):
-        assert not left.exists()

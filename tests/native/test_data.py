@@ -104,17 +104,6 @@ def test_data_for_another_engine_are_refused(library, content, lag):
     assert_names(refusal(library, other), f"engine {'f' * 32}", f"engine {key}", "build")
 
 
-def test_data_of_another_model_are_refused(unpacked, library, content):
-    from raw import Library
-
-    from amb_cosim.cosim.fmu.fmus import model_source
-
-    actuator = Library(unpacked(*model_source("amb_actuator")))
-    theirs = (actuator.path.parents[2] / "resources" / "model.bin").read_bytes()
-    for item, data in ((library, theirs), (actuator, content)):
-        assert_names(refusal(item, data), "engine")
-
-
 def test_data_with_another_guid_are_refused(library, lag):
     other = model_data(lag, np.zeros(1), "{other}", engine_key([lag]))
     expected = f"the modelDescription.xml has guid {library.guid}, but resources/model.bin belongs to {{other}}"

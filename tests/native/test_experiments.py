@@ -14,10 +14,8 @@ from host_marks import in_host
 import amb_cosim
 from amb_cosim.commands.cli import main
 from amb_cosim.cosim.basics.errors import ProcessFailed
-from fmi_export.building.experiment import experiment_files, stimuli_of
-from fmi_export.interface import Interface
+from fmi_export.building.experiment import experiment_files
 from fmi_export.model import Instance, with_starts
-from fmi_export.variables import FAULT_CODE, input_, output
 from tests.support.messages import assert_names, raises_naming
 
 FOLDER = "extra/org.fmi-standard.fmi-ls-ref"
@@ -74,13 +72,6 @@ def test_the_manifest_and_the_experiment_are_as_the_standard_has_them(native, mo
     (item,) = experiments
     assert item[0].attrib == {"startTime": "0", "stopTime": "0.0025", "stepSize": "0.00025"}
     assert [e.get("source") for e in item[1:]] == ["references.csv"]
-
-
-def test_inputs_with_a_nominal_size_have_each_another_share_of_it():
-    units = {"force": "N", "x": "m", "i": "A", "speed": "rad/s"}
-    inputs = [input_(name, unit, "An input", minimum=-5e-6) for name, unit in units.items()]
-    mass = Interface((*inputs, output(FAULT_CODE, "1", "Fault", type="Integer")))
-    assert stimuli_of(mass) == pytest.approx({"force": 20.0, "x": -4e-6, "i": 0.06})
 
 
 def test_the_references_are_what_the_core_gives(native, moving):
@@ -183,49 +174,46 @@ def test_what_is_wrong_with_an_experiment_is_an_error_with_its_place(changed, fi
     [
         ("TransientSimulation", "SteadyState", ("SteadyState",)),
         ('type="text/csv"', 'type="application/hdf5"', ("application/hdf5",)),
+        ('stopTime="0.0025"', 'stopTime="0"', ("stop time", "0 s")),
     ],
 )
-def test_an_experiment_of_another_kind_is_told_and_not_run(changed, old, new, facts):
+def test_an_experiment_that_is_not_run_verifies_nothing(changed, old, new, facts):
     (item,) = amb_cosim.verify(changed("smoke_test.exp", old, new))
     assert_names(item, *facts)
     assert not item.is_equal
 
 
-def with_cell(line: str, column: int, text: str) -> str:
-    cells = line.split(",")
-    cells[column] = text
-    return ",".join(cells)
+def with_cell(row: int, column: int, text: str):
+    """Return a change of one cell of the references."""
+
+    def change(table: str) -> tuple[str, str]:
+        line = table.splitlines()[row]
+        cells = line.split(",")
+        cells[column] = text
+        return line, ",".join(cells)
+
+    return change
 
 
-@pytest.mark.parametrize("text", ["nan", "inf", "-inf"])
-def test_references_that_are_not_finite_verify_nothing(changed, native, moving, text):
-    line = ",".join(references(native(moving))[4].values())
-    (item,) = amb_cosim.verify(changed("references.csv", line, with_cell(line, 1, text)))
-    assert not item.is_equal
-    assert_names(item, "not run", "reference")
-    assert_names(item, "finite")
+def times_alone(table: str) -> tuple[str, str]:
+    return table, "\n".join(line.split(",")[0] for line in table.splitlines())
 
 
-def test_references_beyond_the_run_verify_nothing(changed, native, moving):
-    line = ",".join(references(native(moving))[-1].values())
-    (item,) = amb_cosim.verify(changed("references.csv", line, with_cell(line, 0, "0.0031")))
-    assert not item.is_equal
-    assert_names(item, "0.0031 s", "0.0025 s")
-
-
-def test_a_stop_time_at_the_start_verifies_nothing(changed):
-    (item,) = amb_cosim.verify(changed("smoke_test.exp", 'stopTime="0.0025"', 'stopTime="0"'))
-    assert not item.is_equal
-    assert_names(item, "stop time", "0 s")
-
-
-def test_references_with_times_alone_verify_nothing(changed, native, moving):
+@pytest.mark.parametrize(
+    ("change", "facts"),
+    [
+        *((with_cell(5, 1, text), ("not run", "reference", "finite")) for text in ("nan", "inf", "-inf")),
+        (with_cell(-1, 0, "0.0031"), ("0.0031 s", "0.0025 s")),
+        (times_alone, ("no numbers",)),
+    ],
+    ids=["nan", "inf", "-inf", "beyond the run", "times alone"],
+)
+def test_references_that_cannot_be_compared_verify_nothing(changed, native, moving, change, facts):
     with zipfile.ZipFile(native(moving)) as fmu:
         table = fmu.read(f"{FOLDER}/references.csv").decode()
-    times = "\n".join(line.split(",")[0] for line in table.splitlines())
-    (item,) = amb_cosim.verify(changed("references.csv", table, times))
+    (item,) = amb_cosim.verify(changed("references.csv", *change(table)))
     assert not item.is_equal
-    assert_names(item, "no numbers")
+    assert_names(item, *facts)
 
 
 def test_a_tolerance_that_an_fmu_grants_itself_is_capped(changed, native, moving):

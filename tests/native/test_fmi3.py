@@ -15,7 +15,7 @@ from raw import ERROR, OK, Library3
 from amb_cosim.cosim.fmu.fmu_description import read_interface
 from fmi_export.building.arrays import lengths, slots
 from fmi_export.building.description3 import model_description3
-from fmi_export.building.native.package import build_native_fmu, native_guid
+from fmi_export.building.native.package import build_native_fmu
 from fmi_export.interface import Interface, interface
 from fmi_export.model import Instance
 from fmi_export.variables import output
@@ -284,10 +284,6 @@ def test_pythonfmu_says_that_it_has_fmi_2(tmp_path):
     with raises_naming(ValueError, "FMI 3.0", "native"):
         amb_cosim.build(tmp_path, "python", fmi=3)
     assert list(tmp_path.iterdir()) == []
-
-
-def test_the_guid_tells_the_versions_apart(lag):
-    assert len({native_guid(lag, np.zeros(1), fmi) for fmi in (2, 3)}) == 2
 
 
 @pytest.mark.slow

@@ -3,7 +3,7 @@
 from ctypes import c_size_t
 
 import pytest
-from raw import ERROR, OK, WARNING
+from raw import ERROR, OK
 
 from fmi_export.log_categories import LOG_CATEGORIES
 from tests.support.messages import assert_names
@@ -80,37 +80,3 @@ def test_without_logging_a_fault_alone_is_in_the_log(library2):
         assert [(status, category) for status, category, _ in fmu.log] == [(ERROR, "logStatusError")]
         assert fmu.reason() == "u = 5 V is 100 % too much (%s %n)", "a host that asks is told too"
         assert fmu.get("fault_code") == [1]
-
-
-@pytest.mark.parametrize("flavour", ["native", "python"])
-def test_fmpy_that_is_not_asked_to_log_tells_why_a_run_ended(native, build_fmu, lag, flavour):
-    from fmpy import simulate_fmu
-    from fmpy.fmi1 import FMICallException
-
-    heard = []
-    fmu = native(lag) if flavour == "native" else build_fmu(lag)
-    with pytest.raises(FMICallException):
-        simulate_fmu(
-            str(fmu),
-            stop_time=1e-3,
-            output_interval=250e-6,
-            start_values={"u": 5.0},
-            logger=lambda *told: heard.append(told[2:]),
-            debug_logging=False,
-        )
-    (_, category, reason), *_ = heard
-    assert category == b"logStatusError"
-    assert b"u = 5 V is 100 %" in reason
-
-
-def test_an_instance_logs_warnings_that_it_is_asked_for(library):
-    with library.instantiate(b"one") as item, library.instantiate(b"two") as two:
-        for fmu, unwanted in ((item, (b"logStatusWarning",)), (two, ())):
-            fmu.begin()
-            if unwanted:
-                fmu.debug(False)
-                fmu.debug(True, b"logStatusError")
-            fmu.set(u=4.0)
-            assert fmu.step(0) == OK
-        warning = "at t = 0.00025 s: high: u = 4 V is above 3 V, half of what is allowed (100 %)"
-        assert (item.log, two.log) == ([], [(WARNING, "logStatusWarning", library.escaped(warning))])

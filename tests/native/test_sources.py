@@ -107,12 +107,6 @@ def test_the_descriptions_say_what_is_compiled(with_sources, lag, fmi):
         assert (files.get("compiler"), files.get("compilerOptions")) == ("gcc", OPTIONS), "options are of a compiler"
 
 
-def test_an_fmu_holds_no_c_code_unless_it_is_asked_for(native, lag):
-    with zipfile.ZipFile(native(lag)) as fmu:
-        assert not [name for name in fmu.namelist() if name.startswith("sources")]
-        assert b"SourceFiles" not in fmu.read("modelDescription.xml")
-
-
 PLANT = {"Omega": 260.0, "d1__u": 0.3, "rb1__mu": 0.3, "rb2__mu": 0.3}
 CASES = {  # what each model starts with, and inputs that move, with their size
     "rotor_contact": (PLANT, {"d2__f_x": 80.0, "d2__f_y": 80.0}),

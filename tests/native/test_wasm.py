@@ -13,8 +13,6 @@ import numpy as np
 import pytest
 from standard import STANDARD, STANDARD3
 
-from fmi_export.building.native.package import build_native_fmu
-
 pytestmark = pytest.mark.slow  # a library of C is compiled first
 HOST = Path(__file__).parent / "support" / "module_host.mjs"
 ADDED = {"memory", "malloc", "free", "__indirect_function_table", "__stack_pointer", "_initialize"}
@@ -67,8 +65,3 @@ def test_it_follows_the_exponential(host):
 def test_refusals_reach_the_host_in_words(host):
     assert "guid" in host(guid="{another}")["error"]
     assert "step" in host(steps=1, step_size=-1.0)["error"]
-
-
-def test_the_same_sources_make_the_same_module(native, lag, tmp_path):
-    again = build_native_fmu(lag, np.zeros(1), tmp_path, ["wasm32"])
-    assert again.read_bytes() == native(lag, None, ["wasm32"]).read_bytes()

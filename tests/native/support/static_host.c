@@ -6,27 +6,13 @@
 
 #include "names.h"
 
-#include "fmi2Functions.h"
+#include "logger.h"
 
-#include <stdarg.h>
-#include <stdio.h>
 #include <stdlib.h>
-
-static void tell(fmi2ComponentEnvironment environment, fmi2String name, fmi2Status status, fmi2String category,
-                 fmi2String text, ...)
-{
-    va_list values;
-    (void)environment, (void)category;
-    fprintf(stderr, "%s %d: ", name, (int)status);
-    va_start(values, text);
-    vfprintf(stderr, text, values);
-    va_end(values);
-    fputc('\n', stderr);
-}
 
 int main(int count, char **given)
 {
-    const fmi2CallbackFunctions functions = {tell, calloc, free, NULL, NULL};
+    const fmi2CallbackFunctions functions = {logger, calloc, free, NULL, NULL};
     if (count != 6)
         return 2;
     const fmi2ValueReference input = (fmi2ValueReference)atoi(given[3]), output = (fmi2ValueReference)atoi(given[4]);
