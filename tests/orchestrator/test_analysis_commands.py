@@ -77,19 +77,6 @@ def test_critical_speeds_are_on_the_synchronous_line(runner, tmp_path):
         assert np.min(np.abs(frequencies / critical["speed_rad_s"] - 1.0)) < 1e-6
 
 
-@pytest.mark.slow
-def test_more_planes_condense_with_smaller_errors(runner, tmp_path):
-    for planes in ("1,4,11,13", "1,3,4,6,8,10,11,12,13"):
-        assert runner("study", "tables", "--planes", planes, "-o", planes, "--up-to", "145 rad/s").exit_code == 0
-    few, many = (
-        json.loads((tmp_path / planes / "tables.json").read_text())["condensation"]
-        for planes in ("1,4,11,13", "1,3,4,6,8,10,11,12,13")
-    )
-    assert few["planes"] == [1, 4, 11, 13]
-    worst_few, worst_many = (np.max(np.abs(data["frequency_error_percent"])) for data in (few, many))
-    assert worst_many < 0.2 * worst_few
-
-
 @pytest.mark.parametrize("added", ["", "[mesh]\naccuracy = 1e-2\n", '[[sensors]]\nname = "eye"\nz = 0.1\n'])
 def test_node_of_an_unbalance_counts_nodes_of_the_file(tmp_path, added):
     """Node 3 of four lies at 0.6 m, whatever nodes `z` and [mesh] add."""

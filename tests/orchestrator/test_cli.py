@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 from command_line import COMMAND
 
-import amb_cosim
 from amb_cosim.cosim.fmu.fmus import model_source
 from amb_cosim.cosim.run.dataset import load
 from amb_cosim.design.plant_data import plant
@@ -67,16 +66,6 @@ def test_a_reader_that_leaves_ends_a_command_without_a_word(tmp_path, arguments)
     }
 
 
-def test_tables_of_the_thesis_are_data_and_text():
-    result = amb_cosim.studies.thesis_tables()
-    data = result.as_dict()
-    assert len(data["table_3_1"]["13_node"]["consistent"]["90"]) == 8
-    assert len(data["table_3_4"]["90"]["condensed"]) == 8
-    assert data["amb"]["k_s"] == pytest.approx(2376.96e3, rel=1e-4)
-    assert data["amb"]["k_i"] == pytest.approx(563.15, rel=1e-4)
-    assert f"{data['table_3_1']['13_node']['consistent']['90'][0]:.2f}" in str(result)
-
-
 @pytest.mark.parametrize(
     ("former", "present"),
     [
@@ -105,17 +94,6 @@ def test_build_writes_the_three_fmus(runner, tmp_path):
         "rolac_controller.fmu",
         "rotor_contact.fmu",
     ]
-
-
-@pytest.mark.slow
-def test_build_writes_native_fmus_for_this_machine(runner, tmp_path):
-    pytest.importorskip("ziglang")
-    assert runner("build", "-o", "fmus").exit_code == 0
-    for path in (tmp_path / "fmus").iterdir():
-        with zipfile.ZipFile(path) as archive:
-            binaries = [name for name in archive.namelist() if name.startswith("binaries/")]
-        assert len(binaries) == 1
-        assert f"/{path.stem}." in binaries[0]
 
 
 def test_fmus_without_arrays_are_of_fmi_3(refuses):

@@ -54,14 +54,6 @@ def test_meshes_differ_in_nodes_or_mass_matrix_and_in_nothing_else(cases):
         assert rotor.damping == base.damping
 
 
-def test_substeps_are_halved_twice(cases):
-    assert [case.substep for case in cases("bath_rig_thesis") if case.varied == "substep"] == [0.5, 0.25]
-
-
-def test_communication_steps_are_a_half_and_a_fifth(cases):
-    assert [case.step for case in cases("bath_rig_thesis") if case.varied == "step"] == [0.5, 0.2]
-
-
 def signals_of(force, impulse, h=250e-6):
     time = h * np.arange(len(force))
     values = {"rotor_contact.rb1.f_n": force, "rotor_contact.rb1.impulse": impulse}

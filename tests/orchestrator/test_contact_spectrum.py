@@ -4,9 +4,8 @@ import json
 
 import numpy as np
 import pytest
-from scipy import signal
 
-from amb_cosim.results.contact_spectrum import _spectrum, share_beyond_reduction, warnings_beyond_reduction
+from amb_cosim.results.contact_spectrum import share_beyond_reduction, warnings_beyond_reduction
 from amb_cosim.results.summary import summarise
 
 VALID_TO = 1000.0  # rad/s; the sampling of 5000 per second shows up to 15708 rad/s
@@ -25,14 +24,6 @@ def pressed(synthetic):
         return dataset
 
     return make
-
-
-def test_the_spectrum_is_that_of_welch():
-    values, h = np.random.default_rng(2006).normal(size=1024), 1e-3
-    frequencies, expected = signal.welch(values, 1.0 / h, nperseg=256, detrend=False)
-    omega, power = _spectrum(values, h)
-    np.testing.assert_allclose(omega, 2.0 * np.pi * frequencies)
-    np.testing.assert_allclose(power / power.sum(), expected / expected.sum(), rtol=1e-12)
 
 
 def test_contact_in_the_last_moment_of_a_run_counts(pressed):

@@ -8,15 +8,12 @@ import pytest
 
 CHANGES = {
     "settle": ("settle_cycles = 1e308", "settle_cycles = 1e+308 is not allowed; it must be >= 0 and <= 1e+09"),
-    "endless settling": ("settle_cycles = inf", "settle_cycles = inf is not allowed"),
     "end": ("end_cycle = 1e308", "end_cycle = 1e+308 is not allowed; it must be"),
     "end in time": ("remove = ['end_cycle']\nend_time = '1e99 s'", "stop_time = 1e+99 s is not allowed"),
     "event": ("[[event]]\ncycle = 1e308\nset.rotor_contact.'d1.u' = 1", "event[0].cycle = 1e+308 is not allowed"),
     "digits of a cycle": ("end_cycle = " + "1" * 400, "end_cycle = 1111111111"),
-    "digits of a value": (f"[parameters.rotor_contact]\n'rb1.clearance' = {'1' * 400}", "clearance = 1111111111"),
     "thousands of digits": (f"Omega = {'1' * 5000}", "scenario mine.toml is not valid TOML: Exceeds the limit"),
     "every": (f"record.every = {'1' * 400}", "record.every = 1111111111"),
-    "lists": (f"a = {'[' * 2000}{']' * 2000}", "its tables and lists are nested more than 100 deep"),
     "more lists": (f"a = {'[' * 100_000}{']' * 100_000}", "its tables and lists are nested more than 100 deep"),
     "tables": (f"[{'.'.join(['a'] * 900)}]\nb = 1", "its tables and lists are nested more than 100 deep"),
     "dotted key": (f"{'.'.join(['a'] * 100_000)} = 1", "its tables and lists are nested more than 100 deep"),

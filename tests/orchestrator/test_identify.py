@@ -114,14 +114,6 @@ def test_nothing_identified_writes_no_table(runner, runs, tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.slow
-def test_speeds_are_the_twelve_of_the_thesis_unless_they_are_given(runner, runs, tmp_path):
-    runs(*[completed(outputs(receptance(k))) for k in range(12)])
-    assert runner("identify", "-o", "t.toml").exit_code == 0
-    hertz = [entry.speed / (2.0 * math.pi) for entry in read_table(tmp_path / "t.toml").entries]
-    assert hertz == pytest.approx([5, 10, 15, 20, 22, 24, 25, 26, 27, 28, 29, 35])
-
-
 def assert_refused(result, expected):
     assert result.exit_code == 2
     assert isinstance(result.exception, SystemExit)

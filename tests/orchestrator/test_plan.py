@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 import os
 import signal
@@ -337,7 +336,3 @@ def test_an_interrupt_waits_for_a_safe_moment():
         assert interruption.came
         assert signal.getsignal(signal.SIGINT) is before, "a second one ends the process"
     assert signal.getsignal(signal.SIGINT) is before
-
-
-def test_a_plan_can_be_written_as_json():
-    json.dumps([plan().parameters, plan().inputs, plan().events], allow_nan=False)

@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-import io
 import json
 
 import numpy as np
 import pytest
 from falls import CLEARANCE, LANDED, OMEGA, fall
-from matplotlib.image import imread
-from matplotlib.lines import Line2D
 from slow import slow_but_first
 
 from amb_cosim.results import plots
-from amb_cosim.results.plots import axes, motion
+from amb_cosim.results.plots import motion
 from tests.orchestrator.conftest import acting
 from tests.support.messages import raises_naming
 
@@ -123,11 +120,6 @@ def test_unbalance_from_the_start_has_no_part_before_it(synthetic, without):
     assert sum(within.astype(int) for _, _, within in parts).min() == 1
 
 
-def test_speed_is_constant_without_a_profile(synthetic):
-    dataset = synthetic()
-    assert set(axes.speed(dataset)) == {dataset.attrs["speed_rad_s"]}
-
-
 def names_of_marks(figure):
     return [text.get_text() for text in figure.axes[0].texts]
 
@@ -157,13 +149,6 @@ def test_every_figure_has_a_method_and_shows_itself(synthetic, name):
     assert figure.get_suptitle().startswith("synthetic, ")
 
 
-def test_figure_and_file_show_the_same_picture(synthetic, tmp_path):
-    (path,) = plots.Plots(synthetic(plot_figures=json.dumps(["contact"]))).save(tmp_path)
-    copy = io.BytesIO()
-    plots.figure(synthetic(), "contact").savefig(copy, dpi=200)
-    np.testing.assert_array_equal(imread(path), imread(io.BytesIO(copy.getvalue())))
-
-
 def test_figures_that_cannot_be_drawn_are_refused(synthetic):
     dataset = synthetic()
     with raises_naming(ValueError, "figure", "'orbit'", "orbits, displacement"):
@@ -172,11 +157,6 @@ def test_figures_that_cannot_be_drawn_are_refused(synthetic):
         plots.figure(dataset.isel(time=slice(0, 0)), "contact")
     with raises_naming(ValueError, "energy", "cycle 0"):
         plots.Plots(dataset.drop_vars("rotor_contact.energy.work")).energy()
-
-
-def test_representation_lists_the_figures(synthetic):
-    listed = "orbits(), displacement(), contact(), whirl(), magnets(), energy(), touchdown(), turns()"
-    assert repr(plots.Plots(synthetic())) == f"Plots of synthetic: {listed}"
 
 
 def impact(dataset, begin, end):
@@ -201,14 +181,6 @@ def test_contact_through_much_of_a_run_is_drawn_once(synthetic):
     assert len(plots.Plots(impact(synthetic(), 6.0, 12.0)).contact().axes) == 3
 
 
-def test_samples_in_the_legend_have_the_colours_of_the_curves(synthetic):
-    figure = plots.Plots(synthetic()).contact()
-    (legend,) = figure.legends
-    colours = [line.get_color() for line in legend.findobj(Line2D)]
-    assert colours[:2] == [figure.axes[0].lines[0].get_color(), figure.axes[1].lines[0].get_color()]
-    assert "#999999" not in colours
-
-
 def test_orbits_show_up_as_up(synthetic):
     """Gravity at 225 degrees, halfway between -x and -y: what moves along x moves to the upper right."""
     dataset = synthetic(parameters=synthetic().attrs["parameters"].replace('{"rotor_contact": {', GRAVITY))
@@ -228,26 +200,3 @@ GRAVITY = '{"rotor_contact": {"gravity": 9.81, "gravity_angle": 3.92699081698724
 def test_orbits_without_a_direction_of_gravity_have_x_and_y(synthetic):
     panel = plots.Plots(synthetic()).orbits().axes[0]
     assert (panel.get_xlabel(), panel.get_ylabel()) == ("$x$ (mm)", "$y$ (mm)")
-
-
-def test_retainer_does_not_cover_an_orbit_that_lies_on_it(synthetic):
-    panel = plots.Plots(synthetic()).orbits().axes[0]
-    (ring,) = panel.patches
-    assert ring.zorder < min(line.zorder for line in panel.lines)
-    assert ring.a - ring.width == pytest.approx(1e3 * CLEARANCE_OF_RB1)
-
-
-CLEARANCE_OF_RB1 = 0.75e-3
-
-
-def test_figures_bear_name_and_description(synthetic):
-    title = plots.Plots(synthetic(description="A rotor that rubs")).contact().get_suptitle()
-    assert title.splitlines() == ["synthetic, $\\Omega$ = 314.2 rad/s", "A rotor that rubs"]
-
-
-def test_events_are_named_above_the_magnets(synthetic):
-    dataset = synthetic()
-    for axis in "xy":
-        dataset[f"amb_actuator.mb1.f_{axis}"] = dataset["rotor_contact.mb1.x"] * 1e5
-    figure = plots.Plots(dataset).magnets()
-    assert [text.get_text() for text in figure.axes[1].texts[-2:]] == ["step", "removal"]

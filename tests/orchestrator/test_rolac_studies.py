@@ -31,12 +31,6 @@ def responses(k_b: str = "1e6 N/m", c_b: str = "5000 N.s/m") -> np.ndarray:
     return studies.receptance(k_b=k_b, c_b=c_b).receptance
 
 
-@pytest.fixture(scope="module")
-def R() -> np.ndarray:
-    """From 1 to 50 Hz, shape (speeds, 8, 4)."""
-    return responses()
-
-
 @pytest.mark.parametrize("k_b", [1e6, 2e6])
 def test_slow_force_at_a_bearing_deflects_that_bearing_alone(k_b):
     """Two bearings carry the rotor statically determinately, and the force at one is its own reaction."""
@@ -53,18 +47,8 @@ def test_largest_receptance_does_not_depend_on_the_range_of_speeds():
     np.testing.assert_allclose(largest[0][[S5, S3], [MB1, MB2]], largest[1][[S5, S3], [MB1, MB2]], rtol=2e-3)
 
 
-def test_vibration_lags_the_force_that_moves_it(R):
-    assert np.all(R[:, [S5, S3], [MB1, MB2]].imag < 0.0)
-
-
-def test_receptance_is_reciprocal_and_the_same_in_all_directions(R):
-    np.testing.assert_allclose(R[:, S5, MB2], R[:, S3, MB1], rtol=1e-9)
-    np.testing.assert_allclose(R[:, 1::2, 1::2], R[:, ::2, ::2], rtol=1e-9)
-    np.testing.assert_allclose(R[:, 1::2, ::2], -R[:, ::2, 1::2], rtol=1e-6, atol=1e-18)
-
-
-def test_damping_of_the_bearings_lowers_the_resonance(R):
-    assert np.abs(responses(c_b="6000 N.s/m")).max() < 0.9 * np.abs(R).max()
+def test_vibration_lags_the_force_that_moves_it():
+    assert np.all(responses()[:, [S5, S3], [MB1, MB2]].imag < 0.0)
 
 
 def test_receptance_is_that_of_the_rotor_in_the_file(runner, tmp_path):

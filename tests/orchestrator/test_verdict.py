@@ -193,9 +193,5 @@ def test_zero_forces_are_not_printed(synthetic):
     assert "impulse" not in text
 
 
-def test_json_keeps_its_keys_and_has_no_verdict(synthetic):
-    assert "verdict" not in summarise(synthetic()).as_dict()
-
-
 def test_verdict_fits_a_narrow_terminal_in_few_lines(synthetic):
     assert len(printed(synthetic(), width=80).splitlines()) <= 8

@@ -4,9 +4,6 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
-from scipy.integrate import trapezoid
 
 from amb_actuator.interface import DYNAMIC, NONLINEAR
 from amb_cosim.design.magnetic_bearing import (
@@ -81,15 +78,6 @@ def test_linearisation_is_what_the_running_model_does(bearing):
         assert result.k_i[at] == pytest.approx((force[2] - force[0]) / 2e-6, rel=1e-5, abs=1e-3)
 
 
-@pytest.mark.slow
-@settings(deadline=None)
-@given(st.floats(-8e-4, 8e-4), st.floats(-5.57, 4.43))
-def test_current_stiffness_integrates_to_the_force(x, i_c):
-    i = np.linspace(0.0, i_c, 2001)
-    result = linearisation(RIG, x, i)
-    assert result.force[-1] - result.force[0] == pytest.approx(trapezoid(result.k_i, i), abs=0.05)
-
-
 def test_linear_law_is_exact_in_the_current_without_saturation():
     i_c = np.linspace(*current_range(IRON_FREE), 11)
     np.testing.assert_allclose(linear_error(IRON_FREE, 0.0, i_c), 0.0, atol=1e-12)
@@ -157,12 +145,6 @@ def test_load_and_control_force_add_up_to_1700_newton():
     result = load_capacity(RIG, np.array([F_0]))
     assert result.up + F_0 == pytest.approx(1700.0, rel=1e-9)
     assert result.down - F_0 == pytest.approx(1700.0, rel=1e-9)
-
-
-def test_axis_without_load_is_as_strong_both_ways():
-    result = load_capacity(RIG, np.array([0.0]))
-    assert result.static_current == 0.0
-    assert result.up == pytest.approx(result.down)
 
 
 def test_amplifier_has_unit_gain_and_its_pole_at_the_bandwidth():

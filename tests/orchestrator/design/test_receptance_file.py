@@ -111,24 +111,6 @@ def test_singular_receptance_is_not_taken(table, receptance):
         table.updated(50.0, receptance)
 
 
-def test_crash_while_writing_leaves_the_old_table(table, receptance, tmp_path, monkeypatch):
-    path = tmp_path / "table.toml"
-    table.write(path)
-    before = path.read_bytes()
-
-    def crash(*_):
-        raise OSError("disk full")
-
-    changed = table.updated(50.0, receptance)
-    for target in ("os.fsync", "pathlib.Path.replace"):
-        monkeypatch.setattr(target, crash)
-        with pytest.raises(OSError, match="disk full"):
-            changed.write(path)
-        monkeypatch.undo()
-        assert path.read_bytes() == before
-        assert [p.name for p in tmp_path.iterdir()] == ["table.toml"]
-
-
 def test_every_truncation_is_refused(table, tmp_path):
     path = tmp_path / "table.toml"
     table.write(path)

@@ -57,13 +57,3 @@ def test_sensors_off_their_planes_mix_what_is_measured():
     assert f[4, 4] < 1.0
     np.testing.assert_allclose(f.sum(axis=1), 1.0, rtol=1e-12)
     np.testing.assert_array_equal(f[4, 1::2], 0.0)
-
-
-def test_plant_of_wrong_shape_is_refused(receptance):
-    with pytest.raises(ValueError, match=r"\(4, 8\).*\(8, 4\)"):
-        identified_receptance(receptance.T, OMEGA)
-
-
-def test_unknown_parameter_is_refused_by_name(receptance):
-    with pytest.raises(ValueError, match=r"mb3\.k_b_x"):
-        identified_receptance(receptance, OMEGA, {"mb3.k_b_x": 1.0})
