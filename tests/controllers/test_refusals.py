@@ -174,67 +174,6 @@ def test_saved_controller_is_the_same_again(tmp_path, suffix):
         assert (a == b).all() if isinstance(a, np.ndarray) else a.interface == b.interface
 
 
-def message_of(path):
-    """What is said against a file; nothing if it is a controller with finite constants."""
-    try:
-        _, constants = linear_controller(path).model_and_constants
-    except ValueError as error:
-        return str(error)
-    return "" if np.isfinite(constants).all() else "not finite"
-
-
-def mutate(draw_number, data):
-    """The content of a file with one thing wrong, or nothing."""
-    rng = np.random.default_rng(draw_number)
-    key = rng.choice([*data, "speeds"])
-    wrong = [
-        None,
-        np.nan,
-        np.inf,
-        -1.0,
-        "text",
-        np.zeros((0, 0)),
-        np.zeros((3, 2)),
-        np.ones((2, 2, 2)),
-        np.array(["a", 1, None], dtype=object)[:2],
-        1j * np.ones((1, 1)),
-        np.array([[True]]),
-        {"a": 1.0},
-        1e308 * np.ones((1, 2)),
-    ]
-    choice = wrong[rng.integers(len(wrong))]
-    if choice is None:
-        data.pop(key, None)
-    else:
-        data[key] = choice
-    return data
-
-
-@pytest.mark.parametrize("number", range(100))
-def test_mutated_file_is_a_controller_or_one_sentence(tmp_path, number):
-    path = tmp_path / ("law.mat" if number % 10 == 0 else "law.npz")
-    data = mutate(number, content())
-    if path.suffix == ".mat":
-        savemat(path, data)
-    else:
-        np.savez(path, **data)
-    message = message_of(path)
-    assert not message or message.startswith(str(path))
-    assert "\n" not in message
-
-
-@pytest.mark.parametrize(("suffix", "seed"), [*(("mat", k) for k in range(5)), *(("npz", k) for k in range(30))])
-def test_damaged_file_is_refused_or_read(tmp_path, suffix, seed):
-    path = tmp_path / f"law.{suffix}"
-    linear_controller(0.5, ["a"], ["u"], T).save(path)
-    whole, rng = bytearray(path.read_bytes()), np.random.default_rng(seed)
-    for _ in range(3):
-        whole[rng.integers(len(whole))] = rng.integers(256)
-    path.write_bytes(whole[: rng.integers(1, len(whole) + 1)])
-    message = message_of(path)
-    assert not message or message.startswith(str(path))
-
-
 def test_an_array_of_python_objects_is_refused_without_advice_to_unpickle(tmp_path):
     np.savez(tmp_path / "law.npz", A=np.array([{}], object), **dict(zip("BCD", MATRICES[1:], strict=True)))
     with raises_naming(ValueError, str(tmp_path / "law.npz"), "Python objects"):

@@ -7,11 +7,8 @@ import shutil
 
 import numpy as np
 import pytest
-import xarray as xr
 from damage import damaged
 
-from amb_cosim.cosim.run.dataset import save
-from amb_cosim.results.result import Result
 from amb_sweeps.sampling import make_design
 from amb_sweeps.store import SweepStore, open_sweep
 from amb_sweeps.worker import PointResult
@@ -61,19 +58,3 @@ def test_a_damaged_store_is_told_and_never_goes_on(tmp_path, first_seed, rounds)
                 result["peak"].values.ravel(), np.random.default_rng(1).normal(size=DESIGN.size)
             )
         shutil.rmtree(copy)
-
-
-def test_a_damaged_result_is_told(tmp_path, first_seed, rounds):
-    time = np.arange(500) * 1e-3
-    draw = np.random.default_rng(1)
-    signals = {f"a.v{k}": ("time", draw.normal(size=500), {"units": "m", "description": "x"}) for k in range(8)}
-    outcome = {"outcome": '["completed", 0.5, null, ""]', "scenario": "made up"}
-    dataset = xr.Dataset(signals, {"time": ("time", time, {"units": "s"}), "cycle": ("time", time / 0.02)}, outcome)
-    save(dataset, file := tmp_path / "result.nc")
-    whole = file.read_bytes()
-    for seed in range(first_seed, first_seed + rounds):
-        file.write_bytes(damaged(whole, random.Random(seed)))
-        try:
-            assert Result.load(file).dataset.identical(dataset), f"seed {seed}"
-        except ValueError:
-            continue

@@ -1,4 +1,4 @@
-"""Controllers as files of arrays, damaged or with other arrays: a controller of finite numbers, or one sentence."""
+"""Controllers as files of arrays or of blocks, damaged or changed: a controller of finite numbers, or one sentence."""
 
 from __future__ import annotations
 
@@ -10,10 +10,11 @@ import zipfile
 
 import numpy as np
 import pytest
-from mutations import changed_bytes
+from mutations import changed_bytes, changed_toml
 from scipy.io import savemat
 
 from amb_cosim import linear_controller
+from amb_files.packs import packs
 
 SPACE = 4 * 2**30  # bytes of memory that a file may ask for beside what the process has
 N_STATES, N_SPEEDS = 3, 2
@@ -90,6 +91,27 @@ def mat(arrays, chance):
     return file.getvalue()
 
 
+def changed_arrays(write):
+    """A function that gives a file of arrays, with or without mistakes in its arrays and bytes."""
+
+    def content(chance):
+        arrays = good(chance)
+        try:
+            whole = write(forged(arrays, chance) if chance.random() < 0.7 else arrays, chance)
+        except Exception:  # what no writer takes
+            whole = write(arrays, chance)
+        return changed_bytes(whole, chance) if chance.random() < 0.4 else whole
+
+    return content
+
+
+def blocks(chance):
+    """A controller of blocks, mostly with mistakes."""
+    folder = packs()["rotor_literature"] / "controllers"
+    text = chance.choice(sorted(folder.glob("*.toml"))).read_text(encoding="utf-8")
+    return changed_toml(text, chance) if chance.random() < 0.9 else text.encode()
+
+
 @pytest.fixture
 def little_memory():
     """So that a file which asks for more than there is gets an error and no other program suffers."""
@@ -105,29 +127,27 @@ def little_memory():
 
 
 @pytest.mark.parametrize(
-    ("suffix", "count", "longest"),
-    [(".npz", 300, 10_000), pytest.param(".mat", 20, 200, marks=pytest.mark.slow)],
+    ("suffix", "content", "count", "longest"),
+    [
+        (".npz", changed_arrays(npz), 300, 10_000),
+        (".toml", blocks, 100, 1000),
+        pytest.param(".mat", changed_arrays(mat), 20, 200, marks=pytest.mark.slow),
+    ],
 )
-def test_a_forged_file_of_arrays_is_a_controller_or_one_sentence(
-    little_memory, tmp_path, first_seed, is_long, suffix, count, longest
+def test_a_forged_file_is_a_controller_or_one_sentence(
+    little_memory, tmp_path, first_seed, is_long, suffix, content, count, longest
 ):
-    write, refused = {".npz": npz, ".mat": mat}[suffix], 0
-    n = longest if is_long else count
+    refused, n = 0, longest if is_long else count
     for seed in range(first_seed, first_seed + n):
-        chance, file = random.Random(seed), tmp_path / f"law{suffix}"
-        arrays = good(chance)
-        try:
-            content = write(forged(arrays, chance) if chance.random() < 0.7 else arrays, chance)
-        except Exception:  # what no writer takes
-            content = write(arrays, chance)
-        file.write_bytes(changed_bytes(content, chance) if chance.random() < 0.4 else content)
+        file = tmp_path / f"law{suffix}"
+        file.write_bytes(content(random.Random(seed)))
         try:
             controller = linear_controller(file)
         except ValueError as error:
             refused += 1
             message = str(error)
             assert all(line.startswith(f"{file}: ") for line in message.split("\n")), f"seed {seed}: {message}"
-            assert len(message) < 1000, f"seed {seed}: {message[:500]}"
+            assert suffix == ".toml" or len(message) < 1000, f"seed {seed}: {message[:500]}"
             assert "allow_pickle" not in message, f"seed {seed}: {message}"
             continue
         assert np.isfinite(controller.model_and_constants[1]).all(), f"seed {seed}"

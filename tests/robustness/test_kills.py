@@ -158,20 +158,6 @@ def small_disk(tmp_path):
     subprocess.run(["umount", place], check=True)
 
 
-def test_full_disk_is_one_line_that_names_the_file(folder, small_disk, chance, rounds):
-    for _ in range(rounds):
-        free = chance.randrange(0, 60) * 1024
-        (small_disk / "filler").write_bytes(bytes(300 * 1024 - free - 16 * 1024))
-        done = finished(folder, "run", "fig4_9", "--no-plots", "-o", str(small_disk / "out"))
-        assert done.returncode == 1, done.stderr
-        assert len(done.stderr.splitlines()) == 1, done.stderr
-        assert done.stderr.startswith(f"amb-cosim: {small_disk}/out")
-        assert done.stderr.endswith(": No space left on device\n")
-        shutil.rmtree(small_disk / "out", ignore_errors=True)
-        assert [path.name for path in small_disk.iterdir()] == ["filler"]
-        (small_disk / "filler").unlink()
-
-
 @pytest.fixture
 def read_only_disk(small_disk):
     subprocess.run(["mount", "-o", "remount,ro", small_disk], check=True)
