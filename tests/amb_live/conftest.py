@@ -113,7 +113,7 @@ def open_rig(chromium: Any, page_file: Path) -> Iterator[Callable[..., Rig]]:
     """`open_rig(address, **context)`: a page in a window of its own, without any error at the end."""
     opened: list[tuple[Any, Rig]] = []
 
-    def make(address: str | None = None, settle: bool = True, **options: Any) -> Rig:
+    def make(address: str | None = None, **options: Any) -> Rig:
         settings = {"viewport": {"width": 1440, "height": 900}, "reduced_motion": "reduce", **options}
         context = chromium.new_context(**settings)
         page, problems = context.new_page(), []
@@ -127,8 +127,7 @@ def open_rig(chromium: Any, page_file: Path) -> Iterator[Callable[..., Rig]]:
         page.goto(address or page_file.as_uri())
         result = Rig(page, problems)
         opened.append((context, result))
-        if settle:
-            result.settled()
+        result.settled()
         return result
 
     yield make
