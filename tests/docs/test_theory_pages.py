@@ -9,6 +9,10 @@ import pytest
 ROOT = Path(__file__).parents[2]
 THEORY = sorted((ROOT / "docs" / "theory").glob("*.md"))
 MODELS = ("rotor_contact", "amb_actuator", "rolac_controller", "linear_controller", "levitated_rotor")
+LISTING = {
+    "rotor_analysis": ROOT / "libraries/rotor_analysis",
+    "amb_cosim.design": ROOT / "orchestrator/amb_cosim/design",
+}
 FMU_PAGES = [ROOT / "fmus" / name / "README.md" for name in MODELS]
 DECLARING = {"__init__", "interface", "records", "signals"}  # tables and records, which every model has
 MOST_WORDS = 400
@@ -40,7 +44,17 @@ def test_the_page_of_an_fmu_has_few_words_a_sketch_and_a_snippet(page):
     assert len(re.findall(r"```python\n", text)) == 1
 
 
-@pytest.mark.parametrize("page", [*THEORY, *FMU_PAGES], ids=lambda page: f"{page.parent.name}/{page.stem}")
+@pytest.mark.parametrize("package", LISTING)
+def test_the_readme_of_a_package_names_each_file(package):
+    folder = Path(import_module(package).__file__).parent
+    files = {file.name for pattern in ("*.py", "*.toml") for file in folder.glob(pattern)} - {"__init__.py"}
+    assert {name for name in files if f"`{name}`" not in text_of(LISTING[package] / "README.md")} == set()
+
+
+READMES = [folder / "README.md" for folder in LISTING.values()]
+
+
+@pytest.mark.parametrize("page", [*THEORY, *FMU_PAGES, *READMES], ids=lambda page: f"{page.parent.name}/{page.stem}")
 def test_links_and_pictures_of_a_page_lead_to_files(page):
     links = re.findall(r"\]\((?!https?:|#)([^)#\s]+)", text_of(page))
     assert [link for link in links if not (page.parent / link).is_file()] == []

@@ -20,7 +20,6 @@ from rotor_analysis.rotor import ReductionOptions, Rotor
 from rotor_analysis.shaft import Shaft
 from rotor_analysis.spectrum import eigenvalues
 from rotor_analysis.supported_rotor import supported_rotor
-from tests.support.messages import raises_naming
 
 ETA, STIFF = 0.02, 1e14
 SHAFT = 48.0 * E * np.pi * D**4 / 64.0 / L**3  # stiffness (N/m) of the shaft at its middle
@@ -212,10 +211,3 @@ def test_viscous_equivalent_has_equal_loss_in_the_free_modes_at_rest():
     assert [mode.damping_ratio for mode in bending] == pytest.approx([0.5 * ETA] * 8, rel=1e-7)
     J = turned(model.size)
     np.testing.assert_allclose(model.R @ J, J @ model.R, atol=1e-9 * np.max(np.abs(model.R)))
-
-
-def test_bearing_unlike_in_x_and_y_must_be_a_plane_where_loss_rotates():
-    bearings = (Bearing("a", 2, tensor(1e6)), Bearing("b", 8, ((1e6, 0.0), (0.0, 2e6))))
-    rotor = replace(FREE, bearings=bearings, damping=Damping(loss_factor=ETA))
-    with raises_naming(ValueError, "anisotropic bearings"):
-        supported_rotor(rotor, planes=(1, 4, 9))

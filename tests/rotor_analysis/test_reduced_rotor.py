@@ -125,13 +125,6 @@ def test_elastic_shapes_of_a_plant_are_its_modes_and_residual_shapes(modes):
     assert elastic_shapes(exact) == (modes + places, 2 * nodes - 2)
 
 
-def test_rows_of_translations_come_before_the_slopes():
-    model = assemble(compressor(method="none"))
-    order, n = model.translations_first, len(model.translations)
-    assert sorted(order) == list(range(model.size))
-    assert [row % 4 for row in order] == [0, 1] * n + [2, 3] * n
-
-
 def test_a_part_that_a_rotor_lacks_is_refused_by_name():
     assert RIG.node_of(RIG.bearings[0].name) == RIG.bearings[0].node
     with raises_naming(ValueError, RIG.name, "wheel"):

@@ -1,19 +1,15 @@
 """Seals and passive bearings: signs of cross coupling and mass in closed form, and what of them is refused."""
 
-import tomllib
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from analysis_cases import MASS, NOTHING, disc_between, spring, tensor
 
-from amb_files.toml import validate
 from rotor_analysis.modes import modes
 from rotor_analysis.parts import AtSpeed, Bearing
-from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import load_rotor
 from rotor_analysis.supported_rotor import supported_plant, supported_rotor
-from tests.support.messages import raises_naming
 
 HELD = [Bearing(name, node, tensor(1e7)) for name, node in (("left", 1), ("right", 3))]
 Q = 2e4  # N/m
@@ -73,39 +69,3 @@ def test_plant_has_a_seal_anywhere_without_a_coordinate_for_it():
         model, expected = plant.model.at(Omega), bare.model.at(Omega)
         for name, local in (("K", K), ("C", C), ("M", M)):
             np.testing.assert_allclose(getattr(model, name), getattr(expected, name) + row.T @ local @ row, atol=1e-9)
-
-
-SEAL = """
-[[seals]]
-name = "labyrinth"
-node = 2
-"""
-TWO_ROWS = "at_speed = [{speed = %s, stiffness = 1e6}, {speed = %s, stiffness = 2e6}]"
-
-
-@pytest.mark.parametrize(
-    ("text", "facts"),
-    [
-        (
-            "stiffness = [[1e6, 0.0, 0.0], [0.0, 1e6, 0.0]]",
-            ("seals[0].stiffness (labyrinth)", "[[xx, xy], [yx, yy]]"),
-        ),
-        ("mass = [[1.0, nan], [0.0, 1.0]]", ("seals[0].mass (labyrinth)", "finite")),
-        (
-            TWO_ROWS % (300.0, 100.0),
-            ("seals[0].at_speed (labyrinth)", "[300.0, 100.0] rad/s", "ascending, two or more"),
-        ),
-        ("leakage = 2.0", ("seals[0].leakage (labyrinth)",)),
-    ],
-)
-def test_seal_that_is_none_is_refused_by_name(text, facts):
-    shaft = {
-        "nodes": [0.0, 0.4, 0.8],
-        "diameter": 0.03,
-        "youngs_modulus": 2e11,
-        "density": 7.8e3,
-        "poissons_ratio": 0.3,
-    }
-    data = {"name": "pump", "shaft": shaft, **tomllib.loads(SEAL + text)}
-    with raises_naming(ValueError, *facts):
-        validate(data, Rotor, "rotor file pump.toml")

@@ -4,13 +4,12 @@ import numpy as np
 import pytest
 from analysis_cases import I_D, MASS, L, disc_between, tensor
 
-from rotor_analysis.assembly import assemble
 from rotor_analysis.modes import damped_frequencies
 from rotor_analysis.parts import AtSpeed, Bearing
 from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import load_rotor
 from rotor_analysis.supported_rotor import supported_rotor
-from rotor_analysis.undamped import natural_frequencies, undamped_modes
+from rotor_analysis.undamped import natural_frequencies
 
 
 def held(stiffness):
@@ -43,10 +42,3 @@ def test_bearing_over_speed_holds_the_rotor_at_its_lowest_speed():
     table = tuple(AtSpeed(speed, tensor(k)) for speed, k in ((0.0, 1e3), (100.0, 9e3)))
     rotor = disc_between(Bearing("a", 1, at_speed=table), Bearing("b", 3, at_speed=table))
     np.testing.assert_allclose(natural_frequencies(rotor, 2), natural_frequencies(held(1e3), 2))
-
-
-def test_shapes_have_unit_modal_mass():
-    rotor = load_rotor()
-    model = assemble(rotor)
-    shapes = undamped_modes(model, rotor, 6)[1]
-    np.testing.assert_allclose(shapes.T @ model.M[::2, ::2] @ shapes, np.eye(6), atol=1e-9)
