@@ -11,7 +11,6 @@ from rig import AXES, DONE, FAILED, SLOT_AFTER, identified_receptance, pack
 from sampled_loop import zoh_response
 from slow import slow_but_first
 
-from amb_cosim.design.controller_data import SPEEDS
 from rolac_controller.enumerations import (
     ADAPTING,
     CONTACT_OCCURRED,
@@ -221,22 +220,6 @@ def test_forces_of_rolac_are_constant_and_do_not_enter_the_receptance(tested, di
     np.testing.assert_allclose(b.receptance(), available, rtol=1e-6, atol=1e-13)
     assert b["rolac_status"] == ADAPTING
     assert b["table_rows"] == 1.0  # in place of the one it was built with
-
-
-@pytest.mark.slow
-def test_twelve_speeds_fill_the_table(tested):
-    b, plant = tested(rolac__min_speed=1.0)
-    for count, speed in enumerate(SPEEDS, 1):
-        b["Omega"] = speed
-        b["identify"] = 0.0
-        plant.run(b, 200)
-        b["identify"] = 1.0
-        plant.run(b, 1)
-        while b["identification_state"] < DONE:
-            plant.run(b, 500)
-        assert b["identification_state"] == DONE, b["identification_error"]
-        assert b["table_rows"] == count
-        assert b["identification_speed"] == speed
 
 
 def test_it_waits_for_a_valid_window(bench, discrete_plant):
