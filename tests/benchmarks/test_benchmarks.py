@@ -51,23 +51,6 @@ def test_a_curve_deviates_from_its_linear_fit() -> None:
     assert LinearFit([1.0, 2.0, 4.0], [1.0, 4.0, 16.0]).deviation > 0.05
 
 
-def test_the_first_python_that_has_the_package_is_taken(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    folders = [tmp_path / name for name in ("without", "with", "later")]
-    for folder in folders:
-        folder.mkdir()
-        python = folder / "python3"
-        python.write_text(f"#!/bin/sh\nexit {int(folder.name == 'without')}\n", encoding="utf-8")
-        python.chmod(0o755)
-    monkeypatch.setenv("PATH", ":".join(map(str, folders)))
-    process.find_python_with.cache_clear()
-    assert process.find_python_with("json") == sys.executable
-    assert process.find_python_with("nobody_has_this") == str(folders[1] / "python3")
-    monkeypatch.setenv("PATH", str(folders[0]))
-    process.find_python_with.cache_clear()
-    assert process.find_python_with("nobody_has_this") is None
-    process.find_python_with.cache_clear()
-
-
 def test_a_process_that_fails_says_why(tmp_path: Path) -> None:
     file = tmp_path / "case.py"
     file.write_text("def half(x):\n    return 1 / x\n", encoding="utf-8")
@@ -137,26 +120,6 @@ def test_the_baseline_equals_the_co_simulation_to_the_last_bit(step: int, run_py
     assert result["steps"] == result["points"] - 1
     assert result["shortest_step"] > 0.0
     assert result["all_steps"] == pytest.approx(1.0, abs=1e-9)
-
-
-def refused(text: str, flavour: str = "native") -> str:
-    from amb_cosim.cosim.run.options import RunOptions
-    from amb_cosim.scenario.plan_run import plan_run
-    from amb_cosim.scenario.scenario import parse_scenario
-    from benchmarks.baseline import Baseline
-
-    try:
-        Baseline(plan_run(parse_scenario(text, "case"), options=RunOptions(flavour=flavour)))
-    except ValueError as error:
-        return str(error)
-    return ""
-
-
-@pytest.mark.slow
-@needs_compiler
-def test_a_run_in_jacobi_order_has_no_baseline(run_python: Callable[..., Any]) -> None:
-    text = 'coupling = "jacobi"\n' + SCENARIO.format(step=250)
-    assert "case has no baseline; it must run" in run_python(refused, text=text, timeout=600)
 
 
 @pytest.mark.slow

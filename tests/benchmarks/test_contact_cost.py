@@ -5,8 +5,6 @@ import json
 import pytest
 from click.testing import CliRunner
 
-from benchmarks.contact_cost import cheapest
-
 
 @pytest.fixture(scope="module")
 def data():
@@ -37,10 +35,6 @@ def test_every_classical_law_reaches_the_tolerance_of_its_own_limit(data):
     for row in data["own_accuracy"]:
         assert row["force_error"] <= data["force_tolerance"]
         assert row["penetration"] > 0.01
-
-
-def test_no_run_is_the_cheapest_if_none_is_accurate():
-    assert cheapest([], "orbit_error", 1e-2) is None
 
 
 def test_command_prints_json_or_tables_and_draws(tmp_path, monkeypatch, data):

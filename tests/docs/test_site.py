@@ -89,9 +89,3 @@ def test_every_key_of_a_file_says_what_it_means(form):
     rows = re.findall(r"^\| `(\w+)` \| (.*?) \|", declarations.keys_of(form), re.MULTILINE)
     assert rows
     assert [key for key, meaning in rows if not meaning] == []
-
-
-def test_every_public_name_is_documented():
-    directives = list(declarations.names_of("amb_cosim"))
-    assert "::: amb_cosim.run" in directives
-    assert "::: amb_cosim.Scenario" in directives

@@ -54,14 +54,6 @@ def test_an_archive_of_a_folder_hangs_on_its_content_alone(release, tmp_path):
     assert release.differences(tmp_path / "one", tmp_path / "two") == ["a", "d"]
 
 
-def test_checksums_name_all_files_but_themselves(release, tmp_path):
-    (tmp_path / "fmus").mkdir()
-    (tmp_path / "fmus" / "rotor.fmu").write_bytes(b"abc")
-    (tmp_path / "SHA256SUMS").write_text(release.checksums(tmp_path))
-    digest = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad"  # of abc, FIPS 180-4
-    assert release.checksums(tmp_path) == f"{digest}  fmus/rotor.fmu\n"
-
-
 def test_the_scenario_of_a_release_is_that_of_the_readme(release):
     from amb_cosim.scenario.scenario import load_scenario
 
