@@ -1,4 +1,4 @@
-"""Processes killed at any moment, disks that are full, folders that cannot be written, caches that are shared."""
+"""Processes killed at any moment, folders that cannot be written, caches that are shared."""
 
 from __future__ import annotations
 
@@ -120,28 +120,6 @@ def test_signal_at_any_moment_is_one_line(folder, duration, chance, rounds, numb
             assert sum(line.startswith("amb-cosim: ") for line in errors.splitlines()) == 1, errors
         check_result(folder)
     assert code in codes
-
-
-def test_disk_that_becomes_full_leaves_the_old_result(folder, chance, rounds):
-    """The size that files may have is limited, which fails as a full disk does, at a random byte."""
-    sizes = [path.stat().st_size for path in (folder / "out").iterdir()]
-    before = {path: path.read_bytes() for path in (folder / "out").iterdir()}
-    codes = []
-    for _ in range(rounds):
-        limit = chance.randrange(int(1.1 * max(sizes)))
-        done = finished(folder, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit)))  # noqa: B023
-        codes.append(done.returncode)
-        assert done.returncode in (0, 1), done.stderr
-        assert "Traceback" not in done.stderr, (limit, done.stderr)
-        if done.returncode == 1:
-            said = [line for line in done.stderr.splitlines() if line.startswith("amb-cosim: ")]
-            assert len(said) == 1, done.stderr
-            assert "out/" in said[0]
-            assert (folder / "out" / "result.nc").stat().st_size == sizes[0] or limit >= min(sizes)
-        else:
-            before = {path: path.read_bytes() for path in (folder / "out").iterdir()}
-        assert set(before) == set((folder / "out").iterdir())
-    assert 1 in codes
 
 
 @pytest.fixture
