@@ -1,24 +1,14 @@
-"""What campaigns share: how long they are, and FMUs to call."""
+"""What campaigns share: how long they are."""
 
 from __future__ import annotations
 
 import random
 import sys
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import pytest
 
 sys.path.insert(0, str(Path(__file__).parent / "support"))
-
-
-@pytest.fixture(scope="session")
-def fmu_folder() -> Callable[[str, Any], Path]:
-    """`fmu_folder(model, flavour)`: where the FMU is extracted."""
-    from amb_cosim.cosim.fmu.fmus import ensure_built
-
-    return lambda model, flavour: ensure_built(model, flavour).folder
 
 
 @pytest.fixture
