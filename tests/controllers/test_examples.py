@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
 import control
@@ -13,21 +12,16 @@ import pytest
 import amb_cosim
 from amb_cosim import studies
 
-EXAMPLES = Path(__file__).parents[2] / "examples" / "controllers"
 NAMES = ("lead with two notches", "cross-feedback", "LQG", "H-infinity")
 
 pytestmark = pytest.mark.slow
 
 
 @pytest.fixture(scope="module")
-def compare():
-    sys.path.insert(0, str(EXAMPLES))
-    try:
-        import compare
+def compare(examples):
+    import compare
 
-        yield compare
-    finally:
-        sys.path.remove(str(EXAMPLES))
+    return compare
 
 
 @pytest.fixture(scope="module")

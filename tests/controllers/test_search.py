@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import sys
 import tomllib
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,7 +10,6 @@ from scipy.signal import bilinear
 
 import amb_cosim
 
-EXAMPLES = Path(__file__).parents[2] / "examples" / "controllers"
 pytestmark = pytest.mark.slow
 
 MACHINE, STEP = "compressor_levitated", 1e-4
@@ -20,14 +17,10 @@ LAWS = [(2.34e4, 36.0, 1500.0, 900.0, 0.5, 1.5), (2.5e4, 30.0, 1200.0, 700.0, 0.
 
 
 @pytest.fixture(scope="module")
-def room():
-    sys.path.insert(0, str(EXAMPLES))
-    try:
-        import search
+def room(examples):
+    import search
 
-        yield search
-    finally:
-        sys.path.remove(str(EXAMPLES))
+    return search
 
 
 @pytest.fixture(scope="module")

@@ -26,21 +26,10 @@ from signal_chain.presets import is_on
 
 
 def zoh_response(a: ArrayLike, b: ArrayLike, c: ArrayLike, omega: float, sample_time: float) -> Complex:
-    """Return the response P of x' = A x + B u, y = C x at omega, with u held over each sample: C (z I - Phi)^-1 Gamma.
+    """Return the response P of x' = A x + B u, y = C x at omega (rad/s), with u held over each sample (s).
 
-    Parameters
-    ----------
-    a, b, c
-        Shapes (n, n), (n, m), (p, n). For a rotor in magnetic bearings A holds their negative stiffness K_s, and u
-        is the force K_i I.
-    omega
-        Frequency (rad/s).
-    sample_time
-        h (s).
-
-    Returns
-    -------
-    array, shape (p, m), complex
+    P = C (z I - Phi)^-1 Gamma, shape (p, m). For a rotor in magnetic bearings A holds their negative stiffness K_s, and
+    u is the force K_i I.
     """
     A, B, C = (np.atleast_2d(np.asarray(matrix, dtype=np.float64)) for matrix in (a, b, c))
     n, m = B.shape
@@ -64,32 +53,11 @@ def controller_response(parameters: Parameters, omega: float) -> Complex:
 def identified_receptance(
     loop: ControlLoop, plant: ArrayLike, omega: float, parameters: Mapping[str, float] | None = None
 ) -> Complex:
-    """Return the receptance R that the controller identifies on a linear plant: R = F (I + P D C S F)^-1 P D.
+    """Return the receptance R (m/N) that the controller identifies on a plant P (m/N), both of (n_sensors, n_axes).
 
-    Parameters
-    ----------
-    loop
-        Names of the controller's bearings and sensors.
-    plant
-        P at omega, shape (n_sensors, n_axes), complex (m/N); see `zoh_response`.
-    omega
-        Frequency of the harmonic, n Omega (rad/s).
-    parameters
-        Parameters of the FMU that differ from their start values, by name.
-
-    Returns
-    -------
-    array, shape (n_sensors, n_axes), complex
-        m/N.
-
-    Raises
-    ------
-    ValueError
-        If the shape is wrong or a parameter does not exist.
+    `omega` (rad/s) is that of the harmonic, and `parameters` are those of the FMU that differ from their start values.
     """
     p: Complex = np.asarray(plant, dtype=np.complex128)
-    if p.shape != loop.shape:
-        raise ValueError(f"plant of shape {p.shape} is not allowed; it must be {loop.shape}")
     values = parameters_of_loop(loop, parameters or {})
     local = values.common[0]
     if is_on(local.chain.preset, local.chain.delay):
