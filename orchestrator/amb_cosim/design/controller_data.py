@@ -19,26 +19,24 @@ MAX_CONDITION = 1e4
 SPEEDS = tuple(2.0 * np.pi * f for f in (5.0, 10.0, 15.0, 20.0, 22.0, 24.0, 25.0, 26.0, 27.0, 28.0, 29.0, 35.0))
 
 
-def condition_number(receptance: ArrayLike, weights: ArrayLike | None = None) -> float:
-    """Return the largest over the smallest singular value of W^(1/2) R; infinite if R is singular.
+def condition_number(receptance: ArrayLike) -> float:
+    """Return the largest over the smallest singular value of R; infinite if R is singular.
 
-    Parameters and errors are those of `inverse_receptance`, which allows at most MAX_CONDITION.
+    Parameter and errors are those of `inverse_receptance`, which allows at most MAX_CONDITION.
     """
-    singular = np.linalg.svd(_weighted(receptance, weights)[0], compute_uv=False)
+    singular = np.linalg.svd(_checked(receptance), compute_uv=False)
     return float(singular[0] / singular[-1]) if singular[-1] > 0.0 else np.inf
 
 
-def inverse_receptance(receptance: ArrayLike, weights: ArrayLike | None = None) -> Complex:
-    """Return the matrix H of the adaptive law, the negative weighted pseudo-inverse of the receptance.
+def inverse_receptance(receptance: ArrayLike) -> Complex:
+    """Return the matrix H of the adaptive law, the negative pseudo-inverse of the receptance.
 
-    H = -(R^H W R)^-1 R^H W     (5.10)
+    H = -(R^H R)^-1 R^H     (5.10), with equal weights of the sensors
 
     Parameters
     ----------
     receptance
         R, shape (n_sensors, n_axes), complex (m/N): rows are sensors, columns are forces of the bearings' axes.
-    weights
-        Diagonal of W, shape (n_sensors,), non-negative; ones by default.
 
     Returns
     -------
@@ -48,16 +46,15 @@ def inverse_receptance(receptance: ArrayLike, weights: ArrayLike | None = None) 
     Raises
     ------
     ValueError
-        If a shape is invalid, a number is not finite, a weight is negative, or R is ill-conditioned.
+        If the shape is invalid, a number is not finite, or R is ill-conditioned.
     """
-    weighted, root = _weighted(receptance, weights)
-    condition = condition_number(receptance, weights)
+    condition = condition_number(receptance)
     if condition > MAX_CONDITION:
         raise ValueError(
             f"a receptance of condition number {condition:.3g} is not allowed; it must be at most {MAX_CONDITION:g}, "
-            "so that every combination of forces moves the weighted sensors"
+            "so that every combination of forces moves the sensors"
         )
-    return np.asarray(-np.linalg.pinv(weighted, rcond=0.0) * root, dtype=np.complex128)
+    return np.asarray(-np.linalg.pinv(_checked(receptance), rcond=0.0), dtype=np.complex128)
 
 
 def no_table(loop: ControlLoop) -> Array:
@@ -137,15 +134,11 @@ def pack_rows(
     return np.concatenate([part.ravel().view(np.float64) for part in parts])
 
 
-def _weighted(receptance: ArrayLike, weights: ArrayLike | None) -> tuple[Complex, Array]:
-    """W^(1/2) R and the diagonal of W^(1/2)."""
+def _checked(receptance: ArrayLike) -> Complex:
+    """Return R, if it has at least as many rows as columns, and finite numbers."""
     r = np.asarray(receptance, dtype=np.complex128)
     if r.ndim != 2 or not 1 <= r.shape[1] <= r.shape[0]:
         raise ValueError(f"receptance of shape {r.shape} is not allowed; it must have at least as many rows as columns")
     if not np.isfinite(r).all():
         raise ValueError("receptance has numbers that are not finite")
-    w = np.ones(len(r)) if weights is None else np.asarray(weights, dtype=np.float64)
-    if w.shape != (len(r),) or not np.isfinite(w).all() or (w < 0.0).any():
-        raise ValueError(f"weights = {w} is not allowed; they must be {len(r)} finite numbers >= 0")
-    root = np.sqrt(w)
-    return root[:, None] * r, root
+    return r

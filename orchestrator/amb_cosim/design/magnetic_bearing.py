@@ -10,7 +10,7 @@ import math
 from collections.abc import Callable
 from functools import lru_cache
 from itertools import pairwise
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import brentq
@@ -28,9 +28,6 @@ from amb_actuator.interface import LINEAR, MEASURED, NONLINEAR, axes_of, interfa
 from amb_actuator.records import AXIS
 from array_types import Array, Bools
 from fmi_export.variables import Variable
-
-if TYPE_CHECKING:
-    import control
 
 
 class Linearisation(NamedTuple):
@@ -290,17 +287,6 @@ def load_capacity(p: np.record, loads: Array) -> LoadCapacity:
             (q.static_current, float(linearisation(q, 0.0, high).force), -float(linearisation(q, 0.0, low).force))
         )
     return LoadCapacity(*np.array(rows).reshape(-1, 3).T)
-
-
-def amplifier_transfer(p: np.record) -> control.TransferFunction:
-    """Return the transfer function from commanded control current to coil current, A/A: omega_b/(s + omega_b).
-
-    It holds within the voltage limit. Multiply it by `amplifier_gain` for A/V, and by K_i (N/A) for the force at x = 0.
-    """
-    import control  # slow to import, and not needed for a run
-
-    omega = 2.0 * math.pi * float(p.bandwidth)
-    return control.tf([omega], [1.0, omega])
 
 
 def _voltage_margin(p: np.record) -> float:

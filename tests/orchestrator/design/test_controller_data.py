@@ -19,12 +19,10 @@ def test_h_is_the_negative_left_inverse_of_the_receptance(receptance):
     np.testing.assert_allclose(inverse_receptance(receptance) @ receptance, -np.eye(4), atol=1e-12)
 
 
-def test_h_with_weights_solves_the_normal_equations(receptance):
-    weights = np.array([1.0, 2.0, 0.0, 4.0, 0.5, 3.0, 1.0, 1.0])
-    w = np.diag(weights)
+def test_h_solves_the_normal_equations(receptance):
     adjoint = receptance.conj().T
-    expected = -np.linalg.solve(adjoint @ w @ receptance, adjoint @ w)
-    np.testing.assert_allclose(inverse_receptance(receptance, weights), expected, rtol=1e-10, atol=1e-3)
+    expected = -np.linalg.solve(adjoint @ receptance, adjoint)
+    np.testing.assert_allclose(inverse_receptance(receptance), expected, rtol=1e-10, atol=1e-3)
 
 
 def test_ill_conditioned_receptance_is_refused_with_the_number(receptance):
@@ -37,12 +35,6 @@ def test_ill_conditioned_receptance_is_refused_with_the_number(receptance):
 def test_receptance_of_wrong_shape_is_refused(receptance):
     with pytest.raises(ValueError, match=r"\(4, 8\)"):
         inverse_receptance(receptance.T)
-
-
-@pytest.mark.parametrize("weights", [np.ones(4), [1, 1, 1, 1, 1, 1, 1, -1], [1, 1, 1, 1, 1, 1, 1, np.nan]])
-def test_bad_weights_are_refused(receptance, weights):
-    with pytest.raises(ValueError, match="weights"):
-        inverse_receptance(receptance, weights)
 
 
 @pytest.mark.parametrize("speeds", [[2.0, 1.0], [1.0, 1.0], [0.0, 1.0], [1.0, np.nan]])

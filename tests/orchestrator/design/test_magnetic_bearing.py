@@ -7,7 +7,6 @@ import pytest
 
 from amb_actuator.interface import DYNAMIC, NONLINEAR
 from amb_cosim.design.magnetic_bearing import (
-    amplifier_transfer,
     axis_parameters,
     current_amplitude,
     current_range,
@@ -145,9 +144,3 @@ def test_load_and_control_force_add_up_to_1700_newton():
     result = load_capacity(RIG, np.array([F_0]))
     assert result.up + F_0 == pytest.approx(1700.0, rel=1e-9)
     assert result.down - F_0 == pytest.approx(1700.0, rel=1e-9)
-
-
-def test_amplifier_has_unit_gain_and_its_pole_at_the_bandwidth():
-    transfer = amplifier_transfer(axis_parameters(bandwidth=700.0))
-    assert transfer.dcgain() == pytest.approx(1.0)
-    np.testing.assert_allclose(transfer.poles(), -2.0 * math.pi * 700.0)
