@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 
 def require(condition: bool, what: str, value: object, allowed: str) -> None:
@@ -16,3 +18,12 @@ def require_positive(record: object, **units: str) -> None:
     for name, unit in units.items():
         value = getattr(record, name)
         require(0.0 < value < math.inf, name, f"{value:g} {unit}".rstrip(), f"> 0 {unit}".rstrip())
+
+
+@contextmanager
+def errors_in(place: str) -> Iterator[None]:
+    """Put the place of a fault, unless it is empty, before the message of a ValueError."""
+    try:
+        yield
+    except ValueError as error:
+        raise ValueError(f"{place}: {error}" if place else str(error)) from error

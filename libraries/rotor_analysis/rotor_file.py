@@ -9,6 +9,7 @@ from typing import Any
 
 from pydantic import TypeAdapter
 
+from amb_files.checks import errors_in
 from amb_files.toml import parse_toml, read_text, validate
 from rotor_analysis.packaged_rotors import rotor_path
 from rotor_analysis.rotor import Mesh, Rotor
@@ -81,7 +82,5 @@ def rotor_from(data: dict[str, Any], name: str) -> Rotor:
         return rotor
     from rotor_analysis.mesh_accuracy import refine_to_accuracy  # scipy, which is slow to import
 
-    try:
+    with errors_in(name):
         return refine_to_accuracy(rotor, mesh.modes, mesh.accuracy)
-    except ValueError as error:
-        raise ValueError(f"{name}: {error}") from error

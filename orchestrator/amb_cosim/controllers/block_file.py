@@ -30,10 +30,9 @@ Cross coupling is a channel from one axis to the other. Blocks are those of `blo
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
-from functools import partial
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Any, TypeVar
+from typing import Annotated, Any
 
 import numpy as np
 from pydantic import Field
@@ -43,12 +42,12 @@ from amb_cosim.controllers.discretisation import check_sample_time, sampled
 from amb_cosim.controllers.laws import Law, in_series, law_of, side_by_side
 from amb_cosim.cosim.system.tables import Table, Value
 from amb_cosim.cosim.system.values import quantity
+from amb_files.checks import errors_in
 from amb_files.suggestions import suggest
 from amb_files.toml import read_toml, validate
 from array_types import Array
 
 Names = Annotated[tuple[str, ...], Field(min_length=1, max_length=64)]
-T = TypeVar("T")
 Gains = Annotated[tuple[tuple[Value, float], ...], Field(min_length=1, max_length=1000)]
 
 
@@ -133,8 +132,10 @@ def _laws(table: ControllerTable, warp: Warp) -> dict[float, Law]:
         if len(ends[0]) != len(ends[1]):
             raise ValueError(f"{where}: from has {len(ends[0])} names and to {len(ends[1])}; they must be equally many")
         gains.append(_gains(channel, where))
-        scheduled = [speed for k, block in enumerate(channel.blocks, 1) for speed in _of(where, k, block, block.speeds)]
-        speeds |= {*scheduled, *(speed for speed, _ in gains[-1])}
+        speeds |= {speed for speed, _ in gains[-1]}
+        for k, block in enumerate(channel.blocks, 1):
+            with errors_in(f"{where}: block {k} ({block.type})"):
+                speeds |= {*block.speeds()}
         for source, target in zip(*ends, strict=True):
             owners.append(number - 1)
             reads.append(_weights(source, table.inputs, table.signals, f"{where}: from", "signals"))
@@ -151,21 +152,10 @@ def _laws(table: ControllerTable, warp: Warp) -> dict[float, Law]:
 
 def _in_series(channel: Channel, speed: float, warp: Warp, where: str) -> Law:
     law = law_of(1.0)
-    for number, block in enumerate(channel.blocks, 1):
-        law = in_series(law, _of(where, number, block, partial(_law_at, block, speed, warp)))
+    for k, block in enumerate(channel.blocks, 1):
+        with errors_in(f"{where}: block {k} ({block.type})"):
+            law = in_series(law, block.at(speed).law(warp))
     return law
-
-
-def _law_at(block: Block, speed: float, warp: Warp) -> Law:
-    return block.at(speed).law(warp)
-
-
-def _of(where: str, number: int, block: Block, ask: Callable[[], T]) -> T:
-    """Return the result of a block's function; its errors name the block."""
-    try:
-        return ask()
-    except ValueError as error:
-        raise ValueError(f"{where}: block {number} ({block.type}): {error}") from error
 
 
 def _gains(channel: Channel, where: str) -> list[tuple[float, float]]:
@@ -173,10 +163,8 @@ def _gains(channel: Channel, where: str) -> list[tuple[float, float]]:
     if isinstance(channel.gain, int | float):
         gains = [(0.0, float(channel.gain))]
     else:
-        try:
+        with errors_in(where):
             gains = schedule(channel.gain, "gain", lambda raw, _: float(raw))
-        except ValueError as error:
-            raise ValueError(f"{where}: {error}") from error
     if not np.isfinite(gains).all():
         raise ValueError(f"{where}: gain is not allowed; it must be finite")
     return gains

@@ -16,6 +16,7 @@ import numpy as np
 from amb_cosim.controllers.discretisation import check_sample_time, sampled
 from amb_cosim.controllers.laws import Law, law_of
 from amb_cosim.cosim.basics.choices import Flavour, Fmi
+from amb_files.checks import errors_in
 from array_types import Array
 from linear_controller.ports import Ports
 
@@ -181,10 +182,10 @@ def linear_controller(
     by_speed = _laws(K, sampled_arrays)
     first = next(iter(by_speed.values()))
     time = check_sample_time(_sample_time(first) if sample_time is None else sample_time)
-    laws = {
-        speed: _named(speed, len(by_speed), lambda law=law: sampled(law, time, method, prewarp))
-        for speed, law in by_speed.items()
-    }
+    laws = {}
+    for speed, law in by_speed.items():
+        with errors_in(f"at {speed:g} rad/s" if len(by_speed) > 1 else ""):
+            laws[speed] = sampled(law, time, method, prewarp)
     _check_alike(laws)
     if not 1e-6 <= slow_time <= 1e6:
         raise ValueError(f"slow_time = {slow_time:g} s is not allowed; it must be >= 1e-06 and <= 1e+06 s")
@@ -233,17 +234,11 @@ def _laws(K: Any, sampled_arrays: bool) -> dict[float, Law]:
     for speed in K:
         if isinstance(speed, bool) or not isinstance(speed, Real) or not abs(float(speed)) <= 1e4:
             raise ValueError(f"a speed of {speed!r} is not allowed; it must be a number from -1e4 to 1e4 rad/s")
-    laws = {float(v): _named(v, len(K), lambda law=law: law_of(law, sampled_arrays)) for v, law in K.items()}
+    laws = {}
+    for speed, law in K.items():
+        with errors_in(f"at {speed:g} rad/s" if len(K) > 1 else ""):
+            laws[float(speed)] = law_of(law, sampled_arrays)
     return dict(sorted(laws.items()))
-
-
-def _named(speed: float, count: int, make: Any) -> Law:
-    """Return the result of `make`; its errors name the speed if there are several."""
-    try:
-        law: Law = make()
-    except ValueError as error:
-        raise ValueError(f"at {speed:g} rad/s: {error}" if count > 1 else str(error)) from error
-    return law
 
 
 def _sample_time(law: Law) -> float:

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
+from amb_files.checks import errors_in
 from array_types import Array, Complex
 from rolac_controller.control_loop import ControlLoop
 from rolac_controller.parameters import LARGEST_ORDER
@@ -113,10 +114,8 @@ def pack_rows(
     """
     keys, receptances, inverses = [], [], []
     for order, speed, receptance in rows:
-        try:
+        with errors_in(f"at {speed:g} rad/s"):
             inverses.append(inverse_receptance(receptance))
-        except ValueError as error:
-            raise ValueError(f"at {speed:g} rad/s: {error}") from error
         keys.append((order, speed))
         receptances.append(receptance)
     names, responses = loop.sensor_names, list(inner)

@@ -17,6 +17,7 @@ from pydantic import PlainValidator, StrictFloat, StrictInt, StrictStr
 
 from amb_cosim.design.controller_data import condition_number, inverse_receptance, pack_rows
 from amb_files.atomic import write_atomically
+from amb_files.checks import errors_in
 from amb_files.toml import read_toml, table, validate
 from amb_files.validation_errors import Unit
 from array_types import Array, Complex
@@ -262,10 +263,8 @@ class _Receptance:
         for name, matrix in (("inner_real", self.inner_real), ("inner_imaginary", self.inner_imaginary)):
             if matrix is not None and matrix.shape != self.real.T.shape:
                 raise ValueError(f"{name} is {_shape(matrix)}; it must be {_shape(self.real.T)}, axes by sensors")
-        try:
+        with errors_in(f"at {self.speed:g} rad/s"):
             inverse_receptance(self.receptance)
-        except ValueError as error:
-            raise ValueError(f"at {self.speed:g} rad/s: {error}") from error
 
     @property
     def receptance(self) -> Complex:

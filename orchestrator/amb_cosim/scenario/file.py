@@ -16,6 +16,7 @@ from typing import Any
 from amb_cosim.cosim.fmu.fmus import models
 from amb_cosim.cosim.system.system_file import packaged_systems
 from amb_cosim.cosim.system.tables import check_bases
+from amb_files.checks import errors_in
 from amb_files.packs import files_of
 from amb_files.suggestions import suggest
 from amb_files.toml import read_toml
@@ -70,10 +71,8 @@ def read_scenario(name: str, derived: tuple[str, ...] = ()) -> dict[str, Any]:
         raise ValueError(f"scenario {name}: base = {base!r} is not allowed; it must be the name or path of a scenario")
     below = read_scenario(base if base in packaged else str(source.parent / base), (*derived, name))
     for entry in remove:
-        try:
+        with errors_in(f"scenario {name}"):
             below = _without(below, entry)
-        except ValueError as error:
-            raise ValueError(f"scenario {name}: {error}") from error
     return overlaid(below, data)
 
 

@@ -20,6 +20,7 @@ from amb_cosim.scenario.file import overlaid, packaged_scenarios, read_scenario,
 from amb_cosim.scenario.rotors import RotorField, RotorSource, is_rotor
 from amb_cosim.scenario.scenario_tables import Event, Plot, SpeedPoint, Stop
 from amb_files.atomic import write_atomically
+from amb_files.checks import errors_in
 from amb_files.pack_file import default
 from amb_files.toml import parse_toml, validate
 
@@ -255,14 +256,12 @@ def make_scenario(data: dict[str, Any], name: str) -> Scenario:
     """A scenario from the content of its TOML file. Raises ValueError as `load_scenario` does."""
     what = f"scenario {name}"
     scenario = validate({"name": Path(name).stem} | data, Scenario, what)
-    try:
+    with errors_in(what):
         _check_events(scenario)
         _check_speeds(scenario)
         for stop in scenario.stop:
             stop.condition(scenario.period)
         _ = scenario.step_size("gauss_seidel"), scenario.end(scenario.period)  # both raise when they are wrong
-    except ValueError as error:
-        raise ValueError(f"{what}: {error}") from error
     return scenario
 
 
