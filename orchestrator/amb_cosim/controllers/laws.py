@@ -122,17 +122,9 @@ def in_series(first: Law, then: Law) -> Law:
 
 def side_by_side(laws: Sequence[Law]) -> Law:
     """Return independent laws as one with block-diagonal matrices."""
+    from scipy.linalg import block_diag
 
-    def blocks(name: str) -> Array:
-        parts = [getattr(law, name) for law in laws]
-        whole = np.zeros((sum(len(part) for part in parts), sum(part.shape[1] for part in parts)))
-        row = column = 0
-        for part in parts:  # block_diag treats matrices without rows or columns as rows
-            whole[row : row + len(part), column : column + part.shape[1]] = part
-            row, column = row + len(part), column + part.shape[1]
-        return whole
-
-    return Law(blocks("A"), blocks("B"), blocks("C"), blocks("D"))
+    return Law(*(block_diag(*(getattr(law, name) for law in laws)) for name in "ABCD"))
 
 
 def _assembled(rows: Sequence[Sequence[Law]]) -> Law:

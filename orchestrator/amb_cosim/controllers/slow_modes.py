@@ -65,6 +65,8 @@ def slow_modes(law: Law, sample_time: float, slow_time: float) -> SlowModes:
     ValueError
         If slow and fast modes cannot be distinguished.
     """
+    from scipy.linalg import block_diag
+
     n, (p, m) = len(law.A), law.D.shape
     alpha = math.exp(-sample_time / slow_time)
     rest, slow, bases, maps, parts = np.zeros((n, m)), np.zeros((n, n)), [], [], []
@@ -80,7 +82,7 @@ def slow_modes(law: Law, sample_time: float, slow_time: float) -> SlowModes:
     tracking = np.zeros((n, p))
     n_slow = sum(len(part) for part in parts)
     if n_slow:
-        tracking = np.hstack(bases) @ _gain(_block_diagonal(parts), np.hstack(maps), alpha)
+        tracking = np.hstack(bases) @ _gain(block_diag(*parts), np.hstack(maps), alpha)
     result = SlowModes(tracking, rest, slow)
     if not all(np.isfinite(value).all() for value in (tracking, rest, slow)):
         raise ValueError("the slow and fast modes of A cannot be separated; try another slow_time")
@@ -111,9 +113,3 @@ def _gain(A_s: Array, C_s: Array, alpha: float) -> Array:
         X = solve_discrete_lyapunov(F_inverse.T, F_inverse.T @ C_s.T @ C_s @ F_inverse)
     to_demands = np.linalg.pinv((X + X.T) / 2.0, rcond=1e-12, hermitian=True) @ C_s.T
     return np.asarray(A_s @ to_demands @ np.linalg.inv(C_s @ to_demands + np.eye(len(C_s))))
-
-
-def _block_diagonal(parts: list[Array]) -> Array:
-    from scipy.linalg import block_diag
-
-    return np.asarray(block_diag(*[part for part in parts if len(part)]))
