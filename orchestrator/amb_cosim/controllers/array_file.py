@@ -42,7 +42,7 @@ def write_arrays(path: Path, laws: Mapping[float, Law], facts: Mapping[str, Any]
     if len(each) > 1:
         content["speeds"] = np.array(list(laws))
     if path.suffix == ".npz":
-        write_atomically(path, lambda file: _save_npz(file, content))
+        write_atomically(path, lambda file: np.savez(file, **content))
     elif path.suffix == ".mat":
         from scipy.io import savemat
 
@@ -98,11 +98,6 @@ def _laws(content: Mapping[str, Any], step: float | None) -> Law | dict[float, L
     if len(table) < len(speeds):
         raise ValueError(f"speeds = {speeds.tolist()} rad/s is not allowed; they must differ")
     return table
-
-
-def _save_npz(path: Path, content: Mapping[str, Any]) -> None:
-    with path.open("wb") as file:
-        np.savez(file, **content)
 
 
 def _starts(content: Mapping[str, Any]) -> dict[str, float]:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import os
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -125,15 +124,8 @@ class ReceptanceTable:
 
     def write(self, path: Path) -> None:
         """Write the table atomically: a failure or an interruption leaves the old file unchanged."""
-
-        def to_disk(temporary: Path) -> None:
-            with temporary.open("w", encoding="utf-8") as file:
-                file.write(self._text())
-                file.flush()
-                os.fsync(file.fileno())
-
         path.parent.mkdir(parents=True, exist_ok=True)
-        write_atomically(path, to_disk)
+        write_atomically(path, lambda file: file.write_text(self._text(), encoding="utf-8"))
 
     def _text(self) -> str:
         head = [

@@ -102,17 +102,12 @@ def spread(places: ArrayLike, gap: float) -> Array:
 
     This is an isotonic regression of q_k - k gap: neighbours that are too close are spread about their mean.
     """
+    from scipy.optimize import isotonic_regression  # slow to import, and few figures have labels to spread
+
     wanted = np.asarray(places, np.float64)
-    order = np.argsort(wanted, kind="stable")
-    blocks: list[list[float]] = []  # sum and number of what stands together
-    for shifted in wanted[order] - gap * np.arange(len(wanted)):
-        blocks.append([float(shifted), 1.0])
-        while len(blocks) > 1 and blocks[-2][0] / blocks[-2][1] >= blocks[-1][0] / blocks[-1][1]:
-            total, count = blocks.pop()
-            blocks[-1] = [blocks[-1][0] + total, blocks[-1][1] + count]
-    means = np.concatenate([np.full(int(count), total / count) for total, count in blocks] or [np.empty(0)])
+    order, offsets = np.argsort(wanted, kind="stable"), gap * np.arange(len(wanted))
     result = np.empty_like(wanted)
-    result[order] = means + gap * np.arange(len(wanted))
+    result[order] = isotonic_regression(wanted[order] - offsets).x + offsets
     return result
 
 

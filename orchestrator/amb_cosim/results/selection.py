@@ -113,9 +113,5 @@ def to_mat(selection: Selection, path: Path) -> None:
         )
     content: dict[str, object] = {short: selection.values(name) for name, short in names.items()}
     content["units"] = {short: selection.unit(name) for name, short in names.items()}
-    write_atomically(path, partial(_savemat, savemat, content))
-
-
-def _savemat(savemat: object, content: dict[str, object], path: Path) -> None:
-    with path.open("wb") as file:
-        savemat(file, content, long_field_names=True, oned_as="column")  # type: ignore[operator]
+    options = {"appendmat": False, "long_field_names": True, "oned_as": "column"}
+    write_atomically(path, lambda file: savemat(str(file), content, **options))
