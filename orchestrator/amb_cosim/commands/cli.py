@@ -6,7 +6,7 @@ from typing import Any
 
 import click
 
-from amb_cosim.commands import build, cache, compare, controller, export, listing, plot, rotor, run, verify
+from amb_cosim.commands import cache, compare, controller, fmus, listing, plot, rotor, run
 from amb_cosim.commands.cli_errors import Refused, interrupted
 from amb_cosim.commands.packs import PackCommands
 from amb_cosim.cosim.basics.interruption import interruptible, was_interrupted
@@ -55,5 +55,5 @@ def main() -> None:
 
 main.add_section("Run", *run.COMMANDS, *compare.COMMANDS, *plot.COMMANDS, *listing.COMMANDS)
 main.add_section("Design and judge", *rotor.COMMANDS, *controller.COMMANDS)
-main.add_section("FMUs and other tools", *build.COMMANDS, *export.COMMANDS, *verify.COMMANDS)
+main.add_section("FMUs and other tools", *fmus.COMMANDS)
 main.add_section("Housekeeping", *cache.COMMANDS)

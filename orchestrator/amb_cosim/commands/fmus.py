@@ -1,4 +1,4 @@
-"""The command that builds the FMUs."""
+"""Commands that build FMUs, write SSP archives and check FMUs against their reference results."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from typing import Any
 import click
 
 from amb_cosim.commands.cli_errors import refusing
-from amb_cosim.commands.options import FLAVOUR, FMI, PLATFORMS, RECEPTANCES, ROTOR, output
+from amb_cosim.commands.options import FLAVOUR, FMI, PLATFORMS, RECEPTANCES, ROTOR, SETTINGS, UNTIL, output
 from amb_files.atomic import check_writable
 
-SYSTEM = "levitated"  # assembled without a scenario
+SYSTEM = "levitated"  # assembled if no scenario is named
 
 
 @click.command()
@@ -26,11 +26,7 @@ SYSTEM = "levitated"  # assembled without a scenario
     metavar="[SCENARIO]",
     help="One FMU of all components; default: system levitated.",
 )
-@click.option(
-    "--scenario",
-    metavar="SCENARIO",
-    help="Use a scenario's values as start values.",
-)
+@click.option("--scenario", metavar="SCENARIO", help="Use a scenario's values as start values.")
 @click.option(
     "--controller",
     type=click.Path(path_type=Path),
@@ -61,6 +57,7 @@ def build(
     Platforms are linux64 and win64, for native FMUs also darwin64, aarch64-linux, aarch64-darwin, and wasm32
     (WebAssembly for browsers), which all does not include.
     """
+    from amb_cosim.controllers.linear_controller import linear_controller
     from amb_cosim.export.assembled import build_assembled
     from amb_cosim.export.build import build as build_fmus
 
@@ -70,11 +67,14 @@ def build(
             raise ValueError("--assembled and --scenario exclude each other; use --assembled SCENARIO")
         check_writable(output, is_folder=True)
         if controller is not None:
-            _build_controller(controller, output, assembled, scenario, **options)
+            of_rotor = [options.pop(name) for name in ("rotor", "receptances", "sources")]
+            if assembled or scenario or any(of_rotor) or not options.pop("arrays"):
+                allowed = "--flavour, --platforms, --fmi and --output"
+                raise ValueError(f"--controller {controller} can only be combined with {allowed}")
+            click.echo(linear_controller(controller).build(output, **options))
             return
         if assembled is not None:
-            whole = None if assembled == SYSTEM else assembled
-            click.echo(build_assembled(output, whole, **options))
+            click.echo(build_assembled(output, assembled, **options))
             return
         for path in build_fmus(output, scenario=scenario, **options):
             click.echo(path)
@@ -84,22 +84,49 @@ def build(
         click.echo(what_it_needs(), err=True)
 
 
-def _build_controller(
-    file: Path,
-    output: Path,
-    *others: str | None,
-    rotor: str | None,
-    receptances: Path | None,
-    arrays: bool,
-    sources: bool,
-    **options: Any,
-) -> None:
-    """Build the FMU of a controller file."""
-    from amb_cosim.controllers.linear_controller import linear_controller
+@click.command("export-ssp")
+@click.argument("name")
+@SETTINGS
+@output("Archive to write; default: NAME.ssp.")
+@UNTIL
+@ROTOR
+@RECEPTANCES
+@FLAVOUR
+@PLATFORMS
+@click.option("--connectors", is_flag=True, help="Add system connectors for inputs (not for libcosim).")
+@click.option("--integers", is_flag=True, help="Describe Enumerations as Integers, for libcosim and ecos.")
+def export_ssp(name: str, output: Path | None, **options: Any) -> None:
+    """Write a scenario with its FMUs as an SSP archive.
 
-    if any((*others, rotor, receptances, not arrays, sources)):
-        raise ValueError(f"--controller {file} can only be combined with --flavour, --platforms, --fmi and --output")
-    click.echo(linear_controller(file).build(output, **options))
+    NAME is a scenario or its TOML file. The archive is SSP 1.0, for other tools.
+    """
+    from amb_cosim.export import exchange
+
+    path = output or Path(f"{Path(name).stem}.ssp")
+    with refusing():
+        check_writable(path, is_folder=False)
+        exchange.export_ssp(name, path, **options)
+    click.echo(path)
 
 
-COMMANDS = (build,)
+@click.command()
+@click.argument("fmu", type=click.Path(path_type=Path))
+@click.pass_context
+def verify(ctx: click.Context, fmu: Path) -> None:
+    """Check an FMU against its reference results.
+
+    FMPy runs the experiments in the FMU (FMI-LS-REF).
+
+    The exit code is 1 if a value differs, or an experiment cannot be run.
+    """
+    from amb_cosim.cosim.verify.verification import verify
+
+    with refusing():
+        result = verify(fmu)
+    for item in result:
+        click.echo(item)
+    if not all(item.is_equal for item in result):
+        ctx.exit(1)
+
+
+COMMANDS = (build, export_ssp, verify)
