@@ -60,26 +60,15 @@ def build(
     >>> [file.name for file in build("fmus", scenario="compressor_levitated")]
     ['rolac_controller.fmu', 'amb_actuator.fmu', 'rotor_contact.fmu']
     """
-    target = BuildTarget(flavour, platforms, fmi, arrays, sources)
-    if scenario is not None:
-        return _build_planned(Path(folder), target, scenario, rotor, receptances)
-    table = None if receptances is None else Path(receptances)
-    return build_models(MODELS, Path(folder), target, rotor=rotor, receptances=table)
-
-
-def _build_planned(
-    folder: Path,
-    target: BuildTarget,
-    scenario: str | Path | Scenario,
-    rotor: RotorSource,
-    receptances: str | Path | None,
-) -> list[Path]:
-    """Write the FMU of each component of a scenario, with its start values."""
+    folder, target = Path(folder), BuildTarget(flavour, platforms, fmi, arrays, sources)
+    if scenario is None:
+        table = None if receptances is None else Path(receptances)
+        return build_models(MODELS, folder, target, rotor=rotor, receptances=table)
     from fmi_export.model import with_starts
 
     planned = plan_models(scenario, rotor, receptances)
     starts = planned.plan.start_values()
-    models = {name: (with_starts(model, starts[name]), constants) for name, (model, constants) in planned.made.items()}
-    fmus = {name: target.fmu(model, constants) for name, (model, constants) in models.items()}
+    made = planned.made.items()
+    fmus = {name: target.fmu(with_starts(model, starts[name]), constants) for name, (model, constants) in made}
     folder.mkdir(parents=True, exist_ok=True)
     return [write_archive(folder / f"{name}.fmu", fmu) for name, fmu in fmus.items()]

@@ -15,7 +15,7 @@ from amb_cosim.cosim.basics.choices import Coupling
 from amb_cosim.cosim.fmu.fmu_interface import FmuInterface
 
 DEFAULT_STEPS: Mapping[Coupling, float] = {"gauss_seidel": 250e-6, "jacobi": 25e-6, "iterative": 250e-6}  # s
-LARGEST_SHARE = 0.2  # of the controller's sample time, for a step in Jacobi order; see `longest_jacobi_step`
+LARGEST_SHARE = 0.2  # of the controller's sample time, for a step in Jacobi order; see `coupling_warning`
 USUAL_SAMPLE_TIME = 250e-6  # s; of a controller that does not say its own
 PREDICTION = "prediction_time"  # parameter of a component that can look ahead
 SAMPLE_TIME = "sample_time"  # parameter of a component that samples
@@ -32,20 +32,14 @@ def predictable(interfaces: Mapping[str, FmuInterface]) -> list[str]:
     return [f"{component}.{PREDICTION}" for component, port in result.items() if port and port.causality == "parameter"]
 
 
-def longest_jacobi_step(sample_time: float) -> float:
-    """Return the longest communication step (s) in Jacobi order for a controller of a sample time (s): a fifth of it.
-
-    The sample time indicates the bandwidth of the loop, so this bounds the phase lag of the delay. A loop sampled at
-    4 kHz is then within 5 % of Gauss-Seidel order in the orbit of a rub, without prediction; one with little margin at
-    10 kHz also needs prediction. `docs/coupling.md` has both.
-    """
-    return LARGEST_SHARE * sample_time
-
-
 def coupling_warning(
     coupling: Coupling, step_size: float, prediction_time: float = 0.0, sample_time: float | None = None
 ) -> str | None:
     """Return a warning if the coupling makes the results of a levitated rotor doubtful, or None.
+
+    In Jacobi order a step may be a fifth of the sample time. That indicates the bandwidth of the loop, so this bounds
+    the phase lag of the delay. A loop sampled at 4 kHz is then within 5 % of Gauss-Seidel order in the orbit of a rub,
+    without prediction; one with little margin at 10 kHz also needs prediction. `docs/coupling.md` has both.
 
     Parameters
     ----------
@@ -56,7 +50,7 @@ def coupling_warning(
     sample_time
         Sample time of the controller (s); None if unknown.
     """
-    longest = longest_jacobi_step(sample_time or USUAL_SAMPLE_TIME)
+    longest = LARGEST_SHARE * (sample_time or USUAL_SAMPLE_TIME)
     if coupling != "jacobi" or step_size <= longest * (1.0 + 1e-9):
         return None
     step, late, ahead, most = (1e6 * time for time in (step_size, delay(coupling, step_size), prediction_time, longest))

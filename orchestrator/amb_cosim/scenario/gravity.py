@@ -12,27 +12,18 @@ I_b + I_s and a static current -I_s.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
-from amb_cosim.cosim.system.values import Raw
 from amb_cosim.results.component_names import ACTUATOR, PLANT
 from amb_cosim.scenario.operating_point import MissingParameters, parameters_of
 from amb_cosim.scenario.rotors import RotorSource
+from amb_cosim.scenario.scenario import Scenario
 
 STANDARD_GRAVITY = 9.81  # m/s^2
 OF_MAGNET = (("gap", "m"), ("turns", ""), ("pole_area", "m2"), ("bias_current", "A"), ("current_limit", "A"))
 
 
-@dataclass(frozen=True)
-class Gravity:
-    """Size of gravity, and the direction in which it pulls, from x towards y."""
-
-    size: Raw
-    angle: Raw
-
-
-def set_gravity(missing: MissingParameters, gravity: Gravity, rotor: RotorSource) -> None:
-    """Apply gravity to the rotor, and let its magnetic bearings, if any, carry the weight at their centres.
+def set_gravity(missing: MissingParameters, scenario: Scenario) -> None:
+    """Apply the gravity of a scenario, if any, and let magnetic bearings, if any, carry the weight at their centres.
 
     The forces of the bearings become total forces, and each axis gets the static current that carries its share of the
     weight. A replacing bearing without `total_force` must carry its share itself.
@@ -41,21 +32,23 @@ def set_gravity(missing: MissingParameters, gravity: Gravity, rotor: RotorSource
     ----------
     missing
         The values of all parameters, and the names of those that are set or fixed.
-    rotor
-        The rotor, its name or its file; by default the packs' default rotor.
+    scenario
+        Its gravity, the direction in which it pulls, from x towards y, and its rotor.
 
     Raises
     ------
     ValueError
         If a bearing cannot carry its share, or the bearings do not hold the rotor.
     """
+    if scenario.gravity is None:
+        return
     values = missing.values
-    missing.set(f"{PLANT}.gravity", gravity.size)
-    missing.set(f"{PLANT}.gravity_angle", gravity.angle)
+    missing.set(f"{PLANT}.gravity", scenario.gravity)
+    missing.set(f"{PLANT}.gravity_angle", scenario.gravity_angle)
     if ACTUATOR in values.interfaces:
         missing.set(f"{ACTUATOR}.total_force", True)
         if not {f"{PLANT}.gravity", f"{ACTUATOR}.total_force"} & {*values.dropped}:
-            _carry_weight(missing, rotor)
+            _carry_weight(missing, scenario.rotor)
 
 
 def _carry_weight(missing: MissingParameters, rotor: RotorSource) -> None:

@@ -16,7 +16,7 @@ from amb_cosim.results.component_names import ACTUATOR, PLANT
 from amb_cosim.results.places import RotorPlaces, places_of
 from amb_cosim.scenario.control_loop import check_control_loop
 from amb_cosim.scenario.coupling import delay, predictable
-from amb_cosim.scenario.gravity import Gravity, set_gravity
+from amb_cosim.scenario.gravity import set_gravity
 from amb_cosim.scenario.operating_point import MissingParameters, set_operating_points, stated_constants
 from amb_cosim.scenario.plan_warnings import idle_switches, unsteady_effects, viscous_losses
 from amb_cosim.scenario.scenario import Scenario, checked_speed, cycle_period
@@ -178,8 +178,7 @@ def first_values(scenario: Scenario, assembly: Assembly, settings: Mapping[str, 
         of_plant = [f"{PLANT}.{name}" for name in scenario.parameters.get(PLANT, ())]
         set_stators(values, stators, [*of_plant, *(settings or ())])
     missing = MissingParameters(values, stated | stated_constants(values))
-    if scenario.gravity is not None:
-        set_gravity(missing, Gravity(scenario.gravity, scenario.gravity_angle), scenario.rotor)
+    set_gravity(missing, scenario)
     warnings = set_operating_points(missing)
     coupling = scenario.coupling or assembly.system.coupling
     checked_speed(values.inputs[SPEED])  # a wrong speed is reported before a wrong step
@@ -193,12 +192,8 @@ def first_values(scenario: Scenario, assembly: Assembly, settings: Mapping[str, 
 def _essential(places: RotorPlaces) -> tuple[str, ...]:
     """Return patterns of variables for summary and plots, which are always recorded."""
     measured = [name for signals in places.measured.values() for name in signals]
-    of_places = (
-        *(f"{bearing}.[xy]" for bearing in places.bearings),
-        *(f"{site}.*" for site in places.sites),
-        *measured,
-    )
-    return tuple(f"rotor_contact.{name}" for name in (*of_places, "contact_state", "energy.*"))
+    of_places = (*(f"{bearing}.[xy]" for bearing in places.bearings), *(f"{site}.*" for site in places.sites))
+    return tuple(f"{PLANT}.{name}" for name in (*of_places, *measured, "contact_state", "energy.*"))
 
 
 def _contact(places: RotorPlaces) -> tuple[str, ...]:

@@ -205,12 +205,7 @@ def scenarios() -> dict[str, str]:
     >>> scenarios()["compressor_levitated"]
     'A compressor in magnetic bearings under PID holds a step of unbalance without contact'
     """
-    return {name: scenario.description for name, scenario in load_scenarios().items()}
-
-
-def load_scenarios() -> dict[str, Scenario]:
-    """Return the packs' scenarios, by name."""
-    return {name: load_scenario(name) for name in packaged_scenarios()}
+    return {name: load_scenario(name).description for name in packaged_scenarios()}
 
 
 def load_scenario(name: str | None = None) -> Scenario:
