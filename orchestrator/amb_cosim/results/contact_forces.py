@@ -14,7 +14,7 @@ import numpy as np
 
 from amb_cosim.cosim.record.signals import Signals
 from amb_cosim.results.series import at_every_step, cycles, signal
-from array_types import Array
+from array_types import Array, Bools
 
 WINDOW = 1e-3  # s, over which contact forces are averaged
 
@@ -39,7 +39,7 @@ def peaks(dataset: Signals, site: str) -> Array | None:
 def peak_force(dataset: Signals, site: str, begin: float = 0.0, end: float = np.inf) -> float | None:
     """Return the largest normal force (N) at a site between two cycles; None without samples there."""
     steps = at_every_step(dataset)
-    return _largest(steps, _peaks(steps, site), begin, end)
+    return largest(steps, _peaks(steps, site), begin, end)
 
 
 def averaged_force(dataset: Signals, site: str) -> Array | None:
@@ -50,12 +50,25 @@ def averaged_force(dataset: Signals, site: str) -> Array | None:
 def largest_averaged_force(dataset: Signals, site: str, begin: float = 0.0, end: float = np.inf) -> float | None:
     """Return the largest normal force (N) at a site averaged over `WINDOW`, impacts included, between two cycles."""
     steps = at_every_step(dataset)
-    return _largest(steps, _averaged(steps, site), begin, end)
+    return largest(steps, _averaged(steps, site), begin, end)
 
 
 def received_impulse(dataset: Signals, site: str) -> Array | None:
     """Return the normal impulse (N s) of forces and impacts at a site from the first sample to each."""
     return _at_samples(dataset, _received(at_every_step(dataset), site))
+
+
+def touches(dataset: Signals, site: str) -> Bools:
+    """Return the samples in contact at a site, or after a step with contact or an impact; none if not recorded."""
+    recorded = (signal(dataset, f"{site}.{name}") for name in ("mode", "impulse", "f_n_peak"))
+    touching = [values > 0.0 for values in recorded if values is not None]
+    return np.any(touching, axis=0) if touching else np.zeros(dataset.sizes["time"], bool)
+
+
+def largest(dataset: Signals, values: Array | None, begin: float = 0.0, end: float = np.inf) -> float | None:
+    """Return the largest of values at each sample between two cycles, from cycle 0 on; None without samples there."""
+    within = (cycles(dataset) >= max(begin, 0.0)) & (cycles(dataset) < end)
+    return None if values is None or not within.any() else float(values[within].max())
 
 
 def _peaks(dataset: Signals, site: str) -> Array | None:
@@ -89,8 +102,3 @@ def _at_samples(dataset: Signals, values: Array | None) -> Array | None:
     if values is None or steps is dataset:
         return values
     return values[np.searchsorted(steps["time"].values, dataset["time"].values)]
-
-
-def _largest(dataset: Signals, values: Array | None, begin: float, end: float) -> float | None:
-    within = (cycles(dataset) >= max(begin, 0.0)) & (cycles(dataset) < end)
-    return None if values is None or not within.any() else float(values[within].max())

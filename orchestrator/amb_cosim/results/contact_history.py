@@ -10,7 +10,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from amb_cosim.cosim.record.signals import Signals
-from amb_cosim.results.contact_forces import peak_force
+from amb_cosim.results.contact_forces import largest, peak_force, touches
 from amb_cosim.results.places import places
 from amb_cosim.results.power import power_lost_at
 from amb_cosim.results.series import at_every_step, cycles, signal
@@ -27,10 +27,7 @@ Recovery = Literal["prevented", "recovered", "landed", "trapped", "unstable", "s
 def peak(dataset: Signals, name: str) -> float | None:
     """Return the largest value of a variable of the plant from cycle 0 on."""
     dataset = at_every_step(dataset)
-    values = signal(dataset, name)
-    if values is None or not (cycles(dataset) >= 0.0).any():
-        return None
-    return float(values[cycles(dataset) >= 0.0].max())
+    return largest(dataset, signal(dataset, name))
 
 
 def touchable(dataset: Signals) -> list[str]:
@@ -74,13 +71,7 @@ def in_contact(dataset: Signals) -> Bools | None:
     state = signal(dataset, "contact_state")
     if state is None:
         return None
-    touching = state != 0
-    for site in places(dataset).sites:
-        for name in ("mode", "impulse", "f_n_peak"):
-            values = signal(dataset, f"{site}.{name}")
-            if values is not None:
-                touching |= values > 0
-    return np.asarray(touching)
+    return np.any([state != 0, *(touches(dataset, site) for site in places(dataset).sites)], axis=0)
 
 
 def contact_cycles(dataset: Signals) -> tuple[float | None, float | None]:

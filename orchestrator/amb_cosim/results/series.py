@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 
 from amb_cosim.cosim.basics.choices import Role
 from amb_cosim.cosim.record.signals import AT_STEPS, EACH_STEP, Samples, Signals, SignalTable, variables_of
+from amb_cosim.results.component_names import CONTROLLER, PLANT
 from array_types import Array
 
 Path = Array  # x and y of a motion over time, shape (2, n)
 
-_PLANT = "rotor_contact"
-_CONTROL_ACTS = "rolac_controller.rolac_active"
+_CONTROL_ACTS = f"{CONTROLLER}.rolac_active"
 
 
 def at_every_step(dataset: Signals) -> Signals:
@@ -32,18 +32,31 @@ def at_every_step(dataset: Signals) -> Signals:
 
 def signal(dataset: Signals, name: str) -> NDArray[Any] | None:
     """Return the samples of a variable of the plant, or None if it was not recorded."""
-    label = f"{_PLANT}.{name}"
+    label = f"{PLANT}.{name}"
     return np.asarray(dataset[label].values) if label in dataset else None
 
 
 def flags(dataset: Signals, name: str) -> dict[int, str] | None:
     """Return the names of the values of a variable of the plant; None if it was not recorded, or has none."""
-    label = f"{_PLANT}.{name}"
+    label = f"{PLANT}.{name}"
     attributes = dataset[label].attrs if label in dataset else {}
     if "flag_meanings" not in attributes:
         return None
     names = str(attributes["flag_meanings"]).split()
     return dict(zip((int(value) for value in attributes["flag_values"]), names, strict=True))
+
+
+def shares_of_steps(dataset: Signals) -> dict[str, float] | None:
+    """Return the share of the steps from cycle 0 on that the plant computed by each method that occurs.
+
+    Names are those of the plant's output `solver.method`; None if it was not recorded, or cycle 0 was not reached.
+    """
+    names, dataset = flags(dataset, "solver.method"), at_every_step(dataset)
+    methods = signal(dataset, "solver.method")
+    if methods is None or names is None or not (cycles(dataset) >= 0.0).any():
+        return None
+    shares = {name: float(np.mean(methods[cycles(dataset) >= 0.0] == value)) for value, name in names.items()}
+    return {name: share for name, share in shares.items() if share > 0.0}
 
 
 def displacements(dataset: Signals, x: str, y: str) -> Path | None:
@@ -59,7 +72,7 @@ def cycles(dataset: Signals) -> Array:
 
 def parameters(dataset: Signals) -> dict[str, Any]:
     """Return the parameters of the plant."""
-    return parameters_of(dataset, _PLANT)
+    return parameters_of(dataset, PLANT)
 
 
 def parameters_of(dataset: Signals, component: str) -> dict[str, Any]:

@@ -8,9 +8,9 @@ from typing import Annotated
 import numpy as np
 
 from amb_cosim.cosim.record.signals import Signals
-from amb_cosim.results.contact_forces import largest_averaged_force, peak_force
+from amb_cosim.results.contact_forces import largest_averaged_force, peak_force, touches
 from amb_cosim.results.places import places
-from amb_cosim.results.series import at_every_step, cycles, signal
+from amb_cosim.results.series import at_every_step, cycles
 
 
 @dataclass(frozen=True)
@@ -39,9 +39,7 @@ def stator_touches(dataset: Signals) -> dict[str, StatorTouch]:
     """Return the touches of each stator that the rotor has touched, by contact site, the earliest first."""
     steps, result = at_every_step(dataset), {}
     for site, bearing in places(dataset).stators.items():
-        recorded = (signal(steps, f"{site}.{name}") for name in ("mode", "impulse", "f_n_peak"))
-        touches = [values > 0.0 for values in recorded if values is not None]
-        counted = np.any(touches, axis=0) & (cycles(steps) >= 0.0) if touches else np.zeros(0, bool)
+        counted = touches(steps, site) & (cycles(steps) >= 0.0)
         if counted.any():
             first = float(steps["time"].values[np.argmax(counted)])
             result[site] = StatorTouch(bearing, first, largest_averaged_force(steps, site), peak_force(steps, site))

@@ -12,10 +12,9 @@ from amb_cosim.cosim.record.warnings import sentences, warnings_of
 from amb_cosim.presentation.json_data import json_data
 from amb_cosim.results import contact_forces, contact_history, energies
 from amb_cosim.results.contact_spectrum import share_beyond_reduction, warnings_beyond_reduction
-from amb_cosim.results.methods import shares_of_steps
 from amb_cosim.results.orbits import notices_of_start, orbit_after, orbit_before, orbit_largest, settled_amplitudes
 from amb_cosim.results.places import places
-from amb_cosim.results.series import event_name
+from amb_cosim.results.series import event_name, shares_of_steps
 from amb_cosim.results.stators import StatorTouch, stator_touches
 from amb_cosim.results.touchdown import Touchdown, touchdown
 from amb_cosim.results.verdict import Verdict, verdict
@@ -161,7 +160,7 @@ def summarise(dataset: Signals) -> Summary:
     simulated, wall = float(dataset.attrs["simulated_s"]), float(dataset.attrs["wall_s"])
     first, last = contact_history.contact_cycles(dataset)
     sites = contact_history.touchable(dataset)
-    recovered, recovery = _recovery(dataset, first is not None)
+    recovered, recovery = _recovery(dataset, last)
     fall = touchdown(dataset)
     return Summary(
         scenario=dataset.attrs["scenario"],
@@ -206,11 +205,11 @@ def summarise(dataset: Signals) -> Summary:
     )
 
 
-def _recovery(dataset: Signals, touched: bool) -> tuple[bool | None, contact_history.Recovery | None]:
-    """Return `recovered` and `recovery` of a summary."""
-    recovered, recovery = contact_history.recovered(dataset), contact_history.recovery(dataset)
+def _recovery(dataset: Signals, last: float | None) -> tuple[bool | None, contact_history.Recovery | None]:
+    """Return `recovered` and `recovery` of a summary of a run with the last contact in cycle `last`, None without."""
+    recovered, recovery = contact_history.freed_after(dataset, last)
     if recovery == "unstable":
         return False, recovery
     if not dataset.attrs["completed"]:
         return None, None
-    return (recovered if touched or recovery is not None else None), recovery
+    return (recovered if last is not None or recovery is not None else None), recovery

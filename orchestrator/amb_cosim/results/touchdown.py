@@ -12,7 +12,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 
 from amb_cosim.cosim.record.signals import Signals
-from amb_cosim.results.contact_forces import received_impulse
+from amb_cosim.results.contact_forces import received_impulse, touches
 from amb_cosim.results.contact_history import FREE, ROLLING, in_contact, touchable
 from amb_cosim.results.orbits import moving_places, path, path_at_rest, radius
 from amb_cosim.results.places import places
@@ -132,7 +132,7 @@ def touchdown(dataset: Signals) -> Touchdown | None:
     release = float(steps["time"].values[at_step])
     start = int(np.searchsorted(dataset["time"].values[:-1], release))
     lying = contact[np.searchsorted(steps["time"].values, dataset["time"].values[start:])]
-    touched = [site for site in touchable(dataset) if _is_touched(steps, site, at_step)]
+    touched = [site for site in touchable(dataset) if touches(steps, site)[at_step:].any()]
     rest = _rest(dataset, start, values, lying)
     return Touchdown(
         release=release,
@@ -168,11 +168,6 @@ def _times(dataset: Signals, start: int) -> Array:
 def _steps(dataset: Signals, start: int) -> Array:
     """Return the time step (s) of each sample from the release on; a sample is the end of its step."""
     return np.diff(_times(dataset, start), prepend=0.0)
-
-
-def _is_touched(dataset: Signals, site: str, start: int) -> bool:
-    result = (_after_release(dataset, f"{site}.{name}", start) for name in ("mode", "impulse", "f_n_peak"))
-    return any(values is not None and bool((values > 0.0).any()) for values in result)
 
 
 def height(dataset: Signals, place: str) -> Array | None:

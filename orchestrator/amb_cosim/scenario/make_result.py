@@ -17,11 +17,11 @@ from amb_cosim.cosim.run.recording import Recording
 from amb_cosim.cosim.system.experiment import Plan
 from amb_cosim.results.places import ATTRIBUTE as PLACES
 from amb_cosim.results.places import places_of
+from amb_cosim.results.power import with_power
 from amb_cosim.results.result import Result
 from amb_cosim.results.stability import LAST_CHANGE
 from amb_cosim.scenario.coupling import PREDICTION, SAMPLE_TIME, coupling_warning
 from amb_cosim.scenario.plan_run import PlannedRun
-from amb_cosim.scenario.power import with_power
 from array_types import Array
 
 
