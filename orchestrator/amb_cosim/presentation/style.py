@@ -90,6 +90,12 @@ def samples(colours: Iterable[str], **options: Any) -> tuple[Line2D, ...]:
     return tuple(Line2D([], [], color=colour, **options) for colour in colours)
 
 
+def write_in_corner(panel: Axes, text: str) -> None:
+    """Write a text into the upper right corner of a panel."""
+    box = {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.5}
+    panel.text(0.99, 0.97, text, transform=panel.transAxes, ha="right", va="top", fontsize=8, color="0.3", bbox=box)
+
+
 def fitted(text: str, width: float) -> str:
     """Return a title broken into lines that fit a width (inches)."""
     return "\n".join(wrap(text, max(int(width / LETTER), 8))) or text

@@ -135,16 +135,8 @@ def figure(dataset: Signals, name: str) -> Figure:
         raise ValueError(f"{name} cannot be drawn: this is the result of a system without a scenario; name variables")
     if not has_motion(dataset):
         raise ValueError(f"{name} cannot be drawn: the run recorded no sample of the rotor's motion at its bearings")
-    if name in ("contact", "whirl") and not places(dataset).sites:
-        raise ValueError(f"{name} cannot be drawn: the rotor has no contact site")
-    if name == "energy" and energies(dataset) is None:
-        raise ValueError("energy cannot be drawn: the run did not reach cycle 0, or did not record energy.*")
-    if name == "touchdown" and touchdown(dataset) is None:
-        raise ValueError(
-            "touchdown cannot be drawn: the run is without contact, or has neither gravity nor an amplifier off"
-        )
-    if name == "magnets" and not _has_magnets(dataset):
-        raise ValueError("magnets cannot be drawn: no current and no force of a magnetic bearing was recorded")
+    if lacks := _lacks(dataset, name):
+        raise ValueError(f"{name} cannot be drawn: {lacks}")
     import matplotlib as mpl
 
     from amb_cosim.presentation.style import STYLE
@@ -167,20 +159,30 @@ def draw_all(dataset: Signals, folder: Path) -> list[Path]:
 
 
 def chosen(dataset: Signals) -> list[str]:
-    """Return the names of the figures that the scenario requests, or by default of those that suit the run.
+    """Return the names of the figures that the scenario requests and the run allows, or by default of those that suit.
 
     Orbits overlap while the speed changes; whirl is of interest if the rotor rolls on a bearing. The figure of a
     touchdown contains its own orbits.
     """
     if "plot_figures" in dataset.attrs:
-        requested: list[str] = json.loads(dataset.attrs["plot_figures"])
-        missing = {name for name, result in (("energy", energies), ("touchdown", touchdown)) if result(dataset) is None}
-        missing |= set() if _has_magnets(dataset) else {"magnets"}
-        return [name for name in requested if name not in missing]
+        return [name for name in json.loads(dataset.attrs["plot_figures"]) if not _lacks(dataset, name)]
     landed = touchdown(dataset) is not None
     names = ["touchdown"] * landed + ["orbits"] * (not landed and not speed_changes(dataset)) + ["displacement"]
     names += ["contact"] * bool(places(dataset).sites) + ["whirl"] * (rolling_from(dataset) is not None)
     return names + ["magnets"] * _has_magnets(dataset)
+
+
+def _lacks(dataset: Signals, name: str) -> str:
+    """Return what a run lacks for a figure; empty if it lacks nothing."""
+    if name in ("contact", "whirl") and not places(dataset).sites:
+        return "the rotor has no contact site"
+    if name == "energy" and energies(dataset) is None:
+        return "the run did not reach cycle 0, or did not record energy.*"
+    if name == "touchdown" and touchdown(dataset) is None:
+        return "the run is without contact, or has neither gravity nor an amplifier off"
+    if name == "magnets" and not _has_magnets(dataset):
+        return "no current and no force of a magnetic bearing was recorded"
+    return ""
 
 
 def _has_magnets(dataset: Signals) -> bool:

@@ -58,7 +58,9 @@ def contact(dataset: Signals) -> Figure:
         columns[1][-1].set_xlim(zoom)
         columns[1][-1].xaxis.set_major_locator(MaxNLocator(6))
     handles: list[Any] = [samples(colour_of(dataset, site) for site in sites), Line2D([], [], color="black", lw=0.8)]
-    labels = [_meaning(dataset, sites), "averaged over 1 ms, impacts included"]
+    sampled = any(is_sampled(dataset, site) for site in sites)
+    meaning = "force at the samples" if sampled else "largest force in each step"
+    labels = [meaning, "averaged over 1 ms, impacts included"]
     figure.legend(handles, labels, handler_map=OF_SAMPLES, loc="outside lower center", ncols=2)
     add_title(figure, dataset)
     return figure
@@ -107,12 +109,6 @@ def _draw_column(
     label_time_axis(state_panel, dataset)
 
 
-def _meaning(dataset: Signals, sites: list[str]) -> str:
-    """Return the legend of the coloured curves."""
-    sampled = any(is_sampled(dataset, site) for site in sites)
-    return "force at the samples" if sampled else "largest force in each step"
-
-
 def _values(dataset: Signals, force: Array | None) -> Array:
     """Return a force; NaN if it was not recorded."""
     return np.full(dataset.sizes["time"], np.nan) if force is None else force
@@ -145,7 +141,9 @@ def whirl(dataset: Signals) -> Figure:
             whirl_panel.text(0.99, 0.03, text, transform=whirl_panel.transAxes, ha="right", fontsize=8, color="0.3")
         if not closed.any():
             _write_no_contact(whirl_panel)
-        _draw_states(mode_panel, dataset, f"{site}.mode", MODES)
+        mode_panel.step(times, plant_signal(dataset, f"{site}.mode"), where="post", color="black", lw=0.8)
+        mode_panel.set_ylim(-0.4, len(MODES) - 0.6)
+        mode_panel.set_yticks(range(len(MODES)), MODES)
         mark_events(whirl_panel, dataset, named=whirl_panel is panels[0])
         mark_events(mode_panel, dataset, named=False)
     handles, labels = panels[0].get_legend_handles_labels()
@@ -163,13 +161,6 @@ def _whirl_limits(Omega: Array, whirling: Array) -> tuple[float, float]:
     largest = float(Omega.max(initial=0.0)) or 1.0
     low, high = min(-largest, float(ends[0])), max(largest, float(ends[1]))
     return low - 0.12 * (high - low), high + 0.12 * (high - low)
-
-
-def _draw_states(panel: Axes, dataset: Signals, name: str, states: tuple[str, ...]) -> None:
-    """Draw a variable with few values over time, with a name for each value."""
-    panel.step(time_values(dataset), plant_signal(dataset, name), where="post", color="black", lw=0.8)
-    panel.set_ylim(-0.4, len(states) - 0.6)
-    panel.set_yticks(range(len(states)), states)
 
 
 def _draw_contact_times(panel: Axes, dataset: Signals, sites: list[str]) -> None:

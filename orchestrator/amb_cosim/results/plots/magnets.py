@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from amb_cosim.cosim.record.signals import Signals
-from amb_cosim.presentation.style import BLUE, DASHED, ORANGE, StyledFigure
+from amb_cosim.presentation.style import BLUE, DASHED, ORANGE, StyledFigure, write_in_corner
 from amb_cosim.presentation.units import force_unit
 from amb_cosim.results.magnet_limits import (
     Limits,
@@ -42,10 +42,9 @@ def magnets(dataset: Signals) -> Figure:
             (row[1], "force", magnet_force, force_limits, unit.size, unit.label),
         ):
             values = {axis: of(dataset, f"{bearing}.{axis}") for axis in AXES}
-            for axis, colour in AXES.items():
-                result = values[axis]
+            for axis, result in values.items():
                 if result is not None:
-                    panel.plot(time_values(dataset), result / size, color=colour, lw=0.7)
+                    panel.plot(time_values(dataset), result / size, color=AXES[axis], lw=0.7)
             bounds = [limits(dataset, f"{bearing}.{axis}") for axis in AXES]
             _draw_limits(panel, [b for b in bounds if b is not None], values.values(), size, label)
             panel.set_ylabel(f"{what} ({label})")
@@ -54,25 +53,16 @@ def magnets(dataset: Signals) -> Figure:
     for panel in panels[-1]:
         label_time_axis(panel, dataset)
     handles = [Line2D([], [], color=colour, label=axis) for axis, colour in AXES.items()]
-    figure.legend(
-        handles=[
-            *handles,
-            Line2D([], [], color="black", ls=DASHED, label=LIMIT),
-        ],
-        loc="outside lower center",
-        ncols=3,
-    )
+    handles.append(Line2D([], [], color="black", ls=DASHED, label=LIMIT))
+    figure.legend(handles=handles, loc="outside lower center", ncols=3)
     add_title(figure, dataset)
     return figure
 
 
 def _draw_limits(panel: Axes, bounds: list[Limits], values: Iterable[Array | None], size: float, unit: str) -> None:
     """Draw the limits that values approach, and write distant ones."""
-    drawn = [result / size for result in values if result is not None]
-    low, high = (
-        min((float(np.nanmin(result, initial=0.0)) for result in drawn), default=0.0),
-        max((float(np.nanmax(result, initial=0.0)) for result in drawn), default=0.0),
-    )
+    drawn = np.ravel([result / size for result in values if result is not None])
+    low, high = float(np.nanmin(drawn, initial=0.0)), float(np.nanmax(drawn, initial=0.0))
     far = []
     for limit in sorted({bound / size for pair in bounds for bound in pair}):
         if (high >= NEAR * limit) if limit > 0.0 else (low <= NEAR * limit):
@@ -83,6 +73,4 @@ def _draw_limits(panel: Axes, bounds: list[Limits], values: Iterable[Array | Non
     margin = 0.08 * (high - low) or 1.0
     panel.set_ylim(low - margin, high + margin * (2.5 if far else 1.0))
     if far:
-        text = f"limit{'s' * (len(far) > 1)} {', '.join(far)} {unit}"
-        box = {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.5}
-        panel.text(0.99, 0.97, text, transform=panel.transAxes, ha="right", va="top", fontsize=8, color="0.3", bbox=box)
+        write_in_corner(panel, f"limit{'s' * (len(far) > 1)} {', '.join(far)} {unit}")

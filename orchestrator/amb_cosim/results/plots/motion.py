@@ -19,6 +19,7 @@ from amb_cosim.presentation.style import (
     fitted,
     retainer_sample,
     set_orbit_axes,
+    write_in_corner,
 )
 from amb_cosim.presentation.units import SYMBOLS, length_unit, speed_unit
 from amb_cosim.results.plots.axes import (
@@ -61,7 +62,7 @@ def orbits(dataset: Signals) -> Figure:
     for panel, station, c in zip(panels.flat, drawn, gaps, strict=False):
         x, y = unit.of(station.seen(dataset))
         if station.site and small:
-            _write(panel, f"clearance {unit.text(c)}")
+            write_in_corner(panel, f"clearance {unit.text(c)}")
         elif station.site:
             draw_retainer(panel, c / unit.size)
         for _, colour, within in run_parts(dataset):
@@ -102,7 +103,7 @@ def displacement(dataset: Signals) -> Figure:
             panel.plot(time_values(dataset), unit.of(r), color=colour)
             panel.set(ylabel=f"radius ({unit.label})", ylim=(0.0, 1.25 * reach / unit.size or None))
             if c:
-                _write(panel, f"clearance {unit.text(c)}")
+                write_in_corner(panel, f"clearance {unit.text(c)}")
             continue
         highest = max(highest, reach / c)
         relative.append(panel)
@@ -121,12 +122,6 @@ def displacement(dataset: Signals) -> Figure:
 def _is_small(reach: float, clearance: float) -> bool:
     """Return whether a motion is too small to be seen within its clearance, or has none."""
     return reach < SMALL_MOTION * clearance or clearance == 0.0
-
-
-def _write(panel: Axes, text: str) -> None:
-    """Write a text into the upper right corner of a panel."""
-    box = {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.5}
-    panel.text(0.99, 0.97, text, transform=panel.transAxes, ha="right", va="top", fontsize=8, color="0.3", bbox=box)
 
 
 def _draw_speed(panel: Axes, dataset: Signals) -> None:
