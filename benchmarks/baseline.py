@@ -10,7 +10,6 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any, NamedTuple, TypeVar, cast
 
 import numba
@@ -21,7 +20,7 @@ from numba.extending import intrinsic
 
 from amb_cosim.cosim.basics.schedules import Changes, PiecewiseConstant
 from amb_cosim.cosim.fmu.fmus import model_source
-from amb_cosim.scenario.plan_run import PlannedRun
+from amb_cosim.scenario.plan_run import PlannedRun, model_options
 from array_types import Array, Indices
 from benchmarks.kernels import step_kernel
 from fmi_export.model import UNCHANGED, Instance
@@ -89,11 +88,7 @@ class Baseline:
         self._changes = PiecewiseConstant(events).changes(0, plan.last + 1)
         self._instances: list[tuple[Instance, Array]] = []  # with their outputs
         self._calls: list[KernelCall] = []
-        scenario = planned.scenario
-        options = {
-            "rotor": scenario.rotor,
-            "receptances": None if scenario.receptances is None else Path(scenario.receptances),
-        }
+        options = model_options(planned.scenario)
         first = wiring.n_exogenous
         for component, source in zip(system.components, wiring.sources, strict=True):
             instance = Instance(*model_source(component.fmu, **options))

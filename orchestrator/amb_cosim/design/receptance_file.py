@@ -125,9 +125,10 @@ class ReceptanceTable:
     def write(self, path: Path) -> None:
         """Write the table atomically: a failure or an interruption leaves the old file unchanged."""
         path.parent.mkdir(parents=True, exist_ok=True)
-        write_atomically(path, lambda file: file.write_text(self._text(), encoding="utf-8"))
+        write_atomically(path, lambda file: file.write_text(repr(self), encoding="utf-8"))
 
-    def _text(self) -> str:
+    def __repr__(self) -> str:
+        """Return the text of its file, which identifies models made with the table."""
         head = [
             "# Receptances R (m/N): Q = Q_0 + R U, displacements at sensors (rows) by forces on axes (columns).",
             f'format = "{FORMAT}"',
@@ -157,17 +158,17 @@ def empty_table(
 
 
 def read_table(
-    path: Path,
+    source: Path | ReceptanceTable,
     rotor: str | None = None,
     loop: ControlLoop | None = None,
     parameters: Mapping[str, float] | None = None,
 ) -> ReceptanceTable:
-    """Read a table.
+    """Read a table, or check one.
 
     Parameters
     ----------
-    path
-        A file that `ReceptanceTable.write` wrote.
+    source
+        A file that `ReceptanceTable.write` wrote, or a table.
     rotor
         Name of the rotor that the table must belong to; any by default.
     loop
@@ -180,10 +181,13 @@ def read_table(
     ValueError
         If the file cannot be read, is incomplete, or belongs to another rotor or loop; one line for each error.
     """
-    name = f"table of receptances {path}"
-    file = validate(read_toml(path, name), _ReceptanceFile, name)
-    entries = tuple(Entry(entry.order, entry.speed, entry.receptance, entry.inner) for entry in file.receptance)
-    result = ReceptanceTable(file.rotor, file.sensors, file.axes, file.loop, entries)
+    if isinstance(source, ReceptanceTable):
+        name, result = f"table of receptances of rotor {source.rotor}", source
+    else:
+        name = f"table of receptances {source}"
+        file = validate(read_toml(source, name), _ReceptanceFile, name)
+        entries = tuple(Entry(entry.order, entry.speed, entry.receptance, entry.inner) for entry in file.receptance)
+        result = ReceptanceTable(file.rotor, file.sensors, file.axes, file.loop, entries)
     if rotor is not None and result.rotor != rotor:
         raise ValueError(f"{name}: it belongs to rotor {result.rotor!r}, not {rotor!r}")
     if loop is not None:

@@ -72,7 +72,7 @@ def controller(rotor: Rotor | None = None, table: ReceptanceTable | None = None)
 
 
 def check_loop(
-    receptances: Path,
+    receptances: Path | ReceptanceTable,
     parameters: Mapping[str, float | None],
     rotor: RotorSource = None,
     inner: Mapping[str, float] | None = None,

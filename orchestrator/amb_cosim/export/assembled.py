@@ -16,7 +16,7 @@ from amb_cosim.cosim.system.experiment import Plan
 from amb_cosim.export.models import Made
 from amb_cosim.export.planned import plan_models
 from amb_cosim.results.component_names import ACTUATOR, CONTROLLER, PLANT
-from amb_cosim.scenario.rotors import RotorSource
+from amb_cosim.scenario.rotors import RotorSource, TableSource
 from amb_cosim.scenario.scenario import Scenario
 
 NAME = "levitated_rotor"
@@ -33,7 +33,7 @@ def build_assembled(
     scenario: str | Path | Scenario | None = None,
     flavour: Flavour = "native",
     rotor: RotorSource = None,
-    receptances: str | Path | None = None,
+    receptances: TableSource = None,
     platforms: Iterable[str] | None = None,
     fmi: Fmi = 2,
     arrays: bool = True,
@@ -72,7 +72,7 @@ def build_assembled(
 def levitated_rotor(
     scenario: str | Path | Scenario | None = None,
     rotor: RotorSource = None,
-    receptances: str | Path | None = None,
+    receptances: TableSource = None,
     **_: Any,
 ) -> Made:
     """Return the assembled model and its constants; see `build_assembled` for the arguments and errors."""

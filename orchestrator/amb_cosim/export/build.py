@@ -10,7 +10,7 @@ from amb_cosim.cosim.basics.choices import Flavour, Fmi
 from amb_cosim.cosim.fmu.fmus import build_models
 from amb_cosim.export.models import MODELS
 from amb_cosim.export.planned import plan_models
-from amb_cosim.scenario.rotors import RotorSource
+from amb_cosim.scenario.rotors import RotorSource, TableSource, table_source
 from amb_cosim.scenario.scenario import Scenario
 from amb_files.archive import write_archive
 
@@ -19,7 +19,7 @@ def build(
     folder: str | Path,
     flavour: Flavour = "native",
     rotor: RotorSource = None,
-    receptances: str | Path | None = None,
+    receptances: TableSource = None,
     platforms: Iterable[str] | None = None,
     fmi: Fmi = 2,
     scenario: str | Path | Scenario | None = None,
@@ -38,7 +38,8 @@ def build(
     rotor
         Name of a packaged rotor, or rotor file (TOML); default: that of the scenario or of the packs.
     receptances
-        Table file with the controller's H; default: that of the scenario, or H of the rotor model.
+        Table with the controller's H, a `ReceptanceTable` or its file; default: that of the scenario, or H of the
+        rotor model.
     fmi
         FMI version of native FMUs, 2 or 3; FMUs of flavour python have 2.
     scenario
@@ -62,8 +63,7 @@ def build(
     """
     folder, target = Path(folder), BuildTarget(flavour, platforms, fmi, arrays, sources)
     if scenario is None:
-        table = None if receptances is None else Path(receptances)
-        return build_models(MODELS, folder, target, rotor=rotor, receptances=table)
+        return build_models(MODELS, folder, target, rotor=rotor, receptances=table_source(receptances))
     from fmi_export.model import with_starts
 
     planned = plan_models(scenario, rotor, receptances)

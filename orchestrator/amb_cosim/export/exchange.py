@@ -10,7 +10,7 @@ from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.cosim.system.values import Raw
 from amb_cosim.scenario.plan_run import plan_run
-from amb_cosim.scenario.rotors import RotorSource
+from amb_cosim.scenario.rotors import RotorSource, TableSource
 from amb_cosim.scenario.scenario import Scenario, as_scenario
 
 
@@ -21,7 +21,7 @@ def export_ssp(
     set: Mapping[str, Raw] | None = None,
     until: Raw | None = None,
     rotor: RotorSource = None,
-    receptances: str | Path | None = None,
+    receptances: TableSource = None,
     flavour: Flavour = "native",
     platforms: Iterable[str] | None = None,
     connectors: bool = False,

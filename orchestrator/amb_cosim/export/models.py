@@ -13,6 +13,7 @@ from amb_files.pack_file import rotor_path
 from array_types import Array
 
 if TYPE_CHECKING:
+    from amb_cosim.design.receptance_file import ReceptanceTable
     from fmi_export.model import Model
 
 MODELS = (PLANT, ACTUATOR, CONTROLLER)
@@ -42,7 +43,7 @@ def amb_actuator(rotor: RotorSource = None, **_: Any) -> Made:
 
 
 @made_from("rolac_controller", "signal_chain", "rotor_analysis", "amb_cosim.design", rotor=rotor_path)
-def rolac_controller(rotor: RotorSource = None, receptances: Path | None = None, **_: Any) -> Made:
+def rolac_controller(rotor: RotorSource = None, receptances: Path | ReceptanceTable | None = None, **_: Any) -> Made:
     """Return the controller for a rotor, with H of a table file, or of the rotor model from 5 to 100 Hz.
 
     The model's rotor is on bearings with K_b = 1e6 N/m and C_b = 5000 N s/m.

@@ -19,7 +19,7 @@ from amb_cosim.export.models import Made
 from amb_cosim.scenario.control_loop import check_control_loop
 from amb_cosim.scenario.plan import plan_scenario
 from amb_cosim.scenario.plan_run import model_options, system_of
-from amb_cosim.scenario.rotors import RotorSource
+from amb_cosim.scenario.rotors import RotorSource, TableSource, table_source
 from amb_cosim.scenario.scenario import Scenario, as_scenario
 from amb_cosim.scenario.stators import stators_of_run
 
@@ -37,7 +37,7 @@ class PlannedModels:
 def plan_models(
     scenario: str | Path | Scenario,
     rotor: RotorSource = None,
-    receptances: str | Path | None = None,
+    receptances: TableSource = None,
 ) -> PlannedModels:
     """Plan a run of models without building FMUs.
 
@@ -56,7 +56,7 @@ def plan_models(
     file = scenario if isinstance(scenario, str | Path) and is_system(scenario) else None
     if file is not None:
         values, system = None, load_system(file)
-        options: dict[str, Any] = {"rotor": rotor, "receptances": None if receptances is None else Path(receptances)}
+        options: dict[str, Any] = {"rotor": rotor, "receptances": table_source(receptances)}
     else:
         values = as_scenario(scenario, rotor, receptances)
         system = system_of(values)

@@ -12,6 +12,7 @@ from amb_cosim.cosim.system.assembly import Assembly
 from amb_cosim.cosim.system.experiment import Plan
 from amb_cosim.cosim.system.system import System
 from amb_cosim.results.component_names import CONTROLLER
+from amb_cosim.scenario.rotors import named
 
 # Names, and endings of names of signals and demands.
 _PARAMETERS = ("delay", "chain.preset", "chain.filter", "chain.delay", "chain.cutoff")
@@ -38,7 +39,7 @@ def check_control_loop(assembly: Assembly, plan: Plan) -> None:
 
     controllers = [component.name for component in assembly.system.components if component.fmu == CONTROLLER]
     if not controllers:
-        raise ValueError(f"receptances {table} have no use: no component of the run is the model {CONTROLLER}")
+        raise ValueError(f"receptances {named(table)} have no use: no component of the run is the model {CONTROLLER}")
     parameters = plan.all_parameters(assembly.interfaces)
     inner = inner_loop_parameters(assembly.system, parameters)
     for controller in controllers:

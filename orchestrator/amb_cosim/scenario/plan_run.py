@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Any
 
 from amb_cosim.cosim.fmu.fmu_interface import FmuInterface
@@ -16,6 +15,7 @@ from amb_cosim.cosim.system.system import System
 from amb_cosim.cosim.system.system_file import load_system
 from amb_cosim.cosim.system.values import Raw
 from amb_cosim.scenario.plan import SPEED, plan_scenario
+from amb_cosim.scenario.rotors import table_source
 from amb_cosim.scenario.scenario import Scenario
 from amb_cosim.scenario.stators import lacking_stators, stators_of_run
 
@@ -97,10 +97,7 @@ def assemble_scenario(
 
 def model_options(scenario: Scenario) -> dict[str, Any]:
     """Return the options that the models of a scenario are made with, except touchable stators: rotor, receptances."""
-    return {
-        "rotor": scenario.rotor,
-        "receptances": None if scenario.receptances is None else Path(scenario.receptances),
-    }
+    return {"rotor": scenario.rotor, "receptances": table_source(scenario.receptances)}
 
 
 def system_of(scenario: Scenario) -> System:

@@ -1,8 +1,10 @@
-"""The rotor of a scenario: the name of a packaged rotor, a rotor file, or a rotor created in Python."""
+"""Rotor and table of receptances of a scenario: a name, a file, or an object made in Python."""
 
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import SerializerFunctionWrapHandler, TypeAdapter, ValidatorFunctionWrapHandler
@@ -12,31 +14,52 @@ from pydantic import WrapValidator as Checked
 if TYPE_CHECKING:
     from typing_extensions import TypeIs
 
+    from amb_cosim.design.receptance_file import ReceptanceTable
     from rotor_analysis.rotor import Rotor
     from rotor_analysis.rotor_file import RotorSource as RotorSource
 
     RotorField = Rotor | str
+    TableField = ReceptanceTable | str
+    TableSource = ReceptanceTable | str | Path | None
 
 
 def is_rotor(value: object) -> TypeIs[Rotor]:
     """Return whether a value is a rotor, without importing its classes, which a run by name does not need."""
-    module = sys.modules.get("rotor_analysis.rotor")
-    return module is not None and isinstance(value, module.Rotor)
+    return _is(value, "rotor_analysis.rotor", "Rotor")
 
 
-def named(rotor: Rotor | str | None) -> str | None:
-    """Return the name of a rotor, or its name or path unchanged."""
-    return rotor.name if is_rotor(rotor) else rotor
+def is_table(value: object) -> TypeIs[ReceptanceTable]:
+    """Return whether a value is a table of receptances, without importing its class."""
+    return _is(value, "amb_cosim.design.receptance_file", "ReceptanceTable")
 
 
-def _checked(value: object, of_text: ValidatorFunctionWrapHandler) -> Any:
-    return value if is_rotor(value) else of_text(value)
+def _is(value: object, module: str, name: str) -> bool:
+    loaded = sys.modules.get(module)
+    return loaded is not None and isinstance(value, getattr(loaded, name))
+
+
+def named(value: object) -> object:
+    """Return the name of a rotor, or of the rotor of a table; names and paths unchanged."""
+    return value.name if is_rotor(value) else value.rotor if is_table(value) else value
+
+
+def table_source(receptances: TableSource) -> ReceptanceTable | Path | None:
+    """Return a table of receptances, or the path of its file."""
+    return Path(receptances) if isinstance(receptances, str) else receptances
+
+
+def _unless(is_made: Callable[[object], bool]) -> Callable[[object, ValidatorFunctionWrapHandler], Any]:
+    """Return a validator that leaves objects made in Python as they are."""
+    return lambda value, of_text: value if is_made(value) else of_text(value)
 
 
 def _as_data(value: object, of_text: SerializerFunctionWrapHandler) -> Any:
+    if is_table(value):
+        return repr(value)
     return TypeAdapter(type(value)).dump_python(value, mode="json", exclude_none=True) if is_rotor(value) else value
 
 
 if not TYPE_CHECKING:
-    RotorSource = Any
-    RotorField = Annotated[str, Checked(_checked), Serialised(_as_data)]
+    RotorSource = TableSource = Any
+    RotorField = Annotated[str, Checked(_unless(is_rotor)), Serialised(_as_data)]
+    TableField = Annotated[str, Checked(_unless(is_table)), Serialised(_as_data)]

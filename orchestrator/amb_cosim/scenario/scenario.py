@@ -17,7 +17,7 @@ from amb_cosim.cosim.system.tables import Table, Value, Values, time_of
 from amb_cosim.cosim.system.values import quantity
 from amb_cosim.scenario.coupling import DEFAULT_STEPS
 from amb_cosim.scenario.file import overlaid, packaged_scenarios, read_scenario, relative_to, with_paths
-from amb_cosim.scenario.rotors import RotorField, RotorSource, is_rotor
+from amb_cosim.scenario.rotors import RotorField, RotorSource, TableField, TableSource, is_rotor, is_table, named
 from amb_cosim.scenario.scenario_tables import Event, Plot, SpeedPoint, Stop
 from amb_files.atomic import write_atomically
 from amb_files.checks import errors_in
@@ -61,8 +61,10 @@ class Scenario(Table):
     """Rotor of the models: the name of a packaged rotor, a rotor file, or in Python a `Rotor`; by default the packs'
     default.
     """
-    receptances: str | None = None
-    """Table of receptances for the controller, instead of those of the rotor model."""
+    receptances: TableField | None = None
+    """Table of receptances for the controller, instead of those of the rotor model: a file, or in Python a
+    `ReceptanceTable`.
+    """
     gradient: bool = True
     """Whether the magnetic force follows the rotor within a communication step, by its gradient."""
     coupling: Coupling | None = None
@@ -138,19 +140,23 @@ class Scenario(Table):
         Raises
         ------
         ValueError
-            If its rotor was made in Python: a scenario file names one.
+            If its rotor or its table of receptances was made in Python: a scenario file names them.
         """
-        if is_rotor(self.rotor):
-            raise ValueError(
-                f"scenario {self.name} has rotor {self.rotor.name!r} of Python; a file must name a rotor file"
-            )
+        if made := self._made():
+            what = " and ".join(f"{kind} {named(value)!r}" for kind, value in made.items())
+            raise ValueError(f"scenario {self.name} has {what} of Python; its file must name files")
         text = tomli_w.dumps(with_paths(self._data(), relative_to(Path(path).parent)))
         write_atomically(Path(path), lambda file: file.write_text(text, encoding="utf-8"))
         return Path(path)
 
     def _data(self) -> dict[str, Any]:
         data = self.model_dump(mode="json", exclude_unset=True, exclude_none=True, exclude={"name"})
-        return data | {"rotor": self.rotor} if is_rotor(self.rotor) else data
+        return data | self._made()
+
+    def _made(self) -> dict[str, Any]:
+        """Return the fields that hold an object made in Python."""
+        fields = {"rotor": self.rotor, "receptances": self.receptances}
+        return {name: value for name, value in fields.items() if is_rotor(value) or is_table(value)}
 
     @property
     def initial_speed(self) -> float:
@@ -225,7 +231,7 @@ def load_scenario(name: str | None = None) -> Scenario:
 def as_scenario(
     source: str | Path | Scenario | None,
     rotor: RotorSource = None,
-    receptances: str | Path | None = None,
+    receptances: TableSource = None,
     fmu: Mapping[str, str | PathLike[str]] | None = None,
 ) -> Scenario:
     """Return a scenario (see `load_scenario`) with another rotor, table and FMUs.
@@ -237,7 +243,7 @@ def as_scenario(
     """
     scenario = source if isinstance(source, Scenario) else load_scenario(None if source is None else str(source))
     others = {"rotor": rotor, "receptances": receptances}
-    changes = {key: item if is_rotor(item) else str(item) for key, item in others.items() if item is not None}
+    changes = {key: str(item) if isinstance(item, Path) else item for key, item in others.items() if item is not None}
     scenario = scenario.model_copy(update=changes)
     return scenario.changed(fmu={component: fspath(file) for component, file in fmu.items()}) if fmu else scenario
 

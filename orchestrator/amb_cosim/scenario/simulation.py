@@ -15,7 +15,7 @@ from amb_cosim.presentation.progress import progress_bar
 from amb_cosim.results.result import Result
 from amb_cosim.scenario.make_result import make_result
 from amb_cosim.scenario.plan_run import PlannedRun, plan_run
-from amb_cosim.scenario.rotors import RotorSource
+from amb_cosim.scenario.rotors import RotorSource, TableSource
 from amb_cosim.scenario.scenario import Scenario, as_scenario
 
 
@@ -25,7 +25,7 @@ def run(
     set: Mapping[str, Raw] | None = None,
     until: Raw | None = None,
     rotor: RotorSource = None,
-    receptances: str | Path | None = None,
+    receptances: TableSource = None,
     fmu: Mapping[str, str | PathLike[str]] | None = None,
     flavour: Flavour = "native",
     loop: Loop = "compiled",
@@ -48,8 +48,8 @@ def run(
     until
         End of the run from the beginning of cycle 0, in s or as a text with a unit.
     rotor, receptances
-        A `Rotor`, the name of a packaged rotor or a rotor file, and a table of receptances for the controller's H, in
-        place of the scenario's.
+        A `Rotor`, the name of a packaged rotor or a rotor file, and a table of receptances for the controller's H, a
+        `ReceptanceTable` or its file, in place of the scenario's.
     fmu
         Replacements of components by name: FMU, model, or controller of `amb_cosim.linear_controller`.
     flavour
