@@ -9,7 +9,7 @@ import click
 from amb_cosim.commands.cli_errors import refusing
 from amb_cosim.commands.former import Group
 from amb_cosim.commands.options import JSON, ROTOR, SPEED, TIME, output
-from amb_cosim.commands.printing import show as print_data
+from amb_cosim.commands.printing import print_result
 from amb_files.atomic import check_writable
 
 FILE = click.argument("file", type=click.Path(path_type=Path))
@@ -37,7 +37,7 @@ def show(file: Path, output: Path | None, rotor: str | None, speed: str, as_json
     With --rotor, the phase at each mode of the rotor on its bearings is printed: between -180 and 0 degrees the demand
     damps a mode in which sensor and bearing move alike."""
     from amb_cosim.controllers import bode
-    from amb_cosim.controllers.show import description, text
+    from amb_cosim.controllers.show import description
 
     with refusing():
         if output is not None:
@@ -47,7 +47,7 @@ def show(file: Path, output: Path | None, rotor: str | None, speed: str, as_json
             from amb_cosim.presentation.style import write_png
 
             write_png(bode.draw(result.connections, result.omega, result.modes), output)
-    print_data(result.as_dict(), lambda _: text(result), as_json)
+    print_result(result, as_json)
 
 
 @controller.command("import")

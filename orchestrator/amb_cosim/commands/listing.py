@@ -57,7 +57,9 @@ def list_scenarios(name: str | None, words: str) -> None:
             if item is None:
                 names = [entry.name for entry in entries]
                 raise ValueError(f"there is no entry {name}; {suggest(name, names)}")
-            _tell(item)
+            for label in ("name", "theme", "description", "outcome", "source", "file"):
+                if text := str(getattr(item, label)):
+                    click.echo(f"{label:12} {text}")
             return
         wanted = tuple(words.lower().split())
         entries = [entry for entry in entries if entry.has(wanted)]
@@ -110,13 +112,6 @@ def _line(console: Console, text: str, style: str | None = None) -> None:
         console.print(text, style=style, no_wrap=True, overflow="ellipsis", markup=False, highlight=False)
     else:
         click.echo(text)
-
-
-def _tell(entry: ListedItem) -> None:
-    """Print everything about an entry."""
-    for label in ("name", "theme", "description", "outcome", "source", "file"):
-        if text := str(getattr(entry, label)):
-            click.echo(f"{label:12} {text}")
 
 
 COMMANDS = (list_scenarios,)

@@ -50,6 +50,25 @@ class Description:
             "modes_hz": [mode / (2.0 * np.pi) for mode in self.modes],
         }
 
+    def text(self) -> list[TextBlock]:
+        """Return a line on states and sampling, and the table of the connections."""
+        data = self.as_dict()
+        headings = (
+            "signal",
+            "demand",
+            "static gain (A/m)",
+            "largest (A/m)",
+            *(f"{hz:.4g} Hz" for hz in data["modes_hz"]),
+        )
+        title = "Connections" + ("; phase at the modes (deg)" if self.modes else "")
+        table = text_table(title, headings, left=("signal", "demand"))
+        for path in data["connections"]:
+            gains = (number(path["gain_at_rest"]), number(path["largest_gain"]))
+            phases = (f"{phase:.1f}" for phase in path["phase_at_modes_deg"])
+            table.add_row(path["signal"], path["demand"], *gains, *phases)
+        sampled = f"{data['states']} states, sampled every {data['sample_time_s']:g} s"
+        return [f"{sampled}; largest pole {data['largest_pole']:.6g} in the z plane", table]
+
 
 def description(file: Path, speed: str, modes: Sequence[float]) -> Description:
     """Return the description of a file at the nearest speed of its table, with modes (rad/s) below half the sampling
@@ -67,25 +86,6 @@ def description(file: Path, speed: str, modes: Sequence[float]) -> Description:
     below = tuple(mode for mode in modes if mode < omega[-1])
     result = connections(controller, omega, nearest, _continuous(file, nearest))
     return Description(controller, nearest, omega, result, below)
-
-
-def text(description: Description) -> list[TextBlock]:
-    """Return tables of a description."""
-    data = description.as_dict()
-    headings = ("signal", "demand", "static gain (A/m)", "largest (A/m)", *(f"{hz:.4g} Hz" for hz in data["modes_hz"]))
-    table = text_table(
-        "Connections" + ("; phase at the modes (deg)" if description.modes else ""), headings, left=("signal", "demand")
-    )
-    for path in data["connections"]:
-        phases = (f"{phase:.1f}" for phase in path["phase_at_modes_deg"])
-        table.add_row(
-            path["signal"], path["demand"], number(path["gain_at_rest"]), number(path["largest_gain"]), *phases
-        )
-    return [
-        f"{data['states']} states, sampled every {data['sample_time_s']:g} s; "
-        f"largest pole {data['largest_pole']:.6g} in the z plane",
-        table,
-    ]
 
 
 def _continuous(file: Path, speed: float) -> Law | None:

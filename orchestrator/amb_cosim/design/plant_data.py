@@ -134,7 +134,7 @@ def plant_structure(rotor: Rotor, stators: Sequence[str] = ()) -> tuple[Structur
         max_substep=max_substep,
         polar_inertia=rigid_body(rotor).polar_inertia,
         valid_to=structure.valid_to,
-        mixes_axes=bool(np.any(R) or _are_cross_coupled(seals.records)),
+        mixes_axes=bool(np.any(R) or np.any(seals.records["coefficients"][..., 4:12])),  # of the stiffness over x and y
     )
     return structure, replace(planes, moved_by=_moved_by(planes, structure))
 
@@ -264,8 +264,3 @@ def seal_records(seals: Sequence[Bearing]) -> SealRecords:
                 cubics[place, :, 0] = np.ravel(seal.at(begin if place else -np.inf)[:2])
         of_seal["coefficients"] = cubics.reshape(len(of_seal), 32)
     return records.view(np.recarray)
-
-
-def _are_cross_coupled(records: SealRecords) -> bool:
-    """Return whether the stiffness of a seal couples x and y at any speed."""
-    return bool(np.any(records["coefficients"][..., 4:12]))

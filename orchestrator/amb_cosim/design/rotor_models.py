@@ -68,7 +68,11 @@ def controller(rotor: Rotor | None = None, table: ReceptanceTable | None = None)
     rotor = rotor or load_rotor()
     loop = control_loop(rotor)
     model = rolac_controller.model_for(loop)
-    return model, _modelled(rotor, loop) if table is None else table.constants(loop)
+    if table is not None:
+        return model, table.constants(loop)
+    R = receptance(SPEEDS, K_B, C_B, rotor)
+    available = np.array([condition_number(r) <= MAX_CONDITION for r in R])
+    return model, pack(loop, SPEEDS[available], R[available]) if available.any() else no_table(loop)
 
 
 def check_loop(
@@ -85,9 +89,3 @@ def check_loop(
     available = {name: value for name, value in parameters.items() if value is not None}
     loop = control_loop(load_rotor(rotor))
     read_table(receptances, loop=loop, parameters={**loop_parameters(loop, available), **(inner or {})})
-
-
-def _modelled(rotor: Rotor, loop: ControlLoop) -> Array:
-    R = receptance(SPEEDS, K_B, C_B, rotor)
-    available = np.array([condition_number(r) <= MAX_CONDITION for r in R])
-    return pack(loop, SPEEDS[available], R[available]) if available.any() else no_table(loop)

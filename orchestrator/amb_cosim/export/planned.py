@@ -53,9 +53,9 @@ def plan_models(
     ValueError
         If the scenario or a file is invalid, or a component of the system is not a model.
     """
-    file = scenario if isinstance(scenario, str | Path) and is_system(scenario) else None
-    if file is not None:
-        values, system = None, load_system(file)
+    experiment = None
+    if isinstance(scenario, str | Path) and is_system(scenario):
+        system, experiment = load_system(scenario), load_experiment(scenario, Experiment(STEP_SIZE, STEP_SIZE))
         options: dict[str, Any] = {"rotor": rotor, "receptances": table_source(receptances)}
     else:
         values = as_scenario(scenario, rotor, receptances)
@@ -68,7 +68,10 @@ def plan_models(
         lambda component: interface_of(model_source(component.fmu, **options)[0]),
     )
     assembly = Assembly(system, {}, interfaces, options)
-    plan = _plan(assembly, file) if values is None else plan_scenario(values, assembly)
+    if experiment is None:
+        return PlannedModels(plan_scenario(values, assembly), made)
+    plan = plan_experiment(experiment, assembly.assignments())
+    check_control_loop(assembly, plan)
     return PlannedModels(plan, made)
 
 
@@ -80,25 +83,11 @@ def made_for(system: System, source: Callable[..., Made] = model_source, **optio
     ValueError
         If a component is not a model, or cannot be made with these options.
     """
-    files = [component.name for component in system.components if not is_model(component.fmu)]
-    for component in system.components:
-        if component.name in files and Path(component.fmu).is_file():
-            raise ValueError(
-                f"{component.name} of system {system.name} is the FMU {component.fmu}, which is built already "
-                f"and cannot become part of another; it must be one of the models {', '.join(models())}"
-            )
-    if files:
+    for component in (c for c in system.components if not is_model(c.fmu)):
+        is_built = Path(component.fmu).is_file()
+        what = "is built already and cannot become part of another" if is_built else "cannot be built"
         raise ValueError(
-            f"{', '.join(files)} of system {system.name} cannot be built; only models can: {', '.join(models())}"
+            f"{component.name} of system {system.name}, the FMU {component.fmu}, {what}; it must be one of the models "
+            f"{', '.join(models())}"
         )
     return {c.name: source(c.fmu, **options) for c in system.components}
-
-
-def _plan(assembly: Assembly, file: str | Path | None) -> Plan:
-    """Return the experiment of a system file, if it has one."""
-    experiment = Experiment(STEP_SIZE, STEP_SIZE)
-    if file is not None:
-        experiment = load_experiment(file, experiment)
-    plan = plan_experiment(experiment, assembly.assignments())
-    check_control_loop(assembly, plan)
-    return plan

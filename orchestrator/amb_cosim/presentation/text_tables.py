@@ -74,8 +74,12 @@ def html_of(parts: Iterable[TextBlock], height: str = "28em") -> str:
     console = plain_console(record=True, file=StringIO(), width=WIDTH, force_jupyter=False, highlight=False)
     for part in parts:
         console.print(part)
-    text = console.export_html(inline_styles=True, code_format="<pre>{code}</pre>")
-    return f'<div style="max-height: {height}; overflow: auto">{text}</div>'
+    return f'<div style="max-height: {height}; overflow: auto">{exported(console)}</div>'
+
+
+def exported(console: Console) -> str:
+    """Return what a recording console printed since the last call, as HTML."""
+    return console.export_html(inline_styles=True, code_format="<pre>{code}</pre>")
 
 
 def show_warnings(sentences: Iterable[str], console: Console | None = None, *, whole: bool = True) -> None:

@@ -12,8 +12,6 @@ from amb_cosim.results.summary_table import table
 from amb_cosim.results.verdict import BAD
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
     from amb_cosim.cosim.record.signals import Signals
     from amb_cosim.cosim.run.recording import Outcome
     from amb_cosim.results.summary import Summary
@@ -26,7 +24,7 @@ def html_of(dataset: Signals, summary: Summary, outcome: Outcome) -> str:
     """Return verdict, figures and table of a run as HTML."""
     from amb_cosim.presentation.plain_console import plain_console
     from amb_cosim.presentation.style import png
-    from amb_cosim.presentation.text_tables import show_warnings
+    from amb_cosim.presentation.text_tables import exported, show_warnings
 
     names = [name for name in FIGURES if has_motion(dataset) and name in chosen(dataset)]
     moved, forces = ([n for n in names if (n in FIGURES[:3]) is motion] for motion in (True, False))
@@ -34,22 +32,17 @@ def html_of(dataset: Signals, summary: Summary, outcome: Outcome) -> str:
     console = plain_console(record=True, file=io.StringIO(), width=100, force_jupyter=False)
     console.print(table(summary))
     show_warnings(summary.verdict.doubts, console)
-    decisive = _exported(console)
+    decisive = exported(console)
     console.print(table(summary, whole=True))
     show_warnings(summary.warnings, console)
     console.print(str(outcome))
-    rest = f"<details><summary>all values</summary>{_exported(console)}</details>"
+    rest = f"<details><summary>all values</summary>{exported(console)}</details>"
     images = "".join(
         f'<img alt="{name} of {escape(summary.scenario)}" style="max-width: 48%; vertical-align: top" '
         f'src="data:image/png;base64,{picture}">'
         for name, picture in pictures
     )
     return f"{_headline(summary)}{decisive}<div>{images}</div>{rest}"
-
-
-def _exported(console: Console) -> str:
-    """Return the text printed since the last call as HTML."""
-    return console.export_html(inline_styles=True, code_format="<pre>{code}</pre>")
 
 
 def _headline(summary: Summary) -> str:

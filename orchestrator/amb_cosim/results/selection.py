@@ -62,7 +62,9 @@ def select(
         matching = [name for name in available if name == pattern or name.partition(".")[2] == pattern]
         matching = matching or matching_names(available, pattern) or matching_names(available, f"*.{pattern}")
         if not matching:
-            options = available if _has_component(pattern, available) else [n.partition(".")[2] or n for n in available]
+            components = {name.partition(".")[0] for name in available}
+            is_whole = pattern.partition(".")[0] in components
+            options = available if is_whole else [name.partition(".")[2] or name for name in available]
             raise ValueError(f"no recorded variable matches {pattern!r}; {suggest(pattern, options)}")
         chosen |= dict.fromkeys(matching)
     time, period = np.asarray(dataset["time"].values, np.float64), dataset.attrs.get("period_s")
@@ -75,11 +77,6 @@ def select(
             f"no sample lies between {begin or 'the beginning'} and {until or 'the end'}; there is {limits}"
         )
     return Selection(dataset, tuple(chosen) or tuple(available), within)
-
-
-def _has_component(name: str, available: Sequence[str]) -> bool:
-    """Return whether a name begins with a component of the record."""
-    return name.partition(".")[0] in {other.partition(".")[0] for other in available}
 
 
 def to_csv(selection: Selection, path: Path) -> None:
