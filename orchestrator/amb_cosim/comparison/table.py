@@ -8,14 +8,12 @@ from typing import Any
 
 from rich.table import Table
 
+from amb_cosim.presentation.json_data import units_of
 from amb_cosim.presentation.text_tables import number, text_table
-from amb_cosim.results.summary import KEY, Summary
+from amb_cosim.results.summary import Summary
 
-# Units as suffixes of the keys of a summary.
-UNITS = {"N": "N", "Ns": "N s", "mm": "mm", "rad_s": "rad/s", "cycle": "cycle", "J": "J", "s": "s", "relative": "1"}
 COST = ("wall", "real_time_factor", "steps_by_method")
 LEFT_OUT = ("scenario", "flavour", *COST, "contact_states", "touchdown", "warnings", "notices", "verdict")
-SHARES = ("contact_share", "site_share", "share_beyond_reduction", "energy_balance", "energy_balance_of_heat")
 ABSOLUTE = ("1", "cycle")  # units whose differences are absolute rather than percentages
 MOST_PERCENT = 1000.0  # percentage above which the absolute difference is printed
 ROUNDING = 1e-12  # of the first run's value; a smaller difference is printed as none
@@ -76,16 +74,12 @@ def table_of(rows: Sequence[ComparedValue], labels: Sequence[str]) -> Table:
 
 def _flat(summary: Summary) -> Iterator[tuple[str, tuple[Value, str]]]:
     """Yield name, value and unit of each quantity, with one name per place."""
-    for field in fields(summary):
-        if field.name in LEFT_OUT:
-            continue
-        unit = UNITS.get(str(field.metadata.get(KEY, "")).removeprefix(f"{field.name}_"), "")
-        if field.name in SHARES:
-            unit = "1"
-        states = dict(enumerate(summary.contact_states)) if field.name == "contact_share" else {}
-        label = "relative_energy_balance" if field.name == "energy_balance" else field.name
-        for name, value in _leaves(label, getattr(summary, field.name), states):
-            yield name, (value, unit)
+    units = units_of(Summary)
+    for quantity in (field.name for field in fields(summary) if field.name not in LEFT_OUT):
+        states = dict(enumerate(summary.contact_states)) if quantity == "contact_share" else {}
+        label = "relative_energy_balance" if quantity == "energy_balance" else quantity
+        for name, value in _leaves(label, getattr(summary, quantity), states):
+            yield name, (value, units.get(quantity, "").replace(".", " "))
 
 
 def _leaves(name: str, value: Any, states: Mapping[int, str]) -> Iterator[tuple[str, Value]]:

@@ -43,6 +43,8 @@ SUFFIXES = {
     "%": "percent",
     "samples": "samples",
     "dB": "db",
+    "cycle": "cycle",
+    "1": "",
 }
 
 
@@ -92,6 +94,13 @@ def json_data(value: Any) -> Any:
     raise TypeError(f"{type(value).__name__} cannot be written as JSON")
 
 
+def units_of(owner: type[Any]) -> dict[str, str]:
+    """Return the units of the fields of a dataclass that have one, by name."""
+    hints = get_type_hints(owner, include_extras=True)
+    notes = {name: get_args(hint)[1:] for name, hint in hints.items() if get_origin(hint) is Annotated}
+    return {name: unit for name, of_field in notes.items() for unit in of_field if isinstance(unit, str)}
+
+
 def _object(value: Any) -> dict[str, Any]:
     data: dict[str, Any] = {}
     for name, key, layouts in _keys(type(value)):
@@ -126,5 +135,5 @@ def _key(name: str, hint: Any) -> tuple[str, frozenset[Layout]]:
         elif isinstance(note, str):
             if note not in SUFFIXES:
                 raise ValueError(f"{name} has the unit {note!r}, which is not allowed; it must be one of {[*SUFFIXES]}")
-            key = f"{name}_{SUFFIXES[note]}"
+            key = f"{name}_{SUFFIXES[note]}".rstrip("_")
     return key, layouts

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass, field, fields
-from typing import Any
+from dataclasses import dataclass
+from typing import Annotated, Any
 
 from amb_cosim.cosim.basics.choices import ROLES
 from amb_cosim.cosim.record.signals import Signals
 from amb_cosim.cosim.record.warnings import sentences, warnings_of
-from amb_cosim.presentation.json_data import json_data
+from amb_cosim.presentation.json_data import JsonKey, Layout, json_data
 from amb_cosim.results import contact_forces, contact_history, energies
 from amb_cosim.results.contact_spectrum import share_beyond_reduction, warnings_beyond_reduction
 from amb_cosim.results.orbits import notices_of_start, orbit_after, orbit_before, orbit_largest, settled_amplitudes
@@ -20,7 +20,6 @@ from amb_cosim.results.touchdown import Touchdown, touchdown
 from amb_cosim.results.verdict import Verdict, verdict
 
 AtPlaces = dict[str, float | None]
-KEY = "key"  # of a field's metadata: its name in JSON, with the unit; None for what is not in it
 
 
 @dataclass(frozen=True)
@@ -109,46 +108,46 @@ class Summary:
     flavour: str
     completed: bool
     stopped: str | None
-    settled: str = field(metadata={KEY: "settling"})
-    settling: float = field(metadata={KEY: "settling_s"})
-    simulated: float = field(metadata={KEY: "simulated_s"})
-    wall: float = field(metadata={KEY: "wall_s"})
+    settled: Annotated[str, JsonKey("settling")]
+    settling: Annotated[float, "s"]
+    simulated: Annotated[float, "s"]
+    wall: Annotated[float, "s"]
     real_time_factor: float | None
     steps_by_method: dict[str, float] | None
-    peak_contact_force: AtPlaces = field(metadata={KEY: "peak_contact_force_N"})
+    peak_contact_force: Annotated[AtPlaces, "N"]
     peak_is_sampled: dict[str, bool]
-    peak_band: float | None = field(metadata={KEY: "peak_band_rad_s"})
-    averaged_contact_force: AtPlaces = field(metadata={KEY: "averaged_contact_force_N"})
-    peak_impulse: AtPlaces = field(metadata={KEY: "peak_impulse_Ns"})
+    peak_band: Annotated[float | None, "rad/s"]
+    averaged_contact_force: Annotated[AtPlaces, "N"]
+    peak_impulse: Annotated[AtPlaces, "N.s"]
     events: dict[str, str]
-    contact_share: AtPlaces
+    contact_share: Annotated[AtPlaces, "1"]
     contact_states: list[str]
-    site_share: AtPlaces
-    first_contact: float | None = field(metadata={KEY: "first_contact_cycle"})
-    last_contact: float | None = field(metadata={KEY: "last_contact_cycle"})
+    site_share: Annotated[AtPlaces, "1"]
+    first_contact: Annotated[float | None, "cycle"]
+    last_contact: Annotated[float | None, "cycle"]
     recovered: bool | None
     recovery: contact_history.Recovery | None
-    rolling_from: float | None = field(metadata={KEY: "rolling_from_cycle"})
-    rolling_on_race_from: float | None = field(metadata={KEY: "rolling_on_race_from_cycle"})
-    whirl_speed: AtPlaces = field(metadata={KEY: "whirl_speed_rad_s"})
-    orbit_before: AtPlaces = field(metadata={KEY: "orbit_before_mm"})
-    orbit_after: AtPlaces = field(metadata={KEY: "orbit_after_mm"})
-    orbit_largest: AtPlaces = field(metadata={KEY: "orbit_largest_mm"})
-    settled_amplitude: dict[str, AtPlaces] = field(metadata={KEY: "settled_amplitude_mm"})
-    energy: dict[str, float] | None = field(metadata={KEY: "energy_J"})
-    energy_balance: float | None = field(metadata={KEY: "energy_balance_relative"})
-    energy_balance_of_heat: float | None
-    share_beyond_reduction: AtPlaces
+    rolling_from: Annotated[float | None, "cycle"]
+    rolling_on_race_from: Annotated[float | None, "cycle"]
+    whirl_speed: Annotated[AtPlaces, "rad/s"]
+    orbit_before: Annotated[AtPlaces, "mm"]
+    orbit_after: Annotated[AtPlaces, "mm"]
+    orbit_largest: Annotated[AtPlaces, "mm"]
+    settled_amplitude: Annotated[dict[str, AtPlaces], "mm"]
+    energy: Annotated[dict[str, float] | None, "J"]
+    energy_balance: Annotated[float | None, "1", JsonKey("energy_balance_relative")]
+    energy_balance_of_heat: Annotated[float | None, "1"]
+    share_beyond_reduction: Annotated[AtPlaces, "1"]
     stators: dict[str, StatorTouch]
     touchdown: Touchdown | None
     warnings: list[str]
     notices: list[str]
-    verdict: Verdict = field(metadata={KEY: None})
+    verdict: Annotated[Verdict, Layout.OMITTED]
 
     def as_dict(self) -> dict[str, Any]:
         """Return the values by names that include their units, ready for JSON."""
-        keys = {f.name: f.metadata.get(KEY, f.name) for f in fields(self)}
-        return {key: json_data(getattr(self, name)) for name, key in keys.items() if key is not None}
+        data: dict[str, Any] = json_data(self)
+        return data
 
     def to_json(self) -> str:
         """Return `as_dict` as JSON text."""

@@ -105,10 +105,6 @@ class Plots:
         with mpl.rc_context(STYLE):
             return traces(select(self._dataset, variables, begin, until))
 
-    def save(self, folder: Path | str) -> list[Path]:
-        """Write the figures that suit the run to a folder, and return their paths."""
-        return draw_all(self._dataset, Path(folder))
-
     def __repr__(self) -> str:
         methods = ", ".join(f"{name}()" for name in MODULES)
         return f"Plots of {self._dataset.attrs.get('scenario', 'a run')}: {methods}"
