@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
 from amb_cosim.commands.cli_errors import refusing
 from amb_cosim.commands.options import UNITS, output
 from amb_files.atomic import check_writable
-
-if TYPE_CHECKING:
-    from amb_cosim.results.result import Result
 
 PICTURES = (".png", ".pdf", ".svg")
 TABLES = (".csv", ".mat")
@@ -31,38 +27,28 @@ def plot(result: Path, variables: tuple[str, ...], output: Path | None, begin: s
     A VARIABLE is a name with or without its component, or a pattern: left.x, '*.f_n'. The name of a figure draws that:
     orbits, turns, contact, .... The suffix of the output defines the format.
     """
+    from amb_cosim.results.plots import MODULES, figure
     from amb_cosim.results.result import Result
 
+    name = variables[0] if len(variables) == 1 and variables[0] in MODULES else None
     with refusing():
         run = Result.load(result)
-        path = output or (result if result.is_dir() else result.parent) / f"{_figure(variables) or 'traces'}.png"
-        if path.suffix.lower() not in PICTURES + TABLES:
+        path = output or (result if result.is_dir() else result.parent) / f"{name or 'traces'}.png"
+        suffix = path.suffix.lower()
+        if suffix not in PICTURES + TABLES:
             raise ValueError(f"{path} is not allowed; its name must end with {', '.join(PICTURES + TABLES)}")
         check_writable(path, is_folder=False)
-        if path.suffix.lower() == ".csv":
-            run.to_csv(path, *variables, begin=begin, until=until)
-        elif path.suffix.lower() == ".mat":
-            run.to_mat(path, *variables, begin=begin, until=until)
+        if suffix in TABLES:
+            export = run.to_csv if suffix == ".csv" else run.to_mat
+            export(path, *variables, begin=begin, until=until)
         else:
-            _draw(run, path, variables, begin, until)
-    click.echo(f"{'table' if path.suffix.lower() in TABLES else 'figure'} in {path}")
+            from amb_cosim.presentation.style import write_figure
 
-
-def _figure(variables: tuple[str, ...]) -> str | None:
-    """Return the name of a figure that is called for in place of variables."""
-    from amb_cosim.results.plots import MODULES
-
-    return variables[0] if len(variables) == 1 and variables[0] in MODULES else None
-
-
-def _draw(run: Result, path: Path, variables: tuple[str, ...], begin: str | None, until: str | None) -> None:
-    from amb_cosim.presentation.style import write_figure
-    from amb_cosim.results.plots import figure
-
-    name = _figure(variables)
-    if name and (begin or until):
-        raise ValueError(f"--begin and --until cannot be used with the figure {name}; they are for variables")
-    write_figure(figure(run.signals, name) if name else run.plot(*variables, begin=begin, until=until), path)
+            if name and (begin or until):
+                raise ValueError(f"--begin and --until cannot be used with the figure {name}; they are for variables")
+            drawn = figure(run.signals, name) if name else run.plot(*variables, begin=begin, until=until)
+            write_figure(drawn, path)
+    click.echo(f"{'table' if suffix in TABLES else 'figure'} in {path}")
 
 
 COMMANDS = (plot,)
