@@ -5,13 +5,12 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from pathlib import Path
-from typing import cast
+from typing import Any
 
 import click
 
 from amb_cosim.commands.cli_errors import Failed, interrupted, refuse_nothing, refusing
 from amb_cosim.commands.options import NO_PLOTS, UNITS, UNTIL, output, parse_settings
-from amb_cosim.cosim.basics.choices import Flavour
 from amb_files.atomic import check_writable
 
 NUMBERED = re.compile(r"(\d{1,3}):(.*)", re.DOTALL)
@@ -55,12 +54,13 @@ def compare(
     with refusing():
         check_writable(folder, is_folder=True)
         count = len(sources)
+        flavour = _last(flavours, count, "--flavour") or "native"
         of_each = [parse_settings(texts) for texts in _by_run(settings, count, "--set")]
         result = comparison.compare(
             *sources,
             set=of_each if _names_run(settings) else of_each[0] if of_each else None,
             rotor=_last(rotors, count, "--rotor"),
-            flavour=_flavours(flavours, count),
+            flavour=[each or "native" for each in flavour] if isinstance(flavour, list) else flavour,
             until=until,
         )
         refuse_nothing(result.sides[-1].result.outcome)
@@ -89,18 +89,10 @@ def _by_run(texts: Sequence[str], count: int, option: str) -> list[list[str]]:
     return of_each
 
 
-def _last(texts: Sequence[str], count: int, option: str) -> str | list[str | None] | None:
-    """Return the last text for all runs, or for each if one is for a single run."""
+def _last(texts: Sequence[str], count: int, option: str) -> Any:
+    """Return the last text for all runs or None, or a list of one for each if one is for a single run."""
     of_each = [local[-1] if local else None for local in _by_run(texts, count, option)]
     return of_each if _names_run(texts) else of_each[0] if of_each else None
-
-
-def _flavours(texts: Sequence[str], count: int) -> Flavour | list[Flavour]:
-    """Return the flavour of all runs, or of each."""
-    chosen = _last(texts, count, "--flavour")
-    if isinstance(chosen, list):
-        return [cast(Flavour, flavour or "native") for flavour in chosen]
-    return cast(Flavour, chosen or "native")
 
 
 COMMANDS = (compare,)

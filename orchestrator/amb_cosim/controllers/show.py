@@ -11,7 +11,6 @@ import numpy as np
 
 from amb_cosim.controllers.block_file import read_blocks
 from amb_cosim.controllers.bode import LawPath, connections, frequencies, phase_at
-from amb_cosim.controllers.laws import Law
 from amb_cosim.controllers.linear_controller import LinearController, linear_controller
 from amb_cosim.cosim.system.values import quantity
 from amb_cosim.presentation.text_tables import TextBlock, number, text_table
@@ -84,14 +83,6 @@ def description(file: Path, speed: str, modes: Sequence[float]) -> Description:
     nearest = min(controller.laws, key=lambda point: abs(point - requested))
     omega = frequencies(controller)
     below = tuple(mode for mode in modes if mode < omega[-1])
-    result = connections(controller, omega, nearest, _continuous(file, nearest))
+    law = read_blocks(file, continuous=True)["K"] if file.suffix == ".toml" else None  # arrays are sampled
+    result = connections(controller, omega, nearest, law[nearest] if isinstance(law, dict) else law)
     return Description(controller, nearest, omega, result, below)
-
-
-def _continuous(file: Path, speed: float) -> Law | None:
-    """Return the continuous law of a block file at a speed; None for arrays."""
-    if file.suffix != ".toml":
-        return None
-    law = read_blocks(file, continuous=True)["K"]
-    result: Law = law[speed] if isinstance(law, dict) else law
-    return result

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable
 from dataclasses import dataclass
 from types import TracebackType
 
@@ -118,17 +117,17 @@ def parse_units(text: str) -> dict[str, str]:
 
 def speed_unit(usual: str = "rad/s") -> ShownUnit:
     """Return the unit of spin speeds and frequencies: the usual one unless another was chosen."""
-    return _unit("speed", lambda: usual)
+    return _unit("speed", usual)
 
 
 def length_unit(largest: float) -> ShownUnit:
     """Return the unit for lengths up to `largest` (m): um for less than 0.1 mm, or mm, unless one was chosen."""
-    return _unit("length", lambda: "um" if largest < LENGTH_IN_UM else "mm")
+    return _unit("length", "um" if largest < LENGTH_IN_UM else "mm")
 
 
 def force_unit(largest: float) -> ShownUnit:
     """Return the unit for forces up to `largest` (N): kN from 1 kN on, or N, unless one was chosen."""
-    return _unit("force", lambda: "kN" if largest >= FORCE_IN_KN else "N")
+    return _unit("force", "kN" if largest >= FORCE_IN_KN else "N")
 
 
 def relabelled(label: str, *quantities: str) -> tuple[str, float]:
@@ -164,7 +163,7 @@ def convert_units_in_text(text: str) -> str:
 def chosen_for(name: str) -> ShownUnit | None:
     """Return the unit that was chosen for the quantity of a unit, if one was."""
     quantity = QUANTITIES.get(_OTHER_NAMES.get(name, name), "")
-    return _unit(quantity, lambda: "") if quantity in _chosen else None
+    return _unit(quantity, "") if quantity in _chosen else None
 
 
 def spin_label() -> str:
@@ -184,6 +183,6 @@ def _size(name: str) -> float:
     return SIZES[QUANTITIES[name]][name]
 
 
-def _unit(quantity: str, usual: Callable[[], str]) -> ShownUnit:
-    name = _chosen.get(quantity) or usual()
+def _unit(quantity: str, usual: str) -> ShownUnit:
+    name = _chosen.get(quantity) or usual
     return ShownUnit(name, SIZES[quantity][name])

@@ -36,18 +36,14 @@ def html_of(dataset: Signals, summary: Summary, outcome: Outcome) -> str:
     console.print(table(summary, whole=True))
     show_warnings(summary.warnings, console)
     console.print(str(outcome))
+    word = summary.verdict.word
+    colour = BAD_COLOUR if word in BAD else GOOD if word in ("levitated", "recovered", "free") else OTHER
+    name, text = escape(summary.scenario), escape(str(summary.verdict))
+    headline = f'<p><b>{name}</b>: <b style="color: {colour}">{text}</b></p>'
     rest = f"<details><summary>all values</summary>{exported(console)}</details>"
     images = "".join(
         f'<img alt="{name} of {escape(summary.scenario)}" style="max-width: 48%; vertical-align: top" '
         f'src="data:image/png;base64,{picture}">'
         for name, picture in pictures
     )
-    return f"{_headline(summary)}{decisive}<div>{images}</div>{rest}"
-
-
-def _headline(summary: Summary) -> str:
-    """Return the verdict as a headline."""
-    word = summary.verdict.word
-    colour = BAD_COLOUR if word in BAD else GOOD if word in ("levitated", "recovered", "free") else OTHER
-    name, text = escape(summary.scenario), escape(str(summary.verdict))
-    return f'<p><b>{name}</b>: <b style="color: {colour}">{text}</b></p>'
+    return f"{headline}{decisive}<div>{images}</div>{rest}"
