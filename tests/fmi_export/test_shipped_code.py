@@ -183,6 +183,33 @@ def test_an_fmu_runs_again_after_the_folder_of_its_first_run_was_deleted(build_f
     assert first[-1] > 0.99
 
 
+def test_an_fmu_is_built_the_same_in_a_process_that_runs_it(build_fmu, lag, run_python, tmp_path):
+    """The FMU brings the PythonFMU that the process has then, without the libraries of which an FMU is made."""
+
+    def host(path: str, folder: str) -> list:
+        import sys
+        from pathlib import Path
+
+        import numpy as np
+        from drive import Fmu
+
+        running = Fmu(path, u=1.0)
+        from probe_lag.lag import MODEL
+
+        from fmi_export.building.python_fmu import build_python_fmu
+
+        built = build_python_fmu(MODEL, np.zeros(1), Path(folder))
+        item = [running.step(0), sys.modules["pythonfmu"].__file__, str(built)]
+        running.close()
+        return item
+
+    path = build_fmu(lag)
+    status, pythonfmu, built = run_python(host, path=path, folder=tmp_path)
+    assert status == 0
+    assert "resources" in Path(pythonfmu).parts
+    assert Path(built).read_bytes() == path.read_bytes()
+
+
 def test_a_model_without_a_script_says_where_it_must_be(tmp_path):
     model = replace(ACTUATOR, name="unknown_model")
     with raises_naming(ValueError, "unknown_model", "unknown_model_fmu.py"):

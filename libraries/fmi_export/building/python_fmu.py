@@ -1,30 +1,31 @@
-"""Builds the python flavour of a model: PythonFMU's archive of script, code and constants, behind a guard."""
+"""Builds the python flavour of a model: PythonFMU's archive of script, code and constants, behind a guard.
+
+The archive is that of `pythonfmu.builder`, which is not called: it imports the script under a name that an FMU of the
+same model may have in this process, and takes its libraries from the copy of PythonFMU that was imported first, which
+an FMU may have brought, without libraries.
+"""
 
 from __future__ import annotations
 
 import importlib.metadata
 import json
-import shutil
 import sys
 import sysconfig
-import zipfile
-from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from collections.abc import Iterable
 from dataclasses import replace
+from io import BytesIO
 from pathlib import Path
 
 import numpy as np
-from pythonfmu.builder import FmuBuilder
 
 from amb_files.archive import archive_of, write_archive
-from amb_files.temporary_folders import temporary_folder
 from fmi_export import amb_cosim_bootstrap as bootstrap
 from fmi_export.building.description import model_description, xml_file
 from fmi_export.building.documentation import documentation
 from fmi_export.building.experiment import experiment_files
 from fmi_export.building.guard.libraries import check_guarded, guard, guard_key, library_names
 from fmi_export.building.identity import DOCUMENTATION, digests, guid_of, package_folder
-from fmi_export.building.native.compiler import host_platform
+from fmi_export.building.native.compiler import PLATFORMS, host_platform
 from fmi_export.building.native.data import linear_state_file, model_data, sizes
 from fmi_export.model import Array, Model
 
@@ -59,12 +60,10 @@ def python_fmu(model: Model, constants: Array, platforms: Iterable[str] | None =
     chosen = check_guarded([host_platform()] if platforms is None else platforms)
     guid = python_guid(model, constants)
     guards = {platform: guard(platform) for platform in chosen}
-    with temporary_folder() as temporary:
-        content = _content(_built_by_pythonfmu(model, constants, guid, temporary))
-    libraries = {name: content.pop(name) for name in list(content) if name.startswith("binaries/")}
+    content = {f"resources/{name}": item for name, item in _resources(model, constants, guid).items()}
     for platform, item in guards.items():
         guarding, pythonfmu = library_names(model.name, platform)
-        content |= {guarding: item.library, pythonfmu: libraries[guarding]}
+        content |= {guarding: item.library, pythonfmu: _library_of_pythonfmu(platform)}
     content |= documentation(model, ["pythonfmu"])
     content["modelDescription.xml"] = xml_file(model_description(model, guid, *_tool()))
     content["resources/model.bin"] = _data(model, constants, guid)
@@ -88,27 +87,42 @@ def what_it_needs() -> str:
     )
 
 
-def _built_by_pythonfmu(model: Model, constants: Array, guid: str, folder: Path) -> Path:
-    """Return the FMU as PythonFMU builds it, in `folder`."""
-    stage = folder / "stage"
-    (stage / "code").mkdir(parents=True)
-    unneeded = shutil.ignore_patterns("__pycache__", "*.md", DOCUMENTATION, bootstrap.BUILD_ONLY)
-    for name in model.packages:
-        shutil.copytree(package_folder(name), stage / "code" / name, ignore=unneeded)
-    script = shutil.copy2(_script(model), stage)
-    shutil.copy2(bootstrap.__file__, stage)
-    np.save(stage / "constants.npy", np.ascontiguousarray(constants, dtype=np.float64))
-    (stage / "layout.json").write_text(json.dumps(dict(model.layout), indent=1), encoding="utf-8")
-    (stage / "build.json").write_text(json.dumps(_build_facts(model, guid), indent=1), encoding="utf-8")
-    script_helper = bootstrap.__name__.split(".")[-1] + ".py"
-    files = [stage / name for name in ("code", script_helper, "constants.npy", "layout.json", "build.json")]
-    with _restoring_interpreter():
-        return Path(FmuBuilder.build_FMU(script, dest=folder, project_files=files))
+def _resources(model: Model, constants: Array, guid: str) -> dict[str, bytes]:
+    """Return the files that PythonFMU's library and the script need, by their names in the resources."""
+    script, memory = _script(model), BytesIO()
+    np.save(memory, np.ascontiguousarray(constants, dtype=np.float64))
+    result = {
+        "slavemodule.txt": script.stem.encode(),
+        script.name: script.read_bytes(),
+        Path(bootstrap.__file__).name: Path(bootstrap.__file__).read_bytes(),
+        "constants.npy": memory.getvalue(),
+        "layout.json": json.dumps(dict(model.layout), indent=1).encode(),
+        "build.json": json.dumps(_build_facts(model, guid), indent=1).encode(),
+    }
+    for file in _installed_pythonfmu().glob("*.py"):
+        result[f"pythonfmu/{file.name}"] = file.read_bytes()
+    for package in model.packages:
+        folder = package_folder(package)
+        for file in folder.rglob("*"):
+            place = file.relative_to(folder)
+            if file.is_file() and not _is_unneeded(place):
+                result[f"code/{package}/{place.as_posix()}"] = file.read_bytes()
+    return result
 
 
-def _content(archive: Path) -> dict[str, bytes]:
-    with zipfile.ZipFile(archive) as fmu:
-        return {name: fmu.read(name) for name in fmu.namelist()}
+def _is_unneeded(place: Path) -> bool:
+    """Return whether a file of a package is left out of FMUs."""
+    return place.suffix == ".md" or not {"__pycache__", DOCUMENTATION, bootstrap.BUILD_ONLY}.isdisjoint(place.parts)
+
+
+def _installed_pythonfmu() -> Path:
+    """Return the folder of the installed PythonFMU, of which this process may have imported another copy."""
+    return Path(str(importlib.metadata.distribution("pythonfmu").locate_file("pythonfmu")))
+
+
+def _library_of_pythonfmu(platform: str) -> bytes:
+    folder = _installed_pythonfmu() / "resources" / "binaries" / platform
+    return next(folder.glob(f"*{PLATFORMS[platform][0]}")).read_bytes()
 
 
 def _data(model: Model, constants: Array, guid: str) -> bytes:
@@ -162,15 +176,3 @@ def _tool() -> tuple[str, str]:
     """Return what generates an FMU, and the version of it."""
     local, other = (importlib.metadata.version(name) for name in ("amb-cosim", "pythonfmu"))
     return f"amb-cosim {local} with PythonFMU {other}", local
-
-
-@contextmanager
-def _restoring_interpreter() -> Iterator[None]:
-    """Undo the changes that pythonfmu makes to `sys.path` and `sys.modules`."""
-    path, modules = list(sys.path), set(sys.modules)
-    try:
-        yield
-    finally:
-        sys.path[:] = path
-        for name in [n for n in sys.modules if n not in modules and n.endswith(("_fmu", "amb_cosim_bootstrap"))]:
-            del sys.modules[name]
