@@ -9,10 +9,15 @@ import zipfile
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from informed import informed_fmu
 from strange_machine import RUB
 
+import amb_cosim
 from amb_cosim.commands.cli import main
 from amb_cosim.cosim.run.checkpoint import Checkpoint
+from amb_cosim.cosim.system.experiment import Experiment
+from amb_cosim.cosim.system.system_file import load_system
+from rotor_analysis.rotor_file import load_rotor
 from tests.support.messages import assert_names, raises_naming
 
 CHECKPOINT = Checkpoint(
@@ -139,3 +144,34 @@ def test_a_run_from_another_file_ends_with_code_2_and_one_sentence(file, tmp_pat
         assert_names(done.stderr, str(start), *allowed)
         assert len(done.stderr.strip().splitlines()) == 1
         assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("of_python", [False, True])
+def test_a_changed_rotor_is_named_with_what_differs(tmp_path, of_python):
+    """One body has 0.8 kg in place of 0.9 kg; the rest, a comment included, is as it was."""
+
+    def run(name, mass, **options):
+        (tmp_path / name).write_text(text.replace("mass = 0.9", f"mass = {mass}"), encoding="utf-8")
+        rotor = load_rotor(tmp_path / name) if of_python else tmp_path / name
+        return amb_cosim.simulate(load_system("passive"), Experiment(1e-4, 1e-3), rotor=rotor, **options)
+
+    text = RUB.with_name("expander.toml").read_text(encoding="utf-8")
+    state = run("old.toml", 0.9, save_at=["0.5 ms"]).checkpoint("0.5 ms").save(tmp_path / "state.npz")
+    assert run("same.toml", "0.9 # kg", start=state).outcome.status == "completed"
+    with raises_naming(ValueError, "rotor", "bodies[0].mass: 0.9 there, 0.8 now") as refusal:
+        run("new.toml", 0.8, start=state)
+    assert_names(refusal.value, *(["Rotor of Python"] if of_python else ["old.toml", "new.toml"]))
+    assert "fmus" not in str(refusal.value)
+
+
+def test_a_changed_fmu_is_named_by_its_file(fmu_from_c, tmp_path):
+    system = '[[component]]\nname = "motor"\nfmu = "Informed2.fmu"\n[experiment]\ncommunication_step = "0.1 s"\n'
+    (tmp_path / "system.toml").write_text(f'{system}stop_time = "1 s"\n', encoding="utf-8")
+
+    def run(experiment, **options):
+        informed_fmu(fmu_from_c, tmp_path, 2, experiment)
+        return amb_cosim.simulate(tmp_path / "system.toml", isolated=False, **options)
+
+    state = run("", save_at=["0.5 s"]).checkpoint("0.5 s").save(tmp_path / "state.npz")
+    with raises_naming(ValueError, "FMU of motor", "Informed2.fmu"):
+        run('tolerance="1e-4"', start=state)

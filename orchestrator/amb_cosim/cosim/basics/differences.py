@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 from collections.abc import Iterator, Mapping
+from dataclasses import asdict
+from pathlib import Path
 from typing import Any
+
+from amb_files.toml import read_toml
 
 MOST = 10  # differences that are reported
 LONGEST = 160  # characters of a value
@@ -14,6 +19,33 @@ def list_differences(stored: Any, now: Any) -> str:
     """Return a line per difference of two pieces of JSON data, with both values."""
     lines = [f"  {at}: {_short(old)} there, {_short(new)} now" for at, old, new in _differences(stored, now)]
     return "\n".join(lines[:MOST])
+
+
+def described(item: Any) -> tuple[str, Any]:
+    """Return name and content of a file or a dataclass as JSON data; of a file other than TOML, its digest."""
+    if not isinstance(item, str | Path):
+        content = json.dumps(asdict(item), default=lambda value: getattr(value, "tolist", lambda: repr(value))())
+        return f"{type(item).__name__} of Python", json.loads(content)
+    file = Path(item)
+    if file.suffix == ".toml":
+        return file.name, json.loads(json.dumps(read_toml(file, f"file {file}"), default=str))
+    with file.open("rb") as opened:
+        return file.name, hashlib.file_digest(opened, "sha256").hexdigest()
+
+
+def list_other_sources(stored: Mapping[str, Any], now: Mapping[str, Any]) -> str:
+    """Return lines on the files and objects (`described`, by kind) that differ, with the differences of their content.
+
+    Kinds that only one of the two has are not listed.
+    """
+    lines = []
+    for kind in stored.keys() & now.keys():
+        (name, old), (new_name, new) = stored[kind], now[kind]
+        if old != new:
+            lines.append(f"  {kind}: {name if name == new_name else f'{name} there, {new_name} now'}, which differ")
+            inner = list_differences(old, new) if not isinstance(old, str) and not isinstance(new, str) else ""
+            lines += [f"  {line}" for line in inner.splitlines()]
+    return "\n".join(lines)
 
 
 def _differences(stored: Any, now: Any, where: str = "") -> Iterator[tuple[str, Any, Any]]:

@@ -18,8 +18,8 @@ import json
 import logging
 import sysconfig
 from collections.abc import Callable, Iterable, Mapping
-from contextlib import nullcontext
-from dataclasses import dataclass
+from contextlib import nullcontext, suppress
+from dataclasses import dataclass, is_dataclass
 from functools import cache, cached_property
 from importlib.metadata import EntryPoint, entry_points, version
 from importlib.util import find_spec
@@ -152,6 +152,20 @@ def fmu_with_starts(name: str, target: BuildTarget, starts: Mapping[str, float],
     return target.fmu(with_starts(model, starts), constants)
 
 
+def ingredients(fmu: str, **options: Any) -> dict[str, Any]:
+    """Return what the FMU of a component is made from: files and objects by the options of its model, or the FMU."""
+    if not is_model(fmu):
+        return {"FMU": Path(fmu)}
+    name, options = _resolved(fmu, options)
+    source, result = _source(name), {}
+    for option in inspect.signature(source).parameters:
+        with suppress(ValueError):  # no pack has a rotor
+            value = _with_file(source, option, options.get(option))
+            if is_dataclass(value) or (isinstance(value, str | Path) and Path(value).is_file()):
+                result[option] = value
+    return result
+
+
 def provide(fmu: str, flavour: Flavour = "native", **options: Any) -> Fmu:
     """Return the FMU of a model (by name or file), built if needed, or the FMU file at a path.
 
@@ -214,14 +228,18 @@ def _key(source: Source, target: BuildTarget, options: Mapping[str, Any]) -> str
     facts = [source.__qualname__, target.flavour, sysconfig.get_platform(), version("numpy"), version("scipy")]
     sha = hashlib.sha256(repr(facts).encode() + _content(Path(inspect.getfile(source)), "source"))
     for name, option in available.items():
-        is_object = not isinstance(option, str | Path | None)
-        value = source.files[name](option) if name in source.files and not is_object else option  # type: ignore[attr-defined]
-        file = Path(value) if isinstance(value, str | Path) else None
-        values = _content(file, name) if file is not None and file.is_file() else repr(value).encode()
-        sha.update(name.encode() + values)
+        value = _with_file(source, name, option)
+        is_file = isinstance(value, str | Path) and Path(value).is_file()
+        sha.update(name.encode() + (_content(Path(value), name) if is_file else repr(value).encode()))
     for package in (*packages, "amb_files", "fmi_export"):
         sha.update(_code(package))
     return sha.hexdigest()[:32]
+
+
+def _with_file(source: Source, name: str, option: Any) -> Any:
+    """Return the file that the value of an option names, if the source declares one; any other value unchanged."""
+    files = getattr(source, "files", {})
+    return files[name](option) if name in files and isinstance(option, str | Path | None) else option
 
 
 def _content(file: Path, kind: str) -> bytes:

@@ -11,13 +11,13 @@ import hashlib
 import json
 import zipfile
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from amb_cosim.cosim.basics.differences import list_differences
+from amb_cosim.cosim.basics.differences import list_differences, list_other_sources
 from amb_cosim.cosim.fmu.component import FmuState
 from amb_files.atomic import write_atomically
 from array_types import Array, Indices
@@ -28,6 +28,7 @@ HEAD = (
     "step_size",
     "start_time",
     "past",
+    "sources",
     "notice",
     "names",
     "recorded",
@@ -60,6 +61,8 @@ class Checkpoint:
         For each stop condition, the point since which it has been met without a break.
     states, warnings
         State and logged warnings of each component.
+    sources
+        Files that the FMUs are made from, see `Assembly.sources`, if the checkpoint is for a file.
     """
 
     point: int
@@ -77,6 +80,7 @@ class Checkpoint:
     states: Mapping[str, FmuState]
     warnings: Mapping[str, Sequence[str]]
     start_time: float = 0.0
+    sources: Mapping[str, Any] = field(default_factory=dict)
 
     @property
     def time(self) -> float:
@@ -88,9 +92,16 @@ class Checkpoint:
         """Whether the states are in the memory of loaded FMUs."""
         return not all(isinstance(state, bytes) for state in self.states.values())
 
-    def check_past(self, past: Mapping[str, Any]) -> None:
-        """Raise ValueError, with the differences, unless this is the past of the run to continue."""
-        if self.past != past and (message := list_differences(self.past, past)):
+    def check_past(self, past: Mapping[str, Any], sources: Mapping[str, Any]) -> None:
+        """Raise ValueError unless this is the past of the run to continue, whose FMUs are made from `sources`.
+
+        The message lists the differences: those of the sources in place of the identifiers of FMUs, which follow.
+        """
+        message = list_differences(self.past, past)
+        if message and (others := list_other_sources(self.sources, sources)):
+            rest = list_differences({**self.past, "fmus": None}, {**past, "fmus": None})
+            message = "\n".join(filter(None, (others, rest)))
+        if message:
             raise ValueError(f"the checkpoint at t = {self.time:.9g} s is of another run, which had\n{message}")
 
     def save(self, path: str | Path) -> Path:
@@ -174,6 +185,7 @@ class Checkpoint:
             states={name: arrays[f"state_{k}"].tobytes() for k, name in enumerate(head["components"])},
             warnings=head["warnings"],
             start_time=float(head.get("start_time", 0.0)),
+            sources=head.get("sources", {}),
         )
 
 

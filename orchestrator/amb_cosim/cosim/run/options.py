@@ -121,7 +121,7 @@ def _resumed(file: Path | None, assembly: Assembly, plan: Plan) -> Checkpoint | 
         return None
     try:
         result = Checkpoint.load(file)
-        result.check_past(state_fingerprint(assembly, plan, result.point))
+        result.check_past(state_fingerprint(assembly, plan, result.point), assembly.sources)
         if result.point > plan.last:
             raise ValueError(f"the run ends before t = {result.time:.9g} s")
     except ValueError as error:

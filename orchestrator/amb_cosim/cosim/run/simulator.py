@@ -183,6 +183,7 @@ class Simulator:
             step_size=plan.step_size,
             start_time=plan.start_time,
             past=state_fingerprint(self.assembly, self._plan, point),
+            sources={} if held else self.assembly.sources,
             notice=self.notice,
             signals=dict(zip(self._at, self.master.values.tolist(), strict=True)),
             scales=self.master.scales,
@@ -214,7 +215,8 @@ class Simulator:
             end = plan.time(plan.last)
             raise ValueError(f"the run ends at {end:.9g} s, before the checkpoint at t = {start.time:.9g} s")
         if not start.is_held:
-            start.check_past(state_fingerprint(self.assembly, self._plan, start.point))
+            past = state_fingerprint(self.assembly, self._plan, start.point)
+            start.check_past(past, self.assembly.sources)
         if not start.is_held or any(fmu.layout is None for fmu in self.assembly.fmus.values()):
             self.initialise()
         for component in self.components:

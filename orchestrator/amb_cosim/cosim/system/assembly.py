@@ -10,10 +10,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from amb_cosim.cosim.basics.choices import Flavour
+from amb_cosim.cosim.basics.differences import described
 from amb_cosim.cosim.fmu.fmu_description import read_interface
 from amb_cosim.cosim.fmu.fmu_interface import FmuInterface, Port
 from amb_cosim.cosim.fmu.fmu_libraries import check_libraries
-from amb_cosim.cosim.fmu.fmus import Fmu, provide
+from amb_cosim.cosim.fmu.fmus import Fmu, ingredients, provide
 from amb_cosim.cosim.system.assignments import Assignments
 from amb_cosim.cosim.system.replacement import fitted
 from amb_cosim.cosim.system.signal_map import SignalMap
@@ -50,6 +51,19 @@ class Assembly:
     def from_elsewhere(self) -> list[str]:
         """The components whose FMUs are files."""
         return [name for name, fmu in self.fmus.items() if fmu.flavour == "file"]
+
+    @cached_property
+    def sources(self) -> dict[str, tuple[str, Any]]:
+        """Name and content, as JSON data, of all that the FMUs are made from, by what it is: `rotor`, `FMU of motor`.
+
+        The content of a file other than TOML is its digest.
+        """
+        result = {}
+        for c in self.system.components:
+            for kind, item in ingredients(c.fmu, **self.options).items():
+                is_local = kind in ("FMU", "file")
+                result[f"{kind} of {c.name}" if is_local else kind] = described(item)
+        return result
 
     def assignments(self) -> Assignments:
         """Return the values of the system's parameters, for additions."""
