@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from fmpy import read_model_description, simulate_fmu
+from fmpy import instantiate_fmu, read_model_description, simulate_fmu
 from numpy.typing import NDArray
 
 from amb_cosim.cosim.basics.child_process import limit_memory
@@ -19,7 +19,8 @@ from amb_cosim.cosim.basics.descendants import end_descendants, end_with_parent
 from amb_cosim.cosim.run.isolation import ERROR, RECORDING
 from amb_cosim.cosim.verify.reference_experiments import ReferenceExperiment, Table, read_experiments
 from amb_cosim.cosim.verify.verification import MOST_TOLERANCE, TOLERANCE, Deviation, Verified
-from array_types import Array
+from amb_cosim.cosim.verify.watched_instance import WatchedInstance
+from array_types import Array, Indices
 
 NO_NUMBERS = ("String", "Binary", "Clock")
 
@@ -77,35 +78,8 @@ def _verified(folder: Path, experiment: ReferenceExperiment) -> Verified:
     if infinite is not None:
         return Verified(experiment.name, tolerance, unread=f"its reference results of {infinite} are not all finite")
     said: list[str] = []
-
-    def log(_: Any, __: Any, status: int, ___: Any, text: bytes) -> None:
-        if status > 1:
-            said.append(text.decode("utf-8", "replace"))
-
-    seen: list[tuple[float, list[str]]] = []
-
-    def see_texts(time: float, recorder: Any) -> bool:
-        if texts:
-            values = recorder.fmu.getString([variable.valueReference for variable in texts.values()])
-            seen.append((time, [v.decode("utf-8", "replace") if isinstance(v, bytes) else str(v) for v in values]))
-        return True
-
-    start, varying = _inputs(experiment.stimuli)
-    parameters = {name: _value(variables[name], text) for name, text in experiment.parameters.items()}
     try:
-        result = simulate_fmu(
-            str(folder),
-            validate=False,
-            start_time=start_time,
-            stop_time=stop_time,
-            output_interval=experiment.step_size or _spacing(experiment.references["time"]),
-            relative_tolerance=min(allowed, MOST_TOLERANCE) or None,
-            start_values=parameters | start,
-            input=varying,
-            output=names,
-            logger=log,
-            step_finished=see_texts,
-        )
+        result, seen = _simulated(folder, description, experiment, (start_time, stop_time), (names, texts), said)
     except Exception as error:
         return Verified(experiment.name, tolerance, failure=said[-1] if said else str(error))
     times = np.array([_number(text) for text in experiment.references["time"]])
@@ -121,10 +95,67 @@ def _verified(folder: Path, experiment: ReferenceExperiment) -> Verified:
     )
 
 
+def _simulated(
+    folder: Path,
+    description: Any,
+    experiment: ReferenceExperiment,
+    times: tuple[float, float],
+    compared: tuple[list[str], Mapping[str, Any]],
+    said: list[str],
+) -> tuple[Any, list[tuple[float, list[str]]]]:
+    """Run an experiment in FMPy.
+
+    Parameters
+    ----------
+    folder, description, experiment
+        The extracted FMU, its modelDescription, and the experiment.
+    times
+        Start and stop time (s).
+    compared
+        Names of the numbers to record, and the Strings by name.
+    said
+        Gets the errors that the FMU logs.
+
+    Returns
+    -------
+    tuple
+        The result of FMPy, and times (s) with the Strings.
+    """
+
+    def log(*arguments: Any) -> None:  # the instance as well in FMI 2.0; then status, category and text
+        *_, status, _, text = arguments
+        if status > 1:
+            said.append((text or b"").decode("utf-8", "replace"))
+
+    variables = {v.name: v for v in description.modelVariables}
+    start, varying = _inputs(experiment.stimuli)
+    parameters = {name: _value(variables[name], text) for name, text in experiment.parameters.items()}
+    fmu = instantiate_fmu(str(folder), description, "CoSimulation", logger=log, require_functions=False)
+    names, texts = compared
+    watched = WatchedInstance(fmu, [variable.valueReference for variable in texts.values()], times[0])
+    result = simulate_fmu(
+        str(folder),
+        validate=False,
+        start_time=times[0],
+        stop_time=times[1],
+        output_interval=experiment.step_size or _spacing(experiment.references["time"]),
+        relative_tolerance=min(experiment.tolerance or 0.0, MOST_TOLERANCE) or None,
+        start_values=parameters | start,
+        input=varying,
+        output=names,
+        fmi_type="CoSimulation",
+        model_description=description,
+        fmu_instance=watched,
+        early_return_allowed=True,  # of which the instance says more
+    )
+    fmu.freeInstance()
+    return result, watched.seen
+
+
 def _compared_texts(
     references: Table, times: Array, names: list[str], seen: list[tuple[float, list[str]]]
 ) -> tuple[int, str]:
-    """Compare texts after the steps that end at times of the references; FMPy does not give those at the start.
+    """Compare texts at times of the references.
 
     Returns
     -------
@@ -216,7 +247,7 @@ def _largest_deviation(
 ) -> Deviation | None:
     """Compare results with references; results are interpolated linearly between points."""
     points = results["time"]
-    nearest = np.abs(points[:, None] - times[None, :]).argmin(axis=0)
+    nearest = _rows_at(times, points)
     on_points = np.allclose(points[nearest], times, rtol=1e-9, atol=1e-12)
     largest: Deviation | None = None
     for name, expected in references.items():
@@ -234,6 +265,20 @@ def _largest_deviation(
             pair = float(expected[row, item]), float(values[row, item])
             largest = Deviation(element, float(times[row]), *pair, float(relative[row, item]))
     return largest
+
+
+def _rows_at(times: Array, points: Array) -> Indices:
+    """Return the row of the results that is nearest to each time of the references.
+
+    Two rows of a time, before and after an event, are those of the results. The last row is the last of the results.
+    """
+    rows = np.abs(points[:, None] - times[None, :]).argmin(axis=0)
+    for k in np.flatnonzero(np.diff(times) == 0.0) + 1:
+        after = rows[k - 1] + 1
+        rows[k] = after if after < len(points) and points[after] == points[rows[k]] else rows[k]
+    if len(points) and np.isclose(points[rows[-1]], points[-1], rtol=1e-9, atol=1e-12):
+        rows[-1] = len(points) - 1
+    return rows
 
 
 def _between(times: Array, points: Array, values: Array) -> Array:

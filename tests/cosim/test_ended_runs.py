@@ -1,0 +1,98 @@
+"""FMUs that end a run by themselves, within a step: `verify` compares up to that time, with the values that they have.
+
+FMI 2.0 has values at fmi2LastSuccessfulTime after fmi2Discard with fmi2Terminated, FMI 3.0 at lastSuccessfulTime.
+"""
+
+from __future__ import annotations
+
+import shutil
+import sys
+import zipfile
+from pathlib import Path
+
+import pytest
+from slow import slow_but_first
+
+import amb_cosim
+from tests.support.messages import assert_names
+
+pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="the FMU is compiled for Linux")
+
+SOURCE = Path(__file__).parent / "support" / "ending.c"
+DESCRIPTIONS = {
+    2: """<fmiModelDescription fmiVersion="2.0" guid="{a}" modelName="Ending">
+<CoSimulation modelIdentifier="ending" canHandleVariableCommunicationStepSize="true"/><ModelVariables>
+<ScalarVariable name="end" valueReference="0" causality="parameter" variability="fixed"><Real start="0"/>
+</ScalarVariable>
+<ScalarVariable name="kind" valueReference="1" causality="parameter" variability="fixed"><Real start="0"/>
+</ScalarVariable>
+<ScalarVariable name="y" valueReference="2" causality="output"><Real/></ScalarVariable>
+<ScalarVariable name="said" valueReference="3" causality="output" variability="discrete"><String/></ScalarVariable>
+</ModelVariables><ModelStructure><Outputs><Unknown index="3"/><Unknown index="4"/></Outputs></ModelStructure>
+</fmiModelDescription>""",
+    3: """<fmiModelDescription fmiVersion="3.0" instantiationToken="{a}" modelName="Ending">
+<CoSimulation modelIdentifier="ending" canHandleVariableCommunicationStepSize="true"/><ModelVariables>
+<Float64 name="time" valueReference="9" causality="independent"/>
+<Float64 name="end" valueReference="0" causality="parameter" variability="fixed" start="0"/>
+<Float64 name="kind" valueReference="1" causality="parameter" variability="fixed" start="0"/>
+<Float64 name="y" valueReference="2" causality="output"/>
+<String name="said" valueReference="3" causality="output" variability="discrete"/>
+</ModelVariables><ModelStructure><Output valueReference="2"/><Output valueReference="3"/></ModelStructure>
+</fmiModelDescription>""",
+}
+FOLDER = "extra/org.fmi-standard.fmi-ls-ref"
+MANIFEST = '<m><Related type="application/x-ma-hs-experiments" source="one.exp" role="experiment"/></m>'
+EXPERIMENT = """<Experiments><Experiment name="one" stopTime="0.4" stepSize="0.1">
+<Parameters type="application/x-ssp-parameter-set" source="set.ssv"/><References type="text/csv" source="out.csv"/>
+</Experiment></Experiments>"""
+SET = (
+    '<s><Parameter name="end"><Real value="0.25"/></Parameter><Parameter name="kind"><Real value="{}"/></Parameter></s>'
+)
+AT_STEPS = "time,y,said\n0,0,runs\n0.1,0.1,runs\n0.2,0.2,runs\n"
+
+
+@pytest.fixture
+def verified(fmu_from_c, tmp_path):
+    """`verified(version, references, kind=0)`: the result for an FMU that ends at 0.25 s; `ending.c` has the kinds."""
+
+    def verify(version, references, kind=0):
+        shutil.copy(fmu_from_c(SOURCE, DESCRIPTIONS[version], version), path := tmp_path / "Ending.fmu")
+        texts = {"fmi-ls-manifest.xml": MANIFEST, "one.exp": EXPERIMENT, "set.ssv": SET.format(kind)}
+        with zipfile.ZipFile(path, "a") as fmu:
+            for name, text in (texts | {"out.csv": references}).items():
+                fmu.writestr(f"{FOLDER}/{name}", text)
+        (item,) = amb_cosim.verify(path)
+        return item
+
+    return verify
+
+
+@pytest.mark.parametrize("version", slow_but_first([2, 3]))
+def test_the_last_values_are_those_of_the_time_at_which_an_fmu_ends(verified, version):
+    whole = verified(version, AT_STEPS + "0.25,0.25,over\n")
+    assert (whole.is_equal, whole.n_values, whole.largest) == (True, 8, None)
+    assert verified(version, AT_STEPS).is_equal
+    held = verified(version, AT_STEPS + "0.3,0.25,over\n")
+    assert not held.is_equal
+    assert_names(held, "ended", "0.25 s", "0.3 s")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("version", [2, 3])
+def test_other_last_values_are_not_equal(verified, version):
+    assert_names(verified(version, AT_STEPS + "0.25,0.24,over\n"), "NOT equal", "y = 0.25", "0.24", "0.25 s")
+    assert_names(verified(version, AT_STEPS + "0.25,0.25,runs\n"), "NOT equal", "said = 'over'", "0.25 s")
+
+
+@pytest.mark.parametrize("kind", slow_but_first([1, 2]))
+def test_an_end_of_unknown_time_is_that_of_the_last_whole_step(verified, kind):
+    """The FMU has no answer, or 0 s, which is before the step that began at 0.2 s."""
+    late = verified(2, AT_STEPS + "0.25,0.25,over\n", kind)
+    assert not late.is_equal
+    assert_names(late, "ended", "0.2 s", "0.25 s")
+
+
+def test_a_step_that_is_discarded_without_an_end_fails(verified):
+    item = verified(2, AT_STEPS + "0.3,0.3,runs\n", kind=3)
+    assert not item.is_equal
+    assert_names(item, "failed", "discarded", "0.2 s")
