@@ -84,7 +84,10 @@ class NotTaken(ValueError):
 def _interface(description: Any, folder: Path, what: str) -> FmuInterface:
     major = description.fmiVersion.partition(".")[0]
     if major not in ("2", "3") or description.coSimulation is None:
-        raise NotTaken(f"{what} is not a co-simulation FMU of FMI 2.0 or 3.0")
+        kinds = {"modelExchange": "model exchange", "coSimulation": "co-simulation", "scheduledExecution": "schedules"}
+        named = [kind for name, kind in kinds.items() if getattr(description, name, None) is not None]
+        kind = f"{' and '.join(named) or 'no purpose'} of FMI {description.fmiVersion}"
+        raise NotTaken(f"{what} is an FMU for {kind}; it must be for co-simulation of FMI 2.0 or 3.0")
     definitions = {
         unit.name: tuple(float(getattr(unit.baseUnit, field)) for field in _BASE)
         for unit in description.unitDefinitions
