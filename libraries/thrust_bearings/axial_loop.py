@@ -128,11 +128,6 @@ class AxialLoop:
         return np.linalg.eigvals(self.step_matrix).astype(np.complex128)
 
     @property
-    def is_stable(self) -> bool:
-        """Whether the closed loop is stable."""
-        return bool(np.abs(self.poles).max() < 1.0)
-
-    @property
     def vibrations(self) -> Complex:
         """Its vibrations s (rad/s) with z = exp(s T) and Im s > 0, by ascending frequency."""
         s = np.log(self.poles[self.poles.imag > 0.0]) / self.sample_time

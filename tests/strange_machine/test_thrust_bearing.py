@@ -19,6 +19,7 @@ from tests.support.messages import assert_names, raises_naming
 from thrust_bearings.axial_loop import AxialLoop, AxialPlant
 
 FILE = LEVITATION.parent / "machine.toml"
+AXIAL = ["axial", "axial_margins"]
 
 
 def changed(**changes):
@@ -43,7 +44,7 @@ def test_a_machine_without_thrust_bearing_has_no_axial_part():
     file = load_machine(FILE)
     without = file.model_copy(update={"thrust_bearing": None})
     assert chosen_parts(file) == list(ANALYSES)
-    assert chosen_parts(without) == [name for name in ANALYSES if name != "axial"]
+    assert chosen_parts(without) == [name for name in ANALYSES if name not in AXIAL]
     assert chosen_parts(without, ["axial"]) == ["axial"]
     assert assess(without, only=["axial"]).unanswered == {"axial": "machine machine has no [thrust_bearing]"}
     assert not {"thrust_bearing", "tilt"} & set(without.model_dump(mode="json", exclude_none=True))
@@ -59,7 +60,7 @@ def test_other_parts_do_not_depend_on_the_thrust_bearing():
 
 
 def test_the_axial_axis_is_judged_like_the_radial_ones():
-    result = assess(FILE, only=["axial"])
+    result = assess(FILE, only=AXIAL)
     assert not result.unanswered
     assert not result.missed
     judged = {item.criterion.key for item in result.findings if item.criterion is not None}
@@ -75,7 +76,7 @@ def test_peak_of_the_sensitivity_is_that_of_the_loop_at_its_load():
     import control
 
     file = load_machine(FILE)
-    result = measured(assess(file, only=["axial"]))["sensitivity_peak"]
+    result = measured(assess(file, only=["axial_margins"]))["sensitivity_peak"]
     thrust, T = file.thrust_bearing, 50e-6
     A, B, C, D = thrust.lag(T).state_space()
     mass, k_s, omega_b = 3.908928636, 5e5 * (1.0 + (40.0 / 250.0) ** 2), 2.0 * math.pi * 1500.0
@@ -98,29 +99,63 @@ def test_peak_of_the_sensitivity_is_that_of_the_loop_at_its_load():
     assert result.value == pytest.approx(abs(1.0 / (1.0 - L)), rel=1e-6)
 
 
-def test_a_controller_of_the_wrong_sign_is_missed_and_has_no_sensitivity(tmp_path):
+@pytest.fixture
+def falling(tmp_path):
+    """The strange machine with a thrust bearing whose magnets push the rotor away."""
     text = (FILE.parent / "axial.toml").read_text(encoding="utf-8").replace("gain = -1.0", "gain = 1.0")
     (tmp_path / "axial.toml").write_text(text, encoding="utf-8")
-    result = assess(changed(controller=str(tmp_path / "axial.toml")), only=["axial"])
-    assert not result.unanswered
-    assert {item.criterion.key for item in result.missed} >= {"stable", "stable_with_tolerances"}
+    return changed(controller=str(tmp_path / "axial.toml"))
+
+
+def test_an_axial_gain_of_the_wrong_sign_is_missed_and_has_no_margins(falling):
+    result = assess(falling, only=AXIAL)
+    assert {item.criterion.key for item in result.missed} >= {"stable"}
+    assert set(result.unanswered) == {"axial_margins"}
+    assert_names(result.unanswered["axial_margins"], "axial loop", "not stable", "drift")
     assert "sensitivity_peak" not in measured(result)
     assert json.loads(json.dumps(result.as_dict(), allow_nan=False))
 
 
+def test_a_rotor_that_its_thrust_bearing_lets_go_has_no_lateral_verdict_on_levitation(falling):
+    result = assess(falling, only=["unbalance", "envelope", "axial_margins"])
+    assert set(result.unanswered) == {"unbalance", "envelope", "axial_margins"}
+    assert not result.findings
+
+
+def test_an_axial_corner_that_is_not_stable_misses_its_sensitivity():
+    """With half of K_i the gain returns K_i k_p = 0.63 N/um, and the magnets pull by 1.4 times 0.51 N/um."""
+    file = changed()
+    weak = file.model_copy(update={"tolerances": file.tolerances.model_copy(update={"k_s": 0.4, "k_i": 0.5})})
+    found = {item.criterion.key: item for item in assess(weak, only=["axial_margins"]).findings if item.criterion}
+    for key in ("stable_with_tolerances", "sensitivity_with_tolerances"):
+        assert found[key].verdict is Judgement.MISSED
+    assert "without a sensitivity" in found["sensitivity_with_tolerances"].measured.note
+    assert found["sensitivity_zone"].verdict is Judgement.MET
+
+
 def test_a_thrust_beyond_the_capacity_is_missed_and_has_no_loop():
-    result = assess(changed(thrust=["0 N", "300 N"]), only=["axial"])
+    result = assess(changed(thrust=["0 N", "300 N"]), only=[*AXIAL, "unbalance"])
     assert [item.criterion.key for item in result.missed] == ["axial_load"]
     assert result.missed[0].verdict is Judgement.MISSED
     assert measured(result)["axial_load"].value == pytest.approx(120.0)
-    (part,) = result.parts
+    (part,) = (part for part in result.parts if part.key == "axial")
     assert_names(part.answer.notes[0], "-300 N", "no loop")
     assert [row[0] for row in part.answer.tables[0].rows] == ["0"]
+    assert set(result.unanswered) == {"axial_margins", "unbalance"}
+    assert_names(result.unanswered["unbalance"], "-300 N", "250 N")
+
+
+def test_a_thrust_of_either_sign_is_judged_without_load_too():
+    """At its rest position the bearing has the least negative stiffness."""
+    (part,) = assess(changed(thrust=["-100 N", "150 N"]), only=["axial"]).parts
+    rows = [[float(text) for text in row[:4]] for row in part.answer.tables[0].rows]
+    assert [row[0] for row in rows] == [100.0, -150.0, 0.0]
+    assert min(rows, key=lambda row: row[2])[0] == 0.0
 
 
 def test_a_vertical_machine_carries_its_weight_along_the_shaft():
     file = changed(thrust=0.0).model_copy(update={"tilt": "90 deg"})
-    found = measured(assess(file, only=["axial"]))
+    found = measured(assess(file, only=AXIAL))
     assert found["axial_load"].value == pytest.approx(100.0 * 3.908928636 * 9.81 / 250.0, rel=1e-6)
     assert "under 38.3" in found["sensitivity_peak"].where  # upwards, along z
     assert axial.NAME in found["axial_load"].where

@@ -11,7 +11,6 @@ from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from amb_analysis.linear.stability import LoopStability
 from amb_assessment.assessment.analyses import (
     axial,
     closed_loop,
@@ -31,7 +30,7 @@ from amb_assessment.assessment.analyses import (
 from amb_assessment.assessment.criteria import Criterion, load_criteria
 from amb_assessment.assessment.findings import AnalysisResult, Finding, Judgement, ResultTable, judge
 from amb_assessment.assessment.machine_file import MachineFile, load_machine
-from amb_assessment.assessment.stability import check_stable, least_stable
+from amb_assessment.assessment.stability import instability
 from amb_assessment.assessment.subject import Subject, subject_of
 from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.cosim.basics.errors import FmuError, ProcessFailed, StartFailed
@@ -64,6 +63,7 @@ ANALYSES = {  # in the order of the page
     "sensitivity": Part("Sensitivity, computed and measured", sensitivity.answer, Needs.STABLE_LOOP),
     "robustness": Part("Robustness: worst margins within the tolerances", robustness.answer, Needs.STABLE_LOOP),
     "axial": Part("Axial axis: thrust bearing", axial.answer),
+    "axial_margins": Part("Axial axis: sensitivity, and worst margins", axial.margins, Needs.STABLE_LOOP),
     "vibration": Part("Vibration at speed in co-simulation", vibration.answer, Needs.CONTACT_SITES),
     "faults": Part("Run-up, run-down and faults in co-simulation", faults.answer, Needs.CONTACT_SITES),
     "landing": Part("Landing on the retainers", landing.answer, Needs.CONTACT_SITES),
@@ -193,19 +193,19 @@ def assess(
         raise ValueError(f"no part {unknown[0]!r}; {suggest(unknown[0], ANALYSES)}")
     subject = check_machine(file, flavour)
     chosen = chosen_parts(file, only)
-    stability = cache(lambda: least_stable(subject))
+    why_not_stable = cache(lambda: instability(subject))
     parts = []
     for done, name in enumerate(chosen):
         part = ANALYSES[name]
         if progress is not None:
             progress(part.title, done, len(chosen))
-        parts.append(_answered(name, part, subject, requested, stability))
+        parts.append(_answered(name, part, subject, requested, why_not_stable))
     return Assessment(file, subject.facts, requested, tuple(parts))
 
 
 def chosen_parts(file: MachineFile, only: Sequence[str] = ()) -> list[str]:
     """Return the names of the parts in `only`, or of all parts that concern the machine, in the order of the page."""
-    needless = () if file.thrust_bearing is not None else ("axial",)
+    needless = () if file.thrust_bearing is not None else ("axial", "axial_margins")
     return [name for name in ANALYSES if (name in only if only else name not in needless)]
 
 
@@ -231,12 +231,12 @@ def check_machine(file: MachineFile, flavour: Flavour = "native") -> Subject:
 
 
 def _answered(
-    name: str, part: Part, subject: Subject, criteria: tuple[Criterion, ...], stability: Callable[[], LoopStability]
+    name: str, part: Part, subject: Subject, criteria: tuple[Criterion, ...], why_not_stable: Callable[[], str]
 ) -> Analysis:
     begin = time.perf_counter()
     try:
-        if part.needs >= Needs.STABLE_LOOP:
-            check_stable(stability())
+        if part.needs >= Needs.STABLE_LOOP and (reason := why_not_stable()):
+            raise ValueError(f"{reason}; this part needs a rotor that levitates")
         if part.needs >= Needs.CONTACT_SITES and not subject.clearances:
             raise ValueError(f"rotor {subject.rotor.name} has no [[sites]], so its possible contacts are unknown")
         answer = part.answer(subject)

@@ -6,6 +6,7 @@ import numpy as np
 
 from amb_analysis.linear.stability import LoopStability
 from amb_analysis.machine.coupled import NOMINAL, MachineVariation, coupled_loop
+from amb_assessment.assessment.axial_cases import axial_instability
 from amb_assessment.assessment.findings import Quantity
 from amb_assessment.assessment.stages import real_coefficients
 from amb_assessment.assessment.subject import Subject, hertz, rpm
@@ -32,7 +33,9 @@ def described(stability: LoopStability) -> str:
     return f"{stability.motion}, |z| = {stability.radius:.7f}, at {rpm(stability.speed):.0f} 1/min"
 
 
-def check_stable(stability: LoopStability) -> None:
-    """Raise a ValueError if a machine is not stable."""
+def instability(subject: Subject) -> str:
+    """Return why the rotor of a machine does not levitate, across or along its shaft; empty if it does."""
+    stability = least_stable(subject)
     if not stability.is_stable:
-        raise ValueError(f"the loop is not stable: {described(stability)}; this part needs a rotor that levitates")
+        return f"the loop is not stable: {described(stability)}"
+    return axial_instability(subject)

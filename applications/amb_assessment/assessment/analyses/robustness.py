@@ -21,6 +21,7 @@ from amb_assessment.assessment.subject import Subject, rpm
 OPERATING = 4  # speeds from the least to the trip speed, between which the least decrement of a corner is sought
 SPEEDS = 9  # from zero to the trip speed, between which the least stable of a corner is sought
 NO_SENSITIVITY = 1e3  # peak that stands for an unstable loop
+UNSTABLE_CORNER = "not stable, so without a sensitivity; the value stands for that"
 
 
 def answer(subject: Subject) -> AnalysisResult:
@@ -51,7 +52,7 @@ def answer(subject: Subject) -> AnalysisResult:
             if stability.is_stable
             else (NO_SENSITIVITY, described(stability))
         )
-        note = "" if stability.is_stable else "not stable, so without a sensitivity; the value stands for that"
+        note = "" if stability.is_stable else UNSTABLE_CORNER
         peaks.append(Quantity("sensitivity_varied", f"{name}: {where}", peak, "1", {}, note))
         displayed = f"{peak:.2f}" if stability.is_stable else "not stable"
         rows.append((name, f"{stability.radius:.7f}", described(stability), f"{least.value:.3g}", displayed))

@@ -1,0 +1,123 @@
+"""The axial loop of a machine under each static force of its thrust bearing."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from amb_analysis.linear.stability import LARGEST, LoopStability, stability_of
+from amb_analysis.studies.sensitivity_curves import curve_frequencies
+from amb_assessment.assessment.subject import Subject, hertz
+from amb_assessment.assessment.thrust_bearing import ThrustBearing
+from array_types import Array
+from rotor_analysis.refinement import refined
+from thrust_bearings.axial_loop import AxialLoop
+from thrust_bearings.disc import OperatingPoint
+
+NAME = "thrust.z"
+
+
+@dataclass(frozen=True)
+class LoadCase:
+    """The loop under a static force of the bearing (N), at its operating point."""
+
+    load: float
+    point: OperatingPoint
+    loop: AxialLoop
+
+    @property
+    def name(self) -> str:
+        """The force as text."""
+        return f"{self.load:.4g} N"
+
+    @cached_property
+    def stability(self) -> LoopStability:
+        """Stability of the loop, which does not depend on the spin speed."""
+        return stability_of(self.loop.step_matrix, self.loop.sample_time)
+
+    @cached_property
+    def sensitivity(self) -> tuple[Array, Array]:
+        """Frequencies (Hz), and |S| there; only a stable loop has it."""
+        first = curve_frequencies(self.loop.poles, self.loop.sample_time)
+        return refined(lambda more: np.abs(self.loop.sensitivity(more)), first, lambda of: of)
+
+    @property
+    def peak(self) -> tuple[float, float]:
+        """Largest |S| of a stable loop, and its frequency (Hz)."""
+        frequencies, S = self.sensitivity
+        top = int(S.argmax())
+        return float(S[top]), float(frequencies[top])
+
+    @cached_property
+    def least(self) -> tuple[float, float]:
+        """Smallest logarithmic decrement of its vibrations and their frequency (Hz); -`LARGEST` of a growing drift."""
+        found = [(float(-2.0 * np.pi * s.real / s.imag), float(hertz(s.imag))) for s in self.loop.vibrations]
+        if not self.stability.is_stable and not any(decrement <= 0.0 for decrement, _ in found):
+            found.append((-LARGEST, 0.0))  # a bearing without enough stiffness lets the rotor go
+        return min(found, default=(LARGEST, 0.0))
+
+
+def thrust_bearing_of(subject: Subject) -> ThrustBearing:
+    """Return the thrust bearing of a machine.
+
+    Raises
+    ------
+    ValueError
+        If it has none.
+    """
+    bearing = subject.file.thrust_bearing
+    if bearing is None:
+        raise ValueError(f"machine {subject.file.name} has no [thrust_bearing]")
+    return bearing
+
+
+def weight_along_z(subject: Subject) -> float:
+    """Return the weight of the rotor along z (N)."""
+    return subject.file.axial_gravity * subject.rotor.mass
+
+
+def static_forces(subject: Subject) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Return the static forces (N) that the bearing carries, and those beyond its capacity.
+
+    They are those of the least and the largest thrust, and the smallest force between them, at which the bearing has
+    the least negative stiffness.
+    """
+    bearing = thrust_bearing_of(subject)
+    ends = bearing.loads(weight_along_z(subject))
+    between = float(np.clip(0.0, min(ends), max(ends)))
+    loads, capacity = tuple(dict.fromkeys((*ends, between))), bearing.bearing.capacity
+    return tuple(x for x in loads if abs(x) <= capacity), tuple(x for x in loads if abs(x) > capacity)
+
+
+def load_case(subject: Subject, load: float, factors: tuple[float, float] = (1.0, 1.0)) -> LoadCase:
+    """Return the loop under a static force (N) with factors on K_i and K_s (1)."""
+    bearing = thrust_bearing_of(subject)
+    point = bearing.bearing.operating_point(load)
+    return LoadCase(load, point, bearing.loop(subject.rotor.mass, point, factors))
+
+
+def load_cases(subject: Subject) -> list[LoadCase]:
+    """Return the loops under the static forces that the bearing carries."""
+    return [load_case(subject, load) for load in static_forces(subject)[0]]
+
+
+def least_stable_case(cases: Mapping[str, LoadCase]) -> tuple[str, LoopStability]:
+    """Return name and stability of the least stable of some loops by name."""
+    name = max(cases, key=lambda key: cases[key].stability.radius)
+    return name, cases[name].stability
+
+
+def axial_instability(subject: Subject) -> str:
+    """Return why a machine's thrust bearing, if any, does not hold its rotor; empty if it does."""
+    if subject.file.thrust_bearing is None:
+        return ""
+    _, beyond = static_forces(subject)
+    if beyond:
+        capacity = subject.file.thrust_bearing.bearing.capacity
+        forces = " and ".join(f"{load:.4g} N" for load in beyond)
+        return f"the thrust bearing cannot carry {forces}, its capacity is {capacity:.4g} N"
+    name, worst = least_stable_case({case.name: case for case in load_cases(subject)})
+    return "" if worst.is_stable else f"the axial loop under {name} is not stable: {worst.motion}"
