@@ -7,6 +7,11 @@ Near a resonance a response is h = a/(x - x_0 - j sigma), so that the inverse of
 Through three samples it gives x_0 and sigma even of a peak that is much sharper than their distances. Where the height
 expected so is not that of the samples, or these are far apart, more are added at x_0 + sigma tan(psi), which divides
 the circle of h evenly, and between a maximum and a neighbour that is less than half as high.
+
+Three samples of another curve say nothing of a peak that is narrower than their distances: on its flanks they may lie
+evenly about a sample that is not its top. Such a maximum counts only if the curve bends at its neighbours about as much
+as at it, by the second differences; otherwise halves of the distances follow. A maximum at an end counts if a sample
+close to it is lower.
 """
 
 from __future__ import annotations
@@ -17,7 +22,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from array_types import Array
+from array_types import Array, Indices
 
 ACCURACY = 1e-3  # of a maximum, relative to it or to its height above its neighbours
 ROUNDS = 16  # in which samples are added; the distance shrinks by a factor of ten or more in each
@@ -26,6 +31,9 @@ FEW = np.array([-1.0, 0.0, 1.0])  # about the top of a smooth curve
 NEAR, WIDER = 0.2, 5.0  # distance and width of a peak, in half widths of another, up to which samples serve both
 FINE = 0.25  # half widths, the largest distance of samples at a maximum
 STEEP = 0.5  # of a maximum, below which its neighbours are too far away to tell its shape
+EVEN = 0.2, 2.5  # least and largest curvature at a neighbour of a maximum, over that at it, about a single smooth top
+FLAT = 1e-5  # of a maximum, by which it exceeds its neighbours at least if it is no rounding
+END, NEXT = 1e-4, 0.02  # of the range and of the second distance: the first distance that shows the slope at an end
 SAME = 1e-12  # relative distance of equal samples
 
 Samples = NDArray[Any]
@@ -77,9 +85,12 @@ def about_resonances(x: Array, resonances: Sequence[tuple[float, float]]) -> Arr
 
 def _closer(x: Array, h: Array, accuracy: float, may_resonate: bool) -> Array:
     """Return samples to add about maxima of any column of h that the samples do not resolve yet."""
+    if len(x) < 3:
+        return np.empty(0)
+    ends = [*_next_to_first(x, h), *(-at for at in _next_to_first(-x[::-1], h[::-1]))]
     k, curve = np.nonzero((h[1:-1] >= h[:-2]) & (h[1:-1] > h[2:]))
     if not len(k):
-        return np.empty(0)
+        return _between(np.array(ends), x)
     three = np.stack([h[k, curve], h[k + 1, curve], h[k + 2, curve]])
     before, after = x[k] - x[k + 1], x[k + 2] - x[k + 1]
     least = three.min(axis=0)
@@ -96,7 +107,29 @@ def _closer(x: Array, h: Array, accuracy: float, may_resonate: bool) -> Array:
     peaks = [(at[n], width[n], x[k[n]], x[k[n] + 2]) for n in np.flatnonzero((missed | coarse) & resonant)]
     tops = [(at[n], width[n], x[k[n]], x[k[n] + 2]) for n in np.flatnonzero(missed & ~resonant)]
     steep = [k[n] + side for side in (0, 1) for n in np.flatnonzero(resonant & (three[2 * side] < STEEP * three[1]))]
-    return _between(np.concatenate([_fans(peaks), _fans(tops, FEW), 0.5 * (x[steep] + x[[n + 1 for n in steep]])]), x)
+    narrow = [k[n] + side for side in (0, 1) for n in np.flatnonzero(_may_be_narrow(x, h, k, curve))]
+    halves = [0.5 * (x[n] + x[n + 1]) for n in dict.fromkeys([*steep, *narrow])]
+    return _between(np.concatenate([ends, _fans(peaks), _fans(tops, FEW), halves]), x)
+
+
+def _may_be_narrow(x: Array, h: Array, k: Indices, curve: Indices) -> Array:
+    """Return which maxima, at samples k + 1 of their curves, may have a top that their neighbours do not enclose."""
+    slopes = np.pad(np.diff(h, axis=0) / np.diff(x)[:, None], ((1, 1), (0, 0)))  # none beyond the ends
+    distances = np.pad(np.diff(x), 1, mode="edge")
+    widths = np.stack([distances[k + n] + distances[k + n + 1] for n in range(3)])
+    bends = np.diff(np.stack([slopes[k + n, curve] for n in range(4)]), axis=0) / widths  # below 0 about a smooth top
+    uneven = ((bends > EVEN[0] * bends[1]) | (bends < EVEN[1] * bends[1])).any(axis=0)
+    rises = h[k + 1, curve] - np.stack([h[k, curve], h[k + 2, curve]])
+    real = rises > FLAT * np.abs(h[k + 1, curve])
+    at_end = ((k == 0) & ~real[0]) | ((k == len(x) - 3) & ~real[1])  # the end itself, within rounding
+    return np.asarray(uneven & real.any(axis=0) & ~at_end)
+
+
+def _next_to_first(x: Array, h: Array) -> list[float]:
+    """Return a sample close to the first where a column of h is largest there and its slope does not show yet."""
+    first = x[1] - x[0]
+    is_wide = first > END * (x[-1] - x[0]) and first > NEXT * (x[2] - x[1])
+    return [float(x[0] + 0.5 * NEXT * first)] if is_wide and (h[0] > h[1]).any() else []
 
 
 def _fans(peaks: Sequence[tuple[float, float, float, float]], offsets: Array = FAN) -> Array:

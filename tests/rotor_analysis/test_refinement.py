@@ -49,6 +49,51 @@ def test_a_smooth_curve_of_any_sign_has_its_maximum(shift):
     assert values.max() == pytest.approx(curve(dense).max(), abs=2e-3 * (curve(dense).max() - curve(grid).min()))
 
 
+NARROW = {
+    "bell": lambda x: np.exp(-(x**2)),
+    "flanks of 1/x^2": lambda x: 1.0 / (1.0 + x**2),
+    "two tops with a dip": lambda x: np.exp(-((x - 1.5) ** 2)) + np.exp(-((x + 1.5) ** 2)),
+}
+
+
+@pytest.mark.parametrize("resonant", [False, True])
+@pytest.mark.parametrize("base", [0.0, -2.0, 5.0])
+@pytest.mark.parametrize("shape", NARROW)
+def test_a_narrow_top_does_not_depend_on_where_the_samples_lie(shape, base, resonant):
+    """Flanks that are even about a sample do not make it the top, and a dip between two tops is none."""
+    highest = NARROW[shape](np.linspace(-3.0, 3.0, 100_001)).max()
+    for width in (1.0, 0.5, 0.3, 0.2):  # of samples at a distance of 1
+        for at in np.linspace(4.5, 5.5, 21):
+            x, values = refined(
+                lambda x, at=at, width=width: base + NARROW[shape]((x - at) / width),
+                np.linspace(0.0, 10.0, 11),
+                lambda of: of,
+                resonant=resonant,
+            )
+            assert values.max() == pytest.approx(base + highest, rel=2e-3), (width, at)
+            assert len(x) < 160
+
+
+@pytest.mark.parametrize("resonant", [False, True])
+@pytest.mark.parametrize("place", [0.02, 0.2, 0.45])
+def test_a_top_between_the_first_two_or_the_last_two_samples_counts(place, resonant):
+    for width in (0.5, 0.1, 0.03):
+        for at in (place, 10.0 - place):
+            _, values = refined(
+                lambda x, at=at, width=width: 1.0 / np.hypot(1.0, (x - at) / width),
+                np.linspace(0.0, 10.0, 11),
+                lambda of: of,
+                resonant=resonant,
+            )
+            assert values.max() == pytest.approx(1.0, rel=1e-3), (width, at)
+
+
+@pytest.mark.parametrize("curve", [np.cos, lambda x: np.exp(-x), lambda x: 1e-9 * np.sin(1e5 * x) - 22.0])
+def test_smooth_curves_and_rounding_need_few_samples(curve):
+    x, _ = refined(curve, np.linspace(0.0, 10.0, 41), lambda of: of, resonant=False)
+    assert len(x) <= 44
+
+
 def test_first_samples_stay_and_the_others_are_between_them():
     grid = np.linspace(1.0, 2.0, 5)
     x, values = refined(lambda x: 1.0 / (x - 1.4 - 0.001j), grid, np.abs)
