@@ -54,7 +54,7 @@ def compare(
     with refusing():
         check_writable(folder, is_folder=True)
         count = len(sources)
-        flavour = _last(flavours, count, "--flavour") or "native"
+        flavour: Any = _last(flavours, count, "--flavour") or "native"
         of_each = [parse_settings(texts) for texts in _by_run(settings, count, "--set")]
         result = comparison.compare(
             *sources,
