@@ -22,7 +22,7 @@ from fmi_export.model import Array
 from rotor_contact.dynamics import Motion
 from rotor_contact.lobatto import FIRST_HALF, LOBATTO_WEIGHTS, N_LOBATTO, SECOND_PART
 from rotor_contact.passive_bearings import is_damping
-from rotor_contact.products import dot, row_combination
+from rotor_contact.products import dot, dot_between, row_combination
 from rotor_contact.site import Sites
 from rotor_contact.step_matrices import StepMatrices, inner_motion, level_of
 from rotor_contact.structure import Structure
@@ -179,9 +179,7 @@ def energy_of_dampers(x: Array, low: Array, high: Array, share: float) -> float:
     energy = 0.0
     for r in range(x.shape[0]):
         if x[r] != 0.0:
-            part_of_x = x[: r + 1]
-            of_x = dot(part_of_x, low[r, : r + 1])
-            if share > 0.0:
-                of_x += share * (dot(part_of_x, high[r, : r + 1]) - of_x)
+            part_of_x, row = x[: r + 1], low[r, : r + 1]
+            of_x = dot(part_of_x, row) if share == 0.0 else dot_between(part_of_x, row, high[r, : r + 1], share)
             energy += x[r] * of_x
     return energy

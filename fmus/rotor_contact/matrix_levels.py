@@ -92,6 +92,8 @@ def _begin(matrices: StepMatrices, key: MatricesKey) -> None:
     for slot in matrices.slots:
         slot.index = math.nan
         slot.n_rows = 0.0
+    for blend in matrices.blends:
+        blend.index = math.nan
 
 
 @kernel

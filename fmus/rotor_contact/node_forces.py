@@ -18,6 +18,7 @@ from rotor_contact.linear_solver import solve
 from rotor_contact.lobatto import N_LOBATTO
 from rotor_contact.path import Point
 from rotor_contact.piece import INTEGRALS, Piece, piece_of
+from rotor_contact.products import add_combination, add_multiples
 from rotor_contact.site import Site, is_constrained, race_radius
 from rotor_contact.step_matrices import PORT_COLUMNS, StepMatrices, place_index
 from rotor_contact.workspace import Workspace, stages_of
@@ -106,24 +107,12 @@ def observe(w: Workspace, matrices: StepMatrices, A: float, B: float) -> None:
     first, columns = columns_in_use(w, matrices)
     of_state, of_A, of_B = observed[0, first:], observed[2, first:], observed[3, first:]
     of_bearings, of_contact, of_all = observed[4, first:], observed[5, first:], observed[6, first:]
-    for c in range(columns):
-        of_bearings[c] = of_state[c] + A * of_A[c] + B * of_B[c]
-        of_contact[c] = 0.0
-    for unit in range(0, piece.known.shape[0], 2):
-        _add_force(piece, unit, piece.known, first, columns, of_bearings)
-        _add_force(piece, unit, piece.contact, first, columns, of_bearings if unit < axes else of_contact)
-    for c in range(columns):
-        of_all[c] = of_bearings[c] + of_contact[c]
-
-
-@kernel
-def _add_force(piece: Piece, unit: int, force: Array, first: int, columns: int, target: Array) -> None:
-    """Add the observations (S) of a force at x and y of a port, in the columns from `first`, to `target`."""
-    f_x, f_y = force[unit], force[unit + 1]
-    if f_x != 0.0 or f_y != 0.0:
-        of_x, of_y = piece.of_forces[unit, first:], piece.of_forces[unit + 1, first:]
-        for c in range(columns):
-            target[c] += f_x * of_x[c] + f_y * of_y[c]
+    add_multiples(of_state, A, of_A, B, of_B, of_bearings, columns)
+    of_contact[:columns] = 0.0
+    add_combination(piece.known, piece.of_forces, of_bearings, first, columns)
+    add_combination(piece.contact[:axes], piece.of_forces, of_bearings, first, columns)
+    add_combination(piece.contact[axes:], piece.of_forces[axes:], of_contact, first, columns)
+    add_multiples(of_bearings, 1.0, of_contact, 0.0, of_contact, of_all, columns)
 
 
 @kernel

@@ -34,7 +34,7 @@ from rotor_contact.piece_energy import (
 from rotor_contact.propagator import STEP_TOLERANCE, STEPS_BEFORE_BUILD
 from rotor_contact.site import Sites
 from rotor_contact.smooth_piece import begin_piece, end_piece, find_contact_forces, smooth_share, solve_piece
-from rotor_contact.step_matrices import MatricesKey, StepMatrices, is_for, place_on_grid, spacing_for
+from rotor_contact.step_matrices import MatricesKey, StepMatrices, is_for, note_use, place_on_grid, spacing_for
 from rotor_contact.structure import Structure
 from rotor_contact.workspace import Workspace, stages_of
 
@@ -177,6 +177,7 @@ def advance_by_pieces(
         begun, done, roughness = False, False, 0.0
         if not yields and at + length <= event and known and _is_slow(w, h) and are_complete(matrices, index):
             begun = True
+            note_use(matrices, level, index)
             begin_piece(w, matrices, level, index)
             share, roughness = 1.0, TOO_ROUGH
             if solve_piece(w, matrices, h, theta, Omega, damping.torque):

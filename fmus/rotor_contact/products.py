@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from fmi_export.flat import copy
 from fmi_export.jit import kernel, noinline_kernel
 from fmi_export.model import Array
 from fmi_export.parts import part
@@ -32,11 +33,55 @@ def row_combination(x: Array, A: Array, y: Array, size: int) -> None:
 
 
 @noinline_kernel
-def combination_between(x: Array, A: Array, B: Array, share: float, y: Array, first: int, size: int) -> None:
-    """Write the columns from `first` of x [(1 - share) A + share B] into y: `size` numbers.
+def combination(x: Array, A: Array, y: Array, first: int, size: int) -> None:
+    """Write the columns from `first` of x A into y: `size` numbers.
 
     As in `row_combination`, four rows are read at once, and rows with weight zero are skipped.
     """
+    for i in range(size):
+        y[i] = 0.0
+    add_combination(x, A, y, first, size)
+
+
+@noinline_kernel
+def add_combination(x: Array, A: Array, y: Array, first: int, size: int) -> None:
+    """Add the same to y."""
+    j = 0
+    while j + 4 <= x.shape[0]:
+        v, w, p, q = x[j], x[j + 1], x[j + 2], x[j + 3]
+        if v != 0.0 or w != 0.0 or p != 0.0 or q != 0.0:
+            a, b, c, d = A[j, first:], A[j + 1, first:], A[j + 2, first:], A[j + 3, first:]
+            for i in range(size):
+                y[i] += (v * a[i] + w * b[i]) + (p * c[i] + q * d[i])
+        j += 4
+    while j < x.shape[0]:
+        v, a = x[j], A[j, first:]
+        for i in range(size):
+            y[i] += v * a[i]
+        j += 1
+
+
+@noinline_kernel
+def add_multiples(x: Array, a: float, y: Array, b: float, z: Array, target: Array, size: int) -> None:
+    """Write x + a y + b z into `target`: `size` numbers."""
+    for i in range(size):
+        target[i] = x[i] + a * y[i] + b * z[i]
+
+
+@noinline_kernel
+def interpolate(low: Array, high: Array, share: float, target: Array, size: int) -> None:
+    """Write (1 - share) low + share high into `target`: `size` numbers."""
+    if share == 0.0:
+        copy(low[:size], target)
+        return
+    rest = 1.0 - share
+    for i in range(size):
+        target[i] = rest * low[i] + share * high[i]
+
+
+@noinline_kernel
+def combination_between(x: Array, A: Array, B: Array, share: float, y: Array, first: int, size: int) -> None:
+    """Write the columns from `first` of x [(1 - share) A + share B] into y, with the bits of `combination`."""
     rest = 1.0 - share
     for i in range(size):
         y[i] = 0.0
@@ -46,29 +91,58 @@ def combination_between(x: Array, A: Array, B: Array, share: float, y: Array, fi
         if v != 0.0 or w != 0.0 or p != 0.0 or q != 0.0:
             a, b, c, d = A[j, first:], A[j + 1, first:], A[j + 2, first:], A[j + 3, first:]
             e, f, g, h = B[j, first:], B[j + 1, first:], B[j + 2, first:], B[j + 3, first:]
-            v_a, w_a, p_a, q_a = rest * v, rest * w, rest * p, rest * q
-            v_b, w_b, p_b, q_b = share * v, share * w, share * p, share * q
             for i in range(size):
-                of_A = (v_a * a[i] + w_a * b[i]) + (p_a * c[i] + q_a * d[i])
-                of_B = (v_b * e[i] + w_b * f[i]) + (p_b * g[i] + q_b * h[i])
-                y[i] += of_A + of_B
+                r_1, r_2 = rest * a[i] + share * e[i], rest * b[i] + share * f[i]
+                r_3, r_4 = rest * c[i] + share * g[i], rest * d[i] + share * h[i]
+                y[i] += (v * r_1 + w * r_2) + (p * r_3 + q * r_4)
         j += 4
     while j < x.shape[0]:
-        v, w, a, b = rest * x[j], share * x[j], A[j, first:], B[j, first:]
+        v, a, b = x[j], A[j, first:], B[j, first:]
         for i in range(size):
-            y[i] += v * a[i] + w * b[i]
+            y[i] += v * (rest * a[i] + share * b[i])
         j += 1
+
+
+@noinline_kernel
+def isotropic_combination(x: Array, single: int, A: Array, y: Array, turned: Array, first: int, size: int) -> None:
+    """Write the same as `combination` for rows that are alternately responses to x and y, except row `single`.
+
+    The responses to y are not read: the response to (v, w) is v times that to x, plus w times the same turned by a
+    right angle. `single` is a multiple of two, `turned` scratch of the size of y.
+    """
+    for i in range(size):
+        y[i] = x[single] * A[single, first + i]
+        turned[i] = 0.0
+    j = 0
+    while j + 8 <= single:
+        a, b, c, d = A[j, first:], A[j + 2, first:], A[j + 4, first:], A[j + 6, first:]
+        v_1, w_1, v_2, w_2 = x[j], x[j + 1], x[j + 2], x[j + 3]
+        v_3, w_3, v_4, w_4 = x[j + 4], x[j + 5], x[j + 6], x[j + 7]
+        for i in range(size):
+            y[i] += (v_1 * a[i] + v_2 * b[i]) + (v_3 * c[i] + v_4 * d[i])
+            turned[i] += (w_1 * a[i] + w_2 * b[i]) + (w_3 * c[i] + w_4 * d[i])
+        j += 8
+    while j < x.shape[0]:
+        if j == single:
+            j += 1
+            continue
+        v, w = x[j], x[j + 1]
+        if v != 0.0 or w != 0.0:
+            a = A[j, first:]
+            for i in range(size):
+                y[i] += v * a[i]
+                turned[i] += w * a[i]
+        j += 2
+    for i in range(0, size, 2):
+        y[i] -= turned[i + 1]
+        y[i + 1] += turned[i]
 
 
 @noinline_kernel
 def isotropic_combination_between(
     x: Array, single: int, A: Array, B: Array, share: float, y: Array, turned: Array, first: int, size: int
 ) -> None:
-    """Write the same for rows that are alternately responses to x and y, except row `single`, a multiple of two.
-
-    The responses to y are not read: the response to (v, w) is v times that to x, plus w times the same turned by a
-    right angle. `turned` is scratch of the size of y.
-    """
+    """Write the same as `combination_between`, with the bits of `isotropic_combination`."""
     rest = 1.0 - share
     for i in range(size):
         y[i] = x[single] * (rest * A[single, first + i] + share * B[single, first + i])
@@ -151,6 +225,25 @@ def dot(x: Array, y: Array) -> float:
         i += 4
     while i < x.shape[0]:
         a += x[i] * y[i]
+        i += 1
+    return (a + b) + (c + d)
+
+
+@kernel
+def dot_between(x: Array, y: Array, z: Array, share: float) -> float:
+    """Return x . [(1 - share) y + share z] with the bits of `dot`."""
+    rest = 1.0 - share
+    a = b = c = d = 0.0
+    i = 0
+    while i + 4 <= x.shape[0]:
+        u, v, w = part(x, i, REAL, 4), part(y, i, REAL, 4), part(z, i, REAL, 4)
+        a += u[0] * (rest * v[0] + share * w[0])
+        b += u[1] * (rest * v[1] + share * w[1])
+        c += u[2] * (rest * v[2] + share * w[2])
+        d += u[3] * (rest * v[3] + share * w[3])
+        i += 4
+    while i < x.shape[0]:
+        a += x[i] * (rest * y[i] + share * z[i])
         i += 1
     return (a + b) + (c + d)
 

@@ -29,7 +29,13 @@ from rotor_contact.node_forces import (
 )
 from rotor_contact.path import Point, point_of
 from rotor_contact.piece import advance_rotations, phase_error, piece_of, start_rotations
-from rotor_contact.products import combination_between, isotropic_combination_between
+from rotor_contact.products import (
+    combination,
+    combination_between,
+    interpolate,
+    isotropic_combination,
+    isotropic_combination_between,
+)
 from rotor_contact.seals import add_missed_between_speeds
 from rotor_contact.site import Site, can_touch, is_constrained, slip_velocity
 from rotor_contact.site_in_piece import clear_share, close_margin, off_circle, share_in_mode
@@ -63,15 +69,16 @@ def find_contact_forces(
     copy(z[:n], x)
     copy(z[w.n : w.n + n], x[n:])
     x[2 * n], x[2 * n + 1], x[2 * n + 2] = 1.0, direction.real, direction.imag
-    S = around.low.S
-    _combine(matrices, x, S, around.high.S, around.share, observed[0], observed[1], 0, m)
+    S, S_high, share = around.low.S, around.high.S, around.share
+    _combine(matrices, x, S, S_high, share, observed[0], observed[1], 0, m)
     for b in range(w.motion.bearings.shape[0]):
         port, row = port_of_bearing(matrices, b), w.motion.bearings[b].row
         for axis in range(2):
             force = magnet_force(w, b, axis, z[row + axis])
             if force != 0.0:
+                unit = 2 * n + 3 + 2 * port + axis
                 for c in range(m):
-                    observed[0, c] += force * S[2 * n + 3 + 2 * port + axis, c]
+                    observed[0, c] += force * ((1.0 - share) * S[unit, c] + share * S_high[unit, c])
     a = stages_of(w.stages).k_1[w.n :]
     for k in range(w.sites.shape[0]):
         site, port = w.sites[k], 2 * port_of_site(matrices, k)
@@ -111,8 +118,12 @@ def _combine(
     `room` is scratch of the same size.
     """
     sizes = matrices.sizes[0]
-    if sizes.isotropic != 0.0:
+    if sizes.isotropic != 0.0 and share == 0.0:
+        isotropic_combination(x, 2 * int(sizes.n), low, y, room, first, columns)
+    elif sizes.isotropic != 0.0:
         isotropic_combination_between(x, 2 * int(sizes.n), low, high, share, y, room, first, columns)
+    elif share == 0.0:
+        combination(x, low, y, first, columns)
     else:
         combination_between(x, low, high, share, y, first, columns)
 
@@ -153,8 +164,7 @@ def begin_piece(w: Workspace, matrices: StepMatrices, level: int, index: float) 
     for direction in range(2):
         row = 2 * n + 1 + direction
         low, high, seen = S[row, first:], S_high[row, first:], observed[2 + direction, first:]
-        for c in range(columns):
-            seen[c] = low[c] + share * (high[c] - low[c])
+        interpolate(low, high, share, seen, columns)
     for k in range(w.sites.shape[0]):
         if is_constrained(w.sites[k]):
             _observe_units(matrices, around, port_of_site(matrices, k), first, columns)
@@ -175,8 +185,7 @@ def _observe_units(matrices: StepMatrices, around: LevelsAround, port: int, firs
             unit = 2 * (n_ports * point + port) + axis
             at = 2 * int(sizes.n) + 3 + unit
             low, high, seen = around.low.S[at, first:], around.high.S[at, first:], of_forces[unit, first:]
-            for c in range(columns):
-                seen[c] = low[c] + around.share * (high[c] - low[c])
+            interpolate(low, high, around.share, seen, columns)
 
 
 @kernel

@@ -13,7 +13,9 @@ converges fast. Levels shorter than h/2^(MAX_LEVELS - 1) are not stored.
 
 P and S depend on the speed through gyroscopic terms, rotating damping and the rotation of the unbalance. They are
 interpolated between speeds on a grid of spacing d, with a relative error of (g d h)^2/8, where g <= 2 is the rate of
-gyroscopic rotation of the velocity per speed (2 for a thin disc). A constant prescribed speed is on the grid.
+gyroscopic rotation of the velocity per speed (2 for a thin disc). A constant prescribed speed is on the grid. Other
+speeds are rounded to d/2048, an error of g d h/4096, so that a level in use is interpolated once for many pieces; it
+gives the bits of an interpolation in each product.
 """
 
 from __future__ import annotations
@@ -24,13 +26,14 @@ from typing import NamedTuple
 import numpy as np
 
 from fmi_export.flat import same_bits
-from fmi_export.jit import kernel, views
+from fmi_export.jit import kernel, noinline_kernel, views
 from fmi_export.model import Array
 from fmi_export.parts import part
 from fmi_export.records import record, size_of
 from rotor_contact.linear_solver import Equations, equations_of
 from rotor_contact.lobatto import N_LOBATTO
 from rotor_contact.passive_bearings import BEARING, Bearings, bearings_size
+from rotor_contact.products import interpolate
 from rotor_contact.propagator import NODE, Nodes
 from rotor_contact.structure import REAL
 
@@ -40,6 +43,9 @@ MAX_LEVELS = 6  # that are stored
 MOST_LEVELS = 14  # that are built: beyond it rounding would count
 MAX_COORDINATES = 128  # of a shaft; memory and time to build grow with their square and cube
 N_SLOTS = 3  # of speeds: those around the present one, and the next
+BLENDS = N_SLOTS  # slot of the levels that are interpolated
+QUANTUM = 2.0**-11  # of the spacing, to which speeds are rounded
+USES_BEFORE_BLEND = 3.0  # pieces of a level at a speed before it is interpolated, which costs as much as some pieces
 PORT_COLUMNS = 4 * (N_LOBATTO - 1)  # of S: x and y of q and v at each Lobatto point after the first
 
 # Coordinates N of shaft and housings, ports (those of bearings alone come last, after `n_site_ports`), levels (those
@@ -66,7 +72,9 @@ SITE_KEY = record(
     ("base_acceleration", np.float64, 2),
     ("row", np.float64),
 )
-N_SIZES, N_SLOT, N_SITE_KEY = size_of(SIZES), size_of(SLOT), size_of(SITE_KEY)
+# Speed of a level, as a position on the grid, and the pieces that it was used for there.
+BLEND = record(("index", np.float64), ("n_uses", np.float64))
+N_SIZES, N_SLOT, N_SITE_KEY, N_BLEND = size_of(SIZES), size_of(SLOT), size_of(SITE_KEY), size_of(BLEND)
 N_NODE = size_of(NODE)
 
 Records = np.ndarray[tuple[int], np.dtype[np.record]]
@@ -92,12 +100,12 @@ class StepMatrices(NamedTuple):
 
     sizes, key
         Record of type `SIZES`, in an array of length 1; key of the matrices, empty if unknown.
-    slots
-        Records of type `SLOT`.
+    slots, blends
+        Records of type `SLOT`, and of type `BLEND`, one for each stored level.
     ports
         Coordinate of x of each port; the ports of the sites, of their housings (-1: none) and of the bearings.
     memory
-        Matrices of all slots, see `level_of`.
+        Matrices of all slots and of the blends, see `level_of`.
     effects
         Accelerations due to the forces multiplied by A, B and 1, shape (3, n).
     damping
@@ -113,6 +121,7 @@ class StepMatrices(NamedTuple):
     sizes: Records
     key: MatricesKey
     slots: Records
+    blends: Records
     ports: Array
     memory: Array
     effects: Array
@@ -131,7 +140,10 @@ class Level(NamedTuple):
 
 
 class LevelsAround(NamedTuple):
-    """The matrices of a level at the speeds of the grid below and above a speed, at the fraction `share`."""
+    """The matrices of a level at the speeds of the grid below and above a speed, at the fraction `share`.
+
+    If the fraction is 0, `low` is for the speed itself, on the grid or between.
+    """
 
     low: Level
     high: Level
@@ -270,10 +282,10 @@ def pieces_size(n: int, n_bearings: int, n_sites: int) -> int:
 def matrices_size(n: int, n_bearings: int, n_sites: int) -> int:
     """Return the number of float64 in a `StepMatrices`, an even number."""
     n_ports, n_equations = most_ports(n_bearings, n_sites), 2 * (N_LOBATTO - 1) * n_sites
-    size = N_SIZES + matrices_key_size(n, n_bearings, n_sites) + N_SLOTS * N_SLOT
+    size = N_SIZES + matrices_key_size(n, n_bearings, n_sites) + N_SLOTS * N_SLOT + MAX_LEVELS * N_BLEND
     size += 2 * (n_ports + n_bearings + 2 * n_sites) + 2 * pieces_size(n, n_bearings, n_sites)
     size += 6 * n + 4 + n_sites * N_LOBATTO * N_NODE + n_equations * (n_equations + 1)
-    return size + (N_SLOTS * slot_size(n + 2 * n_sites, n_ports) if n <= MAX_COORDINATES else 0)
+    return size + ((N_SLOTS + 1) * slot_size(n + 2 * n_sites, n_ports) if n <= MAX_COORDINATES else 0)
 
 
 @views
@@ -283,7 +295,8 @@ def step_matrices_of(work: Array, at: int, n: int, n_bearings: int, n_sites: int
     n_pieces = 2 * pieces_size(n, n_bearings, n_sites)
     key = at + N_SIZES
     slots = key + matrices_key_size(n, n_bearings, n_sites)
-    ports = slots + N_SLOTS * N_SLOT
+    blends = slots + N_SLOTS * N_SLOT
+    ports = blends + MAX_LEVELS * N_BLEND
     effects = ports + 2 * (n_ports + n_bearings + 2 * n_sites)
     damping = effects + 4 * n
     pieces = damping + 2 * n + 4
@@ -294,8 +307,9 @@ def step_matrices_of(work: Array, at: int, n: int, n_bearings: int, n_sites: int
         part(work, at, SIZES, 1),
         matrices_key_of(work, key, n, n_bearings, n_sites),
         part(work, slots, SLOT, N_SLOTS),
+        part(work, blends, BLEND, MAX_LEVELS),
         part(work, ports, REAL, 2 * n_ports),
-        part(work, memory, REAL, N_SLOTS * slot_size(n + 2 * n_sites, n_ports) if n <= MAX_COORDINATES else 0),
+        part(work, memory, REAL, (N_SLOTS + 1) * slot_size(n + 2 * n_sites, n_ports) if n <= MAX_COORDINATES else 0),
         part(work, effects, REAL, (3, n)),
         part(work, damping, REAL, 2 * n + 4),
         part(work, pieces, REAL, n_pieces),
@@ -319,18 +333,46 @@ def grid_speed(matrices: StepMatrices, index: float) -> float:
 
 @kernel
 def place_on_grid(matrices: StepMatrices, Omega: float) -> float:
-    """Return the position of a speed (rad/s) on the grid."""
+    """Return the position of a speed (rad/s) on the grid, rounded to a multiple of `QUANTUM`."""
     place: float = (Omega - matrices.key.origin[0]) / matrices.sizes[0].spacing
-    return place
+    return math.floor(place / QUANTUM + 0.5) * QUANTUM
 
 
 @views
 def levels_around(matrices: StepMatrices, level: int, index: float) -> LevelsAround:
     """Return the matrices of a level around a point of the grid."""
-    low = math.floor(index)
-    share = index - low
-    high = low + 1.0 if share > 0.0 else low
-    return LevelsAround(level_of(matrices, slot_of(low), level), level_of(matrices, slot_of(high), level), share)
+    low, blend = math.floor(index), matrices.blends[level]
+    if index == low or (blend.index == index and blend.n_uses >= USES_BEFORE_BLEND):
+        of_speed = level_of(matrices, slot_of(low) if index == low else BLENDS, level)
+        return LevelsAround(of_speed, of_speed, 0.0)
+    return LevelsAround(
+        level_of(matrices, slot_of(low), level), level_of(matrices, slot_of(low + 1.0), level), index - low
+    )
+
+
+@kernel
+def note_use(matrices: StepMatrices, level: int, index: float) -> None:
+    """Count a piece of a level at a point of the grid; interpolate the level if there have been several."""
+    if index == math.floor(index):
+        return
+    blend = matrices.blends[level]
+    if blend.index != index:
+        blend.index, blend.n_uses = index, 0.0
+    blend.n_uses += 1.0
+    if blend.n_uses == USES_BEFORE_BLEND:
+        _interpolate(matrices, level, index)
+
+
+@noinline_kernel
+def _interpolate(matrices: StepMatrices, level: int, index: float) -> None:
+    """Write a level between the speeds around a point of the grid to the blends."""
+    n, n_ports, low = int(matrices.sizes[0].n), int(matrices.sizes[0].n_ports), math.floor(index)
+    size, slot = level_size(n, n_ports), slot_size(n, n_ports)
+    at = 2 * n * n + level * size
+    target = part(matrices.memory, BLENDS * slot + at, REAL, size)
+    below = part(matrices.memory, slot_of(low) * slot + at, REAL, size)
+    above = part(matrices.memory, slot_of(low + 1.0) * slot + at, REAL, size)
+    interpolate(below, above, index - low, target, size)
 
 
 @kernel
