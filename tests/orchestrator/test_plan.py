@@ -62,10 +62,6 @@ set.rotor."d1.u" = "10 g.m"
 time = "0.4 s"
 set.rotor."d2.u" = "1 g.m"
 """
-FAST = {  # without a sampler and without limits of the speed
-    "sampler": interface(Port("Omega", "Real", "input", 3, unit="rad/s"), Port("x", "Real", "input", 4, unit="m")),
-    "rotor": interface(*(replace(p, minimum=-1e6, maximum=1e6) for p in INTERFACES["rotor"].ports.values())),
-}
 NO_EVENTS = SCENARIO.split("[[event]]")[0]
 PERIOD = 2.0 * math.pi / 100.0
 H = 250e-6
@@ -96,16 +92,6 @@ def test_loss_factor_that_a_model_approximates_is_a_warning_of_the_run():
     assert_names(sentence, "rotor", "loss_factor = 0.015", "viscous")
     fmus["rotor"].layout["loss_factor"] = 0.0
     assert plan_scenario(parse_scenario(SCENARIO, "mine"), Assembly(SYSTEM, fmus, INTERFACES)).warnings == ()
-
-
-FOUR_STEPS = ["50 us", "0.05 ms", "50e-6 s", "5e-5", "0.00005 s", "50000 ns", "0.5e2 us", "5e-2 ms"]
-
-
-@pytest.mark.parametrize("step", FOUR_STEPS)
-def test_a_step_in_any_spelling_begins_at_the_same_point(step):
-    p = plan(scenario=NO_EVENTS.replace("100 rad/s", "5000 Hz"), extra=f'communication_step = "{step}"\n', **FAST)
-    assert p.step_size == 5e-5
-    assert (p.first, p.last, p.turn) == (-8, 40, 4)
 
 
 @pytest.mark.parametrize("steps", [1, 3, 1000, 7 * 10**8])
