@@ -26,7 +26,7 @@ from amb_cosim.results.orbits import path, radius, support, turned_upright
 from amb_cosim.results.places import places
 from amb_cosim.results.plots.axes import COLOURS, clearance, draw_events, event_times, mark_axes, orbit_labels
 from amb_cosim.results.series import cycles, speed_changes
-from array_types import Array, Bools
+from array_types import Array
 
 Runs = Mapping[str, Signals]
 """Records of the runs, by label."""
@@ -64,7 +64,8 @@ def orbits(runs: Runs, bearings: list[str]) -> Figure:
         for colour, run in zip(COLOURS * 2, runs.values(), strict=False):
             result, c = path(run, support(run, bearing)), _clearance(run, bearing)
             if result is not None:
-                seen, end = unit.of(turned_upright(first, result)), _last_turns(run)
+                seen = unit.of(turned_upright(first, result))
+                end = cycles(run) >= cycles(run).max(initial=0.0) - LAST_TURNS
                 panel.plot(*seen, color=colour, lw=0.6, alpha=OPACITY)
                 panel.plot(*seen[:, end], color=colour, lw=1.8, zorder=3)
             if c is not None:
@@ -141,12 +142,6 @@ def _largest(values: Iterable[Array | None]) -> float:
 def _reach(panel: Axes) -> float:
     """Return symmetric axis limits that contain all data of a panel."""
     return 1.08 * float(np.abs([*panel.dataLim.intervalx, *panel.dataLim.intervaly]).max())
-
-
-def _last_turns(run: Signals) -> Bools:
-    """Return the samples of the last cycles of a run."""
-    cycle = cycles(run)
-    return np.asarray(cycle >= cycle.max(initial=0.0) - LAST_TURNS)
 
 
 def _mark_events(panel: Axes, runs: Runs, named: bool) -> None:

@@ -95,7 +95,7 @@ def compare_signals(labels: Sequence[str], runs: Sequence[Signals]) -> SignalCom
     runs
         Their records.
     """
-    names = [signal_names(run) for run in runs]
+    names = [[name for name in variables_of(run) if not name.endswith(AT_STEPS)] for run in runs]  # each once
     every = dict.fromkeys(name for result in names for name in result)
     having = {
         name: tuple(label for label, result in zip(labels, names, strict=True) if name in result) for name in every
@@ -107,11 +107,6 @@ def compare_signals(labels: Sequence[str], runs: Sequence[Signals]) -> SignalCom
         for label, run, result in zip(labels[1:], runs[1:], names[1:], strict=True)
     )
     return SignalComparison(common, only_some, tuple(against))
-
-
-def signal_names(run: Signals) -> list[str]:
-    """Return the names of the recorded variables without repetition."""
-    return [name for name in variables_of(run) if not name.endswith(AT_STEPS)]
 
 
 def _against(label: str, first: Signals, run: Signals, names: Iterable[str]) -> AgainstFirst:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 
@@ -29,7 +30,8 @@ def constants_of(speeds: Sequence[float], laws: Sequence[Law], modes: Sequence[S
     n, (p, m) = len(laws[0].A), laws[0].D.shape
     groups = groups_of(np.any([law.A != 0.0 for law in laws], axis=0))
     order = np.concatenate([*groups, np.zeros(0, np.intp)]).astype(np.intp)
-    states, signals, demands = _ranges(_joined([len(group) for group in groups])), [(0, m)], [(0, p)]
+    ends = np.cumsum([0, *_joined([len(group) for group in groups])]).tolist()
+    states, signals, demands = list(pairwise(ends)), [(0, m)], [(0, p)]
     law = np.array([np.block([[x.A[np.ix_(order, order)], x.B[order]], [x.C[:, order], x.D]]) for x in laws])
     parts = {
         "n_law": [
@@ -77,7 +79,7 @@ def _cheapest(matrices: Array, rows: Sequence[tuple[int, int]], columns: Sequenc
     filled = np.any(matrices != 0.0, axis=0)
     item = _filled(filled, (0, filled.shape[0]), (0, filled.shape[1]))
     many = [block for row in rows for column in columns for block in _filled(filled, row, column)]
-    return min(item, many, key=_cost)
+    return min(item, many, key=lambda blocks: sum(rows * columns + OVERHEAD for _, rows, _, columns in blocks))
 
 
 def _filled(filled: Bools, rows: tuple[int, int], columns: tuple[int, int]) -> list[Block]:
@@ -86,18 +88,8 @@ def _filled(filled: Bools, rows: tuple[int, int], columns: tuple[int, int]) -> l
     if not len(at):
         return []
     (row, column), (last_row, last_column) = at.min(axis=0), at.max(axis=0)
-    return [
-        (
-            int(rows[0] + row),
-            int(last_row - row + 1),
-            int(columns[0] + column),
-            int(last_column - column + 1),
-        )
-    ]
-
-
-def _cost(blocks: Sequence[Block]) -> int:
-    return sum(rows * columns + OVERHEAD for _, rows, _, columns in blocks)
+    height, width = last_row - row + 1, last_column - column + 1
+    return [(int(rows[0] + row), int(height), int(columns[0] + column), int(width))]
 
 
 def _joined(sizes: Sequence[int]) -> list[int]:
@@ -113,8 +105,3 @@ def _joined(sizes: Sequence[int]) -> list[int]:
 
 def _shifted(blocks: Sequence[Block], by_rows: int, by_columns: int) -> list[Block]:
     return [(row + by_rows, rows, column + by_columns, columns) for row, rows, column, columns in blocks]
-
-
-def _ranges(sizes: Sequence[int]) -> list[tuple[int, int]]:
-    ends = np.cumsum([0, *sizes])
-    return list(zip(ends[:-1].tolist(), ends[1:].tolist(), strict=True))

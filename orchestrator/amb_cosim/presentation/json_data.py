@@ -84,7 +84,9 @@ def json_data(value: Any) -> Any:
     if isinstance(value, list | tuple):
         return [json_data(item) for item in value]
     if isinstance(value, np.ndarray):
-        return _parts(value) if np.iscomplexobj(value) else json_data(value.tolist())
+        if np.iscomplexobj(value):
+            return {"real": value.real.tolist(), "imaginary": value.imag.tolist()}
+        return json_data(value.tolist())
     if isinstance(value, np.generic):
         return json_data(value.item())
     if isinstance(value, float):
@@ -114,10 +116,6 @@ def _object(value: Any) -> dict[str, Any]:
         else:
             data[key] = json_data(item)
     return data
-
-
-def _parts(values: np.ndarray[Any, Any]) -> dict[str, Any]:
-    return {"real": values.real.tolist(), "imaginary": values.imag.tolist()}
 
 
 def _keys(owner: type[Any]) -> list[tuple[str, str, frozenset[Layout]]]:

@@ -205,7 +205,10 @@ def _first_impacts(dataset: Signals, start: int) -> tuple[Impact, ...]:
 
 def _retainer(steps: Signals, start: int, site: str) -> Retainer:
     """Return the loads of a site, from all steps after `start`."""
-    free, sliding, rolling = _mode_times(steps, site, start)
+    mode, durations = _after_release(steps, f"{site}.mode", start), _steps(steps, start)
+    free, sliding, rolling = (
+        None if mode is None else float(durations[mode == value].sum()) for value in (FREE, SLIDING, ROLLING)
+    )
     direction, whirl_speed = _whirl(steps, site, start)
     values = parameters(steps)
     heat, temperature = (_after_release(steps, f"{site}.{name}", start) for name in ("heat", "temperature"))
@@ -228,14 +231,6 @@ def _integral(dataset: Signals, name: str, start: int) -> float | None:
     """Return the sum of a variable times the steps from the release on."""
     values = _after_release(dataset, name, start)
     return None if values is None else float(np.sum(values * _steps(dataset, start)))
-
-
-def _mode_times(dataset: Signals, site: str, start: int) -> tuple[float | None, float | None, float | None]:
-    mode, steps = _after_release(dataset, f"{site}.mode", start), _steps(dataset, start)
-    if mode is None:
-        return None, None, None
-    free, sliding, rolling = (float(steps[mode == value].sum()) for value in (FREE, SLIDING, ROLLING))
-    return free, sliding, rolling
 
 
 def _whirl(dataset: Signals, site: str, start: int) -> tuple[Direction | None, float | None]:
