@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 
 from amb_cosim.cosim.record.signals import Signals
 from amb_cosim.results.component_names import ACTUATOR, CONTROLLER
-from amb_cosim.results.series import parameters_of
+from amb_cosim.results.series import parameters
 from array_types import Array
 
 MU_0 = 4e-7 * math.pi  # H/m
@@ -37,7 +36,7 @@ def is_magnetic(dataset: Signals, bearing: str) -> bool:
 def current_limits(dataset: Signals, axis: str) -> Limits | None:
     """Return the smallest and largest control current (A) of an axis, `BEARING.x`; None if unknown."""
     bearing, _, direction = axis.rpartition(".")
-    values = parameters_of(dataset, CONTROLLER)
+    values = parameters(dataset, CONTROLLER)
     low, high = (values.get(f"{bearing}.{name}_{direction}") for name in ("i_min", "i_max"))
     if low is None or high is None or high <= low:
         return None
@@ -52,8 +51,10 @@ def force_limits(dataset: Signals, axis: str) -> Limits | None:
     One coil pair pulls with the largest force that iron and amplifier allow, the other does not pull. F_0 is the static
     load, which a force without its static part excludes.
     """
-    values = parameters_of(dataset, ACTUATOR)
-    p = _axis(values, axis)
+    bearing, _, direction = axis.rpartition(".")
+    values, begin, end = parameters(dataset, ACTUATOR), f"{bearing}.", f"_{direction}"
+    of_axis = [name for name in values if name.startswith(begin) and name.endswith(end)]
+    p = {name[len(begin) : -len(end)]: float(values[name]) for name in of_axis if not isinstance(values[name], str)}
     if not {"turns", "pole_area", "gap", "half_angle", "bias_current", "static_current", "current_limit"} <= p.keys():
         return None
     per_ampere = MU_0 * p["turns"] / p["gap"]
@@ -64,17 +65,6 @@ def force_limits(dataset: Signals, axis: str) -> Limits | None:
     if not values.get("total_force"):
         static = pull_of_square * per_ampere**2 * (operating**2 - p["bias_current"] ** 2)
     return -pull_of_square * flux**2 - static, pull_of_square * flux**2 - static
-
-
-def _axis(parameters: dict[str, Any], axis: str) -> dict[str, float]:
-    """Return the numbers of an axis by their names without it."""
-    bearing, _, direction = axis.rpartition(".")
-    begin, end = f"{bearing}.", f"_{direction}"
-    return {
-        name[len(begin) : -len(end)]: float(value)
-        for name, value in parameters.items()
-        if name.startswith(begin) and name.endswith(end) and not isinstance(value, str)
-    }
 
 
 def _recorded(dataset: Signals, label: str) -> Array | None:

@@ -70,13 +70,8 @@ def cycles(dataset: Signals) -> Array:
     return np.asarray(dataset["cycle"].values, dtype=np.float64)
 
 
-def parameters(dataset: Signals) -> dict[str, Any]:
-    """Return the parameters of the plant."""
-    return parameters_of(dataset, PLANT)
-
-
-def parameters_of(dataset: Signals, component: str) -> dict[str, Any]:
-    """Return the parameters of a component; none if the run did not have it."""
+def parameters(dataset: Signals, component: str = PLANT) -> dict[str, Any]:
+    """Return the parameters of a component, by default the plant; none if the run did not have it."""
     result: dict[str, Any] = json.loads(dataset.attrs.get("parameters", "{}")).get(component, {})
     return result
 

@@ -34,14 +34,9 @@ def plant_signal(dataset: Signals, name: str) -> Array:
     return values.astype(np.float64)
 
 
-def plant_parameter(dataset: Signals, name: str) -> float:
-    """Return the value that a parameter of the plant had in the run."""
-    return float(parameters(dataset)[name])
-
-
 def clearance(dataset: Signals, site: str) -> float:
     """Return the radial clearance of a retainer bearing (m)."""
-    return plant_parameter(dataset, f"{site}.clearance")
+    return float(parameters(dataset)[f"{site}.clearance"])
 
 
 def add_title(figure: Figure, dataset: Signals) -> None:

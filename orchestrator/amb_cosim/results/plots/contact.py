@@ -22,13 +22,12 @@ from amb_cosim.results.plots.axes import (
     colour_of,
     label_time_axis,
     mark_events,
-    plant_parameter,
     plant_signal,
     site_title,
     time_values,
     title_padding,
 )
-from amb_cosim.results.series import speed
+from amb_cosim.results.series import parameters, speed
 from array_types import Array, Bools
 
 OUTLIERS = 0.01  # fraction of whirl speeds at either end that an axis may exclude
@@ -125,7 +124,7 @@ def whirl(dataset: Signals) -> Figure:
     times, unit = time_values(dataset), speed_unit()
     Omega = unit.of(speed(dataset))
     for whirl_panel, mode_panel, site in zip(panels[::2], panels[1::2], sites, strict=True):
-        rolling = -plant_parameter(dataset, f"{site}.journal_radius") / clearance(dataset, site) * Omega
+        rolling = -float(parameters(dataset)[f"{site}.journal_radius"]) / clearance(dataset, site) * Omega
         closed = plant_signal(dataset, f"{site}.mode") > 0.0
         whirl_panel.plot(times, Omega, color="black", lw=0.8, ls=":", label=r"$+\Omega$")
         whirl_panel.plot(times, rolling, color="black", lw=0.8, ls=DASHED, label=r"rolling, $-(R_s/C_r)\,\Omega$")
