@@ -17,6 +17,7 @@ import amb_cosim
 from amb_cosim.cosim.system.experiment import Experiment
 from amb_cosim.cosim.system.system import Component, Connection, System
 from tests.cosim.test_variables import DESCRIPTIONS, SOURCE
+from tests.support.messages import raises_naming
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="the FMU is compiled for Linux")
 
@@ -63,3 +64,18 @@ def test_texts_reach_fmus_of_a_system_in_every_loop(fmu_from_c, tmp_path, coupli
     )
     data = amb_cosim.simulate(system, Experiment(0.1, 1.0, settles=False), **WAYS[way]).dataset
     assert [data[f"{name}.y"].values[-1] for name in ("one", "two", "sum")] == pytest.approx([1005.0, 1011.0, 1.011])
+
+
+def test_an_integer_of_an_archive_feeds_a_real(fmu_from_c, tmp_path):
+    """The output `fault_code` is 1, which the second FMU integrates; systems of other files must have equal types."""
+    texts, fmu = fmu_from_c(SOURCE, DESCRIPTIONS[2], 2), informed_fmu(fmu_from_c, tmp_path, 2)
+    components = Component("one", str(texts)), Component("two", str(fmu))
+    for converts in (True, False):
+        link = Connection("one.fault_code", "two.u", converts_units=converts)
+        system = System("integer", "", components, (link,))
+        if converts:
+            data = amb_cosim.simulate(system, Experiment(0.1, 1.0, settles=False), isolated=False).dataset
+            assert data["two.y"].values[-1] == pytest.approx(1.0)
+        else:
+            with raises_naming(ValueError, "one.fault_code", "Integer", "two.u", "Real"):
+                amb_cosim.simulate(system, Experiment(0.1, 1.0, settles=False), isolated=False)

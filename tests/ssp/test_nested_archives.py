@@ -231,6 +231,54 @@ def test_a_system_can_be_a_document_or_an_archive_of_its_own(last, archive, fmus
         assert last(root, files={source: content})["load.y"] == 12.0
 
 
+PART = '<ssd:Component name="x" type="application/x-ssp-{}" source="{}">{}</ssd:Component>'
+SIX = f"""<ssv:ParameterSet {gain_archives.NAMESPACES} version="1.0" name="s"><ssv:Parameters>
+<ssv:Parameter name="n.k"><ssv:Real value="6"/></ssv:Parameter></ssv:Parameters></ssv:ParameterSet>"""
+INSIDE = """<ssd:ParameterBindings><ssd:ParameterBinding sourceBase="component" source="six.ssv"/>
+</ssd:ParameterBindings>"""
+
+
+@pytest.mark.parametrize("source", ["Plain.fmu", "./Plain.fmu", "../resources/Plain.fmu", r"..\resources\Plain.fmu"])
+def test_sources_are_relative_to_the_document_that_names_them(last, archive, fmus, source):
+    """Also with the backslashes of Windows; a source outside the archive is refused."""
+    files = {"sub/axle.ssd": structure(system("axle", "", gain("m").replace("resources/Plain.fmu", source)))}
+    files["sub/Plain.fmu"] = fmus["Plain"].read_bytes()
+    root = system("root", "", PART.format("definition", "sub/axle.ssd", "") + gain("z"))
+    assert last(root, files=files)["x.m.y"] == 1.0
+    files["sub/axle.ssd"] = files["sub/axle.ssd"].replace(source, "../../Plain.fmu")
+    with raises_naming(ValueError, "sub/axle.ssd", "../../Plain.fmu"):
+        load_ssp(archive(root, files=files))
+
+
+def test_a_system_can_be_used_again_by_its_id(last, archive):
+    """The system has y = 3 u; the second one gets the output of the first."""
+    axle = INNER.replace('name="axle"', 'name="axle" id="a1"', 1)
+    root = system("root", "", axle + PART.format("definition", "#a1", ""), connect("axle.Out", "x.In"))
+    values = last(root)
+    assert (values["axle.motor.y"], values["x.motor.y"]) == (6.0, 18.0)
+    with raises_naming(ValueError, "'a2'", "a1"):
+        load_ssp(archive(root.replace("#a1", "#a2")))
+
+
+def test_an_archive_in_an_archive_may_have_several_systems_and_sets(last, archive, fmus, tmp_path):
+    with zipfile.ZipFile(archive(system("default", "", gain("n")), name="sub.ssp"), "a") as sub:
+        sub.writestr("other.ssd", structure(system("other", "", gain("n"), "", bind({"n.k": 5.0}))))
+        sub.writestr("six.ssv", SIX)
+    files = {"sub.ssp": (tmp_path / "sub.ssp").read_bytes()}
+    for source, bound, expected in (("sub.ssp", "", 1.0), ("sub.ssp#other.ssd", "", 5.0), ("sub.ssp", INSIDE, 6.0)):
+        root = system("root", "", PART.format("package", source, bound) + gain("z"))
+        assert last(root, files=files)["x.n.y"] == expected
+    with raises_naming(ValueError, "sub.ssp", "'none.ssd'"):
+        load_ssp(archive(root.replace('"sub.ssp"', '"sub.ssp#none.ssd"'), files=files))
+
+
+@pytest.mark.parametrize("empty", ["ParameterBindings", "Connectors", "Elements", "Connections", "Annotations"])
+def test_an_empty_group_is_none(last, empty):
+    order = ("Connectors", "ParameterBindings", "Elements", "Connections", "Annotations")
+    inner = "".join(f"<ssd:{name}/>" for name in order if name == empty)
+    assert last(system("root", "", gain("a") + f'<ssd:System name="e">{inner}</ssd:System>'))["a.y"] == 1.0
+
+
 def test_a_component_that_requests_model_exchange_runs_with_a_notice(archive):
     element = gain("a").replace("<ssd:Component", '<ssd:Component implementation="ModelExchange"')
     result = amb_cosim.simulate(archive(system("root", "", element))).dataset

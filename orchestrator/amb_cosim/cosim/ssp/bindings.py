@@ -47,7 +47,7 @@ def read_bindings(element: Any, document: Document, resources: Path | None) -> I
     element, document
         The element, and the document that has it.
     resources
-        Folder of the resources of its FMU, if it is one, for sources inside it.
+        Folder of the resources of its FMU, or of the document of its system, for sources inside it.
 
     Raises
     ------
@@ -87,12 +87,12 @@ def _content(
         if result is not None:  # of which the schema of structures knows nothing
             check(result, schema, owner)
         return result
-    base = document.folder
-    if element.get("sourceBase") == "component":
-        if resources is None:
-            raise ValueError(f"{owner} has the source {source!r} in an FMU, but is not that of an FMU")
-        base = resources
-    return parse(document.file(source, base).read_bytes(), schema, f"{document.what}: {source}")
+    is_inside = element.get("sourceBase") == "component"
+    if is_inside and resources is None:
+        raise ValueError(f"{owner} has the source {source!r} in an FMU, but is not that of an FMU")
+    return parse(
+        document.file(source, resources if is_inside else None).read_bytes(), schema, f"{document.what}: {source}"
+    )
 
 
 def _mapped(settings: list[Setting], entries: Any, owner: str) -> Iterator[Setting]:

@@ -164,7 +164,7 @@ class FlatSystem:
         unknown: dict[str, None] = {}
         settings: list[tuple[Node, Setting]] = []
         for path, element, document in self.hierarchy.bindings:  # what an outer system says counts more
-            resources = self.folders[path] / "resources" if path in self.folders else None
+            resources = self.folders[path] / "resources" if path in self.folders else self.hierarchy.bases.get(path)
             for setting in read_bindings(element, document, resources):
                 node = self.hierarchy.resolve(path, setting.name)
                 if node is None or not self._exists(node):

@@ -1,7 +1,11 @@
 """The systems of an archive as one flat structure: components, connectors, links and parameter bindings.
 
-An element is called by its path from the outermost system, `axle.motor`. Systems can be nested in the document, or
-documents and archives of their own within the archive.
+An element is called by its path from the outermost system, `axle.motor`. Systems can be nested in the document, be
+documents and archives of their own within the archive, or refer to a system of a document by its id:
+
+    axle.ssd    axle.ssd#id    axle.ssp    axle.ssp#other.ssd    #id
+
+A source is relative to the document that names it.
 """
 
 from __future__ import annotations
@@ -61,11 +65,12 @@ class Link(NamedTuple):
 
 @dataclass(frozen=True)
 class Document:
-    """A structure document, with the folder to which its sources are relative."""
+    """A structure document, with the folder to which its sources are relative, in the folder of its archive."""
 
     root: Any
     folder: Path
     what: str
+    archive: Path
 
     @property
     def units(self) -> Mapping[str, UnitDefinition]:
@@ -73,13 +78,24 @@ class Document:
         return unit_definitions(self.root, "ssd")
 
     def file(self, source: str, folder: Path | None = None) -> Path:
-        """Return the file of a relative URI; it must be in the archive."""
-        base = self.folder if folder is None else folder
-        uri = urlsplit(source)
-        file = (base / unquote(uri.path)).resolve()
-        if uri.scheme or uri.netloc or uri.fragment or not file.is_relative_to(base.resolve()) or not file.is_file():
-            raise ValueError(f"{self.what} has no file {source!r}; sources must be relative paths of files in it")
-        return file
+        """Return the file of a relative URI, in the archive or in `folder`; tools of Windows may write backslashes."""
+        base, limit = (self.folder, self.archive) if folder is None else (folder, folder)
+        for text in (source, source.replace("\\", "/")):
+            uri = urlsplit(text)
+            file = (base / unquote(uri.path)).resolve()
+            is_local = not (uri.scheme or uri.netloc or uri.fragment) and file.is_relative_to(limit.resolve())
+            if is_local and file.is_file():
+                return file
+        raise ValueError(f"{self.what} has no file {source!r}; sources must be relative paths of files in it")
+
+    def system(self, name: str = "") -> Any:
+        """Return the system of an id, by default the outermost one."""
+        if not name:
+            return self.root.find("ssd:System", NAMES)
+        systems = {system.get("id"): system for system in self.root.iter(tag("ssd:System")) if system.get("id")}
+        if name not in systems:
+            raise ValueError(f"{self.what} has no system with the id {name!r}; {suggest(name, systems)}")
+        return systems[name]
 
 
 @dataclass(frozen=True)
@@ -99,6 +115,8 @@ class Hierarchy:
         more.
     elements
         Kind and path of the elements of each system, by the system's path and their names in it.
+    bases
+        Folder of the document of each system that is one of its own, by the system's path.
     """
 
     components: dict[str, tuple[Path, Any, Document]] = field(default_factory=dict)
@@ -108,6 +126,7 @@ class Hierarchy:
     elements: dict[str, dict[str, tuple[Literal["component", "system", "dictionary"], str]]] = field(
         default_factory=dict
     )
+    bases: dict[str, Path] = field(default_factory=dict)
 
     @property
     def outer_connectors(self) -> list[Node]:
@@ -145,8 +164,8 @@ def read_hierarchy(root: Any, folder: Path, what: str) -> Hierarchy:
         If it has an element that is not supported; the message begins with `what` and names it.
     """
     result = Hierarchy()
-    document = Document(root, folder, what)
-    _add_system(result, root.find("ssd:System", NAMES), "", document, {}, 0)
+    document = Document(root, folder, what, folder)
+    _add_system(result, document.system(), "", document, {}, 0)
     for node in (end for link in result.links for end in (link.start, link.end)):
         if node.kind != "component" and node not in result.connectors:
             beside = [other.name for other in result.connectors if other[:2] == node[:2]]
@@ -209,20 +228,24 @@ def _add_component(
         _add_connectors(result, "component", place, element, document)
         result.bindings.append((place, element, document))
         return "component", place
-    inner = _referenced(document, element.get("source"), kind == PACKAGE)
-    _add_system(result, inner.root.find("ssd:System", NAMES), place, inner, {}, depth + 1)
+    inner, system = _referenced(document, element.get("source"), kind == PACKAGE)
+    _add_system(result, system, place, inner, {}, depth + 1)
+    result.bases[place] = inner.folder
     result.bindings.append((place, element, document))
     return "system", place
 
 
-def _referenced(document: Document, source: str, is_package: bool) -> Document:
-    """Return the structure document of a component that is a system of its own."""
-    file, what = document.file(source), f"{document.what}: {source}"
-    folder = document.folder
+def _referenced(document: Document, source: str, is_package: bool) -> tuple[Document, Any]:
+    """Return the document and the system of a component that is a system of its own."""
+    path, _, part = source.partition("#")
+    if not path:
+        return document, document.system(part)
+    file, what, archive = document.file(path), f"{document.what}: {path}", document.archive
     if is_package:
-        folder, _ = unpacked(file, what)
-        file = Document(None, folder, what).file("SystemStructure.ssd")
-    return Document(parse(file.read_bytes(), STRUCTURE, what), folder, what)
+        archive, _ = unpacked(file, what)
+        file, part = Document(None, archive, what, archive).file(part or "SystemStructure.ssd"), ""
+    inner = Document(parse(file.read_bytes(), STRUCTURE, what), file.parent, what, archive)
+    return inner, inner.system(part)
 
 
 def _add_dictionary(result: Hierarchy, dictionary: Any, path: str, document: Document) -> str:

@@ -49,7 +49,7 @@ def load_ssp(
     if not Path(path).is_file():
         raise ValueError(f"no {what}")
     folder, _ = unpacked(Path(path), what)
-    structure = Document(None, folder, what).file("SystemStructure.ssd")
+    structure = Document(None, folder, what, folder).file("SystemStructure.ssd")
     root = parse(structure.read_bytes(), STRUCTURE, f"{what}: SystemStructure.ssd")
     flat = FlatSystem(root, folder, what)
     parameters, inputs, unknown = flat.values()

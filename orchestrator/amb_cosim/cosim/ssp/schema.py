@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import deepcopy
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -22,6 +23,10 @@ NAMESPACES = {
     "ssm": "http://ssp-standard.org/SSP1/SystemStructureParameterMapping",
     "ssb": "http://ssp-standard.org/SSP1/SystemStructureSignalDictionary",
 }
+GROUPS = (
+    *(f"ssd:{name}" for name in ("ParameterBindings", "Connectors", "Elements", "Connections", "SignalDictionaries")),
+    *(f"{prefix}:{name}" for prefix in ("ssd", "ssv", "ssb") for name in ("Units", "Enumerations", "Annotations")),
+)
 
 
 def tag(name: str, namespaces: dict[str, str] | None = None) -> str:
@@ -63,10 +68,20 @@ def parse(content: bytes, schema: str, what: str) -> Any:
 def check(root: Any, schema: str, what: str) -> None:
     """Raise a ValueError, which begins with `what`, unless a document follows a schema of its version of SSP."""
     loaded, version = _schema(schema), root.get("version")
-    if not loaded.validate(version_2.as_version_1(root) if version == version_2.VERSION else root):
+    checked = version_2.as_version_1(root) if version == version_2.VERSION else root
+    if not loaded.validate(checked):
         first = loaded.error_log[0]
-        named = version if version == version_2.VERSION else VERSION
-        raise ValueError(f"{what} does not follow SSP {named}, line {first.line}: {first.message}")
+        if not loaded.validate(_without_empty_groups(checked)):
+            named = version if version == version_2.VERSION else VERSION
+            raise ValueError(f"{what} does not follow SSP {named}, line {first.line}: {first.message}")
+
+
+def _without_empty_groups(root: Any) -> Any:
+    """Return a copy without groups that have no elements, which some tools write in place of none."""
+    copied = deepcopy(root)
+    for group in [group for group in copied.iter(*map(tag, GROUPS)) if not len(group)]:
+        group.getparent().remove(group)
+    return copied
 
 
 @cache
