@@ -121,7 +121,13 @@ def test_a_speed_in_hertz_means_revolutions_per_second():
     assert to_unit("6.283185307179586 rad/s", "Hz", "f") == pytest.approx(1, rel=1e-12)
 
 
-@pytest.mark.parametrize("unit", ["1/min", "min-1", "r/min", "rev/min", "U/min", "RPM", "Rpm", "rpm", "cpm", "CPM"])
+PER_MINUTE = (
+    *("1/min", "/min", "min-1", "min^-1", "min⁻¹", "r/min", "rev/min", "revs/min", "U/min", "tr/min", "1/minute"),
+    *("RPM", "Rpm", "rpm", "cpm", "CPM"),
+)
+
+
+@pytest.mark.parametrize("unit", PER_MINUTE)
 def test_1000_per_minute_is_1000_revolutions_per_minute(unit):
     assert to_unit(f"1000 {unit}", "rad/s", "w") == pytest.approx(104.719755119660, rel=1e-12)
     assert to_unit(f"1000 {unit}", "Hz", "f") == pytest.approx(1000 / 60, rel=1e-12)
@@ -144,6 +150,36 @@ def test_units_of_the_trade_are_read_as_the_trade_means_them():
         assert to_unit(text, "N.m", "torque") == 12.0
     assert to_unit("2 mil", "m", "orbit") == pytest.approx(50.8e-6, rel=1e-12)
     assert to_unit("2 mils", "um", "orbit") == pytest.approx(50.8, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("text", "unit", "value"),
+    [
+        *((f"2 {spelled}", "N.m", 2.0) for spelled in ("N·m", "N⋅m", "N×m", "N-m", "N m", "N*m")),
+        *((f"3 {spelled}", "kg.m", 3e-6) for spelled in ("g·mm", "g-mm", "gmm", "g mm", "g.mm")),
+        ("3 oz-in", "kg.m", 3 * 0.028349523125 * 0.0254),
+        *((f"4 {spelled}", "kg.m2", 4.0) for spelled in ("kg·m²", "kg-m2", "kgm2", "kgm²", "kg m^2")),
+        *((f"5 {spelled}", "N.s/m", 5.0) for spelled in ("Ns/m", "N·s/m", "N/(m/s)", "N-s/m")),
+        ("5 kNs/m", "N.s/m", 5e3),
+        ("6 Nm²", "N.m2", 6.0),
+        ("7 1/Nm", "1/(N.m)", 7.0),
+        ("8 Nm/rad", "N.m/rad", 8.0),
+        ("9 Nms/rad", "N.m.s/rad", 9.0),
+        ("2 mPas", "Pa.s", 2e-3),
+        ("3 Vs/A", "H", 3.0),
+        ("180 °", "rad", math.pi),
+        ("180 °/s", "rad/s", math.pi),
+        ("20 °C", "K", 293.15),
+        ("5 ‰", "1", 5e-3),
+        ("1 ips", "m/s", 0.0254),
+        ("2 kp", "N", 2 * 9.80665),
+        ("2 lbm", "kg", 2 * 0.45359237),
+        ("3 gn", "m/s2", 3 * 9.80665),
+        ("1 PS", "W", 735.49875),
+    ],
+)
+def test_units_are_read_as_data_sheets_print_them(text, unit, value):
+    assert to_unit(text, unit, "v") == pytest.approx(value, rel=1e-12)
 
 
 @pytest.mark.parametrize("unit", ["count", "counts", "bit"])

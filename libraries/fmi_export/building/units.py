@@ -79,24 +79,33 @@ COMMON = {
 }
 
 # Units of the trade that pint does not know, or takes for others (Nm for the fineness of yarn, mil for an angle, U for
-# the activity of an enzyme).
+# the activity of an enzyme). An exponent belongs to the last factor of a product: kgm2 is kg m2.
 TRADE = {
-    "RPM": "rpm",
-    "Rpm": "rpm",
-    "U": "turn",
-    "r": "turn",
-    "rev": "turn",
-    "cpm": "(turn/minute)",
-    "CPM": "(turn/minute)",
+    **dict.fromkeys(("RPM", "Rpm"), "rpm"),
+    **dict.fromkeys(("U", "r", "rev", "revs", "tr"), "turn"),
+    **dict.fromkeys(("cpm", "CPM"), "(turn/minute)"),
     "cps": "(turn/second)",
-    "Nm": "(newton*meter)",
-    "kNm": "(kilonewton*meter)",
-    "mNm": "(millinewton*meter)",
-    "Nmm": "(newton*millimeter)",
-    "Ncm": "(newton*centimeter)",
-    "mil": "thou",
-    "mils": "thou",
+    "rph": "(turn/hour)",
+    "ips": "(inch/second)",
+    "kp": "kilogram_force",
+    "lbm": "pound",
+    "gn": "standard_gravity",
+    "PS": "metric_horsepower",
+    **dict.fromkeys(("mil", "mils"), "thou"),
 }
+PRODUCTS = {
+    **{f"{prefix}Nm": f"{prefix}N*m" for prefix in ("", "m", "k", "M")},
+    **{f"{prefix}Ns": f"{prefix}N*s" for prefix in ("", "m", "k", "M")},
+    **{f"{prefix}Pas": f"{prefix}Pa*s" for prefix in ("", "m")},
+    **{f"N{length}m": f"N*{length}m" for length in ("m", "c")},
+    **{f"g{length}m": f"g*{length}m" for length in ("m", "c")},
+    **{f"kg{length}m": f"kg*{length}m" for length in ("", "m", "c")},
+    "Nms": "N*m*s",
+    "Vs": "V*s",
+    "As": "A*s",
+}
+# Signs of printed units, as the text has them in FMI notation.
+SIGNS = str.maketrans({**dict.fromkeys("·⋅∙•×", "*"), **dict(zip("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-", strict=True))})
 
 # Display units by unit, unless the variable has its own.
 DISPLAYED = {
@@ -145,10 +154,11 @@ def parse_unit(unit: str, numbers: type = Fraction) -> pint.Unit:
     ValueError
         If the unit is unknown.
     """
-    text = re.sub(r"[^\W\d]+", lambda name: TRADE.get(name[0], name[0]), unit.strip().replace(".", "*"))
+    plain = _plain(unit)
+    text = re.sub(r"([^\W\d]+)((?:\*\*|\^)?-?\d{1,2})?", _spelled, plain.replace(".", "*"))
     text = re.sub(r"(?<=[A-Za-z])(-?\d)", r"**\1", text)
     try:
-        if len(unit) > LONGEST_UNIT or not UNIT.fullmatch(unit.strip().replace("(", "").replace(")", "")):
+        if len(unit) > LONGEST_UNIT or not UNIT.fullmatch(plain.replace("(", "").replace(")", "")):
             raise ValueError("it is not a product or quotient of units")
         return registry(numbers).Unit("" if text == "1" else text)
     except Exception as error:  # errors of pint, and of the calculator that reads its texts
@@ -156,6 +166,18 @@ def parse_unit(unit: str, numbers: type = Fraction) -> pint.Unit:
         raise ValueError(
             f"unknown unit {displayed!r}; use SI units such as m, mm, kg.m, N, N.s/m, rad/s, Hz"
         ) from error
+
+
+def _plain(unit: str) -> str:
+    """Return a unit in FMI notation: without printed signs, products by hyphens (`oz-in`) and a leading `/`."""
+    text = re.sub(r"°(?![A-Za-z])", "deg", unit.strip().translate(SIGNS)).replace("‰", "permille")
+    return re.sub(r"^/", "1/", re.sub(r"(?<=[A-Za-z])-(?=[A-Za-z])", "*", text))
+
+
+def _spelled(match: re.Match[str]) -> str:
+    """Return a name with its exponent as pint knows it."""
+    name, exponent = match[1], match[2] or ""
+    return f"({PRODUCTS[name]}{exponent})" if name in PRODUCTS else TRADE.get(name, name) + exponent
 
 
 def base_unit(unit: str) -> dict[str, float | int]:
