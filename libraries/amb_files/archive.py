@@ -62,8 +62,9 @@ def unpack(archive: Path, folder: Path, name: str) -> None:
         if not zipfile.is_zipfile(archive):
             raise ValueError("it is not a zip archive")
         with zipfile.ZipFile(archive) as content:
-            _check(content)
-            content.extractall(folder)
+            entries = _entries(content)
+            _check(content, entries)
+            content.extractall(folder, entries)
     except OSError as error:
         if error.errno in OF_THE_DISK:
             raise
@@ -72,9 +73,16 @@ def unpack(archive: Path, folder: Path, name: str) -> None:
         raise ValueError(f"{name} cannot be unpacked: {_shortened(error)}") from error
 
 
-def _check(archive: zipfile.ZipFile) -> None:
-    """Raise ValueError for entries that must not be unpacked."""
+def _entries(archive: zipfile.ZipFile) -> list[zipfile.ZipInfo]:
+    """Return the entries of an archive, with `/` in names for the backslashes that some tools of Windows write."""
     entries = archive.infolist()
+    for entry in entries:
+        entry.filename = entry.filename.replace("\\", "/")
+    return entries
+
+
+def _check(archive: zipfile.ZipFile, entries: list[zipfile.ZipInfo]) -> None:
+    """Raise ValueError for entries that must not be unpacked."""
     size = sum(entry.file_size for entry in entries)
     if size > MOST_UNPACKED:
         raise ValueError(
@@ -105,7 +113,7 @@ def is_unpacked(archive: Path, folder: Path) -> bool:
     """Return whether a folder contains the entries of a zip file, by their sizes and checksums."""
     try:
         with zipfile.ZipFile(archive) as content:
-            entries = [entry for entry in content.infolist() if not entry.is_dir()]
+            entries = [entry for entry in _entries(content) if not entry.is_dir()]
             return all(_is_same(entry, (folder / entry.filename).read_bytes()) for entry in entries)
     except (OSError, ValueError, zipfile.BadZipFile):
         return False

@@ -79,6 +79,8 @@ def test_a_valid_description_breaks_no_rule(read):
         ('guid="{gain}"', 'guid="{gain}" maker="me"', ("'maker'", "line 2")),
         ("<ModelVariables>", "<Maker/><ModelVariables>", ("Maker", "line 7")),
         ("<ModelStructure>", "<ModelStructure><Maker/>", ("Maker",)),
+        ('fmiVersion="2.0"', 'fmiVersion="2.0.1"', ("2.0.1",)),
+        ('<Unknown index="2"/>', '<Unknown index="2"/><Unknown index="9"/>', ("index",)),
     ],
 )
 def test_a_rule_that_is_broken_is_named(read, old, new, facts):
@@ -102,6 +104,13 @@ def test_a_rule_that_is_broken_is_named(read, old, new, facts):
 def test_what_cannot_be_read_is_no_readable_fmu(read, old, new, facts):
     with raises_naming(ValueError, "one", *facts):
         read(old, new)
+
+
+def test_an_archive_with_all_in_a_folder_is_refused_with_it(tmp_path):
+    (tmp_path / "Gain").mkdir()
+    (tmp_path / "Gain" / "modelDescription.xml").write_text(VALID, encoding="utf-8")
+    with raises_naming(ValueError, "one", "no modelDescription.xml", "Gain"):
+        read_interface(tmp_path, "one")
 
 
 @pytest.fixture
@@ -138,3 +147,21 @@ def test_a_second_description_is_refused_unless_it_is_the_same(system, name):
     amb_cosim.simulate(system(VALID, [(name, VALID)]), isolated=False)
     with raises_naming(ValueError, "one.fmu", "two entries", "modelDescription.xml", name):
         amb_cosim.simulate(system(VALID, [(name, VALID.replace('start="1"', 'start="2"'))]), isolated=False)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="the FMU is compiled for Linux")
+def test_names_with_the_separators_of_windows_are_read(fmu_from_c, tmp_path):
+    r"""As `binaries\linux64\gain.so`; names that lead out of the archive are refused in both spellings."""
+    whole, path = fmu_from_c(SOURCE, VALID, name="deviating"), tmp_path / "system.toml"
+    path.write_text(system_text({"one": "one.fmu"}), encoding="utf-8")
+    for more in ((), ("..\\out.txt",)):
+        with zipfile.ZipFile(whole) as source, zipfile.ZipFile(tmp_path / "one.fmu", "w") as target:
+            for name in (*source.namelist(), *more):
+                entry = zipfile.ZipInfo(name)
+                entry.filename = name.replace("/", "\\")
+                target.writestr(entry, b"" if name in more else source.read(name))
+        if not more:
+            assert amb_cosim.simulate(path, isolated=False).dataset["one.y"].values[-1] == 1.0
+        else:
+            with raises_naming(ValueError, "one.fmu", "../out.txt"):
+                amb_cosim.simulate(path, isolated=False)

@@ -1,9 +1,9 @@
 """Reads a modelDescription that breaks the rules of FMI as other importers do, and says how it breaks them.
 
 FMPy checks the schema and more. A description that it refuses is read without that check if all that a run needs is
-there: identifiers, and a name, a type and a value reference for each variable. FMPy cannot read two breaches, which are
-corrected first: parameters with continuous variability (the default of FMI 2.0) become fixed, and types that are not
-defined are ignored.
+there: identifiers, and a name, a type and a value reference for each variable. Breaches that FMPy cannot read are
+corrected first: parameters with continuous variability (the default of FMI 2.0) become fixed, types that are not
+defined and unknowns of no variable are ignored, and a version 2.0.x is 2.0.
 """
 
 from __future__ import annotations
@@ -30,6 +30,10 @@ def read_tolerantly(folder: Path) -> tuple[Any, tuple[str, ...]]:
     ValueError
         If it cannot be read; the message has the first reasons.
     """
+    if not (folder / DESCRIPTION).is_file():
+        inner = next((path.parent.relative_to(folder) for path in sorted(folder.rglob(DESCRIPTION))), None)
+        hint = f"; {inner.as_posix()} has it, whose content must be the archive's" if inner is not None else ""
+        raise ValueError(f"it has no {DESCRIPTION}{hint}")
     try:
         description = fmpy.read_model_description(str(folder))
         return description, _identifier_fault(description)
@@ -55,8 +59,14 @@ def _identifier_fault(description: Any) -> tuple[str, ...]:
 
 
 def _read_corrected(file: Path) -> Any:
-    """Return a description of FMI 2.0 with a variability for its parameters, and without undefined types."""
+    """Return a description of FMI 2.0 with a variability for its parameters, without undefined types and unknowns."""
     root = ElementTree.parse(file).getroot()
+    if root.get("fmiVersion", "").partition(".")[0] == "2":
+        root.set("fmiVersion", "2.0")
+    indices = {str(k + 1) for k in range(len(root.findall("ModelVariables/ScalarVariable")))}
+    for group in root.iterfind("ModelStructure/*"):
+        for unknown in [unknown for unknown in group if unknown.get("index") not in indices]:
+            group.remove(unknown)
     types = {definition.get("name") for definition in root.iterfind("TypeDefinitions/*")}
     for variable in root.iterfind("ModelVariables/ScalarVariable"):
         if variable.get("causality") in PARAMETERS and variable.get("variability", "continuous") == "continuous":
