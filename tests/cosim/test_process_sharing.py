@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import subprocess
 import sys
+import zipfile
 
 import numpy as np
 import pytest
@@ -13,6 +15,7 @@ import amb_cosim
 from amb_cosim.cosim.basics.errors import ProcessFailed
 from amb_cosim.cosim.fmu.fmu_description import read_interface
 from amb_cosim.cosim.fmu.separate_component import SeparateComponent
+from tests.ssp.gain_archives import SOURCE, description
 from tests.support.messages import raises_naming
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="the FMU is compiled for Linux")
@@ -121,3 +124,45 @@ def scripts(tmp_path, monkeypatch):
 def test_each_python_fmu_gets_the_modules_that_it_brings(scripts):
     # Reported publicly for PythonFMU (97, 228); here the scripts, too, have one name.
     assert scripts({"Pump": 2.0, "Valve": 3.0, "Tank": 4.0}) == [2.0, 3.0, 4.0]
+
+
+@pytest.fixture
+def linked(tmp_path):
+    """`linked(gains)`: last outputs of FMUs of one system, each with a library `libpart.so` that has its gain."""
+    pytest.importorskip("ziglang", reason="the FMU is compiled by ziglang: pip install 'amb-cosim[native]'")
+    text = (
+        SOURCE.read_text(encoding="utf-8")
+        .replace("self[GAIN] *", "part() *")
+        .replace("enum", "double part(void);\nenum", 1)
+    )
+
+    def compile_to(library, code, *more):
+        source = library.with_suffix(".c")
+        source.write_text(code, encoding="utf-8")
+        command = [sys.executable, "-m", "ziglang", "cc", "-shared", "-fPIC", "-fno-sanitize=all", "-w", *more]
+        subprocess.run([*command, "-o", library, source], check=True, capture_output=True)
+
+    def simulate(gains):
+        components = []
+        for name, gain in gains.items():
+            folder = tmp_path / name
+            folder.mkdir()
+            part = folder / "libpart.so"
+            compile_to(part, f"double part(void) {{ return {gain}; }}", "-Wl,-soname,libpart.so")
+            compile_to(folder / "gain.so", text, "-Wl,-rpath,$ORIGIN", f"-L{folder}", "-lpart")
+            with zipfile.ZipFile(tmp_path / f"{name}.fmu", "w") as fmu:
+                fmu.writestr("modelDescription.xml", description())
+                for library in (folder / "gain.so", part):
+                    fmu.write(library, f"binaries/linux64/{library.name}")
+            components.append(f'[[component]]\nname = "{name}"\nfmu = "{name}.fmu"\n')
+        run = '[experiment]\ncommunication_step = "0.1 s"\nstop_time = "0.3 s"\n'
+        (tmp_path / "system.toml").write_text("".join(components) + run, encoding="utf-8")
+        data = amb_cosim.simulate(tmp_path / "system.toml").dataset
+        return [float(data[f"{name}.y"].values[-1]) for name in gains]
+
+    return simulate
+
+
+def test_each_fmu_gets_the_libraries_that_it_brings(linked):
+    """The loader of the system knows a library by its name."""
+    assert linked({"pump": 2.0, "valve": 3.0, "tank": 2.0}) == [2.0, 3.0, 2.0]

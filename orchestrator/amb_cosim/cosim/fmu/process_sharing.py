@@ -2,6 +2,7 @@
 
 * Of an FMU with `canBeInstantiatedOnlyOncePerProcess`, a process can have one instance: others would share its state.
 * FMUs of PythonFMU share one interpreter, in which a name is one module: the first FMU's.
+* Libraries beside that of an FMU are found by their names: the first FMU's serves all that bring one of this name.
 """
 
 from __future__ import annotations
@@ -10,6 +11,8 @@ import hashlib
 from collections.abc import Mapping
 from functools import lru_cache
 from pathlib import Path
+
+import fmpy
 
 from amb_cosim.cosim.fmu.fmu_interface import FmuInterface
 from amb_cosim.cosim.fmu.fmu_libraries import PYTHONFMU
@@ -22,16 +25,30 @@ def separate_components(fmus: Mapping[str, Fmu], interfaces: Mapping[str, FmuInt
     """Return the components that need a process of their own, given those before them."""
     separate: set[str] = set()
     identifiers: set[str] = set()
-    modules: dict[str, str] = {}
+    code: dict[str, str] = {}
     for name, fmu in fmus.items():
-        interface, of_fmu = interfaces[name], modules_of(fmu.folder) if fmu.layout is None else {}
+        interface = interfaces[name]
+        of_fmu = _named_code(fmu.folder, interface.identifier) if fmu.layout is None else {}
         is_taken = interface.once_per_process and interface.identifier in identifiers
-        if is_taken or any(modules.get(module, digest) != digest for module, digest in of_fmu.items()):
+        if is_taken or any(code.get(item, digest) != digest for item, digest in of_fmu.items()):
             separate.add(name)
         else:
             identifiers.add(interface.identifier)
-            modules.update(of_fmu)
+            code.update(of_fmu)
     return frozenset(separate)
+
+
+@lru_cache(maxsize=256)
+def _named_code(folder: Path, identifier: str) -> Mapping[str, str]:
+    """Return what an extracted FMU brings that is found by its name: modules and libraries, with digests."""
+    places = (folder / "binaries" / platform for platform in (fmpy.platform, fmpy.platform_tuple))
+    files = [file for place in places if place.is_dir() for file in sorted(place.iterdir())]
+    libraries = {
+        f"library {file.name}": hashlib.sha256(file.read_bytes()).hexdigest()
+        for file in files
+        if file.is_file() and file.name.partition(".")[0] != identifier
+    }
+    return {**modules_of(folder), **libraries}
 
 
 @lru_cache(maxsize=256)
