@@ -196,7 +196,7 @@ def test_a_frequency_in_hertz_is_per_second_where_no_angle_is_involved():
 
 
 def test_an_unknown_unit_is_named_with_examples():
-    with raises_naming(ValueError, "'furlonk'", "SI"):
+    with raises_naming(ValueError, "length", "'furlonk'", "SI"):
         to_unit("3 furlonk", "m", "length")
 
 

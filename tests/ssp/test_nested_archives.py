@@ -279,6 +279,13 @@ def test_an_empty_group_is_none(last, empty):
     assert last(system("root", "", gain("a") + f'<ssd:System name="e">{inner}</ssd:System>'))["a.y"] == 1.0
 
 
+def test_the_order_of_groups_has_no_meaning(last):
+    """As in an archive of OMSimulator's tests, with annotations and connectors behind the elements."""
+    parts = f"<ssd:Annotations/><ssd:Elements>{gain('a')}</ssd:Elements><ssd:Connectors>{IN}</ssd:Connectors>"
+    links = f"<ssd:Connections>{connect('In', 'a.u')}</ssd:Connections>"
+    assert last(f'<ssd:System name="root">{links}{parts}{bind({"In": 3.0, "a.k": 2.0})}</ssd:System>')["a.y"] == 6.0
+
+
 def test_a_component_that_requests_model_exchange_runs_with_a_notice(archive):
     element = gain("a").replace("<ssd:Component", '<ssd:Component implementation="ModelExchange"')
     result = amb_cosim.simulate(archive(system("root", "", element))).dataset

@@ -268,7 +268,8 @@ def _converted(text: str | float, unit: str, name: str) -> float:
     exact = Fraction(Decimal(match[1])) if math.isfinite(number) and number else None  # 1e999999999 has too many digits
     if (values, unit) in COMMON:
         return number if exact is None else float(exact * COMMON[values, unit])
-    return _by_pint(number, exact, values, unit, f"{name} = {text!r}")
+    displayed = text if len(text) <= LONGEST_UNIT else f"{text[:LONGEST_UNIT]}..."
+    return _by_pint(number, exact, values, unit, f"{name} = {displayed!r}")
 
 
 def _by_pint(number: float, exact: Fraction | None, values: str, unit: str, what: str) -> float:
@@ -288,6 +289,8 @@ def _by_pint(number: float, exact: Fraction | None, values: str, unit: str, what
         return float(converted(number))
     except pint.DimensionalityError as error:
         raise ValueError(f"{what} has unit {values}, which cannot be converted to {unit}") from error
+    except ValueError as error:  # of `parse_unit`
+        raise ValueError(f"{what}: {error}") from error
 
 
 def _revolution(values: str, unit: str) -> Fraction:

@@ -27,6 +27,17 @@ GROUPS = (
     *(f"ssd:{name}" for name in ("ParameterBindings", "Connectors", "Elements", "Connections", "SignalDictionaries")),
     *(f"{prefix}:{name}" for prefix in ("ssd", "ssv", "ssb") for name in ("Units", "Enumerations", "Annotations")),
 )
+OWNERS = ("ssd:SystemStructureDescription", "ssd:System", "ssd:Component", "ssv:ParameterSet", "ssb:SignalDictionary")
+ORDER = {
+    name: k
+    for k, name in enumerate(
+        (
+            *("System", "Connectors", "ElementGeometry", "ParameterBindings", "Elements", "Connections"),
+            *("SignalDictionaries", "SystemGeometry", "GraphicalElements", "Parameters", "DictionaryEntry"),
+            *("Enumerations", "Units", "DefaultExperiment", "Annotations"),
+        )
+    )
+}
 
 
 def tag(name: str, namespaces: dict[str, str] | None = None) -> str:
@@ -71,16 +82,21 @@ def check(root: Any, schema: str, what: str) -> None:
     checked = version_2.as_version_1(root) if version == version_2.VERSION else root
     if not loaded.validate(checked):
         first = loaded.error_log[0]
-        if not loaded.validate(_without_empty_groups(checked)):
+        if not loaded.validate(_tidied(checked)):
             named = version if version == version_2.VERSION else VERSION
             raise ValueError(f"{what} does not follow SSP {named}, line {first.line}: {first.message}")
 
 
-def _without_empty_groups(root: Any) -> Any:
-    """Return a copy without groups that have no elements, which some tools write in place of none."""
+def _tidied(root: Any) -> Any:
+    """Return a copy without groups that have no elements, and with groups in the order of the schema.
+
+    Some tools write such groups in place of none, or in another order, which has no meaning.
+    """
     copied = deepcopy(root)
     for group in [group for group in copied.iter(*map(tag, GROUPS)) if not len(group)]:
         group.getparent().remove(group)
+    for owner in copied.iter(*map(tag, OWNERS)):
+        owner[:] = sorted(owner, key=lambda child: ORDER.get(etree.QName(child).localname, len(ORDER)))
     return copied
 
 
