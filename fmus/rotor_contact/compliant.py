@@ -84,6 +84,31 @@ def normal_force(site: Site, delta: float, rate: float) -> float:
     return max(force, 0.0)
 
 
+@kernel
+def push(site: Site, v: Array) -> float:
+    """Return a force (N) that is positive where the law pushes the journal, and negative where it would pull.
+
+    There N = 0 in place of the pull, and N has a kink: of spring and damper at k_c delta + c_c delta' = 0, and of the
+    laws with power 3/2 where the factor of the rate vanishes. The radius of the journal must be up to date.
+    """
+    law, rate = site.law, radial_component(site, v)
+    if law in (KELVIN_VOIGT, KIRK, SWITCHED_KELVIN_VOIGT):
+        force: float = site.k_c * max(site.radius - site.clearance, 0.0) + site.c_c * rate
+        return force
+    factor = 1.0
+    if law == HUNT_CROSSLEY:
+        factor += 1.5 * site.alpha_c * rate
+    elif law == ULBRICH:
+        factor += 1.5 * site.eta * math.tanh(rate / RATE_SCALE)
+    return factor * float(site.k_c * site.delta_c)
+
+
+@kernel
+def reversed_push(site: Site, v: Array) -> float:
+    """Return `push` (N) against its direction when contact was last resolved; positive once N has passed its kink."""
+    return -float(site.push_sign) * push(site, v)
+
+
 @noinline_kernel
 def stored_energy(site: Site, delta: float) -> float:
     """Return the elastic energy (J) at penetration `delta` >= 0 (m): the integral of the force at rate zero.

@@ -5,6 +5,7 @@ Between events the motion is smooth. An event is a rising zero crossing of an in
     free         gap closes             |r| - c
     constrained  normal force vanishes  -N
     compliant    gap opens              c - |r|
+                 pull begins or ends    -sign F of the law's factor F that changes sign
     sliding      slip vanishes          -sign v_slip
     rolling      friction too small     |T| - mu_s N
 
@@ -21,6 +22,7 @@ import numpy as np
 from fmi_export.flat import copy
 from fmi_export.jit import kernel, noinline_kernel
 from fmi_export.model import Array
+from rotor_contact.compliant import reversed_push
 from rotor_contact.enumerations import FREE, NODAL, ROLLING
 from rotor_contact.friction import friction_excess, has_friction, reversed_slip
 from rotor_contact.impact import mark_touching, newton_impact, nodal_impact
@@ -71,6 +73,8 @@ def indicator(sites: Sites, z: Array, n: int, Omega: float) -> float:
         if not is_constrained(site):
             beyond = locate_journal(site, z[:n]) / site.clearance - 1.0
             largest = max(largest, beyond if site.mode == FREE else -beyond)
+            if site.mode != FREE:
+                largest = max(largest, reversed_push(site, z[n : 2 * n]) / FORCE_SCALE)
             continue
         largest = max(largest, -site.f_n / FORCE_SCALE)
         if site.mode == ROLLING:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from fmi_export.jit import kernel
 from fmi_export.model import Array
+from rotor_contact.compliant import push
 from rotor_contact.contact import project
 from rotor_contact.enumerations import CONSTRAINT, FREE, ROLLING, SLIDING
 from rotor_contact.friction import (
@@ -48,6 +49,7 @@ def resolve_modes(w: Workspace, tau: float, shortest: float) -> int:
         site.mode_fixed = 0
         if site.enabled != 0.0 and site.law != CONSTRAINT:
             site.mode = SLIDING if locate_journal(site, q) > site.clearance else FREE
+            site.push_sign = 1.0 if push(site, v) > 0.0 else -1.0
     for _ in range(6 * w.sites.shape[0] + 1):
         project(w, q, v, Omega)
         if not derivative(w, tau, z, k_1):

@@ -38,6 +38,7 @@ SITE = record(
     ("spin_t", np.float64),
     ("mode", np.int64),  # FREE, SLIDING or ROLLING
     ("slip_sign", np.float64),  # sign of the slip velocity that sliding friction opposes
+    ("push_sign", np.float64),  # 1 while a compliant law pushes, -1 while it would pull and has no force
     ("slip", np.float64),  # slip velocity (m/s) for which kinetic friction is evaluated
     ("radius", np.float64),  # distance (m) of the journal from the centre
     ("n_x", np.float64),  # outward normal

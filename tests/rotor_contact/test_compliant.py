@@ -85,7 +85,7 @@ def test_kelvin_voigt_restitution_is_the_closed_form_without_tension(zeta):
     expected = math.exp(-zeta * (math.pi - 2 * math.asin(zeta)) / math.sqrt(1 - zeta**2))
     _, record, velocity = blow("kelvin_voigt", c_c=c_c)
     assert np.min(record[:, 1]) >= 0.0
-    assert -velocity[-1] / SPEED == pytest.approx(expected, rel=2e-4)
+    assert -velocity[-1] / SPEED == pytest.approx(expected, rel=1e-8)
     first = np.argmax(record[:, 1] > 0.0)
     assert record[first, 1] == pytest.approx(c_c * SPEED, rel=0.1)  # it hits the damper first
 

@@ -8,8 +8,9 @@ from rotor_analysis.rotor_file import load_rotor
 from rotor_contact.enumerations import LAWS
 
 ELASTIC = load_rotor("bath_rig")
-STEPS = 85  # two blows of each end; later the path depends on the last bits
-FALL = {"solver.tolerance": 1e-7, "gravity": 9.81, "Omega": 260.0, "d1.u": 5e-4} | both("rb.mu", 0.12)
+# One blow of each end, or three of rigid ones. Each multiplies the error of matrices between speeds, 1e-8 clearances.
+STEPS = 82
+FALL = {"solver.tolerance": 1e-8, "gravity": 9.81, "Omega": 260.0, "d1.u": 5e-4} | both("rb.mu", 0.12)
 FALL |= both("rb.k_c", 1e8) | both("rb.c_c", 1e4) | both("rb.alpha_c", 1.0) | both("rb.eta", 0.2)
 RACES = both("rb.race_inertia", 2.5e-4) | both("rb.race_drag", 0.02)
 MOUNTS = both("rb.housing_mass", 3.0) | both("rb.mount_stiffness_x", 1e7) | both("rb.mount_damping_x", 1e4)
@@ -42,5 +43,5 @@ def test_no_force_is_lost_in_the_step_in_which_contact_begins(law, case):
     orbits, peak = fall(values)
     assert peak > 1000.0
     for other, force in (fall(values | INTEGRATED), fall(values, parts=4)):
-        np.testing.assert_allclose(orbits, other, rtol=0.0, atol=5e-6 * CLEARANCE)
+        np.testing.assert_allclose(orbits, other, rtol=0.0, atol=1e-6 * CLEARANCE)
         assert peak == pytest.approx(force, rel=1e-3)

@@ -12,15 +12,18 @@ from amb_cosim.scenario.simulation import run_planned
 pytestmark = pytest.mark.slow
 
 NEWTON = {"rotor_contact.contact.impact_law": 1}
-CHAOTIC = {"fig4_20": 0.1}  # relative scatter of peaks: with the arithmetic of an older processor they differ by 7 %
-# Changes, settings, end (s), and how far peaks after several blows may scatter.
-RUNS = {"drop": ({}, {}, 0.3, 0.03), "fig4_9": ({"rotor": "bath_rig"}, NEWTON, 0.2, 0.1)}
+CHAOTIC = {"fig4_20": 0.08}  # relative scatter of peaks: with the arithmetic of an older processor they differ by 6 %
+RUNS = {"drop": ({}, {}, 0.3), "fig4_12": ({"rotor": "bath_rig"}, NEWTON, 0.2)}
+SHORT = {"drop": 0.6, "fig4_12": 0.9}  # the largest sample at RB2, over its peak
 
 
 @pytest.mark.parametrize("name", RUNS)
 def test_peak_forces_at_250_us_are_those_at_20_us(name):
-    """At the retainers; a sample each 250 us misses more than half of the peak at RB2 of the drop."""
-    changes, settings, until, scatter = RUNS[name]
+    """At the retainers; a sample each 250 us misses more than half of the peak at RB2 of the drop.
+
+    Magnet forces are held over a step. Where a blow follows them, as the first of `fig4_9`, its peak differs by 8 %.
+    """
+    changes, settings, until = RUNS[name]
     peaks, samples = [], []
     for step in ("250 us", "20 us"):
         scenario = load_scenario(name).changed(**changes, communication_step=step)
@@ -29,8 +32,8 @@ def test_peak_forces_at_250_us_are_those_at_20_us(name):
         samples.append({site: float(result.signals[f"rotor_contact.{site}.f_n"].values.max()) for site in peaks[-1]})
     for site in ("rb1", "rb2"):
         assert peaks[0][site] > 1e3
-        assert peaks[0][site] == pytest.approx(peaks[1][site], rel=scatter)
-    assert samples[0]["rb2"] < 0.6 * peaks[0]["rb2"]
+        assert peaks[0][site] == pytest.approx(peaks[1][site], rel=0.03)
+    assert samples[0]["rb2"] < SHORT[name] * peaks[0]["rb2"]
 
 
 @pytest.mark.parametrize("name", [name for name in SCENARIOS if name.startswith(("fig", "drop", "nelson"))])
