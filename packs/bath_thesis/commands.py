@@ -56,6 +56,7 @@ add_study(
     "recovery",
     click.option(
         "--steps",
+        type=WithUnit("8,12,16 g.m", parts=lambda text: text.split(",")[-1:]),  # the last unit is that of all
         default="8,12,16,20,24,28,32,36,40,44,48 g.m",
         show_default=True,
         help="Added unbalances on D1, before the factor of fig5_6.",

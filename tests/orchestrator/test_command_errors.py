@@ -158,6 +158,7 @@ RESULTS = {
     "study contact_laws --restitution 1.1": "restitution = 1.1 is not allowed; it must be from 0.15 to 1",
     "study contact_laws --restitution 0.1": "restitution = 0.1 is not allowed; it must be from 0.15 to 1",
     "study contact_laws --speed 0.1": "--speed 0.1 has no unit; write for example '0.1 m/s'",
+    "study recovery --steps 0.008,0.012": "--steps 0.012 has no unit; write for example '8,12,16 g.m'",
     "study reduction --unbalance 20": "--unbalance 20 has no unit",
     "study contact_laws --delta-c '1e12 m'": "does not leave the retainer within",
     "study waterfall fig4_99": "no scenario 'fig4_99'",
