@@ -90,7 +90,7 @@ def modes(model: Matrices, Omega: float, count: int | None = None, omega: float 
     result = np.flatnonzero(oscillating(values) & (values.imag > 0.0))
     result = result[np.argsort(values[result].imag, kind="stable")]
     shapes = _separate_whirl(model, values[result], shapes[:, result])
-    return _to_modes(model, values[result], shapes)[:count]
+    return _to_modes(model, values[result[:count]], shapes[:, :count])
 
 
 def overdamped_modes(model: Matrices, Omega: float) -> list[Mode]:
@@ -129,7 +129,24 @@ def translations(model: Matrices, shape: Complex) -> Complex:
 
 
 def _to_modes(model: Matrices, values: Complex, shapes: Complex) -> list[Mode]:
-    return [_mode(model, value, shape) for value, shape in zip(values, shapes.T, strict=True)]
+    nodes = sorted(model.translations)
+    place = shapes[[row for node in nodes for row in model.translations[node]]]
+    sizes = np.abs(place)
+    only_slopes = sizes.max(axis=0, initial=0.0) < 1e-6 * np.abs(shapes).max(axis=0, initial=0.0)  # but for rounding
+    place[:, only_slopes], sizes[:, only_slopes] = 0.0, 0.0
+    result = []
+    for k, (value, shape) in enumerate(zip(values, shapes.T, strict=True)):
+        among = place[:, k] if sizes[:, k].any() else shape
+        largest = among[np.argmax(np.abs(among))]
+        x, y = place[0::2, k] / largest, place[1::2, k] / largest
+        result.append(Mode(complex(value), shape / largest, dict(zip(nodes, _whirl_senses(x, y), strict=True))))
+    return result
+
+
+def _whirl_senses(x: Complex, y: Complex) -> list[float]:
+    size = np.abs(x) ** 2 + np.abs(y) ** 2
+    moving = size > 1e-6 * np.max(size, initial=0.0)  # not a node of the shape
+    return np.where(moving, 2.0 * (x * y.conj()).imag / np.where(moving, size, 1.0), 0.0).tolist()
 
 
 def _separate_whirl(model: Matrices, values: Complex, shapes: Complex) -> Complex:
@@ -147,16 +164,3 @@ def _separate_whirl(model: Matrices, values: Complex, shapes: Complex) -> Comple
                 shapes[:, begin:end] = shapes[:, begin:end] @ eigh(turning, size)[1]
         begin = end
     return shapes
-
-
-def _mode(model: Matrices, value: complex, shape: Complex) -> Mode:
-    place = translations(model, shape)
-    if np.max(np.abs(place)) < 1e-6 * np.max(np.abs(shape)):  # rounding: only the slopes oscillate
-        place = np.zeros_like(place)
-    among = place if place.any() else shape
-    largest = among.flat[np.argmax(np.abs(among))]
-    x, y = place[:, 0] / largest, place[:, 1] / largest
-    size = np.abs(x) ** 2 + np.abs(y) ** 2
-    moving = size > 1e-6 * np.max(size, initial=0.0)  # not a node of the shape
-    turning = np.where(moving, 2.0 * (x * y.conj()).imag / np.where(moving, size, 1.0), 0.0)
-    return Mode(complex(value), shape / largest, dict(zip(sorted(model.translations), turning.tolist(), strict=True)))

@@ -21,6 +21,9 @@ from rotor_analysis.hysteresis import Hysteresis
 
 AT_REST = 1e-3  # rad/s; rounding gives an unsupported rotor, which does not oscillate, up to 1e-4 rad/s
 FREQUENCY_SCALE = 1e3  # rad/s; scales velocities, so that both halves of the eigenproblem are of the same size
+SHIFT = 0.01  # of `FREQUENCY_SCALE`, about which the slowest eigenvalues are; an unsupported rotor has several at 0
+VALUES_OF_VIBRATION, VALUES_AT_REST = 4, 24  # eigenvalues computed for a vibration, and for motion without a frequency
+FEWEST = 4  # times the computed eigenvalues, that a model has at least if not all are computed
 LIGHTLY_DAMPED = 0.7  # damping ratio below which a mode is one of both problems
 OF_LOSS = 2.0  # times the loss factor: largest |Im lambda / lambda| that a complex stiffness gives an overdamped mode
 
@@ -31,6 +34,30 @@ def eigenvalues(model: Matrices, Omega: float) -> Complex:
         return _in_rad_per_s(eigvals(*_first_order(model, Omega)))
     values = eigenpairs(model, Omega)[0]
     return np.concatenate([values, values[values.imag > 0.0].conj()])
+
+
+def slowest_eigenvalues(model: Matrices, Omega: float, count: int) -> Complex:
+    """Return the eigenvalues (rad/s) of (1) nearest to zero at Omega (rad/s), with those of `count` vibrations or more.
+
+    Arnoldi's method with inverse iteration (ARPACK); all eigenvalues of a small model or with hysteretic damping. Slow
+    vibrations that are strongly damped may be farther from zero.
+    """
+    from scipy.linalg import lu_factor, lu_solve
+    from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigs
+
+    number = VALUES_OF_VIBRATION * count + VALUES_AT_REST
+    if model.hysteresis is None and FEWEST * number < 2 * model.size:
+        A, B = _first_order(model, Omega)
+        factors = lu_factor(A - SHIFT * B)
+        inverse = LinearOperator(A.shape, matvec=lambda v: lu_solve(factors, B @ v), dtype=np.float64)
+        try:
+            nearest = eigs(inverse, number, v0=np.ones(len(A)), return_eigenvectors=False)
+        except ArpackNoConvergence:
+            return eigenvalues(model, Omega)
+        values = _in_rad_per_s(SHIFT + 1.0 / nearest)
+        if np.sum(oscillating(values) & (values.imag > 0.0)) >= count:
+            return values
+    return eigenvalues(model, Omega)
 
 
 def eigenpairs(model: Matrices, Omega: float, omega: float | None = None) -> tuple[Complex, Complex]:

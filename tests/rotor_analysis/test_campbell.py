@@ -16,6 +16,7 @@ from rotor_analysis.parts import Bearing, Body
 from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import load_rotor
 from rotor_analysis.shaft import Shaft
+from rotor_analysis.spectrum import eigenvalues, slowest_eigenvalues
 from rotor_analysis.supported_rotor import supported_rotor
 from rotor_analysis.tracking import modal_assurance, pair_modes, track_modes
 from tests.support.messages import raises_naming
@@ -133,6 +134,19 @@ def test_a_reduced_model_has_the_critical_speeds_of_the_full_one(name):
     for result, exact in zip(reduced.critical_speeds, whole.critical_speeds, strict=True):
         assert result.Omega == pytest.approx(exact.Omega, rel=3 * ACCURACY)
         assert result.damping_ratio == pytest.approx(exact.damping_ratio, rel=3 * ACCURACY, abs=ACCURACY)
+
+
+@pytest.mark.parametrize("stiffness", [0.0, 3e7])
+@pytest.mark.parametrize("Omega", [0.0, 900.0])
+def test_slowest_eigenvalues_are_those_of_all(stiffness, Omega):
+    """Of 41 nodes, with a heavy disc at an end; without stiffness some eigenvalues are 0, in pairs of few digits."""
+    shaft = Shaft(tuple(np.linspace(0.0, 1.0, 41)), (0.05,), youngs_modulus=210e9, density=7850.0, poissons_ratio=0.3)
+    bearings = tuple(Bearing(f"b{node}", node, stiffness=stiffness, damping=1e-5 * stiffness) for node in (5, 35))
+    model = supported_rotor(Rotor("fan", shaft, (Body("wheel", 41, 20.0, 0.6, 0.3),), bearings)).full
+    slowest, whole = slowest_eigenvalues(model, Omega, 8), eigenvalues(model, Omega)
+    assert 32 <= len(slowest) < len(whole) / 3
+    upper = [np.sort(of[(of.imag > 1.0) & np.isfinite(of)].imag)[:8] for of in (slowest, whole)]
+    np.testing.assert_allclose(upper[0], upper[1], rtol=1e-7)
 
 
 def test_where_nothing_may_err_the_full_model_is_analysed():
