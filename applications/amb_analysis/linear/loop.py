@@ -29,6 +29,8 @@ from rotor_analysis.refinement import refined
 
 NYQUIST = 1.0 - 1e-9  # of half the sample rate: python-control warns if rounding takes a frequency beyond it
 BALANCING = 60  # steps of Osborne's iteration
+CHECKED = 24  # frequencies at which a response by eigenvectors is compared with that by solution
+CLOSE_RESPONSE = 1e-7  # of the largest value of an output over an input, up to which both are equal
 CLOSE = 1e-5  # relative error of the largest growth rate
 
 
@@ -219,9 +221,31 @@ def pole_frequency(pole: complex | Array | Complex, sample_time: float) -> float
 def response(system: control.StateSpace, frequencies: Array) -> Complex:
     """Return a frequency response, shape (outputs, inputs, n), at frequencies (Hz), shape (n,).
 
-    Frequencies above half the sample rate are limited to it.
+        H(z) = C (z - A)^-1 B + D = (C V) (z - lambda)^-1 (V^-1 B) + D                                (1)
+
+    by eigenvalues lambda and eigenvectors V of A, or by python-control, which solves for each frequency, if these are
+    nearly parallel. Frequencies above half the sample rate are limited to it.
     """
     omega = 2.0 * math.pi * np.minimum(frequencies, NYQUIST * 0.5 / system.dt)
+    if len(omega) > CHECKED and len(system.A):
+        z = np.exp(1j * omega * system.dt)
+        poles, V = np.linalg.eig(system.A)
+        try:
+            modal = np.linalg.solve(V, system.B.astype(np.complex128))
+        except np.linalg.LinAlgError:
+            return _solved_response(system, omega)
+        result = np.einsum("ik,kn,kj->ijn", system.C @ V, 1.0 / (z - poles[:, None]), modal, optimize=True)
+        result += np.asarray(system.D)[:, :, None]
+        largest = int(np.abs(result).max(axis=(0, 1)).argmax())
+        some = np.unique([*np.linspace(0, len(z) - 1, CHECKED, dtype=int), largest])
+        expected = _solved_response(system, omega[some])
+        sizes = np.abs(expected).max(axis=2, keepdims=True)
+        if (np.abs(result[:, :, some] - expected) <= CLOSE_RESPONSE * sizes).all():
+            return np.asarray(result, dtype=np.complex128)
+    return _solved_response(system, omega)
+
+
+def _solved_response(system: control.StateSpace, omega: Array) -> Complex:
     full = control.frequency_response(system, omega, squeeze=False)
     return np.asarray(full.magnitude * np.exp(1j * full.phase), dtype=np.complex128)
 
