@@ -15,7 +15,6 @@ ALLOWED = {
     "libraries/fmi_export/building/experiment.py": "FMPy simulates an FMU",
     "libraries/fmi_export/building/native/compiler.py": "zig compiles sources",
     "libraries/fmi_export/building/native/lowering.py": "numba compiles in a process of its own",
-    "libraries/fmi_export/building/python_fmu.py": "PythonFMU packs a folder",
     "orchestrator/amb_cosim/cosim/basics/cache.py": "FMUs are unpacked for the dynamic loader",
     "applications/amb_sweeps/store.py": "a group of a store appears complete or not at all",
     "applications/amb_sweeps/robustness.py": "processes of a sweep read an identified table",
