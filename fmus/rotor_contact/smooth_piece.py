@@ -310,8 +310,8 @@ def end_piece(w: Workspace, matrices: StepMatrices, level: int, index: float, h:
     copy(stages.z, z_new)
     copy(ends[0, :n], z_new)
     copy(ends[0, n:], z_new[w.n :])
-    if around.share > 0.0:
-        low = math.floor(index)
+    low = math.floor(index)
+    if index > low:
         below, above = grid_speed(matrices, low), grid_speed(matrices, low + 1.0)
         Omega = grid_speed(matrices, index)
         add_missed_between_speeds(w.motion.seals, below, above, Omega, h, stages.z, z_new, w.n)
