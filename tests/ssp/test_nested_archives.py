@@ -91,6 +91,15 @@ def test_a_signal_of_the_system_can_be_set_in_its_own_unit(last):
     assert last(root, units=("mm",), set={"b.u": "7 mm"})["In"] == 2.0
 
 
+def test_a_law_says_how_a_connector_without_a_unit_feeds_another_unit(last):
+    """In is 2, which is 2 m at a.u and, times 1000, 2000 mm at b.u."""
+    elements = gain("a", "Metres") + gain("b", "Millimetres")
+    root = system(
+        "root", IN, elements, connect("In", "a.u") + connect("In", "b.u", LAW.format(1000, 0)), bind({"In": 2.0})
+    )
+    assert last(root) == {"In": 2.0, "a.y": 2.0, "b.y": 2000.0}
+
+
 CHAIN = gain("a", "{}") + gain("b", "{}")
 
 

@@ -99,7 +99,8 @@ class Nets:
                     continue
                 from_indices, to_indices = (link.start_indices, link.end_indices)[:: 1 if forward else -1]
                 law, after = self._passed(link, at.node, current, node)
-                presumed = at.unit or (None if at.law != UNCHANGED else self.unit(node))
+                is_same = composed(at.law, law) == UNCHANGED and not link.suppresses_units
+                presumed = at.unit or (self.unit(node) if is_same else None)
                 begin = at.start_indices or from_indices
                 if (at.node != start and from_indices) or (node.kind != "component" and to_indices):
                     raise ValueError(
