@@ -151,6 +151,15 @@ def test_a_sample_time_that_is_no_time_in_seconds_sets_no_rate(fmu_from_c, tmp_p
     assert plan.system.component("one").every == (2 if is_rate else 1)
 
 
+def test_a_name_with_brackets_is_that_of_a_variable(fmu_from_c, tmp_path):
+    """As Modelica names elements of arrays over enumerations; brackets are wildcards elsewhere."""
+    text = DESCRIPTIONS[2].replace('name="flag"', 'name="flag[State.on]"')
+    fmu = fmu_from_c(SOURCE, text, name="bracketed")
+    (tmp_path / "system.toml").write_text(system_text({"one": str(fmu)}), encoding="utf-8")
+    data = amb_cosim.simulate(tmp_path / "system.toml", set={"one.flag[State.on]": True}, isolated=False).dataset
+    assert data["one.y"].values[-1] == len("none") + 100 + 1000
+
+
 @pytest.mark.parametrize("version", [2, 3])
 def test_an_output_called_fault_code_is_an_output_like_others(run, version):
     """The FMU gives 1 there, as it would for a fault of an FMU of this project."""

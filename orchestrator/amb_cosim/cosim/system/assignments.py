@@ -135,7 +135,7 @@ class Assignments:
 
     def matching(self, name: str) -> list[str]:
         """Return the settable variables that a name with `*` or `?` matches; any other name as it is."""
-        if not is_pattern(name):
+        if not is_pattern(name) or self._is_name(name):
             return [name]
         component, pattern = self._split(name)
         settable = self._settable_names(component)
@@ -180,6 +180,13 @@ class Assignments:
         component, variable = self._split(name)
         start = self.interfaces[component].port(variable, component).start or 0.0
         return self.parameters[component].get(variable, start)
+
+    def _is_name(self, name: str) -> bool:
+        """Return whether a signal or a variable has this name, which may have brackets, as `x[State.on]`."""
+        component, variable = self.system.divide(name)
+        interface = self.interfaces.get(component)
+        is_variable = interface is not None and (variable in interface.ports or variable in interface.texts)
+        return is_variable or self.system.signal(name) is not None
 
     def _text(self, component: str, variable: str) -> TextVariable | None:
         """Return the String or Binary variable that can be set, if there is one with this name."""
