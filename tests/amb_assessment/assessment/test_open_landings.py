@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from dataclasses import replace
 from pathlib import Path
 
@@ -59,6 +60,24 @@ def test_a_landing_is_followed_until_it_ends_or_says_that_it_has_not(monkeypatch
         assert row[3] in ("not ended", "backward whirl", "at rest") or float(row[3].split()[2]) < 90.0
     if open_ended:
         assert_names(whirl.open, "2 s", f"{len(open_ended)} of 2")
+
+
+@pytest.mark.slow
+def test_a_landing_on_the_stators_is_not_survived(tmp_path, monkeypatch):
+    """Retainers of the blower with 0.6 mm in magnets with an air gap of 0.4 mm."""
+    shutil.copytree(BLOWER.parent, tmp_path, dirs_exist_ok=True)
+    text = (tmp_path / "rotor.toml").read_text(encoding="utf-8")
+    assert text.count("clearance = 0.2e-3") == 2
+    (tmp_path / "rotor.toml").write_text(text.replace("= 0.2e-3", "= 0.6e-3"), encoding="utf-8")
+    for name, value in (("FRICTIONS", (0.15,)), ("PHASES", 1), ("FIRST", 0.05), ("LONGEST", 0.05)):
+        monkeypatch.setattr(landing, name, value)
+    result = landing.answer(subject_of(load_machine(tmp_path / "machine.toml")))
+    found = {
+        item.criterion.key: item for item in judge(result.measured, load_criteria(["physics"]), {}) if item.criterion
+    }
+    for key in ("landing_survived", "landing_on_retainers_alone"):
+        assert found[key].verdict is Judgement.MISSED
+        assert found[key].measured.value == 100.0
 
 
 @pytest.mark.slow

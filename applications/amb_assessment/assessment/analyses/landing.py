@@ -29,8 +29,8 @@ class Landing:
         Largest forces (N) by site, and heat (J).
     whirls_backward, rests, rocks_within
         How it ended: in backward whirl, at rest, or in steady rocking to and fro (deg); none of these if it did not.
-    touches
-        Sites that are no retainers and were touched.
+    touches, stators
+        Sites that are no retainers and were touched, and the magnetic bearings whose stators are among them.
     failure
         Reason of a simulation that ended early.
     """
@@ -42,6 +42,7 @@ class Landing:
     rests: bool = False
     rocks_within: float | None = None
     touches: tuple[str, ...] = ()
+    stators: tuple[str, ...] = ()
     heat: float = 0.0
     failure: str = ""
 
@@ -97,7 +98,7 @@ def answer(subject: Subject) -> AnalysisResult:
     balls = subject.file.retainer_bearings
     bearings = [(item, max(landing.forces.get(item.at, 0.0) for landing in done)) for item in balls]
     measured = (
-        share("landing_failed", count - len(done)),
+        share("landing_failed", sum(bool(landing.failure or landing.stators) for landing in landings)),
         share("landing_backward_whirl", sum(landing.whirls_backward for landing in done)),
         share("landing_contact_elsewhere", sum(bool(landing.touches) for landing in done)),
         Quantity("landing_force", where, worst.force / weight, "1", {"weight": weight}, "over the rotor's weight"),
@@ -155,5 +156,6 @@ def _of_run(result: Result, landing: Landing, retainers: Sequence[str]) -> Landi
         rests=touchdown is not None and touchdown.rest_after is not None,
         rocks_within=None if touchdown is None else touchdown.rocks_within,
         touches=tuple(site for site in touched if site not in retainers),
+        stators=tuple(touch.bearing for touch in summary.stators.values()),
         heat=sum(item.heat or 0.0 for item in touched.values()),
     )
