@@ -215,8 +215,9 @@ def check_machine(file: MachineFile, flavour: Flavour = "native") -> Subject:
     Raises
     ------
     ValueError
-        If its components do not match, it has fewer than two magnetic bearings under a controller, a stage or the
-        thrust bearing is not at a part of the rotor, or the controller of the latter is wrong.
+        If its components do not match, it begins with a fault, it has fewer than two magnetic bearings under a
+        controller, a stage or the thrust bearing is not at a part of the rotor, or the controller of the latter is
+        wrong.
     """
     subject = subject_of(file, flavour)
     _ = subject.loop.axes, subject.facts
@@ -224,6 +225,8 @@ def check_machine(file: MachineFile, flavour: Flavour = "native") -> Subject:
         subject.rotor.node_of(stage.at)
     if file.thrust_bearing is not None:
         _ = subject.rotor.node_of(file.thrust_bearing.at), file.thrust_bearing.law
+    if faults := subject.faults:
+        raise ValueError(f"machine {file.name} begins with a fault ({', '.join(faults)}); an assessment is without")
     if len(subject.magnets) < 2:
         count = f"{len(subject.magnets)} magnetic bearings under a controller"
         raise ValueError(f"machine {file.name} has {count}; an assessment requires two or more")

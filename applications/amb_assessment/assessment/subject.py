@@ -17,6 +17,8 @@ from amb_cosim.scenario.plan_run import plan_run
 from rotor_analysis.reduced_rotor import with_modes
 from rotor_analysis.rotor_file import load_rotor
 
+FAULT = "Fault:"  # beginning of the description of an input
+
 
 @dataclass(frozen=True)
 class Subject(Machine):
@@ -42,6 +44,17 @@ class Subject(Machine):
             "mass": self.rotor.mass,
             "grade": 1e3 * self.file.balancing.speed,
         }
+
+    @cached_property
+    def faults(self) -> tuple[str, ...]:
+        """Inputs that are not 0 at the start and by whose description a component has a fault."""
+        values = {name: value for name, value in self.planned.plan.inputs.items() if value}
+        ports = {
+            f"{component}.{name}": port
+            for component, interface in self.planned.interfaces.items()
+            for name, port in interface.ports.items()
+        }
+        return tuple(name for name in values if name in ports and ports[name].description.startswith(FAULT))
 
     @cached_property
     def retainers(self) -> tuple[str, ...]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -24,7 +25,7 @@ from amb_assessment.assessment.subject import subject_of
 from amb_cosim.commands.cli import main
 from amb_cosim.design.magnetic_bearing import current_amplitude
 from rotor_analysis.packaged_rotors import rotor_path
-from tests.support.messages import assert_names
+from tests.support.messages import assert_names, raises_naming
 
 BLOWER = Path(__file__).parent / "blower"  # a 250 kW blower designed for this project
 ONE_AXIS_WEAK = BLOWER / "one_axis_weak.toml"
@@ -167,6 +168,24 @@ def test_an_unstable_corner_misses_its_sensitivity_and_stability(expander):
     assert sum("vibration of 4" in motion and peak == "not stable" for *_, motion, _, peak in rows) >= 8
     for name, radius, _, _, peak in rows:
         assert (float(radius) > 1.0) == (peak == "not stable"), name
+
+
+@pytest.mark.parametrize(
+    ("component", "name", "value"),
+    [
+        ("amb_actuator", "amb_a.amplifier_off_x", "true"),
+        ("amb_actuator", "amb_b.coil_loss_upper_y", "1.0"),
+        ("rolac_controller", "probe_a.x.fault_dead", "true"),
+    ],
+)
+def test_a_machine_that_begins_with_a_fault_is_refused(component, name, value, tmp_path):
+    """Linear models have no faults: without magnets a rotor would be called stable."""
+    shutil.copytree(BLOWER, tmp_path, dirs_exist_ok=True)
+    path = tmp_path / "levitation.toml"
+    text = path.read_text(encoding="utf-8").replace("rolac_enable = false", "").replace("[inputs.rolac_controller]", "")
+    path.write_text(f'{text}\n[inputs.{component}]\n"{name}" = {value}\n', encoding="utf-8")
+    with raises_naming(ValueError, "fault", f"{component}.{name}"):
+        assess(tmp_path / "machine.toml", only=["closed_loop"])
 
 
 SWIRL = 1500.0  # rad/s, passed in every run-up
