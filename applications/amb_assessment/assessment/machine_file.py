@@ -20,6 +20,7 @@ from amb_cosim.cosim.system.values import RPM, Raw, quantity
 from amb_cosim.results.component_names import CONTROLLER
 from amb_cosim.scenario.file import overlaid, read_scenario, with_paths
 from amb_cosim.scenario.scenario import Scenario, make_scenario
+from amb_files.checks import require
 from amb_files.packs import files_of
 from amb_files.suggestions import suggest
 from amb_files.toml import read_toml, validate
@@ -233,7 +234,9 @@ class MachineFile(Table):
         """Frequency up to which modes are judged (rad/s)."""
         if self.up_to is None:
             return 2.0 * self.speed.tripping
-        return _positive(self.up_to, "rad/s", "up_to")
+        value, least = _positive(self.up_to, "rad/s", "up_to"), self.speed.tripping
+        require(value >= least, "up_to", f"{value:.4g} rad/s", f">= {least:.4g} rad/s, the trip speed")
+        return value
 
     @property
     def shaft_tilt(self) -> float:

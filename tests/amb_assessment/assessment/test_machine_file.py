@@ -165,3 +165,9 @@ def test_differential_drive_keeps_k_i_whatever_the_load():
 def test_an_inductance_without_its_unit_is_told(given, told):
     result = inductance_doubt("left.x", given, 14.0)
     assert [("inductance_x = " in line, "check its unit" in line) for line in result] == [(True, True)] * told
+
+
+def test_damping_is_judged_up_to_the_trip_speed_at_least():
+    """Below it nothing may vibrate, so that the least decrement would be met."""
+    with raises_naming(ValueError, "up_to", "1", "rad/s", "trip"):
+        MachineFile(rotor="compressor", speed={"minimum": 100.0, "maximum": 200.0}, up_to="1 rad/s")
