@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from os import PathLike, fspath
@@ -31,6 +32,7 @@ from amb_cosim.scenario.plan_run import PlannedRun, plan_run
 from amb_cosim.scenario.rotors import RotorSource
 from amb_cosim.scenario.scenario import Scenario, as_scenario
 from array_types import Array
+from linear_controller.matrices import matrices_of
 from rotor_contact.structure import structure_of
 
 LINEAR = "linear_controller"
@@ -135,6 +137,11 @@ class LinearSource:
         fmu = self.assembly.system.component(name).fmu
         constants: Array = self.retained(f"constants {fmu}", lambda: model_source(fmu, **self.assembly.options)[1])
         return constants
+
+    def table_speeds(self) -> list[float]:
+        """Return the speeds (rad/s) at which linear controllers have laws; between these they are interpolated."""
+        laws = [matrices_of(self.constants(name)).speeds for name in self.names if self._kind(name) == LINEAR]
+        return sorted({float(speed) for speeds in laws for speed in speeds if math.isfinite(speed)})
 
     def mass(self, name: str) -> Array:
         """Return the mass matrix of a rotor; empty if a component is not this project's model."""

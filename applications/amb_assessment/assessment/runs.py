@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from amb_analysis.machine.response import refined_response
-from amb_assessment.assessment.stages import co_simulated, real_coefficients
+from amb_assessment.assessment.stages import co_simulated, real_coefficients, with_tables
 from amb_assessment.assessment.subject import Subject
 from amb_assessment.assessment.unbalance_cases import UnbalanceCase, unbalance_cases
 from amb_cosim.cosim.run.options import RunOptions
@@ -132,7 +132,7 @@ def worst_response(subject: Subject, lowest: float, highest: float, sites: Seque
     names = list(subject.clearances)
     nodes, limits = zip(*subject.clearances.values(), strict=True)
     counted = [names.index(site) for site in sites or names]
-    speeds = np.unique(np.linspace(lowest, highest, SPEEDS))
+    speeds = with_tables(subject, np.unique(np.linspace(lowest, highest, SPEEDS)))
     speeds, motion = refined_response(subject, speeds, loads, [nodes[site] for site in counted], others)
     used = orbit(motion[:, :, [node - 1 for node in nodes]])[0] / np.array(limits)
     n, k, top = np.unravel_index(int(used[:, :, counted].argmax()), (*used.shape[:2], len(counted)))

@@ -8,7 +8,7 @@ from amb_analysis.linear.stability import LoopStability
 from amb_analysis.machine.coupled import NOMINAL, MachineVariation, coupled_loop
 from amb_assessment.assessment.axial_cases import axial_instability
 from amb_assessment.assessment.findings import Quantity
-from amb_assessment.assessment.stages import real_coefficients
+from amb_assessment.assessment.stages import real_coefficients, with_tables
 from amb_assessment.assessment.subject import Subject, hertz, rpm
 
 SPEEDS = 41  # from zero to the trip speed, between which the least stable is sought
@@ -17,7 +17,7 @@ SPEEDS = 41  # from zero to the trip speed, between which the least stable is so
 def least_stable(subject: Subject, variation: MachineVariation = NOMINAL, count: int = SPEEDS) -> LoopStability:
     """Return the stability at the least stable speed from zero to the trip speed, which every run-up passes."""
     speed = subject.file.speed
-    speeds = np.unique([*np.linspace(0.0, speed.tripping, count), speed.lowest, speed.highest])
+    speeds = with_tables(subject, np.unique([*np.linspace(0.0, speed.tripping, count), speed.lowest, speed.highest]))
     return coupled_loop(subject, real_coefficients(subject), variation).least_stable(speeds)
 
 

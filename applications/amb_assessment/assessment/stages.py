@@ -14,6 +14,7 @@ import numpy as np
 from amb_assessment.assessment.machine_file import CompressorStage
 from amb_assessment.assessment.subject import Subject
 from amb_cosim.scenario.scenario import Scenario
+from array_types import Array
 from rotor_analysis.parts import AtSpeed, Bearing
 from rotor_analysis.rotor import Rotor
 
@@ -37,6 +38,13 @@ def real_coefficients(subject: Subject) -> tuple[Bearing, ...]:
     """
     speed = subject.file.speed.highest
     return tuple(_level_two(stage, stage.at, subject.rotor.node_of(stage.at), speed) for stage in subject.file.stages)
+
+
+def with_tables(subject: Subject, speeds: Array) -> Array:
+    """Return speeds (rad/s), ascending, and those between them at which controller, seals and stages have entries."""
+    tables = [item.at_speed for item in (*subject.rotor.seals, *real_coefficients(subject))]
+    stated = [*subject.linear_components.table_speeds(), *(float(entry.speed) for of in tables for entry in of)]
+    return np.unique([*speeds, *(Omega for Omega in stated if speeds[0] < Omega < speeds[-1])])
 
 
 def cross_coupling(name: str, node: int, Q: float) -> Bearing:

@@ -69,8 +69,13 @@ def test_sensitivity_of_the_worst_corner_is_that_between_its_speeds(monkeypatch)
     """5.2 at 700 rad/s, zone D; at the least and the largest speed, 500 and 1000 rad/s, it is 4.4."""
     monkeypatch.setattr(robustness, "sensitivities", resonant)
     monkeypatch.setattr(sensitivity, "sensitivities", resonant)
-    corner = lambda subject, others, variation: SimpleNamespace(variation=variation, axis_names=("left.x",))  # noqa: E731
+    without = SimpleNamespace(table_speeds=list)
+
+    def corner(subject, others, variation):
+        return SimpleNamespace(variation=variation, axis_names=("left.x",), linear_components=without)
+
     monkeypatch.setattr(robustness, "coupled_loop", corner)
+    monkeypatch.setattr(robustness, "with_tables", lambda subject, speeds: speeds)
     monkeypatch.setattr(robustness, "real_coefficients", lambda subject: ())
     monkeypatch.setattr(robustness, "least_decrement_over", lambda quantity, *_: Quantity(quantity, "", 0.2, "1"))
     monkeypatch.setattr(robustness, "least_stable", lambda *_: LoopStability(0.99, -100.0, 10.0))

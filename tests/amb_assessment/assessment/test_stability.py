@@ -216,6 +216,17 @@ def test_a_speed_that_only_a_run_up_passes_is_judged(expander):
     assert (found.verdict, found.measured.value) == (Judgement.MISSED, pytest.approx(worst.radius, abs=1e-9))
 
 
+def test_a_gain_that_is_low_between_two_entries_of_its_table_is_judged(tmp_path):
+    """A law with 0.3 of its gain at 5,100 1/min alone, between two speeds of the grid, lets the rotor go there."""
+    speeds = '[["0 rpm", -1.0], ["5000 rpm", -1.0], ["5100 rpm", -0.3], ["5200 rpm", -1.0], ["30000 rpm", -1.0]]'
+    text = (BLOWER / "controller.toml").read_text(encoding="utf-8")
+    (tmp_path / "scheduled.toml").write_text(text.replace("gain = -1\n", f"gain = {speeds}\n", 1), encoding="utf-8")
+    found = assess(with_law(BLOWER / "machine.toml", tmp_path / "scheduled.toml"), only=["closed_loop", "envelope"])
+    assert verdicts(found)["stable"].verdict is Judgement.MISSED
+    assert verdicts(found)["stable"].measured.facts["N"] == pytest.approx(5100.0, abs=60.0)
+    assert set(found.unanswered) == {"envelope"}
+
+
 def test_the_least_stable_speed_is_found_between_those_of_a_grid(expander):
     machine = subject_of(expander("# The steel of the shaft", SEAL))
     loop = coupled_loop(machine, real_coefficients(machine))

@@ -15,7 +15,7 @@ from amb_analysis.studies.damping_zones import ZONES
 from amb_analysis.studies.loop_vibrations import Vibrations, followed, vibrations
 from amb_assessment.assessment.findings import AnalysisResult, Quantity, ResultTable
 from amb_assessment.assessment.stability import described, least_stable, spectral_radius
-from amb_assessment.assessment.stages import real_coefficients
+from amb_assessment.assessment.stages import real_coefficients, with_tables
 from amb_assessment.assessment.subject import Subject, hertz, rpm, subject_of
 from amb_assessment.reporting.panels import Curve, Panel, curve
 from amb_cosim.scenario.plan_warnings import viscous_losses
@@ -35,6 +35,7 @@ def answer(subject: Subject) -> AnalysisResult:
     loop = coupled_loop(subject, real_coefficients(subject))
     speed, limit = subject.file.speed, subject.file.highest_frequency
     speeds = np.unique([*np.linspace(0.01 * speed.tripping, speed.tripping, POINTS), speed.lowest, speed.highest])
+    speeds = with_tables(subject, speeds)
     result = [vibrations(loop, float(Omega)).up_to(limit) for Omega in speeds]
     operating = speeds[(speeds >= speed.lowest) & (speeds <= speed.tripping)]
     least = least_decrement_over("decrement", lambda Omega: vibrations(loop, Omega).up_to(limit), operating)
@@ -75,6 +76,7 @@ def _with_all_modes(subject: Subject) -> list[Quantity]:
     loop = coupled_loop(finer, real_coefficients(finer))
     edges = (finer.file.speed.lowest, finer.file.speed.highest)
     speeds = np.unique([*np.linspace(0.0, finer.file.speed.tripping, SPEEDS_OF_ALL_MODES), *edges])
+    speeds = with_tables(finer, speeds)
     result = least_decrement_over("decrement_all_modes", lambda Omega: vibrations(loop, Omega), speeds)
     note = f"with {min(MODES, most)} modes in a plane of motion, {retained} in co-simulation"
     return [replace(result, note=note)]

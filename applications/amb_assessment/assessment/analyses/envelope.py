@@ -8,7 +8,7 @@ from amb_analysis.machine.feedback import bearing_forces, demanded_currents
 from amb_analysis.machine.machine import AXES
 from amb_analysis.machine.response import stiffness_of, synchronous_response
 from amb_assessment.assessment.findings import AnalysisResult, Quantity, ResultTable
-from amb_assessment.assessment.stages import real_coefficients
+from amb_assessment.assessment.stages import real_coefficients, with_tables
 from amb_assessment.assessment.subject import Subject, hertz, rpm
 from amb_assessment.assessment.unbalance_cases import response_speeds, unbalance_cases
 from amb_assessment.reporting.panels import Panel, curve
@@ -31,7 +31,7 @@ def answer(subject: Subject) -> AnalysisResult:
         of_amplifiers = (_voltages(subject, speeds, currents), *_shares(subject, speeds, forces, currents))
         return np.stack([forces, currents, *of_amplifiers], axis=1)
 
-    speeds = response_speeds(subject, POINTS)
+    speeds = with_tables(subject, response_speeds(subject, POINTS))
     speeds = speeds[speeds <= subject.file.speed.tripping]
     critical = about_resonances(speeds, resonances(stiffness_of(subject, others), speeds))
     speeds, needed = refined(requirements, critical, lambda of: of.reshape(len(of), -1))

@@ -15,7 +15,7 @@ from amb_assessment.assessment.analyses.sensitivity import AxisPeaks, sensitivit
 from amb_assessment.assessment.findings import AnalysisResult, Quantity, ResultTable
 from amb_assessment.assessment.machine_file import Tolerances
 from amb_assessment.assessment.stability import described, least_stable, spectral_radius
-from amb_assessment.assessment.stages import real_coefficients
+from amb_assessment.assessment.stages import real_coefficients, with_tables
 from amb_assessment.assessment.subject import Subject, rpm
 
 OPERATING = 4  # speeds from the least to the trip speed, between which the least decrement of a corner is sought
@@ -39,6 +39,7 @@ def answer(subject: Subject) -> AnalysisResult:
     for name, variation in variations(tolerances).items():
         loop = coupled_loop(subject, others, variation)
         speeds = np.unique([*np.linspace(speed.lowest, speed.tripping, OPERATING), speed.highest])
+        speeds = with_tables(subject, speeds)
 
         def vibrating(Omega: float, loop: Loop = loop) -> Vibrations:
             return vibrations(loop, Omega).up_to(limit)

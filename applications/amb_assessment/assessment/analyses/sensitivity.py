@@ -88,7 +88,8 @@ def sensitivities_over(loop: Loop, lowest: float, highest: float) -> dict[float,
         found.update({Omega: sensitivities(loop, Omega) for Omega in map(float, speeds)})
         return np.array([[peak for axis in found[Omega] for peak, _ in axis.peaks] for Omega in map(float, speeds)])
 
-    refined(peaks, np.unique(np.linspace(lowest, highest, SPEEDS)), lambda of: of, resonant=False)
+    tables = [Omega for Omega in loop.linear_components.table_speeds() if lowest < Omega < highest]
+    refined(peaks, np.unique([*np.linspace(lowest, highest, SPEEDS), *tables]), lambda of: of, resonant=False)
     return found
 
 

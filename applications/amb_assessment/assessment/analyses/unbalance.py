@@ -6,7 +6,7 @@ import numpy as np
 
 from amb_analysis.machine.response import refined_response
 from amb_assessment.assessment.findings import AnalysisResult, Quantity, ResultTable
-from amb_assessment.assessment.stages import real_coefficients
+from amb_assessment.assessment.stages import real_coefficients, with_tables
 from amb_assessment.assessment.subject import Subject, rpm
 from amb_assessment.assessment.unbalance_cases import UnbalanceCase, response_speeds, unbalance_cases
 from amb_assessment.reporting.panels import Panel, curve
@@ -24,7 +24,8 @@ def answer(subject: Subject) -> AnalysisResult:
     whole = FACTOR * subject.residual_unbalance()
     loads = [case.of(whole) for case in cases]
     nodes = tuple({*subject.probes.values(), *(node for node, _ in subject.clearances.values())})
-    speeds, response = refined_response(subject, response_speeds(subject), loads, nodes, real_coefficients(subject))
+    first = with_tables(subject, response_speeds(subject))
+    speeds, response = refined_response(subject, first, loads, nodes, real_coefficients(subject))
     amplitudes = orbit(response)[0]
     speed = subject.file.speed
     operating = (speeds >= speed.lowest) & (speeds <= speed.tripping)
