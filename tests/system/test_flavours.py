@@ -19,31 +19,45 @@ pytestmark = pytest.mark.slow
 pytest.importorskip("ziglang", reason="a native FMU is compiled by ziglang: pip install 'amb-cosim[native]'")
 
 
-def both_flavours(name: str, until: float | None) -> dict[str, Any]:
+def both_flavours(name: str, until: float | None, settings: dict[str, Any]) -> dict[str, Any]:
     """Return which variables of a run differ in any bit, how many there are, and facts of the contact."""
     import amb_cosim
 
-    native, python = (amb_cosim.run(name, flavour=f, until=until, progress=False) for f in ("native", "python"))
+    native, python = (
+        amb_cosim.run(name, set=settings, flavour=f, until=until, progress=False) for f in ("native", "python")
+    )
     assert native.outcome == python.outcome
     assert native.outcome.failure is None
     names = list(native.signals.variables)
     assert names == list(python.signals.variables)
     different = [n for n in names if native.signals[n].values.tobytes() != python.signals[n].values.tobytes()]
-    force = max(float(native.signals[n].values.max()) for n in names if n.endswith(".f_n"))
-    return {"different": different, "force": force, "variables": len(names)}
+    forces = {n.split(".")[1]: float(native.signals[n].values.max()) for n in names if n.endswith(".f_n")}
+    return {"different": different, "forces": forces, "variables": len(names)}
 
 
 RIG = dict.fromkeys(("fig4_9", "fig4_18", "fig5_6"))
 SHORT = {"nelson_mcvaugh_rub": 0.024, "compressor_touchdown": 0.04, "compressor_levitated_touchdown": 0.04}  # s
 
 
+CASES = [pytest.param(name, until, {}, None, id=name) for name, until in (RIG | SHORT).items()]
+WORN = {"rotor_contact.rb?.clearance": "5 mm", "rotor_contact.eb?.enabled": False}
+YIELDING = {"rotor_contact.rb?.law": "kelvin_voigt", "rotor_contact.rb?.k_c": "1e8 N/m", "rotor_contact.rb?.c_c": 1e4}
+CASES += [
+    pytest.param("drop", 0.03, WORN, "stator_mb1", id="drop onto the stators"),
+    pytest.param("drop_no_race", 0.03, YIELDING, "rb1", id="drop under a force law"),
+]
+
+
 @pytest.mark.gate
-@pytest.mark.parametrize(("name", "until"), (RIG | SHORT).items())
-def test_both_flavours_give_the_same_bits(name: str, until: float | None, run_python: Callable[..., Any]) -> None:
-    result = run_python(both_flavours, name=name, until=until, timeout=600)
+@pytest.mark.parametrize(("name", "until", "settings", "touched"), CASES)
+def test_both_flavours_give_the_same_bits(
+    name: str, until: float | None, settings: dict[str, Any], touched: str | None, run_python: Callable[..., Any]
+) -> None:
+    result = run_python(both_flavours, name=name, until=until, settings=settings, timeout=600)
     assert result["different"] == []
     assert result["variables"] > (80 if name in RIG else 20)
-    assert result["force"] > 100.0
+    assert max(result["forces"].values()) > 100.0
+    assert touched is None or result["forces"][touched] > 100.0
 
 
 @pytest.mark.gate
