@@ -97,6 +97,7 @@ def test_what_is_no_fmu_is_refused(tmp_path):
 def test_an_fmu_of_another_kind_is_refused_with_what_is_taken(monkeypatch, tmp_path, version):
     result = SimpleNamespace(fmiVersion=version, coSimulation=None if version in ("2.0", "3.0") else SimpleNamespace())
     monkeypatch.setattr("fmpy.read_model_description", lambda *_: result)
+    (tmp_path / "modelDescription.xml").touch()
     with raises_naming(ValueError, "FMU", "co-simulation", "2.0", "3.0"):
         read_interface(tmp_path, "rotor")
 

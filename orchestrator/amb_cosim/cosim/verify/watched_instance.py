@@ -46,6 +46,11 @@ class WatchedInstance:
     def __getattr__(self, name: str) -> Any:
         return getattr(self._fmu, name)
 
+    @property
+    def __class__(self) -> Any:  # type: ignore[misc]
+        """The class of FMPy's instance: FMPy chooses the functions of inputs by it."""
+        return type(self._fmu)
+
     def exitInitializationMode(self) -> Any:
         """End the initialisation."""
         status = self._fmu.exitInitializationMode()
