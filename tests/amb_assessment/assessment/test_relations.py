@@ -10,9 +10,17 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 from machine_variants import halved, in_other_units, mirrored, read, toml_text
+from slow import slow_but_first
 
 from amb_assessment.assessment import stability
-from amb_assessment.assessment.analyses import closed_loop, cross_coupling, envelope, unbalance
+from amb_assessment.assessment.analyses import (
+    closed_loop,
+    cross_coupling,
+    envelope,
+    robustness,
+    sensitivity,
+    unbalance,
+)
 from amb_assessment.assessment.assess import ANALYSES, Needs, assess
 from amb_assessment.assessment.findings import Judgement
 from amb_assessment.assessment.machine_file import load_machine
@@ -23,6 +31,7 @@ from tests.support.messages import assert_names
 
 BLOWER = Path(__file__).parent / "blower"
 LINEAR = ("closed_loop", "cross_coupling", "unbalance", "envelope")
+MARGINS = ("sensitivity", "robustness")
 OF_LEVITATION = {name for name, part in ANALYSES.items() if part.needs >= Needs.STABLE_LOOP}
 ACCURACY = 2e-3  # of two values with 0.1 % each, docs/how-to/assess.md
 OF_UNBALANCE = ("probe_displacement", "current_demand", "slew_demand")
@@ -32,6 +41,9 @@ SAMPLES = (
     (closed_loop, "SPEEDS_OF_ALL_MODES"),
     (cross_coupling, "POINTS"),
     (envelope, "POINTS"),
+    (sensitivity, "SPEEDS"),
+    (robustness, "SPEEDS"),
+    (robustness, "OPERATING"),
 )
 
 
@@ -49,10 +61,14 @@ def damped_expander(folder):
     (folder / "machine.toml").write_text(toml_text(data | {"rotor": "rotor.toml"}), encoding="utf-8")
 
 
-@pytest.fixture(scope="module")
-def machine(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("turbo_expander")
-    damped_expander(folder)
+MACHINES = {"turbo_expander": damped_expander, "blower": blower}
+"""Writers of machine files, of their rotors, and of what they refer to."""
+
+
+@pytest.fixture(scope="module", params=slow_but_first(MACHINES))
+def machine(request, tmp_path_factory):
+    folder = tmp_path_factory.mktemp(request.param)
+    MACHINES[request.param](folder)
     return folder
 
 
@@ -67,9 +83,19 @@ def values(machine, parts, change=lambda file: file):
     return {key: sorted(found) for key, found in result.items()}
 
 
+def verdicts_of(found):
+    """Return the verdicts of `values`."""
+    return {key: [verdict for _, verdict in of] for key, of in found.items()}
+
+
 @pytest.fixture(scope="module")
 def linear(machine):
     return values(machine, LINEAR)
+
+
+@pytest.fixture(scope="module")
+def margins(machine):
+    return values(machine, MARGINS)
 
 
 def with_rotor(change, machine, folder):
@@ -145,9 +171,7 @@ def test_a_narrower_range_of_speeds_changes_no_verdict(machine, linear):
         return file.model_copy(update={"speed": file.speed.model_copy(update={"minimum": lowest})})
 
     found = values(machine, LINEAR, narrowed)
-    assert {key: [v for _, v in of] for key, of in found.items()} == {
-        key: [v for _, v in of] for key, of in linear.items()
-    }
+    assert verdicts_of(found) == verdicts_of(linear)
     for key, expected in linear.items():
         if key[1] in ("current_demand", "slew_demand", "spectral_radius"):
             assert_alike({key: found[key]}, {key: expected})
@@ -155,6 +179,19 @@ def test_a_narrower_range_of_speeds_changes_no_verdict(machine, linear):
             assert all(a <= b * (1.0 + ACCURACY) for (a, _), (b, _) in zip(found[key], expected, strict=True))
         if key[1].startswith("decrement"):
             assert found[key][0][0] >= expected[0][0] * (1.0 - ACCURACY)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("machine", ["blower"], indirect=True)
+def test_a_mirrored_machine_has_the_same_margins(machine, margins, tmp_path):
+    assert_alike(values(DESCRIPTIONS["mirrored"](machine, tmp_path), MARGINS), margins)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("machine", ["blower"], indirect=True)
+def test_twice_the_samples_change_no_margin(machine, margins, monkeypatch):
+    doubled_samples(monkeypatch)
+    assert_alike(values(machine, MARGINS), margins)
 
 
 def test_a_resonance_within_the_range_is_missed():
