@@ -46,8 +46,8 @@ class WatchedInstance:
     def __getattr__(self, name: str) -> Any:
         return getattr(self._fmu, name)
 
-    @property
-    def __class__(self) -> Any:  # type: ignore[misc]
+    @property  # type: ignore[misc]
+    def __class__(self) -> Any:
         """The class of FMPy's instance: FMPy chooses the functions of inputs by it."""
         return type(self._fmu)
 
