@@ -22,6 +22,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 import hypothesis
 import platformdirs
 import pytest
+import pythonfmu.builder  # noqa: F401 - before an FMU that runs in this process brings its own, which cannot build FMUs
 from filelock import FileLock
 
 from amb_files.atomic import create_atomically
