@@ -10,7 +10,7 @@ import tomli_w
 
 from rotor_analysis.ross_magnets import SavedMagnet
 
-SAMPLE_TIME = "5 us"  # of a control that is continuous in ROSS: delays of 10 us excite modes of 10 kHz without damping
+SAMPLE_TIME = "5 us"  # ROSS has no sampling; a delay of 10 us excites undamped modes near 10 kHz
 AXES = "xy"
 
 

@@ -1,4 +1,4 @@
-"""An FMU instance for FMPy whose texts are noted, and whose end is that of FMI.
+"""An FMU instance for FMPy that records Strings and ends a run as FMI defines.
 
 FMPy records numbers. An FMU can end a run in a step from t to t + h:
 
