@@ -20,7 +20,7 @@ from numba.extending import intrinsic
 
 from amb_cosim.cosim.basics.schedules import Changes, PiecewiseConstant
 from amb_cosim.cosim.fmu.fmus import model_source
-from amb_cosim.scenario.plan_run import PlannedRun, model_options
+from amb_cosim.scenario.plan_run import PlannedRun
 from array_types import Array, Indices
 from benchmarks.kernels import step_kernel
 from fmi_export.model import UNCHANGED, Instance
@@ -88,10 +88,9 @@ class Baseline:
         self._changes = PiecewiseConstant(events).changes(0, plan.last + 1)
         self._instances: list[tuple[Instance, Array]] = []  # with their outputs
         self._calls: list[KernelCall] = []
-        options = model_options(planned.scenario)
         first = wiring.n_exogenous
         for component, source in zip(system.components, wiring.sources, strict=True):
-            instance = Instance(*model_source(component.fmu, **options))
+            instance = Instance(*model_source(component.fmu, **planned.assembly.options))
             for name, value in plan.parameters[component.name].items():
                 instance[name] = value
             table, written = instance.model.interface, self._values[first : first + len(instance.outputs)]

@@ -79,15 +79,16 @@ set.rotor_contact."d1.u" = "0.5 g.m"
 """
 
 
-def compared_with_baseline(scenario: str) -> dict[str, Any]:
-    """Return what differs between the co-simulation and the baseline, and what the run contains."""
+def compared_with_baseline(scenario: str, until: str | None = None) -> dict[str, Any]:
+    """Return what differs between the co-simulation and the baseline, and what the run contains; of a text or a name."""
     from amb_cosim.cosim.run.options import RunOptions
     from amb_cosim.scenario.plan_run import plan_run
-    from amb_cosim.scenario.scenario import parse_scenario
+    from amb_cosim.scenario.scenario import load_scenario, parse_scenario
     from amb_cosim.scenario.simulation import run_planned
     from benchmarks.baseline import Baseline
 
-    planned = plan_run(parse_scenario(scenario, "case"), options=RunOptions(flavour="native"))
+    parsed = parse_scenario(scenario, "case") if "\n" in scenario else load_scenario(scenario)
+    planned = plan_run(parsed, until=until, options=RunOptions(flavour="native"))
     dataset, result = run_planned(planned).dataset, Baseline(planned).run()
     profiled = Baseline(planned).run(profile=True)
     expected = {name: dataset[name].values.astype(float) for name in planned.plan.recorded}
@@ -120,6 +121,14 @@ def test_the_baseline_equals_the_co_simulation_to_the_last_bit(step: int, run_py
     assert result["steps"] == result["points"] - 1
     assert result["shortest_step"] > 0.0
     assert result["all_steps"] == pytest.approx(1.0, abs=1e-9)
+
+
+@pytest.mark.slow
+@needs_compiler
+def test_the_baseline_of_a_fall_has_the_stators_of_the_run(run_python: Callable[..., Any]) -> None:
+    result = run_python(compared_with_baseline, scenario="drop", until="0.02 s", timeout=600)
+    assert result["differing"] == []
+    assert result["contact"][-1] > 0, "the rotor lands"
 
 
 @pytest.mark.slow
