@@ -9,7 +9,8 @@ halves (`matrix_rows`)
 
     D(2 T) = x' . H(T) x' + x'' . H(T) x''
 
-The lower triangle is stored, with elements off the diagonal doubled.
+The lower triangle is stored, with elements off the diagonal doubled. For an isotropic rotor, rows for y are those for x
+with each pair turned by a right angle, as in P and S.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ from fmi_export.model import Array
 from rotor_contact.dynamics import Motion
 from rotor_contact.lobatto import FIRST_HALF, LOBATTO_WEIGHTS, N_LOBATTO, SECOND_PART
 from rotor_contact.passive_bearings import is_damping
-from rotor_contact.products import dot, dot_between, row_combination
+from rotor_contact.products import dot, dot_between, isotropic_dots, isotropic_dots_between, row_combination
 from rotor_contact.site import Sites
 from rotor_contact.step_matrices import StepMatrices, inner_motion, level_of
 from rotor_contact.structure import Structure
@@ -118,7 +119,7 @@ def double_heat_row(
     sizes, target = matrices.sizes[0], level_of(matrices, slot, level).H[row]
     finer = level_of(matrices, slot, level + 1)
     n, axes, size = int(sizes.n), 2 * int(sizes.n_ports), second.shape[0]
-    forces = 2 * n + 3
+    forces = 2 * n + 4
     of_first, of_second, carried = room[:size], room[size : 2 * size], room[2 * size : 3 * size]
     of_first[:] = 0.0
     if row < forces:
@@ -133,10 +134,11 @@ def double_heat_row(
         carried[s] = dot(of_motion, finer.P[s])
     angle = Omega * sizes.step_size * 0.5 ** (level + 1)
     c, s_ = math.cos(angle), math.sin(angle)
-    a, b = of_second[2 * n + 1], of_second[2 * n + 2]
+    a, b = of_second[2 * n + 2], of_second[2 * n + 3]
     carried[2 * n] += of_second[2 * n]
-    carried[2 * n + 1] += c * a + s_ * b
-    carried[2 * n + 2] += c * b - s_ * a
+    carried[2 * n + 1] += of_second[2 * n + 1]
+    carried[2 * n + 2] += c * a + s_ * b
+    carried[2 * n + 3] += c * b - s_ * a
     for s in range(row + 1):
         value = 0.0
         if s < forces:
@@ -174,9 +176,19 @@ def _multiply(H: Array, x: Array, y: Array) -> None:
 
 
 @noinline_kernel
-def energy_of_dampers(x: Array, low: Array, high: Array, share: float) -> float:
-    """Return x . H x (J), with H interpolated between two speeds."""
+def energy_of_dampers(x: Array, low: Array, high: Array, share: float, isotropic: bool) -> float:
+    """Return x . H x (J), with H interpolated between two speeds; of an isotropic rotor, every second row is read."""
     energy = 0.0
+    if isotropic:
+        for r in range(0, x.shape[0], 2):
+            if x[r] != 0.0 or x[r + 1] != 0.0:
+                part_of_x, row = x[: r + 2], low[r, : r + 2]
+                if share == 0.0:
+                    of_x = isotropic_dots(row, part_of_x)
+                else:
+                    of_x = isotropic_dots_between(row, high[r, : r + 2], share, part_of_x)
+                energy += x[r] * of_x.real + x[r + 1] * of_x.imag
+        return energy
     for r in range(x.shape[0]):
         if x[r] != 0.0:
             part_of_x, row = x[: r + 1], low[r, : r + 1]

@@ -60,28 +60,27 @@ def build_slot(
         else:
             _double_row(matrices, which, level, row, Omega, x)
         _observe_row(matrices, which, level, row)
-        n_new = 1
-        if sizes.isotropic != 0.0 and row != 2 * n:
-            _rotate_rows(matrices, which, level, row)
-            n_new = 2
         if sizes.damped != 0.0:
-            for new in range(row, row + n_new):
-                if level == int(sizes.n_built) - 1:
-                    integrate_heat_row(structure, motion, sites, matrices, which, level, new, Omega, room)
-                else:
-                    _begin_part(matrices, which, level, new, Omega, N_LOBATTO - 2, x)
-                    double_heat_row(matrices, which, level, new, Omega, x, room)
-        slot.n_rows += float(n_new)
+            if level == int(sizes.n_built) - 1:
+                integrate_heat_row(structure, motion, sites, matrices, which, level, row, Omega, room)
+            else:
+                double_heat_row(matrices, which, level, row, Omega, x, room)
+        slot.n_rows += 1.0
+        if sizes.isotropic != 0.0:
+            _rotate_rows(matrices, which, level, row)
+            slot.n_rows += 1.0
 
 
 @kernel
 def _rotate_rows(matrices: StepMatrices, slot: int, level: int, row: int) -> None:
     """Write the rows for y from the last rows, which are for x."""
-    (P, S, _), inner = level_of(matrices, slot, level), inner_motion(matrices, slot, level)
+    (P, S, H), inner = level_of(matrices, slot, level), inner_motion(matrices, slot, level)
     rotate_row(P[row], P[row + 1])
     rotate_row(S[row], S[row + 1])
     rotate_row(inner.first[row], inner.first[row + 1])
     rotate_row(inner.second[row], inner.second[row + 1])
+    H[row, row + 1] = 0.0
+    rotate_row(H[row, : row + 2], H[row + 1])
 
 
 @kernel
@@ -132,16 +131,18 @@ def _add_force(
                 if site.housing >= 0:
                     a[site.housing] -= cosine * site.base_x
                     a[site.housing + 1] -= cosine * site.base_y
-    elif row < 2 * n + 3:
-        turned = sine if row == 2 * n + 1 else -sine
+    elif row == 2 * n + 1:
+        return
+    elif row < 2 * n + 4:
+        turned = sine if row == 2 * n + 2 else -sine
         for j in range(m):
             c, s = port_forces[1, j], port_forces[2, j]
-            force = cosine * c + turned * s if row == 2 * n + 1 else cosine * s + turned * c
+            force = cosine * c + turned * s if row == 2 * n + 2 else cosine * s + turned * c
             if force != 0.0:
                 for i in range(m):
                     a[i] += structure.Minv[j, i] * force
     else:
-        number = (row - 2 * n - 3) % (2 * int(sizes.n_ports))
+        number = (row - 2 * n - 4) % (2 * int(sizes.n_ports))
         column = int(matrices.ports[number // 2]) + number % 2
         if column < m:
             for i in range(m):
@@ -163,7 +164,7 @@ def _write_acceleration(
     a = matrices.pieces[matrices.pieces.shape[0] - n :]
     for i in range(n):
         a[i] = -KC[row, i] if row < 2 * n else 0.0
-    if row < 2 * n + 3 + 2 * int(matrices.sizes[0].n_ports):  # later forces begin at zero
+    if row < 2 * n + 4 + 2 * int(matrices.sizes[0].n_ports):  # later forces begin at zero
         _add_force(structure, sites, matrices, row, 1.0, 0.0, a)
     _observe(matrices, a, S[row], 0, 2, 2)
 
@@ -224,7 +225,7 @@ def _integrate_row(
     copy(y, first)
     copy(y, second)
     copy(y, end)
-    point = (row - 2 * n - 3) // (2 * int(sizes.n_ports)) if row >= 2 * n + 3 else -1
+    point = (row - 2 * n - 4) // (2 * int(sizes.n_ports)) if row >= 2 * n + 4 else -1
     cosine, sine = 1.0, 0.0  # terms of cos(Omega t) and sin(Omega t)
     p_1 = p_2 = 1.0
     for term in range(1, int(sizes.n_terms) + 1):
@@ -268,7 +269,7 @@ def _begin_part(matrices: StepMatrices, slot: int, level: int, row: int, Omega: 
     """Write x after the time c_i T, due to a unit in this row at the beginning; T is half the length of the level."""
     sizes = matrices.sizes[0]
     n, axes = int(sizes.n), 2 * int(sizes.n_ports)
-    forces = 2 * n + 3
+    forces = 2 * n + 4
     point, axis = (row - forces) // axes, (row - forces) % axes
     finer, ends = inner_motion(matrices, slot, level + 1), level_of(matrices, slot, level + 1).P
     Y = ends if i == 2 else (finer.first if i == 0 else finer.second)
@@ -282,9 +283,9 @@ def _begin_part(matrices: StepMatrices, slot: int, level: int, row: int, Omega: 
                 x[c] += weight * Y[forces + axes * j + axis, c]
             x[forces + axes * j + axis] = SECOND_PART[i][j][point]
     angle = Omega * LOBATTO_POINTS[i + 1] * (sizes.step_size * 0.5 ** (level + 1))
-    if row == 2 * n:
-        x[2 * n] = 1.0
-    elif row == 2 * n + 1:
-        x[2 * n + 1], x[2 * n + 2] = math.cos(angle), math.sin(angle)
+    if row == 2 * n or row == 2 * n + 1:
+        x[row] = 1.0
     elif row == 2 * n + 2:
-        x[2 * n + 1], x[2 * n + 2] = -math.sin(angle), math.cos(angle)
+        x[2 * n + 2], x[2 * n + 3] = math.cos(angle), math.sin(angle)
+    elif row == 2 * n + 3:
+        x[2 * n + 2], x[2 * n + 3] = -math.sin(angle), math.cos(angle)

@@ -137,8 +137,8 @@ def energy_taken(matrices: StepMatrices, level: int, index: float) -> float:
     """Return the energy (J) that dampers take from the motion in a piece, whose x is complete (`end_piece`)."""
     if matrices.sizes[0].damped == 0.0:
         return 0.0
-    around = levels_around(matrices, level, index)
-    return energy_of_dampers(piece_of(matrices).x, around.low.H, around.high.H, around.share)
+    around, isotropic = levels_around(matrices, level, index), matrices.sizes[0].isotropic != 0.0
+    return energy_of_dampers(piece_of(matrices).x, around.low.H, around.high.H, around.share, isotropic)
 
 
 @kernel

@@ -10,6 +10,12 @@ from rotor_contact.structure import REAL
 
 
 @kernel
+def are_any(a: float, b: float, c: float, d: float) -> bool:
+    """Return whether one of four numbers is not zero."""
+    return a != 0.0 or b != 0.0 or c != 0.0 or d != 0.0
+
+
+@kernel
 def row_combination(x: Array, A: Array, y: Array, size: int) -> None:
     """Write the first `size` numbers of x A, the rows of A weighted with x, into `y`, which must not overlap them.
 
@@ -20,7 +26,7 @@ def row_combination(x: Array, A: Array, y: Array, size: int) -> None:
     j = 0
     while j + 4 <= x.shape[0]:
         v, w, p, q = x[j], x[j + 1], x[j + 2], x[j + 3]
-        if v != 0.0 or w != 0.0 or p != 0.0 or q != 0.0:
+        if are_any(v, w, p, q):
             a, b, c, d = A[j], A[j + 1], A[j + 2], A[j + 3]
             for i in range(size):
                 y[i] += (v * a[i] + w * b[i]) + (p * c[i] + q * d[i])
@@ -49,7 +55,7 @@ def add_combination(x: Array, A: Array, y: Array, first: int, size: int) -> None
     j = 0
     while j + 4 <= x.shape[0]:
         v, w, p, q = x[j], x[j + 1], x[j + 2], x[j + 3]
-        if v != 0.0 or w != 0.0 or p != 0.0 or q != 0.0:
+        if are_any(v, w, p, q):
             a, b, c, d = A[j, first:], A[j + 1, first:], A[j + 2, first:], A[j + 3, first:]
             for i in range(size):
                 y[i] += (v * a[i] + w * b[i]) + (p * c[i] + q * d[i])
@@ -88,7 +94,7 @@ def combination_between(x: Array, A: Array, B: Array, share: float, y: Array, fi
     j = 0
     while j + 4 <= x.shape[0]:
         v, w, p, q = x[j], x[j + 1], x[j + 2], x[j + 3]
-        if v != 0.0 or w != 0.0 or p != 0.0 or q != 0.0:
+        if are_any(v, w, p, q):
             a, b, c, d = A[j, first:], A[j + 1, first:], A[j + 2, first:], A[j + 3, first:]
             e, f, g, h = B[j, first:], B[j + 1, first:], B[j + 2, first:], B[j + 3, first:]
             for i in range(size):
@@ -104,34 +110,29 @@ def combination_between(x: Array, A: Array, B: Array, share: float, y: Array, fi
 
 
 @noinline_kernel
-def isotropic_combination(x: Array, single: int, A: Array, y: Array, turned: Array, first: int, size: int) -> None:
-    """Write the same as `combination` for rows that are alternately responses to x and y, except row `single`.
+def isotropic_combination(x: Array, A: Array, y: Array, turned: Array, first: int, size: int) -> None:
+    """Write the same as `combination` for rows that are alternately responses to x and y.
 
     The responses to y are not read: the response to (v, w) is v times that to x, plus w times the same turned by a
-    right angle. `single` is a multiple of two, `turned` scratch of the size of y.
+    right angle. `turned` is scratch of the size of y.
     """
     for i in range(size):
-        y[i] = x[single] * A[single, first + i]
-        turned[i] = 0.0
+        y[i] = turned[i] = 0.0
     j = 0
-    while j + 8 <= single:
-        a, b, c, d = A[j, first:], A[j + 2, first:], A[j + 4, first:], A[j + 6, first:]
+    while j + 8 <= x.shape[0]:
         v_1, w_1, v_2, w_2 = x[j], x[j + 1], x[j + 2], x[j + 3]
         v_3, w_3, v_4, w_4 = x[j + 4], x[j + 5], x[j + 6], x[j + 7]
-        for i in range(size):
-            y[i] += (v_1 * a[i] + v_2 * b[i]) + (v_3 * c[i] + v_4 * d[i])
-            turned[i] += (w_1 * a[i] + w_2 * b[i]) + (w_3 * c[i] + w_4 * d[i])
+        if are_any(v_1, w_1, v_2, w_2) or are_any(v_3, w_3, v_4, w_4):
+            a, b, c, d = A[j, first:], A[j + 2, first:], A[j + 4, first:], A[j + 6, first:]
+            for i in range(size):
+                y[i] += (v_1 * a[i] + v_2 * b[i]) + (v_3 * c[i] + v_4 * d[i])
+                turned[i] += (w_1 * a[i] + w_2 * b[i]) + (w_3 * c[i] + w_4 * d[i])
         j += 8
     while j < x.shape[0]:
-        if j == single:
-            j += 1
-            continue
-        v, w = x[j], x[j + 1]
-        if v != 0.0 or w != 0.0:
-            a = A[j, first:]
-            for i in range(size):
-                y[i] += v * a[i]
-                turned[i] += w * a[i]
+        v, w, a = x[j], x[j + 1], A[j, first:]
+        for i in range(size):
+            y[i] += v * a[i]
+            turned[i] += w * a[i]
         j += 2
     for i in range(0, size, 2):
         y[i] -= turned[i + 1]
@@ -140,36 +141,31 @@ def isotropic_combination(x: Array, single: int, A: Array, y: Array, turned: Arr
 
 @noinline_kernel
 def isotropic_combination_between(
-    x: Array, single: int, A: Array, B: Array, share: float, y: Array, turned: Array, first: int, size: int
+    x: Array, A: Array, B: Array, share: float, y: Array, turned: Array, first: int, size: int
 ) -> None:
     """Write the same as `combination_between`, with the bits of `isotropic_combination`."""
     rest = 1.0 - share
     for i in range(size):
-        y[i] = x[single] * (rest * A[single, first + i] + share * B[single, first + i])
-        turned[i] = 0.0
+        y[i] = turned[i] = 0.0
     j = 0
-    while j + 8 <= single:
-        a, b, c, d = A[j, first:], A[j + 2, first:], A[j + 4, first:], A[j + 6, first:]
-        e, f, g, h = B[j, first:], B[j + 2, first:], B[j + 4, first:], B[j + 6, first:]
+    while j + 8 <= x.shape[0]:
         v_1, w_1, v_2, w_2 = x[j], x[j + 1], x[j + 2], x[j + 3]
         v_3, w_3, v_4, w_4 = x[j + 4], x[j + 5], x[j + 6], x[j + 7]
-        for i in range(size):
-            r_1, r_2 = rest * a[i] + share * e[i], rest * b[i] + share * f[i]
-            r_3, r_4 = rest * c[i] + share * g[i], rest * d[i] + share * h[i]
-            y[i] += (v_1 * r_1 + v_2 * r_2) + (v_3 * r_3 + v_4 * r_4)
-            turned[i] += (w_1 * r_1 + w_2 * r_2) + (w_3 * r_3 + w_4 * r_4)
+        if are_any(v_1, w_1, v_2, w_2) or are_any(v_3, w_3, v_4, w_4):
+            a, b, c, d = A[j, first:], A[j + 2, first:], A[j + 4, first:], A[j + 6, first:]
+            e, f, g, h = B[j, first:], B[j + 2, first:], B[j + 4, first:], B[j + 6, first:]
+            for i in range(size):
+                r_1, r_2 = rest * a[i] + share * e[i], rest * b[i] + share * f[i]
+                r_3, r_4 = rest * c[i] + share * g[i], rest * d[i] + share * h[i]
+                y[i] += (v_1 * r_1 + v_2 * r_2) + (v_3 * r_3 + v_4 * r_4)
+                turned[i] += (w_1 * r_1 + w_2 * r_2) + (w_3 * r_3 + w_4 * r_4)
         j += 8
     while j < x.shape[0]:
-        if j == single:
-            j += 1
-            continue
-        v, w = x[j], x[j + 1]
-        if v != 0.0 or w != 0.0:
-            a, b = A[j, first:], B[j, first:]
-            for i in range(size):
-                r = rest * a[i] + share * b[i]
-                y[i] += v * r
-                turned[i] += w * r
+        v, w, a, b = x[j], x[j + 1], A[j, first:], B[j, first:]
+        for i in range(size):
+            r = rest * a[i] + share * b[i]
+            y[i] += v * r
+            turned[i] += w * r
         j += 2
     for i in range(0, size, 2):
         y[i] -= turned[i + 1]
@@ -246,6 +242,60 @@ def dot_between(x: Array, y: Array, z: Array, share: float) -> float:
         a += x[i] * (rest * y[i] + share * z[i])
         i += 1
     return (a + b) + (c + d)
+
+
+@kernel
+def isotropic_dots(x: Array, y: Array) -> complex:
+    """Return x . y + i x . y', where y' is y with each pair (u, v) turned back by a right angle, (v, -u)."""
+    a = b = c = d = e = f = g = h = 0.0
+    i = 0
+    while i + 4 <= x.shape[0]:
+        u, v = part(x, i, REAL, 4), part(y, i, REAL, 4)
+        a += u[0] * v[0]
+        b += u[1] * v[1]
+        c += u[2] * v[2]
+        d += u[3] * v[3]
+        e += u[0] * v[1]
+        f += u[1] * v[0]
+        g += u[2] * v[3]
+        h += u[3] * v[2]
+        i += 4
+    while i < x.shape[0]:
+        a += x[i] * y[i]
+        b += x[i + 1] * y[i + 1]
+        e += x[i] * y[i + 1]
+        f += x[i + 1] * y[i]
+        i += 2
+    return complex((a + b) + (c + d), (e + g) - (f + h))
+
+
+@kernel
+def isotropic_dots_between(x: Array, z: Array, share: float, y: Array) -> complex:
+    """Return `isotropic_dots` of (1 - share) x + share z and y, with its bits."""
+    rest = 1.0 - share
+    a = b = c = d = e = f = g = h = 0.0
+    i = 0
+    while i + 4 <= x.shape[0]:
+        u, w, v = part(x, i, REAL, 4), part(z, i, REAL, 4), part(y, i, REAL, 4)
+        r_1, r_2 = rest * u[0] + share * w[0], rest * u[1] + share * w[1]
+        r_3, r_4 = rest * u[2] + share * w[2], rest * u[3] + share * w[3]
+        a += r_1 * v[0]
+        b += r_2 * v[1]
+        c += r_3 * v[2]
+        d += r_4 * v[3]
+        e += r_1 * v[1]
+        f += r_2 * v[0]
+        g += r_3 * v[3]
+        h += r_4 * v[2]
+        i += 4
+    while i < x.shape[0]:
+        r_1, r_2 = rest * x[i] + share * z[i], rest * x[i + 1] + share * z[i + 1]
+        a += r_1 * y[i]
+        b += r_2 * y[i + 1]
+        e += r_1 * y[i + 1]
+        f += r_2 * y[i]
+        i += 2
+    return complex((a + b) + (c + d), (e + g) - (f + h))
 
 
 @kernel

@@ -65,10 +65,10 @@ def find_contact_forces(
     observed, m = piece.observed, 2 * n_ports + 2
     around = levels_around(matrices, level, index)
     direction = unbalance_direction(theta, Omega, w.motion.Omega_dot)
-    x = piece.x[: 2 * n + 3]
+    x = piece.x[: 2 * n + 4]
     copy(z[:n], x)
     copy(z[w.n : w.n + n], x[n:])
-    x[2 * n], x[2 * n + 1], x[2 * n + 2] = 1.0, direction.real, direction.imag
+    x[2 * n], x[2 * n + 1], x[2 * n + 2], x[2 * n + 3] = 1.0, 0.0, direction.real, direction.imag
     S, S_high, share = around.low.S, around.high.S, around.share
     _combine(matrices, x, S, S_high, share, observed[0], observed[1], 0, m)
     for b in range(w.motion.bearings.shape[0]):
@@ -76,7 +76,7 @@ def find_contact_forces(
         for axis in range(2):
             force = magnet_force(w, b, axis, z[row + axis])
             if force != 0.0:
-                unit = 2 * n + 3 + 2 * port + axis
+                unit = 2 * n + 4 + 2 * port + axis
                 for c in range(m):
                     observed[0, c] += force * ((1.0 - share) * S[unit, c] + share * S_high[unit, c])
     a = stages_of(w.stages).k_1[w.n :]
@@ -119,9 +119,9 @@ def _combine(
     """
     sizes = matrices.sizes[0]
     if sizes.isotropic != 0.0 and share == 0.0:
-        isotropic_combination(x, 2 * int(sizes.n), low, y, room, first, columns)
+        isotropic_combination(x, low, y, room, first, columns)
     elif sizes.isotropic != 0.0:
-        isotropic_combination_between(x, 2 * int(sizes.n), low, high, share, y, room, first, columns)
+        isotropic_combination_between(x, low, high, share, y, room, first, columns)
     elif share == 0.0:
         combination(x, low, y, first, columns)
     else:
@@ -154,15 +154,15 @@ def begin_piece(w: Workspace, matrices: StepMatrices, level: int, index: float) 
     n = int(matrices.sizes[0].n)
     observed = piece.observed
     first, columns = columns_in_use(w, matrices)
-    x = piece.x[: 2 * n + 1]
+    x = piece.x[: 2 * n + 2]
     copy(z[:n], x)
     copy(z[w.n : w.n + n], x[n:])
-    x[2 * n] = 1.0
+    x[2 * n], x[2 * n + 1] = 1.0, 0.0
     around = levels_around(matrices, level, index)
     S, S_high, share = around.low.S, around.high.S, around.share
     _combine(matrices, x, S, S_high, share, observed[0, first:], observed[5], first, columns)
     for direction in range(2):
-        row = 2 * n + 1 + direction
+        row = 2 * n + 2 + direction
         low, high, seen = S[row, first:], S_high[row, first:], observed[2 + direction, first:]
         interpolate(low, high, share, seen, columns)
     for k in range(w.sites.shape[0]):
@@ -183,7 +183,7 @@ def _observe_units(matrices: StepMatrices, around: LevelsAround, port: int, firs
     for point in range(N_LOBATTO):
         for axis in range(2):
             unit = 2 * (n_ports * point + port) + axis
-            at = 2 * int(sizes.n) + 3 + unit
+            at = 2 * int(sizes.n) + 4 + unit
             low, high, seen = around.low.S[at, first:], around.high.S[at, first:], of_forces[unit, first:]
             interpolate(low, high, around.share, seen, columns)
 

@@ -4,12 +4,13 @@ Between events, the lateral motion of shaft and housings (N coordinates) is line
 the ports, that is, planes of sites and bearings, and housings. If these forces are cubic over a piece of length h,
 through values F_j at its Lobatto points, matrices map the present state to the next,
 
-    (q, v)(h) = x P,    (a(0), (q, v)(c_i h), i = 1..3) at the ports = x S,    x = (q, v, 1, A, B, F_j)(0)
+    (q, v)(h) = x P,    (a(0), (q, v)(c_i h), i = 1..3) at the ports = x S,    x = (q, v, 1, 0, A, B, F_j)(0)
 
-as in `exact_motion`; 1 multiplies the steady non-magnetic forces, A + i B is the direction of the unbalance. In
-addition to the ports, S observes cosine . q and sine . q, which give the unbalance's work and its torque on a free
-spin. Level l is for a piece of h/2^l; `matrix_rows` builds the levels, starting from a piece so short that the series
-converges fast. Levels shorter than h/2^(MAX_LEVELS - 1) are not stored.
+as in `exact_motion`; 1 multiplies the steady non-magnetic forces, 0 the same turned by a right angle, so that x
+consists of pairs along x and y; A + i B is the direction of the unbalance. In addition to the ports, S observes
+cosine . q and sine . q, which give the unbalance's work and its torque on a free spin. Level l is for a piece of h/2^l;
+`matrix_rows` builds the levels, starting from a piece so short that the series converges fast. Levels shorter than
+h/2^(MAX_LEVELS - 1) are not stored.
 
 P and S depend on the speed through gyroscopic terms, rotating damping and the rotation of the unbalance. They are
 interpolated between speeds on a grid of spacing d, with a relative error of (g d h)^2/8, where g <= 2 is the rate of
@@ -132,7 +133,7 @@ class StepMatrices(NamedTuple):
 
 
 class Level(NamedTuple):
-    """P, shape (n_x, 2 N), S, shape (n_x, n_columns), and H (`matrix_dampers`), shape (n_x, n_x + 1)."""
+    """P, shape (n_x, 2 N), S, shape (n_x, n_columns), and H (`matrix_dampers`), shape (n_x, n_x)."""
 
     P: Array
     S: Array
@@ -166,7 +167,7 @@ class InnerMotion(NamedTuple):
 @views
 def n_rows(n: int, n_ports: int) -> int:
     """Return n_x, the size of x."""
-    return 2 * n + 3 + 2 * N_LOBATTO * n_ports
+    return 2 * n + 4 + 2 * N_LOBATTO * n_ports
 
 
 @views
@@ -195,8 +196,8 @@ def velocity_index(n_ports: int, point: int, port: int) -> int:
 
 @views
 def level_size(n: int, n_ports: int) -> int:
-    """Return the number of float64 in a level; H has a column more than needed, which makes it even."""
-    return n_rows(n, n_ports) * (2 * n + n_columns(n_ports) + n_rows(n, n_ports) + 1)
+    """Return the number of float64 in a level, an even number."""
+    return n_rows(n, n_ports) * (2 * n + n_columns(n_ports) + n_rows(n, n_ports))
 
 
 @views
@@ -219,7 +220,7 @@ def level_of(matrices: StepMatrices, slot: int, level: int) -> Level:
     return Level(
         part(matrices.memory, at, REAL, (rows, 2 * n)),
         part(matrices.memory, at + rows * 2 * n, REAL, (rows, n_columns(n_ports))),
-        part(matrices.memory, at + rows * (2 * n + n_columns(n_ports)), REAL, (rows, rows + 1)),
+        part(matrices.memory, at + rows * (2 * n + n_columns(n_ports)), REAL, (rows, rows)),
     )
 
 
