@@ -1,16 +1,6 @@
-"""Motion through located contact events.
+"""Motion through contact events.
 
-Between events the motion is smooth. An event is a rising zero crossing of an indicator:
-
-    free         gap closes             |r| - c
-    constrained  normal force vanishes  -N
-    compliant    gap opens              c - |r|
-                 pull begins or ends    -sign F of the law's factor F that changes sign
-    sliding      slip vanishes          -sign v_slip
-    rolling      friction too small     |T| - mu_s N
-
-The crossing is located by repeating the substep with another length, so events are not rounded to steps. Then modes and
-velocities change, and integration continues.
+Substeps end on events (`event_time`). There modes and velocities change, and integration continues.
 """
 
 from __future__ import annotations
@@ -22,28 +12,23 @@ import numpy as np
 from fmi_export.flat import copy
 from fmi_export.jit import kernel, noinline_kernel
 from fmi_export.model import Array
-from rotor_contact.compliant import reversed_push
-from rotor_contact.enumerations import FREE, NODAL, ROLLING
-from rotor_contact.friction import friction_excess, has_friction, reversed_slip
+from rotor_contact.enumerations import NODAL
+from rotor_contact.event_time import TOLERANCE, indicator, locate_event
 from rotor_contact.impact import mark_touching, newton_impact, nodal_impact
 from rotor_contact.integration import (
     collect_last_substep,
-    derivative,
     spin_speed,
     substep,
     substep_limit,
     velocity_error,
 )
 from rotor_contact.modes import FAULT_SINGULAR, resolve_modes
-from rotor_contact.path import leaves_or_stays_within, point_of, stays_within, touch_time
+from rotor_contact.path import leaves_or_stays_within, point_of, stays_within
 from rotor_contact.site import (
     Sites,
     can_impact,
     can_touch,
-    is_constrained,
     locate_journal,
-    radial_component,
-    slip_velocity,
 )
 from rotor_contact.workspace import Workspace, stages_of
 
@@ -55,33 +40,8 @@ EVENT_LIMIT = 50  # events of a step; beyond it impacts do not rebound and fligh
 MIN_EVENT_DISTANCE = 1.0 / 200.0  # of a step, between two events beyond that limit: this bounds their number
 MAX_PENETRATION = 1e-2  # of the clearance, that a journal may pass its retainer because of that
 SHORTEST_FLIGHT = 1e-3  # of a substep; a shorter flight is sustained contact
-FORCE_SCALE = 1e3  # N that count as much as 1 m/s of slip or a clearance: makes indicators comparable
-TOLERANCE = 1e-12  # of the indicators, below which nothing has happened
-EVENT_OFFSET = 1e-11  # value of the indicator at a located event
-MAX_NEWTON_STEPS = 4  # for the time of a touch
 MAX_HALVINGS = 2.0  # of a substep for the sake of accuracy
 GROW_RATIO = 0.03  # of the tolerance: a substep of twice the length would meet it too, the estimate is of fourth order
-
-
-@kernel
-def indicator(sites: Sites, z: Array, n: int, Omega: float) -> float:
-    """Return the largest of all sites' event indicators at z (forces must be up to date); positive after an event."""
-    largest = -1.0
-    for site in sites:
-        if site.enabled == 0.0:
-            continue
-        if not is_constrained(site):
-            beyond = locate_journal(site, z[:n]) / site.clearance - 1.0
-            largest = max(largest, beyond if site.mode == FREE else -beyond)
-            if site.mode != FREE:
-                largest = max(largest, reversed_push(site, z[n : 2 * n]) / FORCE_SCALE)
-            continue
-        largest = max(largest, -site.f_n / FORCE_SCALE)
-        if site.mode == ROLLING:
-            largest = max(largest, friction_excess(site, site.f_n, site.f_t) / FORCE_SCALE)
-        elif has_friction(site):
-            largest = max(largest, reversed_slip(site, slip_velocity(site, z[n : 2 * n], Omega)))
-    return largest
 
 
 @kernel
@@ -92,89 +52,6 @@ def largest_penetration(sites: Sites, q: Array) -> float:
         if can_impact(site):
             largest = max(largest, locate_journal(site, q) / site.clearance - 1.0)
     return largest
-
-
-@kernel
-def locate_touch(w: Workspace, tau: float, dt: float) -> float:
-    """Find the length (s) of the substep that ends on the first touch of a free site; 0 if it does not end on one.
-
-    The cubic estimate is refined by Newton's method on the radius; z_new is set to the touch.
-    """
-    n = w.n
-    stages = stages_of(w.stages)
-    z, z_new = stages.z, stages.z_new
-    first = -1
-    trial = dt
-    for k in range(w.sites.shape[0]):
-        site = w.sites[k]
-        if can_touch(site) and locate_journal(site, z_new[:n]) > site.clearance:
-            when = touch_time(site, z, z_new, dt, n)
-            if first < 0 or when < trial:
-                first, trial = k, when
-    if first < 0:
-        return 0.0
-    site = w.sites[first]
-    for _ in range(MAX_NEWTON_STEPS):
-        substep(w, tau, trial)
-        f = indicator(w.sites, z_new, n, spin_speed(w, tau + trial, z_new)) - EVENT_OFFSET
-        if abs(f) < EVENT_OFFSET - TOLERANCE:
-            return trial
-        beyond = locate_journal(site, z_new[:n]) / site.clearance - 1.0 - EVENT_OFFSET
-        outward = radial_component(site, z_new[n : 2 * n])
-        if not outward > 0.0:
-            break
-        trial -= beyond * site.clearance / outward
-        if not 0.0 < trial <= dt:
-            break
-    return 0.0
-
-
-@kernel
-def locate_event(w: Workspace, tau: float, dt: float) -> float:
-    """Find the length (s) in (0, dt] of the substep that ends on the first event; z_new is set to it.
-
-    Regula falsi by Anderson and Bjoerck for indicator = EVENT_OFFSET, just past the event; bisection while the left end
-    lies on the event itself (a site that has just opened starts on the circle).
-    """
-    n = w.n
-    stages = stages_of(w.stages)
-    z, z_new = stages.z, stages.z_new
-    low = 0.0
-    high = dt
-    f_high = indicator(w.sites, z_new, n, spin_speed(w, tau + dt, z_new)) - EVENT_OFFSET
-    side = 0
-    located = locate_touch(w, tau, dt)
-    if located > 0.0:
-        return located
-    derivative(w, tau, z, stages.k_new)  # for the forces at z
-    f_low = min(indicator(w.sites, z, n, spin_speed(w, tau, z)), 0.0) - EVENT_OFFSET
-    for _ in range(100):
-        if high - low <= 1e-15 * dt:
-            break
-        trial = 0.5 * (low + high)
-        if f_low < -1e-6 * f_high:
-            trial = low + (high - low) * f_low / (f_low - f_high)
-        substep(w, tau, trial)
-        f = indicator(w.sites, z_new, n, spin_speed(w, tau + trial, z_new)) - EVENT_OFFSET
-        if abs(f) < EVENT_OFFSET - TOLERANCE:
-            return trial
-        if f > 0.0:
-            if side == 1:
-                f_low *= _share_of_other_end(f, f_high)
-            high, f_high, side = trial, f, 1
-        else:
-            if side == -1:
-                f_high *= _share_of_other_end(f, f_low)
-            low, f_low, side = trial, f, -1
-    substep(w, tau, high)
-    return high
-
-
-@kernel
-def _share_of_other_end(f: float, before: float) -> float:
-    """Return the weight of the value at the other end after the same end has been replaced twice."""
-    share = 1.0 - f / before
-    return share if share > 0.0 else 0.5
 
 
 @kernel

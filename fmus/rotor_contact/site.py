@@ -46,6 +46,8 @@ SITE = record(
     ("f_n", np.float64),  # normal and friction force (N) of the last solution
     ("f_t", np.float64),
     *COLLECTED,
+    ("before", np.float64, 2),  # indicators at the ends of the time in which an event is located, see `event_time`
+    ("after", np.float64, 2),
     ("unknown", np.int64),  # place of N among the unknowns of the contact equations; T of a rolling site is the next
     ("mode_fixed", np.int64),  # 1 once the mode may not change again at this instant
     ("touching", np.int64),  # 1 if the site takes part in the present impact
