@@ -6,6 +6,7 @@ import cmath
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -27,6 +28,20 @@ from rotor_analysis.supported_rotor import SupportedRotor
 
 AXES = "xy"
 MODES = 40  # of the free rotor in each plane: 1e-5 off all elements at a resonance of amplification 50
+
+
+class Place(NamedTuple):
+    """A place that the rotor can touch.
+
+    node, clearance
+        Node, and radial clearance (m).
+    signal
+        Beginning of the names of its displacements in the plant.
+    """
+
+    node: int
+    clearance: float
+    signal: str
 
 
 @dataclass(frozen=True)
@@ -105,11 +120,26 @@ class Machine:
         return {sensor.name: sensor.node for sensor in self.rotor.sensors}
 
     @cached_property
-    def clearances(self) -> dict[str, tuple[int, float]]:
-        """Nodes and radial clearances (m) of the places that the rotor can touch, by name."""
+    def sites(self) -> dict[str, Place]:
+        """The contact sites of the rotor that are enabled, by name."""
         local = self.parameters[PLANT]
         enabled = (site for site in self.rotor.sites if local.get(f"{site.name}.enabled", 1.0))
-        return {site.name: (site.node, local.get(f"{site.name}.clearance", site.clearance)) for site in enabled}
+        radii = {site: local.get(f"{site.name}.clearance", site.clearance) for site in enabled}
+        return {site.name: Place(site.node, radius, site.name) for site, radius in radii.items()}
+
+    @cached_property
+    def air_gaps(self) -> dict[str, Place]:
+        """The stator bores of the magnets, by bearing; their clearance is the smaller air gap of both axes."""
+        local = self.parameters[ACTUATOR]
+        stated = {
+            name: [local[gap] for gap in (f"{name}.gap_{a}" for a in AXES) if gap in local] for name in self.magnets
+        }
+        return {name: Place(self.bearings[name], min(gaps), name) for name, gaps in stated.items() if gaps}
+
+    @cached_property
+    def clearances(self) -> dict[str, Place]:
+        """All places that the rotor can touch, by name: contact sites, and air gaps of magnets."""
+        return self.sites | {air_gap(bearing): place for bearing, place in self.air_gaps.items()}
 
     @cached_property
     def last_inputs(self) -> Mapping[str, float]:
@@ -142,6 +172,11 @@ class Machine:
         local = self.parameters[ACTUATOR]
         values = {name: local[f"{bearing}.{name}_{direction}"] for name in AXIS.names or ()}
         return axis_parameters(bearing, direction, **values)
+
+
+def air_gap(bearing: str) -> str:
+    """Return the name of the air gap of a bearing's magnet."""
+    return f"air gap of {bearing}"
 
 
 def machine_of(planned: PlannedRun, *needed: str) -> Machine:

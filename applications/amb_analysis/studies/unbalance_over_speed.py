@@ -145,7 +145,9 @@ def _of_machine(
     speeds, response = refined_response(machine, swept, [loads], tuple(places.values()))
     shown = response[:, 0, [node - 1 for node in places.values()]]
     curves = _curves(rotor, places, shown, everywhere)
-    clearances = dict(machine.clearances.values())
+    clearances: dict[int, float] = {}
+    for node, clearance, _ in machine.clearances.values():
+        clearances[node] = min(clearance, clearances.get(node, clearance))
     if everywhere is None:
         curves = {k: replace(c, clearance=clearances.get(c.node)) for k, c in curves.items()}
     limits = limits_of(rotor.seals)

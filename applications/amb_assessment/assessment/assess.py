@@ -240,7 +240,7 @@ def _answered(
     try:
         if part.needs >= Needs.STABLE_LOOP and (reason := why_not_stable()):
             raise ValueError(f"{reason}; this part needs a rotor that levitates")
-        if part.needs >= Needs.CONTACT_SITES and not subject.clearances:
+        if part.needs >= Needs.CONTACT_SITES and not subject.sites:
             raise ValueError(f"rotor {subject.rotor.name} has no [[sites]], so its possible contacts are unknown")
         answer = part.answer(subject)
         findings = tuple(judge(answer.measured, criteria, subject.facts))

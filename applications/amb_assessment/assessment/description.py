@@ -50,8 +50,8 @@ def description(subject: Subject, criteria: Sequence[Criterion]) -> list[TextBlo
     sensors = labelled_table("Sensors", "plane", "z (mm)")
     for name, node in subject.probes.items():
         sensors.add_row(name, f"{1e3 * z[node - 1]:.1f}")
-    sites = labelled_table("Contact sites", "place", "z (mm)", "radial clearance (mm)")
-    for name, (node, clearance) in subject.clearances.items():
+    sites = labelled_table("Contact sites, and air gaps", "place", "z (mm)", "radial clearance (mm)")
+    for name, (node, clearance, _) in subject.clearances.items():
         sites.add_row(name, f"{1e3 * z[node - 1]:.1f}", f"{1e3 * clearance:.4g}")
     stages = labelled_table("Stages with cross coupling", "at", "anticipated (MN/m)")
     for stage in subject.file.stages:
@@ -62,7 +62,7 @@ def description(subject: Subject, criteria: Sequence[Criterion]) -> list[TextBlo
     for seal in rotor.seals:
         tensors = (scale * of for scale, of in zip((1e-6, 1e-3, 1.0), seal.at(speed.highest), strict=True))
         seals.add_row(seal.name, f"{1e3 * z[seal.node - 1]:.1f}", *(_tensor(item) for item in tensors))
-    check_sites(subject.file.retainer_bearings, subject.clearances)
+    check_sites(subject.file.retainer_bearings, subject.sites)
     balls = labelled_table(f"{TITLE}, under an equal share of the weight", "retainer", *DATA_HEADS)
     for item in subject.file.retainer_bearings:
         balls.add_row(*item.data(STANDARD_GRAVITY * rotor.mass / len(subject.file.retainer_bearings)))

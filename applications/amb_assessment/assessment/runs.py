@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from amb_analysis.machine.machine import air_gap
 from amb_analysis.machine.response import refined_response
 from amb_assessment.assessment.stages import co_simulated, real_coefficients, with_tables
 from amb_assessment.assessment.subject import Subject
@@ -65,7 +66,7 @@ class WorstResponse:
     site, share
         Where it is largest, and the displacement over the clearance there (1).
     shares
-        The same at every site.
+        The same at every place.
     """
 
     unbalance: PlacedUnbalance
@@ -125,12 +126,12 @@ def worst_response(subject: Subject, lowest: float, highest: float, sites: Seque
     subject, lowest, highest
         The machine, and the speeds.
     sites
-        Sites that count; all by default.
+        Places that count; all by default.
     """
     unbalances, planes, others = placed_unbalances(subject), planes_of_unbalance(subject), real_coefficients(subject)
     loads = [{planes[plane]: complex(u) for plane, u in placed.at.items()} for placed in unbalances]
     names = list(subject.clearances)
-    nodes, limits = zip(*subject.clearances.values(), strict=True)
+    nodes, limits, _ = zip(*subject.clearances.values(), strict=True)
     counted = [names.index(site) for site in sites or names]
     speeds = with_tables(subject, np.unique(np.linspace(lowest, highest, SPEEDS)))
     speeds, motion = refined_response(subject, speeds, loads, [nodes[site] for site in counted], others)
@@ -149,11 +150,18 @@ def worst_inputs(subject: Subject) -> dict[str, float]:
 def steady_vibration(subject: Subject, response: WorstResponse) -> dict[str, Array]:
     """Return the displacement over the clearance by site, of a run with noise and converters at a response's speed."""
     inputs = response.unbalance.inputs
-    return clearance_used(subject, simulate(subject, response.Omega, inputs, real=True, end_cycle=CYCLES))
+    run = simulate(subject, response.Omega, inputs, real=True, to_magnets=True, end_cycle=CYCLES)
+    return clearance_used(subject, run)
 
 
 def simulate(
-    subject: Subject, Omega: float, inputs: Mapping[str, float] | None = None, *, real: bool = False, **fields: Any
+    subject: Subject,
+    Omega: float,
+    inputs: Mapping[str, float] | None = None,
+    *,
+    real: bool = False,
+    to_magnets: bool = False,
+    **fields: Any,
 ) -> Result:
     """Return the run of a machine, starting at a speed (rad/s).
 
@@ -167,6 +175,8 @@ def simulate(
         Initial inputs of the rotor, by name.
     real
         Whether to use sensor noise and converter resolution, unless the machine defines its signal chain.
+    to_magnets
+        Whether the rotor may reach a magnet, which ends the run.
     fields
         Fields of a scenario.
 
@@ -186,9 +196,16 @@ def simulate(
     result = run_planned(plan_run(scenario, None, options=RunOptions(flavour=subject.flavour)))
     if result.outcome.status == "interrupted":
         raise KeyboardInterrupt
-    if result.outcome.failure is not None:
+    if result.outcome.failure is not None and not (to_magnets and ended_at_magnet(subject, result)):
         raise ValueError(f"the run ended early: {result.outcome.failure}")
     return result
+
+
+def ended_at_magnet(subject: Subject, result: Result) -> bool:
+    """Return whether a run ended because its actuator refused a rotor that had crossed an air gap."""
+    used = clearance_used(subject, result)
+    gaps = [used[air_gap(bearing)] for bearing in subject.air_gaps]
+    return result.outcome.component == ACTUATOR and any(len(of) and of[-1] >= 1.0 for of in gaps)
 
 
 def settling_cycles(subject: Subject, Omega: float) -> float:
@@ -211,13 +228,23 @@ def settling_cycles(subject: Subject, Omega: float) -> float:
 
 
 def clearance_used(subject: Subject, result: Result) -> dict[str, Array]:
-    """Return the displacement over the clearance at every contact site, from cycle 0 on, by site."""
+    """Return the displacement over the clearance at every place that the rotor can touch, from cycle 0 on."""
     signals, used = result.signals, {}
-    has_settled = np.asarray(signals["time"].values) >= 0.0
-    for name, (_, clearance) in subject.clearances.items():
-        x, y = (np.asarray(signals[f"{PLANT}.{name}.{axis}"].values)[has_settled] for axis in "xy")
-        used[name] = np.hypot(x, y) / clearance
+    has_settled = _recorded(result) >= 0.0
+    for name, place in subject.clearances.items():
+        x, y = (np.asarray(signals[f"{PLANT}.{place.signal}.{axis}"].values)[has_settled] for axis in "xy")
+        used[name] = np.hypot(x, y) / place.clearance
     return used
+
+
+def times_of(result: Result) -> Array:
+    """Return the times (s) of `clearance_used`."""
+    times = _recorded(result)
+    return times[times >= 0.0]
+
+
+def _recorded(result: Result) -> Array:
+    return np.asarray(result.signals["time"].values)
 
 
 def without_power(subject: Subject, cycle: float, friction: float = FRICTION) -> dict[str, Any]:

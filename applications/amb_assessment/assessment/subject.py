@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-from amb_analysis.machine.machine import Machine
+from amb_analysis.machine.machine import Machine, air_gap
 from amb_assessment.assessment.machine_file import MachineFile
 from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.cosim.run.options import RunOptions
@@ -18,6 +18,10 @@ from rotor_analysis.reduced_rotor import with_modes
 from rotor_analysis.rotor_file import load_rotor
 
 FAULT = "Fault:"  # beginning of the description of an input
+NEARER = (
+    "Of a retainer and the air gap of its magnet, the one of which the rotor uses the larger share counts; it is named "
+    "with its radial clearance."
+)
 
 
 @dataclass(frozen=True)
@@ -59,7 +63,32 @@ class Subject(Machine):
     @cached_property
     def retainers(self) -> tuple[str, ...]:
         """Contact sites that are retainers of bearings."""
-        return tuple(site.name for site in self.rotor.sites if site.bearing and site.name in self.clearances)
+        return tuple(site.name for site in self.rotor.sites if site.bearing and site.name in self.sites)
+
+    @cached_property
+    def stops(self) -> tuple[str, ...]:
+        """Places that end the motion at bearings: retainers, and air gaps; all places of a rotor without retainers."""
+        gaps = (air_gap(bearing) for bearing in self.air_gaps)
+        return (*self.retainers, *gaps) if self.retainers else tuple(self.clearances)
+
+    def nearest(self, shares: Mapping[str, float]) -> list[str]:
+        """Return the places that decide: of a retainer and the air gap of its magnet, that with the larger share.
+
+        Parameters
+        ----------
+        shares
+            Displacement over the clearance by place; every other place decides for itself.
+        """
+        guarded = {air_gap(site.bearing): site.name for site in self.rotor.sites if site.bearing}
+        groups: dict[str, list[str]] = {}
+        for place in shares:
+            retainer = guarded.get(place, place)
+            groups.setdefault(retainer if retainer in shares else place, []).append(place)
+        return [max(places, key=lambda place: shares[place]) for places in groups.values()]
+
+    def clearance_text(self, place: str) -> str:
+        """Return the radial clearance of a place as text."""
+        return f"{1e3 * self.clearances[place].clearance:.4g} mm"
 
     def unbalance_of_grade(self) -> float:
         """Return the unbalance (kg m) allowed by the balancing grade, m G/Omega at the largest speed."""

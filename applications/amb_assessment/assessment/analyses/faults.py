@@ -9,7 +9,14 @@ from typing import Any
 import numpy as np
 
 from amb_assessment.assessment.findings import AnalysisResult, Quantity, ResultTable
-from amb_assessment.assessment.runs import WorstResponse, clearance_used, simulate, steady_vibration, worst_response
+from amb_assessment.assessment.runs import (
+    WorstResponse,
+    clearance_used,
+    simulate,
+    steady_vibration,
+    times_of,
+    worst_response,
+)
 from amb_assessment.assessment.subject import Subject, rpm
 from amb_assessment.reporting.panels import Curve, Panel, curve
 from amb_cosim.results.component_names import ACTUATOR, CONTROLLER, PLANT
@@ -37,8 +44,8 @@ def answer(subject: Subject) -> AnalysisResult:
         f"{LONGEST:g} s, or an unknown time, counts as steady motion at the worst speed, {rpm(passed.Omega):.0f} "
         "1/min: a slow one comes to it, a fast one stays below. The keys `run_up` and `run_down` state times; without "
         "them, a machine runs down as `spin.drag` brakes it.",
-        "Faults are at the largest speed, one at a time; of each kind the worst counts. A rotor on its retainers is at "
-        "100 %.",
+        "Faults are at the largest speed, one at a time; of each kind the worst counts. A rotor on its retainers, "
+        "or across the air gap of a magnet, is at 100 %. A magnet with power that it reaches ends the run.",
     )
     panel = Panel("Largest displacement over clearance", "time (s)", "%", tuple(line for _, line in running))
     heads = ("fault", "nearest at", "largest (% of clearance)", "at the end (%)", "contact at the end")
@@ -70,10 +77,10 @@ def _running(subject: Subject, name: str, time: float, passed: WorstResponse) ->
         return Quantity("clearance_used_running", where, value, "%", {}, f"{length}: {note}"), line
     speeds = _speeds(subject, name)
     points = [{"time": share * time, "Omega": Omega} for share, Omega in speeds[1:]]
-    result = simulate(subject, speeds[0][1], passed.unbalance.inputs, end_time=time, speed=points)
+    result = simulate(subject, speeds[0][1], passed.unbalance.inputs, to_magnets=True, end_time=time, speed=points)
     used = clearance_used(subject, result)
     site = max(used, key=lambda site_name: float(used[site_name].max()))
-    line = curve(name, np.linspace(0.0, time, len(used[site])), 100.0 * used[site])
+    line = curve(name, times_of(result), 100.0 * used[site])
     value = 100.0 * float(used[site].max())
     return Quantity("clearance_used_running", f"{name}, {site}", value, "%", {}, f"in {time:.3g} s"), line
 
@@ -99,10 +106,11 @@ def _faults(subject: Subject) -> tuple[list[Quantity], list[tuple[str, ...]]]:
     for kind, cases in _kinds(subject).items():
         found: list[tuple[float, str, float]] = []
         for name, events in cases.items():
-            result = simulate(subject, highest, unbalance.inputs, end_time=FAULT, event=events)
+            result = simulate(subject, highest, unbalance.inputs, to_magnets=True, end_time=FAULT, event=events)
             used = clearance_used(subject, result)
             site, largest, end = _nearest(used)
-            rows.append((name, site, f"{largest:.3g}", f"{end:.3g}", result.summary.recovery or "no contact"))
+            left = "the run ends at the magnet" if result.outcome.failure else result.summary.recovery or "no contact"
+            rows.append((name, site, f"{largest:.3g}", f"{end:.3g}", left))
             found.append((largest, f"{name}, {site}", end))
         largest, where, end = max(found, key=lambda item: (item[0], item[2]))
         count = f"the worst of {len(found)}; " if len(found) > 1 else ""

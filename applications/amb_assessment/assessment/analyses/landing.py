@@ -77,7 +77,7 @@ def answer(subject: Subject) -> AnalysisResult:
     if not subject.retainers:
         raise ValueError(f"rotor {subject.rotor.name} has no retainers; set the bearing of its sites")
     check_falls(subject)
-    check_sites(subject.file.retainer_bearings, subject.clearances)
+    check_sites(subject.file.retainer_bearings, subject.sites)
     Omega = subject.file.speed.highest
     inputs = worst_inputs(subject)
     cases = [(mu, k / PHASES) for mu in FRICTIONS for k in range(PHASES)]

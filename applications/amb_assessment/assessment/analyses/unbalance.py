@@ -7,7 +7,7 @@ import numpy as np
 from amb_analysis.machine.response import refined_response
 from amb_assessment.assessment.findings import AnalysisResult, Quantity, ResultTable
 from amb_assessment.assessment.stages import real_coefficients, with_tables
-from amb_assessment.assessment.subject import Subject, rpm
+from amb_assessment.assessment.subject import NEARER, Subject, rpm
 from amb_assessment.assessment.unbalance_cases import UnbalanceCase, response_speeds, unbalance_cases
 from amb_assessment.reporting.panels import Panel, curve
 from array_types import Array
@@ -23,7 +23,7 @@ def answer(subject: Subject) -> AnalysisResult:
     cases = unbalance_cases(subject)
     whole = FACTOR * subject.residual_unbalance()
     loads = [case.of(whole) for case in cases]
-    nodes = tuple({*subject.probes.values(), *(node for node, _ in subject.clearances.values())})
+    nodes = tuple({*subject.probes.values(), *(place.node for place in subject.clearances.values())})
     first = with_tables(subject, response_speeds(subject))
     speeds, response = refined_response(subject, first, loads, nodes, real_coefficients(subject))
     amplitudes = orbit(response)[0]
@@ -44,10 +44,16 @@ def answer(subject: Subject) -> AnalysisResult:
         measured.append(Quantity("probe_displacement", f"{where}, {case.name}", largest, "um"))
         limit = _probe_limit(subject)
         scale = min(max(LEAST_SCALE, limit / largest), LARGEST_SCALE)
-        for site, (node, clearance) in subject.clearances.items():
-            share = 100.0 * scale * float(amplitudes[passed, k, node - 1].max()) / clearance
-            note = f"scaled by {scale:.3g}" + (f", not by {limit / largest:.3g}" if limit < largest else "")
-            measured.append(Quantity("clearance_share", f"{site}, {case.name}", share, "%", {"S_cc": scale}, note))
+        shares = {
+            name: 100.0 * scale * float(amplitudes[passed, k, place.node - 1].max()) / place.clearance
+            for name, place in subject.clearances.items()
+        }
+        scaled = f"scaled by {scale:.3g}" + (f", not by {limit / largest:.3g}" if limit < largest else "")
+        for name in subject.nearest(shares):
+            note = f"of {subject.clearance_text(name)}, {scaled}"
+            measured.append(
+                Quantity("clearance_share", f"{name}, {case.name}", shares[name], "%", {"S_cc": scale}, note)
+            )
         panels.append(_panel(subject, case, speeds, at_probes))
     heads = ("case", "probe", "critical speed (1/min)", "amplification", "margin (%)")
     placed = ResultTable(
@@ -60,6 +66,7 @@ def answer(subject: Subject) -> AnalysisResult:
         "Displacements are peak to peak, along the major axis of the orbit. Shares of clearances are scaled by S_cc = "
         "A_vl/A_max, probe limit over largest displacement at the probes in operation, from 1 to 6. The published text "
         "gives the 6 alone; the scale stands for vibration that rises to the limit, so it never makes a share smaller.",
+        NEARER,
     )
     return AnalysisResult(
         tuple(measured), tuple(panels), (ResultTable("Critical speeds", heads, tuple(rows)), placed), notes

@@ -6,27 +6,30 @@ import numpy as np
 
 from amb_assessment.assessment.findings import AnalysisResult, Quantity
 from amb_assessment.assessment.runs import CYCLES, steady_vibration, worst_response
-from amb_assessment.assessment.subject import Subject, rpm
+from amb_assessment.assessment.subject import NEARER, Subject, rpm
 from amb_assessment.reporting.panels import Panel, curve
 
 
 def answer(subject: Subject) -> AnalysisResult:
-    """Return the largest displacement over the clearance at the retainers, with unbalance of the balancing grade.
+    """Return the largest displacement over the clearance at retainers and air gaps, with unbalance of the grade.
 
     The machine runs at the ends of its operating speeds and at the speed between them with the largest steady response.
     """
     speed = subject.file.speed
-    retainers = subject.retainers
-    worst = worst_response(subject, speed.lowest, speed.highest, retainers)
+    stops = subject.stops
+    worst = worst_response(subject, speed.lowest, speed.highest, stops)
     speeds = np.unique([speed.lowest, worst.Omega, speed.highest])
     measured, curves, placed = [], [], []
     for Omega in map(float, speeds):
-        response = worst if Omega == worst.Omega else worst_response(subject, Omega, Omega, retainers)
+        response = worst if Omega == worst.Omega else worst_response(subject, Omega, Omega, stops)
         used = steady_vibration(subject, response)
-        for site in retainers or list(used):
-            value, note = response.with_run(site, float(used[site].max()))
-            measured.append(Quantity("clearance_used", f"{site} at {rpm(Omega):.0f} 1/min", value, "%", {}, note))
-        name = (retainers or list(used))[0]
+        found = {place: response.with_run(place, float(used[place].max())) for place in stops}
+        deciding = subject.nearest({place: value for place, (value, _) in found.items()})
+        for place in deciding:
+            value, note = found[place]
+            where, note = f"{place} at {rpm(Omega):.0f} 1/min", f"of {subject.clearance_text(place)}: {note}"
+            measured.append(Quantity("clearance_used", where, value, "%", {}, note))
+        name = deciding[0]
         cycles = np.linspace(0.0, CYCLES, len(used[name]))
         curves.append(curve(f"{name}, {rpm(Omega):.0f} 1/min", cycles, 100.0 * used[name]))
         placed.append(f"{response.unbalance.note} at {rpm(Omega):.0f} 1/min")
@@ -34,6 +37,7 @@ def answer(subject: Subject) -> AnalysisResult:
         f"Unbalance of the balancing grade, all of it at the rotor's planes, for the worst mode: {'; '.join(placed)}. "
         f"The largest steady response between the least and the largest speed is at {rpm(worst.Omega):.0f} 1/min, "
         f"{100.0 * worst.share:.3g} % of the clearance at {worst.site}.",
+        NEARER,
         "Sensor noise and converter resolution are the start values of the controller, unless the machine defines its "
         "signal chain.",
     )
