@@ -122,7 +122,7 @@ class Assessment:
 
     @property
     def unevaluated(self) -> dict[str, str]:
-        """Criteria without a limit to compare with, such as those whose formulas have no value here, with reasons."""
+        """Criteria that have no value to compare here: of formulas without one, or of a loop that is not stable."""
         return {
             finding.criterion.key: finding.reason
             for finding in self.findings
@@ -243,7 +243,7 @@ def _answered(
         if part.needs >= Needs.CONTACT_SITES and not subject.sites:
             raise ValueError(f"rotor {subject.rotor.name} has no [[sites]], so its possible contacts are unknown")
         answer = part.answer(subject)
-        findings = tuple(judge(answer.measured, criteria, subject.facts))
+        findings = tuple(judge(answer.measured, criteria, subject.facts, why_not_stable))
     except (ValueError, LookupError, ArithmeticError, RuntimeError, StartFailed, FmuError, ProcessFailed) as error:
         reason = str(error) or type(error).__name__
         return Analysis(name, part.title, AnalysisResult(), (), reason, time.perf_counter() - begin)

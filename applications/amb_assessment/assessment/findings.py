@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
 
@@ -34,6 +34,8 @@ class Quantity:
         Note for the reader.
     open
         Reason why the value may become worse, so that a criterion can be missed but not met; empty without one.
+    levitated
+        Whether it describes a rotor that levitates: without a stable loop its criteria are not answered.
     """
 
     quantity: str
@@ -43,6 +45,7 @@ class Quantity:
     facts: Mapping[str, float] = field(default_factory=dict)
     note: str = ""
     open: str = ""
+    levitated: bool = False
 
 
 @dataclass(frozen=True)
@@ -113,7 +116,12 @@ def _with_unit(value: float, unit: str) -> str:
     return number_text(value) if unit in ("", "1") else f"{number_text(value)} {unit}"
 
 
-def judge(measured: Sequence[Quantity], criteria: Sequence[Criterion], machine: Mapping[str, float]) -> list[Finding]:
+def judge(
+    measured: Sequence[Quantity],
+    criteria: Sequence[Criterion],
+    machine: Mapping[str, float],
+    unstable: Callable[[], str] = str,
+) -> list[Finding]:
     """Return the verdicts on quantities, criterion by criterion, and then the quantities without a criterion.
 
     Parameters
@@ -124,23 +132,30 @@ def judge(measured: Sequence[Quantity], criteria: Sequence[Criterion], machine: 
         Criteria.
     machine
         Variables of the machine for formulas.
+    unstable
+        Returns the reason why the machine does not levitate, empty if it does; called for `levitated` quantities alone.
     """
     result: list[Finding] = []
     for item in measured:
         facts = {**machine, **item.facts}
         requested = [criterion for criterion in criteria if criterion.quantity == item.quantity]
-        judged = [verdict for criterion in requested if (verdict := _judged(item, criterion, facts)) is not None]
+        fallen = unstable() if item.levitated and requested else ""
+        judged = [
+            verdict for criterion in requested if (verdict := _judged(item, criterion, facts, fallen)) is not None
+        ]
         result += judged or [Finding(item, None, Judgement.NOT_JUDGED)]
     order = {criterion.key: k for k, criterion in enumerate(criteria)}
     return sorted(result, key=lambda item: len(order) if item.criterion is None else order[item.criterion.key])
 
 
-def _judged(item: Quantity, criterion: Criterion, facts: Mapping[str, float]) -> Finding | None:
+def _judged(item: Quantity, criterion: Criterion, facts: Mapping[str, float], fallen: str) -> Finding | None:
     try:
         if not criterion.applies(facts):
             return None
         if criterion.known == "missing":
             return Finding(item, criterion, Judgement.NOT_JUDGED, reason="No source for its limits was found")
+        if fallen:
+            return Finding(item, criterion, Judgement.UNANSWERED, reason=fallen)
         limit = criterion.limit_of(facts)
         verdict = Judgement.MET if criterion.is_met(item.value, facts) else Judgement.MISSED
     except ValueError as error:

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import re
 import shutil
 from functools import partial
 from pathlib import Path
 
 import pytest
-from click.testing import CliRunner
 from machine_variants import halved, in_other_units, mirrored, read, toml_text
 from slow import slow_but_first
 
@@ -21,18 +19,14 @@ from amb_assessment.assessment.analyses import (
     sensitivity,
     unbalance,
 )
-from amb_assessment.assessment.assess import ANALYSES, Needs, assess
-from amb_assessment.assessment.findings import Judgement
+from amb_assessment.assessment.assess import assess
 from amb_assessment.assessment.machine_file import load_machine
 from amb_assessment.assessment.unbalance_cases import response_speeds
-from amb_cosim.commands.cli import main
 from rotor_analysis.packaged_rotors import rotor_path
-from tests.support.messages import assert_names
 
 BLOWER = Path(__file__).parent / "blower"
 LINEAR = ("closed_loop", "cross_coupling", "unbalance", "envelope")
 MARGINS = ("sensitivity", "robustness")
-OF_LEVITATION = {name for name, part in ANALYSES.items() if part.needs >= Needs.STABLE_LOOP}
 ACCURACY = 2e-3  # of two values with 0.1 % each, docs/how-to/assess.md
 OF_UNBALANCE = ("probe_displacement", "current_demand", "slew_demand")
 SAMPLES = (
@@ -206,26 +200,3 @@ def test_a_resonance_within_the_range_is_missed():
         verdicts.append({item.criterion.key for item in found.missed})
     assert verdicts[0] == set()
     assert "critical_in_range" in verdicts[1]
-
-
-EXCHANGED = {"bearings": ("probe_a", "probe_b"), "axes": (".x", ".y")}
-
-
-@pytest.mark.parametrize("pair", EXCHANGED.values(), ids=EXCHANGED)
-def test_exchanged_sensors_leave_levitation_not_answered(pair, tmp_path):
-    pytest.importorskip("plotly")
-    blower(tmp_path)
-    law = tmp_path / "controller.toml"
-    text = law.read_text(encoding="utf-8")
-    swapped = dict([pair, pair[::-1]])
-    sources = re.compile(r"^from = .*$", re.MULTILINE)
-    either = re.compile("|".join(map(re.escape, pair)))
-    law.write_text(sources.sub(lambda line: either.sub(lambda of: swapped[of[0]], line[0]), text), encoding="utf-8")
-    found = assess(tmp_path / "machine.toml", only=["closed_loop", *OF_LEVITATION])
-    verdicts = {item.criterion.key: item.verdict for item in found.findings if item.criterion}
-    assert verdicts["stable"] is Judgement.MISSED
-    assert set(found.unanswered) == OF_LEVITATION
-    command = ["assess", str(tmp_path / "machine.toml"), "--no-pdf", "-o", str(tmp_path / "page"), "--only", "landing"]
-    ended = CliRunner().invoke(main, command)
-    assert ended.exit_code == 1
-    assert_names(ended.output, "landing", "not answered")

@@ -56,9 +56,10 @@ def _measured(subject: Subject, cases: Sequence[LoadCase]) -> list[Quantity]:
     facts = {"frequency": hz, "N": float(rpm(subject.file.speed.highest))}
     place = f"{NAME}, {hz:.1f} Hz under {worst.name}"
     result = [_spectral_radius("spectral_radius", {f"{NAME} under {case.name}": case for case in cases})]
-    result += [Quantity("decrement_anywhere", place, decrement, "1", facts, "axial loop, at every speed")]
+    note = "axial loop, at every speed"
+    result += [Quantity("decrement_anywhere", place, decrement, "1", facts, note, levitated=True)]
     if hz > 0.0:
-        result.append(Quantity("axial_frequency", f"{NAME} under {worst.name}", hz, "Hz", facts))
+        result.append(Quantity("axial_frequency", f"{NAME} under {worst.name}", hz, "Hz", facts, levitated=True))
     return result
 
 

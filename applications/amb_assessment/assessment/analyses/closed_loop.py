@@ -105,11 +105,12 @@ def least_decrement(quantity: str, vibrations: Sequence[tuple[float, Vibrations]
     if worst is not None and worst.decrement < least * (1.0 + ROUNDING):
         facts = {"frequency": hertz(worst.frequency), "N": float(rpm(worst.speed))}
         note = "the value stands for any growing drift" if worst.is_drift else ""
-        return Quantity(quantity, described(worst), worst.decrement, "1", facts, note)
+        return Quantity(quantity, described(worst), worst.decrement, "1", facts, note, levitated=True)
     if not all_of:
-        return Quantity(quantity, "nothing vibrates", LARGEST, "1")
+        return Quantity(quantity, "nothing vibrates", LARGEST, "1", levitated=True)
     where = f"{hertz(omega):.1f} Hz at {rpm(Omega):.0f} 1/min, {whirl_of(sense)}"
-    return Quantity(quantity, where, least, "1", {"frequency": hertz(omega), "N": float(rpm(Omega))})
+    facts = {"frequency": hertz(omega), "N": float(rpm(Omega))}
+    return Quantity(quantity, where, least, "1", facts, levitated=True)
 
 
 def least_decrement_over(quantity: str, vibrating: Callable[[float], Vibrations], speeds: Array) -> Quantity:
