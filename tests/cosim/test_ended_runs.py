@@ -1,4 +1,4 @@
-"""FMUs that end a run by themselves, within a step: `verify` compares up to that time, with the values that they have.
+"""FMUs that end a run by themselves, within a step: a record, and what `verify` compares, ends at that time.
 
 FMI 2.0 has values at fmi2LastSuccessfulTime after fmi2Discard with fmi2Terminated, FMI 3.0 at lastSuccessfulTime.
 """
@@ -14,6 +14,7 @@ import pytest
 from slow import slow_but_first
 
 import amb_cosim
+from tests.support.fmu_systems import system_text
 from tests.support.messages import assert_names
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="the FMU is compiled for Linux")
@@ -96,3 +97,71 @@ def test_a_step_that_is_discarded_without_an_end_fails(verified):
     item = verified(2, AT_STEPS + "0.3,0.3,runs\n", kind=3)
     assert not item.is_equal
     assert_names(item, "failed", "discarded", "0.2 s")
+
+
+@pytest.fixture
+def simulated(fmu_from_c, tmp_path):
+    """`simulated(ends, version, order, **options)`: a run of 0.4 s in steps of 0.1 s, of FMUs that end it at `ends`."""
+
+    def simulate(ends, version=2, order="gauss_seidel", h=0.1, kind=0, **options):
+        fmu = fmu_from_c(SOURCE, DESCRIPTIONS[version], version)
+        text = f'coupling = "{order}"\n' + system_text(dict.fromkeys(ends, fmu), end="0.4 s")
+        (tmp_path / "system.toml").write_text(text.replace('"1 ms"', f'"{h} s"'), encoding="utf-8")
+        settings = {f"{name}.end": end for name, end in ends.items()} | {f"{name}.kind": kind for name in ends}
+        return amb_cosim.simulate(tmp_path / "system.toml", set=settings, **options)
+
+    return simulate
+
+
+def times_and_values(result, name):
+    data = result.dataset
+    return data["time"].values.tolist(), data[f"{name}.y"].values.tolist()
+
+
+@pytest.mark.parametrize("loop", ["compiled", "plain"])
+@pytest.mark.parametrize("version", slow_but_first([2, 3]))
+def test_an_fmu_that_ends_its_run_stops_it_at_its_time(simulated, version, loop):
+    result = simulated({"one": 0.25}, version, loop=loop)
+    assert (result.outcome.status, result.outcome.time, result.outcome.failure) == ("stopped", 0.25, None)
+    assert_names(result.outcome, "one", "ended", "0.25 s", "fmi2Terminated" if version == 2 else "terminateSimulation")
+    assert times_and_values(result, "one") == ([0.0, 0.1, 0.2, 0.25],) * 2
+
+
+@pytest.mark.parametrize("kind", [1, 2])
+@pytest.mark.parametrize("loop", slow_but_first(["compiled", "plain"]))
+def test_a_run_that_ends_at_an_unknown_time_has_whole_steps(simulated, kind, loop):
+    result = simulated({"one": 0.25}, kind=kind, loop=loop)
+    assert (result.outcome.status, result.outcome.time) == ("stopped", 0.2)
+    assert times_and_values(result, "one") == ([0.0, 0.1, 0.2],) * 2
+
+
+@pytest.mark.parametrize("order", ["gauss_seidel", "jacobi"])
+@pytest.mark.parametrize("ends", [{"one": 0.3, "two": 9.0}, {"one": 9.0, "two": 0.3}, {"one": 0.3, "two": 0.3}])
+@pytest.mark.parametrize("loop", slow_but_first(["compiled", "plain"]))
+def test_a_whole_last_step_has_the_values_of_all_components(simulated, order, ends, loop):
+    result = simulated(ends, order=order, loop=loop)
+    assert (result.outcome.status, result.outcome.time) == ("stopped", pytest.approx(0.3))
+    for name in ends:
+        times, values = times_and_values(result, name)
+        assert (len(times), times) == (4, pytest.approx(values))
+
+
+@pytest.mark.parametrize("order", slow_but_first(["gauss_seidel", "jacobi"]))
+def test_an_end_within_a_step_of_several_leaves_that_step_out(simulated, order):
+    """Others may have no values at 0.25 s; the outcome has that time."""
+    result = simulated({"one": 9.0, "two": 0.25, "three": 9.0}, order=order)
+    assert (result.outcome.status, result.outcome.time) == ("stopped", 0.25)
+    for name in ("one", "two", "three"):
+        assert times_and_values(result, name) == ([0.0, 0.1, 0.2],) * 2
+
+
+def test_an_end_where_a_step_begins_is_that_of_the_step_before(simulated):
+    result = simulated({"one": 0.25}, h=0.125)
+    assert (result.outcome.time, times_and_values(result, "one")) == (0.25, ([0.0, 0.125, 0.25],) * 2)
+
+
+def test_simulate_reports_the_end_with_exit_code_0(simulated, runner, tmp_path):
+    simulated({"one": 0.25})
+    result = runner("simulate", str(tmp_path / "system.toml"), "--set", "one.end=0.25", "-o", str(tmp_path))
+    assert (result.exit_code, result.stderr) == (0, "")
+    assert_names(result.stdout, "stopped", "one ended the run", "0.25 s")

@@ -92,7 +92,7 @@ def test_elements_that_nothing_feeds_keep_the_values_that_were_set(run):
 @pytest.mark.parametrize(
     ("what", "status", "facts"),
     [
-        (END, "failed", ("fmi3DoStep", "Discard", "terminateSimulation")),
+        (END, "stopped", ("one", "ended the run", "terminateSimulation")),
         (EARLY, "failed", ("fmi3DoStep", "Discard", "early")),
         (MINUS_ONE, "failed", ("fmi3DoStep", "-1", "FMI")),
         (FAIL, "failed", ("fmi3DoStep", "Error", "it is hot")),

@@ -6,27 +6,43 @@ from collections.abc import Sequence
 
 
 class FmuError(RuntimeError):
-    """An FMU refused a call; `status` is its FMI status, `log` its messages."""
+    """An FMU refused a call; `status` is its FMI status, `log` its messages.
 
-    def __init__(self, call: str, status: str, log: Sequence[str]) -> None:
-        said = "; ".join(dict.fromkeys(log)) if log else "the FMU logged nothing"
-        super().__init__(f"{call} answered {status}: {said}")
+    `end` is the time (s) up to which the FMU came in a step in which it ends the run, as FMI allows; NaN if it states
+    none, and None for all other calls.
+    """
+
+    def __init__(self, call: str, status: str, log: Sequence[str], end: float | None = None) -> None:
+        self.said = "; ".join(dict.fromkeys(log)) if log else "the FMU logged nothing"
+        super().__init__(f"{call} answered {status}: {self.said}")
         self.call = call
         self.status = status
         self.log = list(log)
+        self.end = end
 
-    def __reduce__(self) -> tuple[type[FmuError], tuple[str, str, list[str]]]:
-        return FmuError, (self.call, self.status, self.log)
+    def __reduce__(self) -> tuple[type[FmuError], tuple[str, str, list[str], float | None]]:
+        return FmuError, (self.call, self.status, self.log, self.end)
 
 
 class StepFailed(RuntimeError):
-    """A component did not complete a step; `component` and `time` (s) identify it."""
+    """A component did not complete a step; `component` and `time` (s) identify it.
 
-    def __init__(self, component: str, time: float, reason: str) -> None:
+    `end` is that of the `FmuError` if the component ends the run in this step.
+    """
+
+    def __init__(self, component: str, time: float, reason: str, end: float | None = None) -> None:
         super().__init__(f"{component} failed at t = {time:.9g} s: {reason}")
         self.component = component
         self.time = time
         self.reason = reason
+        self.end = end
+
+    @classmethod
+    def by(cls, component: str, time: float, error: Exception) -> StepFailed:
+        """Return the error for a component whose step from `time` (s) raised another one."""
+        if isinstance(error, FmuError) and error.end is not None:
+            return cls(component, time, f"{component} ended the run ({error.said})", error.end)
+        return cls(component, time, str(error))
 
 
 class StartFailed(RuntimeError):

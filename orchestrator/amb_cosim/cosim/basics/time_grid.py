@@ -44,6 +44,10 @@ class TimeGrid(NamedTuple):
         """Return the time of a point (s); never a sum of steps."""
         return self.stop if n == self.last else self.start + n * self.step_size
 
+    def is_at(self, n: int, time: float) -> bool:
+        """Return whether a time (s) is that of a point, within rounding."""
+        return abs(time - self.time(n)) <= NEAR_STEP * self.step_size
+
     def times(self, points: Indices) -> Array:
         """Return the times of points (s)."""
         times = np.asarray(self.start + points * self.step_size, np.float64)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from contextlib import suppress
 from ctypes import byref, c_char, c_char_p, c_double, c_int, c_uint
@@ -88,15 +89,26 @@ class Binding2(Binding):
         self.call("DoStep", time, step_size, fmi2True)
 
     def reasons(self, call: str, status: int) -> list[str]:
-        """Return a phrase on a step that an FMU discarded to end the simulation, with the time that it reached."""
-        result = []
+        """Return a phrase on a discarded step: that it ends the run, or the time that the FMU reached."""
+        if status != DISCARD or call != "fmi2DoStep":
+            return []
+        if self.end_of_run(call, status) is not None:
+            return ["fmi2Terminated is true"]
+        reached = self._reached()
+        return [] if math.isnan(reached) else [reached_text(reached)]
+
+    def end_of_run(self, call: str, status: int) -> float | None:
+        """Return the last time of a step that the FMU discarded to end the run (s), NaN if it does not state it."""
         if status == DISCARD and call == "fmi2DoStep":
-            with suppress(Exception):  # questions that an FMU need not answer
+            with suppress(Exception):  # a question that an FMU need not answer
                 if self.fmu.getBooleanStatus(fmi2Terminated):
-                    result.append("with fmi2Terminated the FMU ends the simulation")
-            with suppress(Exception):
-                result.append(reached_text(self.fmu.getRealStatus(fmi2LastSuccessfulTime)))
-        return result
+                    return self._reached()
+        return None
+
+    def _reached(self) -> float:
+        with suppress(Exception):
+            return float(self.fmu.getRealStatus(fmi2LastSuccessfulTime))
+        return math.nan
 
     def send_text(self, variable: TextVariable, value: str | bytes) -> None:
         """Set a String variable; FMI 2.0 has no Binary."""

@@ -153,11 +153,16 @@ class Binding3(Binding):
         """Return what the FMU answered in addition to a status, or the value that cannot be sent to it."""
         said = {
             NOTHING: [],
-            ENDS: ["with terminateSimulation the FMU ends the simulation"],
+            ENDS: ["terminateSimulation is true"],
             EARLY: ["the FMU returned early from the step, which is not allowed"],
             UNFIT: [f"{self._state.number:.17g} does not fit into the integer type of the variable"],
         }[self._state.why]
-        return [*said, reached_text(self._state.number)] if status == DISCARD and call == "fmi3DoStep" else said
+        is_discarded = status == DISCARD and call == "fmi3DoStep" and self._state.why != ENDS
+        return [*said, reached_text(self._state.number)] if is_discarded else said
+
+    def end_of_run(self, call: str, status: int) -> float | None:
+        """Return the last time of a step in which the FMU ends the run (s)."""
+        return float(self._state.number) if self._state.why == ENDS and call == "fmi3DoStep" else None
 
     def send_text(self, variable: TextVariable, value: str | bytes) -> None:
         """Set a String or Binary variable."""

@@ -85,6 +85,13 @@ class Binding(Exchanging):
         """Return the known reasons for a status, in addition to the log of the FMU."""
         raise NotImplementedError
 
+    def end_of_run(self, call: str, status: int) -> float | None:
+        """Return the time (s) that the FMU states for the end of the run, NaN if it states none.
+
+        None is returned for calls by which it does not end the run.
+        """
+        raise NotImplementedError
+
     def call(self, name: str, *arguments: Any) -> None:
         """Call a function for the instance.
 

@@ -318,6 +318,7 @@ class FmuComponent:
 
     def _refusal(self, function: str, status: int) -> FmuError:
         self._running = self._running and 0 <= status < ERROR
+        end = self._binding.end_of_run(function, status)
         said = [*self._log.said(), *self._binding.reasons(function, status)]
         available = STATUS[status] if 0 <= status < len(STATUS) else f"{status}, a status that FMI does not have"
-        return FmuError(function, available, said)
+        return FmuError(function, available, said, end)

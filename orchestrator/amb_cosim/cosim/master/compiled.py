@@ -176,7 +176,7 @@ def run(
             if not 0 <= stopped.status <= WARNING:
                 component = master.components[stopped.component]
                 reason = component.refusal(CALLS[stopped.call], stopped.status)
-                raise StepFailed(component.name, master.time(reached), str(reason)) from reason
+                raise StepFailed.by(component.name, master.time(reached), reason) from reason
             for observe in observers:
                 observe(reached, master.values)
             taken, size = time.perf_counter() - started, reached + 1 - begin

@@ -197,6 +197,28 @@ class Master(Generic[P]):
             if n < last:
                 advance(n)
 
+    def complete(self, i: int, n: int, end: float) -> bool:
+        """Complete the step from point n in which component i ended the run at `end` (s).
+
+        Return whether all values are then those at that time: a component alone has them, and several have them at
+        point n + 1, unless the coupling is iterative or the component steps at a rate of its own.
+        """
+        is_together = self.grid.is_at(n + 1, end) and self.coupling != "iterative"
+        if self.components[i].every > 1 or not (is_together or len(self.components) == 1):
+            return False
+        try:
+            if self.coupling != "jacobi":
+                self._guarded(n, self.components[i], self._fetch_outputs, i)
+            (self._jacobi if self.coupling == "jacobi" else self._gauss_seidel)(n, i + 1)
+        except StepFailed as error:
+            ends_as_well = error.end is not None and self.grid.is_at(n + 1, error.end)
+            return ends_as_well and self.complete(self.position(error.component), n, end)
+        return True
+
+    def position(self, name: str) -> int:
+        """Return the number of a component."""
+        return [component.name for component in self.components].index(name)
+
     @property
     def scales(self) -> Array:
         """The largest values of all inputs so far, the reference of iterative coupling."""
@@ -216,19 +238,22 @@ class Master(Generic[P]):
             if first % component.every:
                 raise ValueError(f"{component.name} steps every {component.every} points and cannot start at {first}")
 
-    def _gauss_seidel(self, n: int) -> None:
+    def _gauss_seidel(self, n: int, first: int = 0) -> None:
+        """Step from point n, from component `first` on."""
         for i, component in enumerate(self.components):
-            if n % component.every == 0:
+            if i >= first and n % component.every == 0:
                 self._guarded(n, component, self._send_inputs, i)
                 self._guarded(n, component, self._step, i, n)
                 self._guarded(n, component, self._fetch_outputs, i)
 
-    def _jacobi(self, n: int) -> None:
+    def _jacobi(self, n: int, first: int = 0) -> None:
+        """Step from point n, from component `first` on if those before have their inputs and have stepped."""
         due = [(i, c) for i, c in enumerate(self.components) if n % c.every == 0]
-        for i, component in due:
+        for i, component in due if first == 0 else ():
             self._guarded(n, component, self._send_inputs, i)
         for i, component in due:
-            self._guarded(n, component, self._step, i, n)
+            if i >= first:
+                self._guarded(n, component, self._step, i, n)
         for i, component in enumerate(self.components):
             if (n + 1) % component.every == 0:
                 self._guarded(n, component, self._fetch_outputs, i)
@@ -258,7 +283,7 @@ class Master(Generic[P]):
         try:
             action(*arguments)
         except Exception as error:
-            raise StepFailed(component.name, self.time(n), str(error)) from error
+            raise StepFailed.by(component.name, self.time(n), error) from error
 
     def _send_inputs(self, i: int) -> None:
         component = self.components[i]

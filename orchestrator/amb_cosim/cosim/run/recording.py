@@ -21,11 +21,12 @@ class Outcome:
     Attributes
     ----------
     status
-        `completed`; `stopped` by one of its own conditions; `failed` in a component; `interrupted` by the user.
+        `completed`; `stopped` by one of its own conditions, or by a component, as FMI allows; `failed` in a component;
+        `interrupted` by the user.
     time
         Reached time (s).
     component
-        The failed component.
+        The component that failed or stopped the run.
     reason
         The met condition, or the message of the component; empty for a completed run.
     """

@@ -37,8 +37,8 @@ FIRST = 16  # steps until it is known how long they take
 def run_plan(assembly: Assembly, plan: Plan, options: RunOptions = DEFAULTS) -> Recording:
     """Run a plan with the FMUs of an assembly.
 
-    A failed step, Ctrl-C, SIGTERM (from the command line) or a met condition end the run early; the outcome states the
-    cause, and the record is kept.
+    A failed step, Ctrl-C, SIGTERM (from the command line), a met condition, or an FMU that ends it, end the run early;
+    the outcome states the cause, and the record is kept.
 
     Raises
     ------
@@ -71,7 +71,7 @@ def run_here(assembly: Assembly, plan: Plan, options: RunOptions) -> Recording:
             recording = record(simulated_settling_notice(str(error)))
         if options.instances is not None:
             stack.pop_all()  # the next run resets them, or loads new ones
-            if recording.outcome.status not in ("completed", "stopped"):
+            if recording.outcome.status not in ("completed", "stopped") or recording.outcome.component:
                 instances.expire()
     return recording
 
@@ -98,7 +98,10 @@ def _record(
         _step_to_end(simulator, begin, options.saves, observers, checkpoints)
         outcome = Outcome("completed", plan.time(plan.last))
     except StepFailed as error:
-        outcome = Outcome("failed", error.time, error.component, error.reason)
+        ended = error.end is not None
+        time = simulator.end(error) if ended else error.time
+        outcome = Outcome("stopped" if ended else "failed", time, error.component, error.reason)
+        plan = simulator.plan
     except Stopped as condition:
         stopped_at = simulator.master.time(condition.point)
         outcome = Outcome("stopped", stopped_at, None, plan.stops[condition.index].text)

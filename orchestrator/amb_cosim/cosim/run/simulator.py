@@ -10,7 +10,9 @@ from dataclasses import replace
 import numpy as np
 
 from amb_cosim.cosim.basics.choices import Loop
+from amb_cosim.cosim.basics.errors import StepFailed
 from amb_cosim.cosim.basics.loop_library import load_loop
+from amb_cosim.cosim.basics.time_grid import NEAR_STEP
 from amb_cosim.cosim.fmu.component import FmuComponent, FmuState
 from amb_cosim.cosim.fmu.process_sharing import separate_components
 from amb_cosim.cosim.master import compiled
@@ -166,6 +168,27 @@ class Simulator:
             compiled.run(*values, self.recorder, observers, self._stops, self.program(), stop, self.watch)
         else:
             self.master.run(*values[1:], [self.recorder, self.watch, self._stops, *observers], stop)
+
+    def end(self, failed: StepFailed) -> float:
+        """Record the end of a run that a component ended in a step, and return its time (s).
+
+        FMI has values then at the time that the component states, t to t + h in a step from t. An end that it does not
+        state, or not within the step, is t. Where a component of several ends the run within a step, the others have
+        no values at that time, and the record ends at t.
+        """
+        master, n, begin = self.master, self.recorder.reached, failed.time
+        i, end = master.position(failed.component), math.nan if failed.end is None else failed.end
+        if not begin < end <= begin + (1.0 + NEAR_STEP) * master.step_size_of(i, n):
+            return begin
+        is_whole = master.grid.is_at(n + 1, end)
+        end = master.time(n + 1) if is_whole else end
+        if begin == master.time(n) and master.complete(i, n, end):
+            self.plan = replace(self.plan, last=n + 1, stop_time=end)
+            for schedule in self.schedules if is_whole else ():
+                schedule(n + 1, master.exogenous)
+            self.recorder(n + 1, master.values)
+            self.watch(n + 1, master.values)
+        return end
 
     def program(self) -> Structure:
         """Return the data of the master for the compiled loop."""
