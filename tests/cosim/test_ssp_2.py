@@ -23,7 +23,9 @@ NOTE = '<ssc:MetaData kind="general" type="text/plain"><ssc:Content>of a test</s
 WHOLE = '<ssd:Connection startElement="one" startConnector="{0}" endElement="two" endConnector="{1}"/>'
 ONE = WHOLE.replace(" endElement", ' startIndices="{2}" endElement').replace('"/>', '" endIndices="{3}"/>')
 PUSH = '<ssd:Connection startConnector="push" endElement="one" endConnector="Float64.in"/>'
-LINKS = [WHOLE.format("Float64.out", "Float64.in"), ONE.format("Int8.out", "UInt64.in", 2, 1), PUSH]
+PULL = '<ssd:Connection startElement="two" startConnector="UInt64.out" {0} endConnector="{1}"/>'
+PULLS = [PULL.format("", "pull"), PULL.format('startIndices="1"', "first")]
+LINKS = [WHOLE.format("Float64.out", "Float64.in"), ONE.format("Int8.out", "UInt64.in", 2, 1), PUSH, *PULLS]
 VALUES = f"""
 <ssv:Parameter name="one.m"><ssv:Float64 value="6 5 4 3 2 1"/>{PAIR}<ssc:Dimension size="3"/></ssv:Parameter>
 <ssv:Parameter name="one.Int8.in"><ssv:Int8 value="-7 9"/>{PAIR}</ssv:Parameter>
@@ -58,7 +60,9 @@ def component(name):
 def structure(links=LINKS, values=VALUES):
     bound = f'<ssv:ParameterSet version="2.0" name="set"><ssv:Parameters>{values}</ssv:Parameters></ssv:ParameterSet>'
     return f"""<ssd:SystemStructureDescription {NAMESPACES} version="2.0" name="two"><ssd:System name="two">
-<ssd:Connectors><ssd:Connector name="push" kind="input"><ssc:Float64/>{PAIR}</ssd:Connector></ssd:Connectors>
+<ssd:Connectors><ssd:Connector name="push" kind="input"><ssc:Float64/>{PAIR}</ssd:Connector>
+<ssd:Connector name="pull" kind="output"><ssc:UInt64/>{PAIR}</ssd:Connector>
+<ssd:Connector name="first" kind="output"><ssc:UInt64/></ssd:Connector></ssd:Connectors>
 <ssd:ParameterBindings><ssd:ParameterBinding><ssd:ParameterValues>{bound}</ssd:ParameterValues>
 </ssd:ParameterBinding></ssd:ParameterBindings>
 <ssd:Elements>{component("one")}{component("two")}</ssd:Elements>
@@ -89,6 +93,11 @@ def test_arrays_of_an_archive_are_those_of_a_system_file(run, arrays3_fmu, tmp_p
     assert theirs["one.sum"].values[-1] == 6 + 10 + 12 + 12 + 10 + 6
     assert theirs["two.chosen"].values[-1] == 70000
     assert {"push[1]", "push[2]"} <= set(theirs)
+    assert [theirs[name].values[-1] for name in ("pull[1]", "pull[2]", "first")] == [
+        9,
+        theirs["two.UInt64.out[2]"][-1],
+        9,
+    ]
 
 
 @pytest.mark.parametrize(("parts", "facts"), [

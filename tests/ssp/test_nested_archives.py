@@ -152,6 +152,38 @@ def test_nested_systems_are_one_system_with_the_paths_as_names(last, archive):
     assert (link.source, link.target) == ("axle.motor.y", "load.u")
 
 
+OUT = connector("Out", "output", "mm")
+
+
+def test_an_output_of_the_archive_is_recorded_in_its_own_unit(archive):
+    """a.y is 3 m, which are 3000 mm at Out, and 6.5 without a unit at Twice, after twice and 0.5 more."""
+    ends = OUT + connector("Plain", "output") + connector("Twice", "output")
+    links = connect("a.y", "Out") + connect("a.y", "Plain") + connect("a.y", "Twice", LAW.format(2, 0.5))
+    root = system("root", ends, gain("a", "Metres"), links, bind({"a.k": 3.0}))
+    dataset = amb_cosim.simulate(archive(root, units=("mm",)), isolated=False).dataset
+    assert {name: (dataset[name].values[-1], dataset[name].attrs["units"]) for name in dataset} == {
+        "a.y": (3.0, "m"), "Out": (3000.0, "mm"), "Plain": (3.0, "m"), "Twice": (6.5, "1"),
+    }  # fmt: skip
+
+
+def test_outputs_of_nested_systems_reach_those_of_the_archive(last):
+    """axle.Out is 6; the archive shows it directly, and behind a gain that it feeds."""
+    ends = connector("torque", "output") + connector("load", "output")
+    links = connect("axle.Out", "torque") + connect("axle.Out", "load.u") + connect("load.y", "load")
+    values = last(system("root", ends, INNER + gain("load"), links, bind({"load.k": 2.0})))
+    assert (values["torque"], values["load"]) == (6.0, 12.0)
+
+
+def test_an_input_of_the_archive_may_also_be_its_output(last):
+    root = system("root", IN + OUT, gain("a"), connect("In", "a.u") + connect("In", "Out"), bind({"In": 5.0}))
+    assert last(root, units=("mm",)) == {"In": 5.0, "Out": 5.0, "a.y": 5.0}
+
+
+def test_an_output_that_shows_nothing_is_left_out(last):
+    ends = OUT + connector("time", "output")
+    assert last(system("root", ends, gain("a"), connect("a.y", "time")), units=("mm",)) == {"a.y": 1.0}
+
+
 def test_values_of_an_outer_system_count_more(last):
     root = system("root", "", INNER, bindings=bind({"axle.In": 5.0, "axle.motor.k": 100.0, "axle.gain": 7.0}))
     assert last(root)["axle.motor.y"] == 35.0

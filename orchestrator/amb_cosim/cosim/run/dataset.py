@@ -22,6 +22,7 @@ from amb_cosim.cosim.record.signals import AT_STEPS, EACH_STEP, Samples, Signals
 from amb_cosim.cosim.run.checkpoint import Checkpoint
 from amb_cosim.cosim.run.recording import Outcome, Recording
 from amb_cosim.cosim.system.experiment import port_of
+from amb_cosim.cosim.system.system import UNCHANGED, Output
 from amb_cosim.cosim.system.tables import moment_of
 from amb_cosim.cosim.system.values import Raw
 from amb_files.atomic import write_atomically
@@ -121,6 +122,9 @@ def to_signals(recording: Recording) -> SignalTable:
             },
             "time" if name in sampled else EACH_STEP,
         )
+    for output in plan.system.outputs:
+        if (source := variables.get(output.source)) is not None and output.name not in variables:
+            variables[output.name] = _of_output(output, source)
     times = plan.grid.times(recorder.points)
     time = Samples(times, {"units": "s", "description": "Time"})
     attributes: dict[str, Any] = {
@@ -144,6 +148,13 @@ def to_signals(recording: Recording) -> SignalTable:
         "git_revision": git_revision() or "",
     }
     return SignalTable(variables, {"time": time} | step_times(recording), attributes)
+
+
+def _of_output(output: Output, source: Samples) -> Samples:
+    """Return the samples of an output of the system, from those of the component's output that reaches it."""
+    law = output.factor, output.offset
+    values = source.values if law == UNCHANGED else output.factor * source.values + output.offset
+    return Samples(values, {**source.attrs, "units": output.unit or "1"})
 
 
 def _parameters(recording: Recording) -> dict[str, dict[str, Any]]:

@@ -17,11 +17,13 @@ from amb_cosim.cosim.fmu.fmu_interface import Port
 from amb_cosim.cosim.fmu.fmus import provide
 from amb_cosim.cosim.ssp.bindings import Setting, read_bindings
 from amb_cosim.cosim.ssp.hierarchy import NAMES, Node, number_of, read_hierarchy
-from amb_cosim.cosim.ssp.nets import Nets, Reached
+from amb_cosim.cosim.ssp.nets import Delivered, Nets, Reached
 from amb_cosim.cosim.ssp.structure import MASTER
 from amb_cosim.cosim.ssp.unit_conversion import Unit, conversion, unit_of
-from amb_cosim.cosim.system.system import UNCHANGED, Component, Connection, Signal
+from amb_cosim.cosim.system.system import UNCHANGED, Component, Connection, Output, Signal
 from amb_cosim.cosim.system.values import Raw
+
+TIME = "time"  # name of the times of a record
 
 
 class FlatSystem:
@@ -61,7 +63,10 @@ class FlatSystem:
         """Return notices on what does not run as the document has it."""
         listed = self.hierarchy.components.items()
         exchanged = [name for name, (_, element, _) in listed if element.get("implementation") == "ModelExchange"]
-        return tuple(f"{name}: the archive requests model exchange; co-simulation is used" for name in exchanged)
+        said = [f"{name}: the archive requests model exchange; co-simulation is used" for name in exchanged]
+        if any(node.name == TIME for node in self.nets.delivered):
+            said.append(f"the output {TIME} of the archive is not recorded; the times of the record have this name")
+        return tuple(said)
 
     def _connections(self) -> Iterator[Connection]:
         """Return connections between variables of components."""
@@ -107,6 +112,26 @@ class FlatSystem:
                 if name in inputs or len(own) < 2:
                     result.append(signal)
         return tuple(result)
+
+    def outputs(self) -> tuple[Output, ...]:
+        """Return the connectors of the outermost system that outputs of components reach, as outputs of the whole."""
+        return tuple(
+            output
+            for node, value in self.nets.delivered.items()
+            if node.name != TIME and self.hierarchy.connectors[node].kind in ("output", "inout")
+            for output in self._delivered(node.name, value)
+        )
+
+    def _delivered(self, name: str, value: Delivered) -> Iterator[Output]:
+        """Return the output of a connector, or of each element of an array; its source may be a signal."""
+        node = value.source
+        sources = self._ports(node, value.indices) if node.kind == "component" else [node.text]
+        for source in sources:
+            if value.law != UNCHANGED:
+                self._check_real(source)
+            place = "" if len(sources) == 1 else source.removeprefix(node.text)
+            unit = None if value.unit is None else value.unit.name
+            yield Output(f"{name}{place}", source, unit, *value.law)
 
     def _elements_fed(self, node: Node, reached: Iterable[Reached]) -> dict[str, dict[str, Reached]]:
         """Return the inputs of components that a connector, or each element of an array, feeds."""

@@ -30,6 +30,7 @@ FMU, DEFINITION, PACKAGE = (f"application/x-{kind}" for kind in ("fmu-sharedlibr
 TYPES = (FMU, DEFINITION, PACKAGE)
 HARMLESS = [tag(name) for name in ("ssd:ConnectionGeometry", "ssd:Annotations", "ssc:LinearTransformation")]
 MOST_NESTED = 20  # systems in each other
+OUTERMOST = ("system", "")  # kind and place of the connectors of the outermost system
 
 
 class Node(NamedTuple):
@@ -131,12 +132,12 @@ class Hierarchy:
     @property
     def outer_connectors(self) -> list[Node]:
         """The connectors of the outermost system."""
-        return [node for node in self.connectors if node[:2] == ("system", "")]
+        return [node for node in self.connectors if node[:2] == OUTERMOST]
 
     @property
     def inner_connectors(self) -> list[Node]:
         """The connectors of all other systems, and the entries of signal dictionaries."""
-        return [node for node in self.connectors if node.kind != "component" and node[:2] != ("system", "")]
+        return [node for node in self.connectors if node.kind != "component" and node[:2] != OUTERMOST]
 
     def resolve(self, path: str, name: str) -> Node | None:
         """Return the connector with a hierarchical name in a system or a component; None if there is no such element.

@@ -11,7 +11,7 @@ from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
 from amb_cosim.cosim.fmu.fmu_interface import FmuInterface
-from amb_cosim.cosim.ssp.hierarchy import Hierarchy, Link, Node
+from amb_cosim.cosim.ssp.hierarchy import OUTERMOST, Hierarchy, Link, Node
 from amb_cosim.cosim.ssp.unit_conversion import Law, Unit, composed, conversion, unit_of
 from amb_cosim.cosim.system.system import UNCHANGED
 
@@ -28,6 +28,15 @@ class Reached(NamedTuple):
     unit: Unit | None
     start_indices: tuple[int, ...]
     end_indices: tuple[int, ...]
+
+
+class Delivered(NamedTuple):
+    """A value at a connector of the outermost system: its source, its law, and its unit after that."""
+
+    source: Node
+    indices: tuple[int, ...]
+    law: Law
+    unit: Unit | None
 
 
 class Nets:
@@ -50,6 +59,7 @@ class Nets:
             self._at.setdefault(link.start, []).append((link, True))
             self._at.setdefault(link.end, []).append((link, False))
         self._arrival: dict[Node, Link] = {}  # by which the value of a net comes to a connector
+        self.delivered: dict[Node, Delivered] = {}  # of the connectors of the outermost system to which outputs come
 
     def causality(self, node: Node) -> str:
         """Return whether a connector is input, output, ... : of a component as its FMU says, else as the document."""
@@ -114,6 +124,8 @@ class Nets:
                 seen.add(node)
                 if claims:
                     self._arrival.setdefault(node, link)
+                    if node[:2] == OUTERMOST:
+                        self.delivered.setdefault(node, Delivered(start, begin, reached.law, after))
                 waiting.append((reached, after, link))
 
     def _passed(self, link: Link, source: Node, unit: Unit | None, target: Node) -> tuple[Law, Unit | None]:

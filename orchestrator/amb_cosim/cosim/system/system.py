@@ -79,8 +79,22 @@ class Signal:
 
 
 @dataclass(frozen=True)
+class Output:
+    """An output of the system as a whole: factor times `source`, an output of a component, plus offset, in `unit`.
+
+    It is recorded under its name, where its source is recorded.
+    """
+
+    name: str
+    source: str
+    unit: str | None = None
+    factor: float = 1.0
+    offset: float = 0.0
+
+
+@dataclass(frozen=True)
 class System:
-    """Components in Gauss-Seidel order, their connections, shared signals and parameters.
+    """Components in Gauss-Seidel order, their connections, shared signals, parameters, and outputs of the whole.
 
     `*` and `?` in names of connected variables, mandatory inputs and parameters match variables of the components, see
     `patterns.expand`; a pattern of a parameter may match nothing. `unrecorded` are patterns of outputs that a run
@@ -106,6 +120,7 @@ class System:
     stated: Mapping[str, frozenset[str]] = field(default_factory=dict)
     unknown: tuple[str, ...] = ()
     remarks: tuple[str, ...] = ()
+    outputs: tuple[Output, ...] = ()
 
     def __post_init__(self) -> None:
         names = [component.name for component in self.components]
