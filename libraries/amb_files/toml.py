@@ -25,6 +25,7 @@ from __future__ import annotations
 
 import re
 import tomllib
+from codecs import BOM_UTF16_BE, BOM_UTF16_LE
 from collections.abc import Callable
 from functools import wraps
 from importlib.resources.abc import Traversable
@@ -42,6 +43,8 @@ T = TypeVar("T")
 LARGEST = 64 * 2**20  # bytes of a file
 DEEPEST = 100  # levels of tables and lists
 LONGEST_KEY = 1000  # dots of a dotted key
+LINE = re.compile(r"\(at line (\d+)")
+SEPARATED = re.compile(r"=\s*([+-]?\d[\d.]*,\d+)")
 NO_KEY = re.compile(r"[,=\[\]{}#\n]")  # separators of keys
 
 STRICT = ConfigDict(extra="forbid", allow_inf_nan=False, arbitrary_types_allowed=True)
@@ -71,7 +74,7 @@ def parse_toml(text: str, name: str) -> dict[str, Any]:
     except RecursionError as error:
         raise too_deep from error
     except ValueError as error:  # from Python, for a number with thousands of digits
-        raise ValueError(f"{name} is not valid TOML: {error}") from error
+        raise ValueError(f"{name} is not valid TOML: {error}{_separators(text, str(error))}") from error
     inner: list[Any] = [data]
     for _ in range(DEEPEST):
         lists = [part.values() if isinstance(part, dict) else part for part in inner if isinstance(part, dict | list)]
@@ -79,6 +82,13 @@ def parse_toml(text: str, name: str) -> dict[str, Any]:
     if inner:
         raise too_deep
     return data
+
+
+def _separators(text: str, error: str) -> str:
+    """Return a hint if the line with an error has a number with a decimal comma, or with groups of digits."""
+    at, lines = LINE.search(error), text.splitlines()
+    number = SEPARATED.search(lines[int(at[1]) - 1]) if at is not None and int(at[1]) <= len(lines) else None
+    return "" if number is None else f"; {number[1]} has a comma: a number has a decimal point, and no other separators"
 
 
 def read_toml(source: Path | Traversable, name: str) -> dict[str, Any]:
@@ -100,11 +110,22 @@ def read_toml(source: Path | Traversable, name: str) -> dict[str, Any]:
 
 
 def read_text(source: Path | Traversable, name: str) -> str:
-    """Return the text of a UTF-8 file, without a byte order mark; arguments and errors as for `read_toml`."""
+    """Return the text of a file without its byte order mark; arguments and errors as for `read_toml`.
+
+    It is UTF-8, or UTF-16 with a byte order mark, as editors and shells of Windows save it.
+    """
+    content = read_bytes(source, name)
+    encoding = "utf-16" if content.startswith((BOM_UTF16_LE, BOM_UTF16_BE)) else "utf-8-sig"
     try:
-        return read_bytes(source, name).decode("utf-8-sig")
+        text = content.decode(encoding)
     except UnicodeDecodeError as error:
-        raise ValueError(f"{name} cannot be read: it is not UTF-8 text (byte {error.start})") from error
+        what = encoding.removesuffix("-sig").upper()
+        raise ValueError(
+            f"{name} cannot be read: it is not {what} text (byte {error.start}); save it as UTF-8"
+        ) from error
+    if "\0" in text:
+        raise ValueError(f"{name} cannot be read: it has zero bytes, as UTF-16 and UTF-32 have; save it as UTF-8")
+    return text
 
 
 def read_bytes(source: Path | Traversable, name: str) -> bytes:

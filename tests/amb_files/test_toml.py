@@ -170,3 +170,30 @@ def test_unreadable_file_is_refused_with_its_reason(tmp_path, make, facts):
     make(path)
     with raises_naming(ValueError, "pump file", *facts):
         read_toml(path, "pump file")
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "utf-16-be"])
+def test_files_have_the_encodings_of_windows_editors(tmp_path, encoding):
+    mark = b"\xfe\xff" if encoding == "utf-16-be" else b""
+    (tmp_path / "pump.toml").write_bytes(mark + 'name = "Lüfter"\n'.encode(encoding))
+    assert read_toml(tmp_path / "pump.toml", "pump") == {"name": "Lüfter"}
+
+
+@pytest.mark.parametrize("encoding", ["latin-1", "utf-16-le", "utf-32"])
+def test_another_encoding_is_refused_with_utf_8(tmp_path, encoding):
+    (tmp_path / "pump.toml").write_bytes('name = "Lüfter"\n'.encode(encoding))
+    with raises_naming(ValueError, "pump", "save it as UTF-8"):
+        read_toml(tmp_path / "pump.toml", "pump")
+
+
+@pytest.mark.parametrize("text", ["mass = 1,5", "mass = 12,000 # kg", "disc = { mass = 1.234,5 }", "mass =-0,5"])
+def test_a_comma_in_a_number_is_named(text):
+    number = text.partition("mass =")[2].strip(" }#kg")
+    with raises_naming(ValueError, "pump", "line 2", number, "decimal point"):
+        parse_toml(f"width = 2\n{text}\n", "pump")
+
+
+def test_commas_between_numbers_are_no_decimal_commas():
+    with pytest.raises(ValueError, match="not valid TOML") as caught:
+        parse_toml("nodes = [1,5 mm]\n", "pump")
+    assert "decimal" not in str(caught.value)

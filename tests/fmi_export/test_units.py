@@ -18,7 +18,7 @@ from fmi_export.building.units import (
     registry,
     to_unit,
 )
-from tests.support.messages import raises_naming
+from tests.support.messages import assert_names, raises_naming
 
 
 @pytest.mark.parametrize(
@@ -176,10 +176,44 @@ def test_units_of_the_trade_are_read_as_the_trade_means_them():
         ("2 lbm", "kg", 2 * 0.45359237),
         ("3 gn", "m/s2", 3 * 9.80665),
         ("1 PS", "W", 735.49875),
+        *((f"30 {spelled}", "rad/s", math.pi) for spelled in ("r.p.m.", "r.p.m", "R.P.M.", "c.p.m.", "rev./min")),
+        ("1 r.p.s.", "Hz", 1.0),
+        ("3 in.", "m", 3 * 0.0254),
+        ("3 oz.in.", "kg.m", 3 * 0.028349523125 * 0.0254),
+        ("4 amps", "A", 4.0),
+        ("\N{MINUS SIGN}4 mm", "m", -4e-3),
     ],
 )
 def test_units_are_read_as_data_sheets_print_them(text, unit, value):
     assert to_unit(text, unit, "v") == pytest.approx(value, rel=1e-12)
+
+
+POUND, OUNCE, INCH = 0.45359237 * 9.80665, 0.028349523125 * 9.80665, 0.0254
+
+
+@pytest.mark.parametrize(
+    ("text", "unit", "value"),
+    [
+        *((f"5 {spelled}", "N.m", 5 * POUND * INCH) for spelled in ("lb-in", "lb.in", "in-lb", "lbf.in", "lbf-in")),
+        ("5 ft-lb", "N.m", 5 * POUND * 12 * INCH),
+        ("5 oz-in", "N.m", 5 * OUNCE * INCH),
+        ("5 lb/in", "N/m", 5 * POUND / INCH),
+        ("5 lb.s/in", "N.s/m", 5 * POUND / INCH),
+        ("5 lb", "N", 5 * POUND),
+        ("5 lb", "kg", 5 * 0.45359237),
+        ("5 lb-in", "kg.m", 5 * 0.45359237 * INCH),
+        ("5 lb-in2", "kg.m2", 5 * 0.45359237 * INCH**2),
+        ("5 lb-in-s2", "kg.m2", 5 * POUND * INCH),
+    ],
+)
+def test_a_pound_is_a_force_where_a_mass_has_no_meaning(text, unit, value):
+    assert to_unit(text, unit, "v") == pytest.approx(value, rel=1e-12)
+
+
+def test_a_kilogram_is_no_force():
+    for text, unit, force in (("5 kg", "N", "kgf"), ("5 kg-cm", "N.m", "kgf-cm"), ("5 kg/mm", "N/m", "kgf/mm")):
+        with raises_naming(ValueError, "v", repr(text), unit, f"as in {force}"):
+            to_unit(text, unit, "v")
 
 
 @pytest.mark.parametrize("unit", ["count", "counts", "bit"])
@@ -211,9 +245,28 @@ def test_text_without_a_number_is_refused_with_an_example(text):
         to_unit(text, "m", "length")
 
 
-def test_a_decimal_comma_is_not_taken_for_a_whole_number():
-    with raises_naming(ValueError, "',5 mm'"):
-        to_unit("1,5 mm", "m", "length")
+@pytest.mark.parametrize(
+    ("text", "forms"),
+    [
+        ("12,000 rpm", ("12000", "12.000")),
+        ("1,5 rpm", ("1.5",)),
+        ("0,750 rpm", ("0.750",)),
+        ("12,0000 rpm", ("12.0000",)),
+        ("-1.234,5 rpm", ("-1234.5",)),
+        ("1,234,567.8 rpm", ("1234567.8",)),
+        ("12 000 1/min", ("12000",)),
+        ("12'000 rpm", ("12000",)),
+        ("12_000 rpm", ("12000",)),
+        ("3x10^4 rpm", ("3e4",)),
+        ("3·10⁻⁴ rpm", ("3e-4",)),
+        ("1,5", ("1.5",)),
+    ],
+)
+def test_a_number_with_separators_is_refused_with_its_plain_forms(text, forms):
+    with pytest.raises(ValueError, match="is not allowed") as caught:
+        to_unit(text, "rad/s", "speed")
+    assert_names(caught.value, "speed", repr(text))
+    assert str(caught.value).rpartition("write ")[2] == " or ".join(forms)
 
 
 def test_a_fractional_exponent_is_refused():

@@ -63,6 +63,7 @@ COMMANDS = {
     "sweep levitation.toml --vary rotor_contact.turbine.u=5:40:3": (
         "add the intended unit, such as rotor_contact.turbine.u='5 kg.m'"
     ),
+    "study poles levitation.toml --up-to '12,000 rpm'": "a single number is 12000 or 12.000",
     "study traps levitation.toml --unbalance 20": "--unbalance 20 has no unit; write for example '20 g.m'",
     "study traps levitation.toml --unbalance-up-to 20": "--unbalance-up-to 20 has no unit",
     "study unbalance_response levitation.toml --unbalance 20": "--unbalance 20 has no unit",

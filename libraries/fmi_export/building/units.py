@@ -10,11 +10,14 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Mapping
 from contextlib import suppress
 from decimal import Decimal
 from fractions import Fraction
 from functools import cache
 from typing import TYPE_CHECKING
+
+from fmi_export.building.number_texts import plain_forms
 
 if TYPE_CHECKING:
     import pint
@@ -82,6 +85,7 @@ COMMON = {
 # the activity of an enzyme). An exponent belongs to the last factor of a product: kgm2 is kg m2.
 TRADE = {
     **dict.fromkeys(("RPM", "Rpm"), "rpm"),
+    "kRPM": "krpm",
     **dict.fromkeys(("U", "r", "rev", "revs", "tr"), "turn"),
     **dict.fromkeys(("cpm", "CPM"), "(turn/minute)"),
     "cps": "(turn/second)",
@@ -92,6 +96,7 @@ TRADE = {
     "gn": "standard_gravity",
     "PS": "metric_horsepower",
     **dict.fromkeys(("mil", "mils"), "thou"),
+    **dict.fromkeys(("amp", "Amp", "amps", "Amps"), "ampere"),
 }
 PRODUCTS = {
     **{f"{prefix}Nm": f"{prefix}N*m" for prefix in ("", "m", "k", "M")},
@@ -104,6 +109,11 @@ PRODUCTS = {
     "Vs": "V*s",
     "As": "A*s",
 }
+# Masses that the trade writes for their weights, as in a torque of 5 lb-in, where a force is meant.
+POUNDS = {"lb": "lbf", "lbs": "lbf", "oz": "ozf"}
+# Abbreviations with full stops, such as r.p.m. and in., which are no products.
+INITIALS = re.compile(r"\b([rcRC])\.\s?([pP])\.\s?([msMS])\b\.?")
+STOP = re.compile(r"(?<=[A-Za-z])\.(?=$|[/)*-]|\s*$)")
 # Signs of printed units, as the text has them in FMI notation.
 SIGNS = str.maketrans({**dict.fromkeys("·⋅∙•×", "*"), **dict(zip("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-", strict=True))})
 
@@ -170,7 +180,8 @@ def parse_unit(unit: str, numbers: type = Fraction) -> pint.Unit:
 
 def _plain(unit: str) -> str:
     """Return a unit in FMI notation: without printed signs, products by hyphens (`oz-in`) and a leading `/`."""
-    text = re.sub(r"°(?![A-Za-z])", "deg", unit.strip().translate(SIGNS)).replace("‰", "permille")
+    text = STOP.sub("", INITIALS.sub(lambda match: "".join(match.groups()).lower(), unit.strip()))
+    text = re.sub(r"°(?![A-Za-z])", "deg", text.translate(SIGNS)).replace("‰", "permille")
     return re.sub(r"^/", "1/", re.sub(r"(?<=[A-Za-z])-(?=[A-Za-z])", "*", text))
 
 
@@ -259,17 +270,28 @@ def to_unit(text: str | float, unit: str, name: str) -> float:
 def _converted(text: str | float, unit: str, name: str) -> float:
     if isinstance(text, int | float):
         return float(text)
+    text = text.replace("−", "-")
     match = re.fullmatch(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[+-]?inf|nan)\s*(.*?)\s*", text)
     if match is None:
         raise ValueError(f"{name} = {text!r} is no number; write for example {name}=0.5 or {name}='0.5 {unit}'")
     number, values = float(match[1]), match[2]
     if not values or values == unit:
         return number
+    if forms := plain_forms(text):
+        raise ValueError(
+            f"{name} = {text[:LONGEST_UNIT]!r} is not allowed: a number has a decimal point and no other separators; "
+            f"write {' or '.join(forms)}"
+        )
     exact = Fraction(Decimal(match[1])) if math.isfinite(number) and number else None  # 1e999999999 has too many digits
     if (values, unit) in COMMON:
         return number if exact is None else float(exact * COMMON[values, unit])
     displayed = text if len(text) <= LONGEST_UNIT else f"{text[:LONGEST_UNIT]}..."
     return _by_pint(number, exact, values, unit, f"{name} = {displayed!r}")
+
+
+def _as_weights(unit: str, forces: Mapping[str, str]) -> str:
+    """Return a unit with the forces that are the weights of its masses, by the names of these."""
+    return re.sub(rf"(?<![^\W\d])({'|'.join(forces)})(?![^\W\d])", lambda match: forces[match[1]], unit)
 
 
 def _by_pint(number: float, exact: Fraction | None, values: str, unit: str, what: str) -> float:
@@ -288,7 +310,15 @@ def _by_pint(number: float, exact: Fraction | None, values: str, unit: str, what
                 return float(converted(exact) * _revolution(values, unit))
         return float(converted(number))
     except pint.DimensionalityError as error:
-        raise ValueError(f"{what} has unit {values}, which cannot be converted to {unit}") from error
+        weighed, hint = _as_weights(values, POUNDS), ""
+        if weighed != values:
+            with suppress(ValueError):
+                return _by_pint(number, exact, weighed, unit, what)
+        if (weighed := _as_weights(values, {"kg": "kgf"})) != values:
+            with suppress(ValueError):
+                _by_pint(number, exact, weighed, unit, what)
+                hint = f"; a kilogram-force is kgf, as in {weighed}"
+        raise ValueError(f"{what} has unit {values}, which cannot be converted to {unit}{hint}") from error
     except ValueError as error:  # of `parse_unit`
         raise ValueError(f"{what}: {error}") from error
 

@@ -10,6 +10,7 @@ import click
 
 from amb_cosim.commands.cli_errors import refusing
 from amb_cosim.cosim.basics.choices import FLAVOURS, FMIS, LOOPS
+from fmi_export.building.number_texts import plain_forms
 
 Option = Callable[[Callable[..., None]], Callable[..., None]]
 
@@ -69,7 +70,9 @@ class WithUnit(click.ParamType):  # type: ignore[type-arg]  # generic in later v
         with refusing():
             for part in self.parts(value):
                 if _is_number(part) and float(part):
-                    raise ValueError(f"{option} {part.strip()} has no unit; write for example {self.examples}")
+                    forms = " or ".join(plain_forms(value))
+                    hint = f"; a comma separates quantities, a single number is {forms}" if forms else ""
+                    raise ValueError(f"{option} {part.strip()} has no unit; write for example {self.examples}{hint}")
         return value
 
 
