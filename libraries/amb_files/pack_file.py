@@ -12,6 +12,7 @@ from amb_files.packs import files_of, packs
 from amb_files.suggestions import suggest
 from amb_files.toml import read_toml, table, validate
 
+NAME = "pack.toml"
 Default = Literal["rotor", "scenario", "changing_speed"]
 
 
@@ -43,12 +44,19 @@ def pack_files() -> dict[str, PackFile]:
     ValueError
         If a file cannot be read or is malformed.
     """
-    files = {name: folder / "pack.toml" for name, folder in packs().items()}
-    return {
-        name: validate(read_toml(file, what := f"{file.name} of pack {name}"), PackFile, what)
-        for name, file in files.items()
-        if file.is_file()
-    }
+    return {pack: read_pack_file(file, pack) for pack, file in available().items()}
+
+
+def available() -> dict[str, Path]:
+    """Return the files `pack.toml` by name of the pack."""
+    files = {name: folder / NAME for name, folder in packs().items()}
+    return {name: file for name, file in files.items() if file.exists() or file.is_symlink()}
+
+
+def read_pack_file(file: Path, pack: str) -> PackFile:
+    """Return the content of the file `pack.toml` of a pack; raises ValueError as `pack_files`."""
+    what = f"{NAME} of pack {pack}"
+    return validate(read_toml(file, what), PackFile, what)
 
 
 def default(key: Default) -> str:

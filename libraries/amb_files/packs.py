@@ -28,20 +28,27 @@ GROUP = "amb_cosim.packs"
 APPLICATIONS = "amb_cosim.applications"
 
 
-def unreadable_distributions() -> list[str]:
-    """Return the names of installed distributions whose `entry_points.txt` cannot be read."""
-    result = []
+def unreadable_distributions() -> dict[str, str]:
+    """Return the reason by the name of each installed distribution whose `entry_points.txt` cannot be read.
+
+    A distribution without a name is called by its folder.
+    """
+    result = {}
     for distribution in distributions():
         try:
             _ = distribution.entry_points
-        except Exception:
-            result.append(distribution.metadata["Name"])
+        except Exception as error:  # of the library that parses it
+            name = distribution.metadata["Name"] or Path(str(getattr(distribution, "_path", "distribution"))).name
+            is_text = not isinstance(error, UnicodeDecodeError)
+            reason = getattr(error, "strerror", None) or "it has a line without a value"
+            result[name] = reason if is_text else "it is not UTF-8"
     return result
 
 
 def pack_of(file: Path) -> str:
-    """Return the name of the pack that has a file in one of its folders."""
-    return next((pack for pack, folder in packs().items() if folder == file.parents[1]), file.parents[1].name)
+    """Return the name of the pack that has a file in its folder, or in one of those in it."""
+    places = file.parent, file.parents[1]
+    return next((pack for pack, folder in packs().items() if folder in places), file.parents[1].name)
 
 
 @cache

@@ -299,5 +299,5 @@ def test_a_base_that_leads_back_to_itself_is_refused(tmp_path):
 def test_an_unknown_base_is_refused(tmp_path):
     derived = tmp_path / "derived.toml"
     derived.write_text('base = "nothing.toml"\n')
-    with raises_naming(ValueError, "nothing.toml"):
+    with raises_naming(ValueError, f"scenario {derived}", "base = 'nothing.toml'", str(tmp_path / "nothing.toml")):
         load_scenario(str(derived))

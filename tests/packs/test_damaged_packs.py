@@ -33,22 +33,48 @@ def command(site: Path, line: str, code: int = 0) -> tuple[str, str]:
     return done.stdout, done.stderr
 
 
+ODD = {
+    "odd_rub": "Omega = true\nrotor = 3\n",
+    "no_base": 'base = "nothing"\n',
+    "latin": 'description = "\xe9"\n',
+}
+
+
 def test_invalid_scenarios_and_sweeps_are_skipped_with_the_name_of_their_pack(site):
-    (site / "broken" / "scenarios" / "odd_rub.toml").write_text("Omega = true\n", encoding="utf-8")
-    (site / "broken" / "scenarios" / "loop.toml").symlink_to("loop.toml")
+    scenarios = site / "broken" / "scenarios"
+    for name, text in ODD.items():
+        (scenarios / f"{name}.toml").write_text(text, encoding="latin-1")
+    (scenarios / "loop.toml").symlink_to("loop.toml")
+    (scenarios / "folder.toml").mkdir()
+    (site / "broken" / "pack.toml").write_text("description = 1\n", encoding="utf-8")
     (site / "broken" / "sweeps" / "odd_sweep.toml").write_text("axes = 3\n", encoding="utf-8")
     displayed, warned = command(site, "list")
     assert "fig4_9" in displayed
-    for name in ("odd_rub", "loop", "odd_sweep"):
-        assert_names(next(line for line in warned.splitlines() if name in line), "pack broken", name)
+    assert "did you mean" not in warned
+    for name in (*ODD, "loop", "folder", "odd_sweep", "pack.toml"):
+        assert_names(next(line for line in warned.splitlines() if name in line), name)
+    for line in warned.splitlines():
+        assert line.startswith("warning: pack broken: ")
 
 
-@pytest.mark.parametrize("line", ["list", "run drop --until 1ms"])
-def test_entry_points_that_are_not_utf8_are_refused_with_the_name_of_the_distribution(site, line):
-    (site / "broken-1.0.dist-info" / "entry_points.txt").write_bytes(b"[amb_cosim.packs]\nbroken = br\xe9ken\n")
+LATIN = b"[amb_cosim.packs]\nbroken = br\xe9ken\n"
+
+
+@pytest.mark.parametrize(
+    ("line", "content", "reason"),
+    [("list", LATIN, "UTF-8"), ("run drop --until 1ms", LATIN, "UTF-8"), ("list", b"[a]\nbroken\n", "a line")],
+)
+def test_entry_points_that_cannot_be_read_are_refused_with_their_distribution(site, line, content, reason):
+    (site / "broken-1.0.dist-info" / "entry_points.txt").write_bytes(content)
     warned = command(site, line, code=2)[1]
-    assert_names(warned, "entry_points.txt", "broken", "UTF-8")
+    assert_names(warned, "entry_points.txt", "broken", reason)
     assert "Traceback" not in warned
+
+
+def test_a_distribution_without_a_name_is_called_by_its_folder(site):
+    (site / "broken-1.0.dist-info" / "METADATA").unlink()
+    (site / "broken-1.0.dist-info" / "entry_points.txt").write_bytes(LATIN)
+    assert_names(command(site, "list", code=2)[1], "entry_points.txt", "broken-1.0.dist-info", "UTF-8")
 
 
 def test_a_scenario_that_is_a_link_to_nothing_is_named_as_such(tmp_path):

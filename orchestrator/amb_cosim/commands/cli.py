@@ -33,17 +33,18 @@ class Commands(PackCommands):
         except Exception as error:  # an import interrupted by a signal may fail with any error
             if was_interrupted():
                 raise interrupted(getattr(error, "message", "interrupted")) from error
-            if isinstance(error, UnicodeDecodeError) or isinstance(error.__cause__, UnicodeDecodeError):
+            is_message = isinstance(error, click.ClickException | click.exceptions.Exit | click.Abort)
+            if not is_message or isinstance(error.__cause__, UnicodeDecodeError):
                 _check_distributions(error)
             raise
 
 
 def _check_distributions(error: Exception) -> None:
-    """Refuse an installed distribution whose entry points are not UTF-8: Pydantic and xarray read all of them."""
+    """Refuse an installed distribution whose entry points cannot be read: Pydantic and xarray read all of them."""
     from amb_files.packs import unreadable_distributions
 
-    if names := unreadable_distributions():
-        said = f"entry_points.txt of the installed {', '.join(names)} cannot be read; it must be UTF-8"
+    for name, reason in unreadable_distributions().items():
+        said = f"entry_points.txt of the installed {name} cannot be read: {reason}"
         raise Refused(f"{said}; correct or uninstall it") from error
 
 

@@ -46,12 +46,11 @@ class ListedItem(NamedTuple):
 def list_scenarios(name: str | None, words: str) -> None:
     """List scenarios and sweeps, or show all of NAME."""
     from amb_cosim.presentation.plain_console import plain_console
-    from amb_files.pack_file import pack_files
     from amb_files.packs import packs
     from amb_files.suggestions import suggest
 
     with refusing():
-        entries, said = list(_entries()), pack_files()
+        entries = list(_entries())
         if name is not None:
             item = next((entry for entry in entries if entry.name == name), None)
             if item is None:
@@ -65,11 +64,11 @@ def list_scenarios(name: str | None, words: str) -> None:
         entries = [entry for entry in entries if entry.has(wanted)]
         if not entries:
             raise ValueError(f"no entry has the words {words!r}")
-    console, width = plain_console(), max(len(entry.name) for entry in entries)
+    console, width, described = plain_console(), max(len(entry.name) for entry in entries), _descriptions()
     for pack, folder in packs().items():
         of_pack = [entry for entry in entries if entry.file.parents[1] == folder]
         if of_pack:
-            _line(console, f"{pack}: {said[pack].description}" if pack in said else pack, style="bold")
+            _line(console, f"{pack}: {described[pack]}" if pack in described else pack, style="bold")
         for _, theme in sorted({(entry.command != "run", entry.theme) for entry in of_pack}):
             _line(console, f"  {theme}", style="italic")
             for entry in of_pack:
@@ -95,6 +94,14 @@ def _entries() -> Iterator[ListedItem]:
         yield from listing.entries()
 
 
+def _descriptions() -> dict[str, str]:
+    """Return the descriptions of packs; an invalid pack.toml is skipped with a warning."""
+    from amb_files.pack_file import available, read_pack_file
+
+    contents = {pack: readable(file, read_pack_file, file, pack) for pack, file in available().items()}
+    return {pack: content.description for pack, content in contents.items() if content is not None}
+
+
 def readable(file: Path, read: Callable[..., T], *arguments: str | Path) -> T | None:
     """Return what a function reads from a file of a pack, or None with a warning if that is invalid."""
     from amb_files.packs import pack_of
@@ -102,7 +109,8 @@ def readable(file: Path, read: Callable[..., T], *arguments: str | Path) -> T | 
     try:
         return read(*arguments)
     except ValueError as error:
-        click.echo(f"warning: pack {pack_of(file)}: {error}", err=True)
+        for line in str(error).splitlines():
+            click.echo(f"warning: pack {pack_of(file)}: {line}", err=True)
         return None
 
 

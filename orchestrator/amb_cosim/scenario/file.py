@@ -52,8 +52,9 @@ def read_scenario(name: str, derived: tuple[str, ...] = ()) -> dict[str, Any]:
     """
     packaged = files_of("scenarios")
     source = packaged.get(name, Path(name))
-    if source.is_symlink() and not source.is_file():
-        raise ValueError(f"scenario {name}: {source} is a link that leads to no file")
+    if not source.is_file() and (source.is_symlink() or source.exists()):
+        what = "no regular file" if source.exists() else "a link that leads to no file"
+        raise ValueError(f"scenario {name}: {source} is {what}")
     if not source.is_file():
         kind = "file" if name.endswith(".toml") else "scenario"
         raise ValueError(f"no {kind} {name!r}; {suggest(name, packaged_scenarios())}")
@@ -69,7 +70,13 @@ def read_scenario(name: str, derived: tuple[str, ...] = ()) -> dict[str, Any]:
         return data
     if not isinstance(base, str):
         raise ValueError(f"scenario {name}: base = {base!r} is not allowed; it must be the name or path of a scenario")
-    below = read_scenario(base if base in packaged else str(source.parent / base), (*derived, name))
+    if base not in packaged:
+        file = source.parent / base
+        if not (file.exists() or file.is_symlink()):
+            hint = suggest(base, packaged_scenarios())
+            raise ValueError(f"scenario {name}: base = {base!r} is not allowed; there is no file {file}; {hint}")
+        base = str(file)
+    below = read_scenario(base, (*derived, name))
     for entry in remove:
         with errors_in(f"scenario {name}"):
             below = _without(below, entry)
