@@ -11,5 +11,5 @@ def test_an_fmu_in_place_of_a_model_is_named(tmp_path):
     fmu = tmp_path / "own.fmu"
     fmu.touch()
     system = System("pump", "A pump.", (Component("controller", str(fmu)),), ())
-    with raises_naming(ValueError, "controller", "pump", str(fmu), "built already", "rotor_contact"):
+    with raises_naming(ValueError, "controller", "pump", str(fmu), "an FMU already", "rotor_contact"):
         made_for(system)

@@ -85,9 +85,9 @@ def made_for(system: System, source: Callable[..., Made] = model_source, **optio
     """
     for component in (c for c in system.components if not is_model(c.fmu)):
         is_built = Path(component.fmu).is_file()
-        what = "is built already and cannot become part of another" if is_built else "cannot be built"
+        built = "is an FMU already: it can neither receive start values nor become part of another FMU"
         raise ValueError(
-            f"{component.name} of system {system.name}, the FMU {component.fmu}, {what}; it must be one of the models "
-            f"{', '.join(models())}"
+            f"{component.name} of system {system.name}: {component.fmu} {built if is_built else 'is no file'}; it must "
+            f"be one of the models {', '.join(models())}"
         )
     return {c.name: source(c.fmu, **options) for c in system.components}
