@@ -81,7 +81,7 @@ def rig(scenario: Scenario, source: Callable[..., Made] = model_source) -> Rig:
         "source": scenario.source,
         "system": scenario.system,
         "rotor": named(scenario.rotor),
-        "receptances": scenario.receptances,
+        "receptances": named(scenario.receptances),
         "gradient": scenario.gradient,
         "stepSize": plan.step_size,
         "rate": round(1.0 / plan.step_size),

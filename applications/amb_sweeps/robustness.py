@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Annotated, ClassVar
 
@@ -16,12 +17,12 @@ from amb_analysis.studies.result import DrawnResult
 from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.cosim.run.options import Progress, RunOptions
 from amb_cosim.cosim.system.values import Raw
+from amb_cosim.design.receptance_file import ReceptanceTable
 from amb_cosim.presentation.progress import progress_bar
 from amb_cosim.presentation.text_tables import TextBlock, number, text_table
 from amb_cosim.scenario.rotors import RotorSource
 from amb_cosim.scenario.scenario import Scenario, as_scenario
 from amb_files.checks import require
-from amb_files.temporary_folders import temporary_folder
 from amb_sweeps.variations import Variation, identification_speeds, variations
 from amb_sweeps.worker import PointResult, Runner, Task
 
@@ -153,12 +154,9 @@ def robustness(
     settings = dict(set or {})
     runner = Runner(Task(scenario, settings, options=RunOptions(flavour=flavour)))
     try:
-        with temporary_folder() as folder, progress_bar(progress) as report:
+        with progress_bar(progress) as report:
             planned = runner.plan({})
-
-            def identified() -> Path:
-                return _identified(scenario, settings, identification_speeds(planned), folder / "h.toml", flavour)
-
+            identified = partial(_identified, scenario, settings, identification_speeds(planned), flavour)
             result = variations(planned, settings, change, identified)
             cases = [Variation(AS_IT_IS, {}), *result.made]
             rows = []
@@ -173,15 +171,14 @@ def robustness(
 
 
 def _identified(
-    scenario: Scenario, settings: Mapping[str, Raw], speeds: list[float], file: Path, flavour: Flavour
-) -> Path:
-    """Identify H of a scenario's sampled loop at these speeds (rad/s); write the table to a file and return its
-    path."""
-    matches = identify(speeds, output=file, scenario=scenario, set=settings, flavour=flavour, progress=False)
-    for result in matches.results:
+    scenario: Scenario, settings: Mapping[str, Raw], speeds: list[float], flavour: Flavour
+) -> ReceptanceTable:
+    """Return the receptances identified in a scenario's sampled loop at these speeds (rad/s)."""
+    identification = identify(speeds, scenario=scenario, set=settings, flavour=flavour, progress=False)
+    for result in identification.results:
         if result.reason:
             raise ValueError(f"at {result.speed:g} rad/s: {result.reason}")
-    return file
+    return identification.table
 
 
 def _row(case: Variation, point: PointResult) -> RobustnessRow:

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
 from amb_cosim.cosim.system.values import Raw
+from amb_cosim.design.receptance_file import ReceptanceTable
 from amb_cosim.results.component_names import CONTROLLER, PLANT
 from amb_cosim.scenario.plan import UNBALANCE
 from amb_cosim.scenario.plan_run import PlannedRun
 from amb_files.wildcards import matches
+from amb_sweeps.worker import Setting
 
 STEP = 2.0 * np.pi  # rad/s between speeds at which H is identified, for runs with a varying speed
 SWITCHES = {name: f"{CONTROLLER}.{name}" for name in ("rolac_enable", "identify")}
@@ -28,7 +29,7 @@ class Variation:
     """A change, and the values that a sweep sets for it."""
 
     name: str
-    settings: Mapping[str, Raw]
+    settings: Mapping[str, Setting]
 
 
 @dataclass(frozen=True)
@@ -40,7 +41,7 @@ class Variations:
 
 
 def variations(
-    planned: PlannedRun, settings: Mapping[str, Raw], change: float, identified: Callable[[], Path]
+    planned: PlannedRun, settings: Mapping[str, Raw], change: float, identified: Callable[[], ReceptanceTable]
 ) -> Variations:
     """Return variations of the scenario: H identified in its sampled loop, and each quantity increased and decreased.
 
@@ -55,14 +56,14 @@ def variations(
     change
         Fraction, such as 0.01.
     identified
-        Identifies H and returns the file with the table; called only if the controller uses one.
+        Identifies H and returns its table; called only if the controller uses one.
     """
     made, left_out = [], {}
     if reason := _without_h(planned):
         left_out["identified H"] = reason
     else:
         try:
-            made.append(Variation("identified H", {"receptances": str(identified())}))
+            made.append(Variation("identified H", {"receptances": identified()}))
         except ValueError as error:
             left_out["identified H"] = f"its identification failed: {error}"
     for name, scaled in _quantities(planned, settings):

@@ -15,6 +15,7 @@ from amb_cosim.cosim.run.options import DEFAULTS, RunOptions
 from amb_cosim.cosim.run.run_plan import run_plan
 from amb_cosim.cosim.system.assembly import Assembly
 from amb_cosim.cosim.system.values import Raw
+from amb_cosim.design.receptance_file import ReceptanceTable
 from amb_cosim.results.places import places_of
 from amb_cosim.results.result import Result
 from amb_cosim.scenario.make_result import bare_signals, make_result
@@ -28,6 +29,7 @@ from amb_sweeps.axes import is_moment
 from amb_sweeps.branching import Branches
 from amb_sweeps.metrics import evaluate, needed, outcome_of
 
+Setting = Raw | ReceptanceTable
 Metric = Callable[[Result], Mapping[str, float]]
 FIELDS = (
     *("unbalance_factor", "settle_cycles", "end_cycle", "end_time", "gravity", "gravity_angle", "coupling"),
@@ -81,7 +83,7 @@ class Runner:
         self._assemblies: dict[str, tuple[Assembly, InstancePool, Branches]] = {}
         self._first: tuple[tuple[str, str], FirstValues | None] = ("", ""), None
 
-    def plan(self, settings: Mapping[str, Raw]) -> PlannedRun:
+    def plan(self, settings: Mapping[str, Setting]) -> PlannedRun:
         """Return the planned run of a point.
 
         Raises
@@ -91,7 +93,7 @@ class Runner:
         """
         return self._planned(settings)[0]
 
-    def run(self, point: int, settings: Mapping[str, Raw]) -> PointResult:
+    def run(self, point: int, settings: Mapping[str, Setting]) -> PointResult:
         """Run a point; any failure is its result."""
         began = time.perf_counter()
         try:
@@ -140,23 +142,23 @@ class Runner:
             instances.close()
         self._assemblies.clear()
 
-    def _planned(self, settings: Mapping[str, Raw]) -> tuple[PlannedRun, InstancePool, Branches]:
-        scenario, settings = varied(self.task.scenario, settings)
-        values = {**self.task.settings, **settings}
+    def _planned(self, settings: Mapping[str, Setting]) -> tuple[PlannedRun, InstancePool, Branches]:
+        scenario, of_point = varied(self.task.scenario, settings)
+        values = {**self.task.settings, **of_point}
         key = repr([reasons_for_stators(scenario, values), *(getattr(scenario, name) for name in _ASSEMBLED_FROM)])
         if key not in self._assemblies:
             assembly, instances = assemble_scenario(scenario, values, self.task.options), InstancePool()
             self._assemblies[key] = assembly, instances, Branches(assembly, instances, self.task.labels)
         assembly, instances, branches = self._assemblies[key]
         recorded = None if self.task.metrics or self.task.keep else needed(places_of(assembly))
-        begun = key, repr({name: raw for name, raw in settings.items() if not event_of(scenario, name)})
+        begun = key, repr({name: raw for name, raw in of_point.items() if not event_of(scenario, name)})
         if self._first[0] != begun:
             self._first = begun, first_values(scenario, assembly, values)
         plan = plan_scenario(scenario, assembly, values, self.task.until, recorded, self._first[1])
         return PlannedRun(scenario, plan, assembly), instances, branches
 
 
-def varied(scenario: Scenario, settings: Mapping[str, Raw]) -> tuple[Scenario, dict[str, Raw]]:
+def varied(scenario: Scenario, values: Mapping[str, Setting]) -> tuple[Scenario, dict[str, Raw]]:
     """Return the scenario that a point runs, and its other settings, values by `component.variable`.
 
     Raises
@@ -164,7 +166,7 @@ def varied(scenario: Scenario, settings: Mapping[str, Raw]) -> tuple[Scenario, d
     ValueError
         If the scenario has no such event or field.
     """
-    settings = dict(settings)
+    settings: dict[str, Any] = dict(values)
     if "scenario" in settings:
         scenario = load_scenario(str(settings.pop("scenario")))
     changes: dict[str, Any] = {name: settings.pop(name) for name in FIELDS if name in settings}

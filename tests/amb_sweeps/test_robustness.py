@@ -7,11 +7,14 @@ from itertools import pairwise
 import pytest
 
 from amb_cosim import studies
+from amb_cosim.design.receptance_file import ReceptanceTable
 from amb_cosim.scenario.plan_run import plan_run
 from amb_cosim.scenario.scenario import load_scenario
 from amb_sweeps.robustness import Robustness, RobustnessRow
 from amb_sweeps.variations import identification_speeds, variations
 from tests.support.messages import raises_naming
+
+TABLE = ReceptanceTable("rig", (), (), {})
 
 
 def row(changed, outcome):
@@ -21,7 +24,7 @@ def row(changed, outcome):
 def of(scenario, **settings):
     """The variations of a scenario by 1 %, with a table that nobody reads."""
     planned = plan_run(load_scenario(scenario), settings)
-    return planned, variations(planned, settings, 0.01, lambda: "h.toml")
+    return planned, variations(planned, settings, 0.01, lambda: TABLE)
 
 
 def test_verdict_names_what_flips_the_outcome():
@@ -60,9 +63,12 @@ def test_direct_gains_are_varied_where_they_are_the_law():
 
 
 def test_h_is_identified_where_the_run_uses_a_table_that_it_does_not_make():
-    settings = {scenario: {item.name for item in of(scenario)[1].made} for scenario in ("fig5_6", "fig5_6_pid")}
-    assert {"identified H", "alpha + 1 %"} <= settings["fig5_6"]
-    assert not {"identified H", "alpha + 1 %"} & settings["fig5_6_pid"]
+    with_h, without = (
+        {item.name: item.settings for item in of(scenario)[1].made} for scenario in ("fig5_6", "fig5_6_pid")
+    )
+    assert with_h["identified H"] == {"receptances": TABLE}, "the table itself, not a file of it"
+    assert "alpha + 1 %" in with_h
+    assert not {"identified H", "alpha + 1 %"} & without.keys()
     assert of("fig6_13")[1].left_out["identified H"] == "the run identifies H itself"
 
 

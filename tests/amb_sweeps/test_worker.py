@@ -9,6 +9,7 @@ import pytest
 
 from amb_cosim.cosim.master.instances import InstancePool
 from amb_cosim.cosim.run.options import RunOptions
+from amb_cosim.design.receptance_file import ReceptanceTable
 from amb_cosim.results.places import places_of
 from amb_cosim.scenario.plan_run import plan_run
 from amb_cosim.scenario.scenario import load_scenario
@@ -182,6 +183,11 @@ def test_a_value_that_is_not_allowed_is_an_invalid_point():
 def test_a_record_is_kept_where_its_outcome_is_asked_for():
     assert Runner(Task(SCENARIO, until=UNTIL, keep=("completed",))).run(0, {}).record
     assert Runner(Task(SCENARIO, until=UNTIL, keep=("trapped",))).run(0, {}).record is None
+
+
+def test_a_table_of_python_is_varied_as_it_is():
+    table = ReceptanceTable("rig", (), (), {})
+    assert varied(SCENARIO, {"receptances": table})[0].receptances is table
 
 
 def test_events_fields_fmus_and_scenarios_can_be_varied():

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache, partial
 from typing import Annotated
 
@@ -44,10 +44,8 @@ class Whirl:
         Normal force and friction force (N) and angle (rad) of the journal at each of them.
     slips
         Whether the journals slip forward, as (1) assumes; otherwise they roll first.
-    growth
-        Largest growth rate (1/s) of small motion about it, except for its free phase.
-    stable
-        Whether small motion decays.
+    growth, stable
+        Largest growth rate (1/s) of small motion about it, except for its free phase, and whether none grows.
     accurate
         Whether the reduced rotor is accurate at this frequency.
     """
@@ -59,8 +57,11 @@ class Whirl:
     psi: Annotated[dict[str, float], Layout.OMITTED]
     slips: bool
     growth: Annotated[float, "1/s"]
-    stable: bool
+    stable: bool = field(init=False)
     accurate: bool
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "stable", self.growth <= 0.0)
 
     @property
     def grows_backward(self) -> bool:
@@ -107,8 +108,7 @@ def whirls(rotor: RubbingRotor, Omega: float, highest: float | None = None) -> l
                         by_name = (dict(zip(names, map(float, values), strict=True)) for values in at_sites)
                         N, friction, angles = by_name
                         accurate = abs(omega) <= rotor.valid_to
-                        stable = growth <= 0.0
-                        result.append(Whirl(names, omega, N, friction, angles, slips, growth, stable, accurate))
+                        result.append(Whirl(names, omega, N, friction, angles, slips, growth, accurate))
     return sorted(result, key=lambda whirl: whirl.frequency)
 
 

@@ -97,7 +97,7 @@
  * @property {string} source
  * @property {string} system name of a system, or path
  * @property {string | null} rotor as the scenario names it; null for the packs' default
- * @property {string | null} receptances file of the controller's table, as the scenario names it
+ * @property {string | null} receptances file of the controller's table, as the scenario names it; of one made in Python, its rotor
  * @property {boolean} gradient
  * @property {number} stepSize communication step in s
  * @property {number} rate communication steps in a second, an integer
