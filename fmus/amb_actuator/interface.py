@@ -8,7 +8,7 @@ from dataclasses import replace
 
 from amb_actuator.flux import saturation_flux
 from fmi_export.interface import Interface, interface, repeated
-from fmi_export.variables import Enumeration, Variable, at_place, enumerated, output, parameter
+from fmi_export.variables import FAULT, Enumeration, Variable, at_place, enumerated, parameter
 
 Declare = Callable[..., Variable]
 """Declares a variable of an axis; see `at_place`."""
@@ -160,7 +160,7 @@ def _outputs(declare: Declare, b: str, a: str) -> list[Variable]:
     iron = (*currents, *of_axis("turns", "gap", "b_sat", "knee_width"), f"{b}.{a}")
     gradient = (*iron, *of_axis("pole_area", "half_angle", "k_s_measured"), "force_law")
     by_force: dict[str, object] = {"depends_on": (*current, f"{b}.{a}")}
-    by_current: dict[str, tuple[str, ...]] = {"depends_on": current, "starts_from": currents}
+    by_current: dict[str, tuple[str, ...]] = {"depends_on": current, "initially_depends_on": currents}
 
     def named(name: str, unit: str, description: str, **options: object) -> Variable:
         return replace(declare("", unit, description, **options), name=f"{b}.{name}")
@@ -190,13 +190,18 @@ def _outputs(declare: Declare, b: str, a: str) -> list[Variable]:
     at_limit = f"an amplifier is at its voltage limit, {{{b}.voltage_limit_{a}}} V"
     return [
         declare(
-            "f", "N", force, starts_from=(*gradient, *of_axis("k_i_measured"), "total_force"), field="force", **by_force
+            "f",
+            "N",
+            force,
+            initially_depends_on=(*gradient, *of_axis("k_i_measured"), "total_force"),
+            field="force",
+            **by_force,
         ),
         named(
             f"k_{a}{a}",
             "N/m",
             "Gradient of the force over displacement, {}",
-            starts_from=gradient,
+            initially_depends_on=gradient,
             field="gradient",
             **by_force,
         ),
@@ -205,7 +210,7 @@ def _outputs(declare: Declare, b: str, a: str) -> list[Variable]:
             "m",
             reference,
             depends_on=(f"{b}.{a}",),
-            starts_as=f"{b}.{a}",
+            initially_equals=f"{b}.{a}",
             display_unit="um",
             field="reference",
         ),
@@ -215,14 +220,14 @@ def _outputs(declare: Declare, b: str, a: str) -> list[Variable]:
             "The demanded current was limited to the range of the coils, {}",
             clipped,
             depends_on=(*demand, *off),
-            starts_from=(*command, *off),
+            initially_depends_on=(*command, *off),
         ),
-        flag("saturated", saturated, beyond, starts_from=iron, **by_force),
+        flag("saturated", saturated, beyond, initially_depends_on=iron, **by_force),
         flag(
             "voltage_limited",
             "An amplifier was at its voltage limit during the last communication step, {}",
             at_limit,
-            **(by_current | {"starts_from": ()}),
+            **(by_current | {"initially_depends_on": ()}),
         ),
         *of_coils("v", "V", "Voltage at the {} coil pair, {{}}", "voltage"),
         declare("copper_loss", "W", "Copper loss of both coil pairs, {}", minimum=0.0, **by_current),
@@ -239,7 +244,7 @@ def interface_of(bearings: Sequence[str]) -> Interface:
     return interface(
         *_MODEL_PARAMETERS,
         repeated("axes", axes_of(bearings), _axis),
-        output("fault_code", "1", "0 without a fault; the log explains other codes", type="Integer", starts_from=()),
+        FAULT,
     )
 
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 from fmi_export.interface import Interface
 from fmi_export.model import STEP_SIZE, AssembledModel
-from fmi_export.variables import FAULT_CODE, Array, Variable, output
+from fmi_export.variables import FAULT, Array, Variable
 from levitated_rotor.assembly import Composite, variables
 
 
@@ -18,8 +18,6 @@ def interface_of(composite: Composite) -> Interface:
 
 
 Needs = dict[str, set[str] | None]  # variables of the assembly that an output needs, by its name
-
-FAULT = output(FAULT_CODE, "1", "0 without a fault; the log explains other codes", type="Integer", starts_from=())
 
 
 def renamed(composite: Composite, part: AssembledModel, sentence: str) -> str:
@@ -61,14 +59,14 @@ def _outputs(composite: Composite) -> Iterator[Variable]:
     reached, started = _closed(composite, _reaching(composite)), _closed(composite, _starting(composite))
     for part in composite.parts:
         for name, v in variables(part, "output"):
-            same = composite.named(part, v.starts_as) if v.starts_as else ""
+            same = composite.named(part, v.initially_equals) if v.initially_equals else ""
             yield replace(
                 v,
                 name=name,
                 field="",
                 depends_on=reached[name] or (),
-                starts_from=started[name],
-                starts_as="" if same in composite.outputs else same,
+                initially_depends_on=started[name],
+                initially_equals="" if same in composite.outputs else same,
                 warning=renamed(composite, part, v.warning),
                 array=_array(composite, part, v),
             )

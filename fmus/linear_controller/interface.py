@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from fmi_export.interface import Interface, interface, repeated
-from fmi_export.variables import Array, Variable, input_, output, parameter
+from fmi_export.variables import FAULT, Array, Variable, input_, output, parameter
 from linear_controller.ports import Ports
 from signal_chain.variables import CHAIN, FAULT_INPUTS, sensor_faults, sensor_scale
 
@@ -87,7 +87,7 @@ def _demand_output(name: str, reached: tuple[str, ...]) -> list[Variable]:
     common = tuple(f"{name}.{field}" for field in ("gain", "offset", "lower", "upper", "feedforward"))
     start = (*_START, *common, *_DAC)
     depends_on = (*reached, f"{name}.feedforward")
-    return [output(name, "A", f"Demand {name}", depends_on=depends_on, starts_from=start, field=".")]
+    return [output(name, "A", f"Demand {name}", depends_on=depends_on, initially_depends_on=start, field=".")]
 
 
 def _state(number: int, reached: tuple[str, ...]) -> list[Variable]:
@@ -97,7 +97,7 @@ def _state(number: int, reached: tuple[str, ...]) -> list[Variable]:
             "1",
             f"State number {number}, in the coordinates of the original matrices",
             depends_on=reached,
-            starts_from=_START,
+            initially_depends_on=_START,
             field=".",
         )
     ]
@@ -140,7 +140,7 @@ def interface_of(ports: Ports, sample_time: float) -> Interface:
             "A demand is at its limit",
             type="Boolean",
             depends_on=(*reached, *forward),
-            starts_from=None,
+            initially_depends_on=None,
             warning="a demand is at its limit, set by its lower and upper, or by the range of the DAC",
         ),
         output(
@@ -149,7 +149,7 @@ def interface_of(ports: Ports, sample_time: float) -> Interface:
             "A measured signal is beyond the range of the ADC",
             type="Boolean",
             depends_on=measured,
-            starts_from=None,
+            initially_depends_on=None,
             warning="a measured signal is beyond the range of the ADC, {chain.adc_range} V at {chain.sensitivity} V/m",
         ),
         output(
@@ -158,7 +158,7 @@ def interface_of(ports: Ports, sample_time: float) -> Interface:
             "The speed is outside the table; the matrices are those of its nearest speed",
             type="Boolean",
             depends_on=("Omega",),
-            starts_from=("Omega",),
+            initially_depends_on=("Omega",),
             warning="Omega = {Omega} rad/s is outside the table; the matrices are those of its nearest speed",
         ),
         repeated("demand_values", [(name, reached) for name in ports.demands], _demand_output),
@@ -168,7 +168,7 @@ def interface_of(ports: Ports, sample_time: float) -> Interface:
             _state,
             array=Array("states", "States in the coordinates of the original matrices"),
         ),
-        output("fault_code", "1", "0 without a fault; the log explains other codes", type="Integer", starts_from=()),
+        FAULT,
     )
 
 

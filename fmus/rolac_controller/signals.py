@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from fmi_export.interface import repeated
-from fmi_export.variables import Array, Enumeration, Variable, enumerated, input_, output
+from fmi_export.variables import FAULT, Array, Enumeration, Variable, enumerated, input_, output
 from rolac_controller.control_loop import N_HARMONICS, ControlLoop
 from rolac_controller.enumerations import ERRORS, STATUSES, stages
 from signal_chain.variables import FAULT_INPUTS, sensor_faults
@@ -108,7 +108,7 @@ def _current_at_start(loop: ControlLoop, b: str, a: str, sensor: str) -> tuple[s
 
 def _later(name: str, unit: str, what: str, depends_on: tuple[str, ...], **options: object) -> Variable:
     """Declare an output that is valid from the first sample and always starts with the same value."""
-    return output(name, unit, what, depends_on=depends_on, starts_from=(), **options)
+    return output(name, unit, what, depends_on=depends_on, initially_depends_on=(), **options)
 
 
 def _axis(b: str, a: str, adaptation: tuple[str, ...], start: tuple[str, ...]) -> list[Variable]:
@@ -119,7 +119,7 @@ def _axis(b: str, a: str, adaptation: tuple[str, ...], start: tuple[str, ...]) -
             "A",
             f"Demanded control current, {at}",
             depends_on=(*adaptation, f"{b}.set_{a}"),
-            starts_from=start,
+            initially_depends_on=start,
             field="current",
         ),
         _later(f"{b}.u_{a}", "N", f"Amplitude of the synchronous force, {at}", reached, field="force_amplitude"),
@@ -168,9 +168,17 @@ def _contact_share(b: str, sensors: tuple[str, ...]) -> list[Variable]:
 
 
 def _flag(
-    name: str, what: str, depends_on: tuple[str, ...], warning: str = "", starts_from: tuple[str, ...] = ()
+    name: str, what: str, depends_on: tuple[str, ...], warning: str = "", initially_depends_on: tuple[str, ...] = ()
 ) -> Variable:
-    return output(name, "1", what, type="Boolean", depends_on=depends_on, starts_from=starts_from, warning=warning)
+    return output(
+        name,
+        "1",
+        what,
+        type="Boolean",
+        depends_on=depends_on,
+        initially_depends_on=initially_depends_on,
+        warning=warning,
+    )
 
 
 def _number(name: str, what: str, maximum: float, depends_on: tuple[str, ...]) -> Variable:
@@ -178,9 +186,11 @@ def _number(name: str, what: str, maximum: float, depends_on: tuple[str, ...]) -
 
 
 def _choice(
-    name: str, what: str, values: Enumeration, depends_on: tuple[str, ...], starts_from: tuple[str, ...] = ()
+    name: str, what: str, values: Enumeration, depends_on: tuple[str, ...], initially_depends_on: tuple[str, ...] = ()
 ) -> Variable:
-    return output(name, "1", what, depends_on=depends_on, starts_from=starts_from, **enumerated(values))
+    return output(
+        name, "1", what, depends_on=depends_on, initially_depends_on=initially_depends_on, **enumerated(values)
+    )
 
 
 def output_variables(loop: ControlLoop) -> list[Variable]:
@@ -199,7 +209,7 @@ def output_variables(loop: ControlLoop) -> list[Variable]:
             "Status of ROLAC",
             STATUSES,
             adaptation,
-            starts_from=("rolac_enable", "Omega", "rolac.min_speed"),
+            initially_depends_on=("rolac_enable", "Omega", "rolac.min_speed"),
         ),
         _flag(
             "rolac_limited",
@@ -218,14 +228,14 @@ def output_variables(loop: ControlLoop) -> list[Variable]:
             "A demanded current is at its limit",
             (*adaptation, *setpoints),
             "a demanded current is at its limit, set by i_min and i_max of its axis, or by the range of the DAC",
-            starts_from=tuple(sorted({name for start in currents.values() for name in start})),
+            initially_depends_on=tuple(sorted({name for start in currents.values() for name in start})),
         ),
         _flag(
             "adc_limited",
             "A displacement is beyond the range of the ADC",
             sensors,
             "a displacement is beyond the range of the ADC, {chain.adc_range} V at {chain.sensitivity} V/m",
-            starts_from=tuple(sorted(measured)),
+            initially_depends_on=tuple(sorted(measured)),
         ),
         _number(
             "suspect_sensor",
@@ -264,5 +274,5 @@ def output_variables(loop: ControlLoop) -> list[Variable]:
             shape=loop.shape,
             array=_receptance_array(loop),
         ),
-        output("fault_code", "1", "0 without a fault; the log explains other codes", type="Integer", starts_from=()),
+        FAULT,
     ]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from fmi_export.interface import Interface, interface, repeated
-from fmi_export.variables import Array, Variable, enumerated, input_, output, parameter
+from fmi_export.variables import FAULT, Array, Variable, enumerated, input_, output, parameter
 from rotor_contact import start_values
 from rotor_contact.enumerations import IMPACT_LAW, METHOD, NEWTON
 from rotor_contact.planes import ContactSite, MeasuredPlane, Planes
@@ -58,14 +58,14 @@ def _seal_outputs(seal: str) -> list[Variable]:
             "1",
             f"Whether the speed is outside the range of {seal.upper()}'s coefficients, which are then constant",
             type="Boolean",
-            starts_from=("Omega",),
+            initially_depends_on=("Omega",),
             warning=f"the speed is outside the range for which {seal} has coefficients; those at the limit are used",
         )
     ]
 
 
-def _displacement_output(name: str, what: str, starts_from: tuple[str, ...]) -> list[Variable]:
-    return [output(name, "m", what, starts_from=starts_from, field=".", display_unit="um")]
+def _displacement_output(name: str, what: str, initially_depends_on: tuple[str, ...]) -> list[Variable]:
+    return [output(name, "m", what, initially_depends_on=initially_depends_on, field=".", display_unit="um")]
 
 
 def _sensor_array(names: list[str]) -> Array:
@@ -73,7 +73,7 @@ def _sensor_array(names: list[str]) -> Array:
 
 
 def interface_of(planes: Planes) -> Interface:
-    """Return the variables of a plant whose rotor has these planes; for `starts_from` see `start_values`."""
+    """Return the variables of a plant whose rotor has these planes; for `initially_depends_on` see `start_values`."""
     sites, bearings = planes.sites, planes.bearings
     axes = [(bearing, axis) for bearing in bearings for axis in "xy"]
     displacements = [
@@ -117,15 +117,15 @@ def interface_of(planes: Planes) -> Interface:
             "Rotor angle, within one turn",
             minimum=0.0,
             maximum=2.0 * math.pi,
-            starts_from=("initial.angle",),
+            initially_depends_on=("initial.angle",),
         ),
-        output("speed", "rad/s", "Spin speed at the end of the step", starts_as="Omega"),
+        output("speed", "rad/s", "Spin speed at the end of the step", initially_equals="Omega"),
         output(
             "solver.tolerance_missed",
             "1",
             "Whether a substep of the last step was less accurate than solver.tolerance",
             type="Boolean",
-            starts_from=(),
+            initially_depends_on=(),
             warning="a substep was less accurate than solver.tolerance = {solver.tolerance} m/s; "
             "use a solver.max_substep below {solver.max_substep} s",
         ),
@@ -134,18 +134,18 @@ def interface_of(planes: Planes) -> Interface:
             "1",
             "Whether energy.balance is off by more than a tenth of solver.energy_limit",
             type="Boolean",
-            starts_from=(),
+            initially_depends_on=(),
             warning="energy is not conserved: energy.balance is off by more than a tenth of solver.energy_limit = "
             "{solver.energy_limit}; compare with solver.exact_motion = false, or with a solver.max_substep below "
             "{solver.max_substep} s",
         ),
-        output("solver.method", "1", "How the last step was computed", starts_from=(), **enumerated(METHOD)),
+        output("solver.method", "1", "How the last step was computed", initially_depends_on=(), **enumerated(METHOD)),
         output(
             "drive.at_limit",
             "1",
             "Whether the drive has a torque limit that is less than what it should deliver",
             type="Boolean",
-            starts_from=(),
+            initially_depends_on=(),
             warning="the drive is at its limit, drive.torque_limit = {drive.torque_limit} N.m: it does not hold the "
             "speed",
         ),
@@ -155,7 +155,7 @@ def interface_of(planes: Planes) -> Interface:
         repeated("seals", [(seal,) for seal in planes.seals], _seal_outputs),
         _contact_state(planes),
         *_energies(planes),
-        output("fault_code", "1", "0 without a fault; the log explains other codes", type="Integer", starts_from=()),
+        FAULT,
     )
 
 
@@ -168,7 +168,9 @@ def _contact_state(planes: Planes) -> Variable:
     largest = 2 ** len(planes.bearings) - 1
     description = f"Contact in the bearings: 0 none, else the sum of {', '.join(parts)}"
     start = start_values.forces(planes) if any(site.bearing in planes.bearings for site in planes.sites) else ()
-    return output("contact_state", "1", description, type="Integer", minimum=0, maximum=largest, starts_from=start)
+    return output(
+        "contact_state", "1", description, type="Integer", minimum=0, maximum=largest, initially_depends_on=start
+    )
 
 
 def _model_parameters(max_substep: float) -> list[Variable]:
@@ -244,35 +246,40 @@ def _energies(planes: Planes) -> list[Variable]:
             "energy.kinetic",
             "J",
             "Kinetic energy of the lateral motion, of housings, races and a free spin",
-            starts_from=(*start_values.motion(planes), "spin.free", "spin.inertia", "drive.ideal"),
+            initially_depends_on=(*start_values.motion(planes), "spin.free", "spin.inertia", "drive.ideal"),
         ),
         output(
             "energy.strain",
             "J",
             "Strain energy of shaft, passive bearings, mounts and compliant contacts, without seals",
-            starts_from=start_values.strain(planes),
+            initially_depends_on=start_values.strain(planes),
         ),
         output(
             "energy.damping",
             "J",
             "Heat of damping so far: passive bearings, seals, shaft, mounts, drag of a free spin",
-            starts_from=(),
+            initially_depends_on=(),
         ),
-        output("energy.friction", "J", "Heat of sliding friction and race drag so far", starts_from=()),
+        output("energy.friction", "J", "Heat of sliding friction and race drag so far", initially_depends_on=()),
         output(
             "energy.impact",
             "J",
             "Heat of impacts so far, including their friction, and of compliant contacts",
-            starts_from=(),
+            initially_depends_on=(),
         ),
-        output("energy.dissipated", "J", "Heat so far, sum of the three", starts_from=()),
+        output("energy.dissipated", "J", "Heat so far, sum of the three", initially_depends_on=()),
         output(
             "energy.work",
             "J",
             "Work of all inputs (including the drive) and of the seals' stiffness so far",
-            starts_from=(),
+            initially_depends_on=(),
         ),
-        output("energy.balance", "J", "Gain of kinetic + strain + dissipated minus work; ideally zero", starts_from=()),
+        output(
+            "energy.balance",
+            "J",
+            "Gain of kinetic + strain + dissipated minus work; ideally zero",
+            initially_depends_on=(),
+        ),
     ]
 
 

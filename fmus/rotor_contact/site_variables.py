@@ -116,8 +116,7 @@ def _retainer_parameters(site: str, at: str) -> list[Variable]:
 def site_outputs(site: str, planes: Planes) -> list[Variable]:
     """Return the outputs of a contact site of a rotor with these planes.
 
-    `starts_from` lists what the value at the start depends on, which importers of an FMU use to solve for start values
-    (InitialUnknowns of FMI): `start_values` has the lists, and () is for a value that is the same at every start.
+    `start_values` lists what initial values depend on; () is for a value that is the same at every start.
     """
     at = f"at {site.upper()}"
     journal = start_values.journal(planes, site)
@@ -128,7 +127,7 @@ def site_outputs(site: str, planes: Planes) -> list[Variable]:
                 f"{site}.{axis}",
                 "m",
                 f"Displacement of the journal from the centre of the retainer {at} in {axis}",
-                starts_from=journal,
+                initially_depends_on=journal,
                 display_unit="um",
             )
             for axis in "xy"
@@ -137,82 +136,85 @@ def site_outputs(site: str, planes: Planes) -> list[Variable]:
             f"{site}.gap",
             "m",
             f"Remaining clearance {at}, zero in contact, negative in compliant contact",
-            starts_from=journal,
+            initially_depends_on=journal,
             display_unit="um",
         ),
         output(
             f"{site}.mode",
             "1",
             f"Mode of contact {at}",
-            starts_from=forces,
+            initially_depends_on=forces,
             **enumerated(CONTACT_MODE),
         ),
-        output(f"{site}.f_n", "N", f"Normal contact force {at}, inward on the rotor", starts_from=forces),
+        output(f"{site}.f_n", "N", f"Normal contact force {at}, inward on the rotor", initially_depends_on=forces),
         output(
             f"{site}.f_n_peak",
             "N",
             f"Largest normal contact force {at} during the last communication step, without impact impulses",
-            starts_from=forces,
+            initially_depends_on=forces,
         ),
         output(
             f"{site}.f_n_mean",
             "N",
             f"Mean of the normal contact force {at} over the last communication step, including impact impulses "
             f"(whose mean grows as steps get shorter)",
-            starts_from=(),
+            initially_depends_on=(),
         ),
         output(
             f"{site}.f_t",
             "N",
             f"Friction force on the rotor {at}, forward (in the direction of spin) positive",
-            starts_from=forces,
+            initially_depends_on=forces,
         ),
         output(
             f"{site}.impulse",
             "N.s",
             f"Normal impulse of the impacts {at} during the last communication step, conserving momentum; the sum "
             f"over steps does not depend on the step size",
-            starts_from=(),
+            initially_depends_on=(),
         ),
         output(
             f"{site}.slip_velocity",
             "m/s",
             f"Velocity of the journal surface relative to the retainer {at}",
-            starts_from=start_values.slip(planes, site),
+            initially_depends_on=start_values.slip(planes, site),
         ),
         output(
             f"{site}.whirl_speed",
             "rad/s",
             f"Whirl speed about the centre of the clearance {at}",
-            starts_from=journal,
+            initially_depends_on=journal,
         ),
         *(
             output(
                 f"{site}.housing_{axis}",
                 "m",
                 f"Displacement of the retainer's housing {at} in {axis}",
-                starts_from=(),
+                initially_depends_on=(),
                 display_unit="um",
             )
             for axis in "xy"
         ),
         output(
-            f"{site}.race_speed", "rad/s", f"Speed of the race {at}, positive in the direction of spin", starts_from=()
+            f"{site}.race_speed",
+            "rad/s",
+            f"Speed of the race {at}, positive in the direction of spin",
+            initially_depends_on=(),
         ),
         output(
             f"{site}.friction_power",
             "W",
             f"Heat flow of sliding friction {at}",
-            starts_from=start_values.sliding(planes),
+            initially_depends_on=start_values.sliding(planes),
         ),
-        output(f"{site}.heat", "J", f"Heat of friction, race drag and impacts {at}", starts_from=()),
-        output(f"{site}.temperature", "K", f"Temperature of the retainer {at}", starts_as="ambient_temperature"),
+        output(f"{site}.heat", "J", f"Heat of friction, race drag and impacts {at}", initially_depends_on=()),
+        output(f"{site}.temperature", "K", f"Temperature of the retainer {at}", initially_equals="ambient_temperature"),
         output(
             f"{site}.passed",
             "1",
             f"Whether the rotor is beyond the clearance {at}, which it cannot touch because enabled is false",
             type="Boolean",
-            starts_from=journal,
+            initially_depends_on=journal,
             warning=f"the rotor passes {site.upper()}, which {site}.enabled = false leaves out: the gap is "
             f"{{{site}.gap}} m with a clearance of {{{site}.clearance}} m",
         ),
@@ -222,7 +224,7 @@ def site_outputs(site: str, planes: Planes) -> list[Variable]:
             f"Whether the rotor whirls in contact {at} faster than the frequency up to which the rotor's reduction is "
             f"accurate",
             type="Boolean",
-            starts_from=start_values.sliding_contact(planes),
+            initially_depends_on=start_values.sliding_contact(planes),
             warning=f"the whirl in contact at {site.upper()}, {{{site}.whirl_speed}} rad/s, is faster than "
             "the frequency up to which the rotor's reduction is accurate: retain more planes or modes",
         ),
@@ -231,7 +233,7 @@ def site_outputs(site: str, planes: Planes) -> list[Variable]:
             "1",
             f"Whether the retainer is beyond its temperature_limit {at}",
             type="Boolean",
-            starts_from=("ambient_temperature", f"{site}.temperature_limit"),
+            initially_depends_on=("ambient_temperature", f"{site}.temperature_limit"),
             warning=f"{site}.temperature = {{{site}.temperature}} K is beyond {site}.temperature_limit = "
             f"{{{site}.temperature_limit}} K",
         ),

@@ -1,4 +1,4 @@
-"""Dependencies of the plant's outputs at the start (`plant.initialise`), for `starts_from` of the variable table.
+"""Parameters and inputs on which the plant's outputs initially depend (`plant.initialise`), for the variable table.
 
 A modelDescription declares them as InitialUnknowns; importers use them to solve for start values. A dependency that is
 missing is an error, one too many only costs them time.

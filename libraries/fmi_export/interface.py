@@ -23,7 +23,7 @@ class Interface:
     ------
     ValueError
         If a name occurs twice, the order is not parameters, inputs, outputs, a dependency is not an input, an output
-        starts from anything other than parameters and inputs, or a warning names an unknown variable.
+        initially depends on anything other than parameters and inputs, or a warning names an unknown variable.
     """
 
     variables: tuple[Variable, ...]
@@ -76,7 +76,9 @@ class Interface:
             if start not in names:
                 unknown = [name for name in start if name not in places and not self._lacks(name)]
                 if unknown:
-                    raise ValueError(f"{v.name} starts from {', '.join(unknown)}, which are no parameters or inputs")
+                    raise ValueError(
+                        f"{v.name} initially depends on {', '.join(unknown)}, which are no parameters or inputs"
+                    )
                 chosen = {i for name in start for i in places.get(name, ())}
                 names[start] = tuple(self.variables[i].name for i in sorted(chosen))
             result[v.name] = names[start]
@@ -93,12 +95,12 @@ class Interface:
         Raises
         ------
         ValueError
-            If an output starts from parts that it does not have: no other interface of the model has them either.
+            If an output initially depends on parts that it lacks: no other interface of the model has them either.
         """
         for v in self.of("output"):
             missing = [name for name in _start_of(v) or () if self._lacks(name)]
             if missing:
-                raise ValueError(f"{v.name} starts from {', '.join(missing)}, of parts that no interface has")
+                raise ValueError(f"{v.name} initially depends on {', '.join(missing)}, of parts that no interface has")
         return self
 
     @cached_property
@@ -184,12 +186,12 @@ def _is_repeated(v: Variable) -> bool:
 
 
 def _called(v: Variable) -> list[str]:
-    """Return the names that `starts_from` may use for a variable."""
+    """Return the names that `initially_depends_on` may use for a variable."""
     return [v.name, re.sub(r"\[[\d,]+\]", "[*]", v.field)] if _is_repeated(v) else [v.name]
 
 
 def _start_of(v: Variable) -> tuple[str, ...] | None:
-    return (*(v.starts_from or ()), v.starts_as) if v.starts_as else v.starts_from
+    return (*(v.initially_depends_on or ()), v.initially_equals) if v.initially_equals else v.initially_depends_on
 
 
 def repeated(

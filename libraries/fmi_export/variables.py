@@ -65,9 +65,10 @@ class Variable:
 
     `array` is the array that replaces this variable and its neighbours in FMI 3.0.
 
-    `starts_from` of an output lists the parameters and inputs that its value depends on at initialisation: variables,
-    or `sites[*].clearance` for those of all `repeated` parts; with None, it may depend on all of them. `starts_as`
-    names the one whose value it has then. Both describe a successful initialisation.
+    `initially_depends_on` of an output lists the parameters and inputs that its value depends on at initialisation,
+    the InitialUnknowns of FMI: variables, or `sites[*].clearance` for those of all `repeated` parts; with None, it may
+    depend on all of them. `initially_equals` names the one whose value it has then. Both describe a successful
+    initialisation.
 
     `display_unit` of a Real is its display unit, if it is not the usual one of its unit (`building.units.DISPLAYED`).
     `enumeration` names the values of an Integer; see `enumerated`.
@@ -86,8 +87,8 @@ class Variable:
     type: Type = "Real"
     tunable: bool = False
     depends_on: tuple[str, ...] = ()
-    starts_from: tuple[str, ...] | None = None
-    starts_as: str = ""
+    initially_depends_on: tuple[str, ...] | None = None
+    initially_equals: str = ""
     field: str = ""
     warning: str = ""
     enumeration: Enumeration | None = None
@@ -161,6 +162,11 @@ def input_(name: str, unit: str, description: str, **options: object) -> Variabl
 def output(name: str, unit: str, description: str, **options: object) -> Variable:
     """Declare an output; see `Variable` for the options."""
     return Variable(name, "output", unit, description, **options)  # type: ignore[arg-type]
+
+
+FAULT = output(
+    FAULT_CODE, "1", "0 without a fault; the log explains other codes", type="Integer", initially_depends_on=()
+)
 
 
 def at_place(pattern: str, place: str) -> tuple[Callable[..., Variable], ...]:

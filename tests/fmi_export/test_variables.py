@@ -39,17 +39,17 @@ def test_a_dependency_on_something_that_is_no_input_is_refused():
         interface(A, U, output("y", "N", "A force", depends_on=("u", "w", "a")))
 
 
-def parts(count, starts_from):
-    """A table with so many parts, each with a parameter `k`, and an output that starts from some of them."""
+def parts(count, initially_depends_on):
+    """A table with so many parts, each with a parameter `k`, and an output that initially depends on some of them."""
     springs = repeated("springs", [(f"s{n}",) for n in range(count)], lambda n: [parameter(f"{n}.k", "N/m", "K", 1.0)])
-    return interface(A, U, springs, output("y", "N", "A force", starts_from=starts_from))
+    return interface(A, U, springs, output("y", "N", "A force", initially_depends_on=initially_depends_on))
 
 
-def test_an_output_starts_from_variables_or_from_those_of_all_parts():
+def test_an_output_initially_depends_on_variables_or_those_of_all_parts():
     table = parts(2, ("u", "springs[*].k", "a"))
     assert table.initial_dependencies == {"y": ("a", "s0.k", "s1.k", "u")}
     assert parts(0, ("u", "springs[*].k")).initial_dependencies == {"y": ("u",)}
-    assert interface(U, output("y", "N", "A force", starts_as="u")).initial_dependencies == {"y": ("u",)}
+    assert interface(U, output("y", "N", "A force", initially_equals="u")).initial_dependencies == {"y": ("u",)}
     assert parts(2, ()).initial_dependencies == {"y": ()}
     assert parts(2, None).initial_dependencies == {}
 

@@ -36,7 +36,11 @@ def test_parameters_and_outputs_are_those_of_the_parts(table, parts):
         result = [v for v in table.of(causality) if v.name != FAULT_CODE]
         assert [v.name for v in result] == [v.name for v in expected]
         for v, local in zip(result, expected, strict=True):
-            reached = {"depends_on": v.depends_on, "starts_from": v.starts_from, "starts_as": v.starts_as}
+            reached = {
+                "depends_on": v.depends_on,
+                "initially_depends_on": v.initially_depends_on,
+                "initially_equals": v.initially_equals,
+            }
             assert v == replace(local, start=v.start, warning=v.warning, array=v.array, **reached), v.name
 
 
@@ -66,7 +70,7 @@ def test_what_reaches_an_output_without_delay_goes_through_connections(table):
     assert table["rotor_contact.mb1.x"].depends_on == ()
 
 
-def test_what_an_output_starts_from_goes_through_connections(table):
+def test_what_an_output_initially_depends_on_goes_through_connections(table):
     force = set(table.initial_dependencies["amb_actuator.mb1.f_x"])
     assert {"amb_actuator.mb1.k_i_measured_x", "rolac_controller.mb1.set_x", "rolac_controller.mb1.k_b_x"} <= force
     assert "rolac_controller.mb2.k_b_y" not in force

@@ -37,7 +37,7 @@ LARGEST_FRICTION = {
     "site_variables.py": (
         (
             '        output(\n            f"{site}.f_n_mean"',
-            '        output(f"{site}.f_t_peak", "N", f"Largest friction force in a step {at}", starts_from=forces),\n'
+            '        output(f"{site}.f_t_peak", "N", f"Largest friction {at}", initially_depends_on=forces),\n'
             '        output(\n            f"{site}.f_n_mean"',
         ),
     ),

@@ -88,4 +88,6 @@ def _shape(variables: tuple[Variable, ...]) -> tuple[int, ...]:
 def _without_name(v: Variable) -> Variable:
     """Return a variable without the attributes in which elements of an array may differ."""
     start = min(max(0.0, v.minimum), v.maximum)
-    return replace(v, name="", description="", field="", start=start, depends_on=(), starts_from=None, starts_as="")
+    return replace(
+        v, name="", description="", field="", start=start, depends_on=(), initially_depends_on=None, initially_equals=""
+    )

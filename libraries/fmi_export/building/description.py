@@ -46,7 +46,7 @@ def model_description(
         unknown = SubElement(unknowns, "Unknown", index=index[v.name])
         if v.name in model.interface.initial_dependencies:
             unknown.set("dependencies", " ".join(index[n] for n in model.interface.initial_dependencies[v.name]))
-        if v.starts_as:
+        if v.initially_equals:
             unknown.set("dependenciesKind", "constant")
     return root
 

@@ -85,7 +85,7 @@ def _add_structure(structure: Element, table: Interface, slots: list[Slot]) -> N
         if None not in needs:
             available = sorted({reference_of[name] for names in needs for name in names or ()})
             unknown.set("dependencies", " ".join(map(str, available)))
-            if kind == "InitialUnknown" and all(v.starts_as for v in slot.variables):
+            if kind == "InitialUnknown" and all(v.initially_equals for v in slot.variables):
                 unknown.set("dependenciesKind", " ".join("constant" for _ in available))
 
     for slot in outputs:
