@@ -32,14 +32,13 @@ from rotor_contact.contact import find_multipliers, number_unknowns, put_on_circ
 from rotor_contact.enumerations import ROLLING
 from rotor_contact.friction import friction_ratio
 from rotor_contact.linear_solver import solve
-from rotor_contact.lobatto import LOBATTO_WEIGHTS, N_LOBATTO
-from rotor_contact.over_step import collect_piece
+from rotor_contact.lobatto import N_LOBATTO
 from rotor_contact.path import Point
 from rotor_contact.products import row_combination
 from rotor_contact.propagator import N_OBSERVED, Propagator, n_free, observed
 from rotor_contact.site import Site, is_constrained
 from rotor_contact.site_in_piece import follows_circle, keeps_mode
-from rotor_contact.workspace import Workspace, energy_integrals, site_integrals, stages_of
+from rotor_contact.workspace import Workspace, stages_of
 
 MAX_SWEEPS = 8
 SETTLED = 1e-5  # of the largest force: change of the forces in a sweep, the next sweep's is a fiftieth
@@ -239,22 +238,3 @@ def find_end_forces(w: Workspace, propagator: Propagator, end: Array) -> bool:
         if is_constrained(site) and not site.f_n > 0.0:
             return False
     return True
-
-
-@noinline_kernel
-def add_contact(w: Workspace, propagator: Propagator, z: Array, h: float) -> None:
-    """Add heat and work of friction and the integral of the normal force in a piece of length h (s) to z; update peaks.
-
-    The drive's work is -int T R_s Omega dt.
-    """
-    integrals = energy_integrals(z, w.n)
-    for k in range(w.sites.shape[0]):
-        site, of_site = w.sites[k], site_integrals(z, w.n, k)
-        if not is_constrained(site):
-            continue
-        heat = collect_piece(site, propagator.nodes[k], h, of_site)
-        of_site.heat += heat
-        integrals.friction_heat += heat
-        for point in range(N_LOBATTO):
-            torque = propagator.nodes[k, point].f_t * site.journal_radius
-            integrals.work -= h * LOBATTO_WEIGHTS[point] * torque * w.motion.Omega

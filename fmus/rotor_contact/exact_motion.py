@@ -24,16 +24,17 @@ import math
 import numpy as np
 
 from fmi_export.flat import copy
-from fmi_export.jit import kernel, noinline_kernel
+from fmi_export.jit import kernel
 from fmi_export.model import Array
-from rotor_contact.collocation import add_contact, find_end_forces, find_forces
+from rotor_contact.collocation import find_end_forces, find_forces
 from rotor_contact.compliant import is_any_compliant
 from rotor_contact.contact import is_any_constrained
-from rotor_contact.dynamics import Motion, collect_coefficients, damping_power, forces, shaft_damping
+from rotor_contact.dynamics import collect_coefficients, forces
 from rotor_contact.over_step import forget_pieces
-from rotor_contact.passive_bearings import heat_per_second, is_damping
+from rotor_contact.passive_bearings import is_damping
 from rotor_contact.path import Point, point_of, stays_within
-from rotor_contact.products import dot, row_combination
+from rotor_contact.piece_energy import add_contact_energies, add_free_energies
+from rotor_contact.products import row_combination
 from rotor_contact.propagator import (
     N_GAUSS,
     N_OBSERVED,
@@ -44,15 +45,13 @@ from rotor_contact.propagator import (
     n_free,
     observed,
 )
-from rotor_contact.seals import seal_power
-from rotor_contact.series import build_rows, direct_unbalance, n_axes, n_observed, row_of_axis
+from rotor_contact.series import build_rows, direct_unbalance, n_observed
 from rotor_contact.site import Site, can_touch
 from rotor_contact.site_in_piece import stays_clear
 from rotor_contact.structure import Structure
-from rotor_contact.workspace import N_INTEGRALS, Workspace, energy_integrals, stages_of
+from rotor_contact.workspace import N_INTEGRALS, Workspace, stages_of
 
 TOUCH_MARGIN = 1e-4  # of the clearance, within which the path over a piece is not trusted
-GAUSS_WEIGHTS = (0.17392742256872692, 0.3260725774312731, 0.3260725774312731, 0.17392742256872692)
 
 
 @kernel
@@ -102,14 +101,12 @@ def _propagate_piece(w: Workspace, propagator: Propagator, tau: float, h: float,
     Heat and work go to z. Returns False if an event may be in the piece.
     """
     n = w.n
-    z, motion = stages_of(w.stages).z, w.motion
-    end = propagator.end
+    motion, end = w.motion, propagator.end
     theta = motion.theta + motion.Omega * tau
     square = motion.Omega * motion.Omega
-    unbalance = complex(square * math.cos(theta), square * math.sin(theta))
     start = propagator.start[: n_free(n)]
     copy(forces(motion).steady, start[2 * n :])
-    start[3 * n], start[3 * n + 1] = unbalance.real, unbalance.imag
+    start[3 * n], start[3 * n + 1] = square * math.cos(theta), square * math.sin(theta)
     if in_contact:
         if not find_forces(w, propagator):
             return False
@@ -128,16 +125,9 @@ def _propagate_piece(w: Workspace, propagator: Propagator, tau: float, h: float,
                 return False
     if in_contact and not find_end_forces(w, propagator, end):
         return False
-    heat = work_in = 0.0
-    if motion.is_damped:
-        heat, work_in = _shaft_heat_and_work(w, end)
-    elif damped:
-        heat = _damping_heat(motion, end, n)
-    integrals = energy_integrals(z, n)
-    integrals.work += _work(motion, propagator, unbalance, start, end) + h * work_in
-    integrals.damping_heat += h * heat
+    add_free_energies(w, propagator, start, damped, h)
     if in_contact:
-        add_contact(w, propagator, z, h)
+        add_contact_energies(w, propagator, h)
     return True
 
 
@@ -146,42 +136,3 @@ def _journal(site: Site, response: np.record, number: int) -> Point:
     """Return the journal position relative to its retainer's centre at a Lobatto point after the first."""
     at = response.journal[number]
     return Point(at.x - site.offset_x, at.y - site.offset_y, at.v_x, at.v_y)
-
-
-@kernel
-def _work(motion: Motion, propagator: Propagator, unbalance: complex, start: Array, end: Array) -> float:
-    """Return the work (J) of all inputs during a piece: of unbalance, steady forces and force gradients."""
-    n, size = motion.rows.shape[1], start.shape[0]
-    work = unbalance.real * dot(start, propagator.work[0, :size])
-    work += unbalance.imag * dot(start, propagator.work[1, :size])
-    work += dot(start[2 * n : 3 * n], end[:n]) - dot(start[2 * n : 3 * n], start[:n])
-    for b in range(n_axes(motion)):
-        i = row_of_axis(motion, b)
-        work += 0.5 * motion.bearings[b // 2].gradient[b % 2] * (end[i] * end[i] - start[i] * start[i])
-    return work
-
-
-@kernel
-def _damping_heat(motion: Motion, end: Array, n: int) -> float:
-    """Return the mean dissipation (W) of the passive bearings during a piece, by Gauss quadrature."""
-    heat = 0.0
-    for k in range(N_GAUSS):
-        for b in range(motion.bearings.shape[0]):
-            at = 2 * n + k * n_axes(motion) + 2 * b
-            heat += GAUSS_WEIGHTS[k] * heat_per_second(motion.bearings[b], end[at], end[at + 1])
-    return heat
-
-
-@noinline_kernel
-def _shaft_heat_and_work(w: Workspace, end: Array) -> tuple[float, float]:
-    """Return the mean dissipation of all dampers in a piece, and the mean power of spin and seals on the rotor (W)."""
-    n = w.Minv.shape[0]
-    heat = work = 0.0
-    for k in range(N_GAUSS):
-        q = end[(2 + 2 * k) * n : (3 + 2 * k) * n]
-        v = end[(3 + 2 * k) * n : (4 + 2 * k) * n]
-        shaft_heat, torque = shaft_damping(w.forms, w.motion.Omega, q, v)
-        heat_in_seals, power_of_seals, _ = seal_power(w.motion.seals, w.motion.Omega, q, v)
-        heat += GAUSS_WEIGHTS[k] * (shaft_heat + damping_power(w.motion, v) + heat_in_seals)
-        work -= GAUSS_WEIGHTS[k] * (w.motion.Omega * torque - power_of_seals)
-    return heat, work

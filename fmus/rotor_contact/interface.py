@@ -7,6 +7,7 @@ import math
 from fmi_export.interface import Interface, interface, repeated
 from fmi_export.variables import FAULT, Array, Variable, enumerated, input_, output, parameter
 from rotor_contact import start_values
+from rotor_contact.energies import energies
 from rotor_contact.enumerations import IMPACT_LAW, METHOD, NEWTON
 from rotor_contact.planes import ContactSite, MeasuredPlane, Planes
 from rotor_contact.site_variables import site_outputs, site_parameters
@@ -154,7 +155,7 @@ def interface_of(planes: Planes) -> Interface:
         repeated("sites", [(site.name, planes) for site in sites], site_outputs),
         repeated("seals", [(seal,) for seal in planes.seals], _seal_outputs),
         _contact_state(planes),
-        *_energies(planes),
+        *energies(planes),
         FAULT,
     )
 
@@ -236,49 +237,6 @@ def _spin_parameters(polar_inertia: float) -> list[Variable]:
             "Torque of the drive per difference from the demanded Omega",
             0.0,
             minimum=0.0,
-        ),
-    ]
-
-
-def _energies(planes: Planes) -> list[Variable]:
-    return [
-        output(
-            "energy.kinetic",
-            "J",
-            "Kinetic energy of the lateral motion, of housings, races and a free spin",
-            initially_depends_on=(*start_values.motion(planes), "spin.free", "spin.inertia", "drive.ideal"),
-        ),
-        output(
-            "energy.strain",
-            "J",
-            "Strain energy of shaft, passive bearings, mounts and compliant contacts, without seals",
-            initially_depends_on=start_values.strain(planes),
-        ),
-        output(
-            "energy.damping",
-            "J",
-            "Heat of damping so far: passive bearings, seals, shaft, mounts, drag of a free spin",
-            initially_depends_on=(),
-        ),
-        output("energy.friction", "J", "Heat of sliding friction and race drag so far", initially_depends_on=()),
-        output(
-            "energy.impact",
-            "J",
-            "Heat of impacts so far, including their friction, and of compliant contacts",
-            initially_depends_on=(),
-        ),
-        output("energy.dissipated", "J", "Heat so far, sum of the three", initially_depends_on=()),
-        output(
-            "energy.work",
-            "J",
-            "Work of all inputs (including the drive) and of the seals' stiffness so far",
-            initially_depends_on=(),
-        ),
-        output(
-            "energy.balance",
-            "J",
-            "Gain of kinetic + strain + dissipated minus work; ideally zero",
-            initially_depends_on=(),
         ),
     ]
 

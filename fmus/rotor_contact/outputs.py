@@ -8,6 +8,7 @@ from fmi_export.jit import kernel
 from fmi_export.model import Array
 from rotor_contact.bodies import is_beyond_limit, kinetic_energy, strain_energy
 from rotor_contact.compliant import is_compliant, stored_energy
+from rotor_contact.energies import write_heat_and_work
 from rotor_contact.enumerations import FREE, ROLLING, SLIDING
 from rotor_contact.friction import is_below_slip_scale
 from rotor_contact.layout import State
@@ -51,7 +52,7 @@ def write_outputs(
         outputs.seals[k].beyond_table = 1.0 if Omega < seal.lowest or Omega > seal.highest else 0.0
     scalars.contact_state = _contact_state(structure, sites)
     mechanical = write_mechanical_energy(structure, parameters, w, x, scalars.energy)
-    _write_heat_and_work(energy_integrals(x.z, n), mechanical - head.initial_energy, scalars.energy)
+    write_heat_and_work(energy_integrals(x.z, n), mechanical - head.initial_energy, scalars.energy)
 
 
 @kernel
@@ -138,15 +139,3 @@ def write_mechanical_energy(
     energy.strain = strain
     total: float = kinetic + strain
     return total
-
-
-@kernel
-def _write_heat_and_work(integrals: np.record, gain: float, energy: np.record) -> None:
-    """Write heat, work and the balance (J); `gain` is that of mechanical energy since the start."""
-    dissipated: float = integrals.damping_heat + integrals.friction_heat + integrals.impact_heat
-    energy.damping = integrals.damping_heat
-    energy.friction = integrals.friction_heat
-    energy.impact = integrals.impact_heat
-    energy.dissipated = dissipated
-    energy.work = integrals.work
-    energy.balance = gain + dissipated - integrals.work

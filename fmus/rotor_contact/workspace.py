@@ -9,18 +9,14 @@ import numpy as np
 from fmi_export.jit import views
 from fmi_export.model import Array
 from fmi_export.parts import part
-from fmi_export.records import record, size_of
+from fmi_export.records import size_of
 from rotor_contact.dynamics import Motion
+from rotor_contact.energies import ENERGY_INTEGRALS
 from rotor_contact.linear_solver import Equations
 from rotor_contact.over_step import SITE_INTEGRALS
 from rotor_contact.site import Sites
 
-# Integrals over time at the end of every state z: heat of all dampers, of friction, of impacts and compliant contacts,
-# and work of all inputs (J).
-ENERGY_INTEGRALS = record(
-    ("damping_heat", np.float64), ("friction_heat", np.float64), ("impact_heat", np.float64), ("work", np.float64)
-)
-# After them, for each site: its integrals over the step, `SITE_INTEGRALS`.
+# At the end of every state z: integrals of energies over time and, for each site, its integrals over the step.
 N_INTEGRALS, N_SITE_INTEGRALS = size_of(ENERGY_INTEGRALS), size_of(SITE_INTEGRALS)
 N_STAGES = 9
 

@@ -1,6 +1,8 @@
-"""An output that is added to each FMU in a copy: at most three files, of which none is outside its package."""
+"""Outputs added to the FMUs in a copy, an energy among them: at most three files each, all in one package."""
 
 from __future__ import annotations
+
+from collections import ChainMap
 
 import pytest
 from changed_copy import ROOT, change, importing
@@ -65,16 +67,54 @@ LARGEST_FRICTION = {
     ),
     "outputs.py": (("    y.f_n_mean =", "    y.f_t_peak = site.f_t_peak\n    y.f_n_mean ="),),
 }
-ADDED = {"amb_actuator": POWER, "rolac_controller": SAMPLES, "rotor_contact": LARGEST_FRICTION}
+HEAT_OF_SEALS = {
+    "energies.py": (
+        ('("work", np.float64)\n', '("work", np.float64), ("seal_heat", np.float64)\n'),
+        (
+            '        output(\n            "energy.impact"',
+            '        output("energy.seals", "J", "Heat of seals so far", initially_depends_on=()),\n'
+            '        output(\n            "energy.impact"',
+        ),
+        ("    energy.impact =", "    energy.seals = integrals.seal_heat\n    energy.impact ="),
+    ),
+    "integration.py": (("    rates.work = work\n", "    rates.work = work\n    rates.seal_heat = heat_in_seals\n"),),
+    "piece_energy.py": (
+        (
+            "        damping += h * mean_heat(before, after, h)\n",
+            "        damping += h * mean_heat(before, after, h)\n"
+            "        integrals.seal_heat += h * mean_heat(before, after, h)\n",
+        ),
+        (
+            "        heat, power = _shaft_heat_and_power(w, propagator.end)\n",
+            "        heat, power, in_seals = _shaft_heat_and_power(w, propagator.end)\n"
+            "        integrals.seal_heat += h * in_seals\n",
+        ),
+        ("-> tuple[float, float]:", "-> tuple[float, float, float]:"),
+        ("    heat = power = 0.0\n", "    heat = power = in_seals = 0.0\n"),
+        (
+            "        power -= GAUSS_WEIGHTS[k]",
+            "        in_seals += GAUSS_WEIGHTS[k] * heat_in_seals\n        power -= GAUSS_WEIGHTS[k]",
+        ),
+        ("    return heat, power\n", "    return heat, power, in_seals\n"),
+    ),
+}
+ADDED = {
+    "amb_actuator": (POWER,),
+    "rolac_controller": (SAMPLES,),
+    "rotor_contact": (LARGEST_FRICTION, HEAT_OF_SEALS),
+}
 
 
 def stepped():
     """Return the added outputs after steps of the three models, and what they must agree with."""
+    from dataclasses import replace
+
     import numpy as np
-    from rotor_cases import both, place, plant, rigid_rotor, run
+    from rotor_cases import H, both, place, plant, rigid_rotor, run
 
     from amb_cosim.export.models import amb_actuator, rolac_controller
     from fmi_export.model import Instance
+    from rotor_analysis.parts import Bearing
 
     actuator, controller = Instance(*amb_actuator()), Instance(*rolac_controller())
     actuator["amplifier"], actuator["mb1.i_x"] = 1.0, 0.5
@@ -89,7 +129,17 @@ def stepped():
         place(x, np.full(2, 0.05 + 0j), np.full(2, 1j), modes=(1, 1))
         record = run(x, 35, ["rb1.f_t", "rb1.f_t_peak"])
         sliding[f"exact_motion {exact:g}"] = [abs(float(record[-2, 0])), float(record[-1, 1])]
+    seal = Bearing("ring", 1, ((3e5, 0.0), (0.0, 3e5)), ((400.0, 0.0), (0.0, 400.0)))
+    heat = []
+    for exact, Omega_dot in ((0.0, 0.0), (1.0, 0.0), (1.0, 50.0)):
+        values = both("mb.k_b", 2e6) | {"Omega": 200.0, "Omega_dot": Omega_dot, "d1.u": 1e-4}
+        x = plant(values | {"solver.exact_motion": exact}, replace(rigid_rotor(), seals=(seal,)))
+        for k in range(80):
+            x["Omega"] = 200.0 + Omega_dot * k * H
+            x.step(k * H, H)
+        heat.append([x["solver.method"], x["energy.seals"], x["energy.damping"]])
     return {
+        "heat": heat,
         "power": [actuator["mb1.power_x"], actuator["mb1.copper_loss_x"]],
         "samples": controller["samples"],
         "sliding": sliding,
@@ -99,9 +149,9 @@ def stepped():
 @pytest.fixture(scope="module")
 def outputs(tmp_path_factory, run_python):
     folder = tmp_path_factory.mktemp("copy")
-    for package, files in ADDED.items():
-        assert len(files) <= 3
-        change(folder, ROOT / "fmus" / package, files)
+    for package, added in ADDED.items():
+        assert all(len(files) <= 3 for files in added)
+        change(folder, ROOT / "fmus" / package, dict(ChainMap(*added)))
     return importing(folder, run_python)(stepped)
 
 
@@ -120,3 +170,11 @@ def test_largest_friction_of_a_whirl_that_slows_down_is_that_at_the_begin_of_the
     """N = m v^2/c falls with v, and T = mu N."""
     for before, largest in outputs["sliding"].values():
         assert largest == pytest.approx(before, rel=1e-6)
+
+
+def test_heat_of_seals_is_that_of_all_damping_where_nothing_else_damps(outputs):
+    """By substeps, by exact motion at constant speed, and by pieces at a speed that rises."""
+    methods, in_seals, damping = zip(*outputs["heat"], strict=True)
+    assert len(set(methods)) == 3
+    assert in_seals == pytest.approx(damping, rel=1e-9)
+    assert min(damping) > 1e-6
