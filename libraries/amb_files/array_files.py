@@ -6,10 +6,9 @@ import subprocess
 import sys
 import zipfile
 from collections.abc import Sequence
+from io import BytesIO
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
-
-from amb_files.temporary_folders import temporary_folder
+from typing import IO, TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -22,6 +21,7 @@ MAT_SPACE, READ_TIME = 2**31, 120  # memory limit (bytes) and time limit (s) of 
 READ_MAT = """
 import sys
 from contextlib import suppress
+from io import BytesIO
 import numpy as np
 from scipy.io import loadmat
 
@@ -33,7 +33,7 @@ def plain(name, value):
         return {f"{name}.{field}": np.array(text(value[field])) for field in value.dtype.names}
     return {name: np.array([text(i) for i in np.ravel(value)]) if value.dtype.kind in "OU" else value}
 
-space, source, target, *keys = sys.argv[1:]
+space, most, source, *keys = sys.argv[1:]
 with suppress(Exception):  # Windows has no such limit
     import resource
     resource.setrlimit(resource.RLIMIT_DATA, (int(space), int(space)))
@@ -44,7 +44,11 @@ try:
     for key in keys:
         if key in content:
             result |= plain(key, np.asarray(content[key]))
-    np.savez(target, **result)
+    size = sum(array.nbytes for array in result.values())
+    if size > int(most):
+        raise ValueError(f"its arrays have {size} bytes; it must have <= {most}")
+    np.savez(arrays := BytesIO(), **result)
+    sys.stdout.buffer.write(arrays.getvalue())
 except Exception as error:
     sys.exit(" ".join(str(error).split()) or type(error).__name__)
 """
@@ -62,20 +66,18 @@ def read_content(path: Path, keys: Sequence[str] = ()) -> dict[str, NDArray[Any]
     """
     if path.suffix == ".npz":
         return _load_npz(path, keys)
-    with temporary_folder() as folder:
-        target = folder / "arrays.npz"
-        command = [sys.executable, "-P", "-c", READ_MAT, str(MAT_SPACE), str(path), str(target), *keys]
-        try:
-            process = subprocess.run(command, capture_output=True, text=True, check=False, timeout=READ_TIME)
-        except subprocess.TimeoutExpired:
-            raise ValueError(f"it cannot be read as a .mat file in {READ_TIME} s") from None
-        if process.returncode:
-            lines = process.stderr.strip().splitlines() if process.returncode > 0 else []
-            raise ValueError(f"it cannot be read as a .mat file: {_cut(lines[-1] if lines else 'it is damaged')}")
-        return _load_npz(target, keys)
+    command = [sys.executable, "-P", "-c", READ_MAT, str(MAT_SPACE), str(MOST_BYTES), str(path), *keys]
+    try:
+        process = subprocess.run(command, capture_output=True, check=False, timeout=READ_TIME)
+    except subprocess.TimeoutExpired:
+        raise ValueError(f"it cannot be read as a .mat file in {READ_TIME} s") from None
+    if process.returncode:
+        lines = process.stderr.decode(errors="replace").strip().splitlines() if process.returncode > 0 else []
+        raise ValueError(f"it cannot be read as a .mat file: {_cut(lines[-1] if lines else 'it is damaged')}")
+    return _load_npz(BytesIO(process.stdout), keys)
 
 
-def _load_npz(path: Path, keys: Sequence[str]) -> dict[str, NDArray[Any]]:
+def _load_npz(path: Path | IO[bytes], keys: Sequence[str]) -> dict[str, NDArray[Any]]:
     import numpy as np
 
     try:

@@ -180,11 +180,16 @@ def test_an_array_of_python_objects_is_refused_without_advice_to_unpickle(tmp_pa
         linear_controller(tmp_path / "law.npz")
 
 
-def test_a_small_file_with_huge_arrays_is_refused_before_they_are_read(tmp_path):
-    np.savez_compressed(tmp_path / "law.npz", A=np.zeros((6000, 6000)), B=0.0, C=0.0, D=0.0)
-    assert (tmp_path / "law.npz").stat().st_size < 1e6
-    with pytest.raises(ValueError, match=r"law\.npz: .* 288\d+ bytes.* 268435456$"):
-        linear_controller(tmp_path / "law.npz")
+@pytest.mark.parametrize("suffix", ["mat", "npz"])
+def test_a_small_file_with_huge_arrays_is_refused_before_they_are_read(tmp_path, suffix):
+    path, matrices = tmp_path / f"law.{suffix}", {"A": np.zeros((6000, 6000)), "B": 0.0, "C": 0.0, "D": 0.0}
+    if suffix == "mat":
+        savemat(path, matrices, do_compression=True)
+    else:
+        np.savez_compressed(path, **matrices)
+    assert path.stat().st_size < 1e6
+    with pytest.raises(ValueError, match=rf"law\.{suffix}: .*\.{suffix} file: .* 288\d+ bytes.* 268435456$"):
+        linear_controller(path)
 
 
 def test_reading_a_mat_file_takes_no_more_memory_than_is_allowed(tmp_path, monkeypatch):
