@@ -13,7 +13,6 @@ from amb_cosim.results.component_names import CONTROLLER, PLANT
 from amb_cosim.scenario.plan import UNBALANCE
 from amb_cosim.scenario.plan_run import PlannedRun
 from amb_files.wildcards import matches
-from amb_sweeps.worker import Setting
 
 STEP = 2.0 * np.pi  # rad/s between speeds at which H is identified, for runs with a varying speed
 SWITCHES = {name: f"{CONTROLLER}.{name}" for name in ("rolac_enable", "identify")}
@@ -22,6 +21,9 @@ SWITCHES = {name: f"{CONTROLLER}.{name}" for name in ("rolac_enable", "identify"
 ASSUMED = {"K_b": "*.k_b_?", "C_b": "*.c_b_?"}
 DIRECT = {"k_p": "*.k_p_?", "k_d": "*.k_d_?"}
 OF_PLANT = {"K_b": "*.k_b", "C_b": "*.c_b", "clearance": "*.clearance"}
+
+
+Setting = Raw | ReceptanceTable
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,6 @@ from amb_cosim.cosim.run.options import DEFAULTS, RunOptions
 from amb_cosim.cosim.run.run_plan import run_plan
 from amb_cosim.cosim.system.assembly import Assembly
 from amb_cosim.cosim.system.values import Raw
-from amb_cosim.design.receptance_file import ReceptanceTable
 from amb_cosim.results.places import places_of
 from amb_cosim.results.result import Result
 from amb_cosim.scenario.make_result import bare_signals, make_result
@@ -28,8 +27,8 @@ from amb_files.suggestions import suggest
 from amb_sweeps.axes import is_moment
 from amb_sweeps.branching import Branches
 from amb_sweeps.metrics import evaluate, needed, outcome_of
+from amb_sweeps.variations import Setting
 
-Setting = Raw | ReceptanceTable
 Metric = Callable[[Result], Mapping[str, float]]
 FIELDS = (
     *("unbalance_factor", "settle_cycles", "end_cycle", "end_time", "gravity", "gravity_angle", "coupling"),
