@@ -1,5 +1,6 @@
-"""The commands `study`, `linearise`, `identify`, and `rotor show`."""
+"""The commands `study`, `linearise`, `identify`, `rotor show` and `controller show`."""
 
+from amb_analysis.studies.commands import controller as controller
 from amb_analysis.studies.commands import rotor as rotor
 from amb_analysis.studies.commands.analysis import linearise, study
 from amb_analysis.studies.commands.identify import identify

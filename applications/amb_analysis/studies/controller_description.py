@@ -5,21 +5,24 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
+from amb_analysis.studies.controller_paths import LawPath, connections, frequencies, phase_at
+from amb_analysis.studies.result import DrawnResult
 from amb_cosim.controllers.block_file import read_blocks
-from amb_cosim.controllers.bode import LawPath, connections, frequencies, phase_at
 from amb_cosim.controllers.linear_controller import LinearController, linear_controller
 from amb_cosim.cosim.system.values import quantity
 from amb_cosim.presentation.text_tables import TextBlock, number, text_table
 from array_types import Array
 
 
-@dataclass(frozen=True)
-class Description:
+@dataclass(frozen=True, eq=False, repr=False)
+class ControllerDescription(DrawnResult):
     """A controller at a speed of its table (rad/s), its responses at `omega` (rad/s), and the modes of a rotor."""
+
+    name: ClassVar[str] = "controller"
 
     controller: LinearController
     speed: float
@@ -69,7 +72,7 @@ class Description:
         return [f"{sampled}; largest pole {data['largest_pole']:.6g} in the z plane", table]
 
 
-def description(file: Path, speed: str, modes: Sequence[float]) -> Description:
+def describe_controller(file: Path, speed: str, modes: Sequence[float]) -> ControllerDescription:
     """Return the description of a file at the nearest speed of its table, with modes (rad/s) below half the sampling
     rate.
 
@@ -85,4 +88,4 @@ def description(file: Path, speed: str, modes: Sequence[float]) -> Description:
     below = tuple(mode for mode in modes if mode < omega[-1])
     law = read_blocks(file, continuous=True)["K"] if file.suffix == ".toml" else None  # arrays are sampled
     result = connections(controller, omega, nearest, law[nearest] if isinstance(law, dict) else law)
-    return Description(controller, nearest, omega, result, below)
+    return ControllerDescription(controller, nearest, omega, result, below)

@@ -1,0 +1,54 @@
+"""The command `controller show`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from amb_cosim.commands.cli_errors import refusing
+from amb_cosim.commands.controller import FILE, controller
+from amb_cosim.commands.options import JSON, ROTOR, SPEED, output
+from amb_cosim.commands.printing import print_result
+from amb_files.atomic import check_writable
+
+MODES = 8  # of the rotor, the lowest
+
+
+@controller.command("show")
+@FILE
+@output("Bode plots to write.", metavar="PNG")
+@ROTOR
+@click.option("--speed", type=SPEED, default="0 rpm", help="Speed of the law and of the rotor's modes.")
+@JSON
+def show(file: Path, output: Path | None, rotor: str | None, speed: str, as_json: bool) -> None:
+    """Print a sampled controller and draw its Bode plots.
+
+    With --rotor, the phase at each mode of the rotor on its bearings is printed: between -180 and 0 degrees the demand
+    damps a mode in which sensor and bearing move alike."""
+    from amb_analysis import studies
+    from amb_analysis.studies.controller_description import describe_controller
+
+    with refusing():
+        if output is not None:
+            check_writable(output, is_folder=False)
+        result = describe_controller(file, speed, _modes(rotor, speed))
+        if output is not None:
+            from amb_cosim.presentation.style import write_png
+
+            write_png(studies.figure(result), output)
+    print_result(result, as_json)
+
+
+def _modes(rotor: str | None, speed: str) -> tuple[float, ...]:
+    """Return the damped natural frequencies of a rotor at a speed (rad/s); none without a rotor."""
+    if rotor is None:
+        return ()
+    from amb_cosim.cosim.system.values import quantity
+    from rotor_analysis.modes import modes
+    from rotor_analysis.rotor_file import load_rotor
+    from rotor_analysis.supported_rotor import supported_rotor
+
+    read = load_rotor(rotor)
+    model = supported_rotor(read, read.shaft.mass_matrix).model
+    return tuple(mode.frequency for mode in modes(model, quantity(speed, "rad/s", "speed"))[:MODES])

@@ -1,0 +1,54 @@
+"""Bode plots of a controller."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from amb_analysis.studies.controller_description import ControllerDescription
+from amb_analysis.studies.controller_paths import LawPath, degrees
+from amb_cosim.presentation.style import DASHED, GREY, StyledFigure
+
+
+def draw(result: ControllerDescription) -> Figure:
+    """Return Bode plots: sampled solid, continuous dashed, modes (rad/s) as lines.
+
+    Connections with equal responses share a line.
+    """
+    figure = StyledFigure(figsize=(8.0, 6.0), layout="constrained")
+    above, below = figure.subplots(2, 1, sharex=True)
+    hertz = result.omega / (2.0 * np.pi)
+    for number, (names, path) in enumerate(_grouped(result.connections)):
+        colour, label = f"C{number}", ", ".join(names[:4]) + (" ..." if len(names) > 4 else "")
+        above.loglog(hertz, np.abs(path.sampled), color=colour, label=label)
+        below.semilogx(hertz, degrees(path.sampled), color=colour)
+        if path.continuous is not None:
+            above.loglog(hertz, np.abs(path.continuous), color=colour, linestyle=DASHED)
+            below.semilogx(hertz, degrees(path.continuous), color=colour, linestyle=DASHED)
+    for axes in (above, below):
+        for mode in result.modes:
+            axes.axvline(mode / (2.0 * np.pi), color=GREY, linewidth=0.6)
+        axes.grid(alpha=0.3)
+    above.set(ylabel="gain (A/m)")
+    below.set(xlabel="frequency (Hz)", ylabel="phase (deg)")
+    above.legend(loc="best")
+    available = any(path.continuous is not None for path in result.connections)
+    figure.suptitle(
+        "Sampled" + (", dashed: continuous" if available else "") + ("; grey: modes" if result.modes else "")
+    )
+    return figure
+
+
+def _grouped(laws: Sequence[LawPath]) -> list[tuple[list[str], LawPath]]:
+    groups: list[tuple[list[str], LawPath]] = []
+    for path in laws:
+        name = f"{path.signal} to {path.demand}"
+        for names, first in groups:
+            if np.allclose(first.sampled, path.sampled, rtol=1e-9, atol=0.0):
+                names.append(name)
+                break
+        else:
+            groups.append(([name], path))
+    return groups
