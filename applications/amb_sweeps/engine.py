@@ -24,8 +24,8 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from amb_cosim.cosim.basics.interruption import Interruption, deferred
 from amb_cosim.cosim.basics.spawned_processes import check_script, main_guard_advice
-from amb_cosim.presentation.progress import SweepReport as Report
 from amb_sweeps.branching import branching_order
+from amb_sweeps.sweep_bar import Report
 from amb_sweeps.worker import PointResult, Task, run_batch
 
 if TYPE_CHECKING:

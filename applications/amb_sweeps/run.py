@@ -21,8 +21,6 @@ from amb_cosim.cosim.basics.spawned_processes import end_if_imported_anew
 from amb_cosim.cosim.run.dataset import git_revision
 from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.cosim.system.values import Raw, quantity
-from amb_cosim.presentation.progress import SweepReport as Report
-from amb_cosim.presentation.progress import sweep_bar
 from amb_cosim.scenario.rotors import RotorSource, is_rotor
 from amb_cosim.scenario.scenario import Scenario, as_scenario, load_scenario
 from amb_files.pack_file import rotor_path
@@ -35,6 +33,7 @@ from amb_sweeps.engine import connect, run_missing
 from amb_sweeps.refine import BOUNDARIES, Refinement, check_refinement
 from amb_sweeps.sampling import SamplePlan, make_design
 from amb_sweeps.store import SweepStore, open_sweep
+from amb_sweeps.sweep_bar import Report, sweep_bar
 from amb_sweeps.worker import Metric, Task
 from fmi_export.building.extras import require_extra
 

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 
 from rich.console import Console
@@ -11,8 +10,6 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, Ti
 
 from amb_cosim.cosim.run.options import Progress as Report
 from amb_cosim.presentation.plain_console import plain_console
-
-SweepReport = Callable[[int, int, str], None]  # points done, their number, address of the dashboard
 
 STARTING = "starting (a first run compiles the models)"
 
@@ -36,32 +33,3 @@ def progress_bar(progress: bool | Report | None = None) -> Iterator[Report]:
     with bars(plain_console(stderr=True), progress) as displayed:
         task = displayed.add_task(STARTING, total=None)
         yield lambda done, total: displayed.update(task, description="simulating", completed=done, total=total)
-
-
-@contextmanager
-def sweep_bar(progress: bool | SweepReport | None = None) -> Iterator[SweepReport]:
-    """Show a bar for a sweep with its rate, the time left and the dashboard's address, unless `progress` is a function.
-
-    Yield a function to call with the number of finished points, of all points, and the address.
-    """
-    if callable(progress):
-        yield progress
-        return
-    console = plain_console(stderr=True)
-    with bars(console, progress) as displayed:
-        task = displayed.add_task("starting processes", total=None)
-        began: list[tuple[float, int]] = []
-        message: set[str] = set()
-
-        def report(done: int, total: int, dashboard: str) -> None:
-            if dashboard and dashboard not in message:
-                message.add(dashboard)
-                console.print(f"dashboard {dashboard}", highlight=False)
-            if not began or done < began[0][1]:
-                began[:] = [(time.monotonic(), done)]
-            passed = time.monotonic() - began[0][0]
-            rate = (done - began[0][1]) / passed if passed > 0.0 else 0.0
-            text = f"{done} of {total} runs, {rate:.3g} a second"
-            displayed.update(task, description=text, completed=done, total=total)
-
-        yield report
