@@ -99,6 +99,15 @@ def with_ring(node, mass, radius):
             OIL + "[reduction]\nmasters = [2]",
             ("reduction.masters", "[2]", "oil"),
         ),
+        ("[reduction]\nmasters = [1]", ("reduction.masters", "[1]")),
+        (SEAL + "z = -0.1", ("sites[0].z (seal)", "-0.1 m", "0 m to 1 m")),
+        (OIL + "stiffness = 1e30", ("bearings[0].stiffness (oil)", "1e+30")),
+        (OIL + "stiffness = nan", ("bearings[0].stiffness (oil)", "nan")),
+        (with_ring(1, 1, 1) + "\npolar_inertia = 1", ("bodies[0].polar_inertia (ring)",)),
+        ("[bodies]\nname = 'ring'", ("bodies", "a table")),
+        ("[damping]\nrotating = -1", ("damping.rotating", "-1")),
+        ("[damping]\nmodal = [0.01, 'much']", ("damping.modal", "'much'")),
+        ("[mesh]\naccuracy = -1", ("mesh.accuracy", "-1")),
     ],
 )
 def test_mistake_in_a_part_is_named_with_its_key(tmp_path, more, facts):
@@ -124,6 +133,9 @@ def test_mistake_in_a_part_is_named_with_its_key(tmp_path, more, facts):
         ),
         ("density = 7800", "density = inf", ("shaft.density", "inf kg/m3", "finite", ">= 0")),
         ("poissons_ratio = 0.3", "poissons_ratio = 0.5", ("shaft.poissons_ratio = 0.5", "> -1", "< 0.5")),
+        ("diameter = 0.05", "diameter = 1e30", ("shaft.diameter", "1e+30 m")),
+        ("diameter = 0.05", "diameter = 'wide'", ("shaft.diameter", "'wide'")),
+        ("nodes = [0, 0.5, 1]\ndiameter = 0.05", "sections = [3]", ("shaft.sections[0]", "3")),
         (
             "poissons_ratio = 0.3",
             "poissons_ratio = 0.3\ntheory = 'euler'",
