@@ -1,18 +1,23 @@
 """Compiles the kernels of a model into numba's cache on disk: `compile_kernels.py MODEL [MODULE.KERNEL ...]`.
 
 Machine code is made of the two kernels of a model, and of those named, which Python calls too: of what only kernels
-call it would cost as much again.
+call it would cost as much again. It stays in the cache of the tests too, by the code that it was made from: a fresh
+installation, whose files have other places and dates, does not compile it again.
 """
 
 import ctypes
 import importlib
+import os
+import shutil
 import sys
 import warnings
 from collections.abc import Collection
+from pathlib import Path
 from typing import Any
 
 from fmi_export.numba_internals import finalize, linked, type_calls_once
 
+VERSIONS = 40  # of the code of models, whose kernels stay in the cache of the tests
 STEPPED = {"rotor_contact": "plant", "amb_actuator": "actuator"}  # modules of others are named `controller`
 
 
@@ -26,7 +31,9 @@ def compile_entries(entries: Collection[str]) -> None:
     codegen: Any = importlib.import_module("numba.core.codegen")
     make_function: Any = importlib.import_module("numba._dynfunc").make_function
     context: Any = importlib.import_module("numba.core.cpu").CPUContext
-    wrap, load, save = context.create_cpython_wrapper, context.get_executable, caching.Cache.save_overload
+    wrap, load = context.create_cpython_wrapper, context.get_executable
+    kernels = Path(os.environ["XDG_CACHE_HOME"], "kernels")
+    read, save = caching.Cache._load_overload, caching.Cache._save_overload
     refuse = ctypes.cast(ctypes.pythonapi.PyErr_NoMemory, ctypes.c_void_p).value
 
     def is_entry(described: Any) -> bool:
@@ -45,13 +52,32 @@ def compile_entries(entries: Collection[str]) -> None:
             library._finalize_final_module()
         return load(context, library, described, environment)
 
+    def stored(cache_on_disk: Any) -> Any:
+        place = Path(cache_on_disk._cache_path)  # numba's name of a file's folder, in that of all its code
+        folder = kernels / place.parent.name
+        folder.mkdir(parents=True, exist_ok=True)
+        name = f"{cache_on_disk._py_func.__module__}.{cache_on_disk._impl.filename_base}"
+        return caching.IndexDataCacheFile(str(folder), name, source_stamp=None)
+
+    def load_stored(cache_on_disk: Any, signature: Any, target: Any) -> Any:
+        key, file = cache_on_disk._index_key(signature, target.codegen()), cache_on_disk._cache_file
+        if file.load(key) is None and (data := stored(cache_on_disk).load(key)) is not None:
+            cache_on_disk._impl.locator.ensure_cache_path()
+            file.save(key, data)
+        return read(cache_on_disk, signature, target)
+
     def save_entry(cache_on_disk: Any, signature: Any, result: Any) -> None:
         if is_entry(result.fndesc):
             save(cache_on_disk, signature, result)
+            key = cache_on_disk._index_key(signature, result.codegen)
+            if (data := cache_on_disk._cache_file.load(key)) is not None:
+                stored(cache_on_disk).save(key, data)
+                for outdated in sorted(kernels.iterdir(), key=os.path.getmtime)[:-VERSIONS]:
+                    shutil.rmtree(outdated, ignore_errors=True)
 
     codegen.CPUCodeLibrary.finalize = finalize
     context.create_cpython_wrapper, context.get_executable = wrap_entry, load_entry
-    caching.Cache.save_overload = save_entry
+    caching.Cache._load_overload, caching.Cache._save_overload = load_stored, save_entry
 
 
 name, *called = sys.argv[1:]
