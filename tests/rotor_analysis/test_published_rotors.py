@@ -1,7 +1,7 @@
 """Rotors of the literature: eigenvalues and unbalance response against ROSS, frequencies against printed ones.
 
 Both programs use the same elements, those of Nelson and McVaugh without shear deformation and of Nelson with it, and
-differ by rounding alone. `python tests/reference/published_rotors.py` renews ROSS's numbers.
+differ by rounding alone. `python tools/ross/published_rotors.py` renews ROSS's numbers.
 """
 
 import json
@@ -9,28 +9,20 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from ross_numbers import REFERENCE, STORED_OR_LIVE, complex_numbers, difference, renewed
+from ross_numbers import REFERENCE, complex_numbers, difference
 
 from rotor_analysis.assembly import assemble, on_bearings
 from rotor_analysis.rotor_file import load_rotor
 from rotor_analysis.spectrum import eigenvalues
 
 STORED = json.loads((REFERENCE / "published_rotors.json").read_text(encoding="utf-8"))
-CASES = [(rotor, speed) for rotor, theories in STORED["ross"]["eigenvalues"].items() for speed in theories["rayleigh"]]
+ROSS = STORED["ross"]
+CASES = [(rotor, speed) for rotor, theories in ROSS["eigenvalues"].items() for speed in theories["rayleigh"]]
 RPM = np.pi / 30.0
 
 # The stored numbers have ten digits. Nelson and McVaugh's rotor has an element 5 mm long and 66 mm thick, 1e6 times as
 # stiff as the first mode; the eigensolver rounds on its scale: 1e-7 was measured.
 ROUNDING = {"nelson_mcvaugh": 5e-7, "nelson_mcvaugh_coupled": 5e-7}
-
-
-@pytest.fixture(scope="module", params=STORED_OR_LIVE)
-def ross(request, tmp_path_factory):
-    """ROSS's numbers: those in the file and, where ROSS is installed, those it computes now."""
-    if request.param == "stored":
-        return STORED["ross"]
-    target = renewed("published_rotors.py", tmp_path_factory.mktemp("ross") / "numbers.json")
-    return json.loads(target.read_text(encoding="utf-8"))["ross"]
 
 
 def rotor_of(name, theory=None):
@@ -44,8 +36,8 @@ def supported_rotor(rotor):
 
 @pytest.mark.parametrize("theory", ["rayleigh", "timoshenko"])
 @pytest.mark.parametrize(("name", "speed"), CASES)
-def test_eigenvalues_are_those_of_ross(ross, name, speed, theory):
-    expected = complex_numbers(ross["eigenvalues"][name][theory][speed])
+def test_eigenvalues_are_those_of_ross(name, speed, theory):
+    expected = complex_numbers(ROSS["eigenvalues"][name][theory][speed])
     result = eigenvalues(supported_rotor(rotor_of(name, theory)), float(speed) * RPM)
     assert np.max(difference(result, expected)) < ROUNDING.get(name, 2e-9)
 
@@ -59,8 +51,8 @@ def test_frequencies_are_the_printed_ones_to_one_unit_of_the_last_digit(case):
             assert number == pytest.approx(float(printed), abs=1.001 * 10.0 ** -len(printed.partition(".")[2]))
 
 
-def test_hollow_cone_has_the_eigenvalues_of_ross(ross):
-    cone = ross["cone"]
+def test_hollow_cone_has_the_eigenvalues_of_ross():
+    cone = ROSS["cone"]
     result = eigenvalues(supported_rotor(on_cone(cone)), cone["speed"] * RPM)
     assert np.max(difference(result, complex_numbers(cone["eigenvalues"]))) < 2e-9
 
@@ -81,9 +73,9 @@ def on_cone(cone):
 
 
 @pytest.mark.parametrize("theory", ["rayleigh", "timoshenko"])
-@pytest.mark.parametrize("name", STORED["ross"]["unbalance_response"]["x_y"])
-def test_unbalance_response_has_the_amplitude_and_phase_of_ross(ross, name, theory):
-    case = ross["unbalance_response"]
+@pytest.mark.parametrize("name", ROSS["unbalance_response"]["x_y"])
+def test_unbalance_response_has_the_amplitude_and_phase_of_ross(name, theory):
+    case = ROSS["unbalance_response"]
     model = supported_rotor(rotor_of(name, theory))
     for speed, pairs in case["x_y"][name][theory].items():
         expected = complex_numbers(pairs)
@@ -103,7 +95,7 @@ def response(model, Omega, unbalances):
     return np.linalg.solve(-(Omega**2) * model.M + 1j * Omega * (model.C + Omega * model.G) + model.K, force)
 
 
-def test_oil_film_of_the_rotor_file_is_that_of_ross(ross):
+def test_oil_film_of_the_rotor_file_is_that_of_ross():
     for bearing in rotor_of("friswell_5_9_6").bearings:
-        np.testing.assert_allclose(bearing.stiffness, ross["oil_film"]["stiffness"], rtol=1e-6)
-        np.testing.assert_allclose(bearing.damping, ross["oil_film"]["damping"], rtol=1e-6)
+        np.testing.assert_allclose(bearing.stiffness, ROSS["oil_film"]["stiffness"], rtol=1e-6)
+        np.testing.assert_allclose(bearing.damping, ROSS["oil_film"]["damping"], rtol=1e-6)

@@ -2,7 +2,7 @@
 
 Magnetic bearings become magnets and a controller file, whose sampled closed loop has ROSS's modes.
 
-`tests/reference/ross31_rotors.py` renews the files and ROSS's numbers.
+`tools/ross/ross31_rotors.py` renews the files and ROSS's numbers.
 """
 
 from __future__ import annotations

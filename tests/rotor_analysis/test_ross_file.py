@@ -1,6 +1,6 @@
 """Rotors that ROSS saved: the imported ones have ROSS's frequencies, damping and response; what cannot be is named.
 
-`python tests/reference/ross_rotors.py` renews the files and ROSS's numbers.
+`python tools/ross/ross_rotors.py` renews the files and ROSS's numbers.
 """
 
 import json
@@ -11,7 +11,7 @@ import tomllib
 import numpy as np
 import pytest
 import tomli_w
-from ross_numbers import REFERENCE, STORED_OR_LIVE, complex_numbers, nearest, renewed
+from ross_numbers import REFERENCE, complex_numbers, nearest
 from scipy.interpolate import UnivariateSpline
 
 from amb_files.toml import validate
@@ -31,23 +31,15 @@ def tolerance(name):
     return 1e-4 if name in SAMPLED else EXACT
 
 
-@pytest.fixture(scope="module", params=STORED_OR_LIVE)
-def ross(request, tmp_path_factory):
-    """The folder with saved rotors and results: the stored one and, where ROSS is installed, one made now."""
-    if request.param == "stored":
-        return REFERENCE / "ross"
-    return renewed("ross_rotors.py", tmp_path_factory.mktemp("ross"))
-
-
-def case(folder, name):
+def case(name):
     """An imported rotor, and what ROSS computes for it."""
-    rotor = validate(read_ross(folder / f"{name}.toml")[0], Rotor, name)
-    return rotor, json.loads((folder / "results.json").read_text(encoding="utf-8"))[name]
+    rotor = validate(read_ross(REFERENCE / "ross" / f"{name}.toml")[0], Rotor, name)
+    return rotor, json.loads((REFERENCE / "ross" / "results.json").read_text(encoding="utf-8"))[name]
 
 
 @pytest.mark.parametrize("name", ROTORS)
-def test_mass_natural_frequencies_and_damping_are_those_of_ross(ross, name):
-    rotor, expected = case(ross, name)
+def test_mass_natural_frequencies_and_damping_are_those_of_ross(name):
+    rotor, expected = case(name)
     assert rotor.mass == pytest.approx(expected["mass"], rel=1e-9)
     model = supported_rotor(rotor).model
     for speed, pairs in expected["eigenvalues"].items():
@@ -58,8 +50,8 @@ def test_mass_natural_frequencies_and_damping_are_those_of_ross(ross, name):
 
 
 @pytest.mark.parametrize("name", ROTORS)
-def test_unbalance_response_is_that_of_ross(ross, name):
-    rotor, expected = case(ross, name)
+def test_unbalance_response_is_that_of_ross(name):
+    rotor, expected = case(name)
     unbalance = {}
     for node, u, phase in expected["unbalances"]:
         unbalance[node] = unbalance.get(node, 0.0) + u * np.exp(1j * phase)

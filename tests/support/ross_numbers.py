@@ -1,26 +1,11 @@
-"""Numbers of ROSS: those stored with the tests and, where it is installed, those that it computes now."""
+"""Numbers of ROSS that are stored with the tests."""
 
-import subprocess
-import sys
-from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
-import pytest
 from scipy.optimize import linear_sum_assignment
 
 REFERENCE = Path(__file__).parents[1] / "reference"
-STORED_OR_LIVE = ["stored", pytest.param("live", marks=pytest.mark.slow)]
-
-
-def renewed(script, target):
-    """Let a script of the reference write its output anew, in a process of its own; return where it is."""
-    if find_spec("ross") is None:
-        pytest.skip("ROSS is not installed")
-    command = [sys.executable, str(REFERENCE / script), "--output", str(target)]
-    process = subprocess.run(command, cwd=target.parent, capture_output=True, text=True, timeout=600, check=False)
-    assert process.returncode == 0, process.stderr[-4000:]
-    return target
 
 
 def complex_numbers(pairs):

@@ -1,7 +1,7 @@
 """Free modes, undamped critical speeds and unbalance response in bearings over frequency, as ROSS computes them.
 
     python -m pip install "ross-rotordynamics>=2.3" "plotly<7"
-    python tests/reference/ross_critical_speeds.py
+    python tools/ross/ross_critical_speeds.py
 
 rewrites `ross/critical_speeds.json`. The rotors are those of `ross_rotors.py`, without their bearings. Frequencies and
 speeds in rad/s, stiffness in N/m, damping in N s/m, amplitudes in m as [real, imaginary]; nodes count from 1.
@@ -24,7 +24,7 @@ from ross.rotor_assembly import compressor_example
 from ross_rotors import three_materials, two_discs
 from scipy.linalg import eig, eigh
 
-FILE = Path(__file__).parent / "ross" / "critical_speeds.json"
+FILE = Path(__file__).parents[2] / "tests" / "reference" / "ross" / "critical_speeds.json"
 ROTORS = {"two_discs": two_discs, "three_materials": three_materials, "compressor": compressor_example}
 STIFFNESSES = (1e6, 2e7, 3e8)  # N/m, equal at both bearings
 COUNT = 3  # critical speeds

@@ -1,7 +1,7 @@
 """Computes the published rotors with ROSS, a rotor-dynamics program that shares no code with this project.
 
     python -m pip install "ross-rotordynamics>=2.3" "plotly<7"
-    python tests/reference/published_rotors.py
+    python tools/ross/published_rotors.py
 
 rewrites what `published_rotors.json` holds under `ross`; `-o FILE` writes to another file. Rotors are read from
 `rotors/*.toml` without the project's reader. Speeds are in rev/min, eigenvalues and frequencies in rad/s, as
@@ -23,7 +23,7 @@ from typing import Any
 import numpy as np
 import ross
 
-HERE = Path(__file__).parent
+HERE = Path(__file__).parents[2] / "tests" / "reference"
 STORED = HERE / "published_rotors.json"
 
 SPEEDS = {  # rev/min

@@ -1,7 +1,7 @@
 """Saves rotors with ROSS 3.1, and the modes that it computes for them.
 
     python3.13 -m pip install "ross-rotordynamics>=3.1" "plotly<7"
-    python3.13 tests/reference/ross31_rotors.py
+    python3.13 tools/ross/ross31_rotors.py
 
 rewrites the files in `ross31/`. ROSS 3 has coefficients over the spin `speed` or over the whirl `frequency`, and
 magnetic bearings whose closed loop is a table over frequency. `matched` are eigenvalues (rad/s, [real, imaginary])
@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 import ross
 
-FOLDER = Path(__file__).parent / "ross31"
+FOLDER = Path(__file__).parents[2] / "tests" / "reference" / "ross31"
 STEEL = ross.Material("steel", 7810.0, E=211e9, G_s=81.2e9)
 SPEEDS = (0.0, 200.0, 400.0)  # rad/s
 

@@ -1,7 +1,7 @@
 """Saves rotors with ROSS, and what ROSS computes for them: natural frequencies, damping, unbalance response.
 
     python -m pip install "ross-rotordynamics>=2.3" "plotly<7"
-    python tests/reference/ross_rotors.py
+    python tools/ross/ross_rotors.py
 
 rewrites the files in `ross/`; `-o FOLDER` writes to another folder. Speeds are in rad/s, eigenvalues in rad/s as
 [real, imaginary], amplitudes in m; nodes count from 1, as in a rotor file. `compressor_example` and
@@ -23,7 +23,7 @@ import ross
 from published_rotors import eigenvalues, pairs
 from ross.rotor_assembly import compressor_example, rotor_example_with_damping
 
-FOLDER = Path(__file__).parent / "ross"
+FOLDER = Path(__file__).parents[2] / "tests" / "reference" / "ross"
 STEEL = ross.Material("steel", 7810.0, E=211e9, G_s=81.2e9)
 ALUMINIUM = ross.Material("aluminium", 2700.0, E=70e9, Poisson=0.33)
 TITANIUM = ross.Material("Ti-6Al-4V", 4430.0, E=114e9, Poisson=0.34)
